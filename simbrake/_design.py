@@ -1,0 +1,103 @@
+"""The parts of a brake: what could be weighed."""
+
+import math
+from typing import Any
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ._band import grip
+from ._friction import AbstractFriction, Contact
+from ._quantity import Fault, Scalar, quantity
+
+
+class Pulley(eqx.Module):
+    """The brake pulley and all that turns with its shaft.
+
+    - `radius` `R` of the friction track (m); `inertia` `J` about the shaft (kg·m²), drum included, hook load not
+    """
+
+    radius: Scalar = quantity("m", "radius of the friction track", positive=True)
+    inertia: Scalar = quantity("kg*m^2", "inertia about the shaft", positive=True)
+
+
+class Band(eqx.Module):
+    """The brake band.
+
+    - `radius` `R_b` (m) of the circle on which its tension acts: track radius, lining and half the band
+    - `stiffness` `C` (N/m): tension of the tight end per unit elongation, band, anchor and linkage in series;
+      `None` for a rigid band, which slips from the moment the lever pulls
+    """
+
+    radius: Scalar = quantity("m", "radius of the band circle", positive=True)
+    stiffness: Scalar | None = quantity("N/m", "stiffness at the tight end", positive=True, default=None)
+
+
+class Lining(eqx.Module):
+    """`n` linings as one object with a leading axis, counted from the slack to the tight end.
+
+    - `angle` `β_i` (n,) in rad: central angle of each;  `friction`: its law, with numbers for all or per lining
+    """
+
+    angle: Scalar = quantity("rad", "central angle of a lining", positive=True, high=math.pi * (1 - 1e-9))
+    friction: AbstractFriction
+
+    @property
+    def count(self) -> int:
+        return int(jnp.shape(self.angle)[0])
+
+    @property
+    def wrap(self) -> Float[Array, ""]:
+        """Wrap angle `Σβ_i` in rad."""
+        return jnp.sum(jnp.asarray(self.angle))
+
+
+def uniform_linings(count: int, wrap: float, friction: AbstractFriction) -> Lining:
+    """`count` equal linings over the angle `wrap` (rad)."""
+    return Lining(angle=np.full(count, wrap / count), friction=friction)
+
+
+class Brake(eqx.Module):
+    """A band-shoe brake: pulley, band and linings."""
+
+    pulley: Pulley
+    band: Band
+    linings: Lining
+
+    def faults(self, path: str) -> list[Fault]:
+        """What does not fit together, beyond the ranges of single numbers (concrete values only)."""
+        found = self.linings.friction.faults(f"{path}.linings.friction")
+        angle = np.asarray(self.linings.angle)
+        where = f"{path}.linings.angle"
+        if angle.ndim != 1 or angle.size == 0:
+            return [*found, Fault(where, "a list of angles is needed, one per lining", "one lining: [0.5]")]
+        if np.sum(angle) > 2 * math.pi * (1 + 1e-12):
+            found.append(
+                Fault(where, f"the linings span {math.degrees(np.sum(angle)):.1f}°", "more than the pulley has")
+            )
+        if np.all(np.isfinite([self.band.radius, self.pulley.radius])) and self.band.radius < self.pulley.radius:
+            found.append(
+                Fault(
+                    f"{path}.band.radius",
+                    f"{float(self.band.radius):g} m is inside the track of {float(self.pulley.radius):g} m",
+                    "the band circle is the track radius + lining + half the band",
+                )
+            )
+        found += _faults_of_shapes(self.linings, f"{path}.linings.friction", angle.size)
+        return found
+
+    def self_locking(self, static: Any) -> list[int]:
+        """Numbers (from 1) of linings with `f tan(β/2) ≥ 1`, for their static coefficients."""
+        fz = np.asarray(grip(static, jnp.asarray(self.linings.angle)))
+        return [int(i) + 1 for i in np.flatnonzero(np.broadcast_to(fz, (self.linings.count,)) >= 1.0)]
+
+
+def _faults_of_shapes(linings: Lining, path: str, n: int) -> list[Fault]:
+    try:
+        shape = np.shape(linings.friction.static(Contact(v=jnp.zeros(n))))
+        np.broadcast_shapes(shape, (n,))
+    except (TypeError, ValueError, IndexError):
+        return [Fault(path, f"its numbers do not fit {n} linings", f"give one number, or a list of {n}")]
+    return []

@@ -1,0 +1,257 @@
+"""What acts on a brake over time: given profiles (the lever's tension) and loads (hook, given torque, drag)."""
+
+import abc
+from collections.abc import Callable
+from typing import Any, ClassVar
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float, Int
+
+from ._quantity import Fault, Scalar, quantity
+
+GRAVITY = 9.80665  # m/s², standard acceleration of free fall (3rd CGPM, 1901)
+
+
+class AbstractProfile(eqx.Module):
+    """A given function of time. Corners and jumps are known times: between two of them it is smooth.
+
+    `piece` counts the known times passed; `value(t, piece)` extends its piece smoothly beyond both ends.
+    `smooth_between` says that no more than a cubic is hidden between two known times.
+    """
+
+    smooth_between: eqx.AbstractClassVar[bool]
+
+    @abc.abstractmethod
+    def value(self, t: Float[Array, ""], piece: Int[Array, ""]) -> Float[Array, ""]:
+        """Value at `t` on the piece named."""
+
+    @abc.abstractmethod
+    def next_knot(self, piece: Int[Array, ""]) -> Float[Array, ""] | float:
+        """The known time that ends the piece, `inf` after the last."""
+
+    @abc.abstractmethod
+    def first_piece(self, t: Any) -> Int[Array, ""] | int:
+        """The piece that begins at or before `t`."""
+
+    @abc.abstractmethod
+    def scale(self) -> Float[Array, ""]:
+        """Largest magnitude, at least roughly: the reference of dimensionless guards."""
+
+    @abc.abstractmethod
+    def faults(self, path: str, low: float | None) -> list[Fault]:
+        """What cannot be right; `low` is a bound on the value, if there is one."""
+
+
+class Constant(AbstractProfile):
+    """The same value at all times."""
+
+    level: Scalar = quantity("SI", "level of the profile")
+    smooth_between: ClassVar[bool] = True
+
+    def value(self, t, piece):
+        return self.level + 0.0 * t
+
+    def next_knot(self, piece):
+        return jnp.inf
+
+    def first_piece(self, t):
+        return 0
+
+    def scale(self):
+        return jnp.abs(jnp.asarray(self.level))
+
+    def faults(self, path, low):
+        return _below(path, "level", self.level, low)
+
+
+class PiecewiseLinear(AbstractProfile):
+    """Straight lines between points `(times, values)`, constant before the first and after the last.
+
+    Two points at one time are a jump. Every point is a known time at which a step of the integrator ends.
+    """
+
+    times: Scalar = quantity("s", "times of the profile's points")
+    values: Scalar = quantity("SI", "values at the profile's points")
+    smooth_between: ClassVar[bool] = True
+
+    def value(self, t, piece):
+        times, values = jnp.asarray(self.times), jnp.asarray(self.values)
+        n = times.shape[0]
+        here = jnp.arange(n + 1) == piece  # a mask is cheaper in the loop than an indexed load, and transposes well
+        span = jnp.diff(times)
+        slope = jnp.where(span > 0, jnp.diff(values) / jnp.where(span > 0, span, 1.0), 0.0)
+        zero = jnp.zeros(1)
+        base = jnp.concatenate([values[:1], values])
+        start = jnp.concatenate([times[:1], times])
+        slopes = jnp.concatenate([zero, slope, zero])
+
+        def pick(x):
+            return jnp.sum(jnp.where(here, x, 0.0))
+
+        return pick(base) + pick(slopes) * (t - pick(start))
+
+    def next_knot(self, piece):
+        times = jnp.append(jnp.asarray(self.times), jnp.inf)
+        return jnp.min(jnp.where(jnp.arange(times.shape[0]) >= piece, times, jnp.inf))
+
+    def first_piece(self, t):
+        return jnp.sum(jnp.asarray(self.times) <= t).astype(jnp.int32)
+
+    def scale(self):
+        return jnp.max(jnp.abs(jnp.asarray(self.values)))
+
+    def faults(self, path, low):
+        times, values = np.asarray(self.times), np.asarray(self.values)
+        if times.ndim != 1 or times.shape != values.shape or times.size < 1:
+            return [Fault(path, "times and values must be lists of one length, at least 1")]
+        faults = _below(path, "values", values, low)
+        if np.any(np.diff(times) < 0):
+            faults.append(Fault(f"{path}.times", "the times must not decrease", "two equal times make a jump"))
+        return faults
+
+
+def ramp(start: float, end: float, begin: float, duration: float) -> PiecewiseLinear:
+    """From `start` to `end` in a straight line over `duration` (s) from the time `begin` (s)."""
+    return PiecewiseLinear(times=np.asarray([begin, begin + duration]), values=np.asarray([start, end]))
+
+
+class ExponentialRise(AbstractProfile):
+    """`p(t) = p_1 (1 − exp(−(t − t_0)/t_i))` from `t_0` on, 0 before: how brake actuators fill.
+
+    - `level` `p_1`; `time_constant` `t_i` (s); `begin` `t_0` (s)
+    """
+
+    level: Scalar = quantity("SI", "level reached in the end")
+    time_constant: Scalar = quantity("s", "time constant of the rise", positive=True)
+    begin: Scalar = quantity("s", "time at which the rise begins", default=0.0)
+    smooth_between: ClassVar[bool] = False
+
+    def value(self, t, piece):
+        return jnp.where(piece > 0, -self.level * jnp.expm1(-(t - self.begin) / self.time_constant), 0.0 * t)
+
+    def next_knot(self, piece):
+        return jnp.where(piece > 0, jnp.inf, self.begin)
+
+    def first_piece(self, t):
+        return (jnp.asarray(self.begin) <= t).astype(jnp.int32)
+
+    def scale(self):
+        return jnp.abs(jnp.asarray(self.level))
+
+    def faults(self, path, low):
+        return _below(path, "level", self.level, low)
+
+
+class FunctionProfile(AbstractProfile):
+    """A function of time of one's own, smooth between the `knots` given (corners and jumps).
+
+    `function(t, parameters)` must accept traced values; `parameters` is a PyTree of arrays whose numbers can be
+    differentiated. `typical` is its typical magnitude. At a jump the piece before the knot is continued by its value.
+    """
+
+    function: Callable[[Any, Any], Any] = eqx.field(static=True)
+    parameters: Any = None
+    typical: Scalar = quantity("SI", "typical magnitude of the profile", positive=True, default=1.0)
+    knots: Scalar = quantity("s", "times of corners and jumps", default=())
+    smooth_between: ClassVar[bool] = False
+
+    def value(self, t, piece):
+        knots = jnp.asarray(self.knots)
+        if knots.shape[0]:
+            # stay on this side of a jump: the piece ends just before its knot
+            end = jnp.min(jnp.where(jnp.arange(knots.shape[0]) >= piece, knots, jnp.inf))
+            start = jnp.max(jnp.where(jnp.arange(knots.shape[0]) < piece, knots, -jnp.inf))
+            inside = jnp.clip(t, start, jnp.where(jnp.isfinite(end), end - 1e-12 * jnp.maximum(jnp.abs(end), 1.0), end))
+            t = jax.lax.stop_gradient(inside - t) + t
+        return jnp.asarray(self.function(t, self.parameters), jnp.float64)
+
+    def next_knot(self, piece):
+        knots = jnp.append(jnp.asarray(self.knots), jnp.inf)
+        return jnp.min(jnp.where(jnp.arange(knots.shape[0]) >= piece, knots, jnp.inf))
+
+    def first_piece(self, t):
+        return jnp.sum(jnp.asarray(self.knots) <= t).astype(jnp.int32)
+
+    def scale(self):
+        return jnp.asarray(self.typical)
+
+    def faults(self, path, low):
+        knots = np.asarray(self.knots)
+        return [Fault(f"{path}.knots", "the knots must increase")] if np.any(np.diff(knots) < 0) else []
+
+
+def _below(path: str, name: str, value: Any, low: float | None) -> list[Fault]:
+    array = np.asarray(value)
+    if low is None or not np.any(array < low):
+        return []
+    return [Fault(f"{path}.{name}", f"{array.min():g} is below {low:g}", "a band cannot push")]
+
+
+class AbstractLoad(eqx.Module):
+    """What drives the pulley: a torque on its shaft, positive in the braking direction of rotation, and an inertia."""
+
+    #: the profile whose known times the load has
+    profile: eqx.AbstractVar[AbstractProfile]
+
+    @abc.abstractmethod
+    def torque(self, t: Float[Array, ""], omega: Float[Array, ""], piece: Int[Array, ""]) -> Float[Array, ""]:
+        """`M_load(t, ω)` in N·m."""
+
+    @abc.abstractmethod
+    def inertia(self) -> Scalar | float:
+        """Inertia it adds to the shaft, in kg·m²."""
+
+    @abc.abstractmethod
+    def travel(self) -> Scalar | None:
+        """Travel of the hook per radian of the pulley, in m, or `None`."""
+
+
+class TorqueLoad(AbstractLoad):
+    """A given torque with linear drag, `M_load = M(t) − c ω`.
+
+    - `profile`: `M(t)` in N·m; `drag` `c` in N·m·s
+    """
+
+    profile: AbstractProfile = eqx.field(default_factory=lambda: Constant(0.0))
+    drag: Scalar = quantity("N*m*s", "drag torque per unit of speed", low=0.0, default=0.0)
+
+    def torque(self, t, omega, piece):
+        return self.profile.value(t, piece) - self.drag * omega
+
+    def inertia(self):
+        return 0.0
+
+    def travel(self):
+        return None
+
+
+class HookLoad(AbstractLoad):
+    """A load on the hook, lowered through the tackle: `M_load = m g r_d/n`, `J_load = m (r_d/n)²`, travel `r_d φ/n`.
+
+    - `mass` `m` of all that hangs on the hook (kg); `drum_radius` `r_d` (m) to the rope; `line_count` `n` of the tackle
+    - `gravity` `g` (m/s²); `drag` (N·m·s) as of bearings and an auxiliary brake
+
+    Ropes are rigid and without weight, the tackle without loss.
+    """
+
+    mass: Scalar = quantity("kg", "mass on the hook", low=0.0)
+    drum_radius: Scalar = quantity("m", "radius of the drum to the rope", positive=True)
+    line_count: Scalar = quantity("1", "number of lines of the tackle", low=1.0)
+    gravity: Scalar = quantity("m/s^2", "acceleration of free fall", positive=True, default=GRAVITY)
+    drag: Scalar = quantity("N*m*s", "drag torque per unit of speed", low=0.0, default=0.0)
+
+    def torque(self, t, omega, piece):
+        return self.mass * self.gravity * self.travel() - self.drag * omega
+
+    def inertia(self):
+        return self.mass * self.travel() ** 2
+
+    def travel(self):
+        return self.drum_radius / self.line_count
+
+    @property
+    def profile(self):
+        return Constant(0.0)

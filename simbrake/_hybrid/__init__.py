@@ -1,0 +1,17 @@
+"""Event-driven integration of hybrid systems on the methods of diffrax: one flat loop over step attempts."""
+
+from ._method import AbstractMethod as AbstractMethod
+from ._method import ExplicitRungeKutta as ExplicitRungeKutta
+from ._packing import ADVANCED as ADVANCED
+from ._packing import FINISHED as FINISHED
+from ._packing import INSTANT as INSTANT
+from ._packing import LANDED as LANDED
+from ._packing import SKIPPED as SKIPPED
+from ._packing import STOPPED as STOPPED
+from ._packing import Rows as Rows
+from ._solve import Record as Record
+from ._solve import hybridsolve as hybridsolve
+from ._system import SYSTEM_CODES as SYSTEM_CODES
+from ._system import AbstractHybridSystem as AbstractHybridSystem
+from ._system import Code as Code
+from ._system import Settings as Settings

@@ -1,0 +1,61 @@
+"""What the flat loop carries from one step attempt to the next, packed into two vectors.
+
+Two vectors instead of twenty arrays: XLA then updates the whole carry in two small kernels. With one kernel per array it
+would also repeat the decisions of an attempt in every one of them.
+"""
+
+from typing import NamedTuple
+
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float, Int
+
+
+class Stats(NamedTuple):
+    """Counts of one run: accepted steps, rejected ones, retakes towards an event, events, segments."""
+
+    accepted: Int[Array, ""]
+    rejected: Int[Array, ""]
+    retaken: Int[Array, ""]
+    events: Int[Array, ""]
+    segments: Int[Array, ""]
+
+
+class Carry(NamedTuple):
+    """State of the loop between two attempts."""
+
+    t: Float[Array, ""]
+    h: Float[Array, ""]  # what the step-size controller proposes
+    cap: Float[Array, ""]  # how far a retake may go
+    crossing: Float[Array, ""]  # distance within which a guard is known to cross
+    t_event: Float[Array, ""]
+    y: Float[Array, " state"]
+    f: Float[Array, " state"]
+    g: Float[Array, " guard"]
+    rate: Float[Array, " guard"]
+    armed: Bool[Array, " guard"]  # has stood clear of zero since the last restart
+    cluster: Bool[Array, " guard"]  # fired in the present cluster of events with hardly any time between
+    status: Int[Array, ""]
+    retakes: Int[Array, ""]
+    chain: Int[Array, ""]  # events at this very instant
+    close: Int[Array, ""]  # repeated firings in the present cluster
+    stats: Stats
+    mode: Int[Array, " mode"]
+
+
+Packed = tuple[Float[Array, " x"], Int[Array, " n"]]
+
+
+def pack(c: Carry) -> Packed:
+    x = jnp.concatenate([jnp.stack([c.t, c.h, c.cap, c.crossing, c.t_event]), c.y, c.f, c.g, c.rate])
+    scalars = jnp.stack([c.status, c.retakes, c.chain, c.close, *c.stats])
+    return x, jnp.concatenate([scalars, c.armed.astype(jnp.int32), c.cluster.astype(jnp.int32), c.mode])
+
+
+def unpack(packed: Packed, ny: int, ng: int) -> Carry:
+    x, n = packed
+    y, f = x[5 : 5 + ny], x[5 + ny : 5 + 2 * ny]
+    g, rate = x[5 + 2 * ny : 5 + 2 * ny + ng], x[5 + 2 * ny + ng :]
+    armed, cluster, mode = n[9 : 9 + ng] > 0, n[9 + ng : 9 + 2 * ng] > 0, n[9 + 2 * ng :]
+    return Carry(
+        *(x[i] for i in range(5)), y, f, g, rate, armed, cluster, *(n[i] for i in range(4)), Stats(*n[4:9]), mode
+    )

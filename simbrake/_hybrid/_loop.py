@@ -1,0 +1,306 @@
+"""The flat loop: one iteration is one step attempt, which ends as accepted, rejected, retaken shorter or an event."""
+
+from typing import NamedTuple
+
+import equinox.internal as eqxi
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float, Int
+
+from ._carry import Carry, Stats, pack, unpack
+from ._method import AbstractMethod
+from ._packing import ADVANCED, FINISHED, HEAD, INSTANT, LANDED, SKIPPED, STOPPED, Flat, pack_row
+from ._search import Found, crossed, leaving, sampled, search, suspicious
+from ._system import Code, Settings
+
+_SAFETY, _SHRINK, _GROW = 0.9, 0.2, 10.0
+_RUNNING = -1
+#: a guard that fires again and again within this share of the run, so many times, is taken for a Zeno point
+_ZENO_INTERVAL, _ZENO_COUNT = 1e-6, 20
+_EPS = 2.220446049250313e-16
+
+
+class Problem(NamedTuple):
+    """Everything one run needs besides its starting point."""
+
+    flat: Flat
+    method: AbstractMethod
+    weights: Float[Array, " state"]  # 1 / typical size, 0 keeps a state out of the error norm
+    t0: Float[Array, ""]
+    t1: Float[Array, ""]
+    settings: Settings
+
+    @property
+    def guard_tolerance(self) -> Array:
+        # what a landing leaves behind: a guard this close to 0 counts as reached
+        return 0.1 * self.settings.rtol + 1e-13
+
+    def norm(self, x, size) -> Array:
+        """Root mean square of `x` in units of the tolerance at states of the given size."""
+        w = self.weights
+        counted = jnp.maximum(jnp.sum(w > 0), 1)
+        return jnp.sqrt(jnp.sum((x * w / (1.0 + size * w)) ** 2) / counted) / self.settings.rtol
+
+    def guards_and_rates(self, t, y, f, mode) -> tuple[Array, Array]:
+        return jax.jvp(lambda t, y: self.flat.guards(t, y, mode), (t, y), (jnp.ones_like(t), f))
+
+
+class Attempt(NamedTuple):
+    """One step attempt before anything is decided about it."""
+
+    h: Float[Array, ""]
+    t1: Float[Array, ""]
+    target: Float[Array, ""]  # the next known time
+    reaches: Bool[Array, ""]  # the attempt ends there
+    y1: Float[Array, " state"]
+    f1: Float[Array, " state"]
+    g1: Float[Array, " guard"]
+    rate1: Float[Array, " guard"]
+    accept: Bool[Array, ""]
+    finite: Bool[Array, ""]
+    h_next: Float[Array, ""]
+    resolution: Float[Array, ""]  # time differences below it are rounding
+
+
+class Verdict(NamedTuple):
+    """What becomes of an attempt."""
+
+    instant: Bool[Array, ""]
+    land: Bool[Array, ""]
+    retake: Bool[Array, ""]
+    stop: Bool[Array, ""]
+    share: Float[Array, ""]
+    crosses: Bool[Array, ""]
+    guard: Int[Array, ""]
+    delta: Float[Array, ""]
+
+
+def first_step(p: Problem, t, y, f, mode) -> Float[Array, ""]:
+    """Length of a first step after Hairer, Nørsett & Wanner, *Solving ODEs I*, II.4."""
+    size = jnp.abs(y)
+    span = p.t1 - p.t0
+    d0, d1 = p.norm(y, size), p.norm(f, size)
+    # a state or rate of zero says nothing of the time scale: take a small share of the run
+    h0 = jnp.where((d0 < 1e-5) | (d1 < 1e-5), 1e-6 * span, 0.01 * d0 / jnp.where(d1 > 0, d1, 1.0))
+    h0 = jnp.minimum(h0, span)
+    d2 = p.norm(p.flat.rhs(t + h0, y + h0 * f, mode) - f, size) / jnp.where(h0 > 0, h0, 1.0)
+    d = jnp.where(jnp.isfinite(d2), jnp.maximum(d1, d2), d1)
+    h1 = jnp.where(d > 1e-15, (0.01 / jnp.where(d > 1e-15, d, 1.0)) ** (1.0 / p.method.order), span)
+    return jnp.where((d1 == 0) & (d2 == 0), span, jnp.minimum(100 * h0, h1))
+
+
+def _attempt(p: Problem, c: Carry) -> Attempt:
+    target = jnp.minimum(p.flat.next_stop(c.mode), p.t1)
+    room = jnp.maximum(target - c.t, 0.0)
+    wish = jnp.minimum(c.h, c.cap)
+    reaches = wish * 1.001 >= room
+    h = jnp.where(reaches, room, wish)
+    t1 = jnp.where(reaches, target, c.t + h)
+    y1, error, f1 = p.method.step(lambda t, y: p.flat.rhs(t, y, c.mode), c.t, c.y, c.f, h)
+    g1, rate1 = p.guards_and_rates(t1, y1, f1, c.mode)
+    size = p.norm(error, jnp.maximum(jnp.abs(c.y), jnp.abs(y1)))
+    # an overflow in an overlong step is a step too long, not an answer
+    finite = jnp.isfinite(size) & jnp.isfinite(jnp.sum(f1)) & jnp.isfinite(jnp.sum(g1))
+    factor = jnp.clip(_SAFETY * jnp.maximum(size, 1e-30) ** (-1.0 / p.method.order), _SHRINK, _GROW)
+    factor = jnp.where(finite, factor, _SHRINK)
+    accept = finite & (size <= 1.0) & (c.status == _RUNNING)
+    h_next = jnp.where(accept & (h < c.h), jnp.maximum(c.h, h * factor), h * factor)
+    resolution = 8 * _EPS * jnp.maximum(jnp.abs(c.t), 1e-3 * (p.t1 - p.t0))
+    return Attempt(h, t1, target, reaches, y1, f1, g1, rate1, accept, finite, h_next, resolution)
+
+
+def _judge(p: Problem, c: Carry, a: Attempt) -> Verdict:
+    tol = p.guard_tolerance
+    look = a.accept & (suspicious(c, a.h, a.g1, a.rate1, tol) | (p.settings.guard_samples > 0))
+
+    def looked() -> Found:
+        seen: Array | float = jnp.inf
+        if p.settings.guard_samples:
+            seen = sampled(p.flat.guards, c, a.h, a.y1, a.f1, tol, p.settings.guard_samples)
+        return search(c, a.h, a.g1, a.rate1, tol, seen)
+
+    nothing = Found(jnp.asarray(jnp.inf), jnp.asarray(False), jnp.asarray(0, jnp.int32), jnp.asarray(False))
+    found = jax.lax.cond(eqxi.unvmap_any(look), looked, lambda: nothing)
+
+    # landing: every guard that crossed lies so near that a move along f is as exact as the step itself
+    crosses = crossed(c, a.h, a.g1, a.rate1, tol)
+    near = jnp.maximum(0.1 * jnp.sqrt(p.settings.rtol) * a.h, 0.5 * a.resolution)
+    distance = -a.g1 / jnp.where(a.rate1 == 0, 1.0, a.rate1)
+    lands = (a.rate1 < 0) & (jnp.abs(distance) <= near) & (c.armed | leaving(c, a.h) | crosses)
+    lost = crosses & (a.h <= a.resolution) & ~lands  # the bracket has shrunk to rounding: fire here
+    distance = jnp.where(lost, 0.0, jnp.where(lands, distance, jnp.inf))
+    instant = look & found.instant
+    land = a.accept & ~instant & jnp.any(lands | lost) & jnp.all(~crosses | lands | lost)
+    i_land = jnp.argmin(distance).astype(jnp.int32)
+    retake = look & ~instant & ~land & (found.share < jnp.inf)
+    return Verdict(
+        instant=instant,
+        land=land,
+        retake=retake,
+        stop=a.accept & ~instant & ~retake & ~land & a.reaches,
+        share=found.share,
+        crosses=found.crosses,
+        guard=jnp.where(instant, found.guard, i_land),
+        delta=jnp.where(land, jnp.minimum(jnp.min(distance), a.target - a.t1), 0.0),
+    )
+
+
+def _stepped(c: Carry, a: Attempt, v: Verdict, p: Problem) -> Carry:
+    """The carry after an attempt that was no event."""
+    step = a.accept & ~v.retake
+
+    def pick(new, old):
+        return jnp.where(step, new, old)
+
+    crossing = jnp.where(v.retake, jnp.where(v.crosses, a.h, jnp.inf), pick(c.crossing - a.h, c.crossing))
+    crossing = jnp.where(crossing <= 0, jnp.inf, crossing)
+    risen = c.armed | (a.g1 > p.guard_tolerance) | (leaving(c, a.h) & (a.g1 > 1e-15))
+    too_small = ~a.accept & (a.h_next <= 0.25 * a.resolution)
+    status = jnp.where(too_small, jnp.where(a.finite, int(Code.STEP_TOO_SMALL), int(Code.NOT_FINITE)), _RUNNING)
+    status = jnp.where(v.stop & (a.target >= p.t1), int(Code.COMPLETED), status)
+    stats = c.stats._replace(
+        accepted=c.stats.accepted + step, rejected=c.stats.rejected + ~a.accept, retaken=c.stats.retaken + v.retake
+    )
+    return Carry(
+        t=pick(a.t1, c.t),
+        h=jnp.where(v.retake, c.h, a.h_next),
+        cap=jnp.where(v.retake, v.share * a.h, pick(crossing, c.cap)),
+        crossing=crossing,
+        t_event=c.t_event,
+        y=pick(a.y1, c.y),
+        f=pick(a.f1, c.f),
+        g=pick(a.g1, c.g),
+        rate=pick(a.rate1, c.rate),
+        armed=pick(risen, c.armed),
+        cluster=c.cluster,
+        status=status.astype(jnp.int32),
+        retakes=jnp.where(v.retake, c.retakes + 1, pick(0, c.retakes)),
+        chain=jnp.where(step & (a.h > 0), 0, c.chain),
+        close=c.close,
+        stats=stats,
+        mode=c.mode,
+    )
+
+
+def _jumped(p: Problem, c: Carry, a: Attempt, v: Verdict) -> Carry:
+    """The carry after an event: a guard fired, or a known time was reached before the end."""
+    t = jnp.where(v.instant, c.t, a.t1 + v.delta)
+    y = jnp.where(v.instant, c.y, a.y1 + v.delta * a.f1)
+    tol = p.guard_tolerance
+    here = jnp.arange(c.g.shape[0]) == v.guard
+    reached = c.armed & (p.flat.guards(t, y, c.mode) <= tol)
+    fired = jnp.where(v.instant, here, reached | (here & v.land))
+    mode, code = p.flat.transition(t, y, c.mode, fired, v.stop)
+    y = p.flat.reset(t, y, c.mode, mode)
+    f = p.flat.rhs(t, y, mode)
+    g, rate = p.guards_and_rates(t, y, f, mode)
+    h = first_step(p, t, y, f, mode)
+    moved = ~v.instant & (a.h > 0)
+
+    guarded = ~v.stop
+    dt = t - c.t_event
+    apart = guarded & (dt > _ZENO_INTERVAL * (p.t1 - p.t0))
+    cluster = jnp.where(apart, here, c.cluster | (here & guarded))
+    again = guarded & ~apart & (dt > 0) & jnp.any(c.cluster & here)
+    close = jnp.where(apart, 0, c.close + again)
+    chain = jnp.where(guarded & (dt == 0), c.chain + 1, jnp.where(moved, 0, c.chain))
+    stats = c.stats._replace(
+        accepted=c.stats.accepted + ~v.instant, events=c.stats.events + guarded, segments=c.stats.segments + 1
+    )
+    status = jnp.where(stats.events > p.settings.max_events, int(Code.EVENT_LIMIT), _RUNNING)
+    status = jnp.where(close >= _ZENO_COUNT, int(Code.ZENO), status)
+    status = jnp.where(chain >= p.settings.max_chain, int(Code.CHATTER), status)
+    return Carry(
+        t=t,
+        h=jnp.where(moved, jnp.minimum(a.h_next, h), jnp.minimum(c.h, h)),
+        cap=jnp.full_like(t, jnp.inf),
+        crossing=jnp.full_like(t, jnp.inf),
+        t_event=jnp.where(guarded, t, c.t_event),
+        y=y,
+        f=f,
+        g=g,
+        rate=rate,
+        armed=g > tol,
+        cluster=cluster,
+        status=jnp.where(code > 0, code, status).astype(jnp.int32),
+        retakes=jnp.zeros_like(c.retakes),
+        chain=chain,
+        close=close,
+        stats=stats,
+        mode=mode,
+    )
+
+
+def _iterate(p: Problem, packed, ny: int, ng: int):
+    """One attempt: the packed carry after it, and the row that records it."""
+    c = unpack(packed, ny, ng)
+    a = _attempt(p, c)
+    v = _judge(p, c, a)
+    event = v.instant | v.land | (v.stop & (a.target < p.t1))
+
+    def with_events():
+        # lanes of a batch without an event of their own take the plain step
+        plain, jumped = pack(_stepped(c, a, v, p)), pack(_jumped(p, c, a, v))
+        return jax.tree.map(lambda x, y: jnp.where(event, x, y), jumped, plain)
+
+    new = jax.lax.cond(eqxi.unvmap_any(event), with_events, lambda: pack(_stepped(c, a, v, p)))
+    running = c.status == _RUNNING
+    new = jax.tree.map(lambda x, y: jnp.where(running, x, y), new, packed)
+    stepped = a.accept & ~v.retake
+    kind = jnp.where(v.stop, jnp.where(a.target < p.t1, STOPPED, FINISHED), jnp.where(stepped, ADVANCED, SKIPPED))
+    kind = jnp.where(v.instant, INSTANT, jnp.where(v.land, LANDED, kind))
+    h = jnp.where(v.instant, 0.0, a.h)
+    return new, pack_row(c.t, h, v.delta, kind, v.guard, c.y, c.mode)
+
+
+def _start(p: Problem, y0, mode0) -> Carry:
+    f = p.flat.rhs(p.t0, y0, mode0)
+    g, rate = p.guards_and_rates(p.t0, y0, f, mode0)
+    zero = jnp.asarray(0, jnp.int32)
+    sound = jnp.all(jnp.isfinite(y0)) & jnp.all(jnp.isfinite(f)) & jnp.isfinite(p.t0) & jnp.isfinite(p.t1)
+    status = jnp.where(p.t1 > p.t0, _RUNNING, int(Code.COMPLETED))
+    infinity = jnp.full_like(p.t0, jnp.inf)
+    return Carry(
+        t=p.t0,
+        h=first_step(p, p.t0, y0, f, mode0),
+        cap=infinity,
+        crossing=infinity,
+        t_event=-infinity,
+        y=y0,
+        f=f,
+        g=g,
+        rate=rate,
+        armed=g > p.guard_tolerance,
+        cluster=jnp.zeros(g.shape, bool),
+        status=jnp.where(sound, status, int(Code.NOT_FINITE)).astype(jnp.int32),
+        retakes=zero,
+        chain=zero,
+        close=zero,
+        stats=Stats(zero, zero, zero, zero, zero + 1),
+        mode=mode0,
+    )
+
+
+def run(p: Problem, y0: Float[Array, " state"], mode0: Int[Array, " mode"]):
+    """Packed rows `(max_steps + 1, columns)`, number of attempts, code and counts."""
+    n = p.settings.max_steps
+    start = _start(p, y0, mode0)
+    ny, ng = y0.shape[0], start.g.shape[0]
+    rows = jnp.zeros((n + 1, HEAD + ny + mode0.shape[0]), y0.dtype)
+
+    def running(loop):
+        i, (_, integers), _ = loop
+        return (i < n) & eqxi.unvmap_any(integers[0] == _RUNNING)
+
+    def body(loop):
+        i, packed, rows = loop
+        packed, row = _iterate(p, packed, ny, ng)
+        return i + 1, packed, jax.lax.dynamic_update_slice(rows, row[None], (i, jnp.zeros_like(i)))
+
+    count, packed, rows = jax.lax.while_loop(running, body, (jnp.asarray(0, jnp.int32), pack(start), rows))
+    c = unpack(packed, ny, ng)
+    none = jnp.asarray(SKIPPED, jnp.int32)
+    last = pack_row(c.t, jnp.zeros_like(c.t), jnp.zeros_like(c.t), none, none, c.y, c.mode)
+    rows = jax.lax.dynamic_update_slice(rows, last[None], (count, jnp.zeros_like(count)))
+    code = jnp.where(c.status == _RUNNING, int(Code.STEP_LIMIT), c.status)
+    return rows, count, code, c.stats

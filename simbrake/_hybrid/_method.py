@@ -1,0 +1,73 @@
+"""One step of a Runge–Kutta method, its stages unrolled from a tableau that diffrax ships."""
+
+import abc
+from collections.abc import Callable
+
+import diffrax
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+Rhs = Callable[[Float[Array, ""], Float[Array, " state"]], Float[Array, " state"]]
+
+
+class AbstractMethod(eqx.Module):
+    """A one-step method for the flat loop."""
+
+    order: eqx.AbstractVar[int]
+    evaluations: eqx.AbstractVar[int]
+
+    @abc.abstractmethod
+    def step(
+        self, rhs: Rhs, t: Float[Array, ""], y: Float[Array, " state"], f: Float[Array, " state"], h: Float[Array, ""]
+    ) -> tuple[Float[Array, " state"], Float[Array, " state"], Float[Array, " state"]]:
+        """From `(t, y)` with `f = rhs(t, y)` over `h`: the new state, its error estimate, and `rhs` there."""
+
+
+class ExplicitRungeKutta(AbstractMethod):
+    """An embedded explicit Runge–Kutta pair, `y₁ = y + h Σ bᵢ kᵢ`, `kᵢ = f(t + cᵢ h, y + h Σ aᵢⱼ kⱼ)`.
+
+    Any explicit diffrax solver with an error estimate gives its tableau (`diffrax.Tsit5()`, `diffrax.Dopri8()`, …).
+    The order is the one the step-size controller assumes for the local error. `evaluations` counts those of `rhs` in
+    one step, the first of which is handed over from the step before.
+    """
+
+    a: tuple[tuple[float, ...], ...] = eqx.field(static=True)
+    b: tuple[float, ...] = eqx.field(static=True)
+    b_error: tuple[float, ...] = eqx.field(static=True)
+    c: tuple[float, ...] = eqx.field(static=True)
+    fsal: bool = eqx.field(static=True)
+    order: int = eqx.field(static=True)
+    evaluations: int = eqx.field(static=True)
+
+    def __init__(self, solver: diffrax.AbstractERK):
+        if not isinstance(solver, diffrax.AbstractERK):
+            raise TypeError(f"an explicit Runge–Kutta solver of diffrax is needed (Tsit5, Dopri8, …), not {solver!r}")
+        tableau = solver.tableau
+
+        def numbers(row: np.ndarray) -> tuple[float, ...]:
+            return tuple(float(x) for x in row)
+
+        self.a = tuple(numbers(row) for row in tableau.a_lower)
+        self.b, self.b_error, self.c = numbers(tableau.b_sol), numbers(tableau.b_error), numbers(tableau.c)
+        self.fsal = bool(tableau.fsal)
+        order = solver.order(diffrax.ODETerm(lambda t, y, args: y))
+        assert order is not None
+        self.order = int(order)
+        self.evaluations = len(self.c) + (0 if self.fsal else 1)
+
+    def step(self, rhs, t, y, f, h):
+        stages, argument = [f], y
+        for row, c in zip(self.a, self.c, strict=True):
+            argument = y + h * _combine(row, stages)
+            stages.append(rhs(t + c * h, argument))
+        # FSAL: the last stage is taken at (t + h, y₁) itself
+        y1 = argument if self.fsal else y + h * _combine(self.b, stages)
+        f1 = stages[-1] if self.fsal else rhs(t + h, y1)
+        return y1, h * _combine(self.b_error, stages), f1
+
+
+def _combine(weights: tuple[float, ...], stages: list[Array]) -> Array:
+    terms = [w * k for w, k in zip(weights, stages, strict=True) if w != 0.0]
+    return sum(terms[1:], start=terms[0]) if terms else jnp.zeros_like(stages[0])

@@ -1,0 +1,107 @@
+"""Flat views of states and modes, and the layout of one recorded row."""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jax.flatten_util import ravel_pytree
+from jaxtyping import Array, Float, Int, PyTree
+
+from ._system import AbstractHybridSystem
+
+#: what became of one step attempt
+SKIPPED, ADVANCED, FINISHED, LANDED, INSTANT, STOPPED = range(6)
+
+
+class Flat(NamedTuple):
+    """A hybrid system on flat vectors: state `(ny,)`, mode `(nm,)` of int32."""
+
+    rhs: Callable[[Any, Any, Any], Array]
+    guards: Callable[[Any, Any, Any], Array]
+    transition: Callable[..., tuple[Array, Array]]
+    reset: Callable[..., Array]
+    next_stop: Callable[[Array], Array]
+    unpack_state: Callable[[Array], PyTree]
+    unpack_mode: Callable[[Array], PyTree]
+
+
+def pack_mode(mode: PyTree) -> tuple[Int[Array, " mode"], Callable[[Array], PyTree]]:
+    leaves, structure = jax.tree.flatten(mode)
+    leaves = [jnp.asarray(leaf, dtype=jnp.int32) for leaf in leaves]
+    shapes = [leaf.shape for leaf in leaves]
+    ends = [0]
+    for leaf in leaves:
+        ends.append(ends[-1] + leaf.size)
+
+    def unpack(flat: Array) -> PyTree:
+        parts = [flat[a:b].reshape(s) for a, b, s in zip(ends[:-1], ends[1:], shapes, strict=True)]
+        return jax.tree.unflatten(structure, parts)
+
+    flat = jnp.concatenate([leaf.reshape(-1) for leaf in leaves]) if leaves else jnp.zeros(0, jnp.int32)
+    return flat, unpack
+
+
+def flatten(system: AbstractHybridSystem, y0: PyTree, mode0: PyTree) -> Flat:
+    """`system` on flat vectors laid out like `y0` and `mode0`."""
+    _, unpack_state = ravel_pytree(y0)
+    _, unpack_mode = pack_mode(mode0)
+
+    def state(y: PyTree) -> Array:
+        return ravel_pytree(y)[0]
+
+    def transition(t, y, mode, fired, at_stop):
+        after, code = system.transition(t, unpack_state(y), unpack_mode(mode), fired, at_stop)
+        return pack_mode(after)[0], jnp.asarray(code, jnp.int32)
+
+    return Flat(
+        rhs=lambda t, y, mode: state(system.rhs(t, unpack_state(y), unpack_mode(mode))),
+        guards=lambda t, y, mode: system.guards(t, unpack_state(y), unpack_mode(mode)),
+        transition=transition,
+        reset=lambda t, y, before, after: state(
+            system.reset(t, unpack_state(y), unpack_mode(before), unpack_mode(after))
+        ),
+        next_stop=lambda mode: jnp.asarray(system.next_stop(unpack_mode(mode)), jnp.float64),
+        unpack_state=unpack_state,
+        unpack_mode=unpack_mode,
+    )
+
+
+class Rows(eqx.Module):
+    """Recorded step attempts; row `i` starts at `t[i], y[i]` in `mode[i]`, row `count` is the end of the run.
+
+    `h` is the step taken, `kind` one of SKIPPED (rejected or retaken shorter), ADVANCED, LANDED (on guard `guard`,
+    after a last move by `delta`), INSTANT (guard `guard`, no time passed), STOPPED (at a known time) and FINISHED.
+    """
+
+    t: Float[Array, " row"]
+    y: Float[Array, "row state"]
+    h: Float[Array, " row"]
+    delta: Float[Array, " row"]
+    kind: Int[Array, " row"]
+    guard: Int[Array, " row"]
+    mode: Int[Array, "row mode"]
+
+
+HEAD = 5
+
+
+def pack_row(t, h, delta, kind, guard, y, mode) -> Float[Array, " column"]:
+    head = jnp.stack([t, h, delta, kind.astype(t.dtype), guard.astype(t.dtype)])
+    return jnp.concatenate([head, y, mode.astype(t.dtype)])
+
+
+def unpack_rows(packed: Float[Array, "row column"], ny: int) -> Rows:
+    def integer(x: Array) -> Array:
+        return jnp.round(x).astype(jnp.int32)
+
+    return Rows(
+        t=packed[..., 0],
+        h=packed[..., 1],
+        delta=packed[..., 2],
+        kind=integer(packed[..., 3]),
+        guard=integer(packed[..., 4]),
+        y=packed[..., HEAD : HEAD + ny],
+        mode=integer(packed[..., HEAD + ny :]),
+    )

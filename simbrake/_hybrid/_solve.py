@@ -1,0 +1,166 @@
+"""The front door of the integrator."""
+
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Int, PyTree
+
+from . import _loop
+from ._derivative import advance, before_jump, no_tangent, sweep
+from ._carry import Stats
+from ._loop import Problem
+from ._method import AbstractMethod
+from ._packing import SKIPPED, Flat, Rows, flatten, pack_mode, unpack_rows
+from ._system import AbstractHybridSystem, Settings
+
+
+class Record(eqx.Module):
+    """What an integration leaves behind: every step attempt, from which states at any time follow.
+
+    `rows` has `max_steps + 1` entries, of which `count` attempts and then the end of the run are filled. `t` and `y`
+    of the rows are differentiable (first derivatives, forward and reverse) with respect to every number of the system,
+    the initial state and the times.
+    """
+
+    system: AbstractHybridSystem
+    method: AbstractMethod
+    y_like: PyTree
+    mode_like: PyTree
+    t1: Any
+    rows: Rows
+    count: Int[Array, ""]
+    code: Int[Array, ""]
+    stats: Stats
+
+    @property
+    def flat(self) -> Flat:
+        return flatten(self.system, self.y_like, self.mode_like)
+
+    @property
+    def t_end(self) -> Array:
+        return self.rows.t[self.count]
+
+    @property
+    def y_end(self) -> PyTree:
+        return self.flat.unpack_state(self.rows.y[self.count])
+
+    @property
+    def mode_end(self) -> PyTree:
+        return self.flat.unpack_mode(self.rows.mode[self.count])
+
+    def row(self, i: Array) -> Rows:
+        return jax.tree.map(lambda leaf: leaf[i], self.rows)
+
+    def ends(self, index: Int[Array, " k"]) -> tuple[Array, PyTree]:
+        """Times and states at the end of the rows named, before any jump."""
+        flat = self.flat
+
+        def one(i):
+            t, y = before_jump(flat, self.method, self.t1, self.row(i))
+            return t, flat.unpack_state(y)
+
+        return jax.vmap(one)(index)
+
+    def inside(self, index: Int[Array, " k"], h: Array) -> tuple[Array, PyTree]:
+        """Times and states at `h` after the start of the rows named: a step of the method itself, not an interpolant."""
+        flat = self.flat
+
+        def one(i, h):
+            row = self.row(i)
+            f = flat.rhs(row.t, row.y, row.mode)
+            y, _, _ = self.method.step(lambda t, y: flat.rhs(t, y, row.mode), row.t, row.y, f, h)
+            return row.t + h, flat.unpack_state(y)
+
+        return jax.vmap(one)(index, h)
+
+    def find(self, ts: Array, *, left: bool = False) -> Int[Array, " k"]:
+        """Rows that hold the times asked for: at an instant with events, the last row there (`left`: the first)."""
+        n = self.rows.t.shape[0]
+        used = jnp.arange(n) <= self.count
+        starts = jnp.where(used, self.rows.t, jnp.inf)
+        i = jnp.searchsorted(starts, ts, side="left" if left else "right") - 1
+        i = jnp.clip(i, 0, self.count)
+        return i.astype(jnp.int32)
+
+    def at(self, ts: Array, *, left: bool = False) -> tuple[PyTree, PyTree]:
+        """States and modes at the times `ts` (k,), each from one step of the method out of the row before it.
+
+        At an event the value after it, or with `left` the value before. Times outside the run take its ends.
+        """
+        i = self.find(ts, left=left)
+        h = jnp.clip(ts, self.rows.t[0], self.t_end) - self.rows.t[i]
+        _, y = self.inside(i, h)
+        return y, jax.vmap(self.flat.unpack_mode)(self.rows.mode[i])
+
+    def compact(self) -> "Record":
+        """The same record without skipped rows and unused space (outside of jit only), its length a power of two."""
+        count = int(self.count)
+        kept = np.flatnonzero(np.append(np.asarray(self.rows.kind[:count]) != SKIPPED, True))
+        size = max(64, 1 << int(np.ceil(np.log2(len(kept)))))
+        index = np.append(kept, np.full(size - len(kept), kept[-1]))
+        rows = jax.tree.map(lambda leaf: leaf[index], self.rows)
+        return eqx.tree_at(lambda r: (r.rows, r.count), self, (rows, jnp.asarray(len(kept) - 1, jnp.int32)))
+
+
+def hybridsolve(
+    system: AbstractHybridSystem,
+    y0: PyTree,
+    mode0: PyTree,
+    t0: Any,
+    t1: Any,
+    method: AbstractMethod,
+    settings: Settings,
+) -> Record:
+    """Integrates `system` from `(t0, y0, mode0)` to `t1` through all its events."""
+    y0 = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float64), y0)
+    t0, t1 = jnp.asarray(t0, jnp.float64), jnp.asarray(t1, jnp.float64)
+    flat_y0 = jax.flatten_util.ravel_pytree(y0)[0]
+    flat_mode0, _ = pack_mode(mode0)
+    y_like = jax.tree.map(lambda leaf: np.zeros(jnp.shape(leaf)), y0)
+    mode_like = jax.tree.map(lambda leaf: np.zeros(jnp.shape(leaf), np.int32), mode0)
+    numbers, rest = eqx.partition(system, eqx.is_inexact_array)
+    others, structure = eqx.partition((rest, settings, flat_mode0), eqx.is_array)
+
+    def problem(params, others) -> tuple[Problem, Array]:
+        numbers, t1, t0 = params
+        rest, settings, mode0 = eqx.combine(others, structure)
+        whole: AbstractHybridSystem = eqx.combine(numbers, rest)
+        sizes = jax.flatten_util.ravel_pytree(jax.tree.map(jnp.add, y_like, whole.scales()))[0]
+        weights = jax.lax.stop_gradient(1.0 / sizes)
+        return Problem(flatten(whole, y_like, mode_like), method, weights, t0, t1, settings), mode0
+
+    @jax.custom_jvp
+    def run(params, flat_y0, others):
+        p, mode0 = problem(params, others)
+        packed, count, code, stats = _loop.run(p, flat_y0, mode0)
+        rows = unpack_rows(packed, flat_y0.shape[0])
+        return rows.t, rows.y, eqx.tree_at(lambda r: (r.t, r.y), rows, (None, None)), (count, code, stats)
+
+    @run.defjvp
+    def _(primals, tangents):
+        params, flat_y0, others = primals
+        d_params, d_y0, _ = tangents
+        t, y, rows, (count, code, stats) = run(params, flat_y0, others)
+        starts = jnp.concatenate([t[:, None], y], axis=1)
+
+        def row_map(params, start, i):
+            p, _ = problem(params, others)
+            row = jax.tree.map(lambda leaf: leaf[i], rows)
+            row = eqx.tree_at(lambda r: (r.t, r.y), row, (start[0], start[1:]), is_leaf=lambda x: x is None)
+            t, y = advance(p.flat, method, p.t1, row, rows.mode[i + 1])
+            return jnp.concatenate([t[None], y])
+
+        d_start = jnp.concatenate([d_params[2][None], d_y0])
+        d = sweep(row_map, params, starts, count, (d_params, d_start))
+        return (t, y, rows, (count, code, stats)), (
+            d[:, 0],
+            d[:, 1:],
+            *jax.tree.map(no_tangent, (rows, (count, code, stats))),
+        )
+
+    t, y, rows, (count, code, stats) = run((numbers, t1, t0), flat_y0, others)
+    rows = eqx.tree_at(lambda r: (r.t, r.y), rows, (t, y), is_leaf=lambda x: x is None)
+    return Record(system, method, y_like, mode_like, t1, rows, count, code, stats)

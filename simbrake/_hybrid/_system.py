@@ -1,0 +1,77 @@
+"""What the integrator asks of a hybrid system."""
+
+import abc
+import enum
+from typing import Any
+
+import equinox as eqx
+from jaxtyping import Array, Bool, Float, Int, PyTree
+
+
+class Code(enum.IntEnum):
+    """How an integration ended; systems add their own codes from `SYSTEM_CODES` upwards."""
+
+    COMPLETED = 0
+    STEP_LIMIT = 1
+    EVENT_LIMIT = 2
+    CHATTER = 3
+    ZENO = 4
+    NOT_FINITE = 5
+    STEP_TOO_SMALL = 6
+
+
+SYSTEM_CODES = 100
+
+
+class AbstractHybridSystem(eqx.Module):
+    """Ordinary differential equations `dy/dt = rhs(t, y, mode)` with modes, guards and jumps.
+
+    - **State** `y`: any PyTree of floating arrays.
+    - **Mode**: any PyTree of integer arrays, frozen between two events.
+    - **Guards**: one vector of dimensionless numbers of order one, positive while the mode holds (`+1` where a guard
+      does not matter). A guard that goes negative is an event; it is located to the accuracy of the integrator.
+      At a restart a guard that is 0 within tolerance is unarmed: it fires only if it goes negative from there.
+    - **Known times** (corners of given profiles) are no guards: `next_stop` names the next one and a step ends on it.
+
+    Every number is an array leaf, so solutions can be differentiated with respect to all of them.
+    """
+
+    @abc.abstractmethod
+    def rhs(self, t: Float[Array, ""], y: PyTree, mode: PyTree) -> PyTree:
+        """`dy/dt`, of the structure of `y`. Must extend smoothly a little past the end of its mode."""
+
+    @abc.abstractmethod
+    def guards(self, t: Float[Array, ""], y: PyTree, mode: PyTree) -> Float[Array, " guard"]:
+        """Guards, positive while `mode` holds."""
+
+    @abc.abstractmethod
+    def transition(
+        self, t: Float[Array, ""], y: PyTree, mode: PyTree, fired: Bool[Array, " guard"], at_stop: Bool[Array, ""]
+    ) -> tuple[PyTree, Int[Array, ""] | int]:
+        """The mode after an event and 0, or a code ≥ `SYSTEM_CODES` that ends the run.
+
+        `fired` marks every guard that reached 0 at this instant, `at_stop` that a known time was reached. The mode
+        need not be final: one whose guards are negative at once gives another event at the same instant.
+        """
+
+    @abc.abstractmethod
+    def reset(self, t: Float[Array, ""], y: PyTree, before: PyTree, after: PyTree) -> PyTree:
+        """The state just after a change of mode from `before` to `after`; differentiable in `t` and `y`."""
+
+    @abc.abstractmethod
+    def next_stop(self, mode: PyTree) -> Float[Array, ""] | float:
+        """The next known time in this mode, `inf` where there is none."""
+
+    @abc.abstractmethod
+    def scales(self) -> PyTree:
+        """Typical size of every state, for the error norm; `inf` keeps a state (a ledger) out of the norm."""
+
+
+class Settings(eqx.Module):
+    """Numbers that steer an integration (traced, except for those that shape the program)."""
+
+    rtol: Any
+    max_events: Any
+    max_chain: int = eqx.field(static=True, default=128)
+    max_steps: int = eqx.field(static=True, default=1024)
+    guard_samples: int = eqx.field(static=True, default=15)

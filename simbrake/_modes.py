@@ -1,0 +1,107 @@
+"""The modes of the standard brake: which one holds, in a table and in one decision."""
+
+import enum
+from typing import Any, NamedTuple
+
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float, Int
+
+
+class BandMode(enum.IntEnum):
+    """What the band does (model §3)."""
+
+    OPEN = 0  # the lever does not pull
+    TAKE_UP = 1  # the pulley draws the band tight, no torque yet
+    ELASTIC = 2  # band and pulley move together, linings reach their limits one by one
+    SLIP = 3  # every lining slides, the anchor end is the tight one
+    SLIP_BACK = 4  # every lining slides the other way, the lever end is the tight one
+    HELD = 5  # the pulley is at rest
+
+
+class Mode(NamedTuple):
+    """Band mode, direction of motion (±1), and the pieces on which the given profiles are."""
+
+    band: Int[Array, ""] | int
+    sense: Int[Array, ""] | int
+    lever_piece: Int[Array, ""] | int
+    load_piece: Int[Array, ""] | int
+
+
+class Situation(NamedTuple):
+    """What decides on a mode at one instant; tensions in N, speeds of the band circle in m/s."""
+
+    T_0: Float[Array, ""]
+    rising: Bool[Array, ""]  # the slack tension is 0 and begins to grow
+    tension: Float[Array, ""]  # of the tight end, as the elongation has it
+    high: Float[Array, ""]  # limits of that tension
+    low: Float[Array, ""]
+    slip_ahead: Float[Array, ""]  # slip speed if the band slid with the anchor end tight
+    slip_back: Float[Array, ""]  # the same with the lever end tight
+    speed: Float[Array, ""]  # of the pulley at the band circle
+    tolerance: Float[Array, ""]  # tension differences below it are rounding
+
+
+def moving_mode(s: Situation, direction: Int[Array, ""]) -> Int[Array, ""]:
+    """Mode of an elastic band that is taut while the pulley moves, or starts to, in `direction`.
+
+    At a limit of the tension it slides if the slip speed it would have has the right sign; with no slip speed yet, the
+    direction in which the pulley starts decides. With `T_0 = 0` both limits are 0 and the speeds alone decide: this
+    is the answer for a ramp from exactly 0.
+    """
+    at_high = s.tension >= s.high - s.tolerance
+    at_low = s.tension <= s.low + s.tolerance
+    ahead = at_high & ((s.slip_ahead > 0) | ((s.slip_ahead == 0) & (direction > 0)))
+    back = at_low & ((s.slip_back < 0) | ((s.slip_back == 0) & (direction < 0)))
+    return jnp.where(ahead, BandMode.SLIP, jnp.where(back, BandMode.SLIP_BACK, BandMode.ELASTIC))
+
+
+def rigid_mode(direction: Int[Array, ""]) -> Int[Array, ""]:
+    return jnp.where(direction > 0, BandMode.SLIP, BandMode.SLIP_BACK)
+
+
+def slips(band: Any) -> Any:
+    return (band == BandMode.SLIP) | (band == BandMode.SLIP_BACK)
+
+
+#: names of events in the log, in the order in which they appear if they coincide
+EVENT_NAMES = (
+    "slip_onset",
+    "lining_limit",
+    "full_slip",
+    "restick",
+    "stop",
+    "restart",
+    "release",
+    "self_locking",
+    "grip_lost",
+    "internal_slip",
+    "external_lock",
+    "internal_restick",
+    "external_release",
+    "lining_slip",
+    "lining_stick",
+    "permissible_temperature",
+)
+
+
+def events_of_change(before: int, after: int, first: bool) -> list[str]:
+    """Names of the events in one change of band mode; `first` marks the settling at the start of a run."""
+    if before == after:
+        return []
+    slack = before in (BandMode.OPEN, BandMode.TAKE_UP)
+    names = []
+    if after == BandMode.OPEN:
+        names.append("release")
+    elif after == BandMode.HELD:
+        if not (first or before == BandMode.OPEN):
+            names.append("stop")
+    elif after in (BandMode.ELASTIC, BandMode.SLIP, BandMode.SLIP_BACK):
+        if before == BandMode.HELD:
+            names.append("restart")
+        elif slack:
+            names.append("slip_onset")
+        elif after == BandMode.ELASTIC:
+            names.append("restick")
+        if after != BandMode.ELASTIC:
+            names.append("full_slip")
+    return names

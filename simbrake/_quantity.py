@@ -1,0 +1,140 @@
+"""Numbers with units: how a field of a scene says its unit, its admissible range and its meaning."""
+
+import dataclasses
+from typing import Any
+
+import equinox as eqx
+import jax
+import numpy as np
+from jaxtyping import Array, Float
+
+#: one number, or a batch of them
+Scalar = Float[Array, "..."] | Float[np.ndarray, "..."]
+
+
+@dataclasses.dataclass(frozen=True)
+class Quantity:
+    """Unit (SI), meaning and admissible range of a number; bounds are inclusive unless `open_low`."""
+
+    unit: str
+    meaning: str
+    low: float | None = None
+    high: float | None = None
+    open_low: bool = False
+
+    def admits(self, value: np.ndarray) -> np.ndarray:
+        ok = np.isfinite(value)
+        if self.low is not None:
+            ok &= (value > self.low) if self.open_low else (value >= self.low)
+        if self.high is not None:
+            ok &= value <= self.high
+        return ok
+
+    @property
+    def range(self) -> str:
+        parts = []
+        if self.low is not None:
+            parts.append(f"{'>' if self.open_low else '≥'} {self.low:g}")
+        if self.high is not None:
+            parts.append(f"≤ {self.high:g}")
+        return "finite" if not parts else " and ".join(parts)
+
+
+def as_number(x: Any) -> Any:
+    """Python and NumPy numbers as float64 arrays, so that a new value never re-traces; JAX arrays stay as they are."""
+    if x is None or isinstance(x, jax.Array) or not isinstance(x, int | float | list | tuple | np.ndarray | np.generic):
+        return x
+    return np.asarray(x, dtype=np.float64)
+
+
+def quantity(
+    unit: str,
+    meaning: str,
+    *,
+    low: float | None = None,
+    high: float | None = None,
+    positive: bool = False,
+    default: Any = dataclasses.MISSING,
+) -> Any:
+    """A numeric field: an array leaf in SI units, with what a reader and a checker must know of it."""
+    if positive:
+        about = Quantity(unit, meaning, 0.0, high, open_low=True)
+    else:
+        about = Quantity(unit, meaning, low, high)
+    keywords = {} if default is dataclasses.MISSING else {"default": default}
+    return eqx.field(converter=as_number, metadata={"quantity": about}, **keywords)
+
+
+@dataclasses.dataclass(frozen=True)
+class Fault:
+    """One thing wrong with an input: where, what stands there, and what to do."""
+
+    path: str
+    problem: str
+    hint: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.path}: {self.problem}" + (f" — {self.hint}" if self.hint else "")
+
+
+class InputError(ValueError):
+    """All faults of an input in one report."""
+
+    def __init__(self, faults: list[Fault]):
+        self.faults = tuple(faults)
+        count = "1 fault" if len(faults) == 1 else f"{len(faults)} faults"
+        super().__init__("\n".join([f"the input has {count}:", *(f"  {fault}" for fault in faults)]))
+
+
+@dataclasses.dataclass(frozen=True)
+class Leaf:
+    """One number (or array of numbers) of a scene: its path, its value and what is known of it."""
+
+    path: str
+    value: Any
+    about: Quantity
+
+
+def leaves(node: Any, path: str = "") -> list[Leaf]:
+    """Every quantity below `node`, in the order of the fields."""
+    found: list[Leaf] = []
+    if isinstance(node, tuple | list):
+        for i, child in enumerate(node):
+            found += leaves(child, f"{path}[{i}]")
+        return found
+    if not dataclasses.is_dataclass(node) or isinstance(node, type):
+        return found
+    for field in dataclasses.fields(node):
+        value = getattr(node, field.name)
+        here = f"{path}.{field.name}" if path else field.name
+        about = field.metadata.get("quantity")
+        if about is not None:
+            if value is not None:
+                found.append(Leaf(here, value, about))
+        else:
+            found += leaves(value, here)
+    return found
+
+
+def faults_of_values(node: Any, path: str = "") -> list[Fault]:
+    """Values that are not numbers, not finite or outside their range. Traced values cannot be looked at and pass."""
+    faults = []
+    for leaf in leaves(node, path):
+        if isinstance(leaf.value, jax.core.Tracer):
+            continue
+        if not isinstance(leaf.value, np.ndarray | jax.Array):
+            faults.append(Fault(leaf.path, f"{leaf.value!r} is not a number", f"give a number in {leaf.about.unit}"))
+            continue
+        value = np.asarray(leaf.value)
+        bad = ~leaf.about.admits(value)
+        if bad.any():
+            which = "" if value.ndim == 0 else "[" + ", ".join(str(i) for i in np.argwhere(bad)[0]) + "]"
+            worst = value[bad].flat[0]
+            faults.append(
+                Fault(
+                    leaf.path + which,
+                    f"{worst:g} {leaf.about.unit} is not admissible",
+                    f"{leaf.about.meaning} must be {leaf.about.range} {leaf.about.unit}",
+                )
+            )
+    return faults

@@ -1,0 +1,388 @@
+"""Where the physics of a scene couples: one system of equations with modes, guards, jumps and an energy ledger."""
+
+import enum
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float
+
+from ._band import LiningForces, grip, mobilised, tension_ratio
+from ._design import Lining
+from ._duty import AbstractLoad, AbstractProfile
+from ._friction import Contact
+from ._hybrid import SYSTEM_CODES, AbstractHybridSystem
+from ._modes import BandMode, Mode, Situation, moving_mode, rigid_mode, slips
+from ._scene import Scene
+
+
+class BrakeCode(enum.IntEnum):
+    """Ends of a run that only a brake can come to."""
+
+    SINGULAR_GEOMETRY = SYSTEM_CODES
+
+
+class Ledger(NamedTuple):
+    """Energies in J since the start: work of load and lever, friction heat."""
+
+    load_work: Any
+    lever_work: Any
+    friction_heat: Any
+
+
+class State(NamedTuple):
+    """Angle `φ` (rad), speed `ω` (rad/s), elongation `x` (m; `None` for a rigid band) and the ledger."""
+
+    phi: Any
+    omega: Any
+    x: Any
+    ledger: Ledger
+
+
+class Flows(NamedTuple):
+    """Forces, rates and powers at one instant: everything that right-hand side, guards, ledger and outputs read."""
+
+    slack_tension: Float[Array, ""]  # T_0 (N), as the band has it at its slack end
+    lever_tension: Float[Array, ""]  # T_0 (N), as the lever would give it
+    tight_tension: Float[Array, ""]  # T_n (N)
+    load_torque: Float[Array, ""]  # M_load (N·m)
+    brake_torque: Float[Array, ""]  # M_b = R_b (T_n − T_0) (N·m)
+    alpha: Float[Array, ""]  # ω̇ (rad/s²)
+    band_speed: Float[Array, ""]  # ẋ (m/s)
+    slip_speed: Float[Array, ""]  # v_s (m/s)
+
+
+class Slip(NamedTuple):
+    """What full slip in one direction would be."""
+
+    tension: Float[Array, ""]
+    alpha: Float[Array, ""]
+    band_speed: Float[Array, ""]
+
+
+@jax.custom_jvp
+def _product(mu: Float[Array, " n"]) -> Float[Array, ""]:
+    return jnp.prod(mu)
+
+
+@_product.defjvp
+def _(primals, tangents):
+    # the general rule of jnp.prod costs n products; here no factor is 0
+    (mu,), (d_mu,) = primals, tangents
+    product = jnp.prod(mu)
+    return product, product * jnp.sum(d_mu / mu)
+
+
+class BrakeSystem(AbstractHybridSystem):
+    """The standard brake (model §3; Z-15…Z-18) as a hybrid system.
+
+        J ω̇ = M_load(t, ω) − R_b (T_n − T_0),   φ̇ = ω,   T_n = C x while the band is elastic, T_0 Π^{±1} while it slides
+
+    Products `Π` that cannot change in the run are formed once, here.
+    """
+
+    inertia: Array
+    band_radius: Array
+    stiffness: Array | None
+    linings: Lining
+    lever: AbstractProfile
+    load: AbstractLoad
+    mu_static: Float[Array, " n"]
+    locked: Bool[Array, ""]
+    mu_kinetic: Float[Array, " n"] | None
+    ratio_static: Float[Array, ""]
+    ratio_kinetic: Float[Array, ""] | None
+    tension_scale: Float[Array, ""]
+    torque_scale: Float[Array, ""]
+    speed_scale: Float[Array, ""]
+
+    @property
+    def guard_samples(self) -> int:
+        """Points inside a step at which the guards are looked at: none where the profiles hide nothing."""
+        return 0 if self.lever.smooth_between and self.load.profile.smooth_between else 15
+
+    def kinetic_mu(self, omega: Array, sense: Array) -> Float[Array, " n"]:
+        """Tension ratios `μ_i` of sliding linings at the speed `ω`."""
+        if self.mu_kinetic is not None:
+            return self.mu_kinetic
+        v = jnp.broadcast_to(sense * self.band_radius * omega, self.mu_static.shape)
+        return tension_ratio(grip(self.linings.friction.kinetic(Contact(v=v)), jnp.asarray(self.linings.angle)))[0]
+
+    def _lever(self, t: Array, mode: Mode) -> tuple[Array, Array]:
+        return jax.jvp(lambda t: self.lever.value(t, mode.lever_piece), (t,), (jnp.ones_like(t),))
+
+    def slip(self, t: Array, omega: Array, mode: Mode, sign: int) -> Slip:
+        """Full slip with the anchor end tight (`sign` +1) or the lever end (−1): `T_n = T_0 Π^{±1}`, `ẋ = Ṫ_n/C`."""
+        T_0, rate = self._lever(t, mode)
+
+        def ratio(omega: Array) -> Array:
+            if self.ratio_kinetic is not None:
+                product = self.ratio_kinetic
+            else:
+                product = _product(self.kinetic_mu(omega, mode.sense))
+            return product if sign > 0 else 1 / product
+
+        if self.ratio_kinetic is not None:
+            Pi, slope = ratio(omega), jnp.zeros_like(omega)
+        else:
+            Pi, slope = jax.jvp(ratio, (omega,), (jnp.ones_like(omega),))
+        tension = T_0 * Pi
+        load = self.load.torque(t, omega, mode.load_piece)
+        alpha = (load - self.band_radius * (tension - T_0)) / self.inertia
+        if self.stiffness is None:
+            return Slip(tension, alpha, jnp.zeros_like(t))
+        return Slip(tension, alpha, (rate * Pi + T_0 * slope * alpha) / self.stiffness)
+
+    def flows(self, t: Array, y: State, mode: Mode) -> Flows:
+        """Everything that acts at one instant (model §3, table of modes)."""
+        band, R_b = mode.band, self.band_radius
+        lever_tension, _ = self._lever(t, mode)
+        T_0 = jnp.where(band == BandMode.OPEN, 0.0, lever_tension)
+        load = self.load.torque(t, y.omega, mode.load_piece)
+        ahead, back = self.slip(t, y.omega, mode, +1), self.slip(t, y.omega, mode, -1)
+        held = band == BandMode.HELD
+        tension = jnp.where(band == BandMode.SLIP, ahead.tension, back.tension)
+        tension = jnp.where(held, T_0 + load / R_b, tension)
+        tension = jnp.where(band == BandMode.OPEN, 0.0, tension)
+        speed = R_b * y.omega
+        band_speed = jnp.where(band == BandMode.SLIP, ahead.band_speed, back.band_speed)
+        slack = T_0
+        if self.stiffness is not None:
+            carried = (band == BandMode.TAKE_UP) | (band == BandMode.ELASTIC)
+            tension = jnp.where(carried, self.stiffness * y.x, tension)
+            slack = jnp.where(band == BandMode.TAKE_UP, self.stiffness * y.x, T_0)
+            band_speed = jnp.where(carried, speed, band_speed)
+        sliding = slips(band)
+        torque = R_b * (tension - slack)
+        return Flows(
+            slack_tension=slack,
+            lever_tension=lever_tension,
+            tight_tension=tension,
+            load_torque=load,
+            brake_torque=torque,
+            alpha=jnp.where(held, 0.0, (load - torque) / self.inertia),
+            band_speed=jnp.where((band == BandMode.OPEN) | held, 0.0, band_speed),
+            slip_speed=jnp.where(sliding, speed - band_speed, 0.0),
+        )
+
+    def rhs(self, t, y, mode):
+        q = self.flows(t, y, mode)
+        moving = jnp.where(mode.band == BandMode.HELD, 0.0, y.omega)
+        return State(
+            phi=moving,
+            omega=q.alpha,
+            x=None if self.stiffness is None else q.band_speed,
+            ledger=Ledger(
+                load_work=q.load_torque * moving,
+                lever_work=q.slack_tension * q.band_speed,
+                friction_heat=(q.tight_tension - q.slack_tension) * q.slip_speed,
+            ),
+        )
+
+    def holding_range(self, T_0: Array) -> tuple[Array, Array]:
+        """Load torques between which the static limit holds the pulley at rest (N·m)."""
+        high = self.band_radius * T_0 * (self.ratio_static - 1)
+        low = -self.band_radius * T_0 * (1 - 1 / self.ratio_static)
+        return jnp.where(self.locked, -jnp.inf, low), jnp.where(self.locked, jnp.inf, high)
+
+    def guards(self, t, y, mode):
+        """Guards `[motion, high, low, lever]`: tension differences, torque differences and speeds over a reference."""
+        band, one = mode.band, jnp.ones_like(t)
+        q = self.flows(t, y, mode)
+        T_0 = q.lever_tension
+        held, sliding = band == BandMode.HELD, slips(band)
+        free = self.locked
+        moving = (band == BandMode.TAKE_UP) | (band == BandMode.ELASTIC) | sliding
+        motion = jnp.where(moving, mode.sense * y.omega / self.speed_scale, one)
+        torque_high = (self.band_radius * T_0 * (self.ratio_static - 1) - q.load_torque) / self.torque_scale
+        torque_low = (q.load_torque + self.band_radius * T_0 * (1 - 1 / self.ratio_static)) / self.torque_scale
+        high = jnp.where(held & ~free, torque_high, one)
+        low = jnp.where(held & ~free, torque_low, one)
+        if self.stiffness is not None:
+            elastic = (band == BandMode.ELASTIC) & ~free
+            tension = q.tight_tension / self.tension_scale
+            high = jnp.where(elastic, T_0 * self.ratio_static / self.tension_scale - tension, high)
+            low = jnp.where(elastic, tension - T_0 / self.ratio_static / self.tension_scale, low)
+            high = jnp.where(band == BandMode.TAKE_UP, T_0 / self.tension_scale - tension, high)
+            slip = q.slip_speed / (self.band_radius * self.speed_scale)
+            high = jnp.where(band == BandMode.SLIP, slip, high)
+            low = jnp.where(band == BandMode.SLIP_BACK, -slip, low)
+        lever = jnp.where(band == BandMode.OPEN, -T_0, T_0) / self.tension_scale
+        return jnp.stack([motion, high, low, lever])
+
+    def _tension_of_band(self, t: Array, y: State, mode: Mode) -> Array:
+        """`C x`, with the exact value where it follows from the slack tension."""
+        ahead, back = self.slip(t, y.omega, mode, +1), self.slip(t, y.omega, mode, -1)
+        tension = jnp.where(mode.band == BandMode.SLIP_BACK, back.tension, self.stiffness * y.x)
+        return jnp.where(mode.band == BandMode.SLIP, ahead.tension, tension)
+
+    def _next_pieces(self, t: Array, mode: Mode, at_stop: Array) -> Mode:
+        lever = jnp.asarray(mode.lever_piece, jnp.int32)
+        load = jnp.asarray(mode.load_piece, jnp.int32)
+        lever = lever + (at_stop & (self.lever.next_knot(lever) <= t))
+        load = load + (at_stop & (self.load.profile.next_knot(load) <= t))
+        return mode._replace(lever_piece=lever, load_piece=load)
+
+    def transition(self, t, y, mode, fired, at_stop):
+        before = mode.band
+        new = self._next_pieces(t, mode, at_stop)
+        T_0, rate = self._lever(t, new)
+        load = self.load.torque(t, y.omega, new.load_piece)
+        rounding = 1e-12 * self.tension_scale
+        rising = (jnp.abs(T_0) <= rounding) & (rate > 0)
+        pulls = (T_0 > rounding) | rising
+        low, high = self.holding_range(T_0)
+        # a guard that fired has the last word over a comparison at rounding level
+        held = before == BandMode.HELD
+        slack = 1e-12 * self.torque_scale
+        direction = jnp.where(load > high + slack, 1, jnp.where(load < low - slack, -1, 0))
+        direction = jnp.where(held & fired[1], 1, jnp.where(held & fired[2], -1, direction))
+        at_rest = held | (fired[0] & (before != BandMode.OPEN)) | (y.omega == 0)
+        direction = jnp.where(at_rest, direction, jnp.where(y.omega > 0, 1, -1))
+        omega = jnp.where(at_rest, 0.0, y.omega)
+        new = new._replace(sense=jnp.where(direction == 0, mode.sense, direction).astype(jnp.int32))
+
+        if self.stiffness is None:
+            moving = rigid_mode(direction)
+            code = jnp.where(self.locked & pulls, int(BrakeCode.SINGULAR_GEOMETRY), 0)
+        else:
+            moving, code = self._elastic_mode(t, y, mode, new, fired, omega, direction, rising), 0
+        after = jnp.where(at_rest & (direction == 0), BandMode.HELD, moving)
+        after = jnp.where(pulls, after, BandMode.OPEN)
+        return new._replace(band=after.astype(jnp.int32)), code
+
+    def _elastic_mode(self, t, y, old, new, fired, omega, direction, rising) -> Array:
+        """Mode of an elastic band on a pulley that moves or starts to."""
+        T_0, rate = self._lever(t, new)
+        rounding = 1e-12 * self.tension_scale
+        was_slack = (old.band == BandMode.OPEN) | (old.band == BandMode.TAKE_UP)
+        tension = self._tension_of_band(t, y, old)
+        speed = self.band_radius * omega
+        takes_up = jnp.where(rising, self.stiffness * speed < rate, tension < T_0 - rounding)
+        takes_up = was_slack & (omega > 0) & takes_up & ~((old.band == BandMode.TAKE_UP) & fired[1])
+        ahead, back = self.slip(t, omega, new, +1), self.slip(t, omega, new, -1)
+        low = jnp.where(self.locked, 0.0, T_0 / self.ratio_static)
+        high = jnp.where(self.locked, jnp.inf, T_0 * self.ratio_static)
+        # the lever itself draws a slack band tight on a pulley that does not run into it
+        tension = jnp.where(was_slack & (omega <= 0), jnp.maximum(tension, low), tension)
+        # a band that slides stays at its kinetic limit; at rest and elastic the static one counts
+        situation = Situation(
+            T_0=T_0,
+            rising=rising,
+            tension=tension,
+            high=jnp.where(old.band == BandMode.SLIP, jnp.minimum(high, ahead.tension), high),
+            low=jnp.where(old.band == BandMode.SLIP_BACK, jnp.maximum(low, back.tension), low),
+            slip_ahead=speed - ahead.band_speed,
+            slip_back=speed - back.band_speed,
+            speed=speed,
+            tolerance=rounding,
+        )
+        mode = moving_mode(situation, direction)
+        mode = jnp.where((old.band == BandMode.ELASTIC) & fired[1], BandMode.SLIP, mode)
+        mode = jnp.where((old.band == BandMode.ELASTIC) & fired[2], BandMode.SLIP_BACK, mode)
+        sticks = ((old.band == BandMode.SLIP) & fired[1]) | ((old.band == BandMode.SLIP_BACK) & fired[2])
+        mode = jnp.where(sticks, BandMode.ELASTIC, mode)
+        return jnp.where(takes_up, BandMode.TAKE_UP, mode)
+
+    def reset(self, t, y, before, after):
+        stopped = (after.band == BandMode.HELD) | ((before.band != BandMode.OPEN) & (after.sense != before.sense))
+        omega = jnp.where(stopped, 0.0, y.omega)
+        if self.stiffness is None:
+            return y._replace(omega=omega)
+        C = self.stiffness
+        T_0 = jnp.where(after.band == BandMode.OPEN, 0.0, self._lever(t, after)[0])
+        low = jnp.where(self.locked, 0.0, T_0 / self.ratio_static)
+        high = jnp.where(self.locked, jnp.inf, T_0 * self.ratio_static)
+        tension = self._tension_of_band(t, y, before)
+        was_slack = (before.band == BandMode.OPEN) | (before.band == BandMode.TAKE_UP)
+        drawn = jnp.where(was_slack, jnp.maximum(tension, low), tension)
+        ahead, back = self.slip(t, omega, after, +1), self.slip(t, omega, after, -1)
+        new = jnp.where(after.band == BandMode.SLIP, ahead.tension, back.tension)
+        new = jnp.where(after.band == BandMode.ELASTIC, jnp.clip(drawn, low, high), new)
+        new = jnp.where(after.band == BandMode.HELD, drawn, new)
+        new = jnp.where(after.band == BandMode.TAKE_UP, C * y.x, new)
+        new = jnp.where(after.band == BandMode.OPEN, jnp.where(before.band == BandMode.OPEN, C * y.x, 0.0), new)
+        x = new / C
+        # the elongation jumps: lever work less the elastic energy gained is heat
+        heat = (y.x - x) * (0.5 * C * (y.x + x) - T_0)
+        ledger = y.ledger._replace(
+            lever_work=y.ledger.lever_work + T_0 * (x - y.x), friction_heat=y.ledger.friction_heat + heat
+        )
+        return State(y.phi, omega, x, ledger)
+
+    def next_stop(self, mode):
+        return jnp.minimum(self.lever.next_knot(mode.lever_piece), self.load.profile.next_knot(mode.load_piece))
+
+    def scales(self):
+        x = None if self.stiffness is None else self.tension_scale / self.stiffness
+        infinity = jnp.inf
+        return State(1.0, self.speed_scale, x, Ledger(infinity, infinity, infinity))
+
+    def lining_forces(self, t: Array, y: State, mode: Mode) -> LiningForces:
+        """Tension, friction and normal force at every lining (mobilisation rule of model §3)."""
+        q = self.flows(t, y, mode)
+        sliding = slips(mode.band)
+        mu = jnp.where(sliding, self.kinetic_mu(y.omega, mode.sense), self.mu_static)
+        return mobilised(q.slack_tension, q.tight_tension, mu, jnp.asarray(self.linings.angle))
+
+    def lining_margins(self, t: Array, y: State, mode: Mode) -> Float[Array, " 2n"]:
+        """By how much each lining is past its static limit while the band is elastic, over the reference tension.
+
+        The first `n` count from the slack end (`C x − T_0 Π_i`), the last `n` from the anchor for a band pulled the
+        other way (`T_0 − C x ∏_{j≥i} μ_j`); −1 in every other mode.
+        """
+        q = self.flows(t, y, mode)
+        ahead = q.tight_tension - q.slack_tension * jnp.cumprod(self.mu_static)
+        back = q.slack_tension - q.tight_tension * jnp.cumprod(self.mu_static[::-1])[::-1]
+        margins = jnp.concatenate([ahead, back]) / self.tension_scale
+        return jnp.where((mode.band == BandMode.ELASTIC) & ~self.locked, margins, -1.0)
+
+
+def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
+    """System, initial state and initial mode of a scene. The run settles the true first mode itself, as an event."""
+    brake, duty, initial = scene.brake, scene.duty, scene.initial
+    linings = brake.linings
+    angle = jnp.asarray(linings.angle)
+    still = Contact(v=jnp.zeros(angle.shape))
+    law = linings.friction
+    mu_static, locks = tension_ratio(grip(law.static(still), angle))
+    mu_kinetic = None if law.speed_dependent else tension_ratio(grip(law.kinetic(still), angle))[0]
+    ratio_static = _product(mu_static)
+    R_b = jnp.asarray(brake.band.radius)
+    J = jnp.asarray(brake.pulley.inertia) + duty.load.inertia()
+    t_0, omega_0 = jnp.asarray(initial.time), jnp.asarray(initial.omega)
+    lever_piece, load_piece = duty.slack_tension.first_piece(t_0), duty.load.profile.first_piece(t_0)
+
+    def positive(x: Array) -> Array:
+        return jax.lax.stop_gradient(jnp.where(x > 0, x, 1.0))
+
+    tension_scale = positive(duty.slack_tension.scale())
+    capacity = R_b * tension_scale * (ratio_static - 1)
+    load_0 = jnp.abs(duty.load.torque(t_0, omega_0, load_piece))
+    torque_scale = positive(jnp.maximum(capacity, jnp.maximum(load_0, duty.load.profile.scale())))
+    # from rest: the speed that the largest torque could give in the run, 1 rad/s at most
+    reach = jnp.minimum(torque_scale / J * (jnp.asarray(scene.end_time) - t_0), 1.0)
+    speed_scale = positive(jnp.where(omega_0 == 0, reach, jnp.abs(omega_0)))
+    stiffness = None if brake.band.stiffness is None else jnp.asarray(brake.band.stiffness)
+    system = BrakeSystem(
+        inertia=J,
+        band_radius=R_b,
+        stiffness=stiffness,
+        linings=linings,
+        lever=duty.slack_tension,
+        load=duty.load,
+        mu_static=mu_static,
+        locked=jnp.any(locks),
+        mu_kinetic=mu_kinetic,
+        ratio_static=ratio_static,
+        ratio_kinetic=None if mu_kinetic is None else _product(mu_kinetic),
+        tension_scale=tension_scale,
+        torque_scale=torque_scale,
+        speed_scale=speed_scale,
+    )
+    zero = jnp.zeros_like(omega_0)
+    x = None if stiffness is None else jnp.asarray(initial.elongation) + zero
+    state = State(zero, omega_0, x, Ledger(zero, zero, zero))
+    sense = jnp.where(omega_0 < 0, -1, 1)
+    return system, state, Mode(jnp.asarray(int(BandMode.OPEN), jnp.int32), sense, lever_piece, load_piece)
