@@ -1,14 +1,13 @@
 """The parts of a brake: what could be weighed."""
 
 import math
-from typing import Any
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ._band import grip
 from ._friction import AbstractFriction, Contact
 from ._quantity import Fault, Scalar, quantity
 
@@ -88,16 +87,13 @@ class Brake(eqx.Module):
         found += _faults_of_shapes(self.linings, f"{path}.linings.friction", angle.size)
         return found
 
-    def self_locking(self, static: Any) -> list[int]:
-        """Numbers (from 1) of linings with `f tan(β/2) ≥ 1`, for their static coefficients."""
-        fz = np.asarray(grip(static, jnp.asarray(self.linings.angle)))
-        return [int(i) + 1 for i in np.flatnonzero(np.broadcast_to(fz, (self.linings.count,)) >= 1.0)]
-
 
 def _faults_of_shapes(linings: Lining, path: str, n: int) -> list[Fault]:
     try:
-        shape = np.shape(linings.friction.static(Contact(v=jnp.zeros(n))))
-        np.broadcast_shapes(shape, (n,))
+        still = Contact(v=jax.ShapeDtypeStruct((n,), np.float64))
+        shape = jax.eval_shape(linings.friction.kinetic, still).shape
+        if np.broadcast_shapes(shape, (n,)) != (n,):
+            raise ValueError
     except (TypeError, ValueError, IndexError):
         return [Fault(path, f"its numbers do not fit {n} linings", f"give one number, or a list of {n}")]
     return []

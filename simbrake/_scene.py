@@ -4,9 +4,10 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array
 
 from ._band import grip
-from ._design import Brake
+from ._design import Brake, Lining
 from ._duty import AbstractLoad, AbstractProfile
 from ._friction import Contact
 from ._quantity import Fault, InputError, Scalar, faults_of_values, leaves, quantity
@@ -82,15 +83,18 @@ def warnings(scene: Scene) -> list[str]:
     return [f"self_locking: {locking_message(scene, i)}; it never slips as long as that lasts" for i in locked(scene)]
 
 
+@jax.jit
+def _static_grip(linings: Lining) -> Array:
+    still = Contact(v=jnp.zeros(linings.count))
+    return jnp.broadcast_to(grip(linings.friction.static(still), jnp.asarray(linings.angle)), (linings.count,))
+
+
 def locked(scene: Scene) -> list[int]:
-    """Numbers (from 1) of the linings that lock themselves with their static friction."""
-    linings = scene.brake.linings
-    return scene.brake.self_locking(linings.friction.static(Contact(v=jnp.zeros(linings.count))))
+    """Numbers (from 1) of the linings that lock themselves with their static friction, `f tan(β/2) ≥ 1`."""
+    return [int(i) + 1 for i in np.flatnonzero(np.asarray(_static_grip(scene.brake.linings)) >= 1.0)]
 
 
 def locking_message(scene: Scene, i: int) -> str:
     """Why lining `i` (from 1) locks itself, in words."""
-    linings = scene.brake.linings
-    static = linings.friction.static(Contact(v=jnp.zeros(linings.count)))
-    fz = np.broadcast_to(np.asarray(grip(static, jnp.asarray(linings.angle))), (linings.count,))[i - 1]
+    fz = np.asarray(_static_grip(scene.brake.linings))[i - 1]
     return f"lining {i}: f·tan(β/2) = {fz:.4g} ≥ 1, the band locks itself"

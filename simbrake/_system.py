@@ -57,7 +57,6 @@ class Slip(NamedTuple):
     """What full slip in one direction would be."""
 
     tension: Float[Array, ""]
-    alpha: Float[Array, ""]
     band_speed: Float[Array, ""]
 
 
@@ -112,48 +111,49 @@ class BrakeSystem(AbstractHybridSystem):
     def _lever(self, t: Array, mode: Mode) -> tuple[Array, Array]:
         return jax.jvp(lambda t: self.lever.value(t, mode.lever_piece), (t,), (jnp.ones_like(t),))
 
-    def slip(self, t: Array, omega: Array, mode: Mode, sign: int) -> Slip:
-        """Full slip with the anchor end tight (`sign` +1) or the lever end (−1): `T_n = T_0 Π^{±1}`, `ẋ = Ṫ_n/C`."""
+    def slip(self, t: Array, omega: Array, mode: Mode, back: Any) -> Slip:
+        """Full slip with the anchor end tight, or (`back`) the lever end: `T_n = T_0 Π^{±1}`, `ẋ = Ṫ_n/C`."""
         T_0, rate = self._lever(t, mode)
 
         def ratio(omega: Array) -> Array:
-            if self.ratio_kinetic is not None:
-                product = self.ratio_kinetic
-            else:
+            product = self.ratio_kinetic
+            if product is None:
                 product = _product(self.kinetic_mu(omega, mode.sense))
-            return product if sign > 0 else 1 / product
+            return jnp.where(back, 1 / product, product)
 
         if self.ratio_kinetic is not None:
-            Pi, slope = ratio(omega), jnp.zeros_like(omega)
+            Pi, slope = ratio(omega), None
         else:
             Pi, slope = jax.jvp(ratio, (omega,), (jnp.ones_like(omega),))
         tension = T_0 * Pi
-        load = self.load.torque(t, omega, mode.load_piece)
-        alpha = (load - self.band_radius * (tension - T_0)) / self.inertia
         if self.stiffness is None:
-            return Slip(tension, alpha, jnp.zeros_like(t))
-        return Slip(tension, alpha, (rate * Pi + T_0 * slope * alpha) / self.stiffness)
+            return Slip(tension, jnp.zeros_like(t))
+        growth = rate * Pi
+        if slope is not None:
+            load = self.load.torque(t, omega, mode.load_piece)
+            growth = growth + T_0 * slope * (load - self.band_radius * (tension - T_0)) / self.inertia
+        return Slip(tension, growth / self.stiffness)
 
     def flows(self, t: Array, y: State, mode: Mode) -> Flows:
         """Everything that acts at one instant (model §3, table of modes)."""
         band, R_b = mode.band, self.band_radius
+        is_open, held, sliding = band == BandMode.OPEN, band == BandMode.HELD, slips(band)
         lever_tension, _ = self._lever(t, mode)
-        T_0 = jnp.where(band == BandMode.OPEN, 0.0, lever_tension)
+        T_0 = jnp.where(is_open, 0.0, lever_tension)
         load = self.load.torque(t, y.omega, mode.load_piece)
-        ahead, back = self.slip(t, y.omega, mode, +1), self.slip(t, y.omega, mode, -1)
-        held = band == BandMode.HELD
-        tension = jnp.where(band == BandMode.SLIP, ahead.tension, back.tension)
-        tension = jnp.where(held, T_0 + load / R_b, tension)
-        tension = jnp.where(band == BandMode.OPEN, 0.0, tension)
+        slip = self.slip(t, y.omega, mode, band == BandMode.SLIP_BACK)
         speed = R_b * y.omega
-        band_speed = jnp.where(band == BandMode.SLIP, ahead.band_speed, back.band_speed)
+        rest = jnp.where(held, T_0 + load / R_b, 0.0)
         slack = T_0
-        if self.stiffness is not None:
-            carried = (band == BandMode.TAKE_UP) | (band == BandMode.ELASTIC)
-            tension = jnp.where(carried, self.stiffness * y.x, tension)
-            slack = jnp.where(band == BandMode.TAKE_UP, self.stiffness * y.x, T_0)
-            band_speed = jnp.where(carried, speed, band_speed)
-        sliding = slips(band)
+        if self.stiffness is None:
+            tension, band_speed = jnp.where(sliding, slip.tension, rest), jnp.zeros_like(speed)
+        else:
+            take_up = band == BandMode.TAKE_UP
+            carried = take_up | (band == BandMode.ELASTIC)
+            stretched = self.stiffness * y.x
+            tension = jnp.where(carried, stretched, jnp.where(sliding, slip.tension, rest))
+            slack = jnp.where(take_up, stretched, T_0)
+            band_speed = jnp.where(carried, speed, jnp.where(sliding, slip.band_speed, 0.0))
         torque = R_b * (tension - slack)
         return Flows(
             slack_tension=slack,
@@ -162,7 +162,7 @@ class BrakeSystem(AbstractHybridSystem):
             load_torque=load,
             brake_torque=torque,
             alpha=jnp.where(held, 0.0, (load - torque) / self.inertia),
-            band_speed=jnp.where((band == BandMode.OPEN) | held, 0.0, band_speed),
+            band_speed=band_speed,
             slip_speed=jnp.where(sliding, speed - band_speed, 0.0),
         )
 
@@ -188,34 +188,30 @@ class BrakeSystem(AbstractHybridSystem):
 
     def guards(self, t, y, mode):
         """Guards `[motion, high, low, lever]`: tension differences, torque differences and speeds over a reference."""
-        band, one = mode.band, jnp.ones_like(t)
+        band = mode.band
         q = self.flows(t, y, mode)
-        T_0 = q.lever_tension
-        held, sliding = band == BandMode.HELD, slips(band)
-        free = self.locked
-        moving = (band == BandMode.TAKE_UP) | (band == BandMode.ELASTIC) | sliding
-        motion = jnp.where(moving, mode.sense * y.omega / self.speed_scale, one)
-        torque_high = (self.band_radius * T_0 * (self.ratio_static - 1) - q.load_torque) / self.torque_scale
-        torque_low = (q.load_torque + self.band_radius * T_0 * (1 - 1 / self.ratio_static)) / self.torque_scale
-        high = jnp.where(held & ~free, torque_high, one)
-        low = jnp.where(held & ~free, torque_low, one)
+        held, forward, back = band == BandMode.HELD, band == BandMode.SLIP, band == BandMode.SLIP_BACK
+        fixed = (band == BandMode.OPEN) | held
+        T_0, Pi, R_b = q.lever_tension, self.ratio_static, self.band_radius
+        motion = jnp.where(fixed, 1.0, mode.sense * y.omega / self.speed_scale)
+        # at rest the load torque is compared, else the tension; both against the static limits
+        reference = jnp.where(held, self.torque_scale, self.tension_scale)
+        high = jnp.where(held, R_b * T_0 * (Pi - 1) - q.load_torque, T_0 * Pi - q.tight_tension) / reference
+        low = jnp.where(held, q.load_torque + R_b * T_0 * (1 - 1 / Pi), q.tight_tension - T_0 / Pi) / reference
+        limited = held if self.stiffness is None else held | (band == BandMode.ELASTIC)
+        limited = limited & ~self.locked
+        high, low = jnp.where(limited, high, 1.0), jnp.where(limited, low, 1.0)
         if self.stiffness is not None:
-            elastic = (band == BandMode.ELASTIC) & ~free
-            tension = q.tight_tension / self.tension_scale
-            high = jnp.where(elastic, T_0 * self.ratio_static / self.tension_scale - tension, high)
-            low = jnp.where(elastic, tension - T_0 / self.ratio_static / self.tension_scale, low)
-            high = jnp.where(band == BandMode.TAKE_UP, T_0 / self.tension_scale - tension, high)
-            slip = q.slip_speed / (self.band_radius * self.speed_scale)
-            high = jnp.where(band == BandMode.SLIP, slip, high)
-            low = jnp.where(band == BandMode.SLIP_BACK, -slip, low)
+            high = jnp.where(band == BandMode.TAKE_UP, (T_0 - q.tight_tension) / self.tension_scale, high)
+            slip = q.slip_speed / (R_b * self.speed_scale)
+            high, low = jnp.where(forward, slip, high), jnp.where(back, -slip, low)
         lever = jnp.where(band == BandMode.OPEN, -T_0, T_0) / self.tension_scale
         return jnp.stack([motion, high, low, lever])
 
     def _tension_of_band(self, t: Array, y: State, mode: Mode) -> Array:
         """`C x`, with the exact value where it follows from the slack tension."""
-        ahead, back = self.slip(t, y.omega, mode, +1), self.slip(t, y.omega, mode, -1)
-        tension = jnp.where(mode.band == BandMode.SLIP_BACK, back.tension, self.stiffness * y.x)
-        return jnp.where(mode.band == BandMode.SLIP, ahead.tension, tension)
+        slip = self.slip(t, y.omega, mode, mode.band == BandMode.SLIP_BACK)
+        return jnp.where(slips(mode.band), slip.tension, self.stiffness * y.x)
 
     def _next_pieces(self, t: Array, mode: Mode, at_stop: Array) -> Mode:
         lever = jnp.asarray(mode.lever_piece, jnp.int32)
@@ -261,7 +257,7 @@ class BrakeSystem(AbstractHybridSystem):
         speed = self.band_radius * omega
         takes_up = jnp.where(rising, self.stiffness * speed < rate, tension < T_0 - rounding)
         takes_up = was_slack & (omega > 0) & takes_up & ~((old.band == BandMode.TAKE_UP) & fired[1])
-        ahead, back = self.slip(t, omega, new, +1), self.slip(t, omega, new, -1)
+        ahead, back = self.slip(t, omega, new, False), self.slip(t, omega, new, True)
         low = jnp.where(self.locked, 0.0, T_0 / self.ratio_static)
         high = jnp.where(self.locked, jnp.inf, T_0 * self.ratio_static)
         # the lever itself draws a slack band tight on a pulley that does not run into it
@@ -297,8 +293,7 @@ class BrakeSystem(AbstractHybridSystem):
         tension = self._tension_of_band(t, y, before)
         was_slack = (before.band == BandMode.OPEN) | (before.band == BandMode.TAKE_UP)
         drawn = jnp.where(was_slack, jnp.maximum(tension, low), tension)
-        ahead, back = self.slip(t, omega, after, +1), self.slip(t, omega, after, -1)
-        new = jnp.where(after.band == BandMode.SLIP, ahead.tension, back.tension)
+        new = self.slip(t, omega, after, after.band == BandMode.SLIP_BACK).tension
         new = jnp.where(after.band == BandMode.ELASTIC, jnp.clip(drawn, low, high), new)
         new = jnp.where(after.band == BandMode.HELD, drawn, new)
         new = jnp.where(after.band == BandMode.TAKE_UP, C * y.x, new)

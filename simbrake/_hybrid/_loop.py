@@ -155,7 +155,7 @@ def _stepped(c: Carry, a: Attempt, v: Verdict, p: Problem) -> Carry:
     crossing = jnp.where(v.retake, jnp.where(v.crosses, a.h, jnp.inf), pick(c.crossing - a.h, c.crossing))
     crossing = jnp.where(crossing <= 0, jnp.inf, crossing)
     risen = c.armed | (a.g1 > p.guard_tolerance) | (leaving(c, a.h) & (a.g1 > 1e-15))
-    too_small = ~a.accept & (a.h_next <= 0.25 * a.resolution)
+    too_small = ~a.accept & (a.h_next <= 0.25 * a.resolution)  # never looked at where the run begins
     status = jnp.where(too_small, jnp.where(a.finite, int(Code.STEP_TOO_SMALL), int(Code.NOT_FINITE)), _RUNNING)
     status = jnp.where(v.stop & (a.target >= p.t1), int(Code.COMPLETED), status)
     stats = c.stats._replace(
@@ -183,21 +183,25 @@ def _stepped(c: Carry, a: Attempt, v: Verdict, p: Problem) -> Carry:
 
 
 def _jumped(p: Problem, c: Carry, a: Attempt, v: Verdict) -> Carry:
-    """The carry after an event: a guard fired, or a known time was reached before the end."""
-    t = jnp.where(v.instant, c.t, a.t1 + v.delta)
-    y = jnp.where(v.instant, c.y, a.y1 + v.delta * a.f1)
+    """The carry after an event: a guard fired, a known time was reached, or the run begins."""
+    begins = c.stats.segments == 0
+    unmoved = v.instant | begins
+    t = jnp.where(unmoved, c.t, a.t1 + v.delta)
+    y = jnp.where(unmoved, c.y, a.y1 + v.delta * a.f1)
     tol = p.guard_tolerance
     here = jnp.arange(c.g.shape[0]) == v.guard
-    reached = c.armed & (p.flat.guards(t, y, c.mode) <= tol)
+    # the guards at the landing, one move along their rates from the end of the step
+    reached = c.armed & (a.g1 + v.delta * a.rate1 <= tol)
     fired = jnp.where(v.instant, here, reached | (here & v.land))
     mode, code = p.flat.transition(t, y, c.mode, fired, v.stop)
-    y = p.flat.reset(t, y, c.mode, mode)
+    mode = jnp.where(begins, c.mode, mode)
+    y = jnp.where(begins, c.y, p.flat.reset(t, y, c.mode, mode))
     f = p.flat.rhs(t, y, mode)
     g, rate = p.guards_and_rates(t, y, f, mode)
     h = first_step(p, t, y, f, mode)
-    moved = ~v.instant & (a.h > 0)
+    moved = ~unmoved & (a.h > 0)
 
-    guarded = ~v.stop
+    guarded = ~v.stop & ~begins
     dt = t - c.t_event
     apart = guarded & (dt > _ZENO_INTERVAL * (p.t1 - p.t0))
     cluster = jnp.where(apart, here, c.cluster | (here & guarded))
@@ -205,14 +209,16 @@ def _jumped(p: Problem, c: Carry, a: Attempt, v: Verdict) -> Carry:
     close = jnp.where(apart, 0, c.close + again)
     chain = jnp.where(guarded & (dt == 0), c.chain + 1, jnp.where(moved, 0, c.chain))
     stats = c.stats._replace(
-        accepted=c.stats.accepted + ~v.instant, events=c.stats.events + guarded, segments=c.stats.segments + 1
+        accepted=c.stats.accepted + ~unmoved, events=c.stats.events + guarded, segments=c.stats.segments + 1
     )
     status = jnp.where(stats.events > p.settings.max_events, int(Code.EVENT_LIMIT), _RUNNING)
     status = jnp.where(close >= _ZENO_COUNT, int(Code.ZENO), status)
     status = jnp.where(chain >= p.settings.max_chain, int(Code.CHATTER), status)
+    status = jnp.where((code > 0) & ~begins, code, status)
+    sound = jnp.all(jnp.isfinite(y)) & jnp.all(jnp.isfinite(f)) & jnp.all(jnp.isfinite(g))
     return Carry(
         t=t,
-        h=jnp.where(moved, jnp.minimum(a.h_next, h), jnp.minimum(c.h, h)),
+        h=jnp.where(moved, jnp.minimum(a.h_next, h), jnp.where(begins, h, jnp.minimum(c.h, h))),
         cap=jnp.full_like(t, jnp.inf),
         crossing=jnp.full_like(t, jnp.inf),
         t_event=jnp.where(guarded, t, c.t_event),
@@ -222,7 +228,7 @@ def _jumped(p: Problem, c: Carry, a: Attempt, v: Verdict) -> Carry:
         rate=rate,
         armed=g > tol,
         cluster=cluster,
-        status=jnp.where(code > 0, code, status).astype(jnp.int32),
+        status=jnp.where(sound, status, int(Code.NOT_FINITE)).astype(jnp.int32),
         retakes=jnp.zeros_like(c.retakes),
         chain=chain,
         close=close,
@@ -234,16 +240,18 @@ def _jumped(p: Problem, c: Carry, a: Attempt, v: Verdict) -> Carry:
 def _iterate(p: Problem, packed, ny: int, ng: int):
     """One attempt: the packed carry after it, and the row that records it."""
     c = unpack(packed, ny, ng)
+    begins = c.stats.segments == 0
     a = _attempt(p, c)
+    a = a._replace(accept=a.accept & ~begins)
     v = _judge(p, c, a)
-    event = v.instant | v.land | (v.stop & (a.target < p.t1))
+    event = begins | v.instant | v.land | (v.stop & (a.target < p.t1))
+    plain = pack(_stepped(c, a, v, p))
 
     def with_events():
         # lanes of a batch without an event of their own take the plain step
-        plain, jumped = pack(_stepped(c, a, v, p)), pack(_jumped(p, c, a, v))
-        return jax.tree.map(lambda x, y: jnp.where(event, x, y), jumped, plain)
+        return jax.tree.map(lambda x, y: jnp.where(event, x, y), pack(_jumped(p, c, a, v)), plain)
 
-    new = jax.lax.cond(eqxi.unvmap_any(event), with_events, lambda: pack(_stepped(c, a, v, p)))
+    new = jax.lax.cond(eqxi.unvmap_any(event), with_events, lambda: plain)
     running = c.status == _RUNNING
     new = jax.tree.map(lambda x, y: jnp.where(running, x, y), new, packed)
     stepped = a.accept & ~v.retake
@@ -254,29 +262,29 @@ def _iterate(p: Problem, packed, ny: int, ng: int):
 
 
 def _start(p: Problem, y0, mode0) -> Carry:
-    f = p.flat.rhs(p.t0, y0, mode0)
-    g, rate = p.guards_and_rates(p.t0, y0, f, mode0)
+    """The carry before the first iteration, which begins the run: rates, guards and first step are found there."""
+    nothing = jnp.zeros(jax.eval_shape(p.flat.guards, p.t0, y0, mode0).shape, y0.dtype)
     zero = jnp.asarray(0, jnp.int32)
-    sound = jnp.all(jnp.isfinite(y0)) & jnp.all(jnp.isfinite(f)) & jnp.isfinite(p.t0) & jnp.isfinite(p.t1)
-    status = jnp.where(p.t1 > p.t0, _RUNNING, int(Code.COMPLETED))
+    sound = jnp.isfinite(p.t0) & jnp.isfinite(p.t1)
+    status = jnp.where(sound, jnp.where(p.t1 > p.t0, _RUNNING, int(Code.COMPLETED)), int(Code.NOT_FINITE))
     infinity = jnp.full_like(p.t0, jnp.inf)
     return Carry(
         t=p.t0,
-        h=first_step(p, p.t0, y0, f, mode0),
+        h=jnp.zeros_like(p.t0),
         cap=infinity,
         crossing=infinity,
         t_event=-infinity,
         y=y0,
-        f=f,
-        g=g,
-        rate=rate,
-        armed=g > p.guard_tolerance,
-        cluster=jnp.zeros(g.shape, bool),
-        status=jnp.where(sound, status, int(Code.NOT_FINITE)).astype(jnp.int32),
+        f=jnp.zeros_like(y0),
+        g=nothing,
+        rate=nothing,
+        armed=nothing > 0,
+        cluster=nothing > 0,
+        status=status.astype(jnp.int32),
         retakes=zero,
         chain=zero,
         close=zero,
-        stats=Stats(zero, zero, zero, zero, zero + 1),
+        stats=Stats(zero, zero, zero, zero, zero),
         mode=mode0,
     )
 

@@ -5,6 +5,7 @@ from collections.abc import Callable
 
 import diffrax
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
@@ -19,6 +20,10 @@ class AbstractMethod(eqx.Module):
     evaluations: eqx.AbstractVar[int]
 
     @abc.abstractmethod
+    def rolled(self) -> "AbstractMethod":
+        """The same method as a smaller program: quicker to compile, slower to run."""
+
+    @abc.abstractmethod
     def step(
         self, rhs: Rhs, t: Float[Array, ""], y: Float[Array, " state"], f: Float[Array, " state"], h: Float[Array, ""]
     ) -> tuple[Float[Array, " state"], Float[Array, " state"], Float[Array, " state"]]:
@@ -30,7 +35,8 @@ class ExplicitRungeKutta(AbstractMethod):
 
     Any explicit diffrax solver with an error estimate gives its tableau (`diffrax.Tsit5()`, `diffrax.Dopri8()`, …).
     The order is the one the step-size controller assumes for the local error. `evaluations` counts those of `rhs` in
-    one step, the first of which is handed over from the step before.
+    one step, the first of which is handed over from the step before. `unrolled` writes every stage out: the fastest
+    program; otherwise the stages are a loop, and the equations stand in the program once.
     """
 
     a: tuple[tuple[float, ...], ...] = eqx.field(static=True)
@@ -40,8 +46,9 @@ class ExplicitRungeKutta(AbstractMethod):
     fsal: bool = eqx.field(static=True)
     order: int = eqx.field(static=True)
     evaluations: int = eqx.field(static=True)
+    unrolled: bool = eqx.field(static=True)
 
-    def __init__(self, solver: diffrax.AbstractERK):
+    def __init__(self, solver: diffrax.AbstractERK, *, unrolled: bool = True):
         if not isinstance(solver, diffrax.AbstractERK):
             raise TypeError(f"an explicit Runge–Kutta solver of diffrax is needed (Tsit5, Dopri8, …), not {solver!r}")
         tableau = solver.tableau
@@ -51,13 +58,22 @@ class ExplicitRungeKutta(AbstractMethod):
 
         self.a = tuple(numbers(row) for row in tableau.a_lower)
         self.b, self.b_error, self.c = numbers(tableau.b_sol), numbers(tableau.b_error), numbers(tableau.c)
+        self.unrolled = unrolled
         self.fsal = bool(tableau.fsal)
         order = solver.order(diffrax.ODETerm(lambda t, y, args: y))
         assert order is not None
         self.order = int(order)
         self.evaluations = len(self.c) + (0 if self.fsal else 1)
 
+    def rolled(self):
+        twin = object.__new__(ExplicitRungeKutta)
+        for name in self.__dataclass_fields__:
+            object.__setattr__(twin, name, False if name == "unrolled" else getattr(self, name))
+        return twin
+
     def step(self, rhs, t, y, f, h):
+        if not self.unrolled:
+            return self._rolled_step(rhs, t, y, f, h)
         stages, argument = [f], y
         for row, c in zip(self.a, self.c, strict=True):
             argument = y + h * _combine(row, stages)
@@ -66,6 +82,24 @@ class ExplicitRungeKutta(AbstractMethod):
         y1 = argument if self.fsal else y + h * _combine(self.b, stages)
         f1 = stages[-1] if self.fsal else rhs(t + h, y1)
         return y1, h * _combine(self.b_error, stages), f1
+
+
+    def _rolled_step(self, rhs, t, y, f, h):
+        n = len(self.c) + 1
+        a = np.zeros((n - 1, n))
+        for i, row in enumerate(self.a):
+            a[i, : len(row)] = row
+
+        def stage(k, entry):
+            i, weights, c = entry
+            argument = y + h * (weights @ k)
+            return jax.lax.dynamic_update_slice(k, rhs(t + c * h, argument)[None], (i, jnp.zeros_like(i))), None
+
+        k = jnp.zeros((n, y.shape[0]), y.dtype).at[0].set(f)
+        k, _ = jax.lax.scan(stage, k, (jnp.arange(1, n), jnp.asarray(a), jnp.asarray(self.c)))
+        b, b_error = (np.pad(np.asarray(w), (0, n - len(w))) for w in (self.b, self.b_error))
+        y1 = y + h * (b @ k)
+        return y1, h * (b_error @ k), k[-1] if self.fsal else rhs(t + h, y1)
 
 
 def _combine(weights: tuple[float, ...], stages: list[Array]) -> Array:

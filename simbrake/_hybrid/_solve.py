@@ -66,12 +66,12 @@ class Record(eqx.Module):
 
     def inside(self, index: Int[Array, " k"], h: Array) -> tuple[Array, PyTree]:
         """Times and states at `h` after the start of the rows named: a step of the method itself, not an interpolant."""
-        flat = self.flat
+        flat, method = self.flat, self.method.rolled()
 
         def one(i, h):
             row = self.row(i)
             f = flat.rhs(row.t, row.y, row.mode)
-            y, _, _ = self.method.step(lambda t, y: flat.rhs(t, y, row.mode), row.t, row.y, f, h)
+            y, _, _ = method.step(lambda t, y: flat.rhs(t, y, row.mode), row.t, row.y, f, h)
             return row.t + h, flat.unpack_state(y)
 
         return jax.vmap(one)(index, h)
@@ -79,11 +79,9 @@ class Record(eqx.Module):
     def find(self, ts: Array, *, left: bool = False) -> Int[Array, " k"]:
         """Rows that hold the times asked for: at an instant with events, the last row there (`left`: the first)."""
         n = self.rows.t.shape[0]
-        used = jnp.arange(n) <= self.count
-        starts = jnp.where(used, self.rows.t, jnp.inf)
+        starts = jnp.where(jnp.arange(n) <= self.count, self.rows.t, jnp.inf)
         i = jnp.searchsorted(starts, ts, side="left" if left else "right") - 1
-        i = jnp.clip(i, 0, self.count)
-        return i.astype(jnp.int32)
+        return jnp.clip(i, 0, self.count).astype(jnp.int32)
 
     def at(self, ts: Array, *, left: bool = False) -> tuple[PyTree, PyTree]:
         """States and modes at the times `ts` (k,), each from one step of the method out of the row before it.
@@ -98,11 +96,11 @@ class Record(eqx.Module):
     def compact(self) -> "Record":
         """The same record without skipped rows and unused space (outside of jit only), its length a power of two."""
         count = int(self.count)
-        kept = np.flatnonzero(np.append(np.asarray(self.rows.kind[:count]) != SKIPPED, True))
+        kept = np.flatnonzero(np.append(np.asarray(self.rows.kind)[:count] != SKIPPED, True))
         size = max(64, 1 << int(np.ceil(np.log2(len(kept)))))
         index = np.append(kept, np.full(size - len(kept), kept[-1]))
-        rows = jax.tree.map(lambda leaf: leaf[index], self.rows)
-        return eqx.tree_at(lambda r: (r.rows, r.count), self, (rows, jnp.asarray(len(kept) - 1, jnp.int32)))
+        rows = jax.tree.map(lambda leaf: np.asarray(leaf)[index], self.rows)
+        return eqx.tree_at(lambda r: (r.rows, r.count), self, (rows, np.asarray(len(kept) - 1, np.int32)))
 
 
 def hybridsolve(
@@ -150,7 +148,7 @@ def hybridsolve(
             p, _ = problem(params, others)
             row = jax.tree.map(lambda leaf: leaf[i], rows)
             row = eqx.tree_at(lambda r: (r.t, r.y), row, (start[0], start[1:]), is_leaf=lambda x: x is None)
-            t, y = advance(p.flat, method, p.t1, row, rows.mode[i + 1])
+            t, y = advance(p.flat, method.rolled(), p.t1, row, rows.mode[i + 1])
             return jnp.concatenate([t[None], y])
 
         d_start = jnp.concatenate([d_params[2][None], d_y0])

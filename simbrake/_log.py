@@ -1,0 +1,90 @@
+"""The event log of a run: mode changes, and marks that are merely passed (a lining reaching its limit)."""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ._modes import BandMode, events_of_change
+
+
+class Event(NamedTuple):
+    """One entry of the log: time in s, name, and the lining (from 1) where it concerns one."""
+
+    time: float
+    name: str
+    lining: int | None = None
+
+    def as_dict(self) -> dict[str, Any]:
+        entry: dict[str, Any] = {"time": self.time, "name": self.name}
+        if self.lining is not None:
+            entry["lining"] = self.lining
+        return entry
+
+
+class Phase(NamedTuple):
+    """Consecutive steps in one mode, from sample `first` to sample `last` of the arrays handed to `event_log`."""
+
+    band: int
+    first: int
+    last: int
+    start: float
+    end: float
+
+
+def event_log(
+    phases: list[Phase],
+    margins: np.ndarray,
+    locate: Callable[[list[tuple[int, int]]], np.ndarray],
+    linings: int,
+) -> list[Event]:
+    """All events in order of time; entries at one instant in the order of cause and effect, linings by index.
+
+    - `margins` (samples, 2 n): by how much each lining is past its limit (first `n` from the slack end, last `n` from
+      the anchor) at samples along the run;  `locate` finds the time at which margin `j` rises through 0 between the
+      samples `i` and `i + 1` for a list of `(i, j)`
+    """
+    events: list[Event] = []
+    crossings: list[tuple[int, int]] = []
+    places: list[int] = []
+    before, reached = int(BandMode.OPEN), np.zeros(2 * linings, bool)
+    for number, phase in enumerate(phases):
+        if phase.band != before:
+            for name in events_of_change(before, phase.band, number == 0):
+                if name == "full_slip":
+                    events += _all_at_limit(phase, reached, linings)
+                events.append(Event(phase.start, name))
+        if phase.band == BandMode.ELASTIC:
+            if before not in (BandMode.ELASTIC, BandMode.SLIP, BandMode.SLIP_BACK):
+                reached = np.zeros(2 * linings, bool)
+            here = margins[phase.first : phase.last + 1]
+            # at the start: past the limit, or at 0 (a ramp from nothing) and on the way up
+            at_once = (here[0] > 1e-12) | ((np.abs(here[0]) <= 1e-12) & (here[1] > 1e-12) & (here[0] >= 0))
+            events += [Event(phase.start, "lining_limit", 1 + int(j) % linings) for j in np.flatnonzero(at_once & ~reached)]
+            reached = reached | at_once
+            rises = (here[:-1] <= 0) & (here[1:] > 0)
+            rises[0] &= ~at_once
+            for i, j in np.argwhere(rises):
+                crossings.append((phase.first + int(i), int(j)))
+                places.append(len(events))
+                events.append(Event(np.nan, "lining_limit", 1 + int(j) % linings))
+            reached = here[-1] > 1e-12
+        elif phase.band in (BandMode.SLIP, BandMode.SLIP_BACK):
+            reached = np.ones(2 * linings, bool)
+        else:
+            reached = np.zeros(2 * linings, bool)
+        before = phase.band
+    if crossings:
+        for place, time in zip(places, locate(crossings), strict=True):
+            events[place] = events[place]._replace(time=float(time))
+    order = sorted(range(len(events)), key=lambda k: events[k].time)  # stable: cause before effect
+    return [events[k] for k in order]
+
+
+def _all_at_limit(phase: Phase, reached: np.ndarray, n: int) -> list[Event]:
+    """Linings that come to their limit in the very moment of full slip."""
+    if phase.band == BandMode.SLIP:
+        order = [i for i in range(n) if not reached[i]]
+    else:
+        order = [i for i in range(n - 1, -1, -1) if not reached[n + i]]
+    return [Event(phase.start, "lining_limit", i + 1) for i in order]

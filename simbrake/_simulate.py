@@ -1,0 +1,94 @@
+"""The front door: a scene in, a result out."""
+
+import functools
+from typing import Any
+
+import diffrax
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from ._compiling import cpu_compiler_options
+from ._hybrid import AbstractMethod, Code, ExplicitRungeKutta, Record, Settings, hybridsolve
+from ._outcome import SimulationError
+from ._result import Result
+from ._scene import Scene, check
+from ._system import assemble
+
+#: rows of the record when the caller sets no limit: the second is tried if the first was too short
+_STEPS = (1024, 16384)
+
+
+def _run(scene: Scene, rtol: Any, max_events: Any, method: AbstractMethod, max_steps: int) -> Record:
+    system, state, mode = assemble(scene)
+    settings = Settings(
+        rtol=rtol, max_events=max_events, max_steps=max_steps, guard_samples=system.guard_samples
+    )
+    return hybridsolve(system, state, mode, scene.initial.time, scene.end_time, method, settings)
+
+
+_STATIC = ("method", "max_steps")
+# inside another transformation: compiled as part of it
+_traced = jax.jit(_run, static_argnames=_STATIC)
+
+
+@functools.cache
+def _compiled():
+    return jax.jit(_run, static_argnames=_STATIC, compiler_options=cpu_compiler_options())
+
+
+def simulate(
+    scene: Scene,
+    *,
+    solver: Any = None,
+    rtol: Any = 1e-10,
+    max_steps: int | None = None,
+    max_events: int = 10_000,
+    throw: bool = True,
+) -> Result:
+    """Runs a scene to its end time through all its events.
+
+    - `solver`: an explicit diffrax solver with error estimate, `diffrax.Dopri8()` by default (`Tsit5()` pays above
+      a tolerance of about 1e-6)
+    - `rtol`: relative tolerance; absolute tolerances are `rtol` times the typical size of each state
+    - `max_steps`: step attempts allowed (1024, then 16384, if not given; under a JAX transformation 1024)
+    - `max_events`: events allowed
+    - `throw`: raise `SimulationError` if the run fails; otherwise the code is in the result
+
+    A new number in the scene never re-traces; a new structure (more linings, another law) compiles anew. Under jit,
+    vmap or grad nothing is raised and the caller looks at `result.code`.
+
+    Raises `InputError` with all faults of the scene at once, `SimulationError`, and `RuntimeError` if JAX is not in
+    64-bit mode.
+    """
+    if not jax.config.jax_enable_x64:  # pyright: ignore
+        raise RuntimeError(
+            "simbrake computes in 64 bits, events cannot be located in 32. Before anything else do: "
+            'import jax; jax.config.update("jax_enable_x64", True)'
+        )
+    check(scene)
+    solver = diffrax.Dopri8() if solver is None else solver
+    method = _method(solver)
+    name = type(solver).__name__
+    rtol_, events = jnp.asarray(rtol, jnp.float64), jnp.asarray(max_events, jnp.int32)
+    if any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves((scene, rtol))):
+        record = _traced(scene, rtol_, events, method=method, max_steps=max_steps or _STEPS[0])
+        return Result(scene, record, rtol_, name)
+    for steps in (max_steps,) if max_steps else _STEPS:
+        record = _compiled()(scene, rtol_, events, method=method, max_steps=steps)
+        if int(record.code) != Code.STEP_LIMIT:
+            break
+    result = Result(scene, record, rtol_, name)  # pyright: ignore
+    if throw and not result.ok:
+        raise SimulationError(f"{result.status}: {result.message}", result)
+    return result
+
+
+@functools.lru_cache
+def _method(solver: Any) -> AbstractMethod:
+    return ExplicitRungeKutta(solver)
+
+
+def times(start: float, end: float, count: int = 501) -> np.ndarray:
+    """`count` evenly spaced times from `start` to `end` (s)."""
+    return np.linspace(float(start), float(end), count)

@@ -1,0 +1,53 @@
+"""The summary of a run as text, from the dictionary that also becomes its JSON."""
+
+from typing import Any
+
+
+def _number(value: float | None, unit: str, digits: int = 6) -> str:
+    return "—" if value is None else f"{value:.{digits}g} {unit}"
+
+
+def _grouped(events: list[dict[str, Any]]) -> str:
+    """Events in order, runs of lining limits drawn together."""
+    parts: list[str] = []
+    i = 0
+    while i < len(events):
+        event = events[i]
+        j = i
+        if event["name"] == "lining_limit":
+            while j + 1 < len(events) and events[j + 1]["name"] == "lining_limit":
+                j += 1
+        if j > i:
+            first, last = event["lining"], events[j]["lining"]
+            parts.append(f"lining limits {first}…{last} {event['time']:.6g}…{events[j]['time']:.6g} s")
+        else:
+            lining = f" {event['lining']}" if "lining" in event else ""
+            parts.append(f"{event['name'].replace('_', ' ')}{lining} {event['time']:.6g} s")
+        i = j + 1
+    shown = parts if len(parts) <= 12 else [*parts[:6], f"… {len(parts) - 10} more …", *parts[-4:]]
+    return ", ".join(shown) if shown else "none"
+
+
+def text(summary: dict[str, Any]) -> str:
+    """About ten lines that can be read without the source."""
+    m, e, s = summary["metrics"], summary["energy"], summary["solver"]
+    at, normal = summary["at"], m["max_normal_load"]
+    lines = [
+        f"{summary['status']}: {summary['message']}",
+        f"events   {_grouped(summary['events'])}",
+        f"onset    slip onset t0 {_number(m['slip_onset_time'], 's')}, full slip {_number(m['full_slip_time'], 's')}",
+        f"stop     after {_number(m['stopping_time'], 's')}, {_number(m['stopping_angle'], 'rad')}"
+        + ("" if m["hook_travel"] is None else f", hook travel {_number(m['hook_travel'], 'm')}"),
+        f"tension  at most {m['max_tension'] / 1e3:.6g} kN behind lining {at['max_tension_lining']} "
+        f"at {at['max_tension_time']:.6g} s",
+        f"load     at most {normal / 1e3:.6g} kN on lining {at['max_normal_load_lining']} "
+        f"at {at['max_normal_load_time']:.6g} s",
+        f"energy   load {e['load_work'] / 1e3:.6g} kJ + lever {e['lever_work'] / 1e3:.6g} kJ "
+        f"+ kinetic {-e['kinetic_change'] / 1e3:.6g} kJ = friction heat {e['friction_heat'] / 1e3:.6g} kJ "
+        f"+ elastic {e['elastic_change'] / 1e3:.6g} kJ",
+        f"closure  {e['closure']:.1e} of the largest energy exchanged",
+        f"solver   {s['method']}, rtol {s['rtol']:g}: {s['steps']} steps, {s['rejected']} rejected, "
+        f"{s['retaken']} retaken at events, {s['segments']} segments",
+    ]
+    lines += [f"warning  {warning}" for warning in summary["warnings"]]
+    return "\n".join(lines)
