@@ -4,7 +4,6 @@ import abc
 from typing import Any, ClassVar, NamedTuple
 
 import equinox as eqx
-import interpax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
@@ -112,6 +111,8 @@ class TabulatedFriction(AbstractFriction):
     speed_dependent: ClassVar[bool] = True
 
     def kinetic(self, contact):
+        import interpax  # half a second that only tables pay
+
         v = jnp.clip(contact.v, self.speed[0], self.speed[-1])
         return interpax.interp1d(v, self.speed, self.coefficient, method="monotonic")
 

@@ -5,10 +5,16 @@ Numbers go in and out as NumPy float64: a layout is designed once, not inside a 
 
 import dataclasses
 import math
+from collections.abc import Callable
 
 import numpy as np
 from jaxtyping import Float
-from scipy.optimize import brentq
+
+
+def _root(function: Callable[[float], float], low: float, high: float) -> float:
+    from scipy.optimize import brentq  # imported where it is used: most runs design no layout
+
+    return float(brentq(function, low, high, xtol=1e-16, rtol=1e-14))  # pyright: ignore
 
 
 class InfeasibleLayout(ValueError):
@@ -57,7 +63,7 @@ def equal_increment_angles(f: float | Float[np.ndarray, " n"], n: int, k: int, w
             f"equal tension increments of {k} of {n} linings reach f·tan(β_1/2) = 1 at a wrap of "
             f"{math.degrees(np.sum(angles(z_max))):.1f}°, below the {math.degrees(wrap):.1f}° asked for"
         )
-    z_k = brentq(lambda z: float(np.sum(angles(z))) - wrap, 1e-12 * z_max, z_max, xtol=1e-16, rtol=1e-14)
+    z_k = _root(lambda z: float(np.sum(angles(z))) - wrap, 1e-12 * z_max, z_max)
     beta = angles(z_k)
     first = friction[0] * math.tan(beta[0] / 2)
     last = friction[-1] * z_k
@@ -97,7 +103,7 @@ def equal_load_angles(
             peak = friction[i] ** (-1 / 3)
             if target > left(peak, i):
                 return i
-            z[i] = brentq(lambda s, i=i, target=target: left(s, i) - target, 0.0, peak, xtol=1e-16, rtol=1e-14)
+            z[i] = _root(lambda s, i=i, target=target: left(s, i) - target, 0.0, peak)
         return z if friction[0] * z[0] < 1 else 0
 
     def surplus(z_n: float) -> float:

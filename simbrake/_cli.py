@@ -1,0 +1,163 @@
+"""The command line. Exit codes: 0 the run reached its end, 1 it failed, 2 the input is wrong."""
+
+import importlib.util
+import json
+import os
+import sys
+from pathlib import Path
+from typing import Annotated, Any
+
+import cyclopts
+from cyclopts import Parameter
+
+app = cyclopts.App(
+    name="simbrake",
+    help="Dynamic simulator of band-shoe brakes of drilling drawworks.",
+    version=lambda: _version(),
+)
+
+
+def _version() -> str:
+    from importlib.metadata import version
+
+    names = ("simbrake", "jax", "diffrax", "equinox")
+    return ", ".join(f"{name} {version(name)}" for name in names)
+
+
+def _prepare_jax() -> None:
+    """64 bits, and compiled programs kept between runs (`JAX_COMPILATION_CACHE_DIR` moves them, empty: none)."""
+    cache = os.environ.get("JAX_COMPILATION_CACHE_DIR")
+    if cache is None:
+        base = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
+        cache = os.path.join(base, "simbrake", "compiled")
+    os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")  # a hit of the cache is no news for users
+    import jax
+
+    jax.config.update("jax_enable_x64", True)
+    if cache:
+        jax.config.update("jax_compilation_cache_dir", cache)
+        jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.1)
+
+
+def load_scene(file: Path) -> Any:
+    """The scene that a scenario file defines by its function `scene()`."""
+    from ._quantity import Fault, InputError
+    from ._scene import Scene
+
+    if not file.is_file():
+        folder = file.parent if file.parent.is_dir() else Path(".")
+        there = sorted(str(f) for f in folder.glob("*.py"))
+        hint = f"there are: {', '.join(there[:8])}" if there else "give the path of a scenario file"
+        raise InputError([Fault(str(file), "there is no such file", hint)])
+    if file.suffix != ".py":
+        raise InputError([Fault(str(file), "is not a Python file", "a scenario is a .py file with a function scene()")])
+    spec = importlib.util.spec_from_file_location(f"scenario_{file.stem}", file)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    try:
+        spec.loader.exec_module(module)
+        if not callable(getattr(module, "scene", None)):
+            raise InputError([Fault(str(file), "defines no function scene()", "return a simbrake.Scene from it")])
+        scene = module.scene()
+    except InputError:
+        raise
+    except Exception as error:  # whatever goes wrong in somebody's file is a fault of the input, told in one line
+        raise InputError([Fault(str(file), f"{type(error).__name__}: {error}", "mend the scenario file")]) from error
+    if not isinstance(scene, Scene):
+        raise InputError([Fault(str(file), f"scene() returned {type(scene).__name__}", "return a simbrake.Scene")])
+    return scene
+
+
+@app.command
+def run(
+    scenario: Path,
+    /,
+    *,
+    out: Path | None = None,
+    json_: Annotated[bool, Parameter(name="--json", negative="")] = False,
+    set_: Annotated[list[str] | None, Parameter(name="--set", negative="", consume_multiple=False)] = None,
+    rtol: float = 1e-10,
+    max_steps: int | None = None,
+    max_events: int = 10_000,
+) -> int:
+    """Run a scenario and print a summary.
+
+    Parameters
+    ----------
+    scenario
+        Python file with a function scene() that returns a simbrake.Scene.
+    out
+        Folder for a chart (stop.png), the series (series.csv) and the summary.
+    json_
+        Print the summary as JSON, alone on stdout.
+    set_
+        PATH=VALUE: override a number of the scene (SI units), as in brake.band.stiffness=2e5; may be repeated.
+    rtol
+        Relative tolerance of the integration.
+    max_steps
+        Step attempts allowed.
+    max_events
+        Events allowed.
+    """
+    _prepare_jax()
+    from ._edit import parse_assignments, with_values
+    from ._quantity import Fault, InputError
+    from ._simulate import simulate
+
+    limits = [("--rtol", rtol, 1e-15 < rtol < 0.1), ("--max-events", max_events, max_events > 0)]
+    limits.append(("--max-steps", max_steps, max_steps is None or max_steps > 0))
+    wrong = [Fault(name, f"{value} is not admissible", "0 < rtol < 0.1, limits > 0") for name, value, ok in limits if not ok]
+    if out is not None and out.exists() and not out.is_dir():
+        wrong.append(Fault("--out", f"{out} is a file", "give a folder"))
+    if wrong:
+        raise InputError(wrong)
+    scene = load_scene(scenario)
+    scene = with_values(scene, parse_assignments(set_ or []))
+    result = simulate(scene, rtol=rtol, max_steps=max_steps, max_events=max_events, throw=False)
+    if json_:
+        print(json.dumps(result.summary(), indent=2, allow_nan=False))
+    else:
+        print(result)
+    if out is not None:
+        from ._export import write
+
+        written = write(result, out)
+        if not json_:
+            print("written  " + ", ".join(str(path) for path in written))
+    return 0 if result.ok else 1
+
+
+@app.command
+def reproduce(*, json_: Annotated[bool, Parameter(name="--json", negative="")] = False) -> int:
+    """Recompute the published tables cell by cell: printed, computed, difference, verdict.
+
+    Parameters
+    ----------
+    json_
+        Print a list of {table, row, column, printed, computed, verdict}, alone on stdout.
+    """
+    from ._reproduce import cells, report
+
+    rows = cells()
+    print(json.dumps([cell.as_dict() for cell in rows], indent=1, allow_nan=False) if json_ else report(rows))
+    return 1 if any(cell.verdict == "disagrees" for cell in rows) else 0
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Entry point of the `simbrake` command."""
+    from ._quantity import InputError
+
+    try:
+        code = app(arguments, exit_on_error=False, print_error=True, result_action="return_value")
+    except cyclopts.CycloptsError:
+        sys.exit(2)
+    except InputError as error:
+        print(f"simbrake: {error}", file=sys.stderr)
+        sys.exit(2)
+    except KeyboardInterrupt:
+        print("simbrake: interrupted", file=sys.stderr)
+        sys.exit(130)
+    except BrokenPipeError:
+        sys.stderr.close()
+        sys.exit(1)
+    sys.exit(code if isinstance(code, int) else 0)

@@ -1,0 +1,63 @@
+"""Files of a run: chart, series and summary, written all or not at all."""
+
+import json
+import os
+import shutil
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from ._result import SERIES_UNITS, Result
+
+
+def series_table(result: Result, count: int = 1001) -> tuple[list[str], np.ndarray]:
+    """Column names with units, and the series on an even grid with the values before and after every event."""
+    record = result.record
+    start, end = float(np.asarray(record.rows.t)[0]), float(np.asarray(record.rows.t)[int(record.count)])
+    times = np.unique([e.time for e in result.events])
+    grid = np.setdiff1d(np.linspace(start, end, count), times)
+    series = [result.series(np.append(grid, times)), result.series(times, left=True)] if times.size else []
+    if not series:
+        series = [result.series(grid)]
+    names: list[str] = []
+    columns: list[np.ndarray] = []
+    for field in series[0]._fields:
+        parts = [getattr(s, field) for s in series]
+        if parts[0] is None:
+            continue
+        values = np.concatenate([np.asarray(part) for part in parts])
+        unit = f" [{SERIES_UNITS[field]}]" if SERIES_UNITS[field] else ""
+        if values.ndim == 1:
+            names.append(field + unit)
+            columns.append(values)
+        else:
+            names += [f"{field}_{i + 1}{unit}" for i in range(values.shape[1])]
+            columns += list(values.T)
+    table = np.stack(columns, axis=1)
+    # in order of time, at an event the left value first
+    before = np.append(np.ones(len(grid) + len(times)), np.zeros(len(times))) if times.size else np.ones(len(grid))
+    return names, table[np.lexsort((before, table[:, 0]))]
+
+
+def write(result: Result, folder: Path) -> list[Path]:
+    """Writes `summary.json`, `summary.txt`, `series.csv` and `stop.png` into `folder`; returns their paths."""
+    from . import plot  # matplotlib is loaded by those who want a picture
+
+    summary = result.summary()
+    names, table = series_table(result)
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    scratch = Path(tempfile.mkdtemp(prefix=".simbrake-", dir=folder.parent))
+    try:
+        (scratch / "summary.json").write_text(json.dumps(summary, indent=2, allow_nan=False) + "\n", "utf-8")
+        (scratch / "summary.txt").write_text(str(result) + "\n", "utf-8")
+        np.savetxt(scratch / "series.csv", table, delimiter=",", header=",".join(names), comments="", fmt="%.12g")
+        plot.stop(result).savefig(scratch / "stop.png", dpi=130)
+        folder.mkdir(exist_ok=True)
+        written = []
+        for file in sorted(scratch.iterdir()):
+            os.replace(file, folder / file.name)
+            written.append(folder / file.name)
+        return written
+    finally:
+        shutil.rmtree(scratch, ignore_errors=True)

@@ -1,0 +1,110 @@
+"""Pictures of results. Each function draws into given axes or makes a figure, and returns it; nothing is ever shown."""
+
+from typing import Any
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from ._log import Event
+from ._result import Result
+
+_COLOURS = {
+    "slip_onset": "tab:green",
+    "full_slip": "tab:orange",
+    "stop": "tab:red",
+    "restick": "tab:purple",
+    "restart": "tab:brown",
+    "release": "tab:gray",
+}
+_WORDS = {"slip_onset": "slip onset t₀", "full_slip": "full slip", "stop": "stop"}
+
+
+def _marks(axes: Axes, events: list[Event], low: float, high: float, *, named: bool) -> None:
+    """Vertical lines at events inside the window; names, staggered, in the topmost panel."""
+    shown = [e for e in events if e.name in _COLOURS and low <= e.time <= high]
+    for event in shown:
+        axes.axvline(event.time, color=_COLOURS[event.name], lw=0.9, ls="--", zorder=0)
+    if named and len(shown) <= 12:
+        for i, event in enumerate(shown):
+            right = event.time > low + 0.75 * (high - low)
+            axes.annotate(
+                _WORDS.get(event.name, event.name.replace("_", " ")),
+                (event.time, 0.06 + 0.13 * (i % 4)),
+                xycoords=("data", "axes fraction"),
+                xytext=(-4 if right else 4, 0),
+                textcoords="offset points",
+                ha="right" if right else "left",
+                fontsize=8,
+                color=_COLOURS[event.name],
+            )
+
+
+def _grid(result: Result, low: float, high: float, events: list[Event]) -> tuple[np.ndarray, Any]:
+    """A dense grid with the values before and after every event in it."""
+    inside = sorted({e.time for e in events if low < e.time < high})
+    t = np.unique(np.concatenate([np.linspace(low, high, 600), inside]))
+    right, left = result.series(t), result.series(np.asarray(inside), left=True) if inside else None
+    if left is None:
+        return np.asarray(right.t), right
+    order = np.argsort(np.concatenate([np.asarray(left.t), np.asarray(right.t)]), kind="stable")
+
+    def merged(a: Any, b: Any) -> Any:
+        return None if a is None else np.concatenate([np.asarray(a), np.asarray(b)])[order]
+
+    series = type(right)(*(merged(a, b) for a, b in zip(left, right, strict=True)))
+    return series.t, series
+
+
+def stop(result: Result, *, figure: Figure | None = None) -> Figure:
+    """Speed, torques, tensions and number of linings at their limit over time, with the onset of slip enlarged.
+
+    Left the whole motion (a run that goes on at rest is cut shortly after the stop), right the time up to full slip.
+    """
+    events = result.events
+    start, end = float(result.scene.initial.time), float(np.asarray(result.record.rows.t)[int(result.record.count)])
+    last = [e.time for e in events if e.name in ("stop", "release", "restart")]
+    if last and events[-1].name == "stop":
+        end = min(end, start + 1.15 * (last[-1] - start))
+    slip = next((e.time for e in events if e.name == "full_slip"), None)
+    zoom = None
+    if slip is not None and start < slip and (slip - start) < 0.25 * (end - start):
+        zoom = start + 1.3 * (slip - start)
+    columns = 1 if zoom is None else 2
+    if figure is None:
+        figure = Figure(figsize=(11.5 if zoom else 7.5, 8.5), layout="constrained")
+    axes = figure.subplots(4, columns, squeeze=False, sharex="col", width_ratios=[1.5, 1][:columns])
+    for column, top in enumerate([end, zoom][:columns]):
+        t, s = _grid(result, start, top, events)
+        _panels(axes[:, column], t, s, milliseconds=column == 1, compact=column == 1)
+        for row in range(4):
+            _marks(axes[row, column], events, start, top, named=row == 0)
+        _time_axis(axes[3, column], milliseconds=column == 1)
+        axes[0, column].set_title("whole braking" if column == 0 else "onset of slip, enlarged", fontsize=10)
+    figure.suptitle(f"{result.status.replace('_', ' ')}: {result.message}", fontsize=11)
+    return figure
+
+
+def _time_axis(axes: Axes, *, milliseconds: bool) -> None:
+    if milliseconds:
+        axes.xaxis.set_major_formatter(matplotlib.ticker.FuncFormatter(lambda x, _: f"{1e3 * x:g}"))
+    axes.set_xlabel("time, ms" if milliseconds else "time, s")
+
+
+def _panels(axes: Any, t: np.ndarray, s: Any, *, milliseconds: bool, compact: bool) -> None:
+    speed, torque, tension, linings = axes
+    speed.plot(t, s.omega, color="k", label="pulley speed ω")
+    torque.plot(t, s.brake_torque / 1e3, color="tab:blue", label="brake M_b")
+    torque.plot(t, s.load_torque / 1e3, color="tab:brown", ls="-.", label="load M_load")
+    tension.plot(t, s.tight_tension / 1e3, color="tab:blue", label="tight end T_n")
+    tension.plot(t, s.slack_tension / 1e3, color="tab:cyan", label="slack end T_0")
+    linings.plot(t, s.at_limit, color="tab:orange", drawstyle="steps-post", label="linings at their limit k")
+    linings.set_ylim(-0.5, s.tension.shape[1] + 0.5)
+    names = ("ω, rad/s", "torque, kN·m", "tension, kN", f"k of {s.tension.shape[1]}")
+    for panel, name in zip(axes, names, strict=True):
+        panel.grid(alpha=0.3)
+        panel.margins(x=0)
+        if not compact:
+            panel.set_ylabel(name)
+            panel.legend(loc="best", fontsize=8, framealpha=0.9)
