@@ -80,7 +80,7 @@ class PiecewiseLinear(AbstractProfile):
     def value(self, t, piece):
         times, values = jnp.asarray(self.times), jnp.asarray(self.values)
         n = times.shape[0]
-        here = jnp.arange(n + 1) == piece  # a mask is cheaper in the loop than an indexed load, and transposes well
+        here = jnp.arange(n + 1, dtype=jnp.int32) == piece  # a mask is cheaper in the loop than an indexed load, and transposes well
         span = jnp.diff(times)
         slope = jnp.where(span > 0, jnp.diff(values) / jnp.where(span > 0, span, 1.0), 0.0)
         zero = jnp.zeros(1)
@@ -95,7 +95,7 @@ class PiecewiseLinear(AbstractProfile):
 
     def next_knot(self, piece):
         times = jnp.append(jnp.asarray(self.times), jnp.inf)
-        return jnp.min(jnp.where(jnp.arange(times.shape[0]) >= piece, times, jnp.inf))
+        return jnp.min(jnp.where(jnp.arange(times.shape[0], dtype=jnp.int32) >= piece, times, jnp.inf))
 
     def first_piece(self, t):
         return jnp.sum(jnp.asarray(self.times) <= t).astype(jnp.int32)
@@ -162,15 +162,15 @@ class FunctionProfile(AbstractProfile):
         knots = jnp.asarray(self.knots)
         if knots.shape[0]:
             # stay on this side of a jump: the piece ends just before its knot
-            end = jnp.min(jnp.where(jnp.arange(knots.shape[0]) >= piece, knots, jnp.inf))
-            start = jnp.max(jnp.where(jnp.arange(knots.shape[0]) < piece, knots, -jnp.inf))
+            end = jnp.min(jnp.where(jnp.arange(knots.shape[0], dtype=jnp.int32) >= piece, knots, jnp.inf))
+            start = jnp.max(jnp.where(jnp.arange(knots.shape[0], dtype=jnp.int32) < piece, knots, -jnp.inf))
             inside = jnp.clip(t, start, jnp.where(jnp.isfinite(end), end - 1e-12 * jnp.maximum(jnp.abs(end), 1.0), end))
             t = jax.lax.stop_gradient(inside - t) + t
         return jnp.asarray(self.function(t, self.parameters), jnp.float64)
 
     def next_knot(self, piece):
         knots = jnp.append(jnp.asarray(self.knots), jnp.inf)
-        return jnp.min(jnp.where(jnp.arange(knots.shape[0]) >= piece, knots, jnp.inf))
+        return jnp.min(jnp.where(jnp.arange(knots.shape[0], dtype=jnp.int32) >= piece, knots, jnp.inf))
 
     def first_piece(self, t):
         return jnp.sum(jnp.asarray(self.knots) <= t).astype(jnp.int32)

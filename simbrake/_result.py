@@ -158,7 +158,7 @@ class Result(eqx.Module):
         rows, n = self.record.rows, self.record.rows.t.shape[0]
         band = rows.mode[:, 0]
         after = jnp.append(band[1:], band[-1])
-        used = jnp.arange(n) < self.record.count
+        used = jnp.arange(n, dtype=jnp.int32) < self.record.count
         return used & (rows.kind >= LANDED), band, after
 
     def _first_time(self, mask: Bool[Array, " row"]) -> Float[Array, ""]:
@@ -211,7 +211,7 @@ class Result(eqx.Module):
         n = record.rows.t.shape[0]
         index = jnp.repeat(jnp.arange(n, dtype=jnp.int32), _SAMPLES)
         share = jnp.tile(jnp.linspace(0.0, 1.0, _SAMPLES), n)
-        used = jnp.repeat((jnp.arange(n) < record.count) & (record.rows.kind != SKIPPED), _SAMPLES)
+        used = jnp.repeat((jnp.arange(n, dtype=jnp.int32) < record.count) & (record.rows.kind != SKIPPED), _SAMPLES)
 
         def look(index, share, used):
             p = _probe(record, index, share)
@@ -364,7 +364,7 @@ class Result(eqx.Module):
 
 def _only_first(value: Array, forces: LiningForces) -> Array:
     """`value` (m,) at the first lining, 0 at the others: tension before the first lining counts with it."""
-    first = jnp.arange(forces.tension.shape[-1]) == 0
+    first = jnp.arange(forces.tension.shape[-1], dtype=jnp.int32) == 0
     return jnp.where(first, jnp.asarray(value)[..., None], 0.0)
 
 

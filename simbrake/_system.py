@@ -105,7 +105,7 @@ class BrakeSystem(AbstractHybridSystem):
         """Tension ratios `μ_i` of sliding linings at the speed `ω`."""
         if self.mu_kinetic is not None:
             return self.mu_kinetic
-        v = jnp.broadcast_to(sense * self.band_radius * omega, self.mu_static.shape)
+        v = jnp.broadcast_to(jnp.where(sense > 0, omega, -omega) * self.band_radius, self.mu_static.shape)
         return tension_ratio(grip(self.linings.friction.kinetic(Contact(v=v)), jnp.asarray(self.linings.angle)))[0]
 
     def _lever(self, t: Array, mode: Mode) -> tuple[Array, Array]:
@@ -193,7 +193,7 @@ class BrakeSystem(AbstractHybridSystem):
         held, forward, back = band == BandMode.HELD, band == BandMode.SLIP, band == BandMode.SLIP_BACK
         fixed = (band == BandMode.OPEN) | held
         T_0, Pi, R_b = q.lever_tension, self.ratio_static, self.band_radius
-        motion = jnp.where(fixed, 1.0, mode.sense * y.omega / self.speed_scale)
+        motion = jnp.where(fixed, 1.0, jnp.where(mode.sense > 0, y.omega, -y.omega) / self.speed_scale)
         # at rest the load torque is compared, else the tension; both against the static limits
         reference = jnp.where(held, self.torque_scale, self.tension_scale)
         high = jnp.where(held, R_b * T_0 * (Pi - 1) - q.load_torque, T_0 * Pi - q.tight_tension) / reference
@@ -216,8 +216,8 @@ class BrakeSystem(AbstractHybridSystem):
     def _next_pieces(self, t: Array, mode: Mode, at_stop: Array) -> Mode:
         lever = jnp.asarray(mode.lever_piece, jnp.int32)
         load = jnp.asarray(mode.load_piece, jnp.int32)
-        lever = lever + (at_stop & (self.lever.next_knot(lever) <= t))
-        load = load + (at_stop & (self.load.profile.next_knot(load) <= t))
+        lever = lever + (at_stop & (self.lever.next_knot(lever) <= t)).astype(jnp.int32)
+        load = load + (at_stop & (self.load.profile.next_knot(load) <= t)).astype(jnp.int32)
         return mode._replace(lever_piece=lever, load_piece=load)
 
     def transition(self, t, y, mode, fired, at_stop):

@@ -108,10 +108,10 @@ class CoulombOscillator(AbstractHybridSystem):
 
     def rhs(self, t, y, mode):
         moving = mode != 0
-        return Oscillator(jnp.where(moving, y.v, 0.0), jnp.where(moving, -y.x - self.F * mode, 0.0))
+        return Oscillator(jnp.where(moving, y.v, 0.0), jnp.where(moving, -y.x - self.F * mode.astype(float), 0.0))
 
     def guards(self, t, y, mode):
-        return jnp.where(mode == 0, 1.0, mode * y.v)[None]
+        return jnp.where(mode == 0, 1.0, mode.astype(float) * y.v)[None]
 
     def transition(self, t, y, mode, fired, at_stop):
         return jnp.where(jnp.abs(y.x) <= self.F, 0, -jnp.sign(y.x).astype(int)), 0
@@ -147,7 +147,7 @@ class Filippov(AbstractHybridSystem):
         return jnp.where(mode == 0, slide, jnp.where(mode > 0, above, below))
 
     def guards(self, t, y, mode):
-        return jnp.where(mode == 0, 1.0, mode * (y[0] - y[1]))[None]
+        return jnp.where(mode == 0, 1.0, mode.astype(float) * (y[0] - y[1]))[None]
 
     def transition(self, t, y, mode, fired, at_stop):
         return 0 * mode, 0
@@ -206,7 +206,7 @@ class Timed(AbstractHybridSystem):
         return jnp.where((mode[0] > 0) & (not self.repeat), 1.0, values)
 
     def transition(self, t, y, mode, fired, at_stop):
-        return (mode[0] + fired.astype(int), mode[1] + at_stop.astype(int)), 0
+        return (mode[0] + fired.astype(jnp.int32), mode[1] + at_stop.astype(jnp.int32)), 0
 
     def reset(self, t, y, before, after):
         return y

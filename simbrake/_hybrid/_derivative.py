@@ -29,7 +29,7 @@ def before_jump(flat: Flat, method: AbstractMethod, t1: Array, row: Rows) -> tup
         t2, y2 = t + row.delta, y + row.delta * f
         f2 = flat.rhs(t2, y2, row.mode)
         g, rate = jax.jvp(lambda t, y: flat.guards(t, y, row.mode), (t2, y2), (jnp.ones_like(t2), f2))
-        chosen = jnp.arange(g.shape[0]) == row.guard
+        chosen = jnp.arange(g.shape[0], dtype=jnp.int32) == row.guard
         g, rate = jnp.sum(jnp.where(chosen, g, 0.0)), jnp.sum(jnp.where(chosen, rate, 0.0))
         # value 0: only the derivative of the place where the guard is 0
         dt = -(g - jax.lax.stop_gradient(g)) / jax.lax.stop_gradient(jnp.where(rate == 0, -1.0, rate))

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import equinox.internal as eqxi
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
 from ._carry import Carry, Stats, pack, unpack
@@ -14,7 +15,7 @@ from ._search import Found, crossed, leaving, sampled, search, suspicious
 from ._system import Code, Settings
 
 _SAFETY, _SHRINK, _GROW = 0.9, 0.2, 10.0
-_RUNNING = -1
+_RUNNING = np.int32(-1)
 #: a guard that fires again and again within this share of the run, so many times, is taken for a Zeno point
 _ZENO_INTERVAL, _ZENO_COUNT = 1e-6, 20
 _EPS = 2.220446049250313e-16
@@ -38,7 +39,7 @@ class Problem(NamedTuple):
     def norm(self, x, size) -> Array:
         """Root mean square of `x` in units of the tolerance at states of the given size."""
         w = self.weights
-        counted = jnp.maximum(jnp.sum(w > 0), 1)
+        counted = jnp.maximum(jnp.sum(jnp.where(w > 0, 1.0, 0.0)), 1.0)
         return jnp.sqrt(jnp.sum((x * w / (1.0 + size * w)) ** 2) / counted) / self.settings.rtol
 
     def guards_and_rates(self, t, y, f, mode) -> tuple[Array, Array]:
@@ -145,6 +146,10 @@ def _judge(p: Problem, c: Carry, a: Attempt) -> Verdict:
     )
 
 
+def _count(n: Array, happened: Array) -> Array:
+    return n + happened.astype(jnp.int32)
+
+
 def _stepped(c: Carry, a: Attempt, v: Verdict, p: Problem) -> Carry:
     """The carry after an attempt that was no event."""
     step = a.accept & ~v.retake
@@ -156,10 +161,12 @@ def _stepped(c: Carry, a: Attempt, v: Verdict, p: Problem) -> Carry:
     crossing = jnp.where(crossing <= 0, jnp.inf, crossing)
     risen = c.armed | (a.g1 > p.guard_tolerance) | (leaving(c, a.h) & (a.g1 > 1e-15))
     too_small = ~a.accept & (a.h_next <= 0.25 * a.resolution)  # never looked at where the run begins
-    status = jnp.where(too_small, jnp.where(a.finite, int(Code.STEP_TOO_SMALL), int(Code.NOT_FINITE)), _RUNNING)
-    status = jnp.where(v.stop & (a.target >= p.t1), int(Code.COMPLETED), status)
+    status = jnp.where(too_small, jnp.where(a.finite, np.int32(Code.STEP_TOO_SMALL), np.int32(Code.NOT_FINITE)), _RUNNING)
+    status = jnp.where(v.stop & (a.target >= p.t1), np.int32(Code.COMPLETED), status)
     stats = c.stats._replace(
-        accepted=c.stats.accepted + step, rejected=c.stats.rejected + ~a.accept, retaken=c.stats.retaken + v.retake
+        accepted=_count(c.stats.accepted, step),
+        rejected=_count(c.stats.rejected, ~a.accept),
+        retaken=_count(c.stats.retaken, v.retake),
     )
     return Carry(
         t=pick(a.t1, c.t),
@@ -189,7 +196,7 @@ def _jumped(p: Problem, c: Carry, a: Attempt, v: Verdict) -> Carry:
     t = jnp.where(unmoved, c.t, a.t1 + v.delta)
     y = jnp.where(unmoved, c.y, a.y1 + v.delta * a.f1)
     tol = p.guard_tolerance
-    here = jnp.arange(c.g.shape[0]) == v.guard
+    here = jnp.arange(c.g.shape[0], dtype=jnp.int32) == v.guard
     # the guards at the landing, one move along their rates from the end of the step
     reached = c.armed & (a.g1 + v.delta * a.rate1 <= tol)
     fired = jnp.where(v.instant, here, reached | (here & v.land))
@@ -206,14 +213,16 @@ def _jumped(p: Problem, c: Carry, a: Attempt, v: Verdict) -> Carry:
     apart = guarded & (dt > _ZENO_INTERVAL * (p.t1 - p.t0))
     cluster = jnp.where(apart, here, c.cluster | (here & guarded))
     again = guarded & ~apart & (dt > 0) & jnp.any(c.cluster & here)
-    close = jnp.where(apart, 0, c.close + again)
+    close = jnp.where(apart, 0, _count(c.close, again))
     chain = jnp.where(guarded & (dt == 0), c.chain + 1, jnp.where(moved, 0, c.chain))
     stats = c.stats._replace(
-        accepted=c.stats.accepted + ~unmoved, events=c.stats.events + guarded, segments=c.stats.segments + 1
+        accepted=_count(c.stats.accepted, ~unmoved),
+        events=_count(c.stats.events, guarded),
+        segments=c.stats.segments + 1,
     )
-    status = jnp.where(stats.events > p.settings.max_events, int(Code.EVENT_LIMIT), _RUNNING)
-    status = jnp.where(close >= _ZENO_COUNT, int(Code.ZENO), status)
-    status = jnp.where(chain >= p.settings.max_chain, int(Code.CHATTER), status)
+    status = jnp.where(stats.events > p.settings.max_events.astype(jnp.int32), np.int32(Code.EVENT_LIMIT), _RUNNING)
+    status = jnp.where(close >= _ZENO_COUNT, np.int32(Code.ZENO), status)
+    status = jnp.where(chain >= p.settings.max_chain, np.int32(Code.CHATTER), status)
     status = jnp.where((code > 0) & ~begins, code, status)
     sound = jnp.all(jnp.isfinite(y)) & jnp.all(jnp.isfinite(f)) & jnp.all(jnp.isfinite(g))
     return Carry(
@@ -228,7 +237,7 @@ def _jumped(p: Problem, c: Carry, a: Attempt, v: Verdict) -> Carry:
         rate=rate,
         armed=g > tol,
         cluster=cluster,
-        status=jnp.where(sound, status, int(Code.NOT_FINITE)).astype(jnp.int32),
+        status=jnp.where(sound, status, np.int32(Code.NOT_FINITE)).astype(jnp.int32),
         retakes=jnp.zeros_like(c.retakes),
         chain=chain,
         close=close,
@@ -266,7 +275,7 @@ def _start(p: Problem, y0, mode0) -> Carry:
     nothing = jnp.zeros(jax.eval_shape(p.flat.guards, p.t0, y0, mode0).shape, y0.dtype)
     zero = jnp.asarray(0, jnp.int32)
     sound = jnp.isfinite(p.t0) & jnp.isfinite(p.t1)
-    status = jnp.where(sound, jnp.where(p.t1 > p.t0, _RUNNING, int(Code.COMPLETED)), int(Code.NOT_FINITE))
+    status = jnp.where(sound, jnp.where(p.t1 > p.t0, _RUNNING, np.int32(Code.COMPLETED)), np.int32(Code.NOT_FINITE))
     infinity = jnp.full_like(p.t0, jnp.inf)
     return Carry(
         t=p.t0,
@@ -310,5 +319,5 @@ def run(p: Problem, y0: Float[Array, " state"], mode0: Int[Array, " mode"]):
     none = jnp.asarray(SKIPPED, jnp.int32)
     last = pack_row(c.t, jnp.zeros_like(c.t), jnp.zeros_like(c.t), none, none, c.y, c.mode)
     rows = jax.lax.dynamic_update_slice(rows, last[None], (count, jnp.zeros_like(count)))
-    code = jnp.where(c.status == _RUNNING, int(Code.STEP_LIMIT), c.status)
+    code = jnp.where(c.status == _RUNNING, np.int32(Code.STEP_LIMIT), c.status)
     return rows, count, code, c.stats

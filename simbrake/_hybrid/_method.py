@@ -96,7 +96,7 @@ class ExplicitRungeKutta(AbstractMethod):
             return jax.lax.dynamic_update_slice(k, rhs(t + c * h, argument)[None], (i, jnp.zeros_like(i))), None
 
         k = jnp.zeros((n, y.shape[0]), y.dtype).at[0].set(f)
-        k, _ = jax.lax.scan(stage, k, (jnp.arange(1, n), jnp.asarray(a), jnp.asarray(self.c)))
+        k, _ = jax.lax.scan(stage, k, (jnp.arange(1, n, dtype=jnp.int32), jnp.asarray(a), jnp.asarray(self.c)))
         b, b_error = (np.pad(np.asarray(w), (0, n - len(w))) for w in (self.b, self.b_error))
         y1 = y + h * (b @ k)
         return y1, h * (b_error @ k), k[-1] if self.fsal else rhs(t + h, y1)

@@ -79,7 +79,7 @@ class Record(eqx.Module):
     def find(self, ts: Array, *, left: bool = False) -> Int[Array, " k"]:
         """Rows that hold the times asked for: at an instant with events, the last row there (`left`: the first)."""
         n = self.rows.t.shape[0]
-        starts = jnp.where(jnp.arange(n) <= self.count, self.rows.t, jnp.inf)
+        starts = jnp.where(jnp.arange(n, dtype=jnp.int32) <= self.count, self.rows.t, jnp.inf)
         i = jnp.searchsorted(starts, ts, side="left" if left else "right") - 1
         return jnp.clip(i, 0, self.count).astype(jnp.int32)
 

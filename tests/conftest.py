@@ -1,0 +1,26 @@
+import os
+
+# the emitters that `simulate` chooses for itself: they compile these programs faster
+os.environ["XLA_FLAGS"] = os.environ.get("XLA_FLAGS", "") + " --xla_cpu_use_fusion_emitters=false"
+
+import jax
+import pytest
+from jaxtyping import install_import_hook
+
+jax.config.update("jax_enable_x64", True)
+jax.config.update("jax_numpy_dtype_promotion", "strict")
+jax.config.update("jax_cpu_enable_async_dispatch", False)
+
+with install_import_hook("simbrake", "beartype.beartype"):
+    import simbrake
+    import simbrake._cli
+    import simbrake._export
+    import simbrake._reproduce
+    import simbrake.plot  # noqa: F401
+
+
+@pytest.fixture(scope="session")
+def scenarios():
+    import pathlib
+
+    return pathlib.Path(__file__).parent.parent / "scenarios"

@@ -1,0 +1,217 @@
+"""What can go wrong between two steps: order, coincidence, zeros at the start, dips, corners, chains, limits."""
+
+import functools
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from helpers import TSIT5, arrays, event_guards, event_times, settings, solve
+from problems import BouncingBall, Oscillator, Timed
+
+import simbrake as sb
+
+
+def down(t, at, slope=1.0):
+    return slope * (at - t)
+
+
+def run(functions, corner=np.inf, t1=1.0, rtol=1e-10, repeat=False, **kwargs):
+    system = Timed(functions=tuple(functions), corner=jnp.asarray(corner, jnp.float64), repeat=repeat)
+    zeros = jnp.zeros(len(functions), jnp.int32)
+    return solve(system, jnp.asarray(0.0), (zeros, jnp.asarray(0)), 0.0, t1, settings(rtol, **kwargs), TSIT5)
+
+
+FIRST, SECOND = functools.partial(down, at=0.3), functools.partial(down, at=0.7, slope=50.0)
+
+
+@pytest.mark.parametrize("order", [(FIRST, SECOND), (SECOND, FIRST)])
+def test_two_guards_in_one_step_earliest_first(order):
+    r = run(order)
+    np.testing.assert_allclose(event_times(r), [0.3, 0.7], rtol=1e-12)
+    assert event_guards(r) == [order.index(FIRST), order.index(SECOND)]
+    t, h = np.asarray(r.rows.t), np.asarray(r.rows.h)
+    assert np.any((t < 0.3) & (t + h > 0.7))  # both did lie in one attempt
+
+
+def test_simultaneous_guards_are_all_handled_at_once():
+    r = run([FIRST, functools.partial(down, at=0.3, slope=2.0), SECOND])
+    np.testing.assert_allclose(event_times(r), [0.3, 0.7], rtol=1e-12)
+    assert [int(m) for m in r.mode_end[0]] == [1, 1, 1]
+
+
+@pytest.mark.parametrize("gap", [1e-12, 1e-9])
+def test_two_events_close_together(gap):
+    r = run([FIRST, functools.partial(down, at=0.3 + gap)])
+    assert [int(m) for m in r.mode_end[0]] == [1, 1]
+    np.testing.assert_allclose(event_times(r), 0.3, atol=2 * gap)
+
+
+@pytest.mark.parametrize(
+    ("guard", "truth"),
+    [
+        (lambda t: t, []),  # 0 at the start, rising
+        (lambda t: -t, [0.0]),  # 0 at the start, falling
+        (lambda t: t * (0.5 - t), [0.5]),  # 0 at the start, rises and returns
+        (lambda t: t**2 * (0.5 - t), [0.5]),  # the same with zero slope
+        (lambda t: 0.0 * t, []),  # 0 for ever
+        (lambda t: 0.0 * t + 1e-16, []),
+        (lambda t: 0.0 * t - 1e-16, []),
+        (lambda t: 0.0 * t - 1.0, [0.0]),  # negative from the start
+    ],
+)
+def test_guard_that_is_zero_at_the_start(guard, truth):
+    r = run([guard])
+    assert int(r.code) == 0
+    np.testing.assert_allclose(event_times(r), truth, rtol=1e-10, atol=1e-12)
+
+
+class ZeroAtRestart(Timed):
+    """The first event, at 0.3, puts a guard in force that is exactly 0 there, rises and returns to 0 at 0.8."""
+
+    def guards(self, t, y, mode):
+        first = jnp.where(mode[0][0] == 0, 0.3 - t, 1.0)
+        second = jnp.where((mode[0][0] > 0) & (mode[0][1] == 0), (t - 0.3) * (0.8 - t), 1.0)
+        return jnp.stack([first, second])
+
+
+def test_guard_that_is_zero_at_a_restart():
+    system = ZeroAtRestart(functions=(), corner=jnp.asarray(jnp.inf))
+    start = (jnp.zeros(2, jnp.int32), jnp.asarray(0))
+    r = solve(system, jnp.asarray(0.0), start, 0.0, 1.0, settings(), TSIT5)
+    np.testing.assert_allclose(event_times(r), [0.3, 0.8], rtol=1e-10)
+
+
+def bump(t, centre, width, depth):
+    """1 outside, dips to −depth over about `width`; zero slope at both ends of a long step."""
+    return 1.0 - (1.0 + depth) * jnp.exp(-(((t - centre) / width) ** 2) * jnp.log(1.0 + depth) * 4)
+
+
+@pytest.mark.parametrize(("centre", "depth"), [(0.09, 1.0), (0.283, 0.05), (0.5, 0.05), (0.71, 1.0), (0.93, 0.05)])
+def test_excursion_inside_one_step_is_found(centre, depth):
+    """`ẏ = 1` takes steps as long as the run; below zero for 1/16 of it. Times against the closed form."""
+    width = 1 / 16
+    r = run([functools.partial(bump, centre=centre, width=width, depth=depth)], guard_samples=15)
+    np.testing.assert_allclose(event_times(r)[:1], centre - width / 2, rtol=1e-9)
+
+
+def test_touch_without_crossing_is_no_event():
+    assert len(event_times(run([lambda t: (t - 0.5) ** 2]))) == 0
+    assert len(event_times(run([lambda t: (t - 0.5) ** 2 + 1e-6]))) == 0
+
+
+@pytest.mark.parametrize("shift", [0.0, 1e-15, -1e-13])
+def test_corner_of_a_profile_that_coincides_with_an_event(shift):
+    r = run([functools.partial(down, at=0.5 + shift)], corner=0.5)
+    np.testing.assert_allclose(event_times(r), [0.5], rtol=1e-12)
+    assert [int(m) for m in r.mode_end[0]] == [1]
+    assert int(r.mode_end[1]) == 1  # the corner was passed as well
+    assert float(r.y_end) == pytest.approx(0.5 + 2 * 0.5, abs=1e-12)
+
+
+class Chain(sb.AbstractHybridSystem):
+    """At t = 0.5 five modes pass at one instant; with `loop` they go round for ever."""
+
+    last: int = 5
+    loop: bool = False
+
+    def rhs(self, t, y, mode):
+        return jnp.ones_like(y)
+
+    def guards(self, t, y, mode):
+        done = (mode >= self.last) & (not self.loop)
+        return jnp.where(mode == 0, 0.5 - t, jnp.where(done, 1.0, -1.0))[None]
+
+    def transition(self, t, y, mode, fired, at_stop):
+        return (1 + mode % 5 if self.loop else mode + 1), 0
+
+    def reset(self, t, y, before, after):
+        return y
+
+    def next_stop(self, mode):
+        return jnp.inf
+
+    def scales(self):
+        return 1.0
+
+
+def test_chain_of_mode_changes_at_one_instant():
+    r = solve(Chain(), jnp.asarray(0.0), jnp.asarray(0), 0.0, 1.0, settings())
+    np.testing.assert_allclose(event_times(r), [0.5] * 5, rtol=1e-12)
+    assert int(r.mode_end) == 5
+
+
+def test_chatter_ends_in_a_named_code():
+    r = solve(Chain(loop=True), jnp.asarray(0.0), jnp.asarray(0), 0.0, 1.0, settings())
+    assert int(r.code) == sb.Code.CHATTER
+    assert float(r.t_end) == pytest.approx(0.5, abs=1e-12)
+
+
+def test_zeno_ends_in_a_named_code():
+    ball = arrays(BouncingBall(v_min=0.0))
+    r = solve(ball, Oscillator(1.0, 0.0), jnp.asarray(0), 0.0, 3.0, settings())
+    assert int(r.code) == sb.Code.ZENO
+    fall = np.sqrt(2 / 9.81)
+    assert float(r.t_end) == pytest.approx(fall * (1 + 2 * 0.7 / 0.3), abs=1e-4)
+
+
+def test_limits_end_in_named_codes():
+    ball = arrays(BouncingBall())
+    few = solve(ball, Oscillator(1.0, 0.0), jnp.asarray(0), 0.0, 3.0, settings(max_events=4))
+    assert int(few.code) == sb.Code.EVENT_LIMIT
+    short = solve(ball, Oscillator(1.0, 0.0), jnp.asarray(0), 0.0, 3.0, settings(max_steps=32))
+    assert int(short.code) == sb.Code.STEP_LIMIT
+    nan = solve(arrays(BouncingBall(g=np.nan)), Oscillator(1.0, 0.0), jnp.asarray(0), 0.0, 3.0, settings())
+    assert int(nan.code) == sb.Code.NOT_FINITE
+
+
+class Explosion(Chain):
+    """`ẏ = exp(y)`: infinite at `t = exp(−y_0)`."""
+
+    def rhs(self, t, y, mode):
+        return jnp.exp(y)
+
+    def guards(self, t, y, mode):
+        return jnp.ones(1)
+
+
+def test_overflow_rejects_and_ends_in_a_named_code():
+    r = solve(Explosion(), jnp.asarray(0.0), jnp.asarray(0), 0.0, 2.0, settings(1e-8))
+    assert int(r.code) in (sb.Code.STEP_TOO_SMALL, sb.Code.NOT_FINITE, sb.Code.STEP_LIMIT)
+    assert float(r.t_end) == pytest.approx(1.0, abs=1e-3)
+    fine = solve(Explosion(), jnp.asarray(0.0), jnp.asarray(0), 0.0, 0.9, settings(1e-10))
+    assert float(fine.y_end) == pytest.approx(-np.log(0.1), rel=1e-8)
+
+
+def test_many_events():
+    """10,000 firings of one guard, each at its time."""
+
+    class Clock(Chain):
+        def guards(self, t, y, mode):
+            return ((mode + 1).astype(float) * 1e-3 - t)[None] * 100
+
+        def transition(self, t, y, mode, fired, at_stop):
+            return mode + 1, 0
+
+    r = solve(Clock(), jnp.asarray(0.0), jnp.asarray(0), 0.0, 10.0005, settings(1e-8, max_steps=65536))
+    times = event_times(r)
+    assert len(times) == 10_000
+    np.testing.assert_allclose(times, 1e-3 * np.arange(1, 10_001), rtol=1e-10)
+    assert int(r.stats.accepted + r.stats.rejected + r.stats.retaken) < 4 * 10_000
+
+
+def test_a_batch_gives_the_numbers_of_single_runs():
+    balls = jax.vmap(lambda e: arrays(BouncingBall(e=e)))(jnp.asarray([0.7, 0.6, 0.5, 0.3]))
+    ball = arrays(BouncingBall())
+
+    def times(e):
+        system = sb.hybridsolve(
+            BouncingBall(ball.g, e, ball.v_min), Oscillator(1.0, 0.0), jnp.asarray(0), 0.0, 3.0, TSIT5, settings(1e-9)
+        )
+        return system.y_end.x, system.stats.events, system.t_end, jnp.max(system.rows.t)
+
+    many = jax.jit(jax.vmap(times))(balls.e)
+    for i, e in enumerate([0.7, 0.6, 0.5, 0.3]):
+        one = jax.jit(times)(jnp.asarray(e))
+        assert int(one[1]) == int(many[1][i])
+        np.testing.assert_allclose(np.asarray(one[0]), np.asarray(many[0][i]), rtol=0, atol=1e-14)

@@ -1,0 +1,138 @@
+"""The integrator on small systems with exact answers: event times and their first derivatives."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from helpers import DOPRI8, arrays, event_times, settings, solve, traced_times
+from problems import SLIP, BeltOscillator, BouncingBall, CoulombOscillator, Filippov, Oscillator, StagedPair
+
+import simbrake as sb
+
+BELT = arrays(BeltOscillator())
+T_SLIP, T_STICK = 4.06888787159140, 4.0
+BALL = [
+    0.451523640985731,
+    1.08365673836575,
+    1.52614990653177,
+    1.83589512424798,
+    2.05271677664933,
+    2.20449193333027,
+    2.31073454300693,
+    2.3851043697806,
+    2.43716324852216,
+    2.47360446364125,
+    2.49911331422462,
+]
+
+
+def belt_start(belt):
+    return Oscillator(belt.F_s / belt.k, belt.v_b), jnp.asarray(SLIP)
+
+
+def test_belt_oscillator_times_and_extremes():
+    r = solve(BELT, *belt_start(BELT), 0.0, 30.0, settings(1e-13))
+    period = T_SLIP + T_STICK
+    truth = [T_SLIP, period, period + T_SLIP, 2 * period, 2 * period + T_SLIP]
+    np.testing.assert_allclose(event_times(r)[:5], truth, rtol=1e-11 / 4)
+    # extremes over one slip phase, where v = 0: x = F_k/k ± √(Δ² + v_b²/ω²)
+    y, _ = r.at(jnp.linspace(0.0, period, 20001))
+    assert float(jnp.max(y.x)) == pytest.approx(1.047213595499958, abs=1e-7)
+    assert float(jnp.min(y.x)) == pytest.approx(0.152786404500042, abs=1e-7)
+
+
+def belt_period(belt):
+    r = sb.hybridsolve(belt, *belt_start(belt), 0.0, 12.0, DOPRI8, settings(1e-12, max_steps=128))
+    return traced_times(r, 2)[1]
+
+
+def test_belt_oscillator_gradient_of_the_period():
+    truth = {"F_s": 8.0, "F_k": -8.0, "v_b": -16.0, "k": -5.63444393579570, "m": 2.43444393579570}
+    reverse = jax.jit(jax.grad(belt_period))(BELT)
+    forward = jax.jit(jax.jacfwd(belt_period))(BELT)
+    for name, value in truth.items():
+        assert float(getattr(reverse, name)) == pytest.approx(value, rel=1e-9)
+        assert float(getattr(forward, name)) == pytest.approx(float(getattr(reverse, name)), rel=1e-12)
+
+
+def test_second_derivatives_are_refused_clearly():
+    with pytest.raises(NotImplementedError, match="first derivatives only"):
+        jax.hessian(belt_period)(BELT)
+
+
+def test_leine_slip_law():
+    """Leine et al. 1998, slip law F_s/(1 + 3|v|): exact stick, where smoothing gives 11.298…11.989 for the period."""
+    r = solve(arrays(BeltOscillator(decay=3.0)), *belt_start(BELT), 0.0, 13.0, settings(1e-13))
+    np.testing.assert_allclose(event_times(r), [4.29599952548, 12.00103129483], rtol=1e-10)
+    y, _ = r.at(jnp.asarray([4.29599952548]))
+    assert float(y.x[0]) == pytest.approx(-0.54100635387, abs=1e-9)
+
+
+def staged_times(pair):
+    start = (jnp.asarray(20.0), jnp.asarray(20.0), jnp.asarray(0.0), jnp.asarray(0.0))
+    r = sb.hybridsolve(pair, start, jnp.asarray(0), 0.0, 3.0, DOPRI8, settings(1e-12, max_steps=64))
+    return traced_times(r, 3), r.y_end
+
+
+def test_staged_pair_times_heat_and_gradients():
+    pair = arrays(StagedPair())
+    times, end = jax.jit(staged_times)(pair)
+    np.testing.assert_allclose(times, [1.32, 1.61952353926807, 1.99333333333333], rtol=1e-11)
+    np.testing.assert_allclose(end[2:], [7835.30357277947, 964.696427220533], rtol=1e-11)
+    J = jax.jit(jax.jacrev(lambda p: staged_times(p)[0]))(pair)
+    np.testing.assert_allclose([J.M[0], J.c[0]], [2.2e-3, -2.64e-3], rtol=1e-9)
+    np.testing.assert_allclose([J.M[2], J.c[2]], [-1.12222222222222e-3, -1.32e-3], rtol=1e-9)
+
+
+def test_coulomb_oscillator_rests_exactly():
+    r = solve(arrays(CoulombOscillator()), Oscillator(1.0, 0.0), jnp.asarray(-1), 0.0, 1000.0, settings(1e-13))
+    assert event_times(r)[-1] == pytest.approx(9.42477796076938, rel=1e-12)
+    assert float(r.y_end.x) == pytest.approx(-0.1, abs=1e-12)
+    assert float(r.y_end.v) == 0.0
+    rest, _ = r.at(jnp.linspace(9.5, 1000.0, 50))
+    assert np.all(np.asarray(rest.x) == float(r.y_end.x))
+
+
+def test_filippov_sliding():
+    r = solve(arrays(Filippov()), jnp.asarray([1.5, 1.0]), jnp.asarray(1), 0.0, 1.0, settings())
+    np.testing.assert_allclose(event_times(r), [1 / 7], rtol=1e-12)
+    np.testing.assert_allclose(r.y_end, [31 / 34, 31 / 34], rtol=1e-12)
+
+
+def test_bouncing_ball():
+    r = solve(arrays(BouncingBall()), Oscillator(1.0, 0.0), jnp.asarray(0), 0.0, 3.0, settings())
+    np.testing.assert_allclose(event_times(r), BALL, rtol=1e-12)
+    assert float(r.y_end.v) == 0.0
+
+
+@pytest.mark.parametrize("rtol", [1e-5, 1e-7, 1e-9])
+def test_event_times_are_as_good_as_the_integrator(rtol):
+    """Not as an interpolant: the error of an event time stays near the tolerance and falls with it."""
+    r = solve(BELT, *belt_start(BELT), 0.0, 9.0, settings(rtol))
+    assert abs(event_times(r)[0] - T_SLIP) < 10 * rtol
+
+
+def test_diffrax_nested_solve_is_the_slow_reference():
+    """The same slip phase by diffrax's own event mechanism, bisected to rounding."""
+    import diffrax
+    import optimistix
+
+    def field(t, y, args):
+        return jnp.stack([y[1], 1 / (1 + 3 * (0.2 - y[1])) - y[0]])
+
+    def fires(t, y, args, **kwargs):
+        # 0.2 − v starts at 0 and rises: watch it once it has left
+        return jnp.where(t < 0.1, 1.0, 0.2 - y[1])
+
+    out = diffrax.diffeqsolve(
+        diffrax.ODETerm(field),
+        diffrax.Dopri8(),
+        0.0,
+        10.0,
+        1e-3,
+        jnp.asarray([1.0, 0.2]),
+        stepsize_controller=diffrax.PIDController(rtol=1e-12, atol=1e-12, dtmax=0.05),
+        event=diffrax.Event(fires, optimistix.Bisection(rtol=1e-14, atol=1e-14), direction=False),
+    )
+    r = solve(arrays(BeltOscillator(decay=3.0)), *belt_start(BELT), 0.0, 5.0, settings(1e-13))
+    assert event_times(r)[0] == pytest.approx(float(out.ts[0]), abs=1e-9)
