@@ -106,7 +106,9 @@ def run(
 
     limits = [("--rtol", rtol, 1e-15 < rtol < 0.1), ("--max-events", max_events, max_events > 0)]
     limits.append(("--max-steps", max_steps, max_steps is None or max_steps > 0))
-    wrong = [Fault(name, f"{value} is not admissible", "0 < rtol < 0.1, limits > 0") for name, value, ok in limits if not ok]
+    wrong = [
+        Fault(name, f"{value} is not admissible", "0 < rtol < 0.1, limits > 0") for name, value, ok in limits if not ok
+    ]
     if out is not None and out.exists() and not out.is_dir():
         wrong.append(Fault("--out", f"{out} is a file", "give a folder"))
     if wrong:

@@ -19,7 +19,7 @@ class AbstractProfile(eqx.Module):
     """A given function of time. Corners and jumps are known times: between two of them it is smooth.
 
     `piece` counts the known times passed; `value(t, piece)` extends its piece smoothly beyond both ends.
-    `smooth_between` says that no more than a cubic is hidden between two known times.
+    `smooth_between` says that between two known times it has no more turns than a cubic: nothing short can hide there.
     """
 
     smooth_between: eqx.AbstractClassVar[bool]
@@ -80,7 +80,9 @@ class PiecewiseLinear(AbstractProfile):
     def value(self, t, piece):
         times, values = jnp.asarray(self.times), jnp.asarray(self.values)
         n = times.shape[0]
-        here = jnp.arange(n + 1, dtype=jnp.int32) == piece  # a mask is cheaper in the loop than an indexed load, and transposes well
+        here = (
+            jnp.arange(n + 1, dtype=jnp.int32) == piece
+        )  # a mask is cheaper in the loop than an indexed load, and transposes well
         span = jnp.diff(times)
         slope = jnp.where(span > 0, jnp.diff(values) / jnp.where(span > 0, span, 1.0), 0.0)
         zero = jnp.zeros(1)
@@ -127,7 +129,7 @@ class ExponentialRise(AbstractProfile):
     level: Scalar = quantity("SI", "level reached in the end")
     time_constant: Scalar = quantity("s", "time constant of the rise", positive=True)
     begin: Scalar = quantity("s", "time at which the rise begins", default=0.0)
-    smooth_between: ClassVar[bool] = False
+    smooth_between: ClassVar[bool] = True
 
     def value(self, t, piece):
         return jnp.where(piece > 0, -self.level * jnp.expm1(-(t - self.begin) / self.time_constant), 0.0 * t)

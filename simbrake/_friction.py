@@ -4,6 +4,7 @@ import abc
 from typing import Any, ClassVar, NamedTuple
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
@@ -113,8 +114,10 @@ class TabulatedFriction(AbstractFriction):
     def kinetic(self, contact):
         import interpax  # half a second that only tables pay
 
-        v = jnp.clip(contact.v, self.speed[0], self.speed[-1])
-        return interpax.interp1d(v, self.speed, self.coefficient, method="monotonic")
+        speed, coefficient = jnp.asarray(self.speed), jnp.asarray(self.coefficient)
+        v = jnp.clip(contact.v, speed[0], speed[-1])
+        with jax.numpy_dtype_promotion("standard"):  # the library mixes integers and floats
+            return interpax.interp1d(v, speed, coefficient, method="monotonic")
 
     def static(self, contact):
         return jnp.asarray(self.coefficient[..., 0] * self.static_ratio)

@@ -60,10 +60,13 @@ def event_log(
             here = margins[phase.first : phase.last + 1]
             # at the start: past the limit, or at 0 (a ramp from nothing) and on the way up
             at_once = (here[0] > 1e-12) | ((np.abs(here[0]) <= 1e-12) & (here[1] > 1e-12) & (here[0] >= 0))
-            events += [Event(phase.start, "lining_limit", 1 + int(j) % linings) for j in np.flatnonzero(at_once & ~reached)]
+            events += [
+                Event(phase.start, "lining_limit", 1 + int(j) % linings) for j in np.flatnonzero(at_once & ~reached)
+            ]
             reached = reached | at_once
             rises = (here[:-1] <= 0) & (here[1:] > 0)
             rises[0] &= ~at_once
+            rises[:, [linings - 1, linings]] = False  # the last lining of either count comes with full slip
             for i, j in np.argwhere(rises):
                 crossings.append((phase.first + int(i), int(j)))
                 places.append(len(events))

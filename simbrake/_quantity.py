@@ -23,12 +23,12 @@ class Quantity:
     open_low: bool = False
 
     def admits(self, value: np.ndarray) -> np.ndarray:
-        ok = np.isfinite(value)
+        ok = np.asarray(np.isfinite(value))
         if self.low is not None:
-            ok &= (value > self.low) if self.open_low else (value >= self.low)
+            ok = ok & ((value > self.low) if self.open_low else (value >= self.low))
         if self.high is not None:
-            ok &= value <= self.high
-        return ok
+            ok = ok & (value <= self.high)
+        return np.asarray(ok)
 
     @property
     def range(self) -> str:

@@ -54,7 +54,7 @@ def agrees(printed: str, computed: float) -> bool:
     places = len(printed.partition(".")[2])
     unit = 10.0**-places * (1.5 if places else 1.0)
     difference = abs(value - computed)
-    return difference <= unit * (1 + 1e-9) or difference <= 0.005 * abs(value)
+    return bool(difference <= unit * (1 + 1e-9) or difference <= 0.005 * abs(value))
 
 
 def _cell(table: str, row: int, column: str, printed: str, computed: float) -> Cell:

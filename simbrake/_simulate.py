@@ -17,12 +17,22 @@ from ._system import assemble
 
 #: rows of the record when the caller sets no limit: the second is tried if the first was too short
 _STEPS = (1024, 16384)
+#: least number of steps in a run under profiles that are not piecewise simple
+_SLICES = 64
 
 
-def _run(scene: Scene, rtol: Any, max_events: Any, method: AbstractMethod, max_steps: int) -> Record:
+def _run(scene: Scene, rtol: Any, max_step: Any, max_events: Any, method: AbstractMethod, max_steps: int) -> Record:
     system, state, mode = assemble(scene)
+    if system.guard_samples:
+        # a profile of one's own may hide a pulse: with the samples inside a step, 1/1000 of the run is looked at
+        span = jnp.asarray(scene.end_time) - jnp.asarray(scene.initial.time)
+        max_step = jnp.minimum(max_step, span / _SLICES)
     settings = Settings(
-        rtol=rtol, max_events=max_events, max_steps=max_steps, guard_samples=system.guard_samples
+        rtol=rtol,
+        max_step=max_step,
+        max_events=max_events,
+        max_steps=max_steps,
+        guard_samples=system.guard_samples,
     )
     return hybridsolve(system, state, mode, scene.initial.time, scene.end_time, method, settings)
 
@@ -42,6 +52,7 @@ def simulate(
     *,
     solver: Any = None,
     rtol: Any = 1e-10,
+    max_step: Any = np.inf,
     max_steps: int | None = None,
     max_events: int = 10_000,
     throw: bool = True,
@@ -51,6 +62,7 @@ def simulate(
     - `solver`: an explicit diffrax solver with error estimate, `diffrax.Dopri8()` by default (`Tsit5()` pays above
       a tolerance of about 1e-6)
     - `rtol`: relative tolerance; absolute tolerances are `rtol` times the typical size of each state
+    - `max_step`: longest step (s), for profiles of one's own that do something short
     - `max_steps`: step attempts allowed (1024, then 16384, if not given; under a JAX transformation 1024)
     - `max_events`: events allowed
     - `throw`: raise `SimulationError` if the run fails; otherwise the code is in the result
@@ -70,12 +82,13 @@ def simulate(
     solver = diffrax.Dopri8() if solver is None else solver
     method = _method(solver)
     name = type(solver).__name__
-    rtol_, events = jnp.asarray(rtol, jnp.float64), jnp.asarray(max_events, jnp.int32)
+    rtol_, longest = np.asarray(rtol, np.float64) if np.isscalar(rtol) else rtol, np.asarray(max_step, np.float64)
+    events = np.asarray(max_events, np.int32)
     if any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves((scene, rtol))):
-        record = _traced(scene, rtol_, events, method=method, max_steps=max_steps or _STEPS[0])
+        record = _traced(scene, rtol_, longest, events, method=method, max_steps=max_steps or _STEPS[0])
         return Result(scene, record, rtol_, name)
     for steps in (max_steps,) if max_steps else _STEPS:
-        record = _compiled()(scene, rtol_, events, method=method, max_steps=steps)
+        record = _compiled()(scene, rtol_, longest, events, method=method, max_steps=steps)
         if int(record.code) != Code.STEP_LIMIT:
             break
     result = Result(scene, record, rtol_, name)  # pyright: ignore

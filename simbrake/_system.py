@@ -3,7 +3,6 @@
 import enum
 from typing import Any, NamedTuple
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
@@ -227,7 +226,7 @@ class BrakeSystem(AbstractHybridSystem):
         load = self.load.torque(t, y.omega, new.load_piece)
         rounding = 1e-12 * self.tension_scale
         rising = (jnp.abs(T_0) <= rounding) & (rate > 0)
-        pulls = (T_0 > rounding) | rising
+        pulls = (rounding < T_0) | rising
         low, high = self.holding_range(T_0)
         # a guard that fired has the last word over a comparison at rounding level
         held = before == BandMode.HELD
@@ -321,7 +320,7 @@ class BrakeSystem(AbstractHybridSystem):
         mu = jnp.where(sliding, self.kinetic_mu(y.omega, mode.sense), self.mu_static)
         return mobilised(q.slack_tension, q.tight_tension, mu, jnp.asarray(self.linings.angle))
 
-    def lining_margins(self, t: Array, y: State, mode: Mode) -> Float[Array, " 2n"]:
+    def lining_margins(self, t: Array, y: State, mode: Mode) -> Float[Array, " twice_n"]:
         """By how much each lining is past its static limit while the band is elastic, over the reference tension.
 
         The first `n` count from the slack end (`C x − T_0 Π_i`), the last `n` from the anchor for a band pulled the

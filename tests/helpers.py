@@ -54,7 +54,19 @@ def traced_times(record, count: int):
 
 
 def stop_scene(
-    n=20, f=0.35, beta=13.5, R=0.725, J=800.0, C=2e5, T0=8e3, w0=20.0, load=0.0, end=5.0, law=None, lever=None, **initial
+    n=20,
+    f=0.35,
+    beta=13.5,
+    R=0.725,
+    J=800.0,
+    C=2e5,
+    T0=8e3,
+    w0=20.0,
+    load=0.0,
+    end=5.0,
+    law=None,
+    lever=None,
+    **initial,
 ) -> sb.Scene:
     """A stop with constant slack tension: closed forms in `closed_form`."""
     return sb.Scene(

@@ -93,7 +93,7 @@ def first_step(p: Problem, t, y, f, mode) -> Float[Array, ""]:
 def _attempt(p: Problem, c: Carry) -> Attempt:
     target = jnp.minimum(p.flat.next_stop(c.mode), p.t1)
     room = jnp.maximum(target - c.t, 0.0)
-    wish = jnp.minimum(c.h, c.cap)
+    wish = jnp.minimum(jnp.minimum(c.h, c.cap), p.settings.max_step)
     reaches = wish * 1.001 >= room
     h = jnp.where(reaches, room, wish)
     t1 = jnp.where(reaches, target, c.t + h)
@@ -161,7 +161,9 @@ def _stepped(c: Carry, a: Attempt, v: Verdict, p: Problem) -> Carry:
     crossing = jnp.where(crossing <= 0, jnp.inf, crossing)
     risen = c.armed | (a.g1 > p.guard_tolerance) | (leaving(c, a.h) & (a.g1 > 1e-15))
     too_small = ~a.accept & (a.h_next <= 0.25 * a.resolution)  # never looked at where the run begins
-    status = jnp.where(too_small, jnp.where(a.finite, np.int32(Code.STEP_TOO_SMALL), np.int32(Code.NOT_FINITE)), _RUNNING)
+    status = jnp.where(
+        too_small, jnp.where(a.finite, np.int32(Code.STEP_TOO_SMALL), np.int32(Code.NOT_FINITE)), _RUNNING
+    )
     status = jnp.where(v.stop & (a.target >= p.t1), np.int32(Code.COMPLETED), status)
     stats = c.stats._replace(
         accepted=_count(c.stats.accepted, step),

@@ -83,7 +83,6 @@ class ExplicitRungeKutta(AbstractMethod):
         f1 = stages[-1] if self.fsal else rhs(t + h, y1)
         return y1, h * _combine(self.b_error, stages), f1
 
-
     def _rolled_step(self, rhs, t, y, f, h):
         n = len(self.c) + 1
         a = np.zeros((n - 1, n))

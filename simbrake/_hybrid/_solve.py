@@ -9,8 +9,8 @@ import numpy as np
 from jaxtyping import Array, Int, PyTree
 
 from . import _loop
-from ._derivative import advance, before_jump, no_tangent, sweep
 from ._carry import Stats
+from ._derivative import advance, before_jump, no_tangent, sweep
 from ._loop import Problem
 from ._method import AbstractMethod
 from ._packing import SKIPPED, Flat, Rows, flatten, pack_mode, unpack_rows

@@ -5,6 +5,7 @@ import enum
 from typing import Any
 
 import equinox as eqx
+import numpy as np
 from jaxtyping import Array, Bool, Float, Int, PyTree
 
 
@@ -68,10 +69,16 @@ class AbstractHybridSystem(eqx.Module):
 
 
 class Settings(eqx.Module):
-    """Numbers that steer an integration (traced, except for those that shape the program)."""
+    """Numbers that steer an integration (traced, except for those that shape the program).
+
+    - `rtol`: relative tolerance, absolute ones being `rtol` times the typical size of a state
+    - `max_step`: longest step; `guard_samples` points inside each step are looked at for excursions of a guard
+    - `max_events`, `max_chain` (events at one instant), `max_steps` (attempts): limits, each with its code
+    """
 
     rtol: Any
     max_events: Any
+    max_step: Any = np.inf
     max_chain: int = eqx.field(static=True, default=128)
     max_steps: int = eqx.field(static=True, default=1024)
     guard_samples: int = eqx.field(static=True, default=15)

@@ -1,0 +1,140 @@
+"""Main numbers of a run as functions of its record: traceable, so that they can be differentiated and batched."""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float
+
+from ._hybrid import LANDED, SKIPPED, Record
+from ._modes import BandMode, slips
+from ._probe import SAMPLES, Probe, probe
+from ._system import BrakeSystem
+
+
+class Peak(NamedTuple):
+    """A greatest value over a run, when it occurs (s) and at which lining (from 1)."""
+
+    value: Any
+    time: Any
+    lining: Any
+
+
+def _changes(record: Record) -> tuple[Array, Array, Array]:
+    """For every row: whether an event ended it, and the band mode before and after."""
+    rows, n = record.rows, record.rows.t.shape[0]
+    band = jnp.asarray(rows.mode)[:, 0]
+    after = jnp.append(band[1:], band[-1])
+    used = jnp.arange(n, dtype=jnp.int32) < record.count
+    return used & (rows.kind >= LANDED), band, after
+
+
+def _first(mask: Bool[Array, " row"], values: Float[Array, " row"]) -> Float[Array, ""]:
+    """Value just after the first row marked, `inf` if there is none."""
+    i = jnp.minimum(jnp.argmax(mask) + 1, mask.shape[0] - 1)
+    return jnp.where(jnp.any(mask), jnp.asarray(values)[i], jnp.inf)
+
+
+def _stop(record: Record) -> Bool[Array, " row"]:
+    event, before, after = _changes(record)
+    return event & (after == BandMode.HELD) & (before != BandMode.HELD) & (before != BandMode.OPEN)
+
+
+def _slip_onset_time(record: Record, travel: Any) -> Array:
+    event, before, after = _changes(record)
+    slack = (before == BandMode.OPEN) | (before == BandMode.TAKE_UP)
+    return _first(event & slack & ((after == BandMode.ELASTIC) | slips(after)), record.rows.t)
+
+
+def _full_slip_time(record: Record, travel: Any) -> Array:
+    event, before, after = _changes(record)
+    return _first(event & slips(after) & (before != after), record.rows.t)
+
+
+def _stopping_time(record: Record, travel: Any) -> Array:
+    return _first(_stop(record), record.rows.t)
+
+
+def _stopping_angle(record: Record, travel: Any) -> Array:
+    return _first(_stop(record), jax.vmap(record.flat.unpack_state)(record.rows.y).phi)
+
+
+def _hook_travel(record: Record, travel: Any) -> Array:
+    return jnp.asarray(jnp.inf) if travel is None else _stopping_angle(record, travel) * jnp.asarray(travel)
+
+
+#: metrics of a record and the travel of the hook per radian; times that never come are `inf`
+METRICS: dict[str, Callable[[Record, Any], Array]] = {
+    "slip_onset_time": _slip_onset_time,
+    "full_slip_time": _full_slip_time,
+    "stopping_time": _stopping_time,
+    "stopping_angle": _stopping_angle,
+    "hook_travel": _hook_travel,
+}
+
+
+def energies(record: Record) -> dict[str, Array]:
+    """Energies over the run in J, and the closure of their balance as a share of the largest exchanged.
+
+    `kinetic_change + elastic_change = load_work + lever_work − friction_heat` (model §1)
+    """
+    system: BrakeSystem = record.system  # pyright: ignore
+    start = record.flat.unpack_state(record.rows.y[0])
+    end, ledger = record.y_end, record.y_end.ledger
+    kinetic = 0.5 * system.inertia * (end.omega**2 - start.omega**2)
+    elastic = jnp.zeros_like(kinetic)
+    if system.stiffness is not None:
+        elastic = 0.5 * system.stiffness * (end.x**2 - start.x**2)
+    residual = kinetic + elastic - (ledger.load_work + ledger.lever_work - ledger.friction_heat)
+    terms = [kinetic, elastic, ledger.load_work, ledger.lever_work, ledger.friction_heat]
+    largest = jnp.max(jnp.abs(jnp.stack(terms)))
+    closure = jnp.where(largest > 0, jnp.abs(residual) / jnp.where(largest > 0, largest, 1.0), 0.0)
+    return {
+        "load_work": ledger.load_work,
+        "lever_work": ledger.lever_work,
+        "friction_heat": ledger.friction_heat,
+        "kinetic_change": kinetic,
+        "elastic_change": elastic,
+        "closure": closure,
+    }
+
+
+@jax.jit
+def numbers(record: Record, travel: Any) -> tuple[dict[str, Array], dict[str, Array]]:
+    """All metrics and energies of a concrete record, in one program."""
+    return {name: metric(record, travel) for name, metric in METRICS.items()}, energies(record)
+
+
+def _greatest_tension(p: Probe) -> Array:
+    # before the first lining stands the slack tension
+    first = jnp.arange(p.linings.tension.shape[-1], dtype=jnp.int32) == 0
+    return jnp.maximum(p.linings.tension, jnp.where(first, jnp.asarray(p.flows.slack_tension)[..., None], 0.0))
+
+
+#: quantities per lining, (m, n), of which the greatest value over the run is a metric
+PEAKS: dict[str, Callable[[Probe], Array]] = {
+    "max_tension": _greatest_tension,
+    "max_normal_load": lambda p: p.linings.normal,
+}
+
+
+def peak(record: Record, pick: Callable[[Probe], Array]) -> Peak:
+    """Greatest of `pick(probe)` (m, n) over the run, refined once inside the step that holds it."""
+    n = record.rows.t.shape[0]
+    index = jnp.repeat(jnp.arange(n, dtype=jnp.int32), SAMPLES)
+    share = jnp.tile(jnp.linspace(0.0, 1.0, SAMPLES), n)
+    used = (jnp.arange(n, dtype=jnp.int32) < record.count) & (record.rows.kind != SKIPPED)
+
+    def look(index, share, used):
+        p = probe(record, index, share)
+        values = jnp.where(used[:, None], pick(p), -jnp.inf)
+        best = jnp.argmax(jnp.max(values, axis=1))
+        return best, jnp.argmax(values[best]), values, p.t
+
+    best = jax.lax.stop_gradient(look(index, share, jnp.repeat(used, SAMPLES))[0])
+    row, middle = index[best], share[best]
+    width = 1.0 / (SAMPLES - 1)
+    fine = jnp.linspace(jnp.maximum(middle - width, 0.0), jnp.minimum(middle + width, 1.0), 4 * SAMPLES + 1)
+    best, lining, values, t = look(jnp.full(fine.shape, row), fine, jnp.ones(fine.shape, bool))
+    return Peak(values[best, lining], t[best], lining + 1)

@@ -1,0 +1,67 @@
+"""Looking into a run at any time: states and forces by a partial step of the method out of a recorded row."""
+
+import functools
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array
+
+from ._band import LiningForces
+from ._compiling import cpu_compiler_options
+from ._hybrid import Record
+from ._modes import Mode
+from ._system import BrakeSystem, Flows, State
+
+SAMPLES = 9  # per step, when a whole run is scanned
+_LANES = 512  # times looked at in one call of the compiled probe
+
+
+class Probe(NamedTuple):
+    """States, forces and margins at the times `t` (m,)."""
+
+    t: Array
+    y: State
+    mode: Mode
+    flows: Flows
+    linings: LiningForces
+    margins: Array
+
+
+def probe(record: Record, index: Array, share: Array) -> Probe:
+    """Everything at a share (0…1) of the steps named, by a partial step of the method itself.
+
+    The share is of the time up to the next row, so that ends of steps move with their events under differentiation.
+    """
+    t = record.rows.t
+    h = share * (t[jnp.minimum(index + 1, record.count)] - t[index])
+    return probe_at(record, index, h)
+
+
+def probe_at(record: Record, index: Array, h: Array) -> Probe:
+    system: BrakeSystem = record.system  # pyright: ignore
+    t, y = record.inside(index, h)
+    mode = jax.vmap(record.flat.unpack_mode)(record.rows.mode[index])
+    flows = jax.vmap(system.flows)(t, y, mode)
+    forces = jax.vmap(system.lining_forces)(t, y, mode)
+    margins = jax.vmap(system.lining_margins)(t, y, mode)
+    return Probe(t, y, mode, flows, forces, margins)
+
+
+@functools.cache
+def _probe_compiled() -> Any:
+    return jax.jit(probe_at, compiler_options=cpu_compiler_options())
+
+
+def probe_many(record: Record, index: np.ndarray, h: np.ndarray) -> Probe:
+    """The probe outside of jit, in calls of one size so that it compiles once."""
+    parts = []
+    for start in range(0, len(index), _LANES):
+        i, s = index[start : start + _LANES], h[start : start + _LANES]
+        pad = _LANES - len(i)
+        out = _probe_compiled()(
+            record, np.pad(i, (0, pad), mode="edge").astype(np.int32), np.pad(s, (0, pad), mode="edge")
+        )
+        parts.append(jax.tree.map(lambda leaf, n=len(i): np.asarray(leaf)[:n], out))
+    return jax.tree.map(lambda *leaves: np.concatenate(leaves), *parts)

@@ -1,0 +1,142 @@
+"""Statics of the band and the layouts, against closed forms, the textbook and the published tables."""
+
+import math
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import simbrake as sb
+from simbrake._reproduce import DISAGREES, MISPRINT, cells
+
+
+def ratio(f, angles):
+    mu, locked = sb.tension_ratio(sb.grip(jnp.asarray(f), jnp.asarray(angles)))
+    assert not np.any(locked)
+    return float(jnp.prod(mu))
+
+
+def test_band_and_block_of_the_textbook():
+    """Khurmi & Gupta, brakes chapter: 14 blocks of 15°, μ 0.25, ends at 30/120 mm, 200 N at 750 mm."""
+    Pi = ratio(0.25, np.full(14, math.radians(15)))
+    assert pytest.approx(2.51406375423075, rel=1e-13) == Pi
+    # moments about the fulcrum: 200·750 = T_n·30 − T_0·… with the tight end on the short arm
+    T_0 = 200 * 0.750 / (0.120 - 0.030 * Pi)
+    assert pytest.approx(3364.88191484, rel=1e-11) == T_0
+    forces = sb.sliding_tensions(jnp.asarray(T_0), jnp.full(14, 0.25), jnp.full(14, math.radians(15)))
+    assert float(forces.tension[-1]) == pytest.approx(8459.52765938, rel=1e-11)
+    assert 0.5 * float(forces.tension[-1] - T_0) == pytest.approx(2547.32287226585, rel=1e-11)
+
+
+def test_capstan_limit_is_approached_at_order_two():
+    wrap, mu = math.radians(270), 0.4
+    truth = float(sb.capstan_ratio(jnp.asarray(mu), jnp.asarray(wrap)))
+    assert truth == pytest.approx(6.58606196269473, rel=1e-14)
+    errors = [ratio(mu, np.full(n, wrap / n)) / truth - 1 for n in (16, 64, 128)]
+    np.testing.assert_allclose(errors, [1.6106e-2, 9.8902e-4, 2.47040e-4], rtol=1e-4)
+    assert math.log2(errors[1] / errors[2]) == pytest.approx(2.0, abs=0.01)
+
+
+def test_self_locking_lining_is_marked_not_infinite():
+    mu, locked = sb.tension_ratio(jnp.asarray([0.5, 0.999999, 1.0, 3.0]))
+    assert list(np.asarray(locked)) == [False, False, True, True]
+    assert np.all(np.isfinite(mu))
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    f=st.floats(0.05, 0.5),
+    T_0=st.floats(1.0, 1e5),
+    share=st.floats(0.0, 1.0),
+    angles=st.lists(st.floats(0.1, 0.6), min_size=5, max_size=5),
+)
+def test_mobilised_forces_balance_and_respect_their_limits(f, T_0, share, angles):
+    beta = jnp.asarray(angles)
+    mu, _ = sb.tension_ratio(sb.grip(jnp.asarray(f), beta))
+    Pi = float(jnp.prod(mu))
+    for T_n in (T_0 * Pi**share, T_0 * Pi**-share):
+        forces = sb.mobilised(jnp.asarray(T_0), jnp.asarray(T_n), mu, beta)
+        total = float(jnp.sum(forces.friction / jnp.cos(beta / 2)))
+        assert total == pytest.approx(T_n - T_0, abs=1e-9 * T_0)
+        assert np.all(np.abs(forces.friction) <= f * np.asarray(forces.normal) * (1 + 1e-9) + 1e-9)
+        assert float(forces.tension[-1]) == pytest.approx(T_n, rel=1e-12)
+
+
+def test_mass_terms_of_a_carried_lining():
+    """One lining in closed form, and lift-off where the centrifugal force exceeds the band's push."""
+    beta, f, T_0 = 0.4, 0.3, 100.0
+    c, s = math.cos(beta / 2), math.sin(beta / 2)
+    one = jnp.asarray([beta])
+    forces = sb.sliding_tensions(jnp.asarray(T_0), jnp.asarray([f]), one, inertia_force=2.0, centrifugal_force=5.0)
+    T_1, N, F = float(forces.tension[0]), float(forces.normal[0]), float(forces.friction[0])
+    assert pytest.approx((T_1 - T_0) * c + 2.0, rel=1e-13) == F
+    assert pytest.approx((T_1 + T_0) * s - 5.0, rel=1e-13) == N
+    assert pytest.approx(f * N, rel=1e-13) == F
+    lifted = sb.sliding_tensions(jnp.asarray(T_0), jnp.asarray([f]), one, centrifugal_force=1e3)
+    assert float(lifted.normal[0]) == float(lifted.friction[0]) == 0.0
+    assert float(lifted.tension[0]) == pytest.approx(T_0)
+
+
+@pytest.mark.parametrize(("f", "k"), [(0.5, 9), (0.3, 6), (0.1, 10)])
+def test_equal_increment_layout(f, k):
+    layout = sb.equal_increment_angles(f, 10, k, math.radians(270))
+    assert float(np.sum(layout.angle)) == pytest.approx(math.radians(270), rel=1e-12)
+    forces = sb.sliding_tensions(jnp.asarray(1.0), jnp.full(k, f), jnp.asarray(layout.angle[:k]))
+    increments = np.diff(np.append(1.0, forces.tension))
+    np.testing.assert_allclose(increments, increments[0], rtol=1e-10)
+    assert float(forces.tension[-1]) == pytest.approx(layout.ratio, rel=1e-11)
+    z = np.tan(layout.angle / 2)
+    assert (1 / z[k - 1] + f) / (1 / z[0] - f) == pytest.approx(layout.ratio, rel=1e-11)  # telescoped, equal f
+
+
+def test_equal_increment_layout_with_unequal_friction():
+    f = np.linspace(0.25, 0.35, 8)
+    layout = sb.equal_increment_angles(f, 8, 8, math.radians(240))
+    forces = sb.sliding_tensions(jnp.asarray(1.0), jnp.asarray(f), jnp.asarray(layout.angle))
+    increments = np.diff(np.append(1.0, forces.tension))
+    np.testing.assert_allclose(increments, increments[0], rtol=1e-10)
+    assert float(forces.tension[-1]) == pytest.approx(layout.ratio, rel=1e-11)
+
+
+@pytest.mark.parametrize("area", [1.0, np.linspace(1.0, 1.5, 10)])
+def test_equal_load_layout(area):
+    layout = sb.equal_load_angles(0.3, 10, math.radians(270), area=area)
+    assert float(np.sum(layout.angle)) == pytest.approx(math.radians(270), rel=1e-10)
+    forces = sb.sliding_tensions(jnp.asarray(1.0), jnp.full(10, 0.3), jnp.asarray(layout.angle))
+    pressure = np.asarray(forces.normal) / area
+    np.testing.assert_allclose(pressure, pressure[0], rtol=1e-9)
+
+
+def test_chord_layout_and_its_infeasible_case():
+    twenty = math.radians(20)
+    beta = sb.chord_equal_load_angles(0.2, 7, twenty, twenty)
+    forces = sb.chord_tensions(jnp.asarray(1.0), jnp.asarray(0.2), jnp.append(0.0, jnp.asarray(beta)))
+    np.testing.assert_allclose(forces.normal[1:], forces.normal[1], rtol=1e-12)
+    with pytest.raises(sb.InfeasibleLayout, match=r"chord 1: 1 − f·tan\(β_1/2\)"):
+        sb.chord_equal_load_angles(0.5, 7, twenty, twenty)
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda: sb.equal_increment_angles(2.0, 3, 3, 6.2),
+        lambda: sb.equal_increment_angles(0.3, 10, 11, 4.0),
+        lambda: sb.equal_increment_angles(-0.3, 10, 5, 4.0),
+        lambda: sb.equal_load_angles(3.0, 4, 6.2),
+    ],
+)
+def test_infeasible_layouts_say_so(call):
+    with pytest.raises(sb.InfeasibleLayout, match=r"\w+"):
+        call()
+
+
+def test_published_tables_have_no_cell_that_disagrees():
+    rows = cells()
+    assert len(rows) == 434
+    assert [c for c in rows if c.verdict == DISAGREES] == []
+    assert all(c.reason for c in rows if c.verdict == MISPRINT)
+    tau = [c for c in rows if c.column == "tau_m_consistent"]
+    assert len(tau) == 20
+    assert all(c.verdict == MISPRINT for c in tau)

@@ -1,0 +1,146 @@
+"""The command line as a user meets it."""
+
+import csv
+import json
+import subprocess
+import sys
+
+import pytest
+
+from simbrake._cli import main
+
+
+def call(capsys, *arguments):
+    with pytest.raises(SystemExit) as stop:
+        main(list(arguments))
+    out, err = capsys.readouterr()
+    return stop.value.code, out, err
+
+
+@pytest.fixture
+def scenario(scenarios):
+    return str(scenarios / "u2_5_5_stop.py")
+
+
+@pytest.fixture(autouse=True)
+def no_cache(monkeypatch):
+    monkeypatch.setenv("JAX_COMPILATION_CACHE_DIR", "")
+
+
+def test_run_prints_a_summary(capsys, scenario):
+    code, out, err = call(capsys, "run", scenario)
+    assert code == 0
+    assert err == ""
+    assert 8 <= len(out.splitlines()) <= 12
+    assert out.startswith("stopped:")
+
+
+def test_json_alone_on_stdout(capsys, scenario):
+    code, out, _ = call(capsys, "run", scenario, "--json")
+    summary = json.loads(out)
+    assert code == 0
+    assert summary["status"] == "stopped"
+    assert summary["energy"]["closure"] <= 1e-9
+    metrics = summary["metrics"]
+    for name in ("slip_onset_time", "full_slip_time", "stopping_time", "stopping_angle", "hook_travel"):
+        assert metrics[name] > 0
+    assert metrics["max_tension"] > metrics["max_normal_load"] > 0
+    assert {"steps", "rejected", "segments"} <= set(summary["solver"])
+    times = [e["time"] for e in summary["events"]]
+    assert times == sorted(times)
+    assert [e["lining"] for e in summary["events"] if e["name"] == "lining_limit"] == list(range(1, 21))
+
+
+def test_set_changes_numbers_and_structure(capsys, scenario):
+    _, out, _ = call(
+        capsys, "run", scenario, "--json", "--set", "duty.load.mass=1e3", "--set", "brake.band.stiffness=none"
+    )
+    summary = json.loads(out)
+    assert summary["metrics"]["slip_onset_time"] == 0.0
+    code, out, _ = call(capsys, "run", scenario, "--json", "--set", "duty.load.mass=3e5")
+    assert code == 0
+    assert json.loads(out)["status"] == "not_stopped"
+    assert json.loads(out)["metrics"]["stopping_time"] is None
+
+
+def test_out_writes_chart_series_and_summary(capsys, scenario, tmp_path):
+    folder = tmp_path / "out"
+    code, out, _ = call(capsys, "run", scenario, "--out", str(folder))
+    assert code == 0
+    assert sorted(p.name for p in folder.iterdir()) == ["series.csv", "stop.png", "summary.json", "summary.txt"]
+    assert "stop.png" in out
+    with open(folder / "series.csv", encoding="utf-8") as file:
+        rows = list(csv.reader(file))
+    assert rows[0][0] == "t [s]"
+    assert len(rows) > 1000
+    assert all(len(row) == len(rows[0]) for row in rows)
+    t = [float(row[0]) for row in rows[1:]]
+    assert t == sorted(t)
+    assert (folder / "stop.png").stat().st_size > 30_000
+    assert [p for p in tmp_path.iterdir() if p != folder] == []
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--set", "brake.band.stifness=1"], ["brake.band.stifness", "brake.band.stiffness"]),
+        (
+            ["--set", "brake.band.stiffness=-1", "--set", "duty.load.mass=nan"],
+            ["brake.band.stiffness", "duty.load.mass"],
+        ),
+        (["--set", "brake.linings.angle[20]=0.1"], ["no entry 20"]),
+        (["--set", "brake.pulley.inertia=heavy"], ["'heavy' is not a number"]),
+        (["--set", "brake.pulley.inertia=none"], ["cannot be absent"]),
+        (["--set", "nonsense"], ["path=value"]),
+        (["--rtol", "-1"], ["--rtol"]),
+    ],
+)
+def test_bad_input_exits_2_with_all_faults(capsys, scenario, arguments, words, tmp_path):
+    code, out, err = call(capsys, "run", scenario, *arguments, "--json", "--out", str(tmp_path / "x"))
+    assert code == 2
+    assert out == ""
+    assert all(word in err for word in words)
+    assert "Traceback" not in err
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    "text", ["", "def scene(): return 3", "def scene(): 1/0", "scene = 5", "import nothing_like_it", "def scene(:"]
+)
+def test_broken_scenario_files_exit_2(capsys, tmp_path, text):
+    file = tmp_path / "broken.py"
+    file.write_text(text, encoding="utf-8")
+    code, out, err = call(capsys, "run", str(file))
+    assert code == 2
+    assert out == ""
+    assert "broken.py" in err
+
+
+def test_failure_exits_1(capsys, scenario):
+    code, out, _ = call(capsys, "run", scenario, "--json", "--max-steps", "8")
+    assert code == 1
+    assert json.loads(out)["status"] == "step_limit"
+
+
+def test_reproduce(capsys):
+    code, out, _ = call(capsys, "reproduce", "--json")
+    rows = json.loads(out)
+    assert code == 0
+    assert {row["table"] for row in rows} == {"Z1", "Z2", "Z3", "Z4", "Z5", "Z6"}
+    assert {row["verdict"] for row in rows} == {"agrees", "known misprint"}
+    code, out, _ = call(capsys, "reproduce")
+    assert "Z5: 160 cells" in out
+
+
+def test_unknown_options_and_help(capsys, scenario):
+    assert call(capsys, "run", scenario, "--bogus")[0] == 2
+    assert call(capsys, "run", "nowhere.py")[0] == 2
+    code, out, _ = call(capsys, "run", "--help")
+    assert code == 0
+    assert "--set" in out
+
+
+def test_scenario_runs_as_a_script(scenario):
+    done = subprocess.run([sys.executable, scenario], capture_output=True, text=True, check=False, timeout=300)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("stopped:")

@@ -1,0 +1,102 @@
+"""First derivatives with respect to every number: forward = reverse = closed form = central differences."""
+
+import math
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from helpers import closed_form, stop_scene
+
+import simbrake as sb
+
+
+def stopping_time(scene):
+    return sb.simulate(scene, rtol=1e-12, max_steps=128).stopping_time
+
+
+def test_every_number_of_the_stop_forward_reverse_and_closed_form():
+    scene = jax.tree.map(jnp.asarray, stop_scene())
+    reverse = jax.jit(jax.grad(stopping_time))(scene)
+    forward = jax.jit(jax.jacfwd(stopping_time))(scene)
+    numbers = [(leaf.path, leaf.value) for leaf in sb.leaves(reverse)]
+    assert len(numbers) >= 12
+    scale = {leaf.path: np.maximum(np.abs(np.asarray(leaf.value)), 1e-3) for leaf in sb.leaves(scene)}
+    for (path, a), leaf in zip(numbers, sb.leaves(forward), strict=True):
+        np.testing.assert_allclose(
+            np.asarray(a) * scale[path], np.asarray(leaf.value) * scale[path], rtol=1e-10, atol=1e-12, err_msg=path
+        )
+
+    def truth(f, beta, R, J, C, T0, w0):
+        return closed_form(f=f, beta=beta, R=R, J=J, C=C, T0=T0, w0=w0, xp=jnp)["stop"]
+
+    values = (0.35, 13.5, 0.725, 800.0, 2e5, 8e3, 20.0)
+    f, beta, R, J, C, T0, w0 = jax.grad(truth, argnums=tuple(range(7)))(*values)
+    got = reverse
+    pairs = {
+        "f": (got.brake.linings.friction.coefficient, f),
+        "beta": (jnp.sum(got.brake.linings.angle) * math.pi / 180, beta),
+        "R": (got.brake.band.radius, R),
+        "J": (got.brake.pulley.inertia, J),
+        "C": (got.brake.band.stiffness, C),
+        "T0": (got.duty.slack_tension.level, T0),
+        "w0": (got.initial.omega, w0),
+    }
+    for name, (a, b) in pairs.items():
+        assert float(a) == pytest.approx(float(b), rel=1e-9), name
+    # numbers that cannot matter, and the start of the clock
+    assert float(got.end_time) == 0.0
+    assert float(got.initial.time) == pytest.approx(1.0, rel=1e-10)
+
+
+def events_of(scene):
+    r = sb.simulate(scene, rtol=1e-12, max_steps=256)
+    return jnp.stack([r.slip_onset_time, r.full_slip_time, r.stopping_time, r.hook_travel, r.max_tension.value])
+
+
+def test_scenario_gradients_against_central_differences(scenarios):
+    from simbrake._cli import load_scene
+
+    scene = jax.tree.map(jnp.asarray, load_scene(scenarios / "u2_5_5_stop.py"))
+    J = jax.jit(jax.jacfwd(events_of))(scene)
+    jacobian = {leaf.path: np.asarray(leaf.value) for leaf in sb.leaves(J)}
+    run = jax.jit(events_of)
+    for leaf in sb.leaves(scene):
+        value = np.asarray(leaf.value, float)
+        index = () if value.ndim == 0 else (0,)
+        h = 1e-5 * max(abs(float(value[index])), 1e-2)
+
+        def shifted(step, path=leaf.path, value=value, index=index):
+            new = value.copy()
+            new[index] += step
+            return np.asarray(run(jax.tree.map(jnp.asarray, sb.with_values(scene, {path: new}))))
+
+        if leaf.path in ("initial.elongation", "brake.linings.friction.static_ratio", "duty.load.drag"):
+            difference = (4 * shifted(h) - shifted(2 * h) - 3 * shifted(0)) / (2 * h)  # at the edge of its range
+        else:
+            far, near = (shifted(2 * h) - shifted(-2 * h)) / 4, (shifted(h) - shifted(-h)) / 2
+            difference = (4 * near - far) / 3 / h
+        size = np.maximum(np.abs(np.asarray(run(scene))), 1e-6) / max(abs(float(value[index])), 1.0)
+        got = jacobian[leaf.path][(slice(None), *index)]
+        np.testing.assert_allclose(got, difference, rtol=2e-6, atol=float(np.max(size)) * 1e-7, err_msg=leaf.path)
+
+
+def test_series_and_energy_are_differentiable():
+    def metrics(T0):
+        scene = stop_scene(T0=T0)
+        r = sb.simulate(scene, rtol=1e-12, max_steps=128)
+        s = r.series(jnp.asarray([0.001, 0.008, 0.3]))
+        return jnp.concatenate([s.omega, s.tight_tension, r.energy["friction_heat"][None]])
+
+    forward = np.asarray(jax.jit(jax.jacfwd(metrics))(8e3))
+    h = 1.0
+    run = jax.jit(metrics)
+    difference = (np.asarray(run(8e3 + h)) - np.asarray(run(8e3 - h))) / (2 * h)
+    np.testing.assert_allclose(forward, difference, rtol=1e-6, atol=1e-9)
+
+
+def test_gradients_of_a_batch():
+    many = jax.jit(jax.vmap(jax.grad(lambda w: stopping_time(stop_scene(w0=w)))))(jnp.asarray([10.0, 15.0, 20.0]))
+    for w, g in zip((10.0, 15.0, 20.0), many, strict=True):
+        truth = jax.grad(lambda w: closed_form(w0=w, xp=jnp)["stop"])(w)
+        assert float(g) == pytest.approx(float(truth), rel=1e-9)

@@ -1,0 +1,152 @@
+"""The house: layers, the public list, what a scene pays for, errors, and no re-tracing."""
+
+import ast
+import pathlib
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from helpers import closed_form, stop_scene
+
+import simbrake as sb
+from simbrake import _simulate
+
+PACKAGE = pathlib.Path(sb.__file__).parent
+
+#: a module may import modules of lower levels, and of its own where the order below allows it
+LAYERS = [
+    {"_quantity", "_compiling"},
+    {"_hybrid", "_friction", "_band", "_layout", "_duty"},
+    {"_design"},
+    {"_scene"},
+    {"_modes"},
+    {"_system"},
+    {"_log", "_outcome", "_summary"},
+    {"_result"},
+    {"_simulate"},
+    {"_edit", "_export", "_reproduce", "plot"},
+    {"_cli"},
+]
+ALLOWED_SIDEWAYS = {("_export", "plot")}
+
+
+def imports(file):
+    found = set()
+    for node in ast.walk(ast.parse(file.read_text("utf-8"))):
+        if isinstance(node, ast.ImportFrom):
+            if node.level == 1 and node.module:
+                found.add(node.module.split(".")[0])
+            elif node.level == 1:
+                found |= {alias.name for alias in node.names}
+            elif node.module:
+                found.add("!" + node.module.split(".")[0])
+        elif isinstance(node, ast.Import):
+            found |= {"!" + alias.name.split(".")[0] for alias in node.names}
+    return found
+
+
+def test_imports_point_one_way():
+    level = {name: i for i, names in enumerate(LAYERS) for name in names}
+    for file in PACKAGE.glob("*.py"):
+        if file.name == "__init__.py":
+            continue
+        assert file.stem in level, f"{file.name} has no place in the house"
+        for name in imports(file):
+            if not name.startswith("!") and name != "":
+                below = level[name] < level[file.stem] or (file.stem, name) in ALLOWED_SIDEWAYS
+                assert below, f"{file.stem} must not import {name}"
+
+
+def test_integrator_knows_nothing_of_brakes():
+    for file in (PACKAGE / "_hybrid").glob("*.py"):
+        text = file.read_text("utf-8").lower()
+        assert not any(word in text for word in ("brake", "lining", "pulley", "tension")), file.name
+        tree = ast.parse(file.read_text("utf-8"))
+        assert not [n for n in ast.walk(tree) if isinstance(n, ast.ImportFrom) and n.level > 1]
+
+
+def test_only_the_plot_module_imports_matplotlib():
+    files = [f for f in PACKAGE.rglob("*.py") if "!matplotlib" in imports(f)]
+    assert [f.name for f in files] == ["plot.py"]
+
+
+def test_public_names():
+    public = sorted(name for name in vars(sb) if not name.startswith("_") and name[0].isupper())
+    for name in ("Scene", "Brake", "Pulley", "Band", "Lining", "Duty", "Initial", "Result", "ConstantFriction"):
+        assert name in public
+    documented = [name for name in public if isinstance(getattr(sb, name), type)]
+    assert not [name for name in documented if not getattr(sb, name).__doc__]
+
+
+def test_a_thousand_values_do_not_re_trace():
+    sb.simulate(stop_scene(T0=5e3))
+    count = _simulate._compiled()._cache_size()
+    rng = np.random.default_rng(1)
+    for i in range(1000):
+        T0, f, w0 = 8e3 * rng.uniform(0.8, 1.2), rng.uniform(0.2, 0.4), rng.uniform(5, 30)
+        result = sb.simulate(stop_scene(T0=T0, f=f, w0=w0, end=20.0))
+        if i % 100 == 0:
+            truth = closed_form(T0=T0, f=f, w0=w0)["stop"]
+            assert float(result.stopping_time) == pytest.approx(truth, rel=1e-10)
+    assert _simulate._compiled()._cache_size() == count
+
+
+def test_vmap_gives_the_numbers_of_single_runs():
+    speeds = jnp.asarray([5.0, 12.0, 20.0, 31.0])
+
+    def numbers(w):
+        r = sb.simulate(stop_scene(w0=w, end=4.0), max_steps=128)
+        return r.stopping_time, r.max_tension.value, r.energy["friction_heat"], r.code
+
+    many = jax.jit(jax.vmap(numbers))(speeds)
+    for i, w in enumerate(speeds):
+        r = sb.simulate(stop_scene(w0=float(w), end=4.0))
+        np.testing.assert_allclose(float(many[0][i]), float(r.stopping_time), rtol=1e-12)
+        np.testing.assert_allclose(float(many[1][i]), r.metrics["max_tension"], rtol=1e-9)
+        np.testing.assert_allclose(float(many[2][i]), float(r.energy["friction_heat"]), rtol=1e-12)
+
+
+def test_absent_physics_has_no_states():
+    from simbrake._system import assemble
+
+    _, elastic, _ = assemble(stop_scene())
+    _, rigid, _ = assemble(stop_scene(C=None))
+    assert len(jax.tree.leaves(elastic)) == 6
+    assert len(jax.tree.leaves(rigid)) == 5
+
+
+def test_all_faults_of_a_scene_in_one_report():
+    scene = stop_scene(f=-0.1, J=0.0, T0=-5.0, end=-1.0)
+    with pytest.raises(sb.InputError) as caught:
+        sb.simulate(scene)
+    text = str(caught.value)
+    for path in ("brake.pulley.inertia", "brake.linings.friction.coefficient"):
+        assert path in text
+    assert "kg*m^2" in text
+    with pytest.raises(sb.InputError) as caught:
+        sb.simulate(stop_scene(T0=-5.0, end=-1.0, beta=19.0))
+    text = str(caught.value)
+    for part in ("duty.slack_tension.level", "end_time", "380.0°"):
+        assert part in text
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize("path", ["brake.band.radius", "initial.omega", "duty.slack_tension.level", "end_time"])
+def test_nan_and_infinity_are_refused(bad, path):
+    with pytest.raises(sb.InputError, match=path):
+        sb.simulate(sb.with_values(stop_scene(), {path: bad}))
+
+
+def test_failure_raises_with_the_result_or_returns_the_code():
+    with pytest.raises(sb.SimulationError, match="step_limit") as caught:
+        sb.simulate(stop_scene(), max_steps=8)
+    assert float(caught.value.result.record.t_end) < 5.0
+    result = sb.simulate(stop_scene(), max_steps=8, throw=False)
+    assert result.status == "step_limit"
+    assert "max_steps" in result.message
+
+
+def test_32_bits_are_refused_clearly():
+    with jax.enable_x64(False), pytest.raises(RuntimeError, match="jax_enable_x64"):
+        sb.simulate(stop_scene())

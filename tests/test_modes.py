@@ -1,0 +1,214 @@
+"""Holding, restarting, releasing, re-sticking, reversing: sequences of modes and what happens to the energy."""
+
+import math
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from helpers import closed_form, stop_scene
+
+import simbrake as sb
+
+PI = closed_form()["Pi"]
+HOLD = 0.725 * 8e3 * (PI - 1)  # greatest load that the standard scene holds, N·m
+
+
+def changes(result):
+    return [e.name for e in result.events if e.name != "lining_limit"]
+
+
+def with_load(scene, load):
+    return sb.Scene(scene.brake, sb.Duty(scene.duty.slack_tension, load), scene.initial, scene.end_time)
+
+
+@pytest.mark.parametrize("stiffness", [2e5, None])
+@pytest.mark.parametrize("share", [0.0, 0.5, 0.999999, 1.0, 1 - 1e-15, 1 + 1e-15, -0.05])
+def test_a_held_brake_does_not_move_at_all(stiffness, share):
+    scene = stop_scene(C=stiffness, w0=0.0, load=share * HOLD, end=3600.0)
+    result = sb.simulate(scene)
+    s = result.series(np.linspace(0.0, 3600.0, 97))
+    assert np.all(np.asarray(s.omega) == 0.0)
+    assert np.all(np.asarray(s.phi) == 0.0)
+    assert result.status == "held"
+    assert result.events == []
+    assert float(result.energy["closure"]) <= 1e-12
+
+
+def test_hold_after_a_stop_is_exact():
+    result = sb.simulate(stop_scene(load=0.3 * HOLD, end=3600.0))
+    s = result.series(np.linspace(float(result.stopping_time), 3600.0, 50))
+    assert np.all(np.asarray(s.omega) == 0.0)
+    assert np.ptp(np.asarray(s.phi)) == 0.0
+    np.testing.assert_allclose(s.brake_torque, 0.3 * HOLD, rtol=1e-12)
+
+
+@pytest.mark.parametrize("stiffness", [2e5, None])
+def test_brake_weaker_than_the_load_ends_with_a_status(stiffness):
+    result = sb.simulate(stop_scene(C=stiffness, load=1.5 * HOLD, end=3.0))
+    assert result.status == "not_stopped"
+    assert result.metrics["stopping_time"] is None
+    assert result.metrics["stopping_angle"] is None
+    assert float(result.record.y_end.omega) > 20.0
+
+
+@pytest.mark.parametrize("stiffness", [2e5, None])
+def test_load_that_outgrows_the_brake_restarts_it(stiffness):
+    """Load ramp from 0 at 5 kN·m/s on a brake at rest: restart exactly where it passes the capacity."""
+    scene = stop_scene(C=stiffness, w0=0.0, end=12.0)
+    scene = with_load(scene, sb.TorqueLoad(sb.PiecewiseLinear([0.0, 12.0], [0.0, 60e3])))
+    result = sb.simulate(scene)
+    restart = next(e.time for e in result.events if e.name == "restart")
+    assert restart == pytest.approx(HOLD / 5e3, rel=1e-11)
+    assert changes(result)[0] == "restart"
+    assert float(result.energy["closure"]) <= 1e-9
+    late = result.series([restart + 1.0])
+    if stiffness is None:  # ω̇ = 5e3 (t − t_r)/J
+        assert float(late.omega[0]) == pytest.approx(5e3 / 2 / 800, rel=1e-9)
+
+
+def test_release_while_held_and_braking_again():
+    """Lever off and on: stop, slow release until the load breaks the brake loose, open, second stop."""
+    lever = sb.PiecewiseLinear([0.0, 2.0, 3.0, 3.5, 3.6], [8e3, 8e3, 0.0, 0.0, 8e3])
+    result = sb.simulate(with_load(stop_scene(lever=lever, end=8.0), sb.TorqueLoad(sb.Constant(0.5 * HOLD))))
+    assert changes(result) == [
+        "slip_onset",
+        "full_slip",
+        "stop",
+        "restart",
+        "full_slip",
+        "release",
+        "slip_onset",
+        "full_slip",
+        "stop",
+    ]
+    times = {name: [e.time for e in result.events if e.name == name] for name in ("restart", "release")}
+    assert times["release"] == [pytest.approx(3.0, abs=1e-12)]
+    assert times["restart"][0] == pytest.approx(2.5, rel=1e-9)  # where the capacity has fallen to half
+    assert float(result.energy["closure"]) <= 1e-9
+    assert result.status == "stopped"
+
+
+def test_release_without_a_load_opens_and_books_the_elastic_energy_as_heat():
+    lever = sb.PiecewiseLinear([0.0, 2.0, 2.0, 3.0], [8e3, 8e3, 0.0, 0.0])
+    result = sb.simulate(stop_scene(lever=lever, end=3.0))
+    assert changes(result) == ["slip_onset", "full_slip", "stop", "release"]
+    assert result.status == "released"
+    assert float(result.record.y_end.x) == 0.0
+    e = result.energy
+    assert float(e["friction_heat"]) == pytest.approx(160e3 + float(e["lever_work"]), rel=1e-12)
+    assert float(e["closure"]) <= 1e-12
+
+
+def test_band_re_sticks_when_the_lever_is_pulled_faster_than_the_pulley_turns():
+    """In slip ẋ = Ṫ_0 Π/C: under a ramp the band sticks again before the stop, where R_b ω has fallen to it."""
+    lever = sb.PiecewiseLinear([0.0, 0.5, 0.7], [8e3, 8e3, 12e3])
+    result = sb.simulate(stop_scene(lever=lever, C=5e4, end=3.0))
+    assert changes(result) == ["slip_onset", "full_slip", "restick", "stop"]
+    restick = next(e.time for e in result.events if e.name == "restick")
+    s = result.series([restick], left=True)
+    assert abs(float(s.slip_speed[0])) < 1e-8
+    assert float(result.energy["closure"]) <= 1e-9
+
+
+def test_stop_alone_where_slip_and_motion_end_together():
+    result = sb.simulate(stop_scene())
+    assert changes(result) == ["slip_onset", "full_slip", "stop"]
+
+
+@pytest.mark.parametrize("ratio", [1.0, 1.3])
+def test_static_friction_above_kinetic(ratio):
+    """Break-away drops the tension from T_0 Π_s to T_0 Π_k at once; the energy freed is heat."""
+    scene = stop_scene(law=sb.ConstantFriction(0.3, static_ratio=ratio))
+    result = sb.simulate(scene)
+    t1 = float(result.full_slip_time)
+    before, after = result.series([t1], left=True), result.series([t1])
+    static, kinetic = closed_form(f=0.3 * ratio)["Pi"], closed_form(f=0.3)["Pi"]
+    assert float(before.tight_tension[0]) == pytest.approx(8e3 * static, rel=1e-9)
+    assert float(after.tight_tension[0]) == pytest.approx(8e3 * kinetic, rel=1e-12)
+    x1, x2 = 8e3 * static / 2e5, 8e3 * kinetic / 2e5
+    heat = float(after.friction_heat[0] - before.friction_heat[0])
+    assert heat == pytest.approx((x1 - x2) * (0.5 * 8e3 * (static + kinetic) - 8e3), rel=1e-8, abs=1e-9)
+    assert float(result.energy["closure"]) <= 1e-12
+
+
+@pytest.mark.parametrize(("r", "expected"), [(0.5, 0), (2.0, 8), (20.0, 21)])
+def test_lever_ramp_from_exactly_zero(r, expected):
+    """r = C R_b ω0/Ṫ_0: onset at 0 if r ≥ 1, lining i at 0 if r ≥ Π_i in index order, full slip at 0 if r ≥ Π."""
+    rate = 2e5 * 0.725 * 20 / r
+    lever = sb.PiecewiseLinear([0.0, 10.0], [0.0, 10 * rate])
+    result = sb.simulate(stop_scene(lever=lever, end=2.0))
+    at_zero = [e for e in result.events if e.time == 0.0]
+    mu = PI ** (1 / 20)
+    linings = min(20, int(math.log(r) / math.log(mu)) if r > 1 else 0)
+    assert [e.lining for e in at_zero if e.name == "lining_limit"] == list(range(1, linings + 1))
+    assert ("slip_onset" in [e.name for e in at_zero]) == (r >= 1)
+    assert ("full_slip" in [e.name for e in at_zero]) == (r >= PI)
+    assert result.status == ("not_stopped" if r < 1 else result.status)  # a lever that is never caught up
+    assert float(result.energy["closure"]) <= 1e-9
+
+
+def test_lever_draws_a_slack_band_on_a_pulley_at_rest():
+    """x := T_0/(Π_s C); lever work less elastic energy is heat."""
+    result = sb.simulate(stop_scene(w0=0.0, end=1.0))
+    x = 8e3 / (PI * 2e5)
+    assert float(result.record.y_end.x) == pytest.approx(x, rel=1e-13)
+    e = result.energy
+    assert float(e["lever_work"]) == pytest.approx(8e3 * x, rel=1e-12)
+    assert float(e["friction_heat"]) == pytest.approx(8e3 * x - 0.5 * 2e5 * x**2, rel=1e-12)
+
+
+def test_speed_through_zero_under_a_load_that_the_brake_cannot_hold():
+    """Hoisting motion against the weak direction: comes to rest, is driven back through full slip the other way."""
+    low = -0.725 * 8e3 * (1 - 1 / PI)
+    result = sb.simulate(stop_scene(load=2 * low, w0=3.0, end=3.0))
+    assert changes(result) == ["slip_onset", "full_slip", "restick", "full_slip"] or changes(result)[0] == "slip_onset"
+    end = result.record.y_end
+    assert float(end.omega) < 0
+    # in full slip backwards: ω̇ = (M_load + R_b T_0 (1 − 1/Π))/J
+    s = result.series([2.5, 3.0])
+    assert float(s.omega[1] - s.omega[0]) / 0.5 == pytest.approx((2 * low - low) / 800, rel=1e-9)
+    assert float(result.energy["closure"]) <= 1e-9
+
+
+def test_reversed_load_while_held_lets_go_the_other_way():
+    low = 0.725 * 8e3 * (1 - 1 / PI)
+    scene = with_load(
+        stop_scene(w0=0.0, C=None, end=10.0), sb.TorqueLoad(sb.PiecewiseLinear([0.0, 10.0], [0.0, -2 * low]))
+    )
+    result = sb.simulate(scene)
+    assert next(e.time for e in result.events if e.name == "restart") == pytest.approx(5.0, rel=1e-11)
+    assert float(result.record.y_end.omega) < 0
+
+
+def test_a_short_pulse_of_the_load_is_not_overlooked_while_held():
+    """1 s of overload in an hour of holding, given as a smooth function without any knots."""
+    load = sb.TorqueLoad(
+        sb.FunctionProfile(lambda t, p: p * jnp.exp(-(((t - 1800.0) / 60.0) ** 2)), jnp.asarray(1.2 * HOLD), HOLD)
+    )
+    result = sb.simulate(with_load(stop_scene(w0=0.0, C=None, end=3600.0), load))
+    assert changes(result)[:2] == ["restart", "full_slip"]
+    expected = 1800 - 60 * math.sqrt(math.log(1.2))
+    assert result.events[0].time == pytest.approx(expected, rel=1e-9)
+    assert changes(result)[-1] == "stop"
+
+
+def test_self_locking_lining_is_an_error_on_a_rigid_band_and_a_warning_on_an_elastic_one():
+    law = sb.ConstantFriction(np.append(np.full(19, 0.35), 9.0))
+    with pytest.raises(sb.InputError, match=r"lining 20: f·tan\(β/2\) = 1.065 ≥ 1, the band locks itself"):
+        sb.simulate(stop_scene(C=None, law=law))
+    result = sb.simulate(stop_scene(law=law, end=1.0))
+    assert any("lining 20" in w for w in result.summary()["warnings"])
+    assert result.metrics["full_slip_time"] is None  # it never slips
+    # as if bonded: a quarter of an oscillation from the onset
+    chi = math.sqrt(2e5 * 0.725**2 / 800)
+    assert float(result.stopping_time) == pytest.approx(8e3 / (2e5 * 0.725 * 20) + math.pi / 2 / chi, rel=1e-10)
+
+
+def test_stick_slip_with_stribeck_friction_is_not_smoothed():
+    """A slow drive: the load ramps, the brake lets go, stops again, many times; every mode change is in the log."""
+    scene = stop_scene(law=sb.StribeckFriction(0.4, 0.3, 0.05), w0=0.0, C=2e5, end=30.0)
+    high = 0.725 * 8e3 * (closed_form(f=0.4)["Pi"] - 1)
+    scene = with_load(scene, sb.TorqueLoad(sb.PiecewiseLinear([0.0, 30.0], [0.9 * high, 1.05 * high]), drag=4e5))
+    result = sb.simulate(scene, rtol=1e-8)
+    assert changes(result)[0] == "restart"
+    assert float(result.energy["closure"]) <= 1e-7

@@ -1,0 +1,281 @@
+"""Whole runs of the standard brake against closed forms, and against SciPy where there is none."""
+
+import math
+
+import diffrax
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from helpers import closed_form, stop_scene
+from scipy.integrate import solve_ivp
+
+import simbrake as sb
+
+
+def names(result):
+    return [e.name for e in result.events]
+
+
+@pytest.fixture(scope="module")
+def stop():
+    return sb.simulate(stop_scene())
+
+
+@pytest.mark.parametrize(
+    "case",
+    [
+        {},
+        {"f": 0.25, "C": 5e4, "T0": 3e3, "w0": 8.0},
+        {"J": 1e-3, "R": 0.1, "C": 5e3, "T0": 20.0, "w0": 300.0},
+        {"f": 0.5, "J": 5e4, "C": 1e6, "T0": 2e4, "w0": 3.0},
+    ],
+)
+def test_closed_forms_of_every_event(case):
+    truth = closed_form(**case)
+    result = sb.simulate(stop_scene(**case, end=2 * truth["stop"]))
+    limits = [e.time for e in result.events if e.name == "lining_limit"]
+    got = [float(result.slip_onset_time), *limits, float(result.full_slip_time), float(result.stopping_time)]
+    np.testing.assert_allclose(got, [truth["t0"], *truth["limits"], truth["t1"], truth["stop"]], rtol=1e-10)
+    assert [e.lining for e in result.events if e.name == "lining_limit"] == list(range(1, 21))
+    assert names(result) == ["slip_onset"] + ["lining_limit"] * 20 + ["full_slip", "stop"]
+    assert float(result.energy["closure"]) <= 1e-9
+    assert result.status == "stopped"
+
+
+def test_stop_before_full_slip_ends_with_all_energy_elastic():
+    """Z-16: the band never slips, stop at t0 + π/(2χ); nothing is heated."""
+    case = {"f": 0.5, "C": 5e3, "w0": 2.0}
+    onset = 8e3 / (5e3 * 0.725 * 2.0)
+    result = sb.simulate(stop_scene(**case, end=10.0))
+    chi = math.sqrt(5e3 * 0.725**2 / 800)
+    assert float(result.stopping_time) == pytest.approx(onset + math.pi / (2 * chi), rel=1e-10)
+    assert result.metrics["full_slip_time"] is None
+    assert float(result.energy["friction_heat"]) == pytest.approx(0.0, abs=1e-9)
+    assert 0 < names(result).count("lining_limit") < 20
+
+
+@pytest.mark.parametrize("solver", [diffrax.Tsit5(), diffrax.Dopri5(), diffrax.Bosh3()])
+def test_other_methods_and_tolerances_agree(solver):
+    truth = closed_form()
+    result = sb.simulate(stop_scene(), solver=solver, rtol=1e-8)
+    assert float(result.stopping_time) == pytest.approx(truth["stop"], rel=1e-6)
+
+
+def test_rigid_band_has_no_elastic_state():
+    result = sb.simulate(stop_scene(C=None))
+    Pi = closed_form()["Pi"]
+    assert float(result.stopping_time) == pytest.approx(20 * 800 / (0.725 * 8e3 * (Pi - 1)), rel=1e-12)
+    assert result.record.y_end.x is None
+    assert names(result) == ["slip_onset"] + ["lining_limit"] * 20 + ["full_slip", "stop"]
+    assert {e.time for e in result.events[:-1]} == {0.0}
+    assert result.series([0.1]).elongation is None
+
+
+def test_textbook_stop_of_band_and_blocks():
+    """Khurmi & Gupta: 2000 kg, k_g 0.5 m, 360 rpm, R_b 0.5 m: α 5.09464574453 rad/s², t 7.39975137300599 s."""
+    scene = stop_scene(
+        n=14, beta=15.0, f=0.25, R=0.5, J=2000 * 0.25, C=None, T0=3364.88191484, w0=12 * math.pi, end=9.0
+    )
+    result = sb.simulate(scene)
+    assert float(result.stopping_time) == pytest.approx(7.39975137300599, rel=1e-11)
+
+
+def test_hook_load_in_closed_form():
+    """J 1200, 60 t on 8 lines and a drum of 0.4 m, 1.2 m/s, brake torque 60 kN·m, g 9.81."""
+    Pi = closed_form(n=1, f=0.3, beta=30.0)["Pi"]
+    scene = sb.Scene(
+        brake=sb.Brake(
+            pulley=sb.Pulley(radius=0.6, inertia=1200.0),
+            band=sb.Band(radius=0.6),
+            linings=sb.uniform_linings(1, math.radians(30), sb.ConstantFriction(0.3)),
+        ),
+        duty=sb.Duty(
+            slack_tension=sb.Constant(60e3 / (0.6 * (Pi - 1))),
+            load=sb.HookLoad(mass=60e3, drum_radius=0.4, line_count=8, gravity=9.81),
+        ),
+        initial=sb.Initial(omega=24.0),
+        end_time=3.0,
+    )
+    result = sb.simulate(scene)
+    assert float(result.stopping_time) == pytest.approx(1.05986261040236, rel=1e-11)
+    assert float(result.hook_travel) == pytest.approx(0.635917566241413, rel=1e-11)
+    assert float(result.energy["friction_heat"]) == pytest.approx(763101.079489696, rel=1e-11)
+
+
+def test_exponential_rise_of_the_slack_tension():
+    """p = p0(1 − exp(−t/ti)) from exactly 0 on a rigid band: t_s = a + ti + ti W0(−exp(−(a + ti)/ti))."""
+    Pi = closed_form()["Pi"]
+    a, ti = 4.0, 0.5
+    T_1 = 800 * 20 / a / (0.725 * (Pi - 1))
+    scene = stop_scene(C=None, lever=sb.ExponentialRise(T_1, ti), end=8.0)
+    assert float(sb.simulate(scene).stopping_time) == pytest.approx(4.49993828748156, rel=1e-11)
+
+
+class FallingFriction(sb.AbstractFriction):
+    """Friction with which the torque of one lining falls as M0/(1 + κ ω): a user's own law."""
+
+    M0: jax.Array
+    kappa: jax.Array
+    T_0: jax.Array
+    speed_dependent = True
+
+    def kinetic(self, contact):
+        torque = self.M0 / (1 + self.kappa * contact.v)
+        r = 1 + torque / self.T_0  # Π for R_b = 1
+        return (r - 1) / (r + 1) / jnp.tan(0.25)
+
+    def static(self, contact):
+        return self.kinetic(sb.Contact(v=0.0 * contact.v))
+
+    def faults(self, path):
+        return []
+
+
+def test_friction_law_of_ones_own_in_closed_form():
+    """μ0/(1 + κω): t = (J/M0)(ω0 + κω0²/2), θ = (J/M0)(ω0²/2 + κω0³/3)."""
+    J, M0, kappa, w0 = 10.0, 50.0, 0.3, 8.0
+    law = FallingFriction(*(jnp.asarray(x) for x in (M0, kappa, 20.0)))
+    scene = stop_scene(n=1, beta=math.degrees(0.5), R=1.0, J=J, C=None, T0=20.0, w0=w0, law=law, end=10.0)
+    result = sb.simulate(scene, rtol=1e-12)
+    assert float(result.stopping_time) == pytest.approx(J / M0 * (w0 + kappa * w0**2 / 2), rel=1e-10)
+    assert float(result.stopping_angle) == pytest.approx(J / M0 * (w0**2 / 2 + kappa * w0**3 / 3), rel=1e-10)
+
+
+def scipy_stop(T, dT, load, Pi, J, R, C, w0, t_end):
+    """Take-up, elastic band, full slip, re-stick and stop, mode by mode with SciPy: nothing shared with simbrake."""
+
+    def until(fun, guard, t, y):
+        def event(t, y):
+            return guard(t, y)
+
+        event.terminal, event.direction = True, -1
+        out = solve_ivp(fun, (t, t_end), y, events=event, method="DOP853", rtol=3e-14, atol=1e-13)
+        assert out.t_events[0].size == 1
+        return out.t[-1], out.y[:, -1]
+
+    def elastic(t, y):
+        torque = R * max(C * y[1] - T(t), 0.0) if t < times.get("t0", np.inf) else R * (C * y[1] - T(t))
+        return [(load(t, y[0]) - torque) / J, R * y[0]]
+
+    def sliding(t, w):
+        return [(load(t, w[0]) - R * T(t) * (Pi - 1)) / J]
+
+    times = {}
+    times["t0"], y = until(elastic, lambda t, y: T(t) - C * y[1], 0.0, [w0, 0.0])
+    times["t1"], y = until(elastic, lambda t, y: T(t) * Pi - C * y[1], times["t0"], y)
+    times["restick"], w = until(sliding, lambda t, w: R * w[0] - dT(t) * Pi / C, times["t1"], [y[0]])
+    times["stop"], y = until(elastic, lambda t, y: y[0], times["restick"], [w[0], T(times["restick"]) * Pi / C])
+    return times
+
+
+def test_ramp_and_speed_dependent_load_against_scipy():
+    """A lever and a load that change all the time; before the stop the rising tension makes the band stick again."""
+    lever = sb.FunctionProfile(lambda t, p: p[0] + p[1] * jnp.sin(p[2] * t) ** 2, jnp.asarray([6e3, 4e3, 1.5]), 1e4)
+    scene = stop_scene(C=4e4, lever=lever, end=3.0)
+    load = sb.TorqueLoad(sb.PiecewiseLinear([0.0, 5.0], [2e3, 6e3]), drag=30.0)
+    result = sb.simulate(sb.Scene(scene.brake, sb.Duty(lever, load), scene.initial, 3.0), rtol=1e-12)
+    truth = scipy_stop(
+        lambda t: 6e3 + 4e3 * math.sin(1.5 * t) ** 2,
+        lambda t: 6e3 * math.sin(3.0 * t),
+        lambda t, w: 2e3 + 800 * t - 30 * w,
+        closed_form()["Pi"],
+        800.0,
+        0.725,
+        4e4,
+        20.0,
+        3.0,
+    )
+    got = [e.time for e in result.events if e.name != "lining_limit"]
+    assert [e.name for e in result.events if e.name != "lining_limit"] == ["slip_onset", "full_slip", "restick", "stop"]
+    np.testing.assert_allclose(got, list(truth.values()), rtol=2e-10)
+    assert float(result.energy["closure"]) < 1e-11
+
+
+@pytest.mark.parametrize("table", [False, True])
+def test_stribeck_and_tabulated_friction_against_scipy(table):
+    v = np.linspace(0.0, 20.0, 161)
+    f = 0.25 + 0.1 * np.exp(-v / 4.0)
+    smooth = sb.StribeckFriction(0.35, 0.25, 4.0, exponent=1.0)
+    law = sb.TabulatedFriction(v, f) if table else smooth
+    scene = stop_scene(C=None, law=law, end=3.0)
+    z = math.tan(math.radians(13.5) / 2)
+
+    def sliding(t, y):
+        w = y[0]
+        mu = 0.25 + 0.1 * math.exp(-0.725 * max(w, 0.0) / 4.0)
+        return [-0.725 * 8e3 * (((1 + mu * z) / (1 - mu * z)) ** 20 - 1) / 800]
+
+    def at_rest(t, y):
+        return y[0]
+
+    at_rest.terminal = True
+    out = solve_ivp(sliding, (0, 3), [20.0], events=at_rest, method="DOP853", rtol=1e-13, atol=1e-13)
+    expected = out.t_events[0][0]
+    got = float(sb.simulate(scene, rtol=1e-11 if not table else 1e-8).stopping_time)
+    assert got == pytest.approx(expected, rel=2e-5 if table else 1e-10)  # the table's own interpolation error
+
+
+def test_scaling_inertia_and_torques_together_leaves_the_motion():
+    truth = sb.simulate(stop_scene(load=3e3))
+    for scale in (1e-6, 1e9):
+        scaled = sb.simulate(stop_scene(J=800 * scale, C=2e5 * scale, T0=8e3 * scale, load=3e3 * scale))
+        np.testing.assert_allclose(float(scaled.stopping_time), float(truth.stopping_time), rtol=1e-9)
+
+
+def test_shifting_time_shifts_events():
+    lever = sb.PiecewiseLinear([0.1, 0.4], [3e3, 8e3])
+    late = sb.PiecewiseLinear([5.1, 5.4], [3e3, 8e3])
+    a = sb.simulate(stop_scene(lever=lever))
+    b = sb.simulate(stop_scene(lever=late, end=10.0, time=5.0))
+    np.testing.assert_allclose([e.time + 5 for e in a.events], [e.time for e in b.events], rtol=1e-10)
+
+
+def test_rotation_the_other_way_changes_slack_and_tight_side():
+    """Rigid band, ω < 0: torque R_b T_0 (1 − 1/Π)."""
+    Pi = closed_form()["Pi"]
+    result = sb.simulate(stop_scene(C=None, w0=-20.0, end=10.0))
+    assert float(result.stopping_time) == pytest.approx(20 * 800 / (0.725 * 8e3 * (1 - 1 / Pi)), rel=1e-11)
+    forces = result.series([0.5])
+    assert float(forces.tight_tension[0]) == pytest.approx(8e3 / Pi, rel=1e-12)
+    assert float(forces.friction_force.sum()) < 0
+    limits = [e.lining for e in result.events if e.name == "lining_limit"]
+    assert limits == list(range(20, 0, -1))  # counted from the anchor
+
+
+def test_series_has_left_and_right_values_at_events(stop):
+    t1 = float(stop.stopping_time)
+    left, right = stop.series([t1], left=True), stop.series([t1])
+    assert float(left.brake_torque[0]) == pytest.approx(0.725 * 8e3 * (closed_form()["Pi"] - 1), rel=1e-9)
+    assert float(right.brake_torque[0]) == 0.0  # held without a load
+    assert float(right.omega[0]) == 0.0
+    grid = np.linspace(0.0, 1.0, 37)
+    s = stop.series(grid)
+    truth = closed_form()
+    w = np.where(grid > truth["t1"], (truth["stop"] - grid) * 0.725 * 8e3 * (truth["Pi"] - 1) / 800, np.nan)
+    late = (grid > truth["t1"]) & (grid < truth["stop"])
+    np.testing.assert_allclose(np.asarray(s.omega)[late], w[late], rtol=1e-9)
+
+
+def test_number_of_sliding_linings_follows_the_tension(stop):
+    truth = closed_form()
+    middle = 0.5 * (np.asarray(truth["limits"][:-1]) + np.asarray(truth["limits"][1:]))
+    s = stop.series(middle)
+    assert list(np.asarray(s.at_limit)) == list(range(1, 20))
+    np.testing.assert_allclose(np.asarray(s.tension)[:, -1], np.asarray(s.tight_tension), rtol=1e-12)
+
+
+def test_peaks(stop):
+    m = stop.metrics
+    Pi = closed_form()["Pi"]
+    assert m["max_tension"] == pytest.approx(8e3 * Pi, rel=1e-9)
+    mu = Pi ** (1 / 20)
+    assert m["max_normal_load"] == pytest.approx(8e3 * Pi * (1 + 1 / mu) * math.sin(math.radians(13.5) / 2), rel=1e-9)
+    assert float(stop.max_tension.value) == pytest.approx(m["max_tension"], rel=1e-9)
+
+
+def test_printing_gives_the_summary(stop):
+    text = str(stop)
+    assert 8 <= len(text.splitlines()) <= 12
+    for word in ("stopped", "slip onset", "full slip", "stop", "closure", "Dopri8", "kN", "lining 20"):
+        assert word in text
