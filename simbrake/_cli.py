@@ -52,7 +52,8 @@ def load_scene(file: Path) -> Any:
     if file.suffix != ".py":
         raise InputError([Fault(str(file), "is not a Python file", "a scenario is a .py file with a function scene()")])
     spec = importlib.util.spec_from_file_location(f"scenario_{file.stem}", file)
-    assert spec is not None and spec.loader is not None
+    assert spec is not None
+    assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     try:
         spec.loader.exec_module(module)

@@ -40,8 +40,8 @@ class Lining(eqx.Module):
     - `angle` `β_i` (n,) in rad: central angle of each;  `friction`: its law, with numbers for all or per lining
     """
 
-    angle: Scalar = quantity("rad", "central angle of a lining", positive=True, high=math.pi * (1 - 1e-9))
     friction: AbstractFriction
+    angle: Scalar = quantity("rad", "central angle of a lining", positive=True, high=math.pi * (1 - 1e-9))
 
     @property
     def count(self) -> int:

@@ -38,7 +38,7 @@ def _equal_increment_z(f: Float[np.ndarray, " k"], z_k: float) -> Float[np.ndarr
 
 
 def equal_increment_angles(f: float | Float[np.ndarray, " n"], n: int, k: int, wrap: float) -> Layout:
-    """Angles for equal tension increments, i.e. equal torque, of the first `k` of `n` linings (model §2.2; Z tables 5, 6).
+    """Angles for equal tension increments, i.e. equal torque, of the first `k` of `n` linings (Z tables 5, 6).
 
         1/(f_i z_i) = 1/(f_{i+1} z_{i+1}) − 2,   β_{k+1} = … = β_n = β_k,   Σβ = wrap
         Π_k = (1/(f_k z_k) + 1)/(1/(f_1 z_1) − 1),   feasible while f_1 z_1 < 1
@@ -129,11 +129,12 @@ def equal_load_angles(
 
 
 def chord_equal_load_angles(f: float, k: int, beta_k: float, beta_k1: float) -> Float[np.ndarray, " k"]:
-    """Chord angles `β_1…β_k` (rad) for equal normal loads `N_2 = … = N_k`, `β_k` and `β_{k−1}` given (model §2.1).
+    """Chord angles `β_1…β_k` (rad) for equal normal loads `N_2 = … = N_k`, `β_k` and `β_{k−1}` given.
 
-        m_j = (1 + f z_j)/(1 − f z_j),  p_j = z_j/(1 − f z_j),  z_{j−2} = m_{j−1} p_j/(1 − f m_{j−1} p_j),  j = k…3  (Z-11)
+        m_j = (1 + f z_j)/(1 − f z_j),  p_j = z_j/(1 − f z_j),  j = k…3                                     (Z-11)
+        z_{j−2} = m_{j−1} p_j/(1 − f m_{j−1} p_j)
 
-    Raises `InfeasibleLayout` where a `1 − f z` or a denominator is not positive, or the chords do not fit on the pulley.
+    Raises `InfeasibleLayout` where a `1 − f z` or a denominator is not positive, or the chords do not fit.
     """
     z = np.full(k + 1, np.nan)
     z[k], z[k - 1] = math.tan(beta_k / 2), math.tan(beta_k1 / 2)

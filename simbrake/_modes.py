@@ -21,10 +21,10 @@ class BandMode(enum.IntEnum):
 class Mode(NamedTuple):
     """Band mode, direction of motion (±1), and the pieces on which the given profiles are."""
 
-    band: Int[Array, ""] | int
-    sense: Int[Array, ""] | int
-    lever_piece: Int[Array, ""] | int
-    load_piece: Int[Array, ""] | int
+    band: Any
+    sense: Any
+    lever_piece: Any
+    load_piece: Any
 
 
 class Situation(NamedTuple):

@@ -54,14 +54,15 @@ def _probe_compiled() -> Any:
     return jax.jit(probe_at, compiler_options=cpu_compiler_options())
 
 
-def probe_many(record: Record, index: np.ndarray, h: np.ndarray) -> Probe:
+def probe_many(record: Record, index: Any, h: Any) -> Probe:
     """The probe outside of jit, in calls of one size so that it compiles once."""
-    parts = []
+    parts, index, h = [], np.asarray(index), np.asarray(h)
     for start in range(0, len(index), _LANES):
         i, s = index[start : start + _LANES], h[start : start + _LANES]
-        pad = _LANES - len(i)
+        used = len(i)
+        pad = _LANES - used
         out = _probe_compiled()(
             record, np.pad(i, (0, pad), mode="edge").astype(np.int32), np.pad(s, (0, pad), mode="edge")
         )
-        parts.append(jax.tree.map(lambda leaf, n=len(i): np.asarray(leaf)[:n], out))
+        parts.append(jax.tree.map(lambda leaf, n=used: np.asarray(leaf)[:n], out))
     return jax.tree.map(lambda *leaves: np.concatenate(leaves), *parts)

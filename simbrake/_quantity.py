@@ -1,15 +1,19 @@
 """Numbers with units: how a field of a scene says its unit, its admissible range and its meaning."""
 
 import dataclasses
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import equinox as eqx
 import jax
 import numpy as np
+from jax.core import Tracer
 from jaxtyping import Array, Float
 
-#: one number, or a batch of them
-Scalar = Float[Array, "..."] | Float[np.ndarray, "..."]
+if TYPE_CHECKING:
+    Scalar = Any  # what a caller may write: a number, a list, an array
+else:
+    #: what a field holds: one number, or an array of them
+    Scalar = Float[Array, "..."] | Float[np.ndarray, "..."]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -57,10 +61,7 @@ def quantity(
     default: Any = dataclasses.MISSING,
 ) -> Any:
     """A numeric field: an array leaf in SI units, with what a reader and a checker must know of it."""
-    if positive:
-        about = Quantity(unit, meaning, 0.0, high, open_low=True)
-    else:
-        about = Quantity(unit, meaning, low, high)
+    about = Quantity(unit, meaning, 0.0 if positive else low, high, open_low=positive)
     keywords = {} if default is dataclasses.MISSING else {"default": default}
     return eqx.field(converter=as_number, metadata={"quantity": about}, **keywords)
 
@@ -120,7 +121,7 @@ def faults_of_values(node: Any, path: str = "") -> list[Fault]:
     """Values that are not numbers, not finite or outside their range. Traced values cannot be looked at and pass."""
     faults = []
     for leaf in leaves(node, path):
-        if isinstance(leaf.value, jax.core.Tracer):
+        if isinstance(leaf.value, Tracer):
             continue
         if not isinstance(leaf.value, np.ndarray | jax.Array):
             faults.append(Fault(leaf.path, f"{leaf.value!r} is not a number", f"give a number in {leaf.about.unit}"))

@@ -1,7 +1,7 @@
 """The published tables, recomputed cell by cell.
 
-Z1…Z6 are tables 1–6 of Zhuravlov et al., *Dynamics of friction couples of a band-shoe brake*; the printed values and the
-known misprints with their reasons lie in `published/`.
+Z1…Z6 are tables 1–6 of Zhuravlov et al., *Dynamics of friction couples of a band-shoe brake*; the printed values and
+the known misprints with their reasons lie in `published/`.
 """
 
 import csv
@@ -88,7 +88,7 @@ def _chord_tables() -> list[Cell]:
         beta = chord_equal_load_angles(f, 7, twenty, twenty)
         tension, normal = _chord(f, beta)
         gamma = float(tension[-1])
-        equal = float(brentq(lambda b, f=f, g=gamma: _chord(f, np.full(7, b))[0][-1] - g, 1e-3, 2 * math.atan(0.9 / f)))
+        equal: Any = brentq(lambda b, f=f, g=gamma: _chord(f, np.full(7, b))[0][-1] - g, 1e-3, 2 * math.atan(0.9 / f))
         tension_equal, normal_equal = _chord(f, np.full(7, equal))
         degrees = np.degrees(beta)
         computed = {

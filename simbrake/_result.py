@@ -6,6 +6,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.core import Tracer
 from jaxtyping import Array, Float, Int
 
 from ._hybrid import FINISHED, Record
@@ -133,10 +134,8 @@ class Result(eqx.Module):
         ts = jnp.atleast_1d(jnp.asarray(ts, jnp.float64))
         index = record.find(ts, left=left)
         h = jnp.clip(ts, record.rows.t[0], record.t_end) - record.rows.t[index]
-        if _concrete(self):
-            p = probe_many(record, np.asarray(index), np.asarray(h))
-        else:
-            p = probe_at(record, index, h)
+        inner = probe_many if _concrete(self) else probe_at
+        p = inner(record, index, h)
         return Series(
             t=p.t,
             phi=p.y.phi,
@@ -238,7 +237,7 @@ def _metric(result: Result, name: str) -> Any:
 
 def _concrete(result: Result) -> bool:
     arrays = jax.tree.leaves(result)
-    return not any(isinstance(leaf, jax.core.Tracer) for leaf in arrays) and jnp.ndim(result.record.count) == 0
+    return not any(isinstance(leaf, Tracer) for leaf in arrays) and jnp.ndim(result.record.count) == 0
 
 
 class Report:

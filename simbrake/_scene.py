@@ -4,6 +4,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.core import Tracer
 from jaxtyping import Array
 
 from ._band import grip
@@ -50,7 +51,7 @@ class Scene(eqx.Module):
 def faults(scene: Scene) -> list[Fault]:
     """Everything wrong with a scene, at once. Traced numbers cannot be looked at and pass."""
     found = faults_of_values(scene)
-    if found or any(isinstance(leaf.value, jax.core.Tracer) for leaf in leaves(scene)):
+    if found or any(isinstance(leaf.value, Tracer) for leaf in leaves(scene)):
         return found
     found += scene.brake.faults("brake")
     found += scene.duty.slack_tension.faults("duty.slack_tension", 0.0)
@@ -78,7 +79,7 @@ def check(scene: Scene) -> None:
 
 def warnings(scene: Scene) -> list[str]:
     """What a user should know of a scene that is no fault."""
-    if any(isinstance(leaf.value, jax.core.Tracer) for leaf in leaves(scene)):
+    if any(isinstance(leaf.value, Tracer) for leaf in leaves(scene)):
         return []
     return [f"self_locking: {locking_message(scene, i)}; it never slips as long as that lasts" for i in locked(scene)]
 

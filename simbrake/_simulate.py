@@ -7,6 +7,7 @@ import diffrax
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.core import Tracer
 
 from ._compiling import cpu_compiler_options
 from ._hybrid import AbstractMethod, Code, ExplicitRungeKutta, Record, Settings, hybridsolve
@@ -84,7 +85,7 @@ def simulate(
     name = type(solver).__name__
     rtol_, longest = np.asarray(rtol, np.float64) if np.isscalar(rtol) else rtol, np.asarray(max_step, np.float64)
     events = np.asarray(max_events, np.int32)
-    if any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves((scene, rtol))):
+    if any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves((scene, rtol))):
         record = _traced(scene, rtol_, longest, events, method=method, max_steps=max_steps or _STEPS[0])
         return Result(scene, record, rtol_, name)
     for steps in (max_steps,) if max_steps else _STEPS:

@@ -353,7 +353,7 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
 
     tension_scale = positive(duty.slack_tension.scale())
     capacity = R_b * tension_scale * (ratio_static - 1)
-    load_0 = jnp.abs(duty.load.torque(t_0, omega_0, load_piece))
+    load_0 = jnp.abs(duty.load.torque(t_0, omega_0, jnp.asarray(load_piece, jnp.int32)))
     torque_scale = positive(jnp.maximum(capacity, jnp.maximum(load_0, duty.load.profile.scale())))
     # from rest: the speed that the largest torque could give in the run, 1 rad/s at most
     reach = jnp.minimum(torque_scale / J * (jnp.asarray(scene.end_time) - t_0), 1.0)

@@ -2,10 +2,10 @@
 
 from typing import Any
 
-import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter
 
 from ._log import Event
 from ._result import Result
@@ -41,7 +41,7 @@ def _marks(axes: Axes, events: list[Event], low: float, high: float, *, named: b
             )
 
 
-def _grid(result: Result, low: float, high: float, events: list[Event]) -> tuple[np.ndarray, Any]:
+def _grid(result: Result, low: float, high: float, events: list[Event]) -> tuple[Any, Any]:
     """A dense grid with the values before and after every event in it."""
     inside = sorted({e.time for e in events if low < e.time < high})
     t = np.unique(np.concatenate([np.linspace(low, high, 600), inside]))
@@ -88,7 +88,7 @@ def stop(result: Result, *, figure: Figure | None = None) -> Figure:
 
 def _time_axis(axes: Axes, *, milliseconds: bool) -> None:
     if milliseconds:
-        axes.xaxis.set_major_formatter(matplotlib.ticker.FuncFormatter(lambda x, _: f"{1e3 * x:g}"))
+        axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{1e3 * x:g}"))
     axes.set_xlabel("time, ms" if milliseconds else "time, s")
 
 

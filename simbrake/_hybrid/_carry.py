@@ -1,7 +1,7 @@
 """What the flat loop carries from one step attempt to the next, packed into two vectors.
 
-Two vectors instead of twenty arrays: XLA then updates the whole carry in two small kernels. With one kernel per array it
-would also repeat the decisions of an attempt in every one of them.
+Two vectors instead of twenty arrays: XLA then updates the whole carry in two small kernels. With one kernel per array
+it would also repeat the decisions of an attempt in every one of them.
 """
 
 from typing import NamedTuple
@@ -55,7 +55,10 @@ def unpack(packed: Packed, ny: int, ng: int) -> Carry:
     x, n = packed
     y, f = x[5 : 5 + ny], x[5 + ny : 5 + 2 * ny]
     g, rate = x[5 + 2 * ny : 5 + 2 * ny + ng], x[5 + 2 * ny + ng :]
+    t, h, cap, crossing, t_event = (x[i] for i in range(5))
+    status, retakes, chain, close = (n[i] for i in range(4))
     armed, cluster, mode = n[9 : 9 + ng] > 0, n[9 + ng : 9 + 2 * ng] > 0, n[9 + 2 * ng :]
+    stats = Stats(n[4], n[5], n[6], n[7], n[8])
     return Carry(
-        *(x[i] for i in range(5)), y, f, g, rate, armed, cluster, *(n[i] for i in range(4)), Stats(*n[4:9]), mode
+        t, h, cap, crossing, t_event, y, f, g, rate, armed, cluster, status, retakes, chain, close, stats, mode
     )

@@ -2,6 +2,7 @@
 
 import abc
 from collections.abc import Callable
+from typing import Any
 
 import diffrax
 import equinox as eqx
@@ -51,7 +52,7 @@ class ExplicitRungeKutta(AbstractMethod):
     def __init__(self, solver: diffrax.AbstractERK, *, unrolled: bool = True):
         if not isinstance(solver, diffrax.AbstractERK):
             raise TypeError(f"an explicit Runge–Kutta solver of diffrax is needed (Tsit5, Dopri8, …), not {solver!r}")
-        tableau = solver.tableau
+        tableau: Any = solver.tableau
 
         def numbers(row: np.ndarray) -> tuple[float, ...]:
             return tuple(float(x) for x in row)

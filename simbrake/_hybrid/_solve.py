@@ -6,6 +6,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, Int, PyTree
 
 from . import _loop
@@ -65,7 +66,7 @@ class Record(eqx.Module):
         return jax.vmap(one)(index)
 
     def inside(self, index: Int[Array, " k"], h: Array) -> tuple[Array, PyTree]:
-        """Times and states at `h` after the start of the rows named: a step of the method itself, not an interpolant."""
+        """Times and states at `h` after the start of the rows named: a step of the method, not an interpolant."""
         flat, method = self.flat, self.method.rolled()
 
         def one(i, h):
@@ -115,7 +116,7 @@ def hybridsolve(
     """Integrates `system` from `(t0, y0, mode0)` to `t1` through all its events."""
     y0 = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float64), y0)
     t0, t1 = jnp.asarray(t0, jnp.float64), jnp.asarray(t1, jnp.float64)
-    flat_y0 = jax.flatten_util.ravel_pytree(y0)[0]
+    flat_y0 = ravel_pytree(y0)[0]
     flat_mode0, _ = pack_mode(mode0)
     y_like = jax.tree.map(lambda leaf: np.zeros(jnp.shape(leaf)), y0)
     mode_like = jax.tree.map(lambda leaf: np.zeros(jnp.shape(leaf), np.int32), mode0)
@@ -126,7 +127,7 @@ def hybridsolve(
         numbers, t1, t0 = params
         rest, settings, mode0 = eqx.combine(others, structure)
         whole: AbstractHybridSystem = eqx.combine(numbers, rest)
-        sizes = jax.flatten_util.ravel_pytree(jax.tree.map(jnp.add, y_like, whole.scales()))[0]
+        sizes = ravel_pytree(jax.tree.map(jnp.add, y_like, whole.scales()))[0]
         weights = jax.lax.stop_gradient(1.0 / sizes)
         return Problem(flatten(whole, y_like, mode_like), method, weights, t0, t1, settings), mode0
 
