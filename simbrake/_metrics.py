@@ -106,15 +106,9 @@ def numbers(record: Record, travel: Any) -> tuple[dict[str, Array], dict[str, Ar
     return {name: metric(record, travel) for name, metric in METRICS.items()}, energies(record)
 
 
-def _greatest_tension(p: Probe) -> Array:
-    # before the first lining stands the slack tension
-    first = jnp.arange(p.linings.tension.shape[-1], dtype=jnp.int32) == 0
-    return jnp.maximum(p.linings.tension, jnp.where(first, jnp.asarray(p.flows.slack_tension)[..., None], 0.0))
-
-
 #: quantities per lining, (m, n), of which the greatest value over the run is a metric
 PEAKS: dict[str, Callable[[Probe], Array]] = {
-    "max_tension": _greatest_tension,
+    "max_tension": lambda p: p.greater_tension,
     "max_normal_load": lambda p: p.linings.normal,
 }
 

@@ -27,6 +27,7 @@ class Probe(NamedTuple):
     flows: Flows
     linings: LiningForces
     margins: Array
+    greater_tension: Array  # of the two sides of each lining
 
 
 def probe(record: Record, index: Array, share: Array) -> Probe:
@@ -46,7 +47,8 @@ def probe_at(record: Record, index: Array, h: Array) -> Probe:
     flows = jax.vmap(system.flows)(t, y, mode)
     forces = jax.vmap(system.lining_forces)(t, y, mode)
     margins = jax.vmap(system.lining_margins)(t, y, mode)
-    return Probe(t, y, mode, flows, forces, margins)
+    before = jnp.concatenate([flows.slack_tension[:, None], forces.tension[:, :-1]], axis=1)
+    return Probe(t, y, mode, flows, forces, margins, jnp.maximum(forces.tension, before))
 
 
 @functools.cache

@@ -130,12 +130,14 @@ class Result(eqx.Module):
 
         At an event the values after it, or with `left` those before. Times outside the run take its ends.
         """
-        record = self.record
-        ts = jnp.atleast_1d(jnp.asarray(ts, jnp.float64))
+        if _concrete(self):
+            xp, record, look = np, self.record.compact(), probe_many
+        else:
+            xp, record, look = jnp, self.record, probe_at
+        ts = xp.atleast_1d(xp.asarray(ts, np.float64))
         index = record.find(ts, left=left)
-        h = jnp.clip(ts, record.rows.t[0], record.t_end) - record.rows.t[index]
-        inner = probe_many if _concrete(self) else probe_at
-        p = inner(record, index, h)
+        t = record.rows.t
+        p = look(record, index, xp.clip(ts, t[0], t[record.count]) - t[index])
         return Series(
             t=p.t,
             phi=p.y.phi,
@@ -146,7 +148,7 @@ class Result(eqx.Module):
             load_torque=p.flows.load_torque,
             brake_torque=p.flows.brake_torque,
             slip_speed=p.flows.slip_speed,
-            at_limit=jnp.sum(p.linings.at_limit, axis=1),
+            at_limit=p.linings.at_limit.sum(axis=1),
             band_mode=p.mode.band,  # pyright: ignore
             load_work=p.y.ledger.load_work,
             lever_work=p.y.ledger.lever_work,

@@ -79,10 +79,12 @@ class Record(eqx.Module):
 
     def find(self, ts: Array, *, left: bool = False) -> Int[Array, " k"]:
         """Rows that hold the times asked for: at an instant with events, the last row there (`left`: the first)."""
+        # a compact record is looked at outside of jit, where every operation of JAX would compile by itself
+        xp: Any = np if isinstance(self.rows.t, np.ndarray) else jnp
         n = self.rows.t.shape[0]
-        starts = jnp.where(jnp.arange(n, dtype=jnp.int32) <= self.count, self.rows.t, jnp.inf)
-        i = jnp.searchsorted(starts, ts, side="left" if left else "right") - 1
-        return jnp.clip(i, 0, self.count).astype(jnp.int32)
+        starts = xp.where(xp.arange(n, dtype=np.int32) <= self.count, self.rows.t, np.inf)
+        i = xp.searchsorted(starts, ts, side="left" if left else "right") - 1
+        return xp.clip(i, 0, self.count).astype(np.int32)
 
     def at(self, ts: Array, *, left: bool = False) -> tuple[PyTree, PyTree]:
         """States and modes at the times `ts` (k,), each from one step of the method out of the row before it.
