@@ -45,6 +45,12 @@ class AbstractProfile(eqx.Module):
         """What cannot be right; `low` is a bound on the value, if there is one."""
 
 
+def _next_of(times: Any, piece: Int[Array, ""]) -> Float[Array, ""]:
+    """The first of `times` that is not yet passed, `inf` if there is none."""
+    times = jnp.append(jnp.asarray(times), jnp.inf)
+    return jnp.min(jnp.where(jnp.arange(times.shape[0], dtype=jnp.int32) >= piece, times, jnp.inf))
+
+
 class Constant(AbstractProfile):
     """The same value at all times."""
 
@@ -96,8 +102,7 @@ class PiecewiseLinear(AbstractProfile):
         return pick(base) + pick(slopes) * (t - pick(start))
 
     def next_knot(self, piece):
-        times = jnp.append(jnp.asarray(self.times), jnp.inf)
-        return jnp.min(jnp.where(jnp.arange(times.shape[0], dtype=jnp.int32) >= piece, times, jnp.inf))
+        return _next_of(self.times, piece)
 
     def first_piece(self, t):
         return jnp.sum(jnp.asarray(self.times) <= t).astype(jnp.int32)
@@ -171,8 +176,7 @@ class FunctionProfile(AbstractProfile):
         return jnp.asarray(self.function(t, self.parameters), jnp.float64)
 
     def next_knot(self, piece):
-        knots = jnp.append(jnp.asarray(self.knots), jnp.inf)
-        return jnp.min(jnp.where(jnp.arange(knots.shape[0], dtype=jnp.int32) >= piece, knots, jnp.inf))
+        return _next_of(self.knots, piece)
 
     def first_piece(self, t):
         return jnp.sum(jnp.asarray(self.knots) <= t).astype(jnp.int32)

@@ -4,7 +4,7 @@ import enum
 
 from ._hybrid import Code
 from ._modes import BandMode
-from ._system import BrakeCode
+from ._state import BrakeCode
 
 FAILURES = {
     Code.STEP_LIMIT: (

@@ -12,7 +12,8 @@ from ._band import LiningForces
 from ._compiling import cpu_compiler_options
 from ._hybrid import Record
 from ._modes import Mode
-from ._system import BrakeSystem, Flows, State
+from ._state import Flows, State
+from ._system import BrakeSystem
 
 SAMPLES = 9  # per step, when a whole run is scanned
 _LANES = 512  # times looked at in one call of the compiled probe

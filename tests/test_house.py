@@ -21,7 +21,7 @@ LAYERS = [
     {"_hybrid", "_friction", "_band", "_layout", "_duty"},
     {"_design"},
     {"_scene"},
-    {"_modes"},
+    {"_modes", "_state"},
     {"_system"},
     {"_log", "_outcome", "_summary"},
     {"_probe"},

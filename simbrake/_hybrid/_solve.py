@@ -77,7 +77,7 @@ class Record(eqx.Module):
 
         return jax.vmap(one)(index, h)
 
-    def find(self, ts: Array, *, left: bool = False) -> Int[Array, " k"]:
+    def find(self, ts: Any, *, left: bool = False) -> Any:
         """Rows that hold the times asked for: at an instant with events, the last row there (`left`: the first)."""
         # a compact record is looked at outside of jit, where every operation of JAX would compile by itself
         xp: Any = np if isinstance(self.rows.t, np.ndarray) else jnp
