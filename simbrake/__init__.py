@@ -8,6 +8,7 @@ from ._band import grip as grip
 from ._band import mobilised as mobilised
 from ._band import sliding_tensions as sliding_tensions
 from ._band import tension_ratio as tension_ratio
+from ._compiling import fast_loops as fast_loops
 from ._design import Band as Band
 from ._design import Brake as Brake
 from ._design import Lining as Lining

@@ -53,7 +53,7 @@ def event_log(
             for name in events_of_change(before, phase.band, number == 0):
                 if name == "full_slip":
                     events += _all_at_limit(phase, reached, linings)
-                events.append(Event(phase.start, name))
+                events.append(Event(float(phase.start), name))
         if phase.band == BandMode.ELASTIC:
             if before not in (BandMode.ELASTIC, BandMode.SLIP, BandMode.SLIP_BACK):
                 reached = np.zeros(2 * linings, bool)
@@ -61,7 +61,8 @@ def event_log(
             # at the start: past the limit, or at 0 (a ramp from nothing) and on the way up
             at_once = (here[0] > 1e-12) | ((np.abs(here[0]) <= 1e-12) & (here[1] > 1e-12) & (here[0] >= 0))
             events += [
-                Event(phase.start, "lining_limit", 1 + int(j) % linings) for j in np.flatnonzero(at_once & ~reached)
+                Event(float(phase.start), "lining_limit", 1 + int(j) % linings)
+                for j in np.flatnonzero(at_once & ~reached)
             ]
             reached = reached | at_once
             rises = (here[:-1] <= 0) & (here[1:] > 0)
@@ -90,4 +91,4 @@ def _all_at_limit(phase: Phase, reached: np.ndarray, n: int) -> list[Event]:
         order = [i for i in range(n) if not reached[i]]
     else:
         order = [i for i in range(n - 1, -1, -1) if not reached[n + i]]
-    return [Event(phase.start, "lining_limit", i + 1) for i in order]
+    return [Event(float(phase.start), "lining_limit", i + 1) for i in order]

@@ -35,7 +35,7 @@ class Cell:
 
     def as_dict(self) -> dict[str, Any]:
         names = ("table", "row", "column", "printed", "computed", "verdict")
-        return {name: getattr(self, name) for name in names} | ({"reason": self.reason} if self.reason else {})
+        return {name: getattr(self, name) for name in names}
 
 
 def _rows(name: str) -> list[dict[str, str]]:

@@ -179,9 +179,11 @@ class Result(eqx.Module):
         if self.ok:
             return STATUS_MESSAGES[self.status]  # pyright: ignore
         _, what, hint = FAILURES[int(self.code)]  # pyright: ignore
-        band = BandMode(self._band_at_end()).name.lower()
-        end = np.asarray(self.record.rows.t)[int(self.record.count)]
-        return f"{what} (at t = {end:.9g} s, band {band.replace('_', ' ')}): {hint}"
+        n = int(self.record.count)
+        end, bands = np.asarray(self.record.rows.t)[n], np.asarray(self.record.rows.mode)[: n + 1, 0]
+        changes = bands[np.append(True, np.diff(bands) != 0)][-4:]
+        words = " → ".join(BandMode(int(band)).name.lower().replace("_", " ") for band in changes)
+        return f"{what} (at t = {end:.9g} s; last band modes {words}): {hint}"
 
     def _band_at_end(self) -> int:
         return int(np.asarray(self.record.rows.mode)[int(self.record.count), 0])

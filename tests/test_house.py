@@ -3,6 +3,8 @@
 import ast
 import pathlib
 import re
+import subprocess
+import sys
 
 import jax
 import jax.numpy as jnp
@@ -153,3 +155,46 @@ def test_failure_raises_with_the_result_or_returns_the_code():
 def test_32_bits_are_refused_clearly():
     with jax.enable_x64(False), pytest.raises(RuntimeError, match="jax_enable_x64"):
         sb.simulate(stop_scene())
+
+
+def test_a_result_passes_through_jit_and_vmap():
+    whole = jax.jit(lambda scene: sb.simulate(scene, max_steps=128))(jax.tree.map(jnp.asarray, stop_scene()))
+    assert whole.status == "stopped"
+    assert float(whole.stopping_time) == pytest.approx(closed_form()["stop"], rel=1e-10)
+    assert len(whole.events) == 23
+    scenes = jax.vmap(lambda w: stop_scene(w0=w))(jnp.asarray([10.0, 20.0]))
+    batch = jax.jit(jax.vmap(lambda scene: sb.simulate(scene, max_steps=128)))(scenes)
+    truth = [closed_form(w0=w)["stop"] for w in (10.0, 20.0)]
+    np.testing.assert_allclose(np.asarray(batch.stopping_time), truth, rtol=1e-10)
+    np.testing.assert_allclose(np.asarray(batch.max_tension.lining), [20, 20])
+
+
+def test_readme_example_runs(capsys):
+    readme = (PACKAGE.parent / "README.md").read_text("utf-8")
+    (block,) = re.findall(r"```python\n(.*?)```", readme, re.S)
+    assert 12 <= len(block.splitlines()) <= 20
+    exec(compile(block, "README.md", "exec"), {})
+    out = capsys.readouterr().out
+    assert out.startswith("stopped:")
+    assert float(out.splitlines()[-1]) < 0  # more friction stops it sooner
+
+
+def test_fast_loops_must_come_first_and_changes_no_answer():
+    program = """
+import jax, math
+jax.config.update("jax_enable_x64", True)
+import simbrake as sb
+sb.fast_loops()
+linings = sb.uniform_linings(20, math.radians(270), sb.ConstantFriction(0.35))
+brake = sb.Brake(sb.Pulley(0.725, 800.0), sb.Band(0.725, 2e5), linings)
+scene = sb.Scene(brake, sb.Duty(sb.Constant(8e3), sb.TorqueLoad()), sb.Initial(20.0), 5.0)
+print(float(sb.simulate(scene).stopping_time))
+try:
+    sb.fast_loops()
+except RuntimeError as error:
+    print(error)
+"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, timeout=300)
+    time, error = done.stdout.splitlines()
+    assert float(time) == pytest.approx(closed_form()["stop"], rel=1e-10)
+    assert "before the first computation" in error
