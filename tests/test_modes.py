@@ -212,3 +212,28 @@ def test_stick_slip_with_stribeck_friction_is_not_smoothed():
     result = sb.simulate(scene, rtol=1e-8)
     assert changes(result)[0] == "restart"
     assert float(result.energy["closure"]) <= 1e-7
+
+
+def test_random_duties_keep_the_books_and_never_gain_energy_by_friction():
+    """Levers, loads, releases and reversals at random: the run ends, the ledger closes, friction only takes."""
+    rng = np.random.default_rng(0)
+    seen = set()
+    for _ in range(60):
+        lever = sb.PiecewiseLinear(
+            np.cumsum(rng.uniform(0, 0.6, 6)), rng.choice([0.0, 1.0], 6, p=[0.25, 0.75]) * rng.uniform(0, 1e4, 6)
+        )
+        torque = sb.PiecewiseLinear(np.cumsum(rng.uniform(0, 0.6, 5)), rng.uniform(-2e4, 4e4, 5))
+        law = sb.ConstantFriction(rng.uniform(0.1, 0.45), rng.choice([1.0, 1.2]))
+        speed = rng.choice([0.0, 20.0, -8.0, 3.0])
+        scene = stop_scene(C=rng.choice([2e5, 2e4, 1e6]), w0=speed, lever=lever, law=law, end=4.0)
+        result = sb.simulate(with_load(scene, sb.TorqueLoad(torque, drag=rng.choice([0.0, 100.0]))))
+        s = result.series(np.linspace(0.0, 4.0, 201))
+        assert float(result.energy["closure"]) <= 1e-9
+        assert np.all(np.diff(np.asarray(s.friction_heat)) >= -1e-9 * max(1.0, float(s.friction_heat[-1])))
+        power = (np.asarray(s.tight_tension) - np.asarray(s.slack_tension)) * np.asarray(s.slip_speed)
+        assert np.all(power >= -1e-9 * max(1.0, np.max(np.abs(power))))
+        assert np.all(np.asarray(s.tension) >= 0)
+        held = np.asarray(s.band_mode) == sb.BandMode.HELD
+        assert np.all(np.asarray(s.omega)[held] == 0.0)
+        seen |= {e.name for e in result.events}
+    assert {"slip_onset", "full_slip", "stop", "restart", "release", "restick"} <= seen
