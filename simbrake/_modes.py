@@ -4,7 +4,7 @@ import enum
 from typing import Any, NamedTuple
 
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float, Int
+from jaxtyping import Array, Float, Int
 
 
 class BandMode(enum.IntEnum):
@@ -30,14 +30,11 @@ class Mode(NamedTuple):
 class Situation(NamedTuple):
     """What decides on a mode at one instant; tensions in N, speeds of the band circle in m/s."""
 
-    T_0: Float[Array, ""]
-    rising: Bool[Array, ""]  # the slack tension is 0 and begins to grow
     tension: Float[Array, ""]  # of the tight end, as the elongation has it
     high: Float[Array, ""]  # limits of that tension
     low: Float[Array, ""]
     slip_ahead: Float[Array, ""]  # slip speed if the band slid with the anchor end tight
     slip_back: Float[Array, ""]  # the same with the lever end tight
-    speed: Float[Array, ""]  # of the pulley at the band circle
     tolerance: Float[Array, ""]  # tension differences below it are rounding
 
 
@@ -61,27 +58,6 @@ def rigid_mode(direction: Int[Array, ""]) -> Int[Array, ""]:
 
 def slips(band: Any) -> Any:
     return (band == BandMode.SLIP) | (band == BandMode.SLIP_BACK)
-
-
-#: names of events in the log, in the order in which they appear if they coincide
-EVENT_NAMES = (
-    "slip_onset",
-    "lining_limit",
-    "full_slip",
-    "restick",
-    "stop",
-    "restart",
-    "release",
-    "self_locking",
-    "grip_lost",
-    "internal_slip",
-    "external_lock",
-    "internal_restick",
-    "external_release",
-    "lining_slip",
-    "lining_stick",
-    "permissible_temperature",
-)
 
 
 def events_of_change(before: int, after: int, first: bool) -> list[str]:

@@ -101,8 +101,3 @@ def simulate(
 @functools.lru_cache
 def _method(solver: Any) -> AbstractMethod:
     return ExplicitRungeKutta(solver)
-
-
-def times(start: float, end: float, count: int = 501) -> np.ndarray:
-    """`count` evenly spaced times from `start` to `end` (s)."""
-    return np.linspace(float(start), float(end), count)

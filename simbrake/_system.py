@@ -227,14 +227,11 @@ class BrakeSystem(AbstractHybridSystem):
         tension = jnp.where(was_slack & (omega <= 0), jnp.maximum(tension, low), tension)
         # a band that slides stays at its kinetic limit; at rest and elastic the static one counts
         situation = Situation(
-            T_0=T_0,
-            rising=rising,
             tension=tension,
             high=jnp.where(old.band == BandMode.SLIP, jnp.minimum(high, ahead.tension), high),
             low=jnp.where(old.band == BandMode.SLIP_BACK, jnp.maximum(low, back.tension), low),
             slip_ahead=speed - ahead.band_speed,
             slip_back=speed - back.band_speed,
-            speed=speed,
             tolerance=rounding,
         )
         mode = moving_mode(situation, direction)

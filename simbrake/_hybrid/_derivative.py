@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ._method import AbstractMethod
-from ._packing import ADVANCED, FINISHED, INSTANT, LANDED, SKIPPED, STOPPED, Flat, Rows
+from ._packing import ADVANCED, FINISHED, INSTANT, LANDED, STOPPED, Flat, Rows
 
 
 def before_jump(flat: Flat, method: AbstractMethod, t1: Array, row: Rows) -> tuple[Array, Array]:
@@ -124,6 +124,3 @@ def no_tangent(x: Array) -> Any:
     if jnp.issubdtype(jnp.result_type(x), jnp.inexact):
         return jnp.zeros_like(x)
     return np.zeros(jnp.shape(x), jax.dtypes.float0)
-
-
-__all__ = ["SKIPPED", "advance", "before_jump", "no_tangent", "sweep"]
