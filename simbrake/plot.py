@@ -38,6 +38,7 @@ def _marks(axes: Axes, events: list[Event], low: float, high: float, *, named: b
                 ha="right" if right else "left",
                 fontsize=8,
                 color=_COLOURS[event.name],
+                bbox={"facecolor": "white", "alpha": 0.6, "linewidth": 0, "pad": 1.0},
             )
 
 
