@@ -131,8 +131,8 @@ def test_static_friction_above_kinetic(ratio):
     assert float(result.energy["closure"]) <= 1e-12
 
 
-@pytest.mark.parametrize(("r", "expected"), [(0.5, 0), (2.0, 8), (20.0, 21)])
-def test_lever_ramp_from_exactly_zero(r, expected):
+@pytest.mark.parametrize(("r", "status"), [(0.5, "not_stopped"), (2.0, "not_stopped"), (20.0, "stopped")])
+def test_lever_ramp_from_exactly_zero(r, status):
     """r = C R_b ω0/Ṫ_0: onset at 0 if r ≥ 1, lining i at 0 if r ≥ Π_i in index order, full slip at 0 if r ≥ Π."""
     rate = 2e5 * 0.725 * 20 / r
     lever = sb.PiecewiseLinear([0.0, 10.0], [0.0, 10 * rate])
@@ -143,7 +143,7 @@ def test_lever_ramp_from_exactly_zero(r, expected):
     assert [e.lining for e in at_zero if e.name == "lining_limit"] == list(range(1, linings + 1))
     assert ("slip_onset" in [e.name for e in at_zero]) == (r >= 1)
     assert ("full_slip" in [e.name for e in at_zero]) == (r >= PI)
-    assert result.status == ("not_stopped" if r < 1 else result.status)  # a lever that is never caught up
+    assert result.status == status
     assert float(result.energy["closure"]) <= 1e-9
 
 
@@ -158,10 +158,11 @@ def test_lever_draws_a_slack_band_on_a_pulley_at_rest():
 
 
 def test_speed_through_zero_under_a_load_that_the_brake_cannot_hold():
-    """Hoisting motion against the weak direction: comes to rest, is driven back through full slip the other way."""
+    """The load stops the pulley before full slip and drives it back, until the band slides the other way."""
     low = -0.725 * 8e3 * (1 - 1 / PI)
     result = sb.simulate(stop_scene(load=2 * low, w0=3.0, end=3.0))
-    assert changes(result) == ["slip_onset", "full_slip", "restick", "full_slip"] or changes(result)[0] == "slip_onset"
+    assert changes(result) == ["slip_onset", "full_slip"]
+    assert int(result.record.mode_end.band) == sb.BandMode.SLIP_BACK
     end = result.record.y_end
     assert float(end.omega) < 0
     # in full slip backwards: ω̇ = (M_load + R_b T_0 (1 − 1/Π))/J
@@ -204,13 +205,14 @@ def test_self_locking_lining_is_an_error_on_a_rigid_band_and_a_warning_on_an_ela
     assert float(result.stopping_time) == pytest.approx(8e3 / (2e5 * 0.725 * 20) + math.pi / 2 / chi, rel=1e-10)
 
 
-def test_stick_slip_with_stribeck_friction_is_not_smoothed():
-    """A slow drive: the load ramps, the brake lets go, stops again, many times; every mode change is in the log."""
+def test_restart_under_stribeck_friction_and_strong_drag():
+    """The load passes the static capacity at 20 s, not the kinetic one; the band then stretches at a creep."""
     scene = stop_scene(law=sb.StribeckFriction(0.4, 0.3, 0.05), w0=0.0, C=2e5, end=30.0)
     high = 0.725 * 8e3 * (closed_form(f=0.4)["Pi"] - 1)
     scene = with_load(scene, sb.TorqueLoad(sb.PiecewiseLinear([0.0, 30.0], [0.9 * high, 1.05 * high]), drag=4e5))
     result = sb.simulate(scene, rtol=1e-8)
-    assert changes(result)[0] == "restart"
+    assert changes(result) == ["restart"]
+    assert result.events[0].time == pytest.approx(20.0, rel=1e-9)
     assert float(result.energy["closure"]) <= 1e-7
 
 

@@ -11,7 +11,7 @@ from jaxtyping import Array, Bool, Float, Int
 from ._carry import Carry, Stats, pack, unpack
 from ._method import AbstractMethod
 from ._packing import ADVANCED, FINISHED, HEAD, INSTANT, LANDED, SKIPPED, STOPPED, Flat, pack_row
-from ._search import Found, crossed, leaving, sampled, search, suspicious
+from ._search import TINY, Found, crossed, leaving, sampled, search, suspicious
 from ._system import Code, Settings
 
 _SAFETY, _SHRINK, _GROW = 0.9, 0.2, 10.0
@@ -159,7 +159,7 @@ def _stepped(c: Carry, a: Attempt, v: Verdict, p: Problem) -> Carry:
 
     crossing = jnp.where(v.retake, jnp.where(v.crosses, a.h, jnp.inf), pick(c.crossing - a.h, c.crossing))
     crossing = jnp.where(crossing <= 0, jnp.inf, crossing)
-    risen = c.armed | (a.g1 > p.guard_tolerance) | (leaving(c, a.h) & (a.g1 > 1e-15))
+    risen = c.armed | (a.g1 > p.guard_tolerance) | (leaving(c, a.h) & (a.g1 > TINY))
     too_small = ~a.accept & (a.h_next <= 0.25 * a.resolution)  # never looked at where the run begins
     status = jnp.where(
         too_small, jnp.where(a.finite, np.int32(Code.STEP_TOO_SMALL), np.int32(Code.NOT_FINITE)), _RUNNING
