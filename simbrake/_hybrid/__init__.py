@@ -1,5 +1,7 @@
 """Event-driven integration of hybrid systems on the methods of diffrax: one flat loop over step attempts."""
 
+from ._bordered import CORE as CORE
+from ._bordered import QUADRATURE as QUADRATURE
 from ._method import AbstractMethod as AbstractMethod
 from ._method import ExplicitRungeKutta as ExplicitRungeKutta
 from ._packing import ADVANCED as ADVANCED
@@ -9,6 +11,7 @@ from ._packing import LANDED as LANDED
 from ._packing import SKIPPED as SKIPPED
 from ._packing import STOPPED as STOPPED
 from ._packing import Rows as Rows
+from ._rosenbrock import Rodas5P as Rodas5P
 from ._solve import Record as Record
 from ._solve import hybridsolve as hybridsolve
 from ._system import SYSTEM_CODES as SYSTEM_CODES

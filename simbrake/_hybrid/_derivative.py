@@ -13,14 +13,15 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ._method import AbstractMethod
-from ._packing import ADVANCED, FINISHED, INSTANT, LANDED, STOPPED, Flat, Rows
+from ._packing import ADVANCED, FINISHED, INSTANT, LANDED, SKIPPED, STOPPED, Flat, Rows
 
 
 def before_jump(flat: Flat, method: AbstractMethod, t1: Array, row: Rows) -> tuple[Array, Array]:
     """Time and state at the end of one row, before any jump, with the right derivatives."""
+    h = jnp.where(row.kind == SKIPPED, 0.0, row.h)  # an overlong step that was rejected may overflow
     f = flat.rhs(row.t, row.y, row.mode)
-    y, _, f = method.step(lambda t, y: flat.rhs(t, y, row.mode), row.t, row.y, f, row.h)
-    t = row.t + row.h
+    y, _, f = method.step(lambda t, y: flat.rhs(t, y, row.mode), row.t, row.y, f, h)
+    t = row.t + h
 
     def advanced():
         return t, y

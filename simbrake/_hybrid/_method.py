@@ -11,6 +11,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ._bordered import Couplings
+
 Rhs = Callable[[Float[Array, ""], Float[Array, " state"]], Float[Array, " state"]]
 
 
@@ -23,6 +25,10 @@ class AbstractMethod(eqx.Module):
     @abc.abstractmethod
     def rolled(self) -> "AbstractMethod":
         """The same method as a smaller program: quicker to compile, slower to run."""
+
+    @abc.abstractmethod
+    def fitted(self, couplings: Couplings | None) -> "AbstractMethod":
+        """The same method for a system whose states couple like this; explicit methods do not care."""
 
     @abc.abstractmethod
     def step(
@@ -65,6 +71,9 @@ class ExplicitRungeKutta(AbstractMethod):
         assert order is not None
         self.order = int(order)
         self.evaluations = len(self.c) + (0 if self.fsal else 1)
+
+    def fitted(self, couplings):
+        return self
 
     def rolled(self):
         twin = object.__new__(ExplicitRungeKutta)

@@ -10,6 +10,7 @@ from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, Int, PyTree
 
 from . import _loop
+from ._bordered import Couplings
 from ._carry import Stats
 from ._derivative import advance, before_jump, no_tangent, sweep
 from ._loop import Problem
@@ -122,6 +123,10 @@ def hybridsolve(
     flat_mode0, _ = pack_mode(mode0)
     y_like = jax.tree.map(lambda leaf: np.zeros(jnp.shape(leaf)), y0)
     mode_like = jax.tree.map(lambda leaf: np.zeros(jnp.shape(leaf), np.int32), mode0)
+    kinds = system.couplings()
+    if kinds is not None:
+        flat_kinds = np.concatenate([np.ravel(leaf) for leaf in jax.tree.leaves(kinds)])
+        method = method.fitted(Couplings.of(flat_kinds))
     numbers, rest = eqx.partition(system, eqx.is_inexact_array)
     others, structure = eqx.partition((rest, settings, flat_mode0), eqx.is_array)
 

@@ -67,6 +67,14 @@ class AbstractHybridSystem(eqx.Module):
     def scales(self) -> PyTree:
         """Typical size of every state, for the error norm; `inf` keeps a state (a ledger) out of the norm."""
 
+    def couplings(self) -> PyTree | None:
+        """How the states couple, for methods that solve with the Jacobian: integer NumPy arrays, one like each state.
+
+        `CORE` couples with everything; a number ≥ 0 is a place in the chain, which couples with its two neighbours and
+        with the core; on a `QUADRATURE` no rate depends. `None`: everything with everything.
+        """
+        return None
+
 
 class Settings(eqx.Module):
     """Numbers that steer an integration (traced, except for those that shape the program).

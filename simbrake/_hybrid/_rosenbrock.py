@@ -1,0 +1,134 @@
+"""A linearly implicit method for stiff systems, in the flat loop like any other."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from ._bordered import Bordered, Couplings, Factored, factor, jacobian, solve
+from ._method import AbstractMethod
+
+# Rodas5P, coefficients in the form without products by the Jacobian (Hairer & Wanner, Solving ODEs II, IV.7):
+#     (I/(γ h) − J) u_i = f(t + c_i h, y + Σ a_ij u_j) + Σ C_ij u_j / h + d_i h ∂f/∂t,   y₁ = y + Σ m_i u_i
+_GAMMA = 0.21193756319429014
+_A6 = (-7.502846399306121, 2.561846144803919, -11.627539656261098, -0.18268767659942256, 0.030198172008377946)
+_A = (
+    (),
+    (3.0,),
+    (2.849394379747939, 0.45842242204463923),
+    (-6.954028509809101, 2.489845061869568, -10.358996098473584),
+    (2.8029986275628964, 0.5072464736228206, -0.3988312541770524, -0.04721187230404641),
+    _A6,
+    (*_A6, 1.0),
+    (*_A6, 1.0, 1.0),
+)
+_C = (
+    (),
+    (-14.155112264123755,),
+    (-17.97296035885952, -2.859693295451294),
+    (147.12150275711716, -1.41221402718213, 71.68940251302358),
+    (165.43517024871676, -0.4592823456491126, 42.90938336958603, -5.961986721573306),
+    (24.854864614690072, -3.0009227002832186, 47.4931110020768, 5.5814197821558125, -0.6610691825249471),
+    (30.91273214028599, -3.1208243349937974, 77.79954646070892, 34.28646028294783, -19.097331116725623)
+    + (-28.087943162872662,),
+    (37.80277123390563, -3.2571969029072276, 112.26918849496327, 66.9347231244047, -40.06618937091002)
+    + (-54.66780262877968, -9.48861652309627),
+)
+_NODES = (0.0, 0.6358126895828704, 0.4095798393397535, 0.9769306725060716, 0.4288403609558664, 1.0, 1.0, 1.0)
+_D = (0.21193756319429014, -0.42387512638858027, -0.3384627126235924, 1.8046452872882734, 2.325825639765069, 0, 0, 0)
+
+
+def _square(rows: tuple[tuple[float, ...], ...]) -> np.ndarray:
+    full = np.zeros((len(rows), len(rows)))
+    for i, row in enumerate(rows):
+        full[i, : len(row)] = row
+    return full
+
+
+_a, _c = _square(_A), _square(_C)
+_m = np.append(np.asarray(_A[-1]), 1.0)
+# the classical weights, for quadratures: k = Γ⁻¹ u, Γ⁻¹ = I/γ − C, so that y₁ = y + Σ b_i k_i with b = m Γ
+_b = _m @ np.linalg.inv(np.eye(len(_m)) / _GAMMA - _c)
+_bd = float(_b @ np.asarray(_D))
+
+
+class Rodas5P(AbstractMethod):
+    """Rosenbrock method of order 5(4) with 8 stages, stiffly accurate and A-stable.
+
+    One Jacobian and one factorisation a step, no Newton iteration; the last increment is the error estimate. What no
+    rate depends on (ledgers) stays out of the linear systems and is summed with the same weights, so that sums which
+    the equations conserve are conserved to rounding. `couplings` says where the Jacobian is sparse; without it, it is
+    dense.
+
+    Derivatives of a step include those of the Jacobian: each linear solve is differentiated by its residual.
+
+    Reference: G. Steinebach, *Construction of Rosenbrock–Wanner method Rodas5P and numerical benchmarks within the
+    Julia Differential Equations package*, BIT 63 (2023) 27.
+    """
+
+    couplings: Couplings | None = eqx.field(static=True, default=None)
+    order: int = eqx.field(static=True, default=5)
+    evaluations: int = eqx.field(static=True, default=9)
+
+    def rolled(self):
+        return self
+
+    def fitted(self, couplings):
+        return Rodas5P(couplings)
+
+    def step(self, rhs, t, y, f, h):
+        places = self.couplings or Couplings(tuple(range(y.shape[0])), (), ())
+        m = len(places.core)
+        inner = np.asarray(places.core + places.chain, np.int32)
+        outer = np.asarray(places.quadrature, np.int32)
+
+        def dynamic(t: Array, x: Array) -> Array:
+            return rhs(t, y.at[inner].set(x))[inner]
+
+        x = y[inner]
+        moves, whole = h != 0, h
+        h = jnp.where(moves, h, 1.0)
+        scale = 1.0 / (_GAMMA * h)
+        lu, lu_transposed = jax.lax.stop_gradient(_factors(lambda x: dynamic(t, x), x, m, scale))
+
+        def residual(v: Array) -> Array:
+            return scale * v - jax.jvp(lambda x: dynamic(t, x), (x,), (v,))[1]
+
+        def solved(b: Array) -> Array:
+            return jax.lax.custom_linear_solve(
+                residual, b, lambda _, b: solve(lu, b), transpose_solve=lambda _, b: solve(lu_transposed, b)
+            )
+
+        drift = jax.jvp(lambda t: rhs(t, y), (t,), (jnp.ones_like(t),))[1]
+
+        def stage(carry, entry):
+            u, total = carry
+            i, a, c, node, d, b = entry
+            full = rhs(t + node * h, y.at[inner].set(x + a @ u))
+            new = solved(full[inner] + (c @ u) / h + d * h * drift[inner])
+            u = jax.lax.dynamic_update_slice(u, new[None], (i, jnp.zeros_like(i)))
+            return (u, total + b * full[outer]), None
+
+        n = len(_NODES)
+        start = (jnp.zeros((n, x.shape[0])), jnp.zeros(outer.shape[0]))
+        entries = (jnp.arange(n, dtype=jnp.int32), *(jnp.asarray(v) for v in (_a, _c, _NODES, np.asarray(_D), _b)))
+        (u, total), _ = jax.lax.scan(stage, start, entries)
+        error = jnp.zeros_like(y).at[inner].set(u[-1])
+        y1 = y.at[inner].set(x + _m @ u)
+        if outer.size:
+            along = jnp.zeros_like(y).at[inner].set(_b @ u)
+            bend = jax.jvp(rhs, (t, y), (_bd * h, along))[1]
+            y1 = y1.at[outer].add(h * (total + bend[outer]))
+        y1 = jnp.where(moves, y1, y)
+        return y1, error, rhs(t + whole, y1)
+
+
+def _factors(f, x: Float[Array, " state"], m: int, scale: Array) -> tuple[Factored, Factored]:
+    """Factors of `I/(γ h) − J` and of its transpose."""
+    J = jacobian(f, x, m)
+    a = Bordered(
+        scale * jnp.eye(m) - J.core, -J.right, -J.below, -J.lower, scale - J.diagonal, -J.upper
+    )
+    return factor(a), factor(a.transposed)
+
