@@ -88,7 +88,7 @@ class Rodas5P(AbstractMethod):
 
         x = y[inner]
         moves, whole = h != 0, h
-        h = jnp.where(moves, h, 1.0)
+        h = jnp.where(moves, h, 1e-30)  # so short that nothing can overflow
         scale = 1.0 / (_GAMMA * h)
         lu, lu_transposed = jax.lax.stop_gradient(_factors(lambda x: dynamic(t, x), x, m, scale))
 
