@@ -38,10 +38,12 @@ class Lining(eqx.Module):
     """`n` linings as one object with a leading axis, counted from the slack to the tight end.
 
     - `angle` `β_i` (n,) in rad: central angle of each;  `friction`: its law, with numbers for all or per lining
+    - `area` `A_i` (m²), a number or (n,): needed where pressure matters
     """
 
     friction: AbstractFriction
     angle: Scalar = quantity("rad", "central angle of a lining", positive=True, high=math.pi * (1 - 1e-9))
+    area: Scalar | None = quantity("m^2", "area of a lining", positive=True, default=None)
 
     @property
     def count(self) -> int:
@@ -53,9 +55,9 @@ class Lining(eqx.Module):
         return jnp.sum(jnp.asarray(self.angle))
 
 
-def uniform_linings(count: int, wrap: float, friction: AbstractFriction) -> Lining:
-    """`count` equal linings over the angle `wrap` (rad)."""
-    return Lining(angle=np.full(count, wrap / count), friction=friction)
+def uniform_linings(count: int, wrap: float, friction: AbstractFriction, area: float | None = None) -> Lining:
+    """`count` equal linings over the angle `wrap` (rad), each of the `area` (m²) if pressure matters."""
+    return Lining(angle=np.full(count, wrap / count), friction=friction, area=area)
 
 
 class Brake(eqx.Module):
@@ -84,13 +86,16 @@ class Brake(eqx.Module):
                     "the band circle is the track radius + lining + half the band",
                 )
             )
+        if self.linings.friction.pressure_dependent and self.linings.area is None:
+            found.append(Fault(f"{path}.linings.area", "is missing", "the friction law looks at the pressure"))
         found += _faults_of_shapes(self.linings, f"{path}.linings.friction", angle.size)
         return found
 
 
 def _faults_of_shapes(linings: Lining, path: str, n: int) -> list[Fault]:
     try:
-        still = Contact(v=jax.ShapeDtypeStruct((n,), np.float64))
+        one = jax.ShapeDtypeStruct((n,), np.float64)
+        still = Contact(v=one, T=one, p=one)
         shape = jax.eval_shape(linings.friction.kinetic, still).shape
         if np.broadcast_shapes(shape, (n,)) != (n,):
             raise ValueError

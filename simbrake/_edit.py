@@ -24,7 +24,7 @@ def _slots(node: Any, path: str = "") -> dict[str, Any]:
     elif dataclasses.is_dataclass(node) and not isinstance(node, type):
         for field in dataclasses.fields(node):
             here, value = f"{path}.{field.name}" if path else field.name, getattr(node, field.name)
-            if "quantity" in field.metadata:
+            if "quantity" in field.metadata and not dataclasses.is_dataclass(value):
                 found.setdefault(here, value)
             else:
                 found |= _slots(value, here)

@@ -27,10 +27,13 @@ class AbstractFriction(eqx.Module):
     """A friction law. Its numbers are scalars or have one entry per lining.
 
     A law is smooth enough to differentiate, never negative, and `kinetic ≤ static`. `speed_dependent` says whether
-    `kinetic` looks at `v` at all: a law that does not costs nothing in the integration.
+    `kinetic` looks at `v` at all, `temperature_dependent` and `pressure_dependent` whether either coefficient looks at
+    `T` or `p`: what a law does not look at costs nothing in the integration.
     """
 
-    speed_dependent: eqx.AbstractClassVar[bool]
+    speed_dependent: eqx.AbstractVar[bool]
+    temperature_dependent: ClassVar[bool] = False
+    pressure_dependent: ClassVar[bool] = False
 
     @abc.abstractmethod
     def kinetic(self, contact: Contact) -> Float[Array, "..."]:
@@ -43,6 +46,10 @@ class AbstractFriction(eqx.Module):
     @abc.abstractmethod
     def faults(self, path: str) -> list[Fault]:
         """What cannot be right in this law, beyond the ranges of single numbers."""
+
+    def temperature_range(self) -> tuple[Any, Any] | None:
+        """Temperatures (K) between which the law holds, `None` if there are no bounds; a run ends where it leaves them."""
+        return None
 
 
 class ConstantFriction(AbstractFriction):

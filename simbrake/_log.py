@@ -92,3 +92,12 @@ def _all_at_limit(phase: Phase, reached: np.ndarray, n: int) -> list[Event]:
     else:
         order = [i for i in range(n - 1, -1, -1) if not reached[n + i]]
     return [Event(float(phase.start), "lining_limit", i + 1) for i in order]
+
+
+def marks_passed(passing: np.ndarray, row: np.ndarray) -> list[tuple[int, int]]:
+    """Samples `i` and marks `j` where mark `j` is passed between the samples `i` and `i + 1` of one step.
+
+    `passing` (samples, marks) is positive beyond a mark; a jump between two steps belongs to no crossing.
+    """
+    rises = (passing[:-1] <= 0) & (passing[1:] > 0) & (row[:-1] == row[1:])[:, None]
+    return [(int(i), int(j)) for i, j in np.argwhere(rises)]

@@ -88,15 +88,52 @@ def energies(record: Record) -> dict[str, Array]:
         elastic = 0.5 * system.stiffness * (end.x**2 - start.x**2)
     residual = kinetic + elastic - (ledger.load_work + ledger.lever_work - ledger.friction_heat)
     terms = [kinetic, elastic, ledger.load_work, ledger.lever_work, ledger.friction_heat]
-    largest = jnp.max(jnp.abs(jnp.stack(terms)))
-    closure = jnp.where(largest > 0, jnp.abs(residual) / jnp.where(largest > 0, largest, 1.0), 0.0)
-    return {
+    found = {
         "load_work": ledger.load_work,
         "lever_work": ledger.lever_work,
         "friction_heat": ledger.friction_heat,
         "kinetic_change": kinetic,
         "elastic_change": elastic,
-        "closure": closure,
+        "closure": _closure(residual, terms),
+    }
+    return found if system.thermal is None else found | _heats(record)
+
+
+def _closure(residual: Array, terms: list[Array]) -> Array:
+    largest = jnp.max(jnp.abs(jnp.stack(terms)))
+    return jnp.where(largest > 0, jnp.abs(residual) / jnp.where(largest > 0, largest, 1.0), 0.0)
+
+
+def stored_heat(record: Record) -> dict[str, Array]:
+    """Heat stored in every body of the network since the start (J)."""
+    system: BrakeSystem = record.system  # pyright: ignore
+    thermal = system.thermal
+    if thermal is None:
+        return {}
+    start = record.flat.unpack_state(record.rows.y[0])
+    change = thermal.capacity * (record.y_end.heat - start.heat)
+    return {name: jnp.sum(change[here]) for name, here in thermal.spans.stores.items()}
+
+
+def _heats(record: Record) -> dict[str, Array]:
+    """What became of the friction heat (J): `friction_heat + heat_supplied = heat_stored + heat_lost`.
+
+    `heat_to_metal`, `heat_to_linings`, `heat_to_band`: where the friction heat entered (on a standard brake nothing rubs
+    on the band); `heat_lost`: to the air and other reservoirs, and what is given to parts that the scene does not model.
+    """
+    ledger = record.y_end.ledger
+    booked = ledger.heat
+    stored = sum(stored_heat(record).values(), start=jnp.zeros(()))
+    residual = ledger.friction_heat + booked.supplied - stored - booked.lost
+    terms = [ledger.friction_heat, booked.supplied, stored, booked.lost]
+    return {
+        "heat_to_metal": booked.to_metal,
+        "heat_to_linings": booked.to_linings,
+        "heat_to_band": jnp.zeros_like(booked.to_metal),
+        "heat_supplied": booked.supplied,
+        "heat_stored": stored,
+        "heat_lost": booked.lost,
+        "heat_closure": _closure(residual, terms),
     }
 
 
@@ -111,6 +148,19 @@ PEAKS: dict[str, Callable[[Probe], Array]] = {
     "max_tension": lambda p: p.greater_tension,
     "max_normal_load": lambda p: p.linings.normal,
 }
+
+
+#: places whose greatest temperature (K) is a metric, where the scene names them
+HOT_PLACES = {"peak_rim_temperature": "rim", "peak_lining_temperature": "linings", "peak_band_temperature": "band"}
+
+
+def peaks_of(system: Any) -> dict[str, Callable[[Probe], Array]]:
+    """Everything of which a scene has a greatest value: tensions, loads, and temperatures where it has them."""
+    if system.thermal is None:
+        return PEAKS
+    heat = system.thermal.heat
+    hot = {name: kind for name, kind in HOT_PLACES.items() if getattr(heat, kind) is not None}
+    return PEAKS | {name: (lambda p, kind=kind: p.surfaces[kind]) for name, kind in hot.items()}
 
 
 def peak(record: Record, pick: Callable[[Probe], Array]) -> Peak:

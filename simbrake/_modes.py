@@ -19,12 +19,17 @@ class BandMode(enum.IntEnum):
 
 
 class Mode(NamedTuple):
-    """Band mode, direction of motion (±1), and the pieces on which the given profiles are."""
+    """Band mode, direction of motion (±1), and the pieces on which the given profiles are.
+
+    `locks`: whether a lining locks itself, where that can change (else `None`); `heat_pieces`: of profiles in the heat.
+    """
 
     band: Any
     sense: Any
     lever_piece: Any
     load_piece: Any
+    locks: Any = None
+    heat_pieces: tuple[Any, ...] = ()
 
 
 class Situation(NamedTuple):

@@ -34,6 +34,21 @@ FAILURES = {
         "f·tan(β/2) ≥ 1 on a rigid band, the band locks itself",
         "shorten the lining, lower its friction, or give the band a stiffness",
     ),
+    BrakeCode.BAND_SNAP: (
+        "band_snap",
+        "1 + γ fell to 0: friction fades faster than the elastic band can follow, and its tension would jump",
+        "give the surface that the friction law senses a larger capacity, or the band a higher stiffness",
+    ),
+    BrakeCode.FLASH_FOLD: (
+        "flash_fold",
+        "friction and its flash temperature have no common solution any more (a fold)",
+        "look at the friction law above this surface temperature, or at the size and hardness of the spots",
+    ),
+    BrakeCode.OUTSIDE_TABLE: (
+        "outside_table",
+        "a lining's temperature left the table of its friction law",
+        "extend the table; it is not extrapolated",
+    ),
 }
 
 

@@ -29,6 +29,9 @@ class Probe(NamedTuple):
     linings: LiningForces
     margins: Array
     greater_tension: Array  # of the two sides of each lining
+    surfaces: dict[str, Array]  # surface temperatures of rim, linings, band (m, nodes), where the scene has them
+    coefficient: Array | None  # of friction of the sliding linings (m, n), with heat only
+    passing: Array  # (m, marks): by how much marks that only heat can pass are passed (see `mark_names`)
 
 
 def probe(record: Record, index: Array, share: Array) -> Probe:
@@ -48,8 +51,13 @@ def probe_at(record: Record, index: Array, h: Array) -> Probe:
     flows = jax.vmap(system.flows)(t, y, mode)
     forces = jax.vmap(system.lining_forces)(t, y, mode)
     margins = jax.vmap(system.lining_margins)(t, y, mode)
+    surfaces = jax.vmap(system.surfaces)(flows)
+    passing = jax.vmap(system.passing)(flows, mode, surfaces)
+    coefficient = None if system.thermal is None else jax.vmap(system.coefficients)(t, y, mode)
     before = jnp.concatenate([flows.slack_tension[:, None], forces.tension[:, :-1]], axis=1)
-    return Probe(t, y, mode, flows, forces, margins, jnp.maximum(forces.tension, before))
+    return Probe(
+        t, y, mode, flows, forces, margins, jnp.maximum(forces.tension, before), surfaces, coefficient, passing
+    )
 
 
 @functools.cache

@@ -109,7 +109,7 @@ def leaves(node: Any, path: str = "") -> list[Leaf]:
         value = getattr(node, field.name)
         here = f"{path}.{field.name}" if path else field.name
         about = field.metadata.get("quantity")
-        if about is not None:
+        if about is not None and not dataclasses.is_dataclass(value):  # where a law may stand for a number, its numbers
             if value is not None:
                 found.append(Leaf(here, value, about))
         else:

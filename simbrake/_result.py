@@ -9,9 +9,11 @@ import numpy as np
 from jax.core import Tracer
 from jaxtyping import Array, Float, Int
 
+from ._choice import stiffness
+from ._heat import node_names
 from ._hybrid import FINISHED, Record
-from ._log import Event, Phase, event_log
-from ._metrics import METRICS, PEAKS, Peak, energies, numbers, peak
+from ._log import Event, Phase, event_log, marks_passed
+from ._metrics import METRICS, Peak, energies, numbers, peak, peaks_of, stored_heat
 from ._modes import BandMode
 from ._outcome import FAILURES, STATUS_MESSAGES, status_of
 from ._probe import SAMPLES, Probe, probe_at, probe_many
@@ -39,6 +41,12 @@ class Series(NamedTuple):
     tension: Float[Array, "m n"]  # behind each lining, N
     normal_load: Float[Array, "m n"]  # N
     friction_force: Float[Array, "m n"]  # N
+    temperature: Float[Array, "m k"] | None = None  # of every thermal node (`Result.nodes`), K; None without heat
+    rim_temperature: Float[Array, "m r"] | None = None  # surface of the rim, K; None where the scene names none
+    lining_temperature: Float[Array, "m l"] | None = None  # surfaces of the linings, K
+    band_temperature: Float[Array, "m b"] | None = None  # K
+    heat_lost: Float[Array, " m"] | None = None  # J
+    friction_coefficient: Float[Array, "m n"] | None = None  # of every lining, sliding; None without heat
 
 
 #: units of the columns of a Series, "" where there is none
@@ -60,6 +68,12 @@ SERIES_UNITS = {
     "tension": "N",
     "normal_load": "N",
     "friction_force": "N",
+    "temperature": "K",
+    "rim_temperature": "K",
+    "lining_temperature": "K",
+    "band_temperature": "K",
+    "heat_lost": "J",
+    "friction_coefficient": "",
 }
 
 
@@ -118,6 +132,39 @@ class Result(eqx.Module):
         return _metric(self, "max_normal_load")
 
     @property
+    def peak_rim_temperature(self) -> Peak:
+        """Greatest surface temperature of the rim (K), with its time."""
+        return _metric(self, "peak_rim_temperature")
+
+    @property
+    def peak_lining_temperature(self) -> Peak:
+        """Greatest surface temperature of any lining (K), with its time and lining."""
+        return _metric(self, "peak_lining_temperature")
+
+    @property
+    def peak_band_temperature(self) -> Peak:
+        """Greatest temperature of the band (K), with its time."""
+        return _metric(self, "peak_band_temperature")
+
+    @property
+    def nodes(self) -> list[str]:
+        """Names of the thermal nodes, in the order of `Series.temperature`."""
+        return [] if self.scene.heat is None else node_names(self.scene.heat)
+
+    @property
+    def end_temperatures(self) -> Array:
+        """Temperatures (K) at the end of the nodes with capacity."""
+        system: Any = self.record.system
+        if system.thermal is None:
+            raise ValueError("the scene has no heat")
+        return system.thermal.temperatures(self.record.y_end.heat)
+
+    @property
+    def stored_heat(self) -> dict[str, Array]:
+        """Heat stored in every body since the start (J)."""
+        return stored_heat(self.record)
+
+    @property
     def energy(self) -> dict[str, Array]:
         """Energies over the run in J, and the closure of their balance as a share of the largest exchanged.
 
@@ -156,7 +203,22 @@ class Result(eqx.Module):
             tension=p.linings.tension,
             normal_load=p.linings.normal,
             friction_force=p.linings.friction,
+            **self._thermal_columns(p),
         )
+
+    def _thermal_columns(self, p: Probe) -> dict[str, Any]:
+        now = p.flows.thermal
+        if now is None:
+            return {}
+        xp = np if _concrete(self) else jnp
+        return {
+            "temperature": xp.concatenate([now.T, now.T_junctions], axis=1),
+            "rim_temperature": p.surfaces.get("rim"),
+            "lining_temperature": p.surfaces.get("linings"),
+            "band_temperature": p.surfaces.get("band"),
+            "heat_lost": p.y.ledger.heat.lost,
+            "friction_coefficient": p.coefficient,
+        }
 
     # --- for people: concrete results only ---------------------------------------------------------------------
 
@@ -231,8 +293,11 @@ def _metric(result: Result, name: str) -> Any:
     if jnp.ndim(result.record.count) > 0:
         return jax.vmap(lambda one: _metric(one, name))(result)
     travel = result.scene.duty.load.travel()
-    if name in PEAKS:
-        return result.report().peaks[name] if _concrete(result) else peak(result.record, PEAKS[name])
+    if name.startswith(("max_", "peak_")):
+        known = peaks_of(result.record.system)
+        if name not in known:
+            raise ValueError(f"the scene has no {name}: its heat part names no such place")
+        return result.report().peaks[name] if _concrete(result) else peak(result.record, known[name])
     if _concrete(result):
         values, energy = numbers(result.record, travel)
         return energy if name == "energy" else values[name]
@@ -252,7 +317,8 @@ class Report:
         self._record, self._index, self._offset, self._probe = result._scan()
         self._numbers = numbers(result.record, result.scene.duty.load.travel())
         self.events = self._events()
-        self.peaks = {name: self._peak(lambda p, pick=pick: np.asarray(pick(p))) for name, pick in PEAKS.items()}
+        known = peaks_of(result.record.system)
+        self.peaks = {name: self._peak(lambda p, pick=pick: np.asarray(pick(p))) for name, pick in known.items()}
 
     def _events(self) -> list[Event]:
         record = self._record
@@ -270,21 +336,37 @@ class Report:
         if phases and phases[0].band == BandMode.OPEN and phases[0].end == phases[0].start:
             phases = phases[1:]  # the settling of the first mode
         margins = np.asarray(self._probe.margins)
-        return event_log(phases, margins, self._locate, margins.shape[1] // 2)
+        events = event_log(phases, margins, self._locate, margins.shape[1] // 2)
+        return sorted([*events, *self._marks()], key=lambda event: event.time)
 
-    def _locate(self, crossings: list[tuple[int, int]]) -> np.ndarray:
+    def _marks(self) -> list[Event]:
+        """Events of marks that heat passes, and of linings that come to lock themselves."""
+        system: Any = self._record.system
+        found: list[Event] = []
+        crossings = marks_passed(np.asarray(self._probe.passing), self._index)
+        if crossings:
+            times = self._locate(crossings, "passing")
+            names = [system.mark_names[j] for _, j in crossings]
+            found += [Event(float(t), name, lining) for t, (name, lining) in zip(times, names, strict=True)]
+        if system.grip.varies:  # the fifth entry of a mode says whether a lining locks itself
+            locks = np.asarray(self._record.rows.mode)[: int(self._record.count) + 1, 4]
+            began = np.flatnonzero(np.diff(locks) > 0) + 1
+            found += [Event(float(np.asarray(self._record.rows.t)[i]), "self_locking") for i in began]
+        return found
+
+    def _locate(self, crossings: list[tuple[int, int]], which: str = "margins") -> np.ndarray:
         """Times at which margins rise through zero: bisection and secants on partial steps of the method."""
         sample = np.asarray([i for i, _ in crossings])
         mark = np.asarray([j for _, j in crossings])
         row = self._index[sample]
         low, high = self._offset[sample].copy(), self._offset[sample + 1].copy()
-        margins = np.asarray(self._probe.margins)
+        margins = np.asarray(getattr(self._probe, which))
         f_low, f_high = margins[sample, mark].copy(), margins[sample + 1, mark].copy()
         side = np.zeros(len(row), int)
         for _ in range(60):  # Illinois
             span = np.where(f_high > f_low, f_high - f_low, 1.0)
             h = np.where(f_high > f_low, low - f_low * (high - low) / span, 0.5 * (low + high))
-            f = np.asarray(probe_many(self._record, row, h).margins)[np.arange(len(row)), mark]
+            f = np.asarray(getattr(probe_many(self._record, row, h), which))[np.arange(len(row)), mark]
             above = f > 0
             f_low = np.where(above & (side == 1), 0.5 * f_low, f_low)
             f_high = np.where(~above & (side == -1), 0.5 * f_high, f_high)
@@ -309,9 +391,18 @@ class Report:
         j = int(np.argmax(values[i]))
         return Peak(values[i, j], np.asarray(probe.t)[i], np.asarray(j + 1))
 
+    def _per_lining(self, name: str) -> bool:
+        if name.startswith("max_"):
+            return True
+        return name == "peak_lining_temperature" and np.shape(self._probe.surfaces["linings"])[1] > 1
+
     @property
     def metrics(self) -> dict[str, float | None]:
+        energy = self._numbers[1]
         values = {**self._numbers[0], **{name: peak.value for name, peak in self.peaks.items()}}
+        hot = {f"{name}_time": p.time for name, p in self.peaks.items() if name.startswith("peak_")}
+        given = ("heat_to_metal", "heat_to_linings", "heat_to_band", "heat_lost")
+        values = {**values, **hot, **{name: energy[name] for name in given if name in energy}}
         return {name: float(v) if np.isfinite(v) else None for name, v in values.items()}
 
     def summary(self) -> dict[str, Any]:
@@ -324,11 +415,12 @@ class Report:
             "metrics": self.metrics,
             "at": {
                 **{f"{name}_time": float(peak.time) for name, peak in self.peaks.items()},
-                **{f"{name}_lining": int(peak.lining) for name, peak in self.peaks.items()},
+                **{f"{name}_lining": int(p.lining) for name, p in self.peaks.items() if self._per_lining(name)},
             },
             "energy": {name: float(value) for name, value in self._numbers[1].items()},
             "solver": {
                 "method": r.method_name,
+                "reason": stiffness(r.scene)[1],
                 "rtol": float(r.rtol),
                 "steps": int(stats.accepted),
                 "rejected": int(stats.rejected),

@@ -1,5 +1,7 @@
 """One run: a brake, what acts on it, how it starts and when it ends."""
 
+from typing import Any
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -11,6 +13,8 @@ from ._band import grip
 from ._design import Brake, Lining
 from ._duty import AbstractLoad, AbstractProfile
 from ._friction import Contact
+from ._heat import Heat
+from ._network import place_of
 from ._quantity import Fault, InputError, Scalar, faults_of_values, leaves, quantity
 
 
@@ -40,12 +44,14 @@ class Scene(eqx.Module):
     """One run of a brake. Every number is an array leaf in SI units; `None` means that a piece of physics is absent.
 
     - `end_time` (s): the run goes on to here, also after the stop
+    - `heat`: the thermal network, `None` where temperatures do not matter
     """
 
     brake: Brake
     duty: Duty
     initial: Initial
     end_time: Scalar = quantity("s", "end of the run")
+    heat: Heat | None = None
 
 
 def faults(scene: Scene) -> list[Fault]:
@@ -54,6 +60,7 @@ def faults(scene: Scene) -> list[Fault]:
     if found or any(isinstance(leaf.value, Tracer) for leaf in leaves(scene)):
         return found
     found += scene.brake.faults("brake")
+    found += _faults_of_heat(scene)
     found += scene.duty.slack_tension.faults("duty.slack_tension", 0.0)
     found += scene.duty.load.profile.faults("duty.load.profile", None)
     if not np.asarray(scene.end_time) > np.asarray(scene.initial.time):
@@ -84,18 +91,55 @@ def warnings(scene: Scene) -> list[str]:
     return [f"self_locking: {locking_message(scene, i)}; it never slips as long as that lasts" for i in locked(scene)]
 
 
+def _faults_of_heat(scene: Scene) -> list[Fault]:
+    law, heat = scene.brake.linings.friction, scene.heat
+    n = int(np.size(scene.brake.linings.angle))
+    found = [] if heat is None else heat.faults("heat", n)
+    if found:
+        return found
+    if heat is None or heat.friction is None:
+        if law.temperature_dependent:
+            hint = "give the scene a heat part whose `friction` names the places that the heat enters"
+            found.append(Fault("heat", "is missing, but the friction law looks at the temperature", hint))
+        return found
+    if heat.flash is not None:
+        if not law.temperature_dependent:
+            found.append(Fault("heat.flash", "has no effect", "the friction law does not look at the temperature"))
+        if heat.flash.hardness is None and scene.brake.linings.area is None:
+            found.append(Fault("brake.linings.area", "is missing", "the flash temperature looks at the pressure"))
+    bounds, T = law.temperature_range(), sensed_at_start(scene)
+    if bounds is not None and T is not None and not (float(bounds[0]) <= T.min() and T.max() <= float(bounds[1])):
+        what = f"the table of {float(bounds[0]):g}…{float(bounds[1]):g} K does not cover the start at {T.min():g}…{T.max():g} K"
+        found.append(Fault("brake.linings.friction", what, "extend the table; it is not extrapolated"))
+    return found
+
+
+def sensed_at_start(scene: Scene) -> np.ndarray | None:
+    """Temperatures that the linings' friction law sees at the start (K), concrete values."""
+    heat, n = scene.heat, int(np.size(scene.brake.linings.angle))
+    if heat is None or heat.friction is None or heat.friction.sensor is None:
+        return None
+    name, face = place_of(heat.friction.sensor)
+    body = next(body for body in heat.bodies if body.name == name)
+    T = np.broadcast_to(np.asarray(getattr(body, "temperature", np.nan), float), (body.count,))
+    return np.broadcast_to(T[:1] if face == "front" else T[-1:] if face else T, (n,))
+
+
 @jax.jit
-def _static_grip(linings: Lining) -> Array:
-    still = Contact(v=jnp.zeros(linings.count))
+def _static_grip(linings: Lining, T: Any) -> Array:
+    n = linings.count
+    still = Contact(v=jnp.zeros(n), T=T, p=jnp.zeros(n))
     return jnp.broadcast_to(grip(linings.friction.static(still), jnp.asarray(linings.angle)), (linings.count,))
 
 
 def locked(scene: Scene) -> list[int]:
     """Numbers (from 1) of the linings that lock themselves with their static friction, `f tan(β/2) ≥ 1`."""
-    return [int(i) + 1 for i in np.flatnonzero(np.asarray(_static_grip(scene.brake.linings)) >= 1.0)]
+    return [
+        int(i) + 1 for i in np.flatnonzero(np.asarray(_static_grip(scene.brake.linings, sensed_at_start(scene))) >= 1.0)
+    ]
 
 
 def locking_message(scene: Scene, i: int) -> str:
     """Why lining `i` (from 1) locks itself, in words."""
-    fz = np.asarray(_static_grip(scene.brake.linings))[i - 1]
+    fz = np.asarray(_static_grip(scene.brake.linings, sensed_at_start(scene)))[i - 1]
     return f"lining {i}: f·tan(β/2) = {fz:.4g} ≥ 1, the band locks itself"

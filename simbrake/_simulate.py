@@ -9,12 +9,13 @@ import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
 
+from ._assemble import assemble
+from ._choice import stiffness
 from ._compiling import cpu_compiler_options
-from ._hybrid import AbstractMethod, Code, ExplicitRungeKutta, Record, Settings, hybridsolve
+from ._hybrid import AbstractMethod, Code, ExplicitRungeKutta, Record, Rodas5P, Settings, hybridsolve
 from ._outcome import SimulationError
 from ._result import Result
 from ._scene import Scene, check
-from ._system import assemble
 
 #: rows of the record when the caller sets no limit: the second is tried if the first was too short
 _STEPS = (1024, 16384)
@@ -60,8 +61,10 @@ def simulate(
 ) -> Result:
     """Runs a scene to its end time through all its events.
 
-    - `solver`: an explicit diffrax solver with error estimate, `diffrax.Dopri8()` by default (`Tsit5()` pays above
-      a tolerance of about 1e-6)
+    - `solver`: an explicit diffrax solver with error estimate (`Tsit5()` pays above a tolerance of about 1e-6), or
+      `simbrake.Rodas5P()` for stiff scenes. By default `diffrax.Dopri8()`, and Rodas5P where a thermal node is so fast
+      that stability would govern an explicit method (the summary says why). Under jit, vmap or grad values cannot be
+      looked at: there a scene with heat gets Rodas5P unless a solver is given
     - `rtol`: relative tolerance; absolute tolerances are `rtol` times the typical size of each state
     - `max_step`: longest step (s), for profiles of one's own that do something short
     - `max_steps`: step attempts allowed (1024, then 16384, if not given; under a JAX transformation 1024)
@@ -80,12 +83,15 @@ def simulate(
             'import jax; jax.config.update("jax_enable_x64", True)'
         )
     check(scene)
-    solver = diffrax.Dopri8() if solver is None else solver
+    traced = any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves((scene, rtol)))
+    if solver is None:
+        stiff = scene.heat is not None if traced else stiffness(scene)[0]
+        solver = Rodas5P() if stiff else diffrax.Dopri8()
     method = _method(solver)
     name = type(solver).__name__
     rtol_, longest = np.asarray(rtol, np.float64) if np.isscalar(rtol) else rtol, np.asarray(max_step, np.float64)
     events = np.asarray(max_events, np.int32)
-    if any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves((scene, rtol))):
+    if traced:
         record = _traced(scene, rtol_, longest, events, method=method, max_steps=max_steps or _STEPS[0])
         return Result(scene, record, rtol_, name)
     for steps in (max_steps,) if max_steps else _STEPS:
@@ -100,4 +106,4 @@ def simulate(
 
 @functools.lru_cache
 def _method(solver: Any) -> AbstractMethod:
-    return ExplicitRungeKutta(solver)
+    return solver if isinstance(solver, AbstractMethod) else ExplicitRungeKutta(solver)

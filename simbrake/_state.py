@@ -12,23 +12,38 @@ class BrakeCode(enum.IntEnum):
     """Ends of a run that only a brake can come to."""
 
     SINGULAR_GEOMETRY = SYSTEM_CODES
+    BAND_SNAP = SYSTEM_CODES + 1
+    FLASH_FOLD = SYSTEM_CODES + 2
+    OUTSIDE_TABLE = SYSTEM_CODES + 3
+
+
+class HeatLedger(NamedTuple):
+    """Heat in J since the start: friction heat given to metal and linings, heat that left the network or was supplied."""
+
+    to_metal: Any
+    to_linings: Any
+    lost: Any
+    supplied: Any
 
 
 class Ledger(NamedTuple):
-    """Energies in J since the start: work of load and lever, friction heat."""
+    """Energies in J since the start: work of load and lever, friction heat, and what became of it (`None`: no heat)."""
 
     load_work: Any
     lever_work: Any
     friction_heat: Any
+    heat: Any = None
 
 
 class State(NamedTuple):
-    """Angle `φ` (rad), speed `ω` (rad/s), elongation `x` (m; `None` for a rigid band) and the ledger."""
+    """Angle `φ` (rad), speed `ω` (rad/s), elongation `x` (m; `None` for a rigid band), the ledger, and the heat content
+    of the thermal nodes over their capacity (K; `None` without heat)."""
 
     phi: Any
     omega: Any
     x: Any
     ledger: Ledger
+    heat: Any = None
 
 
 class Flows(NamedTuple):
@@ -42,3 +57,15 @@ class Flows(NamedTuple):
     alpha: Float[Array, ""]  # ω̇ (rad/s²)
     band_speed: Float[Array, ""]  # ẋ (m/s)
     slip_speed: Float[Array, ""]  # v_s (m/s)
+    snap: Any = None  # 1 + γ: by how much the band still follows the fade
+    friction: Any = None  # friction heat of each lining (n,) per unit of slip speed (N), with heat only
+    thermal: Any = None  # ThermalNow, with heat only
+
+
+class ThermalNow(NamedTuple):
+    """The thermal network at one instant."""
+
+    T: Array  # temperatures of the nodes with capacity (K)
+    T_junctions: Array  # of those without, friction heat included
+    flows: Any  # HeatFlows, friction apart
+    deposit: Any  # Deposit, per unit of slip speed

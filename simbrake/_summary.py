@@ -28,6 +28,21 @@ def _grouped(events: list[dict[str, Any]]) -> str:
     return ", ".join(shown) if shown else "none"
 
 
+def _heat_lines(summary: dict[str, Any]) -> list[str]:
+    m, e, at = summary["metrics"], summary["energy"], summary["at"]
+    if "heat_stored" not in e:
+        return []
+    names = {"peak_rim_temperature": "rim", "peak_lining_temperature": "linings", "peak_band_temperature": "band"}
+    hot = [f"{w} {m[k] - 273.15:.5g} °C at {at[f'{k}_time']:.6g} s" for k, w in names.items() if m.get(k) is not None]
+    return [
+        f"hottest  {', '.join(hot)}" if hot else "hottest  the scene names no rim, linings or band",
+        f"heat     to metal {e['heat_to_metal'] / 1e3:.6g} kJ + to linings {e['heat_to_linings'] / 1e3:.6g} kJ"
+        + (f" + supplied {e['heat_supplied'] / 1e3:.6g} kJ" if e["heat_supplied"] else "")
+        + f" = stored {e['heat_stored'] / 1e3:.6g} kJ + lost {e['heat_lost'] / 1e3:.6g} kJ"
+        f" (closure {e['heat_closure']:.1e})",
+    ]
+
+
 def text(summary: dict[str, Any]) -> str:
     """About ten lines that can be read without the source."""
     m, e, s = summary["metrics"], summary["energy"], summary["solver"]
@@ -45,9 +60,12 @@ def text(summary: dict[str, Any]) -> str:
         f"energy   load {e['load_work'] / 1e3:.6g} kJ + lever {e['lever_work'] / 1e3:.6g} kJ "
         f"+ kinetic {-e['kinetic_change'] / 1e3:.6g} kJ = friction heat {e['friction_heat'] / 1e3:.6g} kJ "
         f"+ elastic {e['elastic_change'] / 1e3:.6g} kJ",
+        *_heat_lines(summary),
         f"closure  {e['closure']:.1e} of the largest energy exchanged",
         f"solver   {s['method']}, rtol {s['rtol']:g}: {s['steps']} steps, {s['rejected']} rejected, "
         f"{s['retaken']} retaken at events, {s['segments']} segments",
     ]
+    if "heat_stored" in e:
+        lines.append(f"method   {s['method']}: {s['reason']}")
     lines += [f"warning  {warning}" for warning in summary["warnings"]]
     return "\n".join(lines)

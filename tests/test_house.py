@@ -20,12 +20,15 @@ PACKAGE = pathlib.Path(sb.__file__).parent
 #: a module may import modules of lower levels, and of its own where the order below allows it
 LAYERS = [
     {"_quantity", "_compiling"},
-    {"_hybrid", "_friction", "_band", "_layout", "_duty"},
-    {"_design"},
-    {"_scene"},
-    {"_modes", "_state"},
+    {"_hybrid", "_friction", "_band", "_layout", "_duty", "_material"},
+    {"_design", "_fade", "_network"},
+    {"_heat"},
+    {"_scene", "_thermal", "_sliding"},
+    {"_modes", "_state", "_sparsity"},
     {"_system"},
-    {"_log", "_outcome", "_summary"},
+    {"_assemble"},
+    {"_log", "_outcome", "_summary", "_choice"},
+    {"_conduction"},
     {"_probe"},
     {"_metrics"},
     {"_result"},
@@ -113,7 +116,7 @@ def test_vmap_gives_the_numbers_of_single_runs():
 
 
 def test_absent_physics_has_no_states():
-    from simbrake._system import assemble
+    from simbrake._assemble import assemble
 
     _, elastic, _ = assemble(stop_scene())
     _, rigid, _ = assemble(stop_scene(C=None))

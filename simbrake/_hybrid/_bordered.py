@@ -72,11 +72,11 @@ def jacobian(f, y: Float[Array, " m_plus_n"], m: int) -> Bordered:
     if n == 0:
         nothing = jnp.zeros(0)
         return Bordered(core, jnp.zeros((m, 0)), below, nothing, nothing, nothing)
-    bands = columns[m:, m:]  # (colours, n)
+    colours = columns[m:, m:]  # (colours, n)
 
-    def band(offset: int) -> Array:
+    def diagonal(offset: int) -> Array:
         # entry (i, i + offset) lies in the colour of column i + offset; masks, as gathers are slow in loops
-        rows = [jnp.where((place + offset) % 3 == c, bands[c], 0.0) for c in range(bands.shape[0])]
+        rows = [jnp.where((place + offset) % 3 == c, colours[c], 0.0) for c in range(colours.shape[0])]
         return jnp.where((place + offset >= 0) & (place + offset < n), sum(rows[1:], start=rows[0]), 0.0)
 
     if m:
@@ -84,7 +84,7 @@ def jacobian(f, y: Float[Array, " m_plus_n"], m: int) -> Bordered:
         right = jax.vmap(lambda e: pull(e)[0])(jnp.eye(m, size))[:, m:]
     else:
         right = jnp.zeros((0, n))
-    return Bordered(core, right, below, band(-1), band(0), band(1))
+    return Bordered(core, right, below, diagonal(-1), diagonal(0), diagonal(1))
 
 
 class Factored(NamedTuple):

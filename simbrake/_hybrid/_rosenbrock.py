@@ -127,8 +127,5 @@ class Rodas5P(AbstractMethod):
 def _factors(f, x: Float[Array, " state"], m: int, scale: Array) -> tuple[Factored, Factored]:
     """Factors of `I/(γ h) − J` and of its transpose."""
     J = jacobian(f, x, m)
-    a = Bordered(
-        scale * jnp.eye(m) - J.core, -J.right, -J.below, -J.lower, scale - J.diagonal, -J.upper
-    )
+    a = Bordered(scale * jnp.eye(m) - J.core, -J.right, -J.below, -J.lower, scale - J.diagonal, -J.upper)
     return factor(a), factor(a.transposed)
-

@@ -1,0 +1,78 @@
+"""From a scene to its system of equations, initial state and first mode."""
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array
+
+from ._band import grip, tension_ratio
+from ._friction import Contact
+from ._modes import BandMode, Mode
+from ._scene import Scene
+from ._sliding import Grip
+from ._state import HeatLedger, Ledger, State
+from ._system import BrakeSystem, product
+from ._thermal import assemble_thermal
+
+
+def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
+    """System, initial state and initial mode of a scene. The run settles the true first mode itself, as an event."""
+    brake, duty, initial, heat = scene.brake, scene.duty, scene.initial, scene.heat
+    linings = brake.linings
+    angle = jnp.asarray(linings.angle)
+    law, friction = linings.friction, Grip(linings, None if heat is None else heat.flash)
+    thermal, u = (None, None) if heat is None else assemble_thermal(heat)
+    hot = None
+    if thermal is not None and heat is not None and heat.friction is not None and heat.friction.sensor is not None:
+        hot = thermal.at(thermal.temperatures(u), heat.friction.sensor, linings.count)
+    still = Contact(v=jnp.zeros(angle.shape), T=hot, p=jnp.zeros(angle.shape))
+    mu_static, locks = tension_ratio(grip(law.static(still), angle))
+    fixed = not (law.speed_dependent or friction.varies or friction.implicit)
+    mu_kinetic = tension_ratio(grip(law.kinetic(still), angle))[0] if fixed else None
+    ratio_static = product(mu_static)
+    R_b = jnp.asarray(brake.band.radius)
+    J = jnp.asarray(brake.pulley.inertia) + duty.load.inertia()
+    t_0, omega_0 = jnp.asarray(initial.time), jnp.asarray(initial.omega)
+    lever_piece, load_piece = duty.slack_tension.first_piece(t_0), duty.load.profile.first_piece(t_0)
+
+    def positive(x: Array) -> Array:
+        return jax.lax.stop_gradient(jnp.where(x > 0, x, 1.0))
+
+    tension_scale = positive(duty.slack_tension.scale())
+    capacity = R_b * tension_scale * (ratio_static - 1)
+    load_0 = jnp.abs(duty.load.torque(t_0, omega_0, jnp.asarray(load_piece, jnp.int32)))
+    torque_scale = positive(jnp.maximum(capacity, jnp.maximum(load_0, duty.load.profile.scale())))
+    # from rest: the speed that the largest torque could give in the run, 1 rad/s at most
+    reach = jnp.minimum(torque_scale / J * (jnp.asarray(scene.end_time) - t_0), 1.0)
+    speed_scale = positive(jnp.where(omega_0 == 0, reach, jnp.abs(omega_0)))
+    stiffness = None if brake.band.stiffness is None else jnp.asarray(brake.band.stiffness)
+    system = BrakeSystem(
+        inertia=J,
+        band_radius=R_b,
+        track_radius=jnp.asarray(brake.pulley.radius),
+        stiffness=stiffness,
+        grip=friction,
+        lever=duty.slack_tension,
+        load=duty.load,
+        mu_static=None if friction.varies else mu_static,
+        locked=jnp.any(locks),
+        mu_kinetic=mu_kinetic,
+        ratio_static=None if friction.varies else ratio_static,
+        ratio_kinetic=None if mu_kinetic is None else product(mu_kinetic),
+        thermal=thermal,
+        tension_scale=tension_scale,
+        torque_scale=torque_scale,
+        speed_scale=speed_scale,
+    )
+    zero = jnp.zeros_like(omega_0)
+    x = None if stiffness is None else jnp.asarray(initial.elongation) + zero
+    booked = None if heat is None else HeatLedger(zero, zero, zero, zero)
+    state = State(zero, omega_0, x, Ledger(zero, zero, zero, booked), u)
+    mode = Mode(
+        jnp.asarray(int(BandMode.OPEN), jnp.int32),
+        jnp.where(omega_0 < 0, -1, 1),
+        lever_piece,
+        load_piece,
+        jnp.any(locks).astype(jnp.int32) if friction.varies else None,
+        tuple(profile.first_piece(t_0) for profile in system.profiles),
+    )
+    return system, state, mode

@@ -1,0 +1,77 @@
+"""Which method integrates a scene, and why."""
+
+import numpy as np
+
+from ._heat import Heat
+from ._network import Conductance, Convection, Junction, Lump, Reservoir, ThermalContact, Wall, place_of
+from ._scene import Scene
+
+#: length of the real stability interval of Dopri8, roughly
+_REACH = 6.0
+#: explicit steps that stability may demand before a linearly implicit method pays
+_PATIENCE = 150.0
+
+
+def fastest_node(heat: Heat) -> tuple[float, str]:
+    """Largest rate `2 Σg/C` (1/s) of any node at the reference properties, after Gershgorin, and the node's name."""
+    capacity: dict[str, np.ndarray] = {}
+    total: dict[str, np.ndarray] = {}
+    halves: dict[str, np.ndarray] = {}
+    for body in heat.bodies:
+        if isinstance(body, Lump):
+            capacity[body.name] = np.broadcast_to(np.asarray(body.capacity, float), (body.count,)).copy()
+        elif isinstance(body, Wall):
+            m = body.material
+            weights = float(body.growth) ** np.arange(body.layers)
+            steps = float(body.thickness) * weights / weights.sum()
+            capacity[body.name] = float(m.density) * float(m.specific_heat) * float(body.area) * steps
+            halves[body.name] = steps / (2 * float(body.area) * float(m.conductivity))
+        else:
+            continue
+        total[body.name] = np.zeros_like(capacity[body.name])
+        if body.name in halves and body.count > 1:
+            half = halves[body.name]
+            g = 1 / (half[:-1] + half[1:])
+            total[body.name][:-1] += g
+            total[body.name][1:] += g
+    kinds = {body.name: body for body in heat.bodies}
+    for link in heat.links:
+        if isinstance(link, Conductance):
+            own: float | np.ndarray = 1 / np.maximum(np.asarray(link.value, float), 1e-300)
+        elif isinstance(link, ThermalContact):
+            own = np.asarray(0.0 if link.resistance is None else link.resistance, float) / np.asarray(link.area, float)
+        elif isinstance(link, Convection) and not hasattr(link.coefficient, "value"):
+            h = np.maximum(np.asarray(link.coefficient, float) * np.asarray(link.area, float), 1e-300)
+            own = 1 / h
+        else:
+            continue
+        ends = [place_of(link.a), place_of(link.b)]
+        behind = sum(halves[n][0 if f == "front" else -1] for n, f in ends if f is not None)
+        g = 1 / np.maximum(own + behind, 1e-300)
+        # a junction hands on what the other side of it lets through: no faster than this link
+        for name, face in ends:
+            if name in total and not isinstance(kinds[name], Junction | Reservoir):
+                where = 0 if face == "front" else -1 if face else slice(None)
+                total[name][where] += np.sum(g) if face or total[name].size == 1 else g
+    rates = {name: 2 * total[name] / capacity[name] for name in capacity}
+    name = max(rates, key=lambda n: rates[n].max())
+    i = int(np.argmax(rates[name]))
+    node = name if rates[name].size == 1 else f"{name}[{i + 1}]"
+    return float(rates[name][i]), node
+
+
+def stiffness(scene: Scene) -> tuple[bool, str]:
+    """Whether a scene (concrete values) wants a linearly implicit method, and the reason in words."""
+    if scene.heat is None:
+        return False, "nothing in the scene is stiff"
+    return stiff_heat(scene.heat, float(scene.end_time) - float(scene.initial.time))
+
+
+def stiff_heat(heat: Heat, span: float) -> tuple[bool, str]:
+    """The same for a network over the time `span` (s)."""
+    rate, node = fastest_node(heat)
+    steps = rate * span / _REACH
+    how = f"the thermal node {node} follows within {1 / max(rate, 1e-300):.2g} s"
+    if steps > _PATIENCE:
+        return True, f"{how}: an explicit method would need at least {steps:.2g} steps to stay stable"
+    return False, f"{how}, which an explicit method can follow"

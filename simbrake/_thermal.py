@@ -1,0 +1,312 @@
+"""A thermal network made ready for integration: temperatures, heat flows, and where friction heat lands."""
+
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from ._duty import AbstractProfile
+from ._heat import Heat
+from ._network import Junction, Lump, Reservoir, Surroundings, Wall, place_of
+
+_NEWTON = 8  # iterations for junctions with radiation or free convection
+
+
+class Spans(NamedTuple):
+    """Where each body stands among the nodes with capacity, and among the junctions."""
+
+    stores: dict[str, slice]
+    junctions: dict[str, slice]
+
+
+def spans(heat: Heat) -> Spans:
+    ends, found = {True: 0, False: 0}, Spans({}, {})
+    for body in heat.bodies:
+        if isinstance(body, Reservoir):
+            continue
+        store = not isinstance(body, Junction)
+        here = slice(ends[store], ends[store] + body.count)
+        ends[store] = here.stop
+        (found.stores if store else found.junctions)[body.name] = here
+    return found
+
+
+class HeatFlows(NamedTuple):
+    """Heat flows of the network at one instant (W): into each node, and over its border."""
+
+    into: Float[Array, " k"]
+    into_junctions: Float[Array, " j"]
+    lost: Array  # to reservoirs
+    supplied: Array  # by sources
+    faces: dict[str, Array]  # into each wall's face that a link touches
+
+
+class Deposit(NamedTuple):
+    """Where friction heat goes, for given heats of the linings: linear in them."""
+
+    into: Float[Array, " k"]
+    into_junctions: Float[Array, " j"]  # rise of the junctions' temperatures it causes
+    to_metal: Array
+    to_linings: Array
+    lost: Array
+    faces: dict[str, Array]
+
+
+class Thermal(eqx.Module):
+    """The network of a scene. Its state is the heat content of each node over its reference capacity,
+
+        u = ∫ C(T) dT / C_r = (T − T_r) + ½ b_c (T − T_r)²,   C_r du/dt = Σ heat flows
+
+    so that sums of heat are linear in the state, and their balance closes to rounding with any method.
+    """
+
+    heat: Heat
+    capacity: Float[Array, " k"]
+    slope: Float[Array, " k"] | None
+    reference: Float[Array, " k"]
+    halves: dict[str, Array]  # thermal resistance of half a layer at the reference temperature (K/W)
+
+    @property
+    def spans(self) -> Spans:
+        return spans(self.heat)
+
+    def temperatures(self, u: Float[Array, " k"]) -> Float[Array, " k"]:
+        """Temperatures (K) of the nodes with capacity."""
+        if self.slope is None:
+            return self.reference + u
+        return self.reference + 2 * u / (1 + jnp.sqrt(1 + 2 * self.slope * u))
+
+    def contents(self, T: Float[Array, " k"]) -> Float[Array, " k"]:
+        """The state at given temperatures."""
+        d = T - self.reference
+        return d if self.slope is None else d + 0.5 * self.slope * d**2
+
+    def _all(self, T: Array, T_J: Array, t: Array, pieces: tuple[Any, ...]) -> dict[str, Array]:
+        where, left = self.spans, list(pieces)
+        found = {name: T[here] for name, here in where.stores.items()}
+        found |= {name: T_J[here] for name, here in where.junctions.items()}
+        for body in self.heat.bodies:
+            if isinstance(body, Reservoir):
+                found[body.name] = jnp.reshape(_value(body.temperature, t, left), (1,))
+        return found
+
+    def _half(self, place: str, T: Array) -> Array | None:
+        """Resistance between a wall's face and the middle of its first layer."""
+        name, face = place_of(place)
+        if face is None:
+            return None
+        return self._layer_halves(name, T)[slice(0, 1) if face == "front" else slice(-1, None)]
+
+    def _layer_halves(self, name: str, T: Array) -> Array:
+        wall = next(body for body in self.heat.bodies if body.name == name)
+        assert isinstance(wall, Wall)
+        if wall.material.conductivity_slope is None:
+            return self.halves[name]
+        return self.halves[name] * (wall.material.conductivity / wall.material.conductivity_at(T))
+
+    def flows(self, T: Array, T_J: Array, t: Array, around: Surroundings, pieces: tuple[Any, ...] = ()) -> HeatFlows:
+        """Heat flows at given temperatures, friction apart."""
+        temperature = self._all(T, T_J, t, pieces)
+        into = {name: jnp.zeros_like(value) for name, value in temperature.items()}
+        faces: dict[str, Array] = {}
+        for body in self.heat.bodies:
+            if isinstance(body, Wall) and body.count > 1:
+                here, half = temperature[body.name], self._layer_halves(body.name, temperature[body.name])
+                q = (here[:-1] - here[1:]) / (half[:-1] + half[1:])
+                into[body.name] = jnp.pad(q, (1, 0)) - jnp.pad(q, (0, 1))
+        for link in self.heat.links:
+            flow = self._through(link, temperature, around)
+            for place, signed in ((link.a, -flow), (link.b, flow)):
+                name, face = place_of(place)
+                into[name] = into[name] + _landing(signed, into[name].shape[0], face)
+                if face:
+                    faces[place] = faces.get(place, 0.0) + jnp.sum(signed)
+        supplied, left = jnp.zeros(()), list(pieces)[self._reservoir_profiles :]
+        for source in self.heat.sources:
+            power = jnp.reshape(_value(source.power, t, left), (1,))
+            name, face = place_of(source.a)
+            n = into[name].shape[0]
+            into[name] = into[name] + (_landing(power, n, face) if face or n == 1 else power / n)
+            if face:
+                faces[source.a] = faces.get(source.a, 0.0) + jnp.sum(power)
+            supplied = supplied + power[0]
+        lost = sum((jnp.sum(into[b.name]) for b in self.heat.bodies if isinstance(b, Reservoir)), start=jnp.zeros(()))
+        where = self.spans
+        return HeatFlows(
+            into=_joined(into, where.stores),
+            into_junctions=_joined(into, where.junctions),
+            lost=lost,
+            supplied=supplied,
+            faces=faces,
+        )
+
+    @property
+    def _reservoir_profiles(self) -> int:
+        bodies = self.heat.bodies
+        return sum(isinstance(b, Reservoir) and isinstance(b.temperature, AbstractProfile) for b in bodies)
+
+    def _through(self, link: Any, temperature: dict[str, Array], around: Surroundings) -> Array:
+        """Flow from `a` to `b`, from the middles of the layers where it ends at walls."""
+        ends = []
+        for place in (link.a, link.b):
+            name, face = place_of(place)
+            T = temperature[name]
+            T = T if face is None else T[slice(0, 1) if face == "front" else slice(-1, None)]
+            ends.append((T, self._half(place, temperature[name])))
+        (T_a, half_a), (T_b, half_b) = ends
+        surface_a, surface_b, flow = T_a, T_b, None
+        halves = [half for half in (half_a, half_b) if half is not None]
+        # a law that looks at the surface of a wall gets it from the flow found with its first layer
+        for _ in range(3 if link.nonlinear and halves else 1):
+            g = link.conductance(surface_a, surface_b, around)
+            behind = sum(halves[1:], start=halves[0]) if halves else None
+            if g is None:
+                assert behind is not None
+                flow = (T_a - T_b) / behind
+            else:
+                flow = (g if behind is None else g / (1 + g * behind)) * (T_a - T_b)
+            surface_a = T_a if half_a is None else T_a - flow * half_a
+            surface_b = T_b if half_b is None else T_b + flow * half_b
+        assert flow is not None
+        return flow
+
+    def junctions(self, T: Array, t: Array, around: Surroundings, pieces: tuple[Any, ...] = ()) -> Float[Array, " j"]:
+        """Temperatures of the nodes without capacity, friction apart: no heat stays in them."""
+        where = self.spans.junctions
+        n = max((here.stop for here in where.values()), default=0)
+        if n == 0:
+            return jnp.zeros(0)
+        start = jnp.full(n, jnp.mean(T))
+
+        def excess(T_J: Array) -> Array:
+            return self.flows(T, T_J, t, around, pieces).into_junctions
+
+        def improve(T_J: Array, _: Any) -> tuple[Array, None]:
+            return T_J - self._response(excess, T_J)(excess(T_J)), None
+
+        touching = [k for k in self.heat.links if {place_of(k.a)[0], place_of(k.b)[0]} & set(where)]
+        if not any(link.nonlinear for link in touching):
+            return improve(start, None)[0]
+        return jax.lax.scan(improve, start, None, length=_NEWTON)[0]
+
+    def _response(self, excess: Any, T_J: Array) -> Any:
+        """The inverse of the derivative of the junctions' excess heat with respect to their temperatures."""
+        where = self.spans.junctions
+        together = any({place_of(k.a)[0], place_of(k.b)[0]} <= set(where) for k in self.heat.links)
+        if not together:  # each junction by itself
+            slope = jax.jvp(excess, (T_J,), (jnp.ones_like(T_J),))[1]
+            return lambda q: q / slope
+        K = jax.jacfwd(excess)(T_J)
+        return lambda q: jnp.linalg.solve(K, q)
+
+    def at(self, T: Array, place: str, n: int) -> Float[Array, " n"]:
+        """Temperature of a place with capacity (of a wall: its outermost layer) at each of `n` linings."""
+        name, face = place_of(place)
+        here = T[self.spans.stores[name]]
+        here = here if face is None else here[slice(0, 1) if face == "front" else slice(-1, None)]
+        return jnp.broadcast_to(here, (n,))
+
+    def deposit(
+        self, T: Array, T_J: Array, t: Array, around: Surroundings, P: Float[Array, " n"], pieces: tuple[Any, ...] = ()
+    ) -> Deposit:
+        """Where the friction heats `P` of the linings go (W, or J); linear in `P`."""
+        friction, n = self.heat.friction, P.shape[0]
+        zero, where = jnp.zeros(()), self.spans
+        into, rise, faces = jnp.zeros_like(T), jnp.zeros_like(T_J), {}
+        if friction is None:
+            return Deposit(into, rise, zero, zero, jnp.sum(P), faces)
+        known = self._all(T, T_J, t, pieces)
+
+        def temperature(place: str | None, other: str | None) -> Array:
+            name, face = place_of(place or other or "")
+            here = known[name]
+            return jnp.broadcast_to(here[:1] if face == "front" else here[-1:] if face else here, (n,))
+
+        share = jnp.broadcast_to(
+            friction.partition.share(
+                temperature(friction.metal, friction.lining), temperature(friction.lining, friction.metal)
+            ),
+            (n,),
+        )
+        lost, heated = zero, jnp.zeros_like(T_J)
+        for place, part in ((friction.metal, share * P), (friction.lining, (1 - share) * P)):
+            if place is None:
+                lost = lost + jnp.sum(part)
+                continue
+            name, face = place_of(place)
+            here = (where.stores if name in where.stores else where.junctions)[name]
+            landing = _landing(part, here.stop - here.start, face)
+            if face:
+                faces[place] = faces.get(place, 0.0) + jnp.sum(part)
+            if name in where.stores:
+                into = into + jnp.pad(landing, (here.start, T.shape[0] - here.stop))
+            else:
+                heated = heated + jnp.pad(landing, (here.start, T_J.shape[0] - here.stop))
+        if friction.metal in where.junctions or friction.lining in where.junctions:
+
+            def flowing(T_J: Array) -> HeatFlows:
+                return self.flows(T, T_J, t, around, pieces)
+
+            rise = -self._response(lambda T_J: flowing(T_J).into_junctions, T_J)(heated)
+            change = jax.jvp(flowing, (T_J,), (rise,))[1]
+            into, lost = into + change.into, lost + change.lost
+            faces |= {place: faces.get(place, 0.0) + change.faces[place] for place in change.faces}
+        return Deposit(into, rise, jnp.sum(share * P), jnp.sum((1 - share) * P), lost, faces)
+
+    def surface(self, place: str, T: Array, T_J: Array, faces: dict[str, Array]) -> Array:
+        """Temperature of a place: of a wall's face, from its outermost layer and the heat that enters there."""
+        name, face = place_of(place)
+        where = self.spans
+        if name in where.junctions:
+            return T_J[where.junctions[name]]
+        here = T[where.stores[name]]
+        if face is None:
+            return here
+        half = self._half(place, here)
+        edge = here[slice(0, 1) if face == "front" else slice(-1, None)]
+        return edge + half * faces.get(place, 0.0)
+
+
+def _value(value: Any, t: Array, pieces: list[Any]) -> Array:
+    if isinstance(value, AbstractProfile):
+        return value.value(t, pieces.pop(0))
+    return jnp.asarray(value)
+
+
+def _landing(flow: Array, n: int, face: str | None) -> Array:
+    """A flow into a body of `n` nodes: into one face, node by node, or all of it into the only node."""
+    if face is not None:
+        whole = jnp.sum(flow)[None]
+        return jnp.pad(whole, (0, n - 1)) if face == "front" else jnp.pad(whole, (n - 1, 0))
+    return jnp.sum(flow)[None] if n == 1 else jnp.broadcast_to(flow, (n,))
+
+
+def _joined(into: dict[str, Array], where: dict[str, slice]) -> Array:
+    return jnp.concatenate([into[name] for name in where]) if where else jnp.zeros(0)
+
+
+def assemble_thermal(heat: Heat) -> tuple[Thermal, Float[Array, " k"]]:
+    """The network and its initial state."""
+    capacity, reference, slope, start, halves = [], [], [], [], {}
+    for body in heat.bodies:
+        if isinstance(body, Lump):
+            capacity.append(jnp.broadcast_to(jnp.asarray(body.capacity), (body.count,)))
+            slope.append(body.capacity_slope)
+            reference.append(jnp.broadcast_to(jnp.asarray(body.reference), (body.count,)))
+        elif isinstance(body, Wall):
+            m = body.material
+            capacity.append(m.density * m.specific_heat * body.area * body.steps)
+            slope.append(m.specific_heat_slope)
+            reference.append(jnp.broadcast_to(jnp.asarray(m.reference), (body.count,)))
+            halves[body.name] = body.steps / (2 * jnp.asarray(body.area) * m.conductivity_at(jnp.asarray(m.reference)))
+        else:
+            continue
+        start.append(jnp.broadcast_to(jnp.asarray(body.temperature), (body.count,)))
+    slopes = None
+    if any(value is not None for value in slope):
+        parts = zip(slope, capacity, strict=True)
+        slopes = jnp.concatenate([jnp.full(c.shape, 0.0 if b is None else b) for b, c in parts])
+    thermal = Thermal(heat, jnp.concatenate(capacity), slopes, jnp.concatenate(reference), halves)
+    return thermal, thermal.contents(jnp.concatenate(start))

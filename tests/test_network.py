@@ -1,0 +1,268 @@
+"""Thermal networks by themselves against closed forms: lumps, radiation, slabs, contact, junctions, steady states."""
+
+import math
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from scipy.special import erfc
+
+import simbrake as sb
+
+STEEL = sb.Material(conductivity=50.0, density=7800.0, specific_heat=50.0 / (7800.0 * 1.4e-5))
+
+
+def wall(name, layers, thickness=0.08, material=STEEL, growth=1.0, temperature=sb.ROOM):
+    return sb.Wall(name, material, thickness, 1.0, layers, growth, temperature)
+
+
+def heated_wall(layers, q=1e6, growth=1.0, power=None):
+    return sb.Heat(bodies=(wall("w", layers, growth=growth),), sources=(sb.Source("w.front", power or q),))
+
+
+def test_two_lumps():
+    heat = sb.Heat(
+        bodies=(sb.Lump("a", 15.0, 373.15), sb.Lump("b", 15.0, 273.15)), links=(sb.Conductance("a", "b", 10.0),)
+    )
+    run = sb.simulate_heat(heat, [0.0, 0.1, 0.5, 1.0], rtol=1e-12)
+    np.testing.assert_allclose(
+        run.temperature[:, 0], [373.15, 366.908665952147, 348.820855951630, 336.329856905786], rtol=1e-11
+    )
+    np.testing.assert_allclose(run.temperature.sum(axis=1), 646.3, rtol=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("ambient", "truth"),
+    [
+        (0.0, [770.251641185237, 471.550459172973, 270.786641370929]),
+        (300.0, [771.931270254850, 482.334096654852, 322.710682443192]),
+    ],
+)
+@pytest.mark.parametrize("method", [None, sb.Rodas5P()])
+def test_radiation(ambient, truth, method):
+    heat = sb.Heat(
+        bodies=(sb.Lump("a", 1e4, 900.0), sb.Reservoir("air", ambient)), links=(sb.Radiation("a", 1.0, 0.8),)
+    )
+    run = sb.simulate_heat(heat, [0.0, 60.0, 600.0, 3600.0], rtol=1e-12, solver=method)
+    np.testing.assert_allclose(run.temperature[1:, 0], truth, rtol=1e-10)
+    assert float(run.closure) < 1e-12
+
+
+def test_half_space_under_constant_flux_at_second_order():
+    k, a, q, t = 50.0, 1.4e-5, 1e6, 2.0
+    errors = []
+    for layers in (40, 80, 160):
+        heat = heated_wall(layers)
+        run = sb.simulate_heat(heat, [0.0, t], rtol=1e-9)
+        x = np.asarray(heat.bodies[0].centres)
+        exact = (
+            q / k * (2 * np.sqrt(a * t / math.pi) * np.exp(-(x**2) / (4 * a * t)) - x * erfc(x / (2 * np.sqrt(a * t))))
+        )
+        rise = np.asarray(run.temperature[-1]) - sb.ROOM
+        surface = rise[0] + q * x[0] / k
+        errors.append([np.abs(rise - exact).max(), abs(surface - 119.416426428837)])
+    orders = np.log2(np.asarray(errors)[:-1] / np.asarray(errors)[1:])
+    assert np.all((orders > 1.9) & (orders < 2.1)), orders
+    assert errors[-1][1] < 0.1  # of 119 K
+
+
+def test_half_space_under_linearly_falling_flux():
+    """Fazekas 1953, Newcomb 1960: greatest at half the time, 0.53192304 q0 √t_s / √(kρc)."""
+    q, t_s = 1e6, 2.0
+    heat = heated_wall(120, growth=1.03, power=sb.ramp(q, 0.0, 0.0, t_s))
+    times = np.linspace(0.0, t_s, 201)
+    run = sb.simulate_heat(heat, times, rtol=1e-9)
+    half = float(heat.bodies[0].centres[0])
+    surface = np.asarray(run.temperature[:, 0]) - sb.ROOM + q * (1 - times / t_s) * half / 50.0
+    exact = 2 * q / 50.0 * np.sqrt(1.4e-5 * times / math.pi) * (1 - 2 * times / (3 * t_s))
+    assert np.abs(surface - exact)[5:].max() < 2e-3 * exact.max()
+    assert times[np.argmax(surface)] == pytest.approx(t_s / 2, abs=0.021)
+    assert exact.max() == pytest.approx(0.53192304 * q * math.sqrt(t_s) / STEEL.effusivity, rel=1e-7)
+
+
+def test_convecting_slab_at_second_order():
+    """Separation of variables: decay of the first mode, `β tan β = Bi` (Carslaw & Jaeger 3.11)."""
+    from scipy.optimize import brentq
+
+    L, k, h, a, t = 0.03, 50.0, 2000.0, 1.4e-5, 20.0
+    beta = brentq(lambda b: b * math.tan(b) - h * L / k, 1e-6, math.pi / 2 - 1e-9)
+    errors = []
+    for n in (10, 20, 40):
+        x = (np.arange(n) + 0.5) * L / n
+        mode = 100.0 * np.cos(beta * x / L)
+        body = wall("w", n, L, temperature=300.0 + mode)
+        heat = sb.Heat((body, sb.Reservoir("air", 300.0)), (sb.Convection("w.back", 1.0, h),))
+        run = sb.simulate_heat(heat, [0.0, t], rtol=1e-11)
+        exact = mode * math.exp(-a * (beta / L) ** 2 * t)
+        errors.append(np.abs(np.asarray(run.temperature[-1]) - 300.0 - exact).max())
+    orders = np.log2(np.asarray(errors)[:-1] / np.asarray(errors)[1:])
+    assert np.all((orders > 1.9) & (orders < 2.1)), orders
+
+
+def test_contact_finds_the_effusivity_split_by_itself():
+    """Heat into an interface without capacity between two bodies: Charron's share, without being told."""
+    steel, lining = sb.Material(45.0, 7850.0, 480.0), sb.Material(0.8, 2000.0, 1100.0)
+    n, growth = 200, sb.layer_growth(2e-6, 0.03, 200)
+    heat = sb.Heat(
+        bodies=(
+            wall("rim", n, 0.03, steel, growth),
+            wall("lining", n, 0.03, lining, growth),
+            sb.Junction("face"),
+        ),
+        links=(sb.ThermalContact("face", "rim.front", 1.0), sb.ThermalContact("face", "lining.front", 1.0)),
+        sources=(sb.Source("face", 1e6),),
+    )
+    run = sb.simulate_heat(heat, [0.0, 0.05, 0.2], rtol=1e-9)
+    stored = np.asarray(run.record.system.thermal.capacity) * (np.asarray(run.temperature)[-1] - sb.ROOM)
+    share = stored[:n].sum() / stored.sum()
+    assert share == pytest.approx(0.907538740903391, abs=2e-4)
+    assert float(sb.effusivity_share(steel, lining)) == pytest.approx(0.907538740903391, rel=1e-12)
+    assert float(run.closure) < 1e-12
+
+
+def test_properties_that_change_with_temperature_conserve_heat():
+    """λ and c linear in T: an insulated wall, unevenly warm at the start, keeps its heat content to rounding."""
+    m = sb.Material(40.0, 7800.0, 450.0, conductivity_slope=-5e-4, specific_heat_slope=8e-4)
+    T0 = np.linspace(900.0, 300.0, 12)
+    heat = sb.Heat((sb.Wall("w", m, 0.03, 1.0, 12, 1.0, T0),))
+    run = sb.simulate_heat(heat, [0.0, 5.0, 2000.0], rtol=1e-9)
+    T = np.asarray(run.temperature)
+    content = (T - sb.ROOM) + 0.5 * 8e-4 * (T - sb.ROOM) ** 2
+    np.testing.assert_allclose(content.sum(axis=1), content[0].sum(), rtol=1e-12)
+    assert np.ptp(T[-1]) < 1e-6
+
+
+def test_kirchhoff_profile_of_a_wall_in_steady_state():
+    """With λ(T) linear, λ T is harmonic: the steady flux through a wall is the mean conductivity's."""
+    m = sb.Material(40.0, 7800.0, 450.0, conductivity_slope=-8e-4)
+    heat = sb.Heat(
+        (wall("w", 400, 0.03, m), sb.Reservoir("hot", 700.0), sb.Reservoir("cold", 300.0)),
+        (sb.ThermalContact("hot", "w.front", 1.0), sb.ThermalContact("w.back", "cold", 1.0)),
+    )
+    T = np.asarray(list(sb.steady_state(heat).values()))
+    theta = (T - sb.ROOM) - 4e-4 * (T - sb.ROOM) ** 2  # ∫ λ/λ_r dT
+    ends = [(x - sb.ROOM) - 4e-4 * (x - sb.ROOM) ** 2 for x in (700.0, 300.0)]
+    depth = np.asarray(heat.bodies[0].centres) / 0.03
+    np.testing.assert_allclose(theta, ends[0] + (ends[1] - ends[0]) * depth, atol=2e-3)
+
+
+def test_repeated_stops_of_a_lump():
+    """Limpert: rise after stop n = ΔT (1 − e^{−n b t_c})/(1 − e^{−b t_c}), here with heat pulses of 1 ms."""
+    C, b, t_c, pulse = 1000.0, 1 / 300, 60.0, 1e-6
+    starts = np.arange(10) * t_c
+    times = np.sort(np.concatenate([starts, starts, starts + pulse, starts + pulse]))
+    power = np.tile([0.0, 1.0, 1.0, 0.0], 10) * 40.0 * C / pulse
+    heat = sb.Heat(
+        (sb.Lump("drum", C, 300.0), sb.Reservoir("air", 300.0)),
+        (sb.Convection("drum", 1.0, C * b),),
+        sources=(sb.Source("drum", sb.PiecewiseLinear(times, power)),),
+    )
+    run = sb.simulate_heat(heat, [0.0, pulse, 4 * t_c + pulse, 9 * t_c + pulse], rtol=1e-11)
+    np.testing.assert_allclose(run.temperature[1:, 0] - 300.0, [40.0, 139.487655972995, 190.802296902655], rtol=1e-7)
+
+
+def test_a_junction_is_the_limit_of_a_small_capacity_and_may_radiate():
+    def heat(middle):
+        return sb.Heat(
+            (sb.Lump("a", 100.0, 800.0), middle, sb.Reservoir("air", 300.0)),
+            (sb.Conductance("a", "m", 5.0), sb.Radiation("m", 0.5, 0.9)),
+        )
+
+    times = [0.0, 20.0, 100.0]
+    exact = sb.simulate_heat(heat(sb.Junction("m")), times, rtol=1e-11)
+    near = sb.simulate_heat(heat(sb.Lump("m", 1e-5, 600.0)), times, rtol=1e-9)
+    np.testing.assert_allclose(exact.temperature[1:, 0], near.temperature[1:, 0], rtol=2e-7)
+    assert float(exact.closure) < 1e-11
+
+
+def test_steady_state_of_a_network_with_radiation_is_where_long_cooling_ends():
+    heat = sb.Heat(
+        (
+            sb.Lump("rim", 5e3, 700.0),
+            sb.Lump("flange", 8e3),
+            sb.Junction("bolt"),
+            sb.Reservoir("air", 300.0),
+        ),
+        (
+            sb.Conductance("rim", "bolt", 30.0),
+            sb.Conductance("bolt", "flange", 20.0),
+            sb.Radiation("rim", 0.8, 0.7),
+            sb.Convection("flange", 1.2, sb.TemperatureCoefficient(2.0)),
+        ),
+        sources=(sb.Source("rim", 2000.0),),
+    )
+    end = sb.simulate_heat(heat, [0.0, 2e5], rtol=1e-10).temperature[-1]
+    steady = sb.steady_state(heat)
+    assert list(steady) == ["rim", "flange", "bolt"]
+    np.testing.assert_allclose(list(steady.values())[:2], end[:2], rtol=1e-9)
+    flow = jax.grad(lambda p: sb.steady_state(eqx_source(heat, p))["rim"])(2000.0)
+    h = 1.0
+    central = (
+        sb.steady_state(eqx_source(heat, 2000.0 + h))["rim"] - sb.steady_state(eqx_source(heat, 2000.0 - h))["rim"]
+    ) / (2 * h)
+    assert float(flow) == pytest.approx(float(central), rel=1e-6)
+
+
+def eqx_source(heat, power):
+    import equinox as eqx
+
+    return eqx.tree_at(lambda h: h.sources[0].power, heat, jnp.asarray(power, jnp.float64))
+
+
+def test_a_thin_surface_node_costs_at_most_three_times_the_steps():
+    def steps(first):
+        n = 20
+        growth = 1.0 if first is None else sb.layer_growth(first, 0.03, n)
+        heat = heated_wall_of(n, growth)
+        return int(sb.simulate_heat(heat, [0.0, 5.0], rtol=1e-8, solver=sb.Rodas5P()).record.stats.accepted)
+
+    def heated_wall_of(n, growth):
+        return sb.Heat(
+            (wall("w", n, 0.03, growth=growth), sb.Reservoir("air")),
+            (sb.Convection("w.back", 1.0, 100.0),),
+            sources=(sb.Source("w.front", sb.ramp(1e6, 0.0, 0.0, 5.0)),),
+        )
+
+    uniform, thin = steps(None), steps(1e-6)
+    assert thin <= 3 * uniform, (thin, uniform)
+
+
+def test_gradient_of_a_radiating_wall_against_differences():
+    def peak(conductivity, method):
+        m = sb.Material(conductivity, 7800.0, 450.0)
+        heat = sb.Heat(
+            (wall("w", 12, 0.03, m, 1.4), sb.Reservoir("air")),
+            (sb.Radiation("w.back", 1.0, 0.9),),
+            sources=(sb.Source("w.front", 1e6),),
+        )
+        return sb.simulate_heat(heat, jnp.asarray([0.0, 3.0]), rtol=1e-11, solver=method).temperature[-1, 0]
+
+    for method in (sb.Rodas5P(), None):
+        k, h = 40.0, 1e-2
+        by_ad = jax.jit(jax.grad(lambda k: peak(k, method)))(k)
+        value = jax.jit(lambda k: peak(k, method))
+        by_difference = (value(k + h) - value(k - h)) / (2 * h)
+        assert float(by_ad) == pytest.approx(float(by_difference), rel=1e-6)
+
+
+def test_all_faults_of_a_network_in_one_report():
+    heat = sb.Heat(
+        bodies=(sb.Lump("a", -1.0), sb.Lump("b", 1.0, -5.0), sb.Lump("c", 1.0)),
+        links=(sb.Conductance("a", "b", 1.0),),
+    )
+    with pytest.raises(sb.InputError) as caught:
+        sb.simulate_heat(heat, [0.0, 1.0])
+    assert "heat.bodies[0].capacity" in str(caught.value)
+    assert "heat.bodies[1].temperature" in str(caught.value)
+    heat = sb.Heat(
+        bodies=(sb.Lump("a", 1.0), sb.Lump("c", 1.0), sb.Junction("j"), sb.Junction("k"), wall("w", 3)),
+        links=(sb.Conductance("j", "k", 1.0), sb.Conductance("a", "w", 1.0), sb.Conductance("a", "nowhere", 1.0)),
+    )
+    with pytest.raises(sb.InputError) as caught:
+        sb.simulate_heat(heat, [0.0, 1.0])
+    text = str(caught.value)
+    for part in ("'c' is connected to nothing", "'j' has no defined temperature", "'k' has no", "no face", "'nowhere'"):
+        assert part in text, part
+    with pytest.raises(sb.InputError, match="no reservoir"):
+        sb.steady_state(sb.Heat((sb.Lump("a", 1.0), sb.Lump("b", 1.0)), (sb.Conductance("a", "b", 1.0),)))
