@@ -4,13 +4,14 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array
 
-from ._band import grip, tension_ratio
+from ._band import grip, product, tension_ratio
+from ._forces import Forces
 from ._friction import Contact
 from ._modes import BandMode, Mode
 from ._scene import Scene
 from ._sliding import Grip
 from ._state import HeatLedger, Ledger, State
-from ._system import BrakeSystem, product
+from ._system import BrakeSystem
 from ._thermal import assemble_thermal
 
 
@@ -45,7 +46,7 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
     reach = jnp.minimum(torque_scale / J * (jnp.asarray(scene.end_time) - t_0), 1.0)
     speed_scale = positive(jnp.where(omega_0 == 0, reach, jnp.abs(omega_0)))
     stiffness = None if brake.band.stiffness is None else jnp.asarray(brake.band.stiffness)
-    system = BrakeSystem(
+    forces = Forces(
         inertia=J,
         band_radius=R_b,
         track_radius=jnp.asarray(brake.pulley.radius),
@@ -59,10 +60,8 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
         ratio_static=None if friction.varies else ratio_static,
         ratio_kinetic=None if mu_kinetic is None else product(mu_kinetic),
         thermal=thermal,
-        tension_scale=tension_scale,
-        torque_scale=torque_scale,
-        speed_scale=speed_scale,
     )
+    system = BrakeSystem(forces, tension_scale, torque_scale, speed_scale)
     zero = jnp.zeros_like(omega_0)
     x = None if stiffness is None else jnp.asarray(initial.elongation) + zero
     booked = None if heat is None else HeatLedger(zero, zero, zero, zero)

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Bool, Float
 
 
@@ -26,6 +27,41 @@ def tension_ratio(fz: Float[Array, " n"]) -> tuple[Float[Array, " n"], Bool[Arra
     locked = fz >= 1.0
     safe = jnp.where(locked, 0.0, fz)
     return (1 + safe) / (1 - safe), locked
+
+
+@jax.custom_jvp
+def product(mu: Float[Array, " n"]) -> Float[Array, ""]:
+    """`∏ μ_i` of ratios that are never 0."""
+    return jnp.prod(mu)
+
+
+@product.defjvp
+def _(primals, tangents):
+    # the general rule of jnp.prod costs n products; here no factor is 0
+    (mu,), (d_mu,) = primals, tangents
+    whole = jnp.prod(mu)
+    return whole, whole * jnp.sum(d_mu / mu)
+
+
+_WIDE = 96  # from here on a running product pays its many small steps
+
+
+@jax.custom_jvp
+def running_product(mu: Float[Array, " n"]) -> Float[Array, " n"]:
+    """`Π_i = ∏_{j≤i} μ_j` of ratios that are never 0; for few linings as one masked reduction, one kernel in a loop."""
+    n = mu.shape[0]
+    if n > _WIDE:
+        return jnp.cumprod(mu)
+    return jnp.prod(jnp.where(np.tri(n, dtype=bool), mu[None, :], 1.0), axis=1)
+
+
+@running_product.defjvp
+def _(primals, tangents):
+    (mu,), (d_mu,) = primals, tangents
+    n, running, relative = mu.shape[0], running_product(mu), d_mu / mu
+    if n > _WIDE:
+        return running, running * jnp.cumsum(relative)
+    return running, running * jnp.sum(jnp.where(np.tri(n, dtype=bool), relative[None, :], 0.0), axis=1)
 
 
 def capstan_ratio(f: Float[Array, ""], wrap: Float[Array, ""]) -> Float[Array, ""]:

@@ -151,7 +151,7 @@ def simulate_heat(
     if solver is None:
         span = 0.0 if traced else float(np.asarray(ts)[-1] - np.asarray(ts)[0])
         solver = Rodas5P() if traced or stiff_heat(heat, span)[0] else diffrax.Dopri8()
-    method = solver if isinstance(solver, AbstractMethod) else ExplicitRungeKutta(solver)
+    method = solver if isinstance(solver, AbstractMethod) else ExplicitRungeKutta(solver, unrolled=False)
     run = _traced if traced else _compiled()
     numbers = (np.asarray(x, np.float64) if not isinstance(x, Tracer) else x for x in (speed, closed, rtol))
     result = run(heat, ts if traced else np.asarray(ts, np.float64), *numbers, method=method, max_steps=max_steps)

@@ -32,11 +32,17 @@ class AbstractFactor(eqx.Module):
         return None
 
 
+def _rounded(x: Array, w: Array) -> Array:
+    """`max(x, 0)` with its corner rounded by a parabola over `±w`."""
+    return jnp.where(x >= w, jnp.maximum(x, 0.0), jnp.where(x > -w, (x + w) ** 2 / jnp.where(w > 0, 4 * w, 1.0), 0.0))
+
+
 class LinearFade(AbstractFactor):
     """Fade above a permissible temperature: `max(φ_min, 1 − s (T − T_p)₊)`.
 
     - `slope` `s` (1/K), `above` `T_p` (K), `floor` `φ_min`
-    - `blend` (K): half-width over which the corner at `T_p` is rounded by a parabola; 0: a corner
+    - `blend` (K): half-width over which both corners are rounded by parabolas; 0: corners, which cost steps at tight
+      tolerances where many linings pass them one after the other
     """
 
     slope: Scalar = quantity("1/K", "loss of friction per kelvin", low=0.0)
@@ -47,10 +53,9 @@ class LinearFade(AbstractFactor):
     pressure_dependent: ClassVar[bool] = False
 
     def factor(self, contact):
-        over, w = contact.T - self.above, jnp.asarray(self.blend)
-        rounded = (over + w) ** 2 / jnp.where(w > 0, 4 * w, 1.0)
-        over = jnp.where(over >= w, jnp.maximum(over, 0.0), jnp.where(over > -w, rounded, 0.0))
-        return jnp.maximum(1 - self.slope * over, self.floor)
+        w, s = jnp.asarray(self.blend), self.slope
+        lost = s * _rounded(contact.T - self.above, w)
+        return self.floor + _rounded(1 - lost - self.floor, s * w)
 
     def faults(self, path):
         return []

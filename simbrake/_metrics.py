@@ -82,10 +82,10 @@ def energies(record: Record) -> dict[str, Array]:
     system: BrakeSystem = record.system  # pyright: ignore
     start = record.flat.unpack_state(record.rows.y[0])
     end, ledger = record.y_end, record.y_end.ledger
-    kinetic = 0.5 * system.inertia * (end.omega**2 - start.omega**2)
+    kinetic = 0.5 * system.forces.inertia * (end.omega**2 - start.omega**2)
     elastic = jnp.zeros_like(kinetic)
-    if system.stiffness is not None:
-        elastic = 0.5 * system.stiffness * (end.x**2 - start.x**2)
+    if system.forces.stiffness is not None:
+        elastic = 0.5 * system.forces.stiffness * (end.x**2 - start.x**2)
     residual = kinetic + elastic - (ledger.load_work + ledger.lever_work - ledger.friction_heat)
     terms = [kinetic, elastic, ledger.load_work, ledger.lever_work, ledger.friction_heat]
     found = {
@@ -96,7 +96,7 @@ def energies(record: Record) -> dict[str, Array]:
         "elastic_change": elastic,
         "closure": _closure(residual, terms),
     }
-    return found if system.thermal is None else found | _heats(record)
+    return found if system.forces.thermal is None else found | _heats(record)
 
 
 def _closure(residual: Array, terms: list[Array]) -> Array:
@@ -107,7 +107,7 @@ def _closure(residual: Array, terms: list[Array]) -> Array:
 def stored_heat(record: Record) -> dict[str, Array]:
     """Heat stored in every body of the network since the start (J)."""
     system: BrakeSystem = record.system  # pyright: ignore
-    thermal = system.thermal
+    thermal = system.forces.thermal
     if thermal is None:
         return {}
     start = record.flat.unpack_state(record.rows.y[0])
@@ -156,9 +156,9 @@ HOT_PLACES = {"peak_rim_temperature": "rim", "peak_lining_temperature": "linings
 
 def peaks_of(system: Any) -> dict[str, Callable[[Probe], Array]]:
     """Everything of which a scene has a greatest value: tensions, loads, and temperatures where it has them."""
-    if system.thermal is None:
+    if system.forces.thermal is None:
         return PEAKS
-    heat = system.thermal.heat
+    heat = system.forces.thermal.heat
     hot = {name: kind for name, kind in HOT_PLACES.items() if getattr(heat, kind) is not None}
     return PEAKS | {name: (lambda p, kind=kind: p.surfaces[kind]) for name, kind in hot.items()}
 

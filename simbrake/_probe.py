@@ -12,6 +12,7 @@ from ._band import LiningForces
 from ._compiling import cpu_compiler_options
 from ._hybrid import Record
 from ._modes import Mode
+from ._observe import lining_forces, lining_margins, passing, surfaces
 from ._state import Flows, State
 from ._system import BrakeSystem
 
@@ -48,16 +49,23 @@ def probe_at(record: Record, index: Array, h: Array) -> Probe:
     system: BrakeSystem = record.system  # pyright: ignore
     t, y = record.inside(index, h)
     mode = jax.vmap(record.flat.unpack_mode)(record.rows.mode[index])
-    flows = jax.vmap(system.flows)(t, y, mode)
-    forces = jax.vmap(system.lining_forces)(t, y, mode)
-    margins = jax.vmap(system.lining_margins)(t, y, mode)
-    surfaces = jax.vmap(system.surfaces)(flows)
-    passing = jax.vmap(system.passing)(flows, mode, surfaces)
-    coefficient = None if system.thermal is None else jax.vmap(system.coefficients)(t, y, mode)
+
+    def look(t: Array, y: State, mode: Mode) -> Any:
+        q = system.forces.flows(t, y, mode)
+        hot = surfaces(system, q)
+        f = None if system.forces.thermal is None else system.forces.coefficients(y, mode, q)
+        return (
+            q,
+            lining_forces(system, y, mode, q),
+            lining_margins(system, y, mode, q),
+            hot,
+            f,
+            passing(system, q, mode, hot),
+        )
+
+    flows, forces, margins, hot, coefficient, passed = jax.vmap(look)(t, y, mode)
     before = jnp.concatenate([flows.slack_tension[:, None], forces.tension[:, :-1]], axis=1)
-    return Probe(
-        t, y, mode, flows, forces, margins, jnp.maximum(forces.tension, before), surfaces, coefficient, passing
-    )
+    return Probe(t, y, mode, flows, forces, margins, jnp.maximum(forces.tension, before), hot, coefficient, passed)
 
 
 @functools.cache

@@ -15,6 +15,7 @@ from ._hybrid import FINISHED, Record
 from ._log import Event, Phase, event_log, marks_passed
 from ._metrics import METRICS, Peak, energies, numbers, peak, peaks_of, stored_heat
 from ._modes import BandMode
+from ._observe import mark_names
 from ._outcome import FAILURES, STATUS_MESSAGES, status_of
 from ._probe import SAMPLES, Probe, probe_at, probe_many
 from ._scene import Scene, warnings
@@ -155,9 +156,9 @@ class Result(eqx.Module):
     def end_temperatures(self) -> Array:
         """Temperatures (K) at the end of the nodes with capacity."""
         system: Any = self.record.system
-        if system.thermal is None:
+        if system.forces.thermal is None:
             raise ValueError("the scene has no heat")
-        return system.thermal.temperatures(self.record.y_end.heat)
+        return system.forces.thermal.temperatures(self.record.y_end.heat)
 
     @property
     def stored_heat(self) -> dict[str, Array]:
@@ -345,10 +346,9 @@ class Report:
         found: list[Event] = []
         crossings = marks_passed(np.asarray(self._probe.passing), self._index)
         if crossings:
-            times = self._locate(crossings, "passing")
-            names = [system.mark_names[j] for _, j in crossings]
-            found += [Event(float(t), name, lining) for t, (name, lining) in zip(times, names, strict=True)]
-        if system.grip.varies:  # the fifth entry of a mode says whether a lining locks itself
+            times, names = self._locate(crossings, "passing"), mark_names(system)
+            found += [Event(float(t), *names[j]) for t, (_, j) in zip(times, crossings, strict=True)]
+        if system.forces.grip.varies:  # the fifth entry of a mode says whether a lining locks itself
             locks = np.asarray(self._record.rows.mode)[: int(self._record.count) + 1, 4]
             began = np.flatnonzero(np.diff(locks) > 0) + 1
             found += [Event(float(np.asarray(self._record.rows.t)[i]), "self_locking") for i in began]

@@ -87,7 +87,8 @@ def simulate(
     if solver is None:
         stiff = scene.heat is not None if traced else stiffness(scene)[0]
         solver = Rodas5P() if stiff else diffrax.Dopri8()
-    method = _method(solver)
+    # with heat the equations are long: a program in which they stand once compiles and runs faster
+    method = _method(solver) if scene.heat is None else _method(solver).rolled()
     name = type(solver).__name__
     rtol_, longest = np.asarray(rtol, np.float64) if np.isscalar(rtol) else rtol, np.asarray(max_step, np.float64)
     events = np.asarray(max_events, np.int32)
