@@ -25,7 +25,10 @@ from ._duty import ExponentialRise as ExponentialRise
 from ._duty import FunctionProfile as FunctionProfile
 from ._duty import HookLoad as HookLoad
 from ._duty import PiecewiseLinear as PiecewiseLinear
+from ._duty import Repeated as Repeated
+from ._duty import SpeedHold as SpeedHold
 from ._duty import TorqueLoad as TorqueLoad
+from ._duty import TrippingLoad as TrippingLoad
 from ._duty import ramp as ramp
 from ._edit import with_values as with_values
 from ._fade import AbstractFactor as AbstractFactor

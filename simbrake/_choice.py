@@ -24,12 +24,14 @@ def fastest_node(heat: Heat) -> tuple[float, str]:
             m = body.material
             weights = float(body.growth) ** np.arange(body.layers)
             steps = float(body.thickness) * weights / weights.sum()
-            capacity[body.name] = float(m.density) * float(m.specific_heat) * float(body.area) * steps
-            halves[body.name] = steps / (2 * float(body.area) * float(m.conductivity))
+            # every copy of a wall is alike: look at one
+            area = float(np.min(body.area))
+            capacity[body.name] = float(m.density) * float(m.specific_heat) * area * steps
+            halves[body.name] = steps / (2 * area * float(m.conductivity))
         else:
             continue
         total[body.name] = np.zeros_like(capacity[body.name])
-        if body.name in halves and body.count > 1:
+        if isinstance(body, Wall) and body.layers > 1:
             half = halves[body.name]
             g = 1 / (half[:-1] + half[1:])
             total[body.name][:-1] += g

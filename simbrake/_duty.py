@@ -125,6 +125,104 @@ def ramp(start: float, end: float, begin: float, duration: float) -> PiecewiseLi
     return PiecewiseLinear(times=np.asarray([begin, begin + duration]), values=np.asarray([start, end]))
 
 
+class Repeated(AbstractProfile):
+    """A cycle of straight lines, repeated: `count` times the points `(times, values)`, every `period`, from `begin` on.
+
+    - `times` (k,) in s from the start of a cycle, not decreasing, at most `period`;  `values` (k,)
+
+    Between the last point of a cycle and the first of the next it is a straight line too; before the first point and after
+    the last it is constant. The cost of a value does not depend on the number of cycles.
+    """
+
+    times: Scalar = quantity("s", "times of the points in one cycle", low=0.0)
+    values: Scalar = quantity("SI", "values at the points")
+    period: Scalar = quantity("s", "length of a cycle", positive=True)
+    count: int = eqx.field(static=True)
+    begin: Scalar = quantity("s", "start of the first cycle", default=0.0)
+    smooth_between: ClassVar[bool] = True
+
+    @property
+    def knot_count(self) -> int:
+        return self.count * int(np.shape(self.times)[0])
+
+    def value(self, t, piece):
+        times, values = jnp.asarray(self.times), jnp.asarray(self.values)
+        k = times.shape[0]
+        passed = jnp.clip(piece - 1, 0, self.knot_count - 1)
+        cycle, point = passed // k, passed % k
+        here = jnp.arange(k, dtype=jnp.int32) == point
+        span = jnp.diff(times, append=self.period + times[:1])
+        slope = jnp.where(span > 0, jnp.diff(values, append=values[:1]) / jnp.where(span > 0, span, 1.0), 0.0)
+
+        def pick(x):
+            return jnp.sum(jnp.where(here, x, 0.0))
+
+        since = t - (self.begin + cycle.astype(jnp.float64) * self.period + pick(times))
+        inside = (piece > 0) & (piece < self.knot_count)
+        return pick(values) + jnp.where(inside, pick(slope) * since, 0.0)
+
+    def next_knot(self, piece):
+        times, piece = jnp.asarray(self.times), jnp.asarray(piece, jnp.int32)
+        k = times.shape[0]
+        here = jnp.arange(k, dtype=jnp.int32) == piece % k
+        t = self.begin + (piece // k).astype(jnp.float64) * self.period + jnp.sum(jnp.where(here, times, 0.0))
+        return jnp.where(piece < self.knot_count, t, jnp.inf)
+
+    def first_piece(self, t):
+        ends = self.begin + np.arange(self.count)[:, None] * self.period + jnp.asarray(self.times)[None, :]
+        return jnp.sum(ends <= t).astype(jnp.int32)
+
+    def scale(self):
+        return jnp.max(jnp.abs(jnp.asarray(self.values)))
+
+    def faults(self, path, low):
+        times, values = np.asarray(self.times), np.asarray(self.values)
+        if times.ndim != 1 or times.shape != values.shape or times.size < 1:
+            return [Fault(path, "times and values must be lists of one length, at least 1")]
+        faults = _below(path, "values", values, low)
+        if np.any(np.diff(times) < 0) or times[-1] > np.asarray(self.period):
+            faults.append(Fault(f"{path}.times", "the times must not decrease, nor pass the period"))
+        if self.count < 1:
+            faults.append(Fault(f"{path}.count", f"{self.count} cycles", "at least one"))
+        return faults
+
+
+class SpeedHold(AbstractProfile):
+    """A lever that holds the speed: it pulls just so much that the brake torque equals the load torque (drag).
+
+        T_0 = min(M_load/(R_b (Π − 1)), limit)
+
+    - `limit` (N): greatest slack tension; where fade asks for more the load runs away (event `grip_lost`)
+
+    The tension follows the friction of the hot linings, so that the power `M_load ω` goes into heat however it fades.
+    For rigid bands, and laws without pressure and flash temperature.
+    """
+
+    limit: Scalar = quantity("N", "greatest slack tension", positive=True)
+    smooth_between: ClassVar[bool] = True
+
+    def value(self, t, piece):
+        return self.limit + 0.0 * t
+
+    def holding(self, torque: Array, arm: Array, ratio: Array) -> Float[Array, ""]:
+        """`T_0` (N) for a load torque, the band radius and `Π` of the sliding linings."""
+        grips = ratio > 1
+        wanted = torque / (arm * jnp.where(grips, ratio - 1, 1.0))
+        return jnp.where(grips, jnp.clip(wanted, 0.0, self.limit), self.limit)
+
+    def next_knot(self, piece):
+        return jnp.inf
+
+    def first_piece(self, t):
+        return 0
+
+    def scale(self):
+        return jnp.asarray(self.limit)
+
+    def faults(self, path, low):
+        return []
+
+
 class ExponentialRise(AbstractProfile):
     """`p(t) = p_1 (1 − exp(−(t − t_0)/t_i))` from `t_0` on, 0 before: how brake actuators fill.
 
@@ -208,7 +306,11 @@ class AbstractLoad(eqx.Module):
 
     @abc.abstractmethod
     def inertia(self) -> Scalar | float:
-        """Inertia it adds to the shaft, in kg·m²."""
+        """Inertia it adds to the shaft at the start, in kg·m²."""
+
+    def added_inertia(self, piece: Int[Array, ""]) -> Array | None:
+        """Inertia beyond that of the start, where the load changes in a run; `None`: it never does."""
+        return None
 
     @abc.abstractmethod
     def travel(self) -> Scalar | None:
@@ -261,3 +363,52 @@ class HookLoad(AbstractLoad):
     @property
     def profile(self):
         return Constant(0.0)
+
+
+class TrippingLoad(AbstractLoad):
+    """A string run into the hole stand by stand: in each cycle it hangs on the hook for a while, then on the slips.
+
+        m(t) = m_e + (m_s + k Δm) while it hangs in cycle k = 0…count − 1, else m_e;   M_load = m g r_d/n − c ω
+
+    - `empty` `m_e`: hook and travelling block (kg); `string` `m_s`: string of the first cycle (kg); `stand` `Δm` (kg)
+    - `taken`, `set`: times in a cycle of `period` (s) at which the hook takes the string, and it is set into the slips
+    - `drum_radius`, `line_count`, `gravity`, `drag`: as in `HookLoad`
+
+    At a change of mass in motion the speed stays: what comes onto the hook brings its kinetic energy (booked as load work).
+    """
+
+    empty: Scalar = quantity("kg", "mass of hook and block", positive=True)
+    string: Scalar = quantity("kg", "mass of the string in the first cycle", low=0.0)
+    stand: Scalar = quantity("kg", "mass of one stand", low=0.0)
+    taken: Scalar = quantity("s", "time in the cycle at which the hook takes the string", low=0.0)
+    set: Scalar = quantity("s", "time in the cycle at which the string is set into the slips", positive=True)
+    period: Scalar = quantity("s", "length of a cycle", positive=True)
+    drum_radius: Scalar = quantity("m", "radius of the drum to the rope", positive=True)
+    line_count: Scalar = quantity("1", "number of lines of the tackle", low=1.0)
+    count: int = eqx.field(static=True)
+    gravity: Scalar = quantity("m/s^2", "acceleration of free fall", positive=True, default=GRAVITY)
+    drag: Scalar = quantity("N*m*s", "drag torque per unit of speed", low=0.0, default=0.0)
+
+    @property
+    def profile(self):
+        # its values bear the scale of the greatest torque
+        most = (self.empty + self.string + (self.count - 1) * self.stand) * self.gravity * self.travel()
+        times = jnp.stack([jnp.asarray(self.taken, jnp.float64), jnp.asarray(self.set, jnp.float64)])
+        return Repeated(times, jnp.stack([most, most]), self.period, self.count)
+
+    def _mass(self, piece: Int[Array, ""]) -> Array:
+        passed = jnp.asarray(piece, jnp.int32) - 1
+        hangs = (passed >= 0) & (passed % 2 == 0)
+        return self.empty + jnp.where(hangs, self.string + (passed // 2).astype(jnp.float64) * self.stand, 0.0)
+
+    def torque(self, t, omega, piece):
+        return self._mass(piece) * self.gravity * self.travel() - self.drag * omega
+
+    def inertia(self):
+        return self.empty * self.travel() ** 2
+
+    def added_inertia(self, piece):
+        return (self._mass(piece) - self.empty) * self.travel() ** 2
+
+    def travel(self):
+        return self.drum_radius / self.line_count

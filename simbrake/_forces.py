@@ -8,7 +8,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
 from ._band import product, running_product
-from ._duty import AbstractLoad, AbstractProfile
+from ._duty import AbstractLoad, AbstractProfile, SpeedHold
 from ._modes import BandMode, Mode, slips
 from ._network import Surroundings
 from ._sliding import Coefficients, Grip
@@ -56,6 +56,11 @@ class Forces(eqx.Module):
     ratio_kinetic: Float[Array, ""] | None
     thermal: Thermal | None
 
+    def inertia_at(self, mode: Mode) -> Array:
+        """Inertia of all that turns and moves with the shaft (kg·m²)."""
+        more = self.load.added_inertia(mode.load_piece)
+        return self.inertia if more is None else self.inertia + more
+
     def surface(self, u: Any) -> Array | None:
         """Temperatures that the linings' friction law sees."""
         if self.thermal is None or self.thermal.heat.friction is None:
@@ -93,7 +98,13 @@ class Forces(eqx.Module):
             back = product(self.grip.ratios(f)[0])
         return Limits(mu, ahead, back, mode.locks > 0, margin)
 
-    def lever_tension(self, t: Array, mode: Mode) -> tuple[Array, Array]:
+    def lever_tension(self, t: Array, y: State, mode: Mode) -> tuple[Array, Array]:
+        """`T_0` and its rate as the lever has them."""
+        if isinstance(self.lever, SpeedHold):
+            load = self.load.torque(t, y.omega, mode.load_piece)
+            everywhere = self.lever.value(t, mode.lever_piece)
+            Pi = self._ratio(everywhere, y.omega, y.heat, mode, False)
+            return self.lever.holding(load, self.band_radius, Pi), jnp.zeros_like(t)
         return jax.jvp(lambda t: self.lever.value(t, mode.lever_piece), (t,), (jnp.ones_like(t),))
 
     # --- full slip ------------------------------------------------------------------------------------------------
@@ -104,7 +115,7 @@ class Forces(eqx.Module):
         The tension moves with the lever, the speed and the temperatures, which move with the heat of the slip itself:
         `ẋ = ẋ_0 + γ v_s`, `v_s = (R_b ω − ẋ_0)/(1 + γ)` (model §3).
         """
-        T_0, rate = self.lever_tension(t, mode)
+        T_0, rate = self.lever_tension(t, y, mode)
         point = (T_0, y.omega, y.heat)
 
         def tension(T_0: Array, omega: Array, u: Any) -> Array:
@@ -123,7 +134,7 @@ class Forces(eqx.Module):
             return Slip(T_0 * Pi, rate * Pi / self.stiffness, None, friction, deposit)
         T_n = tension(*point)
         load = self.load.torque(t, y.omega, mode.load_piece)
-        alpha = (load - self.band_radius * (T_n - T_0)) / self.inertia
+        alpha = (load - self.band_radius * (T_n - T_0)) / self.inertia_at(mode)
         if self.thermal is None or now is None or deposit is None:
             growth = jax.jvp(tension, point, (rate, alpha, None))[1]
             return Slip(T_n, growth / self.stiffness)
@@ -144,7 +155,7 @@ class Forces(eqx.Module):
 
     def sliding_tension(self, t: Array, y: State, mode: Mode) -> Array:
         """Tension `T_0 Π^{±1}` of the tight end if the band slides as its mode says."""
-        T_0, _ = self.lever_tension(t, mode)
+        T_0, _ = self.lever_tension(t, y, mode)
         return T_0 * self._ratio(T_0, y.omega, y.heat, mode, mode.band == BandMode.SLIP_BACK)
 
     def deposit(self, t: Array, y: State, mode: Mode, now: ThermalNow, P: Array) -> Deposit:
@@ -168,7 +179,7 @@ class Forces(eqx.Module):
         """Everything that acts at one instant (model §3, table of modes)."""
         band, R_b = mode.band, self.band_radius
         is_open, held, sliding = band == BandMode.OPEN, band == BandMode.HELD, slips(band)
-        lever_tension, _ = self.lever_tension(t, mode)
+        lever_tension, _ = self.lever_tension(t, y, mode)
         T_0 = jnp.where(is_open, 0.0, lever_tension)
         load = self.load.torque(t, y.omega, mode.load_piece)
         now = self.thermal_now(t, y, mode)
@@ -196,7 +207,7 @@ class Forces(eqx.Module):
             tight_tension=tension,
             load_torque=load,
             brake_torque=torque,
-            alpha=jnp.where(held, 0.0, (load - torque) / self.inertia),
+            alpha=jnp.where(held, 0.0, (load - torque) / self.inertia_at(mode)),
             band_speed=band_speed,
             slip_speed=slip_speed,
             snap=slip.snap,

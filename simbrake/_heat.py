@@ -10,7 +10,7 @@ from jaxtyping import Array, Float
 
 from ._duty import AbstractProfile
 from ._material import Material, effusivity_share
-from ._network import AbstractLink, Body, Junction, Reservoir, Source, Wall, faults_of_network, place_of
+from ._network import AbstractLink, Body, Junction, Reservoir, Source, Wall, faults_of_network, place_of, size_of
 from ._quantity import Fault, Scalar, quantity
 
 
@@ -169,8 +169,10 @@ class Heat(eqx.Module):
             name, face = place_of(place)
             if name not in by_name or isinstance(by_name[name], Wall) != (face in ("front", "back")):
                 found.append(Fault(f"{path}.{field}", f"there is no place {place!r}", "a body, or the face of a wall"))
-            elif (1 if face else by_name[name].count) not in (1, linings):
-                found.append(Fault(f"{path}.{field}", f"{place!r} has {by_name[name].count} nodes", f"1 or {linings}"))
+            elif size_of(by_name[name], face) not in (1, linings):
+                found.append(
+                    Fault(f"{path}.{field}", f"{place!r} has {size_of(by_name[name], face)} nodes", f"1 or {linings}")
+                )
         if not found:
             found += self._faults_of_friction(path, by_name)
         return found
@@ -199,6 +201,8 @@ def node_names(heat: Heat) -> list[str]:
     """Names of all nodes with capacity, in the order of the state, then those of the junctions."""
 
     def of(body: Body) -> list[str]:
+        if isinstance(body, Wall) and body.copies > 1:
+            return [f"{body.name}[{i + 1},{j + 1}]" for i in range(body.copies) for j in range(body.layers)]
         return [body.name] if body.count == 1 else [f"{body.name}[{i + 1}]" for i in range(body.count)]
 
     stores = [name for body in heat.bodies if isinstance(body, Wall) or hasattr(body, "capacity") for name in of(body)]
@@ -212,6 +216,6 @@ def initial_temperatures(heat: Heat) -> Float[np.ndarray, " k"]:
 
 
 def place_count(heat: Heat, place: str) -> int:
-    """Number of nodes of a place; a face of a wall has one."""
+    """Number of nodes of a place."""
     name, face = place_of(place)
-    return 1 if face else next(body.count for body in heat.bodies if body.name == name)
+    return size_of(next(body for body in heat.bodies if body.name == name), face)

@@ -82,7 +82,9 @@ def energies(record: Record) -> dict[str, Array]:
     system: BrakeSystem = record.system  # pyright: ignore
     start = record.flat.unpack_state(record.rows.y[0])
     end, ledger = record.y_end, record.y_end.ledger
-    kinetic = 0.5 * system.forces.inertia * (end.omega**2 - start.omega**2)
+    first, last = (record.flat.unpack_mode(record.rows.mode[i]) for i in (0, record.count))
+    J_0, J_1 = system.forces.inertia_at(first), system.forces.inertia_at(last)
+    kinetic = 0.5 * (J_1 * end.omega**2 - J_0 * start.omega**2)
     elastic = jnp.zeros_like(kinetic)
     if system.forces.stiffness is not None:
         elastic = 0.5 * system.forces.stiffness * (end.x**2 - start.x**2)

@@ -55,7 +55,8 @@ class Wall(eqx.Module):
         ρ c A Δx_i dT_i/dt = q_{i−1} − q_i,   q_i = A (T_i − T_{i+1}) / (Δx_i/2λ_i + Δx_{i+1}/2λ_{i+1})
 
     - `thickness` (m), `area` (m²), `layers` (their number);  `growth`: ratio of a layer to the one before it
-      (`layer_growth` gives it for a wanted first layer);  `temperature`: at the start (K), a number or (layers,)
+      (`layer_growth` gives it for a wanted first layer);  `temperature`: at the start (K), a number or one per node
+    - `copies`: so many equal walls side by side (one per lining), each of the `area`; nodes wall by wall
 
     Reference: S. V. Patankar, *Numerical Heat Transfer and Fluid Flow* (1980), eq. (4.9).
     """
@@ -67,10 +68,11 @@ class Wall(eqx.Module):
     layers: int = eqx.field(static=True)
     growth: Scalar = quantity("1", "ratio of neighbouring layers", positive=True, default=1.0)
     temperature: Scalar = quantity("K", "temperature at the start", low=0.0, default=ROOM)
+    copies: int = eqx.field(static=True, default=1)
 
     @property
     def count(self) -> int:
-        return self.layers
+        return self.layers * self.copies
 
     @property
     def steps(self) -> Float[Array, " layers"]:
@@ -233,6 +235,18 @@ class Source(eqx.Module):
     power: AbstractProfile | Any = quantity("W", "heat flow into the place")
 
 
+def nodes_at(body: Body, face: str | None) -> slice:
+    """Which nodes of a body a place names: all of it, or the outermost layers of a wall."""
+    if face is None or not isinstance(body, Wall):
+        return slice(None)
+    return slice(0 if face == "front" else body.layers - 1, None, body.layers)
+
+
+def size_of(body: Body, face: str | None) -> int:
+    """Number of nodes of a place."""
+    return body.copies if face is not None and isinstance(body, Wall) else body.count
+
+
 def place_of(name: str) -> tuple[str, str | None]:
     """Body and face that a place names."""
     body, dot, face = name.partition(".")
@@ -281,7 +295,7 @@ def faults_of_network(
             if not known or kind == "sources":
                 continue
             touched |= {name for name, _ in ends}
-            counts = {by_name[n].count if f is None else 1 for n, f in ends} - {1}
+            counts = {size_of(by_name[n], f) for n, f in ends} - {1}
             if len(counts) > 1:
                 found.append(Fault(here, f"{sorted(counts)} nodes do not pair", "equal numbers of nodes, or one"))
             perfect = isinstance(part, ThermalContact) and part.resistance is None

@@ -11,10 +11,10 @@ from jaxtyping import Array
 
 from ._band import grip
 from ._design import Brake, Lining
-from ._duty import AbstractLoad, AbstractProfile
+from ._duty import AbstractLoad, AbstractProfile, SpeedHold
 from ._friction import Contact
 from ._heat import Heat
-from ._network import place_of
+from ._network import nodes_at, place_of
 from ._quantity import Fault, InputError, Scalar, faults_of_values, leaves, quantity
 
 
@@ -61,6 +61,14 @@ def faults(scene: Scene) -> list[Fault]:
         return found
     found += scene.brake.faults("brake")
     found += _faults_of_heat(scene)
+    if isinstance(scene.duty.slack_tension, SpeedHold):
+        law, heat = scene.brake.linings.friction, scene.heat
+        if scene.brake.band.stiffness is not None:
+            found.append(
+                Fault("brake.band.stiffness", "a lever that holds the speed needs a rigid band", "leave it out")
+            )
+        if law.pressure_dependent or (heat is not None and heat.flash is not None):
+            found.append(Fault("duty.slack_tension", "cannot hold the speed with an implicit coefficient of friction"))
     found += scene.duty.slack_tension.faults("duty.slack_tension", 0.0)
     found += scene.duty.load.profile.faults("duty.load.profile", None)
     if not np.asarray(scene.end_time) > np.asarray(scene.initial.time):
@@ -122,7 +130,7 @@ def sensed_at_start(scene: Scene) -> np.ndarray | None:
     name, face = place_of(heat.friction.sensor)
     body = next(body for body in heat.bodies if body.name == name)
     T = np.broadcast_to(np.asarray(getattr(body, "temperature", np.nan), float), (body.count,))
-    return np.broadcast_to(T[:1] if face == "front" else T[-1:] if face else T, (n,))
+    return np.broadcast_to(T[nodes_at(body, face)], (n,))
 
 
 @jax.jit

@@ -4,7 +4,7 @@ import numpy as np
 
 from ._heat import Heat
 from ._hybrid import CORE
-from ._network import Wall, place_of
+from ._network import Wall, nodes_at, place_of
 from ._thermal import Spans, spans
 
 
@@ -47,9 +47,8 @@ def _nodes(heat: Heat, where: Spans, place: str) -> list[tuple[bool, int]]:
     here = where.stores.get(name) or where.junctions.get(name)
     if here is None:
         return []
-    if face is not None:
-        return [(store, here.start if face == "front" else here.stop - 1)]
-    return [(store, i) for i in range(here.start, here.stop)]
+    body = next(body for body in heat.bodies if body.name == name)
+    return [(store, i) for i in range(here.start, here.stop)[nodes_at(body, face)]]
 
 
 def _neighbours(heat: Heat) -> list[set[int]]:
@@ -68,7 +67,8 @@ def _neighbours(heat: Heat) -> list[set[int]]:
         if isinstance(body, Wall):
             here = where.stores[body.name]
             for i in range(here.start, here.stop - 1):
-                join((True, i), (True, i + 1))
+                if (i + 1 - here.start) % body.layers:
+                    join((True, i), (True, i + 1))
     for link in heat.links:
         a, b = _nodes(heat, where, link.a), _nodes(heat, where, link.b)
         pairs = zip(a, b, strict=True) if len(a) == len(b) else [(x, y) for x in a for y in b]

@@ -131,7 +131,7 @@ class BrakeSystem(AbstractHybridSystem):
         new = self._next_pieces(t, mode, at_stop)
         if mode.locks is not None:
             new = new._replace(locks=jnp.where(fired[4], 1 - mode.locks, mode.locks).astype(jnp.int32))
-        T_0, rate = self.forces.lever_tension(t, new)
+        T_0, rate = self.forces.lever_tension(t, y, new)
         limits = self.forces.limits(T_0, y.heat, new)
         load = self.forces.load.torque(t, y.omega, new.load_piece)
         rounding = 1e-12 * self.tension_scale
@@ -162,7 +162,7 @@ class BrakeSystem(AbstractHybridSystem):
 
     def _elastic_mode(self, t, y, old, new, fired, direction, rising, limits) -> Array:
         """Mode of an elastic band on a pulley that moves or starts to."""
-        T_0, rate = self.forces.lever_tension(t, new)
+        T_0, rate = self.forces.lever_tension(t, y, new)
         omega, rounding = y.omega, 1e-12 * self.tension_scale
         was_slack = (old.band == BandMode.OPEN) | (old.band == BandMode.TAKE_UP)
         tension = self._tension_of_band(t, y, old)
@@ -201,10 +201,15 @@ class BrakeSystem(AbstractHybridSystem):
     def reset(self, t, y, before, after):
         stopped = (after.band == BandMode.HELD) | ((before.band != BandMode.OPEN) & (after.sense != before.sense))
         omega = jnp.where(stopped, 0.0, y.omega)
+        if (
+            self.forces.load.added_inertia(after.load_piece) is not None
+        ):  # what comes onto the hook in motion brings its energy
+            brought = 0.5 * (self.forces.inertia_at(after) - self.forces.inertia_at(before)) * y.omega**2
+            y = y._replace(ledger=y.ledger._replace(load_work=y.ledger.load_work + brought))
         if self.forces.stiffness is None:
             return y._replace(omega=omega)
         C = self.forces.stiffness
-        T_0 = jnp.where(after.band == BandMode.OPEN, 0.0, self.forces.lever_tension(t, after)[0])
+        T_0 = jnp.where(after.band == BandMode.OPEN, 0.0, self.forces.lever_tension(t, y, after)[0])
         limits = self.forces.limits(T_0, y.heat, after)
         low = jnp.where(limits.locked, 0.0, T_0 / limits.back)
         high = jnp.where(limits.locked, jnp.inf, T_0 * limits.ahead)

@@ -5,11 +5,12 @@ from typing import Any, NamedTuple
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 from ._duty import AbstractProfile
 from ._heat import Heat
-from ._network import Junction, Lump, Reservoir, Surroundings, Wall, place_of
+from ._network import Body, Junction, Lump, Reservoir, Surroundings, Wall, nodes_at, place_of, size_of
 
 _NEWTON = 8  # iterations for junctions with radiation or free convection
 
@@ -52,6 +53,13 @@ class Deposit(NamedTuple):
     to_linings: Array
     lost: Array
     faces: dict[str, Array]
+
+
+class Landed(NamedTuple):
+    """A flow into a place: at the place's own nodes, and spread over all nodes of the body."""
+
+    place: Array
+    nodes: Array
 
 
 class Thermal(eqx.Module):
@@ -97,10 +105,13 @@ class Thermal(eqx.Module):
         name, face = place_of(place)
         if face is None:
             return None
-        return self._layer_halves(name, T)[slice(0, 1) if face == "front" else slice(-1, None)]
+        return self._layer_halves(name, T)[nodes_at(self._body(name), face)]
+
+    def _body(self, name: str) -> Body:
+        return next(body for body in self.heat.bodies if body.name == name)
 
     def _layer_halves(self, name: str, T: Array) -> Array:
-        wall = next(body for body in self.heat.bodies if body.name == name)
+        wall = self._body(name)
         assert isinstance(wall, Wall)
         if wall.material.conductivity_slope is None:
             return self.halves[name]
@@ -112,25 +123,25 @@ class Thermal(eqx.Module):
         into = {name: jnp.zeros_like(value) for name, value in temperature.items()}
         faces: dict[str, Array] = {}
         for body in self.heat.bodies:
-            if isinstance(body, Wall) and body.count > 1:
-                here, half = temperature[body.name], self._layer_halves(body.name, temperature[body.name])
-                q = (here[:-1] - here[1:]) / (half[:-1] + half[1:])
-                into[body.name] = jnp.pad(q, (1, 0)) - jnp.pad(q, (0, 1))
+            if isinstance(body, Wall) and body.layers > 1:
+                into[body.name] = self._within(body, temperature[body.name])
         for link in self.heat.links:
             flow = self._through(link, temperature, around)
             for place, signed in ((link.a, -flow), (link.b, flow)):
                 name, face = place_of(place)
-                into[name] = into[name] + _landing(signed, into[name].shape[0], face)
+                landed = self._landing(signed, name, face)
+                into[name] = into[name] + landed.nodes
                 if face:
-                    faces[place] = faces.get(place, 0.0) + jnp.sum(signed)
+                    faces[place] = faces.get(place, 0.0) + landed.place
         supplied, left = jnp.zeros(()), list(pieces)[self._reservoir_profiles :]
         for source in self.heat.sources:
             power = jnp.reshape(_value(source.power, t, left), (1,))
             name, face = place_of(source.a)
-            n = into[name].shape[0]
-            into[name] = into[name] + (_landing(power, n, face) if face or n == 1 else power / n)
+            n = size_of(self._body(name), face)
+            landed = self._landing(jnp.broadcast_to(power / n, (n,)), name, face)
+            into[name] = into[name] + landed.nodes
             if face:
-                faces[source.a] = faces.get(source.a, 0.0) + jnp.sum(power)
+                faces[source.a] = faces.get(source.a, 0.0) + landed.place
             supplied = supplied + power[0]
         lost = sum((jnp.sum(into[b.name]) for b in self.heat.bodies if isinstance(b, Reservoir)), start=jnp.zeros(()))
         where = self.spans
@@ -142,10 +153,29 @@ class Thermal(eqx.Module):
             faces=faces,
         )
 
+    def _within(self, wall: Wall, T: Array) -> Array:
+        """Flows into the layers of a wall from their neighbours."""
+        half = self._layer_halves(wall.name, T)
+        q = (T[:-1] - T[1:]) / (half[:-1] + half[1:])
+        if wall.copies > 1:  # nothing flows from one copy into the next
+            q = jnp.where(np.arange(1, wall.count) % wall.layers == 0, 0.0, q)
+        return jnp.pad(q, (1, 0)) - jnp.pad(q, (0, 1))
+
     @property
     def _reservoir_profiles(self) -> int:
         bodies = self.heat.bodies
         return sum(isinstance(b, Reservoir) and isinstance(b.temperature, AbstractProfile) for b in bodies)
+
+    def _landing(self, flow: Array, name: str, face: str | None) -> "Landed":
+        """Flows into a place, node by node, or all of them into its only node."""
+        body = self._body(name)
+        n = size_of(body, face)
+        place = jnp.sum(flow)[None] if n == 1 else jnp.broadcast_to(flow, (n,))
+        if face is None or not isinstance(body, Wall):
+            return Landed(place, place)
+        before = 0 if face == "front" else body.layers - 1
+        spread = jnp.pad(place[:, None], ((0, 0), (before, body.layers - 1 - before)))
+        return Landed(place, spread.reshape(-1))
 
     def _through(self, link: Any, temperature: dict[str, Array], around: Surroundings) -> Array:
         """Flow from `a` to `b`, from the middles of the layers where it ends at walls."""
@@ -153,7 +183,7 @@ class Thermal(eqx.Module):
         for place in (link.a, link.b):
             name, face = place_of(place)
             T = temperature[name]
-            T = T if face is None else T[slice(0, 1) if face == "front" else slice(-1, None)]
+            T = T[nodes_at(self._body(name), face)]
             ends.append((T, self._half(place, temperature[name])))
         (T_a, half_a), (T_b, half_b) = ends
         surface_a, surface_b, flow = T_a, T_b, None
@@ -205,8 +235,7 @@ class Thermal(eqx.Module):
         """Temperature of a place with capacity (of a wall: its outermost layer) at each of `n` linings."""
         name, face = place_of(place)
         here = T[self.spans.stores[name]]
-        here = here if face is None else here[slice(0, 1) if face == "front" else slice(-1, None)]
-        return jnp.broadcast_to(here, (n,))
+        return jnp.broadcast_to(here[nodes_at(self._body(name), face)], (n,))
 
     def deposit(
         self, T: Array, T_J: Array, t: Array, around: Surroundings, P: Float[Array, " n"], pieces: tuple[Any, ...] = ()
@@ -222,7 +251,7 @@ class Thermal(eqx.Module):
         def temperature(place: str | None, other: str | None) -> Array:
             name, face = place_of(place or other or "")
             here = known[name]
-            return jnp.broadcast_to(here[:1] if face == "front" else here[-1:] if face else here, (n,))
+            return jnp.broadcast_to(here[nodes_at(self._body(name), face)], (n,))
 
         share = jnp.broadcast_to(
             friction.partition.share(
@@ -237,9 +266,10 @@ class Thermal(eqx.Module):
                 continue
             name, face = place_of(place)
             here = (where.stores if name in where.stores else where.junctions)[name]
-            landing = _landing(part, here.stop - here.start, face)
+            landed = self._landing(part, name, face)
+            landing = landed.nodes
             if face:
-                faces[place] = faces.get(place, 0.0) + jnp.sum(part)
+                faces[place] = faces.get(place, 0.0) + landed.place
             if name in where.stores:
                 into = into + jnp.pad(landing, (here.start, T.shape[0] - here.stop))
             else:
@@ -265,7 +295,7 @@ class Thermal(eqx.Module):
         if face is None:
             return here
         half = self._half(place, here)
-        edge = here[slice(0, 1) if face == "front" else slice(-1, None)]
+        edge = here[nodes_at(self._body(name), face)]
         return edge + half * faces.get(place, 0.0)
 
 
@@ -275,12 +305,9 @@ def _value(value: Any, t: Array, pieces: list[Any]) -> Array:
     return jnp.asarray(value)
 
 
-def _landing(flow: Array, n: int, face: str | None) -> Array:
-    """A flow into a body of `n` nodes: into one face, node by node, or all of it into the only node."""
-    if face is not None:
-        whole = jnp.sum(flow)[None]
-        return jnp.pad(whole, (0, n - 1)) if face == "front" else jnp.pad(whole, (n - 1, 0))
-    return jnp.sum(flow)[None] if n == 1 else jnp.broadcast_to(flow, (n,))
+def _each(per_metre: Array, wall: Wall) -> Array:
+    """A property per metre of depth at every node of a wall and its copies."""
+    return (jnp.broadcast_to(per_metre, (wall.copies,))[:, None] * wall.steps[None, :]).reshape(-1)
 
 
 def _joined(into: dict[str, Array], where: dict[str, slice]) -> Array:
@@ -297,10 +324,12 @@ def assemble_thermal(heat: Heat) -> tuple[Thermal, Float[Array, " k"]]:
             reference.append(jnp.broadcast_to(jnp.asarray(body.reference), (body.count,)))
         elif isinstance(body, Wall):
             m = body.material
-            capacity.append(m.density * m.specific_heat * body.area * body.steps)
+            capacity.append(_each(m.density * m.specific_heat * jnp.asarray(body.area), body))
             slope.append(m.specific_heat_slope)
             reference.append(jnp.broadcast_to(jnp.asarray(m.reference), (body.count,)))
-            halves[body.name] = body.steps / (2 * jnp.asarray(body.area) * m.conductivity_at(jnp.asarray(m.reference)))
+            halves[body.name] = _each(
+                1 / (2 * jnp.asarray(body.area) * m.conductivity_at(jnp.asarray(m.reference))), body
+            )
         else:
             continue
         start.append(jnp.broadcast_to(jnp.asarray(body.temperature), (body.count,)))
