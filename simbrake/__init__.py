@@ -8,6 +8,11 @@ from ._band import grip as grip
 from ._band import mobilised as mobilised
 from ._band import sliding_tensions as sliding_tensions
 from ._band import tension_ratio as tension_ratio
+from ._builders import axial_resistance as axial_resistance
+from ._builders import layered_heat as layered_heat
+from ._builders import lumped_heat as lumped_heat
+from ._builders import radial_resistance as radial_resistance
+from ._builders import with_pulley_structure as with_pulley_structure
 from ._compiling import fast_loops as fast_loops
 from ._conduction import HeatResult as HeatResult
 from ._conduction import simulate_heat as simulate_heat

@@ -69,8 +69,8 @@ def passing(system: BrakeSystem, q: Flows, mode: Mode, hot: dict[str, Array]) ->
     if thermal is None:
         return jnp.zeros(0)
     if system.forces.grip.linings.friction.temperature_dependent:
-        # sliding ahead, the brake no longer outweighs the load
-        short = (q.load_torque - q.brake_torque) / system.torque_scale
+        # sliding ahead, the brake no longer outweighs the load (a lever that holds the speed balances it to rounding)
+        short = (q.load_torque - q.brake_torque) / system.torque_scale - 1e-9
         found.append(jnp.where((mode.band == BandMode.SLIP) & (mode.sense > 0), short, -1.0)[None])
     if thermal.heat.permissible is not None and thermal.heat.linings is not None:
         found.append((hot["linings"] - thermal.heat.permissible) / 100.0)

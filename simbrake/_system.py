@@ -176,6 +176,9 @@ class BrakeSystem(AbstractHybridSystem):
         high = jnp.where(limits.locked, jnp.inf, T_0 * limits.ahead)
         # the lever itself draws a slack band tight on a pulley that does not run into it
         tension = jnp.where(was_slack & (omega <= 0), jnp.maximum(tension, low), tension)
+        # late in a run the known times themselves are rounded
+        steepest = jnp.maximum(jnp.abs(rate), jnp.abs(self.forces.lever_tension(t, y, old)[1]))
+        rounding = rounding + 1e-15 * jnp.abs(t) * steepest * jnp.where(limits.locked, 1.0, limits.ahead)
         # a band that slides stays at its kinetic limit; at rest and elastic the static one counts
         situation = Situation(
             tension=tension,

@@ -23,7 +23,7 @@ LAYERS = [
     {"_hybrid", "_friction", "_band", "_layout", "_duty", "_material"},
     {"_design", "_fade", "_network"},
     {"_heat"},
-    {"_scene", "_thermal", "_sliding"},
+    {"_scene", "_thermal", "_sliding", "_builders"},
     {"_modes", "_state", "_sparsity"},
     {"_forces"},
     {"_system"},

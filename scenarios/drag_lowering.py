@@ -1,0 +1,48 @@
+"""Lowering a heavy string at constant speed on the brake alone: the lever follows the friction of the heating linings.
+
+The heat flow is the power of the load, however the friction fades; what grows is the pull on the lever, and where it
+reaches its limit the load runs away. Sources and assumptions as in the tripping scenario.
+"""
+
+import importlib.util
+import math
+from pathlib import Path
+
+import simbrake as sb
+
+
+def scene() -> sb.Scene:
+    """The scene that `simbrake run` integrates."""
+    spec = importlib.util.spec_from_file_location("tripping", Path(__file__).parent / "tripping_30_stands.py")
+    assert spec is not None
+    assert spec.loader is not None
+    tripping = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(tripping)
+    line_count, drum_radius = 8, 0.40  # assumptions, as there
+    hook_speed = 0.3  # m/s; assumption: slow lowering of a casing string
+    fade = sb.LinearFade(slope=1.5e-3, above=273.15 + 120.0, floor=0.6, blend=10.0)  # assumptions, as there
+    return sb.Scene(
+        brake=sb.Brake(
+            pulley=sb.Pulley(radius=0.590, inertia=1200.0),
+            band=sb.Band(radius=0.623),  # rigid: stretch does not matter at constant speed
+            linings=sb.uniform_linings(20, math.radians(270.0), sb.ProductFriction(sb.ConstantFriction(0.35), (fade,))),
+        ),
+        duty=sb.Duty(
+            slack_tension=sb.SpeedHold(limit=30.0e3),  # N; assumption: what the driller can give
+            load=sb.HookLoad(mass=120.0e3, drum_radius=drum_radius, line_count=line_count),  # kg; assumption: casing
+        ),
+        initial=sb.Initial(omega=hook_speed * line_count / drum_radius),
+        end_time=90.0,  # s: one stand of 27 m
+        heat=tripping.heat(),
+    )
+
+
+def main() -> None:
+    import jax
+
+    jax.config.update("jax_enable_x64", True)
+    print(sb.simulate(scene()))
+
+
+if __name__ == "__main__":
+    main()

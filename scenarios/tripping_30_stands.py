@@ -1,0 +1,99 @@
+"""Running in 30 stands with a U2-5-5 drawworks: rim and linings heat up from braking to braking, and friction fades.
+
+Each cycle: release, lower 27 m against the auxiliary brake, brake to rest, set the string into the slips, wait for the next
+stand. Geometry from the published description (V: Volchenko et al., table 1; Z: Zhuravlov et al.); what the papers do
+not give is an assumption and says so beside its value.
+"""
+
+import math
+
+import simbrake as sb
+
+STANDS = 30
+PERIOD = 75.0  # s per stand; assumption
+BANDS = 2  # both bands of the drawworks act as one: areas and tensions are sums over the two
+
+
+def heat() -> sb.Heat:
+    """Layered rims, one wall for all linings, bands, and the structure of the pulleys behind the rims."""
+    track_radius, width = 0.590, 0.220  # m, V table 1
+    track_area = BANDS * 2 * math.pi * track_radius * width
+    lining_area = 0.75 * track_area  # S: overlap coefficient about 0.75
+    steel, lining = sb.material("steel_20L"), sb.material("FK-24A")
+    air = sb.SpeedCoefficient(at_rest=8.0, speed=2.0)  # W/(m²·K), m/s; assumption: free convection, then ∝ v^0.8
+    layered = sb.layered_heat(
+        rim=steel,
+        rim_thickness=0.025,  # m, V table 1
+        rim_layers=16,
+        rim_first=0.4e-3,  # m: resolves the heat of one braking
+        track_area=track_area,
+        lining=lining,
+        lining_thickness=0.030,  # m, V
+        lining_layers=12,
+        lining_first=35e-6,  # m, V: surface layer up to 35.4 µm
+        lining_area=lining_area,
+        band=sb.material("band_steel"),
+        band_thickness=0.006,  # m, V
+        partition=sb.EffusivityPartition(steel, lining),  # Charron
+        contact_resistance=2e-3,  # m²·K/W; assumption: worn surfaces, averaged over one revolution
+        outside=air,
+        inside=air,
+        band_coefficient=10.0,  # W/(m²·K); assumption
+        emissivity=0.8,  # assumption: oxidised steel
+        band_emissivity=0.8,
+        permissible=273.15 + 150.0,  # K; assumption: beginning fade of the binder
+    )
+    return sb.with_pulley_structure(layered, steel)
+
+
+def scene() -> sb.Scene:
+    """The scene that `simbrake run` integrates."""
+    line_count, drum_radius = 8, 0.40  # assumptions: 4 × 5 sheaves; first layer of a mid-size drum
+    hold = 24.0e3  # N slack tension; assumption
+    fade = sb.LinearFade(
+        slope=1.5e-3,  # 1/K; assumption
+        above=273.15 + 120.0,  # K; assumption
+        floor=0.6,
+        blend=10.0,
+    )
+    return sb.Scene(
+        brake=sb.Brake(
+            pulley=sb.Pulley(radius=0.590, inertia=1200.0),  # m, V; kg·m², assumption
+            band=sb.Band(radius=0.623, stiffness=1.0e5),  # m; N/m, assumption: linkage and anchor govern
+            linings=sb.uniform_linings(20, math.radians(270.0), sb.ProductFriction(sb.ConstantFriction(0.35), (fade,))),
+        ),
+        duty=sb.Duty(
+            slack_tension=sb.Repeated(
+                times=[1.0, 2.0, 24.5, 24.85],  # s in the cycle: release in 1 s, lower, throw the lever over in 0.35 s
+                values=[hold, 0.0, 0.0, hold],
+                period=PERIOD,
+                count=STANDS,
+            ),
+            load=sb.TrippingLoad(
+                empty=8.0e3,  # kg: hook and travelling block; assumption
+                string=60.0e3,  # kg in mud when the 30 stands begin; assumption
+                stand=0.8e3,  # kg in mud; assumption: 27 m of 127 mm drill pipe
+                taken=0.5,  # s in the cycle: the hook takes the string out of the slips
+                set=40.0,  # s in the cycle: it is set into the slips again
+                period=PERIOD,
+                count=STANDS,
+                drum_radius=drum_radius,
+                line_count=line_count,
+                drag=1.6e3,  # N·m·s; assumption: auxiliary brake, about 1.1 m/s at the hook
+            ),
+        ),
+        initial=sb.Initial(omega=0.0),
+        end_time=STANDS * PERIOD,
+        heat=heat(),
+    )
+
+
+def main() -> None:
+    import jax
+
+    jax.config.update("jax_enable_x64", True)
+    print(sb.simulate(scene()))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,200 @@
+"""Ready thermal networks of brakes, from a few lumps to a layered rim with a wall for every lining."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from ._heat import AbstractPartition, FrictionHeat, Heat
+from ._material import ROOM, Material, layer_growth
+from ._network import (
+    AbstractCoefficient,
+    AbstractLink,
+    Body,
+    Conductance,
+    Convection,
+    Lump,
+    Radiation,
+    Reservoir,
+    ThermalContact,
+    Wall,
+)
+
+
+def axial_resistance(length: Any, conductivity: Any, inner: Any, outer: Any) -> Any:
+    """Resistance (K/W) of a ring along its axis: `L/(λ π (R² − r²))` (V, table 1, shell)."""
+    return length / (conductivity * math.pi * (outer**2 - inner**2))
+
+
+def radial_resistance(width: Any, conductivity: Any, inner: Any, outer: Any) -> Any:
+    """Resistance (K/W) of a ring along its radius: `ln(R/r)/(2 π λ L)` (V, table 1, flange, rebords, disc)."""
+    return np.log(outer / inner) / (2 * math.pi * conductivity * width)
+
+
+def lumped_heat(
+    *,
+    rim: Any,
+    partition: AbstractPartition,
+    rim_cooling: Any,
+    linings: Any = None,
+    band: Any = None,
+    lining_to_band: Any = None,
+    band_cooling: Any = None,
+    temperature: Any = ROOM,
+    ambient: Any = ROOM,
+    permissible: Any = None,
+) -> Heat:
+    """Rim, linings and band as one lump each.
+
+    - `rim`, `linings`, `band`: capacities (J/K); without `linings` their share of the heat leaves the network
+    - `rim_cooling`, `band_cooling`: `h A` to the air; `lining_to_band`: conductance (W/K)
+    - `temperature` at the start, of the `ambient` air, `permissible` one of the linings (K)
+
+    Raises `ValueError` where a band is given without linings, or a conductance without its bodies.
+    """
+    if (band is not None) != (lining_to_band is not None) or (band is not None and linings is None):
+        raise ValueError("a band needs linings and the conductance lining_to_band")
+    bodies: list[Body] = [Lump("rim", rim, temperature), Reservoir("air", ambient)]
+    links: list[AbstractLink] = [Conductance("rim", "air", rim_cooling)]
+    if linings is not None:
+        bodies.append(Lump("linings", linings, temperature))
+    if band is not None:
+        bodies.append(Lump("band", band, temperature))
+        links.append(Conductance("linings", "band", lining_to_band))
+        if band_cooling is not None:
+            links.append(Conductance("band", "air", band_cooling))
+    elif linings is not None:
+        links.append(Conductance("linings", "air", 0.0 if band_cooling is None else band_cooling))
+    return Heat(
+        tuple(bodies),
+        tuple(links),
+        FrictionHeat("rim", None if linings is None else "linings", partition),
+        rim="rim",
+        linings=None if linings is None else "linings",
+        band=None if band is None else "band",
+        permissible=permissible,
+    )
+
+
+def layered_heat(
+    *,
+    rim: Material,
+    rim_thickness: float,
+    track_area: float,
+    partition: AbstractPartition,
+    rim_layers: int = 20,
+    rim_first: float | None = None,
+    lining: Material | None = None,
+    lining_thickness: float = 0.030,
+    lining_area: float | None = None,
+    lining_layers: int = 10,
+    lining_first: float | None = None,
+    each: int = 1,
+    band: Material | None = None,
+    band_thickness: float = 0.006,
+    inside: AbstractCoefficient | Any = None,
+    outside: AbstractCoefficient | Any = None,
+    band_coefficient: AbstractCoefficient | Any = None,
+    emissivity: Any = None,
+    band_emissivity: Any = None,
+    covered: Any = None,
+    temperature: Any = ROOM,
+    ambient: Any = ROOM,
+    permissible: Any = None,
+    contact_resistance: Any = None,
+) -> Heat:
+    """Layered rim, linings with a thin surface layer over their body, and the band behind them.
+
+    - `rim`, `lining`, `band`: materials; without `lining` its share of the heat leaves the network
+    - thicknesses (m); `rim_layers`, `lining_layers`; `rim_first`, `lining_first`: thickness of the first layer (m), by
+      default uniform; V's surface layer of a lining is 5.6–35.4 µm thick
+    - `track_area` (m²) of the rim; `lining_area` (m²) of all linings; `each`: so many linings with a wall of their own,
+      so that friction and temperature differ along the band; 1: all of them as one
+    - `inside`, `outside`, `band_coefficient`: heat transfer coefficients (W/(m²·K)) or laws, of the rim's bore, its track
+      and the band;  `emissivity`, `band_emissivity`;  `covered`: overlap coefficient of the track (default
+      `lining_area/track_area`)
+    - `contact_resistance` (m²·K/W): rim and linings also exchange heat where they touch; `None`: they do not
+
+    Raises `ValueError` where sizes contradict each other.
+    """
+    if lining is not None and lining_area is None:
+        raise ValueError("linings need their area")
+    if band is not None and lining is None:
+        raise ValueError("a band needs linings")
+    if covered is None:
+        covered = 0.0 if lining_area is None else lining_area / track_area
+    growth = 1.0 if rim_first is None else layer_growth(rim_first, rim_thickness, rim_layers)
+    bodies: list[Body] = [
+        Wall("rim", rim, rim_thickness, track_area, rim_layers, growth, temperature),
+        Reservoir("air", ambient),
+    ]
+    links: list[AbstractLink] = []
+    if outside is not None:
+        links.append(Convection("rim.front", track_area, outside, covered=covered))
+    if emissivity is not None:
+        links.append(Radiation("rim.front", track_area, emissivity, covered=covered))
+    if inside is not None:
+        links.append(Convection("rim.back", track_area, inside))
+    if lining is not None and lining_area is not None:
+        growth = 1.0 if lining_first is None else layer_growth(lining_first, lining_thickness, lining_layers)
+        one = lining_area / each
+        bodies.append(Wall("lining", lining, lining_thickness, one, lining_layers, growth, temperature, each))
+        if contact_resistance is not None:
+            links.append(ThermalContact("rim.front", "lining.front", one, contact_resistance))
+    if band is not None and lining_area is not None:
+        bodies.append(Lump("band", band.density * band.specific_heat * band_thickness * lining_area, temperature))
+        links.append(ThermalContact("lining.back", "band", lining_area / each))
+        if band_coefficient is not None:
+            links.append(Convection("band", lining_area, band_coefficient))
+        if band_emissivity is not None:
+            links.append(Radiation("band", lining_area, band_emissivity))
+    return Heat(
+        tuple(bodies),
+        tuple(links),
+        FrictionHeat("rim.front", None if lining is None else "lining.front", partition),
+        rim="rim.front",
+        linings=None if lining is None else "lining.front",
+        band=None if band is None else "band",
+        permissible=permissible,
+    )
+
+
+def with_pulley_structure(
+    heat: Heat,
+    material: Material,
+    *,
+    inside: AbstractCoefficient | Any = 10.0,
+    temperature: Any = ROOM,
+    rim_place: str = "rim.back",
+    flange: bool = True,
+) -> Heat:
+    """The same network with the structure behind the rim of a U2-5-5 pulley: flange, two rebords and disc (V, table 1).
+
+    Each is a lump that the rim reaches through V's radial resistance of that part; flange and rebords give heat to the
+    air. `flange=False` is S's thermal stabilisation: no heat flows between the rim and its flange any more.
+    """
+    parts = {  # inner and outer radius, width (m)
+        "flange": (0.420, 0.565, 0.035),
+        "rebord_1": (0.565, 0.615, 0.025),
+        "rebord_2": (0.575, 0.615, 0.025),
+        "disc": (0.575, 0.590, 0.025),
+    }
+    bodies, links = list(heat.bodies), list(heat.links)
+    for name, (inner, outer, width) in parts.items():
+        if name == "flange" and not flange:
+            continue
+        face = math.pi * (outer**2 - inner**2)
+        bodies.append(Lump(name, material.density * material.specific_heat * face * width, temperature))
+        links.append(Conductance(rim_place, name, 1 / radial_resistance(width, material.conductivity, inner, outer)))
+        links.append(Convection(name, 2 * face, inside))
+    return Heat(
+        tuple(bodies),
+        tuple(links),
+        heat.friction,
+        heat.sources,
+        heat.flash,
+        heat.rim,
+        heat.linings,
+        heat.band,
+        heat.permissible,
+    )
