@@ -10,7 +10,7 @@ import math
 import simbrake as sb
 
 STANDS = 30
-PERIOD = 75.0  # s per stand; assumption
+PERIOD = 60.0  # s per stand; assumption
 BANDS = 2  # both bands of the drawworks act as one: areas and tensions are sums over the two
 
 
@@ -41,7 +41,7 @@ def heat() -> sb.Heat:
         band_coefficient=10.0,  # W/(m²·K); assumption
         emissivity=0.8,  # assumption: oxidised steel
         band_emissivity=0.8,
-        permissible=273.15 + 150.0,  # K; assumption: beginning fade of the binder
+        permissible=273.15 + 130.0,  # K; assumption: the binder begins to soften
     )
     return sb.with_pulley_structure(layered, steel)
 
@@ -49,7 +49,7 @@ def heat() -> sb.Heat:
 def scene() -> sb.Scene:
     """The scene that `simbrake run` integrates."""
     line_count, drum_radius = 8, 0.40  # assumptions: 4 × 5 sheaves; first layer of a mid-size drum
-    hold = 24.0e3  # N slack tension; assumption
+    hold = 30.0e3  # N slack tension; assumption
     fade = sb.LinearFade(
         slope=1.5e-3,  # 1/K; assumption
         above=273.15 + 120.0,  # K; assumption
@@ -71,7 +71,7 @@ def scene() -> sb.Scene:
             ),
             load=sb.TrippingLoad(
                 empty=8.0e3,  # kg: hook and travelling block; assumption
-                string=60.0e3,  # kg in mud when the 30 stands begin; assumption
+                string=80.0e3,  # kg in mud when the 30 stands begin; assumption
                 stand=0.8e3,  # kg in mud; assumption: 27 m of 127 mm drill pipe
                 taken=0.5,  # s in the cycle: the hook takes the string out of the slips
                 set=40.0,  # s in the cycle: it is set into the slips again
@@ -79,7 +79,7 @@ def scene() -> sb.Scene:
                 count=STANDS,
                 drum_radius=drum_radius,
                 line_count=line_count,
-                drag=1.6e3,  # N·m·s; assumption: auxiliary brake, about 1.1 m/s at the hook
+                drag=2.0e3,  # N·m·s; assumption: auxiliary brake, about 1.1 m/s at the hook
             ),
         ),
         initial=sb.Initial(omega=0.0),

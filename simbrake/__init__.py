@@ -17,6 +17,9 @@ from ._compiling import fast_loops as fast_loops
 from ._conduction import HeatResult as HeatResult
 from ._conduction import simulate_heat as simulate_heat
 from ._conduction import steady_state as steady_state
+from ._cyclic import CyclicState as CyclicState
+from ._cyclic import cyclic_steady_state as cyclic_steady_state
+from ._cyclic import with_temperatures as with_temperatures
 from ._design import Band as Band
 from ._design import Brake as Brake
 from ._design import Lining as Lining

@@ -139,6 +139,7 @@ def reproduce(*, json_: Annotated[bool, Parameter(name="--json", negative="")] =
     json_
         Print a list of {table, row, column, printed, computed, verdict}, alone on stdout.
     """
+    _prepare_jax()
     from ._reproduce import cells, report
 
     rows = cells()

@@ -1,7 +1,8 @@
 """The published tables, recomputed cell by cell.
 
-Z1…Z6 are tables 1–6 of Zhuravlov et al., *Dynamics of friction couples of a band-shoe brake*; the printed values and
-the known misprints with their reasons lie in `published/`.
+Z1…Z6 are tables 1–6 of Zhuravlov et al., *Dynamics of friction couples of a band-shoe brake*; V1, V2 tables 1, 2 of
+Volchenko et al., *Thermal transmission through metal friction elements*; S1 table 1 of Skrypnyk, *Assessment of energy
+loading of friction units*. The printed values and the known misprints with their reasons lie in `published/`.
 """
 
 import csv
@@ -13,6 +14,8 @@ from typing import Any
 
 import numpy as np
 
+from ._builders import axial_resistance, radial_resistance
+from ._heat import TransmissionPartition
 from ._layout import chord_equal_load_angles, equal_increment_angles
 
 AGREES, MISPRINT, DISAGREES = "agrees", "known misprint", "disagrees"
@@ -136,9 +139,62 @@ def _dynamic_tables() -> list[Cell]:
     return cells
 
 
+def _resistances() -> list[Cell]:
+    """V1: resistances of the pulley's parts, and their reciprocals (of the rounded resistance, as printed)."""
+    cells: list[Cell] = []
+    total: dict[str, float] = {}
+    for row, printed in enumerate(_rows("thermal_resistance.csv")):
+        conductivity = float(printed["lambda_W_mK"])
+        if printed["element"] == "total":
+            resistance = total[printed["lambda_W_mK"]]
+        else:
+            r, R, L = (float(printed[column]) for column in ("r_m", "R_m", "L_m"))
+            along = printed["direction"] == "axial"
+            resistance = float((axial_resistance if along else radial_resistance)(L, conductivity, r, R))
+            total[printed["lambda_W_mK"]] = total.get(printed["lambda_W_mK"], 0.0) + resistance
+        cells.append(_cell("V1", row, "resistance", printed["resistance"], resistance))
+        cells.append(_cell("V1", row, "K", printed["K"], 1 / float(printed["resistance"])))
+    return cells
+
+
+def _transmissions() -> list[Cell]:
+    """V2: heat transmission to both sides of the friction surface, and the shares of the heat."""
+    import jax.numpy as jnp
+
+    cells: list[Cell] = []
+    rows = _rows("heat_transmission.csv")
+    columns = {name: np.asarray([float(row[name]) for row in rows]) for name in ("alpha1", "alpha2", "alpha3")}
+    T = np.asarray([float(row["T_polished_C"]) + 273.15 for row in rows])
+    layer = np.asarray([1e-6 * float(row["delta_s_um"]) for row in rows])
+    law = TransmissionPartition(T, columns["alpha1"], columns["alpha2"], columns["alpha3"], layer)
+    K_1, K_2 = (np.asarray(K) for K in law.transmissions(jnp.asarray(T)))
+    for row, printed in enumerate(rows):
+        share = K_1[row] / (K_1[row] + K_2[row])
+        values = {
+            "K1": K_1[row],
+            "K2": K_2[row],
+            "R1": 1 / K_1[row],
+            "R2": 1 / K_2[row],
+            "share_metal": share,
+            "share_lining": 1 - share,
+        }
+        cells += [_cell("V2", row, column, printed[column], float(value)) for column, value in values.items()]
+    return cells
+
+
+def _fourier() -> list[Cell]:
+    """S1: `B = a/δ²` in 1/s, of the rim times 1000 (`Fo = 10⁻³ B τ` there)."""
+    diffusivity = {"steel": 1.14e-5, "cast_iron": 1.04e-5}
+    cells: list[Cell] = []
+    for row, printed in enumerate(_rows("fourier_b.csv")):
+        B = diffusivity[printed["material"]] / (1e-3 * float(printed["delta_mm"])) ** 2
+        cells.append(_cell("S1", row, "B", printed["B"], 1000 * B if printed["part"] == "rim" else B))
+    return cells
+
+
 def cells() -> list[Cell]:
     """Every numeric cell of every table, in order."""
-    return _chord_tables() + _dynamic_tables()
+    return _chord_tables() + _dynamic_tables() + _resistances() + _transmissions() + _fourier()
 
 
 def report(rows: list[Cell]) -> str:

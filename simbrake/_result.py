@@ -255,8 +255,9 @@ class Result(eqx.Module):
         """All steps of the run sampled: record without unused rows, row and offset of each sample, and the probe."""
         record = self.record.compact()
         n, t = int(record.count), np.asarray(record.rows.t)
-        index = np.repeat(np.arange(n), SAMPLES)
-        share = np.tile(np.linspace(0.0, 1.0, SAMPLES), n)
+        samples = _samples(n)
+        index = np.repeat(np.arange(n), samples)
+        share = np.tile(np.linspace(0.0, 1.0, samples), n)
         h = share * (t[index + 1] - t[index])
         if n == 0:
             index, h = np.zeros(1, int), np.zeros(1)
@@ -305,6 +306,11 @@ def _metric(result: Result, name: str) -> Any:
     return energies(result.record) if name == "energy" else METRICS[name](result.record, travel)
 
 
+def _samples(steps: int) -> int:
+    """Looks per step when a whole run is scanned; a long run has many steps in every part of it."""
+    return SAMPLES if steps <= 1500 else 3
+
+
 def _concrete(result: Result) -> bool:
     arrays = jax.tree.leaves(result)
     return not any(isinstance(leaf, Tracer) for leaf in arrays) and jnp.ndim(result.record.count) == 0
@@ -327,13 +333,13 @@ class Report:
         kind, t = np.asarray(record.rows.kind)[:n], np.asarray(record.rows.t)[: n + 1]
         band = np.asarray(record.rows.mode)[: n + 1, 0]
         phases: list[Phase] = []
-        start = 0
+        start, samples = 0, _samples(n)
         for i in range(n):
             if kind[i] >= FINISHED or i == n - 1:
-                phases.append(Phase(int(band[i]), start * SAMPLES, (i + 1) * SAMPLES - 1, t[start], t[i + 1]))
+                phases.append(Phase(int(band[i]), start * samples, (i + 1) * samples - 1, t[start], t[i + 1]))
                 start = i + 1
         if n and band[n] != band[n - 1]:  # an event at the very end
-            phases.append(Phase(int(band[n]), n * SAMPLES - 1, n * SAMPLES - 1, t[n], t[n]))
+            phases.append(Phase(int(band[n]), n * samples - 1, n * samples - 1, t[n], t[n]))
         if phases and phases[0].band == BandMode.OPEN and phases[0].end == phases[0].start:
             phases = phases[1:]  # the settling of the first mode
         margins = np.asarray(self._probe.margins)

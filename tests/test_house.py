@@ -34,7 +34,7 @@ LAYERS = [
     {"_metrics"},
     {"_result"},
     {"_simulate"},
-    {"_edit", "_export", "_reproduce", "plot"},
+    {"_cyclic", "_edit", "_export", "_reproduce", "plot"},
     {"_cli"},
 ]
 ALLOWED_SIDEWAYS = {("_export", "plot")}
