@@ -169,7 +169,11 @@ class Repeated(AbstractProfile):
         return jnp.where(piece < self.knot_count, t, jnp.inf)
 
     def first_piece(self, t):
-        ends = self.begin + np.arange(self.count)[:, None] * self.period + jnp.asarray(self.times)[None, :]
+        ends = (
+            self.begin
+            + np.arange(self.count, dtype=np.float64)[:, None] * self.period
+            + jnp.asarray(self.times)[None, :]
+        )
         return jnp.sum(ends <= t).astype(jnp.int32)
 
     def scale(self):

@@ -12,8 +12,9 @@ from ._design import Lining
 from ._friction import Contact
 from ._heat import FlashTemperature
 
-_SEARCH = 12  # Newton iterations of an implicit coefficient before those that carry derivatives
+_SEARCH = 24  # Newton iterations of an implicit coefficient before those that carry derivatives
 _CARRY = 2
+_LOOKS = 17  # along the way from the coefficient without flash to the root
 
 
 class Coefficients(NamedTuple):
@@ -58,7 +59,7 @@ class Grip(eqx.Module):
             angle = jnp.asarray(self.linings.angle)
             mu, _ = tension_ratio(grip(f, angle))
             N = before * (1 + jnp.where(back, 1 / mu, mu)) * jnp.sin(angle / 2)
-            p = N / jnp.asarray(self.linings.area)
+            p = jnp.zeros(n) if self.linings.area is None else N / jnp.asarray(self.linings.area)
             rise = jnp.zeros(n)
             if self.flash is not None and not static:
                 spots = p if self.flash.hardness is None else self.flash.hardness
@@ -82,9 +83,10 @@ class Grip(eqx.Module):
             angle = jnp.asarray(self.linings.angle)
             mu = tension_ratio(grip(jnp.full(n, f), angle))[0]
             mu = jnp.sum(jnp.where(jnp.arange(n, dtype=jnp.int32) == i, mu, 0.0))
-            r, slope = residual(f)
-            # where Newton found no root any more the fold lies behind: as far below 0 as the residual is
-            slope = jnp.where(jnp.abs(r) > 1e-9, -jnp.abs(r), slope)
+            # up to the root the residual must rise all the way: beyond a fold the next root lies behind a valley
+            way = jax.lax.stop_gradient(cold) + jnp.linspace(0.0, 1.0, _LOOKS) * (f - jax.lax.stop_gradient(cold))
+            r, slopes = jax.vmap(residual)(way)
+            slope = jnp.where(jnp.abs(r[-1]) > 1e-9, -jnp.abs(r[-1]), jnp.min(slopes))
             return before * jnp.where(back, 1 / mu, mu), (f, slope)
 
         _, (f, slope) = jax.lax.scan(lining, jnp.asarray(T_0, jnp.float64), jnp.arange(n, dtype=jnp.int32))

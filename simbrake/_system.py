@@ -14,6 +14,9 @@ from ._modes import BandMode, Mode, Situation, moving_mode, rigid_mode, slips
 from ._sparsity import couplings
 from ._state import BrakeCode, Flows, HeatLedger, Ledger, State
 
+#: passes in which tension and temperature after a jump are settled; each leaves about 1e-3 of the one before it
+_PASSES = 4
+
 
 class BrakeSystem(AbstractHybridSystem):
     """The standard brake (model §3; Z-15…Z-18) as a hybrid system, with the thermal network where the scene has one.
@@ -204,48 +207,60 @@ class BrakeSystem(AbstractHybridSystem):
     def reset(self, t, y, before, after):
         stopped = (after.band == BandMode.HELD) | ((before.band != BandMode.OPEN) & (after.sense != before.sense))
         omega = jnp.where(stopped, 0.0, y.omega)
-        if (
-            self.forces.load.added_inertia(after.load_piece) is not None
-        ):  # what comes onto the hook in motion brings its energy
+        # what comes onto the hook in motion brings its energy
+        if self.forces.load.added_inertia(after.load_piece) is not None:
             brought = 0.5 * (self.forces.inertia_at(after) - self.forces.inertia_at(before)) * y.omega**2
             y = y._replace(ledger=y.ledger._replace(load_work=y.ledger.load_work + brought))
         if self.forces.stiffness is None:
             return y._replace(omega=omega)
+        tension, y = self._tension_of_band(t, y, before), y._replace(omega=omega)
+        if self.forces.thermal is None:
+            return self._booked(y, *self._stretched(t, y, tension, before, after))
+        # the heat of the jump warms the linings, on which the tension after it depends: settled in a few passes
+        warm = y
+        for _ in range(_PASSES if self.forces.grip.varies else 1):
+            jump = self._stretched(t, warm, tension, before, after)
+            warm = self._warmed(t, y, after, jump[2])
+        return self._booked(warm, *jump)
+
+    def _stretched(self, t: Array, y: State, tension: Array, before: Mode, after: Mode) -> tuple[Array, Array, Array]:
+        """Elongation after a change of mode from the tension before it, lever work, and the heat that this sets free."""
         C = self.forces.stiffness
+        assert C is not None
         T_0 = jnp.where(after.band == BandMode.OPEN, 0.0, self.forces.lever_tension(t, y, after)[0])
         limits = self.forces.limits(T_0, y.heat, after)
         low = jnp.where(limits.locked, 0.0, T_0 / limits.back)
         high = jnp.where(limits.locked, jnp.inf, T_0 * limits.ahead)
-        tension = self._tension_of_band(t, y, before)
         was_slack = (before.band == BandMode.OPEN) | (before.band == BandMode.TAKE_UP)
         drawn = jnp.where(was_slack, jnp.maximum(tension, low), tension)
-        new = self.forces.sliding_tension(t, y._replace(omega=omega), after)
+        new = self.forces.sliding_tension(t, y, after)
         new = jnp.where(after.band == BandMode.ELASTIC, jnp.clip(drawn, low, high), new)
         new = jnp.where(after.band == BandMode.HELD, drawn, new)
         new = jnp.where(after.band == BandMode.TAKE_UP, C * y.x, new)
         new = jnp.where(after.band == BandMode.OPEN, jnp.where(before.band == BandMode.OPEN, C * y.x, 0.0), new)
         x = new / C
-        # the elongation jumps: lever work less the elastic energy gained is heat
-        heat = (y.x - x) * (0.5 * C * (y.x + x) - T_0)
-        ledger = y.ledger._replace(
-            lever_work=y.ledger.lever_work + T_0 * (x - y.x), friction_heat=y.ledger.friction_heat + heat
-        )
-        return self._warmed(t, State(y.phi, omega, x, ledger, y.heat), after, heat)
+        return x, T_0 * (x - y.x), (y.x - x) * (0.5 * C * (y.x + x) - T_0)
+
+    def _booked(self, y: State, x: Array, work: Array, heat: Array) -> State:
+        old = y.ledger
+        ledger = old._replace(lever_work=old.lever_work + work, friction_heat=old.friction_heat + heat)
+        return y._replace(x=x, ledger=ledger)
 
     def _warmed(self, t: Array, y: State, mode: Mode, E: Array) -> State:
         """The state after the friction heat `E` (J) of a jump, spread over the linings by their angles."""
-        now = self.forces.thermal_now(t, y, mode)
-        if self.forces.thermal is None or now is None:
-            return y
+        now, thermal = self.forces.thermal_now(t, y, mode), self.forces.thermal
+        assert thermal is not None
+        assert now is not None
         angle = jnp.asarray(self.forces.grip.linings.angle)
         given = self.forces.deposit(t, y, mode, now, E * angle / jnp.sum(angle))
         old = y.ledger.heat
-        booked = HeatLedger(
-            old.to_metal + given.to_metal, old.to_linings + given.to_linings, old.lost + given.lost, old.supplied
+        booked = old._replace(
+            to_metal=old.to_metal + given.to_metal,
+            to_linings=old.to_linings + given.to_linings,
+            lost=old.lost + given.lost,
         )
-        return y._replace(
-            heat=y.heat + given.into / self.forces.thermal.capacity, ledger=y.ledger._replace(heat=booked)
-        )
+        into = thermal.soaked(given.into) / thermal.capacity
+        return y._replace(heat=y.heat + into, ledger=y.ledger._replace(heat=booked))
 
     def next_stop(self, mode):
         found = jnp.minimum(

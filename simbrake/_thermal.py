@@ -285,6 +285,17 @@ class Thermal(eqx.Module):
             faces |= {place: faces.get(place, 0.0) + change.faces[place] for place in change.faces}
         return Deposit(into, rise, jnp.sum(share * P), jnp.sum((1 - share) * P), lost, faces)
 
+    def soaked(self, into: Float[Array, " k"]) -> Float[Array, " k"]:
+        """The same heat, but through the whole depth of each wall: for heat that is set free in no time at all."""
+        parts = []
+        for name, here in self.spans.stores.items():
+            part, body, C = into[here], self._body(name), self.capacity[here]
+            if isinstance(body, Wall):
+                part, C = part.reshape(body.copies, body.layers), C.reshape(body.copies, body.layers)
+                part = jnp.sum(part, axis=1, keepdims=True) * C / jnp.sum(C, axis=1, keepdims=True)
+            parts.append(part.reshape(-1))
+        return jnp.concatenate(parts)
+
     def surface(self, place: str, T: Array, T_J: Array, faces: dict[str, Array]) -> Array:
         """Temperature of a place: of a wall's face, from its outermost layer and the heat that enters there."""
         name, face = place_of(place)
