@@ -1,8 +1,8 @@
 """Running in 30 stands with a U2-5-5 drawworks: rim and linings heat up from braking to braking, and friction fades.
 
-Each cycle: release, lower 27 m against the auxiliary brake, brake to rest, set the string into the slips, wait for the next
-stand. Geometry from the published description (V: Volchenko et al., table 1; Z: Zhuravlov et al.); what the papers do
-not give is an assumption and says so beside its value.
+Each cycle: release, lower 27 m against the auxiliary brake, brake to rest, set the string into the slips, wait for the
+next stand. Geometry from the published description (V: Volchenko et al., table 1; Z: Zhuravlov et al.); what the papers
+do not give is an assumption and says so beside its value.
 """
 
 import math
@@ -10,7 +10,7 @@ import math
 import simbrake as sb
 
 STANDS = 30
-PERIOD = 60.0  # s per stand; assumption
+PERIOD = 50.0  # s per stand; assumption
 BANDS = 2  # both bands of the drawworks act as one: areas and tensions are sums over the two
 
 
@@ -64,7 +64,7 @@ def scene() -> sb.Scene:
         ),
         duty=sb.Duty(
             slack_tension=sb.Repeated(
-                times=[1.0, 2.0, 24.5, 24.85],  # s in the cycle: release in 1 s, lower, throw the lever over in 0.35 s
+                times=[1.0, 2.0, 20.0, 20.35],  # s in the cycle: release in 1 s, lower, throw the lever over in 0.35 s
                 values=[hold, 0.0, 0.0, hold],
                 period=PERIOD,
                 count=STANDS,
@@ -79,7 +79,7 @@ def scene() -> sb.Scene:
                 count=STANDS,
                 drum_radius=drum_radius,
                 line_count=line_count,
-                drag=2.0e3,  # N·m·s; assumption: auxiliary brake, about 1.1 m/s at the hook
+                drag=1.5e3,  # N·m·s; assumption: auxiliary brake, about 1.5 m/s at the hook
             ),
         ),
         initial=sb.Initial(omega=0.0),

@@ -92,6 +92,7 @@ from ._network import Surroundings as Surroundings
 from ._network import TemperatureCoefficient as TemperatureCoefficient
 from ._network import ThermalContact as ThermalContact
 from ._network import Wall as Wall
+from ._network import radiation_governs_above as radiation_governs_above
 from ._outcome import FAILURES as FAILURES
 from ._outcome import SimulationError as SimulationError
 from ._quantity import Fault as Fault

@@ -23,7 +23,13 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
     law, friction = linings.friction, Grip(linings, None if heat is None else heat.flash)
     thermal, u = (None, None) if heat is None else assemble_thermal(heat)
     hot = None
-    if thermal is not None and heat is not None and heat.friction is not None and heat.friction.sensor is not None:
+    if (
+        thermal is not None
+        and u is not None
+        and heat is not None
+        and heat.friction is not None
+        and heat.friction.sensor is not None
+    ):
         hot = thermal.at(thermal.temperatures(u), heat.friction.sensor, linings.count)
     still = Contact(v=jnp.zeros(angle.shape), T=hot, p=jnp.zeros(angle.shape))
     mu_static, locks = tension_ratio(grip(law.static(still), angle))

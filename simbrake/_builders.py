@@ -107,11 +107,11 @@ def layered_heat(
 
     - `rim`, `lining`, `band`: materials; without `lining` its share of the heat leaves the network
     - thicknesses (m); `rim_layers`, `lining_layers`; `rim_first`, `lining_first`: thickness of the first layer (m), by
-      default uniform; V's surface layer of a lining is 5.6–35.4 µm thick
+      default uniform; V's surface layer is 5.6–35.4 µm thick
     - `track_area` (m²) of the rim; `lining_area` (m²) of all linings; `each`: so many linings with a wall of their own,
       so that friction and temperature differ along the band; 1: all of them as one
-    - `inside`, `outside`, `band_coefficient`: heat transfer coefficients (W/(m²·K)) or laws, of the rim's bore, its track
-      and the band;  `emissivity`, `band_emissivity`;  `covered`: overlap coefficient of the track (default
+    - `inside`, `outside`, `band_coefficient`: heat transfer coefficients (W/(m²·K)) or laws, of the rim's bore, of its
+      track and of the band;  `emissivity`, `band_emissivity`;  `covered`: overlap coefficient of the track (default
       `lining_area/track_area`)
     - `contact_resistance` (m²·K/W): rim and linings also exchange heat where they touch; `None`: they do not
 
@@ -130,11 +130,11 @@ def layered_heat(
     ]
     links: list[AbstractLink] = []
     if outside is not None:
-        links.append(Convection("rim.front", track_area, outside, covered=covered))
+        links.append(Convection("rim.front", track_area, outside, covered=covered))  # pyright: ignore
     if emissivity is not None:
-        links.append(Radiation("rim.front", track_area, emissivity, covered=covered))
+        links.append(Radiation("rim.front", track_area, emissivity, covered=covered))  # pyright: ignore
     if inside is not None:
-        links.append(Convection("rim.back", track_area, inside))
+        links.append(Convection("rim.back", track_area, inside))  # pyright: ignore
     if lining is not None and lining_area is not None:
         growth = 1.0 if lining_first is None else layer_growth(lining_first, lining_thickness, lining_layers)
         one = lining_area / each
@@ -145,9 +145,9 @@ def layered_heat(
         bodies.append(Lump("band", band.density * band.specific_heat * band_thickness * lining_area, temperature))
         links.append(ThermalContact("lining.back", "band", lining_area / each))
         if band_coefficient is not None:
-            links.append(Convection("band", lining_area, band_coefficient))
+            links.append(Convection("band", lining_area, band_coefficient))  # pyright: ignore
         if band_emissivity is not None:
-            links.append(Radiation("band", lining_area, band_emissivity))
+            links.append(Radiation("band", lining_area, band_emissivity))  # pyright: ignore
     return Heat(
         tuple(bodies),
         tuple(links),
@@ -186,7 +186,7 @@ def with_pulley_structure(
         face = math.pi * (outer**2 - inner**2)
         bodies.append(Lump(name, material.density * material.specific_heat * face * width, temperature))
         links.append(Conductance(rim_place, name, 1 / radial_resistance(width, material.conductivity, inner, outer)))
-        links.append(Convection(name, 2 * face, inside))
+        links.append(Convection(name, 2 * face, inside))  # pyright: ignore
     return Heat(
         tuple(bodies),
         tuple(links),

@@ -75,7 +75,7 @@ class NetworkSystem(AbstractHybridSystem):
 
 
 class HeatResult(NamedTuple):
-    """Course of a network: times (m,) in s, temperatures (m, k) in K of `nodes`, heats in J, closure of their balance."""
+    """Course of a network: times (m,) in s, temperatures (m, k) in K, heats in J, closure of their balance."""
 
     t: Float[Array, " m"]
     temperature: Float[Array, "m k"]

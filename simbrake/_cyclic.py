@@ -24,7 +24,7 @@ class CyclicState(NamedTuple):
 
 
 def with_temperatures(heat: Heat, T: Any) -> Heat:
-    """The same network with other temperatures at the start: `T` (k,) in K for the nodes with capacity, in their order."""
+    """The same network, starting at `T` (k,) in K: one temperature per node with capacity, in their order."""
     bodies, at = [], 0
     for body in heat.bodies:
         if isinstance(body, Reservoir | Junction):

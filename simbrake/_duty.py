@@ -130,14 +130,14 @@ class Repeated(AbstractProfile):
 
     - `times` (k,) in s from the start of a cycle, not decreasing, at most `period`;  `values` (k,)
 
-    Between the last point of a cycle and the first of the next it is a straight line too; before the first point and after
-    the last it is constant. The cost of a value does not depend on the number of cycles.
+    Between the last point of a cycle and the first of the next it is a straight line too; before the first point and
+    after the last it is constant. The cost of a value does not depend on the number of cycles.
     """
 
     times: Scalar = quantity("s", "times of the points in one cycle", low=0.0)
     values: Scalar = quantity("SI", "values at the points")
     period: Scalar = quantity("s", "length of a cycle", positive=True)
-    count: int = eqx.field(static=True)
+    count: int = eqx.field(static=True)  # pyright: ignore
     begin: Scalar = quantity("s", "start of the first cycle", default=0.0)
     smooth_between: ClassVar[bool] = True
 
@@ -378,7 +378,7 @@ class TrippingLoad(AbstractLoad):
     - `taken`, `set`: times in a cycle of `period` (s) at which the hook takes the string, and it is set into the slips
     - `drum_radius`, `line_count`, `gravity`, `drag`: as in `HookLoad`
 
-    At a change of mass in motion the speed stays: what comes onto the hook brings its kinetic energy (booked as load work).
+    At a change of mass in motion the speed stays: what comes onto the hook brings its energy (booked as load work).
     """
 
     empty: Scalar = quantity("kg", "mass of hook and block", positive=True)
@@ -389,7 +389,7 @@ class TrippingLoad(AbstractLoad):
     period: Scalar = quantity("s", "length of a cycle", positive=True)
     drum_radius: Scalar = quantity("m", "radius of the drum to the rope", positive=True)
     line_count: Scalar = quantity("1", "number of lines of the tackle", low=1.0)
-    count: int = eqx.field(static=True)
+    count: int = eqx.field(static=True)  # pyright: ignore
     gravity: Scalar = quantity("m/s^2", "acceleration of free fall", positive=True, default=GRAVITY)
     drag: Scalar = quantity("N*m*s", "drag torque per unit of speed", low=0.0, default=0.0)
 

@@ -32,7 +32,8 @@ def series_table(result: Result, count: int = 1001) -> tuple[list[str], np.ndarr
             names.append(field + unit)
             columns.append(values)
         else:
-            names += [f"{field}_{i + 1}{unit}" for i in range(values.shape[1])]
+            labels = result.nodes if field == "temperature" else [str(i + 1) for i in range(values.shape[1])]
+            names += [f"{field}_{label}{unit}" for label in labels]
             columns += list(values.T)
     table = np.stack(columns, axis=1)
     # in order of time, at an event the left value first
@@ -41,7 +42,7 @@ def series_table(result: Result, count: int = 1001) -> tuple[list[str], np.ndarr
 
 
 def write(result: Result, folder: Path) -> list[Path]:
-    """Writes `summary.json`, `summary.txt`, `series.csv` and `stop.png` into `folder`; returns their paths."""
+    """Writes `summary.json`, `summary.txt`, `series.csv`, `stop.png`, with heat `temperatures.png`."""
     from . import plot  # matplotlib is loaded by those who want a picture
 
     summary = result.summary()
@@ -53,6 +54,8 @@ def write(result: Result, folder: Path) -> list[Path]:
         (scratch / "summary.txt").write_text(str(result) + "\n", "utf-8")
         np.savetxt(scratch / "series.csv", table, delimiter=",", header=",".join(names), comments="", fmt="%.12g")
         plot.stop(result).savefig(scratch / "stop.png", dpi=130)
+        if result.scene.heat is not None:
+            plot.temperatures(result).savefig(scratch / "temperatures.png", dpi=130)
         folder.mkdir(exist_ok=True)
         written = []
         for file in sorted(scratch.iterdir()):

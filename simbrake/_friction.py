@@ -48,7 +48,7 @@ class AbstractFriction(eqx.Module):
         """What cannot be right in this law, beyond the ranges of single numbers."""
 
     def temperature_range(self) -> tuple[Any, Any] | None:
-        """Temperatures (K) between which the law holds, `None` if there are no bounds; a run ends where it leaves them."""
+        """Temperatures (K) between which the law holds, `None` without bounds; a run ends where it leaves them."""
         return None
 
 

@@ -46,8 +46,8 @@ class TransmissionPartition(AbstractPartition):
 
         1/K_1 = 1/α_1 + δ_rim/λ_rim + 1/α_2,   1/K_2 = 1/α_2 + δ_s/λ_s + δ_l/λ_l + δ_b/λ_b + 1/α_3
 
-    - `temperature` (k,) of the polished rim surface (K), `alpha_1`, `alpha_2`, `alpha_3` (k,) heat transfer coefficients of the
-      polished and the matte rim surface and of the band (W/(m²·K)), `surface_layer` `δ_s` (k,) of the lining (m)
+    - `temperature` (k,) of the polished rim surface (K); `alpha_1`, `alpha_2`, `alpha_3` (k,) of its polished and matte
+      surface and of the band (W/(m²·K)); `surface_layer` `δ_s` (k,) of the lining (m)
     - thickness (m) and conductivity (W/(m·K)) of rim, surface layer, lining, band
 
     Linear between the temperatures of the table, constant beyond its ends (stated, not extrapolated).
@@ -107,7 +107,7 @@ class FlashTemperature(eqx.Module):
 
         ΔT = (2 q/λ) √(a l/(π v)),   q = s f p_r v
 
-    - `length` `l` of a spot (m), `conductivity` `λ`, `diffusivity` `a` of the body it moves over, `share` `s` of the heat
+    - `length` `l` of a spot (m), `conductivity` `λ`, `diffusivity` `a` of the body it moves over, `share` `s` of heat
     - `hardness` (Pa): pressure `p_r` on the spots; `None`: the nominal pressure of the lining
 
     It makes the coefficient of friction implicit, `f = f(T_s + ΔT(f p v))`; the branch that starts at `ΔT = 0` is the
@@ -156,7 +156,8 @@ class Heat(eqx.Module):
 
     def faults(self, path: str, linings: int) -> list[Fault]:
         """What does not fit together, beyond the ranges of single numbers (concrete values only)."""
-        found = faults_of_network(self.bodies, self.links, self.sources, path)
+        heated = () if self.friction is None else (self.friction.metal, self.friction.lining)
+        found = faults_of_network(self.bodies, self.links, self.sources, path, tuple(p for p in heated if p))
         if found:
             return found
         by_name = {body.name: body for body in self.bodies}
@@ -219,3 +220,14 @@ def place_count(heat: Heat, place: str) -> int:
     """Number of nodes of a place."""
     name, face = place_of(place)
     return size_of(next(body for body in heat.bodies if body.name == name), face)
+
+
+def shared_faces(heat: Heat) -> set[str]:
+    """Faces of walls at which more than one flow of a link ends."""
+    ends: dict[str, int] = {}
+    for link in heat.links:
+        for place, other in ((link.a, link.b), (link.b, link.a)):
+            if place_of(place)[1]:
+                flows = place_count(heat, other) if place_count(heat, place) == 1 else 1
+                ends[place] = ends.get(place, 0) + flows
+    return {place for place, count in ends.items() if count > 1}

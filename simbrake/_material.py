@@ -138,7 +138,7 @@ def material(name: str, **changes: float) -> Material:
 
 
 def effusivity_share(metal: Material, lining: Material) -> Any:
-    """Share of the friction heat that goes into the metal when two half-spaces rub: `e_1/(e_1 + e_2)` (Charron, 1943)."""
+    """Share of the friction heat into the metal when two half-spaces rub: `e_1/(e_1 + e_2)` (Charron, 1943)."""
     return metal.effusivity / (metal.effusivity + lining.effusivity)
 
 

@@ -120,8 +120,8 @@ def stored_heat(record: Record) -> dict[str, Array]:
 def _heats(record: Record) -> dict[str, Array]:
     """What became of the friction heat (J): `friction_heat + heat_supplied = heat_stored + heat_lost`.
 
-    `heat_to_metal`, `heat_to_linings`, `heat_to_band`: where the friction heat entered (on a standard brake nothing rubs
-    on the band); `heat_lost`: to the air and other reservoirs, and what is given to parts that the scene does not model.
+    `heat_to_metal`, `heat_to_linings`, `heat_to_band`: where the friction heat entered (on a standard brake nothing
+    rubs on the band); `heat_lost`: to the air and other reservoirs, and what goes to parts that are not modelled.
     """
     ledger = record.y_end.ledger
     booked = ledger.heat

@@ -1,7 +1,7 @@
 """Parts of a thermal network: bodies that hold heat, and links through which it flows.
 
-A **place** is named in a string: `"band"` is a body, `"rim.front"` and `"rim.back"` are the faces of a wall. Bodies with
-`count` nodes (one per lining) link node by node with one another, and all of them with a body of one node.
+A **place** is named in a string: `"band"` is a body, `"rim.front"` and `"rim.back"` are the faces of a wall. Bodies
+with `count` nodes (one per lining) link node by node with one another, and all of them with a body of one node.
 """
 
 import abc
@@ -65,7 +65,7 @@ class Wall(eqx.Module):
     material: Material
     thickness: Scalar = quantity("m", "thickness of the wall", positive=True)
     area: Scalar = quantity("m^2", "area of the wall", positive=True)
-    layers: int = eqx.field(static=True)
+    layers: int = eqx.field(static=True)  # pyright: ignore
     growth: Scalar = quantity("1", "ratio of neighbouring layers", positive=True, default=1.0)
     temperature: Scalar = quantity("K", "temperature at the start", low=0.0, default=ROOM)
     copies: int = eqx.field(static=True, default=1)
@@ -228,6 +228,22 @@ class Radiation(AbstractLink):
         return h * self.area * (1 - self.covered * around.closed)
 
 
+def radiation_governs_above(coefficient: float, emissivity: float, ambient: float = ROOM) -> float:
+    """Surface temperature (K) above which radiation carries more than convection: `ε σ (T² + T_a²)(T + T_a) = h`.
+
+    Both act at all temperatures; convection governs below and radiation above (S, of the permissible lining
+    temperature). Raises `ValueError` where radiation carries more even without a difference of temperature.
+    """
+    from scipy.optimize import brentq
+
+    def surplus(T: float) -> float:
+        return emissivity * STEFAN_BOLTZMANN * (T**2 + ambient**2) * (T + ambient) - coefficient
+
+    if surplus(ambient) > 0:
+        raise ValueError("radiation governs at every temperature: the convection is too weak")
+    return float(brentq(surplus, ambient, 1e5))  # pyright: ignore
+
+
 class Source(eqx.Module):
     """A given heat flow into a place (W): a number or a profile over time."""
 
@@ -254,8 +270,12 @@ def place_of(name: str) -> tuple[str, str | None]:
 
 
 def faults_of_network(
-    bodies: tuple[Body, ...], links: tuple[AbstractLink, ...], sources: tuple[Source, ...], path: str
-):
+    bodies: tuple[Body, ...],
+    links: tuple[AbstractLink, ...],
+    sources: tuple[Source, ...],
+    path: str,
+    heated: tuple[str, ...] = (),
+) -> list[Fault]:
     """Everything wrong with a network: names, sizes, nodes without connection, loops without a solution."""
     found: list[Fault] = []
     by_name = {body.name: body for body in bodies}
@@ -277,7 +297,7 @@ def faults_of_network(
                 and np.shape(value) not in ((), (body.count,))
             ):
                 found.append(Fault(f"{where}.{field}", f"shape {np.shape(value)} does not fit {body.count} nodes"))
-    touched: set[str] = set()
+    touched: set[str] = {place_of(place)[0] for place in heated}
     for kind, parts in (("links", links), ("sources", sources)):
         for i, part in enumerate(parts):
             ends = [place_of(getattr(part, side)) for side in ("a", "b") if hasattr(part, side)]
@@ -292,6 +312,8 @@ def faults_of_network(
                     found.append(
                         Fault(here, f"{name!r} has no face {face!r}", "walls: name.front, name.back; others: name")
                     )
+            if kind == "sources":
+                touched |= {name for name, _ in ends}
             if not known or kind == "sources":
                 continue
             touched |= {name for name, _ in ends}

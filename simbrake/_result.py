@@ -264,8 +264,11 @@ class Result(eqx.Module):
         return record, index, h, probe_many(record, index, h)
 
     def report(self) -> "Report":
-        """Event log, metrics and summary of a concrete result, computed once."""
-        return Report(self)
+        """Event log, metrics and summary of a concrete result; the last one made is kept, as it scans the whole run."""
+        global _last_report
+        if _last_report is None or _last_report.result.record.rows.t is not self.record.rows.t:
+            _last_report = Report(self)
+        return _last_report
 
     @property
     def events(self) -> list[Event]:
@@ -316,11 +319,14 @@ def _concrete(result: Result) -> bool:
     return not any(isinstance(leaf, Tracer) for leaf in arrays) and jnp.ndim(result.record.count) == 0
 
 
+_last_report: "Report | None" = None
+
+
 class Report:
     """What a person reads of one concrete result; the run is scanned once for all of it."""
 
     def __init__(self, result: Result):
-        self._result = result
+        self.result = result
         self._record, self._index, self._offset, self._probe = result._scan()
         self._numbers = numbers(result.record, result.scene.duty.load.travel())
         self.events = self._events()
@@ -412,7 +418,7 @@ class Report:
         return {name: float(v) if np.isfinite(v) else None for name, v in values.items()}
 
     def summary(self) -> dict[str, Any]:
-        r, stats = self._result, self._result.record.stats
+        r, stats = self.result, self.result.record.stats
         return {
             "status": r.status,
             "message": r.message,

@@ -117,7 +117,8 @@ def _faults_of_heat(scene: Scene) -> list[Fault]:
             found.append(Fault("brake.linings.area", "is missing", "the flash temperature looks at the pressure"))
     bounds, T = law.temperature_range(), sensed_at_start(scene)
     if bounds is not None and T is not None and not (float(bounds[0]) <= T.min() and T.max() <= float(bounds[1])):
-        what = f"the table of {float(bounds[0]):g}…{float(bounds[1]):g} K does not cover the start at {T.min():g}…{T.max():g} K"
+        table = f"{float(bounds[0]):g}…{float(bounds[1]):g} K"
+        what = f"the table of {table} does not cover the start at {T.min():g}…{T.max():g} K"
         found.append(Fault("brake.linings.friction", what, "extend the table; it is not extrapolated"))
     return found
 

@@ -28,8 +28,8 @@ class Grip(eqx.Module):
     """Friction of the linings: `f_i(v, T_i, p_i)`.
 
     Where the law looks at the pressure `p_i = N_i/A_i`, or there is a flash temperature, `f_i` is implicit (an index-1
-    algebraic equation), since `N_i = (T_{i−1} + T_i) sin(β_i/2)` and `T_i = T_{i−1} μ_i(f_i)^{±1}`: it is solved from the
-    slack end upwards, on the branch that starts at the coefficient without flash.
+    algebraic equation), since `N_i = (T_{i−1} + T_i) sin(β_i/2)` and `T_i = T_{i−1} μ_i(f_i)^{±1}`: it is solved from
+    the slack end upwards, on the branch that starts at the coefficient without flash.
     """
 
     linings: Lining

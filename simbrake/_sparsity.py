@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ._heat import Heat
+from ._heat import Heat, shared_faces
 from ._hybrid import CORE
 from ._network import Wall, nodes_at, place_of
 from ._thermal import Spans, spans
@@ -11,12 +11,12 @@ from ._thermal import Spans, spans
 def couplings(heat: Heat) -> np.ndarray:
     """Where the Jacobian of the network is sparse: the core, and places in chains, per node with capacity.
 
-    Bodies that friction heats or senses are in the core, as every lining's friction depends on those before it. Of the
-    rest, nodes where three or more paths meet join the core until only unbranched chains are left.
+    Bodies that friction heats or senses are in the core, as every lining's friction depends on those before it, and so are
+    those around a face that several links share. Of the rest, nodes where three or more paths meet join the core until only unbranched chains are left.
     """
     near = _neighbours(heat)
     kinds = np.full(len(near), CORE)
-    core = _touched_by_friction(heat, near)
+    core = _touched_by_friction(heat, near) | _around_shared_faces(heat)
     open_ = {i: near[i] - core for i in range(len(near)) if i not in core}
     branching = [i for i in open_ if len(open_[i]) > 2]
     while branching:
@@ -94,6 +94,18 @@ def _touched_by_friction(heat: Heat, near: list[set[int]]) -> set[int]:
                 found.add(i)
             else:  # heat into a junction goes on to its neighbours
                 found |= _beside(bare, where, i)
+    return found
+
+
+def _around_shared_faces(heat: Heat) -> set[int]:
+    """Nodes at a face where several links end, and at their other ends: the flows there depend on all of them."""
+    where, found = spans(heat), set()
+    shared = shared_faces(heat)
+    for link in heat.links:
+        if {link.a, link.b} & shared:
+            for place in (link.a, link.b):
+                for store, i in _nodes(heat, where, place):
+                    found |= {i} if store else _beside(heat, where, i)
     return found
 
 

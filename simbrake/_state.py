@@ -18,7 +18,7 @@ class BrakeCode(enum.IntEnum):
 
 
 class HeatLedger(NamedTuple):
-    """Heat in J since the start: friction heat given to metal and linings, heat that left the network or was supplied."""
+    """Heat in J since the start: friction heat given to metal and linings, heat that was lost or supplied."""
 
     to_metal: Any
     to_linings: Any

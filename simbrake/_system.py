@@ -224,7 +224,7 @@ class BrakeSystem(AbstractHybridSystem):
         return self._booked(warm, *jump)
 
     def _stretched(self, t: Array, y: State, tension: Array, before: Mode, after: Mode) -> tuple[Array, Array, Array]:
-        """Elongation after a change of mode from the tension before it, lever work, and the heat that this sets free."""
+        """Elongation after a change of mode from the tension before it, lever work, and the heat that it sets free."""
         C = self.forces.stiffness
         assert C is not None
         T_0 = jnp.where(after.band == BandMode.OPEN, 0.0, self.forces.lever_tension(t, y, after)[0])

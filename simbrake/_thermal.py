@@ -9,9 +9,20 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ._duty import AbstractProfile
-from ._heat import Heat
-from ._network import Body, Junction, Lump, Reservoir, Surroundings, Wall, nodes_at, place_of, size_of
+from ._heat import Heat, shared_faces
+from ._network import (
+    Body,
+    Junction,
+    Lump,
+    Reservoir,
+    Surroundings,
+    Wall,
+    nodes_at,
+    place_of,
+    size_of,
+)
 
+_FACES = 4  # passes over links that share a wall's face
 _NEWTON = 8  # iterations for junctions with radiation or free convection
 
 
@@ -125,8 +136,7 @@ class Thermal(eqx.Module):
         for body in self.heat.bodies:
             if isinstance(body, Wall) and body.layers > 1:
                 into[body.name] = self._within(body, temperature[body.name])
-        for link in self.heat.links:
-            flow = self._through(link, temperature, around)
+        for link, flow in zip(self.heat.links, self._through(temperature, around), strict=True):
             for place, signed in ((link.a, -flow), (link.b, flow)):
                 name, face = place_of(place)
                 landed = self._landing(signed, name, face)
@@ -177,30 +187,51 @@ class Thermal(eqx.Module):
         spread = jnp.pad(place[:, None], ((0, 0), (before, body.layers - 1 - before)))
         return Landed(place, spread.reshape(-1))
 
-    def _through(self, link: Any, temperature: dict[str, Array], around: Surroundings) -> Array:
-        """Flow from `a` to `b`, from the middles of the layers where it ends at walls."""
-        ends = []
-        for place in (link.a, link.b):
-            name, face = place_of(place)
-            T = temperature[name]
-            T = T[nodes_at(self._body(name), face)]
-            ends.append((T, self._half(place, temperature[name])))
-        (T_a, half_a), (T_b, half_b) = ends
-        surface_a, surface_b, flow = T_a, T_b, None
-        halves = [half for half in (half_a, half_b) if half is not None]
-        # a law that looks at the surface of a wall gets it from the flow found with its first layer
-        for _ in range(3 if link.nonlinear and halves else 1):
-            g = link.conductance(surface_a, surface_b, around)
-            behind = sum(halves[1:], start=halves[0]) if halves else None
-            if g is None:
-                assert behind is not None
-                flow = (T_a - T_b) / behind
-            else:
-                flow = (g if behind is None else g / (1 + g * behind)) * (T_a - T_b)
-            surface_a = T_a if half_a is None else T_a - flow * half_a
-            surface_b = T_b if half_b is None else T_b + flow * half_b
-        assert flow is not None
-        return flow
+    def _through(self, temperature: dict[str, Array], around: Surroundings) -> list[Array]:
+        """Flow of every link from `a` to `b`.
+
+        A link that ends at a wall's face lies in series with half the first layer. What other links take from the same
+        face, and the surface temperature that a law looks at, come from the pass before: each pass brings the error
+        down by `g · half`, and heat is conserved in any case, as a flow that leaves one end enters the other.
+        """
+        ends = [[self._end(place, temperature) for place in (link.a, link.b)] for link in self.heat.links]
+        shared = shared_faces(self.heat)
+        refine = bool(shared) or any(
+            link.nonlinear and any(half is not None for _, half in pair)
+            for link, pair in zip(self.heat.links, ends, strict=True)
+        )
+        flows: list[Array] = [jnp.zeros(1)] * len(ends)
+        leaving: dict[str, Array] = {}
+        for _ in range(_FACES if refine else 1):
+            new = []
+            for link, pair, flow in zip(self.heat.links, ends, flows, strict=True):
+                seen, surface = [], []
+                for (T, half), place, sign in zip(pair, (link.a, link.b), (1.0, -1.0), strict=True):
+                    total = leaving.get(place, jnp.zeros(1))
+                    own = sign * flow
+                    seen.append(T if half is None or place not in shared else T - half * (total - own))
+                    surface.append(T if half is None else T - half * total)
+                halves = [half for _, half in pair if half is not None]
+                g = link.conductance(surface[0], surface[1], around)
+                behind = sum(halves[1:], start=halves[0]) if halves else None
+                if g is None:
+                    assert behind is not None
+                    g = 1 / behind
+                elif behind is not None:
+                    g = g / (1 + g * behind)
+                new.append(g * (seen[0] - seen[1]))
+            flows, leaving = new, {}
+            for link, flow in zip(self.heat.links, flows, strict=True):
+                for place, sign in ((link.a, 1.0), (link.b, -1.0)):
+                    name, face = place_of(place)
+                    if face:
+                        leaving[place] = leaving.get(place, 0.0) + self._landing(sign * flow, name, face).place
+        return flows
+
+    def _end(self, place: str, temperature: dict[str, Array]) -> tuple[Array, Array | None]:
+        """Temperature where a link ends, of a wall in the middle of its outermost layer, and the resistance from there."""
+        name, face = place_of(place)
+        return temperature[name][nodes_at(self._body(name), face)], self._half(place, temperature[name])
 
     def junctions(self, T: Array, t: Array, around: Surroundings, pieces: tuple[Any, ...] = ()) -> Float[Array, " j"]:
         """Temperatures of the nodes without capacity, friction apart: no heat stays in them."""
@@ -307,6 +338,7 @@ class Thermal(eqx.Module):
             return here
         half = self._half(place, here)
         edge = here[nodes_at(self._body(name), face)]
+        assert half is not None
         return edge + half * faces.get(place, 0.0)
 
 

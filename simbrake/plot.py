@@ -18,6 +18,8 @@ _COLOURS = {
     "restart": "tab:brown",
     "release": "tab:gray",
 }
+_ZERO = 273.15  # K
+_HOT = {"rim": "tab:red", "linings": "tab:orange", "band": "tab:blue"}
 _WORDS = {"slip_onset": "slip onset t₀", "full_slip": "full slip", "stop": "stop"}
 
 
@@ -85,6 +87,71 @@ def stop(result: Result, *, figure: Figure | None = None) -> Figure:
         axes[0, column].set_title("whole braking" if column == 0 else "onset of slip, enlarged", fontsize=10)
     figure.suptitle(f"{result.status.replace('_', ' ')}: {result.message}", fontsize=11)
     return figure
+
+
+def temperatures(result: Result, *, figure: Figure | None = None) -> Figure:
+    """Temperatures of rim, linings and band over time, the permissible one, and the hottest moment's depth profiles.
+
+    Above the surfaces over time (linings with walls of their own: the coolest and the hottest), below the coefficient
+    of friction that is left, and at the right the temperature through the depth of the walls when the rim, or the first
+    place that the scene names, was hottest. Raises `ValueError` if the scene has no heat.
+    """
+    heat = result.scene.heat
+    if heat is None:
+        raise ValueError("the scene has no heat: there are no temperatures to draw")
+    # the steps of the run are dense where it heats quickly: a peak of one braking in hours is not lost
+    rows = np.unique(np.asarray(result.record.rows.t)[: int(result.record.count) + 1])
+    even = np.linspace(rows[0], rows[-1], 600)
+    t = np.union1d(rows[:: 1 + len(rows) // 3000], even)
+    s = result.series(t)
+    surfaces = {"rim": s.rim_temperature, "linings": s.lining_temperature, "band": s.band_temperature}
+    shown = {name: np.asarray(T) - _ZERO for name, T in surfaces.items() if T is not None}
+    if not shown:
+        shown = {"nodes": np.asarray(s.temperature) - _ZERO}
+    walls = [body for body in heat.bodies if hasattr(body, "layers")]
+    if figure is None:
+        figure = Figure(figsize=(11.5 if walls else 7.5, 6.5), layout="constrained")
+    axes = figure.subplots(2, 2 if walls else 1, squeeze=False, width_ratios=[1.6, 1][: 2 if walls else 1])
+    for name, T in shown.items():
+        colour = _HOT.get(name, "tab:gray")
+        axes[0, 0].plot(t, T.max(axis=1), color=colour, label=name if T.shape[1] == 1 else f"{name}, hottest")
+        if T.shape[1] > 1:
+            axes[0, 0].plot(t, T.min(axis=1), color=colour, ls=":", label=f"{name}, coolest")
+    if heat.permissible is not None:
+        limit = float(np.asarray(heat.permissible)) - _ZERO
+        axes[0, 0].axhline(limit, color="k", lw=0.9, ls="--", label="permissible (linings)")
+    axes[0, 0].set_ylabel("surface temperature, °C")
+    f = np.asarray(s.friction_coefficient)
+    axes[1, 0].plot(t, f.max(axis=1), color="tab:green", label="coefficient of friction when sliding")
+    if np.ptp(f, axis=1).max() > 1e-9:
+        axes[1, 0].plot(t, f.min(axis=1), color="tab:green", ls=":", label="of the lining with the least")
+    axes[1, 0].set_ylabel("coefficient of friction")
+    axes[1, 0].set_xlabel("time, s")
+    peaks = [peak for name, peak in result.report().peaks.items() if name.startswith("peak_")]
+    hottest = float(peaks[0].time) if peaks else float(t[int(np.argmax(next(iter(shown.values())).max(axis=1)))])
+    profiles = np.asarray(result.series([hottest]).temperature)[0] - _ZERO
+    for row, wall in enumerate(walls[:2]):
+        _profile(axes[row, 1], result, wall, profiles, hottest)
+    for row in range(len(walls[:2]), 2):
+        if walls:
+            axes[row, 1].axis("off")
+    for panel in axes.flat:
+        panel.grid(alpha=0.3)
+        if panel.get_legend_handles_labels()[0]:
+            panel.legend(loc="best", fontsize=8, framealpha=0.9)
+    figure.suptitle("temperatures", fontsize=11)
+    return figure
+
+
+def _profile(axes: Axes, result: Result, wall: Any, T: np.ndarray, time: float) -> None:
+    """Temperature over the depth of a wall, of all its copies."""
+    here = [i for i, name in enumerate(result.nodes) if name.partition("[")[0] == wall.name]
+    depth = 1e3 * np.asarray(wall.centres)
+    for copy in range(wall.copies):
+        axes.plot(depth, T[here][copy * wall.layers : (copy + 1) * wall.layers], color="tab:red", marker=".", lw=1.0)
+    axes.set_title(f"through the {wall.name} at {time:.6g} s", fontsize=10)
+    axes.set_xlabel("depth below the friction surface, mm")
+    axes.set_ylabel("temperature, °C")
 
 
 def _time_axis(axes: Axes, *, milliseconds: bool) -> None:

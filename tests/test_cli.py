@@ -126,7 +126,7 @@ def test_reproduce(capsys):
     code, out, _ = call(capsys, "reproduce", "--json")
     rows = json.loads(out)
     assert code == 0
-    assert {row["table"] for row in rows} == {"Z1", "Z2", "Z3", "Z4", "Z5", "Z6"}
+    assert {row["table"] for row in rows} == {"Z1", "Z2", "Z3", "Z4", "Z5", "Z6", "V1", "V2", "S1"}
     assert {row["verdict"] for row in rows} == {"agrees", "known misprint"}
     code, out, _ = call(capsys, "reproduce")
     assert "Z5: 160 cells" in out

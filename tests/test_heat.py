@@ -119,7 +119,7 @@ def test_a_surface_layer_of_a_micrometre_gets_the_implicit_method_and_the_same_a
     growth = sb.layer_growth(1e-6, 0.028, 20)
     result = layered_result(growth)
     assert result.method_name == "Rodas5P"
-    slip, stick, stop, T = scipy_stop(growth, "Radau", 1e-9)
+    slip, _, stop, T = scipy_stop(growth, "Radau", 1e-9)
     events = {event.name: event.time for event in result.events}
     assert events["full_slip"] == pytest.approx(slip, rel=1e-7)
     assert events["stop"] == pytest.approx(stop, rel=1e-7)
@@ -366,7 +366,7 @@ def test_flash_fold_is_named():
 
 
 def test_repeated_duty_is_the_duty_written_out():
-    points = dict(times=np.asarray([0.5, 1.0, 3.0, 3.2]), values=np.asarray([T0, 0.0, 0.0, T0]))
+    points = {"times": np.asarray([0.5, 1.0, 3.0, 3.2]), "values": np.asarray([T0, 0.0, 0.0, T0])}
     times = np.concatenate([points["times"] + 6.0 * c for c in range(3)])
     law, load = sb.ConstantFriction(0.35), sb.TorqueLoad(sb.Constant(5e3), 300.0)
     runs = []
@@ -440,7 +440,7 @@ def test_faults_of_a_scene_with_heat():
         sb.simulate(stop_scene(law=sb.ProductFriction(sb.ConstantFriction(0.3), (sb.PressureFactor(1e6, 0.2),))))
     scene = layered_stop()
     bad = eqx.tree_at(lambda s: s.heat.friction, scene, sb.FrictionHeat("rim", "nowhere", sb.ConstantPartition(1.5)))
-    with pytest.raises(sb.InputError, match="partition.metal"):
+    with pytest.raises(sb.InputError, match=r"partition\.metal"):
         sb.simulate(bad)
     bad = eqx.tree_at(lambda s: s.heat.friction, scene, sb.FrictionHeat("rim", "nowhere", sb.ConstantPartition(0.5)))
     with pytest.raises(sb.InputError) as caught:
@@ -455,3 +455,100 @@ def test_numbers_of_a_heat_part_are_set_by_path():
     )
     assert float(scene.heat.bodies[0].material.conductivity) == 60.0
     assert float(scene.heat.links[0].coefficient) == 10.0
+
+
+# --- ready networks ----------------------------------------------------------------------------------------------
+
+
+def installation(each=1, **more):
+    area = 2 * math.pi * 0.59 * 0.22
+    return sb.layered_heat(
+        rim=sb.material("steel_20L"), rim_thickness=0.025, rim_layers=6, rim_first=1e-3, track_area=area,
+        lining=sb.material("FK-24A"), lining_area=0.75 * area, lining_layers=5, lining_first=1e-4, each=each,
+        partition=sb.ConstantPartition(0.9), **more,
+    )  # fmt: skip
+
+
+def test_every_lining_gets_the_heat_of_its_own_friction():
+    """Insulated walls, one per lining: stored heat in proportion to the tension increments, whatever the depth."""
+    scene = rigid_stop(sb.ConstantFriction(0.35), installation(each=N))
+    result = sb.simulate(scene)
+    stored = np.asarray(result.record.system.forces.thermal.capacity) * (np.asarray(result.end_temperatures) - sb.ROOM)
+    linings = stored[6:].reshape(N, 5).sum(axis=1)
+    tensions = np.append(1.0, np.cumprod(np.asarray(result.record.system.forces.mu_static)))
+    np.testing.assert_allclose(linings / linings.sum(), np.diff(tensions) / (tensions[-1] - 1), rtol=1e-9)
+    assert linings.sum() == pytest.approx(0.1 * 0.5 * J * W0**2, rel=1e-9)
+    assert int(result.peak_lining_temperature.lining) == N
+    assert result.nodes[6] == "lining[1,1]"
+
+
+def test_one_wall_for_all_linings_is_the_mean_of_walls_for_each():
+    cooled = {"outside": 30.0, "inside": sb.SpeedCoefficient(8.0, 2.0), "emissivity": 0.8, "contact_resistance": 2e-3}
+    runs = [sb.simulate(rigid_stop(sb.ConstantFriction(0.35), installation(each, **cooled))) for each in (1, N)]
+    one, each = (np.asarray(run.end_temperatures) for run in runs)
+    np.testing.assert_allclose(each[:6], one[:6], rtol=1e-9)
+    np.testing.assert_allclose(each[6:].reshape(N, 5).mean(axis=0), one[6:], rtol=1e-9)
+    assert all(float(run.energy["heat_closure"]) < 1e-12 for run in runs)
+
+
+def test_interface_without_capacity_shares_friction_heat_by_effusivity():
+    """Friction heat given to a junction between two walls: the share that they find by themselves is Charron's."""
+    steel, lining = sb.Material(45.0, 7850.0, 480.0), sb.Material(0.8, 2000.0, 1100.0)
+    growth = sb.layer_growth(5e-6, 0.03, 60)
+    heat = sb.Heat(
+        (
+            sb.Wall("rim", steel, 0.03, 1.0, 60, growth),
+            sb.Wall("lining", lining, 0.03, 1.0, 60, growth),
+            sb.Junction("face"),
+        ),
+        (sb.ThermalContact("face", "rim.front", 1.0), sb.ThermalContact("face", "lining.front", 1.0)),
+        sb.FrictionHeat("face", "face", sb.ConstantPartition(0.5), sensed="rim.front"),
+        rim="rim.front",
+    )
+    result = sb.simulate(rigid_stop(sb.ConstantFriction(0.35), heat))
+    stored = {name: float(value) for name, value in result.stored_heat.items()}
+    assert stored["rim"] / sum(stored.values()) == pytest.approx(0.907538740903391, abs=2e-3)
+    assert float(result.energy["heat_closure"]) < 1e-10  # perfect contact of layers of 5 µm: large conductances cancel
+
+
+def test_thermal_stabilisation_sends_nothing_to_the_flange():
+    steel = sb.material("steel_20L")
+    with_flange = sb.with_pulley_structure(installation(), steel)
+    without = sb.with_pulley_structure(installation(), steel, flange=False)
+    hot = [np.where(np.arange(11 + len(h.bodies) - 3) < 6, 450.0, 300.0) for h in (with_flange, without)]
+    ends = []
+    for heat, T in zip((with_flange, without), hot, strict=True):
+        run = sb.simulate_heat(sb.with_temperatures(heat, T), [0.0, 300.0])
+        ends.append(float(run.temperature[-1, 0]))
+    assert ends[0] < ends[1]
+    assert "flange" not in [body.name for body in without.bodies]
+    # V, table 1: the flange's resistance
+    assert float(sb.radial_resistance(0.035, 47.8, 0.420, 0.565)) == pytest.approx(0.028, abs=5e-4)
+
+
+def test_radiation_governs_above_a_temperature():
+    T = sb.radiation_governs_above(25.0, 0.8)
+    assert pytest.approx(25.0 * (T - sb.ROOM), rel=1e-10) == 0.8 * sb.STEFAN_BOLTZMANN * (T**4 - sb.ROOM**4)
+
+
+@pytest.mark.slow
+def test_cost_grows_no_faster_than_the_layers():
+    import time
+
+    def cost(layers):
+        growth = sb.layer_growth(1e-6, 0.03, layers)
+        steel = sb.material("steel_20L")
+        heat = sb.Heat(
+            (sb.Wall("w", steel, 0.03, 1.0, layers, growth), sb.Reservoir("air")),
+            (sb.Convection("w.back", 1.0, 100.0),),
+            sources=(sb.Source("w.front", sb.ramp(1e6, 0.0, 0.0, 5.0)),),
+        )
+        times = []
+        for _ in range(6):
+            start = time.perf_counter()
+            jax.block_until_ready(sb.simulate_heat(heat, [0.0, 5.0], rtol=1e-8, solver=sb.Rodas5P()).temperature)
+            times.append(time.perf_counter() - start)
+        return sorted(times[1:])[2]
+
+    assert cost(1000) / cost(10) < 100**1.2
+    assert cost(1000) / cost(100) < 10**1.2 * 1.5  # the timing itself is uncertain

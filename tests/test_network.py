@@ -266,3 +266,14 @@ def test_all_faults_of_a_network_in_one_report():
         assert part in text, part
     with pytest.raises(sb.InputError, match="no reservoir"):
         sb.steady_state(sb.Heat((sb.Lump("a", 1.0), sb.Lump("b", 1.0)), (sb.Conductance("a", "b", 1.0),)))
+
+
+def test_links_that_share_a_face_see_one_surface():
+    """Two convections from one face are one of the sum, although each lies behind the same half layer."""
+
+    def end(*coefficients):
+        links = tuple(sb.Convection("w.back", 1.0, h) for h in coefficients)
+        heat = sb.Heat((wall("w", 3, temperature=600.0), sb.Reservoir("air")), links)
+        return np.asarray(sb.simulate_heat(heat, [0.0, 50.0], rtol=1e-11).temperature[-1])
+
+    np.testing.assert_allclose(end(150.0, 250.0), end(400.0), rtol=1e-7)
