@@ -11,8 +11,9 @@ from ._thermal import Spans, spans
 def couplings(heat: Heat) -> np.ndarray:
     """Where the Jacobian of the network is sparse: the core, and places in chains, per node with capacity.
 
-    Bodies that friction heats or senses are in the core, as every lining's friction depends on those before it, and so are
-    those around a face that several links share. Of the rest, nodes where three or more paths meet join the core until only unbranched chains are left.
+    Bodies that friction heats or senses are in the core, as every lining's friction depends on those before it, and so
+    are those around a face that several links share. Of the rest, nodes where three or more paths meet join the core
+    until only unbranched chains are left.
     """
     near = _neighbours(heat)
     kinds = np.full(len(near), CORE)

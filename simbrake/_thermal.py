@@ -229,7 +229,7 @@ class Thermal(eqx.Module):
         return flows
 
     def _end(self, place: str, temperature: dict[str, Array]) -> tuple[Array, Array | None]:
-        """Temperature where a link ends, of a wall in the middle of its outermost layer, and the resistance from there."""
+        """Temperature where a link ends (of a wall: in its outermost layer), and the resistance from there."""
         name, face = place_of(place)
         return temperature[name][nodes_at(self._body(name), face)], self._half(place, temperature[name])
 
