@@ -6,19 +6,9 @@ from typing import Any
 import numpy as np
 
 from ._heat import AbstractPartition, FrictionHeat, Heat
+from ._links import AbstractCoefficient, AbstractLink, Conductance, Convection, Radiation, ThermalContact
 from ._material import ROOM, Material, layer_growth
-from ._network import (
-    AbstractCoefficient,
-    AbstractLink,
-    Body,
-    Conductance,
-    Convection,
-    Lump,
-    Radiation,
-    Reservoir,
-    ThermalContact,
-    Wall,
-)
+from ._network import Body, Lump, Reservoir, Wall
 
 
 def axial_resistance(length: Any, conductivity: Any, inner: Any, outer: Any) -> Any:

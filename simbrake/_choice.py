@@ -3,7 +3,8 @@
 import numpy as np
 
 from ._heat import Heat
-from ._network import Conductance, Convection, Junction, Lump, Reservoir, ThermalContact, Wall, place_of
+from ._links import Conductance, Convection, ThermalContact
+from ._network import Junction, Lump, Reservoir, Wall, place_of
 from ._scene import Scene
 
 #: length of the real stability interval of Dopri8, roughly

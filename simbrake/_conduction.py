@@ -25,7 +25,8 @@ from ._hybrid import (
     Settings,
     hybridsolve,
 )
-from ._network import Reservoir, Surroundings
+from ._links import Surroundings
+from ._network import Reservoir
 from ._quantity import Fault, InputError, faults_of_values
 from ._sparsity import couplings
 from ._thermal import Thermal, assemble_thermal

@@ -8,9 +8,10 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
 from ._band import product, running_product
-from ._duty import AbstractLoad, AbstractProfile, SpeedHold
+from ._duty import AbstractProfile, SpeedHold
+from ._links import Surroundings
+from ._loads import AbstractLoad
 from ._modes import BandMode, Mode, slips
-from ._network import Surroundings
 from ._sliding import Coefficients, Grip
 from ._state import Flows, State, ThermalNow
 from ._thermal import Deposit, Thermal

@@ -9,8 +9,9 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ._duty import AbstractProfile
+from ._links import AbstractLink, Source
 from ._material import Material, effusivity_share
-from ._network import AbstractLink, Body, Junction, Reservoir, Source, Wall, faults_of_network, place_of, size_of
+from ._network import Body, Junction, Reservoir, Wall, faults_of_network, place_of, size_of
 from ._quantity import Fault, Scalar, quantity
 
 

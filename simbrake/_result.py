@@ -9,17 +9,18 @@ import numpy as np
 from jax.core import Tracer
 from jaxtyping import Array, Float, Int
 
-from ._choice import stiffness
 from ._heat import node_names
-from ._hybrid import FINISHED, Record
-from ._log import Event, Phase, event_log, marks_passed
+from ._hybrid import Record
+from ._log import Event
 from ._metrics import METRICS, Peak, energies, numbers, peak, peaks_of, stored_heat
 from ._modes import BandMode
-from ._observe import mark_names
 from ._outcome import FAILURES, STATUS_MESSAGES, status_of
-from ._probe import SAMPLES, Probe, probe_at, probe_many
-from ._scene import Scene, warnings
+from ._probe import Probe, probe_at, probe_many
+from ._report import Report
+from ._scene import Scene
 from ._summary import text
+
+_last_report: Report | None = None
 
 
 class Series(NamedTuple):
@@ -251,19 +252,7 @@ class Result(eqx.Module):
     def _band_at_end(self) -> int:
         return int(np.asarray(self.record.rows.mode)[int(self.record.count), 0])
 
-    def _scan(self) -> tuple[Record, np.ndarray, np.ndarray, Probe]:
-        """All steps of the run sampled: record without unused rows, row and offset of each sample, and the probe."""
-        record = self.record.compact()
-        n, t = int(record.count), np.asarray(record.rows.t)
-        samples = _samples(n)
-        index = np.repeat(np.arange(n), samples)
-        share = np.tile(np.linspace(0.0, 1.0, samples), n)
-        h = share * (t[index + 1] - t[index])
-        if n == 0:
-            index, h = np.zeros(1, int), np.zeros(1)
-        return record, index, h, probe_many(record, index, h)
-
-    def report(self) -> "Report":
+    def report(self) -> Report:
         """Event log, metrics and summary of a concrete result; the last one made is kept, as it scans the whole run."""
         global _last_report
         if _last_report is None or _last_report.result.record.rows.t is not self.record.rows.t:
@@ -309,135 +298,6 @@ def _metric(result: Result, name: str) -> Any:
     return energies(result.record) if name == "energy" else METRICS[name](result.record, travel)
 
 
-def _samples(steps: int) -> int:
-    """Looks per step when a whole run is scanned; a long run has many steps in every part of it."""
-    return SAMPLES if steps <= 1500 else 3
-
-
 def _concrete(result: Result) -> bool:
     arrays = jax.tree.leaves(result)
     return not any(isinstance(leaf, Tracer) for leaf in arrays) and jnp.ndim(result.record.count) == 0
-
-
-_last_report: "Report | None" = None
-
-
-class Report:
-    """What a person reads of one concrete result; the run is scanned once for all of it."""
-
-    def __init__(self, result: Result):
-        self.result = result
-        self._record, self._index, self._offset, self._probe = result._scan()
-        self._numbers = numbers(result.record, result.scene.duty.load.travel())
-        self.events = self._events()
-        known = peaks_of(result.record.system)
-        self.peaks = {name: self._peak(lambda p, pick=pick: np.asarray(pick(p))) for name, pick in known.items()}
-
-    def _events(self) -> list[Event]:
-        record = self._record
-        n = int(record.count)
-        kind, t = np.asarray(record.rows.kind)[:n], np.asarray(record.rows.t)[: n + 1]
-        band = np.asarray(record.rows.mode)[: n + 1, 0]
-        phases: list[Phase] = []
-        start, samples = 0, _samples(n)
-        for i in range(n):
-            if kind[i] >= FINISHED or i == n - 1:
-                phases.append(Phase(int(band[i]), start * samples, (i + 1) * samples - 1, t[start], t[i + 1]))
-                start = i + 1
-        if n and band[n] != band[n - 1]:  # an event at the very end
-            phases.append(Phase(int(band[n]), n * samples - 1, n * samples - 1, t[n], t[n]))
-        if phases and phases[0].band == BandMode.OPEN and phases[0].end == phases[0].start:
-            phases = phases[1:]  # the settling of the first mode
-        margins = np.asarray(self._probe.margins)
-        events = event_log(phases, margins, self._locate, margins.shape[1] // 2)
-        return sorted([*events, *self._marks()], key=lambda event: event.time)
-
-    def _marks(self) -> list[Event]:
-        """Events of marks that heat passes, and of linings that come to lock themselves."""
-        system: Any = self._record.system
-        found: list[Event] = []
-        crossings = marks_passed(np.asarray(self._probe.passing), self._index)
-        if crossings:
-            times, names = self._locate(crossings, "passing"), mark_names(system)
-            found += [Event(float(t), *names[j]) for t, (_, j) in zip(times, crossings, strict=True)]
-        if system.forces.grip.varies:  # the fifth entry of a mode says whether a lining locks itself
-            locks = np.asarray(self._record.rows.mode)[: int(self._record.count) + 1, 4]
-            began = np.flatnonzero(np.diff(locks) > 0) + 1
-            found += [Event(float(np.asarray(self._record.rows.t)[i]), "self_locking") for i in began]
-        return found
-
-    def _locate(self, crossings: list[tuple[int, int]], which: str = "margins") -> np.ndarray:
-        """Times at which margins rise through zero: bisection and secants on partial steps of the method."""
-        sample = np.asarray([i for i, _ in crossings])
-        mark = np.asarray([j for _, j in crossings])
-        row = self._index[sample]
-        low, high = self._offset[sample].copy(), self._offset[sample + 1].copy()
-        margins = np.asarray(getattr(self._probe, which))
-        f_low, f_high = margins[sample, mark].copy(), margins[sample + 1, mark].copy()
-        side = np.zeros(len(row), int)
-        for _ in range(60):  # Illinois
-            span = np.where(f_high > f_low, f_high - f_low, 1.0)
-            h = np.where(f_high > f_low, low - f_low * (high - low) / span, 0.5 * (low + high))
-            f = np.asarray(getattr(probe_many(self._record, row, h), which))[np.arange(len(row)), mark]
-            above = f > 0
-            f_low = np.where(above & (side == 1), 0.5 * f_low, f_low)
-            f_high = np.where(~above & (side == -1), 0.5 * f_high, f_high)
-            side = np.where(above, 1, -1)
-            done = np.abs(f) <= 1e-15
-            high, f_high = np.where(above | done, h, high), np.where(above, f, f_high)
-            low, f_low = np.where(~above | done, h, low), np.where(~above, f, f_low)
-            if np.all(high - low <= 1e-15 * np.maximum(np.abs(high), 1e-300)) or np.all(done):
-                break
-        return np.asarray(self._record.rows.t)[row] + high
-
-    def _peak(self, pick: Any) -> Peak:
-        values = pick(self._probe)
-        best = int(np.argmax(values.max(axis=1)))
-        low = max(best - 1, 0) if self._index[max(best - 1, 0)] == self._index[best] else best
-        top = min(best + 1, len(values) - 1)
-        high = top if self._index[top] == self._index[best] else best
-        h = np.linspace(self._offset[low], self._offset[high], 4 * SAMPLES + 1)
-        probe = probe_many(self._record, np.full(h.shape, self._index[best]), h)
-        values = pick(probe)
-        i = int(np.argmax(values.max(axis=1)))
-        j = int(np.argmax(values[i]))
-        return Peak(values[i, j], np.asarray(probe.t)[i], np.asarray(j + 1))
-
-    def _per_lining(self, name: str) -> bool:
-        if name.startswith("max_"):
-            return True
-        return name == "peak_lining_temperature" and np.shape(self._probe.surfaces["linings"])[1] > 1
-
-    @property
-    def metrics(self) -> dict[str, float | None]:
-        energy = self._numbers[1]
-        values = {**self._numbers[0], **{name: peak.value for name, peak in self.peaks.items()}}
-        hot = {f"{name}_time": p.time for name, p in self.peaks.items() if name.startswith("peak_")}
-        given = ("heat_to_metal", "heat_to_linings", "heat_to_band", "heat_lost")
-        values = {**values, **hot, **{name: energy[name] for name in given if name in energy}}
-        return {name: float(v) if np.isfinite(v) else None for name, v in values.items()}
-
-    def summary(self) -> dict[str, Any]:
-        r, stats = self.result, self.result.record.stats
-        return {
-            "status": r.status,
-            "message": r.message,
-            "warnings": warnings(r.scene),
-            "events": [event.as_dict() for event in self.events],
-            "metrics": self.metrics,
-            "at": {
-                **{f"{name}_time": float(peak.time) for name, peak in self.peaks.items()},
-                **{f"{name}_lining": int(p.lining) for name, p in self.peaks.items() if self._per_lining(name)},
-            },
-            "energy": {name: float(value) for name, value in self._numbers[1].items()},
-            "solver": {
-                "method": r.method_name,
-                "reason": stiffness(r.scene)[1],
-                "rtol": float(r.rtol),
-                "steps": int(stats.accepted),
-                "rejected": int(stats.rejected),
-                "retaken": int(stats.retaken),
-                "events": int(stats.events),
-                "segments": int(stats.segments),
-            },
-        }

@@ -11,9 +11,10 @@ from jaxtyping import Array
 
 from ._band import grip
 from ._design import Brake, Lining
-from ._duty import AbstractLoad, AbstractProfile, SpeedHold
+from ._duty import AbstractProfile, SpeedHold
 from ._friction import Contact
 from ._heat import Heat
+from ._loads import AbstractLoad
 from ._network import nodes_at, place_of
 from ._quantity import Fault, InputError, Scalar, faults_of_values, leaves, quantity
 

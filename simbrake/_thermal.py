@@ -10,17 +10,8 @@ from jaxtyping import Array, Float
 
 from ._duty import AbstractProfile
 from ._heat import Heat, shared_faces
-from ._network import (
-    Body,
-    Junction,
-    Lump,
-    Reservoir,
-    Surroundings,
-    Wall,
-    nodes_at,
-    place_of,
-    size_of,
-)
+from ._links import Surroundings
+from ._network import Body, Junction, Lump, Reservoir, Wall, nodes_at, place_of, size_of
 
 _FACES = 4  # passes over links that share a wall's face
 _NEWTON = 8  # iterations for junctions with radiation or free convection

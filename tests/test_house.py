@@ -21,7 +21,8 @@ PACKAGE = pathlib.Path(sb.__file__).parent
 LAYERS = [
     {"_quantity", "_compiling"},
     {"_hybrid", "_friction", "_band", "_layout", "_duty", "_material"},
-    {"_design", "_fade", "_network"},
+    {"_design", "_fade", "_loads", "_links"},
+    {"_network"},
     {"_heat"},
     {"_scene", "_thermal", "_sliding", "_builders"},
     {"_modes", "_state", "_sparsity"},
@@ -32,6 +33,7 @@ LAYERS = [
     {"_conduction"},
     {"_probe"},
     {"_metrics"},
+    {"_report"},
     {"_result"},
     {"_simulate"},
     {"_cyclic", "_edit", "_export", "_reproduce", "plot"},
