@@ -34,7 +34,14 @@ def _heat_lines(summary: dict[str, Any]) -> list[str]:
         return []
     names = {"peak_rim_temperature": "rim", "peak_lining_temperature": "linings", "peak_band_temperature": "band"}
     hot = [f"{w} {m[k] - 273.15:.5g} °C at {at[f'{k}_time']:.6g} s" for k, w in names.items() if m.get(k) is not None]
+    passed = []
+    for name in ("permissible_temperature", "grip_lost", "self_locking"):
+        times = [event["time"] for event in summary["events"] if event["name"] == name]
+        if times:
+            often = "once, " if len(times) == 1 else f"{len(times)} times, first "
+            passed.append(f"{name.replace('_', ' ')} {often}at {min(times):.6g} s")
     return [
+        *([f"passed   {', '.join(passed)}"] if passed else []),
         f"hottest  {', '.join(hot)}" if hot else "hottest  the scene names no rim, linings or band",
         f"heat     to metal {e['heat_to_metal'] / 1e3:.6g} kJ + to linings {e['heat_to_linings'] / 1e3:.6g} kJ"
         + (f" + supplied {e['heat_supplied'] / 1e3:.6g} kJ" if e["heat_supplied"] else "")

@@ -216,12 +216,14 @@ class BrakeSystem(AbstractHybridSystem):
         tension, y = self._tension_of_band(t, y, before), y._replace(omega=omega)
         if self.forces.thermal is None:
             return self._booked(y, *self._stretched(t, y, tension, before, after))
+
         # the heat of the jump warms the linings, on which the tension after it depends: settled in a few passes
-        warm = y
-        for _ in range(_PASSES if self.forces.grip.varies else 1):
+        def settle(warm: State, _: None) -> tuple[State, tuple[Array, Array, Array]]:
             jump = self._stretched(t, warm, tension, before, after)
-            warm = self._warmed(t, y, after, jump[2])
-        return self._booked(warm, *jump)
+            return self._warmed(t, y, after, jump[2]), jump
+
+        warm, jumps = jax.lax.scan(settle, y, None, length=_PASSES if self.forces.grip.varies else 1)
+        return self._booked(warm, *(each[-1] for each in jumps))
 
     def _stretched(self, t: Array, y: State, tension: Array, before: Mode, after: Mode) -> tuple[Array, Array, Array]:
         """Elongation after a change of mode from the tension before it, lever work, and the heat that it sets free."""

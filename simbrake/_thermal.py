@@ -271,7 +271,7 @@ class Thermal(eqx.Module):
         known = self._all(T, T_J, t, pieces)
 
         def temperature(place: str | None, other: str | None) -> Array:
-            name, face = place_of(place or other or "")
+            name, face = place_of(place or other or friction.sensor or "")
             here = known[name]
             return jnp.broadcast_to(here[nodes_at(self._body(name), face)], (n,))
 

@@ -552,3 +552,29 @@ def test_cost_grows_no_faster_than_the_layers():
 
     assert cost(1000) / cost(10) < 100**1.2
     assert cost(1000) / cost(100) < 10**1.2 * 1.5  # the timing itself is uncertain
+
+
+def test_heat_with_no_power_is_no_heat():
+    """A friction law that fades, on a network that no heat reaches: the brake without heat, to rounding."""
+    heat = layered_stop().heat
+    cold = eqx.tree_at(lambda h: h.friction, heat, sb.FrictionHeat(None, None, sb.ConstantPartition(0.5), "rim.front"))
+    scene = layered_stop()
+    warm = sb.simulate(eqx.tree_at(lambda s: s.heat, scene, cold))
+    plain = sb.simulate(sb.Scene(brake(sb.ConstantFriction(0.35)), scene.duty, scene.initial, 2.0))
+    for name in ("full_slip_time", "stopping_time", "stopping_angle", "max_tension"):
+        assert warm.metrics[name] == pytest.approx(plain.metrics[name], rel=1e-12)
+    np.testing.assert_allclose(np.asarray(warm.end_temperatures), sb.ROOM, rtol=1e-14)
+    assert warm.metrics["heat_lost"] == pytest.approx(plain.energy["friction_heat"], rel=1e-12)
+
+
+def test_a_batch_of_stiff_scenes_is_its_single_runs():
+    base = layered_stop(sb.layer_growth(1e-5, 0.028, 20))
+
+    def stop(f):
+        scene = eqx.tree_at(lambda s: s.brake.linings.friction.base.coefficient, base, f)
+        return sb.simulate(scene, rtol=1e-8, max_steps=256).stopping_time
+
+    values = jnp.asarray([0.3, 0.35])
+    batch = jax.jit(jax.vmap(stop))(values)
+    single = jax.jit(stop)
+    np.testing.assert_allclose(np.asarray(batch), [float(single(f)) for f in values], rtol=1e-12)
