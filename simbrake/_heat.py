@@ -11,7 +11,7 @@ from jaxtyping import Array, Float
 from ._duty import AbstractProfile
 from ._links import AbstractLink, Source
 from ._material import Material, effusivity_share
-from ._network import Body, Junction, Reservoir, Wall, faults_of_network, place_of, size_of
+from ._network import Body, Junction, Lump, Reservoir, Wall, faults_of_network, place_of, size_of
 from ._quantity import Fault, Scalar, quantity
 
 
@@ -130,6 +130,15 @@ class FlashTemperature(eqx.Module):
         return jnp.where(moving, 2 * self.share * q / self.conductivity * jnp.sqrt(self.diffusivity * time), 0.0)
 
 
+def _settled(bodies: tuple[Body, ...]) -> tuple[Body, ...]:
+    """A lump given without capacity is a junction."""
+
+    def empty(body: Body) -> bool:
+        return isinstance(body, Lump) and isinstance(body.capacity, np.ndarray) and bool(np.all(body.capacity == 0))
+
+    return tuple(Junction(body.name, body.count) if empty(body) else body for body in bodies)
+
+
 class Heat(eqx.Module):
     """Thermal part of a scene; a scene without it has no thermal states, equations or cost.
 
@@ -139,7 +148,7 @@ class Heat(eqx.Module):
     - `permissible` (K): permissible temperature of the linings; passing it is an event
     """
 
-    bodies: tuple[Body, ...]
+    bodies: tuple[Body, ...] = eqx.field(converter=_settled)
     links: tuple[AbstractLink, ...] = ()
     friction: FrictionHeat | None = None
     sources: tuple[Source, ...] = ()

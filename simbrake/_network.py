@@ -20,7 +20,7 @@ from ._quantity import Fault, Scalar, quantity
 class Lump(eqx.Module):
     """A body of one temperature, or `count` of them (one per lining): `C(T) dT/dt = Σ heat flows`.
 
-    - `capacity` `C` (J/K), a number or (count,); `capacity_slope` (1/K) as in `Material`, `None`: constant
+    - `capacity` `C` (J/K), a number or (count,), 0 makes a `Junction` of it; `capacity_slope` (1/K) as in `Material`
     - `temperature`: at the start (K)
     """
 

@@ -144,3 +144,23 @@ def test_scenario_runs_as_a_script(scenario):
     done = subprocess.run([sys.executable, scenario], capture_output=True, text=True, check=False, timeout=300)
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith("stopped:")
+
+
+def test_a_scenario_with_heat(capsys, tmp_path, scenarios):
+    scenario = str(scenarios / "drag_lowering.py")
+    code, out, _ = call(capsys, "run", scenario, "--json", "--out", str(tmp_path / "drag"), "--set", "end_time=40")
+    assert code == 0
+    summary = json.loads(out)
+    metrics, energy = summary["metrics"], summary["energy"]
+    for name in ("peak_rim_temperature", "peak_lining_temperature", "peak_band_temperature"):
+        assert metrics[name] > 290.0
+        assert 0.0 <= metrics[f"{name}_time"] <= 40.0
+    given = metrics["heat_to_metal"] + metrics["heat_to_linings"] + metrics["heat_to_band"]
+    assert given == pytest.approx(energy["friction_heat"], rel=1e-12)
+    assert energy["heat_stored"] + metrics["heat_lost"] == pytest.approx(energy["friction_heat"], rel=1e-10)
+    assert energy["heat_closure"] < 1e-9
+    assert summary["solver"]["method"] == "Rodas5P"
+    assert "explicit method" in summary["solver"]["reason"]
+    assert (tmp_path / "drag" / "temperatures.png").stat().st_size > 10_000
+    header = (tmp_path / "drag" / "series.csv").read_text("utf-8").splitlines()[0]
+    assert "temperature_rim[1] [K]" in header

@@ -171,6 +171,7 @@ def test_a_junction_is_the_limit_of_a_small_capacity_and_may_radiate():
 
     times = [0.0, 20.0, 100.0]
     exact = sb.simulate_heat(heat(sb.Junction("m")), times, rtol=1e-11)
+    assert heat(sb.Lump("m", 0.0)).bodies[1] == sb.Junction("m")
     near = sb.simulate_heat(heat(sb.Lump("m", 1e-5, 600.0)), times, rtol=1e-9)
     np.testing.assert_allclose(exact.temperature[1:, 0], near.temperature[1:, 0], rtol=2e-7)
     assert float(exact.closure) < 1e-11
