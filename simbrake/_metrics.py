@@ -7,10 +7,12 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-from ._hybrid import LANDED, SKIPPED, Record
+from ._hybrid import ADVANCED, LANDED, SKIPPED, Record
 from ._modes import BandMode, slips
 from ._probe import SAMPLES, Probe, probe
 from ._system import BrakeSystem
+
+_POINTS = 33  # of a finer grid around a peak
 
 
 class Peak(NamedTuple):
@@ -165,22 +167,49 @@ def peaks_of(system: Any) -> dict[str, Callable[[Probe], Array]]:
     return PEAKS | {name: (lambda p, kind=kind: p.surfaces[kind]) for name, kind in hot.items()}
 
 
-def peak(record: Record, pick: Callable[[Probe], Array]) -> Peak:
-    """Greatest of `pick(probe)` (m, n) over the run, refined once inside the step that holds it."""
-    n = record.rows.t.shape[0]
-    index = jnp.repeat(jnp.arange(n, dtype=jnp.int32), SAMPLES)
-    share = jnp.tile(jnp.linspace(0.0, 1.0, SAMPLES), n)
-    used = (jnp.arange(n, dtype=jnp.int32) < record.count) & (record.rows.kind != SKIPPED)
+def polish(look: Callable[[Any, Any], Any], xp: Any, row: Any, share: Any, after: Any) -> tuple[Any, Any]:
+    """Row and share of a greatest value near a sample of it: two finer grids, each with a parabola through its best.
 
-    def look(index, share, used):
-        p = probe(record, index, share)
-        values = jnp.where(used[:, None], pick(p), -jnp.inf)
-        best = jnp.argmax(jnp.max(values, axis=1))
-        return best, jnp.argmax(values[best]), values, p.t
-
-    best = jax.lax.stop_gradient(look(index, share, jnp.repeat(used, SAMPLES))[0])
-    row, middle = index[best], share[best]
+    `look(rows, shares)` gives values (m, n); `after` is the row that continues `row` without a jump, else `row` itself.
+    At an interior maximum the rate is 0, so that its derivative does not depend on where exactly it was found.
+    """
     width = 1.0 / (SAMPLES - 1)
-    fine = jnp.linspace(jnp.maximum(middle - width, 0.0), jnp.minimum(middle + width, 1.0), 4 * SAMPLES + 1)
-    best, lining, values, t = look(jnp.full(fine.shape, row), fine, jnp.ones(fine.shape, bool))
-    return Peak(values[best, lining], t[best], lining + 1)
+    for _ in range(2):
+        s = share + xp.linspace(-width, width, _POINTS)
+        over = (s > 1) & (after != row)
+        rows, shares = xp.where(over, after, row), xp.clip(xp.where(over, s - 1, s), 0.0, 1.0)
+        top = xp.max(look(rows, shares), axis=1)
+        best = xp.argmax(top)
+        mid = xp.clip(best, 1, _POINTS - 2)
+        left, right = shares[mid] - shares[mid - 1], shares[mid + 1] - shares[mid]
+        curve = top[mid - 1] - 2 * top[mid] + top[mid + 1]
+        smooth = (best == mid) & (rows[mid - 1] == rows[mid + 1]) & (curve < 0) & (abs(left - right) < 1e-9)
+        bend = 0.5 * left * (top[mid - 1] - top[mid + 1]) / xp.where(smooth, curve, 1.0)
+        row, share = rows[best], xp.clip(shares[best] + xp.where(smooth, bend, 0.0), 0.0, 1.0)
+        after = xp.where(row == after, row, after)
+        width = 3.0 * width / (_POINTS - 1)
+    return row, share
+
+
+def peak(record: Record, pick: Callable[[Probe], Array]) -> Peak:
+    """Greatest of `pick(probe)` (m, n) over the run."""
+    n = record.rows.t.shape[0]
+    rows = jnp.arange(n, dtype=jnp.int32)
+    used = (rows < record.count) & (record.rows.kind != SKIPPED)
+    frozen = jax.lax.stop_gradient(record)
+
+    def look(index: Array, share: Array) -> Array:
+        return pick(probe(frozen, index, share))
+
+    share = jnp.tile(jnp.linspace(0.0, 1.0, SAMPLES), n)
+    values = jnp.where(jnp.repeat(used, SAMPLES)[:, None], look(jnp.repeat(rows, SAMPLES), share), -jnp.inf)
+    best = jnp.argmax(jnp.max(values, axis=1))
+    row = (best // SAMPLES).astype(jnp.int32)
+    following = used & (rows > row)
+    after = jnp.where(jnp.any(following), jnp.argmax(following).astype(jnp.int32), row)
+    after = jnp.where(record.rows.kind[row] == ADVANCED, after, row)
+    row, where = polish(look, jnp, row, share[best], after)
+    p = probe(record, row[None], jax.lax.stop_gradient(where)[None])
+    value = pick(p)[0]
+    lining = jnp.argmax(value)
+    return Peak(value[lining], p.t[0], lining + 1)

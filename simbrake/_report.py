@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 
 from ._choice import stiffness
-from ._hybrid import FINISHED, Record
+from ._hybrid import ADVANCED, FINISHED, Record
 from ._log import Event, Phase, event_log, marks_passed
-from ._metrics import Peak, numbers, peaks_of
+from ._metrics import Peak, numbers, peaks_of, polish
 from ._modes import BandMode
 from ._observe import mark_names
 from ._probe import SAMPLES, Probe, probe_many
@@ -101,17 +101,23 @@ class Report:
         return np.asarray(self._record.rows.t)[row] + high
 
     def _peak(self, pick: Any) -> Peak:
+        record = self._record
+        t, kind, n = np.asarray(record.rows.t), np.asarray(record.rows.kind), int(record.count)
         values = pick(self._probe)
         best = int(np.argmax(values.max(axis=1)))
-        low = max(best - 1, 0) if self._index[max(best - 1, 0)] == self._index[best] else best
-        top = min(best + 1, len(values) - 1)
-        high = top if self._index[top] == self._index[best] else best
-        h = np.linspace(self._offset[low], self._offset[high], 4 * SAMPLES + 1)
-        probe = probe_many(self._record, np.full(h.shape, self._index[best]), h)
-        values = pick(probe)
-        i = int(np.argmax(values.max(axis=1)))
-        j = int(np.argmax(values[i]))
-        return Peak(values[i, j], np.asarray(probe.t)[i], np.asarray(j + 1))
+        row, last = int(self._index[best]), t[min(int(self._index[best]) + 1, n)]
+        share = self._offset[best] / (last - t[row]) if last > t[row] else 0.0
+
+        def look(rows: Any, shares: Any) -> Any:
+            rows = np.asarray(rows)
+            return pick(probe_many(record, rows, shares * (t[np.minimum(rows + 1, n)] - t[rows])))
+
+        continues = row + 1 < n and kind[row] == ADVANCED
+        row, share = polish(look, np, row, share, row + 1 if continues else row)
+        probe = probe_many(record, [row], [share * (t[min(int(row) + 1, n)] - t[row])])
+        value = pick(probe)[0]
+        lining = int(np.argmax(value))
+        return Peak(value[lining], np.asarray(probe.t)[0], np.asarray(lining + 1))
 
     def _per_lining(self, name: str) -> bool:
         if name.startswith("max_"):

@@ -578,3 +578,22 @@ def test_a_batch_of_stiff_scenes_is_its_single_runs():
     batch = jax.jit(jax.vmap(stop))(values)
     single = jax.jit(stop)
     np.testing.assert_allclose(np.asarray(batch), [float(single(f)) for f in values], rtol=1e-12)
+
+
+def test_gradient_of_a_peak_temperature_against_differences():
+    """The rim of a dragging, then stopping pulley is hottest at some time in between: an interior maximum."""
+
+    def peak(f, capacity):
+        heat = lump(capacity, cooling=4e3)
+        result = sb.simulate(
+            rigid_stop(fading(f), heat, 2.0), rtol=1e-12, solver=diffrax.Dopri8(), max_steps=256
+        )  # fmt: skip
+        return result.peak_rim_temperature.value
+
+    at, value = (0.35, 5e3), jax.jit(peak)
+    slopes = jax.jit(jax.grad(peak, (0, 1)))(*at)
+    for i, h in enumerate((2e-4, 5.0)):
+        up, down = (value(*(x + s * h * (j == i) for j, x in enumerate(at))) for s in (1, -1))
+        up2, down2 = (value(*(x + 2 * s * h * (j == i) for j, x in enumerate(at))) for s in (1, -1))
+        central = (8 * (float(up) - float(down)) - (float(up2) - float(down2))) / (12 * h)
+        assert float(slopes[i]) == pytest.approx(central, rel=1e-7)
