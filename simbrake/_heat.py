@@ -233,11 +233,14 @@ def place_count(heat: Heat, place: str) -> int:
 
 
 def shared_faces(heat: Heat) -> set[str]:
-    """Faces of walls at which more than one flow of a link ends."""
+    """Faces of walls at which a link ends beside another link or a source."""
     ends: dict[str, int] = {}
     for link in heat.links:
         for place, other in ((link.a, link.b), (link.b, link.a)):
             if place_of(place)[1]:
                 flows = place_count(heat, other) if place_count(heat, place) == 1 else 1
                 ends[place] = ends.get(place, 0) + flows
+    for source in heat.sources:
+        if source.a in ends:
+            ends[source.a] += 1
     return {place for place, count in ends.items() if count > 1}

@@ -127,13 +127,6 @@ class Thermal(eqx.Module):
         for body in self.heat.bodies:
             if isinstance(body, Wall) and body.layers > 1:
                 into[body.name] = self._within(body, temperature[body.name])
-        for link, flow in zip(self.heat.links, self._through(temperature, around), strict=True):
-            for place, signed in ((link.a, -flow), (link.b, flow)):
-                name, face = place_of(place)
-                landed = self._landing(signed, name, face)
-                into[name] = into[name] + landed.nodes
-                if face:
-                    faces[place] = faces.get(place, 0.0) + landed.place
         supplied, left = jnp.zeros(()), list(pieces)[self._reservoir_profiles :]
         for source in self.heat.sources:
             power = jnp.reshape(_value(source.power, t, left), (1,))
@@ -144,6 +137,13 @@ class Thermal(eqx.Module):
             if face:
                 faces[source.a] = faces.get(source.a, 0.0) + landed.place
             supplied = supplied + power[0]
+        for link, flow in zip(self.heat.links, self._through(temperature, around, dict(faces)), strict=True):
+            for place, signed in ((link.a, -flow), (link.b, flow)):
+                name, face = place_of(place)
+                landed = self._landing(signed, name, face)
+                into[name] = into[name] + landed.nodes
+                if face:
+                    faces[place] = faces.get(place, 0.0) + landed.place
         lost = sum((jnp.sum(into[b.name]) for b in self.heat.bodies if isinstance(b, Reservoir)), start=jnp.zeros(()))
         where = self.spans
         return HeatFlows(
@@ -178,11 +178,11 @@ class Thermal(eqx.Module):
         spread = jnp.pad(place[:, None], ((0, 0), (before, body.layers - 1 - before)))
         return Landed(place, spread.reshape(-1))
 
-    def _through(self, temperature: dict[str, Array], around: Surroundings) -> list[Array]:
-        """Flow of every link from `a` to `b`.
+    def _through(self, temperature: dict[str, Array], around: Surroundings, given: dict[str, Array]) -> list[Array]:
+        """Flow of every link from `a` to `b`; `given`: flows of sources into faces of walls.
 
-        A link that ends at a wall's face lies in series with half the first layer. What other links take from the same
-        face, and the surface temperature that a law looks at, come from the pass before: each pass brings the error
+        A link that ends at a wall's face lies in series with half the first layer. What sources bring and other links
+        take there, and the surface temperature that a law looks at, come from the pass before: each pass brings the error
         down by `g · half`, and heat is conserved in any case, as a flow that leaves one end enters the other.
         """
         ends = [[self._end(place, temperature) for place in (link.a, link.b)] for link in self.heat.links]
@@ -192,7 +192,7 @@ class Thermal(eqx.Module):
             for link, pair in zip(self.heat.links, ends, strict=True)
         )
         flows: list[Array] = [jnp.zeros(1)] * len(ends)
-        leaving: dict[str, Array] = {}
+        leaving = {place: -flow for place, flow in given.items()}
         for _ in range(_FACES if refine else 1):
             new = []
             for link, pair, flow in zip(self.heat.links, ends, flows, strict=True):
@@ -211,7 +211,7 @@ class Thermal(eqx.Module):
                 elif behind is not None:
                     g = g / (1 + g * behind)
                 new.append(g * (seen[0] - seen[1]))
-            flows, leaving = new, {}
+            flows, leaving = new, {place: -flow for place, flow in given.items()}
             for link, flow in zip(self.heat.links, flows, strict=True):
                 for place, sign in ((link.a, 1.0), (link.b, -1.0)):
                     name, face = place_of(place)

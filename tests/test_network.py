@@ -280,3 +280,17 @@ def test_links_that_share_a_face_see_one_surface():
     np.testing.assert_allclose(end(60.0, 90.0), end(150.0), rtol=1e-8)
     # each of four passes leaves the share g·half, here 0.04, of the error before it
     np.testing.assert_allclose(end(150.0, 250.0), end(400.0), rtol=1e-5)
+
+
+def test_a_source_raises_the_face_from_which_a_wall_convects():
+    """Steady wall, held at the back, heated and cooled at the front: `q = h (T_f − T_a) + λ (T_f − T_b)/L`."""
+    q, h, L = 1e5, 50.0, 0.03
+    heat = sb.Heat(
+        (wall("w", 4, L), sb.Reservoir("air", 300.0), sb.Reservoir("back", 350.0)),
+        (sb.Convection("w.front", 1.0, h), sb.ThermalContact("w.back", "back", 1.0)),
+        sources=(sb.Source("w.front", q),),
+    )
+    T = np.asarray(list(sb.steady_state(heat).values()))
+    face = (q + h * 300.0 + 50.0 / L * 350.0) / (h + 50.0 / L)
+    depth = np.asarray(heat.bodies[0].centres) / L
+    np.testing.assert_allclose(T, face + (350.0 - face) * depth, rtol=1e-8)
