@@ -182,8 +182,8 @@ class Thermal(eqx.Module):
         """Flow of every link from `a` to `b`; `given`: flows of sources into faces of walls.
 
         A link that ends at a wall's face lies in series with half the first layer. What sources bring and other links
-        take there, and the surface temperature that a law looks at, come from the pass before: each pass brings the error
-        down by `g · half`, and heat is conserved in any case, as a flow that leaves one end enters the other.
+        take there, and the surface temperature that a law looks at, come from the pass before: each pass brings the
+        error down by `g · half`, and heat is conserved in any case, as a flow that leaves one end enters the other.
         """
         ends = [[self._end(place, temperature) for place in (link.a, link.b)] for link in self.heat.links]
         shared = shared_faces(self.heat)

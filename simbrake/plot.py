@@ -84,7 +84,7 @@ def stop(result: Result, *, figure: Figure | None = None) -> Figure:
         for row in range(4):
             _marks(axes[row, column], events, start, top, named=row == 0)
         _time_axis(axes[3, column], milliseconds=column == 1)
-        axes[0, column].set_title("whole braking" if column == 0 else "onset of slip, enlarged", fontsize=10)
+        axes[0, column].set_title("whole run" if column == 0 else "onset of slip, enlarged", fontsize=10)
     figure.suptitle(f"{result.status.replace('_', ' ')}: {result.message}", fontsize=11)
     return figure
 
@@ -119,7 +119,11 @@ def temperatures(result: Result, *, figure: Figure | None = None) -> Figure:
             axes[0, 0].plot(t, T.min(axis=1), color=colour, ls=":", label=f"{name}, coolest")
     if heat.permissible is not None:
         limit = float(np.asarray(heat.permissible)) - _ZERO
-        axes[0, 0].axhline(limit, color="k", lw=0.9, ls="--", label="permissible (linings)")
+        low, high = min(T.min() for T in shown.values()), max(T.max() for T in shown.values())
+        if limit < high + 1.5 * (high - low):
+            axes[0, 0].axhline(limit, color="k", lw=0.9, ls="--", label="permissible (linings)")
+        else:
+            axes[0, 0].plot([], [], " ", label=f"permissible (linings) {limit:g} °C, far above")
     axes[0, 0].set_ylabel("surface temperature, °C")
     f = np.asarray(s.friction_coefficient)
     axes[1, 0].plot(t, f.max(axis=1), color="tab:green", label="coefficient of friction when sliding")
@@ -163,6 +167,8 @@ def _time_axis(axes: Axes, *, milliseconds: bool) -> None:
 def _panels(axes: Any, t: np.ndarray, s: Any, *, milliseconds: bool, compact: bool) -> None:
     speed, torque, tension, linings = axes
     speed.plot(t, s.omega, color="k", label="pulley speed ω")
+    if np.ptp(s.omega) <= 1e-6 * np.abs(s.omega).max():  # constant but for rounding, which is not worth a picture
+        speed.set_ylim(sorted((0.0, 1.2 * float(s.omega[0]) or 1.0)))
     torque.plot(t, s.brake_torque / 1e3, color="tab:blue", label="brake M_b")
     torque.plot(t, s.load_torque / 1e3, color="tab:brown", ls="-.", label="load M_load")
     tension.plot(t, s.tight_tension / 1e3, color="tab:blue", label="tight end T_n")
