@@ -109,13 +109,7 @@ class PiecewiseLinear(AbstractProfile):
         return jnp.max(jnp.abs(jnp.asarray(self.values)))
 
     def faults(self, path, low):
-        times, values = np.asarray(self.times), np.asarray(self.values)
-        if times.ndim != 1 or times.shape != values.shape or times.size < 1:
-            return [Fault(path, "times and values must be lists of one length, at least 1")]
-        faults = _below(path, "values", values, low)
-        if np.any(np.diff(times) < 0):
-            faults.append(Fault(f"{path}.times", "the times must not decrease", "two equal times make a jump"))
-        return faults
+        return _faults_of_points(path, self.times, self.values, low)
 
 
 def ramp(start: float, end: float, begin: float, duration: float) -> PiecewiseLinear:
@@ -178,12 +172,9 @@ class Repeated(AbstractProfile):
         return jnp.max(jnp.abs(jnp.asarray(self.values)))
 
     def faults(self, path, low):
-        times, values = np.asarray(self.times), np.asarray(self.values)
-        if times.ndim != 1 or times.shape != values.shape or times.size < 1:
-            return [Fault(path, "times and values must be lists of one length, at least 1")]
-        faults = _below(path, "values", values, low)
-        if np.any(np.diff(times) < 0) or times[-1] > np.asarray(self.period):
-            faults.append(Fault(f"{path}.times", "the times must not decrease, nor pass the period"))
+        faults = _faults_of_points(path, self.times, self.values, low)
+        if np.max(self.times, initial=0.0) > np.asarray(self.period):
+            faults.append(Fault(f"{path}.times", "a time lies beyond the period", "make the period longer"))
         if self.count < 1:
             faults.append(Fault(f"{path}.count", f"{self.count} cycles", "at least one"))
         return faults
@@ -287,6 +278,16 @@ class FunctionProfile(AbstractProfile):
     def faults(self, path, low):
         knots = np.asarray(self.knots)
         return [Fault(f"{path}.knots", "the knots must increase")] if np.any(np.diff(knots) < 0) else []
+
+
+def _faults_of_points(path: str, times: Any, values: Any, low: float | None) -> list[Fault]:
+    times, values = np.asarray(times), np.asarray(values)
+    if times.ndim != 1 or times.shape != values.shape or times.size < 1:
+        return [Fault(path, "times and values must be lists of one length, at least 1")]
+    faults = _below(path, "values", values, low)
+    if np.any(np.diff(times) < 0):
+        faults.append(Fault(f"{path}.times", "the times must not decrease", "two equal times make a jump"))
+    return faults
 
 
 def _below(path: str, name: str, value: Any, low: float | None) -> list[Fault]:

@@ -1,0 +1,142 @@
+"""Events and ends of a run that heat brings about, and coefficients of friction that are implicit."""
+
+import math
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from heat_scenes import BETA, T0, W0, C, N, R, brake, fading, lump
+from scipy.optimize import brentq
+
+import simbrake as sb
+
+# --- events that heat brings about -------------------------------------------------------------------------------
+
+
+def warmed(law, power, load=0.0, stiffness=C, end=200.0, capacity=1e4, n=N, beta=BETA, flash=None, area=None, w0=0.0):
+    """A brake whose linings are warmed from outside: `T = T_0 + P t/C`."""
+    heat = sb.Heat(
+        (sb.Lump("linings", capacity),),
+        sources=(sb.Source("linings", power),),
+        friction=sb.FrictionHeat(None, "linings", sb.ConstantPartition(1.0)),
+        flash=flash,
+        linings="linings",
+        permissible=293.15 + 50.0,
+    )
+    duty = sb.Duty(sb.Constant(T0), sb.TorqueLoad(sb.Constant(load)))
+    return sb.Scene(brake(law, stiffness, n, beta, area), duty, sb.Initial(w0), end, heat)
+
+
+@pytest.mark.parametrize("stiffness", [C, None])
+def test_a_held_brake_lets_go_when_it_is_heated(stiffness):
+    z, load = math.tan(BETA / 2), 2.0e4
+    result = sb.simulate(warmed(fading(slope=1e-3), 2e4, load, stiffness, end=150.0), throw=False)
+    mu = (load / (R * T0) + 1) ** (1 / N)
+    f = (mu - 1) / (mu + 1) / z
+    t = (1 - f / 0.35) / 1e-3 / 2.0
+    events = {event.name: event.time for event in result.events}
+    assert events["restart"] == pytest.approx(t, rel=1e-10)
+    assert events["permissible_temperature"] == pytest.approx(25.0, rel=1e-10)
+    held = result.series(np.linspace(0.0, 0.999 * t, 50))
+    assert np.all(np.asarray(held.omega) == 0.0)
+    assert np.all(np.asarray(held.phi) == 0.0)
+
+
+def test_self_locking_reached_by_heat_is_an_event_or_a_code():
+    rising = sb.ProductFriction(
+        sb.ConstantFriction(0.9), (sb.TabulatedFade(np.asarray([250.0, 350.0, 900.0]), np.asarray([0.9, 1.0, 2.5])),)
+    )
+    elastic = sb.simulate(warmed(rising, 4e4, n=4, beta=math.radians(60.0), end=140.0))
+    (locked,) = [event.time for event in elastic.events if event.name == "self_locking"]
+    T = sb.ROOM + 4.0 * locked
+    factor = float(rising.factors[0].factor(sb.Contact(v=None, T=jnp.asarray([T])))[0])
+    assert 0.9 * factor * math.tan(math.radians(30.0)) == pytest.approx(1.0, rel=1e-9)
+    rigid = sb.simulate(warmed(rising, 4e4, n=4, beta=math.radians(60.0), end=140.0, stiffness=None), throw=False)
+    assert rigid.status == "singular_geometry"
+    assert float(rigid.record.t_end) == pytest.approx(locked, rel=1e-9)
+
+
+def test_a_table_that_is_left_ends_the_run_or_is_refused_before_it():
+    def law(*T):
+        return sb.ProductFriction(sb.ConstantFriction(0.3), (sb.TabulatedFade(np.asarray(T), np.asarray([1.0, 0.8])),))
+
+    result = sb.simulate(warmed(law(280.0, 400.0), 2e4), throw=False)
+    assert result.status == "outside_table"
+    assert float(result.record.t_end) == pytest.approx((400.0 - 293.15) / 2.0, rel=1e-10)
+    with pytest.raises(sb.InputError, match="does not cover the start"):
+        sb.simulate(warmed(law(300.0, 400.0), 2e4))
+
+
+def test_band_snap_is_named():
+    """A surface node so small that fade outruns the band: 1 + γ reaches 0."""
+    heat = lump(30.0)
+    duty = sb.Duty(sb.Constant(T0), sb.TorqueLoad())
+    scene = sb.Scene(brake(fading(slope=3e-3, floor=0.1), C), duty, sb.Initial(W0), 2.0, heat)
+    result = sb.simulate(scene, throw=False)
+    assert result.status == "band_snap"
+    assert "capacity" in result.message
+
+
+FLASH = sb.FlashTemperature(length=1e-3, conductivity=50.0, diffusivity=1.44e-5)
+
+
+def test_flash_temperature_of_a_moving_source():
+    assert float(FLASH.rise(jnp.asarray(1e8), jnp.asarray(20.0))) == pytest.approx(60.5551805284838, rel=1e-12)
+
+
+def test_implicit_friction_of_flash_and_pressure_against_scalar_roots():
+    area, v = 0.02, 10.0
+    base = sb.ProductFriction(
+        sb.ConstantFriction(0.4), (sb.LinearFade(2e-3, 300.0), sb.PressureFactor(reference=1e6, exponent=0.3))
+    )
+    grip = sb_grip(base, area)
+    T = np.full(5, 320.0)
+    found = grip.coefficients(jnp.asarray(2e4), jnp.full(5, v), jnp.asarray(T), jnp.asarray(False), static=False)
+    before = 2e4
+    for i in range(5):
+
+        def law(f, before=before):
+            mu = (1 + f * math.tan(0.25)) / (1 - f * math.tan(0.25))
+            p = before * (1 + mu) * math.sin(0.25) / area
+            rise = 2 * f * p * v / 50.0 * math.sqrt(1.44e-5 * 1e-3 / (math.pi * v))
+            return 0.4 * (1 - 2e-3 * (320.0 + rise - 300.0)) * (1 + p / 1e6) ** -0.3 - f
+
+        f = brentq(law, 0.0, 1.0, xtol=1e-15)
+        assert float(found.f[i]) == pytest.approx(f, rel=1e-12)
+        before *= (1 + f * math.tan(0.25)) / (1 - f * math.tan(0.25))
+
+    def least(T):
+        return grip.coefficients(jnp.asarray(2e4), jnp.full(5, v), T, jnp.asarray(False), static=False).f[-1]
+
+    slope = jax.grad(least)(jnp.asarray(T))
+    h = 1e-3
+    for j in (0, 4):
+        e = np.eye(5)[j] * h
+        central = (float(least(jnp.asarray(T + e))) - float(least(jnp.asarray(T - e)))) / (2 * h)
+        assert float(slope[j]) == pytest.approx(central, rel=1e-7)
+
+
+def sb_grip(law, area):
+    from simbrake._sliding import Grip
+
+    return Grip(sb.Lining(law, np.full(5, 0.5), area), FLASH)
+
+
+def test_flash_fold_is_named():
+    """Friction that rises with temperature feeds its own flash: warmed far enough, the branch without flash ends."""
+    table = np.asarray([250.0, 400.0, 450.0, 2000.0]), np.asarray([0.9, 1.0, 2.2, 2.3])
+    rising = sb.ProductFriction(sb.ConstantFriction(0.3), (sb.TabulatedFade(*table),))
+    flash = sb.FlashTemperature(length=1e-3, conductivity=50.0, diffusivity=1.44e-5, hardness=3.0e7)
+    scene = warmed(rising, 1e5, stiffness=None, end=80.0, flash=flash, capacity=1e5, w0=20.0)
+    scene = eqx.tree_at(lambda s: s.brake.pulley.inertia, scene, np.asarray(1e6))
+    result = sb.simulate(scene, throw=False)
+    assert result.status == "flash_fold", result.message
+    T, v = float(result.end_temperatures[0]), R * float(result.record.y_end.omega)
+    per_f = 2 * 3.0e7 * v / 50.0 * math.sqrt(1.44e-5 * 1e-3 / (math.pi * v))
+    f = np.linspace(0.28, 0.5, 2001)
+    excess = f - 0.3 * np.asarray(rising.factors[0].factor(sb.Contact(v=None, T=jnp.asarray(T + per_f * f))))
+    # here the hill of the residual, behind the first root, has just sunk to 0
+    hill = excess[np.argmax(np.diff(excess) < 0)]
+    assert abs(hill) < 1e-4
