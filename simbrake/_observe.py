@@ -63,7 +63,7 @@ def mark_names(system: BrakeSystem) -> list[tuple[str, int | None]]:
     return names
 
 
-def passing(system: BrakeSystem, q: Flows, mode: Mode, hot: dict[str, Array]) -> Array:
+def passing(system: BrakeSystem, t: Array, y: State, mode: Mode, q: Flows, hot: dict[str, Array]) -> Array:
     """By how much each of `mark_names` is passed, relative to a typical size."""
     found, thermal = [], system.forces.thermal
     if thermal is None:
@@ -71,7 +71,9 @@ def passing(system: BrakeSystem, q: Flows, mode: Mode, hot: dict[str, Array]) ->
     if system.forces.grip.linings.friction.temperature_dependent:
         # sliding ahead, the brake no longer outweighs the load (a lever that holds the speed balances it to rounding)
         short = (q.load_torque - q.brake_torque) / system.torque_scale - 1e-9
-        found.append(jnp.where((mode.band == BandMode.SLIP) & (mode.sense > 0), short, -1.0)[None])
+        # a lever that is being released lets go on purpose: that is no loss of grip
+        pulls = system.forces.lever_tension(t, y, mode)[1] >= 0
+        found.append(jnp.where((mode.band == BandMode.SLIP) & (mode.sense > 0) & pulls, short, -1.0)[None])
     if thermal.heat.permissible is not None and thermal.heat.linings is not None:
         found.append((hot["linings"] - thermal.heat.permissible) / 100.0)
     return jnp.concatenate(found) if found else jnp.zeros(0)

@@ -60,7 +60,7 @@ def probe_at(record: Record, index: Array, h: Array) -> Probe:
             lining_margins(system, y, mode, q),
             hot,
             f,
-            passing(system, q, mode, hot),
+            passing(system, t, y, mode, q, hot),
         )
 
     flows, forces, margins, hot, coefficient, passed = jax.vmap(look)(t, y, mode)
