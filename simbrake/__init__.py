@@ -21,6 +21,7 @@ from ._cyclic import CyclicState as CyclicState
 from ._cyclic import cyclic_steady_state as cyclic_steady_state
 from ._cyclic import with_temperatures as with_temperatures
 from ._design import Band as Band
+from ._design import Bandage as Bandage
 from ._design import Brake as Brake
 from ._design import Lining as Lining
 from ._design import Pulley as Pulley
@@ -105,5 +106,7 @@ from ._scene import Initial as Initial
 from ._scene import Scene as Scene
 from ._scene import check as check
 from ._simulate import simulate as simulate
+from ._stages import Stage as Stage
+from ._stages import internal_slip_tension as internal_slip_tension
 
 __version__ = "0.1.0"

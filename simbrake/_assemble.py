@@ -7,6 +7,7 @@ from jaxtyping import Array
 from ._band import grip, product, tension_ratio
 from ._forces import Forces
 from ._friction import Contact
+from ._internal import InternalPair
 from ._modes import BandMode, Mode
 from ._scene import Scene
 from ._sliding import Grip
@@ -22,15 +23,10 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
     angle = jnp.asarray(linings.angle)
     law, friction = linings.friction, Grip(linings, None if heat is None else heat.flash)
     thermal, u = (None, None) if heat is None else assemble_thermal(heat)
+    pair = None if heat is None else heat.friction if brake.bandage is None else heat.external
     hot = None
-    if (
-        thermal is not None
-        and u is not None
-        and heat is not None
-        and heat.friction is not None
-        and heat.friction.sensor is not None
-    ):
-        hot = thermal.at(thermal.temperatures(u), heat.friction.sensor, linings.count)
+    if thermal is not None and u is not None and pair is not None and pair.sensor is not None:
+        hot = thermal.at(thermal.temperatures(u), pair.sensor, linings.count)
     still = Contact(v=jnp.zeros(angle.shape), T=hot, p=jnp.zeros(angle.shape))
     mu_static, locks = tension_ratio(grip(law.static(still), angle))
     fixed = not (law.speed_dependent or friction.varies or friction.implicit)
@@ -52,6 +48,9 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
     reach = jnp.minimum(torque_scale / J * (jnp.asarray(scene.end_time) - t_0), 1.0)
     speed_scale = positive(jnp.where(omega_0 == 0, reach, jnp.abs(omega_0)))
     stiffness = None if brake.band.stiffness is None else jnp.asarray(brake.band.stiffness)
+    internal = None
+    if brake.bandage is not None:
+        internal = InternalPair(brake.bandage, jnp.asarray(brake.pulley.radius), angle)
     forces = Forces(
         inertia=J,
         band_radius=R_b,
@@ -66,12 +65,15 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
         ratio_static=None if friction.varies else ratio_static,
         ratio_kinetic=None if mu_kinetic is None else product(mu_kinetic),
         thermal=thermal,
+        internal=internal,
     )
     system = BrakeSystem(forces, tension_scale, torque_scale, speed_scale)
     zero = jnp.zeros_like(omega_0)
     x = None if stiffness is None else jnp.asarray(initial.elongation) + zero
-    booked = None if heat is None else HeatLedger(zero, zero, zero, zero)
-    state = State(zero, omega_0, x, Ledger(zero, zero, zero, booked), u)
+    staged = None if internal is None else zero
+    booked = None if heat is None else HeatLedger(zero, zero, zero, zero, staged)
+    ledger = Ledger(zero, zero, zero, booked, staged)
+    state = State(zero, omega_0, x, ledger, u, None if internal is None else omega_0)
     mode = Mode(
         jnp.asarray(int(BandMode.OPEN), jnp.int32),
         jnp.where(omega_0 < 0, -1, 1),
@@ -79,5 +81,6 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
         load_piece,
         jnp.any(locks).astype(jnp.int32) if friction.varies else None,
         tuple(profile.first_piece(t_0) for profile in system.profiles),
+        *((None, None) if internal is None else (jnp.asarray(0, jnp.int32), jnp.asarray(0, jnp.int32))),
     )
     return system, state, mode

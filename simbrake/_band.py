@@ -9,7 +9,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, Bool, Float, Int
 
 
 def grip(f: Float[Array, "..."], angle: Float[Array, " n"]) -> Float[Array, " n"]:
@@ -105,6 +105,39 @@ def mobilised(
         normal=(tension + before) * jnp.sin(angle / 2),
         at_limit=at_limit,
     )
+
+
+def limit_tensions(T_0: Float[Array, ""], mu: Float[Array, " n"]) -> Float[Array, " pieces"]:
+    """Tensions `T_n` (2 n + 1,), rising, at which one lining more or less is at its limit.
+
+        T_0/∏_{all} μ, …, T_0/μ_n, T_0, T_0 μ_1, …, T_0 Π_n
+
+    Between two of them all tensions along the band are linear in `T_n`.
+    """
+    down = running_product(mu[::-1])
+    return jnp.concatenate([T_0 / down[::-1], T_0[None], T_0 * running_product(mu)])
+
+
+def piece_of(T_0: Float[Array, ""], T_n: Float[Array, ""], mu: Float[Array, " n"]) -> Int[Array, ""]:
+    """Number of linings at their limit: `k = 0…n − 1` from the slack end; with `T_n < T_0` `−1 − k` from the anchor."""
+    n = mu.shape[0]
+    passed = jnp.sum(limit_tensions(T_0, mu) <= T_n).astype(jnp.int32)
+    return jnp.clip(passed - 1 - n, -n, n - 1)
+
+
+def tensions_on(
+    T_0: Float[Array, ""], T_n: Float[Array, ""], mu: Float[Array, " n"], piece: Int[Array, ""]
+) -> Float[Array, " n"]:
+    """Tensions `T_1…T_n` by the mobilisation rule for a given number of linings at their limit (see `piece_of`).
+
+    Linear in `T_0` and `T_n`. `n` and `−1 − n` stand for full slip ahead and back, whatever `T_n`.
+    """
+    n = mu.shape[0]
+    i = jnp.arange(1, n + 1, dtype=jnp.int32)
+    behind = jnp.append(running_product(mu[::-1])[::-1][1:], 1.0)
+    ahead = jnp.where(i <= piece, T_0 * running_product(mu), T_n)
+    back = jnp.where(i >= n + 1 + piece, T_n * behind, T_0)
+    return jnp.where(piece >= 0, ahead, back)
 
 
 def sliding_tensions(

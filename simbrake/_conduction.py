@@ -174,7 +174,10 @@ def _steady(heat: Heat, speed: Any, closed: Any, power: Any, guess: Any) -> tupl
         T_J = thermal.junctions(T, zero, around, pieces)
         into = thermal.flows(T, T_J, zero, around, pieces).into
         if power is not None:
-            into = into + thermal.deposit(T, T_J, zero, around, jnp.atleast_1d(jnp.asarray(power)), pieces).into
+            into = (
+                into
+                + thermal.deposit(heat.friction, T, T_J, zero, around, jnp.atleast_1d(jnp.asarray(power)), pieces).into
+            )
         return into
 
     # each balance over its own conductance: what is left is in kelvin

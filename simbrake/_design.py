@@ -60,12 +60,32 @@ def uniform_linings(count: int, wrap: float, friction: AbstractFriction, area: f
     return Lining(angle=np.full(count, wrap / count), friction=friction, area=area)
 
 
+class Bandage(eqx.Module):
+    """The linings of a staged brake as a bandage that rides on the pulley (model §4; K).
+
+    The band rubs on the bandage (external pair, with `Lining.friction`), the bandage on the rim (internal pair):
+
+        M_int = R Σ f_i (N_i + N_pre,i),   N_i = (T_i + T_{i−1}) sin(β_i/2)
+
+    - `inertia` `J_b` about the shaft (kg·m²), all linings together
+    - `friction`: law `f` of the internal pair, with numbers for all linings or per lining
+    - `preload` `N_pre,i` (N), a number for each or (n,): the interference with which a lining sits on the rim
+    - `area` (m²) of a lining's inner face, a number or (n,): needed where pressure matters, and for overlaps
+    """
+
+    inertia: Scalar = quantity("kg*m^2", "inertia of the bandage about the shaft", positive=True)
+    friction: AbstractFriction  # pyright: ignore
+    preload: Scalar = quantity("N", "interference load of a lining on the rim", low=0.0, default=0.0)
+    area: Scalar | None = quantity("m^2", "area of a lining's inner face", positive=True, default=None)
+
+
 class Brake(eqx.Module):
-    """A band-shoe brake: pulley, band and linings."""
+    """A band-shoe brake: pulley, band and linings; staged where the linings ride on the pulley as a `bandage`."""
 
     pulley: Pulley
     band: Band
     linings: Lining
+    bandage: Bandage | None = None
 
     def faults(self, path: str) -> list[Fault]:
         """What does not fit together, beyond the ranges of single numbers (concrete values only)."""
@@ -88,15 +108,28 @@ class Brake(eqx.Module):
             )
         if self.linings.friction.pressure_dependent and self.linings.area is None:
             found.append(Fault(f"{path}.linings.area", "is missing", "the friction law looks at the pressure"))
-        found += _faults_of_shapes(self.linings, f"{path}.linings.friction", angle.size)
+        found += _faults_of_shapes(self.linings.friction, f"{path}.linings.friction", angle.size)
+        if self.bandage is not None:
+            found += _faults_of_bandage(self.bandage, f"{path}.bandage", angle.size)
         return found
 
 
-def _faults_of_shapes(linings: Lining, path: str, n: int) -> list[Fault]:
+def _faults_of_bandage(bandage: Bandage, path: str, n: int) -> list[Fault]:
+    found = bandage.friction.faults(f"{path}.friction")
+    if bandage.friction.pressure_dependent and bandage.area is None:
+        found.append(Fault(f"{path}.area", "is missing", "the friction law of the internal pair looks at the pressure"))
+    found += _faults_of_shapes(bandage.friction, f"{path}.friction", n)
+    for name in ("preload", "area"):
+        if np.shape(getattr(bandage, name)) not in ((), (n,)) and getattr(bandage, name) is not None:
+            found.append(Fault(f"{path}.{name}", f"does not fit {n} linings", f"give one number, or a list of {n}"))
+    return found
+
+
+def _faults_of_shapes(law: AbstractFriction, path: str, n: int) -> list[Fault]:
     try:
         one = jax.ShapeDtypeStruct((n,), np.float64)
         still = Contact(v=one, T=one, p=one)
-        shape = jax.eval_shape(linings.friction.kinetic, still).shape
+        shape = jax.eval_shape(law.kinetic, still).shape
         if np.broadcast_shapes(shape, (n,)) != (n,):
             raise ValueError
     except (TypeError, ValueError, IndexError):

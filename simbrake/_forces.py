@@ -7,13 +7,15 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
-from ._band import product, running_product
+from ._band import limit_tensions, piece_of, product, running_product, tensions_on
 from ._duty import AbstractProfile, SpeedHold
+from ._heat import FrictionHeat
+from ._internal import Held, InternalPair
 from ._links import Surroundings
 from ._loads import AbstractLoad
 from ._modes import BandMode, Mode, slips
 from ._sliding import Coefficients, Grip
-from ._state import Flows, State, ThermalNow
+from ._state import Flows, Inner, State, ThermalNow
 from ._thermal import Deposit, Thermal
 
 
@@ -38,9 +40,10 @@ class Limits(NamedTuple):
 
 
 class Forces(eqx.Module):
-    """Tensions, torques and heat flows of the standard brake (model §3) as functions of time, state and mode.
+    """Tensions, torques and heat flows of a brake as functions of time, state and mode (model §3; staged: §4).
 
-    Products `Π` that cannot change in the run are formed once, at assembly.
+    The band acts on what carries it: the pulley, or the bandage of a staged brake, which the pulley drives through the
+    internal pair. Products `Π` that cannot change in the run are formed once, at assembly.
     """
 
     inertia: Array
@@ -56,6 +59,18 @@ class Forces(eqx.Module):
     ratio_static: Float[Array, ""] | None
     ratio_kinetic: Float[Array, ""] | None
     thermal: Thermal | None
+    internal: InternalPair | None = None
+
+    @property
+    def pair(self) -> FrictionHeat | None:
+        """Where the heat of the pair goes on which the band acts."""
+        if self.thermal is None:
+            return None
+        return self.thermal.heat.friction if self.internal is None else self.thermal.heat.external
+
+    def carrier_speed(self, y: State) -> Array:
+        """Speed of what carries the band: pulley or bandage (rad/s)."""
+        return y.omega if self.internal is None else y.omega_b
 
     def inertia_at(self, mode: Mode) -> Array:
         """Inertia of all that turns and moves with the shaft (kg·m²)."""
@@ -64,11 +79,17 @@ class Forces(eqx.Module):
 
     def surface(self, u: Any) -> Array | None:
         """Temperatures that the linings' friction law sees."""
-        if self.thermal is None or self.thermal.heat.friction is None:
+        return self._sensed(self.pair, u)
+
+    def inner_surface(self, u: Any) -> Array | None:
+        """Temperatures that the friction law of the internal pair sees."""
+        return self._sensed(None if self.thermal is None else self.thermal.heat.friction, u)
+
+    def _sensed(self, pair: FrictionHeat | None, u: Any) -> Array | None:
+        if self.thermal is None or pair is None:
             return None
-        place = self.thermal.heat.friction.sensor
-        assert place is not None
-        return self.thermal.at(self.thermal.temperatures(u), place, self.grip.linings.count)
+        assert pair.sensor is not None
+        return self.thermal.at(self.thermal.temperatures(u), pair.sensor, self.grip.linings.count)
 
     def kinetic_mu(self, T_0: Array, omega: Array, u: Any, mode: Mode, back: Any) -> tuple[Float[Array, " n"], Array]:
         """Tension ratios `μ_i` of sliding linings, and the least slope of their implicit equations."""
@@ -84,7 +105,7 @@ class Forces(eqx.Module):
 
     def coefficients(self, y: State, mode: Mode, q: Flows) -> Float[Array, " n"]:
         """Coefficients of friction that the linings have when they slide."""
-        return self._kinetic(q.lever_tension, y.omega, y.heat, mode, mode.band == BandMode.SLIP_BACK).f
+        return self._kinetic(q.lever_tension, self.carrier_speed(y), y.heat, mode, mode.band == BandMode.SLIP_BACK).f
 
     def limits(self, T_0: Array, u: Any, mode: Mode) -> Limits:
         """Limits of the tension while the linings stick."""
@@ -117,35 +138,49 @@ class Forces(eqx.Module):
         `ẋ = ẋ_0 + γ v_s`, `v_s = (R_b ω − ẋ_0)/(1 + γ)` (model §3).
         """
         T_0, rate = self.lever_tension(t, y, mode)
-        point = (T_0, y.omega, y.heat)
+        omega = self.carrier_speed(y)
+        point = (T_0, omega, y.heat)
 
         def tension(T_0: Array, omega: Array, u: Any) -> Array:
             return T_0 * self._ratio(T_0, omega, u, mode, back)
 
-        friction = deposit = None
+        friction = deposit = heated = None
         if self.thermal is not None and now is not None:
             mu = self.kinetic_mu(*point, mode, back)[0]
             along = T_0 * running_product(jnp.where(back, 1 / mu, mu))
             friction = jnp.diff(along, prepend=T_0)
             deposit = self.deposit(t, y, mode, now, friction)
+            heated = self._inner_deposit(t, y, mode, now, T_0, along)
         if self.stiffness is None:
             return Slip(tension(*point), jnp.zeros_like(t), None, friction, deposit)
         if self.ratio_kinetic is not None:
             Pi = self._ratio(*point, mode, back)
             return Slip(T_0 * Pi, rate * Pi / self.stiffness, None, friction, deposit)
         T_n = tension(*point)
-        load = self.load.torque(t, y.omega, mode.load_piece)
-        alpha = (load - self.band_radius * (T_n - T_0)) / self.inertia_at(mode)
+        alpha = self._carrier_alpha(t, y, mode, T_0, T_n, back)
         if self.thermal is None or now is None or deposit is None:
             growth = jax.jvp(tension, point, (rate, alpha, None))[1]
             return Slip(T_n, growth / self.stiffness)
-        growth = jax.jvp(tension, point, (rate, alpha, now.flows.into / self.thermal.capacity))[1] / self.stiffness
+        warming = now.flows.into
+        if heated is not None:
+            warming = warming + heated.into * self.inner_speed(y, mode)
+        growth = jax.jvp(tension, point, (rate, alpha, warming / self.thermal.capacity))[1] / self.stiffness
         if not self.grip.linings.friction.temperature_dependent:
             return Slip(T_n, growth, None, friction, deposit)
         zero = jnp.zeros_like(rate)
         gamma = jax.jvp(tension, point, (zero, zero, deposit.into / self.thermal.capacity))[1] / self.stiffness
-        v = (self.band_radius * y.omega - growth) / jnp.where(1 + gamma > 0, 1 + gamma, 1.0)
+        v = (self.band_radius * omega - growth) / jnp.where(1 + gamma > 0, 1 + gamma, 1.0)
         return Slip(T_n, growth + gamma * v, 1 + gamma, friction, deposit)
+
+    def _carrier_alpha(self, t: Array, y: State, mode: Mode, T_0: Array, T_n: Array, back: Any) -> Array:
+        """Acceleration of what carries a sliding band."""
+        load = self.load.torque(t, y.omega, mode.load_piece)
+        torque = self.band_radius * (T_n - T_0)
+        if self.internal is None:
+            return (load - torque) / self.inertia_at(mode)
+        J, J_b = self.inertia_at(mode), jnp.asarray(self.internal.bandage.inertia)
+        pull = mode.inner.astype(jnp.float64) * self._full_slip_grip(T_0, y, mode, back)
+        return jnp.where(mode.inner == 0, (load - torque) / (J + J_b), (pull - torque) / J_b)
 
     def _ratio(self, T_0: Array, omega: Array, u: Any, mode: Mode, back: Any) -> Array:
         """`Π^{±1}` of sliding linings."""
@@ -157,15 +192,19 @@ class Forces(eqx.Module):
     def sliding_tension(self, t: Array, y: State, mode: Mode) -> Array:
         """Tension `T_0 Π^{±1}` of the tight end if the band slides as its mode says."""
         T_0, _ = self.lever_tension(t, y, mode)
-        return T_0 * self._ratio(T_0, y.omega, y.heat, mode, mode.band == BandMode.SLIP_BACK)
+        return T_0 * self._ratio(T_0, self.carrier_speed(y), y.heat, mode, mode.band == BandMode.SLIP_BACK)
 
     def deposit(self, t: Array, y: State, mode: Mode, now: ThermalNow, P: Array) -> Deposit:
-        around = self.around(y, mode)
+        """Where the heats `P` of the linings go in the pair on which the band acts."""
         assert self.thermal is not None
-        return self.thermal.deposit(now.T, now.T_junctions, t, around, P, mode.heat_pieces)
+        around = self.around(y, mode)
+        return self.thermal.deposit(self.pair, now.T, now.T_junctions, t, around, P, mode.heat_pieces)
 
     def around(self, y: State, mode: Mode) -> Surroundings:
-        moving = jnp.where(mode.band == BandMode.HELD, 0.0, jnp.abs(y.omega))
+        rests = mode.band == BandMode.HELD
+        if self.internal is not None:
+            rests = rests & (mode.inner == 0)
+        moving = jnp.where(rests, 0.0, jnp.abs(y.omega))
         return Surroundings(moving * self.track_radius, jnp.where(mode.band == BandMode.OPEN, 0.0, 1.0))
 
     def thermal_now(self, t: Array, y: State, mode: Mode) -> ThermalNow | None:
@@ -176,8 +215,95 @@ class Forces(eqx.Module):
         T_J = self.thermal.junctions(T, t, around, mode.heat_pieces)
         return ThermalNow(T, T_J, self.thermal.flows(T, T_J, t, around, mode.heat_pieces), None)
 
+    # --- the internal pair of a staged brake ----------------------------------------------------------------------
+
+    def inner_speed(self, y: State, mode: Mode) -> Array:
+        """`R (ω − ω_b)` while the internal pair slides (m/s)."""
+        return jnp.where(mode.inner == 0, 0.0, self.track_radius * (y.omega - y.omega_b))
+
+    def holding(self, y: State, mode: Mode, static: Any = False) -> Held:
+        """What the friction of the internal pair depends on."""
+        v = self.track_radius * jnp.where(mode.inner < 0, -1.0, 1.0) * (y.omega - y.omega_b)
+        return Held(v, self.inner_surface(y.heat), static)
+
+    def mobilised_mu(self, T_0: Array, y: State, mode: Mode) -> Float[Array, " n"]:
+        """Tension ratios at which linings are at their limit: kinetic in full slip, else static."""
+        sliding = self.kinetic_mu(T_0, self.carrier_speed(y), y.heat, mode, mode.band == BandMode.SLIP_BACK)[0]
+        return jnp.where(slips(mode.band), sliding, self.limits(T_0, y.heat, mode).mu)
+
+    def _full_slip_grip(self, T_0: Array, y: State, mode: Mode, back: Any) -> Array:
+        """`M_int` of the sliding internal pair while every lining slides on the band."""
+        assert self.internal is not None
+        n = self.grip.linings.count
+        mu = self.kinetic_mu(T_0, y.omega_b, y.heat, mode, back)[0]
+        piece = jnp.where(back, -1 - n, n)
+        tight = T_0 * jnp.where(back, 1 / product(mu), product(mu))
+        along = tensions_on(T_0, tight, mu, piece)
+        return self.internal.capacity(T_0, along, self.holding(y, mode))
+
+    def drives(self, T_0: Array, load: Array, y: State, mode: Mode, limits: Limits) -> tuple[Array, Array]:
+        """Torques that drive what carries the band, with the band at its upper and at its lower static limit."""
+        if self.internal is None:
+            return load, load
+        n, held = self.grip.linings.count, self.holding(y, mode)
+        ahead, back = (
+            self.internal.capacity(T_0, tensions_on(T_0, T_n, limits.mu, jnp.asarray(piece, jnp.int32)), held)
+            for T_n, piece in ((T_0 * limits.ahead, n), (T_0 / limits.back, -1 - n))
+        )
+        sense = mode.inner.astype(jnp.float64)
+        stuck = mode.inner == 0
+        return jnp.where(stuck, load, sense * ahead), jnp.where(stuck, load, sense * back)
+
+    def _inner_deposit(self, t: Array, y: State, mode: Mode, now: ThermalNow, T_0: Array, along: Array) -> Any:
+        """Where the heat of the internal pair goes, per unit of its slip speed."""
+        if self.internal is None or self.thermal is None:
+            return None
+        sense = jnp.where(mode.inner < 0, -1.0, 1.0)
+        friction = sense * self.internal.friction(T_0, along, self.holding(y, mode))
+        around, pair = self.around(y, mode), self.thermal.heat.friction
+        return self.thermal.deposit(pair, now.T, now.T_junctions, t, around, friction, mode.heat_pieces)
+
+    def held_tension(self, T_0: Array, load: Array, y: State, mode: Mode) -> Array:
+        """`T_n` while what carries the band is at rest: it bears the load, or what the sliding internal pair gives."""
+        resting = T_0 + load / self.band_radius
+        if self.internal is None:
+            return resting
+        mu, held = self.limits(T_0, y.heat, mode).mu, self.holding(y, mode)
+        driven = self.internal.holding_tension(T_0, mu, mode.piece, mode.inner, self.band_radius, held)
+        return jnp.where(mode.inner == 0, resting, driven)
+
+    def inner_flows(self, slack: Array, T_n: Array, load: Array, y: State, mode: Mode) -> Inner:
+        """Torque and acceleration of the bandage for given tensions (model §4)."""
+        assert self.internal is not None
+        J, J_b = self.inertia_at(mode), jnp.asarray(self.internal.bandage.inertia)
+        stuck, rests = mode.inner == 0, mode.band == BandMode.HELD
+        mu, held = self.mobilised_mu(slack, y, mode), self.holding(y, mode, stuck)
+        piece = jnp.where(stuck & ~slips(mode.band), piece_of(slack, T_n, mu), mode.piece)
+        along = tensions_on(slack, T_n, mu, piece)
+        friction = self.internal.friction(slack, along, held)
+        capacity = self.internal.radius * jnp.sum(friction)
+        M_ext = self.band_radius * (T_n - slack)
+        common = jnp.where(rests, 0.0, (load - M_ext) / (J + J_b))
+        torque = jnp.where(stuck, load - J * common, mode.inner.astype(jnp.float64) * capacity)
+        alpha = jnp.where(stuck, common, jnp.where(rests, 0.0, (torque - M_ext) / J_b))
+        speed, normal = self.inner_speed(y, mode), self.internal.normal(slack, along)
+        return Inner(torque, capacity, speed, alpha, friction, normal)
+
+    def limit_margins(self, slack: Array, T_n: Array, y: State, mode: Mode) -> tuple[Array, Array]:
+        """How far `T_n` is below and above the tensions at which one lining more or less is at its limit (N)."""
+        n = self.grip.linings.count
+        limits = limit_tensions(slack, self.mobilised_mu(slack, y, mode))
+        at = jnp.arange(2 * n + 1, dtype=jnp.int32) - n
+
+        def pick(i: Array) -> Array:
+            return jnp.sum(jnp.where(at == i, limits, 0.0))
+
+        return pick(mode.piece + 1) - T_n, T_n - pick(mode.piece)
+
+    # --- all of it ------------------------------------------------------------------------------------------------
+
     def flows(self, t: Array, y: State, mode: Mode) -> Flows:
-        """Everything that acts at one instant (model §3, table of modes)."""
+        """Everything that acts at one instant (model §3, table of modes; staged: §4)."""
         band, R_b = mode.band, self.band_radius
         is_open, held, sliding = band == BandMode.OPEN, band == BandMode.HELD, slips(band)
         lever_tension, _ = self.lever_tension(t, y, mode)
@@ -185,8 +311,8 @@ class Forces(eqx.Module):
         load = self.load.torque(t, y.omega, mode.load_piece)
         now = self.thermal_now(t, y, mode)
         slip = self.slip(t, y, mode, band == BandMode.SLIP_BACK, now)
-        speed = R_b * y.omega
-        rest = jnp.where(held, T_0 + load / R_b, 0.0)
+        speed = R_b * self.carrier_speed(y)
+        rest = jnp.where(held, self.held_tension(T_0, load, y, mode), 0.0)
         slack = T_0
         if self.stiffness is None:
             tension, band_speed = jnp.where(sliding, slip.tension, rest), jnp.zeros_like(speed)
@@ -199,19 +325,38 @@ class Forces(eqx.Module):
             band_speed = jnp.where(carried, speed, jnp.where(sliding, slip.band_speed, 0.0))
         torque = R_b * (tension - slack)
         slip_speed = jnp.where(sliding, speed - band_speed, 0.0)
+        inner, alpha = None, jnp.where(held, 0.0, (load - torque) / self.inertia_at(mode))
+        if self.internal is not None:
+            inner = self.inner_flows(slack, tension, load, y, mode)
+            alpha = jnp.where(mode.inner == 0, inner.alpha, (load - inner.torque) / self.inertia_at(mode))
         if now is not None and slip.deposit is not None:
-            hot = now.T_junctions + slip.deposit.into_junctions * slip_speed
-            now = now._replace(T_junctions=hot, deposit=slip.deposit)
+            now = self._heated(t, y, mode, now, slip, slip_speed, inner)
         return Flows(
             slack_tension=slack,
             lever_tension=lever_tension,
             tight_tension=tension,
             load_torque=load,
             brake_torque=torque,
-            alpha=jnp.where(held, 0.0, (load - torque) / self.inertia_at(mode)),
+            alpha=alpha,
             band_speed=band_speed,
             slip_speed=slip_speed,
             snap=slip.snap,
             friction=slip.friction,
             thermal=now,
+            inner=inner,
         )
+
+    def _heated(
+        self, t: Array, y: State, mode: Mode, now: ThermalNow, slip: Slip, slip_speed: Array, inner: Inner | None
+    ) -> ThermalNow:
+        """The network with the friction heat of this instant."""
+        assert slip.deposit is not None
+        hot = now.T_junctions + slip.deposit.into_junctions * slip_speed
+        if inner is None or self.thermal is None:
+            return now._replace(T_junctions=hot, deposit=slip.deposit)
+        # in full slip the tensions are those of `slip`; else they follow the band
+        sense = jnp.where(mode.inner < 0, -1.0, 1.0)
+        around, pair = self.around(y, mode), self.thermal.heat.friction
+        given = self.thermal.deposit(pair, now.T, now.T_junctions, t, around, sense * inner.friction, mode.heat_pieces)
+        hot = hot + given.into_junctions * inner.slip_speed
+        return now._replace(T_junctions=hot, deposit=slip.deposit, inner_deposit=given)

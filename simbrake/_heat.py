@@ -91,12 +91,16 @@ class FrictionHeat(eqx.Module):
       network and is counted as lost). The same place for both (an interface): the network itself finds the split
     - `partition`: the law of the share
     - `sensed`: the place whose temperature the friction law sees; by default the lining's, else the metal's
+    - `beyond`: of an external pair, a place behind the linings (the rim) that takes the share `beyond_share` at once:
+      rim `k_1`, band `k_2 = share`, linings `1 − k_1 − k_2` (S-12…14)
     """
 
     metal: str | None = eqx.field(static=True)
     lining: str | None = eqx.field(static=True)
     partition: AbstractPartition
     sensed: str | None = eqx.field(static=True, default=None)
+    beyond: str | None = eqx.field(static=True, default=None)
+    beyond_share: Scalar | None = quantity("1", "share of the heat beyond the linings", low=0.0, high=1.0, default=None)
 
     @property
     def sensor(self) -> str | None:
@@ -142,7 +146,8 @@ def _settled(bodies: tuple[Body, ...]) -> tuple[Body, ...]:
 class Heat(eqx.Module):
     """Thermal part of a scene; a scene without it has no thermal states, equations or cost.
 
-    - `bodies`, `links`, `sources`: the network;  `friction`: where the friction heat goes (`None`: it is only booked)
+    - `bodies`, `links`, `sources`: the network;  `friction`: where the friction heat of linings and rim goes (`None`:
+      it is only booked);  `external`: the same for band and linings of a staged brake
     - `flash`: flash temperature for the friction law
     - `rim`, `linings`, `band`: places whose temperatures are reported as those of rim, linings and band
     - `permissible` (K): permissible temperature of the linings; passing it is an event
@@ -157,6 +162,12 @@ class Heat(eqx.Module):
     linings: str | None = eqx.field(static=True, default=None)
     band: str | None = eqx.field(static=True, default=None)
     permissible: Scalar | None = quantity("K", "permissible temperature of the linings", positive=True, default=None)
+    external: FrictionHeat | None = None
+
+    @property
+    def pairs(self) -> tuple[FrictionHeat, ...]:
+        """Friction pairs whose heat enters the network."""
+        return tuple(pair for pair in (self.friction, self.external) if pair is not None)
 
     @property
     def profiles(self) -> tuple[AbstractProfile, ...]:
@@ -166,14 +177,18 @@ class Heat(eqx.Module):
 
     def faults(self, path: str, linings: int) -> list[Fault]:
         """What does not fit together, beyond the ranges of single numbers (concrete values only)."""
-        heated = () if self.friction is None else (self.friction.metal, self.friction.lining)
+        heated = [place for pair in self.pairs for place in (pair.metal, pair.lining, pair.beyond)]
         found = faults_of_network(self.bodies, self.links, self.sources, path, tuple(p for p in heated if p))
         if found:
             return found
         by_name = {body.name: body for body in self.bodies}
         named: list[tuple[str, str | None]] = [(field, getattr(self, field)) for field in ("rim", "linings", "band")]
-        if self.friction is not None:
-            named += [(f"friction.{field}", getattr(self.friction, field)) for field in ("metal", "lining", "sensed")]
+        for name in ("friction", "external"):
+            pair = getattr(self, name)
+            if pair is not None:
+                named += [
+                    (f"{name}.{field}", getattr(pair, field)) for field in ("metal", "lining", "sensed", "beyond")
+                ]
         for field, place in named:
             if place is None:
                 continue
@@ -184,27 +199,29 @@ class Heat(eqx.Module):
                 found.append(
                     Fault(f"{path}.{field}", f"{place!r} has {size_of(by_name[name], face)} nodes", f"1 or {linings}")
                 )
-        if not found:
-            found += self._faults_of_friction(path, by_name)
+        for name in ("friction", "external"):
+            pair = getattr(self, name)
+            if pair is not None and not found:
+                found += self._faults_of_pair(pair, f"{path}.{name}", by_name)
         return found
 
-    def _faults_of_friction(self, path: str, by_name: dict[str, Body]) -> list[Fault]:
+    def _faults_of_pair(self, pair: FrictionHeat, path: str, by_name: dict[str, Body]) -> list[Fault]:
         found: list[Fault] = []
-        if self.friction is None:
-            return found
-        sensor = self.friction.sensor
+        sensor = pair.sensor
         if sensor is None or isinstance(by_name[place_of(sensor)[0]], Junction):
             hint = "name a body with capacity in `sensed`"
-            found.append(Fault(f"{path}.friction.sensed", "the friction law needs a temperature that is a state", hint))
-        for field in ("metal", "lining"):
-            place = getattr(self.friction, field)
+            found.append(Fault(f"{path}.sensed", "the friction law needs a temperature that is a state", hint))
+        if (pair.beyond is None) != (pair.beyond_share is None):
+            found.append(Fault(f"{path}.beyond", "a place and its share of the heat belong together", "give both"))
+        for field in ("metal", "lining", "beyond"):
+            place = getattr(pair, field)
             if place is None:
                 continue
             body = by_name[place_of(place)[0]]
             open_to = [link for link in self.links if place in (link.a, link.b) and link.nonlinear]
             if isinstance(body, Reservoir) or (isinstance(body, Junction) and open_to):
                 what = "a reservoir" if isinstance(body, Reservoir) else "a junction that radiates or convects freely"
-                found.append(Fault(f"{path}.friction.{field}", f"{place!r} is {what}", "let the heat enter a body"))
+                found.append(Fault(f"{path}.{field}", f"{place!r} is {what}", "let the heat enter a body"))
         return found
 
 

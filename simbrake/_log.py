@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ._modes import BandMode, events_of_change
+from ._modes import BandMode, Label, events_of_change
 
 
 class Event(NamedTuple):
@@ -25,11 +25,15 @@ class Event(NamedTuple):
 class Phase(NamedTuple):
     """Consecutive steps in one mode, from sample `first` to sample `last` of the arrays handed to `event_log`."""
 
-    band: int
+    label: Label
     first: int
     last: int
     start: float
     end: float
+
+    @property
+    def band(self) -> int:
+        return self.label.band
 
 
 def event_log(
@@ -47,13 +51,13 @@ def event_log(
     events: list[Event] = []
     crossings: list[tuple[int, int]] = []
     places: list[int] = []
-    before, reached = int(BandMode.OPEN), np.zeros(2 * linings, bool)
+    label, reached = Label(int(BandMode.OPEN)), np.zeros(2 * linings, bool)
     for number, phase in enumerate(phases):
-        if phase.band != before:
-            for name in events_of_change(before, phase.band, number == 0):
-                if name == "full_slip":
-                    events += _all_at_limit(phase, reached, linings)
-                events.append(Event(float(phase.start), name))
+        before = label.band
+        for name in events_of_change(label, phase.label, number == 0):
+            if name == "full_slip":
+                events += _all_at_limit(phase, reached, linings)
+            events.append(Event(float(phase.start), name))
         if phase.band == BandMode.ELASTIC:
             if before not in (BandMode.ELASTIC, BandMode.SLIP, BandMode.SLIP_BACK):
                 reached = np.zeros(2 * linings, bool)
@@ -77,7 +81,7 @@ def event_log(
             reached = np.ones(2 * linings, bool)
         else:
             reached = np.zeros(2 * linings, bool)
-        before = phase.band
+        label = phase.label
     if crossings:
         for place, time in zip(places, locate(crossings), strict=True):
             events[place] = events[place]._replace(time=float(time))

@@ -23,13 +23,29 @@ class Peak(NamedTuple):
     lining: Any
 
 
-def _changes(record: Record) -> tuple[Array, Array, Array]:
-    """For every row: whether an event ended it, and the band mode before and after."""
+class _Changes(NamedTuple):
+    """For every row: whether an event ended it, and the mode before and after it."""
+
+    event: Bool[Array, " row"]
+    before: Any
+    after: Any
+
+    @property
+    def stops(self) -> Bool[Array, " row"]:
+        return self.event & _rests(self.after) & ~_rests(self.before) & (self.before.band != BandMode.OPEN)
+
+
+def _rests(mode: Any) -> Array:
+    rests = mode.band == BandMode.HELD
+    return rests if mode.inner is None else rests & (mode.inner == 0)
+
+
+def _changes(record: Record) -> _Changes:
     rows, n = record.rows, record.rows.t.shape[0]
-    band = jnp.asarray(rows.mode)[:, 0]
-    after = jnp.append(band[1:], band[-1])
+    before = record.modes
+    after = jax.tree.map(lambda column: jnp.concatenate([column[1:], column[-1:]]), before)
     used = jnp.arange(n, dtype=jnp.int32) < record.count
-    return used & (rows.kind >= LANDED), band, after
+    return _Changes(used & (rows.kind >= LANDED), before, after)
 
 
 def _first(mask: Bool[Array, " row"], values: Float[Array, " row"]) -> Float[Array, ""]:
@@ -38,28 +54,34 @@ def _first(mask: Bool[Array, " row"], values: Float[Array, " row"]) -> Float[Arr
     return jnp.where(jnp.any(mask), jnp.asarray(values)[i], jnp.inf)
 
 
-def _stop(record: Record) -> Bool[Array, " row"]:
-    event, before, after = _changes(record)
-    return event & (after == BandMode.HELD) & (before != BandMode.HELD) & (before != BandMode.OPEN)
-
-
 def _slip_onset_time(record: Record, travel: Any) -> Array:
-    event, before, after = _changes(record)
-    slack = (before == BandMode.OPEN) | (before == BandMode.TAKE_UP)
-    return _first(event & slack & ((after == BandMode.ELASTIC) | slips(after)), record.rows.t)
+    c = _changes(record)
+    slack = (c.before.band == BandMode.OPEN) | (c.before.band == BandMode.TAKE_UP)
+    return _first(c.event & slack & ((c.after.band == BandMode.ELASTIC) | slips(c.after.band)), record.rows.t)
 
 
 def _full_slip_time(record: Record, travel: Any) -> Array:
-    event, before, after = _changes(record)
-    return _first(event & slips(after) & (before != after), record.rows.t)
+    c = _changes(record)
+    return _first(c.event & slips(c.after.band) & (c.before.band != c.after.band), record.rows.t)
+
+
+def _internal_slip_time(record: Record, travel: Any) -> Array:
+    c = _changes(record)
+    return _first(c.event & (c.before.inner == 0) & (c.after.inner != 0), record.rows.t)
+
+
+def _external_lock_time(record: Record, travel: Any) -> Array:
+    c = _changes(record)
+    locks = (c.after.band == BandMode.HELD) & (c.before.band != BandMode.HELD) & (c.before.band != BandMode.OPEN)
+    return _first(c.event & locks & (c.after.inner != 0), record.rows.t)
 
 
 def _stopping_time(record: Record, travel: Any) -> Array:
-    return _first(_stop(record), record.rows.t)
+    return _first(_changes(record).stops, record.rows.t)
 
 
 def _stopping_angle(record: Record, travel: Any) -> Array:
-    return _first(_stop(record), jax.vmap(record.flat.unpack_state)(record.rows.y).phi)
+    return _first(_changes(record).stops, jax.vmap(record.flat.unpack_state)(record.rows.y).phi)
 
 
 def _hook_travel(record: Record, travel: Any) -> Array:
@@ -75,6 +97,17 @@ METRICS: dict[str, Callable[[Record, Any], Array]] = {
     "hook_travel": _hook_travel,
 }
 
+#: metrics that only a staged brake has: first slip of the internal pair, first rest of the bandage on a turning pulley
+STAGED_METRICS: dict[str, Callable[[Record, Any], Array]] = {
+    "internal_slip_time": _internal_slip_time,
+    "external_lock_time": _external_lock_time,
+}
+
+
+def metrics_of(system: Any) -> dict[str, Callable[[Record, Any], Array]]:
+    """Metrics that a system has, besides its greatest values."""
+    return METRICS if system.forces.internal is None else METRICS | STAGED_METRICS
+
 
 def energies(record: Record) -> dict[str, Array]:
     """Energies over the run in J, and the closure of their balance as a share of the largest exchanged.
@@ -87,15 +120,21 @@ def energies(record: Record) -> dict[str, Array]:
     first, last = (record.flat.unpack_mode(record.rows.mode[i]) for i in (0, record.count))
     J_0, J_1 = system.forces.inertia_at(first), system.forces.inertia_at(last)
     kinetic = 0.5 * (J_1 * end.omega**2 - J_0 * start.omega**2)
+    heat, shares = ledger.friction_heat, {}
+    if system.forces.internal is not None:
+        kinetic = kinetic + 0.5 * system.forces.internal.bandage.inertia * (end.omega_b**2 - start.omega_b**2)
+        heat = heat + ledger.internal_heat
+        shares = {"heat_external": ledger.friction_heat, "heat_internal": ledger.internal_heat}
     elastic = jnp.zeros_like(kinetic)
     if system.forces.stiffness is not None:
         elastic = 0.5 * system.forces.stiffness * (end.x**2 - start.x**2)
-    residual = kinetic + elastic - (ledger.load_work + ledger.lever_work - ledger.friction_heat)
-    terms = [kinetic, elastic, ledger.load_work, ledger.lever_work, ledger.friction_heat]
+    residual = kinetic + elastic - (ledger.load_work + ledger.lever_work - heat)
+    terms = [kinetic, elastic, ledger.load_work, ledger.lever_work, heat]
     found = {
         "load_work": ledger.load_work,
         "lever_work": ledger.lever_work,
-        "friction_heat": ledger.friction_heat,
+        "friction_heat": heat,
+        **shares,
         "kinetic_change": kinetic,
         "elastic_change": elastic,
         "closure": _closure(residual, terms),
@@ -128,12 +167,13 @@ def _heats(record: Record) -> dict[str, Array]:
     ledger = record.y_end.ledger
     booked = ledger.heat
     stored = sum(stored_heat(record).values(), start=jnp.zeros(()))
-    residual = ledger.friction_heat + booked.supplied - stored - booked.lost
-    terms = [ledger.friction_heat, booked.supplied, stored, booked.lost]
+    heat = ledger.friction_heat if ledger.internal_heat is None else ledger.friction_heat + ledger.internal_heat
+    residual = heat + booked.supplied - stored - booked.lost
+    terms = [heat, booked.supplied, stored, booked.lost]
     return {
         "heat_to_metal": booked.to_metal,
         "heat_to_linings": booked.to_linings,
-        "heat_to_band": jnp.zeros_like(booked.to_metal),
+        "heat_to_band": jnp.zeros_like(booked.to_metal) if booked.to_band is None else booked.to_band,
         "heat_supplied": booked.supplied,
         "heat_stored": stored,
         "heat_lost": booked.lost,
@@ -144,7 +184,7 @@ def _heats(record: Record) -> dict[str, Array]:
 @jax.jit
 def numbers(record: Record, travel: Any) -> tuple[dict[str, Array], dict[str, Array]]:
     """All metrics and energies of a concrete record, in one program."""
-    return {name: metric(record, travel) for name, metric in METRICS.items()}, energies(record)
+    return {name: metric(record, travel) for name, metric in metrics_of(record.system).items()}, energies(record)
 
 
 #: quantities per lining, (m, n), of which the greatest value over the run is a metric

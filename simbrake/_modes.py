@@ -22,6 +22,10 @@ class Mode(NamedTuple):
     """Band mode, direction of motion (±1), and the pieces on which the given profiles are.
 
     `locks`: whether a lining locks itself, where that can change (else `None`); `heat_pieces`: of profiles in the heat.
+
+    A staged brake has `inner`: 0 while the internal pair sticks, ±1 the sign of `ω − ω_b` while it slides, and `piece`:
+    the number of linings at their limit, as `_band.piece_of` counts them. Its `band` is what the band does to the
+    bandage (`HELD`: the bandage is at rest).
     """
 
     band: Any
@@ -30,6 +34,8 @@ class Mode(NamedTuple):
     load_piece: Any
     locks: Any = None
     heat_pieces: tuple[Any, ...] = ()
+    inner: Any = None
+    piece: Any = None
 
 
 class Situation(NamedTuple):
@@ -65,24 +71,51 @@ def slips(band: Any) -> Any:
     return (band == BandMode.SLIP) | (band == BandMode.SLIP_BACK)
 
 
-def events_of_change(before: int, after: int, first: bool) -> list[str]:
-    """Names of the events in one change of band mode; `first` marks the settling at the start of a run."""
-    if before == after:
-        return []
-    slack = before in (BandMode.OPEN, BandMode.TAKE_UP)
+class Label(NamedTuple):
+    """What the log knows of a mode: band mode, and the internal pair of a staged brake (0: sticks, or there is none)."""
+
+    band: int
+    inner: int = 0
+
+    @property
+    def rests(self) -> bool:
+        """Whether the pulley is at rest."""
+        return self.band == BandMode.HELD and self.inner == 0
+
+    def __str__(self) -> str:
+        words = BandMode(self.band).name.lower().replace("_", " ")
+        return words if self.inner == 0 else f"{words} with internal slip"
+
+
+def events_of_change(before: Label, after: Label, first: bool) -> list[str]:
+    """Names of the events in one change of mode; `first` marks the settling at the start of a run."""
+    names = _events_of_band(before, after, first) if before.band != after.band else []
+    if before.inner == 0 and after.inner != 0:
+        return (["restart"] if before.rests and after.band == BandMode.HELD else []) + ["internal_slip"] + names
+    if before.inner != 0 and after.inner == 0:
+        return names + (
+            ["stop"] if after.rests and "stop" not in names else [] if after.rests else ["internal_restick"]
+        )
+    return names
+
+
+def _events_of_band(before: Label, after: Label, first: bool) -> list[str]:
+    slack = before.band in (BandMode.OPEN, BandMode.TAKE_UP)
     names = []
-    if after == BandMode.OPEN:
+    if after.band == BandMode.OPEN:
         names.append("release")
-    elif after == BandMode.HELD:
-        if not (first or before == BandMode.OPEN):
+    elif after.band == BandMode.HELD:
+        if after.inner != 0:
+            names.append("external_lock")
+        elif not (first or before.band == BandMode.OPEN):
             names.append("stop")
-    elif after in (BandMode.ELASTIC, BandMode.SLIP, BandMode.SLIP_BACK):
-        if before == BandMode.HELD:
-            names.append("restart")
+    elif after.band in (BandMode.ELASTIC, BandMode.SLIP, BandMode.SLIP_BACK):
+        if before.band == BandMode.HELD:
+            names.append("external_release" if before.inner != 0 else "restart")
         elif slack:
             names.append("slip_onset")
-        elif after == BandMode.ELASTIC:
+        elif after.band == BandMode.ELASTIC:
             names.append("restick")
-        if after != BandMode.ELASTIC:
+        if after.band != BandMode.ELASTIC:
             names.append("full_slip")
     return names

@@ -5,16 +5,15 @@ from jaxtyping import Array, Float
 
 from ._band import LiningForces, mobilised
 from ._heat import place_count
-from ._modes import BandMode, Mode, slips
+from ._modes import BandMode, Mode
 from ._state import Flows, State
 from ._system import BrakeSystem
 
 
 def lining_forces(system: BrakeSystem, y: State, mode: Mode, q: Flows) -> LiningForces:
     """Tension, friction and normal force at every lining (mobilisation rule of model §3)."""
-    forces, T_0 = system.forces, q.lever_tension
-    mu = forces.kinetic_mu(T_0, y.omega, y.heat, mode, mode.band == BandMode.SLIP_BACK)[0]
-    mu = jnp.where(slips(mode.band), mu, forces.limits(T_0, y.heat, mode).mu)
+    forces = system.forces
+    mu = forces.mobilised_mu(q.lever_tension, y, mode)
     return mobilised(q.slack_tension, q.tight_tension, mu, jnp.asarray(forces.grip.linings.angle))
 
 
@@ -41,6 +40,9 @@ def surfaces(system: BrakeSystem, q: Flows) -> dict[str, Array]:
     faces = dict(net.faces)
     for place, per_speed in deposit.faces.items():
         faces[place] = faces.get(place, 0.0) + per_speed * q.slip_speed
+    if q.inner is not None:
+        for place, per_speed in q.thermal.inner_deposit.faces.items():
+            faces[place] = faces.get(place, 0.0) + per_speed * q.inner.slip_speed
     for kind in ("rim", "linings", "band"):
         place = getattr(thermal.heat, kind)
         if place is not None:
@@ -55,7 +57,7 @@ def mark_names(system: BrakeSystem) -> list[tuple[str, int | None]]:
         return []
     heat, n = thermal.heat, linings.count
     names: list[tuple[str, int | None]] = []
-    if linings.friction.temperature_dependent:
+    if linings.friction.temperature_dependent and system.forces.internal is None:
         names.append(("grip_lost", None))
     if heat.permissible is not None and heat.linings is not None:
         per_lining = place_count(heat, heat.linings) == n and n > 1
@@ -68,7 +70,7 @@ def passing(system: BrakeSystem, t: Array, y: State, mode: Mode, q: Flows, hot: 
     found, thermal = [], system.forces.thermal
     if thermal is None:
         return jnp.zeros(0)
-    if system.forces.grip.linings.friction.temperature_dependent:
+    if system.forces.grip.linings.friction.temperature_dependent and system.forces.internal is None:
         # sliding ahead, the brake no longer outweighs the load (a lever that holds the speed balances it to rounding)
         short = (q.load_torque - q.brake_torque) / system.torque_scale - 1e-9
         # a lever that is being released lets go on purpose: that is no loss of grip

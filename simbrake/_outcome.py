@@ -3,7 +3,7 @@
 import enum
 
 from ._hybrid import Code
-from ._modes import BandMode
+from ._modes import BandMode, Label
 from ._state import BrakeCode
 
 FAILURES = {
@@ -77,10 +77,10 @@ STATUS_MESSAGES = {
 }
 
 
-def status_of(band: int, moved: bool) -> Status:
-    """Status of a run that ended in band mode `band`; `moved` says whether the pulley turned at any time."""
-    if band == BandMode.OPEN:
+def status_of(end: Label, moved: bool) -> Status:
+    """Status of a run that ended in the mode `end`; `moved` says whether the pulley turned at any time."""
+    if end.band == BandMode.OPEN:
         return Status.RELEASED
-    if band == BandMode.HELD:
+    if end.rests:
         return Status.STOPPED if moved else Status.HELD
     return Status.NOT_STOPPED

@@ -2,16 +2,18 @@
 
 from typing import Any
 
+import jax
 import numpy as np
 
 from ._choice import stiffness
 from ._hybrid import ADVANCED, FINISHED, Record
 from ._log import Event, Phase, event_log, marks_passed
 from ._metrics import Peak, numbers, peaks_of, polish
-from ._modes import BandMode
+from ._modes import BandMode, Label
 from ._observe import mark_names
 from ._probe import SAMPLES, Probe, probe_many
 from ._scene import warnings
+from ._stages import Stage, absent_stages, stages_of
 
 
 def _samples(steps: int) -> int:
@@ -32,6 +34,14 @@ def _scan(record: Record) -> tuple[Record, np.ndarray, np.ndarray, Probe]:
     return record, index, h, probe_many(record, index, h)
 
 
+def labels_of(record: Record) -> list[Label]:
+    """What the log knows of the mode in every row of a concrete record."""
+    mode: Any = record.modes
+    band = np.asarray(mode.band)[: int(record.count) + 1]
+    inner = np.zeros_like(band) if mode.inner is None else np.asarray(mode.inner)[: len(band)]
+    return [Label(int(b), int(i)) for b, i in zip(band, inner, strict=True)]
+
+
 class Report:
     """What a person reads of one concrete result; the run is scanned once for all of it."""
 
@@ -47,15 +57,15 @@ class Report:
         record = self._record
         n = int(record.count)
         kind, t = np.asarray(record.rows.kind)[:n], np.asarray(record.rows.t)[: n + 1]
-        band = np.asarray(record.rows.mode)[: n + 1, 0]
+        labels = labels_of(record)
         phases: list[Phase] = []
         start, samples = 0, _samples(n)
         for i in range(n):
             if kind[i] >= FINISHED or i == n - 1:
-                phases.append(Phase(int(band[i]), start * samples, (i + 1) * samples - 1, t[start], t[i + 1]))
+                phases.append(Phase(labels[i], start * samples, (i + 1) * samples - 1, t[start], t[i + 1]))
                 start = i + 1
-        if n and band[n] != band[n - 1]:  # an event at the very end
-            phases.append(Phase(int(band[n]), n * samples - 1, n * samples - 1, t[n], t[n]))
+        if n and labels[n] != labels[n - 1]:  # an event at the very end
+            phases.append(Phase(labels[n], n * samples - 1, n * samples - 1, t[n], t[n]))
         if phases and phases[0].band == BandMode.OPEN and phases[0].end == phases[0].start:
             phases = phases[1:]  # the settling of the first mode
         margins = np.asarray(self._probe.margins)
@@ -70,8 +80,9 @@ class Report:
         if crossings:
             times, names = self._locate(crossings, "passing"), mark_names(system)
             found += [Event(float(t), *names[j]) for t, (_, j) in zip(times, crossings, strict=True)]
-        if system.forces.grip.varies:  # the fifth entry of a mode says whether a lining locks itself
-            locks = np.asarray(self._record.rows.mode)[: int(self._record.count) + 1, 4]
+        if system.forces.grip.varies:
+            modes: Any = self._record.modes
+            locks = np.asarray(modes.locks)[: int(self._record.count) + 1]
             began = np.flatnonzero(np.diff(locks) > 0) + 1
             found += [Event(float(np.asarray(self._record.rows.t)[i]), "self_locking") for i in began]
         return found
@@ -133,6 +144,24 @@ class Report:
         values = {**values, **hot, **{name: energy[name] for name in given if name in energy}}
         return {name: float(v) if np.isfinite(v) else None for name, v in values.items()}
 
+    @property
+    def stages(self) -> list[Stage]:
+        """Stages of a staged brake in order."""
+        return stages_of(self._record, labels_of(self._record))
+
+    def _staged(self) -> dict[str, Any]:
+        """The stages of a staged brake, and why one is missing."""
+        scene = self.result.scene
+        if scene.brake.bandage is None:
+            return {}
+        stages, forces = self.stages, self.result.record.system.forces
+        greatest, load = np.max(self._probe.flows.lever_tension), np.asarray(self._probe.flows.load_torque)[0]
+        first = jax.tree.map(lambda column: column[0], self._record.states)
+        hot = (forces.surface(first.heat), forces.inner_surface(first.heat))
+        seen = {stage.name for stage in stages}
+        absent = absent_stages(scene.brake, float(forces.inertia), float(load), seen, float(greatest), hot)
+        return {"stages": [stage.as_dict() for stage in stages], "absent_stages": absent}
+
     def summary(self) -> dict[str, Any]:
         r, stats = self.result, self.result.record.stats
         return {
@@ -145,6 +174,7 @@ class Report:
                 **{f"{name}_time": float(peak.time) for name, peak in self.peaks.items()},
                 **{f"{name}_lining": int(p.lining) for name, p in self.peaks.items() if self._per_lining(name)},
             },
+            **self._staged(),
             "energy": {name: float(value) for name, value in self._numbers[1].items()},
             "solver": {
                 "method": r.method_name,

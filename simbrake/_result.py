@@ -12,12 +12,12 @@ from jaxtyping import Array, Float, Int
 from ._heat import node_names
 from ._hybrid import Record
 from ._log import Event
-from ._metrics import METRICS, Peak, energies, numbers, peak, peaks_of, stored_heat
-from ._modes import BandMode
+from ._metrics import STAGED_METRICS, Peak, energies, metrics_of, numbers, peak, peaks_of, stored_heat
 from ._outcome import FAILURES, STATUS_MESSAGES, status_of
 from ._probe import Probe, probe_at, probe_many
-from ._report import Report
+from ._report import Report, labels_of
 from ._scene import Scene
+from ._stages import Stage
 from ._summary import text
 
 _last_report: Report | None = None
@@ -49,6 +49,13 @@ class Series(NamedTuple):
     band_temperature: Float[Array, "m b"] | None = None  # K
     heat_lost: Float[Array, " m"] | None = None  # J
     friction_coefficient: Float[Array, "m n"] | None = None  # of every lining, sliding; None without heat
+    bandage_speed: Float[Array, " m"] | None = None  # ω_b of a staged brake, rad/s; None without a bandage
+    internal_torque: Float[Array, " m"] | None = None  # Λ from the pulley to the bandage, N·m
+    internal_capacity: Float[Array, " m"] | None = None  # M_int, N·m
+    internal_slip_speed: Float[Array, " m"] | None = None  # R (ω − ω_b), m/s
+    internal_mode: Int[Array, " m"] | None = None  # 0: the internal pair sticks, ±1: it slides
+    internal_heat: Float[Array, " m"] | None = None  # of the internal pair, part of friction_heat, J
+    internal_load: Float[Array, "m n"] | None = None  # of every lining on the rim, preload included, N
 
 
 #: units of the columns of a Series, "" where there is none
@@ -76,6 +83,13 @@ SERIES_UNITS = {
     "band_temperature": "K",
     "heat_lost": "J",
     "friction_coefficient": "",
+    "bandage_speed": "rad/s",
+    "internal_torque": "N*m",
+    "internal_capacity": "N*m",
+    "internal_slip_speed": "m/s",
+    "internal_mode": "",
+    "internal_heat": "J",
+    "internal_load": "N",
 }
 
 
@@ -122,6 +136,16 @@ class Result(eqx.Module):
     def hook_travel(self) -> Array:
         """Travel of the hook from the start to the first stop (m), `inf` without a hook."""
         return _metric(self, "hook_travel")
+
+    @property
+    def internal_slip_time(self) -> Array:
+        """First time at which the internal pair of a staged brake slides (s)."""
+        return _metric(self, "internal_slip_time")
+
+    @property
+    def external_lock_time(self) -> Array:
+        """First time at which the bandage of a staged brake is at rest on a turning pulley (s)."""
+        return _metric(self, "external_lock_time")
 
     @property
     def max_tension(self) -> Peak:
@@ -201,11 +225,12 @@ class Result(eqx.Module):
             band_mode=p.mode.band,  # pyright: ignore
             load_work=p.y.ledger.load_work,
             lever_work=p.y.ledger.lever_work,
-            friction_heat=p.y.ledger.friction_heat,
+            friction_heat=p.y.ledger.friction_heat + (p.y.ledger.internal_heat if p.flows.inner is not None else 0.0),
             tension=p.linings.tension,
             normal_load=p.linings.normal,
             friction_force=p.linings.friction,
             **self._thermal_columns(p),
+            **_staged_columns(p),
         )
 
     def _thermal_columns(self, p: Probe) -> dict[str, Any]:
@@ -235,7 +260,7 @@ class Result(eqx.Module):
         if not self.ok:
             return FAILURES[int(self.code)][0]  # pyright: ignore
         moved = bool(np.any(np.asarray(self.record.rows.y)[: int(self.record.count) + 1, 1] != 0.0))
-        return str(status_of(self._band_at_end(), moved))
+        return str(status_of(labels_of(self.record)[-1], moved))
 
     @property
     def message(self) -> str:
@@ -243,14 +268,11 @@ class Result(eqx.Module):
         if self.ok:
             return STATUS_MESSAGES[self.status]  # pyright: ignore
         _, what, hint = FAILURES[int(self.code)]  # pyright: ignore
-        n = int(self.record.count)
-        end, bands = np.asarray(self.record.rows.t)[n], np.asarray(self.record.rows.mode)[: n + 1, 0]
-        changes = bands[np.append(True, np.diff(bands) != 0)][-4:]
-        words = " → ".join(BandMode(int(band)).name.lower().replace("_", " ") for band in changes)
-        return f"{what} (at t = {end:.9g} s; last band modes {words}): {hint}"
-
-    def _band_at_end(self) -> int:
-        return int(np.asarray(self.record.rows.mode)[int(self.record.count), 0])
+        labels = labels_of(self.record)
+        changes = [label for i, label in enumerate(labels) if i == 0 or label != labels[i - 1]][-4:]
+        words = " → ".join(str(label) for label in changes)
+        end = np.asarray(self.record.rows.t)[len(labels) - 1]
+        return f"{what} (at t = {end:.9g} s; last modes: {words}): {hint}"
 
     def report(self) -> Report:
         """Event log, metrics and summary of a concrete result; the last one made is kept, as it scans the whole run."""
@@ -263,6 +285,13 @@ class Result(eqx.Module):
     def events(self) -> list[Event]:
         """The event log: mode changes and lining limits in order of time."""
         return self.report().events
+
+    @property
+    def stages(self) -> list[Stage]:
+        """Stages of a staged brake in order: name, times, heat of both pairs, work of lever and load."""
+        if self.scene.brake.bandage is None:
+            raise ValueError("only a staged brake (with a bandage) has stages")
+        return self.report().stages
 
     @property
     def metrics(self) -> dict[str, float | None]:
@@ -282,11 +311,28 @@ class Result(eqx.Module):
         return str(self)
 
 
+def _staged_columns(p: Probe) -> dict[str, Any]:
+    mode, inner = p.mode, p.flows.inner
+    if inner is None:
+        return {}
+    return {
+        "bandage_speed": p.y.omega_b,
+        "internal_torque": inner.torque,
+        "internal_capacity": inner.capacity,
+        "internal_slip_speed": inner.slip_speed,
+        "internal_mode": mode.inner,
+        "internal_heat": p.y.ledger.internal_heat,
+        "internal_load": inner.normal,
+    }
+
+
 def _metric(result: Result, name: str) -> Any:
     """A metric of a traced result, a batch of results or a concrete one (then from one small compiled program)."""
     if jnp.ndim(result.record.count) > 0:
         return jax.vmap(lambda one: _metric(one, name))(result)
     travel = result.scene.duty.load.travel()
+    if name in STAGED_METRICS and result.scene.brake.bandage is None:
+        raise ValueError(f"the scene has no {name}: its brake has no bandage")
     if name.startswith(("max_", "peak_")):
         known = peaks_of(result.record.system)
         if name not in known:
@@ -295,7 +341,9 @@ def _metric(result: Result, name: str) -> Any:
     if _concrete(result):
         values, energy = numbers(result.record, travel)
         return energy if name == "energy" else values[name]
-    return energies(result.record) if name == "energy" else METRICS[name](result.record, travel)
+    return (
+        energies(result.record) if name == "energy" else metrics_of(result.record.system)[name](result.record, travel)
+    )
 
 
 def _concrete(result: Result) -> bool:

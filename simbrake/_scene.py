@@ -12,8 +12,8 @@ from jaxtyping import Array
 from ._band import grip
 from ._design import Brake, Lining
 from ._duty import AbstractProfile, SpeedHold
-from ._friction import Contact
-from ._heat import Heat
+from ._friction import AbstractFriction, Contact
+from ._heat import FrictionHeat, Heat
 from ._loads import AbstractLoad
 from ._network import nodes_at, place_of
 from ._quantity import Fault, InputError, Scalar, faults_of_values, leaves, quantity
@@ -76,10 +76,22 @@ def faults(scene: Scene) -> list[Fault]:
         found.append(Fault("end_time", f"{float(scene.end_time):g} s is not after the start", "it must be later"))
     if found:
         return found
-    if scene.brake.band.stiffness is None:
+    if scene.brake.bandage is not None:
+        found += _faults_of_staged(scene)
+    elif scene.brake.band.stiffness is None:
         found += [Fault(f"brake.linings.angle[{i - 1}]", locking_message(scene, i), _LOCK_HINT) for i in locked(scene)]
-        if float(scene.initial.elongation) != 0.0:
-            found.append(Fault("initial.elongation", "a rigid band has no elongation", "give brake.band.stiffness"))
+    if scene.brake.band.stiffness is None and float(scene.initial.elongation) != 0.0:
+        found.append(Fault("initial.elongation", "a rigid band has no elongation", "give brake.band.stiffness"))
+    return found
+
+
+def _faults_of_staged(scene: Scene) -> list[Fault]:
+    where, hint = "brake.linings", "a staged brake cannot have it: make the lining shorter, or lower its friction"
+    found = [Fault(f"{where}.angle[{i - 1}]", locking_message(scene, i), hint) for i in locked(scene)]
+    if isinstance(scene.duty.slack_tension, SpeedHold):
+        found.append(Fault("duty.slack_tension", "cannot hold the speed of a staged brake", "give the slack tension"))
+    if scene.heat is not None and scene.heat.flash is not None:
+        found.append(Fault("heat.flash", "is not available for a staged brake", "leave it out"))
     return found
 
 
@@ -101,35 +113,55 @@ def warnings(scene: Scene) -> list[str]:
 
 
 def _faults_of_heat(scene: Scene) -> list[Fault]:
-    law, heat = scene.brake.linings.friction, scene.heat
-    n = int(np.size(scene.brake.linings.angle))
+    heat, n = scene.heat, int(np.size(scene.brake.linings.angle))
     found = [] if heat is None else heat.faults("heat", n)
     if found:
         return found
-    if heat is None or heat.friction is None:
-        if law.temperature_dependent:
-            hint = "give the scene a heat part whose `friction` names the places that the heat enters"
-            found.append(Fault("heat", "is missing, but the friction law looks at the temperature", hint))
-        return found
-    if heat.flash is not None:
-        if not law.temperature_dependent:
+    if heat is not None and heat.external is not None and scene.brake.bandage is None:
+        found.append(
+            Fault("heat.external", "has no effect", "only a staged brake (`brake.bandage`) has an external pair")
+        )
+    for law, pair, where, field in _pairs(scene):
+        if pair is None:
+            if law.temperature_dependent:
+                hint = f"give the scene a heat part whose `{field}` names the places that the heat enters"
+                found.append(Fault("heat", f"is missing, but the friction law {where} looks at the temperature", hint))
+            continue
+        bounds, T = law.temperature_range(), _sensed_at_start(heat, pair, n)
+        if bounds is not None and T is not None and not (float(bounds[0]) <= T.min() and T.max() <= float(bounds[1])):
+            table = f"{float(bounds[0]):g}…{float(bounds[1]):g} K"
+            what = f"the table of {table} does not cover the start at {T.min():g}…{T.max():g} K"
+            found.append(Fault(where, what, "extend the table; it is not extrapolated"))
+    if heat is not None and heat.flash is not None:
+        if not scene.brake.linings.friction.temperature_dependent:
             found.append(Fault("heat.flash", "has no effect", "the friction law does not look at the temperature"))
         if heat.flash.hardness is None and scene.brake.linings.area is None:
             found.append(Fault("brake.linings.area", "is missing", "the flash temperature looks at the pressure"))
-    bounds, T = law.temperature_range(), sensed_at_start(scene)
-    if bounds is not None and T is not None and not (float(bounds[0]) <= T.min() and T.max() <= float(bounds[1])):
-        table = f"{float(bounds[0]):g}…{float(bounds[1]):g} K"
-        what = f"the table of {table} does not cover the start at {T.min():g}…{T.max():g} K"
-        found.append(Fault("brake.linings.friction", what, "extend the table; it is not extrapolated"))
     return found
 
 
+def _pairs(scene: Scene) -> list[tuple[AbstractFriction, FrictionHeat | None, str, str]]:
+    """Friction laws with the places of their heat, their paths, and the field of the heat part that names these."""
+    heat, brake, law = scene.heat, scene.brake, scene.brake.linings.friction
+    friction, external = (None, None) if heat is None else (heat.friction, heat.external)
+    if brake.bandage is None:
+        return [(law, friction, "brake.linings.friction", "friction")]
+    return [
+        (law, external, "brake.linings.friction", "external"),
+        (brake.bandage.friction, friction, "brake.bandage.friction", "friction"),
+    ]
+
+
 def sensed_at_start(scene: Scene) -> np.ndarray | None:
-    """Temperatures that the linings' friction law sees at the start (K), concrete values."""
-    heat, n = scene.heat, int(np.size(scene.brake.linings.angle))
-    if heat is None or heat.friction is None or heat.friction.sensor is None:
+    """Temperatures that the linings' friction law on the band (staged), else on the rim, sees at the start (K)."""
+    pair, n = _pairs(scene)[0][1], int(np.size(scene.brake.linings.angle))
+    return None if pair is None else _sensed_at_start(scene.heat, pair, n)
+
+
+def _sensed_at_start(heat: Heat | None, pair: FrictionHeat, n: int) -> np.ndarray | None:
+    if heat is None or pair.sensor is None:
         return None
-    name, face = place_of(heat.friction.sensor)
+    name, face = place_of(pair.sensor)
     body = next(body for body in heat.bodies if body.name == name)
     T = np.broadcast_to(np.asarray(getattr(body, "temperature", np.nan), float), (body.count,))
     return np.broadcast_to(T[nodes_at(body, face)], (n,))

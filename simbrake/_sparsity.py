@@ -85,11 +85,9 @@ def _neighbours(heat: Heat) -> list[set[int]]:
 
 
 def _touched_by_friction(heat: Heat, near: list[set[int]]) -> set[int]:
-    if heat.friction is None:
-        return set()
     where, found = spans(heat), set()
     bare = Heat(heat.bodies, heat.links)
-    for place in (heat.friction.metal, heat.friction.lining, heat.friction.sensor):
+    for place in (p for pair in heat.pairs for p in (pair.metal, pair.lining, pair.sensor, pair.beyond)):
         for store, i in _nodes(heat, where, place) if place else []:
             if store:
                 found.add(i)

@@ -18,12 +18,13 @@ class BrakeCode(enum.IntEnum):
 
 
 class HeatLedger(NamedTuple):
-    """Heat in J since the start: friction heat given to metal and linings, heat that was lost or supplied."""
+    """Heat in J since the start: friction heat given to metal, linings and band, heat that was lost or supplied."""
 
     to_metal: Any
     to_linings: Any
     lost: Any
     supplied: Any
+    to_band: Any = None  # staged brakes only
 
 
 class Ledger(NamedTuple):
@@ -31,19 +32,32 @@ class Ledger(NamedTuple):
 
     load_work: Any
     lever_work: Any
-    friction_heat: Any
+    friction_heat: Any  # of the pair on which the band acts
     heat: Any = None
+    internal_heat: Any = None  # of the internal pair of a staged brake
 
 
 class State(NamedTuple):
-    """Angle `φ` (rad), speed `ω` (rad/s), elongation `x` (m; `None` for a rigid band), the ledger, and the heat content
-    of the thermal nodes over their capacity (K; `None` without heat)."""
+    """Angle `φ` (rad), speed `ω` (rad/s), elongation `x` (m; `None` for a rigid band), the ledger, the heat content of
+    the thermal nodes over their capacity (K; `None` without heat), and the speed `ω_b` (rad/s) of a bandage."""
 
     phi: Any
     omega: Any
     x: Any
     ledger: Ledger
     heat: Any = None
+    omega_b: Any = None
+
+
+class Inner(NamedTuple):
+    """The internal pair of a staged brake at one instant."""
+
+    torque: Float[Array, ""]  # Λ that the pulley gives to the bandage (N·m)
+    capacity: Float[Array, ""]  # M_int up to which it sticks, or with which it slides (N·m)
+    slip_speed: Float[Array, ""]  # R (ω − ω_b) (m/s)
+    alpha: Float[Array, ""]  # ω̇_b (rad/s²)
+    friction: Float[Array, " n"]  # greatest forces of the linings on the rim (N)
+    normal: Float[Array, " n"]  # loads on the rim, preload included (N)
 
 
 class Flows(NamedTuple):
@@ -60,6 +74,7 @@ class Flows(NamedTuple):
     snap: Any = None  # 1 + γ: by how much the band still follows the fade
     friction: Any = None  # friction heat of each lining (n,) per unit of slip speed (N), with heat only
     thermal: Any = None  # ThermalNow, with heat only
+    inner: Any = None  # Inner, of a staged brake only
 
 
 class ThermalNow(NamedTuple):
@@ -69,3 +84,4 @@ class ThermalNow(NamedTuple):
     T_junctions: Array  # of those without, friction heat included
     flows: Any  # HeatFlows, friction apart
     deposit: Any  # Deposit, per unit of slip speed
+    inner_deposit: Any = None  # of the internal pair, per unit of its own slip speed

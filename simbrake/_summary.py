@@ -50,6 +50,23 @@ def _heat_lines(summary: dict[str, Any]) -> list[str]:
     ]
 
 
+def _staged_lines(summary: dict[str, Any]) -> list[str]:
+    m, e = summary["metrics"], summary["energy"]
+    if "heat_internal" not in e:
+        return []
+    lines = [
+        f"staged   internal slip {_number(m['internal_slip_time'], 's')}, "
+        f"external lock {_number(m['external_lock_time'], 's')}; "
+        f"heat external {e['heat_external'] / 1e3:.6g} kJ + internal {e['heat_internal'] / 1e3:.6g} kJ"
+    ]
+    for stage in summary["stages"]:
+        lines.append(
+            f"         {stage['start']:.6g}…{stage['end']:.6g} s {stage['name']}: external "
+            f"{stage['heat_external'] / 1e3:.4g} kJ, internal {stage['heat_internal'] / 1e3:.4g} kJ"
+        )
+    return lines + [f"         no {stage['name']}: {stage['reason']}" for stage in summary["absent_stages"]]
+
+
 def text(summary: dict[str, Any]) -> str:
     """About ten lines that can be read without the source."""
     m, e, s = summary["metrics"], summary["energy"], summary["solver"]
@@ -60,6 +77,7 @@ def text(summary: dict[str, Any]) -> str:
         f"onset    slip onset t0 {_number(m['slip_onset_time'], 's')}, full slip {_number(m['full_slip_time'], 's')}",
         f"stop     after {_number(m['stopping_time'], 's')}, {_number(m['stopping_angle'], 'rad')}"
         + ("" if m["hook_travel"] is None else f", hook travel {_number(m['hook_travel'], 'm')}"),
+        *_staged_lines(summary),
         f"tension  at most {m['max_tension'] / 1e3:.6g} kN behind lining {at['max_tension_lining']} "
         f"at {at['max_tension_time']:.6g} s",
         f"load     at most {normal / 1e3:.6g} kN on lining {at['max_normal_load_lining']} "

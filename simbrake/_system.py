@@ -7,8 +7,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ._band import piece_of, product
 from ._duty import AbstractProfile
 from ._forces import Forces, Limits
+from ._friction import AbstractFriction
 from ._hybrid import CORE, QUADRATURE, AbstractHybridSystem
 from ._modes import BandMode, Mode, Situation, moving_mode, rigid_mode, slips
 from ._sparsity import couplings
@@ -19,9 +21,12 @@ _PASSES = 4
 
 
 class BrakeSystem(AbstractHybridSystem):
-    """The standard brake (model §3; Z-15…Z-18) as a hybrid system, with the thermal network where the scene has one.
+    """A brake as a hybrid system: standard (model §3; Z-15…Z-18) or staged (§4; K), with its thermal network if any.
 
-    J ω̇ = M_load(t, ω) − R_b (T_n − T_0),   φ̇ = ω,   T_n = C x while the band is elastic, T_0 Π^{±1} while it slides
+        J ω̇ = M_load(t, ω) − R_b (T_n − T_0),   φ̇ = ω,   T_n = C x while the band is elastic, T_0 Π^{±1} while it slides
+
+    A staged brake has a bandage between band and pulley: `J ω̇ = M_load − Λ`, `J_b ω̇_b = Λ − R_b (T_n − T_0)`, where the
+    internal pair sticks (`ω = ω_b`) while `|Λ| ≤ M_int` and slides with `Λ = ± M_int`.
     """
 
     forces: Forces
@@ -44,18 +49,34 @@ class BrakeSystem(AbstractHybridSystem):
     @property
     def codes(self) -> tuple[BrakeCode, ...]:
         """What the guards after the fourth stand for: ends of the run that heat can bring about."""
-        law, found = self.forces.grip.linings.friction, []
+        law: AbstractFriction = self.forces.grip.linings.friction
+        found = []
         if law.temperature_dependent and self.forces.stiffness is not None:
             found.append(BrakeCode.BAND_SNAP)
         if self.forces.grip.implicit:
             found.append(BrakeCode.FLASH_FOLD)
-        if law.temperature_range() is not None:
+        if any(bounds is not None for bounds, _ in self._tables(None)):
             found.append(BrakeCode.OUTSIDE_TABLE)
         return tuple(found)
 
+    @property
+    def _inner_guards(self) -> int:
+        """Where the guards of the internal pair begin: grip or slip, one lining more at its limit, one less."""
+        return 4 + self.forces.grip.varies + len(self.codes)
+
+    def _tables(self, y: State | None) -> list[tuple[Any, Array | None]]:
+        """Temperature ranges of the friction laws, and what they see (given a state)."""
+        f = self.forces
+        laws = [f.grip.linings.friction] + ([] if f.internal is None else [f.internal.bandage.friction])
+        seen = [None] * len(laws) if y is None else [f.surface(y.heat), f.inner_surface(y.heat)][: len(laws)]
+        return [(law.temperature_range(), T) for law, T in zip(laws, seen, strict=True)]
+
     def rhs(self, t, y, mode):
         q = self.forces.flows(t, y, mode)
-        moving = jnp.where(mode.band == BandMode.HELD, 0.0, y.omega)
+        rests = mode.band == BandMode.HELD
+        if q.inner is not None:
+            rests = rests & (mode.inner == 0)
+        moving = jnp.where(rests, 0.0, y.omega)
         rates = State(
             phi=moving,
             omega=q.alpha,
@@ -66,13 +87,31 @@ class BrakeSystem(AbstractHybridSystem):
                 friction_heat=(q.tight_tension - q.slack_tension) * q.slip_speed,
             ),
         )
+        if q.inner is not None:
+            sliding = jnp.where(mode.inner == 0, 0.0, y.omega - y.omega_b)
+            rates = rates._replace(
+                ledger=rates.ledger._replace(internal_heat=q.inner.torque * sliding), omega_b=q.inner.alpha
+            )
         if self.forces.thermal is None:
             return rates
-        net, deposit, v = q.thermal.flows, q.thermal.deposit, q.slip_speed
-        booked = HeatLedger(deposit.to_metal * v, deposit.to_linings * v, net.lost + deposit.lost * v, net.supplied)
-        return rates._replace(
-            ledger=rates.ledger._replace(heat=booked), heat=(net.into + deposit.into * v) / self.forces.thermal.capacity
-        )
+        net, into, booked = q.thermal.flows, q.thermal.flows.into, self._given(q.thermal.deposit, q.slip_speed)
+        into = into + q.thermal.deposit.into * q.slip_speed
+        if q.inner is not None:
+            inner, v = q.thermal.inner_deposit, q.inner.slip_speed
+            into = into + inner.into * v
+            booked = jax.tree.map(
+                jnp.add, booked, HeatLedger(inner.to_metal * v, inner.to_linings * v, inner.lost * v, 0.0, 0.0 * v)
+            )
+        booked = booked._replace(lost=net.lost + booked.lost, supplied=net.supplied)
+        return rates._replace(ledger=rates.ledger._replace(heat=booked), heat=into / self.forces.thermal.capacity)
+
+    def _given(self, deposit: Any, amount: Any) -> HeatLedger:
+        """Where heat of the pair went on which the band acts."""
+        to_metal, to_linings, lost = deposit.to_metal * amount, deposit.to_linings * amount, deposit.lost * amount
+        if self.forces.internal is None:
+            return HeatLedger(to_metal, to_linings, lost, 0.0)
+        behind = jnp.zeros_like(to_metal) if deposit.beyond is None else deposit.beyond * amount
+        return HeatLedger(behind, to_linings, lost, 0.0, to_metal)
 
     def guards(self, t, y, mode):
         """Guards `[motion, high, low, lever]`, then `locking` and those of `codes` where the scene has them.
@@ -85,11 +124,13 @@ class BrakeSystem(AbstractHybridSystem):
         fixed = (band == BandMode.OPEN) | held
         T_0, R_b = q.lever_tension, self.forces.band_radius
         limits = self.forces.limits(T_0, y.heat, mode)
-        motion = jnp.where(fixed, 1.0, jnp.where(mode.sense > 0, y.omega, -y.omega) / self.speed_scale)
+        speed = self.forces.carrier_speed(y)
+        motion = jnp.where(fixed, 1.0, jnp.where(mode.sense > 0, speed, -speed) / self.speed_scale)
         # at rest the load torque is compared, else the tension; both against the static limits
         reference = jnp.where(held, self.torque_scale, self.tension_scale)
-        high = jnp.where(held, R_b * T_0 * (limits.ahead - 1) - q.load_torque, T_0 * limits.ahead - q.tight_tension)
-        low = jnp.where(held, q.load_torque + R_b * T_0 * (1 - 1 / limits.back), q.tight_tension - T_0 / limits.back)
+        most, least = self.forces.drives(T_0, q.load_torque, y, mode, limits)
+        high = jnp.where(held, R_b * T_0 * (limits.ahead - 1) - most, T_0 * limits.ahead - q.tight_tension)
+        low = jnp.where(held, least + R_b * T_0 * (1 - 1 / limits.back), q.tight_tension - T_0 / limits.back)
         high, low = high / reference, low / reference
         limited = held if self.forces.stiffness is None else held | (band == BandMode.ELASTIC)
         limited = limited & ~limits.locked
@@ -101,18 +142,39 @@ class BrakeSystem(AbstractHybridSystem):
         lever = jnp.where(band == BandMode.OPEN, -T_0, T_0) / self.tension_scale
         more = [] if limits.margin is None else [jnp.where(mode.locks > 0, -limits.margin, limits.margin)]
         more += [self._margin(code, t, y, mode, q) for code in self.codes]
+        if q.inner is not None:
+            more += self._inner_margins(y, mode, q)
         return jnp.stack([motion, high, low, lever, *more])
+
+    def _inner_margins(self, y: State, mode: Mode, q: Flows) -> list[Array]:
+        """Grip of the internal pair, or its slip; and how near a lining on the band is to coming to its limit.
+
+        While the internal pair slides, its torque depends on the linings at their limit; the equations are smooth only
+        while their number stays the same.
+        """
+        stuck, scale = mode.inner == 0, self.torque_scale
+        slip = mode.inner.astype(jnp.float64) * (y.omega - y.omega_b) / self.speed_scale
+        grip = jnp.where(stuck, (q.inner.capacity - jnp.abs(q.inner.torque)) / scale, slip)
+        counted = ~stuck & ((mode.band == BandMode.ELASTIC) | (mode.band == BandMode.HELD))
+        above, below = self.forces.limit_margins(q.slack_tension, q.tight_tension, y, mode)
+        n = self.forces.grip.linings.count
+        above = jnp.where(counted & (mode.piece < n - 1), above / self.tension_scale, 1.0)
+        below = jnp.where(counted & (mode.piece > -n), below / self.tension_scale, 1.0)
+        return [grip, above, below]
 
     def _margin(self, code: BrakeCode, t: Array, y: State, mode: Mode, q: Flows) -> Array:
         if code == BrakeCode.BAND_SNAP:
             return jnp.where(slips(mode.band), q.snap, 1.0)
         if code == BrakeCode.FLASH_FOLD:
-            slope = self.forces.kinetic_mu(q.lever_tension, y.omega, y.heat, mode, mode.band == BandMode.SLIP_BACK)[1]
+            speed = self.forces.carrier_speed(y)
+            slope = self.forces.kinetic_mu(q.lever_tension, speed, y.heat, mode, mode.band == BandMode.SLIP_BACK)[1]
             return jnp.where(slips(mode.band), slope, 1.0)
-        bounds, T = self.forces.grip.linings.friction.temperature_range(), self.forces.surface(y.heat)
-        assert bounds is not None
-        assert T is not None
-        return jnp.minimum(jnp.min(T) - bounds[0], bounds[1] - jnp.max(T)) / 100.0
+        room = [
+            jnp.minimum(jnp.min(T) - bounds[0], bounds[1] - jnp.max(T)) / 100.0
+            for bounds, T in self._tables(y)
+            if bounds is not None and T is not None
+        ]
+        return room[0] if len(room) == 1 else jnp.minimum(*room)
 
     def _tension_of_band(self, t: Array, y: State, mode: Mode) -> Array:
         """`C x`, with the exact value where it follows from the slack tension."""
@@ -140,33 +202,70 @@ class BrakeSystem(AbstractHybridSystem):
         rounding = 1e-12 * self.tension_scale
         rising = (jnp.abs(T_0) <= rounding) & (rate > 0)
         pulls = (rounding < T_0) | rising
+        if mode.inner is not None:
+            new = self._inner_transition(t, y, new, fired)
         low, high = self.holding_range(T_0, limits)
+        most, least = self.forces.drives(T_0, load, y, new, limits)
         # a guard that fired has the last word over a comparison at rounding level
         held = before == BandMode.HELD
         slack = 1e-12 * self.torque_scale
-        direction = jnp.where(load > high + slack, 1, jnp.where(load < low - slack, -1, 0))
+        direction = jnp.where(most > high + slack, 1, jnp.where(least < low - slack, -1, 0))
         direction = jnp.where(held & fired[1], 1, jnp.where(held & fired[2], -1, direction))
-        at_rest = held | (fired[0] & (before != BandMode.OPEN)) | (y.omega == 0)
-        direction = jnp.where(at_rest, direction, jnp.where(y.omega > 0, 1, -1))
-        omega = jnp.where(at_rest, 0.0, y.omega)
+        speed = self.forces.carrier_speed(y)
+        # without speed in a mode of motion: it starts to move at this very instant, the way that was found
+        was_open = before == BandMode.OPEN
+        at_rest = held | (fired[0] & ~was_open) | ((speed == 0) & was_open)
+        direction = jnp.where(at_rest, direction, jnp.where(speed == 0, mode.sense, jnp.sign(speed).astype(jnp.int32)))
+        speed = jnp.where(at_rest, 0.0, speed)
         new = new._replace(sense=jnp.where(direction == 0, mode.sense, direction).astype(jnp.int32))
 
         if self.forces.stiffness is None:
             moving = rigid_mode(direction)
             code = jnp.where(limits.locked & pulls, int(BrakeCode.SINGULAR_GEOMETRY), 0)
         else:
-            y = y._replace(omega=omega)
+            y = y._replace(omega=speed) if mode.inner is None else y._replace(omega_b=speed)
             moving, code = self._elastic_mode(t, y, mode, new, fired, direction, rising, limits), 0
         for i, failure in enumerate(self.codes, 4 + (mode.locks is not None)):
             code = jnp.where(fired[i], int(failure), code)
         after = jnp.where(at_rest & (direction == 0), BandMode.HELD, moving)
         after = jnp.where(pulls, after, BandMode.OPEN)
-        return new._replace(band=after.astype(jnp.int32)), code
+        new = new._replace(band=after.astype(jnp.int32))
+        if mode.inner is not None:
+            new = new._replace(piece=self._piece(t, y, mode, new, fired))
+            code = jnp.where(limits.locked, int(BrakeCode.SINGULAR_GEOMETRY), code)
+        return new, code
+
+    def _inner_transition(self, t: Array, y: State, new: Mode, fired: Array) -> Mode:
+        """Whether the internal pair sticks after the event; it slides the way the torque acts that broke it loose."""
+        fires = fired[self._inner_guards]
+        way = jnp.where(self.forces.flows(t, y, new).inner.torque < 0, -1, 1)
+        inner = jnp.where(fires, jnp.where(new.inner == 0, way, 0), new.inner)
+        return new._replace(inner=inner.astype(jnp.int32))
+
+    def _piece(self, t: Array, y: State, before: Mode, new: Mode, fired: Array) -> Array:
+        """Number of linings at their limit on the band after the event."""
+        first, n, f = self._inner_guards, self.forces.grip.linings.count, self.forces
+        # under a lever that only begins to pull everything is 0: take the first moment after
+        T_0 = jnp.maximum(f.lever_tension(t, y, new)[0], 1e-9 * self.tension_scale)
+        mu, held = f.limits(T_0, y.heat, new).mu, f.holding(y, new)
+        assert f.internal is not None
+        driven = f.internal.holding_piece(T_0, mu, new.inner, f.band_radius, held)
+        counted = (before.band == new.band) & (before.inner == new.inner) & (before.inner != 0)
+        if f.stiffness is not None:
+            low, high = T_0 / product(mu), T_0 * product(mu)
+            stretched = piece_of(T_0, jnp.clip(self._tension_of_band(t, y, before), low, high), mu)
+            driven = jnp.where(new.band == BandMode.ELASTIC, stretched, driven)
+        step = fired[first + 1].astype(jnp.int32) - fired[first + 2].astype(jnp.int32)
+        piece = jnp.where(counted & (step != 0), jnp.clip(before.piece + step, -n, n - 1), driven)
+        piece = jnp.where(new.band == BandMode.SLIP, n, jnp.where(new.band == BandMode.SLIP_BACK, -1 - n, piece))
+        slack = (new.band == BandMode.OPEN) | (new.band == BandMode.TAKE_UP)
+        return jnp.where(slack, 0, piece).astype(jnp.int32)
 
     def _elastic_mode(self, t, y, old, new, fired, direction, rising, limits) -> Array:
         """Mode of an elastic band on a pulley that moves or starts to."""
+        assert self.forces.stiffness is not None
         T_0, rate = self.forces.lever_tension(t, y, new)
-        omega, rounding = y.omega, 1e-12 * self.tension_scale
+        omega, rounding = self.forces.carrier_speed(y), 1e-12 * self.tension_scale
         was_slack = (old.band == BandMode.OPEN) | (old.band == BandMode.TAKE_UP)
         tension = self._tension_of_band(t, y, old)
         speed = self.forces.band_radius * omega
@@ -206,14 +305,20 @@ class BrakeSystem(AbstractHybridSystem):
 
     def reset(self, t, y, before, after):
         stopped = (after.band == BandMode.HELD) | ((before.band != BandMode.OPEN) & (after.sense != before.sense))
-        omega = jnp.where(stopped, 0.0, y.omega)
+        if after.inner is None:
+            still = y._replace(omega=jnp.where(stopped, 0.0, y.omega))
+        else:
+            sticks = after.inner == 0
+            omega_b = jnp.where(stopped, 0.0, jnp.where(sticks, y.omega, y.omega_b))
+            still = y._replace(omega=jnp.where(sticks & stopped, 0.0, y.omega), omega_b=omega_b)
         # what comes onto the hook in motion brings its energy
         if self.forces.load.added_inertia(after.load_piece) is not None:
             brought = 0.5 * (self.forces.inertia_at(after) - self.forces.inertia_at(before)) * y.omega**2
-            y = y._replace(ledger=y.ledger._replace(load_work=y.ledger.load_work + brought))
+            old = still.ledger
+            still = still._replace(ledger=old._replace(load_work=old.load_work + brought))
         if self.forces.stiffness is None:
-            return y._replace(omega=omega)
-        tension, y = self._tension_of_band(t, y, before), y._replace(omega=omega)
+            return still
+        tension, y = self._tension_of_band(t, y, before), still
         if self.forces.thermal is None:
             return self._booked(y, *self._stretched(t, y, tension, before, after))
 
@@ -255,12 +360,7 @@ class BrakeSystem(AbstractHybridSystem):
         assert now is not None
         angle = jnp.asarray(self.forces.grip.linings.angle)
         given = self.forces.deposit(t, y, mode, now, E * angle / jnp.sum(angle))
-        old = y.ledger.heat
-        booked = old._replace(
-            to_metal=old.to_metal + given.to_metal,
-            to_linings=old.to_linings + given.to_linings,
-            lost=old.lost + given.lost,
-        )
+        booked = jax.tree.map(jnp.add, y.ledger.heat, self._given(given, 1.0))
         into = thermal.soaked(given.into) / thermal.capacity
         return y._replace(heat=y.heat + into, ledger=y.ledger._replace(heat=booked))
 
@@ -275,16 +375,20 @@ class BrakeSystem(AbstractHybridSystem):
     def scales(self):
         x = None if self.forces.stiffness is None else self.tension_scale / self.forces.stiffness
         infinity = jnp.inf
-        plain = State(1.0, self.speed_scale, x, Ledger(infinity, infinity, infinity))
+        staged = self.forces.internal is not None
+        ledger = Ledger(infinity, infinity, infinity, internal_heat=infinity if staged else None)
+        plain = State(1.0, self.speed_scale, x, ledger, omega_b=self.speed_scale if staged else None)
         if self.forces.thermal is None:
             return plain
         kelvin = jnp.full_like(self.forces.thermal.capacity, 100.0)
-        booked = HeatLedger(infinity, infinity, infinity, infinity)
+        booked = HeatLedger(infinity, infinity, infinity, infinity, infinity if staged else None)
         return plain._replace(ledger=plain.ledger._replace(heat=booked), heat=kelvin)
 
     def couplings(self):
         if self.forces.thermal is None:
             return None
         q, c = np.asarray(QUADRATURE), np.asarray(CORE)
-        booked = Ledger(q, q, q, HeatLedger(q, q, q, q))
-        return State(q, c, None if self.forces.stiffness is None else c, booked, couplings(self.forces.thermal.heat))
+        staged = self.forces.internal is not None
+        booked = Ledger(q, q, q, HeatLedger(q, q, q, q, q if staged else None), q if staged else None)
+        x, places = None if self.forces.stiffness is None else c, couplings(self.forces.thermal.heat)
+        return State(q, c, x, booked, places, c if staged else None)

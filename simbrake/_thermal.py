@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ._duty import AbstractProfile
-from ._heat import Heat, shared_faces
+from ._heat import FrictionHeat, Heat, shared_faces
 from ._links import Surroundings
 from ._network import Body, Junction, Lump, Reservoir, Wall, nodes_at, place_of, size_of
 
@@ -55,6 +55,7 @@ class Deposit(NamedTuple):
     to_linings: Array
     lost: Array
     faces: dict[str, Array]
+    beyond: Any = None  # part of the heat to metal that went behind the linings
 
 
 class Landed(NamedTuple):
@@ -260,29 +261,39 @@ class Thermal(eqx.Module):
         return jnp.broadcast_to(here[nodes_at(self._body(name), face)], (n,))
 
     def deposit(
-        self, T: Array, T_J: Array, t: Array, around: Surroundings, P: Float[Array, " n"], pieces: tuple[Any, ...] = ()
+        self,
+        pair: FrictionHeat | None,
+        T: Array,
+        T_J: Array,
+        t: Array,
+        around: Surroundings,
+        P: Float[Array, " n"],
+        pieces: tuple[Any, ...] = (),
     ) -> Deposit:
-        """Where the friction heats `P` of the linings go (W, or J); linear in `P`."""
-        friction, n = self.heat.friction, P.shape[0]
+        """Where the friction heats `P` of the linings in a pair go (W, or J); linear in `P`."""
+        n = P.shape[0]
         zero, where = jnp.zeros(()), self.spans
         into, rise, faces = jnp.zeros_like(T), jnp.zeros_like(T_J), {}
-        if friction is None:
+        if pair is None:
             return Deposit(into, rise, zero, zero, jnp.sum(P), faces)
         known = self._all(T, T_J, t, pieces)
 
         def temperature(place: str | None, other: str | None) -> Array:
-            name, face = place_of(place or other or friction.sensor or "")
+            name, face = place_of(place or other or pair.sensor or "")
             here = known[name]
             return jnp.broadcast_to(here[nodes_at(self._body(name), face)], (n,))
 
         share = jnp.broadcast_to(
-            friction.partition.share(
-                temperature(friction.metal, friction.lining), temperature(friction.lining, friction.metal)
-            ),
+            pair.partition.share(temperature(pair.metal, pair.lining), temperature(pair.lining, pair.metal)),
             (n,),
         )
         lost, heated = zero, jnp.zeros_like(T_J)
-        for place, part in ((friction.metal, share * P), (friction.lining, (1 - share) * P)):
+        parts: list[tuple[str | None, Array]] = [(pair.metal, share * P), (pair.lining, (1 - share) * P)]
+        behind = None
+        if pair.beyond is not None and pair.beyond_share is not None:
+            behind = pair.beyond_share * P
+            parts = [parts[0], (pair.lining, (1 - share) * P - behind), (pair.beyond, behind)]
+        for place, part in parts:
             if place is None:
                 lost = lost + jnp.sum(part)
                 continue
@@ -296,7 +307,7 @@ class Thermal(eqx.Module):
                 into = into + jnp.pad(landing, (here.start, T.shape[0] - here.stop))
             else:
                 heated = heated + jnp.pad(landing, (here.start, T_J.shape[0] - here.stop))
-        if friction.metal in where.junctions or friction.lining in where.junctions:
+        if {place for place, _ in parts} & set(where.junctions):
 
             def flowing(T_J: Array) -> HeatFlows:
                 return self.flows(T, T_J, t, around, pieces)
@@ -305,7 +316,9 @@ class Thermal(eqx.Module):
             change = jax.jvp(flowing, (T_J,), (rise,))[1]
             into, lost = into + change.into, lost + change.lost
             faces |= {place: faces.get(place, 0.0) + change.faces[place] for place in change.faces}
-        return Deposit(into, rise, jnp.sum(share * P), jnp.sum((1 - share) * P), lost, faces)
+        to_linings = jnp.sum(parts[1][1])
+        beyond = None if behind is None else jnp.sum(behind)
+        return Deposit(into, rise, jnp.sum(share * P), to_linings, lost, faces, beyond)
 
     def soaked(self, into: Float[Array, " k"]) -> Float[Array, " k"]:
         """The same heat, but through the whole depth of each wall: for heat that is set free in no time at all."""

@@ -53,6 +53,16 @@ class Record(eqx.Module):
     def mode_end(self) -> PyTree:
         return self.flat.unpack_mode(self.rows.mode[self.count])
 
+    @property
+    def modes(self) -> PyTree:
+        """Modes of all rows, as columns: every leaf has the rows as its first axis."""
+        return _columns(self.rows.mode, self.mode_like)
+
+    @property
+    def states(self) -> PyTree:
+        """States at the starts of all rows, as columns."""
+        return _columns(self.rows.y, self.y_like)
+
     def row(self, i: Array) -> Rows:
         return jax.tree.map(lambda leaf: leaf[i], self.rows)
 
@@ -105,6 +115,14 @@ class Record(eqx.Module):
         index = np.append(kept, np.full(size - len(kept), kept[-1]))
         rows = jax.tree.map(lambda leaf: np.asarray(leaf)[index], self.rows)
         return eqx.tree_at(lambda r: (r.rows, r.count), self, (rows, np.asarray(len(kept) - 1, np.int32)))
+
+
+def _columns(rows: Any, like: PyTree) -> PyTree:
+    leaves, structure = jax.tree.flatten(like)
+    ends = np.cumsum([0, *(leaf.size for leaf in leaves)])
+    spans = zip(ends[:-1], ends[1:], leaves, strict=True)
+    columns = [rows[:, a:b].reshape(rows.shape[0], *leaf.shape) for a, b, leaf in spans]
+    return jax.tree.unflatten(structure, columns)
 
 
 def hybridsolve(
