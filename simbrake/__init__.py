@@ -14,6 +14,15 @@ from ._builders import lumped_heat as lumped_heat
 from ._builders import radial_resistance as radial_resistance
 from ._builders import with_pulley_structure as with_pulley_structure
 from ._compiling import fast_loops as fast_loops
+from ._compliance import AbstractGeometry as AbstractGeometry
+from ._compliance import AbstractStiffness as AbstractStiffness
+from ._compliance import BondedLinings as BondedLinings
+from ._compliance import ContinuousLining as ContinuousLining
+from ._compliance import GivenStiffness as GivenStiffness
+from ._compliance import LiningsOnPlates as LiningsOnPlates
+from ._compliance import ParallelBands as ParallelBands
+from ._compliance import lever_split as lever_split
+from ._compliance import tension_rise as tension_rise
 from ._conduction import HeatResult as HeatResult
 from ._conduction import simulate_heat as simulate_heat
 from ._conduction import steady_state as steady_state
@@ -25,6 +34,8 @@ from ._design import Bandage as Bandage
 from ._design import Brake as Brake
 from ._design import Lining as Lining
 from ._design import Pulley as Pulley
+from ._design import stiffness_of as stiffness_of
+from ._design import tension_shares as tension_shares
 from ._design import uniform_linings as uniform_linings
 from ._duty import AbstractProfile as AbstractProfile
 from ._duty import Constant as Constant
@@ -65,6 +76,8 @@ from ._layout import Layout as Layout
 from ._layout import chord_equal_load_angles as chord_equal_load_angles
 from ._layout import equal_increment_angles as equal_increment_angles
 from ._layout import equal_load_angles as equal_load_angles
+from ._lever import Lever as Lever
+from ._lever import differential_lever_tension as differential_lever_tension
 from ._links import STEFAN_BOLTZMANN as STEFAN_BOLTZMANN
 from ._links import AbstractCoefficient as AbstractCoefficient
 from ._links import AbstractLink as AbstractLink

@@ -5,6 +5,7 @@ import jax.numpy as jnp
 from jaxtyping import Array
 
 from ._band import grip, product, tension_ratio
+from ._design import stiffness_of
 from ._forces import Forces
 from ._friction import Contact
 from ._internal import InternalPair
@@ -47,7 +48,7 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
     # from rest: the speed that the largest torque could give in the run, 1 rad/s at most
     reach = jnp.minimum(torque_scale / J * (jnp.asarray(scene.end_time) - t_0), 1.0)
     speed_scale = positive(jnp.where(omega_0 == 0, reach, jnp.abs(omega_0)))
-    stiffness = None if brake.band.stiffness is None else jnp.asarray(brake.band.stiffness)
+    stiffness = stiffness_of(brake, hot)
     internal = None
     if brake.bandage is not None:
         internal = InternalPair(brake.bandage, jnp.asarray(brake.pulley.radius), angle)

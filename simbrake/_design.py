@@ -1,6 +1,7 @@
 """The parts of a brake: what could be weighed."""
 
 import math
+from typing import Any
 
 import equinox as eqx
 import jax
@@ -8,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ._compliance import AbstractStiffness, ParallelBands
 from ._friction import AbstractFriction, Contact
 from ._quantity import Fault, Scalar, quantity
 
@@ -27,11 +29,14 @@ class Band(eqx.Module):
 
     - `radius` `R_b` (m) of the circle on which its tension acts: track radius, lining and half the band
     - `stiffness` `C` (N/m): tension of the tight end per unit elongation, band, anchor and linkage in series;
-      `None` for a rigid band, which slips from the moment the lever pulls
+      `None` for a rigid band, which slips from the moment the lever pulls; or the band's geometry, or several bands
+      in parallel, from which `stiffness_of` finds the number
     """
 
     radius: Scalar = quantity("m", "radius of the band circle", positive=True)
-    stiffness: Scalar | None = quantity("N/m", "stiffness at the tight end", positive=True, default=None)
+    stiffness: Scalar | AbstractStiffness | None = quantity(
+        "N/m", "stiffness at the tight end", positive=True, default=None
+    )
 
 
 class Lining(eqx.Module):
@@ -94,10 +99,7 @@ class Brake(eqx.Module):
         where = f"{path}.linings.angle"
         if angle.ndim != 1 or angle.size == 0:
             return [*found, Fault(where, "a list of angles is needed, one per lining", "one lining: [0.5]")]
-        if np.sum(angle) > 2 * math.pi * (1 + 1e-12):
-            found.append(
-                Fault(where, f"the linings span {math.degrees(np.sum(angle)):.1f}°", "more than the pulley has")
-            )
+        found += _faults_of_wrap(self.band.stiffness, angle, where, f"{path}.band.stiffness")
         if np.all(np.isfinite([self.band.radius, self.pulley.radius])) and self.band.radius < self.pulley.radius:
             found.append(
                 Fault(
@@ -125,6 +127,20 @@ def _faults_of_bandage(bandage: Bandage, path: str, n: int) -> list[Fault]:
     return found
 
 
+def _faults_of_wrap(stiffness: Any, angle: np.ndarray, where: str, path: str) -> list[Fault]:
+    wrap, longest, gaps = np.sum(angle), 2 * math.pi, ""
+    if isinstance(stiffness, AbstractStiffness):
+        found = stiffness.faults(path, angle.size)
+        if found:
+            return found
+        bare = stiffness.bare_angle(angle.size)
+        wrap, longest, gaps = wrap + bare, stiffness.longest_wrap, " with their gaps" if bare else ""
+    if wrap > longest * (1 + 1e-12):
+        has = "the pulley has" if longest <= 2 * math.pi else f"{math.degrees(longest):.0f}°"
+        return [Fault(where, f"the linings span {math.degrees(wrap):.1f}°{gaps}", f"more than {has}")]
+    return []
+
+
 def _faults_of_shapes(law: AbstractFriction, path: str, n: int) -> list[Fault]:
     try:
         one = jax.ShapeDtypeStruct((n,), np.float64)
@@ -135,3 +151,34 @@ def _faults_of_shapes(law: AbstractFriction, path: str, n: int) -> list[Fault]:
     except (TypeError, ValueError, IndexError):
         return [Fault(path, f"its numbers do not fit {n} linings", f"give one number, or a list of {n}")]
     return []
+
+
+def _still_friction(linings: Lining, temperature: Any) -> Float[Array, " n"]:
+    law, zero = linings.friction, jnp.zeros(linings.count)
+    if law.temperature_dependent and temperature is None:
+        raise ValueError("the friction law looks at the temperature: give it")
+    T = None if temperature is None else jnp.asarray(temperature)
+    return jnp.broadcast_to(law.kinetic(Contact(v=zero, T=T, p=zero)), (linings.count,))
+
+
+def stiffness_of(brake: Brake, temperature: Any = None) -> Float[Array, ""] | None:
+    """Stiffness `C` of a brake's band in N/m, given or from its geometry; `None` for a rigid band.
+
+    The friction along a geometry is the linings' kinetic coefficient at zero speed, without pressure, and at the
+    `temperature` (K, a number or (n,)) if the law looks at it: in a scene that of the start. It then stays in the run.
+    Raises `ValueError` if that temperature is needed and missing.
+    """
+    stiffness = brake.band.stiffness
+    if not isinstance(stiffness, AbstractStiffness):
+        return None if stiffness is None else jnp.asarray(stiffness)
+    f = _still_friction(brake.linings, temperature)
+    return stiffness.stiffness(f, jnp.asarray(brake.linings.angle), jnp.asarray(brake.band.radius))
+
+
+def tension_shares(brake: Brake, temperature: Any = None) -> Float[Array, " k"]:
+    """Share of every tension that each of a brake's parallel bands has (K-8); `[1]` where there is one band."""
+    stiffness = brake.band.stiffness
+    if not isinstance(stiffness, ParallelBands):
+        return jnp.ones(1)
+    f = _still_friction(brake.linings, temperature)
+    return stiffness.shares(f, jnp.asarray(brake.linings.angle), jnp.asarray(brake.band.radius))

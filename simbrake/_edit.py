@@ -24,9 +24,9 @@ def _slots(node: Any, path: str = "") -> dict[str, Any]:
     elif dataclasses.is_dataclass(node) and not isinstance(node, type):
         for field in dataclasses.fields(node):
             here, value = f"{path}.{field.name}" if path else field.name, getattr(node, field.name)
-            if "quantity" in field.metadata and not dataclasses.is_dataclass(value):
-                found.setdefault(here, value)
-            else:
+            if "quantity" in field.metadata:
+                found.setdefault(here, value)  # also a law that stands for a number: a number may replace it
+            if "quantity" not in field.metadata or dataclasses.is_dataclass(value):
                 found |= _slots(value, here)
     return found
 
@@ -90,6 +90,8 @@ def with_values(scene: Scene, values: dict[str, Any]) -> Scene:
             new = np.full(np.shape(old), float(new))
         scene = _replace(scene, path, new)
         slots[path] = new
+        if dataclasses.is_dataclass(old):  # its numbers went with it
+            slots = {name: value for name, value in slots.items() if not name.startswith(f"{path}.")}
     if faults:
         raise InputError(faults)
     return scene

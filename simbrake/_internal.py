@@ -62,7 +62,7 @@ class InternalPair(eqx.Module):
     def holding_tension(
         self, T_0: Array, mu: Array, piece: Int[Array, ""], sense: Int[Array, ""], arm: Array, held: Held
     ) -> Float[Array, ""]:
-        """`T_n` with which the band holds a bandage on a sliding rim: `R_b (T_n − T_0) = ± M_int(T_n)`, on one piece."""
+        """`T_n` by which the band holds a bandage on a sliding rim, `R_b (T_n − T_0) = ± M_int(T_n)`, on one piece."""
 
         def improve(T_n: Array, _: Any) -> tuple[Array, None]:
             def unbalance(T_n: Array) -> Array:

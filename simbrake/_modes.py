@@ -72,7 +72,7 @@ def slips(band: Any) -> Any:
 
 
 class Label(NamedTuple):
-    """What the log knows of a mode: band mode, and the internal pair of a staged brake (0: sticks, or there is none)."""
+    """What the log knows of a mode: band mode, and the internal pair of a staged brake (0: it sticks or is none)."""
 
     band: int
     inner: int = 0

@@ -10,7 +10,7 @@ from jax.core import Tracer
 from jaxtyping import Array
 
 from ._band import grip
-from ._design import Brake, Lining
+from ._design import Brake, Lining, tension_shares
 from ._duty import AbstractProfile, SpeedHold
 from ._friction import AbstractFriction, Contact
 from ._heat import FrictionHeat, Heat
@@ -109,7 +109,14 @@ def warnings(scene: Scene) -> list[str]:
     """What a user should know of a scene that is no fault."""
     if any(isinstance(leaf.value, Tracer) for leaf in leaves(scene)):
         return []
-    return [f"self_locking: {locking_message(scene, i)}; it never slips as long as that lasts" for i in locked(scene)]
+    found = [f"self_locking: {locking_message(scene, i)}; it never slips as long as that lasts" for i in locked(scene)]
+    law, shares = scene.brake.linings.friction, tension_shares(scene.brake, sensed_at_start(scene))
+    if (law.temperature_dependent or law.pressure_dependent) and np.ptp(np.asarray(shares)) > 1e-9:
+        text = ", ".join(f"{share:.4g}" for share in np.asarray(shares))
+        found.append(
+            f"unequal_bands: the bands carry {text} of the tension; their heat and pressure are taken as the mean"
+        )
+    return found
 
 
 def _faults_of_heat(scene: Scene) -> list[Fault]:

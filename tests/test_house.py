@@ -20,8 +20,8 @@ PACKAGE = pathlib.Path(sb.__file__).parent
 #: a module may import modules of lower levels, and of its own where the order below allows it
 LAYERS = [
     {"_quantity", "_compiling"},
-    {"_hybrid", "_friction", "_band", "_layout", "_duty", "_material"},
-    {"_design", "_fade", "_loads", "_links"},
+    {"_hybrid", "_friction", "_band", "_compliance", "_layout", "_duty", "_material"},
+    {"_design", "_fade", "_lever", "_loads", "_links"},
     {"_network"},
     {"_heat"},
     {"_scene", "_thermal", "_sliding", "_builders", "_internal"},
