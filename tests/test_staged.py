@@ -1,0 +1,244 @@
+"""The staged brake: both pairs, every stage and event, against closed forms and independent integration."""
+
+import math
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+import staged_scenes as staged
+from helpers import stop_scene
+
+import simbrake as sb
+
+
+def names(result):
+    return [e.name for e in result.events if e.name != "lining_limit"]
+
+
+# --- the staged pair of validation: internal capacity constant, external c·t ----------------------------------------
+
+
+def pair(M_i=600.0, c=500.0, J_1=40.0, J_2=4.0, w0=20.0):
+    """Capacity `M_i` from preload alone (a coefficient so small that the tensions add nothing to it)."""
+    n, f, beta, small = 4, 0.5, math.pi / 3, 1e-14
+    z = math.tan(beta / 2)
+    Pi = ((1 + f * z) / (1 - f * z)) ** n
+    brake = sb.Brake(
+        sb.Pulley(1.0, J_1),
+        sb.Band(1.0),
+        sb.Lining(sb.ConstantFriction(f), np.full(n, beta)),
+        sb.Bandage(J_2, sb.ConstantFriction(small), M_i / (n * small)),
+    )
+    lever = sb.PiecewiseLinear([0.0, 10.0], jnp.stack([jnp.zeros(()), jnp.asarray(10.0 * c / (Pi - 1))]))
+    return sb.Scene(brake, sb.Duty(lever, sb.TorqueLoad()), sb.Initial(w0), 3.0)
+
+
+def test_staged_pair_has_its_closed_form():
+    result = sb.simulate(pair())
+    assert float(result.internal_slip_time) == pytest.approx(1.32, rel=1e-11)
+    assert float(result.external_lock_time) == pytest.approx(1.61952353926807, rel=1e-11)
+    assert float(result.stopping_time) == pytest.approx(1.99333333333333, rel=1e-11)
+    s = result.series([1.32, 1.61952353926807])
+    np.testing.assert_allclose(s.omega, [10.1, 5.60714691097909], rtol=1e-11)
+    assert float(result.energy["heat_external"]) == pytest.approx(7835.30357277947, rel=1e-11)
+    assert float(result.energy["heat_internal"]) == pytest.approx(964.696427220533, rel=1e-11)
+    assert names(result) == ["slip_onset", "full_slip", "internal_slip", "external_lock", "stop"]
+    assert [stage.name for stage in result.stages] == ["stage_1", "stage_2", "stage_3", "held"]
+    assert sum(stage.heat_internal for stage in result.stages) == pytest.approx(964.696427220533, rel=1e-11)
+
+
+def test_staged_pair_has_its_gradients_forwards_and_backwards():
+    def times(M_i, c):
+        result = sb.simulate(pair(M_i, c), max_steps=64)
+        return jnp.stack([result.internal_slip_time, result.stopping_time])
+
+    truth = [[2.2e-3, -1.12222222222e-3], [-2.64e-3, -1.32e-3]]
+    forward = jax.jit(jax.jacfwd(times, (0, 1)))(600.0, 500.0)
+    backward = jax.jit(jax.jacrev(times, (0, 1)))(600.0, 500.0)
+    np.testing.assert_allclose(forward, truth, rtol=1e-9)
+    np.testing.assert_allclose(backward, truth, rtol=1e-9)
+
+
+# --- onset and lock -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("rate", [10.0, 1e3, 1e5])
+def test_internal_slip_begins_at_one_tension_at_any_rate(rate):
+    result = sb.simulate(staged.stop(rate=rate, start=500.0, end=100.0))
+    tension = 500.0 + rate * float(result.internal_slip_time)
+    assert tension == pytest.approx(float(sb.internal_slip_tension(staged.brake(), staged.J, 300.0)), rel=1e-10)
+    assert float(result.energy["closure"]) <= 1e-9
+
+
+def test_onset_tension_tends_to_its_limit_with_slope_1_and_the_lock_to_the_onset_with_slope_one_half():
+    light = float(sb.internal_slip_tension(staged.brake(J_b=1e-12), staged.J, 300.0))
+    tensions = [float(sb.internal_slip_tension(staged.brake(J_b=J_b), staged.J, 300.0)) for J_b in (0.9, 0.09)]
+    slope = math.log10(abs(tensions[0] / light - 1) / abs(tensions[1] / light - 1))
+    assert slope == pytest.approx(1.0, abs=0.01)
+    T_on = float(sb.internal_slip_tension(staged.brake(), staged.J, 1100.0))
+    excess = []
+    for rate in (1.0, 0.1, 0.01):  # under a load with which the pulley goes on turning
+        result = sb.simulate(staged.stop(rate=rate, start=T_on - 0.01 * rate, load=1100.0, w0=60.0, end=2000.0))
+        s = result.series([float(result.external_lock_time)])
+        assert float(s.omega[0]) > 1.0
+        excess.append(float(s.slack_tension[0]) / T_on - 1)
+    slopes = np.log10(np.asarray(excess[:-1]) / np.asarray(excess[1:]))
+    assert slopes[1] == pytest.approx(0.5, abs=0.01)
+    assert abs(slopes[1] - 0.5) < abs(slopes[0] - 0.5) + 1e-3
+
+
+def test_elastic_band_against_scipy_event_by_event():
+    result, truth = sb.simulate(staged.stop(stiffness=3e5), rtol=1e-11), staged.by_hand(3e5)
+    assert names(result) == list(truth)
+    for event in (e for e in result.events if e.name in truth):
+        assert event.time == pytest.approx(truth[event.name], rel=1e-9), event.name
+    assert float(result.energy["closure"]) <= 1e-9
+
+
+# --- stages that cannot occur ---------------------------------------------------------------------------------------
+
+
+def test_bandage_turns_with_the_pulley_where_the_internal_friction_is_greater():
+    result = sb.simulate(staged.stop(f_int=0.6, stiffness=3e5))
+    assert "internal_slip" not in names(result)
+    summary = result.summary()
+    assert [stage["name"] for stage in summary["absent_stages"]] == ["stage_2", "stage_3"]
+    assert "does not exceed the internal" in summary["absent_stages"][0]["reason"]
+    # it is then a standard brake with the inertia of both
+    plain = staged.stop(stiffness=3e5, J=staged.J + staged.J_B)
+    standard = sb.Scene(
+        sb.Brake(plain.brake.pulley, plain.brake.band, plain.brake.linings), plain.duty, plain.initial, plain.end_time
+    )
+    assert float(result.stopping_time) == pytest.approx(float(sb.simulate(standard).stopping_time), rel=1e-12)
+    assert float(result.energy["heat_internal"]) == 0.0
+
+
+def test_too_weak_a_lever_is_named_as_the_reason():
+    result = sb.simulate(staged.stop(lever=sb.Constant(300.0), load=0.0, end=100.0))
+    (first, second) = result.summary()["absent_stages"]
+    assert "the lever gave at most 0.3 kN" in first["reason"]
+    assert second["reason"] == "the internal pair never slid"
+    assert "no stage_2" in str(result)
+
+
+# --- held, restart, reversal ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("stiffness", [None, 3e5])
+def test_held_staged_brake_does_not_move_and_the_weaker_pair_lets_go(stiffness):
+    lever = sb.Constant(4e3)
+    held = sb.simulate(staged.stop(stiffness=stiffness, lever=lever, load=1e3, w0=0.0, end=3600.0))
+    s = held.series(np.linspace(0.0, 3600.0, 50))
+    assert np.all(np.asarray(s.phi) == 0.0)
+    assert np.all(np.asarray(s.bandage_speed) == 0.0)
+    assert held.status == "held"
+    # the internal pair is the weaker one under a load ahead: T_n = T_0 + M/R_b, M = M_int(T_n)
+    ramp = sb.TorqueLoad(sb.PiecewiseLinear([0.0, 100.0], [0.0, 2e4]))
+    scene = staged.stop(stiffness=stiffness, lever=lever, w0=0.0, end=50.0)
+    result = sb.simulate(sb.Scene(scene.brake, sb.Duty(lever, ramp), scene.initial, scene.end_time))
+    assert names(result)[:2] == ["restart", "internal_slip"]
+    M = 200.0 * float(result.internal_slip_time)
+    z = math.tan(staged.BETA / 2)
+    mu = np.full(staged.N, (1 + staged.F_EXT * z) / (1 - staged.F_EXT * z))
+    T = staged.tensions(4e3, 4e3 + M / staged.R_B, mu)
+    capacity = staged.R * staged.F_INT * np.sum((T[1:] + T[:-1]) * math.sin(staged.BETA / 2) + staged.PRELOAD)
+    assert capacity == pytest.approx(M, rel=1e-10)
+    assert result.status == "not_stopped"
+    assert np.all(np.asarray(result.series([40.0, 50.0]).bandage_speed) == 0.0)
+    # against the braking direction, with more interference, the band is the weaker one: M = −R_b T_0 (1 − 1/Π)
+    back = sb.TorqueLoad(sb.PiecewiseLinear([0.0, 100.0], [0.0, -2e4]))
+    scene = staged.stop(stiffness=stiffness, lever=lever, w0=0.0, end=50.0, preload=3e3)
+    result = sb.simulate(sb.Scene(scene.brake, sb.Duty(lever, back), scene.initial, scene.end_time))
+    restart = next(e.time for e in result.events if e.name == "restart")
+    assert restart == pytest.approx(staged.R_B * 4e3 * (1 - 1 / np.prod(mu)) / 200.0, rel=1e-10)
+
+
+@pytest.fixture(scope="module", params=[None, 2e5], ids=["rigid", "elastic"])
+def duties(request):
+    """Random levers, loads, releases, reversals on staged brakes, static friction above kinetic in some."""
+    found = []
+    for seed in range(30):
+        rng = np.random.default_rng(seed)
+        brake = sb.Brake(
+            sb.Pulley(0.6, 800.0),
+            sb.Band(0.65, request.param),
+            sb.Lining(
+                sb.ConstantFriction(rng.uniform(0.25, 0.5), rng.choice([1.0, 1.2])), np.full(6, math.radians(45))
+            ),
+            sb.Bandage(
+                rng.uniform(5, 80),
+                sb.ConstantFriction(rng.uniform(0.1, 0.5), rng.choice([1.0, 1.3])),
+                rng.choice([0.0, rng.uniform(0, 2e3)]),
+            ),
+        )
+        tension = rng.uniform(0, 2e4, 5) * (rng.random(5) > 0.3)
+        lever = sb.PiecewiseLinear(np.sort(rng.uniform(0, 8, 5)), tension)
+        load = sb.TorqueLoad(sb.PiecewiseLinear(np.sort(rng.uniform(0, 8, 4)), rng.uniform(-6e3, 9e3, 4)))
+        start = sb.Initial(rng.choice([20.0, 5.0, 0.0, -8.0]))
+        found.append(sb.simulate(sb.Scene(brake, sb.Duty(lever, load), start, 9.0)))
+    return found
+
+
+def test_random_duties_keep_their_energy_and_only_dissipate(duties):
+    seen = set()
+    for result in duties:
+        assert float(result.energy["closure"]) <= 1e-9
+        s = result.series(np.linspace(0.0, 9.0, 300))
+        scale = 1e-9 * max(1.0, float(result.energy["friction_heat"]))
+        internal, total = np.asarray(s.internal_heat), np.asarray(s.friction_heat)
+        assert np.all(np.diff(internal) >= -scale)
+        assert np.all(np.diff(total - internal) >= -scale)
+        sticks = np.asarray(s.internal_mode) == 0
+        slack = 1e-6 * np.abs(s.internal_capacity) + 1e-3
+        assert np.all(np.abs(s.internal_torque)[sticks] <= (s.internal_capacity + slack)[sticks])
+        wrong = np.asarray(s.internal_mode) * np.asarray(s.internal_slip_speed) < -1e-8
+        assert not np.any(wrong)
+        seen |= set(names(result))
+    assert {"internal_slip", "external_lock", "external_release", "internal_restick", "restart", "release"} <= seen
+
+
+def test_scaling_inertias_and_torques_together_leaves_the_motion():
+    def times(k):
+        scene = staged.stop(J=k * staged.J, J_b=k * staged.J_B, preload=k * staged.PRELOAD, load=k * 300.0)
+        lever = sb.PiecewiseLinear([0.0, 7.5], [k * 200.0, k * 30200.0])
+        result = sb.simulate(sb.Scene(scene.brake, sb.Duty(lever, scene.duty.load), scene.initial, 12.0))
+        return [float(result.internal_slip_time), float(result.external_lock_time), float(result.stopping_time)]
+
+    np.testing.assert_allclose(times(7.0), times(1.0), rtol=1e-12)
+
+
+# --- derivatives ----------------------------------------------------------------------------------------------------
+
+
+def test_gradients_through_every_stage_against_central_differences():
+    def answer(p):
+        scene = staged.stop(stiffness=p[0], f_ext=p[1], f_int=p[2], preload=p[3], J_b=p[4], J=p[5], w0=p[6], load=p[7])
+        result = sb.simulate(scene, rtol=1e-12, max_steps=512)
+        heat = result.energy["heat_internal"]
+        return jnp.stack([result.internal_slip_time, result.external_lock_time, result.stopping_time, heat])
+
+    p = jnp.asarray([3e5, staged.F_EXT, staged.F_INT, staged.PRELOAD, staged.J_B, staged.J, 20.0, 300.0])
+    many = jax.jit(jax.vmap(answer))
+    jacobian = np.asarray(jax.jit(jax.jacfwd(answer))(p)) * np.asarray(p)
+    h = 2e-4
+    steps = np.concatenate([np.diag(np.full(8, k * h)) for k in (1, -1, 2, -2)])
+    a, b, c, d = np.split(np.asarray(many(p * (1 + steps))), 4)
+    differences = ((8 * (a - b) - (c - d)) / (12 * h)).T
+    largest = np.abs(differences).max(axis=1, keepdims=True)  # what is 1e-4 of the largest is lost in its rounding
+    assert np.all(np.abs(jacobian - differences) <= 1e-7 * np.abs(differences) + 1e-11 * largest)
+
+
+# --- input ----------------------------------------------------------------------------------------------------------
+
+
+def test_faults_of_a_bandage_in_one_report():
+    scene = staged.stop(preload=np.full(3, 100.0), f_int=0.2)
+    with pytest.raises(sb.InputError, match=r"brake\.bandage\.preload: does not fit 8 linings"):
+        sb.simulate(scene)
+    with pytest.raises(sb.InputError, match=r"brake\.bandage\.inertia"):
+        sb.simulate(staged.stop(J_b=-1.0))
+    with pytest.raises(sb.InputError, match="locks itself"):
+        sb.simulate(staged.stop(f_ext=3.6))
+    with pytest.raises(ValueError, match="no bandage"):
+        _ = sb.simulate(stop_scene()).internal_slip_time
