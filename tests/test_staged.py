@@ -76,13 +76,15 @@ def test_onset_tension_tends_to_its_limit_with_slope_1_and_the_lock_to_the_onset
     tensions = [float(sb.internal_slip_tension(staged.brake(J_b=J_b), staged.J, 300.0)) for J_b in (0.9, 0.09)]
     slope = math.log10(abs(tensions[0] / light - 1) / abs(tensions[1] / light - 1))
     assert slope == pytest.approx(1.0, abs=0.01)
-    T_on = float(sb.internal_slip_tension(staged.brake(), staged.J, 1100.0))
-    excess = []
-    for rate in (1.0, 0.1, 0.01):  # under a load with which the pulley goes on turning
-        result = sb.simulate(staged.stop(rate=rate, start=T_on - 0.01 * rate, load=1100.0, w0=60.0, end=2000.0))
+    # under the load that the band balances at the onset: the pulley goes on turning, the bandage lags with the ramp
+    z = math.tan(staged.BETA / 2)
+    Pi = ((1 + staged.F_EXT * z) / (1 - staged.F_EXT * z)) ** staged.N
+    load, excess = staged.R_B * light * (Pi - 1), []
+    for rate in (1.0, 0.1, 0.01):
+        result = sb.simulate(staged.stop(rate=rate, start=light - rate, load=load, end=2000.0))
         s = result.series([float(result.external_lock_time)])
         assert float(s.omega[0]) > 1.0
-        excess.append(float(s.slack_tension[0]) / T_on - 1)
+        excess.append(float(s.slack_tension[0]) / light - 1)
     slopes = np.log10(np.asarray(excess[:-1]) / np.asarray(excess[1:]))
     assert slopes[1] == pytest.approx(0.5, abs=0.01)
     assert abs(slopes[1] - 0.5) < abs(slopes[0] - 0.5) + 1e-3
