@@ -12,6 +12,7 @@ from ._builders import axial_resistance as axial_resistance
 from ._builders import layered_heat as layered_heat
 from ._builders import lumped_heat as lumped_heat
 from ._builders import radial_resistance as radial_resistance
+from ._builders import with_external_pair as with_external_pair
 from ._builders import with_pulley_structure as with_pulley_structure
 from ._compiling import fast_loops as fast_loops
 from ._compliance import AbstractGeometry as AbstractGeometry

@@ -1,5 +1,6 @@
 """Ready thermal networks of brakes, from a few lumps to a layered rim with a wall for every lining."""
 
+import dataclasses
 import math
 from typing import Any
 
@@ -177,14 +178,25 @@ def with_pulley_structure(
         bodies.append(Lump(name, material.density * material.specific_heat * face * width, temperature))
         links.append(Conductance(rim_place, name, 1 / radial_resistance(width, material.conductivity, inner, outer)))
         links.append(Convection(name, 2 * face, inside))  # pyright: ignore
-    return Heat(
-        tuple(bodies),
-        tuple(links),
-        heat.friction,
-        heat.sources,
-        heat.flash,
-        heat.rim,
-        heat.linings,
-        heat.band,
-        heat.permissible,
+    return dataclasses.replace(heat, bodies=tuple(bodies), links=tuple(links))
+
+
+def with_external_pair(
+    heat: Heat, partition: AbstractPartition, *, lining: str | None = None, rim_share: Any = None
+) -> Heat:
+    """The same network for a staged brake: the band rubs on the outer face of the linings (S-12…14).
+
+    - `partition`: share `k_2` of that heat into the band;  `rim_share` `k_1`: part that goes to the rim at once
+    - `lining`: place of the linings' outer faces, by default the back of their wall, else their lump
+
+    The linings' inner faces and the rim keep the pair of `heat.friction`, now the internal one. Raises `ValueError` for
+    a network without linings and band.
+    """
+    inner = heat.friction
+    if inner is None or inner.lining is None or heat.band is None:
+        raise ValueError("an external pair needs linings and a band in the network")
+    lining = lining or inner.lining.replace(".front", ".back")
+    beyond = None if rim_share is None else inner.metal
+    return dataclasses.replace(
+        heat, external=FrictionHeat(heat.band, lining, partition, beyond=beyond, beyond_share=rim_share)
     )

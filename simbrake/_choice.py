@@ -73,8 +73,10 @@ def stiffness(scene: Scene) -> tuple[bool, str]:
 def stiff_heat(heat: Heat, span: float) -> tuple[bool, str]:
     """The same for a network over the time `span` (s)."""
     rate, node = fastest_node(heat)
+    if rate <= 0:
+        return False, "no thermal node gives heat to another"
     steps = rate * span / _REACH
-    how = f"the thermal node {node} follows within {1 / max(rate, 1e-300):.2g} s"
+    how = f"the thermal node {node} follows within {1 / rate:.2g} s"
     if steps > _PATIENCE:
         return True, f"{how}: an explicit method would need at least {steps:.2g} steps to stay stable"
     return False, f"{how}, which an explicit method can follow"

@@ -3,6 +3,7 @@
 from typing import Any
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 
 from ._choice import stiffness
@@ -156,7 +157,7 @@ class Report:
             return {}
         stages, forces = self.stages, self.result.record.system.forces
         greatest, load = np.max(self._probe.flows.lever_tension), np.asarray(self._probe.flows.load_torque)[0]
-        first = jax.tree.map(lambda column: column[0], self._record.states)
+        first = jax.tree.map(lambda column: jnp.asarray(column[0]), self._record.states)
         hot = (forces.surface(first.heat), forces.inner_surface(first.heat))
         seen = {stage.name for stage in stages}
         absent = absent_stages(scene.brake, float(forces.inertia), float(load), seen, float(greatest), hot)

@@ -44,6 +44,7 @@ def _heat_lines(summary: dict[str, Any]) -> list[str]:
         *([f"passed   {', '.join(passed)}"] if passed else []),
         f"hottest  {', '.join(hot)}" if hot else "hottest  the scene names no rim, linings or band",
         f"heat     to metal {e['heat_to_metal'] / 1e3:.6g} kJ + to linings {e['heat_to_linings'] / 1e3:.6g} kJ"
+        + (f" + to band {e['heat_to_band'] / 1e3:.6g} kJ" if "heat_external" in e else "")
         + (f" + supplied {e['heat_supplied'] / 1e3:.6g} kJ" if e["heat_supplied"] else "")
         + f" = stored {e['heat_stored'] / 1e3:.6g} kJ + lost {e['heat_lost'] / 1e3:.6g} kJ"
         f" (closure {e['heat_closure']:.1e})",

@@ -1,5 +1,6 @@
 """The staged brake: both pairs, every stage and event, against closed forms and independent integration."""
 
+import dataclasses
 import math
 
 import jax
@@ -244,3 +245,119 @@ def test_faults_of_a_bandage_in_one_report():
         sb.simulate(staged.stop(f_ext=3.6))
     with pytest.raises(ValueError, match="no bandage"):
         _ = sb.simulate(stop_scene()).internal_slip_time
+
+
+# --- heat -----------------------------------------------------------------------------------------------------------
+
+
+def heated(fade=4e-4, **parts):
+    """Both pairs fade with the linings' temperature; three lumps, shares S-12…14."""
+    heat = sb.lumped_heat(
+        rim=4e4,
+        linings=6e3,
+        band=9e3,
+        lining_to_band=30.0,
+        rim_cooling=15.0,
+        band_cooling=5.0,
+        partition=sb.ConstantPartition(0.7),
+    )
+    heat = sb.with_external_pair(heat, sb.ConstantPartition(0.5), rim_share=0.1)
+
+    def law(f):
+        return sb.ProductFriction(sb.ConstantFriction(f), (sb.LinearFade(fade, 293.15, 0.0, 0.0),))
+
+    return staged.stop(law=law(staged.F_EXT), inner=law(staged.F_INT), heat=heat, **parts)
+
+
+@pytest.mark.parametrize("stiffness", [None, 3e5])
+def test_heat_of_both_pairs_is_accounted_for(stiffness):
+    result = sb.simulate(heated(stiffness=stiffness))
+    energy = {name: float(value) for name, value in result.energy.items()}
+    assert energy["heat_closure"] <= 1e-12
+    assert energy["closure"] <= 1e-9
+    external, internal = energy["heat_external"], energy["heat_internal"]
+    assert energy["heat_to_band"] == pytest.approx(0.5 * external, rel=1e-9)
+    assert energy["heat_to_metal"] == pytest.approx(0.1 * external + 0.7 * internal, rel=1e-9)
+    assert energy["heat_to_linings"] == pytest.approx(0.4 * external + 0.3 * internal, rel=1e-9)
+    cold = sb.simulate(staged.stop(stiffness=stiffness))
+    assert float(result.stopping_time) > 1.002 * float(cold.stopping_time)
+
+
+def test_heated_staged_stop_against_scipy():
+    """Rigid band: rates of both speeds and three lumps written by hand, events from DOP853."""
+    from scipy.integrate import solve_ivp
+    from scipy.optimize import brentq
+
+    result = sb.simulate(heated())
+    s_, tan = math.sin(staged.BETA / 2), math.tan(staged.BETA / 2)
+
+    def parts(t, y):
+        left = 1 - 4e-4 * (y[3] - 293.15)
+        z = staged.F_EXT * left * tan
+        mu = np.full(staged.N, (1 + z) / (1 - z))
+        return 200.0 + 4e3 * t, mu, staged.F_INT * left
+
+    def grip(T_0, T_n, mu, f):
+        T = staged.tensions(T_0, T_n, mu)
+        return staged.R * f * float(np.sum((T[1:] + T[:-1]) * s_ + staged.PRELOAD))
+
+    def rates(t, y, stage):  # ω, ω_b, rim, linings, band
+        T_0, mu, f = parts(t, y)
+        Pi = np.prod(mu)
+        T_n = T_0 * Pi
+        if stage == 3:
+            T_n = brentq(lambda T: staged.R_B * (T - T_0) - grip(T_0, T, mu, f), T_0, T_0 * Pi, xtol=1e-10, rtol=1e-14)
+        M_ext, M_int = staged.R_B * (T_n - T_0), grip(T_0, T_n, mu, f)
+        if stage == 1:
+            a = b = (300.0 - M_ext) / (staged.J + staged.J_B)
+        else:
+            a, b = (300.0 - M_int) / staged.J, (M_int - M_ext) / staged.J_B if stage == 2 else 0.0
+        outer = M_ext * y[1]
+        inner = M_int * (y[0] - y[1]) if stage > 1 else 0.0
+        rim, lining, band = y[2:]
+        back = 30.0 * (lining - band)
+        return [
+            a,
+            b,
+            (0.1 * outer + 0.7 * inner - 15.0 * (rim - 293.15)) / 4e4,
+            (0.4 * outer + 0.3 * inner - back) / 6e3,
+            (0.5 * outer + back - 5.0 * (band - 293.15)) / 9e3,
+        ]
+
+    def lets_go(t, y):
+        T_0, mu, f = parts(t, y)
+        M = staged.R_B * T_0 * (np.prod(mu) - 1)
+        return grip(T_0, T_0 * np.prod(mu), mu, f) - M - staged.J_B * (300.0 - M) / (staged.J + staged.J_B)
+
+    t, y, times = 0.0, np.array([20.0, 20.0, 293.15, 293.15, 293.15]), []
+    for stage, event in ((1, lets_go), (2, lambda t, y: y[1]), (3, lambda t, y: y[0])):
+        event.terminal = True
+        run = solve_ivp(
+            lambda t, y, k=stage: rates(t, y, k), (t, 20.0), y, "DOP853", events=event, rtol=1e-11, atol=1e-10
+        )
+        t, y = float(run.t_events[0][0]), run.y_events[0][0]
+        times.append(t)
+    ours = [result.internal_slip_time, result.external_lock_time, result.stopping_time]
+    np.testing.assert_allclose([float(x) for x in ours], times, rtol=1e-8)
+    np.testing.assert_allclose(result.series(times[-1:]).temperature[0], y[2:], rtol=1e-9)
+
+
+def test_fade_undoes_a_stage():
+    """External friction that fades below the internal one: the bandage comes loose again and rides with the pulley."""
+    heat = sb.lumped_heat(
+        rim=4e5,
+        linings=5e4,
+        band=300.0,
+        lining_to_band=0.0,
+        rim_cooling=0.0,
+        band_cooling=0.0,
+        partition=sb.ConstantPartition(1.0),
+    )
+    pair = sb.FrictionHeat("band", "linings", sb.ConstantPartition(1.0), sensed="band")
+    heat = dataclasses.replace(heat, external=pair)
+    law = sb.ProductFriction(sb.ConstantFriction(staged.F_EXT), (sb.LinearFade(2.5e-3, 293.15, 0.15, 0.05),))
+    scene = staged.stop(law=law, heat=heat, lever=sb.Constant(2e3), load=2e3, w0=40.0, preload=0.0, end=8.0)
+    result = sb.simulate(scene)
+    assert names(result) == ["slip_onset", "full_slip", "internal_slip", "internal_restick"]
+    assert result.stages[-1].name == "stage_1"
+    assert float(result.energy["closure"]) <= 1e-9
