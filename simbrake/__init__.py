@@ -110,6 +110,10 @@ from ._network import Reservoir as Reservoir
 from ._network import Wall as Wall
 from ._outcome import FAILURES as FAILURES
 from ._outcome import SimulationError as SimulationError
+from ._overlap import Overlap as Overlap
+from ._overlap import RunningIn as RunningIn
+from ._overlap import geometric_overlap as geometric_overlap
+from ._overlap import overlap as overlap
 from ._quantity import Fault as Fault
 from ._quantity import InputError as InputError
 from ._quantity import leaves as leaves

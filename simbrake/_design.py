@@ -18,10 +18,12 @@ class Pulley(eqx.Module):
     """The brake pulley and all that turns with its shaft.
 
     - `radius` `R` of the friction track (m); `inertia` `J` about the shaft (kg·m²), drum included, hook load not
+    - `width` `b` of the track (m), for overlap coefficients
     """
 
     radius: Scalar = quantity("m", "radius of the friction track", positive=True)
     inertia: Scalar = quantity("kg*m^2", "inertia about the shaft", positive=True)
+    width: Scalar | None = quantity("m", "width of the friction track", positive=True, default=None)
 
 
 class Band(eqx.Module):

@@ -42,7 +42,7 @@ def series_table(result: Result, count: int = 1001) -> tuple[list[str], np.ndarr
 
 
 def write(result: Result, folder: Path) -> list[Path]:
-    """Writes `summary.json`, `summary.txt`, `series.csv`, `stop.png`, with heat `temperatures.png`."""
+    """Writes `summary.json`, `summary.txt`, `series.csv`, `stop.png`; `temperatures.png`, `stages.png` where there are any."""
     from . import plot  # matplotlib is loaded by those who want a picture
 
     summary = result.summary()
@@ -56,6 +56,8 @@ def write(result: Result, folder: Path) -> list[Path]:
         plot.stop(result).savefig(scratch / "stop.png", dpi=130)
         if result.scene.heat is not None:
             plot.temperatures(result).savefig(scratch / "temperatures.png", dpi=130)
+        if result.scene.brake.bandage is not None:
+            plot.stages(result).savefig(scratch / "stages.png", dpi=130)
         folder.mkdir(exist_ok=True)
         written = []
         for file in sorted(scratch.iterdir()):

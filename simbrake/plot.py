@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 
 from ._log import Event
+from ._overlap import RunningIn, overlap
 from ._result import Result
 
 _COLOURS = {
@@ -86,6 +87,62 @@ def stop(result: Result, *, figure: Figure | None = None) -> Figure:
         _time_axis(axes[3, column], milliseconds=column == 1)
         axes[0, column].set_title("whole run" if column == 0 else "onset of slip, enlarged", fontsize=10)
     figure.suptitle(f"{result.status.replace('_', ' ')}: {result.message}", fontsize=11)
+    return figure
+
+
+_STAGES = {
+    "stage_1": ("stage 1: band slides on the bandage", "tab:green"),
+    "stage_2": ("stage 2: both pairs slide", "tab:orange"),
+    "stage_3": ("stage 3: pulley slides in the bandage", "tab:blue"),
+    "held": ("held", "tab:gray"),
+    "open": ("open", "white"),
+}
+
+
+def stages(result: Result, *, running_in: RunningIn | None = None, figure: Figure | None = None) -> Figure:
+    """Stages of a staged brake: speeds of pulley and bandage, torques and heat of both pairs, and their overlap
+    coefficients (K, Fig. 5), stages shaded. Raises `ValueError` for a standard brake.
+    """
+    parts = result.stages
+    start, end = parts[0].start, parts[-1].end
+    if parts[-1].name == "held" and len(parts) > 1:
+        end = min(end, start + 1.15 * (parts[-1].start - start))
+    t, s = _grid(result, start, end, result.events)
+    if figure is None:
+        figure = Figure(figsize=(9.0, 11.0), layout="constrained")
+    speed, torque, heat, outer, inner = figure.subplots(5, 1, sharex=True, height_ratios=[1.2, 1.2, 1, 0.7, 0.7])
+    speed.plot(t, s.omega, color="k", label="pulley ω")
+    speed.plot(t, s.bandage_speed, color="tab:green", ls="--", label="bandage ω_b")
+    speed.set_ylabel("speed, rad/s")
+    torque.plot(t, s.brake_torque / 1e3, color="tab:green", label="band on bandage M_ext")
+    torque.plot(t, s.internal_torque / 1e3, color="tab:blue", label="pulley on bandage Λ")
+    torque.plot(t, s.internal_capacity / 1e3, color="tab:blue", ls=":", label="up to which it sticks M_int")
+    torque.set_ylabel("torque, kN·m")
+    heat.plot(t, (s.friction_heat - s.internal_heat) / 1e3, color="tab:green", label="external pair")
+    heat.plot(t, s.internal_heat / 1e3, color="tab:blue", label="internal pair")
+    heat.set_ylabel("friction heat, kJ")
+    o = overlap(result, t, running_in)
+    shares = {outer: (o.external_dynamic, o.external_static), inner: (o.internal_dynamic, o.internal_static)}
+    for panel, (dynamic, static) in shares.items():
+        colour = "tab:green" if panel is outer else "tab:blue"
+        panel.fill_between(t, dynamic, color=colour, alpha=0.7, lw=0, label="slides (dynamic)")
+        panel.fill_between(t, static, facecolor="none", edgecolor=colour, hatch="///", lw=0, label="sticks (static)")
+        panel.set_ylim(0, 1)
+    outer.set_ylabel("external overlap")
+    inner.set_ylabel("internal overlap")
+    inner.set_xlabel("time, s")
+    for panel in (speed, torque, heat, outer, inner):
+        named: set[str] = set()
+        for stage in parts:
+            words, colour = _STAGES[stage.name]
+            label = words if panel is speed and stage.name not in named else None
+            panel.axvspan(stage.start, min(stage.end, end), color=colour, alpha=0.12, lw=0, label=label)
+            named.add(stage.name)
+        panel.grid(alpha=0.3)
+        panel.margins(x=0)
+        panel.set_xlim(start, end)
+        panel.legend(loc="best", fontsize=8, framealpha=0.9)
+    figure.suptitle(f"stages of the brake — {result.status.replace('_', ' ')}: {result.message}", fontsize=11)
     return figure
 
 

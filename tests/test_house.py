@@ -35,7 +35,7 @@ LAYERS = [
     {"_metrics", "_stages"},
     {"_report"},
     {"_result"},
-    {"_simulate"},
+    {"_simulate", "_overlap"},
     {"_cyclic", "_edit", "_export", "_reproduce", "plot"},
     {"_cli"},
 ]

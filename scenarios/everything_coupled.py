@@ -1,0 +1,92 @@
+"""Everything at once: a staged brake with an elastic band, linings with walls of their own, a layered rim, fade.
+
+Two brakings of a hook on a U2-5-5: lowered, braked, held, released, lowered again and braked hotter. One system of
+equations: k sliding linings on the band, internal pair, band compliance from geometry, thermal network with the
+pulley's structure, every event located. What the papers (V, K, Z) do not give is an assumption and says so.
+"""
+
+import math
+
+import simbrake as sb
+
+TRACK_RADIUS, TRACK_WIDTH, BAND, LINING = 0.590, 0.220, 0.006, 0.045  # m: V table 1, V, V, K
+LININGS, WRAP = 10, math.radians(270.0)  # Z: even, 8…26
+OUTER = TRACK_RADIUS + LINING
+
+
+def fading(coefficient: float) -> sb.ProductFriction:
+    """Static friction 10 % above kinetic, 5 % lost every 100 K above 120 °C (assumptions)."""
+    return sb.ProductFriction(
+        sb.ConstantFriction(coefficient, static_ratio=1.1), (sb.LinearFade(5e-4, 393.15, 0.1, 0.01),)
+    )
+
+
+def brake() -> sb.Brake:
+    material = sb.material("FK-24A")
+    mass = material.density * WRAP * (OUTER**2 - TRACK_RADIUS**2) / 2 * TRACK_WIDTH  # kg
+    band = sb.LiningsOnPlates(
+        modulus=2.06e11,  # Pa; assumption: carbon steel
+        area=TRACK_WIDTH * BAND,
+        slack_end=0.35,  # m; assumption
+        tight_end=0.60,  # m; assumption
+        linkage=1.0e5,  # N/m; assumption: lever, shaft and anchor govern
+    )
+    return sb.Brake(
+        sb.Pulley(TRACK_RADIUS, inertia=1200.0, width=TRACK_WIDTH),  # kg·m²; assumption
+        sb.Band(OUTER + BAND / 2, stiffness=band),
+        sb.uniform_linings(LININGS, WRAP, fading(0.42), area=WRAP * OUTER * TRACK_WIDTH / LININGS),
+        sb.Bandage(
+            inertia=mass * (OUTER**2 + TRACK_RADIUS**2) / 2,
+            friction=fading(0.30),
+            preload=8.0e3,  # N for each lining; assumption
+            area=WRAP * TRACK_RADIUS * TRACK_WIDTH / LININGS,
+        ),
+    )
+
+
+def heat() -> sb.Heat:
+    rim, lining, band = sb.material("steel_20L"), sb.material("FK-24A"), sb.material("band_steel")
+    area = WRAP * TRACK_RADIUS * TRACK_WIDTH
+    network = sb.layered_heat(
+        rim=rim,
+        rim_thickness=0.025,  # m, V table 1
+        track_area=2 * math.pi * TRACK_RADIUS * TRACK_WIDTH,
+        partition=sb.EffusivityPartition(rim, lining),
+        rim_layers=10,
+        lining=lining,
+        lining_thickness=LINING,
+        lining_area=area,
+        lining_layers=6,
+        each=LININGS,
+        band=band,
+        band_thickness=BAND,
+        inside=sb.SpeedCoefficient(8.0, 6.0),  # W/(m²·K); assumption
+        outside=sb.SpeedCoefficient(10.0, 8.0),  # W/(m²·K); assumption
+        band_coefficient=15.0,  # W/(m²·K); assumption
+        emissivity=0.6,  # assumption: bare, oxidised steel
+        permissible=673.15,  # K; assumption for FK-24A
+    )
+    network = sb.with_pulley_structure(network, rim)
+    # the external pair: k_1 to the rim at once, k_2 to the band, the rest to the linings (S-12…14; figures assumed)
+    return sb.with_external_pair(network, sb.ConstantPartition(0.85), rim_share=0.02)
+
+
+def scene() -> sb.Scene:
+    """The scene that `simbrake run` integrates."""
+    lever = sb.PiecewiseLinear(  # s, N; assumptions: braked, held, released, braked again
+        times=[0.0, 0.4, 3.0, 3.2, 4.4, 4.8],
+        values=[2.0e3, 22.0e3, 22.0e3, 0.0, 0.0, 24.0e3],
+    )
+    load = sb.HookLoad(mass=60.0e3, drum_radius=0.40, line_count=8)  # assumptions, as in u2_5_5_stop
+    return sb.Scene(brake(), sb.Duty(lever, load), sb.Initial(omega=24.0), end_time=8.0, heat=heat())
+
+
+def main() -> None:
+    import jax
+
+    jax.config.update("jax_enable_x64", True)
+    print(sb.simulate(scene()))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,114 @@
+"""The emergency stop of a U2-5-5 with its serial brake and with a staged one, side by side.
+
+The staged brake (K: Kryshtopa, part III) carries its linings on the pulley: the band first slides on them, then, once
+the internal pair lets go, they come to rest and the pulley slides in them. Geometry from V (Volchenko et al.) and K;
+what the papers do not give is an assumption and says so beside its value.
+"""
+
+import math
+
+import simbrake as sb
+
+TRACK_RADIUS = 0.590  # m, V table 1
+TRACK_WIDTH = 0.220  # m, V
+BAND = 0.006  # m, V: brake band
+LININGS, WRAP = 20, math.radians(270.0)  # Z
+STEEL, BAND_STEEL = sb.material("steel_20L"), sb.material("band_steel")
+LINING = sb.material("FK-24A")
+
+
+def _fading(coefficient: float) -> sb.ProductFriction:
+    """Friction that fades by 4 % every 100 K above 150 °C (assumption)."""
+    return sb.ProductFriction(sb.ConstantFriction(coefficient), (sb.LinearFade(4e-4, 423.15, 0.1, 0.01),))
+
+
+def _heat(lining_thickness: float) -> sb.Heat:
+    area = WRAP * TRACK_RADIUS * TRACK_WIDTH
+    return sb.layered_heat(
+        rim=STEEL,
+        rim_thickness=0.025,  # m, V table 1
+        track_area=2 * math.pi * TRACK_RADIUS * TRACK_WIDTH,
+        partition=sb.EffusivityPartition(STEEL, LINING),
+        rim_layers=10,
+        lining=LINING,
+        lining_thickness=lining_thickness,
+        lining_area=area,
+        lining_layers=10,
+        band=BAND_STEEL,
+        band_thickness=BAND,
+        inside=25.0,  # W/(m²·K); assumption
+        outside=40.0,  # W/(m²·K); assumption
+        band_coefficient=15.0,  # W/(m²·K); assumption
+        permissible=673.15,  # K; assumption for FK-24A
+    )
+
+
+def _scene(brake: sb.Brake, heat: sb.Heat) -> sb.Scene:
+    duty = sb.Duty(
+        slack_tension=sb.PiecewiseLinear([0.0, 0.35], [2.0e3, 24.0e3]),  # s, N; assumptions, as in u2_5_5_stop
+        load=sb.HookLoad(mass=60.0e3, drum_radius=0.40, line_count=8),  # assumptions, as in u2_5_5_stop
+    )
+    return sb.Scene(brake, duty, sb.Initial(omega=24.0), end_time=5.0, heat=heat)
+
+
+def standard() -> sb.Scene:
+    """The serial brake: linings on the band, 30 mm thick (V)."""
+    thickness = 0.030
+    brake = sb.Brake(
+        sb.Pulley(TRACK_RADIUS, inertia=1200.0, width=TRACK_WIDTH),  # kg·m²; assumption
+        sb.Band(TRACK_RADIUS + thickness + BAND / 2, stiffness=1.0e5),  # N/m; assumption: the linkage governs
+        sb.uniform_linings(LININGS, WRAP, _fading(0.35), area=WRAP * TRACK_RADIUS * TRACK_WIDTH / LININGS),
+    )
+    return _scene(brake, _heat(thickness))
+
+
+def scene() -> sb.Scene:
+    """The staged brake: linings of 45 mm (K) on the pulley."""
+    thickness = 0.045
+    outer = TRACK_RADIUS + thickness
+    mass = LINING.density * WRAP * (outer**2 - TRACK_RADIUS**2) / 2 * TRACK_WIDTH  # kg
+    brake = sb.Brake(
+        sb.Pulley(TRACK_RADIUS, inertia=1200.0, width=TRACK_WIDTH),  # kg·m²; assumption, as above
+        sb.Band(outer + BAND / 2, stiffness=1.0e5),  # N/m; assumption, as above
+        # K: the external friction must exceed the internal; both coefficients are assumptions
+        sb.uniform_linings(LININGS, WRAP, _fading(0.42), area=WRAP * outer * TRACK_WIDTH / LININGS),
+        sb.Bandage(
+            inertia=mass * (outer**2 + TRACK_RADIUS**2) / 2,
+            friction=_fading(0.30),
+            preload=4.0e3,  # N for each lining; assumption: the interference of rods and springs
+            area=WRAP * TRACK_RADIUS * TRACK_WIDTH / LININGS,
+        ),
+    )
+    heat = sb.with_external_pair(_heat(thickness), sb.EffusivityPartition(BAND_STEEL, LINING))
+    return _scene(brake, heat)
+
+
+def main() -> None:
+    import jax
+
+    jax.config.update("jax_enable_x64", True)
+
+    results = {"standard": sb.simulate(standard()), "staged": sb.simulate(scene())}
+    for name, result in results.items():
+        print(f"--- {name} brake ---\n{result}\n")
+    rows = [
+        ("stopping time, s", lambda r: r.metrics["stopping_time"]),
+        ("hook travel, m", lambda r: r.metrics["hook_travel"]),
+        ("greatest tension, kN", lambda r: r.metrics["max_tension"] / 1e3),
+        ("greatest load on a lining, kN", lambda r: r.metrics["max_normal_load"] / 1e3),
+        ("friction heat, kJ", lambda r: float(r.energy["friction_heat"]) / 1e3),
+        ("  of band and linings, kJ", lambda r: float(r.energy.get("heat_external", 0.0)) / 1e3),
+        ("  into the rim, kJ", lambda r: float(r.energy["heat_to_metal"]) / 1e3),
+        ("  into the linings, kJ", lambda r: float(r.energy["heat_to_linings"]) / 1e3),
+        ("  into the band, kJ", lambda r: float(r.energy["heat_to_band"]) / 1e3),
+        ("hottest rim surface, °C", lambda r: r.metrics["peak_rim_temperature"] - 273.15),
+        ("hottest lining face, °C", lambda r: r.metrics["peak_lining_temperature"] - 273.15),
+        ("hottest band, °C", lambda r: r.metrics["peak_band_temperature"] - 273.15),
+    ]
+    print(f"{'':32}" + "".join(f"{name:>12}" for name in results))
+    for words, pick in rows:
+        print(f"{words:32}" + "".join(f"{pick(result):12.4g}" for result in results.values()))
+
+
+if __name__ == "__main__":
+    main()
