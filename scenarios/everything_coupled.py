@@ -56,12 +56,13 @@ def heat() -> sb.Heat:
         lining=lining,
         lining_thickness=LINING,
         lining_area=area,
-        lining_layers=6,
+        lining_layers=10,
+        lining_first=2e-4,  # m; thin, as the heat of a braking stays near the faces
         each=LININGS,
         band=band,
         band_thickness=BAND,
-        inside=sb.SpeedCoefficient(8.0, 6.0),  # W/(m²·K); assumption
-        outside=sb.SpeedCoefficient(10.0, 8.0),  # W/(m²·K); assumption
+        inside=sb.SpeedCoefficient(at_rest=8.0, speed=6.0),  # W/(m²·K), m/s; assumptions
+        outside=sb.SpeedCoefficient(at_rest=10.0, speed=8.0),  # W/(m²·K), m/s; assumptions
         band_coefficient=15.0,  # W/(m²·K); assumption
         emissivity=0.6,  # assumption: bare, oxidised steel
         permissible=673.15,  # K; assumption for FK-24A
