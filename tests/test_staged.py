@@ -361,3 +361,22 @@ def test_fade_undoes_a_stage():
     assert names(result) == ["slip_onset", "full_slip", "internal_slip", "internal_restick"]
     assert result.stages[-1].name == "stage_1"
     assert float(result.energy["closure"]) <= 1e-9
+
+
+@pytest.mark.slow
+def test_gradients_of_a_heated_staged_stop_against_central_differences():
+    import diffrax
+
+    def answer(p):
+        scene = heated(fade=p[0], stiffness=p[1], preload=p[2], J_b=p[3])
+        result = sb.simulate(scene, rtol=1e-12, max_steps=256, solver=diffrax.Dopri8())
+        return jnp.stack([result.external_lock_time, result.stopping_time, result.end_temperatures[0]])
+
+    p = jnp.asarray([4e-4, 3e5, staged.PRELOAD, staged.J_B])
+    jacobian = np.asarray(jax.jit(jax.jacfwd(answer))(p)) * np.asarray(p)
+    h = 1e-3
+    steps = np.concatenate([np.diag(np.full(4, k * h)) for k in (1, -1, 2, -2)])
+    a, b, c, d = np.split(np.asarray(jax.jit(jax.vmap(answer))(p * (1 + steps))), 4)
+    differences = ((8 * (a - b) - (c - d)) / (12 * h)).T
+    largest = np.abs(differences).max(axis=1, keepdims=True)
+    assert np.all(np.abs(jacobian - differences) <= 1e-7 * np.abs(differences) + 1e-9 * largest)
