@@ -24,6 +24,7 @@ from ._design import Band as Band
 from ._design import Brake as Brake
 from ._design import Lining as Lining
 from ._design import Pulley as Pulley
+from ._design import Segments as Segments
 from ._design import uniform_linings as uniform_linings
 from ._duty import AbstractProfile as AbstractProfile
 from ._duty import Constant as Constant

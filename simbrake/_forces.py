@@ -2,11 +2,11 @@
 
 from typing import Any, NamedTuple
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
+from ._acting import AbstractActing
 from ._band import product, running_product
 from ._duty import AbstractProfile, SpeedHold
 from ._links import Surroundings
@@ -37,7 +37,7 @@ class Limits(NamedTuple):
     margin: Any = None  # 1 − max f z, where it can change
 
 
-class Forces(eqx.Module):
+class Forces(AbstractActing):
     """Tensions, torques and heat flows of the standard brake (model §3) as functions of time, state and mode.
 
     Products `Π` that cannot change in the run are formed once, at assembly.
@@ -56,19 +56,6 @@ class Forces(eqx.Module):
     ratio_static: Float[Array, ""] | None
     ratio_kinetic: Float[Array, ""] | None
     thermal: Thermal | None
-
-    def inertia_at(self, mode: Mode) -> Array:
-        """Inertia of all that turns and moves with the shaft (kg·m²)."""
-        more = self.load.added_inertia(mode.load_piece)
-        return self.inertia if more is None else self.inertia + more
-
-    def surface(self, u: Any) -> Array | None:
-        """Temperatures that the linings' friction law sees."""
-        if self.thermal is None or self.thermal.heat.friction is None:
-            return None
-        place = self.thermal.heat.friction.sensor
-        assert place is not None
-        return self.thermal.at(self.thermal.temperatures(u), place, self.grip.linings.count)
 
     def kinetic_mu(self, T_0: Array, omega: Array, u: Any, mode: Mode, back: Any) -> tuple[Float[Array, " n"], Array]:
         """Tension ratios `μ_i` of sliding linings, and the least slope of their implicit equations."""
@@ -159,22 +146,9 @@ class Forces(eqx.Module):
         T_0, _ = self.lever_tension(t, y, mode)
         return T_0 * self._ratio(T_0, y.omega, y.heat, mode, mode.band == BandMode.SLIP_BACK)
 
-    def deposit(self, t: Array, y: State, mode: Mode, now: ThermalNow, P: Array) -> Deposit:
-        around = self.around(y, mode)
-        assert self.thermal is not None
-        return self.thermal.deposit(now.T, now.T_junctions, t, around, P, mode.heat_pieces)
-
     def around(self, y: State, mode: Mode) -> Surroundings:
         moving = jnp.where(mode.band == BandMode.HELD, 0.0, jnp.abs(y.omega))
         return Surroundings(moving * self.track_radius, jnp.where(mode.band == BandMode.OPEN, 0.0, 1.0))
-
-    def thermal_now(self, t: Array, y: State, mode: Mode) -> ThermalNow | None:
-        """Temperatures and heat flows, friction apart."""
-        if self.thermal is None:
-            return None
-        around, T = self.around(y, mode), self.thermal.temperatures(y.heat)
-        T_J = self.thermal.junctions(T, t, around, mode.heat_pieces)
-        return ThermalNow(T, T_J, self.thermal.flows(T, T_J, t, around, mode.heat_pieces), None)
 
     def flows(self, t: Array, y: State, mode: Mode) -> Flows:
         """Everything that acts at one instant (model §3, table of modes)."""

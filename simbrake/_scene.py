@@ -112,6 +112,8 @@ def _faults_of_heat(scene: Scene) -> list[Fault]:
             found.append(Fault("heat", "is missing, but the friction law looks at the temperature", hint))
         return found
     if heat.flash is not None:
+        if scene.brake.band.segments is not None:
+            found.append(Fault("heat.flash", "is not modelled for a band in segments", "leave out one of the two"))
         if not law.temperature_dependent:
             found.append(Fault("heat.flash", "has no effect", "the friction law does not look at the temperature"))
         if heat.flash.hardness is None and scene.brake.linings.area is None:

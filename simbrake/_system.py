@@ -1,15 +1,13 @@
 """The standard brake as a hybrid system: equations, guards, changes of mode and an energy ledger."""
 
-from typing import Any
-
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ._duty import AbstractProfile
+from ._acting import AbstractBrakeSystem
 from ._forces import Forces, Limits
-from ._hybrid import CORE, QUADRATURE, AbstractHybridSystem
+from ._hybrid import CORE, QUADRATURE
 from ._modes import BandMode, Mode, Situation, moving_mode, rigid_mode, slips
 from ._sparsity import couplings
 from ._state import BrakeCode, Flows, HeatLedger, Ledger, State
@@ -18,7 +16,7 @@ from ._state import BrakeCode, Flows, HeatLedger, Ledger, State
 _PASSES = 4
 
 
-class BrakeSystem(AbstractHybridSystem):
+class BrakeSystem(AbstractBrakeSystem):
     """The standard brake (model §3; Z-15…Z-18) as a hybrid system, with the thermal network where the scene has one.
 
     J ω̇ = M_load(t, ω) − R_b (T_n − T_0),   φ̇ = ω,   T_n = C x while the band is elastic, T_0 Π^{±1} while it slides
@@ -28,18 +26,6 @@ class BrakeSystem(AbstractHybridSystem):
     tension_scale: Float[Array, ""]
     torque_scale: Float[Array, ""]
     speed_scale: Float[Array, ""]
-
-    @property
-    def profiles(self) -> tuple[AbstractProfile, ...]:
-        """Given functions of time beside lever and load."""
-        thermal = self.forces.thermal
-        return () if thermal is None else thermal.heat.profiles
-
-    @property
-    def guard_samples(self) -> int:
-        """Points inside a step at which the guards are looked at: none where the profiles hide nothing."""
-        given = (self.forces.lever, self.forces.load.profile, *self.profiles)
-        return 0 if all(profile.smooth_between for profile in given) else 15
 
     @property
     def codes(self) -> tuple[BrakeCode, ...]:
@@ -109,29 +95,15 @@ class BrakeSystem(AbstractHybridSystem):
         if code == BrakeCode.FLASH_FOLD:
             slope = self.forces.kinetic_mu(q.lever_tension, y.omega, y.heat, mode, mode.band == BandMode.SLIP_BACK)[1]
             return jnp.where(slips(mode.band), slope, 1.0)
-        bounds, T = self.forces.grip.linings.friction.temperature_range(), self.forces.surface(y.heat)
-        assert bounds is not None
-        assert T is not None
-        return jnp.minimum(jnp.min(T) - bounds[0], bounds[1] - jnp.max(T)) / 100.0
+        return self.table_margin(y.heat)
 
     def _tension_of_band(self, t: Array, y: State, mode: Mode) -> Array:
         """`C x`, with the exact value where it follows from the slack tension."""
         return jnp.where(slips(mode.band), self.forces.sliding_tension(t, y, mode), self.forces.stiffness * y.x)
 
-    def _next_pieces(self, t: Array, mode: Mode, at_stop: Array) -> Mode:
-        def following(profile: AbstractProfile, piece: Any) -> Array:
-            piece = jnp.asarray(piece, jnp.int32)
-            return piece + (at_stop & (profile.next_knot(piece) <= t)).astype(jnp.int32)
-
-        return mode._replace(
-            lever_piece=following(self.forces.lever, mode.lever_piece),
-            load_piece=following(self.forces.load.profile, mode.load_piece),
-            heat_pieces=tuple(following(p, i) for p, i in zip(self.profiles, mode.heat_pieces, strict=True)),
-        )
-
     def transition(self, t, y, mode, fired, at_stop):
         before = mode.band
-        new = self._next_pieces(t, mode, at_stop)
+        new = self.next_pieces(t, mode, at_stop)
         if mode.locks is not None:
             new = new._replace(locks=jnp.where(fired[4], 1 - mode.locks, mode.locks).astype(jnp.int32))
         T_0, rate = self.forces.lever_tension(t, y, new)
@@ -207,10 +179,7 @@ class BrakeSystem(AbstractHybridSystem):
     def reset(self, t, y, before, after):
         stopped = (after.band == BandMode.HELD) | ((before.band != BandMode.OPEN) & (after.sense != before.sense))
         omega = jnp.where(stopped, 0.0, y.omega)
-        # what comes onto the hook in motion brings its energy
-        if self.forces.load.added_inertia(after.load_piece) is not None:
-            brought = 0.5 * (self.forces.inertia_at(after) - self.forces.inertia_at(before)) * y.omega**2
-            y = y._replace(ledger=y.ledger._replace(load_work=y.ledger.load_work + brought))
+        y = self.booked_change_of_load(y, before, after)
         if self.forces.stiffness is None:
             return y._replace(omega=omega)
         tension, y = self._tension_of_band(t, y, before), y._replace(omega=omega)
@@ -263,14 +232,6 @@ class BrakeSystem(AbstractHybridSystem):
         )
         into = thermal.soaked(given.into) / thermal.capacity
         return y._replace(heat=y.heat + into, ledger=y.ledger._replace(heat=booked))
-
-    def next_stop(self, mode):
-        found = jnp.minimum(
-            self.forces.lever.next_knot(mode.lever_piece), self.forces.load.profile.next_knot(mode.load_piece)
-        )
-        for profile, piece in zip(self.profiles, mode.heat_pieces, strict=True):
-            found = jnp.minimum(found, profile.next_knot(piece))
-        return found
 
     def scales(self):
         x = None if self.forces.stiffness is None else self.tension_scale / self.forces.stiffness
