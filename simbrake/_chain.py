@@ -30,12 +30,17 @@ class ChainLedger(NamedTuple):
 
 
 class ChainState(NamedTuple):
-    """Angle `φ` (rad), speed `ω` (rad/s), displacement `u` (n,) of the linings along the band circle (m) and its rate
-    `v` (m/s), the ledger, and the heat content of the thermal nodes over their capacity (K; `None` without heat)."""
+    """Angle `φ` (rad), speed `ω` (rad/s), elongation `e_i = u_i − u_{i+1}` (n,) of the segments (m), speed `v = u̇` (n,)
+    of the linings along the band circle (m/s), the ledger, and the heat content of the thermal nodes over their
+    capacity (K; `None` without heat).
+
+    Elongations instead of displacements `u`: on a stiff segment the tension would be a difference of two nearly equal
+    displacements, with a rounding of `K` times that of `u`, in which events could no longer be located.
+    """
 
     phi: Any
     omega: Any
-    u: Any
+    e: Any
     v: Any
     ledger: ChainLedger
     heat: Any = None
@@ -69,6 +74,7 @@ class ChainFlows(NamedTuple):
     total: Float[Array, " n"]  # the same with the damper's part
     grip: Float[Array, " n"]  # G_i (N)
     normal: Float[Array, " n"]  # N_i (N)
+    displacement: Float[Array, " n"]  # u_i (m)
     lining_speed: Float[Array, " n"]  # u̇_i (m/s)
     lining_slip: Float[Array, " n"]  # R_b ω − u̇_i (m/s)
     acceleration: Float[Array, " n"]  # ü_i (m/s²)
@@ -123,11 +129,11 @@ class ChainForces(AbstractActing):
 
     def flows(self, t: Array, y: ChainState, mode: ChainMode) -> ChainFlows:
         """Everything that acts at one instant."""
-        R_b, sign = self.band_radius, mode.linings.astype(y.u.dtype)
+        R_b, sign = self.band_radius, mode.linings.astype(y.v.dtype)
         sticks, taut = mode.linings == 0, (mode.segments & TAUT) > 0
         v = jnp.where(sticks, R_b * y.omega, y.v)
         slip, stretching = R_b * y.omega - v, differences(v)
-        elastic = self.preload + self.stiffness * differences(y.u)
+        elastic = self.preload + self.stiffness * y.e
         total = elastic + self.damping * stretching
         tension = jnp.where(taut, total, 0.0)
         T_0 = self.lever.value(t, mode.lever_piece)
@@ -157,6 +163,7 @@ class ChainForces(AbstractActing):
             total=total,
             grip=G,
             normal=normal,
+            displacement=jnp.cumsum(y.e[::-1])[::-1],
             lining_speed=v,
             lining_slip=slip,
             acceleration=jnp.where(sticks, R_b * alpha, (G + before - tension) / self.mass),
@@ -168,7 +175,7 @@ class ChainForces(AbstractActing):
         """Kinetic energy of pulley and linings and elastic energy `Σ T_el²/(2 K_i)` of the segments (J)."""
         v = jnp.where(mode.linings == 0, self.band_radius * y.omega, y.v)
         kinetic = 0.5 * self.inertia_at(mode) * y.omega**2 + 0.5 * jnp.sum(self.mass * v**2)
-        tension = jnp.maximum(self.preload + self.stiffness * differences(y.u), 0.0)
+        tension = jnp.maximum(self.preload + self.stiffness * y.e, 0.0)
         return kinetic, jnp.sum(tension**2 / (2 * self.stiffness))
 
 

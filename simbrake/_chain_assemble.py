@@ -12,7 +12,7 @@ from ._scene import Scene
 def assemble_chain(scene: Scene) -> tuple[ChainSystem, ChainState, ChainMode]:
     """System, initial state and initial mode of a scene with `brake.band.segments` (model §3.1).
 
-    All linings start on the pulley, `u̇_i = R_b ω_0`, `u_i = 0`, and all segments with the tension `C x_0`. The label
+    All linings start on the pulley, `u̇_i = R_b ω_0`, `e_i = 0`, and all segments with the tension `C x_0`. The label
     of the band is `ELASTIC` while any lining sticks; a chain knows no `OPEN` and no `TAKE_UP`, as the lever pulls on
     the first lining from the start.
     """

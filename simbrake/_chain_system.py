@@ -40,7 +40,7 @@ class ChainSystem(AbstractBrakeSystem):
             friction_heat=jnp.sum(q.grip * q.lining_slip),
             damper_heat=jnp.sum((q.tension - elastic) * q.stretching),
         )
-        rates = ChainState(phi=y.omega, omega=q.alpha, u=q.lining_speed, v=q.acceleration, ledger=ledger)
+        rates = ChainState(phi=y.omega, omega=q.alpha, e=q.stretching, v=q.acceleration, ledger=ledger)
         if self.forces.thermal is None:
             return rates
         net, deposit = q.thermal.flows, q.thermal.deposit
@@ -60,7 +60,7 @@ class ChainSystem(AbstractBrakeSystem):
 
     def _lining_guards(self, y: ChainState, mode: ChainMode, q: ChainFlows) -> Float[Array, " n"]:
         stuck = (self.forces.limit(y, q) - jnp.abs(q.grip)) / self.tension_scale
-        slides = mode.linings.astype(y.u.dtype) * q.lining_slip / (self.forces.band_radius * self.speed_scale)
+        slides = mode.linings.astype(y.v.dtype) * q.lining_slip / (self.forces.band_radius * self.speed_scale)
         return jnp.where(mode.linings == 0, stuck, slides)
 
     def transition(self, t, y, mode, fired, at_stop):
@@ -109,14 +109,14 @@ class ChainSystem(AbstractBrakeSystem):
         return y._replace(v=jnp.where(after.linings == 0, self.forces.band_radius * y.omega, y.v))
 
     def scales(self):
-        K, kelvin, infinity = jnp.min(self.forces.stiffness), None, jnp.inf
+        kelvin, infinity = None, jnp.inf
         if self.forces.thermal is not None:
             kelvin = jnp.full_like(self.forces.thermal.capacity, 100.0)
         booked = None if kelvin is None else HeatLedger(infinity, infinity, infinity, infinity)
         return ChainState(
             phi=1.0,
             omega=self.speed_scale,
-            u=jnp.full_like(self.forces.mass, 1.0) * self.tension_scale / K,
+            e=self.tension_scale / self.forces.stiffness,
             v=jnp.full_like(self.forces.mass, 1.0) * self.forces.band_radius * self.speed_scale,
             ledger=ChainLedger(infinity, infinity, infinity, infinity, booked),
             heat=kelvin,
