@@ -35,6 +35,7 @@ from ._design import Bandage as Bandage
 from ._design import Brake as Brake
 from ._design import Lining as Lining
 from ._design import Pulley as Pulley
+from ._design import Segments as Segments
 from ._design import stiffness_of as stiffness_of
 from ._design import tension_shares as tension_shares
 from ._design import uniform_linings as uniform_linings

@@ -26,6 +26,20 @@ class Pulley(eqx.Module):
     width: Scalar | None = quantity("m", "width of the friction track", positive=True, default=None)
 
 
+class Segments(eqx.Module):
+    """The band between the linings, where each of them moves for itself (model §3.1, the resolved chain).
+
+    - `stiffness` `K_i` (N/m) between lining `i` and `i + 1`, one number or (n − 1,); the segment to the anchor is the
+      band's own `stiffness`
+    - `damping_ratio` `ζ`: `D_i = 2 ζ √(K_i m̄_i)` with `m̄_i` the mean mass of the two linings it joins
+    - `anchor_damping` `D_n` (N·s/m) of the segment to the anchor
+    """
+
+    stiffness: Scalar = quantity("N/m", "stiffness of the band between two linings", positive=True)
+    damping_ratio: Scalar = quantity("1", "share of critical damping between two linings", low=0.0, default=0.05)
+    anchor_damping: Scalar = quantity("N*s/m", "damping of the segment to the anchor", low=0.0, default=0.0)
+
+
 class Band(eqx.Module):
     """The brake band.
 
@@ -33,12 +47,15 @@ class Band(eqx.Module):
     - `stiffness` `C` (N/m): tension of the tight end per unit elongation, band, anchor and linkage in series;
       `None` for a rigid band, which slips from the moment the lever pulls; or the band's geometry, or several bands
       in parallel, from which `stiffness_of` finds the number
+    - `segments`: resolves the band into a chain of linings that move for themselves; `stiffness` is then that of the
+      segment to the anchor. `None`: linings follow the band as a whole
     """
 
     radius: Scalar = quantity("m", "radius of the band circle", positive=True)
     stiffness: Scalar | AbstractStiffness | None = quantity(
         "N/m", "stiffness at the tight end", positive=True, default=None
     )
+    segments: Segments | None = None
 
 
 class Lining(eqx.Module):
@@ -46,11 +63,13 @@ class Lining(eqx.Module):
 
     - `angle` `β_i` (n,) in rad: central angle of each;  `friction`: its law, with numbers for all or per lining
     - `area` `A_i` (m²), a number or (n,): needed where pressure matters
+    - `mass` `m_i` (kg), a number or (n,): needed where the band is resolved into `segments`, else without effect
     """
 
     friction: AbstractFriction
     angle: Scalar = quantity("rad", "central angle of a lining", positive=True, high=math.pi * (1 - 1e-9))
     area: Scalar | None = quantity("m^2", "area of a lining", positive=True, default=None)
+    mass: Scalar | None = quantity("kg", "mass of a lining and its band", positive=True, default=None)
 
     @property
     def count(self) -> int:
@@ -62,9 +81,12 @@ class Lining(eqx.Module):
         return jnp.sum(jnp.asarray(self.angle))
 
 
-def uniform_linings(count: int, wrap: float, friction: AbstractFriction, area: float | None = None) -> Lining:
-    """`count` equal linings over the angle `wrap` (rad), each of the `area` (m²) if pressure matters."""
-    return Lining(angle=np.full(count, wrap / count), friction=friction, area=area)
+def uniform_linings(
+    count: int, wrap: float, friction: AbstractFriction, area: float | None = None, mass: float | None = None
+) -> Lining:
+    """`count` equal linings over the angle `wrap` (rad); each of the `area` (m²) if pressure matters, of the `mass`
+    (kg) in a chain."""
+    return Lining(angle=np.full(count, wrap / count), friction=friction, area=area, mass=mass)
 
 
 class Bandage(eqx.Module):
@@ -115,6 +137,26 @@ class Brake(eqx.Module):
         found += _faults_of_shapes(self.linings.friction, f"{path}.linings.friction", angle.size)
         if self.bandage is not None:
             found += _faults_of_bandage(self.bandage, f"{path}.bandage", angle.size)
+        return found + self._faults_of_segments(path, angle.size)
+
+    def _faults_of_segments(self, path: str, n: int) -> list[Fault]:
+        band, mass, found = self.band, self.linings.mass, []
+        if band.segments is None:
+            if mass is not None:
+                hint = "linings move for themselves only where the band has `segments`"
+                found.append(Fault(f"{path}.linings.mass", "has no effect", hint))
+            return found
+        if band.stiffness is None:
+            hint = "with segments it is the stiffness of the one to the anchor"
+            found.append(Fault(f"{path}.band.stiffness", "is missing", hint))
+        if mass is None:
+            found.append(Fault(f"{path}.linings.mass", "is missing", "each lining of a chain moves for itself"))
+        elif np.shape(mass) not in ((), (n,)):
+            found.append(Fault(f"{path}.linings.mass", f"does not fit {n} linings", f"give one number, or {n}"))
+        for name in ("stiffness", "damping_ratio"):
+            if np.shape(getattr(band.segments, name)) not in ((), (n - 1,)):
+                where, what = f"{path}.band.segments.{name}", f"does not fit {n} linings"
+                found.append(Fault(where, what, f"give one number, or {n - 1}, one between each two"))
         return found
 
 

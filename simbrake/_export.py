@@ -42,7 +42,7 @@ def series_table(result: Result, count: int = 1001) -> tuple[list[str], np.ndarr
 
 
 def write(result: Result, folder: Path) -> list[Path]:
-    """Writes `summary.json`, `summary.txt`, `series.csv`, `stop.png`; `temperatures.png`, `stages.png` where there are any."""
+    """Writes `summary.json`, `summary.txt`, `series.csv`, `stop.png`; `temperatures.png`, `stages.png` if any."""
     from . import plot  # matplotlib is loaded by those who want a picture
 
     summary = result.summary()

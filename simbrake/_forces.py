@@ -2,13 +2,14 @@
 
 from typing import Any, NamedTuple
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
+from ._acting import AbstractActing
 from ._band import limit_tensions, piece_of, product, running_product, tensions_on
 from ._duty import AbstractProfile, SpeedHold
+from ._friction import AbstractFriction
 from ._heat import FrictionHeat
 from ._internal import Held, InternalPair
 from ._links import Surroundings
@@ -39,7 +40,7 @@ class Limits(NamedTuple):
     margin: Any = None  # 1 − max f z, where it can change
 
 
-class Forces(eqx.Module):
+class Forces(AbstractActing):
     """Tensions, torques and heat flows of a brake as functions of time, state and mode (model §3; staged: §4).
 
     The band acts on what carries it: the pulley, or the bandage of a staged brake, which the pulley drives through the
@@ -72,24 +73,15 @@ class Forces(eqx.Module):
         """Speed of what carries the band: pulley or bandage (rad/s)."""
         return y.omega if self.internal is None else y.omega_b
 
-    def inertia_at(self, mode: Mode) -> Array:
-        """Inertia of all that turns and moves with the shaft (kg·m²)."""
-        more = self.load.added_inertia(mode.load_piece)
-        return self.inertia if more is None else self.inertia + more
-
-    def surface(self, u: Any) -> Array | None:
-        """Temperatures that the linings' friction law sees."""
-        return self._sensed(self.pair, u)
+    def laws(self, u):
+        found: list[tuple[AbstractFriction, Array | None]] = [(self.grip.linings.friction, self.surface(u))]
+        if self.internal is not None:
+            found.append((self.internal.bandage.friction, self.inner_surface(u)))
+        return found
 
     def inner_surface(self, u: Any) -> Array | None:
         """Temperatures that the friction law of the internal pair sees."""
-        return self._sensed(None if self.thermal is None else self.thermal.heat.friction, u)
-
-    def _sensed(self, pair: FrictionHeat | None, u: Any) -> Array | None:
-        if self.thermal is None or pair is None:
-            return None
-        assert pair.sensor is not None
-        return self.thermal.at(self.thermal.temperatures(u), pair.sensor, self.grip.linings.count)
+        return self.sensed(None if self.thermal is None else self.thermal.heat.friction, u)
 
     def kinetic_mu(self, T_0: Array, omega: Array, u: Any, mode: Mode, back: Any) -> tuple[Float[Array, " n"], Array]:
         """Tension ratios `μ_i` of sliding linings, and the least slope of their implicit equations."""
@@ -194,26 +186,12 @@ class Forces(eqx.Module):
         T_0, _ = self.lever_tension(t, y, mode)
         return T_0 * self._ratio(T_0, self.carrier_speed(y), y.heat, mode, mode.band == BandMode.SLIP_BACK)
 
-    def deposit(self, t: Array, y: State, mode: Mode, now: ThermalNow, P: Array) -> Deposit:
-        """Where the heats `P` of the linings go in the pair on which the band acts."""
-        assert self.thermal is not None
-        around = self.around(y, mode)
-        return self.thermal.deposit(self.pair, now.T, now.T_junctions, t, around, P, mode.heat_pieces)
-
     def around(self, y: State, mode: Mode) -> Surroundings:
         rests = mode.band == BandMode.HELD
         if self.internal is not None:
             rests = rests & (mode.inner == 0)
         moving = jnp.where(rests, 0.0, jnp.abs(y.omega))
         return Surroundings(moving * self.track_radius, jnp.where(mode.band == BandMode.OPEN, 0.0, 1.0))
-
-    def thermal_now(self, t: Array, y: State, mode: Mode) -> ThermalNow | None:
-        """Temperatures and heat flows, friction apart."""
-        if self.thermal is None:
-            return None
-        around, T = self.around(y, mode), self.thermal.temperatures(y.heat)
-        T_J = self.thermal.junctions(T, t, around, mode.heat_pieces)
-        return ThermalNow(T, T_J, self.thermal.flows(T, T_J, t, around, mode.heat_pieces), None)
 
     # --- the internal pair of a staged brake ----------------------------------------------------------------------
 

@@ -140,6 +140,8 @@ def _faults_of_heat(scene: Scene) -> list[Fault]:
             what = f"the table of {table} does not cover the start at {T.min():g}…{T.max():g} K"
             found.append(Fault(where, what, "extend the table; it is not extrapolated"))
     if heat is not None and heat.flash is not None:
+        if scene.brake.band.segments is not None:
+            found.append(Fault("heat.flash", "is not modelled for a band in segments", "leave out one of the two"))
         if not scene.brake.linings.friction.temperature_dependent:
             found.append(Fault("heat.flash", "has no effect", "the friction law does not look at the temperature"))
         if heat.flash.hardness is None and scene.brake.linings.area is None:

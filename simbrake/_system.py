@@ -7,11 +7,11 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ._acting import AbstractBrakeSystem
 from ._band import piece_of, product
-from ._duty import AbstractProfile
 from ._forces import Forces, Limits
 from ._friction import AbstractFriction
-from ._hybrid import CORE, QUADRATURE, AbstractHybridSystem
+from ._hybrid import CORE, QUADRATURE
 from ._modes import BandMode, Mode, Situation, moving_mode, rigid_mode, slips
 from ._sparsity import couplings
 from ._state import BrakeCode, Flows, HeatLedger, Ledger, State
@@ -20,7 +20,7 @@ from ._state import BrakeCode, Flows, HeatLedger, Ledger, State
 _PASSES = 4
 
 
-class BrakeSystem(AbstractHybridSystem):
+class BrakeSystem(AbstractBrakeSystem):
     """A brake as a hybrid system: standard (model §3; Z-15…Z-18) or staged (§4; K), with its thermal network if any.
 
         J ω̇ = M_load(t, ω) − R_b (T_n − T_0),   φ̇ = ω,   T_n = C x while the band is elastic, T_0 Π^{±1} while it slides
@@ -35,18 +35,6 @@ class BrakeSystem(AbstractHybridSystem):
     speed_scale: Float[Array, ""]
 
     @property
-    def profiles(self) -> tuple[AbstractProfile, ...]:
-        """Given functions of time beside lever and load."""
-        thermal = self.forces.thermal
-        return () if thermal is None else thermal.heat.profiles
-
-    @property
-    def guard_samples(self) -> int:
-        """Points inside a step at which the guards are looked at: none where the profiles hide nothing."""
-        given = (self.forces.lever, self.forces.load.profile, *self.profiles)
-        return 0 if all(profile.smooth_between for profile in given) else 15
-
-    @property
     def codes(self) -> tuple[BrakeCode, ...]:
         """What the guards after the fourth stand for: ends of the run that heat can bring about."""
         law: AbstractFriction = self.forces.grip.linings.friction
@@ -55,7 +43,7 @@ class BrakeSystem(AbstractHybridSystem):
             found.append(BrakeCode.BAND_SNAP)
         if self.forces.grip.implicit:
             found.append(BrakeCode.FLASH_FOLD)
-        if any(bounds is not None for bounds, _ in self._tables(None)):
+        if self.has_tables:
             found.append(BrakeCode.OUTSIDE_TABLE)
         return tuple(found)
 
@@ -63,13 +51,6 @@ class BrakeSystem(AbstractHybridSystem):
     def _inner_guards(self) -> int:
         """Where the guards of the internal pair begin: grip or slip, one lining more at its limit, one less."""
         return 4 + self.forces.grip.varies + len(self.codes)
-
-    def _tables(self, y: State | None) -> list[tuple[Any, Array | None]]:
-        """Temperature ranges of the friction laws, and what they see (given a state)."""
-        f = self.forces
-        laws = [f.grip.linings.friction] + ([] if f.internal is None else [f.internal.bandage.friction])
-        seen = [None] * len(laws) if y is None else [f.surface(y.heat), f.inner_surface(y.heat)][: len(laws)]
-        return [(law.temperature_range(), T) for law, T in zip(laws, seen, strict=True)]
 
     def rhs(self, t, y, mode):
         q = self.forces.flows(t, y, mode)
@@ -169,31 +150,15 @@ class BrakeSystem(AbstractHybridSystem):
             speed = self.forces.carrier_speed(y)
             slope = self.forces.kinetic_mu(q.lever_tension, speed, y.heat, mode, mode.band == BandMode.SLIP_BACK)[1]
             return jnp.where(slips(mode.band), slope, 1.0)
-        room = [
-            jnp.minimum(jnp.min(T) - bounds[0], bounds[1] - jnp.max(T)) / 100.0
-            for bounds, T in self._tables(y)
-            if bounds is not None and T is not None
-        ]
-        return room[0] if len(room) == 1 else jnp.minimum(*room)
+        return self.table_margin(y.heat)
 
     def _tension_of_band(self, t: Array, y: State, mode: Mode) -> Array:
         """`C x`, with the exact value where it follows from the slack tension."""
         return jnp.where(slips(mode.band), self.forces.sliding_tension(t, y, mode), self.forces.stiffness * y.x)
 
-    def _next_pieces(self, t: Array, mode: Mode, at_stop: Array) -> Mode:
-        def following(profile: AbstractProfile, piece: Any) -> Array:
-            piece = jnp.asarray(piece, jnp.int32)
-            return piece + (at_stop & (profile.next_knot(piece) <= t)).astype(jnp.int32)
-
-        return mode._replace(
-            lever_piece=following(self.forces.lever, mode.lever_piece),
-            load_piece=following(self.forces.load.profile, mode.load_piece),
-            heat_pieces=tuple(following(p, i) for p, i in zip(self.profiles, mode.heat_pieces, strict=True)),
-        )
-
     def transition(self, t, y, mode, fired, at_stop):
         before = mode.band
-        new = self._next_pieces(t, mode, at_stop)
+        new = self.next_pieces(t, mode, at_stop)
         if mode.locks is not None:
             new = new._replace(locks=jnp.where(fired[4], 1 - mode.locks, mode.locks).astype(jnp.int32))
         T_0, rate = self.forces.lever_tension(t, y, new)
@@ -305,17 +270,13 @@ class BrakeSystem(AbstractHybridSystem):
 
     def reset(self, t, y, before, after):
         stopped = (after.band == BandMode.HELD) | ((before.band != BandMode.OPEN) & (after.sense != before.sense))
+        still = self.booked_change_of_load(y, before, after)
         if after.inner is None:
-            still = y._replace(omega=jnp.where(stopped, 0.0, y.omega))
+            still = still._replace(omega=jnp.where(stopped, 0.0, y.omega))
         else:
             sticks = after.inner == 0
             omega_b = jnp.where(stopped, 0.0, jnp.where(sticks, y.omega, y.omega_b))
-            still = y._replace(omega=jnp.where(sticks & stopped, 0.0, y.omega), omega_b=omega_b)
-        # what comes onto the hook in motion brings its energy
-        if self.forces.load.added_inertia(after.load_piece) is not None:
-            brought = 0.5 * (self.forces.inertia_at(after) - self.forces.inertia_at(before)) * y.omega**2
-            old = still.ledger
-            still = still._replace(ledger=old._replace(load_work=old.load_work + brought))
+            still = still._replace(omega=jnp.where(sticks & stopped, 0.0, y.omega), omega_b=omega_b)
         if self.forces.stiffness is None:
             return still
         tension, y = self._tension_of_band(t, y, before), still
@@ -363,14 +324,6 @@ class BrakeSystem(AbstractHybridSystem):
         booked = jax.tree.map(jnp.add, y.ledger.heat, self._given(given, 1.0))
         into = thermal.soaked(given.into) / thermal.capacity
         return y._replace(heat=y.heat + into, ledger=y.ledger._replace(heat=booked))
-
-    def next_stop(self, mode):
-        found = jnp.minimum(
-            self.forces.lever.next_knot(mode.lever_piece), self.forces.load.profile.next_knot(mode.load_piece)
-        )
-        for profile, piece in zip(self.profiles, mode.heat_pieces, strict=True):
-            found = jnp.minimum(found, profile.next_knot(piece))
-        return found
 
     def scales(self):
         x = None if self.forces.stiffness is None else self.tension_scale / self.forces.stiffness

@@ -110,6 +110,13 @@ def _attempt(p: Problem, c: Carry) -> Attempt:
     return Attempt(h, t1, target, reaches, y1, f1, g1, rate1, accept, finite, h_next, resolution)
 
 
+def _hidden(c: Carry, a: Attempt, distance) -> Bool[Array, " guard"]:
+    """Guards at zero that steps towards it no longer move, as rounding of the state swallows what such a step adds."""
+    short = (a.h > 0) & (a.h <= 64 * a.resolution)
+    still = (jnp.abs(distance) <= 2 * a.h) & (c.g - a.g1 < -0.5 * a.rate1 * a.h)
+    return short & c.armed & (a.rate1 < 0) & ((jnp.abs(a.g1) <= TINY) | still)
+
+
 def _judge(p: Problem, c: Carry, a: Attempt) -> Verdict:
     tol = p.guard_tolerance
     look = a.accept & (suspicious(c, a.h, a.g1, a.rate1, tol) | (p.settings.guard_samples > 0))
@@ -128,7 +135,8 @@ def _judge(p: Problem, c: Carry, a: Attempt) -> Verdict:
     near = jnp.maximum(0.1 * jnp.sqrt(p.settings.rtol) * a.h, 0.5 * a.resolution)
     distance = -a.g1 / jnp.where(a.rate1 == 0, 1.0, a.rate1)
     lands = (a.rate1 < 0) & (jnp.abs(distance) <= near) & (c.armed | leaving(c, a.h) | crosses)
-    lost = crosses & (a.h <= a.resolution) & ~lands  # the bracket has shrunk to rounding: fire here
+    lost = crosses & (a.h <= a.resolution)  # the bracket has shrunk to rounding: fire here
+    lost = (lost | _hidden(c, a, distance)) & ~lands
     distance = jnp.where(lost, 0.0, jnp.where(lands, distance, jnp.inf))
     instant = look & found.instant
     land = a.accept & ~instant & jnp.any(lands | lost) & jnp.all(~crosses | lands | lost)

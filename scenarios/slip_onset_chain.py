@@ -1,0 +1,126 @@
+"""The onset of slip and a stop of a U2-5-5 drawworks, lining by lining: a resolved chain of 20 linings.
+
+The brake of `u2_5_5_stop.py` (V: Volchenko et al.; Z: Zhuravlov et al.) under a constant slack tension from the onset
+of slip on, with each lining on its own segment of the band (model §3.1). What the papers do not give is an assumption
+and says so beside its value.
+"""
+
+import dataclasses
+import math
+
+import numpy as np
+
+import simbrake as sb
+
+SLACK_TENSION = 2.0e3  # N; assumption: as at the start of the main scenario
+ANCHOR = 1.0e5  # N/m; assumption: linkage and anchor govern, not the steel band
+
+
+def scene() -> sb.Scene:
+    """The scene with its band in segments."""
+    track_radius, lining_thickness, band_thickness = 0.590, 0.030, 0.006  # m, V table 1; FK-24A; brake band
+    line_count, drum_radius = 8, 0.40  # lines of the tackle, m to the rope; assumptions
+    linings = sb.uniform_linings(
+        20,  # Z: even, 8…26
+        math.radians(270.0),  # Z: wrap
+        sb.ConstantFriction(0.35),  # assumption: FK-24A on steel, within Z's 0.1…0.5
+        mass=3.5,  # kg; assumption: 1.9 kg of FK-24A and 1.5 kg of band over 0.147 × 0.22 m
+    )
+    segments = sb.Segments(
+        stiffness=1.0e8,  # N/m; assumption: bolted joints take up most of it; the bare steel band has 1.8e9
+        damping_ratio=0.05,  # assumption
+    )
+    return sb.Scene(
+        brake=sb.Brake(
+            pulley=sb.Pulley(radius=track_radius, inertia=1200.0),  # kg·m²; assumption: drum, pulleys, fast line
+            band=sb.Band(track_radius + lining_thickness + band_thickness / 2, ANCHOR, segments),
+            linings=linings,
+        ),
+        duty=sb.Duty(
+            slack_tension=sb.Constant(SLACK_TENSION),
+            load=sb.HookLoad(mass=5.0e3, drum_radius=drum_radius, line_count=line_count),  # kg; assumption: empty hook
+        ),
+        # at the onset of slip: the band is stretched by the slack tension all along
+        initial=sb.Initial(omega=6.0, elongation=SLACK_TENSION / ANCHOR),  # rad/s, hook at 0.3 m/s; assumption
+        end_time=3.0,  # s: well past the stop
+    )
+
+
+def as_a_whole(scene: sb.Scene) -> sb.Scene:
+    """The same scene with the band as one spring and linings without mass (model §3)."""
+    brake = scene.brake
+    brake = dataclasses.replace(
+        brake,
+        band=dataclasses.replace(brake.band, segments=None),
+        linings=dataclasses.replace(brake.linings, mass=None),
+    )
+    return dataclasses.replace(scene, brake=brake)
+
+
+def run(scene: sb.Scene):
+    """Every change of mode of the chain: time, and modes before and after."""
+    import diffrax
+    import jax
+    import jax.numpy as jnp
+
+    from simbrake._chain_assemble import assemble_chain
+    from simbrake._hybrid import LANDED
+
+    sb.check(scene)
+    system, state, mode = assemble_chain(scene)
+    settings = sb.Settings(jnp.asarray(1e-10), jnp.asarray(10_000), max_steps=32768, guard_samples=system.guard_samples)
+    method = sb.ExplicitRungeKutta(diffrax.Dopri8())
+    record = sb.hybridsolve(system, state, mode, scene.initial.time, scene.end_time, method, settings)
+    if int(record.code):
+        raise SystemExit(f"the run ended with the code {int(record.code)}")
+    modes = jax.tree.map(np.asarray, jax.vmap(record.flat.unpack_mode)(record.rows.mode))
+    t, kind = np.asarray(record.rows.t), np.asarray(record.rows.kind)[: int(record.count)]
+    return [
+        (t[i + 1], *(jax.tree.map(lambda x, j=j: x[j], modes) for j in (i, i + 1)))
+        for i in np.flatnonzero(kind >= LANDED)
+    ]
+
+
+def main() -> None:
+    import jax
+
+    jax.config.update("jax_enable_x64", True)
+    chain, n = scene(), 20
+    found = run(chain)
+    slips = [next(t for t, _, after in found if after.linings[i] != 0) for i in range(n)]
+    full = next(t for t, _, after in found if np.all(after.linings != 0))
+    stop = next(t for t, before, after in found if after.band == sb.BandMode.HELD != before.band)
+    whole = sb.simulate(as_a_whole(chain))
+    log = {(event.name, event.lining): event.time for event in whole.events}
+    limits = [log["lining_limit", i + 1] for i in range(n)]
+    print("lining   chain lets go   limit of the whole band")
+    for i in range(n):
+        print(f"{i + 1:6d} {slips[i] * 1e3:12.4f} ms {limits[i] * 1e3:14.4f} ms")
+    print(EXPLANATION)
+    print("k-th to slip   of the chain              of the whole band")
+    for k in range(n):
+        last = n - 1 - k
+        mine, theirs = (
+            f"lining {last + 1:2d} {slips[last] * 1e3:9.4f} ms",
+            f"lining {k + 1:2d} {limits[k] * 1e3:9.4f} ms",
+        )
+        print(f"{k + 1:12d}   {mine}   {theirs}")
+    print(f"full slip      chain {full * 1e3:.4f} ms   whole band {log['full_slip', None] * 1e3:.4f} ms")
+    print(f"stop           chain {stop:.5f} s    whole band {float(whole.stopping_time):.5f} s")
+
+
+EXPLANATION = """
+Both count the same limits, in opposite order. In the chain the anchor's spring pulls on the last lining alone. That
+lining carries the whole rise of the tension until it lets go, then its neighbour takes over: the front of slip runs
+from the tight to the slack end. The rule of the whole band counts from the slack end: which linings carry is open
+between rigid bodies, and the published model lets the first ones do it.
+The torque is R_b (T_n - T_0) with T_n = C x in both, whoever carries it; and k equal linings at their limit hold T_n up
+to T_0 Pi_k wherever they sit. So the k-th to slip in the chain does so when the k-th limit of the whole band is
+reached, later by as much as the segments stretch (K against C) and the linings' mass delays. What differs is who slides
+meanwhile and how hard it is pressed: heat and wear begin at the tight end. The stop comes a little later, too: nothing
+damps the linings on the anchor's spring, they swing, stick once in each swing, and carry less than their limit then.
+"""
+
+
+if __name__ == "__main__":
+    main()

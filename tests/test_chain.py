@@ -1,0 +1,287 @@
+"""The resolved chain (model §3.1): every lining sticks and slides for itself."""
+
+import itertools
+import math
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from chain_scenes import (
+    ARM,
+    chain,
+    changes,
+    closure,
+    drawworks,
+    first_and_stop,
+    first_slips,
+    full_slip_of,
+    looked,
+    run,
+    stop_of,
+)
+from scipy.integrate import solve_ivp
+
+import simbrake as sb
+from simbrake._chain import STRETCHED, TAUT, chain_lining_forces
+from simbrake._hybrid import INSTANT
+
+Z_ANGLE = math.tan(math.radians(13.5))
+MU = (1 + 0.3 * Z_ANGLE) / (1 - 0.3 * Z_ANGLE)
+
+
+def quasi_static(k=4, R_b=ARM, C=5.0 / ARM, J=4.0):
+    """First lining limit, t1 and stopping time from the onset of slip (closed forms of model §3), T_0 = ω_0 = 1."""
+    chi = math.sqrt(C * R_b**2 / J)
+    first, t1 = (math.asin(chi * (MU**i - 1) / (C * R_b)) / chi for i in (1, k))
+    return first, t1, t1 + math.cos(chi * t1) * J / (R_b * (MU**k - 1))
+
+
+def test_checked_figures_of_the_model():
+    _, t1, stop = quasi_static()
+    assert (t1, stop) == (pytest.approx(0.156987, abs=5e-7), pytest.approx(5.345307, abs=5e-7))
+    # "arms as Z" moves everything that acts at the rim to the band circle: K like C, and masses too
+    record = run(chain(m=1e-3 / ARM**2, K=1e3 / ARM))
+    assert stop_of(record) == pytest.approx(5.3514, abs=5e-5)
+    assert closure(record) < 1e-12
+
+
+def test_converges_to_the_quasi_static_band():
+    first, t1, stop = quasi_static()
+    masses, stiffnesses = np.asarray([1e-2, 1e-3, 1e-4]), np.asarray([1e2, 1e3, 1e4])
+    light = [run(chain(m=m, K=1e4), 1e-9, 32768) for m in masses]
+    stiff = [run(chain(m=1e-4, K=K, end=0.4), 1e-9, 32768) for K in stiffnesses]
+    errors = {
+        "first slip over mass": (masses, [first_slips(r).min() - first for r in light], 1.0),
+        "stopping time over mass": (masses[1:], [stop_of(r) - stop for r in light[1:]], 1.0),
+        "full slip over stiffness": (stiffnesses, [full_slip_of(r) - t1 for r in stiff], -1.0),
+    }
+    for name, (sizes, error, slope) in errors.items():
+        found = np.diff(np.log(np.abs(error))) / np.diff(np.log(sizes))
+        print(name, np.asarray(error), "slopes", found)
+        np.testing.assert_allclose(found, slope, atol=0.06, err_msg=name)
+    # with a damped anchor the linings come to rest and carry what statics says
+    record = run(chain(m=1e-4, K=1e4, damping=4.5e-3), 1e-9, 32768)
+    i = int(np.searchsorted(np.asarray(record.rows.t)[: int(record.count)], 3.0))
+    np.testing.assert_allclose(np.asarray(looked(record)[0].tension)[i], MU ** np.arange(1, 5), rtol=1e-6)
+    np.testing.assert_allclose([stop_of(record), full_slip_of(record)], [stop, t1], atol=1.1e-3)
+
+
+def single_shoe(J, R_b, m, C, D, f, T0, w0, end):
+    """One shoe with DOP853 and events, written down independently: event times and the end of (ω, u, v, lever work)."""
+    fz = f * Z_ANGLE
+
+    def force(y):
+        return T0 + C * y[1] + D * y[2]
+
+    def stuck(t, y):
+        a = -R_b * (force(y) - T0) / (J + m * R_b**2)
+        return [a, y[2], R_b * a, T0 * y[2]]
+
+    def sliding(sign):
+        def rhs(t, y):
+            G = sign * fz * (force(y) + T0)
+            return [-R_b * G / J, y[2], (G + T0 - force(y)) / m, T0 * y[2]]
+
+        return rhs
+
+    def let_go(side):
+        def event(t, y):
+            return fz * (force(y) + T0) - side * (m * stuck(t, y)[2] + force(y) - T0)
+
+        return event
+
+    def slip(sign):
+        return lambda t, y: sign * (R_b * y[0] - y[2])
+
+    t, y, mode, times = 0.0, [w0, 0.0, R_b * w0, 0.0], 0, []
+    while t < end and len(times) < 500:
+        rhs = stuck if mode == 0 else sliding(mode)
+        events = [let_go(1), let_go(-1)] if mode == 0 else [slip(mode)]
+        for e in events:
+            e.terminal, e.direction = True, -1
+        done = solve_ivp(rhs, (t, end), y, "DOP853", events=events, rtol=1e-13, atol=1e-15, max_step=0.02)
+        t, y = done.t[-1], done.y[:, -1]
+        if t < end:
+            times.append(t)
+            mode = ((1, -1)[int(done.t_events[0].size == 0)]) if mode == 0 else 0
+            if mode == 0:
+                y[2] = R_b * y[0]
+    return np.asarray(times), y
+
+
+def test_one_lining_is_a_single_shoe():
+    given = {"J": 0.5, "R_b": 0.9, "C": 5.0, "f": 0.3, "T0": 1.0, "w0": 0.6}
+    scene = chain(n=1, **given, m=0.05, damping=0.03, end=8.0)
+    record = run(scene, 1e-13)
+    times, (omega, u, v, lever_work) = single_shoe(**given, m=0.05, D=0.03, end=8.0)
+    found = changes(record)
+    switches = [t for t, before, after in found if before.linings[0] != after.linings[0]]
+    assert len(times) >= 6
+    np.testing.assert_allclose(switches, times, rtol=0, atol=1e-9)
+    end = record.y_end
+    np.testing.assert_allclose([end.omega, end.e[0], end.v[0]], [omega, u, v], rtol=0, atol=1e-9)
+    assert float(end.ledger.lever_work) == pytest.approx(lever_work, abs=1e-9)
+    assert {int(after.linings[0]) for _, _, after in found} == {-1, 0, 1}  # the pulley springs back after its stop
+
+
+def test_a_whole_stop_of_26_linings():
+    scene = drawworks(26)
+    record = run(scene)
+    assert int(record.code) == 0
+    k = int(record.count) + 1
+    q, limit, _, y, mode = looked(record)
+    assert closure(record) < 1e-9
+    scale = float(record.system.tension_scale)
+    assert np.all(np.diff(np.asarray(y.ledger.friction_heat)[:k]) >= -1e-9 * scale)
+    assert np.all(np.diff(np.asarray(y.ledger.damper_heat)[:k]) >= -1e-9 * scale)
+    assert np.min(np.asarray(q.tension)[:k]) >= 0
+    linings = np.asarray(mode.linings)[:k]
+    past = np.where(linings == 0, np.abs(np.asarray(q.grip)[:k]) - np.asarray(limit)[:k], -1.0)
+    final = np.asarray(record.rows.kind)[:k] != INSTANT  # a mode that is not left again at the same instant
+    assert np.max(past[final]) < 1e-9 * scale
+    slides = linings * np.asarray(q.lining_slip)[:k]
+    assert np.min(slides) > -1e-9
+    # moment balance: all that brakes comes from the grip of the linings
+    alpha = (q.load_torque - q.brake_torque) / record.system.forces.inertia
+    np.testing.assert_allclose(np.asarray(q.alpha)[:k], np.asarray(alpha)[:k], atol=1e-9)
+    # from the tight end on; near the slack end the rising lever draws the linings ahead of the pulley first
+    first = first_slips(record)
+    assert np.all(np.diff(first[6:]) < 0)
+    for i in range(26):  # each lining sticks and slides by turns
+        own = [int(after.linings[i]) for _, before, after in changes(record) if after.linings[i] != before.linings[i]]
+        assert own[0] == (1 if i >= 6 else own[0])
+        assert all((a == 0) != (b == 0) or 0 not in (a, b) for a, b in itertools.pairwise(own))
+    bands = [int(after.band) for _, _, after in changes(record)]
+    assert sb.BandMode.SLIP in bands
+    assert bands[-1] == sb.BandMode.HELD
+    i = int(np.argmax(np.all(linings == 1, axis=1)))
+    forces = chain_lining_forces(
+        record.system.forces, jax.tree.map(lambda x: x[i], mode), jax.tree.map(lambda x: x[i], q)
+    )
+    np.testing.assert_allclose(forces.friction, 0.35 * np.asarray(forces.normal), rtol=1e-12)
+    s = record.stats
+    print(f"26 linings: {int(s.events)} events, {int(record.count)} attempts, {int(s.retaken)} of them retaken")
+
+
+def test_gradients_against_central_differences():
+    numbers = {"m": 2e-2, "K": 60.0, "C": 5.0, "f": 0.3, "T0": 1.0, "J": 2.0}
+
+    def times(values):
+        q = dict(zip(numbers, values, strict=True))
+        return first_and_stop(chain(**q, damping=0.1, x0=0.2, w0=0.8, end=2.9))
+
+    centre = jnp.asarray(list(numbers.values()))
+    value = jax.jit(times)
+    exact = np.asarray(jax.jit(jax.jacfwd(times))(centre))
+    assert np.all(np.isfinite(np.asarray(value(centre))))
+    for i, name in enumerate(numbers):
+
+        def slope(h, i=i):
+            step = centre[i] * h * jnp.zeros(6).at[i].set(1.0)
+            return (np.asarray(value(centre + step)) - np.asarray(value(centre - step))) / (2 * float(step[i]))
+
+        coarse, fine = slope(2e-4), slope(1e-4)
+        difference = fine + (fine - coarse) / 3
+        size = np.maximum(np.abs(exact[:, i]), 1e-2 / numbers[name])
+        print(name, exact[:, i], np.abs(exact[:, i] - difference) / size)
+        assert np.all(np.abs(exact[:, i] - difference) < 1e-7 * size), name
+    reverse = np.asarray(jax.jit(jax.grad(lambda v: times(v)[1]))(centre))
+    np.testing.assert_allclose(reverse, exact[1], rtol=1e-9)
+
+
+def test_stribeck_friction_sticks_and_slips():
+    law = sb.StribeckFriction(0.4, 0.2, 0.1, 1.5)
+    record = run(chain(law=law, m=5e-3, K=100.0, w0=0.5, damping=0.01, end=8.0), 1e-11)
+    assert int(record.code) == 0
+    found = changes(record)
+    for i in range(4):
+        own = [int(after.linings[i]) for _, before, after in found if after.linings[i] != before.linings[i]]
+        print("lining", i + 1, "slips ahead", own.count(1), "back", own.count(-1), "sticks", own.count(0))
+        assert own.count(1) >= 3
+        assert own.count(-1) >= 1
+    assert closure(record) < 1e-10
+
+
+def test_segments_go_slack_and_taut_again():
+    lever = sb.PiecewiseLinear([0.0, 0.5, 0.5, 1.0, 1.0], [1.0, 1.0, 0.0, 0.0, 1.0])  # let go, and thrown in again
+    record = run(chain(lever=lever, m=2e-2, K=100.0, end=3.0), 1e-11)
+    assert int(record.code) == 0
+    found = changes(record)
+    for bit in (TAUT, STRETCHED):
+        was = np.stack([after.segments & bit for _, _, after in found]) > 0
+        gone = [i for i in range(4) if np.any(~was[:, i]) and was[-1, i]]
+        print("bit", bit, "lost and regained by segments", [i + 1 for i in gone])
+        assert gone
+    q, _, _, y, _ = looked(record)
+    k = int(record.count) + 1
+    assert np.min(np.asarray(q.tension)[:k]) >= -1e-14
+    assert np.all(np.diff(np.asarray(y.ledger.damper_heat)[:k]) >= -1e-12)
+    assert closure(record) < 1e-10
+
+
+def test_linings_that_let_go_at_one_instant():
+    # from rest under a ramp of the load the same force would hold each lining: M(t) = (J + n m R²) 2 f z T_0/(m R)
+    n, m, J, rate = 5, 0.5, 4.0, 2.0
+    f = np.asarray([0.3, 0.3, 0.3, 0.3, 0.9])  # the anchor's lining holds: its spring pulls as well
+    load = sb.TorqueLoad(sb.PiecewiseLinear([0.0, 10.0], [0.0, 10.0 * rate]))
+    record = run(
+        chain(n=n, f=f, m=m, J=J, R_b=1.0, C=1e-6, w0=0.0, K=50.0, load=load, T0=0.01, x0=1e4, ratio=0.0, end=0.3),
+        1e-12,
+        256,
+    )
+    found = changes(record)
+    t = (J + n * m) * 2 * 0.3 * Z_ANGLE * 0.01 / m / rate
+    assert found[0][0] == pytest.approx(t, rel=1e-10)
+    np.testing.assert_array_equal(found[0][1].linings, 0)
+    np.testing.assert_array_equal(found[0][2].linings, [1, 1, 1, 1, 0])
+    assert found[0][1].band == sb.BandMode.HELD
+    # and under a jump all of them
+    jump = sb.TorqueLoad(sb.PiecewiseLinear([0.0, 0.1, 0.1, 1.0], [0.0, 0.0, 5.0, 5.0]))
+    record = run(
+        chain(n=n, f=0.3, m=m, J=J, R_b=1.0, C=1e-3, w0=0.0, K=50.0, load=jump, T0=0.01, x0=10.0, end=0.2), 1e-12, 256
+    )
+    found = changes(record)
+    assert [t for t, _, _ in found[:3]] == [0.1, 0.1, 0.1]  # both corners of the jump, then the linings
+    np.testing.assert_array_equal(found[2][1].linings, 0)
+    np.testing.assert_array_equal(found[2][2].linings, 1)
+    assert found[2][2].band == sb.BandMode.SLIP
+
+
+def test_friction_heat_lands_where_it_arises():
+    fade = sb.ProductFriction(sb.ConstantFriction(0.3), (sb.LinearFade(2e-3, 293.15),))
+    heat = sb.Heat(
+        bodies=(sb.Lump("rim", 5.0), sb.Lump("linings", 0.5, count=4), sb.Reservoir("air")),
+        links=(sb.Conductance("rim", "air", 0.01),),
+        friction=sb.FrictionHeat("rim", "linings", sb.ConstantPartition(0.6)),
+    )
+    record = run(chain(law=fade, m=1e-2, damping=0.05, heat=heat), 1e-10)
+    assert int(record.code) == 0
+    end = record.y_end.ledger
+    assert float(end.heat.to_metal + end.heat.to_linings) == pytest.approx(float(end.friction_heat), rel=1e-12)
+    assert closure(record) < 1e-10
+    T = np.asarray(record.system.forces.surface(record.y_end.heat))
+    assert np.all(np.diff(T) > 0)  # the tight end does most of the work
+    cold = run(chain(m=1e-2, damping=0.05))
+    assert stop_of(record) > stop_of(cold)
+
+
+def test_faults():
+    plain, whole = chain(), sb.Lining(sb.ConstantFriction(0.3), np.full(4, 0.4), mass=1.0)
+
+    def faults(**parts):
+        band = parts.get("band", plain.brake.band)
+        brake = sb.Brake(plain.brake.pulley, band, parts.get("linings", plain.brake.linings))
+        with pytest.raises(sb.InputError) as caught:
+            sb.check(sb.Scene(brake, plain.duty, plain.initial, 1.0, parts.get("heat")))
+        return str(caught.value)
+
+    sb.check(plain)
+    assert "brake.linings.mass: has no effect" in faults(band=sb.Band(ARM, 5.0), linings=whole)
+    assert "brake.linings.mass: is missing" in faults(linings=sb.Lining(sb.ConstantFriction(0.3), np.full(4, 0.4)))
+    assert "brake.band.stiffness: is missing" in faults(band=sb.Band(ARM, None, sb.Segments(1e3)))
+    assert "brake.band.segments.stiffness" in faults(band=sb.Band(ARM, 5.0, sb.Segments(np.full(4, 1e3))))
+    with pytest.raises(sb.InputError, match="not admissible"):
+        sb.check(chain(m=0.0))
+    with pytest.raises(sb.InputError, match=r"brake\.band\.segments"):
+        sb.simulate(plain)
