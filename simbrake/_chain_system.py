@@ -1,7 +1,8 @@
 """The resolved chain as a hybrid system: every lining sticks or slides for itself (model §3.1)."""
 
+import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, Bool, Float, Int
 
 from ._acting import AbstractBrakeSystem
 from ._chain import STRETCHED, TAUT, ChainFlows, ChainForces, ChainLedger, ChainMode, ChainState
@@ -65,7 +66,7 @@ class ChainSystem(AbstractBrakeSystem):
     def transition(self, t, y, mode, fired, at_stop):
         n = mode.linings.shape[0]
         q = self.forces.flows(t, y, mode)
-        linings = self._next_linings(y, mode, q, fired[:n])
+        linings = self._next_linings(t, y, mode, q, fired[:n])
         bits = fired[n : 3 * n].reshape(2, n).astype(jnp.int32)
         segments = mode.segments ^ (bits[0] * TAUT + bits[1] * STRETCHED)
         changed = jnp.any(linings != mode.linings)
@@ -89,17 +90,24 @@ class ChainSystem(AbstractBrakeSystem):
             code = jnp.where(fired[i], jnp.asarray(int(failure), jnp.int32), code)
         return new, code
 
-    def _next_linings(self, y: ChainState, mode: ChainMode, q: ChainFlows, fired: Bool[Array, " n"]) -> Array:
+    def _next_linings(
+        self, t: Array, y: ChainState, mode: ChainMode, q: ChainFlows, fired: Bool[Array, " n"]
+    ) -> Int[Array, " n"]:
         """What each lining does after those marked reached their limit or lost their slip.
 
         Which way a lining breaks away is the sign of the force that would have held it: at equal static and kinetic
-        friction its relative acceleration is still 0. A lining that loses its slip sticks; if the force to hold it is
-        past the limit, it goes on the other way by a second event at the same instant.
+        friction its relative acceleration is still 0. Where that force is 0 as well, as nothing presses yet, its rate
+        tells. A lining that loses its slip sticks; if the force to hold it is past the limit, it goes on the other way
+        by a second event at the same instant.
         """
-        sticks = mode.linings == 0
-        leaves = sticks & (fired | (self._lining_guards(y, mode, q) < -_PAST))
-        direction = jnp.where(q.grip > 0, 1, -1)
-        after = jnp.where(leaves, direction, jnp.where(fired, 0, mode.linings))
+
+        def grip(t: Array, y: ChainState) -> Array:
+            return self.forces.flows(t, y, mode).grip
+
+        rate = jax.jvp(grip, (t, y), (jnp.ones_like(t), self.rhs(t, y, mode)))[1]
+        pulls = jnp.where(jnp.abs(q.grip) > 1e-12 * self.tension_scale, q.grip, rate)
+        leaves = (mode.linings == 0) & (fired | (self._lining_guards(y, mode, q) < -_PAST))
+        after = jnp.where(leaves, jnp.where(pulls > 0, 1, -1), jnp.where(fired, 0, mode.linings))
         return after.astype(jnp.int32)
 
     def reset(self, t, y, before, after):

@@ -248,6 +248,23 @@ def test_linings_that_let_go_at_one_instant():
     assert found[2][2].band == sb.BandMode.SLIP
 
 
+def test_a_slack_band_is_drawn_tight_by_a_rising_lever():
+    # everything starts from exactly 0: slip speeds leave it more slowly than rounding would show
+    lever = sb.PiecewiseLinear([0.0, 1.0, 2.0, 3.0, 4.0], [0.0, 1.0, 1.0, 0.0, 0.0])
+    record = run(chain(n=3, m=0.0858, K=34.7, C=1.19, J=0.727, x0=0.0, lever=lever, end=4.5))
+    assert int(record.code) == 0
+    assert closure(record) < 1e-10
+    assert changes(record)[0][0] == 0.0
+
+
+def test_a_bare_steel_band_is_stiff():
+    # guards whose rates are so small that steps of rounding length no longer move them must fire all the same
+    record = run(drawworks(26, K=1.8e9, end=1.4), 1e-10, 32768)
+    assert int(record.code) == 0
+    assert closure(record) < 1e-9
+    assert np.all(np.diff(first_slips(record)[3:]) < 0)
+
+
 def test_friction_heat_lands_where_it_arises():
     fade = sb.ProductFriction(sb.ConstantFriction(0.3), (sb.LinearFade(2e-3, 293.15),))
     heat = sb.Heat(

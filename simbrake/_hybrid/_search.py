@@ -51,7 +51,8 @@ def search(c: Carry, h, g1, rate1, tol, negative_from: Float[Array, " guard"] | 
     crosses = crossed(c, h, g1, rate1, tol)
     # from 0 downwards: at once if the slope at the start explains the drop, else halve until it is clear
     sinking = ~c.armed & (c.g <= tol) & (c.rate <= 0) & crosses
-    at_start = inconsistent(c, tol) | (sinking & (d0 <= 0.5 * g1))
+    # (just above -tol the steps that are left would be too short to move a state)
+    at_start = inconsistent(c, tol) | (sinking & ((d0 <= 0.5 * g1) | (c.g <= -0.5 * tol)))
     root = jnp.where(sinking | (c.retakes >= 8), 0.5, first_root(c.g, d0, g1, d1))
     share = jnp.where(crosses, root, jnp.inf)
 
