@@ -63,7 +63,7 @@ def run(scene: sb.Scene):
     import jax
     import jax.numpy as jnp
 
-    from simbrake._chain_assemble import assemble_chain
+    from simbrake._assemble_chain import assemble_chain
     from simbrake._hybrid import LANDED
 
     sb.check(scene)

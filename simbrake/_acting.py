@@ -81,6 +81,11 @@ class AbstractBrakeSystem(AbstractHybridSystem):
     speed_scale: eqx.AbstractVar[Float[Array, ""]]
 
     @property
+    @abc.abstractmethod
+    def staged(self) -> bool:
+        """Whether the linings ride on the pulley, with an internal pair."""
+
+    @property
     def profiles(self) -> tuple[AbstractProfile, ...]:
         """Given functions of time beside lever and load."""
         thermal = self.forces.thermal

@@ -12,21 +12,11 @@ from ._friction import Contact
 from ._links import Surroundings
 from ._loads import AbstractLoad
 from ._sliding import Grip
+from ._state import Ledger
 from ._thermal import Thermal
 
 #: bits of a segment's mode: its tension is positive; its elastic part is
 TAUT, STRETCHED = 1, 2
-
-
-class ChainLedger(NamedTuple):
-    """Energies in J since the start: work of load and lever, heat of friction and of the segments' dampers, and what
-    became of the friction heat (`None`: no heat)."""
-
-    load_work: Any
-    lever_work: Any
-    friction_heat: Any
-    damper_heat: Any
-    heat: Any = None
 
 
 class ChainState(NamedTuple):
@@ -42,7 +32,7 @@ class ChainState(NamedTuple):
     omega: Any
     e: Any
     v: Any
-    ledger: ChainLedger
+    ledger: Ledger
     heat: Any = None
 
 
@@ -57,6 +47,16 @@ class ChainMode(NamedTuple):
     linings: Any
     segments: Any
     heat_pieces: tuple[Any, ...] = ()
+
+    @property
+    def slides(self) -> Any:
+        """There is no internal pair."""
+        return 0 * self.band
+
+    @property
+    def contacts(self) -> dict[str, Any]:
+        """What every lining does for itself."""
+        return {"lining": self.linings}
 
 
 class ChainFlows(NamedTuple):
@@ -133,6 +133,12 @@ class ChainForces(AbstractActing):
         """`f_s,i N_i/c_i` (N): up to there a lining sticks."""
         contact = self._contact(y, q.normal, jnp.zeros_like(q.normal))
         return self.grip.linings.friction.static(contact) * q.normal / self.cosine
+
+    def kinetic(self, y: ChainState, mode: ChainMode, q: ChainFlows) -> Float[Array, " n"]:
+        """Coefficients of friction that the linings have when they slide."""
+        slip = jnp.abs(q.lining_slip)
+        f = self.grip.linings.friction.kinetic(self._contact(y, q.normal, slip))
+        return jnp.broadcast_to(f, slip.shape)
 
     def flows(self, t: Array, y: ChainState, mode: ChainMode) -> ChainFlows:
         """Everything that acts at one instant."""

@@ -5,9 +5,9 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
 from ._acting import AbstractBrakeSystem
-from ._chain import STRETCHED, TAUT, ChainFlows, ChainForces, ChainLedger, ChainMode, ChainState
+from ._chain import STRETCHED, TAUT, ChainFlows, ChainForces, ChainMode, ChainState
 from ._modes import BandMode
-from ._state import BrakeCode, HeatLedger
+from ._state import BrakeCode, HeatLedger, Ledger
 
 #: a lining this far past its limit (over the reference tension) breaks away together with one that fired
 _PAST = 1e-10
@@ -27,6 +27,10 @@ class ChainSystem(AbstractBrakeSystem):
     speed_scale: Float[Array, ""]
 
     @property
+    def staged(self):
+        return False
+
+    @property
     def codes(self) -> tuple[BrakeCode, ...]:
         """Ends of the run for which there is a guard, the last ones."""
         return (BrakeCode.OUTSIDE_TABLE,) if self.has_tables else ()
@@ -34,7 +38,7 @@ class ChainSystem(AbstractBrakeSystem):
     def rhs(self, t, y, mode):
         q = self.forces.flows(t, y, mode)
         elastic = jnp.where((mode.segments & STRETCHED) > 0, q.elastic, 0.0)
-        ledger = ChainLedger(
+        ledger = Ledger(
             load_work=q.load_torque * y.omega,
             lever_work=q.slack_tension * q.lining_speed[0],
             friction_heat=jnp.sum(q.grip * q.lining_slip),
@@ -125,6 +129,6 @@ class ChainSystem(AbstractBrakeSystem):
             omega=self.speed_scale,
             e=self.tension_scale / self.forces.stiffness,
             v=jnp.full_like(self.forces.mass, 1.0) * self.forces.band_radius * self.speed_scale,
-            ledger=ChainLedger(infinity, infinity, infinity, infinity, booked),
+            ledger=Ledger(infinity, infinity, infinity, booked, damper_heat=infinity),
             heat=kelvin,
         )

@@ -7,10 +7,12 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
+from ._acting import AbstractBrakeSystem
+from ._chain_system import ChainSystem
 from ._hybrid import ADVANCED, LANDED, SKIPPED, Record
 from ._modes import BandMode, slips
+from ._observe import stored
 from ._probe import SAMPLES, Probe, probe
-from ._system import BrakeSystem
 
 _POINTS = 33  # of a finer grid around a peak
 
@@ -36,8 +38,7 @@ class _Changes(NamedTuple):
 
 
 def _rests(mode: Any) -> Array:
-    rests = mode.band == BandMode.HELD
-    return rests if mode.inner is None else rests & (mode.inner == 0)
+    return (mode.band == BandMode.HELD) & (mode.slides == 0)
 
 
 def _changes(record: Record) -> _Changes:
@@ -67,13 +68,19 @@ def _full_slip_time(record: Record, travel: Any) -> Array:
 
 def _internal_slip_time(record: Record, travel: Any) -> Array:
     c = _changes(record)
-    return _first(c.event & (c.before.inner == 0) & (c.after.inner != 0), record.rows.t)
+    return _first(c.event & (c.before.slides == 0) & (c.after.slides != 0), record.rows.t)
 
 
 def _external_lock_time(record: Record, travel: Any) -> Array:
     c = _changes(record)
     locks = (c.after.band == BandMode.HELD) & (c.before.band != BandMode.HELD) & (c.before.band != BandMode.OPEN)
-    return _first(c.event & locks & (c.after.inner != 0), record.rows.t)
+    return _first(c.event & locks & (c.after.slides != 0), record.rows.t)
+
+
+def _first_lining_slip_time(record: Record, travel: Any) -> Array:
+    c = _changes(record)
+    slides = (c.before.linings == 0) & (c.after.linings != 0)
+    return _first(c.event & jnp.any(slides, axis=1), record.rows.t)
 
 
 def _stopping_time(record: Record, travel: Any) -> Array:
@@ -104,42 +111,51 @@ STAGED_METRICS: dict[str, Callable[[Record, Any], Array]] = {
 }
 
 
+#: metrics of a chain of linings: its linings let go one by one
+CHAIN_METRICS: dict[str, Callable[[Record, Any], Array]] = {"first_lining_slip_time": _first_lining_slip_time}
+
+
 def metrics_of(system: Any) -> dict[str, Callable[[Record, Any], Array]]:
     """Metrics that a system has, besides its greatest values."""
-    return METRICS if system.forces.internal is None else METRICS | STAGED_METRICS
+    if isinstance(system, ChainSystem):
+        return METRICS | CHAIN_METRICS
+    return METRICS | STAGED_METRICS if system.staged else METRICS
 
 
 def energies(record: Record) -> dict[str, Array]:
     """Energies over the run in J, and the closure of their balance as a share of the largest exchanged.
 
-    `kinetic_change + elastic_change = load_work + lever_work − friction_heat` (model §1)
+    `kinetic_change + elastic_change = load_work + lever_work − friction_heat − damper_heat` (model §1)
     """
-    system: BrakeSystem = record.system  # pyright: ignore
-    start = record.flat.unpack_state(record.rows.y[0])
-    end, ledger = record.y_end, record.y_end.ledger
-    first, last = (record.flat.unpack_mode(record.rows.mode[i]) for i in (0, record.count))
-    J_0, J_1 = system.forces.inertia_at(first), system.forces.inertia_at(last)
-    kinetic = 0.5 * (J_1 * end.omega**2 - J_0 * start.omega**2)
-    heat, shares = ledger.friction_heat, {}
-    if system.forces.internal is not None:
-        kinetic = kinetic + 0.5 * system.forces.internal.bandage.inertia * (end.omega_b**2 - start.omega_b**2)
+    system: AbstractBrakeSystem = record.system  # pyright: ignore
+    ledger = record.y_end.ledger
+    ends = [(record.rows.t[i], *_row_of(record, i)) for i in (jnp.zeros_like(record.count), record.count)]
+    (kinetic_0, elastic_0), (kinetic_1, elastic_1) = (stored(system, *end) for end in ends)
+    kinetic, elastic = kinetic_1 - kinetic_0, elastic_1 - elastic_0
+    heat, more = ledger.friction_heat, {}
+    if ledger.internal_heat is not None:
         heat = heat + ledger.internal_heat
-        shares = {"heat_external": ledger.friction_heat, "heat_internal": ledger.internal_heat}
-    elastic = jnp.zeros_like(kinetic)
-    if system.forces.stiffness is not None:
-        elastic = 0.5 * system.forces.stiffness * (end.x**2 - start.x**2)
-    residual = kinetic + elastic - (ledger.load_work + ledger.lever_work - heat)
-    terms = [kinetic, elastic, ledger.load_work, ledger.lever_work, heat]
+        more = {"heat_external": ledger.friction_heat, "heat_internal": ledger.internal_heat}
+    damped = jnp.zeros_like(kinetic)
+    if ledger.damper_heat is not None:
+        damped = more["damper_heat"] = ledger.damper_heat
+    residual = kinetic + elastic - (ledger.load_work + ledger.lever_work - heat - damped)
+    terms = [kinetic, elastic, ledger.load_work, ledger.lever_work, heat, damped]
     found = {
         "load_work": ledger.load_work,
         "lever_work": ledger.lever_work,
         "friction_heat": heat,
-        **shares,
+        **more,
         "kinetic_change": kinetic,
         "elastic_change": elastic,
         "closure": _closure(residual, terms),
     }
     return found if system.forces.thermal is None else found | _heats(record)
+
+
+def _row_of(record: Record, i: Array) -> tuple[Any, Any]:
+    """State and mode at the start of row `i`."""
+    return record.flat.unpack_state(record.rows.y[i]), record.flat.unpack_mode(record.rows.mode[i])
 
 
 def _closure(residual: Array, terms: list[Array]) -> Array:
@@ -149,7 +165,7 @@ def _closure(residual: Array, terms: list[Array]) -> Array:
 
 def stored_heat(record: Record) -> dict[str, Array]:
     """Heat stored in every body of the network since the start (J)."""
-    system: BrakeSystem = record.system  # pyright: ignore
+    system: AbstractBrakeSystem = record.system  # pyright: ignore
     thermal = system.forces.thermal
     if thermal is None:
         return {}

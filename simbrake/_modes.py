@@ -37,6 +37,16 @@ class Mode(NamedTuple):
     inner: Any = None
     piece: Any = None
 
+    @property
+    def slides(self) -> Any:
+        """The internal pair of a staged brake: 0 while it sticks (or there is none), else ±1."""
+        return 0 * self.band if self.inner is None else self.inner
+
+    @property
+    def contacts(self) -> dict[str, Any]:
+        """What every lining does for itself, (n,) each: nothing where they act as one."""
+        return {}
+
 
 class Situation(NamedTuple):
     """What decides on a mode at one instant; tensions in N, speeds of the band circle in m/s."""

@@ -8,13 +8,11 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
+from ._acting import AbstractBrakeSystem
 from ._band import LiningForces
 from ._compiling import cpu_compiler_options
 from ._hybrid import Record
-from ._modes import Mode
-from ._observe import lining_forces, lining_margins, passing, surfaces
-from ._state import Flows, State
-from ._system import BrakeSystem
+from ._observe import columns, lining_forces, lining_margins, passing, surfaces
 
 SAMPLES = 9  # per step, when a whole run is scanned
 _LANES = 512  # times looked at in one call of the compiled probe
@@ -24,14 +22,14 @@ class Probe(NamedTuple):
     """States, forces and margins at the times `t` (m,)."""
 
     t: Array
-    y: State
-    mode: Mode
-    flows: Flows
+    y: Any
+    mode: Any
+    flows: Any
     linings: LiningForces
     margins: Array
     greater_tension: Array  # of the two sides of each lining
     surfaces: dict[str, Array]  # surface temperatures of rim, linings, band (m, nodes), where the scene has them
-    coefficient: Array | None  # of friction of the sliding linings (m, n), with heat only
+    columns: dict[str, Array]  # what only this kind of brake has, by the names of a Series
     passing: Array  # (m, marks): by how much marks that only heat can pass are passed (see `mark_names`)
 
 
@@ -46,26 +44,25 @@ def probe(record: Record, index: Array, share: Array) -> Probe:
 
 
 def probe_at(record: Record, index: Array, h: Array) -> Probe:
-    system: BrakeSystem = record.system  # pyright: ignore
+    system: AbstractBrakeSystem = record.system  # pyright: ignore
     t, y = record.inside(index, h)
     mode = jax.vmap(record.flat.unpack_mode)(record.rows.mode[index])
 
-    def look(t: Array, y: State, mode: Mode) -> Any:
+    def look(t: Array, y: Any, mode: Any) -> Any:
         q = system.forces.flows(t, y, mode)
         hot = surfaces(system, q)
-        f = None if system.forces.thermal is None else system.forces.coefficients(y, mode, q)
         return (
             q,
             lining_forces(system, y, mode, q),
             lining_margins(system, y, mode, q),
             hot,
-            f,
+            columns(system, y, mode, q),
             passing(system, t, y, mode, q, hot),
         )
 
-    flows, forces, margins, hot, coefficient, passed = jax.vmap(look)(t, y, mode)
+    flows, forces, margins, hot, own, passed = jax.vmap(look)(t, y, mode)
     before = jnp.concatenate([flows.slack_tension[:, None], forces.tension[:, :-1]], axis=1)
-    return Probe(t, y, mode, flows, forces, margins, jnp.maximum(forces.tension, before), hot, coefficient, passed)
+    return Probe(t, y, mode, flows, forces, margins, jnp.maximum(forces.tension, before), hot, own, passed)
 
 
 @functools.cache

@@ -15,6 +15,7 @@ from ._observe import mark_names
 from ._probe import SAMPLES, Probe, probe_many
 from ._scene import warnings
 from ._stages import Stage, absent_stages, stages_of
+from ._system import BrakeSystem
 
 
 def _samples(steps: int) -> int:
@@ -39,7 +40,7 @@ def labels_of(record: Record) -> list[Label]:
     """What the log knows of the mode in every row of a concrete record."""
     mode: Any = record.modes
     band = np.asarray(mode.band)[: int(record.count) + 1]
-    inner = np.zeros_like(band) if mode.inner is None else np.asarray(mode.inner)[: len(band)]
+    inner = np.asarray(mode.slides)[: len(band)]
     return [Label(int(b), int(i)) for b, i in zip(band, inner, strict=True)]
 
 
@@ -81,11 +82,22 @@ class Report:
         if crossings:
             times, names = self._locate(crossings, "passing"), mark_names(system)
             found += [Event(float(t), *names[j]) for t, (_, j) in zip(times, crossings, strict=True)]
-        if system.forces.grip.varies:
-            modes: Any = self._record.modes
+        modes: Any = self._record.modes
+        found += self._contacts(modes)
+        if isinstance(system, BrakeSystem) and system.forces.grip.varies:
             locks = np.asarray(modes.locks)[: int(self._record.count) + 1]
             began = np.flatnonzero(np.diff(locks) > 0) + 1
             found += [Event(float(np.asarray(self._record.rows.t)[i]), "self_locking") for i in began]
+        return found
+
+    def _contacts(self, modes: Any) -> list[Event]:
+        """Linings that let go and stick by themselves."""
+        found, t = [], np.asarray(self._record.rows.t)
+        for name, column in modes.contacts.items():
+            states = np.asarray(column)[: int(self._record.count) + 1]
+            for i, lining in np.argwhere(states[1:] != states[:-1]):
+                what = "stick" if states[i + 1, lining] == 0 else "slip"
+                found.append(Event(float(t[i + 1]), f"{name}_{what}", int(lining) + 1))
         return found
 
     def _locate(self, crossings: list[tuple[int, int]], which: str = "margins") -> np.ndarray:

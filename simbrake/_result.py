@@ -12,7 +12,7 @@ from jaxtyping import Array, Float, Int
 from ._heat import node_names
 from ._hybrid import Record
 from ._log import Event
-from ._metrics import STAGED_METRICS, Peak, energies, metrics_of, numbers, peak, peaks_of, stored_heat
+from ._metrics import CHAIN_METRICS, STAGED_METRICS, Peak, energies, metrics_of, numbers, peak, peaks_of, stored_heat
 from ._outcome import FAILURES, STATUS_MESSAGES, status_of
 from ._probe import Probe, probe_at, probe_many
 from ._report import Report, labels_of
@@ -29,7 +29,6 @@ class Series(NamedTuple):
     t: Float[Array, " m"]
     phi: Float[Array, " m"]  # angle, rad
     omega: Float[Array, " m"]  # speed, rad/s
-    elongation: Float[Array, " m"] | None  # x, m; None for a rigid band
     slack_tension: Float[Array, " m"]  # T_0, N
     tight_tension: Float[Array, " m"]  # T_n, N
     load_torque: Float[Array, " m"]  # N·m
@@ -43,6 +42,7 @@ class Series(NamedTuple):
     tension: Float[Array, "m n"]  # behind each lining, N
     normal_load: Float[Array, "m n"]  # N
     friction_force: Float[Array, "m n"]  # N
+    elongation: Float[Array, " m"] | None = None  # x, m; None for a rigid band
     temperature: Float[Array, "m k"] | None = None  # of every thermal node (`Result.nodes`), K; None without heat
     rim_temperature: Float[Array, "m r"] | None = None  # surface of the rim, K; None where the scene names none
     lining_temperature: Float[Array, "m l"] | None = None  # surfaces of the linings, K
@@ -56,6 +56,9 @@ class Series(NamedTuple):
     internal_mode: Int[Array, " m"] | None = None  # 0: the internal pair sticks, ±1: it slides
     internal_heat: Float[Array, " m"] | None = None  # of the internal pair, part of friction_heat, J
     internal_load: Float[Array, "m n"] | None = None  # of every lining on the rim, preload included, N
+    lining_slip_speed: Float[Array, "m n"] | None = None  # of every lining that moves for itself, m/s
+    displacement: Float[Array, "m n"] | None = None  # u of every lining of a chain along the band circle, m
+    damper_heat: Float[Array, " m"] | None = None  # of dampers in a chain or between linings, J
 
 
 #: units of the columns of a Series, "" where there is none
@@ -90,6 +93,9 @@ SERIES_UNITS = {
     "internal_mode": "",
     "internal_heat": "J",
     "internal_load": "N",
+    "lining_slip_speed": "m/s",
+    "displacement": "m",
+    "damper_heat": "J",
 }
 
 
@@ -146,6 +152,11 @@ class Result(eqx.Module):
     def external_lock_time(self) -> Array:
         """First time at which the bandage of a staged brake is at rest on a turning pulley (s)."""
         return _metric(self, "external_lock_time")
+
+    @property
+    def first_lining_slip_time(self) -> Array:
+        """First time at which a lining of a chain slides (s)."""
+        return _metric(self, "first_lining_slip_time")
 
     @property
     def max_tension(self) -> Peak:
@@ -211,11 +222,11 @@ class Result(eqx.Module):
         index = record.find(ts, left=left)
         t = record.rows.t
         p = look(record, index, xp.clip(ts, t[0], t[record.count]) - t[index])
+        internal = p.y.ledger.internal_heat
         return Series(
             t=p.t,
             phi=p.y.phi,
             omega=p.y.omega,
-            elongation=p.y.x,
             slack_tension=p.flows.slack_tension,
             tight_tension=p.flows.tight_tension,
             load_torque=p.flows.load_torque,
@@ -225,12 +236,14 @@ class Result(eqx.Module):
             band_mode=p.mode.band,  # pyright: ignore
             load_work=p.y.ledger.load_work,
             lever_work=p.y.ledger.lever_work,
-            friction_heat=p.y.ledger.friction_heat + (p.y.ledger.internal_heat if p.flows.inner is not None else 0.0),
+            friction_heat=p.y.ledger.friction_heat + (0.0 if internal is None else internal),
+            internal_heat=internal,
+            damper_heat=p.y.ledger.damper_heat,
             tension=p.linings.tension,
             normal_load=p.linings.normal,
             friction_force=p.linings.friction,
             **self._thermal_columns(p),
-            **_staged_columns(p),
+            **p.columns,
         )
 
     def _thermal_columns(self, p: Probe) -> dict[str, Any]:
@@ -244,7 +257,6 @@ class Result(eqx.Module):
             "lining_temperature": p.surfaces.get("linings"),
             "band_temperature": p.surfaces.get("band"),
             "heat_lost": p.y.ledger.heat.lost,
-            "friction_coefficient": p.coefficient,
         }
 
     # --- for people: concrete results only ---------------------------------------------------------------------
@@ -311,28 +323,14 @@ class Result(eqx.Module):
         return str(self)
 
 
-def _staged_columns(p: Probe) -> dict[str, Any]:
-    mode, inner = p.mode, p.flows.inner
-    if inner is None:
-        return {}
-    return {
-        "bandage_speed": p.y.omega_b,
-        "internal_torque": inner.torque,
-        "internal_capacity": inner.capacity,
-        "internal_slip_speed": inner.slip_speed,
-        "internal_mode": mode.inner,
-        "internal_heat": p.y.ledger.internal_heat,
-        "internal_load": inner.normal,
-    }
-
-
 def _metric(result: Result, name: str) -> Any:
     """A metric of a traced result, a batch of results or a concrete one (then from one small compiled program)."""
     if jnp.ndim(result.record.count) > 0:
         return jax.vmap(lambda one: _metric(one, name))(result)
     travel = result.scene.duty.load.travel()
-    if name in STAGED_METRICS and result.scene.brake.bandage is None:
-        raise ValueError(f"the scene has no {name}: its brake has no bandage")
+    if name in STAGED_METRICS | CHAIN_METRICS and name not in metrics_of(result.record.system):
+        kind = "no bandage" if name in STAGED_METRICS else "no band in segments"
+        raise ValueError(f"the scene has no {name}: its brake has {kind}")
     if name.startswith(("max_", "peak_")):
         known = peaks_of(result.record.system)
         if name not in known:

@@ -35,6 +35,7 @@ class Ledger(NamedTuple):
     friction_heat: Any  # of the pair on which the band acts
     heat: Any = None
     internal_heat: Any = None  # of the internal pair of a staged brake
+    damper_heat: Any = None  # of dampers in the band or the bandage
 
 
 class State(NamedTuple):

@@ -35,6 +35,10 @@ class BrakeSystem(AbstractBrakeSystem):
     speed_scale: Float[Array, ""]
 
     @property
+    def staged(self):
+        return self.forces.internal is not None
+
+    @property
     def codes(self) -> tuple[BrakeCode, ...]:
         """What the guards after the fourth stand for: ends of the run that heat can bring about."""
         law: AbstractFriction = self.forces.grip.linings.friction
@@ -328,7 +332,7 @@ class BrakeSystem(AbstractBrakeSystem):
     def scales(self):
         x = None if self.forces.stiffness is None else self.tension_scale / self.forces.stiffness
         infinity = jnp.inf
-        staged = self.forces.internal is not None
+        staged = self.staged
         ledger = Ledger(infinity, infinity, infinity, internal_heat=infinity if staged else None)
         plain = State(1.0, self.speed_scale, x, ledger, omega_b=self.speed_scale if staged else None)
         if self.forces.thermal is None:
@@ -341,7 +345,7 @@ class BrakeSystem(AbstractBrakeSystem):
         if self.forces.thermal is None:
             return None
         q, c = np.asarray(QUADRATURE), np.asarray(CORE)
-        staged = self.forces.internal is not None
+        staged = self.staged
         booked = Ledger(q, q, q, HeatLedger(q, q, q, q, q if staged else None), q if staged else None)
         x, places = None if self.forces.stiffness is None else c, couplings(self.forces.thermal.heat)
         return State(q, c, x, booked, places, c if staged else None)

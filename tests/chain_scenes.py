@@ -10,7 +10,7 @@ import numpy as np
 from helpers import DOPRI8, settings
 
 import simbrake as sb
-from simbrake._chain_assemble import assemble_chain
+from simbrake._assemble_chain import assemble_chain
 from simbrake._hybrid import LANDED
 
 ARM = math.cos(math.radians(13.5))

@@ -2,11 +2,12 @@
 
 import jax.numpy as jnp
 
-from ._assemble import frame_of
-from ._chain import STRETCHED, TAUT, ChainForces, ChainLedger, ChainMode, ChainState
+from ._chain import STRETCHED, TAUT, ChainForces, ChainMode, ChainState
 from ._chain_system import ChainSystem
+from ._frame import frame_of
 from ._modes import BandMode
 from ._scene import Scene
+from ._state import Ledger
 
 
 def assemble_chain(scene: Scene) -> tuple[ChainSystem, ChainState, ChainMode]:
@@ -42,9 +43,8 @@ def assemble_chain(scene: Scene) -> tuple[ChainSystem, ChainState, ChainMode]:
     )
     system = ChainSystem(forces, s.tension_scale, s.torque_scale, s.speed_scale)
     zero, still = jnp.zeros_like(s.omega_0), jnp.zeros(n)
-    state = ChainState(
-        zero, s.omega_0, still, still + s.band_radius * s.omega_0, ChainLedger(zero, zero, zero, zero, s.booked), s.u
-    )
+    ledger = Ledger(zero, zero, zero, s.booked, damper_heat=zero)
+    state = ChainState(zero, s.omega_0, still, still + s.band_radius * s.omega_0, ledger, s.u)
     mode = ChainMode(
         band=jnp.where(s.omega_0 == 0, int(BandMode.HELD), int(BandMode.ELASTIC)).astype(jnp.int32),
         sense=jnp.where(s.omega_0 < 0, -1, 1).astype(jnp.int32),
