@@ -8,8 +8,6 @@ and says so beside its value.
 import dataclasses
 import math
 
-import numpy as np
-
 import simbrake as sb
 
 SLACK_TENSION = 2.0e3  # N; assumption: as at the start of the main scenario
@@ -57,39 +55,19 @@ def as_a_whole(scene: sb.Scene) -> sb.Scene:
     return dataclasses.replace(scene, brake=brake)
 
 
-def run(scene: sb.Scene):
-    """Every change of mode of the chain: time, and modes before and after."""
-    import diffrax
-    import jax
-    import jax.numpy as jnp
-
-    from simbrake._assemble_chain import assemble_chain
-    from simbrake._hybrid import LANDED
-
-    sb.check(scene)
-    system, state, mode = assemble_chain(scene)
-    settings = sb.Settings(jnp.asarray(1e-10), jnp.asarray(10_000), max_steps=32768, guard_samples=system.guard_samples)
-    method = sb.ExplicitRungeKutta(diffrax.Dopri8())
-    record = sb.hybridsolve(system, state, mode, scene.initial.time, scene.end_time, method, settings)
-    if int(record.code):
-        raise SystemExit(f"the run ended with the code {int(record.code)}")
-    modes = jax.tree.map(np.asarray, jax.vmap(record.flat.unpack_mode)(record.rows.mode))
-    t, kind = np.asarray(record.rows.t), np.asarray(record.rows.kind)[: int(record.count)]
-    return [
-        (t[i + 1], *(jax.tree.map(lambda x, j=j: x[j], modes) for j in (i, i + 1)))
-        for i in np.flatnonzero(kind >= LANDED)
-    ]
-
-
 def main() -> None:
     import jax
 
     jax.config.update("jax_enable_x64", True)
     chain, n = scene(), 20
-    found = run(chain)
-    slips = [next(t for t, _, after in found if after.linings[i] != 0) for i in range(n)]
-    full = next(t for t, _, after in found if np.all(after.linings != 0))
-    stop = next(t for t, before, after in found if after.band == sb.BandMode.HELD != before.band)
+    result = sb.simulate(chain)
+    print(result)
+    print()
+    found = {}
+    for event in result.events:
+        found.setdefault((event.name, event.lining), event.time)
+    slips = [found["lining_slip", i + 1] for i in range(n)]
+    full, stop = float(result.full_slip_time), float(result.stopping_time)
     whole = sb.simulate(as_a_whole(chain))
     log = {(event.name, event.lining): event.time for event in whole.events}
     limits = [log["lining_limit", i + 1] for i in range(n)]

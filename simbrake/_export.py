@@ -58,6 +58,8 @@ def write(result: Result, folder: Path) -> list[Path]:
             plot.temperatures(result).savefig(scratch / "temperatures.png", dpi=130)
         if result.scene.brake.bandage is not None:
             plot.stages(result).savefig(scratch / "stages.png", dpi=130)
+        if getattr(result.record.modes, "contacts", None):
+            plot.contacts(result).savefig(scratch / "contacts.png", dpi=130)
         folder.mkdir(exist_ok=True)
         written = []
         for file in sorted(scratch.iterdir()):

@@ -41,17 +41,18 @@ def event_log(
     margins: np.ndarray,
     locate: Callable[[list[tuple[int, int]]], np.ndarray],
     linings: int,
+    start: Label,
 ) -> list[Event]:
     """All events in order of time; entries at one instant in the order of cause and effect, linings by index.
 
     - `margins` (samples, 2 n): by how much each lining is past its limit (first `n` from the slack end, last `n` from
       the anchor) at samples along the run;  `locate` finds the time at which margin `j` rises through 0 between the
-      samples `i` and `i + 1` for a list of `(i, j)`
+      samples `i` and `i + 1` for a list of `(i, j)`;  `start`: the mode from which the first phase came
     """
     events: list[Event] = []
     crossings: list[tuple[int, int]] = []
     places: list[int] = []
-    label, reached = Label(int(BandMode.OPEN)), np.zeros(2 * linings, bool)
+    label, reached = start, np.zeros(2 * linings, bool)
     for number, phase in enumerate(phases):
         before = label.band
         for name in events_of_change(label, phase.label, number == 0):
@@ -71,7 +72,8 @@ def event_log(
             reached = reached | at_once
             rises = (here[:-1] <= 0) & (here[1:] > 0)
             rises[0] &= ~at_once
-            rises[:, [linings - 1, linings]] = False  # the last lining of either count comes with full slip
+            if linings:
+                rises[:, [linings - 1, linings]] = False  # the last lining of either count comes with full slip
             for i, j in np.argwhere(rises):
                 crossings.append((phase.first + int(i), int(j)))
                 places.append(len(events))

@@ -41,9 +41,9 @@ def lining_margins(system: Any, y: Any, mode: Any, q: Any) -> Float[Array, " twi
     """By how much each lining is past its static limit while the band is elastic, over the reference tension.
 
     The first `n` count from the slack end (`C x − T_0 Π_i`), the last `n` from the anchor for a band pulled the
-    other way (`T_0 − C x ∏_{j≥i} μ_j`); −1 in every other mode, and where linings slide by themselves as events.
+    other way (`T_0 − C x ∏_{j≥i} μ_j`); −1 in every other mode. Linings that slide by themselves have none.
     """
-    return jnp.full(2 * q.tension.shape[-1], -1.0)
+    return jnp.zeros(0)
 
 
 @lining_margins.register(BrakeSystem)

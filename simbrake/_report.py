@@ -71,7 +71,7 @@ class Report:
         if phases and phases[0].band == BandMode.OPEN and phases[0].end == phases[0].start:
             phases = phases[1:]  # the settling of the first mode
         margins = np.asarray(self._probe.margins)
-        events = event_log(phases, margins, self._locate, margins.shape[1] // 2)
+        events = event_log(phases, margins, self._locate, margins.shape[1] // 2, labels[0])
         return sorted([*events, *self._marks()], key=lambda event: event.time)
 
     def _marks(self) -> list[Event]:

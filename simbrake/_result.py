@@ -278,7 +278,9 @@ class Result(eqx.Module):
     def message(self) -> str:
         """The status in words, with what to do next where it failed."""
         if self.ok:
-            return STATUS_MESSAGES[self.status]  # pyright: ignore
+            words = STATUS_MESSAGES[self.status]  # pyright: ignore
+            swings = self.status == "stopped" and float(self.record.y_end.omega) != 0.0
+            return words.replace("and holds it", "and holds it on the springs of its band") if swings else words
         _, what, hint = FAILURES[int(self.code)]  # pyright: ignore
         labels = labels_of(self.record)
         changes = [label for i, label in enumerate(labels) if i == 0 or label != labels[i - 1]][-4:]

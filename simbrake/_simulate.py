@@ -17,8 +17,8 @@ from ._outcome import SimulationError
 from ._result import Result
 from ._scene import Scene, check
 
-#: rows of the record when the caller sets no limit: the second is tried if the first was too short
-_STEPS = (1024, 16384)
+#: rows of the record when the caller sets no limit: the next is tried if one was too short
+_STEPS = (1024, 16384, 131072)
 #: least number of steps in a run under profiles that are not piecewise simple
 _SLICES = 64
 
@@ -67,7 +67,8 @@ def simulate(
       looked at: there a scene with heat gets Rodas5P unless a solver is given
     - `rtol`: relative tolerance; absolute tolerances are `rtol` times the typical size of each state
     - `max_step`: longest step (s), for profiles of one's own that do something short
-    - `max_steps`: step attempts allowed (1024, then 16384, if not given; under a JAX transformation 1024)
+    - `max_steps`: step attempts allowed (1024, then 16 and 128 times as many, if not given; under a JAX
+      transformation 1024)
     - `max_events`: events allowed
     - `throw`: raise `SimulationError` if the run fails; otherwise the code is in the result
 
@@ -95,7 +96,7 @@ def simulate(
     if traced:
         record = _traced(scene, rtol_, longest, events, method=method, max_steps=max_steps or _STEPS[0])
         return Result(scene, record, rtol_, name)
-    many = getattr(scene.duty.slack_tension, "knot_count", 0) > 40
+    many = getattr(scene.duty.slack_tension, "knot_count", 0) > 40 or scene.brake.band.segments is not None
     for steps in (max_steps,) if max_steps else _STEPS[many:]:
         record = _compiled()(scene, rtol_, longest, events, method=method, max_steps=steps)
         if int(record.code) != Code.STEP_LIMIT:

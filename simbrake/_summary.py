@@ -8,21 +8,21 @@ def _number(value: float | None, unit: str, digits: int = 6) -> str:
 
 
 def _grouped(events: list[dict[str, Any]]) -> str:
-    """Events in order, runs of lining limits drawn together."""
+    """Events in order, runs of one name at several linings drawn together."""
     parts: list[str] = []
     i = 0
     while i < len(events):
         event = events[i]
         j = i
-        if event["name"] == "lining_limit":
-            while j + 1 < len(events) and events[j + 1]["name"] == "lining_limit":
-                j += 1
+        while "lining" in event and j + 1 < len(events) and events[j + 1]["name"] == event["name"]:
+            j += 1
+        words = event["name"].replace("_", " ")
         if j > i:
             first, last = event["lining"], events[j]["lining"]
-            parts.append(f"lining limits {first}…{last} {event['time']:.6g}…{events[j]['time']:.6g} s")
+            parts.append(f"{words}s {first}…{last} {event['time']:.6g}…{events[j]['time']:.6g} s")
         else:
             lining = f" {event['lining']}" if "lining" in event else ""
-            parts.append(f"{event['name'].replace('_', ' ')}{lining} {event['time']:.6g} s")
+            parts.append(f"{words}{lining} {event['time']:.6g} s")
         i = j + 1
     shown = parts if len(parts) <= 12 else [*parts[:6], f"… {len(parts) - 10} more …", *parts[-4:]]
     return ", ".join(shown) if shown else "none"
@@ -85,7 +85,8 @@ def text(summary: dict[str, Any]) -> str:
         f"at {at['max_normal_load_time']:.6g} s",
         f"energy   load {e['load_work'] / 1e3:.6g} kJ + lever {e['lever_work'] / 1e3:.6g} kJ "
         f"+ kinetic {-e['kinetic_change'] / 1e3:.6g} kJ = friction heat {e['friction_heat'] / 1e3:.6g} kJ "
-        f"+ elastic {e['elastic_change'] / 1e3:.6g} kJ",
+        + (f"+ dampers {e['damper_heat'] / 1e3:.6g} kJ " if "damper_heat" in e else "")
+        + f"+ elastic {e['elastic_change'] / 1e3:.6g} kJ",
         *_heat_lines(summary),
         f"closure  {e['closure']:.1e} of the largest energy exchanged",
         f"solver   {s['method']}, rtol {s['rtol']:g}: {s['steps']} steps, {s['rejected']} rejected, "

@@ -4,8 +4,10 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter
+from matplotlib.patches import Patch
+from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from ._log import Event
 from ._overlap import RunningIn, overlap
@@ -22,6 +24,9 @@ _COLOURS = {
 _ZERO = 273.15  # K
 _HOT = {"rim": "tab:red", "linings": "tab:orange", "band": "tab:blue"}
 _WORDS = {"slip_onset": "slip onset t₀", "full_slip": "full slip", "stop": "stop"}
+
+
+_CONTACTS = {"lining": "linings on the rim", "outer": "band on linings", "inner": "linings on the rim"}
 
 
 def _marks(axes: Axes, events: list[Event], low: float, high: float, *, named: bool) -> None:
@@ -143,6 +148,44 @@ def stages(result: Result, *, running_in: RunningIn | None = None, figure: Figur
         panel.set_xlim(start, end)
         panel.legend(loc="best", fontsize=8, framealpha=0.9)
     figure.suptitle(f"stages of the brake — {result.status.replace('_', ' ')}: {result.message}", fontsize=11)
+    return figure
+
+
+def contacts(result: Result, *, figure: Figure | None = None) -> Figure:
+    """Which linings stick and which slide, over time: of a chain on the pulley, of a resolved bandage on band and rim.
+
+    Left the whole motion, right the time up to the first full slip, if it is short. Raises `ValueError` where the
+    linings act as one.
+    """
+    modes: Any = result.record.modes
+    if not modes.contacts:
+        raise ValueError("the linings of this brake act as one: there are no single contacts to draw")
+    n = int(result.record.count)
+    t = np.asarray(result.record.rows.t)[: n + 1]
+    times = {e.name: e.time for e in reversed(result.events)}
+    slip = times.get("full_slip", times.get("external_lock"))
+    ends = [t[-1]] + ([t[0] + 1.3 * (slip - t[0])] if slip and slip - t[0] < 0.25 * (t[-1] - t[0]) else [])
+    if figure is None:
+        figure = Figure(figsize=(11.5, 1.2 + 3.2 * len(modes.contacts)), layout="constrained")
+    axes = figure.subplots(len(modes.contacts), len(ends), squeeze=False, sharex="col")
+    colours = ListedColormap(["tab:purple", "0.85", "tab:orange"])
+    for row, (name, states) in enumerate(modes.contacts.items()):
+        states = np.asarray(states)[: n + 1]
+        changes = np.append(True, np.any(states[1:] != states[:-1], axis=1))
+        edges = np.append(t[changes], t[-1])
+        for column, end in enumerate(ends):
+            panel = axes[row, column]
+            linings = np.arange(states.shape[1] + 1) + 0.5
+            panel.pcolormesh(edges, linings, states[changes].T, cmap=colours, vmin=-1, vmax=1)
+            panel.set_xlim(t[0], end)
+            panel.yaxis.set_major_locator(MaxNLocator(integer=True))
+            panel.set_title(f"{_CONTACTS[name]}{', enlarged' if column else ''}", fontsize=10)
+            if column == 0:
+                panel.set_ylabel("lining, from the slack end")
+    for column in range(len(ends)):
+        _time_axis(axes[-1, column], milliseconds=column == 1)
+    kinds = [Patch(color=colours(i), label=words) for i, words in enumerate(("slides back", "sticks", "slides ahead"))]
+    figure.legend(handles=kinds, loc="outside lower center", ncols=3, fontsize=9)
     return figure
 
 

@@ -23,6 +23,7 @@ from chain_scenes import (
 from scipy.integrate import solve_ivp
 
 import simbrake as sb
+from simbrake import plot
 from simbrake._chain import STRETCHED, TAUT, chain_lining_forces
 from simbrake._hybrid import INSTANT
 
@@ -302,3 +303,24 @@ def test_faults():
         sb.check(chain(m=0.0))
     with pytest.raises(sb.InputError, match=r"brake\.band\.segments"):
         sb.simulate(plain)
+
+
+def test_a_chain_runs_through_the_front_door():
+    """Events, metrics, energies and columns of a chain by `simulate`; the pulley swings on the band after the stop."""
+    scene = chain()
+    result = sb.simulate(scene)
+    assert result.status == "stopped"
+    assert float(result.energy["closure"]) <= 1e-9
+    slips = [e for e in result.events if e.name == "lining_slip"]
+    assert slips[0].time == pytest.approx(float(result.first_lining_slip_time), abs=1e-15)
+    assert slips[0].lining == scene.brake.linings.count
+    names = [e.name for e in result.events]
+    assert "slip_onset" not in names
+    assert "lining_limit" not in names
+    assert names.index("full_slip") < names.index("stop")
+    s = result.series(np.linspace(0.0, float(scene.end_time), 50))
+    assert s.displacement.shape == s.lining_slip_speed.shape == (50, scene.brake.linings.count)
+    assert np.all(np.diff(np.asarray(s.damper_heat)) >= -1e-9)
+    np.testing.assert_allclose(s.elongation, np.asarray(s.displacement)[:, 0], rtol=1e-12)
+    assert "damper_heat" in result.energy
+    assert len(plot.contacts(result).axes) >= 1
