@@ -4,6 +4,7 @@ import jax.numpy as jnp
 
 from ._chain import STRETCHED, TAUT, ChainForces, ChainMode, ChainState
 from ._chain_system import ChainSystem
+from ._design import stiffness_of
 from ._frame import frame_of
 from ._modes import BandMode
 from ._scene import Scene
@@ -23,7 +24,8 @@ def assemble_chain(scene: Scene) -> tuple[ChainSystem, ChainState, ChainMode]:
     assert brake.linings.mass is not None
     mass = jnp.broadcast_to(jnp.asarray(brake.linings.mass), (n,))
     between = jnp.broadcast_to(jnp.asarray(segments.stiffness), (n - 1,))
-    anchor = jnp.asarray(brake.band.stiffness)
+    anchor = stiffness_of(brake, s.still.T)
+    assert anchor is not None
     damping = 2 * jnp.asarray(segments.damping_ratio) * jnp.sqrt(between * 0.5 * (mass[1:] + mass[:-1]))
     angle = jnp.asarray(brake.linings.angle)
     forces = ChainForces(

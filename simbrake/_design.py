@@ -146,6 +146,9 @@ class Brake(eqx.Module):
                 hint = "linings move for themselves only where the band has `segments`"
                 found.append(Fault(f"{path}.linings.mass", "has no effect", hint))
             return found
+        if self.bandage is not None:
+            hint = "the linings of a staged brake ride on the pulley; `Bandage.spring` resolves them"
+            found.append(Fault(f"{path}.band.segments", "is not for a staged brake", hint))
         if band.stiffness is None:
             hint = "with segments it is the stiffness of the one to the anchor"
             found.append(Fault(f"{path}.band.stiffness", "is missing", hint))

@@ -1,5 +1,6 @@
 """The resolved chain (model §3.1): every lining sticks and slides for itself."""
 
+import dataclasses
 import itertools
 import math
 
@@ -301,8 +302,9 @@ def test_faults():
     assert "brake.band.segments.stiffness" in faults(band=sb.Band(ARM, 5.0, sb.Segments(np.full(4, 1e3))))
     with pytest.raises(sb.InputError, match="not admissible"):
         sb.check(chain(m=0.0))
-    with pytest.raises(sb.InputError, match=r"brake\.band\.segments"):
-        sb.simulate(plain)
+    both = dataclasses.replace(plain.brake, bandage=sb.Bandage(1.0, sb.ConstantFriction(0.1)))
+    with pytest.raises(sb.InputError, match=r"brake\.band\.segments: is not for a staged brake"):
+        sb.check(dataclasses.replace(plain, brake=both))
 
 
 def test_a_chain_runs_through_the_front_door():
