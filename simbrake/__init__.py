@@ -1,5 +1,7 @@
 """simbrake: a differentiable dynamic simulator of band-shoe brakes of drilling drawworks."""
 
+from ._assemble_bandage import assemble_bandage as assemble_bandage
+from ._assemble_bandage import bandage_energies as bandage_energies
 from ._band import ChordForces as ChordForces
 from ._band import LiningForces as LiningForces
 from ._band import capstan_ratio as capstan_ratio
@@ -8,6 +10,7 @@ from ._band import grip as grip
 from ._band import mobilised as mobilised
 from ._band import sliding_tensions as sliding_tensions
 from ._band import tension_ratio as tension_ratio
+from ._bandage import BandageSystem as BandageSystem
 from ._builders import axial_resistance as axial_resistance
 from ._builders import layered_heat as layered_heat
 from ._builders import lumped_heat as lumped_heat

@@ -14,20 +14,45 @@ from ._scene import Scene
 from ._sliding import Grip
 from ._state import HeatLedger, Ledger, State
 from ._system import BrakeSystem
-from ._thermal import assemble_thermal
+from ._thermal import Thermal, assemble_thermal
+
+
+def _hot_at_start(scene: Scene, thermal: Thermal | None, u: Array | None) -> Array | None:
+    """Temperatures that the linings' friction law sees at the start."""
+    heat = scene.heat
+    pair = None if heat is None else heat.friction if scene.brake.bandage is None else heat.external
+    if thermal is None or u is None or pair is None or pair.sensor is None:
+        return None
+    return thermal.at(thermal.temperatures(u), pair.sensor, scene.brake.linings.count)
+
+
+def reference_sizes(scene: Scene, J: Array, ratio: Array) -> tuple[Array, Array, Array]:
+    """References of tensions (N), torques (N·m) and speeds (rad/s) of a scene with inertia `J` and the ratio `Π`."""
+    duty, t_0, omega_0 = scene.duty, jnp.asarray(scene.initial.time), jnp.asarray(scene.initial.omega)
+
+    def positive(x: Array) -> Array:
+        return jax.lax.stop_gradient(jnp.where(x > 0, x, 1.0))
+
+    tension_scale = positive(duty.slack_tension.scale())
+    capacity = jnp.asarray(scene.brake.band.radius) * tension_scale * (ratio - 1)
+    first = jnp.asarray(duty.load.profile.first_piece(t_0), jnp.int32)
+    load_0 = jnp.abs(duty.load.torque(t_0, omega_0, first))
+    torque_scale = positive(jnp.maximum(capacity, jnp.maximum(load_0, duty.load.profile.scale())))
+    # from rest: the speed that the largest torque could give in the run, 1 rad/s at most
+    reach = jnp.minimum(torque_scale / J * (jnp.asarray(scene.end_time) - t_0), 1.0)
+    return tension_scale, torque_scale, positive(jnp.where(omega_0 == 0, reach, jnp.abs(omega_0)))
 
 
 def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
     """System, initial state and initial mode of a scene. The run settles the true first mode itself, as an event."""
     brake, duty, initial, heat = scene.brake, scene.duty, scene.initial, scene.heat
     linings = brake.linings
+    if brake.bandage is not None and brake.bandage.spring is not None:
+        raise ValueError("a bandage with springs is another system: assemble_bandage")
     angle = jnp.asarray(linings.angle)
     law, friction = linings.friction, Grip(linings, None if heat is None else heat.flash)
     thermal, u = (None, None) if heat is None else assemble_thermal(heat)
-    pair = None if heat is None else heat.friction if brake.bandage is None else heat.external
-    hot = None
-    if thermal is not None and u is not None and pair is not None and pair.sensor is not None:
-        hot = thermal.at(thermal.temperatures(u), pair.sensor, linings.count)
+    hot = _hot_at_start(scene, thermal, u)
     still = Contact(v=jnp.zeros(angle.shape), T=hot, p=jnp.zeros(angle.shape))
     mu_static, locks = tension_ratio(grip(law.static(still), angle))
     fixed = not (law.speed_dependent or friction.varies or friction.implicit)
@@ -38,16 +63,7 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
     t_0, omega_0 = jnp.asarray(initial.time), jnp.asarray(initial.omega)
     lever_piece, load_piece = duty.slack_tension.first_piece(t_0), duty.load.profile.first_piece(t_0)
 
-    def positive(x: Array) -> Array:
-        return jax.lax.stop_gradient(jnp.where(x > 0, x, 1.0))
-
-    tension_scale = positive(duty.slack_tension.scale())
-    capacity = R_b * tension_scale * (ratio_static - 1)
-    load_0 = jnp.abs(duty.load.torque(t_0, omega_0, jnp.asarray(load_piece, jnp.int32)))
-    torque_scale = positive(jnp.maximum(capacity, jnp.maximum(load_0, duty.load.profile.scale())))
-    # from rest: the speed that the largest torque could give in the run, 1 rad/s at most
-    reach = jnp.minimum(torque_scale / J * (jnp.asarray(scene.end_time) - t_0), 1.0)
-    speed_scale = positive(jnp.where(omega_0 == 0, reach, jnp.abs(omega_0)))
+    tension_scale, torque_scale, speed_scale = reference_sizes(scene, J, ratio_static)
     stiffness = stiffness_of(brake, hot)
     internal = None
     if brake.bandage is not None:

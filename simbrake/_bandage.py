@@ -1,0 +1,283 @@
+"""The resolved bandage as a hybrid system: equations, guards, changes of mode and an energy ledger."""
+
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Bool, Float
+
+from ._at_rest import holding_range, resting_tensions, unbounded
+from ._bandage_forces import BandageForces
+from ._bandage_state import BandageFlows, BandageLedger, BandageMode, BandageState, band_label
+from ._duty import AbstractProfile
+from ._hybrid import CORE, QUADRATURE, AbstractHybridSystem
+from ._modes import BandMode
+from ._sparsity import couplings
+from ._state import BrakeCode, HeatLedger
+
+#: guards before those of the linings: lever, pulley (two)
+_FIRST = 3
+
+
+class BandageSystem(AbstractHybridSystem):
+    """A staged brake whose linings are bodies of their own, with springs between neighbours (model §4, last part; K).
+
+        J ω̇ = M_load(t, ω) − Σ λ_i,   J_i ω̇_i = λ_i + Q_i − R_b (T_i − T_{i−1})
+
+    Each lining is held or slides on the band, and sticks or slides on the rim, by its own balance; `BandageForces` has
+    the equations. Guards: lever, pulley (two), then two for each lining, `inner` and `outer`:
+
+        sticks on the rim:      M_s,i − |λ_i|                             slides there: σ_i (ω − ω_i)
+        held on the band:       f_s,i z_i (T_i + T_{i−1}) − |T_i − T_{i−1}|     slides there: sgn(ω_i) ω_i
+        neither moves:          what both pairs could hold against its springs
+        pulley:                 its speed in motion; at rest how far the load is from both ends of what holds it
+
+    The second line is `T_{i−1}/μ_s ≤ T_i ≤ T_{i−1} μ_s`. Speeds that vanish together with the pulley's have no guard of
+    their own: its guard decides for all linings that come to rest with it.
+    """
+
+    forces: BandageForces
+    tension_scale: Float[Array, ""]
+    torque_scale: Float[Array, ""]
+    speed_scale: Float[Array, ""]
+
+    @property
+    def profiles(self) -> tuple[AbstractProfile, ...]:
+        """Given functions of time beside lever and load."""
+        thermal = self.forces.thermal
+        return () if thermal is None else thermal.heat.profiles
+
+    @property
+    def guard_samples(self) -> int:
+        """Points inside a step at which the guards are looked at: none where the profiles hide nothing."""
+        given = (self.forces.lever, self.forces.load.profile, *self.profiles)
+        return 0 if all(profile.smooth_between for profile in given) else 15
+
+    @property
+    def codes(self) -> tuple[BrakeCode, ...]:
+        """Ends of the run that heat can bring about; each has a guard after those of the linings."""
+        laws = (self.forces.linings.friction, self.forces.internal.friction)
+        found = [BrakeCode.SINGULAR_GEOMETRY] if any(law.temperature_dependent for law in laws) else []
+        return (*found, BrakeCode.OUTSIDE_TABLE) if any(law.temperature_range() for law in laws) else tuple(found)
+
+    def rhs(self, t, y, mode):
+        f, q = self.forces, self.forces.flows(t, y, mode)
+        moving = jnp.where(mode.rests, 0.0, y.omega)
+        outer, inner = f.powers(y, mode, q)
+        drift = -f.band_radius * jnp.diff(y.speeds)
+        _, damped, _ = f.springs(y)
+        ledger = BandageLedger(
+            load_work=q.load_torque * moving,
+            lever_work=jnp.zeros_like(moving),
+            friction_heat=jnp.sum(outer),
+            internal_heat=jnp.sum(inner),
+            damper_heat=jnp.sum(damped * drift),
+        )
+        rates = BandageState(moving, q.alpha, drift, q.accelerations, ledger)
+        if f.thermal is None:
+            return rates
+        net, on_band, on_rim = q.thermal.flows, q.thermal.outer, q.thermal.inner
+        zero = jnp.zeros_like(moving)
+        booked = HeatLedger(
+            to_metal=on_rim.to_metal + (zero if on_band.beyond is None else on_band.beyond),
+            to_linings=on_rim.to_linings + on_band.to_linings,
+            lost=net.lost + on_rim.lost + on_band.lost,
+            supplied=net.supplied,
+            to_band=on_band.to_metal,
+        )
+        into = net.into + on_band.into + on_rim.into
+        return rates._replace(ledger=ledger._replace(heat=booked), heat=into / f.thermal.capacity)
+
+    # --- guards ---------------------------------------------------------------------------------------------------
+
+    def guards(self, t, y, mode):
+        q, is_open, rests = self.forces.flows(t, y, mode), mode.band == BandMode.OPEN, mode.rests
+        lever = jnp.where(is_open, -q.lever_tension, q.lever_tension) / self.tension_scale
+        turning = jnp.where(is_open, 1.0, mode.sense.astype(jnp.float64) * y.omega / self.speed_scale)
+        high = jnp.where(rests, (q.most_hold - q.load_torque) / self.torque_scale, turning)
+        low = jnp.where(rests, (q.load_torque - q.least_hold) / self.torque_scale, 1.0)
+        parts = [jnp.stack([lever, high, low]), *self._lining_guards(y, mode, q)]
+        parts += [self._margin(code, y, mode)[None] for code in self.codes]
+        return jnp.concatenate(parts)
+
+    def _lining_guards(self, y: BandageState, mode: BandageMode, q: BandageFlows) -> tuple[Array, Array]:
+        stuck, held = mode.inner == 0, mode.outer == 0
+        torque_scale = self.torque_scale / self.forces.count
+        slip = mode.inner.astype(jnp.float64) * (y.omega - y.speeds) / self.speed_scale
+        inner = jnp.where(stuck, (q.capacity - jnp.abs(q.inner_torque)) / torque_scale, slip)
+        inner = jnp.where(held & ~stuck, 1.0, inner)  # its slip is the pulley's speed
+        inner = jnp.where(mode.fixed, self._spring_margin(y, mode, q) / torque_scale, inner)
+        travel = mode.outer.astype(jnp.float64) * y.speeds / self.speed_scale
+        outer = jnp.where(held, (q.outer_limit - jnp.abs(q.outer_force)) / self.tension_scale, travel)
+        # fixed linings are bounded by their limits on the band; stuck ones move with the pulley
+        return inner, jnp.where(stuck | (mode.band == BandMode.OPEN), 1.0, outer)
+
+    def _spring_margin(self, y: BandageState, mode: BandageMode, q: BandageFlows) -> Array:
+        """What both pairs of a fixed lining could hold, less what its springs pull (N·m)."""
+        c, Q = self.forces.coefficients(y, mode), q.spring_torque
+        r = self.forces.resting(y, mode, c, Q)
+        before = jnp.concatenate([q.slack_tension[None], q.tension[:-1]])
+        most = jnp.where(Q > 0, before * c.mu_static, before / c.mu_static)
+        return r.grip * (most + before) + r.floor + self.forces.band_radius * jnp.abs(most - before) - jnp.abs(Q)
+
+    def _margin(self, code: BrakeCode, y: BandageState, mode: BandageMode) -> Array:
+        f = self.forces
+        if code == BrakeCode.SINGULAR_GEOMETRY:
+            c = f.coefficients(y, mode)
+            on_rim = f.track_radius * c.inner_static * f.sine / f.band_radius
+            return 1 - jnp.maximum(jnp.max(c.grip_static), jnp.max(on_rim))
+        room = jnp.asarray(jnp.inf)
+        laws = (f.linings.friction, f.internal.friction)
+        for law, T in zip(laws, f.surfaces(y.heat), strict=True):
+            bounds = law.temperature_range()
+            if bounds is not None and T is not None:
+                room = jnp.minimum(room, jnp.minimum(jnp.min(T) - bounds[0], bounds[1] - jnp.max(T)) / 100.0)
+        return room
+
+    # --- changes of mode ------------------------------------------------------------------------------------------
+
+    def _next_pieces(self, t: Array, mode: BandageMode, at_stop: Array) -> BandageMode:
+        def following(profile: AbstractProfile, piece: Any) -> Array:
+            piece = jnp.asarray(piece, jnp.int32)
+            return piece + (at_stop & (profile.next_knot(piece) <= t)).astype(jnp.int32)
+
+        return mode._replace(
+            lever_piece=following(self.forces.lever, mode.lever_piece),
+            load_piece=following(self.forces.load.profile, mode.load_piece),
+            heat_pieces=tuple(following(p, i) for p, i in zip(self.profiles, mode.heat_pieces, strict=True)),
+        )
+
+    def transition(self, t, y, mode, fired, at_stop):
+        n = self.forces.count
+        new = self._next_pieces(t, mode, at_stop)
+        T_0, rate = self.forces.lever_tension(t, new)
+        rounding = 1e-12 * self.tension_scale
+        pulls = (rounding < T_0) | ((jnp.abs(T_0) <= rounding) & (rate > 0))
+        was_open, rests = mode.band == BandMode.OPEN, mode.rests
+        broke, gone = fired[_FIRST : _FIRST + n], fired[_FIRST + n : _FIRST + 2 * n]
+        new = self._each_lining(self.forces.flows(t, y, new), new, broke, gone)
+
+        # the lever begins to pull: what moves slides, what rests is held unless that proves too much
+        grips = was_open & pulls
+        starts = grips & (y.omega == 0)
+        sense = jnp.where(grips & (y.omega != 0), jnp.sign(y.omega).astype(jnp.int32), mode.sense)
+        outer = jnp.where(grips, jnp.sign(y.speeds).astype(jnp.int32), new.outer)
+        new = new._replace(outer=outer, sense=sense, band=jnp.where(pulls, BandMode.HELD, BandMode.OPEN))
+
+        # pulley and linings come to rest together, start together, or pass through
+        stops = ~was_open & ~rests & fired[1]
+        breaks = rests & (fired[1] | fired[2])
+        with_pulley = (mode.inner == 0) | (mode.outer == 0) | broke | gone
+        together = jnp.where(breaks, mode.fixed & ~broke, jnp.where(starts, y.speeds == 0, with_pulley))
+        forced = jnp.where(breaks, jnp.where(fired[1], 1, -1), 0)
+        settled = self._settled(t, y, new, together, forced)
+        decides = pulls & (stops | breaks | starts)
+        new = jax.tree.map(lambda a, b: jnp.where(decides, a, b).astype(jnp.int32), settled, new)
+
+        # while open, `outer` says nothing and no lining is held
+        new = new._replace(outer=jnp.where(pulls, new.outer, new.sense).astype(jnp.int32))
+        new = new._replace(band=band_label(new.outer, new.sense, pulls))
+        code = jnp.asarray(0, jnp.int32)
+        for i, failure in enumerate(self.codes, _FIRST + 2 * n):
+            code = jnp.where(fired[i], int(failure), code)
+        return new, code
+
+    def _each_lining(self, q: BandageFlows, mode: BandageMode, broke: Array, gone: Array) -> BandageMode:
+        """Every lining by itself: what it does after guards of its own fired.
+
+        What lets go slides the way of the force that was too great; what has come to rest is held for now: if that
+        takes too great a force, its guard is negative and fires at the same instant.
+        """
+        stuck, held, fixed, rests = mode.inner == 0, mode.outer == 0, mode.fixed, mode.rests
+
+        def way(x: Array) -> Array:
+            return jnp.where(x < 0, -1, 1).astype(jnp.int32)
+
+        slides = ~stuck & ~held
+        on_band, on_rim = slides & gone, slides & broke & ~gone
+        lost = stuck & ~fixed & broke
+        inner = jnp.where(lost, way(q.inner_torque), mode.inner)
+        inner = jnp.where(on_band, jnp.where(rests, 0, mode.sense), jnp.where(on_rim, 0, inner))
+        outer = jnp.where(held & ~stuck & gone, way(q.outer_force), mode.outer)
+        outer = jnp.where(on_band, 0, jnp.where(on_rim, jnp.where(rests, 0, mode.sense), outer))
+        # springs tear a lining off both: it moves against a pulley at rest
+        torn = fixed & broke
+        outer = jnp.where(torn, way(q.spring_torque), outer)
+        inner = jnp.where(torn, -way(q.spring_torque), inner)
+        return mode._replace(outer=outer.astype(jnp.int32), inner=inner.astype(jnp.int32))
+
+    def _settled(
+        self, t: Array, y: BandageState, new: BandageMode, together: Bool[Array, " n"], forced: Array
+    ) -> BandageMode:
+        """The mode where the pulley has no speed, and the linings named have none either.
+
+        They rest if the load is within what all of them hold (each at the limit of its weaker pair). Otherwise the
+        pulley starts the way of the load, or of the guard that fired (`forced`), and each lets go at its weaker pair.
+        """
+        f = self.forces
+        trial = new._replace(outer=jnp.where(together, 0, new.outer), inner=jnp.where(together, 0, new.inner))
+        T_0 = f.lever_tension(t, trial)[0]
+        load = f.load.torque(t, jnp.zeros_like(y.omega), trial.load_piece)
+        r = f.resting(y, trial, f.coefficients(y, trial), f.springs(y)[2])._replace(fixed=together)
+        least, most = holding_range(r, T_0)
+        slack = 1e-12 * self.torque_scale
+        way = jnp.where(load > most + slack, 1, jnp.where(load < least - slack, -1, 0))
+        way = jnp.where(forced == 0, way, forced)
+        # nothing comes to rest: the pulley passes through zero
+        none = ~jnp.any(together)
+        way = jnp.where(none, -new.sense, way)
+        way_ = way.astype(jnp.float64)
+        along = resting_tensions(r, T_0, way_)
+        before = jnp.concatenate([T_0[None], along[:-1]])
+        wanted = unbounded(r, before, way_)
+        yields = jnp.where(way > 0, wanted >= before * r.mu, wanted <= before / r.mu)  # on the band, else on the rim
+        outer = jnp.where(together, jnp.where(yields, way, 0), new.outer)
+        inner = jnp.where(together, jnp.where(yields, 0, way), new.inner)
+        return new._replace(outer=outer, inner=inner, sense=jnp.where(way == 0, new.sense, way))
+
+    def reset(self, t, y, before, after):
+        turned = (before.band != BandMode.OPEN) & (after.sense != before.sense)
+        omega = jnp.where(after.rests | turned, 0.0, y.omega)
+        speeds = jnp.where(after.outer == 0, 0.0, jnp.where(after.inner == 0, omega, y.speeds))
+        after_ = y._replace(omega=omega, speeds=speeds)
+        # what comes onto the hook in motion brings its energy
+        if self.forces.load.added_inertia(after.load_piece) is None:
+            return after_
+        brought = 0.5 * (self.forces.inertia_at(after) - self.forces.inertia_at(before)) * y.omega**2
+        return after_._replace(ledger=y.ledger._replace(load_work=y.ledger.load_work + brought))
+
+    def next_stop(self, mode):
+        found = jnp.minimum(
+            self.forces.lever.next_knot(mode.lever_piece), self.forces.load.profile.next_knot(mode.load_piece)
+        )
+        for profile, piece in zip(self.profiles, mode.heat_pieces, strict=True):
+            found = jnp.minimum(found, profile.next_knot(piece))
+        return found
+
+    # --- sizes ----------------------------------------------------------------------------------------------------
+
+    def scales(self):
+        f, infinity = self.forces, jnp.inf
+        ledger = BandageLedger(infinity, infinity, infinity, infinity, infinity)
+        stretch = self.tension_scale / f.stiffness
+        plain = BandageState(1.0, self.speed_scale, stretch, self.speed_scale, ledger)
+        if f.thermal is None:
+            return plain
+        booked = HeatLedger(infinity, infinity, infinity, infinity, infinity)
+        return plain._replace(ledger=ledger._replace(heat=booked), heat=jnp.full_like(f.thermal.capacity, 100.0))
+
+    def couplings(self):
+        f = self.forces
+        if f.thermal is None:
+            return None
+        q, c = np.asarray(QUADRATURE), np.asarray(CORE)
+        booked = BandageLedger(q, q, q, q, q, HeatLedger(q, q, q, q, q))
+        stretch, speeds = np.full(f.count - 1, CORE), np.full(f.count, CORE)
+        return BandageState(q, c, stretch, speeds, booked, couplings(f.thermal.heat))
+
+    def stored(self, y: BandageState, mode: BandageMode) -> tuple[Array, Array]:
+        """Kinetic energy of pulley and linings, elastic energy of the springs (J)."""
+        f = self.forces
+        kinetic = 0.5 * f.inertia_at(mode) * y.omega**2 + 0.5 * jnp.sum(f.inertias * y.speeds**2)
+        return kinetic, 0.5 * jnp.sum(f.stiffness * y.stretch**2)
