@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, Bool, Float, Int
 
 _GRID, _ROUNDS, _NEWTON = 32, 3, 4
 
@@ -54,6 +54,15 @@ def resting_tensions(r: Resting, T_0: Float[Array, ""], share: Float[Array, ""])
 
     each = r._replace(arm=jnp.broadcast_to(r.arm, r.mu.shape))
     return jax.lax.scan(lining, T_0, each)[1]
+
+
+def yields_on_band(
+    r: Resting, T_0: Float[Array, ""], along: Float[Array, " n"], way: Int[Array, ""]
+) -> Bool[Array, " n"]:
+    """Which linings let go on the band, the others on the rim, when the pulley starts to move `way` (±1)."""
+    before = jnp.concatenate([T_0[None], along[:-1]])
+    wanted = unbounded(r, before, way.astype(jnp.float64))
+    return jnp.where(way > 0, wanted >= before * r.mu, wanted <= before / r.mu)
 
 
 def carried(r: Resting, T_0: Float[Array, ""], along: Float[Array, " n"]) -> Float[Array, ""]:

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
-from ._at_rest import holding_range, resting_tensions, unbounded
+from ._at_rest import holding_range, resting_tensions, yields_on_band
 from ._bandage_forces import BandageForces
 from ._bandage_state import BandageFlows, BandageLedger, BandageMode, BandageState, band_label
 from ._duty import AbstractProfile
@@ -156,7 +156,7 @@ class BandageSystem(AbstractHybridSystem):
         pulls = (rounding < T_0) | ((jnp.abs(T_0) <= rounding) & (rate > 0))
         was_open, rests = mode.band == BandMode.OPEN, mode.rests
         broke, gone = fired[_FIRST : _FIRST + n], fired[_FIRST + n : _FIRST + 2 * n]
-        new = self._each_lining(self.forces.flows(t, y, new), new, broke, gone)
+        new = self._each_lining(t, y, new, broke, gone)
 
         # the lever begins to pull: what moves slides, what rests is held unless that proves too much
         grips = was_open & pulls
@@ -183,19 +183,25 @@ class BandageSystem(AbstractHybridSystem):
             code = jnp.where(fired[i], int(failure), code)
         return new, code
 
-    def _each_lining(self, q: BandageFlows, mode: BandageMode, broke: Array, gone: Array) -> BandageMode:
+    def _each_lining(self, t: Array, y: BandageState, mode: BandageMode, broke: Array, gone: Array) -> BandageMode:
         """Every lining by itself: what it does after guards of its own fired.
 
         What lets go slides the way of the force that was too great; what has come to rest is held for now: if that
-        takes too great a force, its guard is negative and fires at the same instant.
+        takes too great a force, its guard is negative and fires at the same instant. A lining without speed on a
+        pulley without speed, which starts, goes with the stronger pair.
         """
+        q = self.forces.flows(t, y, mode)
         stuck, held, fixed, rests = mode.inner == 0, mode.outer == 0, mode.fixed, mode.rests
 
         def way(x: Array) -> Array:
             return jnp.where(x < 0, -1, 1).astype(jnp.int32)
 
         slides = ~stuck & ~held
-        on_band, on_rim = slides & gone, slides & broke & ~gone
+        still = slides & (gone | broke) & (y.speeds == 0) & (y.omega == 0)
+        r = self.forces.resting(y, mode, self.forces.coefficients(y, mode), q.spring_torque)
+        band_yields = yields_on_band(r, q.slack_tension, q.tension, mode.sense)
+        on_band = slides & jnp.where(still, ~band_yields, gone)
+        on_rim = slides & jnp.where(still, band_yields, broke & ~gone)
         lost = stuck & ~fixed & broke
         inner = jnp.where(lost, way(q.inner_torque), mode.inner)
         inner = jnp.where(on_band, jnp.where(rests, 0, mode.sense), jnp.where(on_rim, 0, inner))
@@ -227,11 +233,7 @@ class BandageSystem(AbstractHybridSystem):
         # nothing comes to rest: the pulley passes through zero
         none = ~jnp.any(together)
         way = jnp.where(none, -new.sense, way)
-        way_ = way.astype(jnp.float64)
-        along = resting_tensions(r, T_0, way_)
-        before = jnp.concatenate([T_0[None], along[:-1]])
-        wanted = unbounded(r, before, way_)
-        yields = jnp.where(way > 0, wanted >= before * r.mu, wanted <= before / r.mu)  # on the band, else on the rim
+        yields = yields_on_band(r, T_0, resting_tensions(r, T_0, way.astype(jnp.float64)), way)
         outer = jnp.where(together, jnp.where(yields, way, 0), new.outer)
         inner = jnp.where(together, jnp.where(yields, 0, way), new.inner)
         return new._replace(outer=outer, inner=inner, sense=jnp.where(way == 0, new.sense, way))
