@@ -64,6 +64,15 @@ def _(primals, tangents):
     return running, running * jnp.sum(jnp.where(np.tri(n, dtype=bool), relative[None, :], 0.0), axis=1)
 
 
+def affine_tensions(T_0: Float[Array, ""], a: Float[Array, " n"], b: Float[Array, " n"]) -> Float[Array, " n"]:
+    """`T_i = a_i T_{i−1} + b_i` without a loop: `T_i = A_i (T_0 + Σ_{j≤i} b_j/A_j)`, `A_i = ∏_{j≤i} a_j ≠ 0`."""
+    n, A = a.shape[0], running_product(a)
+    parts = b / A
+    if n > _WIDE:
+        return A * (T_0 + jnp.cumsum(parts))
+    return A * (T_0 + jnp.sum(jnp.where(np.tri(n, dtype=bool), parts[None, :], 0.0), axis=1))
+
+
 def capstan_ratio(f: Float[Array, ""], wrap: Float[Array, ""]) -> Float[Array, ""]:
     """Euler's limit for many small linings, `T_n/T_0 → exp(f α)`."""
     return jnp.exp(f * wrap)

@@ -96,16 +96,22 @@ class Bandage(eqx.Module):
 
         M_int = R Σ f_i (N_i + N_pre,i),   N_i = (T_i + T_{i−1}) sin(β_i/2)
 
-    - `inertia` `J_b` about the shaft (kg·m²), all linings together
+    - `inertia` `J_b` about the shaft (kg·m²), all linings together; with springs also (n,), of each
     - `friction`: law `f` of the internal pair, with numbers for all linings or per lining
     - `preload` `N_pre,i` (N), a number for each or (n,): the interference with which a lining sits on the rim
     - `area` (m²) of a lining's inner face, a number or (n,): needed where pressure matters, and for overlaps
+    - `spring` `K_j` (N/m) between neighbouring linings at the band circle, a number or (n − 1,): every lining is then
+      a body of its own (resolved bandage), which needs a rigid band; `None`: the bandage is one rigid body
+    - `spring_damping` `ζ_j`: share of the critical damping of two neighbours on their spring,
+      `D_j = 2 ζ_j √(K_j m_j)`, `1/m_j = R_b² (1/J_j + 1/J_{j+1})`
     """
 
     inertia: Scalar = quantity("kg*m^2", "inertia of the bandage about the shaft", positive=True)
     friction: AbstractFriction  # pyright: ignore
     preload: Scalar = quantity("N", "interference load of a lining on the rim", low=0.0, default=0.0)
     area: Scalar | None = quantity("m^2", "area of a lining's inner face", positive=True, default=None)
+    spring: Scalar | None = quantity("N/m", "stiffness between neighbouring linings", positive=True, default=None)
+    spring_damping: Scalar = quantity("1", "share of critical damping of the springs", low=0.0, default=0.05)
 
 
 class Brake(eqx.Module):
@@ -137,6 +143,7 @@ class Brake(eqx.Module):
         found += _faults_of_shapes(self.linings.friction, f"{path}.linings.friction", angle.size)
         if self.bandage is not None:
             found += _faults_of_bandage(self.bandage, f"{path}.bandage", angle.size)
+            found += _faults_of_springs(self, path, angle.size)
         return found + self._faults_of_segments(path, angle.size)
 
     def _faults_of_segments(self, path: str, n: int) -> list[Fault]:
@@ -171,6 +178,35 @@ def _faults_of_bandage(bandage: Bandage, path: str, n: int) -> list[Fault]:
     for name in ("preload", "area"):
         if np.shape(getattr(bandage, name)) not in ((), (n,)) and getattr(bandage, name) is not None:
             found.append(Fault(f"{path}.{name}", f"does not fit {n} linings", f"give one number, or a list of {n}"))
+    return found
+
+
+def _faults_of_springs(brake: Brake, path: str, n: int) -> list[Fault]:
+    """What a bandage of single linings cannot have, or a rigid one not."""
+    bandage, here = brake.bandage, f"{path}.bandage"
+    assert bandage is not None
+    resolved = bandage.spring is not None
+    found = []
+    for name, fitting in (("inertia", (n,)), ("spring", (n - 1,)), ("spring_damping", (n - 1,))):
+        shape = np.shape(getattr(bandage, name))
+        if shape != () and not (resolved and shape == fitting):
+            wanted = f"give one number, or a list of {fitting[0]}" if resolved else "give one number, or springs"
+            found.append(Fault(f"{here}.{name}", f"does not fit {n} linings", wanted))
+    if not resolved or found:
+        return found
+    if brake.band.stiffness is not None:
+        hint = "leave it out: under linings that move apart, the motion of the band would not be one number"
+        found.append(Fault(f"{path}.band.stiffness", "a bandage with springs needs a rigid band", hint))
+    for law, where in ((brake.linings.friction, f"{path}.linings"), (bandage.friction, here)):
+        if law.pressure_dependent:
+            found.append(
+                Fault(f"{where}.friction", "cannot look at the pressure in a bandage with springs", "leave it out")
+            )
+        elif where == here and not law.temperature_dependent:
+            still = Contact(v=jnp.zeros(n), T=None, p=None)
+            turns = brake.pulley.radius * np.asarray(law.static(still)) * np.sin(np.asarray(brake.linings.angle) / 2)
+            if np.any(turns >= brake.band.radius):
+                found.append(Fault(f"{where}.friction", "a lining held by the band could not slide on the rim"))
     return found
 
 

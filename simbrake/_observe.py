@@ -11,6 +11,8 @@ from jaxtyping import Array, Float
 
 from ._acting import AbstractBrakeSystem
 from ._band import LiningForces, mobilised
+from ._bandage import BandageSystem
+from ._bandage_state import BandageFlows, BandageMode, BandageState
 from ._chain import ChainFlows, ChainMode, ChainState, chain_lining_forces
 from ._chain_system import ChainSystem
 from ._heat import place_count
@@ -34,6 +36,12 @@ def _(system: BrakeSystem, y: State, mode: Mode, q: Flows) -> LiningForces:
 @lining_forces.register(ChainSystem)
 def _(system: ChainSystem, y: ChainState, mode: ChainMode, q: ChainFlows) -> LiningForces:
     return chain_lining_forces(system.forces, mode, q)
+
+
+@lining_forces.register(BandageSystem)
+def _(system: BandageSystem, y: BandageState, mode: BandageMode, q: BandageFlows) -> LiningForces:
+    forces = q.outer_force * jnp.cos(jnp.asarray(system.forces.linings.angle) / 2)
+    return LiningForces(q.tension, forces, q.normal, mode.outer != 0)
 
 
 @functools.singledispatch
@@ -101,6 +109,26 @@ def _(system: ChainSystem, y: ChainState, mode: ChainMode, q: ChainFlows) -> dic
     return found
 
 
+@columns.register(BandageSystem)
+def _(system: BandageSystem, y: BandageState, mode: BandageMode, q: BandageFlows) -> dict[str, Array]:
+    found = {
+        "bandage_speed": jnp.mean(y.speeds),
+        "internal_torque": jnp.sum(q.inner_torque),
+        "internal_capacity": jnp.sum(q.capacity),
+        "internal_slip_speed": jnp.mean(q.inner_slip),
+        "internal_mode": mode.slides,
+        "internal_load": q.load,
+        "lining_speed": y.speeds,
+        "lining_slip_speed": q.outer_slip,
+        "lining_internal_slip_speed": q.inner_slip,
+        "lining_internal_torque": q.inner_torque,
+    }
+    if system.forces.thermal is not None:
+        mu = system.forces.coefficients(y, mode).mu_kinetic
+        found["friction_coefficient"] = (mu - 1) / (mu + 1) / system.forces.tangent
+    return found
+
+
 @functools.singledispatch
 def _heated_faces(system: Any, q: Any) -> list[dict[str, Array]]:
     """Friction heat (W) that enters faces of walls, of each pair."""
@@ -113,6 +141,11 @@ def _(system: BrakeSystem, q: Flows) -> list[dict[str, Array]]:
     if q.inner is not None:
         parts.append((q.thermal.inner_deposit, q.inner.slip_speed))
     return [{place: flow * v for place, flow in deposit.faces.items()} for deposit, v in parts]
+
+
+@_heated_faces.register(BandageSystem)
+def _(system: BandageSystem, q: BandageFlows) -> list[dict[str, Array]]:
+    return [q.thermal.outer.faces, q.thermal.inner.faces]
 
 
 def surfaces(system: AbstractBrakeSystem, q: Any) -> dict[str, Array]:

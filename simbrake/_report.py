@@ -170,7 +170,7 @@ class Report:
         stages, forces = self.stages, self.result.record.system.forces
         greatest, load = np.max(self._probe.flows.lever_tension), np.asarray(self._probe.flows.load_torque)[0]
         first = jax.tree.map(lambda column: jnp.asarray(column[0]), self._record.states)
-        hot = (forces.surface(first.heat), forces.inner_surface(first.heat))
+        hot = tuple(T for _, T in forces.laws(first.heat))
         seen = {stage.name for stage in stages}
         absent = absent_stages(scene.brake, float(forces.inertia), float(load), seen, float(greatest), hot)
         return {"stages": [stage.as_dict() for stage in stages], "absent_stages": absent}

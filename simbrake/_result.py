@@ -57,6 +57,9 @@ class Series(NamedTuple):
     internal_heat: Float[Array, " m"] | None = None  # of the internal pair, part of friction_heat, J
     internal_load: Float[Array, "m n"] | None = None  # of every lining on the rim, preload included, N
     lining_slip_speed: Float[Array, "m n"] | None = None  # of every lining that moves for itself, m/s
+    lining_speed: Float[Array, "m n"] | None = None  # ω_i of every lining of a resolved bandage, rad/s
+    lining_internal_slip_speed: Float[Array, "m n"] | None = None  # R (ω − ω_i), m/s
+    lining_internal_torque: Float[Array, "m n"] | None = None  # λ_i from the pulley to every lining, N·m
     displacement: Float[Array, "m n"] | None = None  # u of every lining of a chain along the band circle, m
     damper_heat: Float[Array, " m"] | None = None  # of dampers in a chain or between linings, J
 
@@ -94,6 +97,9 @@ SERIES_UNITS = {
     "internal_heat": "J",
     "internal_load": "N",
     "lining_slip_speed": "m/s",
+    "lining_speed": "rad/s",
+    "lining_internal_slip_speed": "m/s",
+    "lining_internal_torque": "N*m",
     "displacement": "m",
     "damper_heat": "J",
 }

@@ -96,7 +96,9 @@ def simulate(
     if traced:
         record = _traced(scene, rtol_, longest, events, method=method, max_steps=max_steps or _STEPS[0])
         return Result(scene, record, rtol_, name)
-    many = getattr(scene.duty.slack_tension, "knot_count", 0) > 40 or scene.brake.band.segments is not None
+    bandage = scene.brake.bandage
+    single = scene.brake.band.segments is not None or (bandage is not None and bandage.spring is not None)
+    many = single or getattr(scene.duty.slack_tension, "knot_count", 0) > 40
     for steps in (max_steps,) if max_steps else _STEPS[many:]:
         record = _compiled()(scene, rtol_, longest, events, method=method, max_steps=steps)
         if int(record.code) != Code.STEP_LIMIT:

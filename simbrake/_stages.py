@@ -68,7 +68,7 @@ def onset_bracket(brake: Brake, inertia: Any, T_external: Any = None, T_internal
     Pi = running_product(mu)
     loads = (Pi + jnp.concatenate([jnp.ones(1), Pi[:-1]])) * jnp.sin(angle / 2)
     f = bandage.friction.static(Contact(still, T_internal, still))
-    J, J_b = jnp.asarray(inertia), jnp.asarray(bandage.inertia)
+    J, J_b = jnp.asarray(inertia), jnp.sum(jnp.asarray(bandage.inertia))
     drive = brake.band.radius * (product(mu) - 1) * J / (J + J_b)
     return drive, jnp.asarray(brake.pulley.radius) * jnp.sum(f * loads)
 
@@ -90,7 +90,7 @@ def internal_slip_tension(
         raise ValueError("only a staged brake (with a bandage) has an internal pair")
     still = jnp.zeros(brake.linings.count)
     f = bandage.friction.static(Contact(still, T_internal, still))
-    J, J_b = jnp.asarray(inertia), jnp.asarray(bandage.inertia)
+    J, J_b = jnp.asarray(inertia), jnp.sum(jnp.asarray(bandage.inertia))
     preload = brake.pulley.radius * jnp.sum(f * bandage.preload * jnp.ones(brake.linings.count))
     drive, grip_growth = onset_bracket(brake, J, T_external, T_internal)
     slips = drive > grip_growth
