@@ -60,7 +60,7 @@ class BandageMode(NamedTuple):
     @property
     def contacts(self) -> dict[str, Any]:
         """What every lining does for itself on the band and on the rim."""
-        return {"outer": self.outer, "inner": self.inner}
+        return {"lining_external": self.outer, "lining_internal": self.inner}
 
     @property
     def label(self) -> Label:

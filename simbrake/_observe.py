@@ -97,6 +97,7 @@ def _(system: BrakeSystem, y: State, mode: Mode, q: Flows) -> dict[str, Array]:
         "internal_capacity": q.inner.capacity,
         "internal_slip_speed": q.inner.slip_speed,
         "internal_mode": mode.slides,
+        "internal_sliding": jnp.abs(mode.slides) * system.forces.grip.linings.count,
         "internal_load": q.inner.normal,
     }
 
@@ -117,6 +118,7 @@ def _(system: BandageSystem, y: BandageState, mode: BandageMode, q: BandageFlows
         "internal_capacity": jnp.sum(q.capacity),
         "internal_slip_speed": jnp.mean(q.inner_slip),
         "internal_mode": mode.slides,
+        "internal_sliding": jnp.sum(mode.inner != 0).astype(jnp.int32),
         "internal_load": q.load,
         "lining_speed": y.speeds,
         "lining_slip_speed": q.outer_slip,

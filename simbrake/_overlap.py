@@ -61,25 +61,26 @@ def geometric_overlap(brake: Brake) -> tuple[float | None, float]:
 def overlap(result: Result, ts: Any, running_in: RunningIn | None = None) -> Overlap:
     """Overlap coefficients of a concrete result at the times `ts` (m,), optionally with contact that grows by wear."""
     s, (outer, inner) = result.series(ts), geometric_overlap(result.scene.brake)
-    band = np.asarray(s.band_mode)
-    touches, slides = band != BandMode.OPEN, np.asarray(slips(band))
+    modes: Any = result.record.modes
+    n, touches = result.scene.brake.linings.count, np.asarray(s.band_mode) != BandMode.OPEN
+    # linings that move for themselves are counted; a band as a whole slides on all of them or on none
+    slides = np.asarray(s.at_limit) / n if modes.contacts else 1.0 * np.asarray(slips(np.asarray(s.band_mode)))
     work = np.asarray(s.friction_heat)
 
     def grown(W: Any) -> Any:
         return 1.0 if running_in is None else running_in.share(W)
 
-    if outer is None or s.internal_mode is None:
-        share = inner * grown(work)
-        return Overlap(np.asarray(s.t), None, None, share * (touches & slides), share * (touches & ~slides))
-    internal = np.asarray(s.internal_heat)
-    loose = np.asarray(s.internal_mode) != 0
+    if outer is None or s.internal_sliding is None:
+        share = inner * grown(work) * touches
+        return Overlap(np.asarray(s.t), None, None, share * slides, share * (1 - slides))
+    internal, loose = np.asarray(s.internal_heat), np.asarray(s.internal_sliding) / n
     # a bandage without interference rests on the rim only while the band presses it
     pressed = np.any(np.asarray(s.internal_load) > 0, axis=1)
-    outer_share, inner_share = outer * grown(work - internal), inner * grown(internal)
+    outer_share, inner_share = outer * grown(work - internal) * touches, inner * grown(internal) * pressed
     return Overlap(
         np.asarray(s.t),
-        outer_share * (touches & slides),
-        outer_share * (touches & ~slides),
-        inner_share * (pressed & loose),
-        inner_share * (pressed & ~loose),
+        outer_share * slides,
+        outer_share * (1 - slides),
+        inner_share * loose,
+        inner_share * (1 - loose),
     )

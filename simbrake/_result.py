@@ -54,6 +54,7 @@ class Series(NamedTuple):
     internal_capacity: Float[Array, " m"] | None = None  # M_int, N·m
     internal_slip_speed: Float[Array, " m"] | None = None  # R (ω − ω_b), m/s
     internal_mode: Int[Array, " m"] | None = None  # 0: the internal pair sticks, ±1: it slides
+    internal_sliding: Int[Array, " m"] | None = None  # number of linings that slide on the rim
     internal_heat: Float[Array, " m"] | None = None  # of the internal pair, part of friction_heat, J
     internal_load: Float[Array, "m n"] | None = None  # of every lining on the rim, preload included, N
     lining_slip_speed: Float[Array, "m n"] | None = None  # of every lining that moves for itself, m/s
@@ -94,6 +95,7 @@ SERIES_UNITS = {
     "internal_capacity": "N*m",
     "internal_slip_speed": "m/s",
     "internal_mode": "",
+    "internal_sliding": "",
     "internal_heat": "J",
     "internal_load": "N",
     "lining_slip_speed": "m/s",

@@ -26,7 +26,11 @@ _HOT = {"rim": "tab:red", "linings": "tab:orange", "band": "tab:blue"}
 _WORDS = {"slip_onset": "slip onset t₀", "full_slip": "full slip", "stop": "stop"}
 
 
-_CONTACTS = {"lining": "linings on the rim", "outer": "band on linings", "inner": "linings on the rim"}
+_CONTACTS = {
+    "lining": "linings on the rim",
+    "lining_external": "band on linings (external)",
+    "lining_internal": "linings on the rim (internal)",
+}
 
 
 def _marks(axes: Axes, events: list[Event], low: float, high: float, *, named: bool) -> None:

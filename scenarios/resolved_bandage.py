@@ -1,0 +1,66 @@
+"""A staged stop lining by lining: 26 linings between band and pulley, each with an own speed and two contacts.
+
+The bandage of K (Kryshtopa, part III): linings on rods with an interference, springs between neighbours. Who lets go
+on the rim first, who comes to rest on the band first, and what a rigid bandage makes of it. Geometry from V (Volchenko
+et al.) and K; what the papers do not give is an assumption and says so beside its value.
+"""
+
+import dataclasses
+import math
+
+import simbrake as sb
+
+
+def scene() -> sb.Scene:
+    """The scene that `simbrake run` integrates."""
+    count, wrap = 26, math.radians(270.0)  # Z: even, 8…26
+    track_radius, lining, band = 0.590, 0.045, 0.006  # m: V table 1, K, V
+    return sb.Scene(
+        sb.Brake(
+            sb.Pulley(track_radius, inertia=1200.0),  # kg·m²; assumption: drum, pulleys, fast line
+            sb.Band(track_radius + lining + band / 2),  # rigid: the speeds of the linings decide, not its stretch
+            sb.uniform_linings(count, wrap, sb.ConstantFriction(0.42)),  # assumption
+            sb.Bandage(
+                inertia=22.0,  # kg·m², all linings; assumption: FK-24A at 2000 kg/m³
+                friction=sb.ConstantFriction(0.30),  # assumption; K: less than outside
+                preload=4.0e3,  # N for each lining; assumption
+                spring=2.0e5,  # N/m between neighbours; assumption
+                spring_damping=0.05,  # of critical; assumption
+            ),
+        ),
+        sb.Duty(
+            sb.PiecewiseLinear([0.0, 0.35], [2.0e3, 24.0e3]),  # s, N; assumptions, as in u2_5_5_stop
+            sb.HookLoad(mass=60.0e3, drum_radius=0.40, line_count=8),  # assumptions, as in u2_5_5_stop
+        ),
+        sb.Initial(omega=24.0),  # rad/s: hook at 1.2 m/s; assumption
+        end_time=2.0,
+    )
+
+
+def as_one(scene: sb.Scene) -> sb.Scene:
+    """The same scene with a rigid bandage."""
+    bandage = dataclasses.replace(scene.brake.bandage, spring=None, spring_damping=0.05)
+    return dataclasses.replace(scene, brake=dataclasses.replace(scene.brake, bandage=bandage))
+
+
+def main() -> None:
+    import jax
+
+    jax.config.update("jax_enable_x64", True)
+    resolved = sb.simulate(scene())
+    rigid = sb.simulate(as_one(scene()))
+    print(f"--- every lining for itself ---\n{resolved}\n\n--- rigid bandage ---\n{rigid}\n")
+    first = {}
+    for event in resolved.events:
+        first.setdefault((event.name, event.lining), event.time)
+    n = scene().brake.linings.count
+    print("lining   lets go on the rim   comes to rest on the band")
+    for i in range(1, n + 1):
+        cells = [first.get((name, i)) for name in ("lining_internal_slip", "lining_external_stick")]
+        slip, rest = ("never" if time is None else f"{time:.6f} s" for time in cells)
+        print(f"{i:6d} {slip:>20} {rest:>27}")
+    print(f"rigid  {float(rigid.internal_slip_time):.6f} s            {float(rigid.external_lock_time):.6f} s")
+
+
+if __name__ == "__main__":
+    main()
