@@ -13,6 +13,7 @@ from helpers import DOPRI8, settings, solve
 from scipy.integrate import solve_ivp
 
 import simbrake as sb
+from simbrake import plot
 from simbrake._assemble_bandage import assemble_bandage
 from simbrake._metrics import energies
 
@@ -449,3 +450,22 @@ def test_faults_of_a_bandage_with_springs():
         sb.check(sb.Scene(brake, made.duty, made.initial, 4.0))
     with pytest.raises(ValueError, match="only a bandage with springs"):
         assemble_bandage(sb.Scene(sb.Brake(brake.pulley, brake.band, brake.linings), made.duty, made.initial, 4.0))
+
+
+def test_a_bandage_runs_through_the_front_door():
+    """Events, stages, energies and overlap by `simulate`; each lining in the log and in the series."""
+    result = sb.simulate(scene())
+    assert result.status == "stopped"
+    assert float(result.energy["closure"]) <= 1e-9
+    names = [e.name for e in result.events]
+    assert [s.name for s in result.stages] == ["stage_1", "stage_2", "stage_3", "held"]
+    slips = [e for e in result.events if e.name == "lining_internal_slip"]
+    assert slips[0].time == pytest.approx(float(result.internal_slip_time), abs=1e-15)
+    assert {e.lining for e in slips} == {1, 2, 3}
+    assert names.index("internal_slip") < names.index("external_lock") < names.index("stop")
+    t = 0.5 * (slips[0].time + slips[-1].time)
+    s, o = result.series([t]), sb.overlap(result, [t])
+    assert 0 < int(s.internal_sliding[0]) < 3
+    assert float(o.internal_dynamic[0]) == pytest.approx(150 / 360 * int(s.internal_sliding[0]) / 3)
+    assert s.lining_speed.shape == (1, 3)
+    assert len(plot.contacts(result).axes) == 2

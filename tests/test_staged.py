@@ -11,6 +11,7 @@ import staged_scenes as staged
 from helpers import stop_scene
 
 import simbrake as sb
+from simbrake import plot
 
 
 def names(result):
@@ -380,3 +381,19 @@ def test_gradients_of_a_heated_staged_stop_against_central_differences():
     differences = ((8 * (a - b) - (c - d)) / (12 * h)).T
     largest = np.abs(differences).max(axis=1, keepdims=True)
     assert np.all(np.abs(jacobian - differences) <= 1e-7 * np.abs(differences) + 1e-9 * largest)
+
+
+def test_overlap_coefficients_follow_the_stages():
+    result = sb.simulate(pair())
+    o = sb.overlap(result, [0.5, 1.4, 1.8, 2.5])
+    share = 4 * (math.pi / 3) / (2 * math.pi)
+    np.testing.assert_allclose(o.external_dynamic, [share, share, 0, 0], rtol=1e-12)
+    np.testing.assert_allclose(o.external_static, [0, 0, share, share], rtol=1e-12)
+    np.testing.assert_allclose(o.internal_dynamic, [0, share, share, 0], rtol=1e-12)
+    np.testing.assert_allclose(o.internal_static, [share, 0, 0, share], rtol=1e-12)
+    grown = sb.overlap(result, [1.8, 2.5], sb.RunningIn(0.4, 1e3))
+    worked = np.asarray([7835.30357277947, 7835.30357277947])
+    np.testing.assert_allclose(grown.external_static, share * (1 - 0.6 * np.exp(-worked / 1e3)), rtol=1e-10)
+    assert plot.stages(result).axes[0].get_ylabel() == "speed, rad/s"
+    with pytest.raises(ValueError, match="with a bandage"):
+        plot.stages(sb.simulate(stop_scene()))

@@ -1,0 +1,59 @@
+"""The scenarios that ship: each is a valid scene and runs as a script."""
+
+import importlib.util
+import pathlib
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import simbrake as sb
+
+FOLDER = pathlib.Path(__file__).parent.parent / "scenarios"
+NAMES = sorted(file.stem for file in FOLDER.glob("*.py"))
+
+
+def load(name):
+    spec = importlib.util.spec_from_file_location(name, FOLDER / f"{name}.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_scene_is_valid(name):
+    assert {"everything_coupled", "slip_onset_chain", "staged_vs_standard", "two_bands"} <= set(NAMES)
+    sb.check(load(name).scene())
+
+
+def test_everything_coupled_keeps_its_balances():
+    result = sb.simulate(load("everything_coupled").scene())
+    assert result.status == "stopped"
+    assert float(result.energy["closure"]) <= 1e-9
+    assert float(result.energy["heat_closure"]) <= 1e-12
+    names = [event.name for event in result.events]
+    for name in ("slip_onset", "internal_slip", "external_lock", "stop", "restart", "release"):
+        assert name in names
+    assert names.count("external_lock") == 2
+    s = result.series(np.linspace(0.0, 8.0, 200))
+    assert np.all(np.diff(np.asarray(s.friction_heat)) >= -1e-6)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("staged_vs_standard", "hottest rim surface"),
+        ("slip_onset_chain", "k-th to slip"),
+        ("two_bands", "equal elongation (K-8)"),
+        ("resolved_bandage", "comes to rest on the band"),
+    ],
+)
+def test_comparison_runs_as_a_script(name, words):
+    done = subprocess.run(
+        [sys.executable, str(FOLDER / f"{name}.py")], capture_output=True, text=True, check=True, timeout=600
+    )
+    assert words in done.stdout
