@@ -82,10 +82,11 @@ def holding_range(r: Resting, T_0: Float[Array, ""]) -> tuple[Array, Array]:
 def share_load(r: Resting, T_0: Float[Array, ""], load: Float[Array, ""]) -> Shared:
     """The share `θ` of their grip on the rim with which all fixed linings carry the load, and the tensions.
 
-    `Σ λ_i(θ) = M_load` is one equation for one number, rising with `θ` (while most linings are fixed), with corners
-    where linings come to their limit on the band. Three passes over a grid of 32 intervals bracket the root, Newton
-    inside the bracket sharpens it, and one last Newton step with a frozen slope carries the exact derivative. A load
-    outside the range is carried up to `θ = ±1`.
+    `Σ λ_i(θ) = M_load` is one equation for one number, with corners where linings come to their limit on the band. It
+    rises with `θ` while all linings are fixed; where springs move some of them it need not (these press harder on the
+    rim when the tension before them rises), and the last root at which it rises is taken. Three passes over a grid of
+    32 intervals bracket the root, Newton inside the bracket sharpens it, and one last Newton step with a frozen slope
+    carries the exact derivative. A load outside the range is carried up to `θ = ±1`.
     """
     frozen, T_f, load_f = jax.lax.stop_gradient((r, T_0, load))
     steps = jnp.linspace(0.0, 1.0, _GRID + 1)
@@ -96,7 +97,8 @@ def share_load(r: Resting, T_0: Float[Array, ""], load: Float[Array, ""]) -> Sha
     def narrow(_: Array, ends: tuple[Array, Array]) -> tuple[Array, Array]:
         grid = ends[0] + (ends[1] - ends[0]) * steps
         below = jax.vmap(lambda share: sum_at(frozen, T_f, share))(grid) < load_f
-        i = jnp.clip(jnp.sum(below).astype(jnp.int32) - 1, 0, _GRID - 1)
+        rising = jnp.max(jnp.where(below[:-1] & ~below[1:], jnp.arange(_GRID, dtype=jnp.int32), -1))
+        i = jnp.where(rising >= 0, rising, jnp.where(below[-1], _GRID - 1, 0)).astype(jnp.int32)
         return grid[i], grid[i + 1]
 
     def slope_at(share: Array) -> tuple[Array, Array]:
