@@ -119,11 +119,11 @@ from ._quantity import Fault as Fault
 from ._quantity import InputError as InputError
 from ._quantity import leaves as leaves
 from ._result import Result as Result
-from ._result import Series as Series
 from ._scene import Duty as Duty
 from ._scene import Initial as Initial
 from ._scene import Scene as Scene
 from ._scene import check as check
+from ._series import Series as Series
 from ._simulate import simulate as simulate
 from ._stages import Stage as Stage
 from ._stages import internal_slip_tension as internal_slip_tension

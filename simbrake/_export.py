@@ -8,7 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ._result import SERIES_UNITS, Result
+from ._result import Result
+from ._series import SERIES_UNITS
 
 
 def series_table(result: Result, count: int = 1001) -> tuple[list[str], np.ndarray]:

@@ -45,6 +45,24 @@ def _(system: BandageSystem, y: BandageState, mode: BandageMode, q: BandageFlows
 
 
 @functools.singledispatch
+def distribution(system: Any) -> str:
+    """How what rigid bodies leave undetermined among the linings is closed, in words."""
+    return "every lining from its own balance"
+
+
+@distribution.register(BrakeSystem)
+def _(system: BrakeSystem) -> str:
+    return (
+        "mobilisation rule: one lining after the other at its limit, from the slack end (reversed: from the anchor)"
+    )
+
+
+@distribution.register(BandageSystem)
+def _(system: BandageSystem) -> str:
+    return "every lining from its own balance; at rest all mobilise one share of their grip on the rim"
+
+
+@functools.singledispatch
 def lining_margins(system: Any, y: Any, mode: Any, q: Any) -> Float[Array, " twice_n"]:
     """By how much each lining is past its static limit while the band is elastic, over the reference tension.
 

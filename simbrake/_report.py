@@ -11,7 +11,7 @@ from ._hybrid import ADVANCED, FINISHED, Record
 from ._log import Event, Phase, event_log, marks_passed
 from ._metrics import Peak, numbers, peaks_of, polish
 from ._modes import BandMode, Label
-from ._observe import mark_names
+from ._observe import distribution, mark_names
 from ._probe import SAMPLES, Probe, probe_many
 from ._scene import warnings
 from ._stages import Stage, absent_stages, stages_of
@@ -188,6 +188,7 @@ class Report:
                 **{f"{name}_lining": int(p.lining) for name, p in self.peaks.items() if self._per_lining(name)},
             },
             **self._staged(),
+            "distribution": distribution(r.record.system),
             "energy": {name: float(value) for name, value in self._numbers[1].items()},
             "solver": {
                 "method": r.method_name,

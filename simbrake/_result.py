@@ -1,13 +1,13 @@
 """What a run gives back: states at any time, event log, metrics, energies and a result code."""
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, Int
 
 from ._heat import node_names
 from ._hybrid import Record
@@ -17,94 +17,11 @@ from ._outcome import FAILURES, STATUS_MESSAGES, status_of
 from ._probe import Probe, probe_at, probe_many
 from ._report import Report, labels_of
 from ._scene import Scene
+from ._series import Series
 from ._stages import Stage
 from ._summary import text
 
 _last_report: Report | None = None
-
-
-class Series(NamedTuple):
-    """States and forces at the times `t` (m,), SI units; arrays over linings are (m, n)."""
-
-    t: Float[Array, " m"]
-    phi: Float[Array, " m"]  # angle, rad
-    omega: Float[Array, " m"]  # speed, rad/s
-    slack_tension: Float[Array, " m"]  # T_0, N
-    tight_tension: Float[Array, " m"]  # T_n, N
-    load_torque: Float[Array, " m"]  # N·m
-    brake_torque: Float[Array, " m"]  # N·m
-    slip_speed: Float[Array, " m"]  # m/s
-    at_limit: Int[Array, " m"]  # k, number of linings at their limit
-    band_mode: Int[Array, " m"]  # BandMode
-    load_work: Float[Array, " m"]  # J
-    lever_work: Float[Array, " m"]  # J
-    friction_heat: Float[Array, " m"]  # J
-    tension: Float[Array, "m n"]  # behind each lining, N
-    normal_load: Float[Array, "m n"]  # N
-    friction_force: Float[Array, "m n"]  # N
-    elongation: Float[Array, " m"] | None = None  # x, m; None for a rigid band
-    temperature: Float[Array, "m k"] | None = None  # of every thermal node (`Result.nodes`), K; None without heat
-    rim_temperature: Float[Array, "m r"] | None = None  # surface of the rim, K; None where the scene names none
-    lining_temperature: Float[Array, "m l"] | None = None  # surfaces of the linings, K
-    band_temperature: Float[Array, "m b"] | None = None  # K
-    heat_lost: Float[Array, " m"] | None = None  # J
-    friction_coefficient: Float[Array, "m n"] | None = None  # of every lining, sliding; None without heat
-    bandage_speed: Float[Array, " m"] | None = None  # ω_b of a staged brake, rad/s; None without a bandage
-    internal_torque: Float[Array, " m"] | None = None  # Λ from the pulley to the bandage, N·m
-    internal_capacity: Float[Array, " m"] | None = None  # M_int, N·m
-    internal_slip_speed: Float[Array, " m"] | None = None  # R (ω − ω_b), m/s
-    internal_mode: Int[Array, " m"] | None = None  # 0: the internal pair sticks, ±1: it slides
-    internal_sliding: Int[Array, " m"] | None = None  # number of linings that slide on the rim
-    internal_heat: Float[Array, " m"] | None = None  # of the internal pair, part of friction_heat, J
-    internal_load: Float[Array, "m n"] | None = None  # of every lining on the rim, preload included, N
-    lining_slip_speed: Float[Array, "m n"] | None = None  # of every lining that moves for itself, m/s
-    lining_speed: Float[Array, "m n"] | None = None  # ω_i of every lining of a resolved bandage, rad/s
-    lining_internal_slip_speed: Float[Array, "m n"] | None = None  # R (ω − ω_i), m/s
-    lining_internal_torque: Float[Array, "m n"] | None = None  # λ_i from the pulley to every lining, N·m
-    displacement: Float[Array, "m n"] | None = None  # u of every lining of a chain along the band circle, m
-    damper_heat: Float[Array, " m"] | None = None  # of dampers in a chain or between linings, J
-
-
-#: units of the columns of a Series, "" where there is none
-SERIES_UNITS = {
-    "t": "s",
-    "phi": "rad",
-    "omega": "rad/s",
-    "elongation": "m",
-    "slack_tension": "N",
-    "tight_tension": "N",
-    "load_torque": "N*m",
-    "brake_torque": "N*m",
-    "slip_speed": "m/s",
-    "at_limit": "",
-    "band_mode": "",
-    "load_work": "J",
-    "lever_work": "J",
-    "friction_heat": "J",
-    "tension": "N",
-    "normal_load": "N",
-    "friction_force": "N",
-    "temperature": "K",
-    "rim_temperature": "K",
-    "lining_temperature": "K",
-    "band_temperature": "K",
-    "heat_lost": "J",
-    "friction_coefficient": "",
-    "bandage_speed": "rad/s",
-    "internal_torque": "N*m",
-    "internal_capacity": "N*m",
-    "internal_slip_speed": "m/s",
-    "internal_mode": "",
-    "internal_sliding": "",
-    "internal_heat": "J",
-    "internal_load": "N",
-    "lining_slip_speed": "m/s",
-    "lining_speed": "rad/s",
-    "lining_internal_slip_speed": "m/s",
-    "lining_internal_torque": "N*m",
-    "displacement": "m",
-    "damper_heat": "J",
-}
 
 
 class Result(eqx.Module):

@@ -92,6 +92,8 @@ def text(summary: dict[str, Any]) -> str:
         f"solver   {s['method']}, rtol {s['rtol']:g}: {s['steps']} steps, {s['rejected']} rejected, "
         f"{s['retaken']} retaken at events, {s['segments']} segments",
     ]
+    if not summary["distribution"].startswith("mobilisation"):
+        lines.append(f"split    {summary['distribution']}")
     if "heat_stored" in e:
         lines.append(f"method   {s['method']}: {s['reason']}")
     lines += [f"warning  {warning}" for warning in summary["warnings"]]

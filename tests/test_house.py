@@ -33,7 +33,7 @@ LAYERS = [
     {"_assemble_brake", "_assemble_chain", "_assemble_bandage", "_observe"},
     {"_assemble", "_log", "_outcome", "_summary", "_choice"},
     {"_conduction"},
-    {"_probe"},
+    {"_probe", "_series"},
     {"_metrics", "_stages"},
     {"_report"},
     {"_result"},
