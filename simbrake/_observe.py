@@ -52,9 +52,7 @@ def distribution(system: Any) -> str:
 
 @distribution.register(BrakeSystem)
 def _(system: BrakeSystem) -> str:
-    return (
-        "mobilisation rule: one lining after the other at its limit, from the slack end (reversed: from the anchor)"
-    )
+    return "mobilisation rule: one lining after the other at its limit, from the slack end (reversed: from the anchor)"
 
 
 @distribution.register(BandageSystem)

@@ -9,104 +9,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from helpers import DOPRI8, settings, solve
+from bandage_scenes import HALF, R_B, R, changes, check_conditions, random_duty, run, sampled, scene
 from scipy.integrate import solve_ivp
 
 import simbrake as sb
 from simbrake import plot
 from simbrake._assemble_bandage import assemble_bandage
 from simbrake._metrics import energies
-
-R, R_B = 0.59, 0.64
-HALF = math.radians(25)  # of each of three linings
-METHOD = DOPRI8.rolled()
-
-
-def profile(times, values, size):
-    """Straight lines with a fixed number of points, so that all scenes share one program."""
-    more = size - len(times)
-    return sb.PiecewiseLinear([*times, *[times[-1] + 1e3] * more], [*values, *[values[-1]] * more])
-
-
-def scene(
-    n=3,
-    f=0.4,
-    f_int=0.2,
-    preload=1500.0,
-    J=200.0,
-    J_b=4.0,
-    spring=2e3,
-    damping=0.05,
-    lever=((0.0, 0.3), (100.0, 6e3)),
-    load=((0.0,), (0.0,)),
-    omega=20.0,
-    end=4.0,
-    ratio=(1.0, 1.0),
-    wrap=150.0,
-):
-    def each(x, k):
-        return np.broadcast_to(np.asarray(x, float), (k,)).copy()
-
-    J_i = each(np.asarray(J_b) / n, n) if np.ndim(J_b) == 0 else each(J_b, n)
-    bandage = sb.Bandage(
-        J_i,
-        sb.ConstantFriction(each(f_int, n), ratio[1]),
-        each(preload, n),
-        spring=each(spring, n - 1),
-        spring_damping=each(damping, n - 1),
-    )
-    linings = sb.Lining(sb.ConstantFriction(each(f, n), ratio[0]), np.full(n, math.radians(wrap / n)))
-    duty = sb.Duty(profile(*lever, 7), sb.TorqueLoad(profile(*load, 6)))
-    return sb.Scene(sb.Brake(sb.Pulley(R, J), sb.Band(R_B), linings, bandage), duty, sb.Initial(omega), end)
-
-
-def run(scene, rtol=1e-11, method=METHOD):
-    system, state, mode = assemble_bandage(scene)
-    how = settings(rtol, max_steps=4096)
-    return solve(system, state, mode, scene.initial.time, jnp.asarray(scene.end_time, jnp.float64), how, method)
-
-
-def changes(record):
-    """Modes in order, each with the time from which it holds; those that last no time are left out."""
-    n, m = int(record.count), record.modes
-    t = np.asarray(record.rows.t)[: n + 1]
-    keys = np.column_stack([np.asarray(x)[: n + 1] for x in (m.band, m.outer, m.inner)])
-    found = []
-    for i in range(n):
-        if t[i + 1] > t[i] and not (found and np.array_equal(found[-1][1], keys[i])):
-            found.append((t[i], keys[i]))
-    k = m.outer.shape[1]
-    return [(float(t), int(key[0]), key[1 : 1 + k], key[1 + k :]) for t, key in found]
-
-
-@functools.partial(jax.jit, static_argnums=0)
-def _sampled(static, record, ts):
-    y, modes = record.at(ts)
-    return y, modes, jax.vmap(record.system.forces.flows)(ts, y, modes)
-
-
-def check_conditions(record, count=300):
-    """What every mode promises, at many times: capacities, directions, no push, no heat taken out."""
-    ts = jnp.linspace(record.rows.t[0], record.t_end, count)
-    y, m, q = _sampled(0, record, ts)
-    outer, inner = np.asarray(m.outer), np.asarray(m.inner)
-    pulls = (np.asarray(m.band) != sb.BandMode.OPEN)[:, None]
-    M, lam, slip = (
-        np.asarray(q.capacity),
-        np.asarray(q.inner_torque),
-        np.asarray(y.omega)[:, None] - np.asarray(y.speeds),
-    )
-    T_scale, w_scale = float(record.system.tension_scale), float(record.system.speed_scale)
-    torque_scale = float(record.system.torque_scale)
-    assert np.all(np.where(inner == 0, np.abs(lam) <= M + 1e-9 * torque_scale, np.isclose(lam, inner * M)))
-    assert np.all(np.where(inner == 0, np.abs(slip), -inner * slip) <= 1e-9 * w_scale)
-    G, limit = np.asarray(q.outer_force), np.asarray(q.outer_limit)
-    assert np.all(np.abs(G) <= limit * (1 + 1e-9) + 1e-9 * T_scale)
-    travel = np.where(outer == 0, np.abs(y.speeds), -outer * np.asarray(y.speeds))
-    assert np.all(np.where(pulls, travel, 0.0) <= 1e-9 * w_scale)
-    assert np.min(q.tension) >= 0
-    for heat in (y.ledger.friction_heat, y.ledger.internal_heat, y.ledger.damper_heat):
-        assert np.min(np.diff(np.asarray(heat))) >= -1e-12 * max(1.0, float(np.max(heat)))
 
 
 @functools.cache
@@ -142,7 +51,7 @@ def test_26_linings_let_go_lock_and_stop():
     check_conditions(record)
     # onset of the first: the balance of lining n while all stick
     system = record.system
-    _, _, q = _sampled(0, record, jnp.asarray([first[-1] - 1e-12]))
+    _, _, q = sampled(0, record, jnp.asarray([first[-1] - 1e-12]))
     mu = (1 + 0.4 * math.tan(math.radians(270 / 26) / 2)) / (1 - 0.4 * math.tan(math.radians(270 / 26) / 2))
     T_0, s = float(q.slack_tension[0]), math.sin(math.radians(270 / 26) / 2)
     before = T_0 * mu**25
@@ -357,7 +266,7 @@ def test_held_brake_moves_exactly_0_and_starts_at_its_limit(T_0, first):
     record = run(scene(lever=((0.0,), (T_0,)), load=load, omega=0.0, end=3601.0))
     rows = changes(record)
     assert int(record.code) == 0
-    y, _, q = _sampled(0, record, jnp.linspace(0.0, 3600.0, 50))
+    y, _, q = sampled(0, record, jnp.linspace(0.0, 3600.0, 50))
     assert np.all(np.asarray(y.phi) == 0.0)
     assert np.all(np.asarray(y.speeds) == 0.0)
     np.testing.assert_allclose(np.sum(q.inner_torque, axis=1), 0.9 * limit, rtol=1e-12)
@@ -371,28 +280,6 @@ def test_held_brake_moves_exactly_0_and_starts_at_its_limit(T_0, first):
     assert t == pytest.approx(3600.5, rel=1e-12)
     assert tuple(int(x) for x in inner) == first
     assert np.all((outer == 0) != (inner == 0))
-
-
-def random_duty(seed):
-    rng, n = np.random.default_rng(seed), 3
-    t, pull = np.sort(rng.uniform(0, 3, 7)), rng.uniform(0, 3e3, 7) * (rng.random(7) > 0.35)
-    at, load = np.sort(rng.uniform(0, 3, 6)), rng.uniform(-2.5e3, 2.5e3, 6) * (rng.random(6) > 0.3)
-    if seed % 3 == 0:
-        t[3], at[2] = t[2], at[1]  # jumps
-    ratio = rng.choice([1.0, rng.uniform(1, 1.4)]), rng.choice([1.0, rng.uniform(1, 1.4)])
-    return scene(
-        f=rng.uniform(0.2, 0.4, n),
-        f_int=rng.uniform(0.1, 0.4, n),
-        preload=rng.uniform(0, 1500, n),
-        J=rng.uniform(50, 300),
-        J_b=rng.uniform(0.5, 3, n),
-        spring=10 ** rng.uniform(3, 6, n - 1),
-        damping=rng.choice([0.0, 0.05, 0.5], n - 1),
-        lever=(t, pull),
-        load=(at, load),
-        omega=float(rng.choice([0.0, 20.0, -15.0, 3.0])),
-        ratio=ratio,
-    )
 
 
 def test_random_duties_end_well():
