@@ -19,6 +19,13 @@ with install_import_hook("simbrake", "beartype.beartype"):
     import simbrake.plot  # noqa: F401
 
 
+@pytest.fixture(scope="module", autouse=True)
+def _forget_programs():
+    """Compiled programs of one file are hardly ever those of another, and take gigabytes together."""
+    yield
+    jax.clear_caches()
+
+
 @pytest.fixture(scope="session")
 def scenarios():
     import pathlib

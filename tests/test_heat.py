@@ -237,6 +237,7 @@ def test_heat_with_no_power_is_no_heat():
     assert warm.metrics["heat_lost"] == pytest.approx(float(plain.energy["friction_heat"]), rel=1e-12)
 
 
+@pytest.mark.slow
 def test_a_batch_of_stiff_scenes_is_its_single_runs():
     base = layered_stop(sb.layer_growth(1e-5, 0.028, 20))
 

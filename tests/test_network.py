@@ -229,6 +229,7 @@ def test_a_thin_surface_node_costs_at_most_three_times_the_steps():
     assert thin <= 3 * uniform, (thin, uniform)
 
 
+@pytest.mark.slow
 def test_gradient_of_a_radiating_wall_against_differences():
     def peak(conductivity, method):
         m = sb.Material(conductivity, 7800.0, 450.0)

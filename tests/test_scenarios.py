@@ -29,6 +29,7 @@ def test_scene_is_valid(name):
     sb.check(load(name).scene())
 
 
+@pytest.mark.slow
 def test_everything_coupled_keeps_its_balances():
     result = sb.simulate(load("everything_coupled").scene())
     assert result.status == "stopped"
