@@ -56,7 +56,8 @@ def heat() -> sb.Heat:
         lining=lining,
         lining_thickness=LINING,
         lining_area=area,
-        lining_layers=10,
+        lining_layers=14,
+        lining_both=True,
         lining_first=2e-4,  # m; thin, as the heat of a braking stays near the faces
         each=LININGS,
         band=band,

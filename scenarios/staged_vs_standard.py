@@ -33,7 +33,8 @@ def _heat(lining_thickness: float) -> sb.Heat:
         lining=LINING,
         lining_thickness=lining_thickness,
         lining_area=area,
-        lining_layers=12,
+        lining_layers=16,
+        lining_both=True,
         lining_first=3e-4,  # m; thin, as the heat of a braking stays near the faces
         band=BAND_STEEL,
         band_thickness=BAND,

@@ -67,6 +67,24 @@ def lumped_heat(
     )
 
 
+def _lining_growth(thickness: float, first: float | None, layers: int, both: bool) -> Any:
+    """Ratio of neighbouring layers of a lining whose first layer is `first` thick; uniform without it."""
+    if both and layers % 2:
+        raise ValueError("layers that are graded to both faces are even in number")
+    halves = 2 if both else 1
+    return 1.0 if first is None else layer_growth(first, thickness / halves, layers // halves)
+
+
+def _cooled(place: str, area: Any, coefficient: Any, emissivity: Any = None, **covered: Any) -> list[AbstractLink]:
+    """Convection and radiation to the air from `area` of a place, each where it is given."""
+    links: list[AbstractLink] = []
+    if coefficient is not None:
+        links.append(Convection(place, area, coefficient, **covered))
+    if emissivity is not None:
+        links.append(Radiation(place, area, emissivity, **covered))
+    return links
+
+
 def layered_heat(
     *,
     rim: Material,
@@ -80,6 +98,7 @@ def layered_heat(
     lining_area: float | None = None,
     lining_layers: int = 10,
     lining_first: float | None = None,
+    lining_both: bool = False,
     each: int = 1,
     band: Material | None = None,
     band_thickness: float = 0.006,
@@ -99,6 +118,7 @@ def layered_heat(
     - `rim`, `lining`, `band`: materials; without `lining` its share of the heat leaves the network
     - thicknesses (m); `rim_layers`, `lining_layers`; `rim_first`, `lining_first`: thickness of the first layer (m), by
       default uniform; V's surface layer is 5.6–35.4 µm thick
+    - `lining_both`: the layers of the linings are thin at both faces, for a staged brake; their number is then even
     - `track_area` (m²) of the rim; `lining_area` (m²) of all linings; `each`: so many linings with a wall of their own,
       so that friction and temperature differ along the band; 1: all of them as one
     - `inside`, `outside`, `band_coefficient`: heat transfer coefficients (W/(m²·K)) or laws, of the rim's bore, of its
@@ -120,25 +140,20 @@ def layered_heat(
         Reservoir("air", ambient),
     ]
     links: list[AbstractLink] = []
-    if outside is not None:
-        links.append(Convection("rim.front", track_area, outside, covered=covered))  # pyright: ignore
-    if emissivity is not None:
-        links.append(Radiation("rim.front", track_area, emissivity, covered=covered))  # pyright: ignore
-    if inside is not None:
-        links.append(Convection("rim.back", track_area, inside))  # pyright: ignore
+    links += _cooled("rim.front", track_area, outside, emissivity, covered=covered)
+    links += _cooled("rim.back", track_area, inside)
     if lining is not None and lining_area is not None:
-        growth = 1.0 if lining_first is None else layer_growth(lining_first, lining_thickness, lining_layers)
         one = lining_area / each
-        bodies.append(Wall("lining", lining, lining_thickness, one, lining_layers, growth, temperature, each))
+        growth = _lining_growth(lining_thickness, lining_first, lining_layers, lining_both)
+        bodies.append(
+            Wall("lining", lining, lining_thickness, one, lining_layers, growth, temperature, each, lining_both)
+        )
         if contact_resistance is not None:
             links.append(ThermalContact("rim.front", "lining.front", one, contact_resistance))
     if band is not None and lining_area is not None:
         bodies.append(Lump("band", band.density * band.specific_heat * band_thickness * lining_area, temperature))
         links.append(ThermalContact("lining.back", "band", lining_area / each))
-        if band_coefficient is not None:
-            links.append(Convection("band", lining_area, band_coefficient))  # pyright: ignore
-        if band_emissivity is not None:
-            links.append(Radiation("band", lining_area, band_emissivity))  # pyright: ignore
+        links += _cooled("band", lining_area, band_coefficient, band_emissivity)
     return Heat(
         tuple(bodies),
         tuple(links),

@@ -23,7 +23,7 @@ def fastest_node(heat: Heat) -> tuple[float, str]:
             capacity[body.name] = np.broadcast_to(np.asarray(body.capacity, float), (body.count,)).copy()
         elif isinstance(body, Wall):
             m = body.material
-            weights = float(body.growth) ** np.arange(body.layers)
+            weights = float(body.growth) ** body.grades
             steps = float(body.thickness) * weights / weights.sum()
             # every copy of a wall is alike: look at one
             area = float(np.min(body.area))

@@ -170,6 +170,17 @@ class Heat(eqx.Module):
         return tuple(pair for pair in (self.friction, self.external) if pair is not None)
 
     @property
+    def hot_places(self) -> dict[str, str]:
+        """Places whose temperatures are reported; `outer`: the outer faces of a staged brake's linings."""
+        outer = None if self.external is None else self.external.lining
+        named = {"rim": self.rim, "linings": self.linings, "band": self.band, "outer": outer}
+        return {
+            kind: place
+            for kind, place in named.items()
+            if place is not None and (kind != "outer" or place != self.linings)
+        }
+
+    @property
     def profiles(self) -> tuple[AbstractProfile, ...]:
         """Given functions of time inside: prescribed temperatures and powers."""
         inside = [b.temperature for b in self.bodies if isinstance(b, Reservoir)] + [s.power for s in self.sources]

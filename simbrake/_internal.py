@@ -41,13 +41,18 @@ class InternalPair(eqx.Module):
         before = jnp.concatenate([T_0[None], along[:-1]])
         return (along + before) * jnp.sin(self.angle / 2) + jnp.asarray(self.bandage.preload)
 
-    def friction(self, T_0: Array, along: Float[Array, " n"], held: Held) -> Float[Array, " n"]:
-        """Greatest forces `F_i` between linings and rim (N)."""
-        law, N = self.bandage.friction, self.normal(T_0, along)
+    def coefficients(self, N: Float[Array, " n"], held: Held) -> Float[Array, " *n"]:
+        """Coefficients of friction `f_i`, or one for all, between linings and rim under the loads `N` (N)."""
+        law = self.bandage.friction
         p = None if self.bandage.area is None else N / jnp.asarray(self.bandage.area)
         still = Contact(v=jnp.zeros(self.count), T=held.T, p=p)
         moving = Contact(v=jnp.broadcast_to(held.v, (self.count,)), T=held.T, p=p)
-        return jnp.where(held.static, law.static(still), law.kinetic(moving)) * N
+        return jnp.where(held.static, law.static(still), law.kinetic(moving))
+
+    def friction(self, T_0: Array, along: Float[Array, " n"], held: Held) -> Float[Array, " n"]:
+        """Greatest forces `F_i` between linings and rim (N)."""
+        N = self.normal(T_0, along)
+        return self.coefficients(N, held) * N
 
     def capacity(self, T_0: Array, along: Float[Array, " n"], held: Held) -> Float[Array, ""]:
         """`M_int` (N·m)."""

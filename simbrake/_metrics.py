@@ -211,15 +211,20 @@ PEAKS: dict[str, Callable[[Probe], Array]] = {
 
 
 #: places whose greatest temperature (K) is a metric, where the scene names them
-HOT_PLACES = {"peak_rim_temperature": "rim", "peak_lining_temperature": "linings", "peak_band_temperature": "band"}
+HOT_PLACES = {
+    "peak_rim_temperature": "rim",
+    "peak_lining_temperature": "linings",
+    "peak_band_temperature": "band",
+    "peak_lining_outer_temperature": "outer",
+}
 
 
 def peaks_of(system: Any) -> dict[str, Callable[[Probe], Array]]:
     """Everything of which a scene has a greatest value: tensions, loads, and temperatures where it has them."""
     if system.forces.thermal is None:
         return PEAKS
-    heat = system.forces.thermal.heat
-    hot = {name: kind for name, kind in HOT_PLACES.items() if getattr(heat, kind) is not None}
+    places = system.forces.thermal.heat.hot_places
+    hot = {name: kind for name, kind in HOT_PLACES.items() if kind in places}
     return PEAKS | {name: (lambda p, kind=kind: p.surfaces[kind]) for name, kind in hot.items()}
 
 

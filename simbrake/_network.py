@@ -55,6 +55,7 @@ class Wall(eqx.Module):
     - `thickness` (m), `area` (m²), `layers` (their number);  `growth`: ratio of a layer to the one before it
       (`layer_growth` gives it for a wanted first layer);  `temperature`: at the start (K), a number or one per node
     - `copies`: so many equal walls side by side (one per lining), each of the `area`; nodes wall by wall
+    - `both`: layers grow from both faces to the middle, for walls that are heated on either side
 
     Reference: S. V. Patankar, *Numerical Heat Transfer and Fluid Flow* (1980), eq. (4.9).
     """
@@ -67,6 +68,13 @@ class Wall(eqx.Module):
     growth: Scalar = quantity("1", "ratio of neighbouring layers", positive=True, default=1.0)
     temperature: Scalar = quantity("K", "temperature at the start", low=0.0, default=ROOM)
     copies: int = eqx.field(static=True, default=1)
+    both: bool = eqx.field(static=True, default=False)
+
+    @property
+    def grades(self) -> Float[np.ndarray, " layers"]:
+        """How often each layer has grown since the face it counts from."""
+        i = np.arange(self.layers, dtype=np.float64)
+        return np.minimum(i, i[::-1]) if self.both else i
 
     @property
     def count(self) -> int:
@@ -75,7 +83,7 @@ class Wall(eqx.Module):
     @property
     def steps(self) -> Float[Array, " layers"]:
         """Thickness `Δx_i` of each layer (m)."""
-        weights = jnp.asarray(self.growth) ** jnp.arange(self.layers, dtype=jnp.float64)
+        weights = jnp.asarray(self.growth) ** self.grades
         return self.thickness * weights / jnp.sum(weights)
 
     @property

@@ -105,8 +105,13 @@ def _(system: BrakeSystem, y: State, mode: Mode, q: Flows) -> dict[str, Array]:
     found = {} if y.x is None else {"elongation": y.x}
     if system.forces.thermal is not None:
         found["friction_coefficient"] = system.forces.coefficients(y, mode, q)
-    if q.inner is None:
+    pair = system.forces.internal
+    if q.inner is None or pair is None:
         return found
+    if system.forces.thermal is not None:
+        sliding = system.forces.holding(y, mode)
+        f, n = pair.coefficients(q.inner.normal, sliding), system.forces.grip.linings.count
+        found["internal_friction_coefficient"] = jnp.broadcast_to(f, (n,))
     return found | {
         "bandage_speed": y.omega_b,
         "internal_torque": q.inner.torque,
@@ -144,6 +149,7 @@ def _(system: BandageSystem, y: BandageState, mode: BandageMode, q: BandageFlows
     if system.forces.thermal is not None:
         mu = system.forces.coefficients(y, mode).mu_kinetic
         found["friction_coefficient"] = (mu - 1) / (mu + 1) / system.forces.tangent
+        found["internal_friction_coefficient"] = system.forces.coefficients(y, mode).inner_kinetic
     return found
 
 
@@ -176,10 +182,8 @@ def surfaces(system: AbstractBrakeSystem, q: Any) -> dict[str, Array]:
     for part in _heated_faces(system, q):
         for place, flow in part.items():
             faces[place] = faces.get(place, 0.0) + flow
-    for kind in ("rim", "linings", "band"):
-        place = getattr(thermal.heat, kind)
-        if place is not None:
-            found[kind] = thermal.surface(place, q.thermal.T, q.thermal.T_junctions, faces)
+    for kind, place in thermal.heat.hot_places.items():
+        found[kind] = thermal.surface(place, q.thermal.T, q.thermal.T_junctions, faces)
     return found
 
 

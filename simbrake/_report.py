@@ -146,7 +146,8 @@ class Report:
     def _per_lining(self, name: str) -> bool:
         if name.startswith("max_"):
             return True
-        return name == "peak_lining_temperature" and np.shape(self._probe.surfaces["linings"])[1] > 1
+        places = {"peak_lining_temperature": "linings", "peak_lining_outer_temperature": "outer"}
+        return name in places and np.shape(self._probe.surfaces[places[name]])[1] > 1
 
     @property
     def metrics(self) -> dict[str, float | None]:

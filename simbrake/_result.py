@@ -109,6 +109,11 @@ class Result(eqx.Module):
         return _metric(self, "peak_band_temperature")
 
     @property
+    def peak_lining_outer_temperature(self) -> Peak:
+        """Greatest temperature of the outer faces of a staged brake's linings (K), with its time."""
+        return _metric(self, "peak_lining_outer_temperature")
+
+    @property
     def nodes(self) -> list[str]:
         """Names of the thermal nodes, in the order of `Series.temperature`."""
         return [] if self.scene.heat is None else node_names(self.scene.heat)
@@ -181,6 +186,7 @@ class Result(eqx.Module):
             "rim_temperature": p.surfaces.get("rim"),
             "lining_temperature": p.surfaces.get("linings"),
             "band_temperature": p.surfaces.get("band"),
+            "lining_outer_temperature": p.surfaces.get("outer"),
             "heat_lost": p.y.ledger.heat.lost,
         }
 

@@ -29,6 +29,7 @@ class Series(NamedTuple):
     rim_temperature: Float[Array, "m r"] | None = None  # surface of the rim, K; None where the scene names none
     lining_temperature: Float[Array, "m l"] | None = None  # surfaces of the linings, K
     band_temperature: Float[Array, "m b"] | None = None  # K
+    lining_outer_temperature: Float[Array, "m o"] | None = None  # outer faces of a staged brake's linings, K
     heat_lost: Float[Array, " m"] | None = None  # J
     friction_coefficient: Float[Array, "m n"] | None = None  # of every lining, sliding; None without heat
     bandage_speed: Float[Array, " m"] | None = None  # ω_b of a staged brake, rad/s; None without a bandage
@@ -38,6 +39,7 @@ class Series(NamedTuple):
     internal_mode: Int[Array, " m"] | None = None  # 0: the internal pair sticks, ±1: it slides
     internal_sliding: Int[Array, " m"] | None = None  # number of linings that slide on the rim
     internal_heat: Float[Array, " m"] | None = None  # of the internal pair, part of friction_heat, J
+    internal_friction_coefficient: Float[Array, "m n"] | None = None  # on the rim; None without heat
     internal_load: Float[Array, "m n"] | None = None  # of every lining on the rim, preload included, N
     lining_slip_speed: Float[Array, "m n"] | None = None  # of every lining that moves for itself, m/s
     lining_speed: Float[Array, "m n"] | None = None  # ω_i of every lining of a resolved bandage, rad/s
@@ -72,6 +74,8 @@ SERIES_UNITS = {
     "band_temperature": "K",
     "heat_lost": "J",
     "friction_coefficient": "",
+    "lining_outer_temperature": "K",
+    "internal_friction_coefficient": "",
     "bandage_speed": "rad/s",
     "internal_torque": "N*m",
     "internal_capacity": "N*m",

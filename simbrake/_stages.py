@@ -99,25 +99,31 @@ def internal_slip_tension(
 
 
 def stages_of(record: Record, labels: list[Label]) -> list[Stage]:
-    """Stages of a concrete run in order; what lasted no time is left out."""
+    """Stages of a concrete run in order; what lasted no time is left out.
+
+    Nothing slides and nothing moves in a held brake: what a band lets go at once on the restart counts as the next
+    stage's.
+    """
     n = int(record.count)
     t, states = np.asarray(record.rows.t)[: n + 1], record.states
     ledger = jax.tree.map(lambda column: np.asarray(column)[: n + 1], states.ledger)
     names = [stage_of(label) for label in labels]
     found: list[Stage] = []
-    start = 0
+    start, at_once = 0, np.zeros(4)  # heat and work of jumps
     for i in range(1, n + 1):
         if names[i] == names[start] and i < n:
             continue
+        work = [ledger.friction_heat, ledger.internal_heat, ledger.lever_work, ledger.load_work]
+        spent = at_once + np.array([each[i] - each[start] for each in work])
+        at_once = np.zeros(4)
+        if i < n and (t[i] == t[start] or names[start] == "held"):
+            spent, at_once = at_once, spent
         if t[i] > t[start]:
-            work = [ledger.friction_heat, ledger.internal_heat, ledger.lever_work, ledger.load_work]
-            spent = [float(each[i] - each[start]) for each in work]
-            if found and found[-1].name == names[start] and found[-1].end == t[start]:
+            began = float(t[start])
+            if found and found[-1].name == names[start] and found[-1].end == began:
                 last = found.pop()
-                spent = [a + b for a, b in zip(last[3:], spent, strict=True)]
-                found.append(Stage(last.name, last.start, float(t[i]), *spent))
-            else:
-                found.append(Stage(names[start], float(t[start]), float(t[i]), *spent))
+                began, spent = last.start, spent + np.array(last[3:])
+            found.append(Stage(names[start], began, float(t[i]), *spent.tolist()))
         start = i
     return found
 

@@ -33,6 +33,7 @@ def _heat_lines(summary: dict[str, Any]) -> list[str]:
     if "heat_stored" not in e:
         return []
     names = {"peak_rim_temperature": "rim", "peak_lining_temperature": "linings", "peak_band_temperature": "band"}
+    names["peak_lining_outer_temperature"] = "linings outside"
     hot = [f"{w} {m[k] - 273.15:.5g} °C at {at[f'{k}_time']:.6g} s" for k, w in names.items() if m.get(k) is not None]
     passed = []
     for name in ("permissible_temperature", "grip_lost", "self_locking"):

@@ -22,7 +22,7 @@ _COLOURS = {
     "release": "tab:gray",
 }
 _ZERO = 273.15  # K
-_HOT = {"rim": "tab:red", "linings": "tab:orange", "band": "tab:blue"}
+_HOT = {"rim": "tab:red", "linings": "tab:orange", "band": "tab:blue", "linings, outer face": "tab:olive"}
 _WORDS = {"slip_onset": "slip onset t₀", "full_slip": "full slip", "stop": "stop"}
 
 
@@ -209,6 +209,7 @@ def temperatures(result: Result, *, figure: Figure | None = None) -> Figure:
     t = np.union1d(rows[:: 1 + len(rows) // 3000], even)
     s = result.series(t)
     surfaces = {"rim": s.rim_temperature, "linings": s.lining_temperature, "band": s.band_temperature}
+    surfaces["linings, outer face"] = s.lining_outer_temperature
     shown = {name: np.asarray(T) - _ZERO for name, T in surfaces.items() if T is not None}
     if not shown:
         shown = {"nodes": np.asarray(s.temperature) - _ZERO}
@@ -229,10 +230,17 @@ def temperatures(result: Result, *, figure: Figure | None = None) -> Figure:
         else:
             axes[0, 0].plot([], [], " ", label=f"permissible (linings) {limit:g} °C, far above")
     axes[0, 0].set_ylabel("surface temperature, °C")
-    f = np.asarray(s.friction_coefficient)
-    axes[1, 0].plot(t, f.max(axis=1), color="tab:green", label="coefficient of friction when sliding")
-    if np.ptp(f, axis=1).max() > 1e-9:
-        axes[1, 0].plot(t, f.min(axis=1), color="tab:green", ls=":", label="of the lining with the least")
+    inner = s.internal_friction_coefficient
+    laws = (
+        {"when sliding": s.friction_coefficient}
+        if inner is None
+        else {"external": s.friction_coefficient, "internal": inner}
+    )
+    for (words, law), colour in zip(laws.items(), ("tab:green", "tab:blue"), strict=False):
+        f = np.asarray(law)
+        axes[1, 0].plot(t, f.max(axis=1), color=colour, label=f"coefficient of friction, {words}")
+        if np.ptp(f, axis=1).max() > 1e-9:
+            axes[1, 0].plot(t, f.min(axis=1), color=colour, ls=":", label="of the lining with the least")
     axes[1, 0].set_ylabel("coefficient of friction")
     axes[1, 0].set_xlabel("time, s")
     peaks = [peak for name, peak in result.report().peaks.items() if name.startswith("peak_")]

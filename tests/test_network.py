@@ -67,6 +67,24 @@ def test_half_space_under_constant_flux_at_second_order():
     assert errors[-1][1] < 0.1  # of 119 K
 
 
+def test_a_wall_graded_to_both_faces_is_two_half_spaces():
+    """Layers are symmetric, and either face has the closed form of its own flux as long as the middle stays cold."""
+    k, rho_c, t = 0.5, 2e6, 20.0
+    lining = sb.Material(k, 2000.0, 1000.0)
+    growth = sb.layer_growth(1e-4, 0.0225, 20)
+    body = sb.Wall("w", lining, 0.045, 1.0, 40, growth, both=True)
+    np.testing.assert_allclose(body.steps, body.steps[::-1], rtol=1e-14)
+    assert float(body.steps[0]) == pytest.approx(1e-4, rel=1e-9)
+    heat = sb.Heat((body,), sources=(sb.Source("w.front", 2e4), sb.Source("w.back", 1e4)))
+    run = sb.simulate_heat(heat, [0.0, t], rtol=1e-9)
+    half = np.cumsum(body.steps) - body.steps / 2
+    for flux, node in ((2e4, 0), (1e4, -1)):
+        x, a = float(half[0]), k / rho_c
+        root = np.sqrt(a * t)
+        exact = flux / k * (2 * root / math.sqrt(math.pi) * np.exp(-(x**2) / (4 * a * t)) - x * erfc(x / (2 * root)))
+        assert float(run.temperature[-1, node]) - sb.ROOM == pytest.approx(exact, rel=5e-3)
+
+
 def test_half_space_under_linearly_falling_flux():
     """Fazekas 1953, Newcomb 1960: greatest at half the time, 0.53192304 q0 √t_s / √(kρc)."""
     q, t_s = 1e6, 2.0

@@ -156,6 +156,11 @@ def test_held_staged_brake_does_not_move_and_the_weaker_pair_lets_go(stiffness):
     result = sb.simulate(sb.Scene(scene.brake, sb.Duty(lever, back), scene.initial, scene.end_time))
     restart = next(e.time for e in result.events if e.name == "restart")
     assert restart == pytest.approx(staged.R_B * 4e3 * (1 - 1 / np.prod(mu)) / 200.0, rel=1e-10)
+    # what the band lets go at once on the restart is the next stage's; no heat is lost between them
+    assert [s.heat_external for s in result.stages if s.name == "held"] == [0.0]
+    assert sum(s.heat_external for s in result.stages) == pytest.approx(
+        float(result.energy["heat_external"]), rel=1e-12
+    )
 
 
 @pytest.fixture(scope="module", params=[None, 2e5], ids=["rigid", "elastic"])
@@ -340,7 +345,42 @@ def test_heated_staged_stop_against_scipy():
         times.append(t)
     ours = [result.internal_slip_time, result.external_lock_time, result.stopping_time]
     np.testing.assert_allclose([float(x) for x in ours], times, rtol=1e-8)
-    np.testing.assert_allclose(result.series(times[-1:]).temperature[0], y[2:], rtol=1e-9)
+    end = result.series(times[-1:])
+    np.testing.assert_allclose(end.temperature[0], y[2:], rtol=1e-9)
+    left = 1 - 4e-4 * (y[3] - 293.15)
+    np.testing.assert_allclose(end.friction_coefficient[0], staged.F_EXT * left, rtol=1e-9)
+    np.testing.assert_allclose(end.internal_friction_coefficient[0], staged.F_INT * left, rtol=1e-9)
+
+
+def test_outer_face_of_the_linings_is_a_place_of_its_own():
+    """Equal steel and equal fluxes on both faces of the linings: each face takes the heat that its own pair gives."""
+    lining, steel = sb.Material(0.5, 2000.0, 1000.0), sb.Material(48.0, 7800.0, 500.0)
+    heat = sb.layered_heat(
+        rim=steel,
+        rim_thickness=0.025,
+        track_area=1.0,
+        partition=sb.ConstantPartition(0.7),
+        rim_layers=4,
+        lining=lining,
+        lining_thickness=0.04,
+        lining_area=0.8,
+        lining_layers=8,
+        lining_both=True,
+        lining_first=4e-4,
+        band=steel,
+    )
+    heat = sb.with_external_pair(heat, sb.ConstantPartition(0.5))
+    result = sb.simulate(staged.stop(heat=heat))
+    onset = float(result.internal_slip_time)
+    early = result.series([0.5 * onset, onset])
+    assert np.all(np.asarray(early.lining_temperature) < sb.ROOM + 1e-3)  # nothing slides inside yet
+    assert np.max(early.lining_outer_temperature[0]) > sb.ROOM + 1.0
+    outer, inner = result.peak_lining_outer_temperature, result.peak_lining_temperature
+    lock = float(result.external_lock_time)
+    assert float(outer.time) < lock < float(inner.time)
+    assert float(outer.value) == pytest.approx(
+        float(np.max(result.series(np.linspace(0.9 * onset, lock, 200)).lining_outer_temperature)), rel=1e-4
+    )
 
 
 def test_fade_undoes_a_stage():
