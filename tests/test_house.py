@@ -37,7 +37,7 @@ LAYERS = [
     {"_metrics", "_stages"},
     {"_report"},
     {"_result"},
-    {"_simulate", "_overlap"},
+    {"_simulate", "_overlap", "_measure"},
     {"_cyclic", "_edit", "_export", "_reproduce", "plot"},
     {"_cli"},
 ]
