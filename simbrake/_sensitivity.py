@@ -223,11 +223,15 @@ def _program(metrics: tuple[Metric, ...], forward: bool, solver: Any, max_steps:
     def program(scene: Scene, at: dict[str, Array], rtol: Any, direction: Any) -> Any:
         def answer(at: dict[str, Array]) -> Array:
             result = simulate(with_values(scene, at), rtol=rtol, solver=solver, max_steps=max_steps)
-            return jnp.stack([measure(result, one) for one in metrics])
+            # a run that ended early has no derivatives: never a number that looks like one
+            return jnp.where(result.code == 0, jnp.stack([measure(result, one) for one in metrics]), jnp.nan)
 
         if forward:
-            return jax.jvp(answer, (at,), (direction,))[1]
-        return jax.vjp(answer, at)[1](direction)[0]
+            value, slope = jax.jvp(answer, (at,), (direction,))
+        else:
+            value, back = jax.vjp(answer, at)
+            slope = back(direction)[0]
+        return jnp.all(jnp.isfinite(value)), slope
 
     return jax.jit(program, compiler_options=cpu_compiler_options())
 
@@ -238,11 +242,18 @@ def _derivatives(
     """Derivatives of all metrics by each number: (metrics, *shape of the number)."""
     at = {leaf.path: np.asarray(leaf.value, np.float64) for leaf in chosen}
     forward = sum(value.size for value in at.values()) <= len(metrics)
-    # a derivative replays the run: its length is known
-    program = _program(metrics, forward, solver, max(64, 1 << int(np.ceil(np.log2(steps + 1)))))
+    # a derivative replays the run: its length is known but for a few steps, as programs round differently
+    compiled = _program(metrics, forward, solver, 1 << int(np.ceil(np.log2(steps + 48))))
     tolerance = np.asarray(rtol, np.float64)
+
+    def program(direction: Any) -> Any:
+        complete, slope = compiled(scene, at, tolerance, direction)
+        if not complete:
+            raise RuntimeError("the differentiated run ended before the plain one; please report this scene")
+        return slope
+
     if not forward:
-        one_by_one = [program(scene, at, tolerance, unit) for unit in np.eye(len(metrics))]
+        one_by_one = [program(unit) for unit in np.eye(len(metrics))]
         return [np.stack([np.asarray(row[path]) for row in one_by_one]) for path in at]
     found = []
     for path, value in at.items():
@@ -250,7 +261,7 @@ def _derivatives(
         for index in np.ndindex(value.shape):
             direction = {name: np.zeros_like(other) for name, other in at.items()}
             direction[path][index] = 1.0
-            columns[(slice(None), *index)] = np.asarray(program(scene, at, tolerance, direction))
+            columns[(slice(None), *index)] = np.asarray(program(direction))
         found.append(columns)
     return found
 

@@ -1,0 +1,79 @@
+"""Derivatives of every shipped scene against central differences: all its numbers at once, through all its events."""
+
+import dataclasses
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from test_scenarios import NAMES, load
+
+import simbrake as sb
+from simbrake._hybrid import LANDED
+from simbrake._simulate import solver_of
+
+RTOL = 1e-12
+EVENTS = 24  # looked at in a scene with more of them
+#: long duties are cut where the same kinds of events only come again (s)
+END = {"tripping_30_stands": 10.0, "slip_onset_chain": 0.3, "thermal_stabilisation": 10.0, "drag_lowering": 6.0}
+
+
+def events_of(record, count, wanted):
+    """Times of the events wanted, by their place among the `count` of the run, and the states just after them."""
+    rows = jnp.flatnonzero(jnp.asarray(record.rows.kind) == LANDED, size=count, fill_value=0)[wanted]
+    return jnp.asarray(record.rows.t)[rows + 1], jnp.asarray(record.rows.y)[rows + 1]
+
+
+def perturbed(scene, direction, share):
+    moved = jax.tree.map(lambda p, d: p + share * d, scene, direction)
+    return jax.tree.map(np.asarray, moved) if isinstance(share, float) else moved
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", NAMES)
+def test_events_and_states_of_a_scene(name):
+    scene = load(name).scene()
+    scene = dataclasses.replace(scene, end_time=min(float(scene.end_time), END.get(name, np.inf)))
+    method = solver_of(scene)
+    rng = np.random.default_rng(5)
+
+    def run(share):
+        moved = perturbed(scene, direction, share)
+        return sb.simulate(moved, rtol=RTOL, solver=method)
+
+    # every number moves by a random part of itself, but for those at the edge of their range
+    direction = jax.tree.map(lambda p: np.asarray(p) * rng.uniform(-1, 1, np.shape(p)), scene)
+    for leaf in sb.leaves(scene):
+        if not all(np.all(leaf.about.admits(np.atleast_1d(np.multiply(leaf.value, f)))) for f in (0.99, 1.01)):
+            direction = sb.with_values(direction, {leaf.path: np.zeros(np.shape(leaf.value))})
+    base = run(0.0)
+    count = int(np.sum(np.asarray(base.record.rows.kind)[: int(base.record.count)] == LANDED))
+    wanted = np.unique(np.linspace(0, count - 1, EVENTS).astype(int))
+    steps = max(64, 1 << int(np.ceil(np.log2(int(base.record.count) + 16))))
+
+    @jax.jit
+    def slope(direction):
+        def answer(share):
+            result = sb.simulate(perturbed(scene, direction, share), rtol=RTOL, solver=method, max_steps=steps)
+            return events_of(result.record, count, wanted)
+
+        return jax.jvp(answer, (jnp.zeros(()),), (jnp.ones(()),))[1]
+
+    t_slope, y_slope = (np.asarray(x) for x in slope(direction))
+
+    def at(share):
+        record = run(share).record
+        assert int(np.sum(np.asarray(record.rows.kind)[: int(record.count)] == LANDED)) == count
+        return tuple(np.asarray(x) for x in events_of(record, count, wanted))
+
+    def difference(h):
+        ends = [at(h), at(-h)]
+        return [(a - b) / (2 * h) for a, b in zip(*ends, strict=True)]
+
+    h = 3e-4
+    coarse, fine = difference(2 * h), difference(h)
+    t_difference, y_difference = ((4 * f - c) / 3 for f, c in zip(fine, coarse, strict=True))
+    span = np.max(np.abs(t_slope))
+    np.testing.assert_allclose(t_slope, t_difference, rtol=1e-7, atol=1e-7 * span)
+    size = np.maximum(np.max(np.abs(y_slope), axis=0), 1e-300)
+    np.testing.assert_allclose(y_slope / size, y_difference / size, rtol=0, atol=1e-7)
