@@ -82,13 +82,10 @@ def samples(
 
     The same seed gives the same samples. Raises `InputError` with all faults at once.
     """
-    wrong = faults_of_sampling(n, method)
-    try:
-        draws = Draws(scene, distributions)
-    except InputError as error:
-        raise InputError([*error.faults, *wrong]) from None
-    if wrong:
-        raise InputError(wrong)
+    found = faults_of_sampling(n, method)
+    draws = attempt(found, Draws, scene, distributions)
+    if found or draws is None:
+        raise InputError(found)
     return draws.values(unit_points(n, len(draws.paths), method, np.random.default_rng(seed)))
 
 
@@ -193,3 +190,12 @@ def _cut(distribution: Any, about: Quantity) -> str:
     low = "-inf" if about.low is None else f"{(about.low - mean) / std:.6g}"
     high = "inf" if about.high is None else f"{(about.high - mean) / std:.6g}"
     return f"cut it: scipy.stats.truncnorm({low}, {high}, {mean:g}, {std:g})".replace("inf", "numpy.inf")
+
+
+def attempt(found: list[Fault], make: Callable[..., Any], *arguments: Any) -> Any:
+    """What `make` gives, or `None` and its faults added to `found`, so that all faults come in one report."""
+    try:
+        return make(*arguments)
+    except InputError as error:
+        found += error.faults
+        return None
