@@ -20,7 +20,7 @@ from ._measure import Metric, check_metrics, name_of, unit_of
 from ._outcome import FAILURES, SimulationError
 from ._quantity import Fault, InputError
 from ._salib import morris_design, morris_numbers, sobol_design, sobol_numbers
-from ._sampling import Distribution, Draws, attempt, power_of_two
+from ._sampling import Distribution, Draws, attempt, complete, power_of_two
 from ._scene import Scene
 
 
@@ -52,7 +52,7 @@ def sobol_indices(
     asked, draws = _checked(scene, distributions, metrics, confidence, [("n", n, 2), ("resamples", resamples, 2)])
     base, d = 2 ** power_of_two(n), len(draws.paths)
     unit = sobol_design(base, d, second_order, seed)
-    data = ensemble(scene, draws.values(unit), asked, **options)
+    data = complete(ensemble(scene, draws.values(unit), asked, **options))
     tables = {}
     for one, y in _values(data, asked, varies=True).items():
         tables[one] = sobol_table(draws.paths, y, second_order, confidence, resamples, seed, name=one)
@@ -124,7 +124,8 @@ def morris(
     asked, draws = _checked(scene, distributions, metrics, confidence, counts, more)
     unit = morris_design(trajectories, len(draws.paths), levels, seed)
     ends = np.array([_ends(draws.quantiles[path], tail) for path in draws.paths])
-    data = ensemble(scene, draws.values(ends[:, 0] + unit * (ends[:, 1] - ends[:, 0])), asked, **options)
+    points = ends[:, 0] + unit * (ends[:, 1] - ends[:, 0])
+    data = complete(ensemble(scene, draws.values(points), asked, **options))
     spans = {path: [float(x) for x in pair] for path, pair in draws.values(ends.T).items()}
     tables = {}
     values = _values(data, asked, varies=False)

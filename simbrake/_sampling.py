@@ -6,6 +6,7 @@ from typing import Any, Literal
 import numpy as np
 
 from ._edit import _INDEXED, with_values
+from ._outcome import SimulationError
 from ._quantity import Fault, InputError, Quantity, leaves
 from ._scene import Scene, faults
 
@@ -199,3 +200,15 @@ def attempt(found: list[Fault], make: Callable[..., Any], *arguments: Any) -> An
     except InputError as error:
         found += error.faults
         return None
+
+
+def complete(data: Any) -> Any:
+    """The data set of an ensemble, if every run was made: those made first are the expensive ones, no fair sample.
+
+    Raises `SimulationError`, whose `result` is the data set.
+    """
+    missing = int(np.sum(np.asarray(data["code"]) < 0))
+    if missing:
+        message = f"interrupted: {missing} of {data.sizes['run']} runs were not made, and the rest is no fair sample. "
+        raise SimulationError(f"{message}With directory=… the same call goes on where it ended", data)
+    return data

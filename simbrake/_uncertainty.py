@@ -12,7 +12,7 @@ from ._estimates import Estimate, mean_and_deviation, probability, quantile
 from ._measure import METRIC_UNITS, Metric, check_metrics, name_of, unit_of
 from ._outcome import FAILURES
 from ._quantity import Fault, InputError
-from ._sampling import Distribution, Draws, Method, attempt, faults_of_sampling, power_of_two, unit_points
+from ._sampling import Distribution, Draws, Method, attempt, complete, faults_of_sampling, power_of_two, unit_points
 from ._scene import Scene
 
 _HOT = "peak_lining_temperature"
@@ -161,7 +161,7 @@ def uncertainty(
     of these. A run that failed by its code counts as each of them, as nobody knows how it would have gone on.
     Statistics are of the runs that have the metric, and say how many these are.
 
-    Raises `InputError` with all faults at once.
+    Raises `InputError` with all faults at once, and `SimulationError` (with the runs made) if it was interrupted.
     """
     asked = [metrics] if isinstance(metrics, str) or callable(metrics) else list(metrics)
     found = faults_of_sampling(n, method) + _faults_of_statistics(quantiles, confidence, replicates)
@@ -177,7 +177,7 @@ def uncertainty(
         raise InputError(found)
     unit, group = _points(n, len(draws.paths), method, replicates, seed)
     values = draws.values(unit)
-    data = ensemble(scene, values, [*asked, *hidden], **options)
+    data = complete(ensemble(scene, values, [*asked, *hidden], **options))
     if "heat.permissible" in values and bounds.get(_HOT) == _permissible(scene):
         bounds[_HOT] = values["heat.permissible"]
     return _evaluate(data, group, asked, bounds, tuple(quantiles), confidence, method, seed, _inputs(draws))
