@@ -38,7 +38,10 @@ LAYERS = [
     {"_report"},
     {"_result"},
     {"_simulate", "_overlap", "_measure"},
-    {"_cyclic", "_edit", "_export", "_reproduce", "plot"},
+    {"_cyclic", "_edit", "_export", "_reproduce", "plot", "_progress", "_order", "_store"},
+    {"_chunks", "_plan"},
+    {"_distribute", "_dataset"},
+    {"_ensemble"},
     {"_cli"},
 ]
 ALLOWED_SIDEWAYS = {("_export", "plot")}
