@@ -48,6 +48,8 @@ from ._duty import Repeated as Repeated
 from ._duty import SpeedHold as SpeedHold
 from ._duty import ramp as ramp
 from ._edit import with_values as with_values
+from ._ensemble import ensemble as ensemble
+from ._ensemble import sweep as sweep
 from ._estimates import Estimate as Estimate
 from ._fade import AbstractFactor as AbstractFactor
 from ._fade import LinearFade as LinearFade
