@@ -30,8 +30,14 @@ def distribution(found: Uncertainty, metric: Metric, *, figure: Figure | None = 
         ends = [[max(at - low, 0.0)], [max(high - at, 0.0)]]
         bounded = np.isfinite(ends).all()
         cumulative.errorbar([at], [100 * p], xerr=ends if bounded else None, fmt="o", ms=4, capsize=4, color="k")
+        upper = p > 0.5
         cumulative.annotate(
-            f"{100 * p:g} %: {at:.4g} {unit}", (at, 100 * p), xytext=(8, -11), textcoords="offset points", fontsize=8
+            f"{100 * p:g} %: {at:.4g} {unit}",
+            (at, 100 * p),
+            xytext=(-8 if upper else 8, 5 if upper else -11),
+            textcoords="offset points",
+            ha="right" if upper else "left",
+            fontsize=8,
         )
     limit = found.limits.get(name)
     if limit is not None and np.ndim(limit) == 0:
@@ -83,8 +89,9 @@ def indices(table: SobolTable, *, figure: Figure | None = None) -> Figure:
     axes.legend(handles[::-1], labels[::-1], loc="lower right", fontsize=8)
     unit, factor, _ = _AXES.get(table.unit, (table.unit, 1.0, 0.0))
     unit = "K" if unit == "°C" else unit
+    spread = f"{factor * table.deviation:.3g} {unit}".rstrip()
     words = f"what makes the {table.metric.replace('_', ' ')} uncertain"
-    axes.set_title(f"{words} (standard deviation {factor * table.deviation:.3g} {unit})", fontsize=10)
+    axes.set_title(f"{words} (standard deviation {spread})", fontsize=10)
     return figure
 
 

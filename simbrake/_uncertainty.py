@@ -138,7 +138,7 @@ def uncertainty(
     metrics: Metric | Sequence[Metric] = ("stopping_time",),
     n: int = 1024,
     *,
-    limits: Mapping[str, float | None] | None = None,
+    limits: Mapping[str, Any] | None = None,
     quantiles: Sequence[float] = (0.05, 0.5, 0.95),
     confidence: float = 0.95,
     replicates: int = 16,
