@@ -178,7 +178,7 @@ def uncertainty(
     unit, group = _points(n, len(draws.paths), method, replicates, seed)
     values = draws.values(unit)
     data = complete(ensemble(scene, values, [*asked, *hidden], **options))
-    if "heat.permissible" in values and bounds.get(_HOT) == _permissible(scene):
+    if "heat.permissible" in values and _HOT not in (limits or {}):
         bounds[_HOT] = values["heat.permissible"]
     return _evaluate(data, group, asked, bounds, tuple(quantiles), confidence, method, seed, _inputs(draws))
 
