@@ -42,6 +42,7 @@ LAYERS = [
     {"_chunks", "_plan"},
     {"_distribute", "_dataset"},
     {"_ensemble"},
+    {"_sweep"},
     {"_cli"},
 ]
 ALLOWED_SIDEWAYS = {("_export", "plot")}
