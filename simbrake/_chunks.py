@@ -116,8 +116,8 @@ def _call(key: Any, program: Any, *arguments: Any, **static: Any) -> Any:
 def run_chunk(job: Job, rows: tuple[np.ndarray, ...], size: int, device: Any = None) -> dict[str, np.ndarray]:
     """Runs the samples `rows` (one array per path, the samples along its first axis), filled up to `size`.
 
-    Gives an array over the samples for every name in `ABOUT` and every metric. What a single run would raise is not
-    raised: failures are in `code`.
+    Gives an array over the samples for every name in `ABOUT`, every metric, and `method`. What a single run would raise
+    is not raised: failures are in `code`.
     """
     jax.config.update("jax_enable_x64", True)  # on a worker elsewhere
     count = len(rows[0])
@@ -141,4 +141,5 @@ def run_chunk(job: Job, rows: tuple[np.ndarray, ...], size: int, device: Any = N
         lanes = 1 if device.platform == "cpu" else 16
         key = (*job.key, shapes, job.metrics, kept)
         found = _call(key, measured, result, metrics=job.metrics, size=kept, lanes=lanes)
-    return {name: np.asarray(value)[:count] for name, value in jax.device_get(found).items()}
+    columns = {name: np.asarray(value)[:count] for name, value in jax.device_get(found).items()}
+    return columns | {"method": np.full(count, type(job.solver).__name__, dtype="<U32")}

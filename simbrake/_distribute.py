@@ -7,23 +7,32 @@ import os
 import queue
 from collections.abc import Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
+from pathlib import Path
 from typing import Any
 
 import jax
 import numpy as np
 
 from ._chunks import Job, run_chunk
+from ._hybrid import Code
 from ._quantity import Fault, InputError
+from ._store import Store, store_at
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Task:
     """One chunk: which runs (numbers from 0), their samples, and the number they are filled up to."""
 
-    job: Job
+    job: Any  # None where it travels apart
+    limit: int  # of the steps
     runs: np.ndarray
     rows: tuple[np.ndarray, ...]
     size: int
+    last: bool = True  # no higher limit of the steps follows
+
+    def final(self, columns: dict[str, np.ndarray]) -> np.ndarray:
+        """Which runs are done: the others reached the limit of the steps and get a higher one."""
+        return np.full(len(self.runs), True) if self.last else columns["code"] != int(Code.STEP_LIMIT)
 
 
 class Threads:
@@ -83,15 +92,26 @@ def _unpacked(payload: bytes) -> Job:
     return cloudpickle.loads(payload)
 
 
-def run_packed(payload: bytes, rows: tuple[np.ndarray, ...], size: int) -> dict[str, np.ndarray]:
-    """A chunk on a worker elsewhere. Functions come anew with every message: one is kept, or each would be traced."""
-    return run_chunk(_unpacked(payload), rows, size)
+def run_packed(payload: bytes, task: Task, folder: str | None, key: str) -> dict[str, np.ndarray]:
+    """A chunk on a worker elsewhere, which keeps it at once if it sees the folder, and looks there first.
+
+    Functions come anew with every message: one job is kept, or each would be traced.
+    """
+    store = None if folder is None else store_at(Path(folder), key)
+    kept = None if store is None else store.read(task.runs, task.limit)
+    if kept is not None:
+        return kept
+    columns = run_chunk(_unpacked(payload), task.rows, task.size)
+    if store is not None:
+        store.write(task.runs, task.limit, columns, task.final(columns))
+    return columns
 
 
 class Cluster:
     """The workers of a Dask cluster. A chunk whose worker dies is given to another by Dask's own scheduler."""
 
-    def __init__(self, client: Any):
+    def __init__(self, client: Any, store: Store | None):
+        self._folder = (None, "") if store is None else (str(store.folder.resolve()), store.key)
         try:
             from distributed import Client
         except ImportError as error:
@@ -114,8 +134,8 @@ class Cluster:
 
         if id(task.job) not in self._payloads:
             self._payloads[id(task.job)] = (task.job, cloudpickle.dumps(task.job))
-        payload = self._payloads[id(task.job)][1]
-        future = self._client.submit(run_packed, payload, task.rows, task.size, pure=False)
+        payload, light = self._payloads[id(task.job)][1], dataclasses.replace(task, job=None)
+        future = self._client.submit(run_packed, payload, light, *self._folder, pure=False)
         self._waiting[future] = task
 
     def results(self) -> Iterator[tuple[Task, dict[str, np.ndarray]]]:

@@ -12,7 +12,6 @@ import numpy as np
 from ._chunks import ABOUT, Job
 from ._dataset import NOT_RUN, as_dataset, as_grid
 from ._distribute import Cluster, Task, Threads
-from ._hybrid import Code
 from ._measure import Metric, name_of
 from ._order import expected_cost, spread
 from ._plan import Plan, plan_of
@@ -21,6 +20,9 @@ from ._quantity import Fault, InputError
 from ._scene import Scene
 from ._simulate import require_64_bits
 from ._store import Store, fingerprint
+
+#: rows of all records of a chunk together: with some hundred columns half a gigabyte
+_ROWS = 2**19
 
 
 def ensemble(
@@ -51,7 +53,8 @@ def ensemble(
     - `client`: a `dask.distributed.Client`, or the address of its scheduler: chunks are run there. simbrake must be
       installed on the workers; a chunk whose worker dies is run by another
     - `directory`: finished chunks are kept there. The same call goes on where an earlier one ended, another one is
-      refused
+      refused. Workers of a cluster that see the folder write there themselves, so that one that dies loses no more
+      than the chunk it was at
     - `progress`: `None` shows a line where stderr is a terminal, `False` none; or a function of `(done, total)`
 
     The data set has the varied numbers as coordinates (`units`, `meaning`), every metric, `code` (0, a failure code as
@@ -69,7 +72,7 @@ def ensemble(
     if workers is not None and workers < 1:
         raise InputError([Fault("workers", f"{workers} is not admissible", "at least 1")])
     store = None if directory is None else _store(plan, Path(directory))
-    pool = Threads(workers) if client is None else Cluster(client)
+    pool = Threads(workers) if client is None else Cluster(client, store)
     table = _Table(plan, store, progress)
     interrupted = False
     try:
@@ -79,7 +82,7 @@ def ensemble(
         interrupted = True
         pool.cancel()
         for task, columns in pool.results():
-            table.put(task, columns, np.ones(len(task.runs), bool))
+            table.put(task, columns)
     finally:
         pool.close()
         table.progress.close()
@@ -96,7 +99,10 @@ def sweep(scene: Scene, values: Mapping[str, Any], metrics: Sequence[Metric] | N
     """
     axes, faults = {}, []
     for path, axis in values.items():
-        array = np.atleast_1d(np.asarray(axis, dtype=np.float64))
+        try:
+            array = np.atleast_1d(np.asarray(axis, dtype=np.float64))
+        except (TypeError, ValueError):
+            array = np.zeros((1, 1))
         if array.ndim != 1 or len(np.unique(array)) != len(array):
             faults.append(Fault(path, "is no list of different numbers", "a grid needs every value once"))
         axes[path] = array
@@ -151,17 +157,14 @@ class _Table:
             self.columns[name][runs] = column
         self.done[runs] = True
 
-    def put(self, task: Task, found: dict[str, np.ndarray], final: np.ndarray) -> None:
-        """Takes over the runs of a chunk that are marked."""
-        if not np.any(final):
-            return
-        runs = task.runs[final]
-        found = {name: column[final] for name, column in found.items()}
-        found["method"] = np.full(len(runs), type(task.job.solver).__name__, dtype="<U32")
-        self._fill(runs, found)
+    def put(self, task: Task, found: dict[str, np.ndarray]) -> None:
+        """Takes over the runs of a chunk that are done."""
+        final = task.final(found)
         if self._store is not None:
-            self._store.write(runs, found)
-        self.progress.add(len(runs))
+            self._store.write(task.runs, task.limit, found, final)
+        if np.any(final):
+            self._fill(task.runs[final], {name: column[final] for name, column in found.items()})
+            self.progress.add(int(final.sum()))
 
     def attempts(self, runs: np.ndarray) -> np.ndarray:
         return (
@@ -195,10 +198,10 @@ def _run_level(
 ) -> np.ndarray:
     """Runs in chunks with one limit of the steps; gives back those for which it was too low, in the same order."""
     job = Job(plan.scene, plan.paths, plan.metrics, solver, plan.rtol, limit)
+    size = max(1, min(size, _ROWS // limit))
     for start in range(0, len(runs), size):
         part = runs[start : start + size]
-        pool.submit(Task(job, part, tuple(array[part] for array in plan.values.values()), size))
+        pool.submit(Task(job, limit, part, tuple(array[part] for array in plan.values.values()), size, last))
     for task, columns in pool.results():
-        final = np.full(len(task.runs), True) if last else columns["code"] != int(Code.STEP_LIMIT)
-        table.put(task, columns, final)
+        table.put(task, columns)
     return runs[~table.done[runs]]

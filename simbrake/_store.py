@@ -60,14 +60,16 @@ def _constants(code: types.CodeType) -> list[Any]:
 class Store:
     """A folder with a manifest and a file for every finished chunk, each written whole or not at all."""
 
-    def __init__(self, folder: Path, key: str, about: dict[str, Any]):
-        self.folder = Path(folder)
+    def __init__(self, folder: Path, key: str, about: dict[str, Any] | None):
+        self.folder, self.key = Path(folder), key
         if self.folder.exists() and not self.folder.is_dir():
             raise InputError([Fault("directory", f"{folder} is a file", "give a folder")])
         manifest = self.folder / "manifest.json"
         if manifest.exists():
-            self._compare(manifest, key, about)
+            self._compare(manifest, key, about or {})
             return
+        if about is None:
+            raise InputError([Fault("directory", f"{manifest} is not there")])
         if self.folder.is_dir() and any(self.folder.iterdir()):
             what = f"{folder} holds other files and no manifest of an ensemble"
             raise InputError([Fault("directory", what, "give a new or an empty folder")])
@@ -99,20 +101,43 @@ class Store:
         finally:
             scratch.unlink(missing_ok=True)
 
-    def write(self, runs: np.ndarray, columns: dict[str, np.ndarray]) -> None:
-        """Keeps the numbers of the runs named."""
-        file = self.folder / f"chunk-{int(runs[0]):08d}-{uuid4().hex[:8]}.npz"
-        arrays: dict[str, Any] = {"run": runs, **{f"_{name}": column for name, column in columns.items()}}
-        self._replace(file, lambda out: np.savez(out, **arrays))
+    def _file(self, runs: np.ndarray, limit: int) -> Path:
+        mark = hashlib.sha256(np.asarray(runs, np.int64).tobytes() + str(limit).encode()).hexdigest()[:16]
+        return self.folder / f"chunk-{int(runs[0]):08d}-{mark}.npz"
+
+    def write(self, runs: np.ndarray, limit: int, columns: dict[str, np.ndarray], final: np.ndarray) -> None:
+        """Keeps the numbers of a chunk; `final` marks the runs that are not repeated with a higher limit."""
+        file = self._file(runs, limit)
+        if not file.exists():
+            arrays: dict[str, Any] = {"run": runs, "final": final, **{f"_{name}": c for name, c in columns.items()}}
+            self._replace(file, lambda out: np.savez(out, **arrays))
+
+    def read(self, runs: np.ndarray, limit: int) -> dict[str, np.ndarray] | None:
+        """Numbers of a chunk that was kept, `None` if it was not."""
+        found = _load(self._file(runs, limit))
+        return None if found is None else found[2]
 
     def finished(self) -> list[tuple[np.ndarray, dict[str, np.ndarray]]]:
-        """Everything that was kept; a file that a full disk or the like has spoilt counts as missing."""
-        found = []
-        for file in sorted(self.folder.glob("chunk-*.npz")):
-            try:
-                with np.load(file) as data:
-                    runs = data["run"]
-                    found.append((runs, {name[1:]: data[name] for name in data.files if name != "run"}))
-            except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
-                continue
-        return found
+        """All runs that are done, chunk by chunk."""
+        kept = [_load(file) for file in sorted(self.folder.glob("chunk-*.npz"))]
+        return [
+            (runs[final], {name: column[final] for name, column in columns.items()})
+            for runs, final, columns in filter(None, kept)
+        ]
+
+
+def _load(file: Path) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]] | None:
+    """Runs, which of them are final, and columns; a file that a full disk or the like has spoilt counts as missing."""
+    try:
+        with np.load(file) as data:
+            return data["run"], data["final"], {name[1:]: data[name] for name in data.files if name.startswith("_")}
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+        return None
+
+
+def store_at(folder: Path, key: str) -> Store | None:
+    """The same folder seen from another process, `None` where it is not there."""
+    try:
+        return Store(folder, key, None)
+    except InputError:
+        return None

@@ -42,7 +42,7 @@ LAYERS = [
     {"_chunks", "_plan", "_sampling"},
     {"_distribute", "_dataset"},
     {"_ensemble"},
-    {"_global", "_uncertainty"},
+    {"_global", "_uncertainty", "_sweep"},
     {"_plot_uncertainty"},
     {"_export", "plot"},
     {"_cli"},
