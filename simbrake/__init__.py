@@ -48,6 +48,9 @@ from ._duty import Repeated as Repeated
 from ._duty import SpeedHold as SpeedHold
 from ._duty import ramp as ramp
 from ._edit import with_values as with_values
+from ._ensemble import ensemble as ensemble
+from ._ensemble import sweep as sweep
+from ._estimates import Estimate as Estimate
 from ._fade import AbstractFactor as AbstractFactor
 from ._fade import LinearFade as LinearFade
 from ._fade import PressureFactor as PressureFactor
@@ -58,6 +61,8 @@ from ._friction import ConstantFriction as ConstantFriction
 from ._friction import Contact as Contact
 from ._friction import StribeckFriction as StribeckFriction
 from ._friction import TabulatedFriction as TabulatedFriction
+from ._global import morris as morris
+from ._global import sobol_indices as sobol_indices
 from ._heat import AbstractPartition as AbstractPartition
 from ._heat import ConstantPartition as ConstantPartition
 from ._heat import EffusivityPartition as EffusivityPartition
@@ -73,6 +78,9 @@ from ._hybrid import Record as Record
 from ._hybrid import Rodas5P as Rodas5P
 from ._hybrid import Settings as Settings
 from ._hybrid import hybridsolve as hybridsolve
+from ._indices import GlobalSensitivity as GlobalSensitivity
+from ._indices import MorrisTable as MorrisTable
+from ._indices import SobolTable as SobolTable
 from ._layout import InfeasibleLayout as InfeasibleLayout
 from ._layout import Layout as Layout
 from ._layout import chord_equal_load_angles as chord_equal_load_angles
@@ -119,6 +127,7 @@ from ._quantity import Fault as Fault
 from ._quantity import InputError as InputError
 from ._quantity import leaves as leaves
 from ._result import Result as Result
+from ._sampling import samples as samples
 from ._scene import Duty as Duty
 from ._scene import Initial as Initial
 from ._scene import Scene as Scene
@@ -130,5 +139,7 @@ from ._series import Series as Series
 from ._simulate import simulate as simulate
 from ._stages import Stage as Stage
 from ._stages import internal_slip_tension as internal_slip_tension
+from ._uncertainty import Uncertainty as Uncertainty
+from ._uncertainty import uncertainty as uncertainty
 
 __version__ = "0.1.0"

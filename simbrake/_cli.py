@@ -172,9 +172,8 @@ def sensitivity(
     from ._sensitivity import sensitivity as tables_of
 
     wrong = [] if 1e-15 < rtol < 0.1 else [Fault("--rtol", f"{rtol} is not admissible", "0 < rtol < 0.1")]
-    wrong += (
-        [] if 0 <= span < 1 else [Fault("--span", f"{span} is not admissible", "a share of each number, 0 ≤ span < 1")]
-    )
+    if not 0 <= span < 1:
+        wrong.append(Fault("--span", f"{span} is not admissible", "a share of each number, 0 ≤ span < 1"))
     if out is not None and out.exists() and not out.is_dir():
         wrong.append(Fault("--out", f"{out} is a file", "give a folder"))
     if wrong:
@@ -185,9 +184,10 @@ def sensitivity(
     except SimulationError as error:
         print(f"simbrake: {error}", file=sys.stderr)
         return 1
-    print(
-        json.dumps([t.as_dict() for t in tables], indent=1, allow_nan=False) if json_ else "\n\n".join(map(str, tables))
-    )
+    if json_:
+        print(json.dumps([table.as_dict() for table in tables], indent=1, allow_nan=False))
+    else:
+        print("\n\n".join(str(table) for table in tables))
     if out is not None:
         from ._export import write_sensitivities
 
@@ -195,6 +195,75 @@ def sensitivity(
         if not json_:
             print("written  " + ", ".join(str(path) for path in written))
     return 0
+
+
+@app.command
+def sweep(
+    scenario: Path,
+    /,
+    *,
+    vary: Annotated[list[str] | None, Parameter(negative="", consume_multiple=False)] = None,
+    sample: int | None = None,
+    seed: int = 0,
+    metrics: str | None = None,
+    out: Path | None = None,
+    json_: Annotated[bool, Parameter(name="--json", negative="")] = False,
+    set_: Annotated[list[str] | None, Parameter(name="--set", negative="", consume_multiple=False)] = None,
+    rtol: float = 1e-10,
+    max_steps: int | None = None,
+    workers: int | None = None,
+    resume: Path | None = None,
+    scheduler: str | None = None,
+) -> int:
+    """Run a scenario on a grid or a sample of its numbers.
+
+    Parameters
+    ----------
+    scenario
+        Python file with a function scene() that returns a simbrake.Scene.
+    vary
+        PATH=LOW:HIGH:COUNT or PATH=a,b,c: values of a number (SI units); repeated, a grid. With --sample PATH=LOW:HIGH.
+    sample
+        Number of quasi-random samples of the ranges, instead of a grid.
+    seed
+        Seed of the sample.
+    metrics
+        Names with commas between them, or all. By default all but greatest values, which cost more than the runs.
+    out
+        Folder for the tables: runs.csv and runs.nc (netCDF).
+    json_
+        Print units, counts and all runs as JSON, alone on stdout.
+    set_
+        PATH=VALUE: override a number of the scene (SI units) in all runs; may be repeated.
+    rtol
+        Relative tolerance of the integration.
+    max_steps
+        Step attempts allowed.
+    workers
+        Threads (one per core by default).
+    resume
+        Folder that keeps finished runs: the same command goes on where an earlier one ended.
+    scheduler
+        Address of a Dask scheduler on whose workers the runs take place.
+    """
+    _prepare_jax()
+    from . import _sweep
+    from ._edit import parse_assignments, with_values
+    from ._quantity import Fault, InputError
+
+    axes = _sweep.parse_axes(vary or [], sample)
+    if out is not None and out.exists() and not out.is_dir():
+        raise InputError([Fault("--out", f"{out} is a file", "give a folder")])
+    scene = with_values(load_scene(scenario), parse_assignments(set_ or []))
+    asked = _sweep.metrics_of(scene, metrics)
+    settings: dict[str, Any] = {"rtol": rtol, "max_steps": max_steps, "workers": workers}
+    data = _sweep.run(scene, axes, asked, sample=sample, seed=seed, directory=resume, client=scheduler, **settings)
+    print(json.dumps(_sweep.summary(data, asked), indent=1, allow_nan=False) if json_ else _sweep.text(data, asked))
+    if out is not None:
+        written = _sweep.write(data, out)
+        if not json_:
+            print("written  " + ", ".join(str(path) for path in written))
+    return _sweep.exit_code(data)
 
 
 @app.command

@@ -49,6 +49,30 @@ def _compiled():
     return jax.jit(_run, static_argnames=_STATIC, compiler_options=cpu_compiler_options())
 
 
+def require_64_bits() -> None:
+    """Raises `RuntimeError` if JAX is not in 64-bit mode."""
+    if not jax.config.jax_enable_x64:  # pyright: ignore
+        raise RuntimeError(
+            "simbrake computes in 64 bits, events cannot be located in 32. Before anything else do: "
+            'import jax; jax.config.update("jax_enable_x64", True)'
+        )
+
+
+def solver_for(stiff: bool) -> Any:
+    """The solver where the caller names none."""
+    return Rodas5P() if stiff else diffrax.Dopri8()
+
+
+def step_limits(scene: Scene, max_steps: int | None) -> tuple[int, ...]:
+    """Limits of the step attempts, tried one after the other; a scene of many events begins with the second."""
+    if max_steps:
+        return (max_steps,)
+    bandage = scene.brake.bandage
+    single = scene.brake.band.segments is not None or (bandage is not None and bandage.spring is not None)
+    many = single or getattr(scene.duty.slack_tension, "knot_count", 0) > 40
+    return _STEPS[many:]
+
+
 def simulate(
     scene: Scene,
     *,
@@ -78,11 +102,7 @@ def simulate(
     Raises `InputError` with all faults of the scene at once, `SimulationError`, and `RuntimeError` if JAX is not in
     64-bit mode.
     """
-    if not jax.config.jax_enable_x64:  # pyright: ignore
-        raise RuntimeError(
-            "simbrake computes in 64 bits, events cannot be located in 32. Before anything else do: "
-            'import jax; jax.config.update("jax_enable_x64", True)'
-        )
+    require_64_bits()
     check(scene)
     traced = any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves((scene, rtol)))
     solver = solver_of(scene, solver)
@@ -94,10 +114,7 @@ def simulate(
     if traced:
         record = _traced(scene, rtol_, longest, events, method=method, max_steps=max_steps or _STEPS[0])
         return Result(scene, record, rtol_, name)
-    bandage = scene.brake.bandage
-    single = scene.brake.band.segments is not None or (bandage is not None and bandage.spring is not None)
-    many = single or getattr(scene.duty.slack_tension, "knot_count", 0) > 40
-    for steps in (max_steps,) if max_steps else _STEPS[many:]:
+    for steps in step_limits(scene, max_steps):
         record = _compiled()(scene, rtol_, longest, events, method=method, max_steps=steps)
         if int(record.code) != Code.STEP_LIMIT:
             break
@@ -112,8 +129,7 @@ def solver_of(scene: Scene, solver: Any = None) -> Any:
     if solver is not None:
         return solver
     traced = any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves(scene))
-    stiff = scene.heat is not None if traced else stiffness(scene)[0]
-    return Rodas5P() if stiff else diffrax.Dopri8()
+    return solver_for(scene.heat is not None if traced else stiffness(scene)[0])
 
 
 @functools.lru_cache

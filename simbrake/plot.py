@@ -11,6 +11,9 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from ._log import Event
 from ._overlap import RunningIn, overlap
+from ._plot_uncertainty import distribution as distribution
+from ._plot_uncertainty import effects as effects
+from ._plot_uncertainty import indices as indices
 from ._result import Result
 from ._sensitivity import SensitivityTable
 

@@ -44,6 +44,19 @@ def test_everything_coupled_keeps_its_balances():
 
 
 @pytest.mark.slow
+def test_uncertainty_runs_as_a_script(tmp_path):
+    command = [sys.executable, str(FOLDER / "stopping_time_uncertainty.py"), "--runs", "64", "--points", "8"]
+    done = subprocess.run(
+        [*command, "--out", str(tmp_path)], capture_output=True, text=True, check=True, timeout=600
+    ).stdout
+    for words in ("64 scrambled Sobol points", "does not stop", "peak_lining_temperature > 673.15 K", "S_T"):
+        assert words in done
+    assert {"stopping_time.png", "sobol_time_to_stop.png", "runs.csv", "uncertainty.json"} <= {
+        file.name for file in tmp_path.iterdir()
+    }
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "words"),
     [

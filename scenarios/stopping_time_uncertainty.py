@@ -1,0 +1,128 @@
+"""How sure is an emergency stop? A U2-5-5 with uncertain friction, load, lever, speed and temperature at the start.
+
+The brake of `u2_5_5_stop.py` with heat and fade. `python scenarios/stopping_time_uncertainty.py` draws what is
+uncertain, prints quantiles of stopping time, travel and temperature, the probabilities that the brake does not stop in
+time, comes too low or passes the permissible temperature, and which of the uncertain numbers are to blame. `--out DIR`
+writes charts, the runs and the numbers as JSON. What the papers do not give is an assumption and says so beside its
+value. A brake that grips hard stops on the elastic band before all linings slide: it makes no friction heat at all.
+"""
+
+import argparse
+import json
+import math
+from pathlib import Path
+
+import simbrake as sb
+
+TRACK_RADIUS = 0.590  # m, V table 1
+TRACK_WIDTH = 0.220  # m, V
+LINING_THICKNESS, BAND_THICKNESS = 0.030, 0.006  # m, V
+LININGS, WRAP = 20, math.radians(270.0)  # Z
+LINES, DRUM_RADIUS = 8, 0.40  # lines of the tackle, m to the rope; assumptions, as in u2_5_5_stop
+BANDS = 2  # both bands of the drawworks act as one: areas and tensions are sums over the two
+
+
+def _heat() -> sb.Heat:
+    steel, lining = sb.material("steel_20L"), sb.material("FK-24A")
+    return sb.layered_heat(
+        rim=steel,
+        rim_thickness=0.025,  # m, V table 1
+        track_area=BANDS * 2 * math.pi * TRACK_RADIUS * TRACK_WIDTH,
+        partition=sb.EffusivityPartition(steel, lining),
+        rim_layers=10,
+        lining=lining,
+        lining_thickness=LINING_THICKNESS,
+        lining_area=BANDS * WRAP * TRACK_RADIUS * TRACK_WIDTH,
+        lining_layers=10,
+        inside=25.0,  # W/(m²·K); assumption
+        outside=40.0,  # W/(m²·K); assumption
+        permissible=673.15,  # K; assumption for FK-24A
+    )
+
+
+def scene() -> sb.Scene:
+    """The scene at the middle of what is uncertain."""
+    # fades by 4 % every 100 K above 150 °C (assumption)
+    friction = sb.ProductFriction(sb.ConstantFriction(0.50), (sb.LinearFade(4e-4, 423.15, 0.1, 0.01),))
+    return sb.Scene(
+        brake=sb.Brake(
+            pulley=sb.Pulley(TRACK_RADIUS, inertia=1200.0, width=TRACK_WIDTH),  # kg·m²; assumption
+            band=sb.Band(TRACK_RADIUS + LINING_THICKNESS + BAND_THICKNESS / 2, stiffness=1.0e5),  # N/m; assumption
+            linings=sb.uniform_linings(LININGS, WRAP, friction),
+        ),
+        duty=sb.Duty(
+            slack_tension=sb.PiecewiseLinear([0.0, 0.35], [2.0e3, 24.0e3]),  # s, N; assumptions, as in u2_5_5_stop
+            load=sb.HookLoad(mass=60.0e3, drum_radius=DRUM_RADIUS, line_count=LINES),  # kg; assumption
+        ),
+        initial=sb.Initial(omega=24.0),  # rad/s: the hook at 1.2 m/s; assumption
+        end_time=6.0,  # s: whoever has not stopped by then has lost the string
+        heat=_heat(),
+    )
+
+
+def distributions() -> dict:
+    """What is uncertain, each independent of the others (an assumption too: heavy strings are lowered slower)."""
+    from scipy import stats
+
+    return {
+        # Drumeanu & Antonescu 2003: 0.35…0.65 on brakes of drawworks; that all values are as likely is an assumption
+        "brake.linings.friction.base.coefficient": (0.35, 0.65),
+        "brake.linings.friction.factors[0].slope": (2e-4, 8e-4),  # 1/K; assumption: lining lots differ in fade
+        "duty.load.mass": stats.triang(0.25, 40e3, 80e3),  # kg; assumption: 40…120 t, most often 60 t
+        "duty.slack_tension.values[1]": stats.truncnorm(-3, 3, 24e3, 3e3),  # N; assumption: how hard the driller pulls
+        "duty.slack_tension.times[1]": (0.25, 0.70),  # s; assumption: how fast
+        "initial.omega": (12.0, 32.0),  # rad/s; assumption: the hook at 0.6…1.6 m/s
+        "heat.bodies[2].temperature": (293.15, 523.15),  # K; assumption: linings, cold or after some stands
+    }
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--out", type=Path, help="folder for charts, runs (CSV) and numbers (JSON)")
+    parser.add_argument("--runs", type=int, default=1024, help="runs of the uncertainty")
+    parser.add_argument("--points", type=int, default=128, help="base points of the Sobol indices")
+    asked = parser.parse_args()
+
+    import jax
+
+    jax.config.update("jax_enable_x64", True)
+    sb.fast_loops()
+
+    metrics = ("stopping_time", "hook_travel", "peak_lining_temperature")
+    given = scene()
+    found = sb.uncertainty(
+        given,
+        distributions(),
+        metrics,
+        asked.runs,
+        limits={"hook_travel": 1.5},  # m; assumption: free height above the rotary table
+        quantiles=(0.05, 0.5, 0.95, 0.99),
+        max_steps=256,
+    )
+    print(found)
+
+    # indices need a number from every run: one that does not stop counts with the end of the run
+    def time_to_stop(result: sb.Result) -> "jax.Array":
+        return jax.numpy.minimum(result.stopping_time, result.scene.end_time)
+
+    blame = sb.sobol_indices(
+        given, distributions(), (time_to_stop, "peak_lining_temperature"), asked.points, max_steps=256
+    )
+    print(f"\n{blame}")
+
+    if asked.out is not None:
+        from simbrake import plot
+
+        asked.out.mkdir(parents=True, exist_ok=True)
+        for name in metrics:
+            plot.distribution(found, name).savefig(asked.out / f"{name}.png", dpi=120)
+        for name, table in blame.tables.items():
+            plot.indices(table).savefig(asked.out / f"sobol_{name}.png", dpi=120)
+        found.data.to_dataframe().to_csv(asked.out / "runs.csv")
+        both = {"uncertainty": found.as_dict(), "sobol": blame.as_dict()}
+        (asked.out / "uncertainty.json").write_text(json.dumps(both, indent=2, allow_nan=False), "utf-8")
+        print(f"\nwritten to {asked.out}: " + ", ".join(sorted(file.name for file in asked.out.iterdir())))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,56 @@
+"""A progress line with the remaining time, for people who wait."""
+
+import sys
+import time
+from typing import Any
+
+
+def duration(seconds: float) -> str:
+    """A time span in few words, as in `3 min 20 s`."""
+    s = round(seconds)
+    if s < 60:
+        return f"{s} s"
+    minutes, s = divmod(s, 60)
+    if minutes < 60:
+        return f"{minutes} min {s:02d} s"
+    return f"{minutes // 60} h {minutes % 60:02d} min"
+
+
+class Progress:
+    """Counts what is done out of `total` and says so on stderr.
+
+    `show`: `None` says it only where stderr is a terminal, a function is called with `(done, total)` instead. The rate
+    is that since the first piece, which also waited for the compiler.
+    """
+
+    def __init__(self, total: int, show: Any = None, done: int = 0):
+        self.total, self.done = total, done
+        self._tell = show if callable(show) else None
+        self._line = not callable(show) and (sys.stderr.isatty() if show is None else bool(show))
+        self._start, self._before, self._said = time.monotonic(), done, 0.0
+        self._first = True
+
+    def add(self, count: int) -> None:
+        self.done += count
+        if self._tell is not None:
+            self._tell(self.done, self.total)
+        now = time.monotonic()
+        if self._line and (now - self._said > 0.2 or self.done == self.total):
+            self._said = now
+            sys.stderr.write(f"\r{self._text(now)}\x1b[K")
+            sys.stderr.flush()
+        if self._first:
+            self._first, self._start, self._before = False, now, self.done
+
+    def _text(self, now: float) -> str:
+        share = f"{self.done}/{self.total} runs"
+        elapsed, since = now - self._start, self.done - self._before
+        if self._first or since <= 0 or elapsed <= 0:
+            return share
+        left = (self.total - self.done) * elapsed / since
+        return f"{share}, {since / elapsed:.0f} runs/s, {duration(left)} left"
+
+    def close(self) -> None:
+        if self._line:
+            sys.stderr.write("\n")
+            sys.stderr.flush()

@@ -1,0 +1,293 @@
+"""Uncertain numbers: samples with known moments, intervals that cover, indices of functions and brakes that are known.
+
+The stopping time of a rigid band under a constant lever, `ω_0 J/(R T_0 (Π − 1))`, is lognormal where speed, inertia and
+slack tension are: mean, deviation, quantiles, failure probability and Sobol indices all have closed forms.
+"""
+
+import json
+import math
+import sys
+
+import numpy as np
+import pytest
+from helpers import closed_form, stop_scene
+from scipy import stats
+from scipy.special import ndtr, ndtri
+
+import simbrake as sb
+from simbrake import plot
+from simbrake._estimates import mean_and_deviation, probability, quantile
+from simbrake._global import sobol_table
+from simbrake._salib import morris_design, morris_numbers, sobol_design
+from simbrake._uncertainty import _evaluate, _points
+
+SPREAD = {"initial.omega": 0.10, "brake.pulley.inertia": 0.20, "duty.slack_tension.level": 0.30}
+MEDIAN = {"initial.omega": 20.0, "brake.pulley.inertia": 800.0, "duty.slack_tension.level": 8e3}
+S = math.sqrt(sum(s**2 for s in SPREAD.values()))
+TYPICAL = 20.0 * 800.0 / (0.725 * 8e3 * (closed_form()["Pi"] - 1))
+
+
+def brake(end=6.0):
+    return stop_scene(C=None, end=end)
+
+
+def lognormals():
+    return {path: stats.lognorm(s, scale=MEDIAN[path]) for path, s in SPREAD.items()}
+
+
+def covered(estimate, truth):
+    return estimate.low <= truth <= estimate.high
+
+
+# --- samples ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("method", "close"), [("sobol", 2e-3), ("latin", 2e-2), ("random", 0.2)])
+def test_samples_have_the_moments_of_their_distributions(method, close):
+    given = {
+        "brake.linings.friction.coefficient": (0.3, 0.4),
+        "brake.linings.angle[3]": stats.truncnorm(-2, 2, 0.25, 0.02),
+        "initial.omega": stats.norm(20, 3),
+    }
+    found = sb.samples(brake(), given, 1024, seed=3, method=method)
+    for path, one in (given | {"brake.linings.friction.coefficient": stats.uniform(0.3, 0.1)}).items():
+        x = found[path]
+        assert x.shape == (1024,)
+        assert abs(x.mean() - one.mean()) < close * one.std()
+        assert x.std() == pytest.approx(one.std(), rel=5 * close)
+    again = sb.samples(brake(), given, 1024, seed=3, method=method)
+    assert all(np.array_equal(found[path], again[path]) for path in given)
+    assert not np.array_equal(sb.samples(brake(), given, 1024, seed=4, method=method)["initial.omega"], x)
+
+
+def test_any_number_of_sobol_samples_is_the_head_of_the_next_power_of_two():
+    given = {"initial.omega": (10.0, 20.0)}
+    whole = sb.samples(brake(), given, 128)["initial.omega"]
+    assert np.array_equal(sb.samples(brake(), given, 100)["initial.omega"], whole[:100])
+
+
+def test_all_faults_of_the_input_in_one_report():
+    given = {
+        "brake.linings.friction.coefficient": stats.norm(0.35, 0.1),
+        "brake.pulley.inertia": stats.uniform(-1, 4),
+        "brake.linings.angle": (0.2, 0.1),
+        "brake.linings.angle[2]": (0.1, 0.2),
+        "brake.linings.angle[20]": (0.1, 0.2),
+        "brake.band.radios": (0.1, 0.2),
+        "initial.omega": "about 20",
+    }
+    with pytest.raises(sb.InputError) as caught:
+        sb.uncertainty(
+            brake(), given, ["stoping_time"], 0, quantiles=[1.5], confidence=95.0, limits={"max_tension": "high"}
+        )
+    text = str(caught.value)
+    assert "with probability 0.00023" in text
+    assert "scipy.stats.truncnorm(-3.5, 96.5, 0.35, 0.1)" in text
+    for words in (
+        "brake.pulley.inertia: is not admissible with probability 0.25",
+        "(0.2, 0.1) is no range",
+        "means what brake.linings.angle means as well",
+        "there is no entry 20",
+        "nearest: brake.band.radius",
+        "str is no distribution",
+        "nearest: stopping_time",
+        "n: 0 is no number of samples",
+        "quantiles: 1.5",
+        "confidence: 95",
+        "limits['max_tension']",
+    ):
+        assert words in text
+
+
+# --- intervals --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("method", "n"), [("sobol", 512), ("latin", 512), ("random", 256)])
+def test_intervals_cover_the_truth_as_often_as_they_say(method, n):
+    d, repeats = 4, 250
+    hits: dict[str, int] = {}
+    for seed in range(repeats):
+        unit, group = _points(n, d, method, 16, seed)
+        y = stats.norm.ppf(np.clip(unit, 1e-9, 1 - 1e-9)).sum(axis=1)  # normal with the variance d
+        mean, deviation = mean_and_deviation(y, group, 0.95)
+        pairs = {"mean": (mean, 0.0), "deviation": (deviation, math.sqrt(d))}
+        for p in (0.05, 0.5):
+            pairs[f"quantile {p}"] = quantile(y, group, p, 0.95), math.sqrt(d) * ndtri(p)
+        for p in (0.3, 0.01):
+            pairs[f"probability {p}"] = probability(y > -math.sqrt(d) * ndtri(p), group, 0.95), p
+        for name, (estimate, truth) in pairs.items():
+            hits[name] = hits.get(name, 0) + covered(estimate, truth)
+    share = {name: count / repeats for name, count in hits.items()}
+    # 95 % of 250 scatters by 1.4 %; where few hits come to a set the binomial interval covers more
+    assert min(share.values()) > 0.905, share
+    assert share["mean"] < 0.99, share
+
+
+def test_few_runs_bound_what_they_can():
+    group = np.arange(20)
+    never = probability(np.zeros(20, bool), group, 0.95)
+    assert never.high == pytest.approx(1 - 0.025 ** (1 / 20), rel=1e-9)
+    assert quantile(np.arange(20.0), group, 0.99, 0.95).high == np.inf
+    # order statistics of 20: the 6th and the 15th hold the median with 95.9 %
+    middle = quantile(np.arange(1.0, 21.0), group, 0.5, 0.95)
+    assert (middle.low, middle.value, middle.high) == (6.0, 10.5, 15.0)
+
+
+def test_statistics_of_a_stop_against_closed_forms():
+    limit = TYPICAL * math.exp(S * ndtri(0.97))
+    found = sb.uncertainty(brake(), lognormals(), n=1024, limits={"stopping_time": limit}, quantiles=(0.05, 0.5, 0.9))
+    s = found.statistics["stopping_time"]
+    mean = TYPICAL * math.exp(S**2 / 2)
+    deviation = mean * math.sqrt(math.expm1(S**2))
+    assert s.count == found.runs == 1024
+    assert s.mean.value == pytest.approx(mean, rel=2e-3)
+    assert s.deviation.value == pytest.approx(deviation, rel=3e-2)
+    assert covered(s.mean, mean)
+    assert covered(s.deviation, deviation)
+    for p, estimate in s.quantiles.items():
+        truth = TYPICAL * math.exp(S * ndtri(p))
+        assert estimate.value == pytest.approx(truth, rel=1e-2)
+        assert covered(estimate, truth)
+    (late,) = (f for name, f in found.failures.items() if name.startswith("stopping_time > "))
+    assert late.probability.value == pytest.approx(0.03, abs=5e-3)
+    assert covered(late.probability, 0.03)
+    assert found.failures["does not stop"].count == 0
+    assert json.loads(found.json())["metrics"]["stopping_time"]["mean"]["value"] == s.mean.value
+    assert "16 independent sets of 64" in str(found)
+    axes = plot.distribution(found, "stopping_time").axes
+    assert axes[1].get_xlabel() == "stopping time, s"
+
+
+def test_runs_that_do_not_stop_are_counted_and_the_rest_is_told_apart():
+    end = TYPICAL * math.exp(S * ndtri(0.8))
+    found = sb.uncertainty(brake(end), lognormals(), n=512, confidence=0.999)
+    s = found.statistics["stopping_time"]
+    assert covered(found.failures["does not stop"].probability, 0.2)
+    assert s.count == found.runs - found.failures["does not stop"].count
+    # the mean of a lognormal that is cut at its 80 % quantile
+    cut = TYPICAL * math.exp(S**2 / 2) * ndtr(ndtri(0.8) - S) / 0.8
+    assert covered(s.mean, cut)
+    assert covered(s.quantiles[0.5], TYPICAL * math.exp(S * ndtri(0.4)))
+    assert f"{s.count} of 512 runs" in str(found)
+    with pytest.raises(sb.SimulationError, match=r"stopping_time does not exist in \d+ of 80 runs") as caught:
+        sb.sobol_indices(brake(end), lognormals(), n=16)
+    assert caught.value.result.sizes["run"] == 80  # pyright: ignore
+
+
+def test_failed_runs_count_as_failures_and_have_no_metrics():
+    import xarray as xr
+
+    rng = np.random.default_rng(0)
+    x = rng.uniform(1.0, 2.0, 200)
+    code = np.where(np.arange(200) < 10, 1, 0)
+    data = xr.Dataset({"stopping_time": ("run", np.where(np.arange(200) < 50, np.inf, x)), "code": ("run", code)})
+    data["max_tension"] = "run", np.where(code == 1, np.nan, 1e3 * x)
+    asked = ["stopping_time", "max_tension"]
+    bounds = {"max_tension": 1.9e3}
+    found = _evaluate(data, np.arange(200), asked, bounds, (0.5,), 0.95, "random", 0, {"x": ("1", 1.0, 1.5, 2.0)})
+    assert found.statistics["stopping_time"].count == 150
+    assert found.statistics["max_tension"].count == 190
+    assert found.statistics["max_tension"].mean.value == pytest.approx(1e3 * x[10:].mean())
+    assert found.failures["does not stop"].count == 50
+    passed = int(np.sum(x[10:] > 1.9)) + 10
+    assert found.failures["max_tension > 1900 N"].count == passed
+    assert found.failures["any of these"].count == int(np.sum((np.arange(200) < 50) | (x > 1.9)))
+    assert found.codes == {"step_limit": 10}
+    assert "10 runs failed (step_limit 10)" in str(found)
+
+
+def test_an_interrupted_ensemble_is_no_sample():
+    def stop(done, total):
+        if done:
+            raise KeyboardInterrupt
+
+    with pytest.raises(sb.SimulationError, match="of 512 runs were not made"):
+        sb.uncertainty(brake(), lognormals(), n=512, progress=stop, workers=1)
+
+
+# --- indices ----------------------------------------------------------------------------------------------------------
+
+
+def test_sobol_indices_of_the_ishigami_function():
+    a, b = 7.0, 0.1
+    x = np.pi * (2 * sobol_design(4096, 3, True, seed=2) - 1)
+    y = np.sin(x[:, 0]) + a * np.sin(x[:, 1]) ** 2 + b * x[:, 2] ** 4 * np.sin(x[:, 0])
+    first = (1 + b * np.pi**4 / 5) ** 2 / 2, a**2 / 8, 0.0
+    both = b**2 * np.pi**8 * (1 / 18 - 1 / 50)
+    variance = sum(first) + both
+    table = sobol_table(["x", "y", "z"], y, True, name="Ishigami")
+    truth = dict(zip("xyz", zip(first, (first[0] + both, first[1], both), strict=True), strict=True))
+    assert [row.path for row in table.indices] == ["x", "y", "z"]
+    for row in table.indices:
+        for estimate, exact in zip((row.first, row.total), truth[row.path], strict=True):
+            assert estimate.value == pytest.approx(exact / variance, abs=0.01)
+            assert covered(estimate, exact / variance)
+    assert table.pairs is not None
+    assert table.pairs[0].paths == ("x", "z")
+    assert table.pairs[0].second.value == pytest.approx(both / variance, abs=0.02)
+    assert table.deviation == pytest.approx(math.sqrt(variance), rel=1e-2)
+    assert "together x × z" in str(table)
+
+
+def test_intervals_of_sobol_indices_cover_the_g_function():
+    a = np.array([0.0, 1.0, 4.5])
+    v = 1 / (3 * (1 + a) ** 2)
+    variance = np.prod(1 + v) - 1
+    first, total = v / variance, v * np.prod(1 + v) / (1 + v) / variance
+    hits, repeats = np.zeros((2, 3)), 100
+    for seed in range(repeats):
+        u = sobol_design(128, 3, False, seed)
+        table = sobol_table(["0", "1", "2"], np.prod((abs(4 * u - 2) + a) / (1 + a), axis=1), resamples=200, seed=seed)
+        for row in table.indices:
+            i = int(row.path)
+            hits[:, i] += covered(row.first, first[i]), covered(row.total, total[i])
+    assert hits.min() >= 0.88 * repeats, hits
+
+
+def test_sobol_indices_of_a_brake_against_closed_forms():
+    found = sb.sobol_indices(brake(), lognormals(), n=512)
+    table = found["stopping_time"]
+    v = {path: math.expm1(s**2) for path, s in SPREAD.items()}
+    whole = math.prod(1 + x for x in v.values())
+    assert [row.path for row in table.indices] == sorted(SPREAD, key=lambda path: -SPREAD[path])
+    for row in table.indices:
+        x = v[row.path]
+        assert row.first.value == pytest.approx(x / (whole - 1), abs=0.03)
+        assert row.total.value == pytest.approx(x * whole / (1 + x) / (whole - 1), abs=0.03)
+        assert covered(row.first, x / (whole - 1))
+    assert table.unit == "s"
+    assert table.mean == pytest.approx(TYPICAL * math.exp(S**2 / 2), rel=5e-3)
+    assert found.runs == found.data.sizes["run"] == 512 * 5
+    axes = plot.indices(table).axes[0]
+    assert [label.get_text() for label in axes.get_yticklabels()] == [row.path for row in table.indices[::-1]]
+
+
+def test_morris_effects_of_a_linear_function_are_its_coefficients():
+    a = np.array([3.0, -2.0, 0.5, 0.0])
+    x = morris_design(10, 4, 6, seed=1)
+    found = morris_numbers(x, x @ a, 6, 0.95, 100, seed=1)
+    np.testing.assert_allclose(found.mu, a, atol=1e-12)
+    np.testing.assert_allclose(found.mu_star, abs(a), atol=1e-12)
+    np.testing.assert_allclose(found.sigma, 0.0, atol=1e-12)
+
+
+def test_morris_effects_of_a_brake():
+    given = {"initial.omega": (16.0, 24.0), "brake.pulley.width": (0.2, 0.3), "brake.pulley.inertia": (790.0, 810.0)}
+    scene = sb.with_values(brake(), {"brake.pulley.width": 0.23})
+    found = sb.morris(scene, given, trajectories=8)
+    speed, inertia, width = found["stopping_time"].effects
+    assert (speed.path, inertia.path, width.path) == ("initial.omega", "brake.pulley.inertia", "brake.pulley.width")
+    # linear in the speed, and a little in the inertia with it
+    assert speed.mu == pytest.approx(8.0 / 20.0 * TYPICAL, rel=0.02)
+    assert inertia.mu_star.value == pytest.approx(20.0 / 800.0 * TYPICAL, rel=0.2)
+    assert inertia.sigma > 1e-6
+    assert (width.mu, width.sigma) == (0.0, 0.0)
+    assert found.runs == 8 * 4
+    assert "16 … 24 rad/s" in str(found)
+    assert plot.effects(found["stopping_time"]).axes[0].get_xlabel().endswith(", s")
+
+
+def test_without_salib_the_error_names_the_command(monkeypatch):
+    monkeypatch.setitem(sys.modules, "SALib.analyze", None)
+    with pytest.raises(ModuleNotFoundError, match=r"pip install 'simbrake\[global\]'"):
+        sb.morris(brake(), {"initial.omega": (16.0, 24.0)})
