@@ -34,11 +34,13 @@ LAYERS = [
     {"_assemble", "_log", "_outcome", "_summary", "_choice"},
     {"_conduction"},
     {"_probe", "_series"},
-    {"_metrics", "_stages"},
-    {"_report"},
+    {"_metrics", "_stages", "_integral"},
+    {"_report", "_rubbing"},
     {"_result"},
     {"_simulate", "_overlap", "_measure"},
-    {"_cyclic", "_edit", "_export", "_reproduce", "plot"},
+    {"_traced_run", "_layout_targets", "_layout_report", "_least_tension_report"},
+    {"_cyclic", "_edit", "_export", "_reproduce", "_optimal_layout", "plot"},
+    {"_least_tension"},
     {"_cli"},
 ]
 ALLOWED_SIDEWAYS = {("_export", "plot")}
