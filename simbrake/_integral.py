@@ -8,7 +8,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
-from jaxtyping import Array
 
 from ._compiling import cpu_compiler_options
 from ._hybrid import SKIPPED, Record

@@ -171,9 +171,9 @@ def _faults_of_areas(scene: Scene, targets: tuple[Target, ...], free: str, pair:
     n = int(np.size(linings.angle))
     if n < 2:
         found.append(Fault("brake.linings.angle", "one lining has no layout", "give two or more"))
-    if free in ("area", "both") or (pair == "external" and any(one in _NEEDS_AREA for one in targets)):
-        if linings.area is None:
-            found.append(Fault("brake.linings.area", "is missing", "it is looked at"))
+    looked_at = free in ("area", "both") or (pair == "external" and any(one in _NEEDS_AREA for one in targets))
+    if looked_at and linings.area is None:
+        found.append(Fault("brake.linings.area", "is missing", "it is looked at"))
     if pair == "internal" and bandage is not None:
         if bandage.area is None and any(one in _NEEDS_AREA for one in targets):
             found.append(Fault("brake.bandage.area", "is missing", "the pressure is looked at"))
@@ -300,7 +300,7 @@ def _solve(search: _Search, tolerance: float, max_iterations: int) -> tuple[np.n
     found = least_squares(
         search.residual,
         w,
-        search.jacobian,
+        search.jacobian,  # pyright: ignore
         method="trf",
         ftol=1e-15,
         xtol=1e-15,

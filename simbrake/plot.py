@@ -1,5 +1,6 @@
 """Pictures of results. Each function draws into given axes or makes a figure, and returns it; nothing is ever shown."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
+from ._layout import InfeasibleLayout, chord_equal_load_angles
+from ._layout_report import LayoutRow
 from ._log import Event
 from ._overlap import RunningIn, overlap
 from ._result import Result
@@ -256,6 +259,59 @@ def temperatures(result: Result, *, figure: Figure | None = None) -> Figure:
         if panel.get_legend_handles_labels()[0]:
             panel.legend(loc="best", fontsize=8, framealpha=0.9)
     figure.suptitle("temperatures", fontsize=11)
+    return figure
+
+
+def layouts(rows: Sequence[LayoutRow], *, figure: Figure | None = None) -> Figure:
+    """Layouts of linings beside each other: angles from the slack to the tight end, and each target of every lining."""
+    targets = list(rows[0].values)
+    if figure is None:
+        figure = Figure(figsize=(11.5, 3.4 * (1 + len(targets))), layout="constrained")
+    panels = figure.subplots(1 + len(targets), 1, squeeze=False, sharex=True)[:, 0]
+    width = 0.8 / len(rows)
+    for k, row in enumerate(rows):
+        linings = np.arange(1, len(row.angle) + 1)
+        panels[0].plot(linings, np.degrees(row.angle), marker="o", ms=4, label=row.name)
+        for panel, name in zip(panels[1:], targets, strict=True):
+            label = f"{row.name}: greatest over least {np.max(row.values[name]) / np.min(row.values[name]):.4g}"
+            panel.bar(linings + (k - (len(rows) - 1) / 2) * width, row.values[name], width, label=label)
+    panels[0].set_ylabel("angle β, °")
+    for panel, name in zip(panels[1:], targets, strict=True):
+        unit = rows[0].units[name]
+        panel.set_ylabel(f"{name.replace('_', ' ')}{f', {unit}' if unit else ''}")
+    panels[-1].set_xlabel("lining, from the slack to the tight end")
+    panels[-1].xaxis.set_major_locator(MaxNLocator(integer=True))
+    for panel in panels:
+        panel.grid(alpha=0.3)
+        panel.legend(loc="best", fontsize=8, framealpha=0.9)
+    return figure
+
+
+def chord_angles(k: int, frictions: Sequence[float], *, figure: Figure | None = None) -> Figure:
+    """Chord angles `β_1…β_{k−1}` of equal loads over `β_k = β_{k−1}`, one panel for each friction (Z, Fig. 4).
+
+    A curve ends where no such layout exists.
+    """
+    if figure is None:
+        figure = Figure(figsize=(3.9 * len(frictions), 4.2), layout="constrained")
+    given = np.radians(np.linspace(1.0, 60.0, 600))
+    for panel, f in zip(figure.subplots(1, len(frictions), squeeze=False)[0], frictions, strict=True):
+        found = np.full((len(given), k), np.nan)
+        for i, beta in enumerate(given):
+            try:
+                found[i] = chord_equal_load_angles(f, k, beta, beta)
+            except InfeasibleLayout:
+                break
+        for j in range(k - 2):
+            panel.plot(np.degrees(given), np.degrees(found[:, j]), label=f"β{j + 1}")
+        last = np.degrees(given[np.isfinite(found[:, 0])][-1])
+        panel.plot(np.degrees(given), np.degrees(found[:, k - 1]), color="k", ls=":", label=f"β{k - 1} = β{k}")
+        panel.set_xlim(0.0, 1.08 * last)
+        panel.set_title(f"f = {f:g}, possible up to {last:.1f}°", fontsize=10)
+        panel.set_xlabel(f"β{k}, °")
+        panel.grid(alpha=0.3)
+        panel.legend(loc="upper left", fontsize=8, framealpha=0.9)
+    figure.supylabel("chord angles of equal loads, °", fontsize=10)
     return figure
 
 
