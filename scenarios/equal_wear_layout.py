@@ -160,7 +160,16 @@ def main() -> None:
     z, best, first = rows[1].angle, rows[-1].angle, rows[2].angle
     print(f"\nequal wear differs from Z's angles by up to {np.degrees(np.abs(best - z).max()):.2f}°,")
     print(f"from those of equal loads at full slip by up to {np.degrees(np.abs(best - first).max()):.2f}°")
-    print(f"equal work over the stop differs from Z's by up to {np.degrees(np.abs(work.angle - z).max()):.2f}°")
+    print(
+        f"equal work over the stop differs from Z's by up to {np.degrees(np.abs(work.angle - z).max()):.2f}°; "
+        f"Z's layout leaves a greatest over least work of {work.row('closed form').non_uniformity:.4f}"
+    )
+    loads = [np.asarray(sb.lining_mean(sb.simulate(one), "normal_load")) for one in (scene(), design.scene)]
+    print(
+        f"running-on over running-off load, mean over the distance rubbed: uniform {loads[0][-1] / loads[0][0]:.3f} "
+        f"(at cold full slip {float(load_ratio(FRICTION, WRAP, LININGS)[0]):.3f}), "
+        f"equal wear {loads[1][-1] / loads[1][0]:.3f}"
+    )
     print(f"\n{design}")
     if out is not None:
         from simbrake import plot

@@ -286,10 +286,7 @@ def layouts(rows: Sequence[LayoutRow], *, figure: Figure | None = None) -> Figur
 
 
 def chord_angles(k: int, frictions: Sequence[float]) -> Figure:
-    """Chord angles `β_1…β_{k−2}` of equal loads over `β_k = β_{k−1}`, one panel for each friction (Z, Fig. 4).
-
-    A curve ends where no such layout exists.
-    """
+    """Chord angles `β_1…β_{k−2}` of equal loads over `β_k = β_{k−1}` as far as they exist, by friction (Z, Fig. 4)."""
     figure = Figure(figsize=(3.9 * len(frictions), 4.2), layout="constrained")
     panels = figure.subplots(1, len(frictions), squeeze=False)[0]
     for panel, f in zip(panels, frictions, strict=True):
