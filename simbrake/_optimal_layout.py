@@ -15,20 +15,16 @@ from ._compiling import cpu_compiler_options
 from ._hybrid import Code
 from ._integral import as_tree
 from ._layout import InfeasibleLayout
+from ._layout_faults import NEEDS_AREA, faults_of_wish
 from ._layout_report import LayoutDesign, LayoutRow
 from ._layout_targets import TARGETS, Target, at_full_slip, closed_form, friction_at_start, over_braking
 from ._measure import name_of
 from ._outcome import FAILURES, SimulationError
-from ._quantity import Fault, InputError, as_number
-from ._rubbing import PAIRS
-from ._scene import Scene, faults
+from ._quantity import InputError, as_number
+from ._scene import Scene
 from ._simulate import simulate
 from ._traced_run import Progress, first_run
 
-_FREE = ("angle", "area", "both")
-_OVER = ("static", "braking")
-_STARTS = ("closed form", "given")
-_NEEDS_AREA = ("pressure", "wear")
 Place = Callable[[Scene, Any, Any], Scene]
 
 
@@ -141,51 +137,6 @@ class _Search:
         return self.look(w)[1]
 
 
-def _faults(scene: Scene, targets: tuple[Target, ...], free: str, over: str, rate: Any, pair: str) -> list[Fault]:
-    found = faults(scene)
-    if free not in _FREE:
-        found.append(Fault("free", f"{free!r} cannot be freed", f"there are: {', '.join(_FREE)}"))
-    if over not in _OVER:
-        found.append(Fault("over", f"{over!r} is unknown", f"there are: {', '.join(_OVER)}"))
-    if pair not in PAIRS or (pair == "internal" and scene.brake.bandage is None):
-        found.append(Fault("pair", f"the brake has no {pair!r} pair", "the internal one is a staged brake's"))
-    elif pair == "internal" and over == "static":
-        found.append(Fault("pair", "statics are those of the band on the linings", 'give over="braking"'))
-    for one in targets:
-        if isinstance(one, str) and one not in TARGETS:
-            hint = f"there are: {', '.join(TARGETS)}, or a function of a result to one number per lining"
-            found.append(Fault("target", f"{one!r} is unknown", hint))
-        elif not isinstance(one, str) and over == "static":
-            found.append(Fault("target", "a function of a result needs a run", 'give over="braking"'))
-    if len(targets) != (2 if free == "both" else 1):
-        hint = 'as ("tension_increment", "pressure"): the first for the angles, the second for the areas'
-        words = f"{free!r} levels {2 if free == 'both' else 1}, there are {len(targets)}"
-        found.append(Fault("target", words, hint if free == "both" else 'free="both" levels two'))
-    if "wear" in targets and rate is None:
-        found.append(Fault("rate", "is missing", "wear needs a wear rate in m³/(N·m)"))
-    return found + _faults_of_areas(scene, targets, free, pair)
-
-
-def _faults_of_areas(scene: Scene, targets: tuple[Target, ...], free: str, pair: str) -> list[Fault]:
-    linings, bandage, found = scene.brake.linings, scene.brake.bandage, []
-    n = int(np.size(linings.angle))
-    if n < 2:
-        found.append(Fault("brake.linings.angle", "one lining has no layout", "give two or more"))
-    looked_at = free in ("area", "both") or (pair == "external" and any(one in _NEEDS_AREA for one in targets))
-    if looked_at and linings.area is None:
-        found.append(Fault("brake.linings.area", "is missing", "it is looked at"))
-    if pair == "internal" and bandage is not None:
-        if bandage.area is None and any(one in _NEEDS_AREA for one in targets):
-            found.append(Fault("brake.bandage.area", "is missing", "the pressure is looked at"))
-        if free != "angle":
-            found.append(Fault("free", "the areas that can be freed are those towards the band", 'free="angle"'))
-    if free == "area" and not linings.friction.pressure_dependent:
-        for one in targets:
-            if isinstance(one, str) and one in TARGETS and one not in _NEEDS_AREA:
-                found.append(Fault("target", f"{one} does not depend on the areas", "free the angles"))
-    return found
-
-
 def _start(scene: Scene, targets: tuple[Target, ...], free: str) -> tuple[Any, Any, str]:
     """Angles and areas in closed form (the scene's own where there is none), and why there is none."""
     linings = scene.brake.linings
@@ -196,13 +147,24 @@ def _start(scene: Scene, targets: tuple[Target, ...], free: str) -> tuple[Any, A
         found, note = closed_form(scene, targets[0], areas=free == "angle")
         angle = angle if found is None else found
     if free != "angle" and area is not None:
-        if targets[-1] in _NEEDS_AREA:  # A_i ∝ N_i at full slip
+        if targets[-1] in NEEDS_AREA:  # A_i ∝ N_i at full slip
             laid = _placed(scene, angle, area)
             normal = np.asarray(at_full_slip(laid, "normal_load", None))
             area = area.sum() * normal / normal.sum()
         else:
             note = note or "there is no closed form for the areas"
     return angle, area, note
+
+
+def _prepared(scene: Scene, spec: _Spec, rate: Any, start: str) -> tuple[_Search, Scene | None, str]:
+    """The search from its starting layout, the scene with the closed form, or why there is none."""
+    angle, area, note = _start(scene, spec.targets, spec.free)
+    closed = None if note else _placed(scene, angle, area)
+    if start == "given":
+        linings = scene.brake.linings
+        angle = np.asarray(linings.angle, float)
+        area = None if area is None else np.broadcast_to(np.asarray(linings.area, float), angle.shape)
+    return _Search(scene, angle, area, rate, spec, friction_at_start(scene)), closed, note
 
 
 def equal_layout(
@@ -243,44 +205,43 @@ def equal_layout(
     `SimulationError` where the run of the starting layout fails.
     """
     targets = target if isinstance(target, tuple) else (target,)
-    found = _faults(scene, targets, free, over, rate, pair)
-    if start not in _STARTS:
-        found.append(Fault("start", f"{start!r} is unknown", f"there are: {', '.join(_STARTS)}"))
-    if found:
+    if found := faults_of_wish(scene, targets, free, over, rate, pair, start):
         raise InputError(found)
     wear_rate = as_tree(rate) if callable(rate) else None if rate is None else jnp.asarray(as_number(rate))
     spec = _Spec(targets, free, over, pair, place)
     if over == "braking":
         _, solver, room = first_run(scene, solver, rtol)
         spec = dataclasses.replace(spec, solver=solver, max_steps=room, rtol=rtol)
-    angle, area, note = _start(scene, targets, free)
-    closed = None if note else _placed(scene, angle, area)
-    if start == "given":
-        linings = scene.brake.linings
-        angle = np.asarray(linings.angle, float)
-        area = None if area is None else np.broadcast_to(np.asarray(linings.area, float), angle.shape)
-    search = _Search(scene, angle, area, wear_rate, spec, friction_at_start(scene))
-    try:
-        given = _row("given", scene, search)
-        first = None if closed is None else _row("closed form", closed, search)
-        w, iterations = _solve(search, tolerance, max_iterations)
-    finally:
-        search.progress.done()
-    best = _row("optimum", None, search, w)
-    if not best.non_uniformity <= 1 + tolerance:
-        raise InfeasibleLayout(_why_not(best, targets, search.friction))
+    search, closed, note = _prepared(scene, spec, wear_rate, start)
+    rows, iterations = _searched(search, scene, closed, tolerance, max_iterations)
+    best = rows[-1]
     laid = place(scene, jnp.asarray(best.angle), None if best.area is None else jnp.asarray(best.area))
-    laid = jax.tree.map(np.asarray, laid)
     return LayoutDesign(
-        scene=laid,
+        scene=jax.tree.map(np.asarray, laid),
         target=tuple(name_of(one) for one in targets),
         over=over,
         free=free,
-        rows=tuple(row for row in (given, first, best) if row is not None),
+        rows=rows,
         iterations=iterations,
         runs=search.runs,
         note=note,
     )
+
+
+def _searched(
+    search: _Search, scene: Scene, closed: Scene | None, tolerance: float, most: int
+) -> tuple[tuple[LayoutRow, ...], int]:
+    """The layouts given, in closed form where there is one, and level; and how many iterations that took."""
+    try:
+        rows = [_row("given", scene, search)]
+        rows += [] if closed is None else [_row("closed form", closed, search)]
+        w, iterations = _solve(search, tolerance, most)
+        rows.append(_row("optimum", None, search, w))
+    finally:
+        search.progress.done()
+    if not rows[-1].non_uniformity <= 1 + tolerance:
+        raise InfeasibleLayout(_why_not(rows[-1], search.spec.targets, search.friction))
+    return tuple(rows), iterations
 
 
 def _solve(search: _Search, tolerance: float, max_iterations: int) -> tuple[np.ndarray, int]:

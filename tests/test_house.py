@@ -39,8 +39,8 @@ LAYERS = [
     {"_result"},
     {"_simulate", "_overlap", "_measure"},
     {"_traced_run", "_layout_targets", "_layout_report", "_least_tension_report"},
-    {"_cyclic", "_edit", "_export", "_reproduce", "_optimal_layout", "plot"},
-    {"_least_tension"},
+    {"_cyclic", "_edit", "_export", "_reproduce", "_layout_faults", "plot"},
+    {"_least_tension", "_optimal_layout"},
     {"_cli"},
 ]
 ALLOWED_SIDEWAYS = {("_export", "plot")}
