@@ -81,11 +81,16 @@ from ._hybrid import hybridsolve as hybridsolve
 from ._indices import GlobalSensitivity as GlobalSensitivity
 from ._indices import MorrisTable as MorrisTable
 from ._indices import SobolTable as SobolTable
+from ._integral import integral as integral
 from ._layout import InfeasibleLayout as InfeasibleLayout
 from ._layout import Layout as Layout
 from ._layout import chord_equal_load_angles as chord_equal_load_angles
 from ._layout import equal_increment_angles as equal_increment_angles
 from ._layout import equal_load_angles as equal_load_angles
+from ._layout_report import LayoutDesign as LayoutDesign
+from ._layout_report import LayoutRow as LayoutRow
+from ._least_tension import LeastTension as LeastTension
+from ._least_tension import least_tension as least_tension
 from ._lever import Lever as Lever
 from ._lever import differential_lever_tension as differential_lever_tension
 from ._links import STEFAN_BOLTZMANN as STEFAN_BOLTZMANN
@@ -117,6 +122,7 @@ from ._network import Junction as Junction
 from ._network import Lump as Lump
 from ._network import Reservoir as Reservoir
 from ._network import Wall as Wall
+from ._optimal_layout import equal_layout as equal_layout
 from ._outcome import FAILURES as FAILURES
 from ._outcome import SimulationError as SimulationError
 from ._overlap import Overlap as Overlap
@@ -127,6 +133,12 @@ from ._quantity import Fault as Fault
 from ._quantity import InputError as InputError
 from ._quantity import leaves as leaves
 from ._result import Result as Result
+from ._rubbing import Rubbing as Rubbing
+from ._rubbing import friction_work as friction_work
+from ._rubbing import lining_mean as lining_mean
+from ._rubbing import lining_peak as lining_peak
+from ._rubbing import rubbing as rubbing
+from ._rubbing import wear as wear
 from ._sampling import samples as samples
 from ._scene import Duty as Duty
 from ._scene import Initial as Initial

@@ -64,6 +64,7 @@ def test_uncertainty_runs_as_a_script(tmp_path):
         ("slip_onset_chain", "k-th to slip"),
         ("two_bands", "equal elongation (K-8)"),
         ("resolved_bandage", "comes to rest on the band"),
+        ("equal_wear_layout", "equal wear differs from Z's angles"),
     ],
 )
 def test_comparison_runs_as_a_script(name, words):

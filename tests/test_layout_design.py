@@ -1,0 +1,305 @@
+"""Integrals over a run for every lining, layouts that level what they give, and the least tension under limits."""
+
+import dataclasses
+import math
+
+import bandage_scenes
+import chain_scenes
+import diffrax
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+import staged_scenes
+from helpers import stop_scene
+from test_scenarios import load
+
+import simbrake as sb
+from simbrake import plot
+from simbrake._layout_targets import at_full_slip, friction_at_start
+
+N, F, R, J, T0, W0, AREA, BETA = 4, 0.3, 0.6, 900.0, 6e3, 20.0, 0.03, math.radians(60.0)
+
+
+class HotWear(eqx.Module):
+    """`I = I_0 (1 + s (T − 293.15))`: one structure with and without influence of the temperature."""
+
+    rate: jax.Array
+    slope: jax.Array
+
+    def __call__(self, p, v, T):
+        return self.rate * (1 + self.slope * (T - 293.15))
+
+
+def rate(slope=0.0):
+    return HotWear(jnp.asarray(2e-14), jnp.asarray(slope))
+
+
+def heated_stop(fade=0.0, angle=None):
+    """Rigid band, constant lever, no load; each lining a lump, whose temperature lowers its friction."""
+    law = sb.ProductFriction(sb.ConstantFriction(F), (sb.LinearFade(fade, 293.15, 0.2, 0.05),))
+    linings = sb.Lining(law, np.full(N, BETA) if angle is None else angle, np.full(N, AREA))
+    heat = sb.Heat(
+        bodies=(sb.Lump("rim", 1e5), sb.Lump("linings", 400.0, count=N), sb.Reservoir("air")),
+        links=(sb.Conductance("rim", "air", 5.0),),
+        friction=sb.FrictionHeat("rim", "linings", sb.ConstantPartition(0.9)),
+        rim="rim",
+        linings="linings",
+    )
+    brake = sb.Brake(sb.Pulley(R, J), sb.Band(R), linings)
+    return sb.Scene(brake, sb.Duty(sb.Constant(T0), sb.TorqueLoad()), sb.Initial(W0), 8.0, heat)
+
+
+def statics(angle, f=F):
+    """Tensions `T_1…T_n` and loads over the slack tension."""
+    fz = f * np.tan(angle / 2)
+    T = np.append(1.0, np.cumprod((1 + fz) / (1 - fz)))
+    return T, (T[1:] + T[:-1]) * np.sin(angle / 2)
+
+
+# --- integrals --------------------------------------------------------------------------------------------------------
+
+
+def test_a_rigid_stop_has_work_wear_and_means_in_closed_form():
+    result = sb.simulate(heated_stop())
+    T, normal = statics(np.full(N, BETA))
+    energy = J * W0**2 / 2
+    work = np.asarray(sb.friction_work(result))
+    np.testing.assert_allclose(work, energy * np.diff(T) / (T[-1] - 1), rtol=1e-10)
+    assert work.sum() == pytest.approx(float(result.energy["friction_heat"]), rel=1e-12)
+    distance = energy / (T0 * (T[-1] - 1))
+    np.testing.assert_allclose(np.asarray(sb.wear(result, rate())), 2e-14 * T0 * normal / AREA * distance, rtol=1e-10)
+    increment = np.asarray(sb.lining_mean(result, "tension_increment"))
+    np.testing.assert_allclose(increment, T0 * np.diff(T), rtol=1e-12)
+    peaks = np.asarray(sb.lining_peak(result, "normal_load"))
+    assert peaks.max() == pytest.approx(result.metrics["max_normal_load"], rel=1e-12)
+
+
+def _clock_and_speed(p):
+    return p.t**2, p.y.omega
+
+
+def test_integrals_of_what_is_known_are_exact():
+    result = sb.simulate(heated_stop(fade=1e-3))
+    squares, turned = sb.integral(result, _clock_and_speed)
+    assert float(squares) == pytest.approx(8.0**3 / 3, rel=1e-13)
+    assert float(turned) == pytest.approx(float(result.record.y_end.phi), rel=1e-10)
+    coarse, fine = (np.asarray(sb.friction_work(result, points=k)) for k in (4, 8))
+    np.testing.assert_allclose(coarse, fine, rtol=1e-9)
+    assert fine.sum() == pytest.approx(float(result.energy["friction_heat"]), rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [
+        lambda: staged_scenes.stop(end=6.0),
+        pytest.param(lambda: bandage_scenes.scene(), marks=pytest.mark.slow),
+        pytest.param(lambda: chain_scenes.drawworks(4), marks=pytest.mark.slow),
+    ],
+    ids=["staged", "bandage", "chain"],
+)
+def test_work_of_the_linings_is_the_heat_in_the_ledger(scene):
+    result = sb.simulate(scene())
+    ledger = result.record.y_end.ledger
+    assert float(sb.friction_work(result).sum()) == pytest.approx(float(ledger.friction_heat), rel=1e-9)
+    if ledger.internal_heat is not None:
+        inner = sb.friction_work(result, pair="internal")
+        assert float(inner.sum()) == pytest.approx(float(ledger.internal_heat), rel=1e-9)
+
+
+def test_heat_of_a_break_away_belongs_to_no_lining():
+    n, C = 6, 2e5
+    result = sb.simulate(stop_scene(n=n, beta=40.0, C=C, law=sb.ConstantFriction(0.25, 1.2)))
+    fz = 0.25 * math.tan(math.radians(20.0))
+    before, after = (8e3 * ((1 + g) / (1 - g)) ** n for g in (1.2 * fz, fz))
+    jump = (before - after) / C * (0.5 * (before + after) - 8e3)
+    lost = float(result.energy["friction_heat"]) - float(sb.friction_work(result).sum())
+    assert lost == pytest.approx(jump, rel=1e-8)
+
+
+def test_gradients_of_wear_against_central_differences():
+    paths = {
+        "duty.slack_tension.level": T0,
+        "initial.omega": W0,
+        "brake.linings.friction.factors[0].slope": 1e-3,
+        "brake.linings.angle[1]": BETA,
+        "brake.linings.area[3]": AREA,
+    }
+    shares = jnp.asarray([0.7, -0.2, 0.4, 1.3])
+
+    def worn(scene):
+        result = sb.simulate(scene, solver=diffrax.Dopri8(), rtol=1e-12, max_steps=64)
+        return 1e6 * shares @ sb.wear(result, rate(2e-3))
+
+    scene = heated_stop(fade=1e-3)
+    gradient = jax.jit(jax.grad(worn))(jax.tree.map(jnp.asarray, scene))
+    slopes = {leaf.path: np.asarray(leaf.value) for leaf in sb.leaves(gradient)}
+    for path, value in paths.items():
+        base, _, index = path.removesuffix("]").rpartition("[") if path.endswith("]") else (path, "", "")
+        got = slopes[base][int(index)] if index else slopes[base]
+
+        def at(x, path=path):
+            result = sb.simulate(sb.with_values(scene, {path: x}), solver=diffrax.Dopri8(), rtol=1e-12)
+            return 1e6 * float(shares @ sb.wear(result, rate(2e-3)))
+
+        h = 1e-3 * value
+        near, far = (at(value + h) - at(value - h)) / (2 * h), (at(value + 2 * h) - at(value - 2 * h)) / (4 * h)
+        assert float(got) == pytest.approx((4 * near - far) / 3, rel=1e-7), path
+
+
+# --- layouts ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("f", [F, np.array([0.3, 0.28, 0.33, 0.3, 0.25])], ids=["one f", "each its f"])
+@pytest.mark.parametrize("target", ["tension_increment", "normal_load", "pressure"])
+def test_static_layouts_are_the_closed_forms(target, f):
+    area = np.array([0.03, 0.03, 0.025, 0.03, 0.028])
+    scene = stop_scene(n=5, beta=44.0, C=None, law=sb.ConstantFriction(f))
+    scene = sb.with_values(scene, {"brake.linings.area": area})
+    design = sb.equal_layout(scene, target, start="given")
+    wrap = 5 * math.radians(44.0)
+    if target == "tension_increment":
+        expected = sb.equal_increment_angles(f, 5, 5, wrap).angle
+    else:
+        expected = sb.equal_load_angles(f, 5, wrap, area=area if target == "pressure" else 1.0).angle
+    np.testing.assert_allclose(design.angle, expected, atol=1e-8)
+    assert design.non_uniformity <= 1 + 1e-8
+    assert design.angle.sum() == pytest.approx(wrap, rel=1e-14)
+    assert design.row("given").non_uniformity > 1.3
+    T, normal = statics(expected, f)
+    level = {"tension_increment": np.diff(T), "normal_load": normal, "pressure": normal / area}[target]
+    np.testing.assert_allclose(level, level[0], rtol=1e-12)
+
+
+def test_areas_that_level_the_pressure_follow_the_loads():
+    scene = sb.with_values(stop_scene(n=5, beta=44.0, C=None), {"brake.linings.area": 0.03})
+    design = sb.equal_layout(scene, "pressure", free="area", start="given")
+    normal = statics(np.full(5, math.radians(44.0)), 0.35)[1]
+    np.testing.assert_allclose(design.area, 0.15 * normal / normal.sum(), rtol=1e-8)
+    again = np.asarray(at_full_slip(design.scene, "pressure", None))
+    np.testing.assert_allclose(again, again[0], rtol=1e-8)
+
+
+def test_angles_for_equal_work_with_areas_for_equal_wear_over_a_braking():
+    """Without fade the shares do not change in the run: the statics hold."""
+    design = sb.equal_layout(
+        heated_stop(), ("friction_work", "wear"), free="both", over="braking", rate=rate(), start="given"
+    )
+    angle = sb.equal_increment_angles(F, N, N, N * BETA).angle
+    normal = statics(angle)[1]
+    np.testing.assert_allclose(design.angle, angle, atol=1e-8)
+    np.testing.assert_allclose(design.area, N * AREA * normal / normal.sum(), rtol=1e-8)
+
+
+def test_fade_and_hot_wear_move_the_layout_of_equal_wear():
+    cold = sb.equal_layout(heated_stop(), "wear", over="braking", rate=rate(), start="given")
+    static = sb.equal_load_angles(F, N, N * BETA).angle
+    np.testing.assert_allclose(cold.angle, static, atol=1e-8)
+    hot = sb.equal_layout(heated_stop(fade=1e-3), "wear", over="braking", rate=rate(2e-3))
+    assert hot.non_uniformity <= 1 + 1e-6
+    assert hot.row("closed form").non_uniformity > 1.01
+    assert np.abs(hot.angle - static).max() > math.radians(0.1)
+    worn = np.asarray(sb.wear(sb.simulate(hot.scene), rate(2e-3)))
+    assert worn.max() / worn.min() <= 1 + 1e-6
+    assert "closed form" in str(hot)
+    assert hot.as_dict()["layouts"][-1]["angle"] == hot.angle.tolist()
+    assert len(plot.layouts(hot.rows).axes) == 3
+
+
+def test_what_cannot_be_levelled_says_why():
+    scene = stop_scene(n=3, beta=110.0, f=0.3, C=None)
+    with pytest.raises(sb.InfeasibleLayout, match="nearest to locking itself"):
+        sb.equal_layout(scene, "normal_load", start="given")
+
+
+def test_all_faults_of_a_wish_in_one_report():
+    with pytest.raises(sb.InputError) as caught:
+        sb.equal_layout(stop_scene(), "wear", free="areas", over="day", pair="internal", start="best")
+    paths = {fault.path for fault in caught.value.faults}
+    assert paths >= {"free", "over", "pair", "start", "rate"}
+    with pytest.raises(sb.InputError) as caught:
+        sb.equal_layout(stop_scene(), "normal_load", free="area")
+    text = str(caught.value)
+    assert "does not depend on the areas" in text
+    assert "brake.linings.area" in text
+    with pytest.raises(sb.InputError, match="levels 2"):
+        sb.equal_layout(stop_scene(), "presure", free="both")
+
+
+def test_uniform_pitch_loads_the_tight_side_as_the_model_says():
+    scenario = load("equal_wear_layout")
+    wrap = math.radians(270.0)
+    for f, ratio in ((0.2, 2.4), (0.3, 3.7), (0.5, 8.8)):  # model §7
+        assert float(scenario.load_ratio(f, wrap, 10)[0]) == pytest.approx(ratio, abs=0.05)
+        normal = np.asarray(at_full_slip(stop_scene(n=10, beta=27.0, f=f, C=None), "normal_load", None))
+        ends, halves = scenario.load_ratio(f, wrap, 10)
+        assert normal[-1] / normal[0] == pytest.approx(float(ends), rel=1e-12)
+        assert normal[5:].sum() / normal[:5].sum() == pytest.approx(float(halves), rel=1e-12)
+    low, high = scenario.claim_holds(wrap, 10, 9)
+    np.testing.assert_allclose(scenario.load_ratio([low, high], wrap, 10)[0], [1.5, 3.0], rtol=1e-12)
+    assert friction_at_start(scenario.scene())[0] == pytest.approx(scenario.FRICTION, rel=1e-2)
+
+
+# --- least tension ----------------------------------------------------------------------------------------------------
+
+
+def test_least_tension_is_the_closed_form():
+    """`T_max = T_0 Π`, `T_0 (Π − 1) = J ω_0/(R t)`: most friction, and most of the wrap on as few linings as may be."""
+    n, longest = 5, 4.0
+    scene = stop_scene(n=n, f=0.2, C=None, J=J, R=R, end=6.0)
+    angle = np.radians([50.0, 36.0, 44.0, 30.0, 40.0])
+    scene = sb.with_values(scene, {"brake.linings.angle": angle})
+    design = sb.least_tension(
+        scene,
+        longest,
+        {
+            "duty.slack_tension.level": (1e3, 4e4),
+            "brake.linings.friction.coefficient": (0.1, 0.3),
+            "brake.linings.angle": (math.radians(20.0), math.radians(60.0)),
+        },
+        limits={"max_normal_load": 1e6},
+    )
+    assert design.success, design.message
+    best = statics(np.radians([60.0, 60.0, 40.0, 20.0, 20.0]), 0.3)[0][-1]
+    need = J * 20.0 / (R * longest)
+    assert design.value == pytest.approx(need * best / (best - 1), rel=1e-8)
+    time, load_limit = design.limits
+    assert time.active
+    assert time.value == pytest.approx(longest, rel=1e-8)
+    assert time.sensitivity == pytest.approx(-need / longest * best / (best - 1), rel=1e-6)
+    assert not load_limit.active
+    assert load_limit.sensitivity == 0.0
+    assert design.values["brake.linings.friction.coefficient"] == pytest.approx(0.3, rel=1e-9)
+    assert np.sum(np.asarray(design.scene.brake.linings.angle)) == pytest.approx(angle.sum(), rel=1e-12)
+    assert design.stationarity < 1e-6
+    again = sb.simulate(design.scene)
+    assert again.metrics["max_tension"] == pytest.approx(design.value, rel=1e-9)
+    assert "at its high bound" in str(design)
+    assert design.as_dict()["limits"][0]["name"] == "stopping_time"
+
+
+def test_all_faults_of_a_search_in_one_report():
+    scene = dataclasses.replace(stop_scene(C=None), end_time=np.asarray(-1.0))
+    with pytest.raises(sb.InputError) as caught:
+        sb.least_tension(
+            scene,
+            -2.0,
+            {
+                "brake.linings.angle[99]": (0.1, 0.2),
+                "duty.slack_tension.level": (9e3, 2e4),
+                "initial.omega": (3.0, 2.0),
+                "brake.pulley.inertia": 5.0,
+            },
+            limits={"peak_rim_temperature": 500.0},
+        )
+    paths = {fault.path for fault in caught.value.faults}
+    assert paths >= {
+        "end_time",
+        "stopping_time",
+        "brake.linings.angle[99]",
+        "duty.slack_tension.level",
+        "initial.omega",
+        "brake.pulley.inertia",
+        "peak_rim_temperature",
+    }
