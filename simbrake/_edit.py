@@ -7,6 +7,8 @@ import re
 from typing import Any
 
 import equinox as eqx
+import jax
+import jax.numpy as jnp
 import numpy as np
 
 from ._quantity import Fault, InputError, as_number, leaves
@@ -80,14 +82,13 @@ def with_values(scene: Scene, values: dict[str, Any]) -> Scene:
             if np.ndim(new) != 0 or new is None:
                 faults.append(Fault(full, "one number is needed for one entry"))
                 continue
-            new = np.array(old, dtype=np.float64)
-            new[i] = value
+            new = jnp.asarray(old, jnp.float64).at[i].set(new) if _of_jax(old, new) else _with_entry(old, i, new)
         elif new is None:
             if old is not None and path not in _optional(scene):
                 faults.append(Fault(full, "cannot be absent", "give a number"))
                 continue
         elif np.ndim(old) == 1 and np.ndim(new) == 0:
-            new = np.full(np.shape(old), float(new))
+            new = jnp.full(np.shape(old), new) if _of_jax(new) else np.full(np.shape(old), new)
         scene = _replace(scene, path, new)
         slots[path] = new
         if dataclasses.is_dataclass(old):  # its numbers went with it
@@ -95,6 +96,17 @@ def with_values(scene: Scene, values: dict[str, Any]) -> Scene:
     if faults:
         raise InputError(faults)
     return scene
+
+
+def _of_jax(*values: Any) -> bool:
+    """Whether one of the values is JAX's, perhaps traced, so that NumPy must not touch it."""
+    return any(isinstance(value, jax.Array) for value in values)
+
+
+def _with_entry(old: Any, i: int, value: Any) -> np.ndarray:
+    new = np.array(old, dtype=np.float64)
+    new[i] = value
+    return new
 
 
 def _optional(node: Any, path: str = "") -> set[str]:

@@ -1,9 +1,11 @@
 """Files of a run: chart, series and summary, written all or not at all."""
 
+import contextlib
 import json
 import os
 import shutil
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -42,15 +44,28 @@ def series_table(result: Result, count: int = 1001) -> tuple[list[str], np.ndarr
     return names, table[np.lexsort((before, table[:, 0]))]
 
 
+@contextlib.contextmanager
+def all_or_nothing(folder: Path) -> Iterator[tuple[Path, list[Path]]]:
+    """A scratch folder whose files move to `folder` if nothing goes wrong; they are in the list afterwards."""
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    scratch, written = Path(tempfile.mkdtemp(prefix=".simbrake-", dir=folder.parent)), []
+    try:
+        yield scratch, written
+        folder.mkdir(exist_ok=True)
+        for file in sorted(scratch.iterdir()):
+            os.replace(file, folder / file.name)
+            written.append(folder / file.name)
+    finally:
+        shutil.rmtree(scratch, ignore_errors=True)
+
+
 def write(result: Result, folder: Path) -> list[Path]:
     """Writes `summary.json`, `summary.txt`, `series.csv`, `stop.png`; `temperatures.png`, `stages.png` if any."""
     from . import plot  # matplotlib is loaded by those who want a picture
 
     summary = result.summary()
     names, table = series_table(result)
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    scratch = Path(tempfile.mkdtemp(prefix=".simbrake-", dir=folder.parent))
-    try:
+    with all_or_nothing(folder) as (scratch, written):
         (scratch / "summary.json").write_text(json.dumps(summary, indent=2, allow_nan=False) + "\n", "utf-8")
         (scratch / "summary.txt").write_text(str(result) + "\n", "utf-8")
         np.savetxt(scratch / "series.csv", table, delimiter=",", header=",".join(names), comments="", fmt="%.12g")
@@ -61,11 +76,4 @@ def write(result: Result, folder: Path) -> list[Path]:
             plot.stages(result).savefig(scratch / "stages.png", dpi=130)
         if getattr(result.record.modes, "contacts", None):
             plot.contacts(result).savefig(scratch / "contacts.png", dpi=130)
-        folder.mkdir(exist_ok=True)
-        written = []
-        for file in sorted(scratch.iterdir()):
-            os.replace(file, folder / file.name)
-            written.append(folder / file.name)
-        return written
-    finally:
-        shutil.rmtree(scratch, ignore_errors=True)
+    return written

@@ -9,9 +9,12 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
+from ._calibration import Calibration
 from ._log import Event
+from ._measured import pick
 from ._overlap import RunningIn, overlap
 from ._result import Result
+from ._simulate import simulate
 
 _COLOURS = {
     "slip_onset": "tab:green",
@@ -256,6 +259,49 @@ def temperatures(result: Result, *, figure: Figure | None = None) -> Figure:
         if panel.get_legend_handles_labels()[0]:
             panel.legend(loc="best", fontsize=8, framealpha=0.9)
     figure.suptitle("temperatures", fontsize=11)
+    return figure
+
+
+def calibration(fit: Calibration, *, figure: Figure | None = None) -> Figure:
+    """Measured values with their standard deviations and the runs before and after a fit; below, what is left in σ.
+
+    One column of panels for each measured column, and one for single values such as event times.
+    """
+    columns = [part for part in fit.residuals if part.t is not None]
+    singles = [part for part in fit.residuals if part.t is None]
+    count = len(columns) + bool(singles)
+    if figure is None:
+        figure = Figure(figsize=(2.5 + 4.6 * count, 6.0), layout="constrained")
+    axes = figure.subplots(2, count, squeeze=False, sharex="col", height_ratios=[2, 1])
+    runs = [(simulate(scene, throw=False), style) for scene, style in ((fit.before, "--"), (fit.scene, "-"))]
+    for i, (part, points) in enumerate(zip(columns, fit.data.points, strict=True)):
+        shift, times = _ZERO if part.unit == "K" else 0.0, points.t
+        for (result, style), words in zip(runs, ("before", "fitted"), strict=True):
+            t, s = _grid(result, float(times.min()), float(times.max()), result.events)
+            values = np.asarray(pick(result, s, points.column, points.entry)) - shift
+            axes[0, i].plot(t, values, style, color="tab:gray" if words == "before" else "tab:blue", label=words)
+        dots = {"fmt": ".", "color": "k", "ms": 4, "elinewidth": 0.8, "zorder": 3}
+        axes[0, i].errorbar(times, part.measured - shift, part.sigma, label="measured ± σ", **dots)
+        axes[0, i].set_ylabel(f"{part.name}, {'°C' if shift else part.unit}")
+        axes[1, i].plot(times, part.scaled, ".", color="tab:blue", ms=4)
+        axes[1, i].set_xlabel("time, s")
+    if singles:
+        names = [part.name.replace("_", " ") for part in singles]
+        before = [float((part.before - part.measured)[0] / part.sigma[0]) for part in singles]
+        after = [float(part.scaled[0]) for part in singles]
+        for row, values, words in ((0, before, "before"), (1, after, "fitted")):
+            values = np.where(np.isfinite(values), values, 0.0)  # what did not occur before has no bar
+            axes[row, -1].bar(names, values, color="tab:gray" if row == 0 else "tab:blue", width=0.5, label=words)
+        axes[0, -1].set_ylabel("(model − measured)/σ")
+        axes[1, -1].tick_params(axis="x", rotation=20)
+    for panel in axes.flat:
+        panel.grid(alpha=0.3)
+    for panel in axes[0]:
+        panel.legend(loc="best", fontsize=8, framealpha=0.9)
+    for panel in axes[1]:
+        panel.axhspan(-1, 1, color="tab:blue", alpha=0.1, lw=0)
+    axes[1, 0].set_ylabel("(model − measured)/σ")
+    figure.suptitle(f"calibration: {fit.message}; chi² {fit.chi2:.4g}, {fit.freedom} degrees of freedom", fontsize=11)
     return figure
 
 

@@ -19,7 +19,7 @@ PACKAGE = pathlib.Path(sb.__file__).parent
 
 #: a module may import modules of lower levels, and of its own where the order below allows it
 LAYERS = [
-    {"_quantity", "_compiling"},
+    {"_quantity", "_compiling", "_units", "_identify"},
     {"_hybrid", "_friction", "_band", "_compliance", "_layout", "_duty", "_material"},
     {"_design", "_fade", "_lever", "_loads", "_links"},
     {"_network"},
@@ -38,7 +38,13 @@ LAYERS = [
     {"_report"},
     {"_result"},
     {"_simulate", "_overlap", "_measure"},
-    {"_cyclic", "_edit", "_export", "_reproduce", "plot"},
+    {"_measured"},
+    {"_cyclic", "_edit", "_reproduce", "_read_measured", "_calibration"},
+    {"_export", "plot", "_fit_model"},
+    {"_search"},
+    {"_assess"},
+    {"_calibrate"},
+    {"_calibrate_run"},
     {"_cli"},
 ]
 ALLOWED_SIDEWAYS = {("_export", "plot")}
