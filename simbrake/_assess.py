@@ -30,6 +30,9 @@ def assess(
     scale, paths = search.scale, search.model.plan.paths
     theta, residual = scale.up(z), search.residual(found)
     fixed = search.pressed(z) & ((z == 0) | (z == 1))
+    if fixed.any():  # noise alone drives what is open against a bound: then the bound holds it, not the data
+        whole = _identified(search, z, np.zeros_like(fixed), absolute, rtol)
+        fixed = fixed & ~whole.concerned
     known = _identified(search, z, fixed, absolute, rtol)
     chi2, freedom = float(residual @ residual), residual.size - known.rank
     concerned, slope = np.zeros(z.size, bool), scale.slope(theta)
@@ -158,7 +161,7 @@ def _combination(
         words = f"{names[told[0]]}: no measured value depends on it"
         rest = [names[i] for i in np.flatnonzero(one.change) if i != told[0]]
         if np.isfinite(one.spread):
-            words = f"{names[told[0]]}: the data say less of it than its bounds"
+            words = f"{names[told[0]]}: its bounds say more of it than the data"
         elif rest:
             words = f"{names[told[0]]}: within its bounds it does no more than tiny changes of {', '.join(rest)}"
     else:

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import shlex
 from pathlib import Path
 from typing import Any
 
@@ -96,7 +97,7 @@ def write_calibration(fit: Calibration, folder: Path) -> list[Path]:
 
 def run(
     scene: Scene,
-    scenario: Path,
+    command: list[str],
     data: Measured,
     bounds: dict[str, tuple[float, float]],
     *,
@@ -104,14 +105,14 @@ def run(
     out: Path | None,
     **options: Any,
 ) -> int:
-    """Fits, prints, writes; the exit code: 0 fitted, 1 not converged."""
+    """Fits, prints, writes; the exit code: 0 fitted, 1 not converged. `command` runs the scene as it was given."""
     fit = calibrate(scene, bounds, data, **options)
     if json_:
         print(json.dumps(fit.as_dict(), indent=2, allow_nan=False))
     else:
         print(fit)
-        settings = " ".join(f"--set {path}={value:.12g}" for path, value in fit.values.items())
-        print(f"run it   simbrake run {scenario} {settings}")
+        settings = [part for path, value in fit.values.items() for part in ("--set", f"{path}={value:.12g}")]
+        print(f"run it   {shlex.join([*command, *settings])}")
     if out is not None:
         written = write_calibration(fit, out)
         if not json_:

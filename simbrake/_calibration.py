@@ -226,7 +226,8 @@ class Calibration:
 def _words(p: Parameter, confidence: float) -> str:
     value = f"{p.value:<12.6g} {'' if p.unit == '1' else p.unit}".rstrip()
     if p.state == State.OPEN:
-        return f"{value}  standard error infinite: the data leave it open"
+        at = ", and it ran into a bound" if p.value in (p.low, p.high) else ""
+        return f"{value}  standard error infinite: the data leave it open{at}"
     if p.state in (State.AT_LOW, State.AT_HIGH):
         return f"{value}  at its {'lower' if p.state == State.AT_LOW else 'upper'} bound"
     low, high = p.interval

@@ -192,7 +192,8 @@ def calibrate(
     files = [*data, *(events or [])]
     measured, bounds, first = read_all(files, sigma or [], column or [], fit or [], start or [])
     options = {"start": first, "loss": loss, "starts": starts, "rtol": rtol}
-    return run(scene, scenario, measured, bounds, json_=json_, out=out, **options)
+    command = ["simbrake", "run", str(scenario), *(part for text in set_ or [] for part in ("--set", text))]
+    return run(scene, command, measured, bounds, json_=json_, out=out, **options)
 
 
 @app.command

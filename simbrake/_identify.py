@@ -21,6 +21,8 @@ _RHO = {
     "cauchy": np.log1p,
     "arctan": np.arctan,
 }
+#: standard deviation of what is anywhere in a range of 1
+_UNIFORM = 12**-0.5
 #: a parameter that an open direction moves by less than this share of its standard error is not concerned by it
 _CONCERNED = 0.1
 
@@ -63,7 +65,7 @@ def identify(
     - `cov = s² (JᵀJ)⁻¹`, `s = 1` where the standard deviations are `absolute`, else `s² = rᵀr/(m − p)`
     - robust losses: `H⁻¹ Jᵀ diag(ψ²) J H⁻¹ m/(m − p)`, `ψ = ρ' r`, `H = Jᵀ diag(ρ' + 2 z ρ'') J` (Huber)
     - a direction is open where its singular value is below the rounding `noise` of the largest, or where its standard
-      error exceeds the whole range of the bounds: there the data say less than the bounds
+      error exceeds that of a uniform distribution over the range, `1/√12`: there the bounds say more than the data
     """
     m, p = jacobian.shape
     first, second = _LOSSES[loss]((residual / loss_scale) ** 2)
@@ -80,7 +82,7 @@ def identify(
     else:
         bent = scatter * np.sqrt(m) * (v / safe**2) @ (v.T @ (jacobian * (first * residual)[:, None]).T)
     along = np.linalg.norm(v.T @ bent, axis=1) if loss != "linear" else scale / safe
-    vague = ~vanishing & (along > 1.0)
+    vague = ~vanishing & (along > _UNIFORM)
     closed = ~(vanishing | vague)
     if loss == "linear":
         covariance = bent[:, closed] @ bent[:, closed].T

@@ -271,8 +271,9 @@ def calibration(fit: Calibration, *, figure: Figure | None = None) -> Figure:
     singles = [part for part in fit.residuals if part.t is None]
     count = len(columns) + bool(singles)
     if figure is None:
-        figure = Figure(figsize=(2.5 + 4.6 * count, 6.0), layout="constrained")
-    axes = figure.subplots(2, count, squeeze=False, sharex="col", height_ratios=[2, 1])
+        figure = Figure(figsize=(3.0 + 4.6 * len(columns) + 2.0 * bool(singles), 6.0), layout="constrained")
+    widths = [2.5] * len(columns) + [1] * bool(singles)
+    axes = figure.subplots(2, count, squeeze=False, sharex="col", height_ratios=[2, 1], width_ratios=widths)
     runs = [(simulate(scene, throw=False), style) for scene, style in ((fit.before, "--"), (fit.scene, "-"))]
     for i, (part, points) in enumerate(zip(columns, fit.data.points, strict=True)):
         shift, times = _ZERO if part.unit == "K" else 0.0, points.t
@@ -291,7 +292,9 @@ def calibration(fit: Calibration, *, figure: Figure | None = None) -> Figure:
         after = [float(part.scaled[0]) for part in singles]
         for row, values, words in ((0, before, "before"), (1, after, "fitted")):
             values = np.where(np.isfinite(values), values, 0.0)  # what did not occur before has no bar
-            axes[row, -1].bar(names, values, color="tab:gray" if row == 0 else "tab:blue", width=0.5, label=words)
+            axes[row, -1].bar(names, values, color="tab:gray" if row == 0 else "tab:blue", width=0.3, label=words)
+            axes[row, -1].set_xlim(-0.6, len(names) - 0.4)
+            axes[row, -1].axhline(0.0, color="k", lw=0.8)
         axes[0, -1].set_ylabel("(model − measured)/σ")
         axes[1, -1].tick_params(axis="x", rotation=20)
     for panel in axes.flat:
