@@ -219,7 +219,7 @@ class _File:
                 self.fault(where, f"{number:g} is no standard deviation", "it must be > 0")
                 return np.nan
             return number * of.factor
-        value = float(to_si(np.asarray(number), of))
+        value = to_si(number, of)
         if si == "K" and value < 0:
             self.fault(where, f"{number:g} is below absolute zero", "is the unit in the header right?")
             return np.nan

@@ -3,8 +3,6 @@
 import math
 from typing import NamedTuple
 
-import numpy as np
-
 
 class Unit(NamedTuple):
     """A unit as `SI = factor · number + offset`; differences such as standard deviations take the factor alone."""
@@ -55,6 +53,6 @@ def spelled(text: str) -> bool:
     return not name.isdigit() and any(name in known for known in _TABLE.values())
 
 
-def to_si(values: np.ndarray, of: Unit) -> np.ndarray:
-    """Numbers in a unit as numbers in SI."""
-    return values * of.factor + of.offset
+def to_si(number: float, of: Unit) -> float:
+    """A number in a unit as a number in SI."""
+    return number * of.factor + of.offset
