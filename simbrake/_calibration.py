@@ -155,7 +155,7 @@ class Calibration:
             "covariance": _table(self.covariance),
             "correlation": _table(self.correlation),
             "chi2": self.chi2,
-            "chi2_start": self.chi2_start,
+            "chi2_start": _number(self.chi2_start),
             "degrees_of_freedom": self.freedom,
             "reduced_chi2": _number(self.reduced_chi2),
             "probability_of_larger_chi2": self.probability,

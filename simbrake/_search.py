@@ -89,7 +89,8 @@ class Search:
                 if found.refused is None:
                     self._descend(z)
                 elif k == 0 and self.starts == 1:
-                    hint = "raise end_time, give another start, or try several (starts=8)"
+                    hint = "give another start, or try several (starts=8)"
+                    hint = f"raise end_time, {hint}" if "does not occur" in found.refused else hint
                     raise InputError([Fault("start", found.refused, hint)])
         except KeyboardInterrupt:
             if self.best is None:
@@ -115,11 +116,12 @@ class Search:
         assert self.best is not None
         free = np.ones(z.size, bool)
         z, cost, converged, message = self._minimise(z, free)
-        pressed = self.pressed(z)
-        if pressed.any():
+        while (pressed := self.pressed(z) & free).any():
             on = np.where(pressed, np.round(z), z)
-            if self.look(on).refused is None and self.cost(self.look(on)) <= cost * (1 + 1e-9):
-                z, cost, converged, message = self._minimise(on, ~pressed)
+            if self.look(on).refused is not None or self.cost(self.look(on)) > cost * (1 + 1e-9):
+                break
+            free = free & ~pressed
+            z, cost, converged, message = self._minimise(on, free)
         if cost <= self.best[0] * (1 + 1e-9):  # the end itself, not a neighbour that is better by rounding
             self.best = (cost, z, self.look(z))
         if not self.ends or cost <= min(end[0] for end in self.ends):

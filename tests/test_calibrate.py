@@ -252,6 +252,7 @@ def test_events_that_the_model_does_not_have():
     fit = sb.calibrate(rigid(end=2.0), bounds, data, start=weak, starts=3)
     assert float(sb.simulate(fit.scene).stopping_time) == pytest.approx(0.5, rel=1e-7)
     assert fit.failures["stopping_time does not occur in the model"] >= 1
+    assert fit.as_dict()["chi2_start"] is None
     late = sb.calibrate(rigid(end=2.0), bounds, sb.Measured.of(events={"stopping_time": (3.0, 0.01)}))
     assert not late.converged
     assert "stopping_time does not occur" in late.message

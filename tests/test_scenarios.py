@@ -51,6 +51,7 @@ def test_everything_coupled_keeps_its_balances():
         ("slip_onset_chain", "k-th to slip"),
         ("two_bands", "equal elongation (K-8)"),
         ("resolved_bandage", "comes to rest on the band"),
+        ("calibrate_friction", "together change the measured values by less than their errors"),
     ],
 )
 def test_comparison_runs_as_a_script(name, words):
