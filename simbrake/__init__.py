@@ -127,6 +127,9 @@ from ._scene import Duty as Duty
 from ._scene import Initial as Initial
 from ._scene import Scene as Scene
 from ._scene import check as check
+from ._sensitivity import Sensitivity as Sensitivity
+from ._sensitivity import SensitivityTable as SensitivityTable
+from ._sensitivity import sensitivity as sensitivity
 from ._series import Series as Series
 from ._simulate import simulate as simulate
 from ._stages import Stage as Stage

@@ -197,6 +197,73 @@ def calibrate(
 
 
 @app.command
+def sensitivity(
+    scenario: Path,
+    /,
+    *,
+    metric: Annotated[list[str] | None, Parameter(negative="", consume_multiple=False)] = None,
+    wrt: Annotated[list[str] | None, Parameter(negative="", consume_multiple=False)] = None,
+    span: float = 0.01,
+    out: Path | None = None,
+    json_: Annotated[bool, Parameter(name="--json", negative="")] = False,
+    set_: Annotated[list[str] | None, Parameter(name="--set", negative="", consume_multiple=False)] = None,
+    rtol: float = 1e-10,
+) -> int:
+    """Print how metrics of a scenario move with its numbers: derivatives, elasticities, ends of a range.
+
+    Parameters
+    ----------
+    scenario
+        Python file with a function scene() that returns a simbrake.Scene.
+    metric
+        Name of a metric, as stopping_time, max_tension, peak_rim_temperature or energy.friction_heat; may be repeated.
+        Without it: the stopping time.
+    wrt
+        Path of a number, or of a part of the scene for all numbers below it; may be repeated. Without it: all.
+    span
+        Half of the range of each number at whose ends the scene is run as well, as a share of the number; 0: no ranges.
+    out
+        Folder for the tables (JSON, CSV) and a tornado chart of each metric.
+    json_
+        Print a list of tables as JSON, alone on stdout.
+    set_
+        PATH=VALUE: override a number of the scene (SI units); may be repeated.
+    rtol
+        Relative tolerance of the integration.
+    """
+    _prepare_jax()
+    from ._edit import parse_assignments, with_values
+    from ._outcome import SimulationError
+    from ._quantity import Fault, InputError
+    from ._sensitivity import sensitivity as tables_of
+
+    wrong = [] if 1e-15 < rtol < 0.1 else [Fault("--rtol", f"{rtol} is not admissible", "0 < rtol < 0.1")]
+    wrong += (
+        [] if 0 <= span < 1 else [Fault("--span", f"{span} is not admissible", "a share of each number, 0 ≤ span < 1")]
+    )
+    if out is not None and out.exists() and not out.is_dir():
+        wrong.append(Fault("--out", f"{out} is a file", "give a folder"))
+    if wrong:
+        raise InputError(wrong)
+    scene = with_values(load_scene(scenario), parse_assignments(set_ or []))
+    try:
+        tables = tables_of(metric or ["stopping_time"], scene, wrt, span=span or None, rtol=rtol)
+    except SimulationError as error:
+        print(f"simbrake: {error}", file=sys.stderr)
+        return 1
+    print(
+        json.dumps([t.as_dict() for t in tables], indent=1, allow_nan=False) if json_ else "\n\n".join(map(str, tables))
+    )
+    if out is not None:
+        from ._export import write_sensitivities
+
+        written = write_sensitivities(tables, out)
+        if not json_:
+            print("written  " + ", ".join(str(path) for path in written))
+    return 0
+
+
+@app.command
 def reproduce(*, json_: Annotated[bool, Parameter(name="--json", negative="")] = False) -> int:
     """Recompute the published tables cell by cell: printed, computed, difference, verdict.
 

@@ -1,16 +1,18 @@
 """Files of a run: chart, series and summary, written all or not at all."""
 
 import contextlib
+import csv
 import json
 import os
 import shutil
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from ._result import Result
+from ._sensitivity import Sensitivity, SensitivityTable
 from ._series import SERIES_UNITS
 
 
@@ -45,10 +47,11 @@ def series_table(result: Result, count: int = 1001) -> tuple[list[str], np.ndarr
 
 
 @contextlib.contextmanager
-def all_or_nothing(folder: Path) -> Iterator[tuple[Path, list[Path]]]:
-    """A scratch folder whose files move to `folder` if nothing goes wrong; they are in the list afterwards."""
+def whole(folder: Path) -> Iterator[tuple[Path, list[Path]]]:
+    """A folder to write into, whose files move to `folder` only if all could be written; the list names them then."""
     folder.parent.mkdir(parents=True, exist_ok=True)
-    scratch, written = Path(tempfile.mkdtemp(prefix=".simbrake-", dir=folder.parent)), []
+    scratch = Path(tempfile.mkdtemp(prefix=".simbrake-", dir=folder.parent))
+    written: list[Path] = []
     try:
         yield scratch, written
         folder.mkdir(exist_ok=True)
@@ -65,7 +68,7 @@ def write(result: Result, folder: Path) -> list[Path]:
 
     summary = result.summary()
     names, table = series_table(result)
-    with all_or_nothing(folder) as (scratch, written):
+    with whole(folder) as (scratch, written):
         (scratch / "summary.json").write_text(json.dumps(summary, indent=2, allow_nan=False) + "\n", "utf-8")
         (scratch / "summary.txt").write_text(str(result) + "\n", "utf-8")
         np.savetxt(scratch / "series.csv", table, delimiter=",", header=",".join(names), comments="", fmt="%.12g")
@@ -76,4 +79,21 @@ def write(result: Result, folder: Path) -> list[Path]:
             plot.stages(result).savefig(scratch / "stages.png", dpi=130)
         if getattr(result.record.modes, "contacts", None):
             plot.contacts(result).savefig(scratch / "contacts.png", dpi=130)
+    return written
+
+
+def write_sensitivities(tables: Sequence[SensitivityTable], folder: Path) -> list[Path]:
+    """Writes `sensitivity.json`, and of each metric its rows as CSV and its tornado chart."""
+    from . import plot
+
+    with whole(folder) as (scratch, written):
+        found = [table.as_dict() for table in tables]
+        (scratch / "sensitivity.json").write_text(json.dumps(found, indent=2, allow_nan=False) + "\n", "utf-8")
+        for table in tables:
+            name = table.metric.replace(".", "_")
+            with (scratch / f"sensitivity_{name}.csv").open("w", encoding="utf-8", newline="") as file:
+                writer = csv.writer(file)
+                writer.writerow(Sensitivity._fields)
+                writer.writerows(["" if cell is None else cell for cell in row] for row in table.rows)
+            plot.tornado(table).savefig(scratch / f"tornado_{name}.png", dpi=130)
     return written

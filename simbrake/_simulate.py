@@ -85,9 +85,7 @@ def simulate(
         )
     check(scene)
     traced = any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves((scene, rtol)))
-    if solver is None:
-        stiff = scene.heat is not None if traced else stiffness(scene)[0]
-        solver = Rodas5P() if stiff else diffrax.Dopri8()
+    solver = solver_of(scene, solver)
     # with heat the equations are long: a program in which they stand once compiles and runs faster
     method = _method(solver) if scene.heat is None else _method(solver).rolled()
     name = type(solver).__name__
@@ -107,6 +105,15 @@ def simulate(
     if throw and not result.ok:
         raise SimulationError(f"{result.status}: {result.message}", result)
     return result
+
+
+def solver_of(scene: Scene, solver: Any = None) -> Any:
+    """The solver given, or the one that `simulate` chooses for a scene."""
+    if solver is not None:
+        return solver
+    traced = any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves(scene))
+    stiff = scene.heat is not None if traced else stiffness(scene)[0]
+    return Rodas5P() if stiff else diffrax.Dopri8()
 
 
 @functools.lru_cache

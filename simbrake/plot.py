@@ -14,6 +14,7 @@ from ._log import Event
 from ._measured import pick
 from ._overlap import RunningIn, overlap
 from ._result import Result
+from ._sensitivity import SensitivityTable
 from ._simulate import simulate
 
 _COLOURS = {
@@ -343,3 +344,41 @@ def _panels(axes: Any, t: np.ndarray, s: Any, *, milliseconds: bool, compact: bo
         if not compact:
             panel.set_ylabel(name)
             panel.legend(loc="best", fontsize=8, framealpha=0.9)
+
+
+def tornado(table: SensitivityTable, *, most: int = 12, figure: Figure | None = None) -> Figure:
+    """Bars of what every number does to a metric over its range, the widest on top.
+
+    Without ranges in the table: elasticities.
+    """
+    ranged = [row for row in table.matters if row.low is not None and row.high is not None]
+    rows = (ranged or [row for row in table.matters if np.isfinite(row.elasticity)])[:most]
+    width = [max(abs(r.low - table.value), abs(r.high - table.value)) if ranged else abs(r.elasticity) for r in rows]  # pyright: ignore
+    rows = [rows[i] for i in np.argsort(width)]
+    figure = Figure(figsize=(9.5, 1.6 + 0.38 * len(rows)), layout="constrained") if figure is None else figure
+    axes = figure.subplots()
+    for y, row in enumerate(rows):
+        if ranged:
+            for end, colour in ((row.low, "tab:blue"), (row.high, "tab:red")):
+                axes.barh(y, end - table.value, left=table.value, color=colour, height=0.7)  # pyright: ignore
+        else:
+            axes.barh(y, row.elasticity, color="tab:red" if row.elasticity > 0 else "tab:blue", height=0.7)
+    units = ["" if row.unit in ("1", "SI") else f" {row.unit}" for row in rows]
+    halves = [f" ± {row.half:.3g}" if ranged else "" for row in rows]
+    labels = [f"{r.path}\n{r.value:.5g}{half}{u}" for r, half, u in zip(rows, halves, units, strict=True)]
+    axes.set_yticks(range(len(rows)), labels, fontsize=8)
+    unit = f", {table.unit}" if table.unit else ""
+    name = table.metric.replace("_", " ").replace("energy.", "energy: ")
+    if ranged:
+        axes.axvline(table.value, color="black", lw=0.9)
+        ends = [Patch(color="tab:blue", label="number at its low end"), Patch(color="tab:red", label="at its high end")]
+        axes.legend(handles=ends, fontsize=8, loc="lower right")
+        axes.set_xlabel(f"{name}{unit}")
+        axes.set_title(
+            f"{name} {table.value:.6g} {table.unit}: each number over its range, the others fixed", fontsize=10
+        )
+    else:
+        axes.axvline(0.0, color="black", lw=0.9)
+        axes.set_xlabel(f"elasticity of the {name}: percent for one percent of the number")
+    axes.grid(axis="x", alpha=0.3)
+    return figure

@@ -109,6 +109,12 @@ def test_corner_of_a_profile_that_coincides_with_an_event(shift):
     assert float(r.y_end) == pytest.approx(0.5 + 2 * 0.5, abs=1e-12)
 
 
+@pytest.mark.parametrize("gap", [1e-10, 1e-8, 1e-6])
+def test_an_event_just_behind_a_corner_comes_after_it(gap):
+    r = run([functools.partial(down, at=0.5 + gap)], corner=0.5)
+    np.testing.assert_allclose(event_times(r), [0.5 + gap], rtol=1e-14)
+
+
 class Chain(sb.AbstractHybridSystem):
     """At t = 0.5 five modes pass at one instant; with `loop` they go round for ever."""
 

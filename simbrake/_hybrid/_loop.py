@@ -134,7 +134,11 @@ def _judge(p: Problem, c: Carry, a: Attempt) -> Verdict:
     crosses = crossed(c, a.h, a.g1, a.rate1, tol)
     near = jnp.maximum(0.1 * jnp.sqrt(p.settings.rtol) * a.h, 0.5 * a.resolution)
     distance = -a.g1 / jnp.where(a.rate1 == 0, 1.0, a.rate1)
-    lands = (a.rate1 < 0) & (jnp.abs(distance) <= near) & (c.armed | leaving(c, a.h) | crosses)
+    # (what lies beyond the next known time comes after it, as the rates may be others there; a guard within its
+    # tolerance has arrived)
+    before = (distance <= a.target - a.t1 + 0.5 * a.resolution) | (a.g1 <= tol)
+    here = (jnp.abs(distance) <= near) & before
+    lands = (a.rate1 < 0) & here & (c.armed | leaving(c, a.h) | crosses)
     lost = crosses & (a.h <= a.resolution)  # the bracket has shrunk to rounding: fire here
     lost = (lost | _hidden(c, a, distance)) & ~lands
     distance = jnp.where(lost, 0.0, jnp.where(lands, distance, jnp.inf))

@@ -1,0 +1,83 @@
+"""What the stop of a U2-5-5 drawworks depends on: stopping time, greatest tension and hottest lining, by every number.
+
+The brake of `u2_5_5_stop.py` with three thermal lumps and friction that fades; what the papers do not give is an
+assumption and says so beside its value. `python scenarios/sensitivity_u2_5_5.py FOLDER` also draws.
+"""
+
+import math
+import pathlib
+import sys
+
+import numpy as np
+
+import simbrake as sb
+
+METRICS = ["stopping_time", "max_tension", "peak_lining_temperature"]
+
+
+def scene() -> sb.Scene:
+    """The scene that `simbrake run` integrates."""
+    track_radius = 0.590  # m, V table 1
+    friction = sb.ProductFriction(
+        sb.ConstantFriction(0.35),  # assumption: FK-24A on steel, within Z's 0.1…0.5
+        (sb.LinearFade(slope=4e-4, above=423.15, floor=0.1, blend=5.0),),  # 4 % per 100 K above 150 °C; assumption
+    )
+    heat = sb.lumped_heat(
+        rim=6.0e3,  # J/K; assumption: what heat reaches within a stop, 1.5 mm of the rim
+        linings=2.0e3,  # J/K; assumption: some 0.9 mm of all linings
+        band=1.9e4,  # J/K; assumption: 6 mm of steel
+        lining_to_band=15.0,  # W/K; assumption: through 30 mm of lining
+        rim_cooling=40.0,  # W/K; assumption
+        band_cooling=10.0,  # W/K; assumption
+        partition=sb.ConstantPartition(0.9),  # assumption: share of the metal
+        permissible=673.15,  # K; assumption for FK-24A
+        temperature=443.15,  # K; assumption: hot from the stands before
+    )
+    return sb.Scene(
+        brake=sb.Brake(
+            pulley=sb.Pulley(radius=track_radius, inertia=1200.0),  # kg·m²; assumption
+            band=sb.Band(radius=0.623, stiffness=1.0e5),  # m; N/m at the tight end, assumption
+            linings=sb.uniform_linings(20, math.radians(270.0), friction),  # Z
+        ),
+        duty=sb.Duty(
+            slack_tension=sb.PiecewiseLinear([0.0, 0.35], [2.0e3, 24.0e3]),  # s, N; assumptions
+            load=sb.HookLoad(mass=60.0e3, drum_radius=0.40, line_count=8),  # assumptions, as in u2_5_5_stop
+        ),
+        initial=sb.Initial(omega=24.0),
+        end_time=3.0,
+        heat=heat,
+    )
+
+
+def main(folder: str | None = None) -> None:
+    import jax
+
+    jax.config.update("jax_enable_x64", True)
+    base = scene()
+    tables = sb.sensitivity(METRICS, base, span=0.05)
+    for table in tables:
+        print(f"{table}\n")
+
+    print("the largest elasticities beside central differences of whole runs")
+    for table in tables:
+        for row in table.matters[:3]:
+            path = row.path.removesuffix("[:]")
+            p = np.asarray(next(leaf.value for leaf in sb.leaves(base) if leaf.path == path))
+            ends = [sb.simulate(sb.with_values(base, {path: p * (1 + s)}), rtol=1e-12) for s in (1e-4, -1e-4)]
+            high, low = (end.metrics[table.metric] for end in ends)
+            assert high is not None
+            assert low is not None
+            difference = (high - low) / 2e-4 / table.value
+            print(f"{table.metric:24} {row.path:42} {row.elasticity:12.8f} {difference:12.8f}")
+    if folder is not None:
+        from simbrake import plot
+
+        pathlib.Path(folder).mkdir(parents=True, exist_ok=True)
+        for table in tables:
+            file = pathlib.Path(folder) / f"tornado_{table.metric}.png"
+            plot.tornado(table).savefig(file, dpi=130)
+            print(f"written  {file}")
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:2])
