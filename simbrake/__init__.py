@@ -14,6 +14,8 @@ from ._builders import lumped_heat as lumped_heat
 from ._builders import radial_resistance as radial_resistance
 from ._builders import with_external_pair as with_external_pair
 from ._builders import with_pulley_structure as with_pulley_structure
+from ._calibrate import calibrate as calibrate
+from ._calibration import Calibration as Calibration
 from ._compiling import fast_loops as fast_loops
 from ._compliance import AbstractGeometry as AbstractGeometry
 from ._compliance import AbstractStiffness as AbstractStiffness
@@ -117,6 +119,7 @@ from ._material import Material as Material
 from ._material import effusivity_share as effusivity_share
 from ._material import layer_growth as layer_growth
 from ._material import material as material
+from ._measured import Measured as Measured
 from ._modes import BandMode as BandMode
 from ._network import Junction as Junction
 from ._network import Lump as Lump
@@ -132,6 +135,7 @@ from ._overlap import overlap as overlap
 from ._quantity import Fault as Fault
 from ._quantity import InputError as InputError
 from ._quantity import leaves as leaves
+from ._read_measured import read_measured as read_measured
 from ._result import Result as Result
 from ._rubbing import Rubbing as Rubbing
 from ._rubbing import friction_work as friction_work

@@ -130,6 +130,72 @@ def run(
     return 0 if result.ok else 1
 
 
+_Many = Annotated[list[str] | None, Parameter(negative="", consume_multiple=False)]
+
+
+@app.command
+def calibrate(
+    scenario: Path,
+    /,
+    *data: Path,
+    fit: _Many = None,
+    events: Annotated[list[Path] | None, Parameter(negative="", consume_multiple=False)] = None,
+    sigma: _Many = None,
+    column: _Many = None,
+    start: _Many = None,
+    set_: Annotated[list[str] | None, Parameter(name="--set", negative="", consume_multiple=False)] = None,
+    loss: str = "linear",
+    starts: int = 1,
+    rtol: float = 1e-8,
+    out: Path | None = None,
+    json_: Annotated[bool, Parameter(name="--json", negative="")] = False,
+) -> int:
+    """Fit numbers of a scenario to measured data and tell how well the data hold them.
+
+    Parameters
+    ----------
+    scenario
+        Python file with a function scene() that returns a simbrake.Scene.
+    data
+        CSV files: series with a column t and others as in `omega [rpm]`, `omega_sigma`, or events.
+    fit
+        PATH=LOW:HIGH: a number of the scene to fit and its bounds (SI units); may be repeated.
+    events
+        CSV file with the columns event, time, sigma; may be repeated.
+    sigma
+        NAME=VALUE: standard deviation (SI units) of a column or event that has none in its file; may be repeated.
+    column
+        Column of the series to use, all by default; may be repeated.
+    start
+        PATH=VALUE: start value of a fitted number, the scene's by default; may be repeated.
+    set_
+        PATH=VALUE: override a number of the scene (SI units) before the fit; may be repeated.
+    loss
+        linear, or against outliers soft_l1, huber, cauchy, arctan.
+    starts
+        How many starts; more than one are spread over the bounds.
+    rtol
+        Relative tolerance of the integration.
+    out
+        Folder for a chart (calibration.png), residuals.csv and the result as text and JSON.
+    json_
+        Print the result as JSON, alone on stdout.
+    """
+    _prepare_jax()
+    from ._calibrate_run import read_all, run
+    from ._edit import parse_assignments, with_values
+    from ._quantity import Fault, InputError
+
+    if out is not None and out.exists() and not out.is_dir():
+        raise InputError([Fault("--out", f"{out} is a file", "give a folder")])
+    scene = with_values(load_scene(scenario), parse_assignments(set_ or []))
+    files = [*data, *(events or [])]
+    measured, bounds, first = read_all(files, sigma or [], column or [], fit or [], start or [])
+    options = {"start": first, "loss": loss, "starts": starts, "rtol": rtol}
+    command = ["simbrake", "run", str(scenario), *(part for text in set_ or [] for part in ("--set", text))]
+    return run(scene, command, measured, bounds, json_=json_, out=out, **options)
+
+
 @app.command
 def sensitivity(
     scenario: Path,

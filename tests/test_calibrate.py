@@ -1,0 +1,303 @@
+"""Calibration: planted parameters come back within their own error bars, and what data leave open is named."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from heat_scenes import fading, lump, rigid_stop
+from helpers import closed_form, stop_scene
+from scipy.stats import binom, chi2, norm, t
+
+import simbrake as sb
+from simbrake._calibration import State
+from simbrake._fit_model import FitModel, _program
+from simbrake._identify import identify
+from simbrake._search import Search
+
+OMEGA, T0, J, F = (
+    "initial.omega",
+    "duty.slack_tension.level",
+    "brake.pulley.inertia",
+    "brake.linings.friction.coefficient",
+)
+TS = np.linspace(0.02, 0.6, 30)  # all before the stop of the rigid scene at 0.649 s
+SIGMA = 0.2
+LINE = {OMEGA: (5.0, 60.0), T0: (2e3, 3e4)}
+START = {OMEGA: 15.0, T0: 6e3}
+
+
+def rigid(**changes):
+    return stop_scene(C=None, **changes)
+
+
+def rate(T=1.0):
+    """Deceleration (rad/s²) of the rigid scene, ω = ω_0 − rate·t, per newton of slack tension."""
+    return 0.725 * (closed_form()["Pi"] - 1) / 800.0 * T
+
+
+def line(w0=20.0, T=8e3, noise=None):
+    exact = w0 - rate(T) * TS
+    return exact if noise is None else exact + SIGMA * noise.standard_normal(TS.size)
+
+
+def speeds(values, sigma=SIGMA):
+    return sb.Measured.of(TS, {"omega": values}, sigma=None if sigma is None else {"omega": sigma})
+
+
+# --- errors ---------------------------------------------------------------------------------------------------------
+
+
+def test_covariance_of_a_linear_problem_is_the_closed_one():
+    fit = sb.calibrate(rigid(), LINE, speeds(line(noise=np.random.default_rng(0))), start=START)
+    X = np.stack([np.ones_like(TS), -rate() * TS], axis=1)
+    cov = SIGMA**2 * np.linalg.inv(X.T @ X)
+    best = np.linalg.lstsq(X, line(noise=np.random.default_rng(0)), rcond=None)[0]
+    np.testing.assert_allclose([fit[OMEGA].value, fit[T0].value], best, rtol=1e-9)
+    np.testing.assert_allclose(fit.covariance, cov, rtol=1e-7)
+    np.testing.assert_allclose(fit.correlation[0, 1], cov[0, 1] / np.sqrt(cov[0, 0] * cov[1, 1]), rtol=1e-7)
+    half = norm.ppf(0.975) * np.sqrt(np.diag(cov))
+    np.testing.assert_allclose(fit[T0].interval, best[1] + half[1] * np.array([-1, 1]), rtol=1e-7)
+    assert fit.freedom == TS.size - 2
+    assert fit.probability == pytest.approx(chi2.sf(fit.chi2, fit.freedom))
+    assert fit.converged
+    assert fit.open == ()
+    assert float(fit.scene.initial.omega) == fit[OMEGA].value
+    spans = np.array([55.0, 28e3])
+    np.testing.assert_allclose(fit.singular_values, np.linalg.svd(X * spans / SIGMA, compute_uv=False), rtol=1e-7)
+
+
+def test_without_standard_deviations_errors_come_from_the_scatter():
+    values = line(noise=np.random.default_rng(3))
+    fit = sb.calibrate(rigid(), LINE, speeds(values, None), start=START)
+    X = np.stack([np.ones_like(TS), -rate() * TS], axis=1)
+    r = values - X @ np.linalg.lstsq(X, values, rcond=None)[0]
+    cov = r @ r / (TS.size - 2) * np.linalg.inv(X.T @ X)
+    np.testing.assert_allclose(fit.covariance, cov, rtol=1e-7)
+    low, high = fit[OMEGA].interval
+    assert (high - low) / 2 == pytest.approx(t.ppf(0.975, TS.size - 2) * np.sqrt(cov[0, 0]), rel=1e-7)
+    assert fit.probability is None
+    assert not fit.absolute
+    assert np.mean(fit.residuals[0].scaled ** 2) == pytest.approx(1 - 2 / TS.size)
+    weights = sb.calibrate(rigid(), LINE, speeds(values, 7.0), start=START, absolute=False)
+    np.testing.assert_allclose(weights.covariance, cov, rtol=1e-6)
+
+
+def test_coverage_of_the_intervals_over_repeated_experiments():
+    """60 seeded experiments on one program: intervals hold the truth, errors are neither too small nor too large."""
+    sb.calibrate(rigid(), LINE, speeds(line()), start=START)
+    count, noise, runs = _program()._cache_size(), np.random.default_rng(7), 60
+    inside, distance, scatter = np.zeros(2), 0.0, 0.0
+    truth = np.array([20.0, 8e3])
+    for _ in range(runs):
+        fit = sb.calibrate(rigid(), LINE, speeds(line(noise=noise)), start=START)
+        off = np.array([fit[OMEGA].value, fit[T0].value]) - truth
+        inside += [p.interval[0] <= x <= p.interval[1] for p, x in zip(fit.parameters, truth, strict=True)]
+        distance += off @ np.linalg.solve(fit.covariance, off)
+        scatter += fit.chi2
+    assert _program()._cache_size() == count
+    assert np.all(inside >= binom.ppf(1e-3, runs, 0.95))
+    assert chi2.ppf(1e-3, 2 * runs) < distance < chi2.ppf(1 - 1e-3, 2 * runs)
+    freedom = runs * (TS.size - 2)
+    assert chi2.ppf(1e-3, freedom) < scatter < chi2.ppf(1 - 1e-3, freedom)
+
+
+def test_what_speeds_cannot_tell_apart_is_found_and_named():
+    """ω = ω_0 − R_b T_0 (Π − 1)/J t: of T_0 and J only the ratio is determined, and f enters the same product."""
+    bounds = {OMEGA: (5.0, 60.0), T0: (2e3, 3e4), J: (200.0, 5e3)}
+    fit = sb.calibrate(rigid(), bounds, speeds(line(noise=np.random.default_rng(0))), start=START)
+    assert [p.state for p in fit.parameters] == [State.FITTED, State.OPEN, State.OPEN]
+    assert np.isinf(fit[T0].standard_error)
+    assert np.isinf(fit[J].standard_error)
+    (one,) = fit.open
+    assert np.isinf(one.spread)
+    assert one.relative[T0] == pytest.approx(one.relative[J], rel=1e-6)
+    assert one.relative[OMEGA] == pytest.approx(0.0, abs=1e-6)
+    assert T0 in one.words
+    assert J in one.words
+    assert OMEGA not in one.words
+    assert "^-1" in one.words
+    X = np.stack([np.ones_like(TS), TS], axis=1)
+    best, cov = np.linalg.lstsq(X, line(noise=np.random.default_rng(0)), rcond=None)[0], np.linalg.inv(X.T @ X)
+    assert fit[OMEGA].standard_error == pytest.approx(SIGMA * np.sqrt(cov[0, 0]), rel=1e-6)
+    assert fit[T0].value / fit[J].value == pytest.approx(-best[1] / (rate() * 800.0), rel=1e-9)
+    assert fit.singular_values[2] < 1e-9 * fit.singular_values[0]
+    saved = fit.as_dict()
+    assert saved["parameters"][1]["standard_error"] is None
+    assert saved["open"][0]["spread"] is None
+    assert "standard error infinite" in str(fit)
+
+
+def test_errors_against_outliers_are_those_of_the_sandwich():
+    rng = np.random.default_rng(5)
+    X, r = rng.standard_normal((40, 3)) * 30, rng.standard_normal(40)
+    got = identify(X, r, absolute=True, loss="huber", loss_scale=1e9, noise=1e-9)
+    H = np.linalg.inv(X.T @ X)
+    np.testing.assert_allclose(got.covariance, H @ (X.T * r**2) @ X @ H * 40 / 37, rtol=1e-10)
+    plain = identify(X, r, absolute=True, loss="linear", loss_scale=1.0, noise=1e-9)
+    np.testing.assert_allclose(plain.covariance, H, rtol=1e-10)
+    vague = identify(X * [1, 1, 1e-3], r, absolute=True, loss="linear", loss_scale=1.0, noise=1e-9)
+    assert list(vague.concerned) == [False, False, True]
+    assert vague.open[0].spread == pytest.approx(1e3 * np.sqrt(H[2, 2]), rel=0.01)
+
+
+def test_a_robust_loss_shrugs_off_outliers():
+    values = line(noise=np.random.default_rng(2))
+    values[[4, 11, 25]] += 20.0
+    plain = sb.calibrate(rigid(), LINE, speeds(values), start=START)
+    robust = sb.calibrate(rigid(), LINE, speeds(values), start=START, loss="cauchy")
+    assert abs(robust[T0].value - 8e3) < 3 * robust[T0].standard_error
+    assert abs(plain[T0].value - 8e3) > 3 * plain[T0].standard_error
+    assert plain.probability < 1e-6
+    assert any("does not explain" in text for text in plain.warnings)
+
+
+# --- recovery and derivatives ---------------------------------------------------------------------------------------
+
+ELASTIC = {F: (0.1, 0.6), "brake.band.stiffness": (1e4, 1e7), J: (200.0, 3e3)}
+EVENTS = ("slip_onset_time", "full_slip_time", "stopping_time")
+
+
+def elastic_data():
+    """Closed-form event times, and speeds in the elastic stage and after it, of f 0.31, C 1.5e5, J 900."""
+    case = {"f": 0.31, "C": 1.5e5, "J": 900.0}
+    form, run = closed_form(**case), sb.simulate(stop_scene(**case), rtol=1e-12)
+    ts = np.array([0.001, 0.004, 0.008, 0.1, 0.3, 0.5, 4.0])
+    events = dict(zip(EVENTS, ((form["t0"], 1e-5), (form["t1"], 1e-5), (form["stop"], 1e-3)), strict=True))
+    return sb.Measured.of(ts, {"omega": run.series(ts).omega}, sigma={"omega": 0.1}, events=events)
+
+
+@pytest.fixture(scope="module")
+def elastic():
+    return elastic_data()
+
+
+def test_planted_parameters_come_back_from_exact_data(elastic):
+    fit = sb.calibrate(stop_scene(), ELASTIC, elastic, rtol=1e-11)
+    np.testing.assert_allclose(list(fit.values.values()), [0.31, 1.5e5, 900.0], rtol=1e-8)
+    assert [p.logarithmic for p in fit.parameters] == [False, True, False]
+    assert fit.chi2 < 1e-8
+    low, high = fit["brake.band.stiffness"].interval
+    assert low * high == pytest.approx(1.5e5**2, rel=1e-6)  # symmetric in its logarithm
+
+
+def central(model, theta, relative=1e-5):
+    columns = []
+    for i, x in enumerate(theta):
+        h = relative * x
+        steps = [model(theta + k * h * np.eye(theta.size)[i]).values for k in (-2, -1, 1, 2)]
+        columns.append((8 * (steps[2] - steps[1]) - (steps[3] - steps[0])) / (12 * h))
+    return np.stack(columns, axis=1)
+
+
+def test_jacobian_against_central_differences(elastic):
+    import diffrax
+
+    model = FitModel(stop_scene(), tuple(ELASTIC), elastic, solver=diffrax.Dopri8(), rtol=1e-11, max_steps=None)
+    theta = np.array([0.31, 1.5e5, 900.0])
+    J, D = model(theta).jacobian * theta, central(model, theta) * theta
+    np.testing.assert_allclose(J, D, rtol=1e-6, atol=1e-8 * np.abs(D).max())
+
+
+def test_friction_fade_and_heat_capacity_of_a_heated_stop():
+    def scene(f, slope, capacity):
+        return rigid_stop(fading(f, slope), lump(capacity), end=2.0)
+
+    planted = np.array([0.33, 8e-4, 1.6e4])
+    run = sb.simulate(scene(*planted), rtol=1e-12)
+    ts = np.linspace(0.05, 1.5, 25)
+    s = run.series(ts)
+    data = sb.Measured.of(
+        ts,
+        {"omega": s.omega, "rim_temperature": s.rim_temperature[:, 0]},
+        sigma={"omega": 0.1, "rim_temperature": 1.0},
+        events={"stopping_time": (float(run.stopping_time), 0.01)},
+    )
+    bounds = {
+        "brake.linings.friction.base.coefficient": (0.2, 0.5),
+        "brake.linings.friction.factors[0].slope": (0.0, 3e-3),
+        "heat.bodies[0].capacity": (5e3, 1e5),
+    }
+    guess = scene(0.35, 3e-4, 2e4)
+    fit = sb.calibrate(guess, bounds, data, rtol=1e-11)
+    np.testing.assert_allclose(list(fit.values.values()), planted, rtol=1e-8)
+    assert "Dopri8" in fit.solver
+    import diffrax
+
+    model = FitModel(guess, tuple(bounds), data, solver=diffrax.Dopri8(), rtol=1e-11, max_steps=None)
+    J, D = model(planted).jacobian * planted, central(model, planted) * planted
+    np.testing.assert_allclose(J, D, rtol=1e-6, atol=1e-8 * np.abs(D).max())
+
+
+# --- bounds, events that do not occur, interruption -----------------------------------------------------------------
+
+
+def test_a_bound_that_holds_the_fit_is_said():
+    values = line(noise=np.random.default_rng(0))
+    fit = sb.calibrate(rigid(), LINE | {T0: (2e3, 7e3)}, speeds(values), start=START)
+    assert fit[T0].state == State.AT_HIGH
+    assert fit[T0].value == 7e3
+    assert np.isnan(fit[T0].standard_error)
+    assert any("pressed on a bound" in text for text in fit.warnings)
+    best = np.mean(values + rate(7e3) * TS)  # the other one, given this
+    assert fit[OMEGA].value == pytest.approx(best, rel=1e-8)
+    assert fit[OMEGA].standard_error == pytest.approx(SIGMA / np.sqrt(TS.size), rel=1e-6)
+    assert fit.as_dict()["parameters"][1]["state"] == "at_upper_bound"
+
+
+def test_events_that_the_model_does_not_have():
+    data = sb.Measured.of(events={"stopping_time": (0.5, 0.01)})
+    bounds, weak = {F: (0.01, 0.6)}, {F: 0.011}
+    with pytest.raises(sb.InputError, match="stopping_time does not occur"):
+        sb.calibrate(rigid(end=2.0), bounds, data, start=weak)
+    fit = sb.calibrate(rigid(end=2.0), bounds, data, start=weak, starts=3)
+    assert float(sb.simulate(fit.scene).stopping_time) == pytest.approx(0.5, rel=1e-7)
+    assert fit.failures["stopping_time does not occur in the model"] >= 1
+    assert fit.as_dict()["chi2_start"] is None
+    late = sb.calibrate(rigid(end=2.0), bounds, sb.Measured.of(events={"stopping_time": (3.0, 0.01)}))
+    assert not late.converged
+    assert "stopping_time does not occur" in late.message
+    assert np.isfinite(late[F].value)
+
+
+def test_interruption_keeps_the_best_point(monkeypatch):
+    look, calls = Search.look, []
+
+    def interrupted(self, z):
+        calls.append(z)
+        if len(calls) > 3:
+            monkeypatch.setattr(Search, "look", look)
+            raise KeyboardInterrupt
+        return look(self, z)
+
+    monkeypatch.setattr(Search, "look", interrupted)
+    fit = sb.calibrate(rigid(), LINE, speeds(line()), start=START)
+    assert not fit.converged
+    assert "interrupted" in fit.message
+    assert fit.chi2 <= fit.chi2_start
+
+
+def test_what_is_wrong_with_a_fit_is_told_at_once():
+    bad = {F: (0.5, 0.4), "brake.pulley.mass": (1.0, 2.0), J: (-5.0, 900.0), T0: (2e3, 6e3), OMEGA: (1.0, np.inf)}
+    with pytest.raises(sb.InputError) as caught:
+        sb.calibrate(rigid(), bad, speeds(line()), loss="square", start={"end_time": 3.0}, confidence=1.0)
+    text = str(caught.value)
+    for words in (F, "brake.pulley.mass", "-5 kg*m^2", "start 8000", OMEGA, "'square'", "end_time", "confidence"):
+        assert words in text
+    data = speeds(line(), None) + sb.Measured.of(events={"stopping_time": 1.0})
+    with pytest.raises(sb.InputError, match="2 faults"):
+        sb.calibrate(rigid(), LINE, data)
+    with pytest.raises(sb.InputError, match="say which one was measured"):
+        sb.calibrate(rigid(), LINE, sb.Measured.of(TS, {"tension": line()}, sigma={"tension": 1.0}))
+    with pytest.raises(sb.InputError, match="end_time"):
+        sb.calibrate(rigid(end=0.3), LINE, speeds(line()))
+
+
+def test_traced_entries_of_arrays_can_be_set():
+    def total(x):
+        scene = sb.with_values(rigid(), {"brake.linings.angle[3]": x, "brake.linings.area": None})
+        whole = sb.with_values(rigid(), {"brake.linings.angle": x})
+        return jnp.sum(scene.brake.linings.angle) + jnp.sum(whole.brake.linings.angle)
+
+    value, slope = jax.jit(jax.value_and_grad(total))(0.2)
+    assert float(slope) == 21.0
+    assert float(value) == pytest.approx(19 * np.radians(13.5) + 21 * 0.2)
