@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from typing import Any
 
-import diffrax
 import numpy as np
 
 from ._assess import assess
@@ -11,12 +10,12 @@ from ._calibration import Calibration
 from ._choice import stiffness
 from ._edit import with_values
 from ._fit_model import FitModel, measured_arrays
-from ._hybrid import Rodas5P
 from ._identify import LOSSES
 from ._measured import Measured, check_measured
 from ._quantity import Fault, InputError, Leaf, leaves
 from ._scene import Scene, check
 from ._search import Scale, Search
+from ._simulate import solver_for
 
 #: bounds whose ratio is greater are searched on a logarithmic scale
 _DECADES = 100.0
@@ -146,7 +145,5 @@ def _absoluteness(data: Measured, wanted: bool | None, parameters: int, faults: 
 
 def _solver(scene: Scene, bounds: Mapping[str, Any]) -> Any:
     """The method that `simulate` would take at the start or with any parameter at a bound: the stiff one if any is."""
-    if scene.heat is None:
-        return diffrax.Dopri8()
     trials = [scene, *(with_values(scene, {path: end}) for path, pair in bounds.items() for end in pair)]
-    return Rodas5P() if any(stiffness(trial)[0] for trial in trials) else diffrax.Dopri8()
+    return solver_for(scene.heat is not None and any(stiffness(trial)[0] for trial in trials))

@@ -1,8 +1,6 @@
 """A scene as a function of a few of its numbers: what was measured, as the model has it, with derivatives."""
 
 import functools
-import sys
-import time
 from typing import Any, NamedTuple
 
 import jax
@@ -18,10 +16,7 @@ from ._measured import Measured, Points, pick
 from ._outcome import FAILURES
 from ._quantity import Fault, InputError
 from ._scene import Scene
-from ._simulate import simulate
-
-#: rows of the record: the next is tried where one was too short
-_STEPS = (1024, 16384, 131072)
+from ._simulate import simulate, step_limits
 
 
 class Plan(NamedTuple):
@@ -81,7 +76,7 @@ class FitModel:
     ):
         self.scene = jax.tree.map(jnp.asarray, scene)
         self.rtol = jnp.asarray(rtol, jnp.float64)
-        self.ladder = _STEPS if max_steps is None else (max_steps,)
+        self.ladder = step_limits(scene, max_steps)
         columns = tuple((part.column, part.entry) for part in data.points)
         metrics = tuple(one.metric for one in data.singles)
         self.plan = Plan(paths, columns, metrics, solver, self.ladder[0])
@@ -119,27 +114,6 @@ class FitModel:
         for i in np.flatnonzero(~np.isfinite(found.jacobian).all(axis=1)):
             return f"the derivative of {self.names[i]} is not finite"
         return None
-
-
-class Progress:
-    """One line on the terminal while a fit runs, with the longest time that it may still take."""
-
-    def __init__(self, most: int):
-        self.most, self.begun, self.shown = most, time.monotonic(), sys.stderr.isatty()
-        self.count, self.least = 0, np.inf
-
-    def show(self, chi2: float) -> None:
-        self.count, self.least = self.count + 1, min(self.least, chi2)
-        if not self.shown:
-            return
-        spent = time.monotonic() - self.begun
-        left = spent / self.count * max(self.most - self.count, 0)
-        text = f"calibrate: run {self.count}, chi² {self.least:.6g}, {spent:.0f} s, at most {left:.0f} s more"
-        print(f"\r{text:<100}", end="", file=sys.stderr, flush=True)
-
-    def done(self) -> None:
-        if self.shown:
-            print("\r" + " " * 100 + "\r", end="", file=sys.stderr, flush=True)
 
 
 def measured_arrays(data: Measured) -> tuple[np.ndarray, np.ndarray]:

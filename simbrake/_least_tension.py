@@ -15,11 +15,11 @@ from ._edit import with_values
 from ._hybrid import Code
 from ._least_tension_report import BoundRow, LeastTension, LimitRow
 from ._measure import check_metrics, measure, unit_of
+from ._progress import Line, duration
 from ._quantity import Fault, InputError, leaves
 from ._result import Result
 from ._scene import Scene, faults
-from ._simulate import simulate
-from ._traced_run import Progress, first_run
+from ._simulate import room_for, simulate, solver_of
 
 _ANGLES = "brake.linings.angle"
 _ENTRY = re.compile(r"^(?P<path>.*)\[(?P<index>-?\d+)\]$")
@@ -101,7 +101,7 @@ class _Problem:
     def __init__(self, scene: Scene, spec: _Spec, low: np.ndarray, high: np.ndarray, limits: np.ndarray):
         self.scene, self.spec, self.low, self.high, self.limits = scene, spec, low, high, limits
         self.runs, self.scale = 0, 1.0
-        self.progress = Progress("least tension")
+        self.progress = Line("least tension")
         self._last: tuple[bytes, Any] | None = None
 
     def look(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -120,7 +120,7 @@ class _Problem:
         found = np.asarray(found, float)
         if int(code) != 0:
             found = np.full_like(found, np.inf)
-        self.progress.show(f"run {self.runs}, {self.spec.metrics[0]} {found[0]:.6g}")
+        self.progress.show(f"run {self.runs}, {self.spec.metrics[0]} {found[0]:.6g}, {duration(self.progress.spent)}")
         return found, np.asarray(jacobian) * (self.high - self.low)
 
     def objective(self, u: np.ndarray) -> tuple[float, np.ndarray]:
@@ -227,7 +227,9 @@ def least_tension(
     parts, numbers, found = _variables(scene, variables)
     _check(scene, allowed, objective, found)
     low, high, start = (np.concatenate([np.atleast_1d(one[k]) for one in numbers]) for k in range(3))
-    result, solver, room = first_run(scene, solver, rtol)
+    solver = solver_of(scene, solver)
+    result = simulate(scene, solver=solver, rtol=rtol)
+    room = room_for(result)
     metrics = (objective, *allowed)
     spec = _Spec(metrics, tuple(parts), len(low) > 4 * len(metrics), solver, room, rtol)
     problem = _Problem(scene, spec, low, high, np.asarray(list(allowed.values())))

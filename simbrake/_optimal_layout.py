@@ -20,10 +20,10 @@ from ._layout_report import LayoutDesign, LayoutRow
 from ._layout_targets import TARGETS, Target, at_full_slip, closed_form, friction_at_start, over_braking
 from ._measure import name_of
 from ._outcome import FAILURES, SimulationError
+from ._progress import Line, duration
 from ._quantity import InputError, as_number
 from ._scene import Scene
-from ._simulate import simulate
-from ._traced_run import Progress, first_run
+from ._simulate import room_for, simulate, solver_of
 
 Place = Callable[[Scene, Any, Any], Scene]
 
@@ -104,7 +104,7 @@ class _Search:
     def __init__(self, scene: Scene, angle: np.ndarray, area: Any, rate: Any, spec: _Spec, f: np.ndarray):
         self.arguments, self.spec, self.friction = (scene, angle, area, rate), spec, f
         self.runs = 0
-        self.progress = Progress("layout")
+        self.progress = Line("layout")
         self._last: tuple[bytes, Any] | None = None
 
     def look(self, w: np.ndarray) -> Any:
@@ -127,7 +127,7 @@ class _Search:
             return self._run(w)
         residual = np.asarray(residual) if int(code) == 0 else np.full(residual.shape, np.nan)
         worst = max(np.max(np.asarray(v)) / np.min(np.asarray(v)) for v in values)
-        self.progress.show(f"run {self.runs}, greatest over least {worst:.9g}")
+        self.progress.show(f"run {self.runs}, greatest over least {worst:.9g}, {duration(self.progress.spent)}")
         return residual, np.asarray(jacobian), values, int(code)
 
     def residual(self, w: np.ndarray) -> np.ndarray:
@@ -210,7 +210,8 @@ def equal_layout(
     wear_rate = as_tree(rate) if callable(rate) else None if rate is None else jnp.asarray(as_number(rate))
     spec = _Spec(targets, free, over, pair, place)
     if over == "braking":
-        _, solver, room = first_run(scene, solver, rtol)
+        solver = solver_of(scene, solver)
+        room = room_for(simulate(scene, solver=solver, rtol=rtol))
         spec = dataclasses.replace(spec, solver=solver, max_steps=room, rtol=rtol)
     search, closed, note = _prepared(scene, spec, wear_rate, start)
     rows, iterations = _searched(search, scene, closed, tolerance, max_iterations)

@@ -16,6 +16,30 @@ def duration(seconds: float) -> str:
     return f"{minutes // 60} h {minutes % 60:02d} min"
 
 
+class Line:
+    """One line on a terminal's error stream that is written over; elsewhere nothing is printed, unless `shown`."""
+
+    def __init__(self, name: str = "", shown: bool | None = None):
+        self.name, self.shown = f"{name}: " if name else "", sys.stderr.isatty() if shown is None else shown
+        self._start = time.monotonic()
+
+    @property
+    def spent(self) -> float:
+        """Seconds since the beginning."""
+        return time.monotonic() - self._start
+
+    def show(self, text: str) -> None:
+        if self.shown:
+            sys.stderr.write(f"\r{self.name}{text}\x1b[K")
+            sys.stderr.flush()
+
+    def done(self, *, keep: bool = False) -> None:
+        """Clears the line, or leaves it."""
+        if self.shown:
+            sys.stderr.write("\n" if keep else "\r\x1b[K")
+            sys.stderr.flush()
+
+
 class Progress:
     """Counts what is done out of `total` and says so on stderr.
 
@@ -26,7 +50,7 @@ class Progress:
     def __init__(self, total: int, show: Any = None, done: int = 0):
         self.total, self.done = total, done
         self._tell = show if callable(show) else None
-        self._line = not callable(show) and (sys.stderr.isatty() if show is None else bool(show))
+        self._line = Line(shown=False if callable(show) else show)
         self._start, self._before, self._said = time.monotonic(), done, 0.0
         self._first = True
 
@@ -35,10 +59,9 @@ class Progress:
         if self._tell is not None:
             self._tell(self.done, self.total)
         now = time.monotonic()
-        if self._line and (now - self._said > 0.2 or self.done == self.total):
+        if now - self._said > 0.2 or self.done == self.total:
             self._said = now
-            sys.stderr.write(f"\r{self._text(now)}\x1b[K")
-            sys.stderr.flush()
+            self._line.show(self._text(now))
         if self._first:
             self._first, self._start, self._before = False, now, self.done
 
@@ -51,6 +74,4 @@ class Progress:
         return f"{share}, {since / elapsed:.0f} runs/s, {duration(left)} left"
 
     def close(self) -> None:
-        if self._line:
-            sys.stderr.write("\n")
-            sys.stderr.flush()
+        self._line.done(keep=True)

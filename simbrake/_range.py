@@ -13,6 +13,7 @@ from ._compiling import cpu_compiler_options
 from ._edit import with_values
 from ._hybrid import LANDED, STOPPED, Record
 from ._modes import Label
+from ._progress import Line, duration
 from ._quantity import InputError, leaves
 from ._report import labels_of
 from ._result import Result
@@ -53,7 +54,10 @@ def look_around(
     usual, known = sequence(base), {leaf.path: np.asarray(leaf.value) for leaf in leaves(base.scene)}
     ends: dict[str, tuple[np.ndarray | None, np.ndarray | None]] = {}
     changes: dict[str, str] = {}
-    for path, half in spans.items():
+    line = Line("ends of ranges")
+    for i, (path, half) in enumerate(spans.items()):
+        if i and line.shown:
+            line.show(f"{i} of {len(spans)} numbers, {duration(line.spent / i * (len(spans) - i))} left")
         if not np.any(half):
             continue
         seen, words = [], []
@@ -64,6 +68,7 @@ def look_around(
         ends[path] = (seen[0], seen[1])
         if words:
             changes[path] = "; ".join(words)
+    line.done()
     return Range(ends, changes, tuple(near_ties(base.record) + passages(base.record)))
 
 

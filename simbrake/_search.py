@@ -4,8 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ._fit_model import Evaluation, FitModel, Progress
+from ._fit_model import Evaluation, FitModel
 from ._identify import cost
+from ._progress import Line, duration
 from ._quantity import Fault, InputError
 
 #: a parameter that ends this close to a bound (over the range), and is pressed on it, is put there
@@ -54,7 +55,7 @@ class Search:
         self.model, self.scale, self.loss, self.loss_scale = model, scale, loss, loss_scale
         self.method, self.most, self.starts = method, most, starts
         self.measured, self.sigma = measured, sigma
-        self.progress = Progress(most * starts)
+        self.progress, self.least = Line("calibrate"), np.inf
         self.memory: dict[bytes, Evaluation] = {}
         self.best: tuple[float, np.ndarray, Evaluation] | None = None
         self.ends: list[tuple[float, np.ndarray]] = []
@@ -70,8 +71,13 @@ class Search:
                 cost = self.cost(found)
                 if self.best is None or cost < self.best[0]:
                     self.best = (cost, z.copy(), found)
-                self.progress.show(float(np.sum(self.residual(found) ** 2)))
+                self._show(float(np.sum(self.residual(found) ** 2)))
         return self.memory[key]
+
+    def _show(self, chi2: float) -> None:
+        self.least, count, spent = min(self.least, chi2), self.model.evaluations, self.progress.spent
+        left = duration(spent / count * max(self.most * self.starts - count, 0))
+        self.progress.show(f"run {count}, chi² {self.least:.6g}, {duration(spent)}, at most {left} more")
 
     def residual(self, found: Evaluation) -> np.ndarray:
         return (found.values - self.measured) / self.sigma

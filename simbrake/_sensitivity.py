@@ -17,7 +17,7 @@ from ._measure import Metric, check_metrics, happened, measure, name_of, unit_of
 from ._quantity import Fault, InputError, Leaf, leaves
 from ._range import Range, look_around
 from ._scene import Scene
-from ._simulate import simulate, solver_of
+from ._simulate import room_for, simulate, solver_of
 
 #: an elasticity below this is rounding
 _ROUNDING = 1e-13
@@ -147,7 +147,7 @@ def sensitivity(
     base = simulate(scene, rtol=rtol, solver=solver)
     values = np.asarray(_values(metrics)(base))
     _check_happened(metrics, values)
-    derivatives = _derivatives(scene, metrics, chosen, rtol, solver, int(base.record.count))
+    derivatives = _derivatives(scene, metrics, chosen, rtol, solver, room_for(base))
     spans = {} if span is None else _spans(chosen, span)
     around = None
     if span is not None:
@@ -237,13 +237,12 @@ def _program(metrics: tuple[Metric, ...], forward: bool, solver: Any, max_steps:
 
 
 def _derivatives(
-    scene: Scene, metrics: tuple[Metric, ...], chosen: list[Leaf], rtol: float, solver: Any, steps: int
+    scene: Scene, metrics: tuple[Metric, ...], chosen: list[Leaf], rtol: float, solver: Any, room: int
 ) -> list[np.ndarray]:
     """Derivatives of all metrics by each number: (metrics, *shape of the number)."""
     at = {leaf.path: np.asarray(leaf.value, np.float64) for leaf in chosen}
     forward = sum(value.size for value in at.values()) <= len(metrics)
-    # a derivative replays the run: its length is known but for a few steps, as programs round differently
-    compiled = _program(metrics, forward, solver, 1 << int(np.ceil(np.log2(steps + 48))))
+    compiled = _program(metrics, forward, solver, room)  # a derivative replays the run: its length is known
     tolerance = np.asarray(rtol, np.float64)
 
     def program(direction: Any) -> Any:
