@@ -39,7 +39,7 @@ LAYERS = [
     {"_result"},
     {"_simulate", "_overlap", "_measure"},
     {"_cyclic", "_edit", "_export", "_reproduce", "plot", "_progress", "_order", "_store"},
-    {"_chunks", "_plan"},
+    {"_chunks", "_plan", "_sampling"},
     {"_distribute", "_dataset"},
     {"_ensemble"},
     {"_sweep"},
