@@ -24,7 +24,7 @@ _SIZES = tuple(64 * 4**i for i in range(8))
 ABOUT = ("code", "band", "inner", "moved", "steps", "rejected", "retaken", "segments", "energy.closure")
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True, eq=False)
 class Job:
     """What all runs of a chunk share. Structure and metrics are compiled in, numbers are not."""
 
@@ -35,7 +35,7 @@ class Job:
     rtol: float
     max_steps: int
 
-    @property
+    @functools.cached_property
     def key(self) -> tuple[Any, ...]:
         """Equal for jobs that share a compiled program (with rows of the same shapes)."""
         leaves, structure = jax.tree.flatten(self.scene)

@@ -62,8 +62,8 @@ def ensemble(
     `retaken`, `segments`, `energy.closure` and `method`. A run that fails raises nothing. Times of what did not happen
     are `inf`. Ctrl-C ends the call early: what is finished is returned, the rest has the code −1 and `NaN`.
 
-    Every value is checked against its range. What else `check` demands of a scene is looked at in the runs with the
-    least and the greatest value of every number and in some 64 others; a fault between them ends in a failure code.
+    Every value is checked against its range, and every end against its start. What else `check` demands of a scene is
+    looked at in the runs with the least and the greatest value of every number and in 16 others.
 
     Raises `InputError` with all faults at once, and `RuntimeError` if JAX is not in 64-bit mode.
     """

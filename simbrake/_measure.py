@@ -66,7 +66,7 @@ def unit_of(metric: Metric) -> str:
     return "J" if metric.startswith("energy.") else METRIC_UNITS.get(metric, "")
 
 
-def check_metrics(scene: Scene, metrics: Sequence[Metric]) -> None:
+def check_metrics(scene: Scene, metrics: Sequence[Any]) -> None:
     """Raises `InputError` with every name that a run of the scene does not have."""
     names, faults = metric_names(scene), []
     for one in metrics:

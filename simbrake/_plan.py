@@ -18,7 +18,7 @@ from ._simulate import solver_for, step_limits
 #: step attempts that suffice for most stops without heat: less to write and to measure than the first limit of one run
 _SHORT = 128
 #: scenes looked at as a whole, besides those with the least and the greatest value of every number
-_LOOKED_AT = 64
+_LOOKED_AT = 16
 #: runs named in one fault
 _NAMED = 5
 
@@ -110,7 +110,7 @@ def plan_of(
     names = [name_of(metric) for metric in asked]
     twice = {name for name in names if names.count(name) > 1}
     found += [Fault(name, "is asked for twice", "functions are told apart by their names") for name in sorted(twice)]
-    found = found or _of_scenes(plan)
+    found = found or _of_times(plan) or _of_scenes(plan)
     if found:
         raise InputError(found)
     return plan
@@ -136,24 +136,35 @@ def _arrays(values: Mapping[str, Any]) -> tuple[dict[str, np.ndarray], list[Faul
     return arrays, found
 
 
+def _named(runs: Any) -> str:
+    """`(run 3)`, `(runs 3, 4, 5, 6, 7 and 12 more)`."""
+    more = f" and {len(runs) - _NAMED} more" if len(runs) > _NAMED else ""
+    return f"({'run' if len(runs) == 1 else 'runs'} {', '.join(str(i) for i in runs[:_NAMED])}{more})"
+
+
 def _outside(path: str, array: np.ndarray, about: Quantity) -> list[Fault]:
     """One fault for all values of a number outside its range, with the runs that have them."""
     bad = np.argwhere(~about.admits(array).reshape(len(array), -1))
     if len(bad) == 0:
         return []
-    runs = np.unique(bad[:, 0])
-    named = ", ".join(str(i) for i in runs[:_NAMED])
-    more = f" and {len(runs) - _NAMED} more" if len(runs) > _NAMED else ""
     worst = array.reshape(len(array), -1)[tuple(bad[0])]
-    what = f"{worst:g} {about.unit} is not admissible ({'run' if len(runs) == 1 else 'runs'} {named}{more})"
+    what = f"{worst:g} {about.unit} is not admissible {_named(np.unique(bad[:, 0]))}"
     return [Fault(path, what, f"{about.meaning} must be {about.range} {about.unit}")]
 
 
-def _of_scenes(plan: Plan) -> list[Fault]:
-    """Faults between numbers, in the runs with the least and greatest values and in some others.
+def _of_times(plan: Plan) -> list[Fault]:
+    """Runs that end before they start: these would come back as if they had reached their end."""
+    start, end = (
+        np.broadcast_to(plan.values.get(path, np.asarray(value, np.float64)), (plan.count,))
+        for path, value in (("initial.time", plan.scene.initial.time), ("end_time", plan.scene.end_time))
+    )
+    bad = np.flatnonzero(~(end > start))
+    what = f"{end[bad[0]]:g} s is not after the start {_named(bad)}" if len(bad) else ""
+    return [Fault("end_time", what, "it must be later")] if len(bad) else []
 
-    The same fault of several runs is told once.
-    """
+
+def _of_scenes(plan: Plan) -> list[Fault]:
+    """Faults between numbers, in the runs with the least and greatest values and in some others; each told once."""
     columns = plan.columns
     ends = np.concatenate([columns.argmin(axis=0), columns.argmax(axis=0)])
     step = max(1, math.ceil(plan.count / _LOOKED_AT))
@@ -164,6 +175,5 @@ def _of_scenes(plan: Plan) -> list[Fault]:
             seen.setdefault((fault.path, fault.hint), (fault, []))[1].append(int(i))
     found = []
     for fault, runs in seen.values():
-        named = ", ".join(str(i) for i in runs[:_NAMED]) + (" and others" if len(runs) > _NAMED else "")
-        found.append(Fault(fault.path, f"{fault.problem} ({'run' if len(runs) == 1 else 'runs'} {named})", fault.hint))
+        found.append(Fault(fault.path, f"{fault.problem} {_named(runs)}", fault.hint))
     return found
