@@ -77,3 +77,28 @@ def test_events_and_states_of_a_scene(name):
     np.testing.assert_allclose(t_slope, t_difference, rtol=1e-7, atol=1e-7 * span)
     size = np.maximum(np.max(np.abs(y_slope), axis=0), 1e-300)
     np.testing.assert_allclose(y_slope / size, y_difference / size, rtol=0, atol=1e-7)
+
+
+@pytest.mark.slow
+def test_all_hundred_numbers_of_a_scene_in_one_reverse_pass():
+    scene = load("staged_vs_standard").scene()
+    table = sb.sensitivity("stopping_time", scene, span=None, rtol=RTOL)
+    entries = [row for row in table.rows if not row.path.endswith("[:]")]
+    assert len(entries) >= 100
+    rng = np.random.default_rng(3)
+    slope, direction = 0.0, {}
+    for leaf in sb.leaves(scene):
+        value = np.asarray(leaf.value, np.float64)
+        if not all(np.all(leaf.about.admits(np.atleast_1d(value * f))) for f in (0.99, 1.01)):
+            continue
+        direction[leaf.path] = step = np.asarray(value * rng.uniform(-1, 1, value.shape))
+        names = [leaf.path] if value.ndim == 0 else [f"{leaf.path}[{i}]" for i in range(value.size)]
+        slope += sum(table.at(name).derivative * d for name, d in zip(names, step.ravel(), strict=True))
+
+    def time(share):
+        values = {leaf.path: np.asarray(leaf.value) for leaf in sb.leaves(scene)}
+        moved = {path: values[path] + share * step for path, step in direction.items()}
+        return float(sb.simulate(sb.with_values(scene, moved), rtol=RTOL).stopping_time)
+
+    coarse, fine = ((time(h) - time(-h)) / (2 * h) for h in (6e-4, 3e-4))
+    assert slope == pytest.approx((4 * fine - coarse) / 3, rel=1e-7)
