@@ -17,6 +17,11 @@ app = cyclopts.App(
 )
 
 
+_Many = Annotated[list[str] | None, Parameter(negative="", consume_multiple=False)]
+_Set = Annotated[list[str] | None, Parameter(name="--set", negative="", consume_multiple=False)]
+_Json = Annotated[bool, Parameter(name="--json", negative="")]
+
+
 def _version() -> str:
     from importlib.metadata import version
 
@@ -69,14 +74,44 @@ def load_scene(file: Path) -> Any:
     return scene
 
 
+def _open(scenario: Path, set_: list[str] | None, out: Path | None, **limits: tuple[Any, bool, str]) -> Any:
+    """The scene of a command, its numbers overridden; faults of the options first: name, value, admissible, hint."""
+    from ._edit import parse_assignments, with_values
+    from ._quantity import Fault, InputError
+
+    wrong = [
+        Fault(f"--{name.replace('_', '-')}", f"{value} is not admissible", hint)
+        for name, (value, admissible, hint) in limits.items()
+        if not admissible
+    ]
+    if out is not None and out.exists() and not out.is_dir():
+        wrong.append(Fault("--out", f"{out} is a file", "give a folder"))
+    if wrong:
+        raise InputError(wrong)
+    return with_values(load_scene(scenario), parse_assignments(set_ or []))
+
+
+def _tolerance(rtol: float) -> tuple[float, bool, str]:
+    return rtol, 1e-15 < rtol < 0.1, "0 < rtol < 0.1"
+
+
+def _limit(count: int | None) -> tuple[int | None, bool, str]:
+    return count, count is None or count > 0, "at least 1"
+
+
+def _print_written(written: list[Path], json_: bool) -> None:
+    if not json_:
+        print("written  " + ", ".join(str(path) for path in written))
+
+
 @app.command
 def run(
     scenario: Path,
     /,
     *,
     out: Path | None = None,
-    json_: Annotated[bool, Parameter(name="--json", negative="")] = False,
-    set_: Annotated[list[str] | None, Parameter(name="--set", negative="", consume_multiple=False)] = None,
+    json_: _Json = False,
+    set_: _Set = None,
     rtol: float = 1e-10,
     max_steps: int | None = None,
     max_events: int = 10_000,
@@ -101,21 +136,10 @@ def run(
         Events allowed.
     """
     _prepare_jax()
-    from ._edit import parse_assignments, with_values
-    from ._quantity import Fault, InputError
     from ._simulate import simulate
 
-    limits = [("--rtol", rtol, 1e-15 < rtol < 0.1), ("--max-events", max_events, max_events > 0)]
-    limits.append(("--max-steps", max_steps, max_steps is None or max_steps > 0))
-    wrong = [
-        Fault(name, f"{value} is not admissible", "0 < rtol < 0.1, limits > 0") for name, value, ok in limits if not ok
-    ]
-    if out is not None and out.exists() and not out.is_dir():
-        wrong.append(Fault("--out", f"{out} is a file", "give a folder"))
-    if wrong:
-        raise InputError(wrong)
-    scene = load_scene(scenario)
-    scene = with_values(scene, parse_assignments(set_ or []))
+    limits = {"rtol": _tolerance(rtol), "max_events": _limit(max_events), "max_steps": _limit(max_steps)}
+    scene = _open(scenario, set_, out, **limits)
     result = simulate(scene, rtol=rtol, max_steps=max_steps, max_events=max_events, throw=False)
     if json_:
         print(json.dumps(result.summary(), indent=2, allow_nan=False))
@@ -124,13 +148,8 @@ def run(
     if out is not None:
         from ._export import write
 
-        written = write(result, out)
-        if not json_:
-            print("written  " + ", ".join(str(path) for path in written))
+        _print_written(write(result, out), json_)
     return 0 if result.ok else 1
-
-
-_Many = Annotated[list[str] | None, Parameter(negative="", consume_multiple=False)]
 
 
 @app.command
@@ -143,12 +162,12 @@ def calibrate(
     sigma: _Many = None,
     column: _Many = None,
     start: _Many = None,
-    set_: Annotated[list[str] | None, Parameter(name="--set", negative="", consume_multiple=False)] = None,
+    set_: _Set = None,
     loss: str = "linear",
     starts: int = 1,
     rtol: float = 1e-8,
     out: Path | None = None,
-    json_: Annotated[bool, Parameter(name="--json", negative="")] = False,
+    json_: _Json = False,
 ) -> int:
     """Fit numbers of a scenario to measured data and tell how well the data hold them.
 
@@ -183,12 +202,8 @@ def calibrate(
     """
     _prepare_jax()
     from ._calibrate_run import read_all, run
-    from ._edit import parse_assignments, with_values
-    from ._quantity import Fault, InputError
 
-    if out is not None and out.exists() and not out.is_dir():
-        raise InputError([Fault("--out", f"{out} is a file", "give a folder")])
-    scene = with_values(load_scene(scenario), parse_assignments(set_ or []))
+    scene = _open(scenario, set_, out, rtol=_tolerance(rtol), starts=_limit(starts))
     files = [*data, *(events or [])]
     measured, bounds, first = read_all(files, sigma or [], column or [], fit or [], start or [])
     options = {"start": first, "loss": loss, "starts": starts, "rtol": rtol}
@@ -201,12 +216,12 @@ def sensitivity(
     scenario: Path,
     /,
     *,
-    metric: Annotated[list[str] | None, Parameter(negative="", consume_multiple=False)] = None,
-    wrt: Annotated[list[str] | None, Parameter(negative="", consume_multiple=False)] = None,
+    metric: _Many = None,
+    wrt: _Many = None,
     span: float = 0.01,
     out: Path | None = None,
-    json_: Annotated[bool, Parameter(name="--json", negative="")] = False,
-    set_: Annotated[list[str] | None, Parameter(name="--set", negative="", consume_multiple=False)] = None,
+    json_: _Json = False,
+    set_: _Set = None,
     rtol: float = 1e-10,
 ) -> int:
     """Print how metrics of a scenario move with its numbers: derivatives, elasticities, ends of a range.
@@ -232,19 +247,11 @@ def sensitivity(
         Relative tolerance of the integration.
     """
     _prepare_jax()
-    from ._edit import parse_assignments, with_values
     from ._outcome import SimulationError
-    from ._quantity import Fault, InputError
     from ._sensitivity import sensitivity as tables_of
 
-    wrong = [] if 1e-15 < rtol < 0.1 else [Fault("--rtol", f"{rtol} is not admissible", "0 < rtol < 0.1")]
-    if not 0 <= span < 1:
-        wrong.append(Fault("--span", f"{span} is not admissible", "a share of each number, 0 ≤ span < 1"))
-    if out is not None and out.exists() and not out.is_dir():
-        wrong.append(Fault("--out", f"{out} is a file", "give a folder"))
-    if wrong:
-        raise InputError(wrong)
-    scene = with_values(load_scene(scenario), parse_assignments(set_ or []))
+    share = (span, 0 <= span < 1, "a share of each number, 0 ≤ span < 1")
+    scene = _open(scenario, set_, out, rtol=_tolerance(rtol), span=share)
     try:
         tables = tables_of(metric or ["stopping_time"], scene, wrt, span=span or None, rtol=rtol)
     except SimulationError as error:
@@ -257,9 +264,7 @@ def sensitivity(
     if out is not None:
         from ._export import write_sensitivities
 
-        written = write_sensitivities(tables, out)
-        if not json_:
-            print("written  " + ", ".join(str(path) for path in written))
+        _print_written(write_sensitivities(tables, out), json_)
     return 0
 
 
@@ -268,13 +273,13 @@ def sweep(
     scenario: Path,
     /,
     *,
-    vary: Annotated[list[str] | None, Parameter(negative="", consume_multiple=False)] = None,
+    vary: _Many = None,
     sample: int | None = None,
     seed: int = 0,
     metrics: str | None = None,
     out: Path | None = None,
-    json_: Annotated[bool, Parameter(name="--json", negative="")] = False,
-    set_: Annotated[list[str] | None, Parameter(name="--set", negative="", consume_multiple=False)] = None,
+    json_: _Json = False,
+    set_: _Set = None,
     rtol: float = 1e-10,
     max_steps: int | None = None,
     workers: int | None = None,
@@ -314,26 +319,21 @@ def sweep(
     """
     _prepare_jax()
     from . import _sweep
-    from ._edit import parse_assignments, with_values
-    from ._quantity import Fault, InputError
 
     axes = _sweep.parse_axes(vary or [], sample)
-    if out is not None and out.exists() and not out.is_dir():
-        raise InputError([Fault("--out", f"{out} is a file", "give a folder")])
-    scene = with_values(load_scene(scenario), parse_assignments(set_ or []))
+    limits = {"rtol": _tolerance(rtol), "max_steps": _limit(max_steps), "workers": _limit(workers)}
+    scene = _open(scenario, set_, out, **limits)
     asked = _sweep.metrics_of(scene, metrics)
     settings: dict[str, Any] = {"rtol": rtol, "max_steps": max_steps, "workers": workers}
     data = _sweep.run(scene, axes, asked, sample=sample, seed=seed, directory=resume, client=scheduler, **settings)
     print(json.dumps(_sweep.summary(data, asked), indent=1, allow_nan=False) if json_ else _sweep.text(data, asked))
     if out is not None:
-        written = _sweep.write(data, out)
-        if not json_:
-            print("written  " + ", ".join(str(path) for path in written))
+        _print_written(_sweep.write(data, out), json_)
     return _sweep.exit_code(data)
 
 
 @app.command
-def reproduce(*, json_: Annotated[bool, Parameter(name="--json", negative="")] = False) -> int:
+def reproduce(*, json_: _Json = False) -> int:
     """Recompute the published tables cell by cell: printed, computed, difference, verdict.
 
     Parameters
