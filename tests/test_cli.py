@@ -164,3 +164,24 @@ def test_a_scenario_with_heat(capsys, tmp_path, scenarios):
     assert (tmp_path / "drag" / "temperatures.png").stat().st_size > 10_000
     header = (tmp_path / "drag" / "series.csv").read_text("utf-8").splitlines()[0]
     assert "temperature_rim[1] [K]" in header
+
+
+def test_sensitivity_as_tables_json_and_charts(capsys, scenario, tmp_path):
+    arguments = ("sensitivity", scenario, "--metric", "stopping_time", "--wrt", "brake.band", "--span", "0.05")
+    code, out, _ = call(capsys, *arguments, "--out", str(tmp_path / "s"))
+    assert code == 0
+    assert "stopping_time = 1.249644 s" in out
+    assert "brake.band.stiffness" in out
+    names = {file.name for file in (tmp_path / "s").iterdir()}
+    assert names == {"sensitivity.json", "sensitivity_stopping_time.csv", "tornado_stopping_time.png"}
+    code, out, _ = call(capsys, *arguments, "--json")
+    (table,) = json.loads(out)
+    rows = {row["path"]: row for row in table["rows"]}
+    code, out, _ = call(capsys, "run", scenario, "--json", "--set", "brake.band.stiffness=1.05e5")
+    assert rows["brake.band.stiffness"]["high"] == pytest.approx(json.loads(out)["metrics"]["stopping_time"], rel=1e-9)
+    code, out, err = call(capsys, "sensitivity", scenario, "--metric", "stoping_time", "--span", "2")
+    assert (code, out) == (2, "")
+    assert "--span" in err
+    code, _, err = call(capsys, "sensitivity", scenario, "--metric", "stoping_time")
+    assert code == 2
+    assert "nearest: stopping_time" in err
