@@ -52,8 +52,8 @@ def scene() -> sb.Scene:
         ),
         initial=sb.Initial(omega=24.0),
         end_time=4.0,
-        # assumptions: the outer 3 mm of the tracks take the heat of one stop, 80 % of it
-        heat=sb.lumped_heat(rim=2e4, partition=sb.ConstantPartition(0.8), rim_cooling=50.0),
+        # assumptions: the outer 3 mm of the tracks take the heat of one stop, 80 % of it; warm at the start
+        heat=sb.lumped_heat(rim=2e4, partition=sb.ConstantPartition(0.8), rim_cooling=50.0, temperature=303.15),
     )
 
 

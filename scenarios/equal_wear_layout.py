@@ -47,7 +47,7 @@ def scene() -> sb.Scene:
     friction = sb.ProductFriction(
         sb.ConstantFriction(FRICTION),
         # 8 % less for every 100 K above 150 °C, not below a third; assumption
-        (sb.LinearFade(slope=8e-4, above=423.15, floor=0.33, blend=0.02),),
+        (sb.LinearFade(slope=8e-4, above=423.15, floor=0.33),),
     )
     brake = sb.Brake(
         sb.Pulley(TRACK_RADIUS, inertia=1200.0, width=TRACK_WIDTH),  # kg·m²; assumption, as in u2_5_5_stop
@@ -69,7 +69,7 @@ def scene() -> sb.Scene:
         each=LININGS,
         inside=25.0,  # W/(m²·K); assumption
         outside=40.0,  # W/(m²·K); assumption
-        temperature=423.15,  # K; assumption: warm from the brakings before
+        temperature=433.15,  # K; assumption: warm from the brakings before
     )
     duty = sb.Duty(
         slack_tension=sb.PiecewiseLinear([0.0, 0.35], [2.0e3, 30.0e3]),  # s, N; assumptions
