@@ -17,7 +17,7 @@ OUTER = TRACK_RADIUS + LINING
 def fading(coefficient: float) -> sb.ProductFriction:
     """Static friction 10 % above kinetic, 5 % lost every 100 K above 120 °C (assumptions)."""
     return sb.ProductFriction(
-        sb.ConstantFriction(coefficient, static_ratio=1.1), (sb.LinearFade(5e-4, 393.15, 0.1, 0.01),)
+        sb.ConstantFriction(coefficient, static_ratio=1.1), (sb.LinearFade(5e-4, above=393.15, floor=0.1, blend=5.0),)
     )
 
 
