@@ -42,7 +42,7 @@ class LinearFade(AbstractFactor):
 
     - `slope` `s` (1/K), `above` `T_p` (K), `floor` `φ_min`
     - `blend` (K): half-width over which both corners are rounded by parabolas; 0: corners, which cost steps at tight
-      tolerances where many linings pass them one after the other
+      tolerances where many linings pass them one after the other, and derivatives half of their digits
     """
 
     slope: Scalar = quantity("1/K", "loss of friction per kelvin", low=0.0)
