@@ -132,6 +132,9 @@ from ._overlap import Overlap as Overlap
 from ._overlap import RunningIn as RunningIn
 from ._overlap import geometric_overlap as geometric_overlap
 from ._overlap import overlap as overlap
+from ._prepare import Answer as Answer
+from ._prepare import Prepared as Prepared
+from ._prepare import prepare as prepare
 from ._quantity import Fault as Fault
 from ._quantity import InputError as InputError
 from ._quantity import leaves as leaves

@@ -1,8 +1,14 @@
 """How programs are compiled on the CPU."""
 
 import os
+import time
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import jax
+import numpy as np
+from jax.errors import JaxRuntimeError
+from jax.experimental.xla_metadata import set_xla_metadata
 
 _SMALL_LOOPS = "--xla_backend_extra_options=xla_cpu_small_while_loop_byte_threshold=100000000"
 
@@ -13,6 +19,42 @@ def cpu_compiler_options() -> dict[str, bool] | None:
     The newer ones take 1.6 times as long to compile these loops and run them no faster. Other devices take none.
     """
     return {"xla_cpu_use_fusion_emitters": False} if jax.default_backend() == "cpu" else None
+
+
+class Program(NamedTuple):
+    """A compiled function of one vector."""
+
+    call: Callable[[Any], Any]
+    trace_seconds: float
+    compile_seconds: float
+    one_function: bool  # loops and all; otherwise a hundred small kernels in every turn of a loop
+
+
+def compiled(function: Callable[[Any], Any], numbers: np.ndarray) -> Program:
+    """`function` of a vector like `numbers`, compiled ahead; on a CPU as one function where XLA can do that.
+
+    XLA then neither starts kernels one by one nor hands them to a pool of threads. It wants every argument to be used,
+    hence one vector, and knows not all operations there; what it refuses is compiled the ordinary way.
+    """
+    inner = jax.jit(function)
+
+    def whole(numbers: Any) -> Any:
+        # a mark on the call that this result comes from
+        return set_xla_metadata(inner(numbers), xla_cpu_small_call="true", inlineable="false")
+
+    def build(function: Callable[[Any], Any], one: bool) -> Program:
+        start = time.perf_counter()
+        lowered = jax.jit(function, compiler_options=cpu_compiler_options()).lower(numbers)
+        traced = time.perf_counter()
+        call = lowered.compile()
+        return Program(call, traced - start, time.perf_counter() - traced, one)
+
+    if jax.default_backend() == "cpu":
+        try:
+            return build(whole, True)
+        except JaxRuntimeError:
+            pass  # calls of libraries, for one; what is wrong with the function itself shows again below
+    return build(inner, False)
 
 
 def fast_loops() -> None:

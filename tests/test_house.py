@@ -40,6 +40,7 @@ LAYERS = [
     {"_simulate", "_overlap", "_measure"},
     {"_progress", "_layout_targets", "_layout_report", "_least_tension_report", "_measured"},
     {"_cyclic", "_edit", "_reproduce", "_indices", "_order", "_store", "_layout_faults"},
+    {"_prepare"},
     {"_read_measured", "_calibration", "_range", "_chunks", "_plan", "_sampling", "_least_tension", "_optimal_layout"},
     {"_sensitivity", "_distribute", "_dataset", "_fit_model"},
     {"_ensemble", "_search"},

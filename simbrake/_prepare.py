@@ -1,0 +1,165 @@
+"""A scene's program, prepared once: numbers in, metrics and their derivatives out, without any tracing or checking."""
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from ._compiling import Program, compiled
+from ._edit import with_values
+from ._hybrid import Code
+from ._measure import Metric, check_metrics, measure, name_of
+from ._quantity import Fault, InputError, leaves
+from ._result import Result
+from ._scene import Scene, check
+from ._simulate import room_for, simulate, solver_of
+
+_MOST_STEPS = 1 << 20
+_ENTRY = re.compile(r"^(?P<path>.*)\[(?P<index>-?\d+)\]$")
+
+
+class Answer(NamedTuple):
+    """What a prepared run gives: metrics by name (`inf`: a time that never came), result code, counts of steps."""
+
+    metrics: dict[str, float]
+    code: int  # 0: the run reached its end time; else one of `simbrake.FAILURES`
+    accepted: int
+    rejected: int
+    retaken: int
+    events: int
+    segments: int
+
+
+class Prepared:
+    """A scene compiled for fast runs with other numbers; made by `prepare`.
+
+    - `numbers` (k,): all numbers of the scene as one vector; `places`: path → where they lie in it
+    - `metrics`: names in the order of `gradient`'s rows
+    - `program`: the compiled run, with the seconds that tracing and compiling took
+    """
+
+    def __init__(self, scene: Scene, metrics: Sequence[Metric], solver: Any, rtol: float, max_steps: int):
+        self.scene, self.solver, self.rtol, self.max_steps = scene, solver, rtol, max_steps
+        self.metrics = tuple(name_of(metric) for metric in metrics)
+        self._asked = tuple(metrics)
+        values, self._structure = jax.tree.flatten(scene)
+        self._shapes = [np.shape(value) for value in values]
+        self._ends = np.cumsum([0, *(np.size(value) for value in values)])
+        self.numbers = np.concatenate([np.ravel(np.asarray(value, np.float64)) for value in values])
+        self.places = self._places()
+        self.program = self._compile()
+        self._slope: Program | None = None
+
+    def _places(self) -> dict[str, slice]:
+        # a scene whose numbers are replaced by their places tells where each path lies
+        counted = self._scene_of(np.arange(self.numbers.size, dtype=np.float64))
+        found = {}
+        for leaf in leaves(counted):
+            first = int(np.ravel(leaf.value)[0])
+            found[leaf.path] = slice(first, first + int(np.size(leaf.value)))
+        return found
+
+    def _scene_of(self, numbers: Any) -> Scene:
+        parts = zip(self._ends[:-1], self._ends[1:], self._shapes, strict=True)
+        return jax.tree.unflatten(self._structure, [numbers[a:b].reshape(shape) for a, b, shape in parts])
+
+    def _run(self, numbers: Any) -> Any:
+        result = simulate(self._scene_of(numbers), solver=self.solver, rtol=self.rtol, max_steps=self.max_steps)
+        found = [measure(result, metric) for metric in self._asked]
+        counts = [jnp.asarray(n, jnp.float64) for n in (result.code, *result.record.stats)]
+        return jnp.stack([*found, *counts])
+
+    def _compile(self) -> Program:
+        return compiled(self._run, self.numbers)
+
+    def vector(self, values: Mapping[str, Any] | np.ndarray | None = None) -> np.ndarray:
+        """The numbers with some of them changed, by path (`{"initial.omega": 18.0}`), or such a vector as it is."""
+        if values is None:
+            return self.numbers
+        if isinstance(values, np.ndarray):
+            return values
+        numbers = self.numbers.copy()
+        for path, value in values.items():
+            numbers[self._place(path)] = value
+        return numbers
+
+    def _place(self, path: str) -> slice | int:
+        if path in self.places:
+            return self.places[path]
+        entry = _ENTRY.match(path)
+        whole = self.places.get(entry["path"]) if entry else None
+        if entry is None or whole is None:
+            with_values(self.scene, {path: 0.0})  # raises what is wrong with an unknown path
+            raise InputError([Fault(path, "is absent in the prepared scene", "prepare a scene that has it")])
+        return range(whole.start, whole.stop)[int(entry["index"])]
+
+    def __call__(self, values: Mapping[str, Any] | np.ndarray | None = None) -> Answer:
+        """Runs with these numbers; what a run of `simulate` would raise is in `code`.
+
+        Values are taken as they are: `check` looks at them first.
+        """
+        numbers = self.vector(values)
+        out = np.asarray(self.program.call(numbers)).tolist()
+        n = len(self.metrics)
+        while int(out[n]) == Code.STEP_LIMIT and self.max_steps < _MOST_STEPS:
+            # the record was too short for these numbers: a longer one, from now on
+            self.max_steps, self._slope = 4 * self.max_steps, None
+            self.program = self._compile()
+            out = np.asarray(self.program.call(numbers)).tolist()
+        return Answer(dict(zip(self.metrics, out[:n], strict=True)), *map(int, out[n:]))
+
+    def gradient(self, values: Mapping[str, Any] | np.ndarray | None = None) -> np.ndarray:
+        """Derivatives of all metrics with respect to all numbers, (metrics, k), by one reverse pass for each metric.
+
+        Zero for a metric that is infinite. Compiles at the first call.
+        """
+        if self._slope is None:
+            self._slope = compiled(self._slopes, self.numbers)
+        return np.asarray(self._slope.call(self.vector(values)))
+
+    def _slopes(self, numbers: Any) -> Any:
+        count = len(self.metrics)
+        found, back = jax.vjp(lambda x: self._run(x)[:count], numbers)
+        eye = jnp.where(jnp.isfinite(found), 1.0, 0.0) * jnp.eye(count)
+        return jnp.stack([back(row)[0] for row in eye]) if count < 3 else jax.lax.map(lambda row: back(row)[0], eye)
+
+    def check(self, values: Mapping[str, Any] | np.ndarray | None = None) -> Scene:
+        """The scene with these numbers. Raises `InputError` with all faults of it."""
+        scene = self._scene_of(self.vector(values))
+        check(scene)
+        return scene
+
+    def result(self, values: Mapping[str, Any] | np.ndarray | None = None) -> Result:
+        """The whole `Result` of a run with these numbers, by `simulate`."""
+        scene = self.check(values)
+        return simulate(scene, solver=self.solver, rtol=self.rtol, max_steps=self.max_steps, throw=False)
+
+
+def prepare(
+    scene: Scene,
+    metrics: Sequence[Metric] = ("slip_onset_time", "full_slip_time", "stopping_time"),
+    *,
+    solver: Any = None,
+    rtol: float = 1e-10,
+    max_steps: int | None = None,
+) -> Prepared:
+    """Compiles a scene's run for many calls with other numbers, each some tens of microseconds: loops, live displays.
+
+        run = simbrake.prepare(scene, ["stopping_time"])
+        run({"initial.omega": 18.0}).metrics["stopping_time"]
+        run.gradient({"initial.omega": 18.0})[0, run.places["brake.pulley.inertia"]]
+
+    - `metrics`: names, energies as `energy.…`, or functions of a `Result` to a number
+    - `solver`, `rtol`: as for `simulate`, chosen once for the scene given
+    - `max_steps`: step attempts to make room for; by default what the scene's own run needs and a quarter more. A run
+      that needs more is compiled anew with more room
+
+    Raises `InputError` for a faulty scene or metric, and `SimulationError` where the scene's own run fails.
+    """
+    check_metrics(scene, metrics)
+    solver = solver_of(scene, solver)
+    limit = max_steps or room_for(simulate(scene, solver=solver, rtol=rtol))
+    return Prepared(scene, metrics, solver, rtol, limit)

@@ -1,0 +1,90 @@
+"""The prepared handle: the numbers of single runs and their derivatives, room for longer runs, faults."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from heat_scenes import fading, lump, rigid_stop
+from helpers import closed_form, stop_scene
+
+import simbrake as sb
+
+TIMES = {"slip_onset_time": "t0", "full_slip_time": "t1", "stopping_time": "stop"}
+
+PATHS = {"initial.omega": "w0", "duty.slack_tension.level": "T0", "brake.pulley.inertia": "J"}
+
+
+@pytest.fixture(scope="module")
+def run():
+    return sb.prepare(stop_scene(end=20.0), [*TIMES, "energy.friction_heat"])
+
+
+def test_runs_and_gradients_are_those_of_the_closed_form(run):
+    assert run.program.one_function == (jax.default_backend() == "cpu")
+    for change in ({}, {"initial.omega": 11.0}, {"duty.slack_tension.level": 6e3, "initial.omega": 25.0}):
+        p = {"w0": change.get("initial.omega", 20.0), "T0": change.get("duty.slack_tension.level", 8e3), "J": 800.0}
+        truth = closed_form(**p)
+        slopes = jax.jacobian(lambda p: {name: closed_form(**p, xp=jnp)[key] for name, key in TIMES.items()})(p)
+        answer, slope = run(change), run.gradient(change)
+        assert answer.code == 0
+        assert answer.accepted > 5
+        assert slope.shape == (4, run.numbers.size)
+        for row, (name, key) in zip(slope, TIMES.items(), strict=False):
+            assert answer.metrics[name] == pytest.approx(truth[key], rel=1e-9)
+            for path, of in (
+                ("initial.omega", "w0"),
+                ("duty.slack_tension.level", "T0"),
+                ("brake.pulley.inertia", "J"),
+            ):
+                expected = float(slopes[name][of])
+                assert row[run.places[path]] == pytest.approx(expected, rel=1e-7, abs=1e-12)
+
+
+def test_same_as_simulate_for_entries_and_vectors(run):
+    change = {"brake.linings.angle[3]": 0.21, "brake.linings.angle[-1]": 0.25, "brake.pulley.inertia": 700.0}
+    numbers = run.vector(change)
+    assert run(numbers) == run(change)
+    result = run.result(change)
+    found = run(change).metrics
+    assert found["stopping_time"] == pytest.approx(float(result.stopping_time), rel=1e-12)
+    assert found["energy.friction_heat"] == pytest.approx(float(result.energy["friction_heat"]), rel=1e-12)
+    entry = range(run.numbers.size)[run.places["brake.linings.angle"]][3]
+    assert numbers[entry] == 0.21
+    assert run.numbers[entry] != 0.21
+
+
+def test_a_run_that_needs_more_room_gets_it():
+    run = sb.prepare(stop_scene(end=20.0), ["stopping_time"], max_steps=16)
+    assert run().metrics["stopping_time"] == pytest.approx(closed_form()["stop"], rel=1e-10)
+    assert run.max_steps > 16
+
+
+def test_never_is_infinite_and_its_derivative_zero(run):
+    answer = run({"initial.omega": 0.0})
+    assert answer.metrics["stopping_time"] == np.inf
+    assert not np.any(run.gradient({"initial.omega": 0.0})[2])
+
+
+def test_what_one_function_cannot_hold_is_compiled_the_ordinary_way():
+    """A measured friction curve brings operations that XLA has for single kernels only."""
+    speeds, values = jnp.linspace(0.0, 30.0, 7), jnp.asarray([0.4, 0.36, 0.34, 0.33, 0.325, 0.32, 0.32])
+    run = sb.prepare(stop_scene(law=sb.TabulatedFriction(speeds, values)), ["stopping_time"], rtol=1e-8)
+    assert run().metrics["stopping_time"] == pytest.approx(float(run.result().stopping_time), rel=1e-9)
+
+
+def test_heat_and_the_implicit_method():
+    scene = rigid_stop(fading(), lump())
+    for solver in (None, sb.Rodas5P()):
+        run = sb.prepare(scene, ["stopping_time"], solver=solver, rtol=1e-8)
+        expected = sb.simulate(scene, rtol=1e-11).stopping_time
+        assert run().metrics["stopping_time"] == pytest.approx(float(expected), rel=1e-6)
+
+
+def test_faults(run):
+    with pytest.raises(sb.InputError, match=r"initial\.omega"):
+        run({"initial.omeg": 3.0})
+    with pytest.raises(sb.InputError, match=r"brake\.pulley\.inertia"):
+        run.check({"brake.pulley.inertia": -3.0})
+    with pytest.raises(sb.InputError, match="stopping_time"):
+        sb.prepare(stop_scene(), ["stoping_time"])
+    assert run({"brake.pulley.inertia": np.nan}).code != 0
