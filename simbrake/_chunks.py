@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ._compiling import cpu_compiler_options
+from ._compiling import Packing, Program, compiled, cpu_compiler_options, pack
 from ._edit import with_values
 from ._measure import Metric, measure, name_of
 from ._metrics import PEAKS
@@ -35,15 +35,10 @@ class Job:
     rtol: float
     max_steps: int
 
-    @functools.cached_property
-    def key(self) -> tuple[Any, ...]:
-        """Equal for jobs that share a compiled program (with rows of the same shapes)."""
-        leaves, structure = jax.tree.flatten(self.scene)
-        shapes = tuple((np.shape(leaf), type(leaf)) for leaf in leaves)
-        return structure, shapes, self.paths, self.solver, self.max_steps
 
+def _integrate(numbers: Any, *, like: Packing, paths: tuple[str, ...], solver: Any, max_steps: int) -> Result:
+    scene, rows, rtol = like.unpack(numbers)
 
-def _integrate(scene: Scene, rows: Any, rtol: Any, *, paths: tuple[str, ...], solver: Any, max_steps: int) -> Result:
     def one(row: Any) -> Result:
         changed = with_values(scene, dict(zip(paths, row, strict=True)))
         return simulate(changed, solver=solver, rtol=rtol, max_steps=max_steps)
@@ -91,14 +86,13 @@ def _measured(result: Result, *, metrics: tuple[Metric, ...], size: int, lanes: 
 
 
 @functools.cache
-def _programs() -> tuple[Any, Any]:
-    options = cpu_compiler_options()
-    return (
-        jax.jit(_integrate, static_argnames=("paths", "solver", "max_steps"), compiler_options=options),
-        jax.jit(_measured, static_argnames=("metrics", "size", "lanes"), compiler_options=options),
-    )
+def _measurer() -> Any:
+    return jax.jit(_measured, static_argnames=("metrics", "size", "lanes"), compiler_options=cpu_compiler_options())
 
 
+#: compiled integrations, the latest last; a program takes a megabyte or more
+_integrators: dict[Any, Program] = {}
+_KEPT = 16
 _ready: set[Any] = set()
 _compiling = threading.Lock()
 
@@ -113,6 +107,18 @@ def _call(key: Any, program: Any, *arguments: Any, **static: Any) -> Any:
     return found
 
 
+def _integrator(job: Job, numbers: np.ndarray, like: Packing, device: Any) -> Program:
+    """The compiled integration of a chunk whose numbers lie like this; one thread compiles and the others wait."""
+    key = (like, job.paths, job.solver, job.max_steps, device)
+    with _compiling:
+        if key not in _integrators:
+            run = functools.partial(_integrate, like=like, paths=job.paths, solver=job.solver, max_steps=job.max_steps)
+            _integrators[key] = compiled(run, numbers)
+            while len(_integrators) > _KEPT:
+                del _integrators[next(iter(_integrators))]
+        return _integrators[key]
+
+
 def run_chunk(job: Job, rows: tuple[np.ndarray, ...], size: int, device: Any = None) -> dict[str, np.ndarray]:
     """Runs the samples `rows` (one array per path, the samples along its first axis), filled up to `size`.
 
@@ -123,23 +129,13 @@ def run_chunk(job: Job, rows: tuple[np.ndarray, ...], size: int, device: Any = N
     count = len(rows[0])
     device = device or jax.devices()[0]
     padded = tuple(np.concatenate([row, np.repeat(row[-1:], size - count, axis=0)]) for row in rows)
-    integrate, measured = _programs()
+    numbers, like = pack((job.scene, padded, job.rtol))
     with jax.default_device(device):
-        shapes = (device, *(row.shape for row in padded))
-        result = _call(
-            (*job.key, shapes),
-            integrate,
-            job.scene,
-            padded,
-            np.asarray(job.rtol, np.float64),
-            paths=job.paths,
-            solver=job.solver,
-            max_steps=job.max_steps,
-        )
+        result = jax.block_until_ready(_integrator(job, numbers, like, device).call(numbers))
         used = int(np.max(np.asarray(result.record.count))) + 1
         kept = min(next((n for n in _SIZES if n >= used), used), job.max_steps + 1)
         lanes = 1 if device.platform == "cpu" else 16
-        key = (*job.key, shapes, job.metrics, kept)
-        found = _call(key, measured, result, metrics=job.metrics, size=kept, lanes=lanes)
+        key = (like, job.solver, job.max_steps, device, job.metrics, kept)
+        found = _call(key, _measurer(), result, metrics=job.metrics, size=kept, lanes=lanes)
     columns = {name: np.asarray(value)[:count] for name, value in jax.device_get(found).items()}
     return columns | {"method": np.full(count, type(job.solver).__name__, dtype="<U32")}

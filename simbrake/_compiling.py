@@ -1,5 +1,6 @@
 """How programs are compiled on the CPU."""
 
+import math
 import os
 import time
 from collections.abc import Callable
@@ -19,6 +20,25 @@ def cpu_compiler_options() -> dict[str, bool] | None:
     The newer ones take 1.6 times as long to compile these loops and run them no faster. Other devices take none.
     """
     return {"xla_cpu_use_fusion_emitters": False} if jax.default_backend() == "cpu" else None
+
+
+class Packing(NamedTuple):
+    """How a PyTree of numbers lies in one vector; hashable, as it shapes a program."""
+
+    structure: Any
+    shapes: tuple[tuple[int, ...], ...]
+
+    def unpack(self, numbers: Any) -> Any:
+        ends = np.cumsum([0, *(math.prod(shape) for shape in self.shapes)])
+        parts = zip(ends[:-1], ends[1:], self.shapes, strict=True)
+        return jax.tree.unflatten(self.structure, [numbers[a:b].reshape(shape) for a, b, shape in parts])
+
+
+def pack(tree: Any) -> tuple[np.ndarray, Packing]:
+    """All numbers of a tree in one vector, and how they lie in it."""
+    leaves, structure = jax.tree.flatten(tree)
+    shapes = tuple(np.shape(leaf) for leaf in leaves)
+    return np.concatenate([np.ravel(np.asarray(leaf, np.float64)) for leaf in leaves]), Packing(structure, shapes)
 
 
 class Program(NamedTuple):

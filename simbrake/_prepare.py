@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ._compiling import Program, compiled
+from ._compiling import Program, compiled, pack
 from ._edit import with_values
 from ._hybrid import Code
 from ._measure import Metric, check_metrics, measure, name_of
@@ -45,29 +45,22 @@ class Prepared:
         self.scene, self.solver, self.rtol, self.max_steps = scene, solver, rtol, max_steps
         self.metrics = tuple(name_of(metric) for metric in metrics)
         self._asked = tuple(metrics)
-        values, self._structure = jax.tree.flatten(scene)
-        self._shapes = [np.shape(value) for value in values]
-        self._ends = np.cumsum([0, *(np.size(value) for value in values)])
-        self.numbers = np.concatenate([np.ravel(np.asarray(value, np.float64)) for value in values])
+        self.numbers, self._like = pack(scene)
         self.places = self._places()
         self.program = self._compile()
         self._slope: Program | None = None
 
     def _places(self) -> dict[str, slice]:
         # a scene whose numbers are replaced by their places tells where each path lies
-        counted = self._scene_of(np.arange(self.numbers.size, dtype=np.float64))
+        counted = self._like.unpack(np.arange(self.numbers.size, dtype=np.float64))
         found = {}
         for leaf in leaves(counted):
             first = int(np.ravel(leaf.value)[0])
             found[leaf.path] = slice(first, first + int(np.size(leaf.value)))
         return found
 
-    def _scene_of(self, numbers: Any) -> Scene:
-        parts = zip(self._ends[:-1], self._ends[1:], self._shapes, strict=True)
-        return jax.tree.unflatten(self._structure, [numbers[a:b].reshape(shape) for a, b, shape in parts])
-
     def _run(self, numbers: Any) -> Any:
-        result = simulate(self._scene_of(numbers), solver=self.solver, rtol=self.rtol, max_steps=self.max_steps)
+        result = simulate(self._like.unpack(numbers), solver=self.solver, rtol=self.rtol, max_steps=self.max_steps)
         found = [measure(result, metric) for metric in self._asked]
         counts = [jnp.asarray(n, jnp.float64) for n in (result.code, *result.record.stats)]
         return jnp.stack([*found, *counts])
@@ -128,7 +121,7 @@ class Prepared:
 
     def check(self, values: Mapping[str, Any] | np.ndarray | None = None) -> Scene:
         """The scene with these numbers. Raises `InputError` with all faults of it."""
-        scene = self._scene_of(self.vector(values))
+        scene = self._like.unpack(self.vector(values))
         check(scene)
         return scene
 
