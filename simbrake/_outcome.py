@@ -41,7 +41,7 @@ FAILURES = {
     ),
     BrakeCode.FLASH_FOLD: (
         "flash_fold",
-        "friction and its flash temperature have no common solution any more (a fold)",
+        "friction and its flash temperature have no common solution: a fold, or a lining that would lock as it slides",
         "look at the friction law above this surface temperature, or at the size and hardness of the spots",
     ),
     BrakeCode.OUTSIDE_TABLE: (
