@@ -30,24 +30,24 @@ PARTS = [
 
 HEAD = """# Hard cases
 
-What simbrake gives where a simulator of stick and slip is likely to fail: a number with its error against a closed form or an
-independent integration (relative, rounded up to a power of ten), or a named code. `python make_hard_cases.py` in this folder computes
-the table anew from the same functions that the tests check; rows "asserted" are checked by an older test, which is run and named.
-Tests: `pytest -k hard`, the rows marked *slow* with `-m slow`. The last column says what SciPy's `solve_ivp` (1.15 or later) with
-events does on the same case, where that tells something.
+What simbrake gives where a simulator of stick and slip is likely to fail: numbers with their error against a closed
+form or an independent integration (relative, rounded up to a power of ten), or a named code. The tests check the same
+functions (`pytest -k hard`; rows marked *slow* with `-m slow`); `python make_hard_cases.py` in this folder computes the
+table anew. Rows "asserted" belong to an older test, which is run for the table too. The last column says what SciPy's
+`solve_ivp` with events does, where that tells something.
 """
 
 FOOT = """
-## What they mean
+## What they tell
 
-- **No answer is an answer.** `band_snap`, `flash_fold`, `singular_geometry` name a point beyond which the equations have no solution;
-  a solver of ordinary differential equations passes it without a word.
-- **ε of a limit is all that can be lost.** At f·tan(β/2) = 1 − 1e-12 the torque has four digits, because the friction itself is given to
-  a rounding of 1. Nothing else is lost on the way.
-- **A known time is not an event.** Corners of levers and loads are landed on, however short the ramp; a load profile of one's own
-  without knots is looked at about 1000 times in a run (see [integration.md](integration.md)).
-- **Numbers that are none** are refused before the run with their paths; where they are traced (under `jit`, `vmap`, `grad`) the run ends
-  with the code `not_finite` before it begins.
+- `band_snap`, `flash_fold`, `singular_geometry` name a point beyond which the equations have no solution. A solver of
+  ordinary differential equations passes it without a word.
+- At f·tan(β/2) = 1 − 1e-12 the torque has four digits, as friction itself is given to a rounding of 1. Nothing else is
+  lost on the way there.
+- Corners of levers and loads are known times, not events: a step ends on them, however short the ramp. A load profile
+  of one's own without knots is looked at about 1000 times in a run ([integration.md](integration.md)).
+- Numbers that are none are refused before the run with their paths. Where they are traced (`jit`, `vmap`, `grad`) the
+  run ends with the code `not_finite` before it begins.
 """
 
 
@@ -55,7 +55,7 @@ def text(words: object) -> str:
     return str(words).replace("|", "\\|").replace("\n", " ")
 
 
-def row(case, where: str) -> str:
+def row(case) -> str:
     from hard_cases import Elsewhere
 
     if isinstance(case, Elsewhere):

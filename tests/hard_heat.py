@@ -101,7 +101,7 @@ def snaps() -> list[Value | Named]:
     def stop(capacity: float) -> sb.Result:
         duty, law = sb.Duty(sb.Constant(T0), sb.TorqueLoad()), fading(slope=STEEP_FADE, floor=0.4)
         given = sb.Scene(heated_brake(law), duty, sb.Initial(W0, T0 / C), 20.0, lump(capacity))
-        return sb.simulate(given, solver=sb.Rodas5P(), throw=False)
+        return sb.simulate(given, solver=diffrax.Dopri8(), throw=False)
 
     thin, above, below = (stop(c) for c in (7800.0 * 500.0 * TRACK * 1e-7, least * 1.001, least * 0.999))
     return [
