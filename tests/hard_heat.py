@@ -278,6 +278,25 @@ def no_solution() -> list[Value | Named]:
     ]
 
 
+def heat_gradients() -> list[Value | Named]:
+    """Reverse mode against central differences: a stop with the layer of 0.1 µm, and the runaway."""
+    cold = rigid_stop(fading(), layered_stop(THIN).heat, 2.0)
+
+    def stop(f):
+        given = eqx.tree_at(lambda s: s.brake.linings.friction.base.coefficient, cold, f)
+        return sb.simulate(given, rtol=1e-12).stopping_time
+
+    def faster(load):
+        return sb.simulate(running_away(load), rtol=1e-12, solver=diffrax.Dopri8()).record.y_end.omega
+
+    found = []
+    for name, number, at, h in (("stopping time by f, 0.1 µm", stop, 0.35, 1e-4), ("runaway by M", faster, 1e4, 2.0)):
+        coarse, fine = (float(number(np.asarray(at + d)) - number(np.asarray(at - d))) / (2 * d) for d in (2 * h, h))
+        slope = jax.jit(jax.grad(number))(jnp.asarray(at))
+        found.append(Value(f"∂({name})", slope, fine + (fine - coarse) / 3, 1e-7))
+    return found
+
+
 CASES: list[Case | Elsewhere] = [
     Case("surface node of 0.1 µm, rigid band", "rates of 1e9 1/s beside a stop of 0.7 s",
          thin_surface, scipy_thin_surface),
@@ -289,6 +308,8 @@ CASES: list[Case | Elsewhere] = [
     Case("flash temperature with several solutions", "three roots, and a fold that removes two", two_solutions,
          scipy_two_solutions),
     Case("flash temperature without a solution at the start", "no branch to begin on", no_solution, slow=True),
+    Case("gradients with a thin surface, and in a runaway", "stiff layers; errors grow with the speed", heat_gradients,
+         slow=True),
     Elsewhere("flash temperature that loses its solution", "the branch folds in the run", "test_heat_events",
               "test_flash_fold_is_named", "code `flash_fold`, where the hill of the residual sinks to 0: 1e-4"),
     Elsewhere("gradients with fade, reverse mode", "temperature feeds back on friction", "test_heat",
