@@ -166,8 +166,8 @@ def glows() -> list[Value | Named]:
 FADE = {"slope": 2.5e-3, "floor": 0.2, "capacity": 800.0, "load": 1.0e4}
 
 
-def running_away(load=FADE["load"], end: float = 12.0) -> sb.Scene:
-    law = fading(slope=FADE["slope"], floor=FADE["floor"])
+def running_away(load=FADE["load"], end: float = 12.0, blend: float = 0.0) -> sb.Scene:
+    law = fading(slope=FADE["slope"], floor=FADE["floor"], blend=blend)
     return rigid_stop(law, lump(FADE["capacity"]), end, load=load)
 
 
@@ -279,7 +279,7 @@ def no_solution() -> list[Value | Named]:
 
 
 def heat_gradients() -> list[Value | Named]:
-    """Reverse mode against central differences: a stop with the layer of 0.1 µm, and the runaway."""
+    """Reverse mode against central differences: a stop with the layer of 0.1 µm, and the runaway, its fade rounded."""
     cold = rigid_stop(fading(), layered_stop(THIN).heat, 2.0)
 
     def stop(f):
@@ -287,7 +287,7 @@ def heat_gradients() -> list[Value | Named]:
         return sb.simulate(given, rtol=1e-12).stopping_time
 
     def faster(load):
-        return sb.simulate(running_away(load), rtol=1e-12, solver=diffrax.Dopri8()).record.y_end.omega
+        return sb.simulate(running_away(load, blend=5.0), rtol=1e-12, solver=diffrax.Dopri8()).record.y_end.omega
 
     found = []
     for name, number, at, h in (("stopping time by f, 0.1 µm", stop, 0.35, 1e-4), ("runaway by M", faster, 1e4, 2.0)):
