@@ -1,12 +1,12 @@
 """What the stop of a U2-5-5 drawworks depends on: stopping time, greatest tension and hottest lining, by every number.
 
 The brake of `u2_5_5_stop.py` with three thermal lumps and friction that fades; what the papers do not give is an
-assumption and says so beside its value. `python scenarios/sensitivity_u2_5_5.py FOLDER` also draws.
+assumption and says so beside its value. `python scenarios/sensitivity_u2_5_5.py --out DIR` also draws.
 """
 
+import argparse
 import math
 import pathlib
-import sys
 
 import numpy as np
 
@@ -49,8 +49,12 @@ def scene() -> sb.Scene:
     )
 
 
-def main(folder: str | None = None) -> None:
+def main() -> None:
     import jax
+
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--out", type=pathlib.Path, help="folder for the tornado charts")
+    folder = parser.parse_args().out
 
     jax.config.update("jax_enable_x64", True)
     base = scene()
@@ -72,12 +76,12 @@ def main(folder: str | None = None) -> None:
     if folder is not None:
         from simbrake import plot
 
-        pathlib.Path(folder).mkdir(parents=True, exist_ok=True)
+        folder.mkdir(parents=True, exist_ok=True)
         for table in tables:
-            file = pathlib.Path(folder) / f"tornado_{table.metric}.png"
+            file = folder / f"tornado_{table.metric}.png"
             plot.tornado(table).savefig(file, dpi=130)
             print(f"written  {file}")
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:2])
+    main()

@@ -11,6 +11,14 @@ jax.config.update("jax_enable_x64", True)
 jax.config.update("jax_numpy_dtype_promotion", "strict")
 jax.config.update("jax_cpu_enable_async_dispatch", False)
 
+
+def pytest_configure(config):
+    """Both workers, and later runs in this checkout, share what one of them has compiled."""
+    jax.config.update("jax_compilation_cache_dir", str(config.rootpath / ".pytest_cache" / "programs"))
+    jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
+    jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
+
+
 with install_import_hook("simbrake", "beartype.beartype"):
     import simbrake
     import simbrake._cli
