@@ -148,6 +148,19 @@ def scipy_tolerances() -> str:
     return f"DOP853 with drag: error {errors[0]:.0e} at 1e-2, {errors[1]:.0e} at 1e-14{words}"
 
 
+def strong_drag() -> list[Value | Named]:
+    """Drag stops the pulley before the band is taut: `φ → ω_0 J/c`, `ω = ω_0 exp(−c t/J)`, 1e4 1/s for 5 s."""
+    given = scene(stiffness=C, drag=1e6)
+    explicit, implicit = run(given), run(given, solver=sb.Rodas5P())
+    early = implicit.series([1e-4, 5e-4]).omega
+    return [
+        Value("angle, Rodas5P", implicit.record.y_end.phi, W0 * J / 1e6, 1e-9),
+        Value("speeds", early, W0 * np.exp([-1.0, -5.0]), 1e-8),
+        Named("in fewer than 200 steps", int(implicit.record.count) < 200, True),
+        Named("Dopri8 with 1024 steps", explicit.status, "step_limit"),
+    ]
+
+
 # --- many events ----------------------------------------------------------------------------------------------------
 
 
@@ -207,6 +220,7 @@ CASES: list[Case | Elsewhere] = [
               "test_scaling_inertia_and_torques_together_leaves_the_motion", "stopping time: 1e-9"),
     Case("tolerance 1e-2 and 1e-14", "events no worse than asked for; steps near rounding", tolerances,
          scipy_tolerances),
+    Case("strong drag", "stable explicit steps are 1e4 times too short", strong_drag, slow=True),
     Case("10,000 changes of mode of a brake", "errors of every stop add up in the next", ten_thousand_changes,
          slow=True),
     Case("gradient through a limit cycle", "five events, each a kink in the motion", limit_cycle_gradient, slow=True),
