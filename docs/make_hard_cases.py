@@ -1,6 +1,6 @@
 """Writes `hard_cases.md`, the table of hard cases, from the cases that the tests check. Run it from this folder.
 
-Errors are rounded up to powers of ten, so that the table is the same on every machine; takes a few minutes.
+Errors are rounded up to powers of ten, so that the table is the same on every machine. Takes about six minutes.
 """
 
 import importlib
@@ -31,7 +31,7 @@ PARTS = [
 HEAD = """# Hard cases
 
 What simbrake gives where a simulator of stick and slip is likely to fail: numbers with their error against a closed
-form or an independent integration (relative, rounded up to a power of ten), or a named code. The tests check the same
+form or an independent integration (relative, rounded up to a power of ten ≥ 1e-13), or a code. The tests check the same
 functions (`pytest -k hard`; rows marked *slow* with `-m slow`); `python make_hard_cases.py` in this folder computes the
 table anew. Rows "asserted" belong to an older test, which is run for the table too. The last column says what SciPy's
 `solve_ivp` with events does, where that tells something.

@@ -42,12 +42,15 @@ class Value:
         assert np.all(self.errors <= self.tolerance), (self.what, self.got, self.expected, self.errors)
 
     def __str__(self) -> str:
-        worst = float(np.max(self.errors))
-        # a power of ten: the last digits of an error depend on the machine
-        decade = math.ceil(math.log10(max(worst, 1e-16)) + 1e-9) if worst > 0 else 0
-        error = "exact" if worst == 0 else f"error{' (absolute)' * self.absolute} < 1e{decade}"
-        number = f" {np.asarray(self.got, float).item():.6g}" if np.size(self.got) == 1 else f" ({np.size(self.got)})"
-        return f"{self.what}{number}: {error}"
+        if np.max(self.tolerance) == 0:
+            error = "exact"
+        else:
+            # a power of ten, and nothing below 1e-13: the last digits of an error depend on the machine
+            error = f"error < 1e{math.ceil(math.log10(max(float(np.max(self.errors)), 1e-13)))}"
+        if self.absolute and not np.any(self.expected):
+            return f"{self.what} {'0, exact' if error == 'exact' else error.removeprefix('error ')}"
+        number = f"{np.asarray(self.got, float).item():.6g}, " if np.size(self.got) == 1 else ""
+        return f"{self.what}: {number}{error}"
 
 
 @dataclasses.dataclass(frozen=True)
@@ -62,6 +65,8 @@ class Named:
         assert self.got == self.expected, (self.what, self.got, self.expected)
 
     def __str__(self) -> str:
+        if self.got is True:
+            return self.what
         got = (", ".join(self.got) or "none") if isinstance(self.got, list | tuple) else str(self.got)
         return f"{self.what} `{got}`" if self.what else f"`{got}`"
 

@@ -123,9 +123,7 @@ def snaps_in_layers() -> list[Value | Named]:
 
 def scipy_snaps() -> str:
     gamma = -SLOPE * 3e-4 * 0.95 * T0 * (PI - 1) / (C * layers(THIN)[1])
-    return (
-        f"equations written down plainly have 1 + γ = {1 + gamma:.3g} at full slip: they slip backwards, without a word"
-    )
+    return f"plain equations have 1 + γ = {1 + gamma:.3g} at full slip: they slip backwards, without a word"
 
 
 # --- radiation, runaway ---------------------------------------------------------------------------------------------
@@ -251,7 +249,7 @@ def two_solutions() -> list[Value | Named]:
         Named("roots", len(roots(T, v)), 3),
         Value("that of the branch from ΔT = 0", found.f, np.full(2, roots(T, v)[0]), 1e-12),
         Value("∂f/∂T", slope, central, 1e-6),
-        Named("40 K hotter only the upper one is left: refused", bool(hot.slope < 0), True),
+        Named("40 K hotter only the upper one is left, and refused", bool(hot.slope < 0), True),
     ]
 
 

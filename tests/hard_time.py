@@ -184,7 +184,7 @@ def ten_thousand_changes() -> list[Value | Named]:
 
     slope = jnp.sum(jax.jit(jax.grad(worn))(jnp.full(3, 0.5 * HOLD)))
     return [
-        Named("changes of mode", count > 10_000, True),
+        Named("more than 10,000 changes of mode", count > 10_000, True),
         Value("stops", stops, k + 0.4, 1e-10),
         Value("friction heat", result.energy["friction_heat"], heat, 1e-10),
         # heat ∝ M²/(M_b − M)
