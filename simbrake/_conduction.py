@@ -27,7 +27,7 @@ from ._hybrid import (
 )
 from ._links import Surroundings
 from ._network import Reservoir
-from ._quantity import Fault, InputError, faults_of_values
+from ._quantity import Fault, InputError, faults_of_tolerance, faults_of_values
 from ._sparsity import couplings
 from ._thermal import Thermal, assemble_thermal
 
@@ -143,10 +143,13 @@ def simulate_heat(
     - `speed` (m/s) of the track and `closed` (1: the linings cover their share), for convection that looks at them
     - `solver`, `rtol`: as in `simulate`
 
-    Differentiable and batchable like `simulate`. Raises `InputError` with all faults of the network, `RuntimeError` if
-    the integration fails.
+    Differentiable and batchable like `simulate`. Raises `InputError` with all faults of the network or for a tolerance
+    that is none, `RuntimeError` if the integration fails.
     """
     traced = any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves((heat, ts, speed, rtol)))
+    found = faults_of_tolerance(rtol)
+    if found:
+        raise InputError(found)
     if not traced:
         check_heat(heat)
     if solver is None:

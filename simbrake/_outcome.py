@@ -10,7 +10,8 @@ FAILURES = {
     Code.STEP_LIMIT: (
         "step_limit",
         "the step limit was reached before the end time",
-        "raise max_steps, loosen rtol, or look for a mode that changes all the time",
+        "raise max_steps, loosen rtol, take solver=Rodas5P() where the motion is stiff (as under strong drag), "
+        "or look for a mode that changes all the time",
     ),
     Code.EVENT_LIMIT: ("event_limit", "the event limit was reached before the end time", "raise max_events"),
     Code.CHATTER: (
@@ -41,7 +42,7 @@ FAILURES = {
     ),
     BrakeCode.FLASH_FOLD: (
         "flash_fold",
-        "friction and its flash temperature have no common solution any more (a fold)",
+        "friction and its flash temperature have no common solution: a fold, or a lining that would lock as it slides",
         "look at the friction law above this surface temperature, or at the size and hardness of the spots",
     ),
     BrakeCode.OUTSIDE_TABLE: (

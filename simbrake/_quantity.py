@@ -118,9 +118,14 @@ def leaves(node: Any, path: str = "") -> list[Leaf]:
 
 
 def faults_of_values(node: Any, path: str = "") -> list[Fault]:
-    """Values that are not numbers, not finite or outside their range. Traced values cannot be looked at and pass."""
+    """Values that are not numbers, not finite, outside their range or of too few bits. Traced values pass the rest."""
     faults = []
     for leaf in leaves(node, path):
+        dtype = getattr(leaf.value, "dtype", np.dtype(np.float64))
+        if np.issubdtype(dtype, np.floating) and dtype != np.float64:
+            what = f"is {dtype}, in which events cannot be located"
+            faults.append(Fault(leaf.path, what, f"give {leaf.about.meaning} as float64"))
+            continue
         if isinstance(leaf.value, Tracer):
             continue
         if not isinstance(leaf.value, np.ndarray | jax.Array):
@@ -139,3 +144,13 @@ def faults_of_values(node: Any, path: str = "") -> list[Fault]:
                 )
             )
     return faults
+
+
+def faults_of_tolerance(rtol: Any) -> list[Fault]:
+    """A relative tolerance outside 1e-15…0.1. A traced one cannot be looked at and passes."""
+    if isinstance(rtol, Tracer):
+        return []
+    value = np.asarray(rtol)
+    # written so that a NaN is a fault
+    admissible = np.all((value > 1e-15) & (value < 0.1))
+    return [] if admissible else [Fault("rtol", f"{rtol} is not admissible", "must be > 1e-15 and < 0.1")]

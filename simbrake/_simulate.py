@@ -5,6 +5,7 @@ import math
 from typing import Any
 
 import diffrax
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -15,6 +16,7 @@ from ._choice import stiffness
 from ._compiling import cpu_compiler_options
 from ._hybrid import AbstractMethod, Code, ExplicitRungeKutta, Record, Rodas5P, Settings, hybridsolve
 from ._outcome import SimulationError
+from ._quantity import Fault, InputError, faults_of_tolerance, leaves
 from ._result import Result
 from ._scene import Scene, check
 
@@ -40,6 +42,17 @@ def _run(scene: Scene, rtol: Any, max_step: Any, max_events: Any, method: Abstra
     return hybridsolve(system, state, mode, scene.initial.time, scene.end_time, method, settings)
 
 
+def _marked(scene: Scene) -> Scene:
+    """The scene with a start that is no number if any number in it is not finite: such a run ends before it begins.
+
+    Else an infinite inertia or capacity would leave only its energies without a value, and the code would not say so.
+    """
+    total = sum(jnp.sum(0.0 * jnp.asarray(leaf.value, jnp.float64)) for leaf in leaves(scene))
+    start = jnp.asarray(scene.initial.time, jnp.float64)
+    start = jnp.where(jnp.isfinite(jax.lax.stop_gradient(total)), start, jnp.nan)
+    return eqx.tree_at(lambda s: s.initial.time, scene, start)
+
+
 _STATIC = ("method", "max_steps")
 # inside another transformation: compiled as part of it
 _traced = jax.jit(_run, static_argnames=_STATIC)
@@ -57,6 +70,18 @@ def require_64_bits() -> None:
             "simbrake computes in 64 bits, events cannot be located in 32. Before anything else do: "
             'import jax; jax.config.update("jax_enable_x64", True)'
         )
+
+
+def check_limits(rtol: Any, max_step: Any = np.inf, max_steps: int | None = None, max_events: int = 0) -> None:
+    """Raises `InputError` where a tolerance or a limit cannot be meant; traced ones cannot be looked at and pass."""
+    found = faults_of_tolerance(rtol)
+    if not isinstance(max_step, Tracer) and not np.all(np.asarray(max_step) > 0):
+        found.append(Fault("max_step", f"{max_step} s is not admissible", "the longest step must be > 0 s"))
+    for name, limit in (("max_steps", max_steps), ("max_events", max_events)):
+        if limit is not None and limit < 0:
+            found.append(Fault(name, f"{limit} is not admissible", "must not be negative"))
+    if found:
+        raise InputError(found)
 
 
 def solver_for(stiff: bool) -> Any:
@@ -105,10 +130,11 @@ def simulate(
     A new number in the scene never re-traces; a new structure (more linings, another law) compiles anew. Under jit,
     vmap or grad nothing is raised and the caller looks at `result.code`.
 
-    Raises `InputError` with all faults of the scene at once, `SimulationError`, and `RuntimeError` if JAX is not in
-    64-bit mode.
+    Raises `InputError` with all faults of the scene (or of these options) at once, `SimulationError`, and
+    `RuntimeError` if JAX is not in 64-bit mode.
     """
     require_64_bits()
+    check_limits(rtol, max_step, max_steps, max_events)
     check(scene)
     traced = any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves((scene, rtol)))
     solver = solver_of(scene, solver)
@@ -118,7 +144,7 @@ def simulate(
     rtol_, longest = np.asarray(rtol, np.float64) if np.isscalar(rtol) else rtol, np.asarray(max_step, np.float64)
     events = np.asarray(max_events, np.int32)
     if traced:
-        record = _traced(scene, rtol_, longest, events, method=method, max_steps=max_steps or _STEPS[0])
+        record = _traced(_marked(scene), rtol_, longest, events, method=method, max_steps=max_steps or _STEPS[0])
         return Result(scene, record, rtol_, name)
     for steps in step_limits(scene, max_steps):
         record = _compiled()(scene, rtol_, longest, events, method=method, max_steps=steps)

@@ -18,7 +18,8 @@ _LOOKS = 17  # along the way from the coefficient without flash to the root
 
 
 class Coefficients(NamedTuple):
-    """Coefficients of the linings, and the least slope of their implicit equations (1 where they are explicit)."""
+    """Coefficients of the linings, and by how much their implicit equations have a solution (1 where explicit): the
+    least slope up to it, or `1 − f z` where that is less."""
 
     f: Float[Array, " n"]
     slope: Array
@@ -80,13 +81,16 @@ class Grip(eqx.Module):
             f = jax.lax.stop_gradient(jax.lax.scan(newton, jax.lax.stop_gradient(cold), None, length=_SEARCH)[0])
             for _ in range(_CARRY):  # each carries derivatives one order further
                 f = newton(f, None)[0]
-            angle = jnp.asarray(self.linings.angle)
-            mu = tension_ratio(grip(jnp.full(n, f), angle))[0]
-            mu = jnp.sum(jnp.where(jnp.arange(n, dtype=jnp.int32) == i, mu, 0.0))
+            here = jnp.arange(n, dtype=jnp.int32) == i
+            all_fz = grip(jnp.full(n, f), jnp.asarray(self.linings.angle))
+            fz = jnp.sum(jnp.where(here, all_fz, 0.0))
+            mu = jnp.sum(jnp.where(here, tension_ratio(all_fz)[0], 0.0))
             # up to the root the residual must rise all the way: beyond a fold the next root lies behind a valley
             way = jax.lax.stop_gradient(cold) + jnp.linspace(0.0, 1.0, _LOOKS) * (f - jax.lax.stop_gradient(cold))
             r, slopes = jax.vmap(residual)(way)
             slope = jnp.where(jnp.abs(r[-1]) > 1e-9, -jnp.abs(r[-1]), jnp.min(slopes))
+            # flash can lift a sliding lining over its sticking self, up to where it would lock: no solution either
+            slope = jnp.minimum(slope, 1 - fz)
             return before * jnp.where(back, 1 / mu, mu), (f, slope)
 
         _, (f, slope) = jax.lax.scan(lining, jnp.asarray(T_0, jnp.float64), jnp.arange(n, dtype=jnp.int32))

@@ -1,0 +1,93 @@
+"""Writes `hard_cases.md`, the table of hard cases, from the cases that the tests check. Run it from this folder.
+
+Errors are rounded up to powers of ten, so that the table is the same on every machine. Takes about six minutes.
+"""
+
+import importlib
+import os
+import pathlib
+import sys
+import warnings
+
+# the emitters that the tests choose: they compile these programs faster
+os.environ["XLA_FLAGS"] = os.environ.get("XLA_FLAGS", "") + " --xla_cpu_use_fusion_emitters=false"
+
+import jax
+
+jax.config.update("jax_enable_x64", True)
+jax.config.update("jax_numpy_dtype_promotion", "strict")
+
+HERE = pathlib.Path(__file__).parent
+sys.path.insert(0, str(HERE.parent / "tests"))
+
+PARTS = [
+    ("Friction and geometry", "hard_limits", "test_hard_brake.py::test_limits"),
+    ("Events, rest and motion", "hard_events", "test_hard_brake.py::test_events"),
+    ("Time, units, tolerances", "hard_time", "test_hard_brake.py::test_time"),
+    ("Heat", "hard_heat", "test_hard_heat.py::test_heat"),
+    ("Input", "hard_input", "test_hard_input.py::test_input"),
+]
+
+HEAD = """# Hard cases
+
+What simbrake gives where a simulator of stick and slip is likely to fail: numbers with their error against a closed
+form or an independent integration (relative, rounded up to a power of ten ≥ 1e-13), or a code. The tests check the same
+functions (`pytest -k hard`; rows marked *slow* with `-m slow`); `python make_hard_cases.py` in this folder computes the
+table anew. Rows "asserted" belong to an older test, which is run for the table too. The last column says what SciPy's
+`solve_ivp` with events does, where that tells something.
+"""
+
+FOOT = """
+## What they tell
+
+- `band_snap`, `flash_fold`, `singular_geometry` name a point beyond which the equations have no solution. A solver of
+  ordinary differential equations passes it without a word.
+- At f·tan(β/2) = 1 − 1e-12 the torque has four digits, as friction itself is given to a rounding of 1. Nothing else is
+  lost on the way there.
+- Corners of levers and loads are known times, not events: a step ends on them, however short the ramp. A load profile
+  of one's own without knots is looked at about 1000 times in a run ([integration.md](integration.md)).
+- Numbers that are none are refused before the run with their paths. Where they are traced (`jit`, `vmap`, `grad`) the
+  run ends with the code `not_finite` before it begins.
+"""
+
+
+def text(words: object) -> str:
+    return str(words).replace("|", "\\|").replace("\n", " ")
+
+
+def row(case) -> str:
+    from hard_cases import Elsewhere
+
+    if isinstance(case, Elsewhere):
+        getattr(importlib.import_module(case.file), case.test)(**case.arguments)
+        file = f"`{case.file}.py::{case.test}`"
+        return f"| {text(case.name)} | {text(case.why)} | asserted in {file}: {text(case.asserts)} | |"
+    found = case.run()
+    for one in found:
+        one.check()
+    name = case.name + (" (*slow*)" if case.slow else "")
+    said = case.scipy() if case.scipy else ""
+    return f"| {text(name)} | {text(case.why)} | {text('; '.join(map(str, found)))} | {text(said)} |"
+
+
+def main() -> None:
+    warnings.simplefilter("ignore")
+    lines = [HEAD]
+    for title, module, test in PARTS:
+        print(title, flush=True)
+        lines += [
+            f"## {title}",
+            "",
+            f"`{test}`",
+            "",
+            "| case | what makes it hard | simbrake | SciPy |",
+            "|---|---|---|---|",
+        ]
+        lines += [row(case) for case in importlib.import_module(module).CASES]
+        lines.append("")
+        jax.clear_caches()
+    (HERE / "hard_cases.md").write_text("\n".join(lines) + FOOT, "utf-8")
+
+
+if __name__ == "__main__":
+    main()

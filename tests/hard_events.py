@@ -1,0 +1,298 @@
+"""Hard cases: events, their order, rest and restart (tested by `test_hard_brake.py`)."""
+
+import math
+
+import numpy as np
+from chain_scenes import changes
+from hard_cases import (
+    BETA,
+    T0,
+    W0,
+    C,
+    Case,
+    Elsewhere,
+    J,
+    N,
+    Named,
+    R,
+    Value,
+    events_of,
+    gradients,
+    ratio_of,
+    run,
+    scene,
+    stop_times,
+)
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+import simbrake as sb
+
+PI = ratio_of(0.3, BETA)
+HOLD = R * T0 * (PI - 1)  # greatest load that the scene holds (N·m)
+
+
+def load_beside_the_stop() -> list[Value | Named]:
+    """A load beyond the brake comes 1e-12 s before the stop, at it, and 1e-12 s after it."""
+    stop, found, truth, after = stop_times(PI, stiffness=None).stop, [], [], None
+    for shift in (-1e-12, 0.0, 1e-12):
+        at = stop + shift
+        result = run(scene(load=[(-1.0, 0.0), (at, 0.0), (at, 2 * HOLD)]))
+        found.append(float(result.record.y_end.omega))
+        truth.append(HOLD * (5.0 - at) / J)
+        after = result
+    assert after is not None
+    return [
+        Value("speeds at the end, load at the stop −1e-12, 0, 1e-12 s", found, truth, 1e-10),
+        Named(
+            "1e-12 s after it",
+            events_of(after),
+            ["slip_onset", "full_slip", "stop", "restart", "full_slip"],
+        ),
+    ]
+
+
+def corner_at_an_event() -> list[Value | Named]:
+    """The lever begins to give way at 1000 N/s at the onset, at full slip, at the stop, or a rounding beside it."""
+    times, rate = stop_times(PI), 1e3
+
+    def with_corner(at: float) -> sb.Result:
+        return run(scene(stiffness=C, lever=[(-1.0, T0), (at, T0), (at + 1.0, T0 - rate)]))
+
+    shifts = (0.0, 1e-15, -1e-15, 1e-12, -1e-12)
+    a = R * (PI - 1) / J
+    left = (times.stop - times.full_slip) * T0  # ∫T_0 dt from full slip to the stop
+    late = times.full_slip + (T0 - math.sqrt(T0**2 - 2 * rate * left)) / rate
+    stops = [float(with_corner(times.full_slip + shift).stopping_time) for shift in shifts]
+
+    # elastic under a falling lever: C x = T_0 − r s + C A sin χ s, A χ = R ω_0 + r/C
+    chi = R * math.sqrt(C / J)
+    swing = (R * W0 + rate / C) / chi
+    s = brentq(lambda s: T0 - rate * s + C * swing * math.sin(chi * s) - (T0 - rate * s) * PI, 0.0, 0.1, xtol=1e-16)
+    slips = [float(with_corner(times.onset + shift).full_slip_time) for shift in shifts]
+    ends = [with_corner(times.stop + shift) for shift in shifts]
+    assert a > 0
+    slope = gradients(scene(stiffness=C, lever=[(-1.0, T0), (times.full_slip, T0), (times.full_slip + 1.0, T0 - rate)]))
+    # a corner that moves on adds r (t − t_c) to the lever's impulse: ∂t/∂t_c = −r (t − t_c)/T_0(t); both points move
+    moved = np.sum(np.asarray(slope.stop.duty.slack_tension.times)[1:])
+    exact = -rate * (late - times.full_slip) / (T0 - rate * (late - times.full_slip))
+    return [
+        Value("stopping times, corner at full slip ± 0, 1e-15, 1e-12 s", stops, np.full(5, late), 1e-11),
+        Value("full slip, corner at the onset", slips, np.full(5, times.onset + s), 1e-10),
+        Value("stopping times, corner at the stop", [e.stopping_time for e in ends], np.full(5, times.stop), 1e-11),
+        Value("∂t/∂(time of the corner)", moved, exact, 1e-8),
+        Named("", sorted({e.status for e in ends}), ["stopped"]),
+    ]
+
+
+def weaker_than_the_load() -> list[Value | Named]:
+    result = run(scene(load=1.5 * HOLD))
+    slope = gradients(scene(load=1.5 * HOLD))
+    return [
+        Named("", result.status, "not_stopped"),
+        Value("speed after 5 s", result.record.y_end.omega, W0 + 0.5 * HOLD * 5.0 / J, 1e-12),
+        Value("∂ω/∂M", np.sum(slope.omega.duty.load.profile.values), 5.0 / J, 1e-12),
+        Value("angle", result.record.y_end.phi, W0 * 5.0 + 0.25 * HOLD * 25.0 / J, 1e-12),
+    ]
+
+
+DAY = 86400.0
+
+
+def held_for_a_day() -> list[Value | Named]:
+    """Stop under 70 % of what the brake holds, and hold for the rest of 24 h."""
+    result = run(scene(stiffness=C, load=0.7 * HOLD, end=DAY))
+    stop = float(result.stopping_time)
+    series = result.series(np.append(np.linspace(stop, DAY, 200), DAY))
+    slope = gradients(scene(stiffness=C, load=0.7 * HOLD, end=DAY))
+    return [
+        Value("motion in 24 h", np.ptp(np.asarray(series.phi)), 0.0, 0.0, True),
+        Value("greatest speed", np.max(np.abs(np.asarray(series.omega))), 0.0, 0.0, True),
+        Value("torque", series.brake_torque, np.full(201, 0.7 * HOLD), 1e-12),
+        Value("closure of the energies", result.energy["closure"], 0.0, 1e-12, True),
+        Value("∂φ/∂(end time)", slope.phi.end_time, 0.0, 0.0, True),
+        Named("", events_of(result), ["slip_onset", "full_slip", "stop"]),
+    ]
+
+
+def scipy_hold() -> str:
+    """Friction smoothed by `tanh(ω/ω_s)`, `ω_s` = 1e-3 rad/s, from rest, under the same load."""
+    out = solve_ivp(lambda t, y: [(0.7 * HOLD - HOLD * np.tanh(y[0] / 1e-3)) / J, y[0]], (0, DAY), [0.0, 0.0], "Radau",
+                    rtol=1e-8, atol=1e-10)  # fmt: skip
+    return f"with friction smoothed by tanh(ω/1e-3) the load creeps {out.y[1, -1]:.3g} rad in 24 h"
+
+
+def from_rest() -> list[Value | Named]:
+    """No speed at the start: a load beyond the brake, rigid and elastic, and one that drives it backwards."""
+    M = 1.5 * HOLD
+    rigid = run(scene(load=M, omega=0.0))
+    chi, x_0 = R * math.sqrt(C / J), T0 / PI / C
+    middle = (T0 + M / R) / C  # the band swings about it: x = x_e − (x_e − x_0) cos χ t
+    angle = math.acos((middle - T0 * PI / C) / (middle - x_0))
+    slips, omega = angle / chi, (middle - x_0) * chi * math.sin(angle) / R
+    elastic = run(scene(stiffness=C, load=M, omega=0.0))
+    back = R * T0 * (1 - 1 / PI)
+    backwards = [run(scene(stiffness=k, load=-2 * back, omega=0.0)) for k in (None, C)]
+    slope = gradients(scene(load=M, omega=0.0)).omega.brake.linings.friction.coefficient
+    z = math.tan(BETA / 2)
+    return [
+        Value("speed after 5 s, rigid", rigid.record.y_end.omega, 0.5 * HOLD * 5.0 / J, 1e-12),
+        Value("full slip, elastic", elastic.full_slip_time, slips, 1e-10),
+        Value("speed after 5 s, elastic", elastic.record.y_end.omega, omega + 0.5 * HOLD * (5.0 - slips) / J, 1e-10),
+        Value(
+            "and backwards",
+            [r.record.y_end.omega for r in backwards],
+            np.full(2, -back * 5.0 / J),
+            1e-11,
+        ),
+        Value("∂ω/∂f", slope, np.full(N, -R * T0 * PI * 2 * z / (1 - (0.3 * z) ** 2) * 5.0 / J), 1e-10),
+        Named("with 0 load", run(scene(omega=0.0)).status, "held"),
+    ]
+
+
+def scipy_from_rest() -> str:
+    """`M_b = M_max sgn ω` at half the load that is held, from rest, over 1 s."""
+    count = 0
+
+    class Enough(Exception):
+        pass
+
+    def rhs(t, y):
+        nonlocal count
+        count += 1
+        if count > 20_000:
+            raise Enough(t)
+        return [(0.5 * HOLD - HOLD * np.sign(y[0])) / J]
+
+    try:
+        out = solve_ivp(rhs, (0, 1), [0.0], rtol=1e-10, atol=1e-12)
+        return (
+            f"with sgn ω at half the load: {count} evaluations for 1 s of rest, speed up to {np.abs(out.y).max():.1g}"
+        )
+    except Enough as reached:
+        return (
+            f"with sgn ω at half the load it chatters: 20,000 evaluations for the first {reached.args[0]:.1g} s of rest"
+        )
+
+
+# --- one lining of a chain on its spring, dragged by a pulley too heavy to be slowed: stick and slip for ever ---------
+
+BELT = {"m": 1.0, "C": 1.0, "f_k": 0.3, "f_s": 0.39, "v": 0.05}
+
+
+def belt(law: sb.AbstractFriction, m=BELT["m"], stiffness=BELT["C"], v=BELT["v"], end=40.0) -> sb.Scene:
+    """`m ë = f z (C e + T_0) + T_0 − C e` while it slips, `ė = v` while it sticks; `T_0` = 1 N, `R_b` = 1 m."""
+    return sb.Scene(
+        sb.Brake(
+            sb.Pulley(1.0, 1e15), sb.Band(1.0, stiffness, sb.Segments(1.0)), sb.Lining(law, np.full(1, BETA), mass=m)
+        ),
+        sb.Duty(sb.Constant(1.0), sb.TorqueLoad()),
+        sb.Initial(v, 1.0 / stiffness),
+        end,
+    )
+
+
+def belt_period(m, C, f_k, f_s, v, xp=math):
+    """First slip from `e = T_0/C`, and the period: `2Δ/v + (2/ω)(π − atan(Δ ω/v))`.
+
+    `e_s,k = T_0 μ_s,k/C`, `Δ = e_s − e_k`, `ω² = C (1 − f_k z)/m`: the belt oscillator with a load that follows `e`.
+    """
+    z = math.tan(BETA / 2)
+    mu = [(1 + f * z) / (1 - f * z) for f in (f_s, f_k)]
+    delta, omega = (mu[0] - mu[1]) / C, xp.sqrt(C * (1 - f_k * z) / m)
+    atan = xp.atan if xp is math else xp.arctan
+    return (mu[0] - 1) / C / v, 2 * delta / v + 2 / omega * (math.pi - atan(delta * omega / v))
+
+
+def scipy_belt(law, end: float, smoothing: float | None = None) -> np.ndarray:
+    """Times at which the lining lets go, mode by mode with DOP853; or with the friction smoothed by `atan(ε v)`."""
+    z, v = math.tan(BETA / 2), BELT["v"]
+
+    def slips(t, y):
+        return [y[1], law(v - y[1]) * z * (y[0] + 1) + 1 - y[0]]
+
+    def smooth(t, y):
+        w = v - y[1]
+        return [y[1], 2 / math.pi * math.atan(smoothing * w) * law(abs(w)) * z * (y[0] + 1) + 1 - y[0]]
+
+    def sticks(t, y):
+        return v - y[1]
+
+    if smoothing is not None:
+        # a turn of the lining: where it has been dragged farthest
+        def turns(t, y):
+            return y[1]
+
+        turns.direction = -1  # pyright: ignore
+        out = solve_ivp(smooth, (0, end), [1.0, v], "Radau", events=turns, rtol=1e-9, atol=1e-12)
+        return out.t_events[0]
+    sticks.terminal, sticks.direction = True, -1  # pyright: ignore
+    limit = (1 + law(0.0) * z) / (1 - law(0.0) * z)
+    t, e, found = 0.0, 1.0, []
+    while True:
+        t += (limit - e) / v
+        if t >= end:
+            return np.array(found)
+        found.append(t)
+        out = solve_ivp(slips, (t, t + 100.0), [limit, v], "DOP853", events=sticks, rtol=3e-14, atol=1e-15)
+        t, e = out.t[-1], out.y[0, -1]
+
+
+def let_go(result: sb.Result) -> np.ndarray:
+    return np.array([t for t, before, after in changes(result.record) if before.linings[0] == 0 != after.linings[0]])
+
+
+def limit_cycle() -> list[Value | Named]:
+    result = sb.simulate(belt(sb.ConstantFriction(BELT["f_k"], BELT["f_s"] / BELT["f_k"])), rtol=1e-12)
+    found = let_go(result)
+    first, period = belt_period(**BELT)
+    return [
+        Value("first slip", found[0], first, 1e-11),
+        Value("periods", np.diff(found), np.full(found.size - 1, period), 1e-10),
+    ]
+
+
+STRIBECK = (0.39, 0.2, 0.1, 1.5)
+
+
+def stribeck(v: float) -> float:
+    f_s, f_k, v_s, exponent = STRIBECK
+    return f_k + (f_s - f_k) * math.exp(-((max(v, 0.0) / v_s) ** exponent))
+
+
+def stribeck_cycle() -> list[Value | Named]:
+    result = sb.simulate(belt(sb.StribeckFriction(*STRIBECK), end=60.0), rtol=1e-12)
+    found = let_go(result)
+    assert found.size >= 3
+    return [Value("times of letting go", found, scipy_belt(stribeck, 60.0), 1e-9)]
+
+
+def scipy_smoothed() -> str:
+    exact = np.diff(scipy_belt(stribeck, 60.0))[-1]
+    off = [abs(np.diff(scipy_belt(stribeck, 60.0, smoothing))[-1] / exact - 1) for smoothing in (1e3, 1e4)]
+    return f"smoothed by atan(ε v) the period is off by {off[0]:.1g} (ε = 1e3), {off[1]:.1g} (ε = 1e4)"
+
+
+CASES: list[Case | Elsewhere] = [
+    Elsewhere("two guards 1e-12 s apart", "both lie in every step that can be taken", "test_events",
+              "test_two_events_close_together", "both handled, times to 2e-12", {"gap": 1e-12}),
+    Case("a load comes 1e-12 s beside the stop", "a known time next to an event", load_beside_the_stop),
+    Case("corner of the lever at an event", "the rate of the guard is another on each side", corner_at_an_event),
+    Elsewhere("load at the capacity ± one rounding", "held or not is decided by the last digit", "test_modes",
+              "test_a_held_brake_does_not_move_at_all", "moves exactly 0 in 3600 s, no event",
+              {"stiffness": 2e5, "share": 1 + 1e-15}),
+    Case("held for 24 h", "any creep adds up", held_for_a_day, scipy_hold),
+    Case("brake weaker than the load", "no stop will come", weaker_than_the_load),
+    Elsewhere("load reverses while held", "it lets go the other way, where the brake is weaker", "test_modes",
+              "test_reversed_load_while_held_lets_go_the_other_way",
+              "restart where the load passes −R_b T_0 (1 − 1/Π): 1e-11"),
+    Elsewhere("speed through zero", "the load stops the pulley and drives it back", "test_modes",
+              "test_speed_through_zero_under_a_load_that_the_brake_cannot_hold",
+              "deceleration both ways in closed form: 1e-9"),
+    Case("limit cycle: stick and slip of a lining", "the slip speed passes zero in every cycle", limit_cycle),
+    Case("limit cycle with Stribeck friction", "friction that falls with speed feeds the swing", stribeck_cycle,
+         scipy_smoothed),
+    Case("zero initial speed", "the direction of motion is not yet known", from_rest, scipy_from_rest),
+    Elsewhere("10,000 events", "errors and cost add up", "test_events", "test_many_events",
+              "each time to 1e-10, less than 4 step attempts an event"),
+]  # fmt: skip

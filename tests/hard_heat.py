@@ -1,0 +1,316 @@
+"""Hard cases: heat, fade, flash temperature (tested by `test_hard_heat.py`)."""
+
+import functools
+import itertools
+import math
+from typing import Any
+
+import diffrax
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from hard_cases import Case, Elsewhere, Named, Value
+from heat_scenes import BETA, T0, TRACK, W0, C, J, N, R, fading, layered_stop, lump, rigid_stop
+from heat_scenes import brake as heated_brake
+from scipy.integrate import quad, solve_ivp
+from scipy.optimize import brentq, fsolve
+from test_heat_events import FLASH, warmed
+
+import simbrake as sb
+
+Z = math.tan(BETA / 2)
+
+
+def tension_ratio(f):
+    return ((1 + f * Z) / (1 - f * Z)) ** N
+
+
+# --- a surface node of 0.1 µm ----------------------------------------------------------------------------------------
+
+THIN = sb.layer_growth(1e-7, 0.028, 20)
+
+
+def layers(growth: float):
+    """Rates of the layers of `layered_stop` and the capacity of the first, written down independently."""
+    dx = 0.028 * growth ** np.arange(20) / np.sum(growth ** np.arange(20))
+    capacity, between = 7800.0 * 500.0 * TRACK * dx, 48.0 * TRACK / (0.5 * (dx[1:] + dx[:-1]))
+    front = 1 / (1 / (60.0 * 0.25 * TRACK) + dx[0] / (2 * 48.0 * TRACK))
+    back = 1 / (1 / (60.0 * TRACK) + dx[-1] / (2 * 48.0 * TRACK))
+
+    def rates(T, power):
+        q = between * (T[:-1] - T[1:])
+        into = np.append(0.0, q) - np.append(q, 0.0)
+        into[0] += power - front * T[0]
+        into[-1] -= back * T[-1]
+        return into / capacity
+
+    return rates, capacity[0]
+
+
+def rigid_rhs(growth: float = THIN):
+    rates, _ = layers(growth)
+
+    def rhs(t, y):
+        torque = R * T0 * (tension_ratio(0.35 * (1 - 3e-4 * y[1])) - 1)
+        return np.append(-torque / J, rates(y[1:], 0.95 * torque * y[0]))
+
+    return rhs
+
+
+def thin_surface() -> list[Value | Named]:
+    """A stop on a rigid band against Radau: stopping time and all layers."""
+    result = sb.simulate(rigid_stop(fading(), layered_stop(THIN).heat, 2.0))
+
+    def stop(t, y):
+        return y[0]
+
+    stop.terminal, stop.direction = True, -1  # pyright: ignore
+    start = np.append(W0, np.zeros(20))
+    out = solve_ivp(rigid_rhs(), (0, 5), start, "Radau", events=stop, rtol=1e-10, atol=1e-10)
+    T = result.series([float(result.stopping_time)], left=True).temperature[0] - sb.ROOM
+    return [
+        Value("stopping time", result.stopping_time, out.t[-1], 1e-8),
+        Value("temperatures of the layers", T, out.y[1:, -1], 1e-6),
+        Named("method", result.method_name, "Rodas5P"),
+        Value("closure of the heats", result.energy["heat_closure"], 0.0, 1e-10, True),
+    ]
+
+
+def scipy_thin_surface() -> str:
+    span, start = 1e-6, np.append(W0, np.zeros(20))
+    done = {
+        method: solve_ivp(rigid_rhs(), (0, span if method == "RK45" else 0.6), start, method, rtol=1e-8, atol=1e-8)
+        for method in ("RK45", "Radau")
+    }
+    each = 0.6 / span * done["RK45"].nfev
+    return f"Radau {done['Radau'].nfev} evaluations; RK45 would need {each:.0e} (counted over 1 µs)"
+
+
+#: `−γ = |dT_n/dT_s| a (T_n − T_0)/(C c_s)` at full slip, where the surface is still cold
+STEEP_FADE = 3e-3
+PI = tension_ratio(0.35)
+SLOPE = T0 * PI * N * 2 * Z / (1 - (0.35 * Z) ** 2) * 0.35  # |dT_n/dT_s| over the slope of the fade (N)
+FULL_SLIP = math.asin(math.sqrt(C / J) * T0 * (PI - 1) / (C * W0)) / (R * math.sqrt(C / J))
+
+
+def snaps() -> list[Value | Named]:
+    """A surface of 0.1 µm without anything behind it, and surfaces a little above and below the least capacity."""
+    least = SLOPE * STEEP_FADE * T0 * (PI - 1) / C
+
+    def stop(capacity: float) -> sb.Result:
+        duty, law = sb.Duty(sb.Constant(T0), sb.TorqueLoad()), fading(slope=STEEP_FADE, floor=0.4)
+        given = sb.Scene(heated_brake(law), duty, sb.Initial(W0, T0 / C), 20.0, lump(capacity))
+        return sb.simulate(given, solver=diffrax.Dopri8(), throw=False)
+
+    thin, above, below = (stop(c) for c in (7800.0 * 500.0 * TRACK * 1e-7, least * 1.001, least * 0.999))
+    return [
+        Named("0.1 µm", thin.status, "band_snap"),
+        Value("its time, full slip", thin.record.t_end, FULL_SLIP, 1e-9),
+        Named("least capacity + 0.1 %", above.status, "stopped"),
+        Named("− 0.1 %", below.status, "band_snap"),
+        Value("its time", below.record.t_end, FULL_SLIP, 1e-9),
+    ]
+
+
+def snaps_in_layers() -> list[Value | Named]:
+    thin = sb.simulate(layered_stop(THIN), throw=False)
+    return [
+        Named("", thin.status, "band_snap"),
+        Value("its time, full slip", thin.record.t_end, FULL_SLIP, 1e-9),
+    ]
+
+
+def scipy_snaps() -> str:
+    gamma = -SLOPE * 3e-4 * 0.95 * T0 * (PI - 1) / (C * layers(THIN)[1])
+    return f"plain equations have 1 + γ = {1 + gamma:.3g} at full slip: they slip backwards, without a word"
+
+
+# --- radiation, runaway ---------------------------------------------------------------------------------------------
+
+SIGMA = 5.670374419e-8
+
+
+def glowing(capacity: float = 1e5, T: float = 1500.0) -> sb.Heat:
+    return sb.Heat((sb.Lump("body", capacity, T), sb.Reservoir("air", 300.0)), (sb.Radiation("body", 1.0, 0.8),))
+
+
+def time_to_cool(T: float, capacity: float = 1e5, start: float = 1500.0, air: float = 300.0) -> float:
+    """`t = m c/(4 ε σ A T_a³) [ln((T + T_a)(T_0 − T_a)/((T − T_a)(T_0 + T_a))) + 2 atan(T/T_a) − 2 atan(T_0/T_a)]`."""
+    logarithm = math.log((T + air) * (start - air) / ((T - air) * (start + air)))
+    angles = 2 * math.atan(T / air) - 2 * math.atan(start / air)
+    return capacity / (4 * 0.8 * SIGMA * air**3) * (logarithm + angles)
+
+
+def glows() -> list[Value | Named]:
+    ts = np.array([0.0, 60.0, 3600.0, 86400.0])
+    truth = [brentq(lambda T, t=t: time_to_cool(T) - t, 300.0 + 1e-9, 1500.0, xtol=1e-12) for t in ts[1:]]
+    found = sb.simulate_heat(glowing(), ts, solver=sb.Rodas5P())
+    light = sb.simulate_heat(glowing(1e3), ts, solver=sb.Rodas5P())
+
+    def end(capacity):
+        return sb.simulate_heat(glowing(capacity), jnp.asarray(ts)).temperature[-1, 0]
+
+    # implicit: t(T, m c) stays, and t is proportional to m c
+    rate = 0.8 * SIGMA * (truth[-1] ** 4 - 300.0**4) / 1e5
+    return [
+        Value("temperatures after 1 min, 1 h, 24 h", found.temperature[1:, 0], truth, 1e-9),
+        Value("a light body after 24 h", light.temperature[-1, 0], 300.0, 1e-9),
+        Value("∂T/∂(m c)", jax.jit(jax.grad(end))(jnp.asarray(1e5)), rate * 86400.0 / 1e5, 1e-7),
+        Value("closure of the heats", found.closure, 0.0, 1e-12, True),
+    ]
+
+
+FADE = {"slope": 2.5e-3, "floor": 0.2, "capacity": 800.0, "load": 1.0e4}
+
+
+def running_away(load=FADE["load"], end: float = 12.0, blend: float = 0.0) -> sb.Scene:
+    law = fading(slope=FADE["slope"], floor=FADE["floor"], blend=blend)
+    return rigid_stop(law, lump(FADE["capacity"]), end, load=load)
+
+
+def runs_away() -> list[Value | Named]:
+    """At first the brake slows the load; it fades, and the load wins.
+
+    Adiabatic: `d(J ω²/2)/dT = c (M/M_b − 1)`, `dt = c dT/(M_b ω)`.
+    """
+    result = sb.simulate(running_away())
+    c, M = FADE["capacity"], FADE["load"]
+    corner = (1 - FADE["floor"]) / FADE["slope"]
+
+    def torque(u):
+        return R * T0 * (tension_ratio(0.35 * max(1 - FADE["slope"] * u, FADE["floor"])) - 1)
+
+    def speed(u):
+        inside = quad(lambda s: M / torque(s) - 1, 0.0, min(u, corner), epsabs=1e-9, epsrel=1e-12)[0]
+        inside += max(u - corner, 0.0) * (M / torque(corner) - 1)
+        return math.sqrt(W0**2 + 2 * c / J * inside)
+
+    def time(u):
+        ends = [0.0, min(u, corner), u]
+        return sum(
+            quad(lambda s: c / (torque(s) * speed(s)), a, b, epsabs=1e-12, epsrel=1e-12)[0] if b > a else 0.0
+            for a, b in itertools.pairwise(ends)
+        )
+
+    u = float(result.end_temperatures[0]) - sb.ROOM
+    slowest = brentq(lambda u: torque(u) - M, 0.0, corner)
+    least = float(np.min(np.asarray(result.series(np.linspace(0.0, 12.0, 4001)).omega)))
+    return [
+        Named("", result.status, "not_stopped"),
+        Value("least speed, where M_b = M", least, speed(slowest), 1e-6),
+        Value("speed at the end", result.record.y_end.omega, speed(u), 1e-9),
+        Value("time at its temperature", time(u), 12.0, 1e-8),
+        Value("closure of the energies", result.energy["closure"], 0.0, 1e-9, True),
+    ]
+
+
+# --- flash temperature ----------------------------------------------------------------------------------------------
+
+#: friction that rises steeply between 400 and 450 K
+STEEP = sb.ProductFriction(
+    sb.ConstantFriction(0.3),
+    (sb.TabulatedFade(np.array([250.0, 400.0, 450.0, 2000.0]), np.array([0.9, 1.0, 2.2, 2.3])),),
+)
+HARD = eqx.tree_at(lambda f: f.hardness, FLASH, np.asarray(3e7), is_leaf=lambda x: x is None)
+
+
+def excess(T: float, v: float, f: Any) -> Any:
+    """`f − F(T + ΔT(f))`."""
+    rise = 2 * np.asarray(f) * 3e7 * v / 50.0 * math.sqrt(1.44e-5 * 1e-3 / (math.pi * v))
+    return f - 0.3 * np.asarray(STEEP.factors[0].factor(sb.Contact(v=None, T=jnp.asarray(T + rise))))
+
+
+@functools.cache
+def roots(T: float, v: float) -> tuple[float, ...]:
+    f = np.linspace(0.2, 0.8, 601)
+    r = excess(T, v, f)
+    changed = np.flatnonzero(np.sign(r[:-1]) != np.sign(r[1:]))
+    return tuple(brentq(lambda x: excess(T, v, x), f[i], f[i + 1], xtol=1e-15) for i in changed)
+
+
+def two_solutions() -> list[Value | Named]:
+    from simbrake._sliding import Grip
+
+    grip = Grip(sb.Lining(STEEP, np.full(2, 0.5)), HARD)
+
+    def first(T, v):
+        found = grip.coefficients(jnp.asarray(1e4), jnp.full(2, v), jnp.full(2, T), jnp.asarray(False), static=False)
+        return found.f[0], found
+
+    solve = jax.jit(jax.value_and_grad(first, has_aux=True))
+
+    T, v = 300.0, 14.0
+    (_, found), slope = solve(T, v)
+    central = (roots(T + 1e-2, v)[0] - roots(T - 1e-2, v)[0]) / 2e-2
+    hot = solve(340.0, v)[0][1]
+    assert len(roots(340.0, v)) == 1
+    return [
+        Named("roots", len(roots(T, v)), 3),
+        Value("that of the branch from ΔT = 0", found.f, np.full(2, roots(T, v)[0]), 1e-12),
+        Value("∂f/∂T", slope, central, 1e-6),
+        Named("40 K hotter only the upper one is left, and refused", bool(hot.slope < 0), True),
+    ]
+
+
+def scipy_two_solutions() -> str:
+    found = [float(fsolve(lambda x: excess(300.0, 14.0, float(x[0])), [guess])[0]) for guess in (0.3, 0.5, 0.7)]
+    return f"`fsolve` from f = 0.3, 0.5, 0.7: {', '.join(f'{x:.3f}' for x in found)}"
+
+
+def no_solution() -> list[Value | Named]:
+    """Warm already at the start: the branch without flash does not exist there; and friction beyond locking."""
+
+    def start(temperature: float, law: sb.AbstractFriction) -> sb.Result:
+        given = warmed(law, 1e5, stiffness=None, end=1.0, flash=HARD, capacity=1e5, w0=20.0)
+        given = eqx.tree_at(lambda s: s.heat.bodies[0].temperature, given, np.asarray(temperature))
+        return sb.simulate(given, throw=False)
+
+    hot = start(345.0, STEEP)
+    locking = eqx.tree_at(lambda law: law.base.coefficient, STEEP, np.asarray(3.9))  # f z rises from 0.46 beyond 1
+    locked = start(330.0, locking)
+    return [
+        Named("no branch from ΔT = 0", hot.status, "flash_fold"),
+        Value("at", hot.record.t_end, 0.0, 0.0, True),
+        Named("the only root beyond locking", locked.status, "flash_fold"),
+    ]
+
+
+def heat_gradients() -> list[Value | Named]:
+    """Reverse mode against central differences: a stop with the layer of 0.1 µm, and the runaway, its fade rounded."""
+    cold = rigid_stop(fading(), layered_stop(THIN).heat, 2.0)
+
+    def stop(f):
+        given = eqx.tree_at(lambda s: s.brake.linings.friction.base.coefficient, cold, f)
+        return sb.simulate(given, rtol=1e-12).stopping_time
+
+    def faster(load):
+        return sb.simulate(running_away(load, blend=5.0), rtol=1e-12, solver=diffrax.Dopri8()).record.y_end.omega
+
+    found = []
+    for name, number, at, h in (("stopping time by f, 0.1 µm", stop, 0.35, 1e-4), ("runaway by M", faster, 1e4, 2.0)):
+        coarse, fine = (float(number(np.asarray(at + d)) - number(np.asarray(at - d))) / (2 * d) for d in (2 * h, h))
+        slope = jax.jit(jax.grad(number))(jnp.asarray(at))
+        found.append(Value(f"∂({name})", slope, fine + (fine - coarse) / 3, 1e-7))
+    return found
+
+
+CASES: list[Case | Elsewhere] = [
+    Case("surface node of 0.1 µm, rigid band", "rates of 1e9 1/s beside a stop of 0.7 s",
+         thin_surface, scipy_thin_surface),
+    Case("surface node of 0.1 µm, fade, compliant band", "fade outruns the band: there is no answer",
+         snaps, scipy_snaps),
+    Case("the same in layers, the first 0.1 µm", "as above, in a graded wall", snaps_in_layers, slow=True),
+    Case("radiation from 1500 K, cooling for 24 h", "rates fall by three orders, then nothing happens", glows),
+    Case("thermal runaway by fade", "the brake slows the load, fades, and loses it", runs_away),
+    Case("flash temperature with several solutions", "three roots, and a fold that removes two", two_solutions,
+         scipy_two_solutions),
+    Case("flash temperature without a solution at the start", "no branch to begin on", no_solution, slow=True),
+    Case("gradients with a thin surface, and in a runaway", "stiff layers; errors grow with the speed", heat_gradients,
+         slow=True),
+    Elsewhere("flash temperature that loses its solution", "the branch folds in the run", "test_heat_events",
+              "test_flash_fold_is_named", "code `flash_fold`, where the hill of the residual sinks to 0: 1e-4"),
+    Elsewhere("gradients with fade, reverse mode", "temperature feeds back on friction", "test_heat",
+              "test_gradients_with_fade_against_quadrature", "reverse = forward 1e-9; = quadrature 1e-8",
+              {"solver": diffrax.Dopri8()}),
+]  # fmt: skip

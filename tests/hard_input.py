@@ -1,0 +1,166 @@
+"""Hard cases: numbers that are none, and too few bits (tested by `test_hard_input.py`)."""
+
+import itertools
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from hard_cases import C, Case, Elsewhere, Named, Value, run, scene
+from heat_scenes import fading, lump, rigid_stop
+from scipy.integrate import solve_ivp
+from test_scenarios import NAMES, load
+
+import simbrake as sb
+from simbrake._quantity import leaves
+
+BAD = (np.nan, np.inf, -np.inf)
+
+
+def refused(given: sb.Scene, path: str, value: Any) -> bool:
+    """Whether `simulate` refuses the value with the path of that number, or of an entry of it, and nothing else."""
+    try:
+        sb.simulate(sb.with_values(given, {path: value}))
+    except sb.InputError as error:
+        return all(fault.path == path or fault.path.startswith(f"{path}[") for fault in error.faults)
+    return False
+
+
+def every_number() -> list[Value | Named]:
+    """Every number of every shipped scene set to NaN, ∞ and −∞, in a list its last entry; each path and law once."""
+    passed, count, seen = [], 0, set()
+    for name in NAMES:
+        given = load(name).scene()
+        numbers = leaves(given)
+        # none of them is out of sight of the check
+        assert len(numbers) == len(jax.tree.leaves(given)), name
+        for leaf in numbers:
+            if (leaf.path, leaf.about) in seen:
+                continue
+            seen.add((leaf.path, leaf.about))
+            for bad in BAD:
+                spoiled = np.array(leaf.value, float)
+                spoiled.reshape(-1)[-1:] = bad
+                count += 1
+                if not refused(given, leaf.path, spoiled):
+                    passed.append(f"{name}: {leaf.path} = {bad}")
+    return [Named(f"{count} inputs refused with their path, except", passed, [])]
+
+
+@jax.jit
+@jax.vmap
+def _code(given: sb.Scene) -> Any:
+    return sb.simulate(given, max_steps=128).code
+
+
+def _traced(given: sb.Scene) -> Named:
+    """The codes of runs in which one number of the scene is NaN, ∞ or −∞, by one program under `jit(vmap)`."""
+    arrays, tree = jax.tree.flatten(jax.tree.map(lambda x: np.asarray(x, float), given))
+    rows = [given]
+    for i, bad in itertools.product(range(len(arrays)), BAD):
+        changed = [np.array(x) for x in arrays]
+        changed[i].reshape(-1)[-1:] = bad
+        rows.append(jax.tree.unflatten(tree, changed))
+    codes = [int(code) for code in _code(jax.tree.map(lambda *x: jnp.stack(x), *rows))]
+    assert codes[0] == 0
+    return Named(f"{len(codes) - 1} runs", sorted({sb.FAILURES[code][0] for code in codes[1:]}), ["not_finite"])
+
+
+def traced_elastic() -> list[Value | Named]:
+    return [_traced(scene(stiffness=C, drag=1.0))]
+
+
+def traced_others() -> list[Value | Named]:
+    rigid = _traced(scene(drag=1.0))
+    heated = _traced(rigid_stop(fading(), lump(2e4, linings=1e4, cooling=50.0), 1.0))
+    return [rigid, heated]
+
+
+def _constant(t: Any, level: Any) -> Any:
+    return level + 0.0 * t
+
+
+def own_profile() -> list[Value | Named]:
+    """Parameters of a profile of one's own may be anything and are not looked at."""
+    given, found = scene(), []
+    for bad in (np.nan, np.inf):
+        lever = sb.FunctionProfile(_constant, jnp.asarray(bad), 1e4)
+        found.append(run(eqx.tree_at(lambda s: s.duty.slack_tension, given, lever)).status)
+    return [Named("NaN, ∞", found, ["not_finite", "not_finite"])]
+
+
+def scipy_nan() -> str:
+    words = []
+    for method in ("RK45", "DOP853", "Radau", "LSODA"):
+        count = 0
+
+        class Enough(Exception):
+            pass
+
+        def rhs(t, y, limit=Enough):
+            nonlocal count
+            count += 1
+            if count > 20_000:
+                raise limit
+            return [np.nan]
+
+        try:
+            with np.errstate(all="ignore"):
+                out = solve_ivp(rhs, (0, 1), [1.0], method)
+            words.append(f"{method} reports success with {out.y[0, -1]}" if out.success else f"{method} fails")
+        except Enough:
+            words.append(f"{method} does not end (20,000 evaluations without a step)")
+        except ValueError as error:
+            words.append(f"{method}: ValueError ({error})")
+    return "; ".join(words)
+
+
+def options() -> list[Value | Named]:
+    """Tolerances and limits that cannot be meant."""
+    given, faults = scene(), []
+    for option in ("rtol", "max_step"):
+        for bad in (np.nan, -1e-6, 0.0, *([np.inf, 1.0] if option == "rtol" else [])):
+            faults.append(_fault(lambda bad=bad, option=option: sb.simulate(given, **{option: bad})))
+    faults.append(_fault(lambda: sb.simulate(given, max_steps=-1)))
+    faults.append(_fault(lambda: sb.simulate(given, max_events=-1)))
+    heat = sb.Heat((sb.Lump("body", 1.0),))
+    faults.append(_fault(lambda: sb.simulate_heat(heat, [0.0, 1.0], rtol=np.nan)))
+    return [
+        Named("refused", faults, ["rtol"] * 5 + ["max_step"] * 3 + ["max_steps", "max_events", "rtol"]),
+    ]
+
+
+def _fault(run: Any) -> str:
+    try:
+        run()
+    except sb.InputError as error:
+        return error.faults[0].path
+    return "accepted"
+
+
+def single_precision() -> list[Value | Named]:
+    """A 32-bit number in a scene, concrete and traced, whatever the promotion of types allows."""
+    given = eqx.tree_at(lambda s: s.brake.pulley.inertia, scene(), jnp.asarray(100.0, jnp.float32))
+    small = jax.tree.map(lambda x: jnp.asarray(x, jnp.float32), scene())
+    with jax.numpy_dtype_promotion("standard"):
+        faults = [
+            _fault(lambda: sb.simulate(given)),
+            _fault(lambda: sb.simulate(small)),
+            _fault(lambda: jax.jit(lambda s: sb.simulate(s, max_steps=64).stopping_time)(given)),
+        ]
+    where = "brake.pulley.inertia"
+    return [Named("refused at", faults, [where, "brake.pulley.radius", where])]
+
+
+CASES: list[Case | Elsewhere] = [
+    Case("NaN and ±∞ in every number of every shipped scene", "one of them spoils all the others", every_number),
+    Case("the same in traced numbers, elastic band", "values cannot be looked at before the run", traced_elastic,
+         scipy_nan),
+    Case("the same, rigid band, and heat with fade", "as above", traced_others, slow=True),
+    Case("NaN and ∞ in the parameters of a profile of one's own", "nobody knows what they mean", own_profile),
+    Case("tolerances and limits that are none", "a tolerance of ∞ accepts every step", options),
+    Elsewhere("float32 mode of JAX", "events cannot be located in 32 bits", "test_house",
+              "test_32_bits_are_refused_clearly", "`RuntimeError` that says what to set"),
+    Case("a float32 number in a scene", "it would pull others down to 7 digits, or fail deep inside", single_precision),
+]  # fmt: skip

@@ -1,0 +1,227 @@
+"""Hard cases: short times, huge and tiny units, loose and tight tolerances (tested by `test_hard_brake.py`)."""
+
+import itertools
+import math
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from chain_scenes import changes
+from hard_cases import BETA, T0, W0, C, Case, Elsewhere, J, Named, R, Value, gradients, run, scene, stop_times
+from hard_events import BELT, HOLD, PI, belt, belt_period, let_go
+from scipy.integrate import solve_ivp
+
+import simbrake as sb
+
+# --- a chain that is light and stiff -------------------------------------------------------------------------------
+
+
+def light_and_stiff() -> list[Value | Named]:
+    """Stick and slip of one lining with a period of 10 ns in closed form; two linings against 1 kg on 1 N/m, scaled."""
+    m, stiff = 1e-6, 1e12
+    v = BELT["v"] / math.sqrt(m * stiff)  # m/s for every newton
+    given = {"f_k": BELT["f_k"], "f_s": BELT["f_s"], "m": m, "v": v}
+    law = sb.ConstantFriction(BELT["f_k"], BELT["f_s"] / BELT["f_k"])
+    found = let_go(sb.simulate(belt(law, m, stiff, v, 4e-8), rtol=1e-12))
+    first, period = belt_period(**given, C=stiff)
+    scaled = [two_linings(m, k, math.sqrt(m / k)) for m, k in ((1.0, 1.0), (m, stiff))]
+    return [
+        Value("first slip of one lining", found[0], first, 1e-11),
+        Value("its periods", np.diff(found), np.full(found.size - 1, period), 1e-9),
+        Named("events of two linings", len(scaled[1]), len(scaled[0])),
+        Value("their times over √(m/K), against 1 kg on 1 N/m", scaled[1], scaled[0], 1e-9),
+    ]
+
+
+def two_linings(m: float, K: float, unit: float) -> np.ndarray:
+    """Times of all events in `unit` of a stop of two linings within 12 units."""
+    linings = sb.Lining(sb.ConstantFriction(0.3), np.full(2, BETA), mass=m)
+    given = sb.Scene(
+        sb.Brake(sb.Pulley(1.0, 8 * m), sb.Band(1.0, K, sb.Segments(K)), linings),
+        sb.Duty(sb.Constant(1.0), sb.TorqueLoad()),
+        sb.Initial(1.0 / math.sqrt(m * K), 1.0 / K),
+        12 * unit,
+    )
+    return np.array([t for t, _, _ in changes(sb.simulate(given).record)]) / unit
+
+
+# --- a lever thrown in within a microsecond ------------------------------------------------------------------------
+
+RAMP = [(1.0, 0.0), (1.0 + 1e-6, T0), (2.0, T0)]
+
+
+def fast_lever() -> list[Value | Named]:
+    rigid, elastic = run(scene(lever=RAMP)), run(scene(lever=RAMP, stiffness=C))
+    truth = stop_times(PI)
+    pulse = run(scene(lever=[(1.0, 0.0), (1.0 + 5e-7, T0), (1.0 + 1e-6, 0.0)]))
+    slope = np.asarray(gradients(scene(lever=RAMP)).stop.duty.slack_tension.times)
+    return [
+        Value("stopping time, rigid", rigid.stopping_time, 1.0 + 5e-7 + stop_times(PI, stiffness=None).stop, 1e-12),
+        Value("onset, full slip, stop, elastic",
+              [elastic.slip_onset_time, elastic.full_slip_time, elastic.stopping_time],
+              1.0 + np.array([truth.onset, truth.full_slip, truth.stop]), 1e-11),
+        Value("∂t/∂(corners)", slope[:2], np.full(2, 0.5), 1e-8),
+        Value("speed lost in a pulse of 1 µs", W0 - pulse.record.y_end.omega, R * T0 * (PI - 1) / J * 5e-7, 1e-8),
+    ]  # fmt: skip
+
+
+def scipy_fast_lever() -> str:
+    def lost(values: list[float]) -> float:
+        """Speed lost when nobody tells the solver of the corners."""
+        times = [p[0] for p in RAMP]
+        out = solve_ivp(lambda t, y: [-R * np.interp(t, times, values, values[0]) * (PI - 1) / J], (0, 1.5), [W0],
+                        rtol=1e-10, atol=1e-12)  # fmt: skip
+        return W0 - float(out.y[0, -1])
+
+    exact = R * T0 * (PI - 1) / J
+    ramp = lost([0.0, T0, T0]) / (exact * (0.5 - 5e-7)) - 1
+    times = [1.0, 1.0 + 5e-7, 1.0 + 1e-6]
+    out = solve_ivp(lambda t, y: [-R * np.interp(t, times, [0, T0, 0]) * (PI - 1) / J], (0, 1.5), [W0], rtol=1e-10)
+    share = (W0 - float(out.y[0, -1])) / (exact * 5e-7)
+    return f"not told of the corners: ramp to {abs(ramp):.0e}; of the pulse it sees {share:.0%}"
+
+
+# --- units and tolerances --------------------------------------------------------------------------------------------
+
+
+def other_units() -> list[Value | Named]:
+    """The same stop in units of mass 1e-6…1e9, length 1e-3…1e3 and time 1e-6…1e6."""
+    truth, found, heats = stop_times(PI), [], []
+    heat = float(run(scene(stiffness=C)).energy["friction_heat"])
+    for mass, length, time in itertools.product((1e-6, 1.0, 1e9), (1e-3, 1.0, 1e3), (1e-6, 1.0, 1e6)):
+        result = run(
+            scene(
+                radius=R * length,
+                inertia=J * mass * length**2,
+                stiffness=C * mass / time**2,
+                lever=T0 * mass * length / time**2,
+                omega=W0 / time,
+                end=5.0 * time,
+            )
+        )
+        found.append(np.array([result.slip_onset_time, result.full_slip_time, result.stopping_time]) / time)
+        heats.append(float(result.energy["friction_heat"]) / (mass * length**2 / time**2))
+    rows = np.array(found)
+    return [
+        Value(
+            "event times in 27 systems of units",
+            rows,
+            np.tile([truth.onset, truth.full_slip, truth.stop], (27, 1)),
+            1e-9,
+        ),
+        Value("friction heats", heats, np.full(27, heat), 1e-9),
+    ]
+
+
+def tolerances() -> list[Value | Named]:
+    """Tolerances 1e-2…1e-14: a swing of the band, and a stop with drag, `t = (J/c) ln(1 + c ω_0/M)`."""
+    rtols = 10.0 ** -np.arange(2, 15)
+    truth, c = stop_times(PI).stop, 60.0
+    dragged = J / c * math.log1p(c * W0 / HOLD)
+    found = [float(run(scene(stiffness=C), rtol=rtol).stopping_time) for rtol in rtols]
+    slowed = [float(run(scene(drag=c), rtol=rtol).stopping_time) for rtol in rtols]
+    return [
+        Value("at 1e-2", [found[0], slowed[0]], [truth, dragged], 1e-2),
+        Value("1e-2…1e-14, swing", found, np.full(13, truth), rtols + 1e-12),
+        Value("1e-2…1e-14, drag", slowed, np.full(13, dragged), rtols + 1e-12),
+        Value("at 1e-14", [found[-1], slowed[-1]], [truth, dragged], 1e-12),
+    ]
+
+
+def scipy_tolerances() -> str:
+    import warnings
+
+    def stop(t, y):
+        return y[0]
+
+    stop.terminal = True  # pyright: ignore
+    errors, c = [], 60.0
+    for rtol in (1e-2, 1e-14):
+        with warnings.catch_warnings(record=True) as said:
+            warnings.simplefilter("always")
+            out = solve_ivp(
+                lambda t, y: [(-HOLD - c * y[0]) / J], (0, 5), [W0], "DOP853", events=stop, rtol=rtol, atol=rtol
+            )
+        errors.append(abs(out.t_events[0][0] / (J / c * math.log1p(c * W0 / HOLD)) - 1))
+    words = "; 1e-14 is raised to 2.2e-14 with a warning" if said else ""
+    return f"DOP853 with drag: error {errors[0]:.0e} at 1e-2, {errors[1]:.0e} at 1e-14{words}"
+
+
+def strong_drag() -> list[Value | Named]:
+    """Drag stops the pulley before the band is taut: `φ → ω_0 J/c`, `ω = ω_0 exp(−c t/J)`, 1e4 1/s for 5 s."""
+    given = scene(stiffness=C, drag=1e6)
+    explicit, implicit = run(given), run(given, solver=sb.Rodas5P())
+    early = implicit.series([1e-4, 5e-4]).omega
+    return [
+        Value("angle, Rodas5P", implicit.record.y_end.phi, W0 * J / 1e6, 1e-9),
+        Value("speeds", early, W0 * np.exp([-1.0, -5.0]), 1e-8),
+        Named("in fewer than 200 steps", int(implicit.record.count) < 200, True),
+        Named("Dopri8 with 1024 steps", explicit.status, "step_limit"),
+    ]
+
+
+# --- many events ----------------------------------------------------------------------------------------------------
+
+
+def ten_thousand_changes() -> list[Value | Named]:
+    """3400 cycles of 1 s: the load runs for 0.4 s, is stopped in 0.4 s by a brake twice as strong, and held."""
+    cycles, a = 3400, 0.6
+    lever = sb.Repeated([0.0, a, a, 1.0, 1.0], [T0, T0, 0.0, 0.0, T0], 1.0, cycles)
+    given = scene(load=0.5 * HOLD, omega=0.0, end=float(cycles))
+    whole = sb.Scene(given.brake, sb.Duty(lever, given.duty.load), given.initial, given.end_time)
+    result = sb.simulate(whole)
+    stops = np.array([e.time for e in result.events if e.name == "stop"])
+    count = sum(e.name != "lining_limit" for e in result.events)
+    k = np.arange(1, cycles)
+
+    # in every cycle M_b ω t/2 with ω = 0.4 M/J and t = 0.4 M/(M_b − M), M_b = 2 M
+    heat = (cycles - 1) * HOLD * 0.5 * (0.5 * HOLD / J) * 0.4**2
+
+    def worn(values: jax.Array) -> jax.Array:
+        moved = eqx.tree_at(lambda s: s.duty.load.profile.values, whole, values)
+        return sb.simulate(moved, max_steps=65536, max_events=20_000).energy["friction_heat"]
+
+    slope = jnp.sum(jax.jit(jax.grad(worn))(jnp.full(3, 0.5 * HOLD)))
+    return [
+        Named("more than 10,000 changes of mode", count > 10_000, True),
+        Value("stops", stops, k + 0.4, 1e-10),
+        Value("friction heat", result.energy["friction_heat"], heat, 1e-10),
+        # heat ∝ M²/(M_b − M)
+        Value("∂(friction heat)/∂M through all of them", slope, heat * 6 / HOLD, 1e-9),
+        Value("closure of the energies", result.energy["closure"], 0.0, 1e-9, True),
+    ]
+
+
+def limit_cycle_gradient() -> list[Value | Named]:
+    """The fourth time of letting go, three periods after the first, by every number of the limit cycle."""
+
+    def third(m, C, f_k, f_s, v):
+        law = sb.ConstantFriction(f_k, f_s / f_k)
+        record = sb.simulate(belt(law, m, C, v), rtol=1e-12, max_steps=256).record
+        modes = record.modes.linings[:, 0]
+        goes = (modes[:-1] == 0) & (modes[1:] != 0)
+        return record.rows.t[jnp.flatnonzero(goes, size=3)[-1] + 1]
+
+    def closed(m, C, f_k, f_s, v):
+        first, period = belt_period(m, C, f_k, f_s, v, jnp)
+        return first + 2 * period
+
+    at = tuple(jnp.asarray(BELT[name]) for name in ("m", "C", "f_k", "f_s", "v"))
+    found, truth = (jax.jit(jax.grad(g, tuple(range(5))))(*at) for g in (third, closed))
+    return [Value("∂t/∂(m, C, f_k, f_s, v)", np.array(found), np.array(truth), 1e-9)]
+
+
+CASES: list[Case | Elsewhere] = [
+    Case("chain of mass 1e-6 kg and stiffness 1e12 N/m", "it swings at 1e9 rad/s, by 1e-12 m", light_and_stiff),
+    Case("lever thrown in within 1 µs", "a ramp that no step would see", fast_lever, scipy_fast_lever),
+    Case("huge and tiny units", "an absolute tolerance would be wrong by 15 orders", other_units),
+    Elsewhere("inertia of 1e-6 and 1e9 times", "as above, inertia and torques alone", "test_stop",
+              "test_scaling_inertia_and_torques_together_leaves_the_motion", "stopping time: 1e-9"),
+    Case("tolerance 1e-2 and 1e-14", "events no worse than asked for; steps near rounding", tolerances,
+         scipy_tolerances),
+    Case("strong drag", "stable explicit steps are 1e4 times too short", strong_drag, slow=True),
+    Case("10,000 changes of mode of a brake", "errors of every stop add up in the next", ten_thousand_changes,
+         slow=True),
+    Case("gradient through a limit cycle", "five events, each a kink in the motion", limit_cycle_gradient, slow=True),
+]  # fmt: skip

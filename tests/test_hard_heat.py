@@ -1,0 +1,10 @@
+"""Hard cases with heat."""
+
+import pytest
+from hard_cases import cases_to_test, check
+from hard_heat import CASES
+
+
+@pytest.mark.parametrize("case", cases_to_test(CASES))
+def test_heat(case):
+    check(case)
