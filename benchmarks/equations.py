@@ -8,15 +8,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from benchmarks.scenes import Case, Stop
+from benchmarks.scenes import Case, Staged, Stop
 
 
 class Guard(NamedTuple):
-    """Falls through 0 at an event: its name (or `None`), the mode that follows and the state there."""
+    """Falls through 0 at an event: its name (or `None`), the mode that follows (or what tells it), the state there."""
 
     event: str | None
     value: Callable[[float, Any], float]
-    mode: str
+    mode: str | Callable[[float, Any], str]
     state: Callable[[float, Any], Any]
 
 
@@ -64,7 +64,8 @@ def drive(automaton: Automaton, case: Case, segment: Segment) -> tuple[np.ndarra
             guard = automaton.modes[name].guards[fired]
             if guard.event is not None:
                 times.setdefault(guard.event, t)
-            name, y = guard.mode, guard.state(t, y)
+            name = guard.mode if isinstance(guard.mode, str) else guard.mode(t, y)
+            y = guard.state(t, y)
         else:
             stops.pop(0)
             if not stops:
@@ -74,6 +75,10 @@ def drive(automaton: Automaton, case: Case, segment: Segment) -> tuple[np.ndarra
 
 def automaton_of(case: Case) -> Automaton:
     """The modes of a scene."""
+    if isinstance(case.plain, Staged):
+        from benchmarks.staged import staged
+
+        return staged(case.plain)
     return _stop(case.plain)
 
 
@@ -102,6 +107,8 @@ def _stop(p: Stop) -> Automaton:
     modes = _dry_slip(p) if p.rates is None else _hot_slip(p)
 
     def final(mode: str, y: Any) -> np.ndarray:
+        if mode != "held":
+            raise RuntimeError(f"ended in the mode {mode}: an event was missed")
         return np.concatenate([y[:1], y[-1:], y[1:-1]])
 
     fastest = 1e-2 if p.rates is None else 0.03 / float(np.max(-np.diag(p.rates)))

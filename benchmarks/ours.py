@@ -14,7 +14,7 @@ _ROOMS = (256, 2048, 16384)
 
 def methods(case: Case) -> dict[str, str | None]:
     stability = "explicit on a stiff scene: stability asks for millions of steps"
-    hot = case.plain.rates is not None
+    hot = getattr(case.plain, "rates", None) is not None
     found: dict[str, str | None] = {f"simbrake {m}": stability if case.stiff else None for m in ("Tsit5", "Dopri8")}
     found["simbrake Rodas5P"] = None if hot else "for scenes with heat"
     return found
@@ -52,20 +52,35 @@ def _compiled(name: str, solver: str, room: int) -> tuple[Callable, Any]:
 
     def answer(scene: Any, rtol: Any) -> Any:
         result = sb.simulate(scene, solver=method, rtol=rtol, max_steps=room)
-        y = result.record.y_end
-        heat = jnp.zeros(0) if scene.heat is None else result.end_temperatures - ROOM
         stats = result.record.stats
         counts = [result.code, stats.accepted, stats.rejected, stats.retaken, stats.segments]
-        columns = [jnp.stack(event_times(result, case)), jnp.stack([y.phi, y.x]), heat]
+        columns = [jnp.stack(event_times(result, case)), final_state(result)]
         return jnp.concatenate([*columns, jnp.stack(counts).astype(jnp.float64)])
 
     scene = jax.tree.map(jnp.asarray, case.simbrake())
     return jax.jit(answer), scene
 
 
+def final_state(result: Any) -> Any:
+    """The state that is compared."""
+    import jax.numpy as jnp
+
+    y = result.record.y_end
+    if result.scene.brake.bandage is not None:
+        return jnp.stack([y.phi, y.ledger.friction_heat, y.ledger.internal_heat])
+    heat = jnp.zeros(0) if result.scene.heat is None else result.end_temperatures - ROOM
+    return jnp.concatenate([jnp.stack([y.phi, y.x]), heat])
+
+
 def event_times(result: Any, case: Case) -> list[Any]:
     """Times of the scene's events."""
-    properties = {"slip onset": "slip_onset_time", "full slip": "full_slip_time", "stop": "stopping_time"}
+    properties = {
+        "slip onset": "slip_onset_time",
+        "full slip": "full_slip_time",
+        "stop": "stopping_time",
+        "internal slip": "internal_slip_time",
+        "external lock": "external_lock_time",
+    }
     return [getattr(result, properties[event]) for event in case.events]
 
 

@@ -51,6 +51,27 @@ class Stop:
 
 
 @dataclasses.dataclass(frozen=True)
+class Staged:
+    """A stop of a staged brake on a rigid band as its actuator fills, `T_0 = p (1 − exp(−(t + t_a)/τ))` (model §4)."""
+
+    R: float = 0.59
+    R_b: float = 0.638
+    J: float = 1200.0
+    J_b: float = 60.0
+    w_0: float = 24.0
+    load: float = 3e3
+    f_ext: float = 0.42
+    f_int: float = 0.30
+    preload: float = 4e3
+    n: int = 20
+    z: float = math.tan(math.radians(13.5) / 2)
+    level: float = 24e3
+    tau: float = 0.25
+    ahead: float = 0.02
+    end: float = 4.0
+
+
+@dataclasses.dataclass(frozen=True)
 class Case:
     """One scene: `plain` its numbers, `simbrake()` the same for simbrake, `events` and `scales` of the final state."""
 
@@ -177,6 +198,32 @@ def _stop_case(name: str, kind: str, title: str, plain: Stop, stiff: bool = Fals
     return Case(name, title, plain, events, state, scales, lambda: _simbrake_stop(plain, kind), stiff)
 
 
+def _simbrake_staged(p: Staged) -> Any:
+    import simbrake as sb
+
+    brake = sb.Brake(
+        sb.Pulley(p.R, p.J),
+        sb.Band(p.R_b),
+        sb.Lining(sb.ConstantFriction(p.f_ext), np.full(p.n, 2 * math.atan(p.z))),
+        sb.Bandage(p.J_b, sb.ConstantFriction(p.f_int), p.preload),
+    )
+    lever = sb.ExponentialRise(p.level, p.tau, -p.ahead)
+    return sb.Scene(brake, sb.Duty(lever, sb.TorqueLoad(sb.Constant(p.load))), sb.Initial(p.w_0), p.end)
+
+
+def _staged_case() -> Case:
+    p = Staged()
+    return Case(
+        "d",
+        "staged brake on a rigid band: 5 states, 3 events",
+        p,
+        ("internal slip", "external lock", "stop"),
+        ("angle, rad", "heat of the band's pair, J", "heat of the rim's pair, J"),
+        np.array([10.0, 1e5, 1e5]),
+        lambda: _simbrake_staged(p),
+    )
+
+
 CASES: dict[str, Case] = {
     case.name: case
     for case in (
@@ -185,6 +232,7 @@ CASES: dict[str, Case] = {
         _stop_case(
             "c", "stiff", "the same with layers from 1 µm on, and linings: 35 states, stiff", _stiff(), stiff=True
         ),
+        _staged_case(),
     )
 }
 

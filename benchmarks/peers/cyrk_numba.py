@@ -5,17 +5,19 @@ gives; look for the step in which the guard turns; and solve for the length of t
 """
 
 import functools
+import math
 
 import numpy as np
 
-from benchmarks.scenes import CASES, Answer, Case, Stop
+from benchmarks.scenes import CASES, Answer, Case, Staged, Stop
+from benchmarks.staged import Tensions
 
 NAME, PACKAGES, PIP, AGREES = "CyRK", ("CyRK", "numba"), "CyRK numba", 1e-9
 _METHODS = ("RK45", "DOP853", "Vern8", "LSODA", "RADAU", "BDF")
 
 
 def methods(case: Case) -> dict[str, str | None]:
-    stability = "explicit on a stiff scene: stability asks for millions of steps, minutes a run"
+    stability = "explicit on a stiff scene: stability asks for millions of steps"
     return {f"CyRK {m}": stability if case.stiff and m in ("RK45", "DOP853", "Vern8") else None for m in _METHODS}
 
 
@@ -23,17 +25,17 @@ def methods(case: Case) -> dict[str, str | None]:
 def _until():
     """Compiled: integrates until the guard falls through 0; counts steps.
 
-    The guard is `c_0 + c·y`, less `ẋ_0` where `fading` says how the band follows the friction.
+    The guard is `c_0 + c·y + c_e exp(−t/τ)`, less `ẋ_0` where `more` says how the band follows the friction.
     """
     import numba
     from CyRK import nbsolve2_ivp
 
     @numba.njit
-    def value(y, c_0, c, fading):
-        found = c_0
+    def value(t, y, c_0, c, more):
+        fz_0, q, T_0, n, per_C, mid, up, c_e, decay = more
+        found = c_0 + c_e * math.exp(-t * decay)
         for j in range(len(c)):
             found += c[j] * y[j]
-        fz_0, q, T_0, n, per_C, mid, up = fading
         if per_C:
             fz = fz_0 - q * y[2]
             slope = -2 * n * q * T_0 * ((1 + fz) / (1 - fz)) ** n / (1 - fz * fz)
@@ -50,7 +52,7 @@ def _until():
         return end
 
     @numba.njit
-    def until(address, t, y, horizon, stop, c_0, c, fading, method, rtol, atols):
+    def until(address, t, y, horizon, stop, c_0, c, more, method, rtol, atols):
         none, steps = np.zeros(1), 0
         while True:
             end = min(t + horizon, stop)
@@ -59,9 +61,9 @@ def _until():
                 raise RuntimeError("CyRK failed")
             ts, ys = found.t.copy(), found.y.copy()
             found.free()
-            high = value(ys[:, 0].copy(), c_0, c, fading)
+            high = value(ts[0], ys[:, 0].copy(), c_0, c, more)
             for i in range(len(ts) - 1):
-                low, high = high, value(ys[:, i + 1].copy(), c_0, c, fading)
+                low, high = high, value(ts[i + 1], ys[:, i + 1].copy(), c_0, c, more)
                 if low >= 0.0 and high < 0.0:
                     row = ys[:, i].copy()
                     # secant kept within its bracket (Illinois)
@@ -71,7 +73,7 @@ def _until():
                         before = h
                         h = (a * g_b - b * g_a) / (g_b - g_a)
                         best = short(address, ts[i], row, h, method, rtol, atols, none)
-                        g = value(best, c_0, c, fading)
+                        g = value(ts[i] + h, best, c_0, c, more)
                         if g == 0.0 or abs(h - before) <= 4e-16 * max(ts[i], h):
                             break
                         if g > 0:
@@ -156,8 +158,8 @@ def _run():
     @numba.njit
     def run(addresses, numbers, fading, horizons, k, method, rtol):
         R, C, T_0, Pi, w_0, x_0, end = numbers
-        fz_0, q, _, n, _, _, _ = fading
-        never = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        fz_0, q, _, n, _, _, _, _, _ = fading
+        never = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
         sizes = np.full(3 + k, 10.0)
         sizes[0], sizes[2] = 20.0, 0.3
         t, y, steps, times = 0.0, np.array([w_0, 0.0, x_0]), 0, np.zeros(3)
@@ -194,14 +196,93 @@ def _run():
     return run
 
 
+@functools.cache
+def _staged(name: str):
+    """Right-hand sides of the staged brake as compiled callbacks, and the guard of internal slip."""
+    from CyRK import nb_diffeq_addr
+
+    p: Staged = CASES[name].plain
+    known, rim, together = Tensions(p), p.R * p.f_int, p.J + p.J_b
+    grip, full, preload = p.R_b * (known.top - 1), rim * float(known.slack[-1]), rim * p.n * p.preload
+    level, load, J, J_b, decay, n = p.level, p.load, p.J, p.J_b, 1 / p.tau, p.n
+    first = math.exp(-p.ahead * decay)
+    # `M_int(T_n)` is concave: of the roots on those of its pieces that are less steep than R_b the least is meant
+    below = p.R_b - rim * known.tight[:n]
+    flat = below > 0
+    below, slack = below[flat], known.slack[:n][flat]
+    c_0, c_1, n = p.R_b * preload / below, p.R_b * ((p.R_b + rim * slack) / below - 1), len(below)
+
+    def ride(dy, t, y, args):
+        M = grip * level * (1 - first * math.exp(-t * decay))
+        a = (load - M) / together
+        dy[0], dy[1], dy[2], dy[3], dy[4] = a, a, y[0], M * y[0], 0.0
+
+    def both(dy, t, y, args):
+        T_0 = level * (1 - first * math.exp(-t * decay))
+        M_int, M_ext = preload + full * T_0, grip * T_0
+        dy[0], dy[1], dy[2] = (load - M_int) / J, (M_int - M_ext) / J_b, y[0]
+        dy[3], dy[4] = M_ext * y[1], M_int * (y[0] - y[1])
+
+    def locked(dy, t, y, args):
+        T_0 = level * (1 - first * math.exp(-t * decay))
+        M = c_0[0] + c_1[0] * T_0
+        for k in range(1, n):
+            M = min(M, c_0[k] + c_1[k] * T_0)
+        dy[0], dy[1], dy[2], dy[3], dy[4] = (load - M) / J, 0.0, y[0], 0.0, M * y[0]
+
+    rise = full - grip + J_b * grip / together
+    margin = (preload - J_b * load / together + rise * level, -rise * level * first, decay)
+    return tuple(nb_diffeq_addr(f) for f in (ride, both, locked)), margin
+
+
+@functools.cache
+def _run_staged():
+    """Compiled: the whole stop of the staged brake."""
+    import numba
+
+    until = _until()
+
+    @numba.njit
+    def run(addresses, margin, w_0, end, method, rtol):
+        atols = rtol * np.array([20.0, 20.0, 10.0, 1e5, 1e5])
+        never = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        lever = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, margin[1], margin[2])
+        y, c, times = np.array([w_0, w_0, 0.0, 0.0, 0.0]), np.zeros(5), np.zeros(3)
+        # a quarter of a second to look ahead, about the time in which the lever fills
+        t, y, steps = until(addresses[0], 0.0, y, 0.25, end, margin[0], c, lever, method, rtol, atols)
+        times[0], c[1] = t, 1.0
+        t, y, more = until(addresses[1], t, y, 0.25, end, 0.0, c, never, method, rtol, atols)
+        times[1], steps = t, steps + more
+        y[1], c[1], c[0] = 0.0, 0.0, 1.0
+        t, y, more = until(addresses[2], t, y, 0.25, end, 0.0, c, never, method, rtol, atols)
+        times[2] = t
+        return times, y[2:].copy(), steps + more
+
+    return run
+
+
 def prepare(case: Case, method: str, tolerance: float):
+    name = method.removeprefix("CyRK ")
+    if isinstance(case.plain, Stop):
+        return _prepare_stop(case, name, tolerance)
+    p: Staged = case.plain
+    (addresses, margin), run_ = _staged(case.name), _run_staged()
+
+    def run() -> Answer:
+        times, state, steps = run_(addresses, margin, p.w_0, p.end, name, tolerance)
+        return Answer(times, state, -1, int(steps))
+
+    return run
+
+
+def _prepare_stop(case: Case, name: str, tolerance: float):
     p: Stop = case.plain
-    addresses, run_, name = _addresses(case.name), _run(), method.removeprefix("CyRK ")
+    addresses, run_ = _addresses(case.name), _run()
     fz_0, k = p.f * p.z, 0
-    fading = (fz_0, 0.0, p.T_0, float(p.n), 0.0, 0.0, 0.0)
+    fading = (fz_0, 0.0, p.T_0, float(p.n), 0.0, 0.0, 0.0, 0.0, 0.0)
     if p.rates is not None:
         k = len(p.rates)
-        fading = (fz_0, fz_0 * p.fade, p.T_0, float(p.n), 1 / p.C, float(p.rates[0, 0]), float(p.rates[0, 1]))
+        fading = (fz_0, fz_0 * p.fade, p.T_0, float(p.n), 1 / p.C, float(p.rates[0, 0]), float(p.rates[0, 1]), 0.0, 0.0)
     numbers = (p.R, p.C, p.T_0, p.Pi, p.w_0, p.x_0, p.end)
     grip = p.T_0 * (p.Pi - 1)
     # by hand, from constant speed and constant torque

@@ -9,7 +9,7 @@ NAME, PACKAGES, PIP, AGREES = "PathSim", ("pathsim",), "pathsim", 1e-9
 
 
 def methods(case: Case) -> dict[str, str | None]:
-    stability = "explicit on a stiff scene: stability asks for millions of steps, minutes a run"
+    stability = "explicit on a stiff scene: stability asks for millions of steps"
     return {
         "PathSim RKDP54": stability if case.stiff else None,
         "PathSim RKDP87": stability if case.stiff else None,

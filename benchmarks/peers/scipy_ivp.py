@@ -10,7 +10,7 @@ _METHODS = ("RK45", "DOP853", "LSODA", "Radau", "BDF")
 
 
 def methods(case: Case) -> dict[str, str | None]:
-    stability = "explicit on a stiff scene: stability asks for millions of steps, minutes a run"
+    stability = "explicit on a stiff scene: stability asks for millions of steps"
     return {f"SciPy {m}": stability if case.stiff and m in ("RK45", "DOP853") else None for m in _METHODS}
 
 

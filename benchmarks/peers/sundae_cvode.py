@@ -9,7 +9,7 @@ NAME, PACKAGES, PIP, AGREES = "scikit-sundae", ("sksundae",), "scikit-sundae", 1
 
 
 def methods(case: Case) -> dict[str, str | None]:
-    adams = "Adams on a stiff scene: stability asks for millions of steps, minutes a run"
+    adams = "Adams on a stiff scene: stability asks for millions of steps"
     return {"sundae CVODE BDF": None, "sundae CVODE Adams": adams if case.stiff else None}
 
 
