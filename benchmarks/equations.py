@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from benchmarks.scenes import Case, Staged, Stop
+from benchmarks.scenes import Case, Cycles, Staged, Stop
 
 
 class Guard(NamedTuple):
@@ -27,6 +27,8 @@ class Mode(NamedTuple):
     jacobian: Callable[[float, Any], np.ndarray] | None
     guards: tuple[Guard, ...]
     scales: np.ndarray
+    #: the mode that follows at the next corner of the lever, `None`: the same
+    then: str | None = None
 
 
 class Automaton(NamedTuple):
@@ -53,7 +55,7 @@ def drive(automaton: Automaton, case: Case, segment: Segment) -> tuple[np.ndarra
     index of the guard that ended it (`None`: it came to `stop`). Returns the times of the events and the final state.
     """
     t, name, y = 0.0, automaton.mode, automaton.state
-    times: dict[str, float] = {}
+    times: dict[str, list[float]] = {}
     stops = [*automaton.knots, automaton.end]
     while True:
         if automaton.modes[name].rhs is None:
@@ -63,14 +65,17 @@ def drive(automaton: Automaton, case: Case, segment: Segment) -> tuple[np.ndarra
         if fired is not None:
             guard = automaton.modes[name].guards[fired]
             if guard.event is not None:
-                times.setdefault(guard.event, t)
+                times.setdefault(guard.event, []).append(t)
             name = guard.mode if isinstance(guard.mode, str) else guard.mode(t, y)
             y = guard.state(t, y)
         else:
             stops.pop(0)
+            name_here = name
+            name = automaton.modes[name].then or name
             if not stops:
-                found = np.array([times.get(event, np.nan) for event in case.events])
-                return found, automaton.final(name, y)
+                logged = {event: iter(times.get(event, [])) for event in case.events}
+                found = np.array([next(logged[event], np.nan) for event in case.events])
+                return found, automaton.final(name_here, y)
 
 
 def automaton_of(case: Case) -> Automaton:
@@ -79,6 +84,10 @@ def automaton_of(case: Case) -> Automaton:
         from benchmarks.staged import staged
 
         return staged(case.plain)
+    if isinstance(case.plain, Cycles):
+        from benchmarks.cycles import cycles
+
+        return cycles(case.plain)
     return _stop(case.plain)
 
 

@@ -14,7 +14,7 @@ _ROOMS = (256, 2048, 16384)
 
 def methods(case: Case) -> dict[str, str | None]:
     stability = "explicit on a stiff scene: stability asks for millions of steps"
-    hot = getattr(case.plain, "rates", None) is not None
+    hot = case.simbrake().heat is not None
     found: dict[str, str | None] = {f"simbrake {m}": stability if case.stiff else None for m in ("Tsit5", "Dopri8")}
     found["simbrake Rodas5P"] = None if hot else "for scenes with heat"
     return found
@@ -69,11 +69,14 @@ def final_state(result: Any) -> Any:
     if result.scene.brake.bandage is not None:
         return jnp.stack([y.phi, y.ledger.friction_heat, y.ledger.internal_heat])
     heat = jnp.zeros(0) if result.scene.heat is None else result.end_temperatures - ROOM
-    return jnp.concatenate([jnp.stack([y.phi, y.x]), heat])
+    elongation = [] if result.scene.brake.band.stiffness is None else [y.x]
+    return jnp.concatenate([jnp.stack([y.phi, *elongation]), heat])
 
 
 def event_times(result: Any, case: Case) -> list[Any]:
     """Times of the scene's events."""
+    if case.events.count("stop") > 1:
+        return _all_of(result, case)
     properties = {
         "slip onset": "slip_onset_time",
         "full slip": "full_slip_time",
@@ -82,6 +85,21 @@ def event_times(result: Any, case: Case) -> list[Any]:
         "external lock": "external_lock_time",
     }
     return [getattr(result, properties[event]) for event in case.events]
+
+
+def _all_of(result: Any, case: Case) -> list[Any]:
+    """Times of all stops and restarts, in turn: where the pulley came to rest, and where it left it."""
+    import jax.numpy as jnp
+
+    from simbrake._modes import BandMode
+
+    record = result.record
+    rest = record.modes.band == BandMode.HELD
+    used = jnp.arange(1, rest.shape[0], dtype=jnp.int32) <= record.count
+    # the mode in which it stands at the start is found at the start, and is no event
+    changed = used & (rest[1:] != rest[:-1]) & (record.rows.t[1:] > record.rows.t[0])
+    changed = jnp.where(changed, record.rows.t[1:], jnp.inf)
+    return list(jnp.sort(changed)[: len(case.events)])
 
 
 def simbrake_runner(case: Case, method: str, tolerance: float) -> Callable[[], Answer]:

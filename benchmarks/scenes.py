@@ -72,6 +72,31 @@ class Staged:
 
 
 @dataclasses.dataclass(frozen=True)
+class Cycles:
+    """Load lowered and stopped again and again: rigid band, lever in straight lines, rim, linings and band as lumps.
+
+    - `times`, `tensions`: of the lever in one cycle; at the third point it has let go, at the fourth it takes hold
+    """
+
+    R: float = 0.725
+    J: float = 3000.0
+    load: float = 9e3
+    drag: float = 450.0
+    f: float = 0.35
+    fade: float = 8e-4
+    n: int = 20
+    z: float = math.tan(math.radians(13.5) / 2)
+    times: tuple[float, ...] = (1.0, 2.0, 20.0, 20.35)
+    tensions: tuple[float, ...] = (8e3, 0.0, 0.0, 8e3)
+    period: float = 60.0
+    count: int = 20
+    share: float = 0.8
+    capacities: tuple[float, float, float] = (1.5e5, 4e4, 2e4)  # J/K: rim, linings, band
+    cooling: tuple[float, float] = (150.0, 40.0)  # W/K: rim, band
+    between: float = 60.0  # W/K: linings to band
+
+
+@dataclasses.dataclass(frozen=True)
 class Case:
     """One scene: `plain` its numbers, `simbrake()` the same for simbrake, `events` and `scales` of the final state."""
 
@@ -224,6 +249,36 @@ def _staged_case() -> Case:
     )
 
 
+def _simbrake_cycles(p: Cycles) -> Any:
+    import simbrake as sb
+
+    rim, linings, band = p.capacities
+    heat = sb.lumped_heat(
+        rim=rim,
+        linings=linings,
+        band=band,
+        partition=sb.ConstantPartition(p.share),
+        rim_cooling=p.cooling[0],
+        band_cooling=p.cooling[1],
+        lining_to_band=p.between,
+        temperature=ROOM,
+        ambient=ROOM,
+    )
+    law = sb.ProductFriction(sb.ConstantFriction(p.f), (sb.LinearFade(p.fade, ROOM),))
+    brake = sb.Brake(sb.Pulley(p.R, p.J), sb.Band(p.R), sb.Lining(law, np.full(p.n, 2 * math.atan(p.z))))
+    lever = sb.Repeated(list(p.times), list(p.tensions), p.period, p.count)
+    duty = sb.Duty(lever, sb.TorqueLoad(sb.Constant(p.load), p.drag))
+    return sb.Scene(brake, duty, sb.Initial(0.0), p.period * p.count, heat)
+
+
+def _cycles_case() -> Case:
+    p = Cycles()
+    state = ("angle, rad", "rim, K", "linings, K", "band, K")
+    title = f"{p.count} stops with cooling in between, fade: 5 states, {2 * p.count} events, {4 * p.count} corners"
+    scales = np.array([1e3, 50.0, 50.0, 50.0])
+    return Case("f", title, p, ("restart", "stop") * p.count, state, scales, lambda: _simbrake_cycles(p))
+
+
 CASES: dict[str, Case] = {
     case.name: case
     for case in (
@@ -233,6 +288,7 @@ CASES: dict[str, Case] = {
             "c", "stiff", "the same with layers from 1 µm on, and linings: 35 states, stiff", _stiff(), stiff=True
         ),
         _staged_case(),
+        _cycles_case(),
     )
 }
 

@@ -22,7 +22,7 @@ _METHODS = {
 
 def methods(case: Case) -> dict[str, str | None]:
     if not isinstance(case.plain, Stop):
-        not_written = "its compiled equations are written for the scenes a, b, c only"
+        not_written = "a smoothed form of this scene is not written"
         return dict.fromkeys(_METHODS, not_written)
     stability = "explicit on a stiff scene: stability asks for millions of steps"
     return {name: stability if case.stiff and m == "Tsit5" else None for name, (m, _) in _METHODS.items()}

@@ -47,6 +47,7 @@ def _solver(mode, method: str, tolerance: float):
 def prepare(case: Case, method: str, tolerance: float):
     automaton, kind = automaton_of(case), method.removeprefix("sundae CVODE ")
     moving = {name: mode for name, mode in automaton.modes.items() if mode.rhs is not None}
+    guards = {name: mode.guards for name, mode in moving.items()}
     solvers = {name: _solver(mode, kind, tolerance) for name, mode in moving.items()}
 
     def run() -> Answer:
@@ -58,10 +59,13 @@ def prepare(case: Case, method: str, tolerance: float):
                 raise RuntimeError(found.message)
             counts[0] += found.nfev
             counts[1] += len(found.t) - 1
-            fired = None
+            fired, t, y = None, float(found.t[-1]), found.y[-1].copy()
             if found.t_events is not None and len(found.t_events):
                 fired = int(np.flatnonzero(found.i_events[-1])[0])
-            return float(found.t[-1]), found.y[-1].copy(), fired
+                # its steps go beyond `stop`: a root behind it is told, but is none of this piece of the lever
+                if t >= stop and guards[name][fired].value(t, y) > 0:
+                    fired = None
+            return t, y, fired
 
         times, state = drive(automaton, case, segment)
         return Answer(times, np.asarray(state), *counts)
