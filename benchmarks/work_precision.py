@@ -82,8 +82,8 @@ def limited(seconds: float):
         signal.signal(signal.SIGALRM, before)
 
 
-def timed(call: Callable[[], Answer], budget: float) -> tuple[Answer, float]:
-    """The answer and the median time of warm runs."""
+def timed(call: Callable[[], Answer], budget: float) -> tuple[Answer, float, float]:
+    """The answer, the median and the least time of warm runs."""
     times: list[float] = []
     answer = None
     while len(times) < 5 or (sum(times) < budget and len(times) < 1000):
@@ -93,7 +93,7 @@ def timed(call: Callable[[], Answer], budget: float) -> tuple[Answer, float]:
         if times[-1] > 1.0:
             break
     assert answer is not None
-    return answer, statistics.median(times)
+    return answer, statistics.median(times), min(times)
 
 
 def curve(case: Case, method: str, prepare: Any, tolerances: tuple[float, ...], budget: float) -> list[dict[str, Any]]:
@@ -107,7 +107,7 @@ def curve(case: Case, method: str, prepare: Any, tolerances: tuple[float, ...], 
                 call = prepare(case, method, tolerance)
                 answer = call()
                 row["first_seconds"] = time.perf_counter() - start
-                answer, row["seconds"] = timed(call, budget)
+                answer, row["seconds"], row["least_seconds"] = timed(call, budget)
         except TimeoutError as late:
             print(f"({case.name}) {method} at {tolerance:.0e} broken off: {late}", file=sys.stderr)
             break

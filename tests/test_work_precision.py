@@ -12,11 +12,11 @@ import simbrake as sb
 from benchmarks import ours, peers, report
 from benchmarks.equations import automaton_of
 from benchmarks.peers import scipy_ivp
-from benchmarks.reference import error, radau
+from benchmarks.reference import error, radau, reference
 from benchmarks.scenes import CASES, closed_form, layers
 
 
-@pytest.mark.parametrize("name", ["a", "b"])
+@pytest.mark.parametrize("name", ["a", "b", *(pytest.param(n, marks=pytest.mark.slow) for n in "df")])
 def test_scipy_and_simbrake_agree(name):
     case = CASES[name]
     theirs = peers.solve(scipy_ivp, name, "SciPy DOP853", 1e-11)
@@ -24,21 +24,30 @@ def test_scipy_and_simbrake_agree(name):
     assert max(error(case, mine, theirs)) <= 1e-9
     if name == "a":
         assert max(error(case, mine, closed_form(case.plain))) <= 1e-11
-    else:
+    if name == "b":
         assert theirs.times[-1] == pytest.approx(0.65866, abs=1e-5)
 
 
-@pytest.mark.parametrize("name", ["b", "c"])
+@pytest.mark.parametrize("name", [pytest.param("b", marks=pytest.mark.slow), "d"])
+def test_reference_by_collocation(name):
+    theirs = peers.solve(scipy_ivp, name, "SciPy DOP853", 1e-12)
+    assert max(error(CASES[name], theirs, reference(name).answer)) <= 1e-11
+    assert reference(name).uncertainty <= 1e-12
+
+
+@pytest.mark.parametrize("name", ["a", "b", "c", "d", "f"])
 def test_jacobians_of_the_plain_equations(name):
     rng = np.random.default_rng(0)
     for mode in automaton_of(CASES[name]).modes.values():
+        if mode.rhs is None:
+            continue
         y = mode.scales * rng.uniform(0.5, 1.5, len(mode.scales))
         steps = 1e-5 * mode.scales
         columns = [
-            (np.asarray(mode.rhs(0.0, y + h * e)) - np.asarray(mode.rhs(0.0, y - h * e))) / (2 * h)
+            (np.asarray(mode.rhs(0.3, y + h * e)) - np.asarray(mode.rhs(0.3, y - h * e))) / (2 * h)
             for h, e in zip(steps, np.eye(len(y)), strict=True)
         ]
-        found = mode.jacobian(0.0, y)
+        found = mode.jacobian(0.3, y)
         np.testing.assert_allclose(found, np.stack(columns, axis=1), atol=1e-9 * np.max(np.abs(found)))
 
 
