@@ -1,0 +1,1 @@
+"""Measured comparisons of simbrake with other tools; each module is a program of its own."""

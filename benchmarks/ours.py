@@ -1,0 +1,124 @@
+"""simbrake on the scenes of the benchmark: `simbrake_runner` gives the call that is timed."""
+
+import functools
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from benchmarks.scenes import CASES, ROOM, Answer, Case
+
+#: step attempts to make room for, tried one after the other; more room is more to write
+_ROOMS = (256, 2048, 16384)
+
+
+def methods(case: Case) -> dict[str, str | None]:
+    stability = "explicit on a stiff scene: stability asks for millions of steps"
+    hot = case.simbrake().heat is not None
+    found: dict[str, str | None] = {f"simbrake {m}": stability if case.stiff else None for m in ("Tsit5", "Dopri8")}
+    found["simbrake Rodas5P"] = None if hot else "for scenes with heat"
+    return found
+
+
+def configure(fast_loops: bool) -> None:
+    """What has to be set before JAX computes anything."""
+    import jax
+
+    jax.config.update("jax_enable_x64", True)
+    jax.config.update("jax_cpu_enable_async_dispatch", False)
+    if fast_loops:
+        import simbrake as sb
+
+        sb.fast_loops()
+
+
+def _solver(name: str) -> Any:
+    import diffrax
+
+    import simbrake as sb
+
+    return {"Tsit5": diffrax.Tsit5, "Dopri8": diffrax.Dopri8, "Rodas5P": sb.Rodas5P}[name]()
+
+
+@functools.cache
+def _compiled(name: str, solver: str, room: int) -> tuple[Callable, Any]:
+    """One program for all tolerances; its answer in one vector: times, state, code, counts of step attempts."""
+    import jax
+    import jax.numpy as jnp
+
+    import simbrake as sb
+
+    case, method = CASES[name], _solver(solver)
+
+    def answer(scene: Any, rtol: Any) -> Any:
+        result = sb.simulate(scene, solver=method, rtol=rtol, max_steps=room)
+        stats = result.record.stats
+        counts = [result.code, stats.accepted, stats.rejected, stats.retaken, stats.segments]
+        columns = [jnp.stack(event_times(result, case)), final_state(result)]
+        return jnp.concatenate([*columns, jnp.stack(counts).astype(jnp.float64)])
+
+    scene = jax.tree.map(jnp.asarray, case.simbrake())
+    return jax.jit(answer), scene
+
+
+def final_state(result: Any) -> Any:
+    """The state that is compared."""
+    import jax.numpy as jnp
+
+    y = result.record.y_end
+    if result.scene.brake.bandage is not None:
+        return jnp.stack([y.phi, y.ledger.friction_heat, y.ledger.internal_heat])
+    heat = jnp.zeros(0) if result.scene.heat is None else result.end_temperatures - ROOM
+    elongation = [] if result.scene.brake.band.stiffness is None else [y.x]
+    return jnp.concatenate([jnp.stack([y.phi, *elongation]), heat])
+
+
+def event_times(result: Any, case: Case) -> list[Any]:
+    """Times of the scene's events."""
+    if case.events.count("stop") > 1:
+        return _all_of(result, case)
+    properties = {
+        "slip onset": "slip_onset_time",
+        "full slip": "full_slip_time",
+        "stop": "stopping_time",
+        "internal slip": "internal_slip_time",
+        "external lock": "external_lock_time",
+    }
+    return [getattr(result, properties[event]) for event in case.events]
+
+
+def _all_of(result: Any, case: Case) -> list[Any]:
+    """Times of all stops and restarts, in turn: where the pulley came to rest, and where it left it."""
+    import jax.numpy as jnp
+
+    from simbrake._modes import BandMode
+
+    record = result.record
+    rest = record.modes.band == BandMode.HELD
+    used = jnp.arange(1, rest.shape[0], dtype=jnp.int32) <= record.count
+    # the mode in which it stands at the start is found at the start, and is no event
+    changed = used & (rest[1:] != rest[:-1]) & (record.rows.t[1:] > record.rows.t[0])
+    changed = jnp.where(changed, record.rows.t[1:], jnp.inf)
+    return list(jnp.sort(changed)[: len(case.events)])
+
+
+def simbrake_runner(case: Case, method: str, tolerance: float) -> Callable[[], Answer]:
+    """The call that is timed: one warm run, its answer on the host."""
+    solver = method.removeprefix("simbrake ")
+    rtol, events = np.float64(tolerance), len(case.events)
+    # of one step attempt; Rodas5P: eight stages and the columns of its Jacobian, counted as one each
+    stages = {"Tsit5": 6, "Dopri8": 13, "Rodas5P": 8}[solver]
+    for room in _ROOMS:
+        run, scene = _compiled(case.name, solver, room)
+        if int(np.asarray(run(scene, rtol))[-5]) == 0:
+            break
+    else:
+        raise RuntimeError(f"{method} needs more than {_ROOMS[-1]} step attempts")
+
+    def call() -> Answer:
+        out = np.asarray(run(scene, rtol))
+        _, accepted, rejected, retaken, segments = (int(x) for x in out[-5:])
+        evaluations = stages * (accepted + rejected + retaken) + segments
+        return Answer(out[:events], out[events:-5], evaluations, accepted)
+
+    return call

@@ -1,0 +1,121 @@
+"""Tables, times at equal error, and the chart of the work–precision benchmark."""
+
+import itertools
+import logging
+import math
+from typing import Any
+
+LEVELS = (1e-3, 1e-5, 1e-7, 1e-9, 1e-11)
+
+
+def time_at(points: list[dict[str, Any]], level: float) -> float | None:
+    """Time in which a method comes to an error: least time of its curve, log time over log error between points.
+
+    A method that is more accurate than asked at its loosest tolerance takes the time of that point.
+    """
+    good = [p for p in points if math.isfinite(p["error"])]
+    found = [p["seconds"] for p in good if p["error"] <= level]
+    for a, b in itertools.pairwise(good):
+        low, high = min(a["error"], b["error"]), max(a["error"], b["error"])
+        if 0 < low < level < high:
+            share = math.log(level / a["error"]) / math.log(b["error"] / a["error"])
+            found.append(math.exp((1 - share) * math.log(a["seconds"]) + share * math.log(b["seconds"])))
+    return min(found, default=None)
+
+
+def by_method(scene: dict[str, Any]) -> dict[str, list[dict[str, Any]]]:
+    """Points of each method in order of falling tolerance."""
+    curves: dict[str, list[dict[str, Any]]] = {}
+    for row in scene["rows"]:
+        curves.setdefault(row["method"], []).append(row)
+    return curves
+
+
+def equal_error(scene: dict[str, Any]) -> dict[str, dict[str, float | None]]:
+    """Time of each method over that of simbrake's fastest one, at equal error."""
+    curves = by_method(scene)
+    found: dict[str, dict[str, float | None]] = {}
+    for level in LEVELS:
+        times = {name: time_at(points, level) for name, points in curves.items()}
+        ours = min((t for name, t in times.items() if t and name.startswith("simbrake")), default=None)
+        for name, time in times.items():
+            found.setdefault(name, {})[f"{level:.0e}"] = time / ours if time and ours else None
+    return found
+
+
+def text(scene: dict[str, Any]) -> str:
+    """The table of a scene."""
+    reference = scene["reference"]
+    lines = [
+        f"\n({scene['name']}) {scene['title']}",
+        f"reference: {reference['method']}, uncertain by {reference['uncertainty']:.0e}",
+        f"{'':32}{'tolerance':>10}{'of times':>10}{'of state':>10}{'time µs':>10}{'steps':>8}{'rhs':>8}{'first s':>9}",
+    ]
+    for r in scene["rows"]:
+        steps, calls = ("–" if r[key] < 0 else str(r[key]) for key in ("steps", "evaluations"))
+        errors = f"{r['error_times']:10.1e}{r['error_state']:10.1e}"
+        first = f"{r['first_seconds']:9.2f}"
+        lines.append(
+            f"{r['method']:32}{r['tolerance']:10.0e}{errors}{1e6 * r['seconds']:10.0f}{steps:>8}{calls:>8}{first}"
+        )
+    lines += [f"{name:32}not run: {why}" for name, why in scene["left_out"].items()]
+    lines.append(f"\n{'time over that of simbrake at an error of':42}" + "".join(f"{level:>9.0e}" for level in LEVELS))
+    for name, ratios in scene["equal_error"].items():
+        cells = "".join(f"{'–' if r is None else f'{r:.2f}':>9}" for r in ratios.values())
+        lines.append(f"{name:42}{cells}")
+    return "\n".join(lines)
+
+
+_COLOURS = {
+    "simbrake": "black",
+    "SciPy": "tab:blue",
+    "sundae": "tab:orange",
+    "CasADi": "tab:green",
+    "CyRK": "tab:red",
+    "PathSim": "tab:purple",
+    "diffrax": "tab:brown",
+}
+_MARKERS = "osD^v*"
+
+
+def chart(found: dict[str, Any], path: str) -> None:
+    """Error over time, one panel per scene, both logarithmic."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    logging.getLogger("matplotlib.font_manager").setLevel(logging.ERROR)  # fonts for signs that are not used
+    import matplotlib.pyplot as plt
+
+    scenes = list(found["scenes"].values())
+    size = (9.5, 5.6 * len(scenes) + 0.6)
+    figure, axes = plt.subplots(len(scenes), 1, figsize=size, squeeze=False, layout="constrained")
+    for ax, scene in zip(axes[:, 0], scenes, strict=True):
+        seen: dict[str, int] = {}
+        for name, points in by_method(scene).items():
+            family = name.split()[0]
+            marker = _MARKERS[seen.setdefault(family, 0) % len(_MARKERS)]
+            seen[family] += 1
+            # an error of 0 stands at the rounding of the reference
+            errors = [max(p["error"], 1e-16) for p in points]
+            width = 2.2 if family == "simbrake" else 1.0
+            ax.loglog(
+                [1e3 * p["seconds"] for p in points],
+                errors,
+                marker=marker,
+                color=_COLOURS[family],
+                linewidth=width,
+                markersize=4,
+                label=name,
+            )
+        ax.axhspan(1e-16, max(scene["reference"]["uncertainty"], 1.1e-16), color="0.9", label="reference uncertain")
+        ax.set_title(f"({scene['name']}) {scene['title']}", loc="left")
+        ax.set_xlabel("time of one warm run, ms")
+        ax.set_ylabel("largest error: event times relative,\nfinal state in its typical sizes")
+        ax.grid(alpha=0.3)
+        ax.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), fontsize=8, frameon=False)
+    machine = found["machine"]
+    loops = ", fast_loops()" if found["fast_loops"] else ""
+    place = f"{machine['cpu']}, {machine['cores']} cores; simbrake {machine['versions']['simbrake']}{loops}"
+    figure.suptitle(f"Work and precision; left and low is better\n{place}", fontsize=11)
+    figure.savefig(path, dpi=130)
+    plt.close(figure)
