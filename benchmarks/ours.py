@@ -4,12 +4,10 @@ import functools
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
-
 from benchmarks.scenes import CASES, ROOM, Answer, Case
 
-#: step attempts to make room for, tried one after the other; more room is more to write
-_ROOMS = (256, 2048, 16384)
+#: step attempts to make room for at first
+_ROOM = 256
 
 
 def methods(case: Case) -> dict[str, str | None]:
@@ -41,24 +39,18 @@ def _solver(name: str) -> Any:
 
 
 @functools.cache
-def _compiled(name: str, solver: str, room: int) -> tuple[Callable, Any]:
-    """One program for all tolerances; its answer in one vector: times, state, code, counts of step attempts."""
-    import jax
+def _prepared(name: str, solver: str, room: int) -> Any:
+    """One program for all tolerances."""
     import jax.numpy as jnp
 
     import simbrake as sb
 
-    case, method = CASES[name], _solver(solver)
+    case = CASES[name]
 
-    def answer(scene: Any, rtol: Any) -> Any:
-        result = sb.simulate(scene, solver=method, rtol=rtol, max_steps=room)
-        stats = result.record.stats
-        counts = [result.code, stats.accepted, stats.rejected, stats.retaken, stats.segments]
-        columns = [jnp.stack(event_times(result, case)), final_state(result)]
-        return jnp.concatenate([*columns, jnp.stack(counts).astype(jnp.float64)])
+    def times(result: Any) -> Any:
+        return jnp.stack(event_times(result, case))
 
-    scene = jax.tree.map(jnp.asarray, case.simbrake())
-    return jax.jit(answer), scene
+    return sb.prepare(case.simbrake(), [times, final_state], solver=_solver(solver), max_steps=room)
 
 
 def final_state(result: Any) -> Any:
@@ -104,21 +96,19 @@ def _all_of(result: Any, case: Case) -> list[Any]:
 
 def simbrake_runner(case: Case, method: str, tolerance: float) -> Callable[[], Answer]:
     """The call that is timed: one warm run, its answer on the host."""
+    import simbrake as sb
+
     solver = method.removeprefix("simbrake ")
-    rtol, events = np.float64(tolerance), len(case.events)
     # of one step attempt; Rodas5P: eight stages and the columns of its Jacobian, counted as one each
     stages = {"Tsit5": 6, "Dopri8": 13, "Rodas5P": 8}[solver]
-    for room in _ROOMS:
-        run, scene = _compiled(case.name, solver, room)
-        if int(np.asarray(run(scene, rtol))[-5]) == 0:
-            break
-    else:
-        raise RuntimeError(f"{method} needs more than {_ROOMS[-1]} step attempts")
+    run = _prepared(case.name, solver, _ROOM)
+    run(rtol=tolerance)  # makes room for all the steps it needs
 
     def call() -> Answer:
-        out = np.asarray(run(scene, rtol))
-        _, accepted, rejected, retaken, segments = (int(x) for x in out[-5:])
-        evaluations = stages * (accepted + rejected + retaken) + segments
-        return Answer(out[:events], out[events:-5], evaluations, accepted)
+        answer = run(rtol=tolerance)
+        if answer.code:
+            raise RuntimeError(f"{method} ends with {sb.FAILURES[answer.code][0]}")
+        evaluations = stages * (answer.accepted + answer.rejected + answer.retaken) + answer.segments
+        return Answer(answer.metrics["times"], answer.metrics["final_state"], evaluations, answer.accepted)
 
     return call

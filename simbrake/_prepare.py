@@ -17,14 +17,18 @@ from ._result import Result
 from ._scene import Scene, check
 from ._simulate import room_for, simulate, solver_of
 
+#: numbers by path, a whole vector of them, or those of the prepared scene
+Values = Mapping[str, Any] | np.ndarray | None
+
 _MOST_STEPS = 1 << 20
+_COUNTS = 6  # code and counts of steps, behind the metrics
 _ENTRY = re.compile(r"^(?P<path>.*)\[(?P<index>-?\d+)\]$")
 
 
 class Answer(NamedTuple):
     """What a prepared run gives: metrics by name (`inf`: a time that never came), result code, counts of steps."""
 
-    metrics: dict[str, float]
+    metrics: dict[str, Any]
     code: int  # 0: the run reached its end time; else one of `simbrake.FAILURES`
     accepted: int
     rejected: int
@@ -60,15 +64,17 @@ class Prepared:
         return found
 
     def _run(self, numbers: Any) -> Any:
-        result = simulate(self._like.unpack(numbers), solver=self.solver, rtol=self.rtol, max_steps=self.max_steps)
+        scene, rtol = self._like.unpack(numbers[:-1]), numbers[-1]
+        result = simulate(scene, solver=self.solver, rtol=rtol, max_steps=self.max_steps)
         found = [measure(result, metric) for metric in self._asked]
-        counts = [jnp.asarray(n, jnp.float64) for n in (result.code, *result.record.stats)]
-        return jnp.stack([*found, *counts])
+        self._sizes = [value.size for value in found]
+        counts = jnp.stack([jnp.asarray(n, jnp.float64) for n in (result.code, *result.record.stats)])
+        return jnp.concatenate([*(jnp.ravel(value) for value in found), counts])
 
     def _compile(self) -> Program:
-        return compiled(self._run, self.numbers)
+        return compiled(self._run, np.append(self.numbers, self.rtol))
 
-    def vector(self, values: Mapping[str, Any] | np.ndarray | None = None) -> np.ndarray:
+    def vector(self, values: Values = None) -> np.ndarray:
         """The numbers with some of them changed, by path (`{"initial.omega": 18.0}`), or such a vector as it is."""
         if values is None:
             return self.numbers
@@ -89,43 +95,49 @@ class Prepared:
             raise InputError([Fault(path, "is absent in the prepared scene", "prepare a scene that has it")])
         return range(whole.start, whole.stop)[int(entry["index"])]
 
-    def __call__(self, values: Mapping[str, Any] | np.ndarray | None = None) -> Answer:
-        """Runs with these numbers; what a run of `simulate` would raise is in `code`.
+    def __call__(self, values: Values = None, *, rtol: float | None = None) -> Answer:
+        """Runs with these numbers (and another tolerance); what a run of `simulate` would raise is in `code`.
 
         Values are taken as they are: `check` looks at them first.
         """
-        numbers = self.vector(values)
-        out = np.asarray(self.program.call(numbers)).tolist()
-        n = len(self.metrics)
-        while int(out[n]) == Code.STEP_LIMIT and self.max_steps < _MOST_STEPS:
+        numbers = np.append(self.vector(values), self.rtol if rtol is None else rtol)
+        out = np.asarray(self.program.call(numbers))
+        while int(out[-_COUNTS]) == Code.STEP_LIMIT and self.max_steps < _MOST_STEPS:
             # the record was too short for these numbers: a longer one, from now on
             self.max_steps, self._slope = 4 * self.max_steps, None
             self.program = self._compile()
-            out = np.asarray(self.program.call(numbers)).tolist()
-        return Answer(dict(zip(self.metrics, out[:n], strict=True)), *map(int, out[n:]))
+            out = np.asarray(self.program.call(numbers))
+        found: list[Any]
+        if len(self._sizes) == len(out) - _COUNTS:
+            found = out[:-_COUNTS].tolist()
+        else:
+            found = np.split(out[:-_COUNTS], np.cumsum(self._sizes)[:-1])
+        return Answer(dict(zip(self.metrics, found, strict=True)), *(int(n) for n in out[-_COUNTS:]))
 
-    def gradient(self, values: Mapping[str, Any] | np.ndarray | None = None) -> np.ndarray:
+    def gradient(self, values: Values = None) -> np.ndarray:
         """Derivatives of all metrics with respect to all numbers, (metrics, k), by one reverse pass for each metric.
 
         Zero for a metric that is infinite. Compiles at the first call.
         """
+        numbers = np.append(self.vector(values), self.rtol)
         if self._slope is None:
-            self._slope = compiled(self._slopes, self.numbers)
-        return np.asarray(self._slope.call(self.vector(values)))
+            self._slope = compiled(self._slopes, numbers)
+        return np.asarray(self._slope.call(numbers))
 
     def _slopes(self, numbers: Any) -> Any:
-        count = len(self.metrics)
-        found, back = jax.vjp(lambda x: self._run(x)[:count], numbers)
-        eye = jnp.where(jnp.isfinite(found), 1.0, 0.0) * jnp.eye(count)
-        return jnp.stack([back(row)[0] for row in eye]) if count < 3 else jax.lax.map(lambda row: back(row)[0], eye)
+        found, back = jax.vjp(lambda x: self._run(x)[:-_COUNTS], numbers)
+        eye = jnp.where(jnp.isfinite(found), 1.0, 0.0) * jnp.eye(found.size)
+        if found.size < 3:
+            return jnp.stack([back(row)[0][:-1] for row in eye])
+        return jax.lax.map(lambda row: back(row)[0][:-1], eye)
 
-    def check(self, values: Mapping[str, Any] | np.ndarray | None = None) -> Scene:
+    def check(self, values: Values = None) -> Scene:
         """The scene with these numbers. Raises `InputError` with all faults of it."""
         scene = self._like.unpack(self.vector(values))
         check(scene)
         return scene
 
-    def result(self, values: Mapping[str, Any] | np.ndarray | None = None) -> Result:
+    def result(self, values: Values = None) -> Result:
         """The whole `Result` of a run with these numbers, by `simulate`."""
         scene = self.check(values)
         return simulate(scene, solver=self.solver, rtol=self.rtol, max_steps=self.max_steps, throw=False)
@@ -145,7 +157,7 @@ def prepare(
         run({"initial.omega": 18.0}).metrics["stopping_time"]
         run.gradient({"initial.omega": 18.0})[0, run.places["brake.pulley.inertia"]]
 
-    - `metrics`: names, energies as `energy.…`, or functions of a `Result` to a number
+    - `metrics`: names, energies as `energy.…`, or functions of a `Result` to a number or an array
     - `solver`, `rtol`: as for `simulate`, chosen once for the scene given
     - `max_steps`: step attempts to make room for; by default what the scene's own run needs and a quarter more. A run
       that needs more is compiled anew with more room

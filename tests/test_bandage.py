@@ -220,6 +220,7 @@ def _times(made):
     return jnp.stack([start[slip], start[stop]])
 
 
+@pytest.mark.slow
 def test_gradients_are_those_of_differences():
     names = ("f_int", "preload", "J_b", "spring", "T_0")
     at = jnp.asarray([0.2, 1400.0, 4.0, 800.0, 6e3])

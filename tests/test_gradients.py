@@ -54,6 +54,7 @@ def events_of(scene):
     return jnp.stack([r.slip_onset_time, r.full_slip_time, r.stopping_time, r.hook_travel, r.max_tension.value])
 
 
+@pytest.mark.slow
 def test_scenario_gradients_against_central_differences(scenarios):
     from simbrake._cli import load_scene
 

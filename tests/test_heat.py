@@ -145,14 +145,14 @@ def stopping_time(f, slope, capacity):
     return quad(lambda w: J / torque(w), 0.0, W0, epsabs=1e-13, epsrel=1e-13)[0]
 
 
-@pytest.mark.parametrize("solver", [diffrax.Dopri8(), sb.Rodas5P()])
+@pytest.mark.parametrize("solver", [diffrax.Dopri8(), pytest.param(sb.Rodas5P(), marks=pytest.mark.slow)])
 def test_stop_with_an_adiabatic_lump_against_quadrature(solver):
     result = fade_stop(solver=solver)
     assert result.metrics["stopping_time"] == pytest.approx(stopping_time(0.35, 2e-3, 2e4), rel=1e-10)
     assert result.metrics["peak_rim_temperature"] == pytest.approx(sb.ROOM + 0.5 * J * W0**2 / 2e4, rel=1e-12)
 
 
-@pytest.mark.parametrize("solver", [diffrax.Dopri8(), sb.Rodas5P()])
+@pytest.mark.parametrize("solver", [diffrax.Dopri8(), pytest.param(sb.Rodas5P(), marks=pytest.mark.slow)])
 def test_gradients_with_fade_against_quadrature(solver):
     def metrics(f, slope, capacity):
         result = fade_stop(f, slope, capacity, solver)
@@ -251,6 +251,7 @@ def test_a_batch_of_stiff_scenes_is_its_single_runs():
     np.testing.assert_allclose(np.asarray(batch), [float(single(f)) for f in values], rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_gradient_of_a_peak_temperature_against_differences():
     """The rim of a dragging, then stopping pulley is hottest at some time in between: an interior maximum."""
 

@@ -118,6 +118,7 @@ def test_heat_of_a_break_away_belongs_to_no_lining():
     assert lost == pytest.approx(jump, rel=1e-8)
 
 
+@pytest.mark.slow
 def test_gradients_of_wear_against_central_differences():
     paths = {
         "duty.slack_tension.level": T0,

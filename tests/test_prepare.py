@@ -88,3 +88,16 @@ def test_faults(run):
     with pytest.raises(sb.InputError, match="stopping_time"):
         sb.prepare(stop_scene(), ["stoping_time"])
     assert run({"brake.pulley.inertia": np.nan}).code != 0
+
+
+def test_functions_with_arrays_and_another_tolerance():
+    def both(result):
+        return jnp.stack([result.slip_onset_time, result.stopping_time])
+
+    run = sb.prepare(stop_scene(end=20.0), [both, "full_slip_time"], rtol=1e-10)
+    truth = closed_form()
+    fine, coarse = run(), run(rtol=1e-4)
+    np.testing.assert_allclose(fine.metrics["both"], [truth["t0"], truth["stop"]], rtol=1e-9)
+    assert fine.metrics["full_slip_time"] == pytest.approx(truth["t1"], rel=1e-9)
+    assert coarse.accepted < fine.accepted
+    assert run.gradient().shape == (3, run.numbers.size)

@@ -15,7 +15,7 @@ from simbrake._simulate import solver_of
 RTOL = 1e-12
 EVENTS = 24  # looked at in a scene with more of them
 #: long duties are cut where the same kinds of events only come again (s)
-END = {"tripping_30_stands": 10.0, "slip_onset_chain": 0.3, "thermal_stabilisation": 10.0, "drag_lowering": 6.0}
+END = {"tripping_30_stands": 10.0, "slip_onset_chain": 0.3, "thermal_stabilisation": 10.0, "drag_lowering": 2.0}
 #: share by which all numbers move; less where many linings pass their marks in close order, which must stay the same
 STEP = {"resolved_bandage": 5e-5, "slip_onset_chain": 1e-5}
 #: tighter where an event is passed slowly: friction of a heated pair that recovers at rest lets go at last

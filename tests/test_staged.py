@@ -220,6 +220,7 @@ def test_scaling_inertias_and_torques_together_leaves_the_motion():
 # --- derivatives ----------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_gradients_through_every_stage_against_central_differences():
     def answer(p):
         scene = staged.stop(stiffness=p[0], f_ext=p[1], f_int=p[2], preload=p[3], J_b=p[4], J=p[5], w0=p[6], load=p[7])
