@@ -14,7 +14,7 @@ from jax.experimental.xla_metadata import set_xla_metadata
 _SMALL_LOOPS = "--xla_backend_extra_options=xla_cpu_small_while_loop_byte_threshold=100000000"
 
 
-def cpu_compiler_options() -> dict[str, bool] | None:
+def cpu_compiler_options() -> dict[str, Any] | None:
     """Options for programs of our own: on a CPU, XLA's older emitters of fused kernels.
 
     The newer ones take 1.6 times as long to compile these loops and run them no faster. Other devices take none.
@@ -62,19 +62,23 @@ def compiled(function: Callable[[Any], Any], numbers: np.ndarray) -> Program:
         # a mark on the call that this result comes from
         return set_xla_metadata(inner(numbers), xla_cpu_small_call="true", inlineable="false")
 
-    def build(function: Callable[[Any], Any], one: bool) -> Program:
-        start = time.perf_counter()
-        lowered = jax.jit(function, compiler_options=cpu_compiler_options()).lower(numbers)
-        traced = time.perf_counter()
-        call = lowered.compile()
-        return Program(call, traced - start, time.perf_counter() - traced, one)
-
-    if jax.default_backend() == "cpu":
+    options = cpu_compiler_options()
+    start = time.perf_counter()
+    lowered = jax.jit(inner, compiler_options=options).lower(numbers)
+    if options is not None and "custom_call" not in lowered.as_text():  # calls of libraries cannot be part of it
+        # (nor can matrix products that XLA hands to a library of its own)
+        marked = jax.jit(whole, compiler_options=options | {"xla_cpu_experimental_ynn_fusion_type": ""}).lower(numbers)
         try:
-            return build(whole, True)
+            return _timed(marked, start, True)
         except JaxRuntimeError:
-            pass  # calls of libraries, for one; what is wrong with the function itself shows again below
-    return build(inner, False)
+            pass  # another operation of that kind; what is wrong with the function itself shows again below
+    return _timed(lowered, start, False)
+
+
+def _timed(lowered: Any, start: float, one_function: bool) -> Program:
+    traced = time.perf_counter()
+    call = lowered.compile()
+    return Program(call, traced - start, time.perf_counter() - traced, one_function)
 
 
 def fast_loops() -> None:

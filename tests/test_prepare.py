@@ -65,18 +65,20 @@ def test_never_is_infinite_and_its_derivative_zero(run):
     assert not np.any(run.gradient({"initial.omega": 0.0})[2])
 
 
-def test_what_one_function_cannot_hold_is_compiled_the_ordinary_way():
-    """A measured friction curve brings operations that XLA has for single kernels only."""
+def test_measured_friction_runs_as_one_function_too():
     speeds, values = jnp.linspace(0.0, 30.0, 7), jnp.asarray([0.4, 0.36, 0.34, 0.33, 0.325, 0.32, 0.32])
     run = sb.prepare(stop_scene(law=sb.TabulatedFriction(speeds, values)), ["stopping_time"], rtol=1e-8)
+    assert run.program.one_function == (jax.default_backend() == "cpu")
     assert run().metrics["stopping_time"] == pytest.approx(float(run.result().stopping_time), rel=1e-9)
 
 
 def test_heat_and_the_implicit_method():
+    """What calls a library, as the implicit method does for its linear algebra, is compiled the ordinary way."""
     scene = rigid_stop(fading(), lump())
-    for solver in (None, sb.Rodas5P()):
+    expected = sb.simulate(scene, rtol=1e-11).stopping_time
+    for solver, one_function in ((None, jax.default_backend() == "cpu"), (sb.Rodas5P(), False)):
         run = sb.prepare(scene, ["stopping_time"], solver=solver, rtol=1e-8)
-        expected = sb.simulate(scene, rtol=1e-11).stopping_time
+        assert run.program.one_function == one_function
         assert run().metrics["stopping_time"] == pytest.approx(float(expected), rel=1e-6)
 
 
