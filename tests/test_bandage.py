@@ -26,6 +26,7 @@ def long_run():
     return run(made)
 
 
+@pytest.mark.slow
 def test_26_linings_let_go_lock_and_stop():
     record = long_run()
     assert int(record.code) == 0
@@ -61,6 +62,7 @@ def test_26_linings_let_go_lock_and_stop():
     assert float(system.forces.stored(jnp.zeros(()), record.y_end, record.mode_end)[0]) == 0.0
 
 
+@pytest.mark.slow
 def test_release_at_once_where_preload_compensates():
     """`N_pre,i` such that every lining comes to its limit at the lever tension `T*`: one instant, one event."""
     n, f, f_int, J, J_b, at = 3, 0.4, 0.2, 200.0, 4.0, 3e3

@@ -166,6 +166,7 @@ def test_a_whole_stop_of_26_linings():
     print(f"26 linings: {int(s.events)} events, {int(record.count)} attempts, {int(s.retaken)} of them retaken")
 
 
+@pytest.mark.slow
 def test_gradients_against_central_differences():
     numbers = {"m": 2e-2, "K": 60.0, "C": 5.0, "f": 0.3, "T0": 1.0, "J": 2.0}
 

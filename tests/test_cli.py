@@ -146,6 +146,7 @@ def test_scenario_runs_as_a_script(scenario):
     assert done.stdout.startswith("stopped:")
 
 
+@pytest.mark.slow
 def test_a_scenario_with_heat(capsys, tmp_path, scenarios):
     scenario = str(scenarios / "drag_lowering.py")
     code, out, _ = call(capsys, "run", scenario, "--json", "--out", str(tmp_path / "drag"), "--set", "end_time=40")

@@ -93,6 +93,7 @@ def test_failing_runs_keep_their_codes_and_only_short_ones_are_repeated(monkeypa
     assert set(whole.status.values) == {"stopped"}
 
 
+@pytest.mark.slow
 def test_every_run_gets_the_solver_of_a_single_run():
     scene = rigid_stop(fading(), lump(cooling=10.0), end=1.0)
     values = {"heat.links[0].value": np.asarray([10.0, 2e7, 50.0]), SPEED: np.asarray([20.0, 15.0, 10.0])}

@@ -91,6 +91,7 @@ def test_layered_rim_with_fade_against_scipy():
     assert T[0] + 20.0 == pytest.approx(29.29, abs=0.005)
 
 
+@pytest.mark.slow
 def test_a_surface_layer_of_a_micrometre_gets_the_implicit_method_and_the_same_answer():
     growth = sb.layer_growth(1e-6, 0.028, 20)
     result = layered_result(growth)

@@ -124,6 +124,7 @@ def sb_grip(law, area):
     return Grip(sb.Lining(law, np.full(5, 0.5), area), FLASH)
 
 
+@pytest.mark.slow
 def test_flash_fold_is_named():
     """Friction that rises with temperature feeds its own flash: warmed far enough, the branch without flash ends."""
     table = np.asarray([250.0, 400.0, 450.0, 2000.0]), np.asarray([0.9, 1.0, 2.2, 2.3])

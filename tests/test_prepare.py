@@ -65,6 +65,7 @@ def test_never_is_infinite_and_its_derivative_zero(run):
     assert not np.any(run.gradient({"initial.omega": 0.0})[2])
 
 
+@pytest.mark.slow
 def test_measured_friction_runs_as_one_function_too():
     speeds, values = jnp.linspace(0.0, 30.0, 7), jnp.asarray([0.4, 0.36, 0.34, 0.33, 0.325, 0.32, 0.32])
     run = sb.prepare(stop_scene(law=sb.TabulatedFriction(speeds, values)), ["stopping_time"], rtol=1e-8)

@@ -50,6 +50,7 @@ def test_staged_pair_has_its_closed_form():
     assert sum(stage.heat_internal for stage in result.stages) == pytest.approx(964.696427220533, rel=1e-11)
 
 
+@pytest.mark.slow
 def test_staged_pair_has_its_gradients_forwards_and_backwards():
     def times(M_i, c):
         result = sb.simulate(pair(M_i, c), max_steps=64)
