@@ -67,7 +67,7 @@ class Prepared:
         scene, rtol = self._like.unpack(numbers[:-1]), numbers[-1]
         result = simulate(scene, solver=self.solver, rtol=rtol, max_steps=self.max_steps)
         found = [measure(result, metric) for metric in self._asked]
-        self._sizes = [value.size for value in found]
+        self._sizes = [value.size for value in found]  # known once it is traced
         counts = jnp.stack([jnp.asarray(n, jnp.float64) for n in (result.code, *result.record.stats)])
         return jnp.concatenate([*(jnp.ravel(value) for value in found), counts])
 

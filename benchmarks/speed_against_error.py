@@ -1,6 +1,6 @@
 """Work against precision of whole runs with all their events: simbrake beside other tools, on the same equations.
 
-`python benchmarks/work_precision.py [--quick] [--scenes a,b] [--json out.json] [--png out.png] [--fast-loops]`
+`python benchmarks/speed_against_error.py [--quick] [--scenes a,b] [--json out.json] [--png out.png] [--fast-loops]`
 
 For every tolerance: the largest error of event times and final state against an independent reference, the median time
 of a warm run, steps, right-hand sides. Times at equal error are given as ratios to simbrake; quote these, absolute
