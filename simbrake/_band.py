@@ -4,11 +4,11 @@ Linings `i = 1…n` are counted from the slack end (tension `T_0`) to the tight 
 Tag Z: Zhuravlov et al., *Dynamics of friction couples of a band-shoe brake*.
 """
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
 
@@ -43,34 +43,32 @@ def _(primals, tangents):
     return whole, whole * jnp.sum(d_mu / mu)
 
 
-_WIDE = 96  # from here on a running product pays its many small steps
+def _running(combine: Callable[[Array, Array], Array], x: Float[Array, " n"], neutral: float) -> Float[Array, " n"]:
+    """`x_1 ∘ … ∘ x_i` by doubling: log₂ n short vector operations, where a sum over a mask costs n² serial ones."""
+    reach = 1
+    while reach < x.shape[0]:
+        x = combine(x, jnp.concatenate([jnp.full(reach, neutral), x[:-reach]]))
+        reach *= 2
+    return x
 
 
 @jax.custom_jvp
 def running_product(mu: Float[Array, " n"]) -> Float[Array, " n"]:
-    """`Π_i = ∏_{j≤i} μ_j` of ratios that are never 0; for few linings as one masked reduction, one kernel in a loop."""
-    n = mu.shape[0]
-    if n > _WIDE:
-        return jnp.cumprod(mu)
-    return jnp.prod(jnp.where(np.tri(n, dtype=bool), mu[None, :], 1.0), axis=1)
+    """`Π_i = ∏_{j≤i} μ_j` of ratios that are never 0."""
+    return _running(jnp.multiply, mu, 1.0)
 
 
 @running_product.defjvp
 def _(primals, tangents):
     (mu,), (d_mu,) = primals, tangents
-    n, running, relative = mu.shape[0], running_product(mu), d_mu / mu
-    if n > _WIDE:
-        return running, running * jnp.cumsum(relative)
-    return running, running * jnp.sum(jnp.where(np.tri(n, dtype=bool), relative[None, :], 0.0), axis=1)
+    running = running_product(mu)
+    return running, running * _running(jnp.add, d_mu / mu, 0.0)
 
 
 def affine_tensions(T_0: Float[Array, ""], a: Float[Array, " n"], b: Float[Array, " n"]) -> Float[Array, " n"]:
     """`T_i = a_i T_{i−1} + b_i` without a loop: `T_i = A_i (T_0 + Σ_{j≤i} b_j/A_j)`, `A_i = ∏_{j≤i} a_j ≠ 0`."""
-    n, A = a.shape[0], running_product(a)
-    parts = b / A
-    if n > _WIDE:
-        return A * (T_0 + jnp.cumsum(parts))
-    return A * (T_0 + jnp.sum(jnp.where(np.tri(n, dtype=bool), parts[None, :], 0.0), axis=1))
+    A = running_product(a)
+    return A * (T_0 + _running(jnp.add, b / A, 0.0))
 
 
 def capstan_ratio(f: Float[Array, ""], wrap: Float[Array, ""]) -> Float[Array, ""]:

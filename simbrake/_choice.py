@@ -11,6 +11,8 @@ from ._scene import Scene
 _REACH = 6.0
 #: explicit steps that stability may demand before a linearly implicit method pays
 _PATIENCE = 150.0
+#: the same without heat, where an explicit step is cheap
+_PATIENCE_COLD = 1500.0
 
 
 def fastest_node(heat: Heat) -> tuple[float, str]:
@@ -65,9 +67,19 @@ def fastest_node(heat: Heat) -> tuple[float, str]:
 
 def stiffness(scene: Scene) -> tuple[bool, str]:
     """Whether a scene (concrete values) wants a linearly implicit method, and the reason in words."""
-    if scene.heat is None:
-        return False, "nothing in the scene is stiff"
-    return stiff_heat(scene.heat, float(scene.end_time) - float(scene.initial.time))
+    span = float(scene.end_time) - float(scene.initial.time)
+    found = (False, "nothing in the scene is stiff") if scene.heat is None else stiff_heat(scene.heat, span)
+    # linings that swing one by one have to be followed in any case
+    return found if found[0] or scene.brake.resolved else _stiff_drag(scene, span) or found
+
+
+def _stiff_drag(scene: Scene, span: float) -> tuple[bool, str] | None:
+    """Whether drag brings the speed to its balance much faster than the run lasts."""
+    rate = float(getattr(scene.duty.load, "drag", 0.0)) / float(scene.brake.pulley.inertia)
+    if rate * span / _REACH <= _PATIENCE_COLD:
+        return None
+    how = f"drag balances the speed within {1 / rate:.2g} s"
+    return True, f"{how}: an explicit method would need at least {rate * span / _REACH:.2g} steps to stay stable"
 
 
 def stiff_heat(heat: Heat, span: float) -> tuple[bool, str]:

@@ -1,4 +1,4 @@
-"""Many runs of one structure as one program: integrated side by side, then measured."""
+"""Many runs of one structure as one program."""
 
 import dataclasses
 import functools
@@ -36,16 +36,6 @@ class Job:
     max_steps: int
 
 
-def _integrate(numbers: Any, *, like: Packing, paths: tuple[str, ...], solver: Any, max_steps: int) -> Result:
-    scene, rows, rtol = like.unpack(numbers)
-
-    def one(row: Any) -> Result:
-        changed = with_values(scene, dict(zip(paths, row, strict=True)))
-        return simulate(changed, solver=solver, rtol=rtol, max_steps=max_steps)
-
-    return jax.vmap(one)(rows)
-
-
 def scans(metric: Metric) -> bool:
     """Whether a metric looks into every step (greatest values), or may do so (functions)."""
     return not isinstance(metric, str) or metric in PEAKS or metric.startswith("peak_")
@@ -69,25 +59,51 @@ def _about(result: Result) -> dict[str, Any]:
     return numbers
 
 
-def _measured(result: Result, *, metrics: tuple[Metric, ...], size: int, lanes: int) -> dict[str, Any]:
-    """Numbers of a batch of results, of which the first `size` rows are used."""
+def _integrate(
+    numbers: Any,
+    *,
+    like: Packing,
+    paths: tuple[str, ...],
+    solver: Any,
+    metrics: tuple[Metric, ...],
+    max_steps: int,
+    each: Any,
+) -> tuple[dict[str, Any], Result | None]:
+    """Numbers of every run, and the runs themselves where a metric looks into all their steps."""
+    scene, rows, rtol = like.unpack(numbers)
+
+    def one(row: Any) -> tuple[dict[str, Any], Result | None]:
+        changed = with_values(scene, dict(zip(paths, row, strict=True)))
+        result = simulate(changed, solver=solver, rtol=rtol, max_steps=max_steps)
+        light = {name_of(m): measure(result, m) for m in metrics if not scans(m)}
+        return _about(result) | light, result if any(map(scans, metrics)) else None
+
+    return each(one, rows)
+
+
+def _side_by_side(one: Any, rows: Any) -> Any:
+    return jax.vmap(one)(rows)
+
+
+def _one_by_one(one: Any, rows: Any) -> Any:
+    return jax.lax.map(one, rows)
+
+
+def _scanned(result: Result, *, metrics: tuple[Metric, ...], size: int, lanes: int) -> dict[str, Any]:
+    """Metrics that look into all steps of a batch of results, of which the first `size` rows are used."""
     rows = jax.tree.map(lambda leaf: leaf[:, :size], result.record.rows)
     result = eqx.tree_at(lambda r: r.record.rows, result, rows)
-
-    def light(one: Result) -> dict[str, Any]:
-        return _about(one) | {name_of(m): measure(one, m) for m in metrics if not scans(m)}
 
     def heavy(one: Result) -> dict[str, Any]:
         return {name_of(m): measure(one, m) for m in metrics if scans(m)}
 
-    found = jax.vmap(light)(result)
     # a scan looks at every step several times: a few runs at once are enough work, and all would take gigabytes
-    return found | (jax.lax.map(heavy, result, batch_size=lanes) if any(map(scans, metrics)) else {})
+    return jax.lax.map(heavy, result, batch_size=lanes)
 
 
 @functools.cache
-def _measurer() -> Any:
-    return jax.jit(_measured, static_argnames=("metrics", "size", "lanes"), compiler_options=cpu_compiler_options())
+def _scanner() -> Any:
+    return jax.jit(_scanned, static_argnames=("metrics", "size", "lanes"), compiler_options=cpu_compiler_options())
 
 
 #: compiled integrations, the latest last; a program takes a megabyte or more
@@ -108,12 +124,18 @@ def _call(key: Any, program: Any, *arguments: Any, **static: Any) -> Any:
 
 
 def _integrator(job: Job, numbers: np.ndarray, like: Packing, device: Any) -> Program:
-    """The compiled integration of a chunk whose numbers lie like this; one thread compiles and the others wait."""
-    key = (like, job.paths, job.solver, job.max_steps, device)
+    """The compiled integration of a chunk whose numbers lie like this; one thread compiles and the others wait.
+
+    On a CPU the runs follow one another, if XLA can make one function of it: side by side every step that is an event
+    for one of them would cost all of them the work of an event, and the arithmetic becomes no faster.
+    """
+    key = (like, job.paths, job.solver, job.metrics, job.max_steps, device)
     with _compiling:
         if key not in _integrators:
-            run = functools.partial(_integrate, like=like, paths=job.paths, solver=job.solver, max_steps=job.max_steps)
-            _integrators[key] = compiled(run, numbers)
+            shared = {"like": like, "paths": job.paths, "solver": job.solver, "metrics": job.metrics}
+            run = functools.partial(_integrate, **shared, max_steps=job.max_steps)
+            serial, parallel = (functools.partial(run, each=each) for each in (_one_by_one, _side_by_side))
+            _integrators[key] = compiled(serial, numbers, otherwise=parallel)
             while len(_integrators) > _KEPT:
                 del _integrators[next(iter(_integrators))]
         return _integrators[key]
@@ -131,11 +153,12 @@ def run_chunk(job: Job, rows: tuple[np.ndarray, ...], size: int, device: Any = N
     padded = tuple(np.concatenate([row, np.repeat(row[-1:], size - count, axis=0)]) for row in rows)
     numbers, like = pack((job.scene, padded, job.rtol))
     with jax.default_device(device):
-        result = jax.block_until_ready(_integrator(job, numbers, like, device).call(numbers))
-        used = int(np.max(np.asarray(result.record.count))) + 1
-        kept = min(next((n for n in _SIZES if n >= used), used), job.max_steps + 1)
-        lanes = 1 if device.platform == "cpu" else 16
-        key = (like, job.solver, job.max_steps, device, job.metrics, kept)
-        found = _call(key, _measurer(), result, metrics=job.metrics, size=kept, lanes=lanes)
+        found, result = jax.block_until_ready(_integrator(job, numbers, like, device).call(numbers))
+        if result is not None:
+            used = int(np.max(np.asarray(result.record.count))) + 1
+            kept = min(next((n for n in _SIZES if n >= used), used), job.max_steps + 1)
+            lanes = 1 if device.platform == "cpu" else 16
+            key = (like, job.solver, job.max_steps, device, job.metrics, kept)
+            found = found | _call(key, _scanner(), result, metrics=job.metrics, size=kept, lanes=lanes)
     columns = {name: np.asarray(value)[:count] for name, value in jax.device_get(found).items()}
     return columns | {"method": np.full(count, type(job.solver).__name__, dtype="<U32")}

@@ -1,5 +1,6 @@
 """The parts of a brake: what could be weighed."""
 
+import functools
 import math
 from typing import Any
 
@@ -122,6 +123,12 @@ class Brake(eqx.Module):
     linings: Lining
     bandage: Bandage | None = None
 
+    @property
+    def resolved(self) -> bool:
+        """Whether single linings move by themselves: a chain, or a bandage on springs."""
+        sprung = self.bandage is not None and self.bandage.spring is not None
+        return self.band.segments is not None or sprung
+
     def faults(self, path: str) -> list[Fault]:
         """What does not fit together, beyond the ranges of single numbers (concrete values only)."""
         found = self.linings.friction.faults(f"{path}.linings.friction")
@@ -225,15 +232,24 @@ def _faults_of_wrap(stiffness: Any, angle: np.ndarray, where: str, path: str) ->
 
 
 def _faults_of_shapes(law: AbstractFriction, path: str, n: int) -> list[Fault]:
+    numbers, structure = jax.tree.flatten(law)
+    if _fits(structure, tuple((np.shape(x), str(np.asarray(x).dtype)) for x in numbers), n):
+        return []
+    return [Fault(path, f"its numbers do not fit {n} linings", f"give one number, or a list of {n}")]
+
+
+@functools.lru_cache(maxsize=1024)
+def _fits(structure: Any, shapes: tuple[tuple[tuple[int, ...], str], ...], n: int) -> bool:
+    """Whether a law with numbers of these shapes gives one coefficient for each of `n` linings."""
+    law: Any = jax.tree.unflatten(structure, [jax.ShapeDtypeStruct(*shape) for shape in shapes])
+    one = jax.ShapeDtypeStruct((n,), np.float64)
     try:
-        one = jax.ShapeDtypeStruct((n,), np.float64)
-        still = Contact(v=one, T=one, p=one)
-        shape = jax.eval_shape(law.kinetic, still).shape
-        if np.broadcast_shapes(shape, (n,)) != (n,):
-            raise ValueError
+        shape = jax.eval_shape(lambda law, still: law.kinetic(still), law, Contact(v=one, T=one, p=one)).shape
+        return np.broadcast_shapes(shape, (n,)) == (n,)
+    except jax.errors.TracerArrayConversionError:
+        return True  # another mistake, which the run itself will name
     except (TypeError, ValueError, IndexError):
-        return [Fault(path, f"its numbers do not fit {n} linings", f"give one number, or a list of {n}")]
-    return []
+        return False
 
 
 def _still_friction(linings: Lining, temperature: Any) -> Float[Array, " n"]:

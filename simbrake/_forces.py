@@ -26,8 +26,7 @@ class Slip(NamedTuple):
     tension: Float[Array, ""]
     band_speed: Float[Array, ""]
     snap: Any = None  # 1 + γ
-    friction: Any = None  # T_i − T_{i−1} of each lining
-    deposit: Deposit | None = None  # of that heat
+    deposit: Deposit | None = None  # of the friction heat, per unit of slip speed
 
 
 class Limits(NamedTuple):
@@ -136,18 +135,16 @@ class Forces(AbstractActing):
         def tension(T_0: Array, omega: Array, u: Any) -> Array:
             return T_0 * self._ratio(T_0, omega, u, mode, back)
 
-        friction = deposit = heated = None
+        deposit = heated = None
         if self.thermal is not None and now is not None:
-            mu = self.kinetic_mu(*point, mode, back)[0]
-            along = T_0 * running_product(jnp.where(back, 1 / mu, mu))
-            friction = jnp.diff(along, prepend=T_0)
+            friction, along = self._slip_friction(T_0, omega, y.heat, mode, back)
             deposit = self.deposit(t, y, mode, now, friction)
             heated = self._inner_deposit(t, y, mode, now, T_0, along)
         if self.stiffness is None:
-            return Slip(tension(*point), jnp.zeros_like(t), None, friction, deposit)
+            return Slip(tension(*point), jnp.zeros_like(t), None, deposit)
         if self.ratio_kinetic is not None:
             Pi = self._ratio(*point, mode, back)
-            return Slip(T_0 * Pi, rate * Pi / self.stiffness, None, friction, deposit)
+            return Slip(T_0 * Pi, rate * Pi / self.stiffness, None, deposit)
         T_n = tension(*point)
         alpha = self._carrier_alpha(t, y, mode, T_0, T_n, back)
         if self.thermal is None or now is None or deposit is None:
@@ -158,11 +155,24 @@ class Forces(AbstractActing):
             warming = warming + heated.into * self.inner_speed(y, mode)
         growth = jax.jvp(tension, point, (rate, alpha, warming / self.thermal.capacity))[1] / self.stiffness
         if not self.grip.linings.friction.temperature_dependent:
-            return Slip(T_n, growth, None, friction, deposit)
+            return Slip(T_n, growth, None, deposit)
         zero = jnp.zeros_like(rate)
         gamma = jax.jvp(tension, point, (zero, zero, deposit.into / self.thermal.capacity))[1] / self.stiffness
         v = (self.band_radius * omega - growth) / jnp.where(1 + gamma > 0, 1 + gamma, 1.0)
-        return Slip(T_n, growth + gamma * v, 1 + gamma, friction, deposit)
+        return Slip(T_n, growth + gamma * v, 1 + gamma, deposit)
+
+    def _slip_friction(self, T_0: Array, omega: Array, u: Any, mode: Mode, back: Any) -> tuple[Array, Array]:
+        """Forces `T_i − T_{i−1}` in full slip that friction heat comes from, and the tensions `T_i`.
+
+        Their sum alone where the linings share one body (`Thermal.tells_apart`).
+        """
+        assert self.thermal is not None
+        if self.internal is None and not self.thermal.tells_apart(self.pair):
+            tight = T_0 * self._ratio(T_0, omega, u, mode, back)
+            return (tight - T_0)[None], tight[None]
+        mu = self.kinetic_mu(T_0, omega, u, mode, back)[0]
+        along = T_0 * running_product(jnp.where(back, 1 / mu, mu))
+        return jnp.diff(along, prepend=T_0), along
 
     def _carrier_alpha(self, t: Array, y: State, mode: Mode, T_0: Array, T_n: Array, back: Any) -> Array:
         """Acceleration of what carries a sliding band."""
@@ -319,7 +329,6 @@ class Forces(AbstractActing):
             band_speed=band_speed,
             slip_speed=slip_speed,
             snap=slip.snap,
-            friction=slip.friction,
             thermal=now,
             inner=inner,
         )

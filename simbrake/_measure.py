@@ -44,7 +44,7 @@ def metric_names(scene: Scene) -> tuple[str, ...]:
         energies += ["heat_external", "heat_internal"]
     if brake.band.segments is not None:
         names += CHAIN_METRICS
-    if brake.band.segments is not None or (brake.bandage is not None and brake.bandage.spring is not None):
+    if brake.resolved:
         energies.append("damper_heat")
     if heat is not None:
         names += [name for name, kind in HOT_PLACES.items() if kind in heat.hot_places]

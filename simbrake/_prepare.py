@@ -67,12 +67,14 @@ class Prepared:
         scene, rtol = self._like.unpack(numbers[:-1]), numbers[-1]
         result = simulate(scene, solver=self.solver, rtol=rtol, max_steps=self.max_steps)
         found = [measure(result, metric) for metric in self._asked]
-        self._sizes = [value.size for value in found]  # known once it is traced
+        ends = np.cumsum([0, *(value.size for value in found)]).tolist()
+        wheres = [a if value.ndim == 0 else slice(a, b) for a, b, value in zip(ends, ends[1:], found, strict=False)]
+        self._spans = list(zip(self.metrics, wheres, strict=True))  # of the metrics, known once it is traced
         counts = jnp.stack([jnp.asarray(n, jnp.float64) for n in (result.code, *result.record.stats)])
         return jnp.concatenate([*(jnp.ravel(value) for value in found), counts])
 
     def _compile(self) -> Program:
-        return compiled(self._run, np.append(self.numbers, self.rtol))
+        return compiled(self._run, self._input(self.numbers, self.rtol))
 
     def vector(self, values: Values = None) -> np.ndarray:
         """The numbers with some of them changed, by path (`{"initial.omega": 18.0}`), or such a vector as it is."""
@@ -100,26 +102,31 @@ class Prepared:
 
         Values are taken as they are: `check` looks at them first.
         """
-        numbers = np.append(self.vector(values), self.rtol if rtol is None else rtol)
+        numbers = self._input(self.vector(values), self.rtol if rtol is None else rtol)
         out = np.asarray(self.program.call(numbers))
-        while int(out[-_COUNTS]) == Code.STEP_LIMIT and self.max_steps < _MOST_STEPS:
+        *_, code, accepted, rejected, retaken, events, segments = out.tolist()
+        if code == Code.STEP_LIMIT and self.max_steps < _MOST_STEPS:
             # the record was too short for these numbers: a longer one, from now on
             self.max_steps, self._slope = 4 * self.max_steps, None
             self.program = self._compile()
-            out = np.asarray(self.program.call(numbers))
-        found: list[Any]
-        if len(self._sizes) == len(out) - _COUNTS:
-            found = out[:-_COUNTS].tolist()
-        else:
-            found = np.split(out[:-_COUNTS], np.cumsum(self._sizes)[:-1])
-        return Answer(dict(zip(self.metrics, found, strict=True)), *(int(n) for n in out[-_COUNTS:]))
+            return self(values, rtol=rtol)
+        metrics = {name: out[where].item() if type(where) is int else out[where] for name, where in self._spans}
+        counts = int(accepted), int(rejected), int(retaken), int(events), int(segments)
+        return Answer(metrics, int(code), *counts)
+
+    @staticmethod
+    def _input(numbers: np.ndarray, rtol: float) -> np.ndarray:
+        whole = np.empty(numbers.size + 1)
+        whole[:-1] = numbers
+        whole[-1] = rtol
+        return whole
 
     def gradient(self, values: Values = None) -> np.ndarray:
         """Derivatives of all metrics with respect to all numbers, (metrics, k), by one reverse pass for each metric.
 
         Zero for a metric that is infinite. Compiles at the first call.
         """
-        numbers = np.append(self.vector(values), self.rtol)
+        numbers = self._input(self.vector(values), self.rtol)
         if self._slope is None:
             self._slope = compiled(self._slopes, numbers)
         return np.asarray(self._slope.call(numbers))

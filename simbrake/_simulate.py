@@ -13,7 +13,7 @@ from jax.core import Tracer
 
 from ._assemble import assemble
 from ._choice import stiffness
-from ._compiling import cpu_compiler_options
+from ._compiling import Packing, Program, compiled, pack
 from ._hybrid import AbstractMethod, Code, ExplicitRungeKutta, Record, Rodas5P, Settings, hybridsolve
 from ._outcome import SimulationError
 from ._quantity import Fault, InputError, faults_of_tolerance, leaves
@@ -58,9 +58,15 @@ _STATIC = ("method", "max_steps")
 _traced = jax.jit(_run, static_argnames=_STATIC)
 
 
-@functools.cache
-def _compiled():
-    return jax.jit(_run, static_argnames=_STATIC, compiler_options=cpu_compiler_options())
+@functools.lru_cache(maxsize=256)
+def _program(packing: Packing, method: AbstractMethod, max_steps: int) -> Program:
+    """The compiled run of all scenes of one structure, a function of their numbers and of the limits."""
+
+    def run(numbers: Any) -> Record:
+        scene, rtol, max_step, max_events = packing.unpack(numbers)
+        return _run(scene, rtol, max_step, max_events.astype(jnp.int32), method=method, max_steps=max_steps)
+
+    return compiled(run, np.ones(packing.size))
 
 
 def require_64_bits() -> None:
@@ -93,9 +99,7 @@ def step_limits(scene: Scene, max_steps: int | None) -> tuple[int, ...]:
     """Limits of the step attempts, tried one after the other; a scene of many events begins with the second."""
     if max_steps:
         return (max_steps,)
-    bandage = scene.brake.bandage
-    single = scene.brake.band.segments is not None or (bandage is not None and bandage.spring is not None)
-    many = single or getattr(scene.duty.slack_tension, "knot_count", 0) > 40
+    many = scene.brake.resolved or getattr(scene.duty.slack_tension, "knot_count", 0) > 40
     return _STEPS[many:]
 
 
@@ -146,8 +150,9 @@ def simulate(
     if traced:
         record = _traced(_marked(scene), rtol_, longest, events, method=method, max_steps=max_steps or _STEPS[0])
         return Result(scene, record, rtol_, name)
+    numbers, packing = pack((scene, rtol_, longest, events))
     for steps in step_limits(scene, max_steps):
-        record = _compiled()(scene, rtol_, longest, events, method=method, max_steps=steps)
+        record: Any = _program(packing, method, steps).call(numbers)
         if int(record.code) != Code.STEP_LIMIT:
             break
     result = Result(scene, record, rtol_, name)  # pyright: ignore

@@ -73,7 +73,6 @@ class Flows(NamedTuple):
     band_speed: Float[Array, ""]  # ẋ (m/s)
     slip_speed: Float[Array, ""]  # v_s (m/s)
     snap: Any = None  # 1 + γ: by how much the band still follows the fade
-    friction: Any = None  # friction heat of each lining (n,) per unit of slip speed (N), with heat only
     thermal: Any = None  # ThermalNow, with heat only
     inner: Any = None  # Inner, of a staged brake only
 

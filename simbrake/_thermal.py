@@ -260,6 +260,11 @@ class Thermal(eqx.Module):
         here = T[self.spans.stores[name]]
         return jnp.broadcast_to(here[nodes_at(self._body(name), face)], (n,))
 
+    def tells_apart(self, pair: FrictionHeat | None) -> bool:
+        """Whether it matters which lining of a pair the friction heat comes from, or only how much it is."""
+        places = () if pair is None else (pair.metal, pair.lining, pair.beyond, pair.sensor)
+        return any(size_of(self._body(place_of(p)[0]), place_of(p)[1]) > 1 for p in places if p is not None)
+
     def deposit(
         self,
         pair: FrictionHeat | None,
@@ -270,7 +275,10 @@ class Thermal(eqx.Module):
         P: Float[Array, " n"],
         pieces: tuple[Any, ...] = (),
     ) -> Deposit:
-        """Where the friction heats `P` of the linings in a pair go (W, or J); linear in `P`."""
+        """Where the friction heats `P` of the linings in a pair go (W, or J); linear in `P`.
+
+        Where `tells_apart` is false their sum alone will do, (1,).
+        """
         n = P.shape[0]
         zero, where = jnp.zeros(()), self.spans
         into, rise, faces = jnp.zeros_like(T), jnp.zeros_like(T_J), {}

@@ -8,6 +8,7 @@ from heat_scenes import fading, lump, rigid_stop
 from helpers import closed_form, stop_scene
 
 import simbrake as sb
+from simbrake._compiling import compiled
 
 TIMES = {"slip_onset_time": "t0", "full_slip_time": "t1", "stopping_time": "stop"}
 
@@ -74,13 +75,26 @@ def test_measured_friction_runs_as_one_function_too():
 
 
 def test_heat_and_the_implicit_method():
-    """What calls a library, as the implicit method does for its linear algebra, is compiled the ordinary way."""
     scene = rigid_stop(fading(), lump())
     expected = sb.simulate(scene, rtol=1e-11).stopping_time
-    for solver, one_function in ((None, jax.default_backend() == "cpu"), (sb.Rodas5P(), False)):
+    for solver in (None, sb.Rodas5P()):
         run = sb.prepare(scene, ["stopping_time"], solver=solver, rtol=1e-8)
-        assert run.program.one_function == one_function
+        assert run.program.one_function == (jax.default_backend() == "cpu")
         assert run().metrics["stopping_time"] == pytest.approx(float(expected), rel=1e-6)
+
+
+def test_what_calls_a_library_is_compiled_the_ordinary_way():
+    a = np.arange(9.0) + np.eye(3).ravel()
+
+    def solved(x):
+        return jnp.linalg.solve(x.reshape(3, 3), jnp.ones(3))
+
+    program = compiled(solved, a)
+    assert not program.one_function
+    np.testing.assert_allclose(program.call(a), np.linalg.solve(a.reshape(3, 3), np.ones(3)), rtol=1e-13)
+    other = compiled(solved, a, otherwise=lambda x: 2 * solved(x))
+    np.testing.assert_allclose(other.call(a), 2 * np.asarray(program.call(a)), rtol=1e-15)
+    assert compiled(jnp.tan, a, otherwise=solved).one_function == (jax.default_backend() == "cpu")
 
 
 def test_faults(run):

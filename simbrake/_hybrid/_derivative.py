@@ -12,6 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from ._invariants import hoisted
 from ._method import AbstractMethod
 from ._packing import ADVANCED, FINISHED, INSTANT, LANDED, SKIPPED, STOPPED, Flat, Rows
 
@@ -80,7 +81,7 @@ def sweep(row_map: RowMap, params: Any, starts: Float[Array, "row state"], count
             return d, jax.lax.dynamic_update_slice(out, d[None], (i + 1, jnp.zeros_like(i)))
 
         out = jnp.zeros_like(starts).at[0].set(d_start)
-        return d_params, d_start, jax.lax.fori_loop(0, count, body, (d_start, out))[1]
+        return d_params, d_start, _repeat(count, body, (d_start, out))[1]
 
     def backward(_, cotangents):
         params, starts = sealed
@@ -93,7 +94,7 @@ def sweep(row_map: RowMap, params: Any, starts: Float[Array, "row state"], count
             d_params, c = jax.vjp(lambda q, x: row_map(q, x, i), params, starts[i])[1](c)
             return c, jax.tree.map(jnp.add, total, d_params)
 
-        c, total = jax.lax.fori_loop(0, count, body, (jnp.zeros_like(c_start), c_params))
+        c, total = _repeat(count, body, (jnp.zeros_like(c_start), c_params))
         return total, c_start + c + c_rows[0], jnp.zeros_like(c_rows)
 
     # One linear operator with its own transpose. JAX wants every part of the right-hand side to depend on the tangent,
@@ -105,6 +106,13 @@ def sweep(row_map: RowMap, params: Any, starts: Float[Array, "row state"], count
         lambda x: x, (d_params, d_start, nothing), solve=forward, transpose_solve=backward
     )
     return solution[2]
+
+
+def _repeat(count: Array, body: Callable[[Array, Any], Any], state: Any) -> Any:
+    """`body(i, state)` for `i < count`, what is the same every time computed once."""
+    begin = (jnp.zeros_like(count), state)
+    turn = hoisted(lambda loop: (loop[0] + 1, body(*loop)), begin)
+    return jax.lax.while_loop(lambda loop: loop[0] < count, turn, begin)[1]
 
 
 @jax.custom_jvp

@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
 from ._carry import Carry, Stats, pack, unpack
+from ._invariants import hoisted
 from ._method import AbstractMethod
 from ._packing import ADVANCED, FINISHED, HEAD, INSTANT, LANDED, SKIPPED, STOPPED, Flat, pack_row
 from ._search import TINY, Found, crossed, leaving, sampled, search, suspicious
@@ -328,7 +329,8 @@ def run(p: Problem, y0: Float[Array, " state"], mode0: Int[Array, " mode"]):
         packed, row = _iterate(p, packed, ny, ng)
         return i + 1, packed, jax.lax.dynamic_update_slice(rows, row[None], (i, jnp.zeros_like(i)))
 
-    count, packed, rows = jax.lax.while_loop(running, body, (jnp.asarray(0, jnp.int32), pack(start), rows))
+    begin = (jnp.asarray(0, jnp.int32), pack(start), rows)
+    count, packed, rows = jax.lax.while_loop(running, hoisted(body, begin), begin)
     c = unpack(packed, ny, ng)
     none = jnp.asarray(SKIPPED, jnp.int32)
     last = pack_row(c.t, jnp.zeros_like(c.t), jnp.zeros_like(c.t), none, none, c.y, c.mode)

@@ -8,6 +8,7 @@ from jaxtyping import Array, Float
 
 from ._bordered import Bordered, Couplings, Factored, factor, jacobian, solve
 from ._method import AbstractMethod
+from ._places import put, take
 
 # Rodas5P, coefficients in the form without products by the Jacobian (Hairer & Wanner, Solving ODEs II, IV.7):
 #     (I/(γ h) − J) u_i = f(t + c_i h, y + Σ a_ij u_j) + Σ C_ij u_j / h + d_i h ∂f/∂t,   y₁ = y + Σ m_i u_i
@@ -79,13 +80,12 @@ class Rodas5P(AbstractMethod):
     def step(self, rhs, t, y, f, h):
         places = self.couplings or Couplings(tuple(range(y.shape[0])), (), ())
         m = len(places.core)
-        inner = np.asarray(places.core + places.chain, np.int32)
-        outer = np.asarray(places.quadrature, np.int32)
+        inner, outer = places.core + places.chain, places.quadrature
 
         def dynamic(t: Array, x: Array) -> Array:
-            return rhs(t, y.at[inner].set(x))[inner]
+            return take(rhs(t, put(y, inner, x)), inner)
 
-        x = y[inner]
+        x = take(y, inner)
         moves, whole = h != 0, h
         h = jnp.where(moves, h, 1e-30)  # so short that nothing can overflow
         scale = 1.0 / (_GAMMA * h)
@@ -104,21 +104,21 @@ class Rodas5P(AbstractMethod):
         def stage(carry, entry):
             u, total = carry
             i, a, c, node, d, b = entry
-            full = rhs(t + node * h, y.at[inner].set(x + a @ u))
-            new = solved(full[inner] + (c @ u) / h + d * h * drift[inner])
+            full = rhs(t + node * h, put(y, inner, x + a @ u))
+            new = solved(take(full, inner) + (c @ u) / h + d * h * take(drift, inner))
             u = jax.lax.dynamic_update_slice(u, new[None], (i, jnp.zeros_like(i)))
-            return (u, total + b * full[outer]), None
+            return (u, total + b * take(full, outer)), None
 
         n = len(_NODES)
-        start = (jnp.zeros((n, x.shape[0])), jnp.zeros(outer.shape[0]))
+        start = (jnp.zeros((n, x.shape[0])), jnp.zeros(len(outer)))
         entries = (jnp.arange(n, dtype=jnp.int32), *(jnp.asarray(v) for v in (_a, _c, _NODES, np.asarray(_D), _b)))
         (u, total), _ = jax.lax.scan(stage, start, entries)
-        error = jnp.zeros_like(y).at[inner].set(u[-1])
-        y1 = y.at[inner].set(x + _m @ u)
-        if outer.size:
-            along = jnp.zeros_like(y).at[inner].set(_b @ u)
+        error = put(jnp.zeros_like(y), inner, u[-1])
+        y1 = put(y, inner, x + jnp.asarray(_m) @ u)
+        if outer:
+            along = put(jnp.zeros_like(y), inner, jnp.asarray(_b) @ u)
             bend = jax.jvp(rhs, (t, y), (_bd * h, along))[1]
-            y1 = y1.at[outer].add(h * (total + bend[outer]))
+            y1 = put(y1, outer, take(y, outer) + h * (total + take(bend, outer)))
         y1 = jnp.where(moves, y1, y)
         return y1, error, rhs(t + whole, y1)
 

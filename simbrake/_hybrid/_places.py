@@ -1,0 +1,26 @@
+"""Entries of a vector at places known while tracing, as slices: gathers and scatters are slow in loops on a CPU."""
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+
+def _runs(places: tuple[int, ...]) -> list[tuple[int, int]]:
+    """Consecutive places as `(first, end)`."""
+    if not places:
+        return []
+    cuts = np.flatnonzero(np.diff(places) != 1) + 1
+    return [(int(run[0]), int(run[-1]) + 1) for run in np.split(np.asarray(places), cuts)]
+
+
+def take(x: Float[Array, " n"], places: tuple[int, ...]) -> Float[Array, " k"]:
+    """`x[places]`."""
+    return jnp.concatenate([x[a:b] for a, b in _runs(places)]) if places else jnp.zeros(0, x.dtype)
+
+
+def put(x: Float[Array, " n"], places: tuple[int, ...], values: Float[Array, " k"]) -> Float[Array, " n"]:
+    """`x` with `values` at `places`."""
+    n = x.shape[0]
+    source = np.arange(n)
+    source[list(places)] = n + np.arange(len(places))
+    return take(jnp.concatenate([x, values]), tuple(int(i) for i in source))
