@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from benchmarks.scenes import Case, Cycles, Staged, Stop
+from benchmarks.scenes import Case, Chain, Cycles, Staged, Stop
 
 
 class Guard(NamedTuple):
@@ -84,6 +84,10 @@ def automaton_of(case: Case) -> Automaton:
         from benchmarks.staged import staged
 
         return staged(case.plain)
+    if isinstance(case.plain, Chain):
+        from benchmarks.chain import chain
+
+        return chain(case.plain)
     if isinstance(case.plain, Cycles):
         from benchmarks.cycles import cycles
 
