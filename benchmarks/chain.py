@@ -1,7 +1,7 @@
 """The chain of linings mode by mode (model §3.1): in the mode `k slide` the `k` linings at the tight end slide.
 
-States (ω, φ, elongations e_i, speeds v_i of the linings). The lever pulls evenly and friction is constant, so that every
-mode is linear: its matrix is built once from the equations. All linings that stick move alike and leave the tensions
+States (ω, φ, elongations e_i, speeds v_i of the linings). The lever pulls evenly and friction is constant, so that
+every mode is linear: its matrix is built once from the equations. All linings that stick move alike and leave the tensions
 between them as they were: only the first of them, seen from the anchor, can let go. That none sticks again is looked at
 when the next one lets go, and at the end.
 """
@@ -15,12 +15,12 @@ from benchmarks.scenes import Chain
 
 
 class Linear:
-    """Matrices of the modes: rates `A[k] y + b[k]`, spare grip `g[k]·y + h[k]` (N) of the lining that is next to slip."""
+    """Matrices of the modes: rates `A[k] y + b[k]`; what the next lining to slip could still hold, `g[k]·y + h[k]` (N)."""
 
     def __init__(self, p: Chain):
         n = p.n
         self.p, self.fz = p, p.f * p.z
-        self.K = np.array([p.K] * (n - 1) + [p.C])
+        self.K = p.stiffness
         self.D = np.array([2 * p.zeta * np.sqrt(p.K * p.m)] * (n - 1) + [0.0])
         self.A, self.b, self.g, self.h = [], [], [], []
         for k in range(n + 1):
@@ -87,6 +87,5 @@ def chain(p: Chain) -> Automaton:
 
 
 def sizes_of(p: Chain) -> np.ndarray:
-    """Typical sizes of the states: elongations by what full slip gives."""
-    stretch = p.T_0 * ((1 + p.f * p.z) / (1 - p.f * p.z)) ** p.n / np.array([p.K] * (p.n - 1) + [p.C])
-    return np.concatenate([[p.w_0, 0.1], stretch, np.full(p.n, p.R * p.w_0)])
+    """Typical sizes of the states."""
+    return np.concatenate([[p.w_0, 0.1], p.stretch, np.full(p.n, p.R * p.w_0)])

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from benchmarks.walls import LINING, OPEN, OUTSIDE, INSIDE, OVERLAP, RIM, SHARE, TRACK, layers, lining_wall, rim_wall
+from benchmarks.walls import INSIDE, LINING, OPEN, OUTSIDE, OVERLAP, RIM, SHARE, TRACK, layers, lining_wall, rim_wall
 
 ROOM = 293.15  # K
 
@@ -93,6 +93,17 @@ class Chain:
     n: int = 20
     z: float = math.tan(math.radians(13.5) / 2)
     end: float = 0.03
+
+    @property
+    def stiffness(self) -> np.ndarray:
+        """Of the segments (n,), the last one to the anchor."""
+        return np.array([self.K] * (self.n - 1) + [self.C])
+
+    @property
+    def stretch(self) -> np.ndarray:
+        """Elongations (n,) that the tension of full slip gives."""
+        fz = self.f * self.z
+        return self.T_0 * ((1 + fz) / (1 - fz)) ** self.n / self.stiffness
 
 
 @dataclasses.dataclass(frozen=True)
@@ -260,11 +271,9 @@ def _simbrake_chain(p: Chain) -> Any:
 def _chain_case() -> Case:
     p = Chain()
     order = range(p.n, 0, -1)
-    # elongations in those that the tension of full slip gives
-    stretch = p.T_0 * ((1 + p.f * p.z) / (1 - p.f * p.z)) ** p.n / np.array([p.K] * (p.n - 1) + [p.C])
     state = ("angle, rad", "speed, rad/s")
     state += tuple(f"{what} {i + 1}" for what in ("elongation, m,", "speed, m/s, of lining") for i in range(p.n))
-    scales = np.concatenate([[0.1, 6.0], stretch, np.full(p.n, p.R * p.w_0)])
+    scales = np.concatenate([[0.1, 6.0], p.stretch, np.full(p.n, p.R * p.w_0)])
     title = f"{p.n} linings on segments of the band let go: {2 * p.n + 2} states, {p.n} events"
     events = tuple(f"lining {i} slips" for i in order)
     return Case("e", title, p, events, state, scales, lambda: _simbrake_chain(p))

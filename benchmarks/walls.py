@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+
 def layers(first: float | None, thickness: float, count: int) -> np.ndarray:
     """Thicknesses of the layers of a wall: equal, or growing by one ratio from the first."""
     if first is None:
