@@ -6,7 +6,7 @@ gives; look for the step in which the guard turns; and solve for the length of t
 
 from collections.abc import Callable
 
-from benchmarks.peers.cyrk import chain, cycles, staged, stop
+from benchmarks.peers.cyrk_scenes import chain, cycles, staged, stop
 from benchmarks.scenes import Answer, Case, Chain, Cycles, Staged, Stop
 
 NAME, PACKAGES, PIP, AGREES = "CyRK", ("CyRK", "numba"), "CyRK numba", 1e-9

@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.peers.cyrk.until import searcher
+from benchmarks.peers.cyrk_scenes.until import searcher
 from benchmarks.scenes import CASES, Answer, Case, Stop
 
 
 @functools.cache
 def _value() -> Any:
-    """The guard `c_0 + c·y` of `numbers = (c_0, c, more)`, less `ẋ_0` where `more` says how the band follows the fade."""
+    """The guard `c_0 + c·y` of `numbers = (c_0, c, more)`, less `ẋ_0` where `more` says how the band follows fade."""
     import numba
 
     @numba.njit

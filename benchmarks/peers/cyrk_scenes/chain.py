@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.chain import Linear, sizes_of
-from benchmarks.peers.cyrk.until import linear, searcher
+from benchmarks.peers.cyrk_scenes.until import linear, searcher
 from benchmarks.scenes import CASES, Answer, Case, Chain
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.peers.cyrk.until import searcher
+from benchmarks.peers.cyrk_scenes.until import searcher
 from benchmarks.scenes import CASES, Answer, Case, Staged
 from benchmarks.staged import Tensions
 

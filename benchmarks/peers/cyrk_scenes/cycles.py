@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.peers.cyrk.until import searcher
+from benchmarks.peers.cyrk_scenes.until import searcher
 from benchmarks.scenes import CASES, Answer, Case, Cycles
 
 _SIZES = np.array([20.0, 1e3, 50.0, 50.0, 50.0])
