@@ -18,7 +18,7 @@ from benchmarks.peers.casadi_scenes import chain, cycles, staged, stop
 from benchmarks.peers.casadi_scenes.form import integrator
 from benchmarks.scenes import Answer, Case, Chain, Cycles, Staged, Stop
 
-NAME, PACKAGES, PIP, AGREES = "CasADi", ("casadi",), "'casadi>=3.8'", 3e-6
+NAME, PACKAGES, PIP, AGREES = "CasADi", ("casadi",), "'casadi>=3.8.2'", 3e-6
 _SCENES = {Stop: stop, Staged: staged, Chain: chain, Cycles: cycles}
 _METHODS: dict[str, tuple[str, dict[str, Any]]] = {
     "CasADi erk": ("erk", {}),
