@@ -14,6 +14,39 @@ def searcher(value: Any) -> Any:
     import numba
     from CyRK import nbsolve2_ivp
 
+    located = _locator(value)
+
+    @numba.njit
+    def until(address, args, t, y, horizon, stop, numbers, method, rtol, atols):
+        steps = 0
+        while True:
+            end = min(t + horizon, stop)
+            found = nbsolve2_ivp(address, (t, end), y, method, None, False, args, rtol, 1e-6, None, atols)
+            if not found.success:
+                raise RuntimeError("CyRK failed")
+            ts, ys = found.t.copy(), found.y.copy()
+            found.free()
+            high = value(ts[0], ys[:, 0].copy(), numbers)
+            for i in range(len(ts) - 1):
+                low, high = high, value(ts[i + 1], ys[:, i + 1].copy(), numbers)
+                if low >= 0.0 and high < 0.0:
+                    row, h = ys[:, i].copy(), ts[i + 1] - ts[i]
+                    h, y = located(address, args, ts[i], row, h, low, high, numbers, method, rtol, atols)
+                    return ts[i] + h, y, steps + i + 1
+            steps += len(ts) - 1
+            t, y = ts[-1], ys[:, -1].copy()
+            if t >= stop:
+                return t, y, steps
+
+    return until
+
+
+@functools.cache
+def _locator(value: Any) -> Any:
+    """Compiled: length of the step at whose end the guard is 0, and the state there."""
+    import numba
+    from CyRK import nbsolve2_ivp
+
     @numba.njit
     def short(address, args, t, y, h, method, rtol, atols):
         found = nbsolve2_ivp(address, (t, t + h), y, method, None, False, args, rtol, 1e-6, None, atols)
@@ -46,29 +79,7 @@ def searcher(value: Any) -> Any:
                 side = -1
         return h, best
 
-    @numba.njit
-    def until(address, args, t, y, horizon, stop, numbers, method, rtol, atols):
-        steps = 0
-        while True:
-            end = min(t + horizon, stop)
-            found = nbsolve2_ivp(address, (t, end), y, method, None, False, args, rtol, 1e-6, None, atols)
-            if not found.success:
-                raise RuntimeError("CyRK failed")
-            ts, ys = found.t.copy(), found.y.copy()
-            found.free()
-            high = value(ts[0], ys[:, 0].copy(), numbers)
-            for i in range(len(ts) - 1):
-                low, high = high, value(ts[i + 1], ys[:, i + 1].copy(), numbers)
-                if low >= 0.0 and high < 0.0:
-                    row, h = ys[:, i].copy(), ts[i + 1] - ts[i]
-                    h, y = located(address, args, ts[i], row, h, low, high, numbers, method, rtol, atols)
-                    return ts[i] + h, y, steps + i + 1
-            steps += len(ts) - 1
-            t, y = ts[-1], ys[:, -1].copy()
-            if t >= stop:
-                return t, y, steps
-
-    return until
+    return located
 
 
 @functools.cache
