@@ -3,6 +3,8 @@
 The lever's lines are controls that are constant from corner to corner: its tension at a time, that time, its slope.
 """
 
+from typing import Any
+
 import numpy as np
 
 from benchmarks.peers.casadi_scenes.form import Form, choose
@@ -20,7 +22,7 @@ def form(p: Cycles) -> Form:
     M = p.R * (u[0] + u[2] * (t - u[1])) * (((1 + fz) / (1 - fz)) ** p.n - 1)
     P, flow = M * w, p.between * (T_l - T_b)
 
-    def rates(speeding: object, speed: object, heat: object) -> object:
+    def rates(speeding: Any, speed: Any, heat: Any) -> Any:
         rim, linings = p.share * heat - out_r * T_r, (1 - p.share) * heat - flow
         return ca.vertcat(speeding, speed, rim / C_r, linings / C_l, (flow - out_b * T_b) / C_b, 0.0, 0.0, 0.0)
 

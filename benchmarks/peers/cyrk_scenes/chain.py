@@ -12,7 +12,7 @@ from benchmarks.scenes import CASES, Answer, Case, Chain
 
 
 @functools.cache
-def _address(name: str) -> int:
+def _address(name: str) -> Any:
     """Right-hand side as a compiled callback; how many linings slide comes with its arguments."""
     import numba
     from CyRK import nb_diffeq_addr

@@ -13,7 +13,7 @@ _SIZES = np.array([20.0, 1e3, 50.0, 50.0, 50.0])
 
 
 @functools.cache
-def _compiled(name: str) -> tuple[int, int, Any]:
+def _compiled(name: str) -> tuple[Any, Any, Any]:
     """Right-hand sides of rest and motion as compiled callbacks, and the guards.
 
     The lever's line goes with their arguments: its tension at a time, that time, its slope. The guard is `ω` if the

@@ -30,7 +30,7 @@ def _value() -> Any:
 
 
 @functools.cache
-def _addresses(name: str) -> tuple[int, ...]:
+def _addresses(name: str) -> tuple[Any, ...]:
     """Right-hand sides of take-up, elastic, full slip, stick and rest as compiled callbacks."""
     from CyRK import nb_diffeq_addr
 
