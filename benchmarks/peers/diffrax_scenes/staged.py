@@ -15,7 +15,7 @@ from benchmarks.staged import Tensions
 
 
 def smooth(p: Staged, share: float) -> Smooth:
-    """Slip and lock are read where slip speeds pass `3 ε ω_0`, the stop where `ω` falls through `ε ω_0`."""
+    """Slip and lock are read where slip speeds pass `5 ε ω_0`, the stop where `ω` falls through `ε ω_0`."""
     import jax.numpy as jnp
 
     known, sine, small = Tensions(p), math.sin(math.atan(p.z)), share * p.w_0
@@ -34,7 +34,7 @@ def smooth(p: Staged, share: float) -> Smooth:
         return jnp.stack([(p.load - M_int) / p.J, (M_int - M_ext) / p.J_b, w, M_ext * w_b, M_int * (w - w_b)])
 
     def readings(t: Any, y: Any) -> Any:
-        return jnp.stack([y[0] - y[1] - 3 * small, 3 * small - y[1], small - y[0]])
+        return jnp.stack([y[0] - y[1] - 5 * small, 5 * small - y[1], small - y[0]])
 
     start, sizes = np.array([p.w_0, p.w_0, 0.0, 0.0, 0.0]), np.array([20.0, 20.0, 10.0, 1e5, 1e5])
     # the bandage slips before its band holds it; at rest nothing slides any more
