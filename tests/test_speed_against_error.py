@@ -2,6 +2,7 @@
 
 import importlib
 import pathlib
+import shutil
 import sys
 
 import numpy as np
@@ -40,6 +41,7 @@ def test_reference_by_collocation(name):
     assert reference(name).uncertainty <= 1e-12
 
 
+NO_GCC = pytest.mark.skipif(shutil.which("gcc") is None, reason="no gcc")
 #: one method of each peer, what is asked of it, and how close it must come in scenes with events
 PEERS = [
     ("casadi_events", "CasADi erk", 1e-10, 1e-8),
@@ -47,6 +49,7 @@ PEERS = [
     ("casadi_events", "CasADi CVODES Adams", 1e-10, 3e-6),
     ("sundae_cvode", "sundae CVODE Adams", 1e-12, 1e-8),
     ("pathsim_blocks", "PathSim RKDP87", 1e-10, 1e-7),
+    pytest.param("casadi_events", "CasADi erk, C", 1e-10, 1e-8, marks=[pytest.mark.slow, NO_GCC]),
     pytest.param("cyrk_numba", "CyRK DOP853", 1e-11, 1e-8, marks=pytest.mark.slow),
 ]
 

@@ -84,8 +84,11 @@ def sequence(
     )
 
 
-def integrator(form: Form, plugin: str, tolerance: float, options: dict[str, Any]) -> Callable[[], tuple[Any, ...]]:
-    """The scene's call: times, final state, and the counts that the integrator tells.
+Call = Callable[[], tuple[np.ndarray, np.ndarray]]
+
+
+def integrator(form: Form, plugin: str, tolerance: float, options: dict[str, Any]) -> tuple[Call, Any]:
+    """The scene's call, which gives times and final state, and the integrator.
 
     States are in units of their typical sizes, as CasADi has one absolute tolerance for all.
     """
@@ -107,8 +110,7 @@ def integrator(form: Form, plugin: str, tolerance: float, options: dict[str, Any
     start = form.start / form.sizes
     more = {"u": form.controls} if form.controls.size else {}
 
-    def call() -> tuple[Any, ...]:
-        states = np.asarray(found(x0=start, **more)["xf"]) * form.sizes[:, None]
-        return (*form.read(states), found.stats())
+    def call() -> tuple[np.ndarray, np.ndarray]:
+        return form.read(np.asarray(found(x0=start, **more)["xf"]) * form.sizes[:, None])
 
-    return call
+    return call, found
