@@ -94,8 +94,10 @@ def _all_of(result: Any, case: Case) -> list[Any]:
     used = jnp.arange(1, rest.shape[0], dtype=jnp.int32) <= record.count
     # the mode in which it stands at the start is found at the start, and is no event
     changed = used & (rest[1:] != rest[:-1]) & (record.rows.t[1:] > record.rows.t[0])
-    changed = jnp.where(changed, record.rows.t[1:], jnp.inf)
-    return list(jnp.sort(changed)[: len(case.events)])
+    # rows are in the order of time (a sort would be a call of a library, and break the program up)
+    count, wanted = jnp.cumsum(changed, dtype=jnp.int32), jnp.arange(1, len(case.events) + 1, dtype=jnp.int32)
+    row = jnp.searchsorted(count, wanted)
+    return list(jnp.where(wanted <= count[-1], record.rows.t[1:][jnp.minimum(row, count.size - 1)], jnp.nan))
 
 
 def _first_slips(result: Any) -> list[Any]:
