@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from benchmarks.scenes import Case, Cycles, Staged, Stop
+from benchmarks.scenes import Case, Chain, Cycles, Staged, Stop
 
 
 class Guard(NamedTuple):
@@ -84,6 +84,10 @@ def automaton_of(case: Case) -> Automaton:
         from benchmarks.staged import staged
 
         return staged(case.plain)
+    if isinstance(case.plain, Chain):
+        from benchmarks.chain import chain
+
+        return chain(case.plain)
     if isinstance(case.plain, Cycles):
         from benchmarks.cycles import cycles
 
@@ -134,7 +138,7 @@ def _dry_slip(p: Stop) -> dict[str, Mode]:
     return {"slip": slip, "held": Mode(None, None, (), np.array([10.0, 0.3]))}
 
 
-def _hot_slip(p: Stop) -> dict[str, Mode]:
+def _slipping(p: Stop) -> Mode:
     """Full slip with `v_s = (R ω − ẋ_0)/(1 + γ)`: the sliding band follows the fading friction (model §3)."""
     assert p.rates is not None
     assert p.into is not None
@@ -187,9 +191,16 @@ def _hot_slip(p: Stop) -> dict[str, Mode]:
     def sticking(t: float, y: Any) -> np.ndarray:
         return np.concatenate([y[:2], [(grip(float(y[2]))[0] + T_0) / C], y[2:]])
 
+    sizes = np.array([20.0, 10.0, *[10.0] * k])
+    return Mode(rhs, jacobian, (Guard(None, speed, "stick", sticking),), sizes)
+
+
+def _hot_slip(p: Stop) -> dict[str, Mode]:
+    """Full slip, sticking shortly before the stop, and rest, in which only the temperatures change."""
+    assert p.rates is not None
+    R, C, T_0, rates, arm = p.R, p.C, p.T_0, p.rates, p.R / p.J
+    k = len(rates)
     hot = [10.0] * k
-    sizes = np.array([20.0, 10.0, *hot])
-    slip = Mode(rhs, jacobian, (Guard(None, speed, "stick", sticking),), sizes)
     joined, push = np.zeros((k + 3, k + 3)), np.zeros(k + 3)
     joined[0, 2], joined[1, 0], joined[2, 0], joined[3:, 3:] = -arm * C, 1.0, R, rates
     push[0] = arm * T_0
@@ -198,4 +209,4 @@ def _hot_slip(p: Stop) -> dict[str, Mode]:
     cooling = np.zeros((k + 2, k + 2))
     cooling[1:-1, 1:-1] = rates
     held = Mode(lambda t, y: cooling @ y, lambda t, y: cooling, (), np.array([10.0, *hot, 0.3]))
-    return {"slip": slip, "stick": stick, "held": held}
+    return {"slip": _slipping(p), "stick": stick, "held": held}

@@ -60,6 +60,8 @@ def final_state(result: Any) -> Any:
     y = result.record.y_end
     if result.scene.brake.bandage is not None:
         return jnp.stack([y.phi, y.ledger.friction_heat, y.ledger.internal_heat])
+    if result.scene.brake.band.segments is not None:
+        return jnp.concatenate([jnp.stack([y.phi, y.omega]), y.e, y.v])
     heat = jnp.zeros(0) if result.scene.heat is None else result.end_temperatures - ROOM
     elongation = [] if result.scene.brake.band.stiffness is None else [y.x]
     return jnp.concatenate([jnp.stack([y.phi, *elongation]), heat])
@@ -69,6 +71,8 @@ def event_times(result: Any, case: Case) -> list[Any]:
     """Times of the scene's events."""
     if case.events.count("stop") > 1:
         return _all_of(result, case)
+    if result.scene.brake.band.segments is not None:
+        return _first_slips(result)
     properties = {
         "slip onset": "slip_onset_time",
         "full slip": "full_slip_time",
@@ -90,8 +94,20 @@ def _all_of(result: Any, case: Case) -> list[Any]:
     used = jnp.arange(1, rest.shape[0], dtype=jnp.int32) <= record.count
     # the mode in which it stands at the start is found at the start, and is no event
     changed = used & (rest[1:] != rest[:-1]) & (record.rows.t[1:] > record.rows.t[0])
-    changed = jnp.where(changed, record.rows.t[1:], jnp.inf)
-    return list(jnp.sort(changed)[: len(case.events)])
+    # rows are in the order of time (a sort would be a call of a library, and break the program up)
+    count, wanted = jnp.cumsum(changed, dtype=jnp.int32), jnp.arange(1, len(case.events) + 1, dtype=jnp.int32)
+    row = jnp.searchsorted(count, wanted)
+    return list(jnp.where(wanted <= count[-1], record.rows.t[1:][jnp.minimum(row, count.size - 1)], jnp.nan))
+
+
+def _first_slips(result: Any) -> list[Any]:
+    """When each lining of a chain first slid, from the tight end on."""
+    import jax.numpy as jnp
+
+    record = result.record
+    used = jnp.arange(record.modes.linings.shape[0], dtype=jnp.int32) <= record.count
+    slides = used[:, None] & (record.modes.linings != 0)
+    return list(jnp.min(jnp.where(slides, record.rows.t[:, None], jnp.inf), axis=0)[::-1])
 
 
 def simbrake_runner(case: Case, method: str, tolerance: float) -> Callable[[], Answer]:

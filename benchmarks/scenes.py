@@ -10,6 +10,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from benchmarks.walls import INSIDE, LINING, OPEN, OUTSIDE, OVERLAP, RIM, SHARE, TRACK, layers, lining_wall, rim_wall
+
 ROOM = 293.15  # K
 
 
@@ -72,6 +74,39 @@ class Staged:
 
 
 @dataclasses.dataclass(frozen=True)
+class Chain:
+    """The onset of slip lining by lining: a chain on segments of the band (model §3.1), from the onset `T_i = T_0` on.
+
+    - `K`, `C` (N/m) of the segments between linings and to the anchor; `m` (kg) of a lining; `zeta`: damping ratio of
+      the segments between linings, that to the anchor has no damper
+    """
+
+    R: float = 0.623
+    J: float = 1200.0
+    C: float = 1e5
+    K: float = 1e7
+    m: float = 3.5
+    zeta: float = 0.05
+    T_0: float = 2e3
+    w_0: float = 6.0
+    f: float = 0.35
+    n: int = 20
+    z: float = math.tan(math.radians(13.5) / 2)
+    end: float = 0.03
+
+    @property
+    def stiffness(self) -> np.ndarray:
+        """Of the segments (n,), the last one to the anchor."""
+        return np.array([self.K] * (self.n - 1) + [self.C])
+
+    @property
+    def stretch(self) -> np.ndarray:
+        """Elongations (n,) that the tension of full slip gives."""
+        fz = self.f * self.z
+        return self.T_0 * ((1 + fz) / (1 - fz)) ** self.n / self.stiffness
+
+
+@dataclasses.dataclass(frozen=True)
 class Cycles:
     """Load lowered and stopped again and again: rigid band, lever in straight lines, rim, linings and band as lumps.
 
@@ -110,75 +145,20 @@ class Case:
     stiff: bool = False
 
 
-def layers(first: float | None, thickness: float, count: int) -> np.ndarray:
-    """Thicknesses of the layers of a wall: equal, or growing by one ratio from the first."""
-    if first is None:
-        return np.full(count, thickness / count)
-    from scipy.optimize import brentq
-
-    total = thickness / first
-    q = brentq(lambda q: math.fsum(q**i for i in range(count)) - total, 1.0, 100.0, xtol=1e-15, rtol=1e-15)
-    steps = q ** np.arange(count)
-    return thickness * steps / steps.sum()
-
-
-def wall_rates(steps: np.ndarray, conductivity: float, heat: float, front: float, back: float) -> np.ndarray:
-    """`dT/dt = rates @ T` of a wall of unit area: volumetric `heat` (J/(m³·K)), `front` and `back` W/(m²·K)."""
-    k = len(steps)
-    rates = np.zeros((k, k))
-    half = steps / (2 * conductivity)
-    g = 1 / (half[:-1] + half[1:])
-    for i in range(k - 1):
-        rates[i, i] -= g[i]
-        rates[i, i + 1] += g[i]
-        rates[i + 1, i + 1] -= g[i]
-        rates[i + 1, i] += g[i]
-    for i, h in ((0, front), (k - 1, back)):
-        rates[i, i] -= h / (1 + h * half[i])
-    return rates / (heat * steps)[:, None]
-
-
-TRACK = 2 * math.pi * 0.725 * 0.23
-RIM = {"thickness": 0.028, "conductivity": 48.0, "density": 7800.0, "specific_heat": 500.0}
-LINING = {"thickness": 0.030, "conductivity": 0.8, "density": 2000.0, "specific_heat": 1100.0}
-SHARE, INSIDE, OUTSIDE, OPEN, OVERLAP = 0.95, 60.0, 60.0, 0.25, 0.75
-
-
-def _rim(first: float | None) -> tuple[np.ndarray, np.ndarray]:
-    """Rates and heat of a rim of 20 layers that is cooled on the inside and on the open quarter of its track."""
-    steps, heat = layers(first, RIM["thickness"], 20), RIM["density"] * RIM["specific_heat"]
-    half = steps[0] / (2 * RIM["conductivity"])
-    # only a quarter of the face cools, through half a layer under the whole of it
-    outside = 1 / (1 / (OPEN * OUTSIDE) + half)
-    rates = wall_rates(steps, RIM["conductivity"], heat, 0.0, INSIDE)
-    rates[0, 0] -= outside / (heat * steps[0])
-    into = np.zeros(20)
-    into[0] = SHARE / (heat * steps[0] * TRACK)
-    return rates, into
-
-
-def _lining(first: float) -> tuple[np.ndarray, np.ndarray]:
-    """Rates and heat of a lining of 12 layers whose back is insulated."""
-    steps, heat = layers(first, LINING["thickness"], 12), LINING["density"] * LINING["specific_heat"]
-    into = np.zeros(12)
-    into[0] = (1 - SHARE) / (heat * steps[0] * OVERLAP * TRACK)
-    return wall_rates(steps, LINING["conductivity"], heat, 0.0, 0.0), into
-
-
 def _dry() -> Stop:
     return Stop()
 
 
 def _layered() -> Stop:
-    rates, into = _rim(None)
+    rates, into = rim_wall(None)
     return Stop(fade=3e-4, x_0=8e3 / 2e5, rates=rates, into=into)
 
 
 def _stiff() -> Stop:
-    (rim, rim_into), (lining, lining_into) = _rim(1e-6), _lining(10e-6)
+    (track, track_into), (faces, faces_into) = rim_wall(1e-6), lining_wall(10e-6)
     rates = np.zeros((32, 32))
-    rates[:20, :20], rates[20:, 20:] = rim, lining
-    return Stop(fade=3e-4, x_0=8e3 / 2e5, rates=rates, into=np.concatenate([rim_into, lining_into]))
+    rates[:20, :20], rates[20:, 20:] = track, faces
+    return Stop(fade=3e-4, x_0=8e3 / 2e5, rates=rates, into=np.concatenate([track_into, faces_into]))
 
 
 def _simbrake_stop(p: Stop, kind: str) -> Any:
@@ -279,6 +259,26 @@ def _cycles_case() -> Case:
     return Case("f", title, p, ("restart", "stop") * p.count, state, scales, lambda: _simbrake_cycles(p))
 
 
+def _simbrake_chain(p: Chain) -> Any:
+    import simbrake as sb
+
+    band = sb.Band(p.R, p.C, sb.Segments(p.K, p.zeta))
+    linings = sb.Lining(sb.ConstantFriction(p.f), np.full(p.n, 2 * math.atan(p.z)), mass=p.m)
+    duty = sb.Duty(sb.Constant(p.T_0), sb.TorqueLoad())
+    return sb.Scene(sb.Brake(sb.Pulley(p.R, p.J), band, linings), duty, sb.Initial(p.w_0, p.T_0 / p.C), p.end)
+
+
+def _chain_case() -> Case:
+    p = Chain()
+    order = range(p.n, 0, -1)
+    state = ("angle, rad", "speed, rad/s")
+    state += tuple(f"{what} {i + 1}" for what in ("elongation, m,", "speed, m/s, of lining") for i in range(p.n))
+    scales = np.concatenate([[0.1, 6.0], p.stretch, np.full(p.n, p.R * p.w_0)])
+    title = f"{p.n} linings on segments of the band let go: {2 * p.n + 2} states, {p.n} events"
+    events = tuple(f"lining {i} slips" for i in order)
+    return Case("e", title, p, events, state, scales, lambda: _simbrake_chain(p))
+
+
 CASES: dict[str, Case] = {
     case.name: case
     for case in (
@@ -288,6 +288,7 @@ CASES: dict[str, Case] = {
             "c", "stiff", "the same with layers from 1 µm on, and linings: 35 states, stiff", _stiff(), stiff=True
         ),
         _staged_case(),
+        _chain_case(),
         _cycles_case(),
     )
 }

@@ -5,6 +5,7 @@ is linear on pieces: `k` linings at their limit; a piece is a mode, as its end i
 """
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -29,92 +30,19 @@ class Tensions:
         self.tight = np.append((1 + 2 * (p.n - 1 - k)) * sine, 0.0)
 
 
+Lever = Callable[[float], float]
+
+
 def staged(p: Staged) -> Automaton:
     """Its modes; the piece `k` of the held bandage is the mode `locked k`."""
-    known, rim, together = Tensions(p), p.R * p.f_int, p.J + p.J_b
-    grip, full = p.R_b * (known.top - 1), rim * float(known.slack[-1])
-    preload, decay = rim * p.n * p.preload, 1 / p.tau
-    first = math.exp(-p.ahead * decay)
-    level, load, J, J_b = p.level, p.load, p.J, p.J_b
+    known, decay = Tensions(p), 1 / p.tau
+    level, first = p.level, math.exp(-p.ahead * decay)
 
     def lever(t: float) -> float:
         return level * (1 - first * math.exp(-t * decay))
 
-    def ride(t: float, y: Any) -> tuple[float, ...]:
-        M = grip * lever(t)
-        a = (load - M) / together
-        return a, a, y[0], M * y[0], 0.0
-
-    def margin(t: float, y: Any) -> float:
-        T_0 = lever(t)
-        M = grip * T_0
-        return preload + full * T_0 - M - J_b * (load - M) / together
-
-    def both(t: float, y: Any) -> tuple[float, ...]:
-        T_0 = lever(t)
-        M_int, M_ext = preload + full * T_0, grip * T_0
-        return (load - M_int) / J, (M_int - M_ext) / J_b, y[0], M_ext * y[1], M_int * (y[0] - y[1])
-
-    def columns(t: float, mode: str) -> np.ndarray:
-        T_0, found = lever(t), np.zeros((5, 5))
-        found[2, 0] = 1.0
-        if mode == "ride":
-            found[3, 0] = grip * T_0
-        else:
-            found[3, 1], found[4, 0] = grip * T_0, preload + full * T_0
-            found[4, 1] = -found[4, 0]
-        return found
-
-    def tight(T_0: float, k: int) -> float:
-        """`T_n` of `R_b (T_n − T_0) = M_int(T_n)` on the piece `k`."""
-        return (preload + (p.R_b + rim * known.slack[k]) * T_0) / (p.R_b - rim * known.tight[k])
-
-    def piece(t: float, y: Any) -> int:
-        T_0 = lever(t)
-        for k in range(p.n):
-            T_n = tight(T_0, k)
-            if known.Pi[k] * T_0 <= T_n <= known.Pi[k + 1] * T_0:
-                return k
-        raise RuntimeError("the bandage does not stay on the band")
-
-    def locked(k: int) -> Mode:
-        a = preload / (p.R_b - rim * known.tight[k])
-        b = float((p.R_b + rim * known.slack[k]) / (p.R_b - rim * known.tight[k]))
-        low = float(known.Pi[k])
-        c_0, c_1 = p.R_b * a, p.R_b * (b - 1)
-
-        def rhs(t: float, y: Any) -> tuple[float, ...]:
-            M = c_0 + c_1 * lever(t)
-            return (load - M) / J, 0.0, y[0], 0.0, M * y[0]
-
-        def jacobian(t: float, y: Any) -> np.ndarray:
-            found = np.zeros((5, 5))
-            found[2, 0], found[4, 0] = 1.0, c_0 + c_1 * lever(t)
-            return found
-
-        guards = [Guard("stop", lambda t, y: y[0], "rest", lambda t, y: y)]
-        if k:
-            # the lever grows, so that the ratio of the tensions falls
-            less = Guard(None, lambda t, y: a + (b - low) * lever(t), f"locked {k - 1}", lambda t, y: y)
-            guards.append(less)
-        return Mode(rhs, jacobian, tuple(guards), _SIZES)
-
-    def resting(t: float, y: Any) -> np.ndarray:
-        found = np.array(y, dtype=float)
-        found[1] = 0.0
-        return found
-
-    def name(t: float, y: Any) -> str:
-        return f"locked {piece(t, y)}"
-
-    slip = Guard("internal slip", margin, "both", lambda t, y: y)
-    lock = Guard("external lock", lambda t, y: y[1], name, resting)
-    modes = {
-        "ride": Mode(ride, lambda t, y: columns(t, "ride"), (slip,), _SIZES),
-        "both": Mode(both, lambda t, y: columns(t, "both"), (lock,), _SIZES),
-        "rest": Mode(None, None, (), _SIZES),
-    }
-    modes |= {f"locked {k}": locked(k) for k in range(p.n)}
+    modes = {"ride": _ride(p, known, lever), "both": _both(p, known, lever), "rest": Mode(None, None, (), _SIZES)}
+    modes |= {f"locked {k}": _locked(p, known, lever, k) for k in range(p.n)}
 
     def final(mode: str, y: Any) -> np.ndarray:
         if mode != "rest":
@@ -123,3 +51,98 @@ def staged(p: Staged) -> Automaton:
 
     start = np.array([p.w_0, p.w_0, 0.0, 0.0, 0.0])
     return Automaton(modes, "ride", start, p.end, final, fastest=1e-2)
+
+
+def _ride(p: Staged, known: Tensions, lever: Lever) -> Mode:
+    """The bandage turns with the pulley, until what drives it is more than the inner pair holds."""
+    grip, full, preload = _pairs(p, known)
+    load, J_b, together = p.load, p.J_b, p.J + p.J_b
+
+    def rhs(t: float, y: Any) -> tuple[float, ...]:
+        M = grip * lever(t)
+        a = (load - M) / together
+        return a, a, y[0], M * y[0], 0.0
+
+    def jacobian(t: float, y: Any) -> np.ndarray:
+        found = np.zeros((5, 5))
+        found[2, 0], found[3, 0] = 1.0, grip * lever(t)
+        return found
+
+    def margin(t: float, y: Any) -> float:
+        T_0 = lever(t)
+        M = grip * T_0
+        return preload + full * T_0 - M - J_b * (load - M) / together
+
+    return Mode(rhs, jacobian, (Guard("internal slip", margin, "both", lambda t, y: y),), _SIZES)
+
+
+def _both(p: Staged, known: Tensions, lever: Lever) -> Mode:
+    """Both pairs slide, until the bandage stands."""
+    grip, full, preload = _pairs(p, known)
+    load, J, J_b = p.load, p.J, p.J_b
+
+    def rhs(t: float, y: Any) -> tuple[float, ...]:
+        T_0 = lever(t)
+        M_int, M_ext = preload + full * T_0, grip * T_0
+        return (load - M_int) / J, (M_int - M_ext) / J_b, y[0], M_ext * y[1], M_int * (y[0] - y[1])
+
+    def jacobian(t: float, y: Any) -> np.ndarray:
+        T_0, found = lever(t), np.zeros((5, 5))
+        found[2, 0], found[3, 1], found[4, 0] = 1.0, grip * T_0, preload + full * T_0
+        found[4, 1] = -found[4, 0]
+        return found
+
+    def resting(t: float, y: Any) -> np.ndarray:
+        found = np.array(y, dtype=float)
+        found[1] = 0.0
+        return found
+
+    def piece(t: float, y: Any) -> str:
+        return f"locked {_piece(p, known, lever(t))}"
+
+    return Mode(rhs, jacobian, (Guard("external lock", lambda t, y: y[1], piece, resting),), _SIZES)
+
+
+def _locked(p: Staged, known: Tensions, lever: Lever, k: int) -> Mode:
+    """The bandage is held, `k` of its linings at their limit: `T_n = a + b T_0`."""
+    a, b = _line(p, known, k)
+    load, J, low = p.load, p.J, float(known.Pi[k])
+    c_0, c_1 = p.R_b * a, p.R_b * (b - 1)
+
+    def rhs(t: float, y: Any) -> tuple[float, ...]:
+        M = c_0 + c_1 * lever(t)
+        return (load - M) / J, 0.0, y[0], 0.0, M * y[0]
+
+    def jacobian(t: float, y: Any) -> np.ndarray:
+        found = np.zeros((5, 5))
+        found[2, 0], found[4, 0] = 1.0, c_0 + c_1 * lever(t)
+        return found
+
+    guards = [Guard("stop", lambda t, y: y[0], "rest", lambda t, y: y)]
+    if k:
+        # the lever grows, so that the ratio of the tensions falls
+        less = Guard(None, lambda t, y: a + (b - low) * lever(t), f"locked {k - 1}", lambda t, y: y)
+        guards.append(less)
+    return Mode(rhs, jacobian, tuple(guards), _SIZES)
+
+
+def _pairs(p: Staged, known: Tensions) -> tuple[float, float, float]:
+    """`M_ext/T_0`; `M_int/T_0` in full slip of the band; what the preload adds to `M_int`."""
+    rim = p.R * p.f_int
+    return p.R_b * (known.top - 1), rim * float(known.slack[-1]), rim * p.n * p.preload
+
+
+def _line(p: Staged, known: Tensions, k: int) -> tuple[float, float]:
+    """`a`, `b` of the root `T_n = a + b T_0` of `R_b (T_n − T_0) = M_int(T_n)` on the piece `k`."""
+    rim = p.R * p.f_int
+    below = p.R_b - rim * float(known.tight[k])
+    return rim * p.n * p.preload / below, (p.R_b + rim * float(known.slack[k])) / below
+
+
+def _piece(p: Staged, known: Tensions, T_0: float) -> int:
+    """How many linings are at their limit as the bandage comes to stand."""
+    for k in range(p.n):
+        a, b = _line(p, known, k)
+        if known.Pi[k] * T_0 <= a + b * T_0 <= known.Pi[k + 1] * T_0:
+            return k
+    raise RuntimeError("the bandage does not stay on the band")

@@ -1,22 +1,28 @@
 """The work–precision benchmark: its equations, its reference and its interpolation."""
 
+import importlib
 import pathlib
+import shutil
 import sys
 
 import numpy as np
 import pytest
+from scipy.linalg import expm
+from scipy.optimize import brentq
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent.parent))
 
 import simbrake as sb
 from benchmarks import ours, peers, report
-from benchmarks.equations import automaton_of
-from benchmarks.peers import scipy_ivp
+from benchmarks.chain import Linear
+from benchmarks.equations import automaton_of, drive
+from benchmarks.peers import diffrax_smooth, scipy_ivp
 from benchmarks.reference import error, radau, reference
-from benchmarks.scenes import CASES, closed_form, layers
+from benchmarks.scenes import CASES, Answer, closed_form
+from benchmarks.walls import layers
 
 
-@pytest.mark.parametrize("name", ["a", "b", *(pytest.param(n, marks=pytest.mark.slow) for n in "df")])
+@pytest.mark.parametrize("name", ["a", "b", *(pytest.param(n, marks=pytest.mark.slow) for n in "def")])
 def test_scipy_and_simbrake_agree(name):
     case = CASES[name]
     theirs = peers.solve(scipy_ivp, name, "SciPy DOP853", 1e-11)
@@ -35,7 +41,91 @@ def test_reference_by_collocation(name):
     assert reference(name).uncertainty <= 1e-12
 
 
-@pytest.mark.parametrize("name", ["a", "b", "c", "d", "f"])
+NO_GCC = pytest.mark.skipif(shutil.which("gcc") is None, reason="no gcc")
+#: one method of each peer, what is asked of it, and how close it must come in scenes with events
+PEERS = [
+    ("casadi_events", "CasADi erk", 1e-10, 1e-8),
+    ("casadi_events", "CasADi Rosenbrock", 1e-10, 1e-8),
+    ("casadi_events", "CasADi CVODES Adams", 1e-10, 3e-6),
+    ("sundae_cvode", "sundae CVODE Adams", 1e-12, 1e-8),
+    ("pathsim_blocks", "PathSim RKDP87", 1e-10, 1e-7),
+    pytest.param("casadi_events", "CasADi erk, C", 1e-10, 1e-8, marks=[pytest.mark.slow, NO_GCC]),
+    pytest.param("cyrk_numba", "CyRK DOP853", 1e-11, 1e-8, marks=pytest.mark.slow),
+]
+
+
+@pytest.mark.parametrize("name", ["a", "b", "d", "e", "f"])
+@pytest.mark.parametrize(("module", "method", "tolerance", "allowed"), PEERS)
+def test_peers_solve_every_scene(module, method, tolerance, allowed, name):
+    peer = importlib.import_module(f"benchmarks.peers.{module}")
+    for package in peer.PACKAGES:
+        pytest.importorskip(package)
+    theirs = peers.solve(peer, name, method, tolerance)
+    assert max(error(CASES[name], theirs, peers.solve(scipy_ivp, name, "SciPy DOP853", 1e-12))) <= allowed
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "smaller"), [("d", 0.5), ("e", 0.2), ("f", 0.2)])
+def test_error_of_smoothed_friction_falls_with_its_width(name, smaller):
+    case, (coarse, fine) = CASES[name], list(diffrax_smooth.methods(CASES[name]))[-2:]
+    truth = peers.solve(scipy_ivp, name, "SciPy DOP853", 1e-11)
+    wide, narrow = (max(error(case, peers.solve(diffrax_smooth, name, m, 1e-6), truth)) for m in (coarse, fine))
+    assert narrow < smaller * wide
+
+
+def test_collocation_of_the_chain_is_its_matrix_exponential():
+    p = CASES["e"].plain
+    known, n = Linear(p), 2 * p.n + 2
+    rows = [np.append(g, h) for g, h in zip(known.g, known.h, strict=True)]
+
+    def segment(name, t, y, stop):
+        k = int(name.split()[0])
+        M = np.zeros((n + 1, n + 1))
+        M[:n, :n], M[:n, n] = known.A[k], known.b[k]
+
+        def after(s):
+            return expm(s * M) @ np.append(y, 1.0)
+
+        if k == p.n:
+            return stop, after(stop - t)[:n], None
+        # less than the time from one lining to the next
+        s = brentq(lambda s: rows[k] @ after(s), 0.0, 3e-3, xtol=1e-18, rtol=1e-15)
+        return t + s, after(s)[:n], 0
+
+    exact = Answer(*drive(automaton_of(CASES["e"]), CASES["e"], segment), 0, 0)
+    assert max(error(CASES["e"], reference("e").answer, exact)) <= 1e-12
+    assert reference("e").uncertainty <= 1e-12
+
+
+@pytest.mark.parametrize("k", [0, 7, 20])
+def test_power_of_the_plain_chain(k):
+    p = CASES["e"].plain
+    known, n = Linear(p), p.n
+    y = np.concatenate([[p.w_0, 0.0], p.stretch, np.full(n, p.R * p.w_0)]) * np.random.default_rng(k).uniform(
+        0.5, 1, 42
+    )
+    y[n + 2 : 2 * n + 2 - k] = p.R * y[0]  # those that stick
+    rates, (w, e, v) = known.A[k] @ y + known.b[k], (y[0], y[2 : n + 2], y[n + 2 :])
+    elastic = p.T_0 + p.stiffness * e
+    damping = known.D * (v - np.append(v[1:], 0.0))
+    T, before = elastic + damping, np.append(p.T_0, (elastic + damping)[:-1])
+    # d(½Jω² + ½Σm v² + ΣT²/2K) = T_0 v_1 − Σ of those that slide G (R ω − v) − Σ D ė²
+    stored = p.J * w * rates[0] + p.m * v @ rates[n + 2 :] + elastic @ rates[2 : n + 2]
+    rubbed = (p.f * p.z * (T + before) * (p.R * w - v))[n - k :].sum()
+    spent = p.T_0 * v[0] - rubbed - damping @ rates[2 : n + 2]
+    assert stored == pytest.approx(spent, rel=1e-9)
+
+
+def test_a_lining_that_sticks_again_is_noticed():
+    p = CASES["e"].plain
+    known, y = Linear(p), np.concatenate([[p.w_0], np.zeros(p.n + 1), np.full(p.n, 0.9 * p.R * p.w_0)])
+    known.checked(y, 3)
+    y[-1] = 1.1 * p.R * p.w_0
+    with pytest.raises(RuntimeError, match="sticks again"):
+        known.checked(y, 3)
+
+
+@pytest.mark.parametrize("name", CASES)
 def test_jacobians_of_the_plain_equations(name):
     rng = np.random.default_rng(0)
     for mode in automaton_of(CASES[name]).modes.values():

@@ -13,7 +13,7 @@ from types import ModuleType
 
 from benchmarks.scenes import CASES, Answer
 
-MODULES = ("scipy_ivp", "sundae_cvode", "casadi_cvodes", "cyrk_numba", "pathsim_blocks", "diffrax_smooth")
+MODULES = ("scipy_ivp", "sundae_cvode", "casadi_events", "cyrk_numba", "pathsim_blocks", "diffrax_smooth")
 
 
 def available() -> tuple[list[ModuleType], list[str]]:

@@ -1,0 +1,1 @@
+"""Scenes with smoothed friction for diffrax, one module each: a `Smooth` that one solve runs."""
