@@ -4,6 +4,7 @@ No error estimate, step-size control, events, record or results. The equations a
 data, and the program is compiled like its runs: what it takes is what the integrator has to pay for its work.
 """
 
+import itertools
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -45,7 +46,7 @@ def longest(scene: Any, solver: Any, rtol: float) -> Stretch:
     rows, count = record.rows, int(record.count)
     t, modes = np.asarray(rows.t)[: count + 1], np.asarray(rows.mode)[: count + 1]
     changes = [0, *(np.flatnonzero(np.any(modes[1:] != modes[:-1], axis=1)) + 1), count]
-    a, b = max(zip(changes[:-1], changes[1:], strict=True), key=lambda pair: pair[1] - pair[0])
+    a, b = max(itertools.pairwise(changes), key=lambda pair: pair[1] - pair[0])
     return Stretch(float(t[a]), np.asarray(rows.y)[a], modes[a], float(t[b] - t[a]))
 
 

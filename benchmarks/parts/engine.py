@@ -149,7 +149,10 @@ def corners(budget: float, more: int = 16) -> dict[str, Any]:
         scene = sb.Scene(scene.brake, duty, scene.initial, 0.9 * reference("a").answer.times[-1])
         runs.append(sb.prepare(scene, ["full_slip_time"], solver=solver_named("Dopri8"), rtol=_TOLERANCE))
     numbers = [np.append(run.numbers, run.rtol) for run in runs]
-    calls = {str(i): lambda run=run, x=x: np.asarray(run.program.call(x)) for i, (run, x) in enumerate(zip(runs, numbers, strict=True))}
+    calls = {
+        str(i): lambda run=run, x=x: np.asarray(run.program.call(x))
+        for i, (run, x) in enumerate(zip(runs, numbers, strict=True))
+    }
     found = interleaved(calls | {"nothing": nothing(numbers[0])}, budget)
     answers = [run() for run in runs]
     work = [a.accepted + a.rejected + a.retaken for a in answers]

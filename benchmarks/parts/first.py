@@ -35,18 +35,26 @@ def now():
     return time.time(), time.process_time()
 """
 
-_BARE = _CLOCK + """
+_BARE = (
+    _CLOCK
+    + """
 import jax, diffrax
 print(json.dumps({"first": now()}))
 """
+)
 
-_IMPORT = _CLOCK + """
+_IMPORT = (
+    _CLOCK
+    + """
 import simbrake
 print(json.dumps({"first": now()}))
 """
+)
 
-#: what the command line sets, the first result, and what it consists of; a tight run with the same program tells its error
-_SCENE = _CLOCK + """
+#: the first result and what it consists of; a tight run of the same program tells its error
+_SCENE = (
+    _CLOCK
+    + """
 import jax
 jax.config.update("jax_enable_x64", True)
 import simbrake as sb
@@ -68,6 +76,7 @@ tight = sb.simulate(scene, rtol=1e-13)
 print(json.dumps({{"first": first, "import": imported, "compile": making, "run": warm,
     "stop": float(result.stopping_time), "tight": float(tight.stopping_time)}}))
 """
+)
 
 _STOP = """sb.Scene(
     sb.Brake(sb.Pulley(0.725, 800.0), sb.Band(0.725, 2e5), sb.Lining(sb.ConstantFriction(0.35), [{beta!r}] * 20)),
@@ -168,8 +177,15 @@ def measure(quick: bool, rounds: int = 5) -> Part:
         if "stop" in said:
             truth = closed_form(CASES["a"].plain).times[-1] if row["what"].startswith("(a)") else said["tight"]
             row["error"] = abs(said["stop"] / truth - 1)
-    limits = {"import simbrake": 1.3, "(a) stop, cold": 2.5, "(a) stop, warm cache": 1.8, "staged with lumps, cold": 4.0}
-    targets = [Target(f"{r['what']}, in bare imports", limits[r["what"]], r["ratio"]) for r in rows if r["what"] in limits]
+    limits = {
+        "import simbrake": 1.3,
+        "(a) stop, cold": 2.5,
+        "(a) stop, warm cache": 1.8,
+        "staged with lumps, cold": 4.0,
+    }
+    targets = [
+        Target(f"{r['what']}, in bare imports", limits[r["what"]], r["ratio"]) for r in rows if r["what"] in limits
+    ]
     notes = [
         "ratio: of processor time up to the printed result, median over rounds of one process each",
         "cache: JAX's persistent one in a temporary folder, set as the command line sets it",

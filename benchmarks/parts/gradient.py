@@ -123,8 +123,8 @@ def measure(quick: bool) -> Part:
         both = row["trace"] + row["compile"]
         targets.append(Target(f"seconds to trace and compile, {row['what']}", 3.0, both))
     notes = [
-        f"rtol {_TOLERANCE:.0e}; error: largest relative one of the derivatives by the initial speed (forward: by it alone),"
-        " the inertia, the friction and the slack tension",
+        f"rtol {_TOLERANCE:.0e}; error: largest relative one of the derivatives by initial speed (forward: that alone),"
+        " inertia, friction and slack tension",
         "differences in runs: what central differences would take for as many numbers",
     ]
     return Part(NAME, TITLE, COLUMNS, rows, targets, notes)

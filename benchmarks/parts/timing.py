@@ -24,18 +24,25 @@ class Times(NamedTuple):
         return min(self.wall)
 
     @property
+    def cpu_least(self) -> float:
+        return min(self.cpu)
+
+    @property
     def cpu_median(self) -> float:
         return statistics.median(self.cpu)
 
 
 def interleaved(calls: Mapping[str, Callable[[], Any]], budget: float, least: int = 5) -> dict[str, Times]:
-    """Rounds through all calls for `budget` seconds, at least `least` rounds; a short call is repeated in its turn."""
+    """Rounds through all calls for `budget` seconds, at least `least` rounds; a short call is repeated in its turn.
+
+    Every call is made once or twice before, to warm up.
+    """
     counts = {}
     for name, call in calls.items():
-        call()
-        start = time.perf_counter()
-        call()
-        counts[name] = max(1, round(_BATCH / max(time.perf_counter() - start, 1e-7)))
+        wall = _once(call, 1)[0]
+        if wall < 0.1:  # the first one may have come upon cold caches
+            wall = _once(call, 1)[0]
+        counts[name] = max(1, round(_BATCH / max(wall, 1e-7)))
     found = {name: Times([], []) for name in calls}
     end, rounds = time.perf_counter() + budget, 0
     while rounds < least or time.perf_counter() < end:
