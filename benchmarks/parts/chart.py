@@ -17,12 +17,12 @@ def draw(about: dict[str, Any], parts: list[Part], path: str) -> None:
     targets = [(part.name, target) for part in parts for target in part.targets]
     sized = [part for part in parts if any("size" in row for row in part.rows)]
     heights = [0.28 * len(targets) + 1.2, *(4.2 for _ in sized)]
-    figure, axes = plt.subplots(
-        len(heights), 1, figsize=(10, sum(heights)), height_ratios=heights, squeeze=False, layout="constrained"
-    )
-    _limits(axes[0, 0], targets)
-    for ax, part in zip(axes[1:, 0], sized, strict=True):
-        _curves(ax, part)
+    figure = plt.figure(figsize=(10, sum(heights) + 0.6), layout="constrained")
+    # each panel with margins of its own: the names of the limits are long
+    panels = figure.subfigures(len(heights), 1, height_ratios=heights, squeeze=False)[:, 0]
+    _limits(panels[0].subplots(), targets)
+    for panel, part in zip(panels[1:], sized, strict=True):
+        _curves(panel.subplots(), part)
     figure.suptitle(f"Costs beside what is wanted\n{about['cpu']}, {about['cores']} cores", fontsize=11)
     figure.savefig(path, dpi=130)
     plt.close(figure)
@@ -36,19 +36,25 @@ def _limits(ax: Any, targets: list[Any]) -> None:
     ax.barh(names[::-1], shares[::-1], color=colours[::-1])
     ax.axvline(1.0, color="black", linewidth=1.0)
     ax.set_xscale("log")
-    ax.set_xlabel("reached over wanted (of rates: wanted over reached); left of 1 is within the limit")
+    ax.set_xlabel("reached over wanted, of rates the inverse; left of 1: within the limit")
     ax.tick_params(axis="y", labelsize=8)
 
 
 def _curves(ax: Any, part: Part) -> None:
-    curves: dict[str, list[tuple[float, float]]] = {}
+    curves: dict[str, list[dict[str, Any]]] = {}
     for row in part.rows:
         if "size" in row:
-            curves.setdefault(row["curve"], []).append((row["size"], row["value"]))
-    for marker, (name, points) in zip("osD^v*" * 9, curves.items()):  # noqa: B905
-        ax.loglog(*zip(*points, strict=True), marker=marker, markersize=4, label=name)
+            curves.setdefault(row["curve"], []).append(row)
+    for i, (name, rows) in enumerate(curves.items()):
+        style = {"color": f"C{i}", "marker": "osD^v*"[i % 6], "markersize": 4}
+        sizes = [row["size"] for row in rows]
+        ax.loglog(sizes, [row["value"] for row in rows], label=name, **style)
+        ax.loglog(sizes, [row["bare"] for row in rows], label=f"{name}, bare loop", linestyle="--", **style)
+    low, high = ax.get_ylim()
+    if high < 10 * low:  # nearly level: a decade at least, or rounding looks like a trend
+        ax.set_ylim(low / 3, high * 3)
     ax.set_title(f"{part.name}: {part.title}", loc="left", fontsize=10)
     ax.set_xlabel("size")
-    ax.set_ylabel("s of one run" if part.name == "growth" else "runs a second")
+    ax.set_ylabel("seconds of one run" if part.name == "growth" else "runs a second")
     ax.grid(alpha=0.3)
     ax.legend(fontsize=8, frameon=False)
