@@ -1,4 +1,4 @@
-"""Many runs of one structure as one program: integrated, then measured."""
+"""Many runs of one structure as one program: integrated side by side, then measured."""
 
 import dataclasses
 import functools
@@ -36,16 +36,14 @@ class Job:
     max_steps: int
 
 
-def _integrate(
-    numbers: Any, *, like: Packing, paths: tuple[str, ...], solver: Any, max_steps: int, side_by_side: bool
-) -> Result:
+def _integrate(numbers: Any, *, like: Packing, paths: tuple[str, ...], solver: Any, max_steps: int) -> Result:
     scene, rows, rtol = like.unpack(numbers)
 
     def one(row: Any) -> Result:
         changed = with_values(scene, dict(zip(paths, row, strict=True)))
         return simulate(changed, solver=solver, rtol=rtol, max_steps=max_steps)
 
-    return jax.vmap(one)(rows) if side_by_side else jax.lax.map(one, rows)
+    return jax.vmap(one)(rows)
 
 
 def scans(metric: Metric) -> bool:
@@ -115,13 +113,7 @@ def _integrator(job: Job, numbers: np.ndarray, like: Packing, device: Any) -> Pr
     with _compiling:
         if key not in _integrators:
             run = functools.partial(_integrate, like=like, paths=job.paths, solver=job.solver, max_steps=job.max_steps)
-            beside = functools.partial(run, side_by_side=True)
-            if device.platform == "cpu":
-                # in one function a run costs no kernel calls: one after the other none waits for slower ones, nor for
-                # the events of others
-                _integrators[key] = compiled(functools.partial(run, side_by_side=False), numbers, beside)
-            else:
-                _integrators[key] = compiled(beside, numbers)
+            _integrators[key] = compiled(run, numbers)
             while len(_integrators) > _KEPT:
                 del _integrators[next(iter(_integrators))]
         return _integrators[key]

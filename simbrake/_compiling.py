@@ -50,14 +50,11 @@ class Program(NamedTuple):
     one_function: bool  # loops and all; otherwise a hundred small kernels in every turn of a loop
 
 
-def compiled(
-    function: Callable[[Any], Any], numbers: np.ndarray, otherwise: Callable[[Any], Any] | None = None
-) -> Program:
+def compiled(function: Callable[[Any], Any], numbers: np.ndarray) -> Program:
     """`function` of a vector like `numbers`, compiled ahead; on a CPU as one function where XLA can do that.
 
     XLA then neither starts kernels one by one nor hands them to a pool of threads. It wants every argument to be used,
-    hence one vector, and knows not all operations there; what it refuses is compiled the ordinary way, or `otherwise`,
-    the same written differently, if that is given.
+    hence one vector, and knows not all operations there; what it refuses is compiled the ordinary way.
     """
     inner = jax.jit(function)
 
@@ -75,8 +72,6 @@ def compiled(
             return _timed(marked, start, True)
         except JaxRuntimeError:
             pass  # another operation of that kind; what is wrong with the function itself shows again below
-    if otherwise is not None:
-        lowered = jax.jit(otherwise, compiler_options=options).lower(numbers)
     return _timed(lowered, start, False)
 
 

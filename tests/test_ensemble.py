@@ -93,27 +93,6 @@ def test_failing_runs_keep_their_codes_and_only_short_ones_are_repeated(monkeypa
     assert list(whole.status.values) == ["not_stopped", "stopped"] * 2
 
 
-def test_side_by_side_gives_the_same_numbers(monkeypatch):
-    values = {SPEED: np.asarray([20.0, 28.0, 15.0, 60.0])}
-    scene, names = stop_scene(f=0.33), ["slip_onset_time", "stopping_time"]
-    monkeypatch.setattr(_chunks, "_integrators", {})
-    one = sb.ensemble(scene, values, names, progress=False)
-    (program,) = _chunks._integrators.values()
-    assert program.one_function
-    compiled, beside = _chunks.compiled, []
-
-    def otherwise(function, numbers, way):
-        beside.append(way)
-        return compiled(way, numbers)
-
-    monkeypatch.setattr(_chunks, "_integrators", {})
-    monkeypatch.setattr(_chunks, "compiled", otherwise)
-    two = sb.ensemble(scene, values, names, progress=False)
-    assert len(beside) == 1
-    for name in names:
-        np.testing.assert_allclose(two[name].values, one[name].values, rtol=1e-12)
-
-
 @pytest.mark.slow
 def test_every_run_gets_the_solver_of_a_single_run():
     scene = rigid_stop(fading(), lump(cooling=10.0), end=1.0)
