@@ -13,14 +13,12 @@ import contextlib
 import json
 import os
 import pathlib
-import platform
 import signal
 import statistics
 import sys
 import time
 import warnings
 from collections.abc import Callable
-from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 # matrices are small: more threads would only wait for each other
@@ -33,6 +31,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 import numpy as np  # noqa: E402
 
 from benchmarks import ours, peers, report  # noqa: E402
+from benchmarks.machine import machine  # noqa: E402
 from benchmarks.reference import error, reference  # noqa: E402
 from benchmarks.scenes import CASES, Answer, Case  # noqa: E402
 
@@ -44,23 +43,6 @@ AGREES = 1e-9
 SLOW = 5.0
 #: a run, with all that is compiled for it, is broken off after this time (s)
 LIMIT = 90.0
-_PACKAGES = ("numpy", "scipy", "jax", "jaxlib", "diffrax", "simbrake", "scikit-sundae", "casadi", "CyRK", "numba")
-
-
-def machine() -> dict[str, Any]:
-    """CPU, cores and versions."""
-    cpu = platform.processor() or platform.machine()
-    info = pathlib.Path("/proc/cpuinfo")
-    if info.exists():
-        cpu = next((x.split(":")[1].strip() for x in info.read_text().splitlines() if x.startswith("model name")), cpu)
-    versions = {"python": platform.python_version()}
-    for package in (*_PACKAGES, "pathsim"):
-        try:
-            versions[package] = version(package)
-        except PackageNotFoundError:
-            versions[package] = "not installed"
-    load = os.getloadavg()[0] if hasattr(os, "getloadavg") else None
-    return {"cpu": cpu, "cores": os.cpu_count(), "system": platform.system(), "load": load, "versions": versions}
 
 
 @contextlib.contextmanager

@@ -47,8 +47,9 @@ def ensemble(
       default everything the scene has but greatest values (`max_…`, `peak_…`), which cost many times the run
     - `rtol`, `solver`, `max_steps`: as in `simulate`; every run gets the solver and the step limits that it would get
       by itself, and its numbers are those of a single run to rounding
-    - `chunk`: runs integrated side by side in one program. A chunk costs as much as its slowest run: a first chunk
-      tells what the numbers do to the steps, and the rest is sorted by that, the expensive ones first
+    - `chunk`: runs in one call of one program: on a CPU one after the other in one function, elsewhere (and where XLA
+      cannot do that) side by side, when a chunk costs as much as its slowest run. A first chunk tells what the numbers
+      do to the steps, and the rest is sorted by that, the expensive ones first
     - `workers`: threads, by default one per core, or one per accelerator where there are any
     - `client`: a `dask.distributed.Client`, or the address of its scheduler: chunks are run there. simbrake must be
       installed on the workers; a chunk whose worker dies is run by another
@@ -175,7 +176,7 @@ class _Table:
 def _run_group(plan: Plan, table: _Table, pool: Any, solver: Any, runs: np.ndarray) -> None:
     """All runs of one solver: a pilot chunk, then the rest in order of cost, then those that need more steps."""
     missing = runs[~table.done[runs]]
-    limits = list(plan.limits())
+    limits = list(plan.limits(solver))
     size = min(plan.chunk, 1 << max(0, math.ceil(math.log2(max(1, len(runs))))))
     if len(missing) > plan.chunk * pool.workers and not np.any(table.done[runs]):
         pilot = missing[spread(len(missing), size)]

@@ -1,4 +1,4 @@
-"""Runs by expected cost: a chunk costs as much as its slowest run, so that runs of like cost belong together."""
+"""Runs by expected cost: side by side a chunk costs as much as its slowest run; runs of like cost belong together."""
 
 import numpy as np
 

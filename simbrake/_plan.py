@@ -10,6 +10,7 @@ import numpy as np
 
 from ._choice import stiffness
 from ._edit import with_values
+from ._hybrid import Rodas5P
 from ._measure import Metric, check_metrics, metric_names, name_of
 from ._quantity import Fault, InputError, Quantity, leaves
 from ._scene import Scene, faults
@@ -57,10 +58,12 @@ class Plan:
         known = {leaf.path: leaf.about for leaf in leaves(self.one(0))}
         return {path: known[path if path in known else re.sub(r"\[-?\d+\]$", "", path)] for path in self.paths}
 
-    def limits(self) -> tuple[int, ...]:
-        """Limits of the step attempts, tried one after the other."""
+    def limits(self, solver: Any) -> tuple[int, ...]:
+        """Limits of the step attempts, tried one after the other; long records cost time and memory, used or not."""
         limits = step_limits(self.scene, self.max_steps)
-        return limits if self.max_steps or self.scene.heat is not None else (_SHORT, *limits)
+        # with heat a long duty or an implicit method needs more as a rule, and a limit too low compiles in vain
+        long = self.scene.heat is not None and (isinstance(solver, Rodas5P) or limits[0] > 8 * _SHORT)
+        return limits if self.max_steps or long else (_SHORT, *limits)
 
     def groups(self) -> list[tuple[Any, np.ndarray]]:
         """Solvers, and the runs that each of them gets: for every run what it would get by itself."""

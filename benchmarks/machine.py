@@ -1,0 +1,25 @@
+"""The machine a benchmark ran on."""
+
+import os
+import pathlib
+import platform
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+PACKAGES = ("numpy", "scipy", "jax", "jaxlib", "diffrax", "simbrake", "scikit-sundae", "casadi", "CyRK", "numba")
+
+
+def machine() -> dict[str, Any]:
+    """CPU, cores and versions."""
+    cpu = platform.processor() or platform.machine()
+    info = pathlib.Path("/proc/cpuinfo")
+    if info.exists():
+        cpu = next((x.split(":")[1].strip() for x in info.read_text().splitlines() if x.startswith("model name")), cpu)
+    versions = {"python": platform.python_version()}
+    for package in (*PACKAGES, "pathsim"):
+        try:
+            versions[package] = version(package)
+        except PackageNotFoundError:
+            versions[package] = "not installed"
+    load = os.getloadavg()[0] if hasattr(os, "getloadavg") else None
+    return {"cpu": cpu, "cores": os.cpu_count(), "system": platform.system(), "load": load, "versions": versions}
