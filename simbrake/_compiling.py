@@ -58,13 +58,18 @@ class Program(NamedTuple):
 
 
 def compiled(
-    function: Callable[[Any], Any], numbers: np.ndarray, *, otherwise: Callable[[Any], Any] | None = None
+    function: Callable[[Any], Any],
+    numbers: np.ndarray,
+    *,
+    longest: int = 40_000,
+    otherwise: Callable[[Any], Any] | None = None,
 ) -> Program:
     """`function` of a vector like `numbers`, compiled ahead; on a CPU as one function where XLA can do that.
 
     XLA then neither starts kernels one by one nor hands them to a pool of threads. It wants every argument to be used,
     hence one vector, and knows not all operations there; what it refuses is compiled the ordinary way (`otherwise`, if
-    another way to compute the same is better then).
+    another way to compute the same is better then). So is a program `longest` lines and more: one function takes the
+    same time to compile up to some 7,000 lines, twice the time for 15,000 and three times for 30,000.
     """
     start, options = time.perf_counter(), cpu_compiler_options()
     inner = jax.jit(function)
@@ -76,7 +81,8 @@ def compiled(
     if options is not None:
         # (nor can matrix products that XLA hands to a library of its own)
         marked = jax.jit(whole, compiler_options=options | {"xla_cpu_experimental_ynn_fusion_type": ""}).lower(numbers)
-        if "custom_call" not in marked.as_text():  # calls of libraries cannot be part of it
+        text = marked.as_text()
+        if "custom_call" not in text and text.count("\n") < longest:  # calls of libraries cannot be part of it
             try:
                 return _timed(marked, start, True)
             except JaxRuntimeError:

@@ -4,7 +4,6 @@ from typing import Any, NamedTuple
 
 import equinox as eqx
 import numpy as np
-from scipy.optimize import NoConvergence, newton_krylov
 
 from ._heat import Heat, initial_temperatures
 from ._network import Junction, Reservoir
@@ -51,6 +50,8 @@ def cyclic_steady_state(
 
     Raises `InputError` if the scene has no heat, `RuntimeError` if no state is found within `limit` runs.
     """
+    from scipy.optimize import NoConvergence, newton_krylov  # imported where it is used: half a second of start-up
+
     if scene.heat is None:
         raise InputError([Fault("heat", "is missing", "a cyclic steady state is one of temperatures")])
     heat, runs = scene.heat, 0

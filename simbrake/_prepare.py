@@ -21,6 +21,8 @@ from ._simulate import room_for, simulate, solver_of
 Values = Mapping[str, Any] | np.ndarray | None
 
 _MOST_STEPS = 1 << 20
+#: lines up to which derivatives are compiled as one function: with Rodas5P it would take minutes
+_LONGEST_SLOPES = 16_000
 _COUNTS = 6  # code and counts of steps, behind the metrics
 _ENTRY = re.compile(r"^(?P<path>.*)\[(?P<index>-?\d+)\]$")
 
@@ -128,7 +130,7 @@ class Prepared:
         """
         numbers = self._input(self.vector(values), self.rtol)
         if self._slope is None:
-            self._slope = compiled(self._slopes, numbers)
+            self._slope = compiled(self._slopes, numbers, longest=_LONGEST_SLOPES)
         return np.asarray(self._slope.call(numbers))
 
     def _slopes(self, numbers: Any) -> Any:

@@ -22,6 +22,8 @@ from ._scene import Scene, check
 
 #: rows of the record when the caller sets no limit: the next is tried if one was too short
 _STEPS = (1024, 16384, 131072)
+#: lines up to which a program as one function takes no longer to compile
+_LONGEST = 7_000
 #: least number of steps in a run under profiles that are not piecewise simple
 _SLICES = 64
 
@@ -66,7 +68,8 @@ def _program(packing: Packing, method: AbstractMethod, max_steps: int) -> Progra
         scene, rtol, max_step, max_events = packing.unpack(numbers)
         return _run(scene, rtol, max_step, max_events.astype(jnp.int32), method=method, max_steps=max_steps)
 
-    return compiled(run, np.ones(packing.size))
+    # a scene is mostly run once or a few times: what makes the first of them wait longer is left to `prepare`
+    return compiled(run, np.ones(packing.size), longest=_LONGEST)
 
 
 def require_64_bits() -> None:

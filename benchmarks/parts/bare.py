@@ -18,15 +18,8 @@ from simbrake._assemble import assemble
 from simbrake._compiling import compiled, pack
 from simbrake._hybrid import AbstractMethod, ExplicitRungeKutta
 from simbrake._hybrid._bordered import Couplings
+from simbrake._hybrid._invariants import hoisted
 from simbrake._hybrid._packing import flatten
-
-try:
-    from simbrake._hybrid._invariants import hoisted
-except ImportError:
-
-    def hoisted(body, carry):
-        return body
-
 
 Step = Callable[..., tuple[Any, Any]]
 

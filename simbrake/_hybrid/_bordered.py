@@ -81,7 +81,7 @@ def jacobian(f, y: Float[Array, " m_plus_n"], m: int) -> Bordered:
         return jnp.where((place + offset >= 0) & (place + offset < n), sum(rows[1:], start=rows[0]), 0.0)
 
     if m:
-        _, pull = jax.vjp(f, y)
+        pull = jax.linear_transpose(push, y)
         right = jax.vmap(lambda e: pull(e)[0])(jnp.eye(m, size))[:, m:]
     else:
         right = jnp.zeros((0, n))

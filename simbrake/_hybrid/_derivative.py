@@ -29,19 +29,19 @@ def before_jump(flat: Flat, method: AbstractMethod, t1: Array, row: Rows) -> tup
 
     def landed():
         t2, y2 = t + row.delta, y + row.delta * f
-        f2 = flat.rhs(t2, y2, row.mode)
-        g, rate = jax.jvp(lambda t, y: flat.guards(t, y, row.mode), (t2, y2), (jnp.ones_like(t2), f2))
+        g = flat.guards(t2, y2, row.mode)
+        f2, rate = flat.rates(t2, y2, row.mode)
         chosen = jnp.arange(g.shape[0], dtype=jnp.int32) == row.guard
         g, rate = jnp.sum(jnp.where(chosen, g, 0.0)), jnp.sum(jnp.where(chosen, rate, 0.0))
-        # value 0: only the derivative of the place where the guard is 0
-        dt = -(g - jax.lax.stop_gradient(g)) / jax.lax.stop_gradient(jnp.where(rate == 0, -1.0, rate))
+        # value 0: only the derivative of the place where the guard is 0 (those of the rates would be multiplied by it)
+        dt = -(g - jax.lax.stop_gradient(g)) / jnp.where(rate == 0, -1.0, rate)
         return t2 + dt, y2 + dt * f2
 
     def stopped():
         stop = jnp.minimum(flat.next_stop(row.mode), t1)
         move = stop - t
         dt = move - jax.lax.stop_gradient(move)
-        return jax.lax.stop_gradient(stop) + (stop - jax.lax.stop_gradient(stop)), y + dt * f
+        return jax.lax.stop_gradient(stop) + (stop - jax.lax.stop_gradient(stop)), y + dt * jax.lax.stop_gradient(f)
 
     def unmoved():
         return row.t, row.y

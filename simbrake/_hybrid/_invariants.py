@@ -11,7 +11,7 @@ import jax
 import jax.extend.core as jex
 import numpy as np
 from jax.core import Tracer
-from jax.extend.core.primitives import custom_jvp_call_p, jit_p, scan_p
+from jax.extend.core.primitives import cond_p, custom_jvp_call_p, jit_p, scan_p
 
 #: operations that cost less than reading their result from memory: done where they are needed
 _CHEAP = {"broadcast_in_dim", "reshape", "squeeze", "expand_dims", "convert_element_type", "iota", "copy", "transpose"}
@@ -52,10 +52,16 @@ class _Split(NamedTuple):
 
 
 class _Equations:
-    """The equations of a program in one list, calls inlined, none of them twice; values are numbered."""
+    """The equations of a program in one list, calls inlined, none of them twice; values are numbered.
 
-    def __init__(self, given: Sequence[Any]):
+    Values are `fixed` if they depend on given fixed values (and constants) alone, `moving` if on any other given one,
+    and neither if they depend on constants alone: these are folded wherever they stand.
+    """
+
+    def __init__(self, given: Sequence[Any], fixed: Iterable[int]):
         self.avals: list[Any] = list(given)  # of all values; the given ones come first
+        self.fixed = set(fixed)
+        self.moving = set(range(len(self.avals))) - self.fixed
         self.operations: list[_Operation] = []
         self._known: dict[Any, tuple[int, ...]] = {}
 
@@ -83,6 +89,9 @@ class _Equations:
             return self.inline(params["call_jaxpr"], inputs)
         if primitive is scan_p and not equation.effects:
             return self._scan(params, inputs)
+        avals = [x.aval for x in equation.outvars]
+        if primitive is cond_p and not equation.effects:
+            return self._branches(params["branches"], inputs, avals)
         key = None if equation.effects else _key(primitive, params, inputs)
         if key is not None and key in self._known:
             return self._known[key]
@@ -92,7 +101,6 @@ class _Equations:
                 found = primitive.bind(*values, **params)
             return found if primitive.multiple_results else [found]
 
-        avals = [x.aval for x in equation.outvars]
         outputs = self._append(perform, inputs, avals, cheap=primitive.name in _CHEAP, kept=bool(equation.effects))
         if key is not None:
             self._known[key] = outputs
@@ -102,20 +110,29 @@ class _Equations:
         outputs = tuple(range(len(self.avals), len(self.avals) + len(avals)))
         self.avals.extend(avals)
         self.operations.append(_Operation(perform, inputs, outputs, cheap, kept))
+        taken = _numbers(inputs)
+        if kept or taken & self.moving:
+            self.moving.update(outputs)
+        elif taken & self.fixed:
+            self.fixed.update(outputs)
         return outputs
 
-    def _scan(self, params: dict[str, Any], inputs: tuple[_Atom, ...]) -> tuple[int, ...]:
-        """A loop within the loop, its own invariants moved out of it."""
-        closed, n, k = params["jaxpr"], params["num_consts"], params["num_carry"]
-        inner = _Equations(closed.in_avals)
-        results = inner.inline(closed, range(len(closed.in_avals)))
-        split = inner.split(results, range(n), range(n, len(closed.in_avals)))
+    def _outside(self, inner: "_Equations", split: _Split, inputs: Sequence[_Atom]) -> dict[int, _Atom]:
+        """Adds what is fixed within an inner program here; its values by their numbers there."""
         atoms: dict[int, _Atom] = dict(enumerate(inputs))
         for op in split.before:
             taken = tuple(x if isinstance(x, _Constant) else atoms[x] for x in op.inputs)
             found = self._append(op.perform, taken, [inner.avals[x] for x in op.outputs], cheap=op.cheap)
             atoms.update(zip(op.outputs, found, strict=True))
-        m = len(split.handed)
+        return atoms
+
+    def _scan(self, params: dict[str, Any], inputs: tuple[_Atom, ...]) -> tuple[int, ...]:
+        """A loop within the loop, its own invariants moved out of it."""
+        closed, n, k = params["jaxpr"], params["num_consts"], params["num_carry"]
+        inner = _Equations(closed.in_avals, range(n))
+        results = inner.inline(closed, range(len(closed.in_avals)))
+        split = inner.split(results)
+        atoms, m = self._outside(inner, split, inputs), len(split.handed)
 
         def perform(*values: Any) -> list[Any]:
             fixed = dict(zip(split.handed, values[:m], strict=True))
@@ -133,22 +150,39 @@ class _Equations:
         avals = [x if i < k else x.update(shape=(params["length"], *x.shape)) for i, x in enumerate(closed.out_avals)]
         return self._append(perform, (*(atoms[x] for x in split.handed), *inputs[n:]), avals)
 
-    def split(self, results: list[_Atom], fixed: Iterable[int], moving: Iterable[int]) -> _Split:
-        """What depends on `fixed` values alone, and what on `moving` ones; of constants alone is folded anyway."""
-        fixed, moving, before, inside = set(fixed), set(moving), [], []
-        for op in self.operations:
-            inputs = _numbers(op.inputs)
-            if op.kept or inputs & moving:
-                moving.update(op.outputs)
-                inside.append(op)
-                continue
-            before.append(op)
-            if inputs & fixed:
-                fixed.update(op.outputs)
-            if op.cheap or not inputs & fixed:
-                inside.append(op)
+    def _branches(self, branches: Sequence[Any], inputs: tuple[_Atom, ...], avals: list[Any]) -> tuple[int, ...]:
+        """One of several programs; what is fixed in any of them is moved out."""
+        index, *operands = inputs
+        fixed = [i for i, x in enumerate(operands) if isinstance(x, int) and x in self.fixed]
+        ways: list[Callable[..., list[Any]]] = []
+        handed: list[_Atom] = []
+        for closed in branches:
+            inner = _Equations(closed.in_avals, fixed)
+            given = [x if isinstance(x, _Constant) else i for i, x in enumerate(operands)]
+            results = inner.inline(closed, given)
+            split = inner.split(results)
+            atoms = self._outside(inner, split, operands)
+            made = {x for op in split.inside for x in op.outputs}
+            needed = _numbers([*results, *(x for op in split.inside for x in op.inputs)]) - made
+            places = {x: len(handed) + i for i, x in enumerate(sorted(needed))}
+            handed += [atoms[x] for x in places]
+
+            def way(*values: Any, split: _Split = split, places=places, results=results) -> list[Any]:
+                return _results(split.inside, {x: values[i] for x, i in places.items()}, results)
+
+            ways.append(way)
+
+        def perform(index: Any, *values: Any) -> list[Any]:
+            return jax.lax.switch(index, ways, *values)
+
+        return self._append(perform, (index, *handed), avals)
+
+    def split(self, results: list[_Atom]) -> _Split:
+        """What can be done before anything moves, and what cannot."""
+        before = [op for op in self.operations if not op.kept and not _numbers(op.outputs) & self.moving]
+        inside = [op for op in self.operations if op.cheap or op.kept or not _numbers(op.outputs) & self.fixed]
         inside, taken = _needed(inside, results)
-        handed = sorted((taken & fixed) - {x for op in inside for x in op.outputs})
+        handed = sorted((taken & self.fixed) - {x for op in inside for x in op.outputs})
         return _Split(_needed(before, handed)[0], inside, handed)
 
 
@@ -196,12 +230,12 @@ def hoisted(body: Callable[[Any], Any], carry: Any) -> Callable[[Any], Any]:
     closed, shape = jax.make_jaxpr(body, return_shape=True)(carry)
     outside = [x for x in closed.consts if isinstance(x, Tracer)]
     n = len(outside)
-    equations = _Equations([jax.typeof(x) for x in outside] + list(closed.in_avals))
+    equations = _Equations([jax.typeof(x) for x in outside] + list(closed.in_avals), range(n))
     numbers = {id(x): i for i, x in enumerate(outside)}
     given: list[_Atom] = [numbers[id(x)] if id(x) in numbers else _Constant(x) for x in closed.consts]
     places = range(n, n + len(closed.in_avals))
     results = equations.add(closed.jaxpr, [*given, *places])
-    split = equations.split(results, range(n), places)
+    split = equations.split(results)
     kept = dict(zip(split.handed, _results(split.before, dict(enumerate(outside)), split.handed), strict=True))
 
     def without(carry: Any) -> Any:

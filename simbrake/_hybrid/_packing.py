@@ -20,6 +20,7 @@ class Flat(NamedTuple):
 
     rhs: Callable[[Any, Any, Any], Array]
     guards: Callable[[Any, Any, Any], Array]
+    rates: Callable[[Any, Any, Any], tuple[Array, Array]]  # those of states and guards, without derivatives
     transition: Callable[..., tuple[Array, Array]]
     reset: Callable[..., Array]
     next_stop: Callable[[Array], Array]
@@ -55,9 +56,26 @@ def flatten(system: AbstractHybridSystem, y0: PyTree, mode0: PyTree) -> Flat:
         after, code = system.transition(t, unpack_state(y), unpack_mode(mode), fired, at_stop)
         return pack_mode(after)[0], jnp.asarray(code, jnp.int32)
 
+    # traced once each, however often a program asks for them or for their derivatives
+    @jax.jit
+    def rhs(t, y, mode):
+        return state(system.rhs(t, unpack_state(y), unpack_mode(mode)))
+
+    @jax.jit
+    def guards(t, y, mode):
+        return system.guards(t, unpack_state(y), unpack_mode(mode))
+
+    def rates(t, y, mode):
+        numbers, rest = eqx.partition((system, t, y), eqx.is_inexact_array)
+        still, t, y = eqx.combine(jax.lax.stop_gradient(numbers), rest)
+        f = state(still.rhs(t, unpack_state(y), unpack_mode(mode)))
+        moving = (jnp.ones_like(t), f)
+        return f, jax.jvp(lambda t, y: still.guards(t, unpack_state(y), unpack_mode(mode)), (t, y), moving)[1]
+
     return Flat(
-        rhs=lambda t, y, mode: state(system.rhs(t, unpack_state(y), unpack_mode(mode))),
-        guards=lambda t, y, mode: system.guards(t, unpack_state(y), unpack_mode(mode)),
+        rhs=rhs,
+        guards=guards,
+        rates=rates,
         transition=transition,
         reset=lambda t, y, before, after: state(
             system.reset(t, unpack_state(y), unpack_mode(before), unpack_mode(after))
