@@ -49,13 +49,15 @@ def measured(names: list[str], quick: bool) -> list[table.Part]:
 
 
 def write_docs(path: pathlib.Path, about: dict[str, Any], parts: list[table.Part]) -> None:
-    """Puts the tables between the two marks of a document."""
+    """Puts the tables of the parts between the two marks of a document; parts that were not measured stay as they are."""
     before, rest = path.read_text("utf-8").split(BEGIN)
-    _, after = rest.split(END)
+    inside, after = rest.split(END)
+    blocks = {block.split(" -->", 1)[0]: block for block in inside.split("<!-- part ")[1:]}
     versions = ", ".join(f"{name} {about['versions'][name]}" for name in ("python", "jax", "diffrax", "scipy"))
     head = f"Measured on {about['cpu']}, {about['cores']} cores (load {about['load']:.1f}); {versions}."
-    blocks = "\n\n".join([head, *(table.markdown(part) for part in parts)])
-    path.write_text(f"{before}{BEGIN}\n\n{blocks}\n\n{END}{after}", "utf-8")
+    blocks |= {part.name: f"{part.name} -->\n\n{table.markdown(part)}\n\n{head}\n\n" for part in parts}
+    whole = "".join(f"<!-- part {blocks[name]}" for name in PARTS if name in blocks)
+    path.write_text(f"{before}{BEGIN}\n\n{whole}{END}{after}", "utf-8")
 
 
 def main() -> int:

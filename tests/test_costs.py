@@ -117,6 +117,9 @@ def test_tables_and_document(tmp_path):
     assert "old" not in text
     assert text.startswith("before\n")
     assert text.endswith("after\n")
+    costs.write_docs(path, about, [part._replace(name="engine", title="how fast")])  # the other one stays
+    text = path.read_text("utf-8")
+    assert text.index("how fast") < text.index("how long") < text.index("after")
     chart.draw(about, [part], str(tmp_path / "costs.png"))
     assert (tmp_path / "costs.png").stat().st_size > 1000
 
