@@ -49,7 +49,7 @@ def measured(names: list[str], quick: bool) -> list[table.Part]:
 
 
 def write_docs(path: pathlib.Path, about: dict[str, Any], parts: list[table.Part]) -> None:
-    """Puts the tables of the parts between the two marks of a document; parts that were not measured stay as they are."""
+    """Puts the tables of the parts between the two marks of a document; parts not measured stay as they are."""
     before, rest = path.read_text("utf-8").split(BEGIN)
     inside, after = rest.split(END)
     blocks = {block.split(" -->", 1)[0]: block for block in inside.split("<!-- part ")[1:]}
