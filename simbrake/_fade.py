@@ -33,8 +33,12 @@ class AbstractFactor(eqx.Module):
 
 
 def _rounded(x: Array, w: Array) -> Array:
-    """`max(x, 0)` with its corner rounded by a parabola over `±w`."""
-    return jnp.where(x >= w, jnp.maximum(x, 0.0), jnp.where(x > -w, (x + w) ** 2 / jnp.where(w > 0, 4 * w, 1.0), 0.0))
+    """`max(x, 0)` with its corner rounded by a parabola over `±w`.
+
+    At the corner itself, where runs like to start, the slope is the one above it: half of each (as that of a maximum)
+    would be the slope of no side, and an integrator would shorten its first step until that no longer matters.
+    """
+    return jnp.where(x >= w, x, jnp.where(x > -w, (x + w) ** 2 / jnp.where(w > 0, 4 * w, 1.0), 0.0))
 
 
 class LinearFade(AbstractFactor):

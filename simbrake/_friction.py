@@ -89,9 +89,10 @@ class StribeckFriction(AbstractFriction):
     speed_dependent: ClassVar[bool] = True
 
     def kinetic(self, contact):
-        r = jnp.maximum(contact.v, 0.0) / self.stribeck_speed
-        positive = r > 0
-        power = jnp.where(positive, jnp.where(positive, r, 1.0) ** self.exponent, 0.0)
+        # slip begins at v = 0: the slope there must be that of sliding, also of an exponent of 1
+        r = jnp.where(contact.v >= 0, contact.v, 0.0) / self.stribeck_speed
+        positive, n = r > 0, jnp.asarray(self.exponent)
+        power = r * jnp.where(positive | (n == 1), jnp.where(positive, r, 1.0) ** (n - 1), 0.0)
         return self.kinetic_coefficient + (self.static_coefficient - self.kinetic_coefficient) * jnp.exp(-power)
 
     def static(self, contact):

@@ -14,6 +14,7 @@ from helpers import stop_scene
 from scipy.integrate import quad, solve_ivp
 
 import simbrake as sb
+from simbrake._friction import Contact
 
 
 def scipy_stop(growth, method, rtol):
@@ -270,3 +271,23 @@ def test_gradient_of_a_peak_temperature_against_differences():
         up2, down2 = (value(*(x + 2 * s * h * (j == i) for j, x in enumerate(at))) for s in (1, -1))
         central = (8 * (float(up) - float(down)) - (float(up2) - float(down2))) / (12 * h)
         assert float(slopes[i]) == pytest.approx(central, rel=1e-7)
+
+
+def test_slip_may_begin_on_the_corner_of_a_fade():
+    """Heating from just there, friction falls from the first instant on: no step is shortened to find that out."""
+    for above in (293.15, 283.15):
+        scene = layered_stop(law=fading(above=above))
+        assert int(sb.simulate(scene, solver=diffrax.Dopri8(), rtol=1e-8).record.stats.rejected) <= 2
+
+
+@pytest.mark.parametrize("exponent", [1.0, 1.5, 2.0])
+def test_slope_of_stribeck_friction_where_slip_begins(exponent):
+    law = sb.StribeckFriction(0.4, 0.3, 0.5, exponent)
+
+    def f(v):
+        return law.kinetic(Contact(v=v, T=None, p=None))
+
+    value, slope = jax.jvp(f, (jnp.asarray(0.0),), (jnp.asarray(1.0),))
+    assert float(value) == 0.4
+    assert float(slope) == pytest.approx(-0.1 / 0.5 if exponent == 1 else 0.0, abs=1e-15)
+    assert float(f(jnp.asarray(0.7))) == pytest.approx(0.3 + 0.1 * math.exp(-((0.7 / 0.5) ** exponent)), rel=1e-14)
