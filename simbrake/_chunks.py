@@ -85,10 +85,6 @@ def _side_by_side(one: Any, rows: Any) -> Any:
     return jax.vmap(one)(rows)
 
 
-def _one_by_one(one: Any, rows: Any) -> Any:
-    return jax.lax.map(one, rows)
-
-
 def _scanned(result: Result, *, metrics: tuple[Metric, ...], size: int, lanes: int) -> dict[str, Any]:
     """Metrics that look into all steps of a batch of results, of which the first `size` rows are used."""
     rows = jax.tree.map(lambda leaf: leaf[:, :size], result.record.rows)
@@ -134,7 +130,7 @@ def _integrator(job: Job, numbers: np.ndarray, like: Packing, device: Any) -> Pr
         if key not in _integrators:
             shared = {"like": like, "paths": job.paths, "solver": job.solver, "metrics": job.metrics}
             run = functools.partial(_integrate, **shared, max_steps=job.max_steps)
-            serial, parallel = (functools.partial(run, each=each) for each in (_one_by_one, _side_by_side))
+            serial, parallel = (functools.partial(run, each=each) for each in (jax.lax.map, _side_by_side))
             _integrators[key] = compiled(serial, numbers, otherwise=parallel)
             while len(_integrators) > _KEPT:
                 del _integrators[next(iter(_integrators))]
@@ -150,7 +146,7 @@ def run_chunk(job: Job, rows: tuple[np.ndarray, ...], size: int, device: Any = N
     jax.config.update("jax_enable_x64", True)  # on a worker elsewhere
     count = len(rows[0])
     device = device or jax.devices()[0]
-    padded = tuple(np.concatenate([row, np.repeat(row[-1:], size - count, axis=0)]) for row in rows)
+    padded = tuple(np.concatenate([row, np.repeat(row[-1:], size - count, axis=0)], dtype=np.float64) for row in rows)
     numbers, like = pack((job.scene, padded, job.rtol))
     with jax.default_device(device):
         found, result = jax.block_until_ready(_integrator(job, numbers, like, device).call(numbers))

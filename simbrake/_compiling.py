@@ -30,6 +30,7 @@ class Packing(NamedTuple):
 
     structure: Any
     shapes: tuple[tuple[int, ...], ...]
+    kinds: tuple[str, ...]  # of numbers: whole ones (indices in a law of one's own) come back as such
 
     @property
     def size(self) -> int:
@@ -37,15 +38,17 @@ class Packing(NamedTuple):
 
     def unpack(self, numbers: Any) -> Any:
         ends = np.cumsum([0, *(math.prod(shape) for shape in self.shapes)])
-        parts = zip(ends[:-1], ends[1:], self.shapes, strict=True)
-        return jax.tree.unflatten(self.structure, [numbers[a:b].reshape(shape) for a, b, shape in parts])
+        parts = zip(ends[:-1], ends[1:], self.shapes, self.kinds, strict=True)
+        return jax.tree.unflatten(self.structure, [numbers[a:b].reshape(s).astype(kind) for a, b, s, kind in parts])
 
 
 def pack(tree: Any) -> tuple[np.ndarray, Packing]:
     """All numbers of a tree in one vector, and how they lie in it."""
     leaves, structure = jax.tree.flatten(tree)
-    shapes = tuple(np.shape(leaf) for leaf in leaves)
-    return np.concatenate([np.ravel(np.asarray(leaf, np.float64)) for leaf in leaves]), Packing(structure, shapes)
+    arrays = [np.asarray(leaf) for leaf in leaves]
+    kinds = tuple("float64" if np.issubdtype(x.dtype, np.floating) else str(x.dtype) for x in arrays)
+    shapes = tuple(x.shape for x in arrays)
+    return np.concatenate([np.ravel(x).astype(np.float64) for x in arrays]), Packing(structure, shapes, kinds)
 
 
 class Program(NamedTuple):

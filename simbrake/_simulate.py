@@ -66,7 +66,7 @@ def _program(packing: Packing, method: AbstractMethod, max_steps: int) -> Progra
 
     def run(numbers: Any) -> Record:
         scene, rtol, max_step, max_events = packing.unpack(numbers)
-        return _run(scene, rtol, max_step, max_events.astype(jnp.int32), method=method, max_steps=max_steps)
+        return _run(scene, rtol, max_step, max_events, method=method, max_steps=max_steps)
 
     # a scene is mostly run once or a few times: what makes the first of them wait longer is left to `prepare`
     return compiled(run, np.ones(packing.size), longest=_LONGEST)

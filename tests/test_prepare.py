@@ -1,5 +1,6 @@
 """The prepared handle: the numbers of single runs and their derivatives, room for longer runs, faults."""
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -118,3 +119,28 @@ def test_functions_with_arrays_and_another_tolerance():
     assert fine.metrics["full_slip_time"] == pytest.approx(truth["t1"], rel=1e-9)
     assert coarse.accepted < fine.accepted
     assert run.gradient().shape == (3, run.numbers.size)
+
+
+class Kinds(sb.AbstractFriction):
+    """A law of one's own that picks the coefficient of every lining by its index."""
+
+    values: jax.Array
+    which: np.ndarray
+    speed_dependent = False
+
+    def kinetic(self, contact):
+        return jnp.asarray(self.values)[jnp.asarray(self.which)]
+
+    def static(self, contact):
+        return self.kinetic(contact)
+
+    def faults(self, path):
+        return []
+
+
+def test_whole_numbers_of_a_law_of_ones_own_stay_whole():
+    law = Kinds(jnp.asarray([0.2, 0.35]), np.ones(20, np.int32))
+    scene = eqx.tree_at(lambda s: s.brake.linings.friction, stop_scene(), law)
+    expected = pytest.approx(closed_form()["stop"], rel=1e-10)
+    assert float(sb.simulate(scene).stopping_time) == expected
+    assert sb.prepare(scene, ["stopping_time"])().metrics["stopping_time"] == expected
