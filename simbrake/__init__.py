@@ -72,6 +72,7 @@ from ._heat import FlashTemperature as FlashTemperature
 from ._heat import FrictionHeat as FrictionHeat
 from ._heat import Heat as Heat
 from ._heat import TransmissionPartition as TransmissionPartition
+from ._history import history as history
 from ._hybrid import AbstractHybridSystem as AbstractHybridSystem
 from ._hybrid import AbstractMethod as AbstractMethod
 from ._hybrid import Code as Code
@@ -151,6 +152,10 @@ from ._scene import Duty as Duty
 from ._scene import Initial as Initial
 from ._scene import Scene as Scene
 from ._scene import check as check
+from ._scene_file import read_scene as read_scene
+from ._scene_file import scene_from_text as scene_from_text
+from ._scene_file import scene_text as scene_text
+from ._scene_file import write_scene as write_scene
 from ._sensitivity import Sensitivity as Sensitivity
 from ._sensitivity import SensitivityTable as SensitivityTable
 from ._sensitivity import sensitivity as sensitivity

@@ -16,7 +16,7 @@ from ._friction import AbstractFriction, Contact
 from ._heat import FrictionHeat, Heat
 from ._loads import AbstractLoad
 from ._network import nodes_at, place_of
-from ._quantity import Fault, InputError, Scalar, faults_of_values, leaves, quantity
+from ._quantity import Fault, InputError, Scalar, faults_of_values, holding, leaves, quantity
 
 
 class Duty(eqx.Module):
@@ -25,8 +25,8 @@ class Duty(eqx.Module):
     - `slack_tension`: `T_0(t) ≥ 0` in N, set by the lever at the slack end;  `load`: `M_load(t, ω)`
     """
 
-    slack_tension: AbstractProfile
-    load: AbstractLoad
+    slack_tension: AbstractProfile = holding("N")
+    load: AbstractLoad  # pyright: ignore
 
 
 class Initial(eqx.Module):
