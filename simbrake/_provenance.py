@@ -16,6 +16,7 @@ from ._quantity import InputError, leaves
 from ._result import Result
 from ._scene import Scene, warnings
 
+_HOME = "simbrake"
 PACKAGES = ("jax", "jaxlib", "diffrax", "equinox", "interpax", "numpy", "scipy")
 
 
@@ -34,7 +35,7 @@ def provenance(result: Result) -> dict[str, Any]:
     stats, limits = result.record.stats, result.limits
     longest = float(limits.max_step)
     return {
-        "simbrake": str(importlib.import_module(__package__).__version__),
+        "simbrake": str(importlib.import_module(_HOME).__version__),
         "versions": {"python": platform.python_version(), **{name: _version(name) for name in PACKAGES}},
         "machine": machine(),
         "date": datetime.now(UTC).isoformat(timespec="seconds"),
@@ -133,4 +134,4 @@ def parts(node: Any, path: str = "") -> dict[str, Any]:
 
 def _name(thing: Any) -> str:
     module, name = getattr(thing, "__module__", ""), getattr(thing, "__qualname__", type(thing).__qualname__)
-    return name if str(module).split(".")[0] == __package__ else f"{module}.{name}"
+    return name if str(module).split(".")[0] == _HOME else f"{module}.{name}"
