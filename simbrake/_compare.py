@@ -13,6 +13,8 @@ from ._rerun import origin
 from ._result import Result
 from ._result_file import load
 
+_NEEDED = ("time", "side", "status", "event_time", "event_name", "event_lining", "energy.friction_heat")
+
 
 def compare(a: Any, b: Any, rtol: float = 1e-9) -> Comparison:
     """Compares two results: each a `Result`, a data set of `simbrake.dataset`, or the path of a result file.
@@ -64,6 +66,8 @@ def _data(a: Any, b: Any) -> list[Any]:
         if getattr(data, "attrs", {}).get("format") != FORMAT:
             what = f"{type(source).__name__} is no result"
             raise InputError([Fault("compare", what, "give a Result, its dataset, or the path of a result file")])
+        if missing := [name for name in _NEEDED if name not in data.variables]:
+            raise InputError([Fault("compare", f"a result is without {', '.join(missing)}", "give all of a data set")])
         found.append(data)
     return found
 

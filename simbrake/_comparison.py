@@ -94,11 +94,13 @@ class Comparison:
         lines += _block("parts", (f"{w.name}  {_word(w.a)} → {_word(w.b)}" for w in self.parts))
         lines += _block("scene", map(_row, self.scene))
         lines += _block("only a", self.only_a) + _block("only b", self.only_b)
-        for name in ("events", "metrics", "energies"):
+        moved = [row for row in self.events if row.differs]
+        lines += _block("events", map(_row, sorted(moved, key=lambda row: " of lining " in row.name)))
+        for name in ("metrics", "energies"):
             lines += _block(name, (_row(row) for row in getattr(self, name) if row.differs))
-        moved = [row for row in self.series if row.differs or (not self.judged and row.absolute)]
-        moved.sort(key=lambda row: -(math.inf if row.relative is None else row.relative))
-        lines += _block("series", map(_series_row, moved))
+        rows = [row for row in self.series if row.differs or (not self.judged and row.absolute)]
+        rows.sort(key=lambda row: -(math.inf if row.relative is None else row.relative))
+        lines += _block("series", map(_series_row, rows))
         lines.append(f"compared {_count(self.events, 'event')}, {_count(self.metrics, 'metric')}, series {self.how}")
         for name in ("solver", "versions"):
             lines += _block(name, (f"{w.name}  {_word(w.a)} → {_word(w.b)}" for w in getattr(self, name)))

@@ -54,9 +54,9 @@ def dataset(result: Result, times: Any = None) -> Any:
 
     if not result.concrete:
         raise ValueError("a traced or batched result has no data set: take one result outside of jit and vmap")
-    series, side = _sampled(result, times)
+    series, t, side = _sampled(result, times)
     coords: dict[str, Any] = {
-        "time": ("time", series.t, _about("s", SERIES_MEANINGS["t"])),
+        "time": ("time", t, _about("s", SERIES_MEANINGS["t"])),
         "side": ("time", side, _about("1", "-1 just before an event, +1 just after it, 0 elsewhere")),
         "lining": ("lining", np.arange(series.tension.shape[1]) + 1, _about("1", "lining, from the slack end")),
     }
@@ -86,8 +86,8 @@ def instants(result: Result) -> np.ndarray:
     return found[found > t[0]]  # nothing comes before the start
 
 
-def _sampled(result: Result, times: Any) -> tuple[Series, np.ndarray]:
-    """The series at the times wanted, in order, at events before and after; and the side of each."""
+def _sampled(result: Result, times: Any) -> tuple[Series, np.ndarray, np.ndarray]:
+    """The series at the times wanted, in order, at events before and after; these times, and the side of each."""
     record = result.record
     start, end = float(np.asarray(record.rows.t)[0]), float(np.asarray(record.t_end))
     corners = instants(result)
@@ -99,15 +99,15 @@ def _sampled(result: Result, times: Any) -> tuple[Series, np.ndarray]:
     after = result.series(wanted)
     side = np.where(np.isin(wanted, corners), 1, 0)
     if not corners.size:
-        return after, side
+        return after, wanted, side
     before = result.series(corners, left=True)
-    side = np.append(side, np.full(corners.size, -1))
-    order = np.lexsort((side, np.append(wanted, corners)))
+    side, t = np.append(side, np.full(corners.size, -1)), np.append(wanted, corners)
+    order = np.lexsort((side, t))
 
     def joined(a: Any, b: Any) -> Any:
         return None if a is None else np.concatenate([np.asarray(a), np.asarray(b)])[order]
 
-    return Series(*(joined(a, b) for a, b in zip(after, before, strict=True))), side[order]
+    return Series(*(joined(a, b) for a, b in zip(after, before, strict=True))), t[order], side[order]
 
 
 def _checked(times: Any, start: float, end: float) -> np.ndarray:
