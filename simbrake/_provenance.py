@@ -15,6 +15,7 @@ import numpy as np
 from ._quantity import InputError, leaves
 from ._result import Result
 from ._scene import Scene, warnings
+from ._scene_file import scene_from_text, scene_text
 
 _HOME = "simbrake"
 PACKAGES = ("jax", "jaxlib", "diffrax", "equinox", "interpax", "numpy", "scipy")
@@ -94,14 +95,10 @@ def scene_dict(scene: Scene) -> dict[str, Any]:
 def _toml(scene: Scene) -> tuple[str | None, str | None]:
     """The text of a scene file from which the very same scene comes back, or why there is none."""
     try:
-        from ._scene_file import scene_from_text, scene_text  # pyright: ignore
-    except ModuleNotFoundError:
-        return None, "this version writes no scene files"
-    try:
         text = scene_text(scene)
         back = scene_from_text(text)
-    except (InputError, TypeError, ValueError) as error:
-        return None, str(error)
+    except InputError as error:
+        return None, "; ".join(str(fault) for fault in error.faults)
     same = parts(back) == parts(scene) and all(
         a.path == b.path and np.array_equal(a.value, b.value) for a, b in zip(leaves(back), leaves(scene), strict=True)
     )

@@ -14,6 +14,7 @@ from ._quantity import Fault, InputError, leaves
 from ._result import Result
 from ._result_file import load
 from ._scene import Scene
+from ._scene_file import scene_from_text
 from ._simulate import simulate
 
 
@@ -59,8 +60,6 @@ def _scene_of(stored: dict[str, Any]) -> Scene:
     if stored["toml"] is None:
         hint = "give a scene of the same parts: rerun(…, scene=…)"
         raise InputError([Fault("scene", f"is not in the file as text ({stored['why']})", hint)])
-    from ._scene_file import scene_from_text  # pyright: ignore
-
     return scene_from_text(stored["toml"])
 
 
