@@ -43,13 +43,14 @@ from ._design import Segments as Segments
 from ._design import stiffness_of as stiffness_of
 from ._design import tension_shares as tension_shares
 from ._design import uniform_linings as uniform_linings
+from ._driller import Driller as Driller
+from ._driller import SpeedHold as SpeedHold
 from ._duty import AbstractProfile as AbstractProfile
 from ._duty import Constant as Constant
 from ._duty import ExponentialRise as ExponentialRise
 from ._duty import FunctionProfile as FunctionProfile
 from ._duty import PiecewiseLinear as PiecewiseLinear
 from ._duty import Repeated as Repeated
-from ._duty import SpeedHold as SpeedHold
 from ._duty import ramp as ramp
 from ._edit import with_values as with_values
 from ._ensemble import ensemble as ensemble
@@ -139,6 +140,7 @@ from ._overlap import overlap as overlap
 from ._prepare import Answer as Answer
 from ._prepare import Prepared as Prepared
 from ._prepare import prepare as prepare
+from ._programme import programme_scene as programme_scene
 from ._provenance import provenance as provenance
 from ._quantity import Fault as Fault
 from ._quantity import InputError as InputError

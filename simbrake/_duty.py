@@ -158,6 +158,10 @@ class Repeated(AbstractProfile):
         inside = (piece > 0) & (piece < self.knot_count)
         return pick(values) + jnp.where(inside, pick(slope) * since, 0.0)
 
+    def slope(self, piece: Int[Array, ""]) -> Float[Array, ""]:
+        """Rate of the value on the piece named."""
+        return jax.jvp(lambda t: self.value(t, piece), (jnp.zeros(()),), (jnp.ones(()),))[1]
+
     def next_knot(self, piece):
         times, piece = jnp.asarray(self.times), jnp.asarray(piece, jnp.int32)
         k = times.shape[0]
@@ -183,42 +187,6 @@ class Repeated(AbstractProfile):
         if self.count < 1:
             faults.append(Fault(f"{path}.count", f"{self.count} cycles", "at least one"))
         return faults
-
-
-class SpeedHold(AbstractProfile):
-    """A lever that holds the speed: it pulls just so much that the brake torque equals the load torque (drag).
-
-        T_0 = min(M_load/(R_b (Π − 1)), limit)
-
-    - `limit` (N): greatest slack tension; where fade asks for more the load runs away (event `grip_lost`)
-
-    The tension follows the friction of the hot linings, so that the power `M_load ω` goes into heat however it fades.
-    For rigid bands, and laws without pressure and flash temperature.
-    """
-
-    limit: Scalar = quantity("N", "greatest slack tension", positive=True)
-    smooth_between: ClassVar[bool] = True
-
-    def value(self, t, piece):
-        return self.limit + 0.0 * t
-
-    def holding(self, torque: Array, arm: Array, ratio: Array) -> Float[Array, ""]:
-        """`T_0` (N) for a load torque, the band radius and `Π` of the sliding linings."""
-        grips = ratio > 1
-        wanted = torque / (arm * jnp.where(grips, ratio - 1, 1.0))
-        return jnp.where(grips, jnp.clip(wanted, 0.0, self.limit), self.limit)
-
-    def next_knot(self, piece):
-        return jnp.inf
-
-    def first_piece(self, t):
-        return 0
-
-    def scale(self):
-        return jnp.asarray(self.limit)
-
-    def faults(self, path, low):
-        return []
 
 
 class ExponentialRise(AbstractProfile):

@@ -8,7 +8,8 @@ from jaxtyping import Array, Bool, Float
 
 from ._acting import AbstractActing
 from ._band import limit_tensions, piece_of, product, running_product, tensions_on
-from ._duty import AbstractProfile, SpeedHold
+from ._driller import AbstractSpeedLever
+from ._duty import AbstractProfile
 from ._friction import AbstractFriction
 from ._heat import FrictionHeat
 from ._internal import Held, InternalPair
@@ -113,12 +114,15 @@ class Forces(AbstractActing):
 
     def lever_tension(self, t: Array, y: State, mode: Mode) -> tuple[Array, Array]:
         """`T_0` and its rate as the lever has them."""
-        if isinstance(self.lever, SpeedHold):
-            load = self.load.torque(t, y.omega, mode.load_piece)
-            everywhere = self.lever.value(t, mode.lever_piece)
-            Pi = self._ratio(everywhere, y.omega, y.heat, mode, False)
-            return self.lever.holding(load, self.band_radius, Pi), jnp.zeros_like(t)
-        return jax.jvp(lambda t: self.lever.value(t, mode.lever_piece), (t,), (jnp.ones_like(t),))
+        piece = mode.lever_piece
+        given = jax.jvp(lambda t: self.lever.value(t, piece), (t,), (jnp.ones_like(t),))
+        if not isinstance(self.lever, AbstractSpeedLever):
+            return given
+        load, inertia = self.load.torque(t, y.omega, mode.load_piece), jnp.asarray(self.inertia_at(mode))
+        torque = self.lever.wanted_torque(t, y.omega, piece, load, inertia)
+        Pi = self._ratio(given[0], y.omega, y.heat, mode, False)
+        follows, T_0 = self.lever.follows(piece), self.lever.holding(torque, self.band_radius, Pi)
+        return jnp.where(follows, T_0, given[0]), jnp.where(follows, 0.0, given[1])
 
     # --- full slip ------------------------------------------------------------------------------------------------
 

@@ -5,6 +5,7 @@ from typing import Any
 
 from ._material import LIBRARY
 from ._quantity import Quantity, Whole
+from ._scene import Scene
 from ._schema import Part, all_makers, makers_of, parts_of, short_of
 
 _UNITS = "SI, or a text with its unit"
@@ -16,21 +17,21 @@ def json_schema() -> dict[str, Any]:
     Ranges are those of numbers in SI; texts with a unit are only checked by simbrake itself.
     """
     makers = all_makers()
-    root = _table("Scene", makers["Scene"], typed=False)
-    root["properties"]["format"] = {"const": "simbrake scene 1"}
+    tables = {name: _table(name, maker) for name, maker in makers.items()}
+    roots = makers_of((Scene,))
+    for name in roots:
+        tables[name]["properties"]["format"] = {"const": "simbrake scene 1"}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "simbrake scene",
-        **root,
-        "$defs": {name: _table(name, maker, typed=True) for name, maker in makers.items() if name != "Scene"},
+        "anyOf": [{"$ref": f"#/$defs/{name}"} for name in roots],
+        "$defs": tables,
     }
 
 
-def _table(name: str, maker: Callable[..., Any], *, typed: bool) -> dict[str, Any]:
+def _table(name: str, maker: Callable[..., Any]) -> dict[str, Any]:
     parts = [part for part in parts_of(maker) if not (name == "history" and part.name == "unit")]
-    properties = {part.name: _part(part) for part in parts}
-    if typed:
-        properties["type"] = {"const": name}
+    properties = {part.name: _part(part) for part in parts} | {"type": {"const": name}}
     needed = [part.name for part in parts if part.needed and not part.nullable]
     return {"type": "object", "properties": properties, "required": needed, "additionalProperties": False}
 

@@ -6,7 +6,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ._duty import AbstractProfile, SpeedHold
+from ._driller import AbstractSpeedLever
+from ._duty import AbstractProfile
 from ._quantity import Fault, Scalar, holding, quantity
 
 
@@ -54,8 +55,8 @@ class Lever(AbstractProfile):
         return self.gain * self.force.scale()
 
     def faults(self, path, low):
-        if isinstance(self.force, SpeedHold):
-            hint = "give SpeedHold as the slack tension itself"
+        if isinstance(self.force, AbstractSpeedLever):
+            hint = "give it as the slack tension itself"
             return [Fault(f"{path}.force", "a lever that holds the speed gives a tension, not a force", hint)]
         found = [
             Fault(f"{path}.{name}", f"has the shape {np.shape(value)}", "give one number")

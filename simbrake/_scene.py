@@ -11,7 +11,8 @@ from jaxtyping import Array
 
 from ._band import grip
 from ._design import Brake, Lining, tension_shares
-from ._duty import AbstractProfile, SpeedHold
+from ._driller import AbstractSpeedLever
+from ._duty import AbstractProfile
 from ._friction import AbstractFriction, Contact
 from ._heat import FrictionHeat, Heat
 from ._loads import AbstractLoad
@@ -62,7 +63,7 @@ def faults(scene: Scene) -> list[Fault]:
         return found
     found += scene.brake.faults("brake")
     found += _faults_of_heat(scene)
-    if isinstance(scene.duty.slack_tension, SpeedHold):
+    if isinstance(scene.duty.slack_tension, AbstractSpeedLever):
         law, heat = scene.brake.linings.friction, scene.heat
         if scene.brake.band.stiffness is not None:
             found.append(
@@ -88,7 +89,7 @@ def faults(scene: Scene) -> list[Fault]:
 def _faults_of_staged(scene: Scene) -> list[Fault]:
     where, hint = "brake.linings", "a staged brake cannot have it: make the lining shorter, or lower its friction"
     found = [Fault(f"{where}.angle[{i - 1}]", locking_message(scene, i), hint) for i in locked(scene)]
-    if isinstance(scene.duty.slack_tension, SpeedHold):
+    if isinstance(scene.duty.slack_tension, AbstractSpeedLever):
         found.append(Fault("duty.slack_tension", "cannot hold the speed of a staged brake", "give the slack tension"))
     if scene.heat is not None and scene.heat.flash is not None:
         found.append(Fault("heat.flash", "is not available for a staged brake", "leave it out"))

@@ -16,7 +16,7 @@ from ._material import LIBRARY, Material, material
 from ._quantity import Fault, InputError, Quantity
 from ._scene import Scene, check
 from ._scene_reader import SceneReader
-from ._schema import Part, makers_of, parts_of
+from ._schema import Part, makers_of, parts_of, several
 
 #: key of a file that says in which form it is written
 FORMAT = "format"
@@ -111,7 +111,7 @@ class _Writer:
             what = f"{name} is a class or a function of one's own"
             self.faults.append(Fault(path, what, "a file cannot hold it; keep the scene in Python"))
             return {}
-        table: dict[str, Any] = {"type": name} if len(makers) > 1 else {}
+        table: dict[str, Any] = {"type": name} if several(wanted) else {}
         return table | self._entries(type(node), node, path, unit)
 
     def _entries(self, maker: Callable[..., Any], node: Any, path: str, unit: str) -> dict[str, Any]:

@@ -20,6 +20,7 @@ from ._heat import AbstractPartition, ConstantPartition, Heat
 from ._history import history
 from ._lever import Lever
 from ._loads import AbstractLoad, TorqueLoad
+from ._programme import programme_scene
 from ._quantity import Quantity, Whole, about_of, unit_below
 from ._scene import Scene
 
@@ -27,6 +28,7 @@ from ._scene import Scene
 BUILDERS: dict[type, tuple[Callable[..., Any], ...]] = {
     Lining: (uniform_linings,),
     AbstractProfile: (ramp, history),
+    Scene: (programme_scene,),
     Heat: (layered_heat, lumped_heat, with_pulley_structure, with_external_pair),
 }
 #: what a bare number stands for where an object is wanted
@@ -131,6 +133,11 @@ def makers_of(wanted: tuple[type, ...]) -> dict[str, Callable[..., Any]]:
     return found
 
 
+def several(wanted: tuple[type, ...]) -> bool:
+    """Whether a table of one of the `wanted` classes must name its own; builders are told by their keys."""
+    return sum(isinstance(maker, type) for maker in makers_of(wanted).values()) > 1
+
+
 def short_of(wanted: tuple[type, ...]) -> Callable[..., Any] | None:
     """What a bare number stands for where one of the `wanted` classes is expected."""
     return next((SHORT[base] for base in wanted if base in SHORT), None)
@@ -139,8 +146,8 @@ def short_of(wanted: tuple[type, ...]) -> Callable[..., Any] | None:
 @functools.cache
 def all_makers() -> dict[str, Callable[..., Any]]:
     """Everything that a scene file may name or imply, from the scene down: name → maker."""
-    found: dict[str, Callable[..., Any]] = {"Scene": Scene}
-    open_ends: list[Callable[..., Any]] = [Scene]
+    found: dict[str, Callable[..., Any]] = dict(makers_of((Scene,)))
+    open_ends: list[Callable[..., Any]] = list(found.values())
     while open_ends:
         for part in parts_of(open_ends.pop(0)):
             for name, maker in makers_of(part.wanted).items():

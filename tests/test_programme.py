@@ -1,0 +1,147 @@
+"""Programmes in words: what is planned is what the run does."""
+
+import dataclasses
+import math
+
+import jax
+import numpy as np
+import pytest
+
+import simbrake as sb
+
+BRAKE = sb.Brake(
+    pulley=sb.Pulley(radius=0.59, inertia=1200.0),
+    band=sb.Band(radius=0.623),
+    linings=sb.uniform_linings(20, math.radians(270), sb.ConstantFriction(0.35)),
+)
+HOOK = sb.HookLoad(mass=60e3, drum_radius=0.4, line_count=8)
+TRIP = (
+    "take the string",
+    "lower 27 m at 1.2 m/s",
+    "brake to rest",
+    "hold 5 s",
+    "set it into the slips",
+    "wait 10 s",
+    "repeat 3 times",
+)
+
+
+@pytest.fixture(scope="module")
+def tripping():
+    return sb.simulate(sb.programme_scene(BRAKE, TRIP, HOOK, pull=30e3, empty=5e3, stand=900.0))
+
+
+def times(result, name):
+    return [event.time for event in result.events if event.name == name]
+
+
+def test_the_hook_is_lowered_as_said_in_every_cycle(tripping):
+    period = float(tripping.scene.end_time) / 3
+    run_up, lowering = 1.2 / 0.5, 1.2 / 0.5 + (27 - 1.2**2 / (2 * 0.5)) / 1.2
+    starts = [k * period for k in range(3)]
+    s = tripping.series(np.concatenate([[t + run_up, t + 10.0, t + lowering] for t in starts]), left=True)
+    np.testing.assert_allclose(s.omega, 24.0, rtol=1e-9)
+    travel = np.asarray(s.phi).reshape(3, 3) * 0.4 / 8
+    np.testing.assert_allclose(travel[:, 2] - travel[:, 0], 27 - 1.2**2 / (2 * 0.5), rtol=1e-9)
+    assert travel[0, 2] == pytest.approx(27.0, rel=1e-9)
+    assert times(tripping, "restart") == pytest.approx(starts[1:], rel=1e-12)
+    assert float(tripping.energy["closure"]) <= 1e-9
+
+
+def test_the_stop_comes_when_planned_and_later_with_each_stand(tripping):
+    first, *_ = stops = times(tripping, "stop")
+    # J ω̇ = −R_b (Π − 1)(T_0 − T_w): the lever goes from T_w to the pull in 0.35 s
+    mu = (1 + 0.35 * math.tan(math.radians(13.5) / 2)) / (1 - 0.35 * math.tan(math.radians(13.5) / 2))
+    gain, J = 0.623 * (mu**20 - 1), 1200 + 60e3 * 0.05**2
+    excess = gain * 30e3 - 60e3 * 9.80665 * 0.05
+    stop = 0.175 + J * 24.0 / excess
+    lowering = 1.2 / 0.5 + (27 - 1.2**2 / (2 * 0.5)) / 1.2
+    assert first == pytest.approx(lowering + stop, rel=1e-10)
+    period = float(tripping.scene.end_time) / 3
+    assert period == pytest.approx(lowering + stop + 15.0, rel=1e-12)
+    late = [time - k * period for k, time in enumerate(stops)]
+    assert late[0] < late[1] < late[2]
+
+
+def test_fade_moves_the_lever_and_not_the_hook():
+    law = sb.ProductFriction(sb.ConstantFriction(0.35), (sb.LinearFade(1e-3, above=293.15, floor=0.5),))
+    brake = dataclasses.replace(BRAKE, linings=dataclasses.replace(BRAKE.linings, friction=law))
+    heat = sb.lumped_heat(rim=8e4, partition=sb.ConstantPartition(1.0), rim_cooling=20.0)
+    heat = dataclasses.replace(heat, friction=dataclasses.replace(heat.friction, sensed="rim"))
+    lines = ("lower 27 m at 1.2 m/s", "brake to rest in 2 s", "hold 3 s")
+    result = sb.simulate(sb.programme_scene(brake, lines, HOOK, pull=60e3, heat=heat))
+    lowering = 1.2 / 0.5 + (27 - 1.2**2 / (2 * 0.5)) / 1.2
+    s = result.series(np.linspace(2.4, lowering, 40))
+    np.testing.assert_allclose(s.omega, 24.0, rtol=1e-7)
+    assert np.all(np.diff(np.asarray(s.slack_tension)) > 0)
+    assert np.asarray(s.slack_tension)[-1] > 1.3 * np.asarray(s.slack_tension)[0]
+    assert float(result.stopping_time) == pytest.approx(lowering + 2.0, abs=1e-6)
+
+
+def test_derivatives_pass_through_a_programme():
+    lines = ("lower 5 m at 1 m/s", "brake to rest", "hold 1 s")
+
+    def travel(friction, pull):
+        linings = sb.uniform_linings(20, math.radians(270), sb.ConstantFriction(friction))
+        scene = sb.programme_scene(dataclasses.replace(BRAKE, linings=linings), lines, HOOK, pull=pull)
+        return sb.simulate(scene).metrics["hook_travel"]
+
+    scene = sb.programme_scene(BRAKE, lines, HOOK, pull=30e3)
+    gradient = jax.jit(jax.grad(lambda scene: sb.simulate(scene).stopping_time))(scene)
+    # J dω/dT: a greater weight at the throw shifts the stop as the closed form of the planned stop does
+    step = 1e-4
+    ends = [
+        float(sb.simulate(sb.with_values(scene, {"brake.pulley.inertia": 1200.0 * (1 + d)})).stopping_time)
+        for d in (-step, step)
+    ]
+    assert float(gradient.brake.pulley.inertia) == pytest.approx((ends[1] - ends[0]) / (2 * step * 1200.0), rel=1e-6)
+    assert travel(0.35, 30e3) > travel(0.35, 40e3)
+
+
+@pytest.mark.parametrize(
+    ("lines", "words"),
+    [
+        (("lower 27 at 1.2 m",), "is no unit of speed of the hook"),
+        (("brake to rest",), "'brake to rest' begins at rest"),
+        (("lower 27 m at 1.2 m/s",), "ends in motion — add: brake to rest"),
+        (("lower 1 m at 1.2 m/s", "brake to rest"), "too short to reach the speed, which takes 1.44 m"),
+        (("lower 9 m at 1 m/s", "break to rest"), "is not understood — nearest: brake to rest"),
+        (("lower 9 m at 1 m/s", "hold 3 s"), "begins in motion"),
+        (("repeat 3 times", "hold 3 s"), "is not the last line"),
+        (("take the string", "hold 3 s"), "takes the string or sets it down, but not both"),
+        ((), "has no step"),
+    ],
+)
+def test_what_cannot_be_done_is_said(lines, words):
+    with pytest.raises(sb.InputError, match=words):
+        sb.programme_scene(BRAKE, lines, HOOK, pull=30e3)
+
+
+def test_a_pull_too_weak_for_the_load_names_the_least_one():
+    with pytest.raises(sb.InputError, match=r"needs \d+ N at the slack end — raise `pull`") as caught:
+        sb.programme_scene(BRAKE, ("lower 9 m at 1 m/s", "brake to rest"), HOOK, pull=3e3)
+    least = float(str(caught.value).split("needs ")[1].split(" N")[0])
+    mu = (1 + 0.35 * math.tan(math.radians(13.5) / 2)) / (1 - 0.35 * math.tan(math.radians(13.5) / 2))
+    assert least == pytest.approx(60e3 * 9.80665 * 0.05 / (0.623 * (mu**20 - 1)), rel=1e-3)
+
+
+def test_a_programme_in_a_file_is_the_scene_in_python():
+    text = """
+    programme = ["lower 27 m at 1.2 m/s", "brake to rest", "hold 40 s", "repeat 30 times"]
+    pull = "30 kN"
+    [brake]
+    pulley = { radius = 0.59, inertia = 1200 }
+    band = { radius = "623 mm" }
+    linings = { count = 20, wrap = "270 deg", friction = 0.35 }
+    [load]
+    mass = "60 t"
+    drum_radius = 0.4
+    line_count = 8
+    """
+    lines = ("lower 27 m at 1.2 m/s", "brake to rest", "hold 40 s", "repeat 30 times")
+    scene, wanted = sb.scene_from_text(text), sb.programme_scene(BRAKE, lines, HOOK, pull=30e3)
+    for a, b in ((scene, wanted), (sb.scene_from_text(sb.scene_text(scene)), wanted)):
+        assert jax.tree.structure(a) == jax.tree.structure(b)
+        assert all(np.array_equal(x, y) for x, y in zip(jax.tree.leaves(a), jax.tree.leaves(b), strict=True))
+    with pytest.raises(sb.InputError, match=r"programme\[1\]: 'brake' is not understood"):
+        sb.scene_from_text(text.replace("brake to rest", "brake"))
