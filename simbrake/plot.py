@@ -1,5 +1,6 @@
 """Pictures. Each function draws into a given figure or makes one, and returns it; nothing is ever shown."""
 
+from ._plot_duty import duty as duty
 from ._plot_runs import contacts as contacts
 from ._plot_runs import stages as stages
 from ._plot_runs import stop as stop

@@ -19,7 +19,7 @@ PACKAGE = pathlib.Path(sb.__file__).parent
 
 #: a module may import modules of lower levels, and of its own where the order below allows it
 LAYERS = [
-    {"_quantity", "_compiling", "_estimates", "_salib", "_units", "_identify"},
+    {"_quantity", "_compiling", "_estimates", "_salib", "_units", "_identify", "_handy"},
     {"_hybrid", "_friction", "_band", "_compliance", "_layout", "_duty", "_material"},
     {"_design", "_fade", "_lever", "_loads", "_links"},
     {"_network"},
@@ -50,10 +50,12 @@ LAYERS = [
     {"_global", "_uncertainty", "_sweep", "_assess"},
     {"_calibrate"},
     {"_plot_runs"},
-    {"_plot_uncertainty", "_plot_studies"},
+    {"_plot_uncertainty", "_plot_studies", "_plot_duty", "_plot_file"},
     {"plot"},
-    {"_export"},
-    {"_calibrate_run"},
+    {"_export", "_error_estimate", "_html_scene", "_html_parts", "_html_pictures"},
+    {"_calibrate_run", "_html_limits"},
+    {"_html_report"},
+    {"_report_run"},
     {"_cli"},
 ]
 
@@ -95,7 +97,13 @@ def test_integrator_knows_nothing_of_brakes():
 
 def test_only_plot_modules_import_matplotlib():
     files = [f for f in PACKAGE.rglob("*.py") if "!matplotlib" in imports(f)]
-    assert sorted(f.name for f in files) == ["_plot_runs.py", "_plot_studies.py", "_plot_uncertainty.py"]
+    assert sorted(f.stem for f in files) == [
+        "_plot_duty",
+        "_plot_file",
+        "_plot_runs",
+        "_plot_studies",
+        "_plot_uncertainty",
+    ]
 
 
 def test_public_names():

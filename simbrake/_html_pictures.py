@@ -1,0 +1,101 @@
+"""Which pictures a report has, under what conditions, and what to see in them."""
+
+import base64
+from collections.abc import Callable
+from typing import NamedTuple
+
+from ._result import Result
+
+#: a picture whose SVG is longer is a PNG instead (bytes)
+_LONGEST = 400_000
+_DPI = 170.0  # of PNGs: sharp in print over the width of a page
+
+
+class Picture(NamedTuple):
+    """A function of `simbrake.plot` that draws a result, when it has something to draw, and what to see in it."""
+
+    name: str
+    title: str
+    caption: str
+    wanted: Callable[[Result], bool] = lambda result: True
+
+
+class Drawing(NamedTuple):
+    """A picture as an image inside the page."""
+
+    name: str
+    title: str
+    caption: str
+    address: str  # data URI
+
+
+def _heated(result: Result) -> bool:
+    return result.scene.heat is not None
+
+
+def _staged(result: Result) -> bool:
+    return result.scene.brake.bandage is not None
+
+
+def _resolved(result: Result) -> bool:
+    return bool(result.record.modes.contacts)  # pyright: ignore
+
+
+#: the duty has a section of its own
+DUTY = Picture(
+    "duty",
+    "What acts on the brake",
+    "Slack tension that the lever gives, and torque with which the load drives the shaft, over the whole run.",
+)
+#: the pictures of a run in the order of the page; a new one is one line
+PICTURES = (
+    Picture(
+        "stop",
+        "The run over time",
+        "From above: speed of the pulley, torques of brake and load, tensions at the two ends of the band, number of "
+        "linings at their friction limit. Dashed lines are events; where there are two columns, the right one "
+        "enlarges the onset of slip.",
+    ),
+    Picture(
+        "stages",
+        "Stages of the staged brake",
+        "Speeds of pulley and bandage, torques and friction heat of both pairs, and their overlap coefficients (filled "
+        "while a pair slides, hatched while it sticks); the shading says which stage it is.",
+        _staged,
+    ),
+    Picture(
+        "contacts",
+        "Which linings slide",
+        "One line for each lining, from the slack end, over time: grey while it sticks, coloured while it slides.",
+        _resolved,
+    ),
+    Picture(
+        "temperatures",
+        "Temperatures",
+        "Surfaces over time with the permissible temperature of the linings, the coefficient of friction that is left, "
+        "and the temperature through the depth of the walls at the hottest moment.",
+        _heated,
+    ),
+)
+
+
+def draw(result: Result, picture: Picture) -> Drawing:
+    """One picture of a result, as an image inside the page."""
+    from . import plot  # matplotlib is loaded by those who want a picture
+
+    return drawing(picture.name, picture.title, picture.caption, getattr(plot, picture.name)(result))
+
+
+def drawing(name: str, title: str, caption: str, figure: object) -> Drawing:
+    """A figure as an image inside the page: SVG, or PNG where that is shorter to load."""
+    from ._plot_file import png, svg
+
+    kind, data = "svg+xml", svg(figure)  # pyright: ignore
+    if len(data) > _LONGEST:
+        kind, data = "png", png(figure, _DPI)  # pyright: ignore
+    return Drawing(name, title, caption, f"data:image/{kind};base64,{base64.b64encode(data).decode('ascii')}")
+
+
+def pictures_of(result: Result) -> list[Drawing]:
+    """All pictures that a result has something for."""
+    return [draw(result, picture) for picture in PICTURES if picture.wanted(result)]
