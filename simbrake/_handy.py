@@ -54,7 +54,8 @@ def digits(x: float, count: int = 6) -> str:
     if not power:
         return mantissa.replace("-", "−")
     raised = f"10{str(int(power)).translate(_UPPER)}"
-    return raised if mantissa == "1" else f"{mantissa.replace('-', '−')}·{raised}"
+    ones = {"1": raised, "-1": f"−{raised}"}
+    return ones.get(mantissa, f"{mantissa.replace('-', '−')}·{raised}")
 
 
 def scale(unit: str, magnitude: float, *, absolute: bool = False) -> tuple[float, float, str]:

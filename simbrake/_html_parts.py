@@ -105,9 +105,9 @@ def key_figures(summary: dict[str, Any], units: Any) -> list[Figure]:
         if f"{name}_lining" in at:
             notes.append(f"lining {at[f'{name}_lining']}")
         if f"{name}_time" in at:
-            notes.append(f"at {number(at[f'{name}_time'], 's')}")
-        found.append(Figure(words, number(value, units(name)), ", ".join(notes)))
-    found.append(Figure("Friction heat", number(summary["energy"]["friction_heat"], "J")))
+            notes.append(f"at {number(at[f'{name}_time'], 's', count=4)}")
+        found.append(Figure(words, number(value, units(name), count=5), ", ".join(notes)))
+    found.append(Figure("Friction heat", number(summary["energy"]["friction_heat"], "J", count=5)))
     return found
 
 

@@ -2,12 +2,12 @@
 
 import os
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from ._error_estimate import Repeat, repeat
-from ._handy import Number, digits, number
+from ._handy import Number, digits, number, pretty
 from ._html_limits import faults_of_limits, limits_of
 from ._html_parts import METRICS, event_counts, event_rows, key_figures, ledgers, stage_rows, verdict, words_of
 from ._html_pictures import DUTY, Drawing, draw, drawing, pictures_of
@@ -50,6 +50,7 @@ def report(
     files: Mapping[str, str] | None = None,
     check: bool = True,
     rtol: float = 1e-10,
+    tell: Callable[[str], None] = lambda words: None,
 ) -> str:
     """A run as one HTML page that needs nothing else: no network, no other files, no scripts. Returns the page.
 
@@ -61,6 +62,7 @@ def report(
       lining (Pa); the scene's own permissible temperature is always looked at
     - `title`: heading of the page;  `files`: name → text, shown at the end, such as the scene's file
     - `check`: run a second time at another tolerance, to say how accurate the first is
+    - `tell`: called with a few words at the beginning of everything that takes a while
 
     Numbers are in handy units; the exact value in SI units is in the `value` of each `<data>` element.
 
@@ -74,11 +76,16 @@ def report(
         found += error.faults
     if found:
         raise InputError(found)
+    tell("run")
     result = run if isinstance(run, Result) else simulate(run, rtol=rtol, throw=False)
+    tell("events, pictures")
     parts = contents(result, limits or {}, title, files or {})
     if sensitivity:
+        tell("sensitivities")
         parts["sensitivities"], parts["without"] = _sensitivities(result, sensitivity, span)
-    parts["repeat"] = _accuracy(repeat(result)) if check else None
+    if check:
+        tell("second run, for the error estimate")
+        parts["repeat"] = _accuracy(repeat(result))
     text = render(parts)
     if path is not None:
         write(text, Path(path))
@@ -184,23 +191,35 @@ def _influence(row: Sensitivity) -> tuple[Number, str, str]:
     return value, digits(row.derivative, 5), digits(row.elasticity, 4)
 
 
+def _in_si(difference: float | None, unit: str) -> Number:
+    """A difference, whose size matters more than its unit, in SI."""
+    return (
+        Number("—")
+        if difference is None
+        else Number(digits(difference, 2), pretty(unit), repr(difference), pretty(unit))
+    )
+
+
 def _accuracy(second: Repeat) -> dict[str, Any]:
     """The comparison of two runs, with numbers for reading."""
+    order = list(METRICS)
     return {
         "rtol": digits(second.rtol, 3),
         "max_step": None if second.max_step is None else number(second.max_step, "s", count=3),
         "tighter": second.tighter,
         "problem": second.problem,
         "unmatched": second.unmatched,
-        "events": [(shift.name, shift.count, number(shift.difference, "s", count=2)) for shift in second.events],
+        "events": [(shift.name, shift.count, _in_si(shift.difference, "s")) for shift in second.events],
         "metrics": [
             (
                 words_of(shift.name),
                 number(shift.value, shift.unit),
-                number(shift.difference, shift.unit, absolute=False, count=2),
+                _in_si(shift.difference, shift.unit),
                 "—" if shift.relative is None else digits(shift.relative, 2),
             )
-            for shift in sorted(second.metrics, key=lambda shift: shift.name not in METRICS)
+            for shift in sorted(
+                second.metrics, key=lambda shift: order.index(shift.name) if shift.name in order else 99
+            )
             if shift.value is not None or shift.other is not None
         ],
     }

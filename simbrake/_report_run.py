@@ -10,6 +10,7 @@ from ._calibrate_run import parse_numbers
 from ._html_limits import faults_of_limits
 from ._html_report import report
 from ._measure import check_metrics
+from ._progress import Line
 from ._quantity import Fault, InputError
 from ._scene import Scene
 from ._simulate import simulate
@@ -55,10 +56,16 @@ def report_run(
     out = page_of(file) if out is None else out
     if out.is_dir():
         raise InputError([Fault("--out", f"{out} is a folder", "give the name of a page, as in report.html")])
+    line = Line("report")
+    line.show("run")
     result = simulate(scene, rtol=rtol, throw=False)
     text = file.read_text("utf-8") if file.is_file() else ""
     files: Mapping[str, str] = {file.name: text} if text else {}
-    report(result, out, sensitivity=sensitivity, limits=limits, title=title_of(file, text), files=files, check=check)
+    options: dict[str, Any] = {"sensitivity": sensitivity, "limits": limits, "check": check, "tell": line.show}
+    try:
+        report(result, out, title=title_of(file, text), files=files, **options)
+    finally:
+        line.done()
     said: dict[str, Any] = {"status": result.status, "message": result.message, "written": str(out)}
     print(json.dumps(said, indent=2) if json_ else f"{result.status}: {result.message}\nwritten  {out}")
     return 0 if result.ok else 1
