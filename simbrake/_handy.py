@@ -71,15 +71,20 @@ def scale(unit: str, magnitude: float, *, absolute: bool = False) -> tuple[float
     return 1.0, 0.0, pretty(unit)
 
 
-def number(value: Any, unit: str = "", *, absolute: bool | None = None, count: int = 6) -> Number:
+def number(
+    value: Any, unit: str = "", *, absolute: bool | None = None, count: int = 6, beside: float | None = None
+) -> Number:
     """One number (SI) for reading; `None` and what is not finite become a dash.
 
     - `absolute`: as for `scale`; by default every K is a temperature
+    - `beside`: the magnitude whose unit is taken, that of the greatest of numbers to be compared
     """
     if value is None or not np.isfinite(value):
         return Number("—")
     x = float(value)
-    factor, offset, name = scale(unit, abs(x), absolute=unit == "K" if absolute is None else absolute)
+    factor, offset, name = scale(
+        unit, abs(x) if beside is None else beside, absolute=unit == "K" if absolute is None else absolute
+    )
     return Number(digits(x * factor + offset, count), name, repr(x), pretty(unit))
 
 

@@ -229,7 +229,10 @@ def ledger(title: str, into: dict[str, float], out: dict[str, float], closure: f
     totals = [sum(value for _, value in side) for side in sides]
     hues = iter(range(100))
     shares = [
-        tuple(Share(words, number(value, "J"), 100 * value / total, next(hues)) for words, value in side)
+        tuple(
+            Share(words, number(value, "J", beside=max(totals)), 100 * value / total, next(hues))
+            for words, value in side
+        )
         for side, total in zip(sides, totals, strict=True)
     ]
     return Ledger(title, shares[0], shares[1], number(max(totals), "J"), digits(closure, 2), note)

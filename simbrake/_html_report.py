@@ -11,7 +11,7 @@ from ._handy import Number, digits, number, pretty
 from ._html_limits import faults_of_limits, limits_of
 from ._html_parts import METRICS, event_counts, event_rows, key_figures, ledgers, stage_rows, verdict, words_of
 from ._html_pictures import DUTY, Drawing, draw, drawing, pictures_of
-from ._html_scene import duty_words, parts_of, unit_at
+from ._html_scene import duty_words, parts_of
 from ._measure import Metric, check_metrics, happened, measure, name_of, unit_of
 from ._quantity import InputError
 from ._result import Result
@@ -93,7 +93,7 @@ def report(
 
 
 def contents(result: Result, limits: Mapping[str, float], title: str, files: Mapping[str, str]) -> dict[str, Any]:
-    """Everything that a page shows of one result; the provenance is any mapping of names to texts or further ones."""
+    """Everything that a page shows of one result."""
     scene, summary = result.scene, result.summary()
     parts = [part for part in parts_of(scene) if part.rows]
     events = event_rows(result.events)
@@ -124,7 +124,7 @@ def contents(result: Result, limits: Mapping[str, float], title: str, files: Map
         "without": [],
         "repeat": None,
         "provenance": flat(_provenance(result)),
-        "files": {**_scene_text(scene), **files},
+        "files": {**({} if any(name.endswith(".toml") for name in files) else _scene_text(scene)), **files},
     }
 
 
@@ -134,13 +134,18 @@ def _name(scene: Scene) -> str:
 
 
 def _provenance(result: Result) -> Mapping[str, Any]:
-    """Where the result comes from."""
+    """Where the result comes from; scene and outcome have sections of their own."""
     return {}
 
 
 def _scene_text(scene: Scene) -> dict[str, str]:
-    """The scene as a file that can be run again."""
-    return {}
+    """The scene as a file that can be run again, or why no file can hold it."""
+    from ._scene_file import scene_text
+
+    try:
+        return {"scene.toml": scene_text(scene)}
+    except InputError as error:
+        return {"no scene file": str(error)}
 
 
 def flat(found: Mapping[str, Any], above: str = "") -> list[tuple[str, str]]:
@@ -185,7 +190,7 @@ def _sensitivities(
 
 def _influence(row: Sensitivity) -> tuple[Number, str, str]:
     """Value, derivative and elasticity of a number for reading; what is rounding is 0."""
-    value = number(row.value, unit_at(row.path.replace("[:]", ""), row.unit))
+    value = number(row.value, row.unit)
     if row.value and abs(row.elasticity) < _ROUNDING:
         return value, "0", "0"
     return value, digits(row.derivative, 5), digits(row.elasticity, 4)

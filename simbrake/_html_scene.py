@@ -19,10 +19,9 @@ from ._duty import (
 from ._handy import Number, digits, number, numbers, scale
 from ._lever import Lever
 from ._loads import AbstractLoad, HookLoad, TorqueLoad, TrippingLoad
+from ._quantity import Quantity, about_of, unit_below
 from ._scene import Scene
 
-#: what a profile means depends on where it stands: the field that holds it → its unit
-_PROFILE_UNITS = {"slack_tension": "N", "force": "N", "profile": "N*m", "temperature": "K", "power": "W"}
 #: where the docstring of a part speaks to programmers
 _WORDS = {"Scene": "One run of a brake.", "Lining": "The linings, counted from the slack to the tight end."}
 
@@ -44,17 +43,10 @@ class Part(NamedTuple):
     rows: tuple[Row, ...]
 
 
-def unit_at(path: str, unit: str) -> str:
-    """Unit of a number of a scene: that of a profile, given as `SI`, follows from the place of the profile."""
-    if unit != "SI":
-        return unit
-    return next((_PROFILE_UNITS[name] for name in reversed(path.split(".")) if name in _PROFILE_UNITS), unit)
-
-
-def parts_of(node: Any, path: str = "") -> list[Part]:
-    """A part of a scene and all parts below it, in the order of the fields."""
+def parts_of(node: Any, path: str = "", unit: str = "SI") -> list[Part]:
+    """A part of a scene and all parts below it, in the order of the fields; `unit`: what `SI` means here."""
     if isinstance(node, tuple | list):
-        return [part for i, child in enumerate(node) for part in parts_of(child, f"{path}[{i}]")]
+        return [part for i, child in enumerate(node) for part in parts_of(child, f"{path}[{i}]", unit)]
     if not _is_part(node):
         return []
     rows: list[Row] = []
@@ -62,11 +54,13 @@ def parts_of(node: Any, path: str = "") -> list[Part]:
     for field in dataclasses.fields(node):
         value, here = getattr(node, field.name), f"{path}.{field.name}" if path else field.name
         if _is_part(value) or (isinstance(value, tuple | list) and any(_is_part(one) for one in value)):
-            below += parts_of(value, here)
-        elif "quantity" in field.metadata:
-            rows.append(Row(here, *_quantity(value, field.metadata["quantity"], here)))
+            below += parts_of(value, here, unit_below(field, unit))
+        elif (about := about_of(field, unit)) is not None:
+            rows.append(Row(here, about.meaning, _value(value, about)))
         elif value is not None and not (isinstance(value, tuple | list) and not value):
-            rows.append(Row(here, field.name.replace("_", " "), Number(_plain(value))))
+            known = field.metadata.get("whole")
+            meaning = field.name.replace("_", " ") if known is None else known.meaning
+            rows.append(Row(here, meaning, Number(_plain(value))))
     kind = type(node).__name__
     return [Part(path, kind, _WORDS.get(kind, _said_of(node)), tuple(rows)), *below]
 
@@ -80,13 +74,10 @@ def _is_part(node: Any) -> bool:
     return dataclasses.is_dataclass(node) and not isinstance(node, type)
 
 
-def _quantity(value: Any, about: Any, path: str) -> tuple[str, Number]:
-    si = unit_at(path, about.unit)
+def _value(value: Any, about: Quantity) -> Number:
     if value is None:
-        return about.meaning, Number("not given")
-    # in K there are temperatures, read in °C, and widths of ranges, which are not
-    absolute = si == "K" and ("temperature" in about.meaning or about.unit == "SI")
-    return about.meaning, numbers(value, si, absolute=absolute)
+        return Number("not given")
+    return numbers(value, about.unit, absolute=about.unit == "K" and not about.difference)
 
 
 def _plain(value: Any) -> str:

@@ -1,5 +1,6 @@
 """The report: one page that needs nothing else, whose numbers are those of the run."""
 
+import html
 import html.parser
 import importlib.resources
 import json
@@ -16,12 +17,12 @@ import simbrake as sb
 from simbrake import plot
 from simbrake._edit import with_values
 from simbrake._error_estimate import repeat
-from simbrake._handy import digits, number, numbers
+from simbrake._handy import number
 from simbrake._html_limits import limits_of
 from simbrake._html_parts import EVENTS, event_counts, event_rows, ledger
 from simbrake._html_pictures import DUTY, PICTURES
+from simbrake._html_report import _scene_text as contents_of_scene
 from simbrake._html_report import contents, render
-from simbrake._html_scene import load_words, parts_of, profile_words
 from simbrake._report_run import report_run, title_of
 
 VOID = {"meta", "img", "br", "wbr", "link", "hr", "input"}
@@ -69,7 +70,7 @@ def made(run, tmp_path_factory):
     path = tmp_path_factory.mktemp("report") / "run.html"
     limits = {"max_tension": 1e9, "max_normal_load": 10.0}
     title = f"A stop {NASTY} & more"
-    files = {"scene.toml": f"# {NASTY}\n[brake]"}
+    files = {"notes.txt": f"# {NASTY}\n[brake]"}
     asked = {"sensitivity": ["stopping_time"], "span": None, "limits": limits, "title": title, "files": files}
     text = sb.report(run, path, **asked)
     assert path.read_text("utf-8") == text
@@ -141,6 +142,21 @@ def test_same_result_same_page(run):
     parts = contents(run, {}, "", {})
     assert render(parts) == render(contents(run, {}, "", {}))
     assert len(parts["pictures"]) == 1  # neither stages nor contacts nor heat
+
+
+def test_scene_of_the_page_can_be_run_again(run, made):
+    text = html.unescape(re.search(r"<summary>scene.toml</summary><pre>(.*?)</pre>", made, re.S).group(1))
+    again = sb.scene_from_text(text)
+    for a, b in zip(sb.leaves(run.scene), sb.leaves(again), strict=True):
+        assert a.path == b.path
+        np.testing.assert_array_equal(a.value, b.value)
+
+
+def test_scene_that_no_file_can_hold_says_so():
+    scene = stop_scene(lever=sb.FunctionProfile(_wave))
+    files = contents_of_scene(scene)
+    assert "no scene file" in files
+    assert "duty.slack_tension" in files["no scene file"]
 
 
 def test_failure_is_shown_with_its_message():
@@ -232,68 +248,6 @@ def test_equal_steps_are_no_estimate():
 
 def test_near_rounding_the_second_run_is_looser(run):
     assert not repeat(sb.simulate(run.scene, rtol=1e-12)).tighter
-
-
-@pytest.mark.parametrize(
-    ("value", "unit", "text"),
-    [
-        (1.25e5, "N", "125 kN"),
-        (0.0139, "s", "13.9 ms"),
-        (3.5e-18, "s", "3.5·10⁻¹⁸ s"),
-        (0.0, "N", "0 N"),
-        (293.15, "K", "20 °C"),
-        (math.pi / 4, "rad", "45°"),
-        (18.8446, "rad", "18.8446 rad"),
-        (1200.0, "kg*m^2", "1200 kg·m²"),
-        (-2.5e-9, "1/K", "−2.5·10⁻⁹ 1/K"),
-        (123456.7, "1", "123457"),
-        (2.06e11, "Pa", "206 GPa"),
-        (1e-12, "1", "10⁻¹²"),
-        (1234567.0, "1", "1234570"),
-        (None, "N", "—"),
-        (math.inf, "s", "—"),
-    ],
-)
-def test_handy_numbers(value, unit, text):
-    assert str(number(value, unit)) == text
-
-
-def test_handy_arrays_and_differences():
-    assert str(numbers(np.full(20, math.radians(13.5)), "rad")) == "20 × 13.5°"
-    assert str(numbers([0.0, 0.35], "s")) == "0, 0.35 s"
-    assert str(numbers(np.linspace(0.0, 4e3, 9), "N")) == "9 values from 0 to 4 kN"
-    assert str(number(5.0, "K", absolute=False)) == "5 K"
-    assert digits(-1e-12, 2) == "−10⁻¹²"
-    exact = 0.1 + 0.2
-    assert float(number(exact, "m").si) == exact
-
-
-def test_installation_has_every_number_of_a_scene():
-    scene = hot_scene(304.0)
-    parts = parts_of(scene)
-    rows = {row.path: row for part in parts for row in part.rows}
-    assert {leaf.path for leaf in sb.leaves(scene)} <= set(rows)
-    assert str(rows["heat.permissible"].value) == "30.85 °C"
-    assert str(rows["duty.slack_tension.level"].value) == "8 kN"  # unit from its place
-    assert str(rows["duty.load.profile.level"].value) == "0 N·m"
-    assert str(rows["brake.linings.friction.factors[0].blend"].value) == "0 K"  # a width, not a temperature
-    assert rows["heat.friction.lining"].value.text == "lining"
-
-
-def test_profiles_and_loads_in_words():
-    assert profile_words(sb.Constant(8e3), "N") == "8 kN at all times"
-    lines = profile_words(sb.ramp(2e3, 24e3, 0.0, 0.35), "N")
-    assert lines == "straight lines through 2 kN at 0 s, 24 kN at 0.35 s; constant before and after"
-    cycles = profile_words(sb.Repeated([1.0, 2.0], [3e4, 0.0], 50.0, 30), "N")
-    assert cycles.startswith("30 cycles of 50 s each, in each straight lines through 30 kN at 1 s, 0 kN at 2 s")
-    lever = profile_words(sb.Lever(sb.Constant(100.0), 1.5, 0.1), "N")
-    assert "times 15" in lever
-    assert "100 N at all times" in lever
-    many = profile_words(sb.PiecewiseLinear(np.arange(100.0), np.arange(100.0)), "N")
-    assert "94 more" in many
-    assert profile_words(sb.FunctionProfile(_wave), "N") == "a function of its own, _wave"
-    hook = load_words(sb.HookLoad(mass=60e3, drum_radius=0.4, line_count=8))
-    assert hook == "60 t on the hook, 8 lines, rope at 0.4 m from the shaft: 29.42 kN·m on the shaft"
 
 
 def _wave(t, parameters):
