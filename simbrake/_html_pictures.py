@@ -12,12 +12,16 @@ _DPI = 170.0  # of PNGs: sharp in print over the width of a page
 
 
 class Picture(NamedTuple):
-    """A function of `simbrake.plot` that draws a result, when it has something to draw, and what to see in it."""
+    """A function of `simbrake.plot` that draws a result, when it has something to draw, and what to see in it.
+
+    `options`: what else the function is given, so that one function can draw several pictures.
+    """
 
     name: str
     title: str
     caption: str
     wanted: Callable[[Result], bool] = lambda result: True
+    options: tuple[str, ...] = ()
 
 
 class Drawing(NamedTuple):
@@ -83,7 +87,8 @@ def draw(result: Result, picture: Picture) -> Drawing:
     """One picture of a result, as an image inside the page."""
     from . import plot  # matplotlib is loaded by those who want a picture
 
-    return drawing(picture.name, picture.title, picture.caption, getattr(plot, picture.name)(result))
+    figure = getattr(plot, picture.name)(result, *picture.options)
+    return drawing("-".join([picture.name, *picture.options]), picture.title, picture.caption, figure)
 
 
 def drawing(name: str, title: str, caption: str, figure: object) -> Drawing:

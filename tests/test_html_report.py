@@ -141,7 +141,9 @@ def test_metrics_without_a_value_are_named():
 def test_same_result_same_page(run):
     parts = contents(run, {}, "", {})
     assert render(parts) == render(contents(run, {}, "", {}))
-    assert len(parts["pictures"]) == 1  # neither stages nor contacts nor heat
+    names = {picture.name for picture in parts["pictures"]}
+    assert "stop" in names
+    assert not names & {"stages", "contacts", "temperatures"}
 
 
 def test_scene_of_the_page_can_be_run_again(run, made):
@@ -288,7 +290,7 @@ def test_pictures_exist_and_say_what_to_see():
     for picture in (*PICTURES, DUTY):
         assert callable(getattr(plot, picture.name))
         assert len(picture.caption) > 60
-    assert len({picture.name for picture in PICTURES}) == len(PICTURES)
+    assert len({(picture.name, picture.options) for picture in PICTURES}) == len(PICTURES)
 
 
 def test_page_is_replaced_whole_or_not_at_all(run, tmp_path, monkeypatch):
