@@ -45,7 +45,10 @@ def test_handy_arrays_and_differences():
 
 
 def test_installation_has_every_number_of_a_scene():
-    scene = hot_scene(304.0)
+    bodies = (sb.Lump("lining", 2e4), sb.Lump("rim", 1e5))
+    friction = sb.FrictionHeat("rim", "lining", sb.ConstantPartition(0.0))
+    heat = sb.Heat(bodies, friction=friction, rim="rim", linings="lining", permissible=304.0)
+    scene = rigid_stop(fading(slope=1e-6), heat, end=4.0)
     parts = parts_of(scene)
     rows = {row.path: row for part in parts for row in part.rows}
     assert {leaf.path for leaf in sb.leaves(scene)} <= set(rows)
