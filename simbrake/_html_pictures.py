@@ -4,6 +4,8 @@ import base64
 from collections.abc import Callable
 from typing import NamedTuple
 
+import numpy as np
+
 from ._result import Result
 
 #: a picture whose SVG is longer is a PNG instead (bytes)
@@ -101,6 +103,14 @@ def drawing(name: str, title: str, caption: str, figure: object) -> Drawing:
     return Drawing(name, title, caption, f"data:image/{kind};base64,{base64.b64encode(data).decode('ascii')}")
 
 
+def lasted(result: Result) -> bool:
+    """Whether a run lasted any time; one that fails at its start has nothing to draw."""
+    times = np.asarray(result.record.rows.t)
+    return bool(times[int(result.record.count)] > times[0])
+
+
 def pictures_of(result: Result) -> list[Drawing]:
     """All pictures that a result has something for."""
+    if not lasted(result):
+        return []
     return [draw(result, picture) for picture in PICTURES if picture.wanted(result)]

@@ -10,7 +10,7 @@ from ._error_estimate import Repeat, repeat
 from ._handy import Number, digits, number, pretty
 from ._html_limits import faults_of_limits, limits_of
 from ._html_parts import METRICS, event_counts, event_rows, key_figures, ledgers, stage_rows, verdict, words_of
-from ._html_pictures import DUTY, Drawing, draw, drawing, pictures_of
+from ._html_pictures import DUTY, Drawing, draw, drawing, lasted, pictures_of
 from ._html_scene import duty_words, parts_of
 from ._measure import Metric, check_metrics, happened, measure, name_of, unit_of
 from ._quantity import InputError
@@ -104,7 +104,7 @@ def contents(result: Result, limits: Mapping[str, float], title: str, files: Map
         "parts": [part for part in parts if not part.path.startswith("heat")],
         "thermal_parts": [part for part in parts if part.path.startswith("heat")],
         "duty": duty_words(scene),
-        "duty_picture": draw(result, DUTY),
+        "duty_picture": draw(result, DUTY) if lasted(result) else None,
         "pictures": pictures_of(result),
         "counts": event_counts(result.events),
         "events": events,

@@ -167,15 +167,24 @@ def test_scene_that_no_file_can_hold_says_so():
 
 
 def test_failure_is_shown_with_its_message():
-    result = sb.simulate(stop_scene(), max_steps=4, throw=False)
+    result = sb.simulate(stop_scene(), max_events=2, throw=False)
     text = sb.report(result, limits={"max_tension": 1e9})
     page = Page(text)
     assert 'class="verdict bad"' in text
-    assert "Failed: step_limit" in page.words
-    assert "the step limit was reached before the end time" in page.words
-    assert "raise max_steps" in page.words
+    assert "Failed: event_limit" in page.words
+    assert "the event limit was reached before the end time" in page.words
+    assert "raise max_events" in page.words
     assert "kept so far" in page.words
     assert "was not repeated" in page.words
+    assert "The run over time" in page.words
+
+
+def test_failure_at_the_start_has_a_page():
+    result = sb.simulate(stop_scene(), max_events=0, throw=False)
+    page = Page(sb.report(result))
+    assert "Failed: event_limit" in page.words
+    assert "nothing to draw" in page.words
+    assert "img" not in page.tags
 
 
 def test_permissible_temperature_passed_and_kept(hot):
