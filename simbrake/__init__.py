@@ -143,6 +143,7 @@ from ._provenance import provenance as provenance
 from ._quantity import Fault as Fault
 from ._quantity import InputError as InputError
 from ._quantity import leaves as leaves
+from ._quantity import quantity as quantity
 from ._read_measured import read_measured as read_measured
 from ._rerun import rerun as rerun
 from ._result import Result as Result
