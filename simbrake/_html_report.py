@@ -13,9 +13,11 @@ from ._html_parts import METRICS, event_counts, event_rows, key_figures, ledgers
 from ._html_pictures import DUTY, Drawing, draw, drawing, lasted, pictures_of
 from ._html_scene import duty_words, parts_of
 from ._measure import Metric, check_metrics, happened, measure, name_of, unit_of
+from ._provenance import provenance
 from ._quantity import InputError
 from ._result import Result
 from ._scene import Scene
+from ._scene_file import scene_text
 from ._sensitivity import Sensitivity, SensitivityTable
 from ._sensitivity import sensitivity as tables_of
 from ._simulate import simulate
@@ -135,13 +137,11 @@ def _name(scene: Scene) -> str:
 
 def _provenance(result: Result) -> Mapping[str, Any]:
     """Where the result comes from; scene and outcome have sections of their own."""
-    return {}
+    return {name: value for name, value in provenance(result).items() if name not in ("scene", "outcome")}
 
 
 def _scene_text(scene: Scene) -> dict[str, str]:
     """The scene as a file that can be run again, or why no file can hold it."""
-    from ._scene_file import scene_text
-
     try:
         return {"scene.toml": scene_text(scene)}
     except InputError as error:

@@ -183,6 +183,12 @@ def _static_grip(linings: Lining, T: Any) -> Array:
     return jnp.broadcast_to(grip(linings.friction.static(still), jnp.asarray(linings.angle)), (linings.count,))
 
 
+def static_friction(scene: Scene) -> np.ndarray:
+    """Coefficient up to which each lining sticks at the start, on the rim, or on the band of a staged brake."""
+    fz = np.asarray(_static_grip(scene.brake.linings, sensed_at_start(scene)))
+    return fz / np.tan(np.asarray(scene.brake.linings.angle) / 2)
+
+
 def locked(scene: Scene) -> list[int]:
     """Numbers (from 1) of the linings that lock themselves with their static friction, `f tan(β/2) ≥ 1`."""
     return [

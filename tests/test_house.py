@@ -19,12 +19,14 @@ PACKAGE = pathlib.Path(sb.__file__).parent
 
 #: a module may import modules of lower levels, and of its own where the order below allows it
 LAYERS = [
-    {"_quantity", "_compiling", "_estimates", "_salib", "_units", "_identify", "_handy"},
+    {"_quantity", "_compiling", "_estimates", "_salib", "_units", "_identify"},
+    {"_numbers", "_handy"},
     {"_hybrid", "_friction", "_band", "_compliance", "_layout", "_duty", "_material"},
     {"_design", "_fade", "_lever", "_loads", "_links"},
     {"_network"},
     {"_heat"},
     {"_scene", "_thermal", "_sliding", "_builders", "_internal"},
+    {"_plausible"},
     {"_modes", "_state", "_sparsity", "_at_rest"},
     {"_acting", "_bandage_state"},
     {"_forces", "_chain", "_bandage_forces"},
@@ -44,8 +46,16 @@ LAYERS = [
     {"_read_measured", "_calibration", "_range", "_chunks", "_plan", "_sampling", "_least_tension", "_optimal_layout"},
     {"_sensitivity", "_distribute", "_dataset", "_fit_model", "_history"},
     {"_schema"},
+    {"_scene_tables", "_json_schema"},
     {"_scene_reader"},
     {"_scene_file"},
+    {"_open_scene"},
+    {"_meanings", "_provenance", "_columns"},
+    {"_labelled"},
+    {"_result_file"},
+    {"_rerun", "_comparison"},
+    {"_compare"},
+    {"_compare_run"},
     {"_ensemble", "_search"},
     {"_global", "_uncertainty", "_sweep", "_assess"},
     {"_calibrate"},
@@ -56,6 +66,8 @@ LAYERS = [
     {"_calibrate_run", "_html_limits"},
     {"_html_report"},
     {"_report_run"},
+    {"_cli_options"},
+    {"_cli_scene", "_cli_studies"},
     {"_cli"},
 ]
 
