@@ -20,8 +20,9 @@ _STYLES = [(BLUE, "o"), (VERMILLION, "s"), (GREEN, "D"), (ORANGE, "^"), (PURPLE,
 
 
 def angles(given: Any, *, uniform: bool = True, figure: Figure | None = None) -> Figure:
-    """Central angles `β_i` (°) of linings where they lie on the wrap, from the slack to the tight end, of one or several
-    layouts: each lining as wide as it is, with a mark in its middle.
+    """Central angles `β_i` (°) of linings where they lie on the wrap, from the slack to the tight end.
+
+    One or several layouts, each lining as wide as it is, with a mark in its middle.
 
     How `β_i` depend on a chosen `β_k` (Z, Fig. 4) is drawn by `chord_angles`.
 

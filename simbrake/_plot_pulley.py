@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Wedge
 from matplotlib.ticker import MaxNLocator
 
-from ._lining_view import lining_contacts, look
+from ._lining_view import Contact, lining_contacts, look
 from ._observe import distribution
 from ._plot_shared import BLUE, GREEN, one_run, span
 from ._plot_wheel import (
@@ -61,7 +61,8 @@ def pulley(result: Result, time: float | None = None, *, figure: Figure | None =
         for wedge, state in zip(draw_linings(axes, angles, (low, high), pair), states[0], strict=True):
             wedge.set_facecolor(CONTACT_COLOURS[int(state)])  # pyright: ignore
     for i, angle in enumerate(angles.mean(axis=1)):
-        axes.text(*spot(np.mean(halves[-2:]), angle), str(i + 1), ha="center", va="center", fontsize=7, zorder=4)
+        x, y = spot(np.mean(halves[-2:]), angle)
+        axes.text(x, y, str(i + 1), ha="center", va="center", fontsize=7, zorder=4)
     _draw_tension(axes, tension, angles)
     _draw_load(axes, load, None if inner is None else np.asarray(inner)[0] / 1e3, angles)
     reverse = tension[-1] < tension[0]
@@ -78,8 +79,10 @@ def pulley(result: Result, time: float | None = None, *, figure: Figure | None =
     axes.axis("off")
     torque = float(p.flows.brake_torque[0]) / 1e3
     title = f"tension of the band and normal load of the linings at t = {time:.6g} s{why}"
-    rule = textwrap.fill(distribution(result.record.system), 100)
-    figure.suptitle(f"{title}\nbrake torque {torque:.4g} kN·m\n{rule}", fontsize=10)
+    title = f"{title}\nbrake torque {torque:.4g} kN·m"
+    if np.any((pairs["external"] == Contact.STICKS) | (pairs["external"] == Contact.AT_LIMIT)):
+        title += "\n" + textwrap.fill(f"how linings that stick share it: {distribution(result.record.system)}", 100)
+    figure.suptitle(title, fontsize=10)
     handles: list[Any] = [
         Line2D([], [], color=BLUE, marker="o", ms=3, label="tension T of the band, kN, outwards"),
         Patch(color=GREEN, alpha=0.75, label="normal load N of a lining, kN, inwards"),
@@ -116,8 +119,10 @@ def _rings(axes: Axes, top: float, count: int, scale: tuple[float, float], angle
         radius = scale[0] + scale[1] * value / top
         axes.plot(*spot(radius, turn).T, color="0.85", lw=0.7, zorder=0)
         # outside of the wrap, at its slack end, where the curve is low
+        x, y = spot(radius, turn[0] + 0.05 / radius)
         axes.text(
-            *spot(radius, turn[0] + 0.05 / radius),
+            x,
+            y,
             f"{value:g} kN" if value == ticks[-1] else f"{value:g}",
             fontsize=6.5,
             color="0.35",
@@ -135,8 +140,10 @@ def _radial(axes: Axes, radius: float, angle: float, words: str, *, outwards: bo
     degrees = math.degrees(angle) % 360
     flipped = 90 < degrees < 270
     side = "left" if outwards != flipped else "right"
+    x, y = spot(radius, angle)
     axes.text(
-        *spot(radius, angle),
+        x,
+        y,
         words,
         fontsize=7,
         ha=side,

@@ -10,7 +10,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 from ._overlap import RunningIn, overlap
-from ._plot_shared import BLUE, GREEN, ORANGE, SKY, VERMILLION, ZERO, dense_grid, finish, marks, time_axis, windows
+from ._plot_shared import BLUE, GREEN, ORANGE, VERMILLION, ZERO, dense_grid, finish, marks, time_axis, windows
 from ._result import Result
 
 _HOT = {"rim": VERMILLION, "linings": ORANGE, "band": BLUE, "linings, outer face": GREEN}

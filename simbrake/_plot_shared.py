@@ -109,7 +109,7 @@ def dense_grid(result: Result, low: float, high: float, events: list[Event]) -> 
 
 
 def cells(result: Result, low: float, high: float) -> np.ndarray:
-    """Edges (s) of the cells of a map over time: even ones, all events, and steps, which are dense where it is quick."""
+    """Edges (s) of the cells of a map over time: even ones, events, and steps, which are dense where it is quick."""
     t = np.unique(np.asarray(result.record.rows.t)[: int(result.record.count) + 1])
     steps = t[(t > low) & (t < high)]
     events = [e.time for e in result.events if low < e.time < high]

@@ -10,7 +10,7 @@ from matplotlib.patches import Arc, FancyArrowPatch, Patch, Wedge
 from ._compliance import AbstractStiffness, ParallelBands
 from ._design import Brake
 from ._lining_view import WORDS, Contact
-from ._plot_shared import BLUE, ORANGE, PURPLE, VERMILLION
+from ._plot_shared import ORANGE, PURPLE, VERMILLION
 
 #: colour of what a lining does; light for what sticks, so that numbers stay readable on all of them
 CONTACT_COLOURS = {
@@ -49,7 +49,7 @@ def on_circle(edges: np.ndarray) -> np.ndarray:
     return math.pi / 2 + wrap / 2 - edges
 
 
-def spot(radius: Any, angle: Any) -> np.ndarray:
+def spot(radius: Any, angle: Any) -> Any:
     """Points (…, 2) at a radius and an angle."""
     return np.stack(np.broadcast_arrays(radius * np.cos(angle), radius * np.sin(angle)), axis=-1)
 
@@ -70,7 +70,7 @@ def draw_band(axes: Axes, angles: np.ndarray, ends: tuple[str, str]) -> None:
     axes.plot(*spot(BAND, turn).T, color="0.25", lw=2.5, zorder=3)
     for angle, direction, words in ((first, 1.0, ends[0]), (last, -1.0, ends[1])):
         start = spot(BAND, angle)
-        tangent = direction * np.array([-math.sin(angle), math.cos(angle)])
+        tangent: Any = direction * np.array([-math.sin(angle), math.cos(angle)])
         arrow = FancyArrowPatch(start, start + 0.5 * tangent, arrowstyle="-|>", mutation_scale=14, color="0.25", lw=2.5)
         axes.add_patch(arrow)
         axes.annotate(

@@ -1,5 +1,6 @@
 """Pictures. Each function draws into a given figure or makes one, and returns it; nothing is ever shown."""
 
+from ._plot_animation import animate as animate
 from ._plot_layouts import angles as angles
 from ._plot_layouts import chord_angles as chord_angles
 from ._plot_layouts import layouts as layouts
