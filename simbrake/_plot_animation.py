@@ -108,7 +108,7 @@ def _numbers(file: Path, duration: Any, fps: Any) -> tuple[float, float]:
 # --- what is seen ---------------------------------------------------------------------------------------------------
 
 
-class _Stage:
+class Scenery:
     """The figure of the film and what moves in it; `show` sets one moment."""
 
     def __init__(self, result: Result, film: Film, times: np.ndarray):
@@ -142,7 +142,7 @@ class _Stage:
         speed.tick_params(labelbottom=False)
         travel = result.scene.duty.load.travel()
         self.travel = None if travel is None else float(np.asarray(travel))
-        # a film that is too slow for the pulley would show it turn backwards: then spokes, and at last the mark, are gone
+        # a film too slow for the pulley would show it turn backwards: then spokes, and at last the mark, are gone
         self.turn = np.abs(np.gradient(np.asarray(p.y.phi)))
 
     def _legend(self) -> None:
@@ -249,7 +249,7 @@ def _temperatures(p: Any) -> dict[str, np.ndarray]:
 
 
 def _frames(result: Result, film: Film, times: np.ndarray) -> Iterator[Image.Image]:
-    stage = _Stage(result, film, times)
+    stage = Scenery(result, film, times)
     canvas: Any = stage.figure.canvas
     canvas.draw()
     stage.figure.set_layout_engine("none")  # laid out once: nothing may jump about
@@ -269,7 +269,7 @@ def _frames(result: Result, film: Film, times: np.ndarray) -> Iterator[Image.Ima
         yield image.quantize(palette=palette, dither=Image.Dither.NONE)
 
 
-def _palette(stage: _Stage, image: Image.Image) -> Image.Image:
+def _palette(stage: Scenery, image: Image.Image) -> Image.Image:
     """One palette for all frames: what the first one has, colours of contacts and temperatures."""
     from matplotlib.colors import to_rgb
 

@@ -9,8 +9,10 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
+from ._lining_view import WORDS, Contact
 from ._overlap import RunningIn, overlap
 from ._plot_shared import BLUE, GREEN, ORANGE, VERMILLION, ZERO, dense_grid, finish, marks, time_axis, windows
+from ._plot_wheel import CONTACT_COLOURS
 from ._result import Result
 
 _HOT = {"rim": VERMILLION, "linings": ORANGE, "band": BLUE, "linings, outer face": GREEN}
@@ -35,11 +37,11 @@ def stop(result: Result, *, figure: Figure | None = None) -> Figure:
     axes = figure.subplots(4, columns, squeeze=False, sharex="col", width_ratios=[1.5, 1][:columns])
     for column, top in enumerate([end, zoom][:columns]):
         t, s = dense_grid(result, start, top, events)
-        _panels(axes[:, column], t, s, milliseconds=column == 1, compact=column == 1)
+        _panels(axes[:, column], t, s, compact=column == 1)
         for row in range(4):
             marks(axes[row, column], events, start, top, named=row == 0)
-        time_axis(axes[3, column], milliseconds=column == 1)
-        axes[0, column].set_title("whole run" if column == 0 else "onset of slip, enlarged", fontsize=10)
+        time_axis(axes[3, column], milliseconds=column == 1 and top - start < 0.5)
+        axes[0, column].set_title("whole run" if column == 0 else "up to full slip, enlarged", fontsize=10)
     figure.suptitle(f"{result.status.replace('_', ' ')}: {result.message}", fontsize=11)
     return figure
 
@@ -85,6 +87,11 @@ def stages(result: Result, *, running_in: RunningIn | None = None, figure: Figur
     outer.set_ylabel("external overlap")
     inner.set_ylabel("internal overlap")
     inner.set_xlabel("time, s")
+    for stage in parts:
+        middle = 0.5 * (stage.start + min(stage.end, end))
+        if stage.name.startswith("stage_") and min(stage.end, end) - stage.start > 0.03 * (end - start):
+            place = {"transform": speed.get_xaxis_transform(), "ha": "center", "va": "bottom"}
+            speed.text(middle, 1.01, stage.name.replace("_", " "), fontsize=9, **place)
     for panel in (speed, torque, heat, outer, inner):
         named: set[str] = set()
         for stage in parts:
@@ -116,7 +123,8 @@ def contacts(result: Result, *, figure: Figure | None = None) -> Figure:
     if figure is None:
         figure = Figure(figsize=(11.5, 1.2 + 3.2 * len(modes.contacts)), layout="constrained")
     axes = figure.subplots(len(modes.contacts), len(ends), squeeze=False, sharex="col")
-    colours = ListedColormap(["tab:purple", "0.85", "tab:orange"])
+    kinds = (Contact.SLIDES_BACK, Contact.STICKS, Contact.SLIDES)
+    colours = ListedColormap([CONTACT_COLOURS[kind] for kind in kinds])
     for row, (name, states) in enumerate(modes.contacts.items()):
         states = np.asarray(states)[: n + 1]
         changes = np.append(True, np.any(states[1:] != states[:-1], axis=1))
@@ -131,9 +139,9 @@ def contacts(result: Result, *, figure: Figure | None = None) -> Figure:
             if column == 0:
                 panel.set_ylabel("lining, from the slack end")
     for column in range(len(ends)):
-        time_axis(axes[-1, column], milliseconds=column == 1)
-    kinds = [Patch(color=colours(i), label=words) for i, words in enumerate(("slides back", "sticks", "slides ahead"))]
-    figure.legend(handles=kinds, loc="outside lower center", ncols=3, fontsize=9)
+        time_axis(axes[-1, column], milliseconds=column == 1 and ends[1] - t[0] < 0.5)
+    patches = [Patch(color=CONTACT_COLOURS[kind], label=WORDS[kind]) for kind in kinds]
+    figure.legend(handles=patches, loc="outside lower center", ncols=3, fontsize=9)
     return figure
 
 
@@ -163,7 +171,14 @@ def temperatures(result: Result, *, figure: Figure | None = None) -> Figure:
     axes = figure.subplots(2, 2 if walls else 1, squeeze=False, width_ratios=[1.6, 1][: 2 if walls else 1])
     for name, T in shown.items():
         colour = _HOT.get(name, "tab:gray")
-        axes[0, 0].plot(t, T.max(axis=1), color=colour, label=name if T.shape[1] == 1 else f"{name}, hottest")
+        # the rim broader, as the faces of linings are often as hot
+        axes[0, 0].plot(
+            t,
+            T.max(axis=1),
+            color=colour,
+            lw=3.0 if name == "rim" else 1.3,
+            label=name if T.shape[1] == 1 else f"{name}, hottest",
+        )
         if T.shape[1] > 1:
             axes[0, 0].plot(t, T.min(axis=1), color=colour, ls=":", label=f"{name}, coolest")
     if heat.permissible is not None:
@@ -185,6 +200,9 @@ def temperatures(result: Result, *, figure: Figure | None = None) -> Figure:
         axes[1, 0].plot(t, f.max(axis=1), color=colour, label=f"coefficient of friction, {words}")
         if np.ptp(f, axis=1).max() > 1e-9:
             axes[1, 0].plot(t, f.min(axis=1), color=colour, ls=":", label="of the lining with the least")
+    low, high = axes[1, 0].get_ylim()
+    if high - low < 0.12 * high:  # hardly changes: no axis of a few thousandths
+        axes[1, 0].set_ylim(0.0, 1.25 * high)
     axes[1, 0].set_ylabel("coefficient of friction")
     axes[1, 0].set_xlabel("time, s")
     peaks = [peak for name, peak in result.report().peaks.items() if name.startswith("peak_")]
@@ -211,7 +229,7 @@ def _profile(axes: Axes, result: Result, wall: Any, T: np.ndarray, time: float) 
     axes.set_ylabel("temperature, °C")
 
 
-def _panels(axes: Any, t: np.ndarray, s: Any, *, milliseconds: bool, compact: bool) -> None:
+def _panels(axes: Any, t: np.ndarray, s: Any, *, compact: bool) -> None:
     speed, torque, tension, linings = axes
     speed.plot(t, s.omega, color="k", label="pulley speed ω")
     if np.ptp(s.omega) <= 1e-6 * np.abs(s.omega).max():  # constant but for rounding, which is not worth a picture
