@@ -47,10 +47,10 @@ def animate(
     result: Result,
     path: str | os.PathLike[str],
     *,
-    duration: float = 6.0,
-    fps: float = 20.0,
-    start: float | None = None,
-    end: float | None = None,
+    duration: float | int = 6.0,
+    fps: float | int = 20.0,
+    start: float | int | None = None,
+    end: float | int | None = None,
     progress: Any = None,
 ) -> Path:
     """Writes a film of one braking as `.gif` or as a self-contained `.html` page; returns its path.

@@ -32,7 +32,7 @@ class Film(NamedTuple):
         return (self.film[i] - self.film[i - 1]) / (self.run[i] - self.run[i - 1])
 
 
-def film_of(result: Result, duration: float, start: float | None, end: float | None) -> Film:
+def film_of(result: Result, duration: float, start: float | int | None, end: float | int | None) -> Film:
     """The first braking, from the start until shortly after the first stop, or what is asked for."""
     first, last = span(result)
     begin, finish, _ = windows(result)

@@ -32,7 +32,7 @@ from ._result import Result
 _TENSION, _LOAD = (1.30, 0.72), (0.72, -0.44)  # where the scales begin, and their length; of the load inwards
 
 
-def pulley(result: Result, time: float | None = None, *, figure: Figure | None = None) -> Figure:
+def pulley(result: Result, time: float | int | None = None, *, figure: Figure | None = None) -> Figure:
     """Tension of the band and normal load of every lining on the pulley's circle at one time (Z, Fig. 5).
 
     Outwards the tension `T_0…T_n` (kN) at the ends of each lining, joined by a line to guide the eye; inwards the
@@ -95,7 +95,7 @@ def pulley(result: Result, time: float | None = None, *, figure: Figure | None =
     return figure
 
 
-def _moment(result: Result, time: float | None) -> tuple[float, str, Any]:
+def _moment(result: Result, time: float | int | None) -> tuple[float, str, Any]:
     """The time to draw, why it is that one, and the run there."""
     start, end = span(result)
     if time is not None:
