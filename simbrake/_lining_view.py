@@ -3,6 +3,8 @@
 import enum
 from typing import Any, NamedTuple
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 
 from ._modes import BandMode
@@ -111,15 +113,19 @@ def lining_values(result: Result, quantity: str, edges: Any, *, pair: str = "ext
     if quantity == "temperature":
         return np.asarray(p.surfaces["outer" if _outer(p, pair) else "linings"])
     if quantity == "friction_heat":
-        power = np.asarray(quantity_of("friction_power", rubbing(result.record, p, pair=pair)))
+        power = _rubs(result, p, "friction_power", pair)
         return np.cumsum(power * np.diff(edges)[:, None], axis=0)
     if quantity in RUBBING:
-        return np.asarray(quantity_of(quantity, rubbing(result.record, p, pair=pair)))
+        return _rubs(result, p, quantity, pair)
     if quantity == "tension":
         return np.asarray(p.linings.tension)
     if quantity == "friction_force":
         return np.asarray(p.linings.friction)
     return np.asarray(p.columns[f"internal_{quantity}" if inner and quantity == "friction_coefficient" else quantity])
+
+
+def _rubs(result: Result, p: Probe, quantity: str, pair: str) -> np.ndarray:
+    return np.asarray(quantity_of(quantity, jax.tree.map(jnp.asarray, rubbing(result.record, p, pair=pair))))
 
 
 def _outer(p: Any, pair: str) -> bool:

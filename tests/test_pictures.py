@@ -453,15 +453,28 @@ def test_progress_waits_before_it_speaks(capsys):
 # --- those that were there --------------------------------------------------------------------------------------------
 
 
-def test_stop_shows_event_times_of_the_closed_form():
-    result = sb.simulate(stop_scene(end=4.0))
-    truth = closed_form()
-    axes = plot.stop(result).axes
+def test_example_of_the_page_and_events_in_the_chart(tmp_path, monkeypatch):
+    page = (pathlib.Path(__file__).parent.parent / "docs" / "pictures.md").read_text("utf-8")
+    (example,) = re.findall(r"```python\n(.*?)```", page, re.S)
+    monkeypatch.chdir(tmp_path)
+    found = {}
+    exec(compile(example, "pictures.md", "exec"), found)
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["pulley.png", "stop.gif", "stop.png"]
+    axes = plot.stop(found["result"]).axes
     lines = sorted({line.get_xdata()[0] for line in axes[0].lines if len(line.get_xdata()) == 2})
+    truth = closed_form()
     np.testing.assert_allclose(lines, [truth["t0"], truth["t1"], truth["stop"]], rtol=1e-9)
     assert [panel.get_ylabel() for panel in axes[::2]] == ["ω, rad/s", "torque, kN·m", "tension, kN", "k of 20"]
     assert axes[6].get_xlabel() == "time, s"
     assert axes[7].get_xlabel() == "time, ms"
+
+
+def test_page_names_every_picture():
+    page = (pathlib.Path(__file__).parent.parent / "docs" / "pictures.md").read_text("utf-8")
+    public = {name for name, value in vars(plot).items() if callable(value) and not name.startswith("_")}
+    assert {name for name in public if f"plot.{name}(" not in page} == set()
+    shown = set(re.findall(r"\]\((pictures/.*?\.png)\)", page))
+    assert all((pathlib.Path(__file__).parent.parent / "docs" / name).stat().st_size <= 60e3 for name in shown)
 
 
 def test_stages_show_overlaps_over_time(staged):
