@@ -13,7 +13,8 @@ import simbrake as sb
 from simbrake import plot
 
 HERE = Path(__file__).resolve().parent
-WIDTH = 640  # pixels
+DPI = 72
+COLOURS = 200  # fewer, and those that carry a meaning melt into one
 
 
 def scenario(name: str) -> Any:
@@ -27,11 +28,11 @@ def scenario(name: str) -> Any:
 
 
 def save(figure: Any, name: str) -> None:
-    """Writes a figure as a small PNG of 64 colours."""
+    """Writes a figure as a small PNG."""
     file = HERE / "pictures" / f"{name}.png"
-    figure.savefig(file, dpi=WIDTH / figure.get_size_inches()[0])
+    figure.savefig(file, dpi=DPI)
     with Image.open(file) as image:
-        small = image.convert("RGB").quantize(64, dither=Image.Dither.NONE)
+        small = image.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)
     small.save(file, optimize=True)
     print(f"{file.name}: {file.stat().st_size / 1e3:.0f} kB")
 
@@ -63,7 +64,7 @@ def main(measured: list[str]) -> None:
     plot.animate(stop, film, duration=0.5, fps=20)
     with Image.open(film) as frames:
         frames.seek(3)
-        frames.convert("RGB").quantize(64).save(HERE / "pictures" / "animation.png", optimize=True)
+        frames.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE).save(HERE / "pictures" / "animation.png", optimize=True)
     film.unlink()
     if measured:  # what benchmarks/speed_against_error.py --json wrote
         save(plot.work_precision(measured[0]), "work_precision")
