@@ -64,7 +64,8 @@ def main(measured: list[str]) -> None:
     plot.animate(stop, film, duration=0.5, fps=20)
     with Image.open(film) as frames:
         frames.seek(3)
-        frames.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE).save(HERE / "pictures" / "animation.png", optimize=True)
+        frame = frames.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)
+    frame.save(HERE / "pictures" / "animation.png", optimize=True)
     film.unlink()
     if measured:  # what benchmarks/speed_against_error.py --json wrote
         save(plot.work_precision(measured[0]), "work_precision")
