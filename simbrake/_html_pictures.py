@@ -6,6 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ._heat import place_count
+from ._network import Wall
 from ._result import Result
 
 #: a picture whose SVG is longer is a PNG instead (bytes)
@@ -47,6 +49,17 @@ def _resolved(result: Result) -> bool:
     return bool(result.record.modes.contacts)  # pyright: ignore
 
 
+def _walled(result: Result) -> bool:
+    heat = result.scene.heat
+    return heat is not None and any(isinstance(body, Wall) for body in heat.bodies)
+
+
+def _lining_by_lining(result: Result) -> bool:
+    """Whether every lining has a temperature of its own."""
+    heat = result.scene.heat
+    return heat is not None and heat.linings is not None and place_count(heat, heat.linings) > 1
+
+
 #: the duty has a section of its own
 DUTY = Picture(
     "duty",
@@ -61,6 +74,18 @@ PICTURES = (
         "From above: speed of the pulley, torques of brake and load, tensions at the two ends of the band, number of "
         "linings at their friction limit. Dashed lines are events; where there are two columns, the right one "
         "enlarges the onset of slip.",
+    ),
+    Picture(
+        "pulley",
+        "Tensions and loads on the pulley's circle",
+        "At the time of the greatest tension: outwards the tension of the band at the ends of the linings, inwards the "
+        "normal load of each; linings at their true angles, coloured by what they do.",
+    ),
+    Picture(
+        "lining_map",
+        "Normal load of every lining",
+        "Linings from the slack to the tight end over time, coloured by their normal load; lines are events.",
+        options=("normal_load",),
     ),
     Picture(
         "stages",
@@ -81,6 +106,20 @@ PICTURES = (
         "Surfaces over time with the permissible temperature of the linings, the coefficient of friction that is left, "
         "and the temperature through the depth of the walls at the hottest moment.",
         _heated,
+    ),
+    Picture(
+        "depth",
+        "Through the depth of the rim",
+        "Temperature over time and depth below the friction surface, and beside it profiles while the face heats, at "
+        "its hottest, and as it cools.",
+        _walled,
+    ),
+    Picture(
+        "lining_map",
+        "Temperature of every lining",
+        "Linings from the slack to the tight end over time, coloured by the temperature of their surface.",
+        _lining_by_lining,
+        ("temperature",),
     ),
 )
 

@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from ._loads import TrippingLoad
-from ._plot_runs import dense_grid, finish
+from ._plot_shared import dense_grid, finish
 from ._result import Result
 
 

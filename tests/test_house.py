@@ -39,7 +39,7 @@ LAYERS = [
     {"_metrics", "_stages", "_integral"},
     {"_report", "_rubbing"},
     {"_result"},
-    {"_simulate", "_overlap", "_measure"},
+    {"_simulate", "_overlap", "_measure", "_lining_view"},
     {"_progress", "_layout_targets", "_layout_report", "_least_tension_report", "_measured"},
     {"_cyclic", "_edit", "_reproduce", "_indices", "_order", "_store", "_layout_faults"},
     {"_prepare"},
@@ -59,7 +59,9 @@ LAYERS = [
     {"_ensemble", "_search"},
     {"_global", "_uncertainty", "_sweep", "_assess"},
     {"_calibrate"},
-    {"_plot_runs"},
+    {"_plot_shared"},
+    {"_plot_wheel", "_plot_film", "_plot_work_precision"},
+    {"_plot_runs", "_plot_pulley", "_plot_maps", "_plot_layouts", "_plot_animation"},
     {"_plot_uncertainty", "_plot_studies", "_plot_duty", "_plot_file"},
     {"plot"},
     {"_export", "_error_estimate", "_html_scene", "_html_parts", "_html_pictures"},
@@ -109,13 +111,22 @@ def test_integrator_knows_nothing_of_brakes():
 
 def test_only_plot_modules_import_matplotlib():
     files = [f for f in PACKAGE.rglob("*.py") if "!matplotlib" in imports(f)]
-    assert sorted(f.stem for f in files) == [
-        "_plot_duty",
-        "_plot_file",
-        "_plot_runs",
-        "_plot_studies",
-        "_plot_uncertainty",
+    assert sorted(f.stem.removeprefix("_plot_") for f in files) == [
+        "animation",
+        "duty",
+        "file",
+        "film",
+        "layouts",
+        "maps",
+        "pulley",
+        "runs",
+        "shared",
+        "studies",
+        "uncertainty",
+        "wheel",
+        "work_precision",
     ]
+    assert all(f.name.startswith("_plot_") for f in files)
 
 
 def test_public_names():
