@@ -126,7 +126,7 @@ def contents(result: Result, limits: Mapping[str, float], title: str, files: Map
         "without": [],
         "repeat": None,
         "provenance": flat(_provenance(result)),
-        "files": {**({} if any(name.endswith(".toml") for name in files) else _scene_text(scene)), **files},
+        "files": {**_scene_text(scene), **files},
     }
 
 
@@ -143,9 +143,9 @@ def _provenance(result: Result) -> Mapping[str, Any]:
 def _scene_text(scene: Scene) -> dict[str, str]:
     """The scene as a file that can be run again, or why no file can hold it."""
     try:
-        return {"scene.toml": scene_text(scene)}
+        return {"As a scene file, as it was run": scene_text(scene)}
     except InputError as error:
-        return {"no scene file": str(error)}
+        return {"No scene file can hold it": str(error)}
 
 
 def flat(found: Mapping[str, Any], above: str = "") -> list[tuple[str, str]]:
