@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from heat_scenes import fading, rigid_stop
 
 import simbrake as sb
 from simbrake._handy import digits, number, numbers
