@@ -66,56 +66,9 @@ def text(scene: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
-_COLOURS = {
-    "simbrake": "black",
-    "SciPy": "tab:blue",
-    "sundae": "tab:orange",
-    "CasADi": "tab:green",
-    "CyRK": "tab:red",
-    "PathSim": "tab:purple",
-    "diffrax": "tab:brown",
-}
-_MARKERS = "osD^v*"
-
-
 def chart(found: dict[str, Any], path: str) -> None:
-    """Error over time, one panel per scene, both logarithmic."""
-    import matplotlib
+    """Error over time, one panel per scene, both logarithmic, as a file."""
+    from simbrake import plot  # matplotlib is loaded when everything is measured
 
-    matplotlib.use("Agg")
     logging.getLogger("matplotlib.font_manager").setLevel(logging.ERROR)  # fonts for signs that are not used
-    import matplotlib.pyplot as plt
-
-    scenes = list(found["scenes"].values())
-    size = (9.5, 5.6 * len(scenes) + 0.6)
-    figure, axes = plt.subplots(len(scenes), 1, figsize=size, squeeze=False, layout="constrained")
-    for ax, scene in zip(axes[:, 0], scenes, strict=True):
-        seen: dict[str, int] = {}
-        for name, points in by_method(scene).items():
-            family = name.split()[0]
-            marker = _MARKERS[seen.setdefault(family, 0) % len(_MARKERS)]
-            seen[family] += 1
-            # an error of 0 stands at the rounding of the reference
-            errors = [max(p["error"], 1e-16) for p in points]
-            width = 2.2 if family == "simbrake" else 1.0
-            ax.loglog(
-                [1e3 * p["seconds"] for p in points],
-                errors,
-                marker=marker,
-                color=_COLOURS[family],
-                linewidth=width,
-                markersize=4,
-                label=name,
-            )
-        ax.axhspan(1e-16, max(scene["reference"]["uncertainty"], 1.1e-16), color="0.9", label="reference uncertain")
-        ax.set_title(f"({scene['name']}) {scene['title']}", loc="left")
-        ax.set_xlabel("time of one warm run, ms")
-        ax.set_ylabel("largest error: event times relative,\nfinal state in its typical sizes")
-        ax.grid(alpha=0.3)
-        ax.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), fontsize=8, frameon=False)
-    machine = found["machine"]
-    loops = ", fast_loops()" if found["fast_loops"] else ""
-    place = f"{machine['cpu']}, {machine['cores']} cores; simbrake {machine['versions']['simbrake']}{loops}"
-    figure.suptitle(f"Work and precision; left and low is better\n{place}", fontsize=11)
-    figure.savefig(path, dpi=130)
-    plt.close(figure)
+    plot.work_precision(found).savefig(path, dpi=130)

@@ -76,6 +76,7 @@ from ._heat import FrictionHeat as FrictionHeat
 from ._heat import Heat as Heat
 from ._heat import TransmissionPartition as TransmissionPartition
 from ._history import history as history
+from ._html_report import report as report
 from ._hybrid import AbstractHybridSystem as AbstractHybridSystem
 from ._hybrid import AbstractMethod as AbstractMethod
 from ._hybrid import Code as Code

@@ -7,24 +7,15 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
-from matplotlib.ticker import FuncFormatter, MaxNLocator
+from matplotlib.ticker import MaxNLocator
 
-from ._log import Event
+from ._lining_view import WORDS, Contact
 from ._overlap import RunningIn, overlap
+from ._plot_shared import BLUE, GREEN, ORANGE, VERMILLION, ZERO, dense_grid, finish, marks, time_axis, windows
+from ._plot_wheel import CONTACT_COLOURS
 from ._result import Result
 
-_COLOURS = {
-    "slip_onset": "tab:green",
-    "full_slip": "tab:orange",
-    "stop": "tab:red",
-    "restick": "tab:purple",
-    "restart": "tab:brown",
-    "release": "tab:gray",
-}
-ZERO = 273.15  # K
-_HOT = {"rim": "tab:red", "linings": "tab:orange", "band": "tab:blue", "linings, outer face": "tab:olive"}
-_WORDS = {"slip_onset": "slip onset t₀", "full_slip": "full slip", "stop": "stop"}
-
+_HOT = {"rim": VERMILLION, "linings": ORANGE, "band": BLUE, "linings, outer face": GREEN}
 
 _CONTACTS = {
     "lining": "linings on the rim",
@@ -33,68 +24,24 @@ _CONTACTS = {
 }
 
 
-def _marks(axes: Axes, events: list[Event], low: float, high: float, *, named: bool) -> None:
-    """Vertical lines at events inside the window; names, staggered, in the topmost panel."""
-    shown = [e for e in events if e.name in _COLOURS and low <= e.time <= high]
-    for event in shown:
-        axes.axvline(event.time, color=_COLOURS[event.name], lw=0.9, ls="--", zorder=0)
-    if named and len(shown) <= 12:
-        for i, event in enumerate(shown):
-            right = event.time > low + 0.75 * (high - low)
-            axes.annotate(
-                _WORDS.get(event.name, event.name.replace("_", " ")),
-                (event.time, 0.06 + 0.13 * (i % 4)),
-                xycoords=("data", "axes fraction"),
-                xytext=(-4 if right else 4, 0),
-                textcoords="offset points",
-                ha="right" if right else "left",
-                fontsize=8,
-                color=_COLOURS[event.name],
-                bbox={"facecolor": "white", "alpha": 0.6, "linewidth": 0, "pad": 1.0},
-            )
-
-
-def dense_grid(result: Result, low: float, high: float, events: list[Event]) -> tuple[Any, Any]:
-    """A dense grid with the values before and after every event in it."""
-    inside = sorted({e.time for e in events if low < e.time < high})
-    t = np.unique(np.concatenate([np.linspace(low, high, 600), inside]))
-    right, left = result.series(t), result.series(np.asarray(inside), left=True) if inside else None
-    if left is None:
-        return np.asarray(right.t), right
-    order = np.argsort(np.concatenate([np.asarray(left.t), np.asarray(right.t)]), kind="stable")
-
-    def merged(a: Any, b: Any) -> Any:
-        return None if a is None else np.concatenate([np.asarray(a), np.asarray(b)])[order]
-
-    series = type(right)(*(merged(a, b) for a, b in zip(left, right, strict=True)))
-    return series.t, series
-
-
 def stop(result: Result, *, figure: Figure | None = None) -> Figure:
     """Speed, torques, tensions and number of linings at their limit over time, with the onset of slip enlarged.
 
     Left the whole motion (a run that goes on at rest is cut shortly after the stop), right the time up to full slip.
     """
     events = result.events
-    start, end = float(result.scene.initial.time), float(np.asarray(result.record.rows.t)[int(result.record.count)])
-    last = [e.time for e in events if e.name in ("stop", "release", "restart")]
-    if last and events[-1].name == "stop":
-        end = min(end, start + 1.15 * (last[-1] - start))
-    slip = next((e.time for e in events if e.name == "full_slip"), None)
-    zoom = None
-    if slip is not None and start < slip and (slip - start) < 0.25 * (end - start):
-        zoom = start + 1.3 * (slip - start)
+    start, end, zoom = windows(result)
     columns = 1 if zoom is None else 2
     if figure is None:
         figure = Figure(figsize=(11.5 if zoom else 7.5, 8.5), layout="constrained")
     axes = figure.subplots(4, columns, squeeze=False, sharex="col", width_ratios=[1.5, 1][:columns])
     for column, top in enumerate([end, zoom][:columns]):
         t, s = dense_grid(result, start, top, events)
-        _panels(axes[:, column], t, s, milliseconds=column == 1, compact=column == 1)
+        _panels(axes[:, column], t, s, compact=column == 1)
         for row in range(4):
-            _marks(axes[row, column], events, start, top, named=row == 0)
-        _time_axis(axes[3, column], milliseconds=column == 1)
-        axes[0, column].set_title("whole run" if column == 0 else "onset of slip, enlarged", fontsize=10)
+            marks(axes[row, column], events, start, top, named=row == 0)
+        time_axis(axes[3, column], milliseconds=column == 1 and top - start < 0.5)
+        axes[0, column].set_title("whole run" if column == 0 else "up to full slip, enlarged", fontsize=10)
     figure.suptitle(f"{result.status.replace('_', ' ')}: {result.message}", fontsize=11)
     return figure
 
@@ -140,6 +87,11 @@ def stages(result: Result, *, running_in: RunningIn | None = None, figure: Figur
     outer.set_ylabel("external overlap")
     inner.set_ylabel("internal overlap")
     inner.set_xlabel("time, s")
+    for stage in parts:
+        middle = 0.5 * (stage.start + min(stage.end, end))
+        if stage.name.startswith("stage_") and min(stage.end, end) - stage.start > 0.03 * (end - start):
+            place = {"transform": speed.get_xaxis_transform(), "ha": "center", "va": "bottom"}
+            speed.text(middle, 1.01, stage.name.replace("_", " "), fontsize=9, **place)
     for panel in (speed, torque, heat, outer, inner):
         named: set[str] = set()
         for stage in parts:
@@ -166,13 +118,13 @@ def contacts(result: Result, *, figure: Figure | None = None) -> Figure:
         raise ValueError("the linings of this brake act as one: there are no single contacts to draw")
     n = int(result.record.count)
     t = np.asarray(result.record.rows.t)[: n + 1]
-    times = {e.name: e.time for e in reversed(result.events)}
-    slip = times.get("full_slip", times.get("external_lock"))
-    ends = [t[-1]] + ([t[0] + 1.3 * (slip - t[0])] if slip and slip - t[0] < 0.25 * (t[-1] - t[0]) else [])
+    _, end, zoom = windows(result)
+    ends = [end] if zoom is None else [end, zoom]
     if figure is None:
         figure = Figure(figsize=(11.5, 1.2 + 3.2 * len(modes.contacts)), layout="constrained")
     axes = figure.subplots(len(modes.contacts), len(ends), squeeze=False, sharex="col")
-    colours = ListedColormap(["tab:purple", "0.85", "tab:orange"])
+    kinds = (Contact.SLIDES_BACK, Contact.STICKS, Contact.SLIDES)
+    colours = ListedColormap([CONTACT_COLOURS[kind] for kind in kinds])
     for row, (name, states) in enumerate(modes.contacts.items()):
         states = np.asarray(states)[: n + 1]
         changes = np.append(True, np.any(states[1:] != states[:-1], axis=1))
@@ -187,9 +139,9 @@ def contacts(result: Result, *, figure: Figure | None = None) -> Figure:
             if column == 0:
                 panel.set_ylabel("lining, from the slack end")
     for column in range(len(ends)):
-        _time_axis(axes[-1, column], milliseconds=column == 1)
-    kinds = [Patch(color=colours(i), label=words) for i, words in enumerate(("slides back", "sticks", "slides ahead"))]
-    figure.legend(handles=kinds, loc="outside lower center", ncols=3, fontsize=9)
+        time_axis(axes[-1, column], milliseconds=column == 1 and ends[1] - t[0] < 0.5)
+    patches = [Patch(color=CONTACT_COLOURS[kind], label=WORDS[kind]) for kind in kinds]
+    figure.legend(handles=patches, loc="outside lower center", ncols=3, fontsize=9)
     return figure
 
 
@@ -219,7 +171,14 @@ def temperatures(result: Result, *, figure: Figure | None = None) -> Figure:
     axes = figure.subplots(2, 2 if walls else 1, squeeze=False, width_ratios=[1.6, 1][: 2 if walls else 1])
     for name, T in shown.items():
         colour = _HOT.get(name, "tab:gray")
-        axes[0, 0].plot(t, T.max(axis=1), color=colour, label=name if T.shape[1] == 1 else f"{name}, hottest")
+        # the rim broader, as the faces of linings are often as hot
+        axes[0, 0].plot(
+            t,
+            T.max(axis=1),
+            color=colour,
+            lw=3.0 if name == "rim" else 1.3,
+            label=name if T.shape[1] == 1 else f"{name}, hottest",
+        )
         if T.shape[1] > 1:
             axes[0, 0].plot(t, T.min(axis=1), color=colour, ls=":", label=f"{name}, coolest")
     if heat.permissible is not None:
@@ -241,6 +200,9 @@ def temperatures(result: Result, *, figure: Figure | None = None) -> Figure:
         axes[1, 0].plot(t, f.max(axis=1), color=colour, label=f"coefficient of friction, {words}")
         if np.ptp(f, axis=1).max() > 1e-9:
             axes[1, 0].plot(t, f.min(axis=1), color=colour, ls=":", label="of the lining with the least")
+    low, high = axes[1, 0].get_ylim()
+    if high - low < 0.12 * high:  # hardly changes: no axis of a few thousandths
+        axes[1, 0].set_ylim(0.0, 1.25 * high)
     axes[1, 0].set_ylabel("coefficient of friction")
     axes[1, 0].set_xlabel("time, s")
     peaks = [peak for name, peak in result.report().peaks.items() if name.startswith("peak_")]
@@ -267,13 +229,7 @@ def _profile(axes: Axes, result: Result, wall: Any, T: np.ndarray, time: float) 
     axes.set_ylabel("temperature, °C")
 
 
-def _time_axis(axes: Axes, *, milliseconds: bool) -> None:
-    if milliseconds:
-        axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{1e3 * x:g}"))
-    axes.set_xlabel("time, ms" if milliseconds else "time, s")
-
-
-def _panels(axes: Any, t: np.ndarray, s: Any, *, milliseconds: bool, compact: bool) -> None:
+def _panels(axes: Any, t: np.ndarray, s: Any, *, compact: bool) -> None:
     speed, torque, tension, linings = axes
     speed.plot(t, s.omega, color="k", label="pulley speed ω")
     if np.ptp(s.omega) <= 1e-6 * np.abs(s.omega).max():  # constant but for rounding, which is not worth a picture
@@ -291,11 +247,3 @@ def _panels(axes: Any, t: np.ndarray, s: Any, *, milliseconds: bool, compact: bo
         if not compact:
             panel.set_ylabel(name)
             panel.legend(loc="best", fontsize=8, framealpha=0.9)
-
-
-def finish(panels: Any, legend: str) -> None:
-    """Grids, and a legend where something has a name."""
-    for panel in panels:
-        panel.grid(alpha=0.3)
-        if panel.get_legend_handles_labels()[0]:
-            panel.legend(loc=legend, fontsize=8, framealpha=0.9)

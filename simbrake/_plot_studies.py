@@ -1,17 +1,12 @@
-"""Pictures of many runs: sensitivities, fits to measurements, layouts of linings."""
-
-from collections.abc import Sequence
+"""Pictures of many runs: sensitivities, fits to measurements."""
 
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
-from matplotlib.ticker import MaxNLocator
 
 from ._calibration import Calibration
-from ._layout import InfeasibleLayout, chord_equal_load_angles
-from ._layout_report import LayoutRow
 from ._measured import pick
-from ._plot_runs import ZERO, dense_grid, finish
+from ._plot_shared import ZERO, dense_grid
 from ._sensitivity import SensitivityTable
 from ._simulate import simulate
 
@@ -97,51 +92,4 @@ def calibration(fit: Calibration, *, figure: Figure | None = None) -> Figure:
         panel.axhspan(-1, 1, color="tab:blue", alpha=0.1, lw=0)
     axes[1, 0].set_ylabel("(model − measured)/σ")
     figure.suptitle(f"calibration: {fit.message}; chi² {fit.chi2:.4g}, {fit.freedom} degrees of freedom", fontsize=11)
-    return figure
-
-
-def layouts(rows: Sequence[LayoutRow], *, figure: Figure | None = None) -> Figure:
-    """Layouts of linings beside each other: angles from the slack to the tight end, what they differ from the last
-    layout by, and each target of every lining."""
-    targets = list(rows[0].values)
-    if figure is None:
-        figure = Figure(figsize=(11.5, 3.2 * (2 + len(targets))), layout="constrained")
-    panels = figure.subplots(2 + len(targets), 1, squeeze=False, sharex=True)[:, 0]
-    linings, width = np.arange(1, len(rows[0].angle) + 1), 0.8 / len(rows)
-    for k, row in enumerate(rows):
-        panels[0].plot(linings, np.degrees(row.angle), marker="o", ms=4, label=row.name)
-        if row.non_uniformity < 1.5:  # others are far away
-            panels[1].plot(linings, np.degrees(row.angle - rows[-1].angle), marker="o", ms=4, color=f"C{k}")
-        for panel, name in zip(panels[2:], targets, strict=True):
-            label = f"{row.name}: greatest over least {np.max(row.values[name]) / np.min(row.values[name]):.4g}"
-            panel.bar(linings + (k - (len(rows) - 1) / 2) * width, row.values[name], width, label=label)
-    panels[0].set_ylabel("angle β, °")
-    panels[1].set_ylabel(f"β less that of\n“{rows[-1].name}”, °")
-    for panel, name in zip(panels[2:], targets, strict=True):
-        panel.set_ylabel(f"{name.replace('_', ' ')}, {rows[0].units[name]}".rstrip(", "))
-    panels[-1].set_xlabel("lining, from the slack to the tight end")
-    panels[-1].xaxis.set_major_locator(MaxNLocator(integer=True))
-    finish([panels[0], *panels[2:]], "best")
-    panels[1].grid(alpha=0.3)
-    return figure
-
-
-def chord_angles(k: int, frictions: Sequence[float]) -> Figure:
-    """Chord angles `β_1…β_{k−2}` of equal loads over `β_k = β_{k−1}` as far as they exist, by friction (Z, Fig. 4)."""
-    figure = Figure(figsize=(3.9 * len(frictions), 4.2), layout="constrained")
-    panels = figure.subplots(1, len(frictions), squeeze=False)[0]
-    for panel, f in zip(panels, frictions, strict=True):
-        found = []
-        try:
-            for beta in np.radians(np.linspace(1.0, 90.0, 900)):
-                found.append(np.degrees(chord_equal_load_angles(f, k, beta, beta)))
-        except InfeasibleLayout:
-            panel.set_title(f"f = {f:g}, possible up to {found[-1][-1]:.1f}°", fontsize=10)
-        angles = np.asarray(found)
-        for j in range(k - 2):
-            panel.plot(angles[:, -1], angles[:, j], label=f"β{j + 1}")
-        panel.plot(angles[:, -1], angles[:, -1], color="k", ls=":", label=f"β{k - 1} = β{k}")
-        panel.set_xlabel(f"β{k}, °")
-    finish(panels, "upper left")
-    figure.supylabel("chord angles of equal loads, °", fontsize=10)
     return figure

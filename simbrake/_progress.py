@@ -44,14 +44,16 @@ class Progress:
     """Counts what is done out of `total` and says so on stderr.
 
     `show`: `None` says it only where stderr is a terminal, a function is called with `(done, total)` instead. The rate
-    is that since the first piece, which also waited for the compiler.
+    is that since the first piece, which also waited for the compiler. `what` names the pieces; nothing is said in the
+    first seconds, as many as `after`.
     """
 
-    def __init__(self, total: int, show: Any = None, done: int = 0):
-        self.total, self.done = total, done
+    def __init__(self, total: int, show: Any = None, done: int = 0, what: str = "runs", after: float = 0.0):
+        self.total, self.done, self._what, self._after = total, done, what, after
         self._tell = show if callable(show) else None
         self._line = Line(shown=False if callable(show) else show)
         self._start, self._before, self._said = time.monotonic(), done, 0.0
+        self._begun, self._spoke = self._start, False
         self._first = True
 
     def add(self, count: int) -> None:
@@ -59,19 +61,21 @@ class Progress:
         if self._tell is not None:
             self._tell(self.done, self.total)
         now = time.monotonic()
-        if now - self._said > 0.2 or self.done == self.total:
-            self._said = now
+        due = now - self._said > 0.2 or self.done == self.total
+        if due and (self._spoke or now - self._begun >= self._after):
+            self._said, self._spoke = now, True
             self._line.show(self._text(now))
         if self._first:
             self._first, self._start, self._before = False, now, self.done
 
     def _text(self, now: float) -> str:
-        share = f"{self.done}/{self.total} runs"
+        share = f"{self.done}/{self.total} {self._what}"
         elapsed, since = now - self._start, self.done - self._before
         if self._first or since <= 0 or elapsed <= 0:
             return share
         left = (self.total - self.done) * elapsed / since
-        return f"{share}, {since / elapsed:.0f} runs/s, {duration(left)} left"
+        return f"{share}, {since / elapsed:.0f} {self._what}/s, {duration(left)} left"
 
     def close(self) -> None:
-        self._line.done(keep=True)
+        if self._spoke or self._after == 0.0:
+            self._line.done(keep=True)

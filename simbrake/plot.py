@@ -1,13 +1,20 @@
 """Pictures. Each function draws into a given figure or makes one, and returns it; nothing is ever shown."""
 
+from ._plot_animation import animate as animate
+from ._plot_duty import duty as duty
+from ._plot_layouts import angles as angles
+from ._plot_layouts import chord_angles as chord_angles
+from ._plot_layouts import layouts as layouts
+from ._plot_maps import depth as depth
+from ._plot_maps import lining_map as lining_map
+from ._plot_pulley import pulley as pulley
 from ._plot_runs import contacts as contacts
 from ._plot_runs import stages as stages
 from ._plot_runs import stop as stop
 from ._plot_runs import temperatures as temperatures
 from ._plot_studies import calibration as calibration
-from ._plot_studies import chord_angles as chord_angles
-from ._plot_studies import layouts as layouts
 from ._plot_studies import tornado as tornado
 from ._plot_uncertainty import distribution as distribution
 from ._plot_uncertainty import effects as effects
 from ._plot_uncertainty import indices as indices
+from ._plot_work_precision import work_precision as work_precision

@@ -20,7 +20,7 @@ PACKAGE = pathlib.Path(sb.__file__).parent
 #: a module may import modules of lower levels, and of its own where the order below allows it
 LAYERS = [
     {"_quantity", "_compiling", "_estimates", "_salib", "_units", "_identify"},
-    {"_numbers"},
+    {"_numbers", "_handy"},
     {"_hybrid", "_friction", "_band", "_compliance", "_layout", "_duty", "_material"},
     {"_driller"},
     {"_design", "_fade", "_lever", "_loads", "_links"},
@@ -40,7 +40,7 @@ LAYERS = [
     {"_metrics", "_stages", "_integral"},
     {"_report", "_rubbing"},
     {"_result"},
-    {"_simulate", "_overlap", "_measure"},
+    {"_simulate", "_overlap", "_measure", "_lining_view"},
     {"_progress", "_layout_targets", "_layout_report", "_least_tension_report", "_measured"},
     {"_cyclic", "_edit", "_reproduce", "_indices", "_order", "_store", "_layout_faults"},
     {"_prepare"},
@@ -61,11 +61,15 @@ LAYERS = [
     {"_ensemble", "_search"},
     {"_global", "_uncertainty", "_sweep", "_assess"},
     {"_calibrate"},
-    {"_plot_runs"},
-    {"_plot_uncertainty", "_plot_studies"},
+    {"_plot_shared"},
+    {"_plot_wheel", "_plot_film", "_plot_work_precision"},
+    {"_plot_runs", "_plot_pulley", "_plot_maps", "_plot_layouts", "_plot_animation"},
+    {"_plot_uncertainty", "_plot_studies", "_plot_duty", "_plot_file"},
     {"plot"},
-    {"_export"},
-    {"_calibrate_run"},
+    {"_export", "_error_estimate", "_html_scene", "_html_parts", "_html_pictures"},
+    {"_calibrate_run", "_html_limits"},
+    {"_html_report"},
+    {"_report_run"},
     {"_cli_options"},
     {"_cli_scene", "_cli_studies"},
     {"_cli"},
@@ -109,7 +113,22 @@ def test_integrator_knows_nothing_of_brakes():
 
 def test_only_plot_modules_import_matplotlib():
     files = [f for f in PACKAGE.rglob("*.py") if "!matplotlib" in imports(f)]
-    assert sorted(f.name for f in files) == ["_plot_runs.py", "_plot_studies.py", "_plot_uncertainty.py"]
+    assert sorted(f.stem.removeprefix("_plot_") for f in files) == [
+        "animation",
+        "duty",
+        "file",
+        "film",
+        "layouts",
+        "maps",
+        "pulley",
+        "runs",
+        "shared",
+        "studies",
+        "uncertainty",
+        "wheel",
+        "work_precision",
+    ]
+    assert all(f.name.startswith("_plot_") for f in files)
 
 
 def test_public_names():

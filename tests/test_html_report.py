@@ -1,0 +1,361 @@
+"""The report: one page that needs nothing else, whose numbers are those of the run."""
+
+import html
+import html.parser
+import importlib.resources
+import json
+import math
+import os
+import re
+
+import numpy as np
+import pytest
+from heat_scenes import fading, rigid_stop
+from helpers import closed_form, stop_scene
+
+import simbrake as sb
+from simbrake import plot
+from simbrake._edit import with_values
+from simbrake._error_estimate import repeat
+from simbrake._handy import number
+from simbrake._html_limits import limits_of
+from simbrake._html_parts import EVENTS, event_counts, event_rows, ledger
+from simbrake._html_pictures import DUTY, PICTURES, draw
+from simbrake._html_report import _scene_text as contents_of_scene
+from simbrake._html_report import contents, render, write
+from simbrake._report_run import report_run, title_of
+
+VOID = {"meta", "img", "br", "wbr", "link", "hr", "input"}
+NASTY = "<script>alert(1)</script>"
+
+
+class Page(html.parser.HTMLParser):
+    """Elements of a page; raises where tags do not match."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.open, self.ids, self.links, self.values, self.text, self.tags = [], [], [], [], [], set()
+        self.feed(text)
+        self.close()
+        assert not self.open
+
+    def handle_starttag(self, tag, attrs):
+        found = dict(attrs)
+        self.tags.add(tag)
+        self.ids += [found["id"]] if "id" in found else []
+        self.links += [found[name] for name in ("href", "src", "srcset", "action", "data", "poster") if name in found]
+        self.values += [found["value"]] if tag == "data" else []
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        self.text.append(data)
+
+    @property
+    def words(self):
+        return " ".join("".join(self.text).split())
+
+
+@pytest.fixture(scope="module")
+def run():
+    return sb.simulate(stop_scene(load=300.0, T0=8e3), throw=True)
+
+
+@pytest.fixture(scope="module")
+def parts(run):
+    """What the page of the run says, nothing asked for."""
+    return contents(run, {}, "", {})
+
+
+@pytest.fixture(scope="module")
+def made(run, tmp_path_factory):
+    """The page of a run with everything asked for, and its text."""
+    path = tmp_path_factory.mktemp("report") / "run.html"
+    limits = {"max_tension": 1e9, "max_normal_load": 10.0}
+    title = f"A stop {NASTY} & more"
+    files = {"notes.txt": f"# {NASTY}\n[brake]"}
+    asked = {"sensitivity": ["stopping_time"], "span": None, "limits": limits, "title": title, "files": files}
+    text = sb.report(run, path, **asked)
+    assert path.read_text("utf-8") == text
+    return text
+
+
+def hot_scene(permissible, name="lining"):
+    """A stop with a lump of 20 kJ/K as linings: at rest it is `W0² J/2 / 20 kJ/K` = 8 K warmer."""
+    bodies = (sb.Lump(name, 2e4, temperature=300.0), sb.Lump("rim", 1e5, temperature=300.0))
+    friction = sb.FrictionHeat("rim", name, sb.ConstantPartition(0.0))
+    heat = sb.Heat(bodies, friction=friction, rim="rim", linings=name, permissible=permissible)
+    return rigid_stop(fading(slope=1e-6), heat, end=4.0)
+
+
+@pytest.fixture(scope="module")
+def hot():
+    return sb.simulate(hot_scene(304.0, NASTY))
+
+
+def test_page_is_complete_in_itself(made):
+    page = Page(made)
+    assert made.startswith("<!DOCTYPE html>")
+    assert {"html", "head", "title", "main", "nav", "figure", "figcaption", "table"} <= page.tags
+    assert not page.tags & {"script", "link", "iframe", "object", "embed"}
+    assert len(page.ids) == len(set(page.ids))
+    for link in page.links:
+        assert link.startswith("data:image/") or (link[0] == "#" and link[1:] in page.ids)
+    style = re.findall(r"<style>(.*?)</style>", made, re.S)
+    assert len(style) == 1
+    assert not re.search(r"url\(|@import", style[0])
+
+
+def test_numbers_of_the_page_are_those_of_the_run(run, made):
+    page = Page(made)
+    there = {float(x) for value in page.values for x in value.split(",")}
+    found = [value for value in run.metrics.values() if value is not None]
+    assert len(found) > 5
+    assert set(found) <= there
+    assert {abs(float(run.energy[name])) for name in ("load_work", "lever_work", "friction_heat")} <= there
+    assert {event.time for event in run.events} <= there
+    assert {800.0, 0.725, 2e5, 8e3, math.radians(13.5)} <= there
+    assert f"{1e3 * run.metrics['slip_onset_time']:.5g} ms" in page.words  # for reading
+
+
+def test_what_people_wrote_is_escaped(made, hot):
+    for text in (made, sb.report(hot, check=False)):
+        assert NASTY not in text
+        assert "&lt;script&gt;alert(1)&lt;/script&gt;" in text
+    assert "A stop &lt;script&gt;alert(1)&lt;/script&gt; &amp; more" in made
+
+
+def test_sensitivities_only_if_asked(run, made, parts):
+    assert 'id="sensitivities"' in made
+    slope = sb.sensitivity("stopping_time", run.scene, "brake.pulley.inertia", span=None).rows[0].derivative
+    assert any(float(v) == pytest.approx(slope, rel=1e-9) for v in Page(made).values if "," not in v)
+    plain = render(parts)
+    assert "ensitivities" not in plain
+    assert "not repeated" in plain
+
+
+def test_metrics_without_a_value_are_named():
+    never = sb.simulate(stop_scene(end=0.3))
+    page = Page(sb.report(never, check=False, sensitivity=["stopping_time"]))
+    assert "stopping_time has no value in this run" in page.words
+    assert "Not stopped" in page.words
+
+
+def test_same_picture_same_bytes(run, parts):
+    assert draw(run, DUTY).address == parts["duty_picture"].address
+    names = {picture.name for picture in parts["pictures"]}
+    assert "stop" in names
+    assert not names & {"stages", "contacts", "temperatures"}
+
+
+def test_scene_of_the_page_can_be_run_again(run, made):
+    text = html.unescape(
+        re.search(r"<summary>As a scene file, as it was run</summary><pre>(.*?)</pre>", made, re.S).group(1)
+    )
+    again = sb.scene_from_text(text)
+    for a, b in zip(sb.leaves(run.scene), sb.leaves(again), strict=True):
+        assert a.path == b.path
+        np.testing.assert_array_equal(a.value, b.value)
+
+
+def test_scene_that_no_file_can_hold_says_so():
+    scene = stop_scene(lever=sb.FunctionProfile(_wave))
+    files = contents_of_scene(scene)
+    assert "duty.slack_tension" in files["No scene file can hold it"]
+
+
+def test_failure_is_shown_with_its_message():
+    result = sb.simulate(stop_scene(), max_events=2, throw=False)
+    text = sb.report(result, limits={"max_tension": 1e9})
+    page = Page(text)
+    assert 'class="verdict bad"' in text
+    assert "Failed: event_limit" in page.words
+    assert "the event limit was reached before the end time" in page.words
+    assert "raise max_events" in page.words
+    assert "kept so far" in page.words
+    assert "was not repeated" in page.words
+    assert "The run over time" in page.words
+
+
+def test_failure_at_the_start_has_a_page():
+    result = sb.simulate(stop_scene(), max_events=0, throw=False)
+    page = Page(sb.report(result))
+    assert "Failed: event_limit" in page.words
+    assert "nothing to draw" in page.words
+    assert "img" not in page.tags
+
+
+def test_permissible_temperature_passed_and_kept(hot):
+    bound = float(hot.scene.heat.permissible)
+    event = next(event for event in hot.events if event.name == "permissible_temperature")
+    first = limits_of(hot, hot.summary(), {})[0]
+    assert first.verdict == "passed"
+    assert float(first.permissible.si) == bound == 304.0
+    # all heat stays in the lump: the balance of energy without load
+    assert float(first.found.si) == pytest.approx(300.0 + 0.5 * 800 * 20.0**2 / 2e4, rel=1e-6)
+    assert f"first passed at {number(event.time, 's')}" in first.words
+    cool = sb.simulate(with_values(hot.scene, {"heat.permissible": 309.0}))
+    kept = limits_of(cool, cool.summary(), {})[0]
+    assert kept.verdict == "kept"
+    assert limits_of(cool, cool.summary(), {"peak_lining_temperature": 305.0})[0].verdict == "passed"
+    above = sb.simulate(with_values(hot.scene, {"heat.permissible": 290.0}))
+    assert "above it from the start" in limits_of(above, above.summary(), {})[0].words
+    page = Page(sb.report(cool, check=False))
+    assert "35.85 °C" in page.words  # 309 K
+    assert "Stored in rim" not in page.words  # nothing went there
+
+
+def test_limits_of_ones_own(run):
+    summary = run.summary()
+    peak = summary["metrics"]["max_tension"]
+    verdicts = {row.what: row.verdict for row in limits_of(run, summary, {"max_tension": peak * (1 + 1e-9)})}
+    assert verdicts["Greatest tension of the band"] == "kept"
+    assert verdicts["Greatest load on a lining"] == "no limit"
+    assert verdicts["Permissible temperature of the linings"] == "not examined"
+    rows = limits_of(run, summary, {"max_tension": peak * (1 - 1e-9), "stopping_time": 100.0})
+    assert {row.what: row.verdict for row in rows}["Greatest tension of the band"] == "passed"
+    never = sb.simulate(stop_scene(end=0.3))
+    row = limits_of(never, never.summary(), {"stopping_time": 100.0})[-1]
+    assert (row.verdict, row.words) == ("passed", "did not happen in this run")
+
+
+def test_pressure_is_load_over_area(run):
+    area = 0.02
+    scene = run.scene
+    linings = sb.Lining(scene.brake.linings.friction, scene.brake.linings.angle, area)
+    brake = sb.Brake(scene.brake.pulley, scene.brake.band, linings)
+    result = sb.simulate(sb.Scene(brake, scene.duty, scene.initial, scene.end_time))
+    row = next(r for r in limits_of(result, result.summary(), {"max_pressure": 1e5}) if "pressure" in r.what)
+    assert float(row.found.si) == pytest.approx(result.metrics["max_normal_load"] / area, rel=1e-6)
+
+
+def test_all_faults_of_the_options_at_once(run):
+    with pytest.raises(sb.InputError) as caught:
+        sb.report(run, limits={"max_tensoin": 1.0, "max_pressure": 1e5, "max_tension": math.nan}, sensitivity=["nix"])
+    assert len(caught.value.faults) == 4
+    assert "max_tension" in str(caught.value)
+
+
+def test_error_estimate_is_the_error():
+    """At a loose tolerance the difference of two runs is the error of the first, from the closed form."""
+    result = sb.simulate(stop_scene(), rtol=1e-4)
+    truth = closed_form()
+    found = repeat(result)
+    assert found.tighter
+    assert found.rtol == pytest.approx(1e-6)
+    assert found.unmatched == 0
+    shifts = {shift.name: shift for shift in found.metrics}
+    for name, exact in (("full_slip_time", truth["t1"]), ("stopping_time", truth["stop"])):
+        error = abs(result.metrics[name] - exact)
+        assert shifts[name].difference == pytest.approx(error, abs=0.1 * error + 1e-14)
+    limit = next(shift for shift in found.events if shift.name == "lining_limit")
+    assert limit.count == 20
+
+
+def test_equal_steps_are_no_estimate():
+    """A rigid band under constant tension brakes evenly: no tolerance changes the steps, so they are halved."""
+    found = repeat(sb.simulate(stop_scene(C=None), rtol=1e-6))
+    assert found.max_step is not None
+    assert found.max_step < 5.0 / 2
+    assert all(shift.relative is None or shift.relative < 1e-12 for shift in found.metrics)
+
+
+def test_near_rounding_the_second_run_is_looser(run):
+    assert not repeat(sb.simulate(run.scene, rtol=1e-12)).tighter
+
+
+def _wave(t, parameters):
+    return 1.0 + 0.0 * t
+
+
+def test_both_sides_of_a_ledger_are_equal(run):
+    e = run.energy
+    into = {"load": float(e["load_work"]), "kinetic": -float(e["kinetic_change"]), "lever": -5.0}
+    out = {"heat": float(e["friction_heat"]), "nothing": 0.0}
+    book = ledger("x", into, out, 0.0)
+    assert [share.words for share in book.into] == ["load", "kinetic"]
+    assert [share.words for share in book.out] == ["lever", "heat"]  # given by the brake, so on the other side
+    for side in (book.into, book.out):
+        assert sum(share.percent for share in side) == pytest.approx(100.0)
+
+
+def test_events_at_linings_are_drawn_together(run):
+    rows = event_rows(run.events)
+    limits = next(row for row in rows if row.name == "lining_limit")
+    assert limits.linings == "1…20"
+    assert [lining for lining, _ in limits.members] == list(range(1, 21))
+    counts = {row.name: row.count for row in event_counts(run.events)}
+    assert counts == {"slip_onset": 1, "lining_limit": 20, "full_slip": 1, "stop": 1}
+    assert sum(max(len(row.members), 1) for row in rows) == len(run.events)
+    assert set(counts) <= set(EVENTS)
+
+
+def test_long_lists_of_events_are_folded(parts):
+    assert "Events by name" not in render(parts)
+    page = render({**parts, "fold": True})
+    assert "Events by name" in page
+    Page(page)
+
+
+def test_pictures_exist_and_say_what_to_see():
+    for picture in (*PICTURES, DUTY):
+        assert callable(getattr(plot, picture.name))
+        assert len(picture.caption) > 60
+    assert len({(picture.name, picture.options) for picture in PICTURES}) == len(PICTURES)
+
+
+def test_page_is_replaced_whole_or_not_at_all(tmp_path, monkeypatch):
+    path = tmp_path / "deep" / "run.html"
+    write("page", path)
+    assert path.read_text() == "page"
+    assert path.stat().st_mode & 0o777 == 0o666 & ~_umask()
+    path.write_text("old")
+
+    def broken(*_):
+        raise OSError("disk full")
+
+    monkeypatch.setattr(os, "replace", broken)
+    with pytest.raises(OSError, match="disk full"):
+        write("page", path)
+    assert path.read_text() == "old"
+    assert [file.name for file in path.parent.iterdir()] == ["run.html"]
+
+
+def _umask():
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
+
+
+def test_command(capsys, tmp_path):
+    file = tmp_path / "my_scene.py"
+    file.write_text('"""A stop by hand.\n\nMore."""\n')
+    out = tmp_path / "page.html"
+    assert report_run(stop_scene(), file, out, limit=["max_tension=1"], check=False, json_=True) == 0
+    said = json.loads(capsys.readouterr().out)
+    assert said["status"] == "stopped"
+    assert said["written"] == str(out)
+    page = Page(out.read_text("utf-8"))
+    assert "A stop by hand" in page.words
+    assert "my_scene.py" in page.words
+    with pytest.raises(sb.InputError) as caught:
+        report_run(stop_scene(), file, out, limit=["max_tension"], sensitivity=["nix"])
+    assert len(caught.value.faults) == 2
+    with pytest.raises(sb.InputError, match="is a folder"):
+        report_run(stop_scene(), file, tmp_path)
+
+
+def test_titles():
+    from pathlib import Path
+
+    assert title_of(Path("two_bands.py"), '"""Two bands. """') == "Two bands"
+    assert title_of(Path("two_bands.py"), "def (") == "two bands"
+    assert title_of(Path("stop.toml"), "# An emergency stop\n[brake]\n") == "An emergency stop"
+    assert title_of(Path("stop.toml"), "[brake]\n") == "stop"
+
+
+def test_template_is_part_of_the_package():
+    assert importlib.resources.files("simbrake").joinpath("templates/report.html").is_file()

@@ -1,0 +1,80 @@
+"""Words and numbers of the report: handy units, profiles and loads, every number of a scene with its meaning."""
+
+import math
+
+import numpy as np
+import pytest
+from heat_scenes import fading, rigid_stop
+
+import simbrake as sb
+from simbrake._handy import digits, number, numbers
+from simbrake._html_scene import load_words, parts_of, profile_words
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "text"),
+    [
+        (1.25e5, "N", "125 kN"),
+        (0.0139, "s", "13.9 ms"),
+        (3.5e-18, "s", "3.5·10⁻¹⁸ s"),
+        (0.0, "N", "0 N"),
+        (293.15, "K", "20 °C"),
+        (math.pi / 4, "rad", "45°"),
+        (18.8446, "rad", "18.8446 rad"),
+        (1200.0, "kg*m^2", "1200 kg·m²"),
+        (-2.5e-9, "1/K", "−2.5·10⁻⁹ 1/K"),
+        (123456.7, "1", "123457"),
+        (2.06e11, "Pa", "206 GPa"),
+        (1e-12, "1", "10⁻¹²"),
+        (1234567.0, "1", "1234570"),
+        (None, "N", "—"),
+        (math.inf, "s", "—"),
+    ],
+)
+def test_handy_numbers(value, unit, text):
+    assert str(number(value, unit)) == text
+
+
+def test_handy_arrays_and_differences():
+    assert str(numbers(np.full(20, math.radians(13.5)), "rad")) == "20 × 13.5°"
+    assert str(numbers([0.0, 0.35], "s")) == "0, 0.35 s"
+    assert str(numbers(np.linspace(0.0, 4e3, 9), "N")) == "9 values from 0 to 4 kN"
+    assert str(number(5.0, "K", absolute=False)) == "5 K"
+    assert digits(-1e-12, 2) == "−10⁻¹²"
+    exact = 0.1 + 0.2
+    assert float(number(exact, "m").si) == exact
+
+
+def test_installation_has_every_number_of_a_scene():
+    bodies = (sb.Lump("lining", 2e4), sb.Lump("rim", 1e5))
+    friction = sb.FrictionHeat("rim", "lining", sb.ConstantPartition(0.0))
+    heat = sb.Heat(bodies, friction=friction, rim="rim", linings="lining", permissible=304.0)
+    scene = rigid_stop(fading(slope=1e-6), heat, end=4.0)
+    parts = parts_of(scene)
+    rows = {row.path: row for part in parts for row in part.rows}
+    assert {leaf.path for leaf in sb.leaves(scene)} <= set(rows)
+    assert str(rows["heat.permissible"].value) == "30.85 °C"
+    assert str(rows["duty.slack_tension.level"].value) == "8 kN"  # unit from its place
+    assert str(rows["duty.load.profile.level"].value) == "0 N·m"
+    assert str(rows["brake.linings.friction.factors[0].blend"].value) == "0 K"  # a width, not a temperature
+    assert rows["heat.friction.lining"].value.text == "lining"
+
+
+def test_profiles_and_loads_in_words():
+    assert profile_words(sb.Constant(8e3), "N") == "8 kN at all times"
+    lines = profile_words(sb.ramp(2e3, 24e3, 0.0, 0.35), "N")
+    assert lines == "straight lines through 2 kN at 0 s, 24 kN at 0.35 s; constant before and after"
+    cycles = profile_words(sb.Repeated([1.0, 2.0], [3e4, 0.0], 50.0, 30), "N")
+    assert cycles.startswith("30 cycles of 50 s each, in each straight lines through 30 kN at 1 s, 0 kN at 2 s")
+    lever = profile_words(sb.Lever(sb.Constant(100.0), 1.5, 0.1), "N")
+    assert "times 15" in lever
+    assert "100 N at all times" in lever
+    many = profile_words(sb.PiecewiseLinear(np.arange(100.0), np.arange(100.0)), "N")
+    assert "94 more" in many
+    assert profile_words(sb.FunctionProfile(_wave), "N") == "a function of its own, _wave"
+    hook = load_words(sb.HookLoad(mass=60e3, drum_radius=0.4, line_count=8))
+    assert hook == "60 t on the hook, 8 lines, rope at 0.4 m from the shaft: 29.42 kN·m on the shaft"
+
+
+def _wave(t, parameters):
+    return 1.0 + 0.0 * t
