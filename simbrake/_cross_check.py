@@ -1,5 +1,6 @@
 """A scene run twice, by simbrake and by SciPy, and what differs between the two."""
 
+import itertools
 import math
 import time
 from collections.abc import Sequence
@@ -10,7 +11,6 @@ import numpy as np
 from jax.flatten_util import ravel_pytree
 
 from ._choice import stiffness
-from ._log import Event
 from ._modes import Label, events_of_change
 from ._progress import Line
 from ._quantity import Fault, InputError
@@ -20,9 +20,10 @@ from ._scipy_loop import METHODS, Course, drive
 from ._simulate import simulate
 from ._validation import FAIL, PASS, Check
 
-_CHANGES = (
-    "slip_onset full_slip stop restick restart release internal_slip internal_restick external_lock external_release"
-).split()
+_CHANGES = {
+    *("slip_onset", "full_slip", "stop", "restick", "restart", "release"),
+    *("internal_slip", "internal_restick", "external_lock", "external_release"),
+}
 #: thermal nodes up to which each has its own line
 _NODES = 12
 SCOPE = (
@@ -107,7 +108,7 @@ class _Named(NamedTuple):
 
 def _scipy_events(result: Result, course: Course) -> list[_Named]:
     """Changes of SciPy's run in the words of the event log."""
-    unpack = result.record.flat.unpack_mode
+    unpack: Any = result.record.flat.unpack_mode
     modes: list[Any] = [jax.tree.map(np.asarray, unpack(change.mode)) for change in course.changes]
     times = [change.t for change in course.changes]
     labels = [Label(int(mode.band), int(mode.slides)) for mode in modes]
@@ -117,7 +118,7 @@ def _scipy_events(result: Result, course: Course) -> list[_Named]:
     for i in range(first, len(modes)):
         found += [_Named(times[i], name, None) for name in events_of_change(before, labels[i], i == first)]
         before = labels[i]
-    for (was, now), t in zip(zip(modes, modes[1:], strict=False), times[1:], strict=True):
+    for (was, now), t in zip(itertools.pairwise(modes), times[1:], strict=True):
         for kind, column in now.contacts.items():
             for lining in np.flatnonzero(np.asarray(column) != np.asarray(was.contacts[kind])):
                 what = "stick" if np.asarray(column)[lining] == 0 else "slip"
@@ -128,11 +129,7 @@ def _scipy_events(result: Result, course: Course) -> list[_Named]:
 def _own_events(result: Result) -> list[_Named]:
     kinds = list(jax.tree.map(np.asarray, result.record.mode_end).contacts)
     names = {*_CHANGES, *(f"{kind}_{what}" for kind in kinds for what in ("stick", "slip"))}
-    return [_Named(float(e.time), e.name, e.lining) for e in result.events if _is(e, names)]
-
-
-def _is(event: Event, names: set[str]) -> bool:
-    return event.name in names
+    return [_Named(float(e.time), e.name, e.lining) for e in result.events if e.name in names]
 
 
 def _ordered(events: list[_Named], near: float) -> list[_Named]:
@@ -180,11 +177,13 @@ def _compare_events(found: _Compared, ours: list[_Named], theirs: list[_Named], 
     same, _ = _difference(ours, theirs)
     error: float | str = difference or 0.0
     found.checks.append(
-        Check("changes of mode", found.source, float(same), float(len(theirs)), error, 0.0, FAIL if difference else PASS)
+        Check(
+            "changes of mode", found.source, float(same), float(len(theirs)), error, 0.0, FAIL if difference else PASS
+        )
     )
     stops = [next((e.time for e in events if e.name == "stop"), None) for events in (ours, theirs)]
     if stops[0] is not None and stops[1] is not None:
-        found.add("stopping time (s)", *stops, 1e-3 * span)
+        found.add("stopping time (s)", stops[0], stops[1], 1e-3 * span)
     for i in range(same):
         found.add(f"{i + 1} {ours[i]} (s)", ours[i].time, theirs[i].time, 1e-3 * span)
 
@@ -264,8 +263,8 @@ def cross_check(
 
     - `method` of `scipy.integrate.solve_ivp`; by default `DOP853`, and `Radau` where simbrake's choice is stiff as well
     - `rtol`: relative tolerance of both runs
-    - `tolerance`: of the relative differences, by default `100 rtol`; relative to the quantity, or to the typical size of
-      its kind where that is more (speeds, the largest energy, the greatest warming)
+    - `tolerance`: of the relative differences, by default `100 rtol`; relative to the quantity, or to the typical size
+      of its kind where that is more (speeds, the largest energy, the greatest warming)
     - `max_evaluations` of the right-hand side by SciPy: a longer run ends there, is named in `trouble`, and is not `ok`
     - `result`: of the scene, to be checked in place of a new run
 

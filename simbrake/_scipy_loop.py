@@ -132,7 +132,7 @@ class _Run:
             return float(np.min(np.asarray(self.do.guards(t, y, self.mode)) + offset))
 
         lowest.terminal, lowest.direction = True, -1  # pyright: ignore
-        more = {"jac": lambda t, y: np.asarray(self.do.jacobian(t, y, self.mode))}
+        more: dict[str, Any] = {"jac": lambda t, y: np.asarray(self.do.jacobian(t, y, self.mode))}
         out = solve_ivp(
             self.rhs,
             (self.t, until),
@@ -173,7 +173,9 @@ class _Run:
         return ""
 
 
-def drive(record: Record, method: str = "DOP853", rtol: float = 1e-10, most: int = 400_000, energy: float = 1.0) -> Course:
+def drive(
+    record: Record, method: str = "DOP853", rtol: float = 1e-10, most: int = 400_000, energy: float = 1.0
+) -> Course:
     """Repeats the run of a record with SciPy.
 
     - `method` of `scipy.integrate.solve_ivp`;  `rtol`: relative tolerance, absolute ones are `rtol` times the typical

@@ -1,7 +1,10 @@
 """Runs the validation cases and tells what came of them."""
 
+import itertools
+import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from fnmatch import fnmatchcase
 
 from . import (
@@ -17,48 +20,56 @@ from ._quantity import Fault, InputError
 from ._simulate import require_64_bits
 from ._validation import Case, Check, Validation, run_case
 
-_SUBJECTS = (
-    _validation_events,
-    _validation_brakes,
-    _validation_staged,
-    _validation_heat,
-    _validation_invariants,
-    _validation_tables,
+#: two lanes that run side by side; within each, subjects share compiled programs
+_LANES = (
+    (_validation_events, _validation_heat),
+    (_validation_brakes, _validation_staged, _validation_invariants, _validation_tables),
 )
 
 
-def all_cases() -> list[Case]:
-    """Every case, none of them run yet."""
-    return [case for subject in _SUBJECTS for case in subject.cases()]
+def lanes_of_cases() -> list[list[Case]]:
+    """Every case, none of them run yet, in the lanes in which they run."""
+    return [[case for subject in lane for case in subject.cases()] for lane in _LANES]
 
 
-def chosen(only: str | None) -> list[Case]:
-    """The cases whose name holds the words `only`, or fits it as a pattern with `*`; all without it.
+def chosen(only: str | None = None) -> list[list[Case]]:
+    """The cases whose name holds the words `only`, or fits it as a pattern with `*`; all without it. In lanes.
 
     Raises `InputError` where there is none.
     """
-    found = all_cases()
+    lanes = lanes_of_cases()
     if only is None:
-        return found
+        return lanes
     word = only.lower()
     pattern = word if any(sign in word for sign in "*?[") else f"*{word}*"
-    picked = [case for case in found if fnmatchcase(case.name.lower(), pattern)]
-    if not picked:
-        subjects = ", ".join(dict.fromkeys(case.name.partition("/")[0] for case in found))
+    picked = [[case for case in lane if fnmatchcase(case.name.lower(), pattern)] for lane in lanes]
+    if not any(picked):
+        subjects = ", ".join(dict.fromkeys(case.name.partition("/")[0] for lane in lanes for case in lane))
         raise InputError([Fault("--only", f"no case fits {only!r}", f"subjects are {subjects}")])
-    return picked
+    return [lane for lane in picked if lane]
 
 
-def run_cases(cases: Sequence[Case], progress: bool | None = None, tell: Callable[[Check], None] | None = None) -> Validation:
-    """Runs cases one after the other, with a line on a terminal that says how far they are; `tell` hears each one."""
-    line, checks = Line("validate", progress), []
-    start = time.monotonic()
-    for i, case in enumerate(cases):
-        left = (len(cases) - i) * line.spent / max(i, 1)
-        line.show(f"{i}/{len(cases)} {case.name}" + (f", about {duration(left)} left" if i else ""))
-        checks.append(run_case(case))
-        if tell is not None:
-            tell(checks[-1])
+def run_lanes(lanes: Sequence[Sequence[Case]], progress: bool | None = None) -> Validation:
+    """Runs the lanes side by side, as compiling leaves Python free; a line on a terminal says how far they are."""
+    line, total = Line("validate", progress), sum(map(len, lanes))
+    start, halted, done = time.monotonic(), threading.Event(), itertools.count(1)
+
+    def run(lane: Sequence[Case]) -> list[Check]:
+        checks = []
+        for case in lane:
+            if halted.is_set():
+                break
+            checks.append(run_case(case))
+            k = next(done)
+            line.show(f"{k}/{total} cases, about {duration((total - k) * line.spent / k)} left")
+        return checks
+
+    with ThreadPoolExecutor(max(1, len(lanes))) as pool:
+        futures = [pool.submit(run, lane) for lane in lanes]
+        try:
+            checks = [check for future in futures for check in future.result()]
+        finally:
+            halted.set()  # interrupted: each lane ends after the case it is at
     line.done()
     return Validation(checks, time.monotonic() - start)
 
@@ -79,4 +90,4 @@ def validate(only: str | None = None, *, progress: bool | None = False) -> Valid
     Raises `InputError` where no case fits `only`, `RuntimeError` if JAX is not in 64-bit mode.
     """
     require_64_bits()
-    return run_cases(chosen(only), progress)
+    return run_lanes(chosen(only), progress)

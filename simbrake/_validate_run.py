@@ -5,12 +5,12 @@ from typing import Any
 
 from ._cross_check import cross_check
 from ._scene import Scene
-from ._validate import chosen, run_cases
+from ._validate import chosen, run_lanes
 
 
 def listing(only: str | None, json_: bool) -> int:
     """Prints the cases without running any."""
-    cases = chosen(only)
+    cases = [case for lane in chosen(only) for case in lane]
     if json_:
         rows = [{"case": c.name, "source": c.source, "truth": c.truth, "tolerance": c.tolerance} for c in cases]
         print(json.dumps(rows, indent=1, ensure_ascii=False))
@@ -23,7 +23,7 @@ def run(only: str | None = None, *, list_: bool = False, json_: bool = False) ->
     """Runs the cases, prints them; 0 if all pass, else 1."""
     if list_:
         return listing(only, json_)
-    report = run_cases(chosen(only), None)
+    report = run_lanes(chosen(only))
     print(json.dumps(report.as_list(), indent=1, allow_nan=False, ensure_ascii=False) if json_ else report)
     return 0 if report.ok else 1
 

@@ -26,8 +26,8 @@ class Case(NamedTuple):
 class Check:
     """A case that was run.
 
-    - `error`: `|value − truth|/|truth|`, and `|value − truth|` where the truth is 0; a message, with no value, where the
-      run failed
+    - `error`: `|value − truth|/|truth|`, and `|value − truth|` where the truth is 0; a message, with no value, where
+      the run failed
     - `verdict`: `pass` while the error is not above the tolerance, else `fail`
     """
 

@@ -64,12 +64,34 @@ def elastic_cases(scene: Scene | None = None) -> list[Case]:
 
     chi = "χ² = C R²/J"
     return [
-        Case("elastic stop/slip onset", f"{_FORM}T_0/(C R ω_0) [Z-15]", truth["t0"], 1e-11, lambda: run().slip_onset_time),
-        Case("elastic stop/limit of lining 5", f"{_FORM}t0 + asin(χ T_0 (Π_5 − 1)/(C R ω_0))/χ, {chi}", truth["limits"][4], 1e-10, lambda: limit(5)),
-        Case("elastic stop/full slip", f"{_FORM}the same with Π [Z-16]", truth["t1"], 1e-11, lambda: run().full_slip_time),
-        Case("elastic stop/stopping time", f"{_FORM}t1 + J ω_1/(R T_0 (Π − 1)) [Z-17, 18]", truth["stop"], 1e-11, lambda: run().stopping_time),
-        Case("elastic stop/greatest tension", f"{_FORM}T_0 Π", 8e3 * truth["Pi"], 1e-11, lambda: run().metrics["max_tension"]),
-    ]  # fmt: skip
+        Case(
+            "elastic stop/slip onset", f"{_FORM}T_0/(C R ω_0) [Z-15]", truth["t0"], 1e-11, lambda: run().slip_onset_time
+        ),
+        Case(
+            "elastic stop/limit of lining 5",
+            f"{_FORM}t0 + asin(χ T_0 (Π_5 − 1)/(C R ω_0))/χ, {chi}",
+            truth["limits"][4],
+            1e-10,
+            lambda: limit(5),
+        ),
+        Case(
+            "elastic stop/full slip", f"{_FORM}the same with Π [Z-16]", truth["t1"], 1e-11, lambda: run().full_slip_time
+        ),
+        Case(
+            "elastic stop/stopping time",
+            f"{_FORM}t1 + J ω_1/(R T_0 (Π − 1)) [Z-17, 18]",
+            truth["stop"],
+            1e-11,
+            lambda: run().stopping_time,
+        ),
+        Case(
+            "elastic stop/greatest tension",
+            f"{_FORM}T_0 Π",
+            8e3 * truth["Pi"],
+            1e-11,
+            lambda: run().metrics["max_tension"],
+        ),
+    ]
 
 
 def soft_cases() -> list[Case]:
@@ -127,16 +149,28 @@ def capstan_cases() -> list[Case]:
     errors = functools.cache(jax.jit(lambda: (error(64), error(128))))
     first = mu * (1 + mu**2) * phi**3 / (12 * 128**2)
     return [
-        Case("capstan limit/order", "Euler: T_n/T_0 → e^{μφ} as n⁻²", 2.0, 0.025, lambda: math.log2(errors()[0] / errors()[1])),
-        Case("capstan limit/error, 128 linings", f"{_FORM}μ(1 + μ²)φ³/(12 n²), first term", first, 1e-3, lambda: errors()[1]),
-    ]  # fmt: skip
+        Case(
+            "capstan limit/order",
+            "Euler: T_n/T_0 → e^{μφ} as n⁻²",
+            2.0,
+            0.025,
+            lambda: math.log2(errors()[0] / errors()[1]),
+        ),
+        Case(
+            "capstan limit/error, 128 linings",
+            f"{_FORM}μ(1 + μ²)φ³/(12 n²), first term",
+            first,
+            1e-3,
+            lambda: errors()[1],
+        ),
+    ]
 
 
 def hook_cases() -> list[Case]:
     """A hook of 60 t on eight lines, braked by 60 kN·m through one lining."""
     J, m, r, n, w0, M, g = 1200.0, 60e3, 0.4, 8, 24.0, 60e3, 9.81
     f, beta, R = 0.3, 30.0, 0.6
-    load = HookLoad(mass=m, drum_radius=r, line_count=n, gravity=g)
+    load = HookLoad(mass=m, drum_radius=r, line_count=n, gravity=g)  # pyright: ignore
     T_0 = tension_for(M, 1, f, beta, R)
     run = ran(stop_scene(n=1, f=f, beta=beta, R=R, J=J, C=None, T0=T_0, w0=w0, load=load, end=3.0))
     inertia, torque = J + m * (r / n) ** 2, m * g * r / n
@@ -150,11 +184,23 @@ def hook_cases() -> list[Case]:
 
     J_eq = "J_eq = J + m(r/n)²"
     return [
-        Case("hook load/stopping time", f"{_FORM}J_eq ω_0/(M_b − m g r/n), {J_eq}", time, 1e-11, lambda: run().stopping_time),
+        Case(
+            "hook load/stopping time",
+            f"{_FORM}J_eq ω_0/(M_b − m g r/n), {J_eq}",
+            time,
+            1e-11,
+            lambda: run().stopping_time,
+        ),
         Case("hook load/travel", f"{_FORM}v_0 t/2", w0 * r / n * time / 2, 1e-11, lambda: run().hook_travel),
-        Case("hook load/friction heat", f"{_FORM}M_b ω_0 t/2", M * w0 * time / 2, 1e-11, lambda: run().energy["friction_heat"]),
+        Case(
+            "hook load/friction heat",
+            f"{_FORM}M_b ω_0 t/2",
+            M * w0 * time / 2,
+            1e-11,
+            lambda: run().energy["friction_heat"],
+        ),
         Case("one lining/tension ratio", f"{_FORM}{shoe}", (1 + fz) / (1 - fz), 1e-11, ratio),
-    ]  # fmt: skip
+    ]
 
 
 def rigid_cases() -> list[Case]:
@@ -179,22 +225,36 @@ def rigid_cases() -> list[Case]:
     return [
         Case("brake on a slider/stop", f"{modelica}: 0.1 + m v/F", 1.1, 1e-11, lambda: slider().stopping_time),
         Case("brake on a slider/way", f"{modelica}: v t_0 + m v²/2F", 0.6, 1e-11, lambda: slider().stopping_angle),
-        Case("turning back/stopping time", f"{_FORM}J|ω_0|/(R T_0 (1 − 1/Π))", 16e3 / (0.725 * 8e3 * (1 - 1 / Pi)), 1e-11, lambda: back().stopping_time),
+        Case(
+            "turning back/stopping time",
+            f"{_FORM}J|ω_0|/(R T_0 (1 − 1/Π))",
+            16e3 / (0.725 * 8e3 * (1 - 1 / Pi)),
+            1e-11,
+            lambda: back().stopping_time,
+        ),
         Case("growing load/restart", f"{_FORM}where M_load = R T_0 (Π − 1)", hold / 1e3, 1e-11, restart),
-        Case("exponential rise/stopping time", f"{_FORM}a + τ + τ W_0(−e^(−(a+τ)/τ)), a = Jω_0/M_0", 0.5 * (x + lambertw(-math.exp(-x)).real), 1e-11, lambda: pressed().stopping_time),
-    ]  # fmt: skip
+        Case(
+            "exponential rise/stopping time",
+            f"{_FORM}a + τ + τ W_0(−e^(−(a+τ)/τ)), a = Jω_0/M_0",
+            0.5 * (x + lambertw(-math.exp(-x)).real),
+            1e-11,
+            lambda: pressed().stopping_time,
+        ),
+    ]
 
 
 def falling_cases() -> list[Case]:
     """A friction law of one's own, μ_0/(1 + κω)."""
     J, M, k, w = 10.0, 50.0, 0.3, 8.0
-    law = FallingFriction(*(jnp.asarray(x) for x in (M, k, 20.0)))
+    law = FallingFriction(*(jnp.asarray(x) for x in (M, k, 20.0)))  # pyright: ignore
     run = ran(stop_scene(n=1, beta=math.degrees(0.5), R=1.0, J=J, C=None, T0=20.0, w0=w, law=law, end=10.0))
     time, angle = J / M * (w + k * w**2 / 2), J / M * (w**2 / 2 + k * w**3 / 3)
     return [
-        Case("falling friction/stopping time", f"{_FORM}(J/M_0)(ω_0 + κω_0²/2)", time, 1e-11, lambda: run().stopping_time),
+        Case(
+            "falling friction/stopping time", f"{_FORM}(J/M_0)(ω_0 + κω_0²/2)", time, 1e-11, lambda: run().stopping_time
+        ),
         Case("falling friction/angle", f"{_FORM}(J/M_0)(ω_0²/2 + κω_0³/3)", angle, 1e-11, lambda: run().stopping_angle),
-    ]  # fmt: skip
+    ]
 
 
 def cases() -> list[Case]:

@@ -51,7 +51,8 @@ def _radiated(T0: float, Ta: float, c: float, t: float) -> float:
     def integral(T: float) -> float:
         return (math.log((T - Ta) / (T + Ta)) - 2 * math.atan(T / Ta)) / (4 * Ta**3)
 
-    return brentq(lambda T: integral(T) - integral(T0) + c * t, Ta * (1 + 1e-13), T0, xtol=1e-12, rtol=1e-15)
+    found: Any = brentq(lambda T: integral(T) - integral(T0) + c * t, Ta * (1 + 1e-13), T0, xtol=1e-12)
+    return found
 
 
 def radiation_cases() -> list[Case]:
@@ -60,7 +61,7 @@ def radiation_cases() -> list[Case]:
     times = [0.0, 60.0, 600.0, 3600.0]
     found = []
     for Ta in (0.0, 300.0):
-        heat = Heat((Lump("a", mc, T0), Reservoir("air", Ta)), (Radiation("a", 1.0, eps),))
+        heat = Heat((Lump("a", mc, T0), Reservoir("air", Ta)), (Radiation("a", 1.0, eps),))  # pyright: ignore
 
         @functools.cache
         def run(heat: Heat = heat) -> Any:
@@ -82,7 +83,7 @@ def repeated_cases() -> list[Case]:
     power = np.tile([0.0, 1.0, 1.0, 0.0], 10) * rise * C / pulse
     heat = Heat(
         (Lump("drum", C, 300.0), Reservoir("air", 300.0)),
-        (Convection("drum", 1.0, C * b),),
+        (Convection("drum", 1.0, C * b),),  # pyright: ignore
         sources=(Source("drum", PiecewiseLinear(times, power)),),
     )
     looks = [0.0, pulse, 4 * t_c + pulse, 9 * t_c + pulse]
@@ -90,9 +91,15 @@ def repeated_cases() -> list[Case]:
     source = "Limpert, Brake Design and Safety: ΔT(1 − e^(−n b t_c))/(1 − e^(−b t_c))"
     # the pulse lasts 1 µs of the 300 s in which the drum cools
     return [
-        Case(f"repeated stops/rise after {n}", source, rise * math.expm1(-n * b * t_c) / math.expm1(-b * t_c), 1e-7, lambda i=i: run()[i, 0] - 300.0)
+        Case(
+            f"repeated stops/rise after {n}",
+            source,
+            rise * math.expm1(-n * b * t_c) / math.expm1(-b * t_c),
+            1e-7,
+            lambda i=i: run()[i, 0] - 300.0,
+        )
         for i, n in enumerate((1, 5, 10), 1)
-    ]  # fmt: skip
+    ]
 
 
 _TIMES = np.linspace(0.0, 2.0, 81)
@@ -111,7 +118,11 @@ def half_space_cases() -> list[Case]:
     q, t = 1e6, float(_TIMES[-1])
 
     def exact(x: Any) -> Any:
-        return q / _K * (2 * np.sqrt(_A * t / math.pi) * np.exp(-(x**2) / (4 * _A * t)) - x * erfc(x / np.sqrt(4 * _A * t)))
+        return (
+            q
+            / _K
+            * (2 * np.sqrt(_A * t / math.pi) * np.exp(-(x**2) / (4 * _A * t)) - x * erfc(x / np.sqrt(4 * _A * t)))
+        )
 
     coarse = functools.cache(lambda: _heated(36, q, q))
     fine = functools.cache(lambda: _heated(108, q, q))
@@ -156,13 +167,19 @@ def falling_flux_cases() -> list[Case]:
     source = "Fazekas 1953, Newcomb 1960"
     greatest = 4 / (3 * math.sqrt(2 * math.pi)) * q * math.sqrt(t_s) / effusivity
     return [
-        Case("falling flux/greatest rise", f"{source}: 0.53192304 q_0 √t_s/√(kρc)", greatest, 2e-3, lambda: np.max(surface())),
+        Case(
+            "falling flux/greatest rise",
+            f"{source}: 0.53192304 q_0 √t_s/√(kρc)",
+            greatest,
+            2e-3,
+            lambda: np.max(surface()),
+        ),
         Case("falling flux/time of it", f"{source}: t_s/2", t_s / 2, 0.01, hottest),
-    ]  # fmt: skip
+    ]
 
 
 def effusivity_cases() -> list[Case]:
-    """Heat into the interface of two bodies in perfect contact: the network finds Charron's share without being told."""
+    """Heat into the interface of two bodies in perfect contact: the network finds Charron's share by itself."""
     pairs = {
         "steel and lining": (Material(45.0, 7850.0, 480.0), Material(0.8, 2000.0, 1100.0)),
         "two metals": (
@@ -188,7 +205,15 @@ def effusivity_cases() -> list[Case]:
     found = []
     for name, (first, second) in pairs.items():
         e1, e2 = effusivity(first), effusivity(second)
-        found.append(Case(f"two bodies in contact/{name}", "Charron: e1/(e1 + e2), e = √(kρc)", e1 / (e1 + e2), 5e-4, lambda first=first, second=second: share(first, second)))  # fmt: skip
+        found.append(
+            Case(
+                f"two bodies in contact/{name}",
+                "Charron: e1/(e1 + e2), e = √(kρc)",
+                e1 / (e1 + e2),
+                5e-4,
+                lambda first=first, second=second: share(first, second),
+            )
+        )
     return found
 
 
@@ -197,17 +222,19 @@ def steady_cases() -> list[Case]:
     q, h, L, Ta, Tb = 1e5, 50.0, 0.03, 300.0, 350.0
     heat = Heat(
         (Wall("w", _STEEL, L, 1.0, 4), Reservoir("air", Ta), Reservoir("back", Tb)),
-        (Convection("w.front", 1.0, h), ThermalContact("w.back", "back", 1.0)),
+        (Convection("w.front", area=1.0, coefficient=h), ThermalContact("w.back", "back", 1.0)),
         sources=(Source("w.front", q),),
     )
     face = (q + h * Ta + _K / L * Tb) / (h + _K / L)
     truth = face + (Tb - face) / 8
     source = f"{_FORM}q = h(T_f − T_a) + λ(T_f − T_b)/L"
-    return [Case("wall in steady state/first layer", source, truth, 1e-8, lambda: next(iter(steady_state(heat).values())))]
+    return [
+        Case("wall in steady state/first layer", source, truth, 1e-8, lambda: next(iter(steady_state(heat).values())))
+    ]
 
 
 def _fading(slope: float, capacity: float) -> Scene:
-    law = ProductFriction(ConstantFriction(0.35), (LinearFade(slope, ROOM, 0.0, 0.0),))
+    law = ProductFriction(ConstantFriction(0.35), (LinearFade(slope, ROOM, 0.0, 0.0),))  # pyright: ignore
     heat = lumped_heat(rim=capacity, partition=ConstantPartition(1.0), rim_cooling=0.0)
     scene = stop_scene(C=None, law=law, end=10.0)
     return Scene(scene.brake, scene.duty, scene.initial, scene.end_time, heat)
@@ -227,11 +254,29 @@ def fade_cases() -> list[Case]:
     warm, cold = ran(_fading(slope, capacity), 1e-11), ran(_fading(0.0, capacity), 1e-11)
     warmed = ROOM + J * w0**2 / (2 * capacity)
     return [
-        Case("stop with fade/stopping time", "quadrature ∫ J dω/M(T(ω)), T = T_0 + J(ω_0² − ω²)/2mc", time, 1e-9, lambda: warm().stopping_time),
-        Case("stop with fade/temperature at rest", f"{_FORM}T_0 + Jω_0²/2mc", warmed, 1e-9, lambda: warm().end_temperatures[0]),
+        Case(
+            "stop with fade/stopping time",
+            "quadrature ∫ J dω/M(T(ω)), T = T_0 + J(ω_0² − ω²)/2mc",
+            time,
+            1e-9,
+            lambda: warm().stopping_time,
+        ),
+        Case(
+            "stop with fade/temperature at rest",
+            f"{_FORM}T_0 + Jω_0²/2mc",
+            warmed,
+            1e-9,
+            lambda: warm().end_temperatures[0],
+        ),
         Case("stop with fade/closure of the heat", "first law", 0.0, 1e-12, lambda: warm().energy["heat_closure"]),
-        Case("stop with no fade/stopping time", f"{_FORM}J ω_0/M: as without heat", J * w0 / torque(w0, 0.0), 1e-9, lambda: cold().stopping_time),
-    ]  # fmt: skip
+        Case(
+            "stop with no fade/stopping time",
+            f"{_FORM}J ω_0/M: as without heat",
+            J * w0 / torque(w0, 0.0),
+            1e-9,
+            lambda: cold().stopping_time,
+        ),
+    ]
 
 
 def cases() -> list[Case]:

@@ -1,4 +1,4 @@
-"""Validation by what must hold in every run: books that close, friction that only takes, holds, scaling, derivatives."""
+"""Validation by what must hold in every run: books that close, friction that only takes, holds, derivatives."""
 
 import functools
 import math
@@ -89,7 +89,9 @@ def hold_cases() -> list[Case]:
             return float(np.max(np.abs(s.phi)) + np.max(np.abs(s.omega)))
 
         word = "half of the capacity" if share == 0.5 else "capacity less 1e-12"
-        found.append(Case(f"held 3600 s/{word}", "Coulomb friction below its capacity: moves exactly 0", 0.0, 0.0, moved))
+        found.append(
+            Case(f"held 3600 s/{word}", "Coulomb friction below its capacity: moves exactly 0", 0.0, 0.0, moved)
+        )
     return found
 
 
@@ -101,9 +103,11 @@ def symmetry_cases() -> list[Case]:
     shifted = ran(elastic_stop(time=5.0, end=8.0))
     form = "closed form of the stop"
     return [
-        Case("inertia and forces × 1e6/stopping time", f"{form}, unscaled", truth, 1e-11, lambda: scaled().stopping_time),
+        Case(
+            "inertia and forces × 1e6/stopping time", f"{form}, unscaled", truth, 1e-11, lambda: scaled().stopping_time
+        ),
         Case("clock + 5 s/stopping time", f"{form} + 5 s", truth + 5.0, 1e-11, lambda: shifted().stopping_time),
-    ]  # fmt: skip
+    ]
 
 
 def gradient_cases() -> list[Case]:
@@ -138,7 +142,9 @@ def gradient_cases() -> list[Case]:
     }
     source = "closed form of the stop, differentiated"
     found = [
-        Case(f"elastic stop/∂(stopping time)/∂{name}", source, truth(name), 1e-9, lambda place=place: place(slopes()[0]))
+        Case(
+            f"elastic stop/∂(stopping time)/∂{name}", source, truth(name), 1e-9, lambda place=place: place(slopes()[0])
+        )
         for name, place in places.items()
     ]
 

@@ -21,7 +21,7 @@ def _points(*torques: tuple[float, float]) -> tuple[list[float], list[float]]:
 
 
 def pair_cases(**changes: Any) -> list[Case]:
-    """Onset of internal slip, external lock and stop under a torque `c t`; `changes`: of the scene, not of the truth."""
+    """Internal slip, external lock and stop under a torque `c t`; `changes`: of the scene, not of the truth."""
     J1, J2, w0, M, c = 40.0, 4.0, 20.0, 600.0, 500.0
     lever = _points((0.0, 0.0), (10.0, 10.0 * c))
     run = ran(staged_pair(**{"M_i": M, "J_1": J1, "J_2": J2, "w0": w0, "lever": lever, **changes}))
@@ -41,12 +41,26 @@ def pair_cases(**changes: Any) -> list[Case]:
 
     return [
         Case("staged pair/internal slip", f"{_FORM}M_i(J1 + J2)/(c J1)", t0, 1e-11, lambda: run().internal_slip_time),
-        Case("staged pair/external lock", f"{_FORM}J2 ω̇2 = M_i − c t to 0", lock, 1e-11, lambda: run().external_lock_time),
+        Case(
+            "staged pair/external lock", f"{_FORM}J2 ω̇2 = M_i − c t to 0", lock, 1e-11, lambda: run().external_lock_time
+        ),
         Case("staged pair/speed at the lock", f"{_FORM}ω1 = ω(t0) − M_i(t − t0)/J1", w1, 1e-11, lambda: speed(run())),
         Case("staged pair/stopping time", f"{_FORM}t0/2 + ω_0 J1/M_i", stop, 1e-11, lambda: run().stopping_time),
-        Case("staged pair/internal heat", f"{_FORM}∫ M_i(ω1 − ω2) dt", inner, 1e-11, lambda: run().energy["heat_internal"]),
-        Case("staged pair/external heat", f"{_FORM}(J1 + J2)ω_0²/2 − internal heat", total - inner, 1e-11, lambda: run().energy["heat_external"]),
-    ]  # fmt: skip
+        Case(
+            "staged pair/internal heat",
+            f"{_FORM}∫ M_i(ω1 − ω2) dt",
+            inner,
+            1e-11,
+            lambda: run().energy["heat_internal"],
+        ),
+        Case(
+            "staged pair/external heat",
+            f"{_FORM}(J1 + J2)ω_0²/2 − internal heat",
+            total - inner,
+            1e-11,
+            lambda: run().energy["heat_external"],
+        ),
+    ]
 
 
 def lock_up_cases() -> list[Case]:
@@ -71,8 +85,10 @@ def lock_up_cases() -> list[Case]:
     return [
         Case("lock-up/time", f"{_FORM}I1 I2(ω1 − ω2)/(T(I1 + I2))", reduced * (w1 - w2) / T, 1e-11, stuck),
         Case("lock-up/heat", f"{_FORM}I1 I2(ω1 − ω2)²/2(I1 + I2)", reduced * (w1 - w2) ** 2 / 2, 1e-11, heat),
-        Case("lock-up/common speed", f"{_FORM}(I1 ω1 + I2 ω2)/(I1 + I2)", speed, 1e-11, lambda: run().record.y_end.omega),
-    ]  # fmt: skip
+        Case(
+            "lock-up/common speed", f"{_FORM}(I1 ω1 + I2 ω2)/(I1 + I2)", speed, 1e-11, lambda: run().record.y_end.omega
+        ),
+    ]
 
 
 def hold_cases() -> list[Case]:
@@ -81,7 +97,7 @@ def hold_cases() -> list[Case]:
 
     def moved() -> float:
         s = run().series(np.linspace(0.0, 3600.0, 25))
-        return float(np.max(np.abs(s.phi)) + np.max(np.abs(s.bandage_speed)))
+        return float(np.max(np.abs(s.phi)) + np.max(np.abs(np.asarray(s.bandage_speed))))
 
     return [Case("staged brake held 3600 s/movement", "Coulomb friction below its capacity: none", 0.0, 0.0, moved)]
 

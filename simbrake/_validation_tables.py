@@ -48,9 +48,21 @@ def stop_cases() -> list[Case]:
         name, source = f"Z table {table}, k = {k}, {scheme}", f"{_TITLES['Z']}, table {table}"
         found += [
             Case(f"{name}/T_max", source, float(T_max), _rounding(T_max), lambda run=run: run().metrics["max_tension"]),
-            Case(f"{name}/N_max", source, float(N_max), _rounding(N_max), lambda run=run: run().metrics["max_normal_load"]),
-            Case(f"{name}/stop", "closed form: 1/λ + π/(2w_0) [Z-15, 16]", 1 / lam + math.pi / (2 * w_0), 1e-10, lambda run=run: run().stopping_time),
-        ]  # fmt: skip
+            Case(
+                f"{name}/N_max",
+                source,
+                float(N_max),
+                _rounding(N_max),
+                lambda run=run: run().metrics["max_normal_load"],
+            ),
+            Case(
+                f"{name}/stop",
+                "closed form: 1/λ + π/(2w_0) [Z-15, 16]",
+                1 / lam + math.pi / (2 * w_0),
+                1e-10,
+                lambda run=run: run().stopping_time,
+            ),
+        ]
     return found
 
 

@@ -4,7 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from helpers import DOPRI8, arrays, event_times, settings, solve, first_event_times
+from helpers import DOPRI8, arrays, event_times, first_event_times, settings, solve
 
 import simbrake as sb
 from simbrake._reference_problems import (
