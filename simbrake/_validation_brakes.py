@@ -71,7 +71,7 @@ def elastic_cases(scene: Scene | None = None) -> list[Case]:
             "elastic stop/limit of lining 5",
             f"{_FORM}t0 + asin(χ T_0 (Π_5 − 1)/(C R ω_0))/χ, {chi}",
             truth["limits"][4],
-            1e-10,
+            1e-11,
             lambda: limit(5),
         ),
         Case(

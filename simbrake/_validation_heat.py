@@ -222,7 +222,7 @@ def steady_cases() -> list[Case]:
     q, h, L, Ta, Tb = 1e5, 50.0, 0.03, 300.0, 350.0
     heat = Heat(
         (Wall("w", _STEEL, L, 1.0, 4), Reservoir("air", Ta), Reservoir("back", Tb)),
-        (Convection("w.front", area=1.0, coefficient=h), ThermalContact("w.back", "back", 1.0)),
+        (Convection("w.front", 1.0, h), ThermalContact("w.back", "back", 1.0)),  # pyright: ignore
         sources=(Source("w.front", q),),
     )
     face = (q + h * Ta + _K / L * Tb) / (h + _K / L)

@@ -59,7 +59,7 @@ def stop_cases() -> list[Case]:
                 f"{name}/stop",
                 "closed form: 1/λ + π/(2w_0) [Z-15, 16]",
                 1 / lam + math.pi / (2 * w_0),
-                1e-10,
+                1e-11,
                 lambda run=run: run().stopping_time,
             ),
         ]
