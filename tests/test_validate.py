@@ -91,7 +91,7 @@ def test_report_as_table_and_as_json(capsys):
 
 
 def test_other_physics_than_that_of_the_truth_fails():
-    """A coefficient of friction, a capacity and a constant of nature off by a thousandth: the cases that see it fail."""
+    """A coefficient of friction and an inertia off by a thousandth: the cases that see it fail."""
     verdicts = [run_case(case).verdict for case in elastic_cases(elastic_stop(f=0.35 * 1.001))]
     assert verdicts == ["pass", "fail", "fail", "fail", "fail"]  # the onset of slip does not depend on friction
     checks = {c.case.partition("/")[2]: c for c in map(run_case, pair_cases(J_2=4.004))}
