@@ -1,9 +1,11 @@
 """The command `simbrake validate`: its arguments are parsed, its exit code is returned."""
 
 import json
+import sys
 from typing import Any
 
 from ._cross_check import cross_check
+from ._outcome import SimulationError
 from ._scene import Scene
 from ._validate import chosen, run_lanes
 
@@ -30,6 +32,10 @@ def run(only: str | None = None, *, list_: bool = False, json_: bool = False) ->
 
 def run_cross_check(scene: Scene, *, json_: bool = False, **options: Any) -> int:
     """Repeats a scene with SciPy, prints the differences; 0 if they agree, else 1. `options`: as of `cross_check`."""
-    report = cross_check(scene, progress=None, **options)
+    try:
+        report = cross_check(scene, progress=None, **options)
+    except SimulationError as error:
+        print(f"simbrake: {error}", file=sys.stderr)
+        return 1
     print(json.dumps(report.as_list(), indent=1, allow_nan=False, ensure_ascii=False) if json_ else report)
     return 0 if report.ok else 1
