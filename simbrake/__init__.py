@@ -31,6 +31,8 @@ from ._compliance import tension_rise as tension_rise
 from ._conduction import HeatResult as HeatResult
 from ._conduction import simulate_heat as simulate_heat
 from ._conduction import steady_state as steady_state
+from ._cross_check import CrossCheck as CrossCheck
+from ._cross_check import cross_check as cross_check
 from ._cyclic import CyclicState as CyclicState
 from ._cyclic import cyclic_steady_state as cyclic_steady_state
 from ._cyclic import with_temperatures as with_temperatures
@@ -176,5 +178,8 @@ from ._stages import Stage as Stage
 from ._stages import internal_slip_tension as internal_slip_tension
 from ._uncertainty import Uncertainty as Uncertainty
 from ._uncertainty import uncertainty as uncertainty
+from ._validate import validate as validate
+from ._validation import Check as Check
+from ._validation import Validation as Validation
 
 __version__ = "0.1.0"

@@ -7,9 +7,10 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from helpers import TSIT5, arrays, event_guards, event_times, settings, solve
-from problems import BouncingBall, Oscillator, Timed
+from problems import Timed
 
 import simbrake as sb
+from simbrake._reference_problems import BouncingBall, Oscillator
 
 
 def down(t, at, slope=1.0):

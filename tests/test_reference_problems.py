@@ -4,10 +4,18 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from helpers import DOPRI8, arrays, event_times, settings, solve, traced_times
-from problems import SLIP, BeltOscillator, BouncingBall, CoulombOscillator, Filippov, Oscillator, StagedPair
+from helpers import DOPRI8, arrays, event_times, first_event_times, settings, solve
 
 import simbrake as sb
+from simbrake._reference_problems import (
+    SLIP,
+    BeltOscillator,
+    BouncingBall,
+    CoulombOscillator,
+    Filippov,
+    Oscillator,
+    StagedPair,
+)
 
 BELT = arrays(BeltOscillator())
 T_SLIP, T_STICK = 4.06888787159140, 4.0
@@ -43,7 +51,7 @@ def test_belt_oscillator_times_and_extremes():
 
 def belt_period(belt):
     r = sb.hybridsolve(belt, *belt_start(belt), 0.0, 12.0, DOPRI8, settings(1e-12, max_steps=128))
-    return traced_times(r, 2)[1]
+    return first_event_times(r, 2)[1]
 
 
 def test_belt_oscillator_gradient_of_the_period():
@@ -71,7 +79,7 @@ def test_leine_slip_law():
 def staged_times(pair):
     start = (jnp.asarray(20.0), jnp.asarray(20.0), jnp.asarray(0.0), jnp.asarray(0.0))
     r = sb.hybridsolve(pair, start, jnp.asarray(0), 0.0, 3.0, DOPRI8, settings(1e-12, max_steps=64))
-    return traced_times(r, 3), r.y_end
+    return first_event_times(r, 3), r.y_end
 
 
 def test_staged_pair_times_heat_and_gradients():

@@ -12,6 +12,7 @@ from helpers import stop_scene
 
 import simbrake as sb
 from simbrake import plot
+from simbrake._reference_scenes import staged_pair
 
 
 def names(result):
@@ -21,23 +22,8 @@ def names(result):
 # --- the staged pair of validation: internal capacity constant, external c·t ----------------------------------------
 
 
-def pair(M_i=600.0, c=500.0, J_1=40.0, J_2=4.0, w0=20.0):
-    """Capacity `M_i` from preload alone (a coefficient so small that the tensions add nothing to it)."""
-    n, f, beta, small = 4, 0.5, math.pi / 3, 1e-14
-    z = math.tan(beta / 2)
-    Pi = ((1 + f * z) / (1 - f * z)) ** n
-    brake = sb.Brake(
-        sb.Pulley(1.0, J_1),
-        sb.Band(1.0),
-        sb.Lining(sb.ConstantFriction(f), np.full(n, beta)),
-        sb.Bandage(J_2, sb.ConstantFriction(small), M_i / (n * small)),
-    )
-    lever = sb.PiecewiseLinear([0.0, 10.0], jnp.stack([jnp.zeros(()), jnp.asarray(10.0 * c / (Pi - 1))]))
-    return sb.Scene(brake, sb.Duty(lever, sb.TorqueLoad()), sb.Initial(w0), 3.0)
-
-
 def test_staged_pair_has_its_closed_form():
-    result = sb.simulate(pair())
+    result = sb.simulate(staged_pair())
     assert float(result.internal_slip_time) == pytest.approx(1.32, rel=1e-11)
     assert float(result.external_lock_time) == pytest.approx(1.61952353926807, rel=1e-11)
     assert float(result.stopping_time) == pytest.approx(1.99333333333333, rel=1e-11)
@@ -53,7 +39,7 @@ def test_staged_pair_has_its_closed_form():
 @pytest.mark.slow
 def test_staged_pair_has_its_gradients_forwards_and_backwards():
     def times(M_i, c):
-        result = sb.simulate(pair(M_i, c), max_steps=64)
+        result = sb.simulate(staged_pair(M_i, c=c), max_steps=64)
         return jnp.stack([result.internal_slip_time, result.stopping_time])
 
     truth = [[2.2e-3, -1.12222222222e-3], [-2.64e-3, -1.32e-3]]
@@ -426,7 +412,7 @@ def test_gradients_of_a_heated_staged_stop_against_central_differences():
 
 
 def test_overlap_coefficients_follow_the_stages():
-    result = sb.simulate(pair())
+    result = sb.simulate(staged_pair())
     o = sb.overlap(result, [0.5, 1.4, 1.8, 2.5])
     share = 4 * (math.pi / 3) / (2 * math.pi)
     np.testing.assert_allclose(o.external_dynamic, [share, share, 0, 0], rtol=1e-12)

@@ -3,7 +3,6 @@
 import math
 
 import diffrax
-import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -11,6 +10,7 @@ from helpers import closed_form, stop_scene
 from scipy.integrate import solve_ivp
 
 import simbrake as sb
+from simbrake._reference_scenes import FallingFriction
 
 
 def names(result):
@@ -110,26 +110,6 @@ def test_exponential_rise_of_the_slack_tension():
     T_1 = 800 * 20 / a / (0.725 * (Pi - 1))
     scene = stop_scene(C=None, lever=sb.ExponentialRise(T_1, ti), end=8.0)
     assert float(sb.simulate(scene).stopping_time) == pytest.approx(4.49993828748156, rel=1e-11)
-
-
-class FallingFriction(sb.AbstractFriction):
-    """Friction with which the torque of one lining falls as M0/(1 + κ ω): a user's own law."""
-
-    M0: jax.Array
-    kappa: jax.Array
-    T_0: jax.Array
-    speed_dependent = True
-
-    def kinetic(self, contact):
-        torque = self.M0 / (1 + self.kappa * contact.v)
-        r = 1 + torque / self.T_0  # Π for R_b = 1
-        return (r - 1) / (r + 1) / jnp.tan(0.25)
-
-    def static(self, contact):
-        return self.kinetic(sb.Contact(v=0.0 * contact.v))
-
-    def faults(self, path):
-        return []
 
 
 def test_friction_law_of_ones_own_in_closed_form():
