@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ._duty import SpeedHold
+from ._driller import AbstractSpeedLever
 from ._handy import Number, number
 from ._html_parts import words_of
 from ._measure import check_metrics, measure, metric_names, unit_of
@@ -103,8 +103,8 @@ def _marks(scene: Scene, summary: dict[str, Any]) -> list[Limit]:
     times = {event["name"]: event["time"] for event in reversed(summary["events"])}
     if scene.heat is not None and law.temperature_dependent and scene.brake.bandage is None:
         greatest = Number("—")
-        if isinstance(scene.duty.slack_tension, SpeedHold):
-            greatest = number(scene.duty.slack_tension.limit, "N")
+        if isinstance(scene.duty.slack_tension, AbstractSpeedLever):
+            greatest = number(scene.duty.slack_tension.greatest(), "N")
         rows.append(_mark("Grip: the sliding brake outweighs its load", greatest, times.get("grip_lost")))
     if "self_locking" in times:
         rows.append(_mark("No lining locks itself", Number("—"), times["self_locking"]))

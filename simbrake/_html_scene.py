@@ -7,15 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ._duty import (
-    AbstractProfile,
-    Constant,
-    ExponentialRise,
-    FunctionProfile,
-    PiecewiseLinear,
-    Repeated,
-    SpeedHold,
-)
+from ._driller import Driller, SpeedHold
+from ._duty import AbstractProfile, Constant, ExponentialRise, FunctionProfile, PiecewiseLinear, Repeated
 from ._handy import Number, digits, number, numbers, scale
 from ._lever import Lever
 from ._loads import AbstractLoad, HookLoad, TorqueLoad, TrippingLoad
@@ -127,6 +120,20 @@ def _(profile: Repeated, unit: str) -> str:
 @profile_words.register
 def _(profile: SpeedHold, unit: str) -> str:
     return f"just so much that the brake holds the speed, at most {number(profile.limit, unit, count=5)}"
+
+
+@profile_words.register
+def _(profile: Driller, unit: str) -> str:
+    times, speeds = np.asarray(profile.speed.times).tolist(), np.asarray(profile.speed.values).tolist()
+    pieces = zip(profile.following, times, times[1:], speeds, speeds[1:], strict=False)
+    led = [
+        f"{number(t, 's')}…{number(end, 's')}: {digits(a, 4)}…{digits(b, 4)} rad/s"
+        for follows, t, end, a, b in pieces
+        if follows
+    ]
+    cycles = f"{profile.speed.count} cycles of {number(profile.speed.period, 's')}; in each "
+    led_words = f"the speed is led at {', '.join(led)} with at most {number(profile.limit, unit, count=5)}; otherwise "
+    return cycles + (led_words if led else "") + profile_words(profile.tension, unit)
 
 
 @profile_words.register

@@ -21,11 +21,8 @@ PACKAGE = pathlib.Path(sb.__file__).parent
 LAYERS = [
     {"_quantity", "_compiling", "_estimates", "_salib", "_units", "_identify"},
     {"_numbers", "_handy"},
-    {"_hybrid", "_friction", "_band", "_compliance", "_layout", "_duty", "_material"},
-    {"_driller"},
-    {"_design", "_fade", "_lever", "_loads", "_links"},
-    {"_numbers"},
     {"_hybrid", "_validation", "_friction", "_band", "_compliance", "_layout", "_duty", "_material"},
+    {"_driller"},
     {"_design", "_fade", "_lever", "_loads", "_links", "_reference_problems", "_scipy_loop"},
     {"_network"},
     {"_heat"},
