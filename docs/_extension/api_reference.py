@@ -181,7 +181,7 @@ def _members(cls: type) -> list[str]:
 def _source(value: Any) -> str:
     file = pathlib.Path(inspect.getsourcefile(value) or "").relative_to(PACKAGE).with_suffix("")
     parts = [part for part in file.parts if part != "__init__"]
-    return f"{{source}}`{'.'.join([*parts, value.__qualname__])}`"
+    return f"Source: {{source}}`{'.'.join([*parts, value.__qualname__])}`"
 
 
 def entry(name: str, value: Any, prefix: str = "simbrake") -> list[str]:

@@ -11,13 +11,25 @@ from sphinx.util import logging
 
 _log = logging.getLogger(__name__)
 _TAG = re.compile(r"\\tag\{([^{}]*)\}")
+_DOTS = {"˙": ".", "¨": ".."}  # the accents proper vanish in the letter where no mathematical font is installed
+_DOTTED = re.compile(r'<(mover|munderover)[^>]*><mi>(\w)</mi>((?:(?!</mu?n?d?e?r?over>).)*?)<mo[^>]*>([˙¨])</mo></\1>')
 
 
 def mathml(tex: str, block: bool) -> str:
     """MathML of `tex`. Raises `MathError` for what it does not know, also a fraction without braces."""
     if re.search(r"\\[dt]?frac[^{a-z]", tex):
         raise MathError(f"\\frac needs braces around both parts: {tex}")
-    return re.sub(r">\s+<", "><", tex2mathml(tex, as_block=block))
+    text = re.sub(r">\s+<", "><", tex2mathml(tex, as_block=block))
+    text = text.replace("<mo>∶</mo><mo>=</mo>", "<mo>≔</mo>").replace("<mtable ", '<mtable displaystyle="true" ')
+    text = text.replace("<mo>|</mo>", '<mo stretchy="false" lspace="0" rspace="0">|</mo>')
+    text = re.sub(r"<mo>(sin|cos|tan|arcsin|exp|ln|max|min)</mo>", r'<mo lspace="0" rspace="0.17em">\1</mo>', text)
+    return _DOTTED.sub(_dotted, text)
+
+
+def _dotted(match: re.Match[str]) -> str:
+    """A letter with dots, its index beside it instead of below."""
+    letter = f'<mover accent="true"><mi>{match[2]}</mi><mo stretchy="false">{_DOTS[match[4]]}</mo></mover>'
+    return f"<msub>{letter}{match[3]}</msub>" if match[3] else letter
 
 
 def _drawn(self: Any, node: nodes.Element, block: bool) -> str:
