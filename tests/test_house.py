@@ -19,7 +19,7 @@ PACKAGE = pathlib.Path(sb.__file__).parent
 
 #: a module may import modules of lower levels, and of its own where the order below allows it
 LAYERS = [
-    {"_quantity", "_compiling", "_estimates", "_salib", "_units", "_identify"},
+    {"_quantity", "_compiling", "_estimates", "_salib", "_units", "_identify", "_event_names"},
     {"_hybrid", "_friction", "_band", "_compliance", "_layout", "_duty", "_material"},
     {"_design", "_fade", "_lever", "_loads", "_links"},
     {"_network"},
