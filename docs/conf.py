@@ -8,7 +8,7 @@ import jax
 jax.config.update("jax_enable_x64", True)
 sys.path.insert(0, str(pathlib.Path(__file__).parent / "_extension"))
 
-import simbrake
+import simbrake  # noqa: E402
 
 project = "simbrake"
 author = "The simbrake authors"

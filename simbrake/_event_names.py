@@ -17,13 +17,15 @@ _CHAIN, _RESOLVED, _HEAT = "resolved chain", "resolved bandage", "any brake with
 EVENTS = {
     "slip_onset": EventMeaning("t0: the band is taut, `C x = T_0` (a rigid band: the lever pulls)", _ANY),
     "lining_limit": EventMeaning(
-        "lining `i` reaches its friction limit, `T_n/T_0 = Π_i` (reversed: counted from the anchor); a mark, no restart",
+        "lining `i` reaches its friction limit, `T_n/T_0 = Π_i` (reversed: counted from the anchor); a mark",
         _BAND,
     ),
     "full_slip": EventMeaning("t1: every lining slides, `T_n = T_0 Π` (reversed: `T_0/Π`)", _ANY),
     "restick": EventMeaning("the slip speed came to 0 while the pulley turns", "elastic band, chain"),
     "stop": EventMeaning("the pulley came to rest and is held", _ANY),
-    "restart": EventMeaning("the load passed the static limit of a brake at rest, or its grip fell below the load", _ANY),
+    "restart": EventMeaning(
+        "the load passed the static limit of a brake at rest, or the grip fell below the load", _ANY
+    ),
     "release": EventMeaning("`T_0` fell to 0, the band is open", _ANY),
     "internal_slip": EventMeaning("the linings begin to slide on the rim", _STAGED),
     "internal_restick": EventMeaning("the linings stick to the turning rim again, `ω_b = ω`", _STAGED),

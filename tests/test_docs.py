@@ -63,7 +63,9 @@ def test_every_name_that_makes_an_event_has_a_row():
 def test_contacts_of_single_linings_have_rows():
     chain = ChainMode(*[None] * len(ChainMode._fields))
     bandage = BandageMode(*[None] * len(BandageMode._fields))
-    names = {f"{contact}_{what}" for mode in (chain, bandage) for contact in mode.contacts for what in ("slip", "stick")}
+    names = {
+        f"{contact}_{what}" for mode in (chain, bandage) for contact in mode.contacts for what in ("slip", "stick")
+    }
     assert len(names) == 6
     assert names <= EVENTS.keys()
     assert {"slip", "stick"} <= text_constants(ast.parse(pathlib.Path(_report.__file__).read_text("utf-8")))

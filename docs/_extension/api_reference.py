@@ -17,7 +17,6 @@ from typing import Any
 
 import groups
 from docutils import nodes
-from docutils.parsers.rst import directives
 from docutils.statemachine import StringList
 from source_pages import PACKAGE, _parsed
 from sphinx.application import Sphinx
@@ -29,7 +28,7 @@ _FENCE = "`````"
 #: what the values of the package are, where the name alone does not say it
 CONSTANTS = {
     "FAILURES": "Failure codes of a run: number → name, what happened, what to do. See [](../events_and_modes.md).",
-    "EVENTS": "Names of the events in the log: name → meaning and brakes. See [](../events_and_modes.md).",
+    "EVENTS": "Names of the events in the log: name → meaning, which brakes. See [](../events_and_modes.md).",
     "GRAVITY": "Standard gravity, m/s².",
     "ROOM": "Reference temperature `T_r` of materials, K.",
     "STEFAN_BOLTZMANN": "Constant `σ` of Stefan and Boltzmann, W/(m²·K⁴).",
@@ -151,7 +150,9 @@ def linked(text: str, but: str) -> str:
         return match[0] if name not in known or name == but or plain else f"{{py:obj}}`{name} <simbrake.{name}>`"
 
     lines = text.splitlines()
-    return "\n".join(line if line.startswith("    ") else re.sub(r"`([A-Za-z_]+(?:\(\))?)`", link, line) for line in lines)
+    return "\n".join(
+        line if line.startswith("    ") else re.sub(r"`([A-Za-z_]+(?:\(\))?)`", link, line) for line in lines
+    )
 
 
 def described(value: Any, name: str) -> list[str]:
@@ -171,9 +172,13 @@ def _members(cls: type) -> list[str]:
             kind = _annotation(node.returns)
             lines += [f"````{{py:property}} {node.name}", *([f":type: {kind}", ""] if kind else [""])]
         else:
-            still = "staticmethod" in marks or "classmethod" in marks
             lines.append(f"````{{py:method}} {node.name}{arguments(node, method='staticmethod' not in marks)}")
-            lines += [":classmethod:", ""] if still else [":abstractmethod:", ""] if "abc.abstractmethod" in marks else [""]
+            options = {
+                "staticmethod": "staticmethod",
+                "classmethod": "classmethod",
+                "abc.abstractmethod": "abstractmethod",
+            }
+            lines += [*(f":{option}:" for mark, option in options.items() if mark in marks), ""]
         lines += [*words, "````", ""]
     return lines
 
@@ -187,7 +192,7 @@ def _source(value: Any) -> str:
 def entry(name: str, value: Any, prefix: str = "simbrake") -> list[str]:
     """Markdown of one public name."""
     full = f"{prefix}.{name}"
-    if isinstance(value, types.FunctionType) or hasattr(value, "__wrapped__") and not isinstance(value, type):
+    if isinstance(value, types.FunctionType) or (hasattr(value, "__wrapped__") and not isinstance(value, type)):
         bare = inspect.unwrap(value)
         head = [f"{_FENCE}{{py:function}} {full}{arguments(definition(bare), method=False)}", ""]
         return [*head, *described(bare, name), "", _source(bare), _FENCE, ""]
@@ -199,15 +204,21 @@ def entry(name: str, value: Any, prefix: str = "simbrake") -> list[str]:
             lines += [f"- `{member.name}` = {member.value}" for member in value]
         lines += [*_quantities(value), "", *_remarks(value), "", *_members(value), "", _source(value), _FENCE, ""]
         return lines
-    shown = f"\n:value: {value!r}" if isinstance(value, float) else ""
-    return [f"{_FENCE}{{py:data}} {full}{shown}", "", CONSTANTS[name], _FENCE, ""]
+    shown = [f":value: {value!r}"] if isinstance(value, float) else []
+    return [f"{_FENCE}{{py:data}} {full}", *shown, "", CONSTANTS.get(name) or _comment(name), _FENCE, ""]
+
+
+def _comment(name: str) -> str:
+    """The `#:` comment above a constant where it is defined."""
+    file = PACKAGE / f"{groups.public_names()[name]}.py"
+    found = re.search(rf"((?:^#: .*\n)+){name}\b", file.read_text("utf-8"), re.M) if file.is_file() else None
+    return " ".join(line[3:] for line in found[1].splitlines()) if found else ""
 
 
 class PublicNames(SphinxDirective):
     """All public names of a page of the reference, or the functions of `simbrake.plot`."""
 
     required_arguments = 1
-    option_spec = {"module": directives.unchanged}
 
     def run(self) -> list[nodes.Node]:
         page = self.arguments[0]
@@ -218,7 +229,9 @@ class PublicNames(SphinxDirective):
             found = [(name, getattr(plot, name), "simbrake.plot") for name in sorted(names)]
         else:
             found = [(name, getattr(simbrake, name), "simbrake") for name in groups.names_on(page)]
-        self.env.note_dependency(simbrake.__file__)
+        for _, value, _ in found:
+            if isinstance(value, type | types.FunctionType):
+                self.env.note_dependency(inspect.getsourcefile(value) or "")
         lines = [line for each in found for line in entry(*each)]
         holder = nodes.container()
         self.state.nested_parse(StringList(lines, source=f"reference of {page}"), self.content_offset, holder)

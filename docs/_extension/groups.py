@@ -7,7 +7,18 @@ import simbrake
 
 #: page (a file in `docs/api`) → modules, in the order in which their names are shown
 PAGES: dict[str, tuple[str, ...]] = {
-    "run": ("_scene", "_simulate", "_outcome", "_quantity", "_edit", "_schema", "_scene_file", "_programme", "_validation", "_cross_check"),
+    "run": (
+        "_scene",
+        "_simulate",
+        "_outcome",
+        "_quantity",
+        "_edit",
+        "_schema",
+        "_scene_file",
+        "_programme",
+        "_validation",
+        "_cross_check",
+    ),
     "brake": ("_design", "_compliance"),
     "duty": ("_duty", "_lever", "_loads", "_history"),
     "friction": ("_friction", "_fade"),
@@ -28,7 +39,14 @@ PAGES: dict[str, tuple[str, ...]] = {
         "_animate",
     ),
     "statics": ("_band", "_layout"),
-    "layouts": ("_rubbing", "_integral", "_optimal_layout", "_layout_report", "_least_tension", "_least_tension_report"),
+    "layouts": (
+        "_rubbing",
+        "_integral",
+        "_optimal_layout",
+        "_layout_report",
+        "_least_tension",
+        "_least_tension_report",
+    ),
     "studies": (
         "_sensitivity",
         "_ensemble",

@@ -12,7 +12,7 @@ from sphinx.util import logging
 _log = logging.getLogger(__name__)
 _TAG = re.compile(r"\\tag\{([^{}]*)\}")
 _DOTS = {"˙": ".", "¨": ".."}  # the accents proper vanish in the letter where no mathematical font is installed
-_DOTTED = re.compile(r'<(mover|munderover)[^>]*><mi>(\w)</mi>((?:(?!</mu?n?d?e?r?over>).)*?)<mo[^>]*>([˙¨])</mo></\1>')
+_DOTTED = re.compile(r"<(mover|munderover)[^>]*><mi>(\w)</mi>((?:(?!</mu?n?d?e?r?over>).)*?)<mo[^>]*>([˙¨])</mo></\1>")
 
 
 def mathml(tex: str, block: bool) -> str:
