@@ -139,6 +139,7 @@ from ._prepare import prepare as prepare
 from ._quantity import Fault as Fault
 from ._quantity import InputError as InputError
 from ._quantity import leaves as leaves
+from ._quantity import quantity as quantity
 from ._read_measured import read_measured as read_measured
 from ._result import Result as Result
 from ._rubbing import Rubbing as Rubbing

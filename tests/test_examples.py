@@ -17,7 +17,18 @@ from simbrake._cli import main
 ROOT = pathlib.Path(simbrake.__file__).parents[1]
 PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").rglob("*.md")])
 #: pages that take more than some ten seconds to compile and run
-SLOW = {"docs/bandage.md", "docs/calibration.md", "docs/layout_design.md", "docs/ensembles.md", "docs/uncertainty.md"}
+SLOW = {
+    f"docs/{name}.md"
+    for name in (
+        "bandage",
+        "calibration",
+        "ensembles",
+        "layout_design",
+        "recipes",
+        "sensitivity",
+        "uncertainty",
+    )
+}
 #: what shell blocks may hold besides simbrake commands: the set-up, and measurements of an hour
 NOT_RUN = ("pip install", "pytest", "python benchmarks/")
 
@@ -63,7 +74,7 @@ def save_files(page: pathlib.Path, folder: pathlib.Path) -> None:
 
 def test_the_pages_have_examples():
     names = {name_of(page) for page in EXAMPLES}
-    assert SLOW | {"README.md", "docs/first_steps.md", "docs/recipes.md", "docs/sensitivity.md"} <= names
+    assert SLOW | {"README.md", "docs/first_steps.md", "docs/fast_runs.md"} <= names
     assert sum(len(simbrake_commands(page)) for page in EXAMPLES) >= 8
 
 

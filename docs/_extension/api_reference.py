@@ -25,6 +25,7 @@ from sphinx.util.docutils import SphinxDirective
 import simbrake
 
 _FENCE = "`````"
+_MANY = 12
 #: what the values of the package are, where the name alone does not say it
 CONSTANTS = {
     "FAILURES": "Failure codes of a run: number → name, what happened, what to do. See [](../events_and_modes.md).",
@@ -100,7 +101,9 @@ def class_arguments(cls: type) -> str:
             default = parameter.default
             text += f"={default!r}" if default is None or isinstance(default, bool | int | float | str) else "=..."
         parts.append(text)
-    return f"({', '.join(parts)})" if parts else ""
+    # what functions give back is not made by hand: its fields are told below
+    given_back = len(parts) > _MANY and not _quantities(cls)
+    return f"({', '.join(parts)})" if parts and not given_back else ""
 
 
 def _field_node(cls: type, name: str) -> ast.expr | None:

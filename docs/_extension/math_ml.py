@@ -21,7 +21,7 @@ def mathml(tex: str, block: bool) -> str:
         raise MathError(f"\\frac needs braces around both parts: {tex}")
     text = re.sub(r">\s+<", "><", tex2mathml(tex, as_block=block))
     text = text.replace("<mo>∶</mo><mo>=</mo>", "<mo>≔</mo>").replace("<mtable ", '<mtable displaystyle="true" ')
-    text = text.replace("<mo>|</mo>", '<mo stretchy="false" lspace="0" rspace="0">|</mo>')
+    text = re.sub(r"<mo[^>]*>\|</mo>", '<mo stretchy="false" lspace="0" rspace="0">|</mo>', text)
     text = re.sub(r"<mo>(sin|cos|tan|arcsin|exp|ln|max|min)</mo>", r'<mo lspace="0" rspace="0.17em">\1</mo>', text)
     return _DOTTED.sub(_dotted, text)
 
