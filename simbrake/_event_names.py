@@ -11,11 +11,12 @@ class EventMeaning(NamedTuple):
 
 
 _ANY, _BAND, _STAGED = "every brake", "a band as a whole", "staged brake"
+_NO_CHAIN = "every brake but the resolved chain"
 _CHAIN, _RESOLVED, _HEAT = "resolved chain", "resolved bandage", "any brake with heat"
 
 #: every name that an `Event` can have; a lining is named beside it where the event concerns one
 EVENTS = {
-    "slip_onset": EventMeaning("t0: the band is taut, `C x = T_0` (a rigid band: the lever pulls)", _ANY),
+    "slip_onset": EventMeaning("t0: the band is taut, `C x = T_0` (a rigid band: the lever pulls)", _NO_CHAIN),
     "lining_limit": EventMeaning(
         "lining `i` reaches its friction limit, `T_n/T_0 = Π_i` (reversed: counted from the anchor); a mark",
         _BAND,
@@ -26,7 +27,7 @@ EVENTS = {
     "restart": EventMeaning(
         "the load passed the static limit of a brake at rest, or the grip fell below the load", _ANY
     ),
-    "release": EventMeaning("`T_0` fell to 0, the band is open", _ANY),
+    "release": EventMeaning("`T_0` fell to 0, the band is open", _NO_CHAIN),
     "internal_slip": EventMeaning("the linings begin to slide on the rim", _STAGED),
     "internal_restick": EventMeaning("the linings stick to the turning rim again, `ω_b = ω`", _STAGED),
     "external_lock": EventMeaning("the bandage comes to rest on a turning pulley, `ω_b = 0`", _STAGED),
