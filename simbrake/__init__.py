@@ -16,6 +16,8 @@ from ._builders import with_external_pair as with_external_pair
 from ._builders import with_pulley_structure as with_pulley_structure
 from ._calibrate import calibrate as calibrate
 from ._calibration import Calibration as Calibration
+from ._compare import compare as compare
+from ._comparison import Comparison as Comparison
 from ._compiling import fast_loops as fast_loops
 from ._compliance import AbstractGeometry as AbstractGeometry
 from ._compliance import AbstractStiffness as AbstractStiffness
@@ -73,6 +75,7 @@ from ._heat import FlashTemperature as FlashTemperature
 from ._heat import FrictionHeat as FrictionHeat
 from ._heat import Heat as Heat
 from ._heat import TransmissionPartition as TransmissionPartition
+from ._history import history as history
 from ._hybrid import AbstractHybridSystem as AbstractHybridSystem
 from ._hybrid import AbstractMethod as AbstractMethod
 from ._hybrid import Code as Code
@@ -85,6 +88,7 @@ from ._indices import GlobalSensitivity as GlobalSensitivity
 from ._indices import MorrisTable as MorrisTable
 from ._indices import SobolTable as SobolTable
 from ._integral import integral as integral
+from ._labelled import dataset as dataset
 from ._layout import InfeasibleLayout as InfeasibleLayout
 from ._layout import Layout as Layout
 from ._layout import chord_equal_load_angles as chord_equal_load_angles
@@ -136,12 +140,16 @@ from ._overlap import overlap as overlap
 from ._prepare import Answer as Answer
 from ._prepare import Prepared as Prepared
 from ._prepare import prepare as prepare
+from ._provenance import provenance as provenance
 from ._quantity import Fault as Fault
 from ._quantity import InputError as InputError
 from ._quantity import leaves as leaves
 from ._quantity import quantity as quantity
 from ._read_measured import read_measured as read_measured
+from ._rerun import rerun as rerun
 from ._result import Result as Result
+from ._result_file import load as load
+from ._result_file import save as save
 from ._rubbing import Rubbing as Rubbing
 from ._rubbing import friction_work as friction_work
 from ._rubbing import lining_mean as lining_mean
@@ -153,6 +161,10 @@ from ._scene import Duty as Duty
 from ._scene import Initial as Initial
 from ._scene import Scene as Scene
 from ._scene import check as check
+from ._scene_file import read_scene as read_scene
+from ._scene_file import scene_from_text as scene_from_text
+from ._scene_file import scene_text as scene_text
+from ._scene_file import write_scene as write_scene
 from ._sensitivity import Sensitivity as Sensitivity
 from ._sensitivity import SensitivityTable as SensitivityTable
 from ._sensitivity import sensitivity as sensitivity

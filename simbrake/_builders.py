@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -10,6 +10,15 @@ from ._heat import AbstractPartition, FrictionHeat, Heat
 from ._links import AbstractCoefficient, AbstractLink, Conductance, Convection, Radiation, ThermalContact
 from ._material import ROOM, Material, layer_growth
 from ._network import Body, Lump, Reservoir, Wall
+from ._quantity import Quantity, Whole, positive
+
+_Start = Annotated[Any, Quantity("K", "temperature at the start", 0.0, many=True)]
+_Ambient = Annotated[Any, Quantity("K", "temperature of the air", 0.0)]
+_Permissible = Annotated[Any, positive("K", "permissible temperature of the linings")]
+
+
+def _coefficient(where: str) -> Quantity:
+    return Quantity("W/(m^2*K)", f"heat transfer coefficient of {where}", 0.0)
 
 
 def axial_resistance(length: Any, conductivity: Any, inner: Any, outer: Any) -> Any:
@@ -24,16 +33,16 @@ def radial_resistance(width: Any, conductivity: Any, inner: Any, outer: Any) -> 
 
 def lumped_heat(
     *,
-    rim: Any,
+    rim: Annotated[Any, positive("J/K", "heat capacity of the rim")],
     partition: AbstractPartition,
-    rim_cooling: Any,
-    linings: Any = None,
-    band: Any = None,
-    lining_to_band: Any = None,
-    band_cooling: Any = None,
-    temperature: Any = ROOM,
-    ambient: Any = ROOM,
-    permissible: Any = None,
+    rim_cooling: Annotated[Any, Quantity("W/K", "conductance from the rim to the air", 0.0)],
+    linings: Annotated[Any, positive("J/K", "heat capacity of the linings")] = None,
+    band: Annotated[Any, positive("J/K", "heat capacity of the band")] = None,
+    lining_to_band: Annotated[Any, Quantity("W/K", "conductance from linings to band", 0.0)] = None,
+    band_cooling: Annotated[Any, Quantity("W/K", "conductance from the band to the air", 0.0)] = None,
+    temperature: _Start = ROOM,
+    ambient: _Ambient = ROOM,
+    permissible: _Permissible = None,
 ) -> Heat:
     """Rim, linings and band as one lump each.
 
@@ -88,30 +97,30 @@ def _cooled(place: str, area: Any, coefficient: Any, emissivity: Any = None, **c
 def layered_heat(
     *,
     rim: Material,
-    rim_thickness: float,
-    track_area: float,
+    rim_thickness: Annotated[float, positive("m", "thickness of the rim")],
+    track_area: Annotated[float, positive("m^2", "area of the friction track")],
     partition: AbstractPartition,
-    rim_layers: int = 20,
-    rim_first: float | None = None,
+    rim_layers: Annotated[int, Whole("layers of the rim", 1, 100_000)] = 20,
+    rim_first: Annotated[float | None, positive("m", "thickness of the rim's first layer")] = None,
     lining: Material | None = None,
-    lining_thickness: float = 0.030,
-    lining_area: float | None = None,
-    lining_layers: int = 10,
-    lining_first: float | None = None,
+    lining_thickness: Annotated[float, positive("m", "thickness of a lining")] = 0.030,
+    lining_area: Annotated[float | None, positive("m^2", "area of all linings")] = None,
+    lining_layers: Annotated[int, Whole("layers of a lining", 1, 100_000)] = 10,
+    lining_first: Annotated[float | None, positive("m", "thickness of a lining's first layer")] = None,
     lining_both: bool = False,
-    each: int = 1,
+    each: Annotated[int, Whole("linings with a wall of their own", 1, 10_000)] = 1,
     band: Material | None = None,
-    band_thickness: float = 0.006,
-    inside: AbstractCoefficient | Any = None,
-    outside: AbstractCoefficient | Any = None,
-    band_coefficient: AbstractCoefficient | Any = None,
-    emissivity: Any = None,
-    band_emissivity: Any = None,
-    covered: Any = None,
-    temperature: Any = ROOM,
-    ambient: Any = ROOM,
-    permissible: Any = None,
-    contact_resistance: Any = None,
+    band_thickness: Annotated[float, positive("m", "thickness of the band")] = 0.006,
+    inside: Annotated[AbstractCoefficient | Any, _coefficient("the rim's bore")] = None,
+    outside: Annotated[AbstractCoefficient | Any, _coefficient("the track")] = None,
+    band_coefficient: Annotated[AbstractCoefficient | Any, _coefficient("the band")] = None,
+    emissivity: Annotated[Any, Quantity("1", "emissivity of the track", 0.0, 1.0)] = None,
+    band_emissivity: Annotated[Any, Quantity("1", "emissivity of the band", 0.0, 1.0)] = None,
+    covered: Annotated[Any, Quantity("1", "share of the track under linings", 0.0, 1.0)] = None,
+    temperature: _Start = ROOM,
+    ambient: _Ambient = ROOM,
+    permissible: _Permissible = None,
+    contact_resistance: Annotated[Any, positive("m^2*K/W", "resistance between rim and linings")] = None,
 ) -> Heat:
     """Layered rim, linings with a thin surface layer over their body, and the band behind them.
 
@@ -169,8 +178,8 @@ def with_pulley_structure(
     heat: Heat,
     material: Material,
     *,
-    inside: AbstractCoefficient | Any = 10.0,
-    temperature: Any = ROOM,
+    inside: Annotated[AbstractCoefficient | Any, _coefficient("flange and rebords")] = 10.0,
+    temperature: _Start = ROOM,
     rim_place: str = "rim.back",
     flange: bool = True,
 ) -> Heat:
@@ -197,7 +206,11 @@ def with_pulley_structure(
 
 
 def with_external_pair(
-    heat: Heat, partition: AbstractPartition, *, lining: str | None = None, rim_share: Any = None
+    heat: Heat,
+    partition: AbstractPartition,
+    *,
+    lining: str | None = None,
+    rim_share: Annotated[Any, Quantity("1", "share of the external heat that goes to the rim", 0.0, 1.0)] = None,
 ) -> Heat:
     """The same network for a staged brake: the band rubs on the outer face of the linings (S-12…14).
 

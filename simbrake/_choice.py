@@ -1,10 +1,13 @@
 """Which method integrates a scene, and why."""
 
+import jax.numpy as jnp
 import numpy as np
 
+from ._duty import AbstractProfile
 from ._heat import Heat
-from ._links import Conductance, Convection, ThermalContact
-from ._network import Junction, Lump, Reservoir, Wall, place_of
+from ._links import AbstractLink, Conductance, Convection, Radiation, Surroundings, ThermalContact
+from ._material import ROOM
+from ._network import Body, Junction, Lump, Reservoir, Wall, place_of
 from ._scene import Scene
 
 #: length of the real stability interval of Dopri8, roughly
@@ -48,8 +51,10 @@ def fastest_node(heat: Heat) -> tuple[float, str]:
         elif isinstance(link, Convection) and not hasattr(link.coefficient, "value"):
             h = np.maximum(np.asarray(link.coefficient, float) * np.asarray(link.area, float), 1e-300)
             own = 1 / h
-        else:
+        elif isinstance(link, Convection | Radiation):
             continue
+        else:
+            own = 1 / np.maximum(_own_conductance(link, kinds), 1e-300)
         ends = [place_of(link.a), place_of(link.b)]
         behind = sum(halves[n][0 if f == "front" else -1] for n, f in ends if f is not None)
         g = 1 / np.maximum(own + behind, 1e-300)
@@ -63,6 +68,14 @@ def fastest_node(heat: Heat) -> tuple[float, str]:
     i = int(np.argmax(rates[name]))
     node = name if rates[name].size == 1 else f"{name}[{i + 1}]"
     return float(rates[name][i]), node
+
+
+def _own_conductance(link: AbstractLink, kinds: dict[str, Body]) -> np.ndarray:
+    """Conductance (W/K) of a link of one's own, at rest and at the temperatures of the start; perfect: infinite."""
+    T = [getattr(kinds[place_of(place)[0]], "temperature", ROOM) for place in (link.a, link.b)]
+    at_start = [np.asarray(ROOM if isinstance(x, AbstractProfile) else np.mean(np.asarray(x, float))) for x in T]
+    g = link.conductance(jnp.asarray(at_start[0]), jnp.asarray(at_start[1]), Surroundings())
+    return np.asarray(1e300 if g is None else g, float)
 
 
 def stiffness(scene: Scene) -> tuple[bool, str]:

@@ -2,7 +2,7 @@
 
 import functools
 import math
-from typing import Any
+from typing import Annotated, Any
 
 import equinox as eqx
 import jax
@@ -12,7 +12,7 @@ from jaxtyping import Array, Float
 
 from ._compliance import AbstractStiffness, ParallelBands
 from ._friction import AbstractFriction, Contact
-from ._quantity import Fault, Scalar, quantity
+from ._quantity import Fault, Scalar, Whole, positive, quantity
 
 
 class Pulley(eqx.Module):
@@ -36,8 +36,10 @@ class Segments(eqx.Module):
     - `anchor_damping` `D_n` (N·s/m) of the segment to the anchor
     """
 
-    stiffness: Scalar = quantity("N/m", "stiffness of the band between two linings", positive=True)
-    damping_ratio: Scalar = quantity("1", "share of critical damping between two linings", low=0.0, default=0.05)
+    stiffness: Scalar = quantity("N/m", "stiffness of the band between two linings", positive=True, many=True)
+    damping_ratio: Scalar = quantity(
+        "1", "share of critical damping between two linings", low=0.0, many=True, default=0.05
+    )
     anchor_damping: Scalar = quantity("N*s/m", "damping of the segment to the anchor", low=0.0, default=0.0)
 
 
@@ -68,9 +70,9 @@ class Lining(eqx.Module):
     """
 
     friction: AbstractFriction
-    angle: Scalar = quantity("rad", "central angle of a lining", positive=True, high=math.pi * (1 - 1e-9))
-    area: Scalar | None = quantity("m^2", "area of a lining", positive=True, default=None)
-    mass: Scalar | None = quantity("kg", "mass of a lining and its band", positive=True, default=None)
+    angle: Scalar = quantity("rad", "central angle of a lining", positive=True, high=math.pi * (1 - 1e-9), many=True)
+    area: Scalar | None = quantity("m^2", "area of a lining", positive=True, many=True, default=None)
+    mass: Scalar | None = quantity("kg", "mass of a lining and its band", positive=True, many=True, default=None)
 
     @property
     def count(self) -> int:
@@ -83,7 +85,11 @@ class Lining(eqx.Module):
 
 
 def uniform_linings(
-    count: int, wrap: float, friction: AbstractFriction, area: float | None = None, mass: float | None = None
+    count: Annotated[int, Whole("number of linings", 1, 10_000)],
+    wrap: Annotated[float, positive("rad", "wrap angle")],
+    friction: AbstractFriction,
+    area: Annotated[float | None, positive("m^2", "area of a lining")] = None,
+    mass: Annotated[float | None, positive("kg", "mass of a lining and its band")] = None,
 ) -> Lining:
     """`count` equal linings over the angle `wrap` (rad); each of the `area` (m²) if pressure matters, of the `mass`
     (kg) in a chain."""
@@ -107,12 +113,14 @@ class Bandage(eqx.Module):
       `D_j = 2 ζ_j √(K_j m_j)`, `1/m_j = R_b² (1/J_j + 1/J_{j+1})`
     """
 
-    inertia: Scalar = quantity("kg*m^2", "inertia of the bandage about the shaft", positive=True)
+    inertia: Scalar = quantity("kg*m^2", "inertia of the bandage about the shaft", positive=True, many=True)
     friction: AbstractFriction  # pyright: ignore
-    preload: Scalar = quantity("N", "interference load of a lining on the rim", low=0.0, default=0.0)
-    area: Scalar | None = quantity("m^2", "area of a lining's inner face", positive=True, default=None)
-    spring: Scalar | None = quantity("N/m", "stiffness between neighbouring linings", positive=True, default=None)
-    spring_damping: Scalar = quantity("1", "share of critical damping of the springs", low=0.0, default=0.05)
+    preload: Scalar = quantity("N", "interference load of a lining on the rim", low=0.0, many=True, default=0.0)
+    area: Scalar | None = quantity("m^2", "area of a lining's inner face", positive=True, many=True, default=None)
+    spring: Scalar | None = quantity(
+        "N/m", "stiffness between neighbouring linings", positive=True, many=True, default=None
+    )
+    spring_damping: Scalar = quantity("1", "share of critical damping of the springs", low=0.0, many=True, default=0.05)
 
 
 class Brake(eqx.Module):

@@ -2,7 +2,7 @@
 
 import abc
 from collections.abc import Callable
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import equinox as eqx
 import jax
@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from ._quantity import Fault, Scalar, quantity
+from ._quantity import Fault, Quantity, Scalar, quantity, whole
 
 
 class AbstractProfile(eqx.Module):
@@ -77,8 +77,8 @@ class PiecewiseLinear(AbstractProfile):
     Two points at one time are a jump. Every point is a known time at which a step of the integrator ends.
     """
 
-    times: Scalar = quantity("s", "times of the profile's points")
-    values: Scalar = quantity("SI", "values at the profile's points")
+    times: Scalar = quantity("s", "times of the profile's points", many=True)
+    values: Scalar = quantity("SI", "values at the profile's points", many=True)
     smooth_between: ClassVar[bool] = True
 
     def value(self, t, piece):
@@ -112,7 +112,12 @@ class PiecewiseLinear(AbstractProfile):
         return _faults_of_points(path, self.times, self.values, low)
 
 
-def ramp(start: float, end: float, begin: float, duration: float) -> PiecewiseLinear:
+def ramp(
+    start: Annotated[float, Quantity("SI", "value before")],
+    end: Annotated[float, Quantity("SI", "value after")],
+    begin: Annotated[float, Quantity("s", "time at which it begins")],
+    duration: Annotated[float, Quantity("s", "duration", 0.0)],
+) -> PiecewiseLinear:
     """From `start` to `end` in a straight line over `duration` (s) from the time `begin` (s)."""
     return PiecewiseLinear(times=np.asarray([begin, begin + duration]), values=np.asarray([start, end]))
 
@@ -126,10 +131,10 @@ class Repeated(AbstractProfile):
     after the last it is constant. The cost of a value does not depend on the number of cycles.
     """
 
-    times: Scalar = quantity("s", "times of the points in one cycle", low=0.0)
-    values: Scalar = quantity("SI", "values at the points")
+    times: Scalar = quantity("s", "times of the points in one cycle", low=0.0, many=True)
+    values: Scalar = quantity("SI", "values at the points", many=True)
     period: Scalar = quantity("s", "length of a cycle", positive=True)
-    count: int = eqx.field(static=True)  # pyright: ignore
+    count: int = whole("number of cycles", high=1_000_000)
     begin: Scalar = quantity("s", "start of the first cycle", default=0.0)
     smooth_between: ClassVar[bool] = True
 
@@ -253,7 +258,7 @@ class FunctionProfile(AbstractProfile):
     function: Callable[[Any, Any], Any] = eqx.field(static=True)
     parameters: Any = None
     typical: Scalar = quantity("SI", "typical magnitude of the profile", positive=True, default=1.0)
-    knots: Scalar = quantity("s", "times of corners and jumps", default=())
+    knots: Scalar = quantity("s", "times of corners and jumps", many=True, default=())
     smooth_between: ClassVar[bool] = False
 
     def value(self, t, piece):

@@ -11,7 +11,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ._quantity import Fault, InputError, as_number, leaves
+from ._numbers import NumberReader
+from ._quantity import Fault, InputError, Quantity, about_of, as_number, leaves, unit_below
 from ._scene import Scene
 
 _INDEXED = re.compile(r"^(?P<path>.*?)(?:\[(?P<index>-?\d+)\])?$")
@@ -33,8 +34,22 @@ def _slots(node: Any, path: str = "") -> dict[str, Any]:
     return found
 
 
+def _abouts(node: Any, path: str = "", unit: str = "SI") -> dict[str, Quantity]:
+    """What is known of every number that may be set: path → quantity, with the unit that it has there."""
+    found: dict[str, Quantity] = {}
+    if isinstance(node, tuple):
+        for i, child in enumerate(node):
+            found |= _abouts(child, f"{path}[{i}]", unit)
+    elif dataclasses.is_dataclass(node) and not isinstance(node, type):
+        for field in dataclasses.fields(node):
+            here, about = f"{path}.{field.name}" if path else field.name, about_of(field, unit)
+            found |= {} if about is None else {here: about}
+            found |= _abouts(getattr(node, field.name), here, unit_below(field, unit))
+    return found
+
+
 def parse_assignments(assignments: list[str]) -> dict[str, Any]:
-    """`path=value` pairs: numbers, lists in brackets, or `none` for physics that is to be absent."""
+    """`path=value` pairs: numbers, with a unit if need be, lists in brackets, or `none` for physics to be absent."""
     values, faults = {}, []
     for text in assignments:
         path, equals, value = text.partition("=")
@@ -49,7 +64,7 @@ def parse_assignments(assignments: list[str]) -> dict[str, Any]:
             number = float(value) if not value.startswith("[") else json.loads(value)
             values[path] = np.asarray(number, dtype=np.float64)
         except (ValueError, TypeError):
-            faults.append(Fault(path, f"{value!r} is not a number", "numbers are in SI units, lists as [1, 2, 3]"))
+            values[path] = value  # a number with its unit, which is read where the path is known
     if faults:
         raise InputError(faults)
     return values
@@ -58,10 +73,10 @@ def parse_assignments(assignments: list[str]) -> dict[str, Any]:
 def with_values(scene: Scene, values: dict[str, Any]) -> Scene:
     """The scene with other numbers: `{"brake.band.stiffness": 3e5, "brake.linings.angle[0]": 0.2}`.
 
-    One number given for an array field counts for every entry. Raises `InputError` with all unknown paths and the
-    nearest names, and with values that do not fit.
+    Numbers are in SI, or texts with a unit (`"120 kN"`). One number given for an array field counts for every entry.
+    Raises `InputError` with all unknown paths and the nearest names, and with values that do not fit.
     """
-    slots, faults = _slots(scene), []
+    slots, abouts, faults = _slots(scene), _abouts(scene), []
     for full, value in values.items():
         match = _INDEXED.match(full)
         assert match is not None
@@ -73,6 +88,12 @@ def with_values(scene: Scene, values: dict[str, Any]) -> Scene:
             hint = f"nearest: {', '.join(names)}" if names else f"there are: {', '.join(slots)}"
             faults.append(Fault(full, "there is no such number in the scene", hint))
             continue
+        if isinstance(value, str):
+            reader = NumberReader()
+            value = reader.number(value, abouts[path], full, abouts[path].unit)
+            faults += reader.faults
+            if reader.faults:
+                continue
         old, new = slots[path], as_number(value)
         if index is not None:
             i, size = int(index), np.size(old) if np.ndim(old) == 1 else 0

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from ._result import Result
+from ._result_file import save
 from ._sensitivity import Sensitivity, SensitivityTable
 from ._series import SERIES_UNITS
 
@@ -63,7 +64,7 @@ def whole(folder: Path) -> Iterator[tuple[Path, list[Path]]]:
 
 
 def write(result: Result, folder: Path) -> list[Path]:
-    """Writes `summary.json`, `summary.txt`, `series.csv`, `stop.png`; `temperatures.png`, `stages.png` if any."""
+    """Writes `summary.json`, `summary.txt`, `series.csv`, `result.nc`, `stop.png`; `temperatures.png` … if any."""
     from . import plot  # matplotlib is loaded by those who want a picture
 
     summary = result.summary()
@@ -72,6 +73,7 @@ def write(result: Result, folder: Path) -> list[Path]:
         (scratch / "summary.json").write_text(json.dumps(summary, indent=2, allow_nan=False) + "\n", "utf-8")
         (scratch / "summary.txt").write_text(str(result) + "\n", "utf-8")
         np.savetxt(scratch / "series.csv", table, delimiter=",", header=",".join(names), comments="", fmt="%.12g")
+        save(result, scratch / "result.nc")
         plot.stop(result).savefig(scratch / "stop.png", dpi=130)
         if result.scene.heat is not None:
             plot.temperatures(result).savefig(scratch / "temperatures.png", dpi=130)

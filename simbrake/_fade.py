@@ -49,10 +49,10 @@ class LinearFade(AbstractFactor):
       tolerances where many linings pass them one after the other, and derivatives half of their digits
     """
 
-    slope: Scalar = quantity("1/K", "loss of friction per kelvin", low=0.0)
-    above: Scalar = quantity("K", "temperature at which fade begins", low=0.0)
-    floor: Scalar = quantity("1", "least factor", low=0.0, high=1.0, default=0.0)
-    blend: Scalar = quantity("K", "half-width of the rounded corner", low=0.0, default=0.0)
+    slope: Scalar = quantity("1/K", "loss of friction per kelvin", low=0.0, many=True)
+    above: Scalar = quantity("K", "temperature at which fade begins", low=0.0, many=True)
+    floor: Scalar = quantity("1", "least factor", low=0.0, high=1.0, many=True, default=0.0)
+    blend: Scalar = quantity("K", "half-width of the rounded corner", low=0.0, difference=True, many=True, default=0.0)
     temperature_dependent: ClassVar[bool] = True
     pressure_dependent: ClassVar[bool] = False
 
@@ -73,8 +73,8 @@ class TabulatedFade(AbstractFactor):
     The table is not extrapolated: a run that leaves it ends with the code `outside_table`.
     """
 
-    temperature: Scalar = quantity("K", "temperatures of the table", low=0.0)
-    values: Scalar = quantity("1", "factors of the table", low=0.0, high=10.0)
+    temperature: Scalar = quantity("K", "temperatures of the table", low=0.0, many=True)
+    values: Scalar = quantity("1", "factors of the table", low=0.0, high=10.0, many=True)
     temperature_dependent: ClassVar[bool] = True
     pressure_dependent: ClassVar[bool] = False
 
@@ -103,8 +103,8 @@ class PressureFactor(AbstractFactor):
     - `reference` `p_r` (Pa), `exponent` `m`
     """
 
-    reference: Scalar = quantity("Pa", "reference pressure", positive=True)
-    exponent: Scalar = quantity("1", "exponent of the pressure", low=-1.0, high=1.0)
+    reference: Scalar = quantity("Pa", "reference pressure", positive=True, many=True)
+    exponent: Scalar = quantity("1", "exponent of the pressure", low=-1.0, high=1.0, many=True)
     temperature_dependent: ClassVar[bool] = False
     pressure_dependent: ClassVar[bool] = True
 

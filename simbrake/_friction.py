@@ -59,8 +59,10 @@ class ConstantFriction(AbstractFriction):
     - `static_ratio`: `r = f_s/f_k ≥ 1`
     """
 
-    coefficient: Scalar = quantity("1", "coefficient of friction", low=0.0, high=10.0)
-    static_ratio: Scalar = quantity("1", "ratio of static to kinetic friction", low=1.0, high=10.0, default=1.0)
+    coefficient: Scalar = quantity("1", "coefficient of friction", low=0.0, high=10.0, many=True)
+    static_ratio: Scalar = quantity(
+        "1", "ratio of static to kinetic friction", low=1.0, high=10.0, many=True, default=1.0
+    )
     speed_dependent: ClassVar[bool] = False
 
     def kinetic(self, contact):
@@ -82,10 +84,10 @@ class StribeckFriction(AbstractFriction):
     Reference: B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, *Automatica* 30 (1994) 1083–1138, eq. (3).
     """
 
-    static_coefficient: Scalar = quantity("1", "static coefficient of friction", low=0.0, high=10.0)
-    kinetic_coefficient: Scalar = quantity("1", "kinetic coefficient of friction", low=0.0, high=10.0)
-    stribeck_speed: Scalar = quantity("m/s", "Stribeck speed", positive=True)
-    exponent: Scalar = quantity("1", "exponent of the Stribeck curve", low=1.0, high=4.0, default=2.0)
+    static_coefficient: Scalar = quantity("1", "static coefficient of friction", low=0.0, high=10.0, many=True)
+    kinetic_coefficient: Scalar = quantity("1", "kinetic coefficient of friction", low=0.0, high=10.0, many=True)
+    stribeck_speed: Scalar = quantity("m/s", "Stribeck speed", positive=True, many=True)
+    exponent: Scalar = quantity("1", "exponent of the Stribeck curve", low=1.0, high=4.0, many=True, default=2.0)
     speed_dependent: ClassVar[bool] = True
 
     def kinetic(self, contact):
@@ -114,8 +116,8 @@ class TabulatedFriction(AbstractFriction):
     slope, so that the table's knots need no stops of the integrator. One table serves all linings.
     """
 
-    speed: Scalar = quantity("m/s", "slip speeds of the table", low=0.0)
-    coefficient: Scalar = quantity("1", "coefficients of friction of the table", low=0.0, high=10.0)
+    speed: Scalar = quantity("m/s", "slip speeds of the table", low=0.0, many=True)
+    coefficient: Scalar = quantity("1", "coefficients of friction of the table", low=0.0, high=10.0, many=True)
     static_ratio: Scalar = quantity("1", "ratio of static friction to that at zero speed", low=1.0, default=1.0)
     speed_dependent: ClassVar[bool] = True
 

@@ -26,7 +26,7 @@ class AbstractPartition(eqx.Module):
 class ConstantPartition(AbstractPartition):
     """A given share `a` into the metal (V: 0.531…0.865)."""
 
-    metal: Scalar = quantity("1", "share of the friction heat into the metal", low=0.0, high=1.0)
+    metal: Scalar = quantity("1", "share of the friction heat into the metal", low=0.0, high=1.0, many=True)
 
     def share(self, T_metal, T_lining):
         return jnp.asarray(self.metal)
@@ -54,11 +54,11 @@ class TransmissionPartition(AbstractPartition):
     Linear between the temperatures of the table, constant beyond its ends (stated, not extrapolated).
     """
 
-    temperature: Scalar = quantity("K", "temperatures of the table", low=0.0)
-    alpha_1: Scalar = quantity("W/(m^2*K)", "coefficients of the polished rim surface", positive=True)
-    alpha_2: Scalar = quantity("W/(m^2*K)", "coefficients of the matte rim surface", positive=True)
-    alpha_3: Scalar = quantity("W/(m^2*K)", "coefficients of the band", positive=True)
-    surface_layer: Scalar = quantity("m", "thickness of the lining's surface layer", positive=True)
+    temperature: Scalar = quantity("K", "temperatures of the table", low=0.0, many=True)
+    alpha_1: Scalar = quantity("W/(m^2*K)", "coefficients of the polished rim surface", positive=True, many=True)
+    alpha_2: Scalar = quantity("W/(m^2*K)", "coefficients of the matte rim surface", positive=True, many=True)
+    alpha_3: Scalar = quantity("W/(m^2*K)", "coefficients of the band", positive=True, many=True)
+    surface_layer: Scalar = quantity("m", "thickness of the lining's surface layer", positive=True, many=True)
     rim_thickness: Scalar = quantity("m", "thickness of the rim", positive=True, default=0.028)
     rim_conductivity: Scalar = quantity("W/(m*K)", "conductivity of the rim", positive=True, default=48.85)
     surface_conductivity: Scalar = quantity("W/(m*K)", "conductivity of the surface layer", positive=True, default=1.02)

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ._duty import AbstractProfile, SpeedHold
-from ._quantity import Fault, Scalar, quantity
+from ._quantity import Fault, Scalar, holding, quantity
 
 
 class Lever(AbstractProfile):
@@ -23,7 +23,7 @@ class Lever(AbstractProfile):
     brake.
     """
 
-    force: AbstractProfile
+    force: AbstractProfile = holding("N")
     arm: Scalar = quantity("m", "arm of the force", positive=True)
     slack_arm: Scalar = quantity("m", "arm of the slack end", positive=True)
     efficiency: Scalar = quantity("1", "efficiency of the linkage", positive=True, high=1.0, default=1.0)

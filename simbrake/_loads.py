@@ -7,7 +7,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
 from ._duty import AbstractProfile, Constant, Repeated
-from ._quantity import Scalar, quantity
+from ._quantity import Scalar, holding, quantity, whole
 
 GRAVITY = 9.80665  # m/s², standard acceleration of free fall (3rd CGPM, 1901)
 
@@ -41,7 +41,7 @@ class TorqueLoad(AbstractLoad):
     - `profile`: `M(t)` in N·m; `drag` `c` in N·m·s
     """
 
-    profile: AbstractProfile = eqx.field(default_factory=lambda: Constant(0.0))
+    profile: AbstractProfile = holding("N*m", default_factory=lambda: Constant(0.0))
     drag: Scalar = quantity("N*m*s", "drag torque per unit of speed", low=0.0, default=0.0)
 
     def torque(self, t, omega, piece):
@@ -103,7 +103,7 @@ class TrippingLoad(AbstractLoad):
     period: Scalar = quantity("s", "length of a cycle", positive=True)
     drum_radius: Scalar = quantity("m", "radius of the drum to the rope", positive=True)
     line_count: Scalar = quantity("1", "number of lines of the tackle", low=1.0)
-    count: int = eqx.field(static=True)  # pyright: ignore
+    count: int = whole("number of cycles", high=1_000_000)
     gravity: Scalar = quantity("m/s^2", "acceleration of free fall", positive=True, default=GRAVITY)
     drag: Scalar = quantity("N*m*s", "drag torque per unit of speed", low=0.0, default=0.0)
 

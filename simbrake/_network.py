@@ -14,7 +14,7 @@ from jaxtyping import Array, Float
 from ._duty import AbstractProfile
 from ._links import AbstractCoefficient, AbstractLink, Source, ThermalContact
 from ._material import ROOM, Material
-from ._quantity import Fault, Scalar, quantity
+from ._quantity import Fault, Scalar, quantity, whole
 
 
 class Lump(eqx.Module):
@@ -25,18 +25,18 @@ class Lump(eqx.Module):
     """
 
     name: str = eqx.field(static=True)
-    capacity: Scalar = quantity("J/K", "heat capacity", positive=True)
-    temperature: Scalar = quantity("K", "temperature at the start", low=0.0, default=ROOM)
+    capacity: Scalar = quantity("J/K", "heat capacity", positive=True, many=True)
+    temperature: Scalar = quantity("K", "temperature at the start", low=0.0, many=True, default=ROOM)
     capacity_slope: Scalar | None = quantity("1/K", "relative change of capacity per kelvin", default=None)
     reference: Scalar = quantity("K", "temperature at which the capacity holds", positive=True, default=ROOM)
-    count: int = eqx.field(static=True, default=1)
+    count: int = whole("number of nodes", default=1)
 
 
 class Junction(eqx.Module):
     """A node without capacity: its temperature follows from those of its neighbours at every instant."""
 
     name: str = eqx.field(static=True)
-    count: int = eqx.field(static=True, default=1)
+    count: int = whole("number of nodes", default=1)
 
 
 class Reservoir(eqx.Module):
@@ -64,10 +64,10 @@ class Wall(eqx.Module):
     material: Material
     thickness: Scalar = quantity("m", "thickness of the wall", positive=True)
     area: Scalar = quantity("m^2", "area of the wall", positive=True)
-    layers: int = eqx.field(static=True)  # pyright: ignore
+    layers: int = whole("number of layers")
     growth: Scalar = quantity("1", "ratio of neighbouring layers", positive=True, default=1.0)
-    temperature: Scalar = quantity("K", "temperature at the start", low=0.0, default=ROOM)
-    copies: int = eqx.field(static=True, default=1)
+    temperature: Scalar = quantity("K", "temperature at the start", low=0.0, many=True, default=ROOM)
+    copies: int = whole("number of equal walls", high=10_000, default=1)
     both: bool = eqx.field(static=True, default=False)
 
     @property

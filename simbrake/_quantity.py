@@ -25,6 +25,8 @@ class Quantity:
     low: float | None = None
     high: float | None = None
     open_low: bool = False
+    difference: bool = False  # of temperatures: 20 degC would be another number
+    many: bool = False  # one number, or one for each lining, node or row of a table
 
     def admits(self, value: np.ndarray) -> np.ndarray:
         ok = np.asarray(np.isfinite(value))
@@ -51,6 +53,11 @@ def as_number(x: Any) -> Any:
     return np.asarray(x, dtype=np.float64)
 
 
+def positive(unit: str, meaning: str, high: float | None = None) -> Quantity:
+    """What is known of a number that must be > 0, for the annotation of a parameter."""
+    return Quantity(unit, meaning, 0.0, high, open_low=True)
+
+
 def quantity(
     unit: str,
     meaning: str,
@@ -58,12 +65,50 @@ def quantity(
     low: float | None = None,
     high: float | None = None,
     positive: bool = False,
+    difference: bool = False,
+    many: bool = False,
     default: Any = dataclasses.MISSING,
 ) -> Any:
-    """A numeric field: an array leaf in SI units, with what a reader and a checker must know of it."""
-    about = Quantity(unit, meaning, 0.0 if positive else low, high, open_low=positive)
+    """A numeric field: an array leaf in SI units, with what a reader and a checker must know of it.
+
+    The unit `SI` is that of the field in which the object stands (`holding`, or the quantity it stands for).
+    """
+    about = Quantity(unit, meaning, 0.0 if positive else low, high, positive, difference, many)
     keywords = {} if default is dataclasses.MISSING else {"default": default}
     return eqx.field(converter=as_number, metadata={"quantity": about}, **keywords)
+
+
+@dataclasses.dataclass(frozen=True)
+class Whole:
+    """Meaning and admissible range of a whole number that belongs to the structure."""
+
+    meaning: str
+    low: int
+    high: int
+
+
+def whole(meaning: str, *, low: int = 1, high: int = 100_000, default: Any = dataclasses.MISSING) -> Any:
+    """A field with a whole number of the structure (static: another number is another program)."""
+    keywords = {} if default is dataclasses.MISSING else {"default": default}
+    return eqx.field(static=True, metadata={"whole": Whole(meaning, low, high)}, **keywords)
+
+
+def holding(unit: str, **keywords: Any) -> Any:
+    """A field with an object whose numbers of the unit `SI` are in `unit`, as the profile of a tension in N."""
+    return eqx.field(metadata={"unit": unit}, **keywords)
+
+
+def unit_below(field: dataclasses.Field, unit: str) -> str:
+    """What the unit `SI` means below a field that stands where it means `unit`."""
+    about = field.metadata.get("quantity")
+    given = field.metadata.get("unit") if about is None else about.unit
+    return unit if given in (None, "SI") else given
+
+
+def about_of(field: dataclasses.Field, unit: str) -> Quantity | None:
+    """What is known of a numeric field that stands where the unit `SI` means `unit`; `None` for other fields."""
+    about = field.metadata.get("quantity")
+    return dataclasses.replace(about, unit=unit) if about is not None and about.unit == "SI" else about
 
 
 @dataclasses.dataclass(frozen=True)
@@ -96,24 +141,24 @@ class Leaf:
     about: Quantity
 
 
-def leaves(node: Any, path: str = "") -> list[Leaf]:
-    """Every quantity below `node`, in the order of the fields."""
+def leaves(node: Any, path: str = "", unit: str = "SI") -> list[Leaf]:
+    """Every quantity below `node`, in the order of the fields; `unit`: what `SI` means here."""
     found: list[Leaf] = []
     if isinstance(node, tuple | list):
         for i, child in enumerate(node):
-            found += leaves(child, f"{path}[{i}]")
+            found += leaves(child, f"{path}[{i}]", unit)
         return found
     if not dataclasses.is_dataclass(node) or isinstance(node, type):
         return found
     for field in dataclasses.fields(node):
         value = getattr(node, field.name)
         here = f"{path}.{field.name}" if path else field.name
-        about = field.metadata.get("quantity")
+        about = about_of(field, unit)
         if about is not None and not dataclasses.is_dataclass(value):  # where a law may stand for a number, its numbers
             if value is not None:
                 found.append(Leaf(here, value, about))
         else:
-            found += leaves(value, here)
+            found += leaves(value, here, unit_below(field, unit))
     return found
 
 
@@ -132,6 +177,10 @@ def faults_of_values(node: Any, path: str = "") -> list[Fault]:
             faults.append(Fault(leaf.path, f"{leaf.value!r} is not a number", f"give a number in {leaf.about.unit}"))
             continue
         value = np.asarray(leaf.value)
+        if value.ndim > leaf.about.many:
+            hint = "give one number" + (", or a list of numbers" if leaf.about.many else "")
+            faults.append(Fault(leaf.path, f"has the shape {value.shape}", hint))
+            continue
         bad = ~leaf.about.admits(value)
         if bad.any():
             which = "" if value.ndim == 0 else "[" + ", ".join(str(i) for i in np.argwhere(bad)[0]) + "]"

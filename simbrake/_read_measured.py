@@ -37,7 +37,7 @@ def read_measured(
 
     Raises `InputError` with every fault of every file: file, line, column, value and what to do.
     """
-    files = [_File(Path(path)) for path in paths]
+    files = [CsvFile(Path(path)) for path in paths]
     data = Measured()
     given, wanted = dict(sigma or {}), None if columns is None else set(columns)
     faults = [
@@ -74,7 +74,7 @@ class _Head(NamedTuple):
     unit: str
 
 
-class _File:
+class CsvFile:
     """One CSV file while it is read: its table and the faults found."""
 
     def __init__(self, path: Path):
@@ -133,7 +133,7 @@ class _File:
     # --- columns over time ------------------------------------------------------------------------------------
 
     def _series(self, names: dict[str, int], sigma: Mapping[str, float], wanted: set[str] | None) -> Measured:
-        t = self._column(names["t"], "s", needed=True)
+        t = self.column(names["t"], "s", needed=True)
         points = []
         wanted = None if wanted is None else {_normal(name) for name in wanted}
         errors = {_normal(name): value for name, value in sigma.items()}
@@ -146,9 +146,9 @@ class _File:
                 self.fault(" header, column " + self.heads[i].text, found.problem, found.hint)
                 continue
             si = SERIES_UNITS[where[0]]
-            value, error = self._column(i, si), None
+            value, error = self.column(i, si), None
             if name + _SIGMA in names:
-                error = self._column(names[name + _SIGMA], si, of_column=i)
+                error = self.column(names[name + _SIGMA], si, of_column=i)
                 self._missing_sigma(value, error, names[name + _SIGMA])
             elif _normal(name) in errors:
                 error = np.full(value.shape, errors[_normal(name)])
@@ -176,7 +176,7 @@ class _File:
                 where = f" line {line}, column {self.heads[i].text}"
                 self.fault(where, "is empty beside a measured value", "give its standard deviation")
 
-    def _column(self, i: int, si: str, *, of_column: int | None = None, needed: bool = False) -> np.ndarray:
+    def column(self, i: int, si: str, *, of_column: int | None = None, needed: bool = False) -> np.ndarray:
         """A column in SI, NaN where a cell is empty or faulty; a standard deviation takes the unit `of_column`."""
         head, spread = self.heads[i], of_column is not None
         text = head.unit if head.unit or of_column is None else self.heads[of_column].unit
@@ -218,7 +218,7 @@ class _File:
             if number <= 0:
                 self.fault(where, f"{number:g} is no standard deviation", "it must be > 0")
                 return np.nan
-            return number * of.factor
+            return number * float(of.factor)
         value = to_si(number, of)
         if si == "K" and value < 0:
             self.fault(where, f"{number:g} is below absolute zero", "is the unit in the header right?")

@@ -12,6 +12,7 @@ from ._log import Event, Phase, event_log, marks_passed
 from ._metrics import Peak, numbers, peaks_of, polish
 from ._modes import BandMode, Label
 from ._observe import distribution, mark_names
+from ._plausible import plausibility
 from ._probe import SAMPLES, Probe, probe_many
 from ._scene import warnings
 from ._stages import Stage, absent_stages, stages_of
@@ -177,13 +178,13 @@ class Report:
         return {"stages": [stage.as_dict() for stage in stages], "absent_stages": absent}
 
     def summary(self) -> dict[str, Any]:
-        r, stats = self.result, self.result.record.stats
+        r, stats, metrics = self.result, self.result.record.stats, self.metrics
         return {
             "status": r.status,
             "message": r.message,
-            "warnings": warnings(r.scene),
+            "warnings": [*warnings(r.scene), *plausibility(r.scene, metrics.get("peak_rim_temperature"))],
             "events": [event.as_dict() for event in self.events],
-            "metrics": self.metrics,
+            "metrics": metrics,
             "at": {
                 **{f"{name}_time": float(peak.time) for name, peak in self.peaks.items()},
                 **{f"{name}_lining": int(p.lining) for name, p in self.peaks.items() if self._per_lining(name)},

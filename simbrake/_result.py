@@ -24,6 +24,14 @@ from ._summary import text
 _last_report: Report | None = None
 
 
+class Limits(eqx.Module):
+    """Options of `simulate` beside solver and tolerance, as they were given."""
+
+    max_step: Any
+    max_events: Any
+    max_steps: int | None = eqx.field(static=True)
+
+
 class Result(eqx.Module):
     """The outcome of `simulate`: a PyTree, through which jit, vmap and grad pass.
 
@@ -35,6 +43,7 @@ class Result(eqx.Module):
     record: Record
     rtol: Any
     method_name: str = eqx.field(static=True)
+    limits: Limits
 
     # --- metrics that pass through jit, vmap and grad -----------------------------------------------------------
 
@@ -191,6 +200,11 @@ class Result(eqx.Module):
         }
 
     # --- for people: concrete results only ---------------------------------------------------------------------
+
+    @property
+    def concrete(self) -> bool:
+        """Whether this is one result with values: neither traced nor a batch."""
+        return _concrete(self)
 
     @property
     def ok(self) -> bool:

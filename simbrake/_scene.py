@@ -16,7 +16,7 @@ from ._friction import AbstractFriction, Contact
 from ._heat import FrictionHeat, Heat
 from ._loads import AbstractLoad
 from ._network import nodes_at, place_of
-from ._quantity import Fault, InputError, Scalar, faults_of_values, leaves, quantity
+from ._quantity import Fault, InputError, Scalar, faults_of_values, holding, leaves, quantity
 
 
 class Duty(eqx.Module):
@@ -25,8 +25,8 @@ class Duty(eqx.Module):
     - `slack_tension`: `T_0(t) ≥ 0` in N, set by the lever at the slack end;  `load`: `M_load(t, ω)`
     """
 
-    slack_tension: AbstractProfile
-    load: AbstractLoad
+    slack_tension: AbstractProfile = holding("N")
+    load: AbstractLoad  # pyright: ignore
 
 
 class Initial(eqx.Module):
@@ -181,6 +181,12 @@ def _static_grip(linings: Lining, T: Any) -> Array:
     n = linings.count
     still = Contact(v=jnp.zeros(n), T=T, p=jnp.zeros(n))
     return jnp.broadcast_to(grip(linings.friction.static(still), jnp.asarray(linings.angle)), (linings.count,))
+
+
+def static_friction(scene: Scene) -> np.ndarray:
+    """Coefficient up to which each lining sticks at the start, on the rim, or on the band of a staged brake."""
+    fz = np.asarray(_static_grip(scene.brake.linings, sensed_at_start(scene)))
+    return fz / np.tan(np.asarray(scene.brake.linings.angle) / 2)
 
 
 def locked(scene: Scene) -> list[int]:

@@ -17,7 +17,7 @@ from ._compiling import Packing, Program, compiled, pack
 from ._hybrid import AbstractMethod, Code, ExplicitRungeKutta, Record, Rodas5P, Settings, hybridsolve
 from ._outcome import SimulationError
 from ._quantity import Fault, InputError, faults_of_tolerance, leaves
-from ._result import Result
+from ._result import Limits, Result
 from ._scene import Scene, check
 
 #: rows of the record when the caller sets no limit: the next is tried if one was too short
@@ -150,15 +150,16 @@ def simulate(
     name = type(solver).__name__
     rtol_, longest = np.asarray(rtol, np.float64) if np.isscalar(rtol) else rtol, np.asarray(max_step, np.float64)
     events = np.asarray(max_events, np.int32)
+    limits = Limits(longest, events, max_steps)
     if traced:
         record = _traced(_marked(scene), rtol_, longest, events, method=method, max_steps=max_steps or _STEPS[0])
-        return Result(scene, record, rtol_, name)
+        return Result(scene, record, rtol_, name, limits)
     numbers, packing = pack((scene, rtol_, longest, events))
     for steps in step_limits(scene, max_steps):
         record: Any = _program(packing, method, steps).call(numbers)
         if int(record.code) != Code.STEP_LIMIT:
             break
-    result = Result(scene, record, rtol_, name)  # pyright: ignore
+    result = Result(scene, record, rtol_, name, limits)  # pyright: ignore
     if throw and not result.ok:
         raise SimulationError(f"{result.status}: {result.message}", result)
     return result

@@ -4,6 +4,7 @@ import csv
 import json
 import subprocess
 import sys
+import tomllib
 
 import pytest
 
@@ -67,7 +68,8 @@ def test_out_writes_chart_series_and_summary(capsys, scenario, tmp_path):
     folder = tmp_path / "out"
     code, out, _ = call(capsys, "run", scenario, "--out", str(folder))
     assert code == 0
-    assert sorted(p.name for p in folder.iterdir()) == ["series.csv", "stop.png", "summary.json", "summary.txt"]
+    files = ["result.nc", "series.csv", "stop.png", "summary.json", "summary.txt"]
+    assert sorted(p.name for p in folder.iterdir()) == files
     assert "stop.png" in out
     with open(folder / "series.csv", encoding="utf-8") as file:
         rows = list(csv.reader(file))
@@ -89,8 +91,9 @@ def test_out_writes_chart_series_and_summary(capsys, scenario, tmp_path):
             ["brake.band.stiffness", "duty.load.mass"],
         ),
         (["--set", "brake.linings.angle[20]=0.1"], ["no entry 20"]),
-        (["--set", "brake.pulley.inertia=heavy"], ["'heavy' is not a number"]),
+        (["--set", "brake.pulley.inertia=heavy"], ["'heavy' is no number with a unit", "1.5 kg*m^2"]),
         (["--set", "brake.pulley.inertia=none"], ["cannot be absent"]),
+        (["--set", "brake.pulley.inertia=1 kg*m"], ["'kg*m' is no unit of inertia about the shaft"]),
         (["--set", "nonsense"], ["path=value"]),
         (["--rtol", "-1"], ["--rtol"]),
     ],
@@ -186,3 +189,63 @@ def test_sensitivity_as_tables_json_and_charts(capsys, scenario, tmp_path):
     code, _, err = call(capsys, "sensitivity", scenario, "--metric", "stoping_time")
     assert code == 2
     assert "nearest: stopping_time" in err
+
+
+def test_a_scene_file_runs_as_the_python_scene_does(capsys, scenario, scenarios):
+    code, out, err = call(capsys, "run", str(scenarios / "u2_5_5_stop.toml"), "--json")
+    assert (code, err) == (0, "")
+    found, wanted = json.loads(out), json.loads(call(capsys, "run", scenario, "--json")[1])
+    assert found["metrics"] == pytest.approx(wanted["metrics"], rel=1e-13)
+    assert [e["name"] for e in found["events"]] == [e["name"] for e in wanted["events"]]
+
+
+def test_scene_show_check_schema(capsys, scenario, tmp_path):
+    import jsonschema
+
+    code, out, _ = call(capsys, "scene", "show", scenario, "--set", "duty.load.mass=30 t")
+    assert code == 0
+    assert any(line.split()[:3] == ["duty.load.mass", "30000", "kg"] for line in out.splitlines())
+    code, text, _ = call(capsys, "scene", "show", scenario, "--toml")
+    (tmp_path / "mine.toml").write_text(text, "utf-8")
+    code, out, _ = call(capsys, "scene", "check", str(tmp_path / "mine.toml"))
+    assert (code, out.startswith("no fault: 39 numbers in 18 fields, 20 linings")) == (0, True)
+    code, out, _ = call(capsys, "scene", "schema", "--json")
+    schema = json.loads(out)
+    jsonschema.Draft202012Validator.check_schema(schema)
+    jsonschema.validate(tomllib.loads(text), schema)
+    for wrong in (text.replace("mass", "masss"), text.replace('"0.35"', "true").replace("0.35", "true")):
+        with pytest.raises(jsonschema.ValidationError):
+            jsonschema.validate(tomllib.loads(wrong), schema)
+    assert "brake     needed  Brake" in call(capsys, "scene", "schema")[1]
+    assert call(capsys, "scene", "schema", "ramp")[1].startswith("ramp: From `start` to `end`")
+    code, out, err = call(capsys, "scene", "schema", "pully")
+    assert (code, out) == (2, "")
+    assert "nearest: pulley" in err
+
+
+def test_scene_check_of_a_faulty_file(capsys, tmp_path):
+    file = tmp_path / "faulty.toml"
+    file.write_text('end_time = "5 m"\n[initial]\nomega = "1 Hz"\n', "utf-8")
+    code, out, err = call(capsys, "scene", "check", str(file))
+    assert (code, out) == (2, "")
+    assert {line.split(":")[0].strip() for line in err.splitlines()[1:]} == {
+        "end_time",
+        "brake",
+        "duty",
+        "initial.omega",
+    }
+    code, out, _ = call(capsys, "scene", "check", str(file), "--json")
+    assert code == 2
+    assert {fault["path"] for fault in json.loads(out)["faults"]} == {"end_time", "brake", "duty", "initial.omega"}
+
+
+def test_unusual_numbers_are_warnings_with_a_source(capsys, scenario):
+    arguments = ("--set", "brake.linings.friction.coefficient=0.1", "--set", "brake.linings.angle=0.1")
+    code, out, _ = call(capsys, "scene", "check", scenario, *arguments)
+    assert code == 0
+    assert "warning  unusual: static coefficient of friction 0.1, usual are 0.35…0.65 (Drumeanu" in out
+    assert "warning  unusual: wrap 114.59°, usual are 270…325° (Drumeanu" in out
+    assert json.loads(call(capsys, "run", scenario, "--json", *arguments)[1])["warnings"][0].startswith(
+        "unusual: static"
+    )
+    assert json.loads(call(capsys, "run", scenario, "--json")[1])["warnings"] == []

@@ -56,9 +56,9 @@ def events_of(scene):
 
 @pytest.mark.slow
 def test_scenario_gradients_against_central_differences(scenarios):
-    from simbrake._cli import load_scene
+    from simbrake._open_scene import open_scene
 
-    scene = jax.tree.map(jnp.asarray, load_scene(scenarios / "u2_5_5_stop.py"))
+    scene = jax.tree.map(jnp.asarray, open_scene(scenarios / "u2_5_5_stop.py"))
     J = jax.jit(jax.jacfwd(events_of))(scene)
     jacobian = {leaf.path: np.asarray(leaf.value) for leaf in sb.leaves(J)}
     run = jax.jit(events_of)

@@ -1,7 +1,9 @@
 """Thermal networks by themselves against closed forms: lumps, radiation, slabs, contact, junctions, steady states."""
 
 import math
+from typing import Any, ClassVar
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -9,6 +11,7 @@ import pytest
 from scipy.special import erfc
 
 import simbrake as sb
+from simbrake._choice import stiff_heat
 
 STEEL = sb.Material(conductivity=50.0, density=7800.0, specific_heat=50.0 / (7800.0 * 1.4e-5))
 
@@ -313,3 +316,34 @@ def test_a_source_raises_the_face_from_which_a_wall_convects():
     face = (q + h * 300.0 + 50.0 / L * 350.0) / (h + 50.0 / L)
     depth = np.asarray(heat.bodies[0].centres) / L
     np.testing.assert_allclose(T, face + (350.0 - face) * depth, rtol=1e-8)
+
+
+class Quartic(sb.AbstractLink):
+    """A link of one's own, `g = s (T_a − T_b)²`."""
+
+    a: str = eqx.field(static=True)
+    b: str = eqx.field(static=True)
+    growth: Any = sb.quantity("W/K^3", "growth of the conductance", low=0.0)
+    nonlinear: ClassVar[bool] = True
+
+    def conductance(self, T_a, T_b, around):
+        return self.growth * (T_a - T_b) ** 2
+
+
+@pytest.mark.parametrize(("growth", "stiff"), [(1e-3, False), (10.0, True)])
+def test_a_link_of_ones_own_is_looked_at_when_the_method_is_chosen(growth, stiff):
+    # 100 K at the start: g = 1e4 s W/K, so that 2 g/C · 10 s/6 is 17 steps for s = 1e-3, 1.7e5 for s = 10
+    heat = sb.Heat((sb.Lump("a", 2.0, 400.0), sb.Reservoir("air", 300.0)), (Quartic("a", "air", growth),))
+    found, why = stiff_heat(heat, 10.0)
+    assert found is stiff
+    assert "the thermal node a follows" in why
+
+
+def test_a_link_of_ones_own_against_its_closed_form():
+    # C dθ/dt = −s θ³, θ = θ_0/√(1 + 2 s θ_0² t/C)
+    heat = sb.Heat((sb.Lump("a", 2.0, 400.0), sb.Reservoir("air", 300.0)), (Quartic("a", "air", 1e-3),))
+    t = np.linspace(0.0, 10.0, 6)
+    run = sb.simulate_heat(heat, t, rtol=1e-12)
+    np.testing.assert_allclose(run.temperature[:, 0] - 300.0, 100.0 / np.sqrt(1 + 10.0 * t), rtol=1e-10)
+    assert float(run.closure) < 1e-13
+    assert [leaf.path for leaf in sb.leaves(heat, "heat") if "links" in leaf.path] == ["heat.links[0].growth"]

@@ -35,6 +35,8 @@ PAGES: dict[str, tuple[str, ...]] = {
         "_result_file",
         "_provenance",
         "_compare",
+        "_comparison",
+        "_rerun",
         "_html_report",
         "_animate",
     ),

@@ -1,0 +1,471 @@
+"""Results as labelled data: values, units, files that lose nothing, provenance, running again, comparing."""
+
+import dataclasses
+import json
+import math
+import re
+import sys
+from pathlib import Path
+from typing import Any, ClassVar
+
+import diffrax
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from helpers import closed_form, stop_scene
+from staged_scenes import stop as staged_stop
+
+import simbrake as sb
+from simbrake import _meanings, _result_file
+from simbrake._cli import load_scene
+from simbrake._compare_run import run as compare_run
+from simbrake._measure import METRIC_UNITS
+from simbrake._series import SERIES_UNITS, Series
+
+SUFFIXES = (".nc", ".parquet", ".csv")
+
+
+def heated_stop():
+    """Two linings, a rim in three layers and two walls in two layers, all joined to the air."""
+    iron, stuff = sb.Material(48.0, 7800.0, 500.0), sb.Material(0.8, 2000.0, 900.0)
+    heat = sb.Heat(
+        bodies=(
+            sb.Wall("rim", iron, 0.028, 0.9, 3, 1.5),
+            sb.Lump("shield/cover", 2e3),
+            sb.Wall("lining", stuff, 0.03, 0.05, 2, copies=2),
+            sb.Reservoir("air"),
+        ),
+        links=(
+            sb.Convection("rim.back", 0.9, 60.0),
+            sb.Convection("lining.back", 0.05, 20.0),
+            sb.Conductance("shield/cover", "air", 1.0),
+        ),
+        friction=sb.FrictionHeat("rim.front", "lining.front", sb.ConstantPartition(0.9)),
+        rim="rim.front",
+        linings="lining.front",
+    )
+    scene = stop_scene(n=2, beta=120.0, C=None, end=4.0)
+    return dataclasses.replace(scene, heat=heat)
+
+
+@pytest.fixture(scope="module")
+def plain():
+    return sb.simulate(stop_scene())
+
+
+@pytest.fixture(scope="module")
+def heated():
+    return sb.simulate(heated_stop())
+
+
+@pytest.fixture(scope="module")
+def staged():
+    return sb.simulate(staged_stop())
+
+
+@pytest.fixture(params=["plain", "heated", "staged"])
+def result(request):
+    return request.getfixturevalue(request.param)
+
+
+def test_every_variable_says_unit_and_meaning(result):
+    data = sb.dataset(result)
+    assert {"time", "lining", "event"} <= set(data.dims)
+    for name, variable in data.variables.items():
+        assert variable.attrs["units"], name
+        assert len(variable.attrs["meaning"]) >= 4, name
+    for field in Series._fields[1:]:
+        column = getattr(result.series([0.0]), field)
+        assert (field in data) == (column is not None)
+        if column is not None:
+            assert data[field].attrs["units"] == (SERIES_UNITS[field] or "1")
+            assert data[field].dims[0] == "time"
+    assert set(_meanings.SERIES_MEANINGS) == set(Series._fields) == set(SERIES_UNITS)
+    assert set(_meanings.METRIC_MEANINGS) == set(METRIC_UNITS)
+
+
+def test_values_are_those_of_the_series_on_both_sides_of_events(result):
+    data = sb.dataset(result)
+    times = data["time"].values
+    assert np.all(np.diff(times) >= 0)
+    events = np.unique([event.time for event in result.events if event.time > 0])
+    for side in (-1, 1):
+        at = times[data["side"].values == side]
+        assert set(events) <= set(at)
+        assert np.unique(at).size == at.size
+    for left, rows in ((True, data["side"] == -1), (False, data["side"] >= 0)):
+        part, series = data.isel(time=np.flatnonzero(rows)), result.series(times[rows], left=left)
+        for name in set(Series._fields[1:]) & set(data.data_vars):
+            np.testing.assert_array_equal(
+                part[name].values.reshape(part.time.size, -1), np.reshape(getattr(series, name), (part.time.size, -1))
+            )
+    once = data.isel(time=data.side >= 0)
+    assert np.all(np.diff(once["time"]) > 0)
+
+
+def test_events_metrics_and_energies(plain):
+    data, truth = sb.dataset(plain), closed_form()
+    stop = data["event_time"].values[data["event_name"] == "stop"]
+    np.testing.assert_allclose(stop, truth["stop"], rtol=1e-10)
+    np.testing.assert_allclose(data["stopping_time"], truth["stop"], rtol=1e-10)
+    limits = data["event_name"].values == "lining_limit"
+    np.testing.assert_array_equal(data["event_lining"].values[limits], np.arange(20) + 1)
+    np.testing.assert_allclose(data["event_time"].values[limits], truth["limits"], rtol=1e-10)
+    assert data["energy.kinetic_change"].item() == pytest.approx(-0.5 * 800 * 20**2, rel=1e-12)
+    assert data["energy.closure"].attrs["units"] == "1"
+    assert data["max_tension_lining"].item() == 20
+    assert data["status"].item() == "stopped"
+    assert sb.dataset(sb.simulate(stop_scene(end=0.5)))["stopping_time"].item() == math.inf
+
+
+def test_walls_have_their_layers_and_depths(heated):
+    data = sb.dataset(heated)
+    assert data["rim_layer_temperature"].dims == ("time", "rim_layer")
+    # layers that grow by half: 1 + 1.5 + 2.25 parts of 28 mm
+    edges = np.cumsum([0.0, 1.0, 1.5, 2.25]) / 4.75 * 0.028
+    np.testing.assert_allclose(data["rim_depth"], (edges[1:] + edges[:-1]) / 2, rtol=1e-14)
+    assert data["rim_depth"].attrs["units"] == "m"
+    assert data["lining_layer_temperature"].dims == ("time", "lining_copy", "lining_layer")
+    for copy in (1, 2):
+        for layer in (1, 2):
+            own = data["lining_layer_temperature"].sel(lining_copy=copy, lining_layer=layer)
+            np.testing.assert_array_equal(own, data["temperature"].sel(node=f"lining[{copy},{layer}]"))
+    np.testing.assert_array_equal(
+        data["rim_layer_temperature"].sel(rim_layer=3), data["temperature"].sel(node="rim[3]")
+    )
+    assert data["rim_temperature"].dims == ("time",)
+    assert data["lining_temperature"].dims == ("time", "lining")
+
+
+def test_stages(staged):
+    data = sb.dataset(staged)
+    assert data["stage_name"].values.tolist() == [stage.name for stage in staged.stages]
+    np.testing.assert_array_equal(data["stage_start"][1:], data["stage_end"][:-1])
+    heat = data["stage_heat_internal"].sum() + data["stage_heat_external"].sum()
+    np.testing.assert_allclose(heat, data["energy.friction_heat"], rtol=1e-12)
+
+
+def test_times_of_ones_own(plain):
+    stop = float(plain.stopping_time)
+    data = sb.dataset(plain, [1.0, stop, 0.5])
+    assert data["time"].values.tolist() == [0.5, stop, stop, 1.0]
+    assert data["side"].values.tolist() == [0, -1, 1, 0]
+    for bad in ([0.1, 9.0], [math.nan], [], [[0.1]], ["soon"]):
+        with pytest.raises(sb.InputError, match="times"):
+            sb.dataset(plain, bad)
+
+
+def test_traced_and_batched_results_are_refused(plain):
+    with pytest.raises(ValueError, match="outside of jit"):
+        jax.eval_shape(sb.dataset, plain)
+    batch = jax.tree.map(lambda leaf: np.stack([leaf, leaf]), plain)
+    with pytest.raises(ValueError, match="outside of jit"):
+        sb.provenance(batch)
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_files_give_the_same_data_set_back(result, suffix, tmp_path):
+    data = sb.dataset(result)
+    path = sb.save(data, tmp_path / "new" / f"run{suffix}")
+    back = sb.load(path)
+    assert back.identical(data)
+    for name, variable in data.variables.items():
+        assert back[name].dtype.kind == variable.dtype.kind, name
+        if variable.dtype.kind == "f":
+            assert back[name].values.tobytes() == np.ascontiguousarray(variable.values).tobytes(), name
+    assert set(back.coords) == set(data.coords)
+    assert [p.name for p in path.parent.iterdir()] == [path.name]
+
+
+def test_a_run_without_events_and_a_failed_one(tmp_path):
+    still = sb.simulate(stop_scene(w0=0.0, T0=0.0, end=1.0))
+    failed = sb.simulate(stop_scene(), max_steps=8, throw=False)
+    assert not [e for e in still.events if e.name != "release"]
+    for one in (still, failed):
+        for suffix in SUFFIXES:
+            back = sb.load(sb.save(one, tmp_path / f"x{suffix}"))
+            assert back["status"].item() == one.status
+            assert back["event_time"].size == len(one.events)
+    assert back["code"].item() == 1
+    assert back["time"].values[-1] < 5.0
+
+
+def test_other_programs_read_the_files(plain, tmp_path):
+    import pandas as pd
+    import xarray as xr
+
+    for suffix in SUFFIXES:
+        sb.save(plain, tmp_path / f"x{suffix}")
+    truth = sb.dataset(plain)["tension"].values[:, 2]
+    # (what pandas reads of a text may be off by a rounding)
+    np.testing.assert_allclose(pd.read_csv(tmp_path / "x.csv", comment="#")["tension_3 [N]"], truth, rtol=1e-15)
+    np.testing.assert_array_equal(pd.read_parquet(tmp_path / "x.parquet")["tension_3 [N]"], truth)
+    with xr.open_dataset(tmp_path / "x.nc", engine="scipy") as data:
+        np.testing.assert_array_equal(data["tension"].sel(lining=3), truth)
+        assert data["time"].attrs["units"] == "s"
+
+
+@pytest.fixture(scope="module")
+def files(plain, tmp_path_factory):
+    """The content of one file of each kind."""
+    folder = tmp_path_factory.mktemp("files")
+    data = sb.dataset(plain, np.linspace(0.0, 5.0, 12))
+    return data, {suffix: sb.save(data, folder / f"x{suffix}").read_bytes() for suffix in SUFFIXES}
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_damaged_and_foreign_files_are_named(files, suffix, tmp_path):
+    content, path = files[1][suffix], tmp_path / f"x{suffix}"
+    others = [other for name, other in files[1].items() if name != suffix]
+    cut = [content[: int(share * len(content))] for share in (0.0, 0.001, 0.01, 0.1, 0.3, 0.5, 0.7, 0.9, 0.99)]
+    for wrong in (
+        *cut,
+        content[:-1],
+        *others,
+        b"a,b\n1,2\n",
+        b"# simbrake result 1\n",
+        b"CDF\x01",
+        b"PAR1PAR1",
+        b"\x89HDF\r\n\x1a\n",
+        b"\xff" * 99,
+    ):
+        path.write_bytes(wrong)
+        with pytest.raises(sb.InputError, match=f"x{suffix}"):
+            sb.load(path)
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_one_wrong_byte_never_passes_for_the_result(files, suffix, tmp_path):
+    data, content, path = files[0], files[1][suffix], tmp_path / f"x{suffix}"
+    refused = 0
+    for place in np.random.default_rng(3).integers(0, len(content), 60):
+        wrong = bytearray(content)
+        wrong[place] ^= 1 << int(place) % 8
+        path.write_bytes(wrong)
+        try:
+            assert sb.load(path).identical(data)  # some bytes mean nothing, as those that fill up
+        except sb.InputError:
+            refused += 1
+    assert refused > 20
+
+
+def test_wrong_places_and_suffixes(plain, tmp_path):
+    with pytest.raises(sb.InputError, match=r"\.nc \(netCDF\), \.parquet \(Parquet\), \.csv"):
+        sb.save(plain, tmp_path / "x.xlsx")
+    with pytest.raises(sb.InputError, match="no such file"):
+        sb.load(tmp_path / "x.nc")
+    (tmp_path / "folder.nc").mkdir()
+    with pytest.raises(sb.InputError, match="folder"):
+        sb.save(plain, tmp_path / "folder.nc")
+    (tmp_path / "file").write_text("", "utf-8")
+    with pytest.raises(sb.InputError, match="cannot be written"):
+        sb.save(plain, tmp_path / "file" / "x.nc")
+    with pytest.raises(sb.InputError, match="no result"):
+        sb.save(sb.dataset(plain).assign_attrs(format="mine"), tmp_path / "x.nc")
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["file", "folder.nc"]
+
+
+def test_a_file_is_whole_or_not_there(plain, tmp_path, monkeypatch):
+    path = sb.save(plain, tmp_path / "x.csv")
+    before = path.read_bytes()
+
+    def half(data, path):
+        path.write_text("half of it", "utf-8")
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setitem(_result_file.KINDS, ".csv", _result_file.KINDS[".csv"]._replace(write=half))
+    with pytest.raises(sb.InputError, match="No space left"):
+        sb.save(plain, path)
+    assert path.read_bytes() == before
+    assert [p.name for p in tmp_path.iterdir()] == ["x.csv"]
+
+
+def test_without_pyarrow_the_command_is_named(plain, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    with pytest.raises(sb.InputError, match=r"pip install 'simbrake\[tables\]'"):
+        sb.save(plain, tmp_path / "x.parquet")
+
+
+def test_provenance_says_what_ran_and_not_who(plain):
+    import getpass
+    import platform
+    from datetime import datetime
+
+    found = sb.provenance(plain)
+    text = json.dumps(found, allow_nan=False)
+    assert found["simbrake"] == sb.__version__
+    assert found["versions"]["jax"] == jax.__version__
+    assert found["settings"] == {
+        "method": "Dopri8",
+        "rtol": 1e-10,
+        "max_step": None,
+        "max_steps": None,
+        "max_events": 10_000,
+    }
+    assert datetime.fromisoformat(found["date"]).utcoffset().total_seconds() == 0
+    numbers = {row["path"]: (row["value"], row["unit"]) for row in found["scene"]["numbers"]}
+    assert numbers["brake.pulley.inertia"] == (800.0, "kg*m^2")
+    assert len(numbers) == len(sb.leaves(plain.scene))
+    assert found["scene"]["parts"]["duty.slack_tension"] == "Constant"
+    for secret in (platform.node(), f'"{getpass.getuser()}"', str(Path.home()), str(Path.cwd())):
+        assert secret not in text
+
+
+class OwnLaw(sb.AbstractFriction):
+    """A law that no scene file knows."""
+
+    level: Any = eqx.field(converter=np.asarray)
+    speed_dependent: ClassVar[bool] = False
+
+    def kinetic(self, contact):
+        return jnp.broadcast_to(self.level, contact.v.shape)
+
+    def static(self, contact):
+        return self.kinetic(contact)
+
+    def faults(self, path):
+        return []
+
+
+def test_run_again_to_the_last_bit(tmp_path):
+    scene = stop_scene(n=3, T0=30e3)
+    first = sb.simulate(scene, solver=diffrax.Tsit5(), rtol=1e-7, max_step=0.02, max_steps=600, max_events=50)
+    assert sb.provenance(first)["settings"] == {
+        "method": "Tsit5",
+        "rtol": 1e-7,
+        "max_step": 0.02,
+        "max_steps": 600,
+        "max_events": 50,
+    }
+    for suffix in SUFFIXES:
+        path = sb.save(first, tmp_path / f"x{suffix}")
+        # other numbers in the scene given do not matter: those stored count
+        again = sb.rerun(path, scene=stop_scene(n=3, T0=11e3, f=0.3))
+        assert float(again.stopping_time) == float(first.stopping_time)
+        assert sb.compare(path, again, rtol=0.0).equal
+    with pytest.raises(sb.InputError, match=r"brake\.linings\.angle: is of shape \(4,\)"):
+        sb.rerun(path, scene=stop_scene(n=4))
+    with pytest.raises(sb.InputError, match=r"duty\.slack_tension: is PiecewiseLinear, in the stored run Constant"):
+        sb.rerun(path, scene=stop_scene(n=3, lever=sb.ramp(0.0, 1e3, 0.0, 1.0)))
+
+
+def test_run_again_from_the_text_alone(result, tmp_path):
+    path = sb.save(result, tmp_path / "x.nc")
+    again = sb.rerun(path)
+    assert float(again.stopping_time) == float(result.stopping_time)
+    assert sb.compare(path, again, rtol=0.0).equal
+
+
+def test_a_law_of_ones_own_needs_the_scene(tmp_path):
+    scene = stop_scene(n=3, law=OwnLaw(0.3))
+    first = sb.simulate(scene)
+    path = sb.save(first, tmp_path / "x.csv")
+    stored = sb.provenance(first)["scene"]
+    assert stored["toml"] is None
+    assert stored["parts"]["brake.linings.friction"] == f"{__name__}.OwnLaw"
+    assert stored["parts"]["brake.linings.friction.level"] == 0.3
+    with pytest.raises(sb.InputError, match="scene="):
+        sb.rerun(path)
+    again = sb.rerun(path, scene=scene)
+    assert float(again.stopping_time) == float(first.stopping_time)
+
+
+def test_compare_finds_the_number_that_was_changed(plain, tmp_path):
+    stiffer = sb.simulate(sb.with_values(plain.scene, {"brake.linings.angle[4]": 0.24, "brake.pulley.inertia": 810.0}))
+    for a, b in ((plain, stiffer), (sb.save(plain, tmp_path / "a.nc"), sb.save(stiffer, tmp_path / "b.csv"))):
+        found = sb.compare(a, b)
+        assert not found.equal
+        assert {row.name: (row.a, row.b) for row in found.scene} == {
+            "brake.linings.angle[4]": (float(np.radians(13.5)), 0.24),
+            "brake.pulley.inertia": (800.0, 810.0),
+        }
+        times = {row.name: row for row in found.events}
+        stop = times["stop"]
+        assert stop.absolute == float(stiffer.stopping_time) - float(plain.stopping_time)
+        assert stop.relative == pytest.approx(abs(stop.absolute) / float(plain.stopping_time), rel=1e-1)
+        assert not times["slip_onset"].differs  # T_0/(C R ω_0) knows neither
+        heat = next(row for row in found.energies if row.name == "energy.kinetic_change")
+        assert heat.absolute == pytest.approx(-0.5 * 10 * 20**2, rel=1e-9)
+        moved = {row.name for row in found.series if row.differs}
+        assert "omega" in moved
+        assert "slack_tension" not in moved
+        text = str(found)
+        assert "brake.pulley.inertia  800 → 810 kg*m^2" in text
+        assert "stop  " in text
+        assert json.loads(json.dumps(found.as_dict(), allow_nan=False))["equal"] is False
+
+
+def test_greatest_difference_of_a_series_is_where_it_is(plain, tmp_path):
+    data = sb.dataset(plain)
+    other = data.copy(deep=True)
+    other["normal_load"][500, 6] += 3.0
+    found = sb.compare(data, other)
+    (row,) = [row for row in found.series if row.differs]
+    assert (row.name, row.place, row.time) == ("normal_load", "lining 7", float(data["time"][500]))
+    assert row.absolute == pytest.approx(3.0, rel=1e-9)
+    force = max(
+        float(np.abs(data[name]).max()) for name in ("tension", "tight_tension", "normal_load", "friction_force")
+    )
+    assert row.relative == pytest.approx(3.0 / force, rel=1e-9)
+    assert sb.compare(data, other, rtol=1.1 * row.relative).equal
+
+
+def test_series_at_other_times_are_interpolated_and_not_judged(plain):
+    found = sb.compare(sb.dataset(plain, np.linspace(0.0, 5.0, 400)), sb.dataset(plain, np.linspace(0.1, 4.9, 333)))
+    assert found.how.startswith("interpolated")
+    assert found.equal
+    phi = next(row for row in found.series if row.name == "phi")
+    # between two times h apart a straight line is off by h² |φ''|/8 at most, here in both
+    slowing = max(
+        abs(np.diff(sb.dataset(plain)["omega"].values) / np.diff(sb.dataset(plain)["time"].values).clip(1e-3))
+    )
+    assert 0 < phi.absolute <= (0.0126**2 + 0.0151**2) / 8 * slowing
+
+
+def test_compare_of_other_events_parts_and_times(plain):
+    other = sb.simulate(stop_scene(end=0.5, lever=sb.ramp(0.0, 8e3, 0.0, 0.1)))
+    found = sb.compare(plain, other)
+    assert found.status.a == "stopped"
+    assert found.status.b == "not_stopped"
+    assert any(name.startswith("stop at") for name in found.only_a)
+    assert ("duty.slack_tension", "Constant", "PiecewiseLinear") in found.parts
+    stopping = next(row for row in found.metrics if row.name == "stopping_time")
+    assert stopping.b == math.inf
+    assert stopping.differs
+    assert next(row for row in found.as_dict()["metrics"] if row["name"] == "stopping_time")["b"] is None
+    assert "duty.slack_tension.level" in {row.name for row in found.scene if row.b is None}
+    assert "status   stopped → not_stopped" in str(found)
+
+
+def test_the_command_compares_files_folders_and_scenes(plain, tmp_path, capsys):
+    folder = tmp_path / "out"
+    a, b = sb.save(plain, folder / "result.nc"), sb.save(plain, tmp_path / "b.parquet")
+    assert compare_run(folder, b, load_scene) == 0
+    assert capsys.readouterr().out.startswith("equal: relative tolerance 1e-09")
+    program = (
+        Path(__file__).with_name("helpers.py").read_text("utf-8") + "\n\ndef scene():\n    return stop_scene(w0=21.0)\n"
+    )
+    (tmp_path / "faster.py").write_text(program, "utf-8")
+    assert compare_run(a, tmp_path / "faster.py", load_scene, json_=True) == 1
+    found = json.loads(capsys.readouterr().out)
+    assert [(row["name"], row["a"], row["b"]) for row in found["scene"]] == [("initial.omega", 20.0, 21.0)]
+    for wrong in (tmp_path / "no.nc", tmp_path / "x.docx", tmp_path):
+        with pytest.raises(sb.InputError):
+            compare_run(wrong, b, load_scene)
+    with pytest.raises(sb.InputError, match="rtol"):
+        compare_run(a, b, load_scene, rtol=math.nan)
+    with pytest.raises(sb.InputError, match="is no result"):
+        sb.compare(a, 3)
+    with pytest.raises(sb.InputError, match="without status"):
+        sb.compare(a, sb.dataset(plain).drop_vars("status"))
+
+
+def test_the_example_of_the_docs_runs(scenarios, tmp_path, monkeypatch, capsys):
+    text = (scenarios.parent / "docs" / "results.md").read_text("utf-8")
+    (block,) = re.findall(r"```python\n(.*?)```", text, re.S)
+    (tmp_path / "scenarios").symlink_to(scenarios)
+    monkeypatch.chdir(tmp_path)
+    exec(compile(block, "results.md", "exec"), {})
+    assert "duty.load.mass  60000 → 50000 kg" in capsys.readouterr().out

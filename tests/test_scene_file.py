@@ -1,0 +1,329 @@
+"""Scene files: what is written comes back to the last bit, and no text leads to a traceback."""
+
+import dataclasses
+import importlib.util
+import math
+import pathlib
+
+import jax
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import simbrake as sb
+from simbrake._schema import all_makers, parts_of
+
+SCENARIOS = pathlib.Path(__file__).parent.parent / "scenarios"
+TEXT = """
+format = "simbrake scene 1"
+end_time = "5 s"
+
+[brake]
+pulley = { radius = "590 mm", inertia = "1200 kg*m^2" }
+band = { radius = "623 mm", stiffness = "100 kN/m" }
+linings = { count = 20, wrap = "270 deg", friction = 0.35 }
+
+[duty]
+slack_tension = { start = "2 kN", end = "24 kN", begin = 0, duration = "350 ms" }
+load = { mass = "60 t", drum_radius = "40 cm", line_count = 8 }
+
+[initial]
+omega = "24 rad/s"
+"""
+HEATED = (
+    TEXT.replace("friction = 0.35", "friction = { base = 0.35, factors = [{ slope = 3e-4, above = '120 degC' }] }")
+    + """
+[heat]
+type = "with_pulley_structure"
+material = "steel_20L"
+
+[heat.heat]
+type = "layered_heat"
+rim = "steel_20L"
+rim_thickness = "25 mm"
+rim_layers = 5
+track_area = 0.8
+partition = 0.9
+lining = { conductivity = 0.8, density = "2 g/cm^3", specific_heat = "1.1 kJ/(kg*K)" }
+lining_area = 0.6
+lining_layers = 4
+inside = { at_rest = 8, speed = "20 km/h" }
+outside = "25 W/m^2/K"
+temperature = "20 degC"
+permissible = "450 degC"
+"""
+)
+
+
+def scenario(name):
+    spec = importlib.util.spec_from_file_location(name, SCENARIOS / f"{name}.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module.scene()
+
+
+def assert_same(a, b):
+    (x, s), (y, t) = jax.tree.flatten(a), jax.tree.flatten(b)
+    assert s == t
+    for one, other in zip(x, y, strict=True):
+        assert np.shape(one) == np.shape(other)
+        assert np.asarray(one).tobytes() == np.asarray(other).tobytes()
+
+
+NAMES = sorted(file.stem for file in SCENARIOS.glob("*.py") if "def scene()" in file.read_text("utf-8"))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_shipped_scene_is_written_and_read_without_loss(name, tmp_path):
+    there = scenario(name)
+    sb.write_scene(there, tmp_path / "scene.toml")
+    assert_same(sb.read_scene(tmp_path / "scene.toml"), there)
+    assert [file.name for file in tmp_path.iterdir()] == ["scene.toml"]
+
+
+def test_units_and_short_forms_mean_the_scene_in_python():
+    wanted = sb.Scene(
+        brake=sb.Brake(
+            sb.Pulley(radius=0.59, inertia=1200.0),
+            sb.Band(radius=0.623, stiffness=1e5),
+            sb.uniform_linings(20, math.radians(270), sb.ConstantFriction(0.35)),
+        ),
+        duty=sb.Duty(sb.ramp(2e3, 24e3, 0.0, 0.35), sb.HookLoad(mass=60e3, drum_radius=0.4, line_count=8)),
+        initial=sb.Initial(omega=24.0),
+        end_time=5.0,
+    )
+    assert_same(sb.scene_from_text(TEXT), wanted)
+
+
+def test_builders_of_heat_in_a_file():
+    scene = sb.scene_from_text(HEATED)
+    steel, lining = sb.material("steel_20L"), sb.Material(0.8, 2000.0, 1100.0)
+    layered = sb.layered_heat(
+        rim=steel,
+        rim_thickness=0.025,
+        rim_layers=5,
+        track_area=0.8,
+        partition=sb.ConstantPartition(0.9),
+        lining=lining,
+        lining_area=0.6,
+        lining_layers=4,
+        inside=sb.SpeedCoefficient(8.0, 20 / 3.6),
+        outside=25.0,
+        temperature=293.15,
+        permissible=723.15,
+    )
+    assert_same(scene.heat, sb.with_pulley_structure(layered, steel))
+    assert_same(sb.scene_from_text(sb.scene_text(scene)), scene)
+
+
+def test_a_history_from_csv_has_its_rows_as_knots(tmp_path):
+    (tmp_path / "lever.csv").write_text("t [ms];slack_tension [kN]\n0;2\n350;24\n350;20\n# end\n900;\n1000;20,5\n")
+    text = TEXT.replace(
+        '{ start = "2 kN", end = "24 kN", begin = 0, duration = "350 ms" }',
+        '{ file = "lever.csv", column = "slack_tension", begin = "1 s" }',
+    )
+    (tmp_path / "scene.toml").write_text(text)
+    profile = sb.read_scene(tmp_path / "scene.toml").duty.slack_tension
+    np.testing.assert_array_equal(profile.times, [1.0, 1.35, 1.35, 2.0])
+    np.testing.assert_array_equal(profile.values, [2e3, 24e3, 20e3, 20.5e3])
+
+
+def test_a_faulty_history_names_line_and_column(tmp_path):
+    (tmp_path / "lever.csv").write_text("t,slack_tension [m]\n1,2\n0,x\n")
+    text = TEXT.replace(
+        '{ start = "2 kN", end = "24 kN", begin = 0, duration = "350 ms" }', '{ file = "%s", column = "%s" }'
+    )
+    with pytest.raises(sb.InputError) as caught:
+        sb.scene_from_text(text % ("lever.csv", "slack_tension"), tmp_path)
+    assert "duty.slack_tension: " in str(caught.value)
+    assert "'m' is no unit of a quantity in N" in str(caught.value)
+    assert "line 3, column slack_tension [m]: 'x' is not a number" in str(caught.value)
+    with pytest.raises(sb.InputError, match="has no column tension — there are: t, slack_tension"):
+        sb.scene_from_text(text % ("lever.csv", "tension"), tmp_path)
+    with pytest.raises(sb.InputError, match="there is no such file"):
+        sb.scene_from_text(text % ("other.csv", "tension"), tmp_path)
+
+
+def test_all_faults_of_a_file_in_one_report():
+    text = """
+end_time = "5 m"
+solver = 3
+[brake]
+pulley = { radius = "-590 mm", inertia = "12 kg*m^3", widht = 2 }
+band = { radius = true, stiffness = "stiff" }
+linings = { count = 2.5, wrap = "270 degC", friction = 11 }
+[duty]
+slack_tension = { type = "Ramp", start = 1 }
+load = { mass = "60 t", drum_radius = 0, line_count = 8 }
+[initial]
+[heat]
+type = "layered_heat"
+rim = "steel_20"
+partition = 1.5
+rim_thickness = nan
+track_area = 2021-01-01
+temperature = "-300 degC"
+"""
+    with pytest.raises(sb.InputError) as caught:
+        sb.scene_from_text(text)
+    said = [str(fault) for fault in caught.value.faults]
+    for words in (
+        "end_time: '5 m': 'm' is no unit of end of the run, which is in s — known here: s, ms",
+        "solver: is no key of Scene — there are: brake, duty",
+        "brake.pulley.radius: '-590 mm' = -0.59 m is not admissible — radius of the friction track must be > 0 m",
+        "brake.pulley.inertia: '12 kg*m^3': 'kg*m^3' is no unit",
+        "brake.pulley.widht: is no key of Pulley — nearest: width",
+        "brake.band.radius: True is no number",
+        "brake.band.stiffness: 'stiff' is no number with a unit",
+        "brake.linings.count: 2.5 is no whole number",
+        "brake.linings.wrap: '270 degC': 'degC' is no unit of wrap angle, which is in rad — known here: rad, deg",
+        "brake.linings.friction: 11 is not admissible — coefficient of friction must be ≥ 0 and ≤ 10",
+        "duty.slack_tension.type: 'Ramp' is none that fits here — nearest: ramp",
+        "duty.load.drum_radius: 0 is not admissible",
+        "initial.omega: is missing — initial speed",
+        "heat.rim: 'steel_20' is no material of the library — nearest: steel_20L",
+        "heat.rim_thickness: nan is not admissible",
+        "heat.track_area: datetime.date(2021, 1, 1) is no number",
+        "heat.partition: 1.5 is not admissible",
+        "heat.temperature: '-300 degC' = -26.85 K is not admissible",
+    ):
+        assert any(one.startswith(words) for one in said), (words, said)
+    assert len(said) == 18
+
+
+def test_a_difference_of_temperatures_is_not_read_in_celsius():
+    with pytest.raises(sb.InputError, match="not a difference of two"):
+        sb.scene_from_text(HEATED.replace("above = '120 degC'", "above = '120 degC', blend = '5 degC'"))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('"simbrake scene 1"', '"simbrake scene 9"', "this program reads"),
+        ("count = 20, wrap", "count = 20, count = 20, wrap", "TOML: .*line"),
+        ("friction = 0.35", "friction = { static_ratio = 1 }", "friction.type: is missing: the keys do not tell"),
+        ('radius = "623 mm"', 'radius = "0.2 m"', "is inside the track"),
+        ("friction = 0.35", "friction = " + "{ base = " * 3000 + "1" + "}" * 3000, "nested too deeply|cannot be read"),
+        ("friction = 0.35", "friction = " + "9" * 5000, "cannot be read"),
+    ],
+)
+def test_other_faults(old, new, words):
+    with pytest.raises(sb.InputError, match=words):
+        sb.scene_from_text(TEXT.replace(old, new, 1))
+
+
+def test_a_bare_number_stands_for_a_constant_torque():
+    load = sb.scene_from_text(TEXT.replace("load = {", "load = '3 kN*m' #")).duty.load
+    assert_same(load, sb.TorqueLoad(sb.Constant(3e3)))
+
+
+def test_what_a_file_cannot_hold_is_named():
+    class Law(sb.AbstractFriction):
+        speed_dependent = False
+
+        def kinetic(self, contact):
+            return 0.3
+
+        def static(self, contact):
+            return 0.3
+
+        def faults(self, path):
+            return []
+
+    scene = scenario("u2_5_5_stop")
+    brake = dataclasses.replace(scene.brake, linings=dataclasses.replace(scene.brake.linings, friction=Law()))
+    lever = sb.FunctionProfile(lambda t, _: 1e3 * t)
+    with pytest.raises(sb.InputError) as caught:
+        sb.scene_text(
+            dataclasses.replace(scene, brake=brake, duty=dataclasses.replace(scene.duty, slack_tension=lever))
+        )
+    assert [fault.path for fault in caught.value.faults] == ["brake.linings.friction", "duty.slack_tension"]
+
+
+def test_every_part_of_a_scene_can_be_described():
+    for name, maker in all_makers().items():
+        for part in parts_of(maker):
+            assert part.kind, f"{name}.{part.name}"
+            assert part.kind not in ("number", "whole") or part.about is not None, f"{name}.{part.name}"
+
+
+# --- no text leads to a traceback ---------------------------------------------------------------------------------
+
+KEYS = sorted({part.name for maker in all_makers().values() for part in parts_of(maker)} | {"type", "", "é", "a.b"})
+NUMBERS = st.one_of(
+    st.integers(-(10**30), 10**30),
+    st.floats(allow_nan=True, allow_infinity=True),
+    st.sampled_from([0, 1, 20, 0.35, 1e-300, 1e300, -1, True, False]),
+)
+WORDS = st.one_of(
+    st.sampled_from(
+        ["120 kN", "270 deg", "450 degC", "1e999 N", "-1 m", "[1, 2] m", "[1, x] m", "[] N", "steel_20L", "5 9^9^9"]
+    ),
+    st.sampled_from(sorted(all_makers())),
+    st.text(max_size=12),
+)
+VALUES = st.recursive(
+    st.one_of(NUMBERS, WORDS),
+    lambda inner: st.one_of(st.lists(inner, max_size=3), st.dictionaries(st.sampled_from(KEYS), inner, max_size=4)),
+    max_leaves=8,
+)
+
+
+def slots(table, path=()):
+    found = []
+    for key, value in table.items() if isinstance(table, dict) else enumerate(table):
+        found.append((*path, key))
+        if isinstance(value, dict | list):
+            found += slots(value, (*path, key))
+    return found
+
+
+def changed(table, path, value, how):
+    import copy
+
+    table = copy.deepcopy(table)
+    node = table
+    for step in path[:-1]:
+        node = node[step]
+    if how == "remove":
+        del node[path[-1]]
+    elif how == "add" and isinstance(node, dict):
+        node[str(value)[:20] or "x"] = value
+    else:
+        node[path[-1]] = value
+    return table
+
+
+@settings(deadline=None, max_examples=400, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
+@given(data=st.data())
+def test_mutated_files_are_read_or_refused(data):
+    import tomllib
+
+    import tomli_w
+
+    table = tomllib.loads(data.draw(st.sampled_from([TEXT, HEATED, _EVERYTHING])))
+    for _ in range(data.draw(st.integers(1, 3))):
+        places = slots(table)
+        if places:
+            how = data.draw(st.sampled_from(["replace", "replace", "remove", "add"]))
+            table = changed(table, data.draw(st.sampled_from(places)), data.draw(VALUES), how)
+    try:
+        text = tomli_w.dumps(table)
+    except (TypeError, ValueError):
+        return
+    try:
+        scene = sb.scene_from_text(text)
+    except sb.InputError:
+        return
+    assert_same(sb.scene_from_text(sb.scene_text(scene)), scene)
+
+
+@settings(deadline=None, max_examples=200)
+@given(st.one_of(st.text(), st.binary().map(lambda raw: raw.decode("latin-1"))))
+def test_any_text_is_refused_in_words(text):
+    with pytest.raises(sb.InputError):
+        sb.scene_from_text(text)
+
+
+_EVERYTHING = sb.scene_text(scenario("everything_coupled"))
