@@ -58,6 +58,7 @@ from ._edit import with_values as with_values
 from ._ensemble import ensemble as ensemble
 from ._ensemble import sweep as sweep
 from ._estimates import Estimate as Estimate
+from ._event_names import EVENTS as EVENTS
 from ._fade import AbstractFactor as AbstractFactor
 from ._fade import LinearFade as LinearFade
 from ._fade import PressureFactor as PressureFactor

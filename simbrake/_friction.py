@@ -43,9 +43,9 @@ class AbstractFriction(eqx.Module):
     def static(self, contact: Contact) -> Float[Array, "..."]:
         """Coefficient up to which the lining sticks."""
 
-    @abc.abstractmethod
     def faults(self, path: str) -> list[Fault]:
-        """What cannot be right in this law, beyond the ranges of single numbers."""
+        """What cannot be right in this law, beyond the ranges of single numbers; a law of one's own may say nothing."""
+        return []
 
     def temperature_range(self) -> tuple[Any, Any] | None:
         """Temperatures (K) between which the law holds, `None` without bounds; a run ends where it leaves them."""

@@ -10,12 +10,29 @@ from jaxtyping import Array, Float, Int
 class BandMode(enum.IntEnum):
     """What the band does (model §3)."""
 
-    OPEN = 0  # the lever does not pull
-    TAKE_UP = 1  # the pulley draws the band tight, no torque yet
-    ELASTIC = 2  # band and pulley move together, linings reach their limits one by one
-    SLIP = 3  # every lining slides, the anchor end is the tight one
-    SLIP_BACK = 4  # every lining slides the other way, the lever end is the tight one
-    HELD = 5  # the pulley is at rest
+    OPEN = 0
+    TAKE_UP = 1
+    ELASTIC = 2
+    SLIP = 3
+    SLIP_BACK = 4
+    HELD = 5
+
+
+#: what the band does in each mode, and what the mode holds while (`Π_s` static limits, `v_s` slip speed)
+BAND_MODES = {
+    BandMode.OPEN: ("the lever does not pull, the band is free", "`T_0 = 0`"),
+    BandMode.TAKE_UP: ("the pulley draws the band tight, no torque yet", "`C x < T_0` and `ω > 0`"),
+    BandMode.ELASTIC: (
+        "band and pulley move together, linings reach their limits one by one",
+        "`T_0/Π_s ≤ C x ≤ T_0 Π_s`",
+    ),
+    BandMode.SLIP: ("every lining slides, the anchor end is the tight one", "`v_s > 0`"),
+    BandMode.SLIP_BACK: ("every lining slides the other way, the lever end is the tight one", "`v_s < 0`"),
+    BandMode.HELD: (
+        "the pulley is at rest (staged brake: the bandage is at rest)",
+        "the load is within the static limits; of a staged brake: the internal torque is",
+    ),
+}
 
 
 class Mode(NamedTuple):

@@ -19,7 +19,7 @@ PACKAGE = pathlib.Path(sb.__file__).parent
 
 #: a module may import modules of lower levels, and of its own where the order below allows it
 LAYERS = [
-    {"_quantity", "_compiling", "_estimates", "_salib", "_units", "_identify"},
+    {"_quantity", "_compiling", "_estimates", "_salib", "_units", "_identify", "_event_names"},
     {"_numbers", "_handy"},
     {"_hybrid", "_validation", "_friction", "_band", "_compliance", "_layout", "_duty", "_material"},
     {"_driller"},

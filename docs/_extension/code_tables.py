@@ -1,0 +1,92 @@
+"""Tables of what the code itself names: directive `code-table` with the subjects below."""
+
+from collections.abc import Callable
+
+from docutils import nodes
+from docutils.statemachine import StringList
+from sphinx.application import Sphinx
+from sphinx.util.docutils import SphinxDirective
+
+from simbrake import _metrics, _modes, _outcome, _stages
+from simbrake._event_names import EVENTS
+from simbrake._result import Result
+from simbrake._series import SERIES_UNITS
+
+
+def _table(head: str, rows: list[tuple[object, ...]]) -> list[str]:
+    columns = [cell.strip() for cell in head.split("|")]
+    body = ["| " + " | ".join(str(cell).replace("|", "\\|") for cell in row) + " |" for row in rows]
+    return ["| " + " | ".join(columns) + " |", "|" + "---|" * len(columns), *body]
+
+
+def events() -> list[str]:
+    rows: list[tuple[object, ...]] = [(f"`{name}`", about.meaning, about.brakes) for name, about in EVENTS.items()]
+    return _table("event | meaning | which brakes", rows)
+
+
+def modes() -> list[str]:
+    rows: list[tuple[object, ...]] = [(int(m), f"`{m.name}`", *words) for m, words in _modes.BAND_MODES.items()]
+    return _table("number | mode | what the band does | holds while", rows)
+
+
+def stages() -> list[str]:
+    return _table("stage | what the pairs do", [(f"`{name}`", words) for name, words in _stages.STAGES.items()])
+
+
+def statuses() -> list[str]:
+    rows: list[tuple[object, ...]] = [(f"`{status}`", words) for status, words in _outcome.STATUS_MESSAGES.items()]
+    return _table("status | message", rows)
+
+
+def codes() -> list[str]:
+    done = (0, "a status above", "the run reached its end time", "")
+    found = [(int(code), f"`{name}`", what, hint) for code, (name, what, hint) in _outcome.FAILURES.items()]
+    return _table("code | status | message | what to do", [done, *sorted(found)])
+
+
+def metrics() -> list[str]:
+    """Metrics by name, in the words of `Result`."""
+    rows: list[tuple[object, ...]] = []
+    for kind, names in (
+        ("every brake", _metrics.METRICS),
+        ("staged brake", _metrics.STAGED_METRICS),
+        ("resolved chain", _metrics.CHAIN_METRICS),
+        ("every brake", _metrics.PEAKS),
+        ("heat that names the place", _metrics.HOT_PLACES),
+    ):
+        rows += [(f"`{name}`", (getattr(Result, name).__doc__ or "").splitlines()[0], kind) for name in names]
+    return _table("metric | meaning | which scenes", rows)
+
+
+def series() -> list[str]:
+    rows: list[tuple[object, ...]] = [(f"`{name}`", unit.replace("*", "·")) for name, unit in SERIES_UNITS.items()]
+    return _table("column | unit", rows)
+
+
+TABLES: dict[str, Callable[[], list[str]]] = {
+    "events": events,
+    "modes": modes,
+    "stages": stages,
+    "statuses": statuses,
+    "codes": codes,
+    "metrics": metrics,
+    "series": series,
+}
+
+
+class CodeTable(SphinxDirective):
+    """One of the tables."""
+
+    required_arguments = 1
+
+    def run(self) -> list[nodes.Node]:
+        subject = self.arguments[0]
+        holder = nodes.container()
+        lines = StringList(TABLES[subject](), source=f"table of {subject}")
+        self.state.nested_parse(lines, self.content_offset, holder)
+        return holder.children
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    app.add_directive("code-table", CodeTable)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}

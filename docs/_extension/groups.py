@@ -1,0 +1,99 @@
+"""Which page of the reference a public name stands on: by the module that defines it."""
+
+import ast
+import pathlib
+
+import simbrake
+
+#: page (a file in `docs/api`) → modules, in the order in which their names are shown
+PAGES: dict[str, tuple[str, ...]] = {
+    "run": (
+        "_scene",
+        "_simulate",
+        "_outcome",
+        "_quantity",
+        "_edit",
+        "_schema",
+        "_scene_file",
+        "_programme",
+        "_validation",
+        "_cross_check",
+    ),
+    "brake": ("_design", "_compliance"),
+    "duty": ("_duty", "_lever", "_loads", "_history"),
+    "friction": ("_friction", "_fade"),
+    "heat": ("_heat", "_network", "_links", "_material", "_builders", "_conduction", "_cyclic"),
+    "results": (
+        "_result",
+        "_series",
+        "_log",
+        "_event_names",
+        "_modes",
+        "_stages",
+        "_overlap",
+        "_labelled",
+        "_result_file",
+        "_provenance",
+        "_compare",
+        "_comparison",
+        "_rerun",
+        "_html_report",
+        "_animate",
+    ),
+    "statics": ("_band", "_layout"),
+    "layouts": (
+        "_rubbing",
+        "_integral",
+        "_optimal_layout",
+        "_layout_report",
+        "_least_tension",
+        "_least_tension_report",
+    ),
+    "studies": (
+        "_sensitivity",
+        "_ensemble",
+        "_uncertainty",
+        "_global",
+        "_indices",
+        "_sampling",
+        "_estimates",
+        "_calibrate",
+        "_calibration",
+        "_measured",
+        "_read_measured",
+    ),
+    "speed": ("_prepare", "_compiling"),
+    "integrator": ("_hybrid",),
+}
+
+
+def public_names() -> dict[str, str]:
+    """Public names of simbrake, with the module that `simbrake/__init__.py` takes each from."""
+    tree = ast.parse(pathlib.Path(simbrake.__file__).read_text("utf-8"))
+    found = {}
+    for node in tree.body:
+        if isinstance(node, ast.ImportFrom) and node.level == 1 and node.module:
+            for alias in node.names:
+                found[alias.asname or alias.name] = node.module
+    return {name: module for name, module in found.items() if not name.startswith("_")}
+
+
+def names_on(page: str) -> list[str]:
+    """Public names of one page, by module and in the order of their definition."""
+    names = public_names()
+    return [name for module in PAGES[page] for name in _in_order(module, names)]
+
+
+def _in_order(module: str, names: dict[str, str]) -> list[str]:
+    mine = [name for name, where in names.items() if where == module]
+    file = pathlib.Path(simbrake.__file__).parent / f"{module}.py"
+    if not file.is_file():
+        return mine
+    words = [getattr(node, "name", "") for node in ast.parse(file.read_text("utf-8")).body]
+    return sorted(mine, key=lambda name: words.index(name) if name in words else -1)
+
+
+def page_of(name: str) -> str | None:
+    """The page on which a public name stands, `None` if it has none."""
+    module = public_names().get(name)
+    return next((page for page, modules in PAGES.items() if module in modules), None)
