@@ -7,8 +7,10 @@ from pathlib import Path
 import cyclopts
 
 from ._cli_options import Json, Set, limit, opened, prepare_jax, print_written, tolerance
+from ._cli_results import animate, compare, report
 from ._cli_scene import scene
 from ._cli_studies import calibrate, sensitivity, sweep
+from ._cli_validate import validate
 
 
 def _version() -> str:
@@ -23,15 +25,14 @@ def _version() -> str:
 app = cyclopts.App(
     name="simbrake",
     help="""Dynamic simulator of band-shoe brakes of drilling drawworks: stick and slip of every lining, heat, events,
-    and derivatives of all of it.
+    and derivatives of all of it. First steps:
 
-    First steps:
-
-        simbrake run scenarios/u2_5_5_stop.py --out stop      a run, its pictures and tables in a folder
-        simbrake scene show scenarios/u2_5_5_stop.py          every number of a scene, with unit and meaning
-        simbrake scene show scenarios/u2_5_5_stop.py --toml > mine.toml
-        simbrake run mine.toml --set "duty.load.mass=80 t"    your own scene, one number changed
-        simbrake sensitivity mine.toml --metric stopping_time what every number does to the stopping time
+    * A run, its pictures and tables in a folder: `simbrake run scenarios/u2_5_5_stop.toml --out stop`
+    * Every number of a scene: `simbrake scene show scenarios/u2_5_5_stop.toml`
+    * A scene of your own: copy that file and edit it; what may stand in it: `simbrake scene schema`
+    * One number changed: `simbrake run mine.toml --set "duty.load.mass=80 t"`
+    * What every number does to the stopping time: `simbrake sensitivity mine.toml`
+    * A page to pass on: `simbrake report mine.toml`
     """,
     help_format="markdown",
     help_epilogue="Exit codes: 0 the run reached its end; 1 it failed, with a named code; 2 the input is wrong.",
@@ -106,8 +107,8 @@ def reproduce(*, json_: Json = False) -> int:
 
 
 app.command(scene)
-for _study in (sensitivity, sweep, calibrate):
-    app.command(_study)
+for _command in (report, animate, compare, sensitivity, sweep, calibrate, validate):
+    app.command(_command)
 
 
 def main(arguments: list[str] | None = None) -> None:

@@ -75,7 +75,7 @@ LAYERS = [
     {"_html_report"},
     {"_report_run"},
     {"_cli_options"},
-    {"_cli_scene", "_cli_studies", "_cli_validate"},
+    {"_cli_scene", "_cli_studies", "_cli_results", "_cli_validate"},
     {"_cli"},
 ]
 
