@@ -27,6 +27,7 @@ SLOW = {
         "recipes",
         "sensitivity",
         "uncertainty",
+        "validation",
     )
 }
 #: what shell blocks may hold besides simbrake commands: the set-up, and measurements of an hour
@@ -68,7 +69,7 @@ def folder(tmp_path, monkeypatch):
 def save_files(page: pathlib.Path, folder: pathlib.Path) -> None:
     """Files that a page tells its reader to save a block as."""
     text = page.read_text("utf-8")
-    for name, block in re.findall(r"[Ss]ave this as `(\w+\.py)`.*?^```python\n(.*?)^```", text, re.S | re.M):
+    for name, block in re.findall(r"[Ss]ave this as `(\w+\.\w+)`.*?^```(?:python|toml)\n(.*?)^```", text, re.S | re.M):
         (folder / name).write_text(block, "utf-8")
 
 
@@ -97,7 +98,7 @@ def test_examples_of(page, folder, capsys):
     for text in simbrake_commands(page):
         capsys.readouterr()
         with pytest.raises(SystemExit) as stop:
-            main(shlex.split(text)[1:])
+            main(shlex.split(text, comments=True)[1:])
         out, err = capsys.readouterr()
         assert stop.value.code == 0, f"{text}: {err}"
         assert out, text

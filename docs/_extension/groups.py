@@ -17,10 +17,11 @@ PAGES: dict[str, tuple[str, ...]] = {
         "_scene_file",
         "_programme",
         "_validation",
+        "_validate",
         "_cross_check",
     ),
     "brake": ("_design", "_compliance"),
-    "duty": ("_duty", "_lever", "_loads", "_history"),
+    "duty": ("_duty", "_driller", "_lever", "_loads", "_history"),
     "friction": ("_friction", "_fade"),
     "heat": ("_heat", "_network", "_links", "_material", "_builders", "_conduction", "_cyclic"),
     "results": (
