@@ -73,15 +73,15 @@ def run(
         Events allowed.
     """
     prepare_jax()
+    from ._progress import Waiting
     from ._simulate import simulate
 
     limits = {"rtol": tolerance(rtol), "max_events": limit(max_events), "max_steps": limit(max_steps)}
     scene = opened(scenario, set_, out, **limits)
-    result = simulate(scene, rtol=rtol, max_steps=max_steps, max_events=max_events, throw=False)
-    if json_:
-        print(json.dumps(result.summary(), indent=2, allow_nan=False))
-    else:
-        print(result)
+    with Waiting("run", "compiles what it has not seen before, then runs"):
+        result = simulate(scene, rtol=rtol, max_steps=max_steps, max_events=max_events, throw=False)
+        text = json.dumps(result.summary(), indent=2, allow_nan=False) if json_ else str(result)
+    print(text)
     if out is not None:
         from ._export import write
 
@@ -123,7 +123,7 @@ def main(arguments: list[str] | None = None) -> None:
         print(f"simbrake: {error}", file=sys.stderr)
         sys.exit(2)
     except KeyboardInterrupt:
-        print("simbrake: interrupted", file=sys.stderr)
+        print("simbrake: interrupted; what --resume DIR keeps is kept, the same command goes on", file=sys.stderr)
         sys.exit(130)
     except BrokenPipeError:
         sys.stderr.close()

@@ -104,13 +104,15 @@ def animate(
         Relative tolerance of the integration.
     """
     prepare_jax()
+    from ._progress import Waiting
     from ._quantity import Fault, InputError
     from ._simulate import simulate
 
     scene = opened(scenario, set_, None, rtol=tolerance(rtol), duration=(duration, 0 < duration <= 600, "0…600 s"))
     if out.suffix not in (".gif", ".html"):
         raise InputError([Fault(str(out), f"{out.suffix or 'a name without ending'} is no film", "give .gif or .html")])
-    result = simulate(scene, rtol=rtol, throw=False)
+    with Waiting("run", "compiles what it has not seen before, then runs"):
+        result = simulate(scene, rtol=rtol, throw=False)
     from . import plot
 
     plot.animate(result, out, duration=duration, fps=fps, start=start, end=end)

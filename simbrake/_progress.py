@@ -1,6 +1,7 @@
 """A progress line with the remaining time, for people who wait."""
 
 import sys
+import threading
 import time
 from typing import Any
 
@@ -38,6 +39,36 @@ class Line:
         if self.shown:
             sys.stderr.write("\n" if keep else "\r\x1b[K")
             sys.stderr.flush()
+
+
+class Waiting:
+    """Says on a terminal how long something takes that cannot be counted, once it has taken two seconds.
+
+    A context: `with Waiting("run", "compiles what is new to it"):`
+    """
+
+    def __init__(self, name: str, what: str, shown: bool | None = None, after: float = 2.0):
+        self._line, self._what, self._after = Line(name, shown), what, after
+        self._over = threading.Event()
+        self._thread = threading.Thread(target=self._tell, daemon=True)
+
+    def _tell(self) -> None:
+        pause = self._after
+        while not self._over.wait(pause):
+            self._line.show(f"{self._what}, {duration(self._line.spent)}")
+            pause = 0.5
+
+    def __enter__(self) -> "Waiting":
+        if self._line.shown:
+            self._thread.start()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._over.set()
+        if self._thread.is_alive():
+            self._thread.join()
+            if self._line.spent > self._after:
+                self._line.done()
 
 
 class Progress:

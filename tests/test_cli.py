@@ -249,3 +249,17 @@ def test_unusual_numbers_are_warnings_with_a_source(capsys, scenario):
         "unusual: static"
     )
     assert json.loads(call(capsys, "run", scenario, "--json")[1])["warnings"] == []
+
+
+def test_a_long_wait_is_told_on_a_terminal_only(capsys):
+    import time
+
+    from simbrake._progress import Waiting
+
+    for shown in (True, False):
+        with Waiting("run", "compiles", shown=shown, after=0.05):
+            time.sleep(0.12)
+        assert ("run: compiles, 0 s" in capsys.readouterr().err) is shown
+    with Waiting("run", "compiles", shown=True, after=5.0):
+        pass
+    assert capsys.readouterr().err == ""
