@@ -64,14 +64,15 @@ def event_log(
                 reached = np.zeros(2 * linings, bool)
             here = margins[phase.first : phase.last + 1]
             # at the start: past the limit, or at 0 (a ramp from nothing) and on the way up
-            at_once = (here[0] > 1e-12) | ((np.abs(here[0]) <= 1e-12) & (here[1] > 1e-12) & (here[0] >= 0))
+            soon = here[min(1, len(here) - 1)]  # a run that fails where the phase begins has no more
+            at_once = (here[0] > 1e-12) | ((np.abs(here[0]) <= 1e-12) & (soon > 1e-12) & (here[0] >= 0))
             events += [
                 Event(float(phase.start), "lining_limit", 1 + int(j) % linings)
                 for j in np.flatnonzero(at_once & ~reached)
             ]
             reached = reached | at_once
             rises = (here[:-1] <= 0) & (here[1:] > 0)
-            rises[0] &= ~at_once
+            rises[:1] &= ~at_once
             if linings:
                 rises[:, [linings - 1, linings]] = False  # the last lining of either count comes with full slip
             for i, j in np.argwhere(rises):

@@ -44,7 +44,7 @@ class NumberReader:
         number = self._in_si(value, about, path, si)
         if number is BAD or about.admits(np.asarray(number)).all():
             return number
-        words = f"{about.meaning} must be {about.range}" + ("" if si in ("1", "SI") else f" {si}")
+        words = f"{about.meaning} must be {about.wanted(number)}" + ("" if si in ("1", "SI") else f" {si}")
         same = isinstance(value, str) and f"{number:g} {si}" != value and np.isfinite(number)
         return self.fault(path, f"{shown(value)}{f' = {number:g} {si}' if same else ''} is not admissible", words)
 

@@ -16,6 +16,10 @@ else:
     Scalar = Float[Array, "..."] | Float[np.ndarray, "..."]
 
 
+#: magnitude beyond which squares and products of a scene's numbers would leave the range of 64 bits
+LARGEST = 1e40
+
+
 @dataclasses.dataclass(frozen=True)
 class Quantity:
     """Unit (SI), meaning and admissible range of a number; bounds are inclusive unless `open_low`."""
@@ -29,12 +33,16 @@ class Quantity:
     many: bool = False  # one number, or one for each lining, node or row of a table
 
     def admits(self, value: np.ndarray) -> np.ndarray:
-        ok = np.asarray(np.isfinite(value))
+        ok = np.asarray(np.abs(value) <= LARGEST)  # a NaN is not
         if self.low is not None:
             ok = ok & ((value > self.low) if self.open_low else (value >= self.low))
         if self.high is not None:
             ok = ok & (value <= self.high)
         return np.asarray(ok)
+
+    def wanted(self, value: float) -> str:
+        """What a number that is not admitted should have been."""
+        return f"at most {LARGEST:g} in magnitude" if LARGEST < abs(value) < np.inf else self.range
 
     @property
     def range(self) -> str:
@@ -189,7 +197,7 @@ def faults_of_values(node: Any, path: str = "") -> list[Fault]:
                 Fault(
                     leaf.path + which,
                     f"{worst:g} {leaf.about.unit} is not admissible",
-                    f"{leaf.about.meaning} must be {leaf.about.range} {leaf.about.unit}",
+                    f"{leaf.about.meaning} must be {leaf.about.wanted(worst)} {leaf.about.unit}",
                 )
             )
     return faults

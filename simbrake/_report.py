@@ -45,6 +45,11 @@ def labels_of(record: Record) -> list[Label]:
     return [Label(int(b), int(i)) for b, i in zip(band, inner, strict=True)]
 
 
+def _finite(value: Any) -> float | None:
+    """A number for JSON, which has no infinity: what did not happen, or left the range of numbers in a failed run."""
+    return float(value) if np.isfinite(value) else None
+
+
 class Report:
     """What a person reads of one concrete result; the run is scanned once for all of it."""
 
@@ -157,7 +162,7 @@ class Report:
         hot = {f"{name}_time": p.time for name, p in self.peaks.items() if name.startswith("peak_")}
         given = ("heat_to_metal", "heat_to_linings", "heat_to_band", "heat_lost")
         values = {**values, **hot, **{name: energy[name] for name in given if name in energy}}
-        return {name: float(v) if np.isfinite(v) else None for name, v in values.items()}
+        return {name: None if v is None else _finite(v) for name, v in values.items()}
 
     @property
     def stages(self) -> list[Stage]:
@@ -186,12 +191,12 @@ class Report:
             "events": [event.as_dict() for event in self.events],
             "metrics": metrics,
             "at": {
-                **{f"{name}_time": float(peak.time) for name, peak in self.peaks.items()},
+                **{f"{name}_time": _finite(peak.time) for name, peak in self.peaks.items()},
                 **{f"{name}_lining": int(p.lining) for name, p in self.peaks.items() if self._per_lining(name)},
             },
             **self._staged(),
             "distribution": distribution(r.record.system),
-            "energy": {name: float(value) for name, value in self._numbers[1].items()},
+            "energy": {name: _finite(value) for name, value in self._numbers[1].items()},
             "solver": {
                 "method": r.method_name,
                 "reason": stiffness(r.scene)[1],

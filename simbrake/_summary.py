@@ -7,6 +7,15 @@ def _number(value: float | None, unit: str, digits: int = 6) -> str:
     return "—" if value is None else f"{value:.{digits}g} {unit}"
 
 
+def _kilo(value: float | None, unit: str, *, digits: int = 6, sign: int = 1) -> str:
+    """A number in thousands; a dash for what left the range of numbers in a failed run."""
+    return f"— {unit}" if value is None else f"{sign * value / 1e3 + 0.0:.{digits}g} {unit}"
+
+
+def _share(value: float | None) -> str:
+    return "—" if value is None else f"{value:.1e}"
+
+
 def _grouped(events: list[dict[str, Any]]) -> str:
     """Events in order, runs of one name at several linings drawn together."""
     parts: list[str] = []
@@ -44,11 +53,11 @@ def _heat_lines(summary: dict[str, Any]) -> list[str]:
     return [
         *([f"passed   {', '.join(passed)}"] if passed else []),
         f"hottest  {', '.join(hot)}" if hot else "hottest  the scene names no rim, linings or band",
-        f"heat     to metal {e['heat_to_metal'] / 1e3:.6g} kJ + to linings {e['heat_to_linings'] / 1e3:.6g} kJ"
-        + (f" + to band {e['heat_to_band'] / 1e3:.6g} kJ" if "heat_external" in e else "")
-        + (f" + supplied {e['heat_supplied'] / 1e3:.6g} kJ" if e["heat_supplied"] else "")
-        + f" = stored {e['heat_stored'] / 1e3:.6g} kJ + lost {e['heat_lost'] / 1e3:.6g} kJ"
-        f" (closure {e['heat_closure']:.1e})",
+        f"heat     to metal {_kilo(e['heat_to_metal'], 'kJ')} + to linings {_kilo(e['heat_to_linings'], 'kJ')}"
+        + (f" + to band {_kilo(e['heat_to_band'], 'kJ')}" if "heat_external" in e else "")
+        + (f" + supplied {_kilo(e['heat_supplied'], 'kJ')}" if e["heat_supplied"] else "")
+        + f" = stored {_kilo(e['heat_stored'], 'kJ')} + lost {_kilo(e['heat_lost'], 'kJ')}"
+        f" (closure {_share(e['heat_closure'])})",
     ]
 
 
@@ -59,12 +68,12 @@ def _staged_lines(summary: dict[str, Any]) -> list[str]:
     lines = [
         f"staged   internal slip {_number(m['internal_slip_time'], 's')}, "
         f"external lock {_number(m['external_lock_time'], 's')}; "
-        f"heat external {e['heat_external'] / 1e3:.6g} kJ + internal {e['heat_internal'] / 1e3:.6g} kJ"
+        f"heat external {_kilo(e['heat_external'], 'kJ')} + internal {_kilo(e['heat_internal'], 'kJ')}"
     ]
     for stage in summary["stages"]:
         lines.append(
             f"         {stage['start']:.6g}…{stage['end']:.6g} s {stage['name']}: external "
-            f"{stage['heat_external'] / 1e3:.4g} kJ, internal {stage['heat_internal'] / 1e3:.4g} kJ"
+            f"{_kilo(stage['heat_external'], 'kJ', digits=4)}, internal {_kilo(stage['heat_internal'], 'kJ', digits=4)}"
         )
     return lines + [f"         no {stage['name']}: {stage['reason']}" for stage in summary["absent_stages"]]
 
@@ -80,16 +89,16 @@ def text(summary: dict[str, Any]) -> str:
         f"stop     after {_number(m['stopping_time'], 's')}, {_number(m['stopping_angle'], 'rad')}"
         + ("" if m["hook_travel"] is None else f", hook travel {_number(m['hook_travel'], 'm')}"),
         *_staged_lines(summary),
-        f"tension  at most {m['max_tension'] / 1e3:.6g} kN behind lining {at['max_tension_lining']} "
-        f"at {at['max_tension_time']:.6g} s",
-        f"load     at most {normal / 1e3:.6g} kN on lining {at['max_normal_load_lining']} "
-        f"at {at['max_normal_load_time']:.6g} s",
-        f"energy   load {e['load_work'] / 1e3:.6g} kJ + lever {e['lever_work'] / 1e3:.6g} kJ "
-        f"+ kinetic {-e['kinetic_change'] / 1e3:.6g} kJ = friction heat {e['friction_heat'] / 1e3:.6g} kJ "
-        + (f"+ dampers {e['damper_heat'] / 1e3:.6g} kJ " if "damper_heat" in e else "")
-        + f"+ elastic {e['elastic_change'] / 1e3:.6g} kJ",
+        f"tension  at most {_kilo(m['max_tension'], 'kN')} behind lining {at['max_tension_lining']} "
+        f"at {_number(at['max_tension_time'], 's')}",
+        f"load     at most {_kilo(normal, 'kN')} on lining {at['max_normal_load_lining']} "
+        f"at {_number(at['max_normal_load_time'], 's')}",
+        f"energy   load {_kilo(e['load_work'], 'kJ')} + lever {_kilo(e['lever_work'], 'kJ')} "
+        f"+ kinetic {_kilo(e['kinetic_change'], 'kJ', sign=-1)} = friction heat {_kilo(e['friction_heat'], 'kJ')} "
+        + (f"+ dampers {_kilo(e['damper_heat'], 'kJ')} " if "damper_heat" in e else "")
+        + f"+ elastic {_kilo(e['elastic_change'], 'kJ')}",
         *_heat_lines(summary),
-        f"closure  {e['closure']:.1e} of the largest energy exchanged",
+        f"closure  {_share(e['closure'])} of the largest energy exchanged",
         f"solver   {s['method']}, rtol {s['rtol']:g}: {s['steps']} steps, {s['rejected']} rejected, "
         f"{s['retaken']} retaken at events, {s['segments']} segments",
     ]

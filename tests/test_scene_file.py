@@ -2,6 +2,7 @@
 
 import dataclasses
 import importlib.util
+import json
 import math
 import pathlib
 
@@ -12,6 +13,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import simbrake as sb
+from simbrake._quantity import leaves
 from simbrake._schema import all_makers, parts_of
 
 SCENARIOS = pathlib.Path(__file__).parent.parent / "scenarios"
@@ -327,3 +329,25 @@ def test_any_text_is_refused_in_words(text):
 
 
 _EVERYTHING = sb.scene_text(scenario("everything_coupled"))
+
+FIELDS = [leaf.path for leaf in leaves(sb.scene_from_text(TEXT))]
+
+
+@settings(deadline=None, max_examples=150, suppress_health_check=[HealthCheck.too_slow])
+@given(
+    st.dictionaries(
+        st.sampled_from(FIELDS),
+        st.one_of(st.sampled_from([0.0, 1e-300, 1e-12, 1.0, 1e3, 1e12, 1e39, 1e41, -1.0]), st.floats(1e-40, 1e40)),
+        min_size=1,
+        max_size=3,
+    )
+)
+def test_any_numbers_run_to_a_named_end_or_are_refused(changes):
+    try:
+        scene = sb.with_values(sb.scene_from_text(TEXT), changes)
+        result = sb.simulate(scene, throw=False, max_steps=500)
+    except sb.InputError:
+        return
+    summary = json.dumps(result.summary(), allow_nan=False)
+    assert f'"status": "{result.status}"' in summary
+    assert str(result).startswith(f"{result.status}: ")
