@@ -60,7 +60,7 @@ def run(
     scenario
         Scene file: TOML, or Python with a function scene().
     out
-        Folder for a chart (stop.png), the series (series.csv) and the summary.
+        Folder for every picture of the run, the series (CSV), the result as labelled data (netCDF) and the summary.
     json_
         Print the summary as JSON, alone on stdout.
     set_

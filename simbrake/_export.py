@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ._gallery import pictures_of
 from ._result import Result
 from ._result_file import save
 from ._sensitivity import Sensitivity, SensitivityTable
@@ -64,9 +65,7 @@ def whole(folder: Path) -> Iterator[tuple[Path, list[Path]]]:
 
 
 def write(result: Result, folder: Path) -> list[Path]:
-    """Writes `summary.json`, `summary.txt`, `series.csv`, `result.nc`, `stop.png`; `temperatures.png` … if any."""
-    from . import plot  # matplotlib is loaded by those who want a picture
-
+    """Writes `summary.json`, `summary.txt`, `series.csv`, `result.nc`, and every picture that the run has as PNG."""
     summary = result.summary()
     names, table = series_table(result)
     with whole(folder) as (scratch, written):
@@ -74,13 +73,8 @@ def write(result: Result, folder: Path) -> list[Path]:
         (scratch / "summary.txt").write_text(str(result) + "\n", "utf-8")
         np.savetxt(scratch / "series.csv", table, delimiter=",", header=",".join(names), comments="", fmt="%.12g")
         save(result, scratch / "result.nc")
-        plot.stop(result).savefig(scratch / "stop.png", dpi=130)
-        if result.scene.heat is not None:
-            plot.temperatures(result).savefig(scratch / "temperatures.png", dpi=130)
-        if result.scene.brake.bandage is not None:
-            plot.stages(result).savefig(scratch / "stages.png", dpi=130)
-        if getattr(result.record.modes, "contacts", None):
-            plot.contacts(result).savefig(scratch / "contacts.png", dpi=130)
+        for picture in pictures_of(result):
+            picture.figure(result).savefig(scratch / f"{picture.key}.png", dpi=130)
     return written
 
 

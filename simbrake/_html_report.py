@@ -7,10 +7,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ._error_estimate import Repeat, repeat
+from ._gallery import DUTY, lasted
 from ._handy import Number, digits, number, pretty
 from ._html_limits import faults_of_limits, limits_of
 from ._html_parts import METRICS, event_counts, event_rows, key_figures, ledgers, stage_rows, verdict, words_of
-from ._html_pictures import DUTY, Drawing, draw, drawing, lasted, pictures_of
+from ._html_pictures import Drawing, draw, drawing, drawings_of
 from ._html_scene import duty_words, parts_of
 from ._measure import Metric, check_metrics, happened, measure, name_of, unit_of
 from ._provenance import provenance
@@ -107,7 +108,7 @@ def contents(result: Result, limits: Mapping[str, float], title: str, files: Map
         "thermal_parts": [part for part in parts if part.path.startswith("heat")],
         "duty": duty_words(scene),
         "duty_picture": draw(result, DUTY) if lasted(result) else None,
-        "pictures": pictures_of(result),
+        "pictures": drawings_of(result),
         "counts": event_counts(result.events),
         "events": events,
         "fold": len(events) > _FOLD,

@@ -68,7 +68,8 @@ def test_out_writes_chart_series_and_summary(capsys, scenario, tmp_path):
     folder = tmp_path / "out"
     code, out, _ = call(capsys, "run", scenario, "--out", str(folder))
     assert code == 0
-    files = ["result.nc", "series.csv", "stop.png", "summary.json", "summary.txt"]
+    files = ["lining_map-normal_load.png", "pulley.png", "result.nc", "series.csv", "stop.png"]
+    files += ["summary.json", "summary.txt"]
     assert sorted(p.name for p in folder.iterdir()) == files
     assert "stop.png" in out
     with open(folder / "series.csv", encoding="utf-8") as file:

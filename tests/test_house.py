@@ -70,6 +70,7 @@ LAYERS = [
     {"_plot_runs", "_plot_pulley", "_plot_maps", "_plot_layouts", "_plot_animation"},
     {"_plot_uncertainty", "_plot_studies", "_plot_duty", "_plot_file"},
     {"plot"},
+    {"_gallery"},
     {"_export", "_error_estimate", "_html_scene", "_html_parts", "_html_pictures"},
     {"_calibrate_run", "_html_limits"},
     {"_html_report"},

@@ -17,10 +17,11 @@ import simbrake as sb
 from simbrake import plot
 from simbrake._edit import with_values
 from simbrake._error_estimate import repeat
+from simbrake._gallery import DUTY, PICTURES
 from simbrake._handy import number
 from simbrake._html_limits import limits_of
 from simbrake._html_parts import EVENTS, event_counts, event_rows, ledger
-from simbrake._html_pictures import DUTY, PICTURES, draw
+from simbrake._html_pictures import draw
 from simbrake._html_report import _scene_text as contents_of_scene
 from simbrake._html_report import contents, render, write
 from simbrake._report_run import report_run, title_of
