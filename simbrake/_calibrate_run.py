@@ -10,11 +10,11 @@ import numpy as np
 
 from ._calibrate import calibrate
 from ._calibration import Calibration
-from ._export import whole
 from ._measured import Measured
 from ._quantity import Fault, InputError
 from ._read_measured import read_measured
 from ._scene import Scene
+from ._whole import whole_folder
 
 
 def parse_bounds(texts: list[str]) -> dict[str, tuple[float, float]]:
@@ -80,7 +80,7 @@ def write_calibration(fit: Calibration, folder: Path) -> list[Path]:
     """Writes `calibration.json`, `calibration.txt`, `calibration.png` and `residuals.csv`."""
     from . import plot  # matplotlib is loaded by those who want a picture
 
-    with whole(folder) as (scratch, written):
+    with whole_folder(folder) as (scratch, written):
         (scratch / "calibration.json").write_text(json.dumps(fit.as_dict(), indent=2, allow_nan=False) + "\n", "utf-8")
         (scratch / "calibration.txt").write_text(str(fit) + "\n", "utf-8")
         with open(scratch / "residuals.csv", "w", encoding="utf-8", newline="") as file:

@@ -1,12 +1,8 @@
 """Files of a run: chart, series and summary, written all or not at all."""
 
-import contextlib
 import csv
 import json
-import os
-import shutil
-import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +12,7 @@ from ._result import Result
 from ._result_file import save
 from ._sensitivity import Sensitivity, SensitivityTable
 from ._series import SERIES_UNITS
+from ._whole import whole_folder
 
 
 def series_table(result: Result, count: int = 1001) -> tuple[list[str], np.ndarray]:
@@ -48,27 +45,11 @@ def series_table(result: Result, count: int = 1001) -> tuple[list[str], np.ndarr
     return names, table[np.lexsort((before, table[:, 0]))]
 
 
-@contextlib.contextmanager
-def whole(folder: Path) -> Iterator[tuple[Path, list[Path]]]:
-    """A folder to write into, whose files move to `folder` only if all could be written; the list names them then."""
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    scratch = Path(tempfile.mkdtemp(prefix=".simbrake-", dir=folder.parent))
-    written: list[Path] = []
-    try:
-        yield scratch, written
-        folder.mkdir(exist_ok=True)
-        for file in sorted(scratch.iterdir()):
-            os.replace(file, folder / file.name)
-            written.append(folder / file.name)
-    finally:
-        shutil.rmtree(scratch, ignore_errors=True)
-
-
 def write(result: Result, folder: Path) -> list[Path]:
     """Writes `summary.json`, `summary.txt`, `series.csv`, `result.nc`, and every picture that the run has as PNG."""
     summary = result.summary()
     names, table = series_table(result)
-    with whole(folder) as (scratch, written):
+    with whole_folder(folder) as (scratch, written):
         (scratch / "summary.json").write_text(json.dumps(summary, indent=2, allow_nan=False) + "\n", "utf-8")
         (scratch / "summary.txt").write_text(str(result) + "\n", "utf-8")
         np.savetxt(scratch / "series.csv", table, delimiter=",", header=",".join(names), comments="", fmt="%.12g")
@@ -82,7 +63,7 @@ def write_sensitivities(tables: Sequence[SensitivityTable], folder: Path) -> lis
     """Writes `sensitivity.json`, and of each metric its rows as CSV and its tornado chart."""
     from . import plot
 
-    with whole(folder) as (scratch, written):
+    with whole_folder(folder) as (scratch, written):
         found = [table.as_dict() for table in tables]
         (scratch / "sensitivity.json").write_text(json.dumps(found, indent=2, allow_nan=False) + "\n", "utf-8")
         for table in tables:

@@ -1,7 +1,6 @@
 """A run as one self-contained page: what was braked, how it went, what it means and how sure it is."""
 
 import os
-import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -22,6 +21,7 @@ from ._scene_file import scene_text
 from ._sensitivity import Sensitivity, SensitivityTable
 from ._sensitivity import sensitivity as tables_of
 from ._simulate import simulate
+from ._whole import whole_file
 
 #: rows of a table of sensitivities that are shown
 _MOST = 20
@@ -91,7 +91,8 @@ def report(
         parts["repeat"] = _accuracy(repeat(result))
     text = render(parts)
     if path is not None:
-        write(text, Path(path))
+        with whole_file(Path(path)) as file:
+            file.write_text(text, "utf-8")
     return text
 
 
@@ -238,20 +239,3 @@ def render(parts: Mapping[str, Any]) -> str:
     loader = jinja2.PackageLoader("simbrake", "templates")
     settings = {"autoescape": True, "trim_blocks": True, "lstrip_blocks": True, "undefined": jinja2.StrictUndefined}
     return jinja2.Environment(loader=loader, **settings).get_template("report.html").render(parts)
-
-
-def write(text: str, path: Path) -> None:
-    """Writes a file whole or not at all; an existing one is replaced."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, scratch = tempfile.mkstemp(prefix=".simbrake-", suffix=path.suffix, dir=path.parent)
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(text)
-        # as any new file has it, not only for its owner
-        mask = os.umask(0)
-        os.umask(mask)
-        os.chmod(scratch, 0o666 & ~mask)
-        os.replace(scratch, path)
-    except BaseException:
-        Path(scratch).unlink(missing_ok=True)
-        raise

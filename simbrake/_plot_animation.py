@@ -5,7 +5,6 @@ import io
 import json
 import math
 import os
-import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -38,6 +37,7 @@ from ._plot_wheel import (
 from ._progress import Progress
 from ._quantity import Fault, InputError, as_number
 from ._result import Result
+from ._whole import whole_file
 
 _SPOKES = 3
 _FRAMES = 2000  # more would fill the memory
@@ -79,13 +79,8 @@ def animate(
     finally:
         told.close()
     data = _gif(frames, fps) if file.suffix.lower() == ".gif" else _html(frames, fps)
-    file.parent.mkdir(parents=True, exist_ok=True)
-    # whole or not at all: an interrupted film leaves no half file
-    handle, scratch = tempfile.mkstemp(prefix=".simbrake-", dir=file.parent)
-    with os.fdopen(handle, "wb") as out:
-        out.write(data)
-    os.chmod(scratch, 0o644)
-    os.replace(scratch, file)
+    with whole_file(file) as scratch:
+        scratch.write_bytes(data)
     return file
 
 

@@ -2,9 +2,6 @@
 
 import csv
 import json
-import os
-import shutil
-import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -16,6 +13,7 @@ from ._labelled import FORMAT, dataset
 from ._quantity import Fault, InputError
 from ._result import Result
 from ._store import fingerprint
+from ._whole import whole_file
 
 _COMMENT = "# "
 _CHECK = "checksum"
@@ -36,16 +34,8 @@ def save(result: Any, path: Any) -> Path:
     data.attrs[_CHECK] = _checksum(data)
     if path.is_dir():
         raise InputError([Fault(str(path), "is a folder", "give the name of a file")])
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        scratch = Path(tempfile.mkdtemp(prefix=".simbrake-", dir=path.parent))
-        try:
-            kind.write(data, scratch / path.name)
-            os.replace(scratch / path.name, path)
-        finally:
-            shutil.rmtree(scratch, ignore_errors=True)
-    except OSError as error:
-        raise InputError([Fault(str(path), f"cannot be written: {error.strerror}", "give another place")]) from error
+    with whole_file(path) as scratch:
+        kind.write(data, scratch)
     return path
 
 

@@ -1,8 +1,6 @@
 """Scenes as TOML files: read with every fault in one report, written back without loss."""
 
 import dataclasses
-import os
-import tempfile
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
@@ -17,6 +15,7 @@ from ._quantity import Fault, InputError, Quantity
 from ._scene import Scene, check
 from ._scene_reader import SceneReader
 from ._schema import Part, makers_of, parts_of, several
+from ._whole import whole_file
 
 #: key of a file that says in which form it is written
 FORMAT = "format"
@@ -85,17 +84,9 @@ def scene_text(scene: Scene) -> str:
 
 def write_scene(scene: Scene, path: str | Path) -> None:
     """Writes a scene to a TOML file, whole or not at all; see `scene_text`."""
-    path, text = Path(path), scene_text(scene)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(prefix=".simbrake-", dir=path.parent)
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(text)
-        os.chmod(name, 0o644)  # a temporary file is for its owner alone
-        os.replace(name, path)
-    except BaseException:
-        os.unlink(name)
-        raise
+    text = scene_text(scene)
+    with whole_file(Path(path)) as file:
+        file.write_text(text, "utf-8")
 
 
 class _Writer:

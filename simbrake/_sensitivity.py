@@ -109,8 +109,9 @@ def text(table: SensitivityTable, most: int = 30) -> str:
             line += f"  {half:>9}  {low:>14} {high:>15}"
         lines.append(line + (f"  {row.note}" if row.note else ""))
     left, without = len(table.wholes) - len(shown), len(table.wholes) - len(table.matters)
-    if left:
-        lines.append(f"and {left} more, of which {without} without influence")
+    rest = [f"{left - without} more"] * (left > without) + [f"{without} without influence"] * bool(without)
+    if rest:
+        lines.append(f"and {' and '.join(rest)}")
     return "\n".join([*lines, *(f"note: {note}" for note in table.notes)])
 
 

@@ -20,7 +20,7 @@ PACKAGE = pathlib.Path(sb.__file__).parent
 #: a module may import modules of lower levels, and of its own where the order below allows it
 LAYERS = [
     {"_quantity", "_compiling", "_estimates", "_salib", "_units", "_identify", "_event_names"},
-    {"_numbers", "_handy"},
+    {"_numbers", "_handy", "_whole"},
     {"_hybrid", "_validation", "_friction", "_band", "_compliance", "_layout", "_duty", "_material"},
     {"_driller"},
     {"_design", "_fade", "_lever", "_loads", "_links", "_reference_problems", "_scipy_loop"},
