@@ -37,9 +37,7 @@ def estimates(run: Scene | Result, data: EstimateData | None = None) -> Engineer
     inputs, stop = settle(scene, data), classical_stop(scene)
     if result is None:
         if stop is None:
-            hint = (
-                "the scene must begin in motion, and the brake must outweigh its load; or simulate it, give the result"
-            )
+            hint = "it must begin in motion and the brake outweigh its load; or simulate it and give the result"
             raise InputError([Fault("scene", "has no classical stop", hint)])
         basis = Basis(scene, inputs, stop, None, None, stop.time, stop.work, float(scene.initial.omega))
         about = "engineering estimates; time and friction work are those of a classical stop"

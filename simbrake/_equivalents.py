@@ -62,8 +62,8 @@ def current_density(conductivity: Any, change: Any, depth: Any) -> Any:
 
     - `conductivity` `σ` (S/m) or `λ` (W/(m·K)); `change` `Δφ` (V) or `ΔT` (K) over the `depth` `δ` (m)
 
-    S calls the quotient `Δφ/δ` the gradient; with `conductivity=1` it is that. Raises `ValueError` for a conductivity or
-    depth that is not positive.
+    S calls the quotient `Δφ/δ` the gradient; with `conductivity=1` it is that. Raises `ValueError` where conductivity
+    or depth is not positive.
     """
     require_positive(conductivity=conductivity, depth=depth)
     return conductivity * change / depth

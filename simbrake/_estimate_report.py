@@ -27,7 +27,10 @@ class EstimateRow:
     @property
     def difference(self) -> float | None:
         """Estimate less simulated value, `None` without one."""
-        return None if self.simulated is None else self.value - self.simulated
+        if self.simulated is None:
+            return None
+        apart = self.value - self.simulated
+        return 0.0 if abs(apart) <= 1e-14 * abs(self.value) else apart  # rounding
 
     def as_dict(self) -> dict[str, Any]:
         numbers = {key: _json(getattr(self, key)) for key in ("value", "simulated", "difference")}

@@ -1,4 +1,4 @@
-"""The rows of a table of engineering estimates, in groups: stop, power, depth, temperatures, surfaces, balance, stress."""
+"""The rows of a table of engineering estimates: stop, power, depth, temperatures, surfaces, balance, stress."""
 
 import dataclasses
 import math
@@ -252,13 +252,13 @@ def flash_rise(b: Basis) -> float | None:
 def maximum_rows(b: Basis, bulk: float, surface: float, flash: float, peak: float | None) -> list[EstimateRow]:
     """S's combinations for the maximum temperature side by side."""
     found = maximum_temperatures(bulk, surface, flash)
+    why = "the run's surface has no flash; S does not derive its factors; t_s holds the bulk, which t_v adds again"
     rows = [EstimateRow("flash temperature, rise", "(2 q/λ) √(a l/(π v))", flash, "K", "Blok, Jaeger")]
     for name, formula, value, source in (
         ("S-26", "T + t_s + t_f/3", found.surface_and_third_flash, "S-26"),
         ("S-27", "T + t_v + t_s/3 + t_f/3", found.printed, "S-27, doubtful scan"),
         ("sum", "T + t_v + t_s + t_f", found.plain_sum, ""),
     ):
-        why = "the run's surface has no flash temperature; S derives neither the factors 1/3 nor when each form holds"
         rows.append(EstimateRow(f"maximum temperature, {name}", formula, b.start_now + value, "K", source, peak, why))
     return rows
 

@@ -46,18 +46,21 @@ class RunValues:
     @property
     def profile_depth(self) -> Float[np.ndarray, " p"]:
         """Depths (p,) of `profile`: the face, the layers' centres, and the back."""
-        assert self.depth is not None and self.steps is not None
+        assert self.depth is not None
+        assert self.steps is not None
         return np.concatenate([[0.0], self.depth, [np.sum(self.steps)]])
 
     @property
     def profile(self) -> Float[np.ndarray, "m p"]:
         """Temperature (K) over the depth from face to back, the back face as its layer."""
-        assert self.surface is not None and self.layers is not None
+        assert self.surface is not None
+        assert self.layers is not None
         return np.concatenate([self.surface[:, None], self.layers, self.layers[:, -1:]], axis=1)
 
     def mean(self, depth: float = math.inf) -> Float[np.ndarray, " m"]:
         """Mean temperature (K) of the rim down to a depth (m), by the shares of the layers inside it."""
-        assert self.layers is not None and self.steps is not None
+        assert self.layers is not None
+        assert self.steps is not None
         ends = np.cumsum(self.steps)
         inside = np.clip(depth - (ends - self.steps), 0.0, self.steps)
         return self.layers @ inside / np.sum(inside)
@@ -89,7 +92,8 @@ def run_values(result: Result) -> RunValues | None:
     layers = depth = steps = surface = None
     if wall is not None and wall.copies == 1 and s.temperature is not None and s.rim_temperature is not None:
         heat = result.scene.heat
-        assert heat is not None and heat.rim is not None
+        assert heat is not None
+        assert heat.rim is not None
         name, face = place_of(heat.rim)
         names = node_names(heat)
         at = names.index(f"{name}[1]" if wall.layers > 1 else name)
@@ -112,7 +116,7 @@ def schmidt_of_run(run: RunValues, wall: Any, share: float, area: float) -> Schm
     thickness, a = float(wall.thickness), float(wall.material.diffusivity)
     Fo = a * run.duration / thickness**2
     layers = int(np.clip(math.sqrt(1e4 / Fo), 8, 100))  # at most some 20,000 steps
-    depth = np.linspace(0.0, thickness, layers + 1)
+    depth = thickness * (np.arange(layers) + 0.5) / layers
 
     def flux(t0: float, t1: float) -> float:
         gained = np.interp(run.t[0] + t1, run.t, run.work) - np.interp(run.t[0] + t0, run.t, run.work)

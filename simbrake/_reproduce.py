@@ -17,6 +17,7 @@ import numpy as np
 from ._builders import axial_resistance, radial_resistance
 from ._heat import TransmissionPartition
 from ._layout import chord_equal_load_angles, equal_increment_angles
+from ._thermal_estimates import fourier_parameter
 
 AGREES, MISPRINT, DISAGREES = "agrees", "known misprint", "disagrees"
 _LAMBDA = 5.0  # λ = C R/T_0 of Z5 and Z6
@@ -192,7 +193,7 @@ def _fourier() -> list[Cell]:
     diffusivity = {"steel": 1.14e-5, "cast_iron": 1.04e-5}
     cells: list[Cell] = []
     for row, printed in enumerate(_rows("fourier_b.csv")):
-        B = diffusivity[printed["material"]] / (1e-3 * float(printed["delta_mm"])) ** 2
+        B = fourier_parameter(diffusivity[printed["material"]], 1e-3 * float(printed["delta_mm"]))
         cells.append(_cell("S1", row, "B", printed["B"], 1000 * B if printed["part"] == "rim" else B))
     return cells
 

@@ -133,8 +133,10 @@ def maximum_temperatures(bulk: Any, surface: Any, flash: Any) -> MaximumTemperat
 
         S-26: t_s + t_flash/3;   S-27: t_v + t_s/3 + t_flash/3 (doubtful scan);   sum: t_v + t_s + t_flash
 
-    - `bulk` `t_v`, `surface` `t_s`, `flash` `t_flash`: rises (K), each above what it stands on
+    - `bulk` `t_v`, `surface` `t_s`, `flash` `t_flash`: rises (K)
 
+    Where `t_s` is the whole rise of the surface, as most formulas give it, the two that add `t_v` count the bulk twice;
+    where it is the rise above the bulk, S-26 leaves the bulk out.
     They part by as much as the factors say: S names no condition under which one of them holds beyond the kind of
     braking (single, or repeated at short intervals). Raises `ValueError` for negative rises.
     """

@@ -35,7 +35,7 @@ def surface_stress(surface: Any, mean: Any, elastic: ElasticMaterial) -> Any:
 
 
 def plate_stress(temperature: Any, depth: Any, elastic: ElasticMaterial, *, restraint: str = "bending") -> Any:
-    """Stress (Pa) over the depth of a plate with the profile `temperature` (…, k) at the `depth`s (k,) from face to face:
+    """Stress (Pa) over a plate with the profile `temperature` (…, k) at the `depth`s (k,) from face to face:
 
         none:    σ = E' (T_m − T + 12 M (z − δ/2)/δ³),   M = ∫ (T − T_m)(z − δ/2) dz     free to expand and to bend
         bending: σ = E' (T_m − T)                                                        free to expand only
@@ -61,12 +61,8 @@ def plate_stress(temperature: Any, depth: Any, elastic: ElasticMaterial, *, rest
     if restraint == "none":
         thickness, middle = z[-1] - z[0], 0.5 * (z[0] + z[-1])
         h, arm, away = np.diff(z), z - middle, T - mean
-        product = (  # of two functions that are linear in each layer
-            2 * away[..., :-1] * arm[:-1]
-            + away[..., :-1] * arm[1:]
-            + away[..., 1:] * arm[:-1]
-            + 2 * away[..., 1:] * arm[1:]
-        )
+        a_0, a_1, away_0, away_1 = arm[:-1], arm[1:], away[..., :-1], away[..., 1:]
+        product = away_0 * (2 * a_0 + a_1) + away_1 * (a_0 + 2 * a_1)  # both are linear in each layer
         moment = np.sum(h / 6 * product, axis=-1)[..., None]
         stress = stress + modulus * 12 * moment * arm / thickness**3
     return stress
@@ -104,7 +100,7 @@ class StressHistory(NamedTuple):
 def stress_over_time(
     t: Any, temperature: Any, depth: Any, elastic: ElasticMaterial, *, restraint: str = "bending"
 ) -> StressHistory:
-    """Stress history of a plate with the profiles `temperature` (m, k) at the times `t` (m,); else as `plate_stress`."""
+    """Stress of a plate with the profiles `temperature` (m, k) at the times `t` (m,); else as `plate_stress`."""
     stress = np.atleast_2d(plate_stress(temperature, depth, elastic, restraint=restraint))
     extreme = np.take_along_axis(stress, np.argmax(np.abs(stress), axis=1)[:, None], axis=1)[:, 0]
     ratio = np.abs(extreme) / elastic.permissible
