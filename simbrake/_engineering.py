@@ -1,13 +1,26 @@
 """Engineering estimates of a scene or of a run: the classical formulas beside the simulation."""
 
 from ._classical_stop import classical_stop
+from ._estimate_basis import Basis
 from ._estimate_data import EstimateData, settle
 from ._estimate_report import EngineeringEstimates
-from ._estimate_rows import GROUPS, Basis
+from ._estimate_rows import balance_rows, contact_rows, depth_rows, partition_rows, power_rows, stop_rows
 from ._estimate_run import run_values
+from ._estimate_temperatures import stress_rows, temperature_rows
 from ._quantity import Fault, InputError
 from ._result import Result
 from ._scene import Scene, check
+
+_GROUPS = (
+    stop_rows,
+    power_rows,
+    depth_rows,
+    partition_rows,
+    temperature_rows,
+    contact_rows,
+    balance_rows,
+    stress_rows,
+)
 
 
 def estimates(run: Scene | Result, data: EstimateData | None = None) -> EngineeringEstimates:
@@ -47,9 +60,9 @@ def estimates(run: Scene | Result, data: EstimateData | None = None) -> Engineer
             raise InputError([Fault("run", "has no friction work", "nothing ever slides in it")])
         work, first = float(values.work[-1]), float(abs(values.omega[0]))
         basis = Basis(scene, inputs, stop, result, values, values.duration, work, first)
-        which = "the braking" if values.brakings == 1 else f"the hardest of {values.brakings} brakings"
+        which = "the braking" if values.brakings == 1 else f"the hardest of {values.brakings} stretches of sliding"
         about = (
             f"engineering estimates beside the simulation; time and friction work are those of {which} "
             f"from {values.t[0]:.6g} s to {values.t[-1]:.6g} s"
         )
-    return EngineeringEstimates(about, tuple(inputs.values()), tuple(row for group in GROUPS for row in group(basis)))
+    return EngineeringEstimates(about, tuple(inputs.values()), tuple(row for group in _GROUPS for row in group(basis)))

@@ -24,7 +24,7 @@ class RunValues:
     - `t` (m,) in s; `work` (m,) friction work since its start (J); `omega` (rad/s) and `torque` (N·m) over it
     - `surface` (m,), `layers` (m, k): temperatures (K) of the rim's face and of its layers, `depth` (k,) of their
       centres (m), `steps` (k,) their thickness; `None` where the scene has no rim in layers
-    - `brakings`: how many there were; `total_work` of all of them (J)
+    - `brakings`: how many stretches of sliding there were; `total_work` of all of them (J)
     """
 
     t: Float[np.ndarray, " m"]
