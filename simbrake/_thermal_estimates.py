@@ -104,20 +104,32 @@ def slab_rise(flux: Any, time: Any, thickness: Any, material: Material, depth: A
 
     - `flux` `q` (W/m²), `time` (s), `thickness` `δ` (m), `material` with its properties at the reference temperature
 
-    Arguments broadcast. For small Fourier numbers the series is cut where its terms fall below 1e-17. Raises
-    `ValueError` where the thickness is not positive or the time is negative.
+    Arguments broadcast. Below `Fo = 0.02`, where the series would need ever more terms, the same by images,
+    `ΔT = (2 q √(a τ)/λ) [ierfc(x/ℓ) + ierfc((2 δ − x)/ℓ)]`, `ℓ = 2 √(a τ)`; the next image would add 1e-22 of it.
+    Raises `ValueError` where the thickness is not positive or the time is negative.
 
-    Reference: Carslaw & Jaeger (1959), §3.8, eq. (3).
+    Reference: Carslaw & Jaeger (1959), §3.8, eqs. (3), (4).
     """
-    conductivity, a = float(material.conductivity), float(material.diffusivity)
-    Fo = fourier_number(a, time, thickness)
+    conductivity = float(material.conductivity)
     xi = 1 - np.asarray(depth, float) / thickness
-    least = float(np.min(np.where(Fo > 0, Fo, np.inf), initial=np.inf))
-    n = np.arange(1, 2 if math.isinf(least) else 2 + math.ceil(math.sqrt(40 / (math.pi**2 * least))), dtype=float)
-    Fo, xi = np.broadcast_arrays(Fo, xi)
+    Fo, xi = np.broadcast_arrays(fourier_number(float(material.diffusivity), time, thickness), xi)
+    rise = np.where(Fo < 0.02, _by_images(Fo, xi), _by_series(np.maximum(Fo, 0.02), xi))
+    return (flux * thickness / conductivity * rise)[()]
+
+
+def _by_series(Fo: Any, xi: Any) -> Any:
+    n = np.arange(1, 16, dtype=float)
     terms = (-1.0) ** n / n**2 * np.exp(-(n**2) * math.pi**2 * Fo[..., None]) * np.cos(n * math.pi * xi[..., None])
-    rise = Fo + (3 * xi**2 - 1) / 6 - 2 / math.pi**2 * terms.sum(axis=-1)
-    return flux * thickness / conductivity * np.where(Fo > 0, rise, 0.0)[()]
+    return Fo + (3 * xi**2 - 1) / 6 - 2 / math.pi**2 * terms.sum(axis=-1)
+
+
+def _by_images(Fo: Any, xi: Any) -> Any:
+    from scipy.special import erfc
+
+    length = 2 * np.sqrt(np.where(Fo > 0, Fo, 1.0))
+    near, far = (1 - xi) / length, (1 + xi) / length
+    ierfc = sum(np.exp(-(u**2)) / math.sqrt(math.pi) - u * erfc(u) for u in (near, far))
+    return np.where(Fo > 0, length * ierfc, 0.0)
 
 
 class MaximumTemperatures(NamedTuple):

@@ -55,6 +55,11 @@ def test_slab_is_a_half_space_at_first_and_warms_evenly_in_the_end():
     found = sb.slab_rise(q, late, thickness, STEEL, x)
     np.testing.assert_allclose(found, q * thickness / conductivity * shape, rtol=1e-12)
     assert sb.slab_rise(q, 0.0, thickness, STEEL) == 0.0
+    times = np.array([0.02 * (1 - 1e-9), 0.02 * (1 + 1e-9)]) * thickness**2 / A
+    for depth in (0.0, 0.1 * thickness, thickness):  # images and series meet
+        before, after = sb.slab_rise(q, times, thickness, STEEL, depth)
+        assert before == pytest.approx(after, rel=1e-7, abs=1e-9 * q * thickness / conductivity)
+    assert sb.slab_rise(q, 1e-12, thickness, STEEL) == pytest.approx(sb.half_space_rise(q, 1e-12, E), rel=1e-12)
     mean = quad(lambda x: float(sb.slab_rise(q, early, thickness, STEEL, x)), 0.0, thickness, points=[0.005])[0]
     stored = mean * float(STEEL.density * STEEL.specific_heat)
     assert stored == pytest.approx(q * early, rel=1e-9)
