@@ -17,6 +17,7 @@ import numpy as np
 from ._builders import axial_resistance, radial_resistance
 from ._heat import TransmissionPartition
 from ._layout import chord_equal_load_angles, equal_increment_angles
+from ._thermal_estimates import fourier_parameter
 
 AGREES, MISPRINT, DISAGREES = "agrees", "known misprint", "disagrees"
 _LAMBDA = 5.0  # λ = C R/T_0 of Z5 and Z6
@@ -157,17 +158,22 @@ def _resistances() -> list[Cell]:
     return cells
 
 
+def transmission_table() -> TransmissionPartition:
+    """V2's coefficients and surface layers over the temperature of the polished rim surface."""
+    rows = _rows("heat_transmission.csv")
+    columns = {name: np.asarray([float(row[name]) for row in rows]) for name in ("alpha1", "alpha2", "alpha3")}
+    T = np.asarray([float(row["T_polished_C"]) + 273.15 for row in rows])
+    layer = np.asarray([1e-6 * float(row["delta_s_um"]) for row in rows])
+    return TransmissionPartition(T, columns["alpha1"], columns["alpha2"], columns["alpha3"], layer)
+
+
 def _transmissions() -> list[Cell]:
     """V2: heat transmission to both sides of the friction surface, and the shares of the heat."""
     import jax.numpy as jnp
 
     cells: list[Cell] = []
-    rows = _rows("heat_transmission.csv")
-    columns = {name: np.asarray([float(row[name]) for row in rows]) for name in ("alpha1", "alpha2", "alpha3")}
-    T = np.asarray([float(row["T_polished_C"]) + 273.15 for row in rows])
-    layer = np.asarray([1e-6 * float(row["delta_s_um"]) for row in rows])
-    law = TransmissionPartition(T, columns["alpha1"], columns["alpha2"], columns["alpha3"], layer)
-    K_1, K_2 = (np.asarray(K) for K in law.transmissions(jnp.asarray(T)))
+    rows, law = _rows("heat_transmission.csv"), transmission_table()
+    K_1, K_2 = (np.asarray(K) for K in law.transmissions(jnp.asarray(law.temperature)))
     for row, printed in enumerate(rows):
         share = K_1[row] / (K_1[row] + K_2[row])
         values = {
@@ -187,7 +193,7 @@ def _fourier() -> list[Cell]:
     diffusivity = {"steel": 1.14e-5, "cast_iron": 1.04e-5}
     cells: list[Cell] = []
     for row, printed in enumerate(_rows("fourier_b.csv")):
-        B = diffusivity[printed["material"]] / (1e-3 * float(printed["delta_mm"])) ** 2
+        B = fourier_parameter(diffusivity[printed["material"]], 1e-3 * float(printed["delta_mm"]))
         cells.append(_cell("S1", row, "B", printed["B"], 1000 * B if printed["part"] == "rim" else B))
     return cells
 

@@ -23,7 +23,8 @@ from simbrake._html_limits import limits_of
 from simbrake._html_parts import EVENTS, event_counts, event_rows, ledger
 from simbrake._html_pictures import draw
 from simbrake._html_report import _scene_text as contents_of_scene
-from simbrake._html_report import contents, render, write
+from simbrake._html_report import contents, render
+from simbrake._whole import whole_file
 from simbrake._report_run import report_run, title_of
 
 VOID = {"meta", "img", "br", "wbr", "link", "hr", "input"}
@@ -308,7 +309,12 @@ def test_pictures_exist_and_say_what_to_see():
     assert len({(picture.name, picture.options) for picture in PICTURES}) == len(PICTURES)
 
 
-def test_page_is_replaced_whole_or_not_at_all(tmp_path, monkeypatch):
+def write(text, path):
+    with whole_file(path) as file:
+        file.write_text(text)
+
+
+def test_files_are_replaced_whole_or_not_at_all(tmp_path, monkeypatch):
     path = tmp_path / "deep" / "run.html"
     write("page", path)
     assert path.read_text() == "page"
@@ -319,7 +325,7 @@ def test_page_is_replaced_whole_or_not_at_all(tmp_path, monkeypatch):
         raise OSError("disk full")
 
     monkeypatch.setattr(os, "replace", broken)
-    with pytest.raises(OSError, match="disk full"):
+    with pytest.raises(sb.InputError, match="cannot be written: disk full"):
         write("page", path)
     assert path.read_text() == "old"
     assert [file.name for file in path.parent.iterdir()] == ["run.html"]

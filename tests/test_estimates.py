@@ -1,0 +1,98 @@
+"""The classical estimates of a scene, and of a run beside them."""
+
+import dataclasses
+import json
+
+import pytest
+from heat_scenes import TRACK, layered_stop
+from helpers import closed_form, stop_scene
+
+import simbrake as sb
+
+
+@pytest.fixture(scope="module")
+def run():
+    """A rigid band under constant tension slides from the first moment: the classical stop is then exact."""
+    scene = layered_stop(growth=1.15, law=sb.ConstantFriction(0.35))
+    rigid = dataclasses.replace(scene.brake, band=dataclasses.replace(scene.brake.band, stiffness=None))
+    result = sb.simulate(dataclasses.replace(scene, brake=rigid, initial=sb.Initial(20.0)))
+    return result, sb.estimates(result)
+
+
+def test_the_classical_stop_is_the_closed_form_of_full_slip():
+    stop = sb.classical_stop(stop_scene(C=None))
+    truth = closed_form(C=1e15)  # as good as rigid: slips from the first moment
+    assert stop is not None
+    assert stop.time == pytest.approx(truth["stop"], rel=1e-8)
+    assert stop.work == pytest.approx(0.5 * 800.0 * 20.0**2, rel=1e-12)
+    assert stop.angle == pytest.approx(20.0 * stop.time / 2)
+
+
+def test_a_scene_alone_has_every_estimate_and_no_simulated_number():
+    table = sb.estimates(stop_scene(C=None), sb.EstimateData(track_area=1.0, lining_area=0.7))
+    assert table["friction work"].value == pytest.approx(0.5 * 800.0 * 20.0**2)
+    assert {row.simulated for row in table} == {None}
+    assert {row.difference for row in table} == {None}
+    assert table["overlap coefficient"].value == pytest.approx(0.7)
+    sources = {i.name: i.source for i in table.inputs}
+    assert sources["track_area"] == "given"
+    assert sources["coefficient"].startswith("assumption")
+    assert "friction work" in str(table)
+    told = json.loads(json.dumps(table.as_dict(), allow_nan=False))
+    assert len(told["estimates"]) == len(table.rows)
+    assert told["inputs"][0]["value"]["conductivity"] == pytest.approx(47.8)
+    with pytest.raises(KeyError, match="no estimate 'colour'"):
+        table["colour"]
+
+
+def test_estimates_beside_a_stop_that_is_as_they_assume(run):
+    """Sliding throughout under constant torque: statics agree, temperatures up to what the formulas leave out."""
+    _, table = run
+    for name in ("brake torque", "stopping time", "stopping angle", "friction work"):
+        assert table[name].value == pytest.approx(table[name].simulated, rel=1e-9)
+    for name, share in (
+        ("surface temperature, falling flux", 0.02),  # of the rise: layers, and cooling of the open track
+        ("surface temperature, Schmidt", 0.02),
+        ("bulk temperature, end", 0.02),
+    ):
+        row = table[name]
+        assert row.value - 293.15 == pytest.approx(row.simulated - 293.15, rel=share), name
+    stress = table["thermal stress, surface"]
+    assert stress.value == pytest.approx(stress.simulated, rel=0.15)
+    assert table["stress over permissible"].simulated == pytest.approx(abs(stress.simulated) / 150e6)
+    assert table["share into the rim, effusivities"].simulated == pytest.approx(0.95)
+
+
+def test_inputs_of_a_run_come_from_its_scene(run):
+    result, table = run
+    inputs = {i.name: i for i in table.inputs}
+    assert inputs["track_area"] == ("track_area", pytest.approx(TRACK), "m^2", "scene")
+    assert inputs["share"].value == pytest.approx(0.95)
+    assert inputs["coefficient"].value == pytest.approx(60.0)
+    assert inputs["rim_thickness"].value == pytest.approx(0.028)
+    assert "simulated" in str(table)
+    assert "parts:" in str(table)
+    shares = sb.estimates(result, sb.EstimateData(power=sb.shares_of_S()))["work into heat"]
+    assert shares.value == pytest.approx(0.68 * shares.simulated)
+
+
+@pytest.mark.parametrize(
+    ("scene", "word"),
+    [
+        (lambda: stop_scene(C=None, w0=0.0), "no classical stop"),
+        (lambda: stop_scene(C=None, load=1e6), "no classical stop"),
+        (lambda: stop_scene(C=None, T0=-1.0), "slack_tension"),
+    ],
+)
+def test_a_scene_without_a_classical_stop_says_so(scene, word):
+    with pytest.raises(sb.InputError, match=word):
+        sb.estimates(scene())
+
+
+def test_a_staged_brake_and_too_large_linings_are_refused():
+    scene = stop_scene(C=None)
+    brake = dataclasses.replace(scene.brake, bandage=sb.Bandage(20.0, sb.ConstantFriction(0.1)))
+    with pytest.raises(sb.InputError, match="one pair"):
+        sb.estimates(dataclasses.replace(scene, brake=brake))
+    with pytest.raises(sb.InputError, match="of the track"):
+        sb.estimates(scene, sb.EstimateData(track_area=1.0, lining_area=1.2))
