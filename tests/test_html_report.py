@@ -24,8 +24,8 @@ from simbrake._html_parts import EVENTS, event_counts, event_rows, ledger
 from simbrake._html_pictures import draw
 from simbrake._html_report import _scene_text as contents_of_scene
 from simbrake._html_report import contents, render
-from simbrake._whole import whole_file
 from simbrake._report_run import report_run, title_of
+from simbrake._whole import whole_file
 
 VOID = {"meta", "img", "br", "wbr", "link", "hr", "input"}
 NASTY = "<script>alert(1)</script>"
