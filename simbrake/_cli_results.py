@@ -1,5 +1,6 @@
-"""Commands about results: compare two, a report as one page, a film."""
+"""Commands about results: compare two, a report as one page, a film, estimates beside it."""
 
+import json
 from pathlib import Path
 from typing import Annotated
 
@@ -118,3 +119,34 @@ def animate(
     plot.animate(result, out, duration=duration, fps=fps, start=start, end=end)
     print_written([out], False)
     return 0 if result.ok else 1
+
+
+def estimates(
+    scenario: Path, /, *, run: bool = True, set_: Set = None, rtol: float = 1e-10, json_: Json = False
+) -> int:
+    """Print the classical engineering estimates of a braking beside its simulation, and why they part.
+
+    Parameters
+    ----------
+    scenario
+        Scene file: TOML, or Python with a function scene().
+    run
+        Simulate the scene as well; without it time and work are those of a classical stop.
+    set_
+        PATH=VALUE: override a number of the scene (SI, or with its unit); may be repeated.
+    rtol
+        Relative tolerance of the integration.
+    json_
+        Print inputs and rows as JSON, alone on stdout.
+    """
+    prepare_jax()
+    from ._engineering import estimates as table_of
+    from ._progress import Waiting
+    from ._simulate import simulate
+
+    scene = opened(scenario, set_, None, rtol=tolerance(rtol))
+    with Waiting("run", "compiles what it has not seen before, then runs"):
+        result = simulate(scene, rtol=rtol, throw=False) if run else None
+        table = table_of(scene if result is None else result)
+    print(json.dumps(table.as_dict(), indent=1, allow_nan=False) if json_ else table)
+    return 0 if result is None or result.ok else 1
