@@ -153,7 +153,7 @@ def lining_map(
         marks(panel, result.events, start, top, named=True, front=True)
         panel.set_xlim(start, top)
         panel.yaxis.set_major_locator(MaxNLocator(integer=True))
-        time_axis(panel, milliseconds=i == 1 and top - start < 0.5)
+        time_axis(panel, milliseconds=i == 1 and bool(top - start < 0.5))
         panel.set_title("up to full slip, enlarged" if i else "whole run", fontsize=10)
     panels[0].set_ylabel("lining, from the slack to the tight end")
     where = {"external": "band on linings: ", "internal": "linings on rim: "}[pair]

@@ -40,7 +40,7 @@ def stop(result: Result, *, figure: Figure | None = None) -> Figure:
         _panels(axes[:, column], t, s, compact=column == 1)
         for row in range(4):
             marks(axes[row, column], events, start, top, named=row == 0)
-        time_axis(axes[3, column], milliseconds=column == 1 and top - start < 0.5)
+        time_axis(axes[3, column], milliseconds=column == 1 and bool(top - start < 0.5))
         axes[0, column].set_title("whole run" if column == 0 else "up to full slip, enlarged", fontsize=10)
     figure.suptitle(f"{result.status.replace('_', ' ')}: {result.message}", fontsize=11)
     return figure
@@ -139,7 +139,7 @@ def contacts(result: Result, *, figure: Figure | None = None) -> Figure:
             if column == 0:
                 panel.set_ylabel("lining, from the slack end")
     for column in range(len(ends)):
-        time_axis(axes[-1, column], milliseconds=column == 1 and ends[1] - t[0] < 0.5)
+        time_axis(axes[-1, column], milliseconds=column == 1 and bool(ends[1] - t[0] < 0.5))
     patches = [Patch(color=CONTACT_COLOURS[kind], label=WORDS[kind]) for kind in kinds]
     figure.legend(handles=patches, loc="outside lower center", ncols=3, fontsize=9)
     return figure

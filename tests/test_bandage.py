@@ -164,6 +164,7 @@ class Alone:
         return log
 
 
+@pytest.mark.slow
 def test_three_linings_integrated_by_other_means():
     preload, J_i = [1500.0, 1200.0, 900.0], [1.2, 1.5, 1.0]
     record = run(scene(preload=preload, J_b=np.array(J_i), spring=500.0))
@@ -342,6 +343,7 @@ def test_faults_of_a_bandage_with_springs():
         assemble_bandage(sb.Scene(sb.Brake(brake.pulley, brake.band, brake.linings), made.duty, made.initial, 4.0))
 
 
+@pytest.mark.slow
 def test_a_bandage_runs_through_the_front_door():
     """Events, stages, energies and overlap by `simulate`; each lining in the log and in the series."""
     result = sb.simulate(scene())

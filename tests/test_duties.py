@@ -132,6 +132,7 @@ def test_interface_without_capacity_shares_friction_heat_by_effusivity():
     assert float(result.energy["heat_closure"]) < 1e-10  # perfect contact of layers of 5 µm: large conductances cancel
 
 
+@pytest.mark.slow
 def test_thermal_stabilisation_sends_nothing_to_the_flange():
     steel = sb.material("steel_20L")
     with_flange = sb.with_pulley_structure(installation(), steel)

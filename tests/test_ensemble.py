@@ -74,6 +74,7 @@ def test_same_numbers_as_single_runs_with_other_events_in_every_run():
     assert data["brake.linings.angle[3]"].attrs["units"] == "rad"
 
 
+@pytest.mark.slow
 def test_failing_runs_keep_their_codes_and_only_short_ones_are_repeated(monkeypatch):
     # before the onset of slip a few attempts, to the stop 20 to 30, as it comes with rounding
     values = {"end_time": np.asarray([1e-3, 5.0, 1e-3, 5.0]), SPEED: np.asarray([20.0, 28.0, 15.0, 60.0])}
@@ -119,6 +120,7 @@ def test_many_stops_against_the_closed_form_in_the_callers_order():
     assert not np.any(other.stopping_time == data.stopping_time)
 
 
+@pytest.mark.slow
 def test_fields_with_entries_and_functions():
     angles = np.full((3, 20), np.radians(13.0)) + np.linspace(0, 0.01, 3)[:, None]
     data = sb.ensemble(stop_scene(), {"brake.linings.angle": angles}, [travel_share, "stopping_time"], progress=False)

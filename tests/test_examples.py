@@ -23,6 +23,7 @@ SLOW = {
         "bandage",
         "calibration",
         "ensembles",
+        "first_steps",
         "layout_design",
         "recipes",
         "sensitivity",

@@ -240,16 +240,6 @@ def test_a_result_passes_through_jit_and_vmap():
     np.testing.assert_allclose(np.asarray(batch.max_tension.lining), [20, 20])
 
 
-def test_readme_example_runs(capsys):
-    readme = (PACKAGE.parent / "README.md").read_text("utf-8")
-    (block,) = re.findall(r"```python\n(.*?)```", readme, re.S)
-    assert 12 <= len(block.splitlines()) <= 20
-    exec(compile(block, "README.md", "exec"), {})
-    out = capsys.readouterr().out
-    assert out.startswith("stopped:")
-    assert float(out.splitlines()[-1]) < 0  # more friction stops it sooner
-
-
 def test_fast_loops_must_come_first_and_changes_no_answer():
     program = """
 import jax, math

@@ -182,6 +182,7 @@ def test_areas_that_level_the_pressure_follow_the_loads():
     np.testing.assert_allclose(again, again[0], rtol=1e-8)
 
 
+@pytest.mark.slow
 def test_angles_for_equal_work_with_areas_for_equal_wear_over_a_braking():
     """Without fade the shares do not change in the run: the statics hold."""
     design = sb.equal_layout(
@@ -193,6 +194,7 @@ def test_angles_for_equal_work_with_areas_for_equal_wear_over_a_braking():
     np.testing.assert_allclose(design.area, N * AREA * normal / normal.sum(), rtol=1e-8)
 
 
+@pytest.mark.slow
 def test_fade_and_hot_wear_move_the_layout_of_equal_wear():
     cold = sb.equal_layout(heated_stop(), "wear", over="braking", rate=rate(), start="given")
     static = sb.equal_load_angles(F, N, N * BETA).angle

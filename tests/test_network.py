@@ -121,6 +121,7 @@ def test_convecting_slab_at_second_order():
     assert np.all((orders > 1.9) & (orders < 2.1)), orders
 
 
+@pytest.mark.slow
 def test_contact_finds_the_effusivity_split_by_itself():
     """Heat into an interface without capacity between two bodies: Charron's share, without being told."""
     steel, lining = sb.Material(45.0, 7850.0, 480.0), sb.Material(0.8, 2000.0, 1100.0)

@@ -78,6 +78,7 @@ def test_fade_moves_the_lever_and_not_the_hook():
     assert float(result.stopping_time) == pytest.approx(lowering + 2.0, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_derivatives_pass_through_a_programme():
     lines = ("lower 5 m at 1 m/s", "brake to rest", "hold 1 s")
 

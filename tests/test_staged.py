@@ -105,6 +105,7 @@ def test_bandage_turns_with_the_pulley_where_the_internal_friction_is_greater():
     assert float(result.energy["heat_internal"]) == 0.0
 
 
+@pytest.mark.slow
 def test_too_weak_a_lever_is_named_as_the_reason():
     result = sb.simulate(staged.stop(lever=sb.Constant(300.0), load=0.0, end=100.0))
     (first, second) = result.summary()["absent_stages"]
@@ -116,6 +117,7 @@ def test_too_weak_a_lever_is_named_as_the_reason():
 # --- held, restart, reversal ----------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stiffness", [None, 3e5])
 def test_held_staged_brake_does_not_move_and_the_weaker_pair_lets_go(stiffness):
     lever = sb.Constant(4e3)
@@ -263,6 +265,7 @@ def heated(fade=4e-4, **parts):
     return staged.stop(law=law(staged.F_EXT), inner=law(staged.F_INT), heat=heat, **parts)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stiffness", [None, 3e5])
 def test_heat_of_both_pairs_is_accounted_for(stiffness):
     result = sb.simulate(heated(stiffness=stiffness))
@@ -340,6 +343,7 @@ def test_heated_staged_stop_against_scipy():
     np.testing.assert_allclose(end.internal_friction_coefficient[0], staged.F_INT * left, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_outer_face_of_the_linings_is_a_place_of_its_own():
     """Equal steel and equal fluxes on both faces of the linings: each face takes the heat that its own pair gives."""
     lining, steel = sb.Material(0.5, 2000.0, 1000.0), sb.Material(48.0, 7800.0, 500.0)
@@ -371,6 +375,7 @@ def test_outer_face_of_the_linings_is_a_place_of_its_own():
     )
 
 
+@pytest.mark.slow
 def test_fade_undoes_a_stage():
     """External friction that fades below the internal one: the bandage comes loose again and rides with the pulley."""
     heat = sb.lumped_heat(
