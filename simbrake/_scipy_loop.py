@@ -11,7 +11,6 @@ from typing import Any, NamedTuple
 import jax
 import numpy as np
 from jax.flatten_util import ravel_pytree
-from scipy.integrate import solve_ivp
 
 from ._compiling import cpu_compiler_options
 from ._hybrid import Record
@@ -123,6 +122,8 @@ class _Run:
 
     def advance(self, until: float) -> tuple[np.ndarray, bool]:
         """Integrates to the first guard or to `until`; guards that fired, and whether `until` was reached."""
+        from scipy.integrate import solve_ivp  # half a second that only a cross-check pays
+
         start = np.asarray(self.do.guards(self.t, self.y, self.mode))
         armed = start > _REACHED
         # a guard that starts at 0 counts once it has gone negative from there

@@ -7,29 +7,24 @@ from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from fnmatch import fnmatchcase
 
-from . import (
-    _validation_brakes,
-    _validation_events,
-    _validation_heat,
-    _validation_invariants,
-    _validation_staged,
-    _validation_tables,
-)
 from ._progress import Line, duration
 from ._quantity import Fault, InputError
 from ._simulate import require_64_bits
 from ._validation import Case, Check, Validation, run_case
 
-#: two lanes that run side by side; within each, subjects share compiled programs
-_LANES = (
-    (_validation_events, _validation_heat),
-    (_validation_brakes, _validation_staged, _validation_invariants, _validation_tables),
-)
-
 
 def lanes_of_cases() -> list[list[Case]]:
-    """Every case, none of them run yet, in the lanes in which they run."""
-    return [[case for subject in lane for case in subject.cases()] for lane in _LANES]
+    """Every case, none of them run yet, in two lanes that run side by side; subjects of one share compiled programs."""
+    # loaded when they are wanted: they and what they compare with cost a good part of a second
+    from . import _validation_brakes as brakes
+    from . import _validation_events as events
+    from . import _validation_heat as heat
+    from . import _validation_invariants as invariants
+    from . import _validation_staged as staged
+    from . import _validation_tables as tables
+
+    lanes = ((events, heat), (brakes, staged, invariants, tables))
+    return [[case for subject in lane for case in subject.cases()] for lane in lanes]
 
 
 def chosen(only: str | None = None) -> list[list[Case]]:

@@ -147,6 +147,14 @@ def test_only_plot_modules_import_matplotlib():
     assert all(f.name.startswith("_plot_") for f in files)
 
 
+def test_importing_loads_nothing_that_a_run_does_not_need():
+    """Half a second each: pictures, tables, units, reports and SciPy are loaded by those who use them."""
+    heavy = ("matplotlib", "scipy", "xarray", "pandas", "pint", "jinja2", "pyarrow", "interpax", "cyclopts", "SALib")
+    program = f"import sys, simbrake; print([name for name in {heavy} if name in sys.modules])"
+    found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert found.stdout.strip() == "[]"
+
+
 def test_public_names():
     public = sorted(name for name in vars(sb) if not name.startswith("_") and name[0].isupper())
     for name in ("Scene", "Brake", "Pulley", "Band", "Lining", "Duty", "Initial", "Result", "ConstantFriction"):
