@@ -190,7 +190,7 @@ def all_at_once() -> list[Value | Named]:
 
 CASES: list[Case | Elsewhere] = [
     Case("f·tan(β/2) → 1 on a rigid band", "the tension ratio goes to infinity, its digits to none",
-         near_locking_rigid),
+         near_locking_rigid, slow=True),
     Case("f·tan(β/2) → 1 on an elastic band", "the limit leaves the tensions that the spring can reach",
          near_locking_elastic),
     Elsewhere("f·tan(β/2) = 1 reached by heating", "friction that rises locks a lining while it is held",
@@ -206,6 +206,6 @@ CASES: list[Case | Elsewhere] = [
               "test_hook_load_in_closed_form", "time, travel and heat of a stop with a hook: 1e-10"),
     Case("512 linings", "512 limits within one swing of the band", many_linings),
     Case("full slip exactly at the stop", "two guards touch zero together, one of them grazing", grazing,
-         scipy_grazing),
+         scipy_grazing, slow=True),
     Case("all linings at their limit at once", "the lever falls in no time", all_at_once),
 ]  # fmt: skip

@@ -79,6 +79,7 @@ def test_release_at_once_where_preload_compensates():
     check_conditions(record)
 
 
+@pytest.mark.slow
 def test_one_lining_is_the_rigid_bandage():
     one = scene(1, wrap=60.0, f_int=0.15, preload=1e3, J=50.0)
     record = run(one)
@@ -184,6 +185,7 @@ def test_three_linings_integrated_by_other_means():
     check_conditions(record)
 
 
+@pytest.mark.slow
 def test_stiff_springs_tend_to_the_rigid_bandage():
     """Until the lock every lining slides on the band in both systems, with the same tensions: those times agree.
 

@@ -44,6 +44,7 @@ def test_a_held_brake_lets_go_when_it_is_heated(stiffness):
     assert np.all(np.asarray(held.phi) == 0.0)
 
 
+@pytest.mark.slow
 def test_self_locking_reached_by_heat_is_an_event_or_a_code():
     rising = sb.ProductFriction(
         sb.ConstantFriction(0.9), (sb.TabulatedFade(np.asarray([250.0, 350.0, 900.0]), np.asarray([0.9, 1.0, 2.5])),)
@@ -58,6 +59,7 @@ def test_self_locking_reached_by_heat_is_an_event_or_a_code():
     assert float(rigid.record.t_end) == pytest.approx(locked, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_table_that_is_left_ends_the_run_or_is_refused_before_it():
     def law(*T):
         return sb.ProductFriction(sb.ConstantFriction(0.3), (sb.TabulatedFade(np.asarray(T), np.asarray([1.0, 0.8])),))

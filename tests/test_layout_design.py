@@ -61,6 +61,7 @@ def statics(angle, f=F):
 # --- integrals --------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_rigid_stop_has_work_wear_and_means_in_closed_form():
     result = sb.simulate(heated_stop())
     T, normal = statics(np.full(N, BETA))

@@ -155,6 +155,7 @@ def files(tmp_path):
     return write(tmp_path, "stop.py", SCENE), series, events
 
 
+@pytest.mark.slow
 def test_calibrate_from_files(capsys, monkeypatch, tmp_path, files):
     monkeypatch.setenv("JAX_COMPILATION_CACHE_DIR", "")
     scene, series, events = map(str, files)

@@ -333,7 +333,7 @@ _EVERYTHING = sb.scene_text(scenario("everything_coupled"))
 FIELDS = [leaf.path for leaf in leaves(sb.scene_from_text(TEXT))]
 
 
-@settings(deadline=None, max_examples=150, suppress_health_check=[HealthCheck.too_slow])
+@settings(deadline=None, max_examples=60, suppress_health_check=[HealthCheck.too_slow])
 @given(
     st.dictionaries(
         st.sampled_from(FIELDS),
