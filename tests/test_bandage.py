@@ -362,4 +362,7 @@ def test_a_bandage_runs_through_the_front_door():
     assert 0 < int(s.internal_sliding[0]) < 3
     assert float(o.internal_dynamic[0]) == pytest.approx(150 / 360 * int(s.internal_sliding[0]) / 3)
     assert s.lining_speed.shape == (1, 3)
-    assert len(plot.contacts(result).axes) == 2
+    # both contacts, each over the whole run and, enlarged, up to the lock
+    titles = [panel.get_title() for panel in plot.contacts(result).axes]
+    whole = ["band on linings (external)", "linings on the rim (internal)"]
+    assert titles == [text for name in whole for text in (name, f"{name}, enlarged")]
