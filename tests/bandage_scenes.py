@@ -9,7 +9,7 @@ import numpy as np
 from helpers import DOPRI8, settings, solve
 
 import simbrake as sb
-from simbrake._assemble_bandage import assemble_bandage
+from simbrake._physics._assemble_bandage import assemble_bandage
 
 R, R_B = 0.59, 0.64
 HALF = math.radians(25)  # of each of three linings

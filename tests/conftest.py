@@ -21,9 +21,9 @@ def pytest_configure(config):
 
 with install_import_hook("simbrake", "beartype.beartype"):
     import simbrake
-    import simbrake._cli
-    import simbrake._export
-    import simbrake._reproduce
+    import simbrake._classical._reproduce
+    import simbrake._commands._cli
+    import simbrake._pages._export
     import simbrake.plot  # noqa: F401
 
 

@@ -230,7 +230,7 @@ def roots(T: float, v: float) -> tuple[float, ...]:
 
 
 def two_solutions() -> list[Value | Named]:
-    from simbrake._sliding import Grip
+    from simbrake._physics._sliding import Grip
 
     grip = Grip(sb.Lining(STEEP, np.full(2, 0.5)), HARD)
 

@@ -9,11 +9,11 @@ import jax.numpy as jnp
 import numpy as np
 
 import simbrake as sb
+from simbrake._checks._reference_problems import arrays as arrays
+from simbrake._checks._reference_problems import first_event_times as first_event_times
+from simbrake._checks._reference_scenes import closed_form as closed_form
+from simbrake._checks._reference_scenes import stop_scene as stop_scene
 from simbrake._hybrid import LANDED, STOPPED
-from simbrake._reference_problems import arrays as arrays
-from simbrake._reference_problems import first_event_times as first_event_times
-from simbrake._reference_scenes import closed_form as closed_form
-from simbrake._reference_scenes import stop_scene as stop_scene
 
 DOPRI8 = sb.ExplicitRungeKutta(diffrax.Dopri8())
 TSIT5 = sb.ExplicitRungeKutta(diffrax.Tsit5())

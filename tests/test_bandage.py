@@ -14,8 +14,8 @@ from scipy.integrate import solve_ivp
 
 import simbrake as sb
 from simbrake import plot
-from simbrake._assemble_bandage import assemble_bandage
-from simbrake._metrics import energies
+from simbrake._physics._assemble_bandage import assemble_bandage
+from simbrake._run._metrics import energies
 
 
 @functools.cache

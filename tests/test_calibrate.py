@@ -9,10 +9,10 @@ from helpers import closed_form, stop_scene
 from scipy.stats import binom, chi2, norm, t
 
 import simbrake as sb
-from simbrake._calibration import State
-from simbrake._fit_model import FitModel, _program
-from simbrake._identify import identify
-from simbrake._search import Search
+from simbrake._base._identify import identify
+from simbrake._studies._calibration import State
+from simbrake._studies._fit_model import FitModel, _program
+from simbrake._studies._search import Search
 
 OMEGA, T0, J, F = (
     "initial.omega",

@@ -8,7 +8,7 @@ import tomllib
 
 import pytest
 
-from simbrake._cli import main
+from simbrake._commands._cli import main
 
 
 def call(capsys, *arguments):
@@ -255,7 +255,7 @@ def test_unusual_numbers_are_warnings_with_a_source(capsys, scenario):
 def test_a_long_wait_is_told_on_a_terminal_only(capsys):
     import time
 
-    from simbrake._progress import Waiting
+    from simbrake._base._progress import Waiting
 
     for shown in (True, False):
         with Waiting("run", "compiles", shown=shown, after=0.05):

@@ -238,7 +238,7 @@ def test_only_a_slotted_band_goes_more_than_once_around():
 
 
 def test_unequal_bands_are_a_warning_where_friction_looks_at_their_load():
-    from simbrake._scene import warnings
+    from simbrake._parts._scene import warnings
 
     law = sb.ProductFriction(sb.ConstantFriction(0.3), (sb.PressureFactor(1e6, 0.1),))
     assert warnings(stop_scene(C=sb.ParallelBands((2e5, 3e5)))) == []

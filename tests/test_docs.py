@@ -9,15 +9,16 @@ import sys
 import pytest
 
 import simbrake as sb
-from simbrake import _modes, _report
-from simbrake._bandage_state import BandageMode
-from simbrake._chain import ChainMode
-from simbrake._event_names import EVENTS
+from simbrake._base._event_names import EVENTS
 from simbrake._hybrid import Code
-from simbrake._modes import BAND_MODES, BandMode, Label, events_of_change
-from simbrake._outcome import FAILURES, STATUS_MESSAGES, Status
-from simbrake._stages import STAGES, stage_of
-from simbrake._state import BrakeCode
+from simbrake._physics import _modes
+from simbrake._physics._bandage_state import BandageMode
+from simbrake._physics._chain import ChainMode
+from simbrake._physics._modes import BAND_MODES, BandMode, Label, events_of_change
+from simbrake._physics._state import BrakeCode
+from simbrake._run import _report
+from simbrake._run._outcome import FAILURES, STATUS_MESSAGES, Status
+from simbrake._run._stages import STAGES, stage_of
 
 PACKAGE = pathlib.Path(sb.__file__).parent
 DOCS = PACKAGE.parent / "docs"
@@ -73,7 +74,7 @@ def test_contacts_of_single_linings_have_rows():
 
 def test_no_row_for_an_event_that_nothing_can_emit():
     said = set()
-    for file in PACKAGE.glob("*.py"):
+    for file in PACKAGE.rglob("*.py"):
         if file.name != "_event_names.py":
             said |= text_constants(ast.parse(file.read_text("utf-8")))
     contacts = {f"{contact}_{what}" for contact in said for what in ("slip", "stick")}

@@ -15,13 +15,13 @@ from heat_scenes import fading, lump, rigid_stop
 from helpers import closed_form, stop_scene
 
 import simbrake as sb
-from simbrake import _chunks, _ensemble
-from simbrake._chunks import _integrators, _scanner
-from simbrake._cli import main
-from simbrake._measure import measure
-from simbrake._order import expected_cost, spread
-from simbrake._progress import Progress, duration
-from simbrake._store import fingerprint
+from simbrake._base._order import expected_cost, spread
+from simbrake._base._progress import Progress, duration
+from simbrake._commands._cli import main
+from simbrake._run._measure import measure
+from simbrake._studies import _chunks, _ensemble
+from simbrake._studies._chunks import _integrators, _scanner
+from simbrake._studies._store import fingerprint
 
 SPEED, FRICTION, LEVER = "initial.omega", "brake.linings.friction.coefficient", "duty.slack_tension.level"
 TIMES = ("slip_onset_time", "full_slip_time", "stopping_time")
@@ -87,8 +87,8 @@ def test_failing_runs_keep_their_codes_and_only_short_ones_are_repeated(monkeypa
         seen.append((job.max_steps, len(rows[0])))
         return run(job, rows, size, device)
 
-    monkeypatch.setattr("simbrake._distribute.run_chunk", counting)
-    monkeypatch.setattr("simbrake._plan._SHORT", 12)
+    monkeypatch.setattr("simbrake._studies._distribute.run_chunk", counting)
+    monkeypatch.setattr("simbrake._studies._plan._SHORT", 12)
     whole = sb.ensemble(stop_scene(), values, ["stopping_time"], progress=False)
     assert seen == [(12, 4), (1024, 2)]
     assert list(whole.status.values) == ["not_stopped", "stopped"] * 2
@@ -179,7 +179,7 @@ def test_interrupted_and_resumed(tmp_path, capsys, monkeypatch):
         time.sleep(0.1)
         return run(*arguments)
 
-    monkeypatch.setattr("simbrake._distribute.run_chunk", slow)
+    monkeypatch.setattr("simbrake._studies._distribute.run_chunk", slow)
     part = sb.ensemble(stop_scene(), values, ["stopping_time"], directory=folder, workers=1, progress=Interrupting(100))
     missing = part.code.values == -1
     assert 0 < missing.sum() <= 200
@@ -187,7 +187,7 @@ def test_interrupted_and_resumed(tmp_path, capsys, monkeypatch):
     assert np.all(np.isnan(part.stopping_time.values[missing]))
     assert f"{missing.sum()} of 300 runs are missing" in capsys.readouterr().err
     again = []
-    monkeypatch.setattr("simbrake._distribute.run_chunk", lambda *a: again.append(len(a[1][0])) or run(*a))
+    monkeypatch.setattr("simbrake._studies._distribute.run_chunk", lambda *a: again.append(len(a[1][0])) or run(*a))
     whole = sb.ensemble(stop_scene(), values, ["stopping_time"], directory=folder, progress=False)
     assert sum(again) == missing.sum()
     fresh = sb.ensemble(stop_scene(), values, ["stopping_time"], progress=False)
@@ -226,7 +226,7 @@ def test_fingerprints_see_numbers_structure_and_code():
 def test_progress_tells_what_is_left(capsys, monkeypatch):
     now = [0.0]
     # a stand-in for the module, not for its function: threads of others read the clock too
-    monkeypatch.setattr("simbrake._progress.time", SimpleNamespace(monotonic=lambda: now[0]))
+    monkeypatch.setattr("simbrake._base._progress.time", SimpleNamespace(monotonic=lambda: now[0]))
     line = Progress(1000, True)
     for now[0] in (10.0, 20.0):
         line.add(100)

@@ -10,7 +10,7 @@ from helpers import TSIT5, arrays, event_guards, event_times, settings, solve
 from problems import Timed
 
 import simbrake as sb
-from simbrake._reference_problems import BouncingBall, Oscillator
+from simbrake._checks._reference_problems import BouncingBall, Oscillator
 
 
 def down(t, at, slope=1.0):

@@ -12,7 +12,7 @@ import jax
 import pytest
 
 import simbrake
-from simbrake._cli import main
+from simbrake._commands._cli import main
 
 ROOT = pathlib.Path(simbrake.__file__).parents[1]
 PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").rglob("*.md")])

@@ -16,10 +16,10 @@ from scipy.special import ndtr, ndtri
 
 import simbrake as sb
 from simbrake import plot
-from simbrake._estimates import mean_and_deviation, probability, quantile
-from simbrake._global import sobol_table
-from simbrake._salib import morris_design, morris_numbers, sobol_design
-from simbrake._uncertainty import _evaluate, _points
+from simbrake._studies._estimates import mean_and_deviation, probability, quantile
+from simbrake._studies._global import sobol_table
+from simbrake._studies._salib import morris_design, morris_numbers, sobol_design
+from simbrake._studies._uncertainty import _evaluate, _points
 
 SPREAD = {"initial.omega": 0.10, "brake.pulley.inertia": 0.20, "duty.slack_tension.level": 0.30}
 MEDIAN = {"initial.omega": 20.0, "brake.pulley.inertia": 800.0, "duty.slack_tension.level": 8e3}

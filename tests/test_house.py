@@ -13,110 +13,153 @@ import pytest
 from helpers import closed_form, stop_scene
 
 import simbrake as sb
-from simbrake import _simulate
+from simbrake._run import _simulate
 
 PACKAGE = pathlib.Path(sb.__file__).parent
 
-#: a module may import modules of lower levels, and of its own where the order below allows it
-LAYERS = [
-    {"_quantity", "_compiling", "_estimates", "_salib", "_units", "_identify", "_event_names", "_admissible"},
-    {"_numbers", "_handy", "_whole"},
-    {"_hybrid", "_validation", "_friction", "_band", "_compliance", "_layout", "_duty", "_material"},
-    {"_driller"},
-    {"_power_shares", "_equivalents", "_heat_balance", "_thermal_stress", "_thermal_estimates", "_schmidt"},
-    {"_design", "_fade", "_lever", "_loads", "_links", "_reference_problems", "_scipy_loop"},
-    {"_network", "_contact_estimates"},
-    {"_heat"},
-    {"_scene", "_thermal", "_sliding", "_builders", "_internal"},
-    {"_plausible", "_estimate_data", "_classical_stop"},
-    {"_modes", "_state", "_sparsity", "_at_rest", "_reference_scenes", "_estimate_report"},
-    {"_acting", "_bandage_state"},
-    {"_forces", "_chain", "_bandage_forces"},
-    {"_system", "_chain_system", "_bandage"},
-    {"_frame"},
-    {"_assemble_brake", "_assemble_chain", "_assemble_bandage", "_observe"},
-    {"_assemble", "_log", "_outcome", "_summary", "_choice"},
-    {"_conduction"},
-    {"_probe", "_series"},
-    {"_metrics", "_stages", "_integral"},
-    {"_report", "_rubbing"},
-    {"_result"},
-    {"_simulate", "_overlap", "_measure", "_lining_view", "_estimate_run"},
-    {"_progress", "_layout_targets", "_layout_report", "_least_tension_report", "_measured"},
-    {
-        "_cyclic",
-        "_edit",
-        "_reproduce",
-        "_indices",
-        "_order",
-        "_store",
-        "_layout_faults",
-        "_cross_check",
-        "_estimate_basis",
-    },
-    {"_validation_brakes", "_validation_events", "_estimate_rows", "_estimate_temperatures"},
-    {"_validation_heat", "_validation_invariants", "_validation_staged", "_validation_tables", "_engineering"},
-    {"_validate"},
-    {"_validate_run"},
-    {"_prepare"},
-    {"_read_measured", "_calibration", "_range", "_chunks", "_plan", "_sampling", "_least_tension", "_optimal_layout"},
-    {"_sensitivity", "_distribute", "_dataset", "_fit_model", "_history"},
-    {"_programme"},
-    {"_schema"},
-    {"_scene_tables", "_json_schema"},
-    {"_scene_reader"},
-    {"_scene_file"},
-    {"_open_scene"},
-    {"_meanings", "_provenance", "_columns"},
-    {"_labelled"},
-    {"_result_file"},
-    {"_rerun", "_comparison"},
-    {"_compare"},
-    {"_compare_run"},
-    {"_ensemble", "_search"},
-    {"_global", "_uncertainty", "_sweep", "_assess"},
-    {"_calibrate"},
-    {"_plot_shared"},
-    {"_plot_wheel", "_plot_film", "_plot_work_precision"},
-    {"_plot_runs", "_plot_pulley", "_plot_maps", "_plot_layouts", "_plot_animation"},
-    {"_plot_uncertainty", "_plot_studies", "_plot_duty", "_plot_file"},
-    {"plot"},
-    {"_gallery"},
-    {"_export", "_error_estimate", "_html_scene", "_html_parts", "_html_pictures"},
-    {"_calibrate_run", "_html_limits"},
-    {"_html_report"},
-    {"_report_run"},
-    {"_cli_options"},
-    {"_cli_scene", "_cli_studies", "_cli_results", "_cli_validate"},
-    {"_cli"},
-]
+#: packages from the lowest to the highest, and the layers of each: a module may import what stands lower
+HOUSE = {
+    "_hybrid": [],
+    "_base": [
+        {"_admissible", "_compiling", "_event_names", "_identify", "_quantity", "_units"},
+        {"_handy", "_numbers", "_whole"},
+        {"_progress"},
+        {"_order"},
+    ],
+    "_parts": [
+        {"_band", "_compliance", "_duty", "_friction", "_layout", "_material"},
+        {"_driller"},
+        {"_design", "_fade", "_lever", "_links", "_loads"},
+        {"_network"},
+        {"_heat"},
+        {"_builders", "_internal", "_scene"},
+        {"_plausible"},
+        {"_programme"},
+    ],
+    "_physics": [
+        {"_sliding", "_thermal"},
+        {"_at_rest", "_modes", "_sparsity", "_state"},
+        {"_acting", "_bandage_state"},
+        {"_bandage_forces", "_chain", "_forces"},
+        {"_bandage", "_chain_system", "_system"},
+        {"_frame"},
+        {"_assemble_bandage", "_assemble_brake", "_assemble_chain", "_observe"},
+        {"_assemble"},
+    ],
+    "_run": [
+        {"_choice", "_log", "_outcome", "_summary"},
+        {"_conduction"},
+        {"_probe", "_series"},
+        {"_integral", "_metrics", "_stages"},
+        {"_report", "_rubbing"},
+        {"_result"},
+        {"_lining_view", "_measure", "_overlap", "_simulate"},
+        {"_cyclic", "_edit"},
+        {"_prepare"},
+    ],
+    "_layouts": [
+        {"_layout_report", "_layout_targets", "_least_tension_report"},
+        {"_layout_faults"},
+        {"_least_tension", "_optimal_layout"},
+    ],
+    "_studies": [
+        {"_estimates", "_salib"},
+        {"_measured"},
+        {"_indices", "_store"},
+        {"_calibration", "_chunks", "_plan", "_range", "_read_measured", "_sampling"},
+        {"_dataset", "_distribute", "_fit_model", "_sensitivity"},
+        {"_ensemble", "_search"},
+        {"_assess", "_global", "_sweep", "_uncertainty"},
+        {"_calibrate"},
+    ],
+    "_files": [
+        {"_history"},
+        {"_schema"},
+        {"_json_schema", "_scene_tables"},
+        {"_scene_reader"},
+        {"_scene_file"},
+        {"_open_scene"},
+    ],
+    "_results": [
+        {"_columns", "_meanings", "_provenance"},
+        {"_labelled"},
+        {"_result_file"},
+        {"_comparison", "_rerun"},
+        {"_compare"},
+        {"_error_estimate"},
+    ],
+    "_classical": [
+        {"_equivalents", "_heat_balance", "_power_shares", "_schmidt", "_thermal_estimates", "_thermal_stress"},
+        {"_contact_estimates"},
+        {"_classical_stop", "_estimate_data"},
+        {"_estimate_report"},
+        {"_estimate_run"},
+        {"_estimate_basis", "_reproduce"},
+        {"_estimate_rows", "_estimate_temperatures"},
+        {"_engineering"},
+    ],
+    "_checks": [
+        {"_validation"},
+        {"_reference_problems", "_scipy_loop"},
+        {"_reference_scenes"},
+        {"_cross_check"},
+        {"_validation_brakes", "_validation_events"},
+        {"_validation_heat", "_validation_invariants", "_validation_staged", "_validation_tables"},
+        {"_validate"},
+    ],
+    "_pictures": [
+        {"_plot_shared"},
+        {"_plot_film", "_plot_wheel", "_plot_work_precision"},
+        {"_plot_animation", "_plot_layouts", "_plot_maps", "_plot_pulley", "_plot_runs"},
+        {"_plot_duty", "_plot_file", "_plot_studies", "_plot_uncertainty"},
+        {"_gallery"},
+    ],
+    "_pages": [
+        {"_export", "_html_parts", "_html_pictures", "_html_scene"},
+        {"_html_limits"},
+        {"_html_report"},
+    ],
+    "_commands": [
+        {"_validate_run"},
+        {"_compare_run"},
+        {"_calibrate_run"},
+        {"_report_run"},
+        {"_cli_options"},
+        {"_cli_results", "_cli_scene", "_cli_studies", "_cli_validate"},
+        {"_cli"},
+    ],
+}
 
 
 def imports(file):
+    """What a file imports: `"_package._module"` of simbrake, `"!name"` of others."""
     found = set()
     for node in ast.walk(ast.parse(file.read_text("utf-8"))):
-        if isinstance(node, ast.ImportFrom):
-            if node.level == 1 and node.module:
-                found.add(node.module.split(".")[0])
-            elif node.level == 1:
-                found |= {alias.name for alias in node.names}
-            elif node.module:
-                found.add("!" + node.module.split(".")[0])
+        if isinstance(node, ast.ImportFrom) and node.level:
+            here = file.relative_to(PACKAGE).parts[:-1]
+            home = here[: len(here) - node.level + 1]
+            for alias in node.names:
+                name = (*home, *node.module.split(".")) if node.module else home
+                whole = name if PACKAGE.joinpath(*name).with_suffix(".py").is_file() else (*name, alias.name)
+                found.add(".".join(whole))
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            found.add("!" + node.module.split(".")[0])
         elif isinstance(node, ast.Import):
             found |= {"!" + alias.name.split(".")[0] for alias in node.names}
     return found
 
 
 def test_imports_point_one_way():
-    level = {name: i for i, names in enumerate(LAYERS) for name in names}
-    for file in PACKAGE.glob("*.py"):
-        if file.name == "__init__.py":
-            continue
-        assert file.stem in level, f"{file.name} has no place in the house"
-        for name in imports(file):
-            if not name.startswith("!") and name != "":
-                below = level[name] < level[file.stem]
-                assert below, f"{file.stem} must not import {name}"
+    order = list(HOUSE)
+    place = {f"{p}.{m}": (order.index(p), i) for p, rows in HOUSE.items() for i, row in enumerate(rows) for m in row}
+    there = {f"{file.parent.name}.{file.stem}" for file in PACKAGE.glob("_*/*.py") if file.stem != "__init__"}
+    assert there - {name for name in there if name.startswith("_hybrid.")} == set(place)
+    for name in place:
+        for used in imports(PACKAGE / f"{name.replace('.', '/')}.py"):
+            if used.startswith("!") or used == "plot":
+                continue
+            lower = (order.index("_hybrid"), 0) if used.startswith("_hybrid") else place[used]
+            assert lower < place[name], f"{name} must not import {used}"
 
 
 def test_integrator_knows_nothing_of_brakes():
@@ -192,7 +235,7 @@ def test_vmap_gives_the_numbers_of_single_runs():
 
 
 def test_absent_physics_has_no_states():
-    from simbrake._assemble import assemble
+    from simbrake._physics._assemble import assemble
 
     _, elastic, _ = assemble(stop_scene())
     _, rigid, _ = assemble(stop_scene(C=None))

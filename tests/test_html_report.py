@@ -15,17 +15,17 @@ from helpers import closed_form, stop_scene
 
 import simbrake as sb
 from simbrake import plot
-from simbrake._edit import with_values
-from simbrake._error_estimate import repeat
-from simbrake._gallery import DUTY, PICTURES
-from simbrake._handy import number
-from simbrake._html_limits import limits_of
-from simbrake._html_parts import EVENTS, event_counts, event_rows, ledger
-from simbrake._html_pictures import draw
-from simbrake._html_report import _scene_text as contents_of_scene
-from simbrake._html_report import contents, render
-from simbrake._report_run import report_run, title_of
-from simbrake._whole import whole_file
+from simbrake._base._handy import number
+from simbrake._base._whole import whole_file
+from simbrake._commands._report_run import report_run, title_of
+from simbrake._pages._html_limits import limits_of
+from simbrake._pages._html_parts import EVENTS, event_counts, event_rows, ledger
+from simbrake._pages._html_pictures import draw
+from simbrake._pages._html_report import _scene_text as contents_of_scene
+from simbrake._pages._html_report import contents, render
+from simbrake._pictures._gallery import DUTY, PICTURES
+from simbrake._results._error_estimate import repeat
+from simbrake._run._edit import with_values
 
 VOID = {"meta", "img", "br", "wbr", "link", "hr", "input"}
 NASTY = "<script>alert(1)</script>"

@@ -5,8 +5,8 @@ import pytest
 from test_scenarios import load
 
 import simbrake as sb
-from simbrake._measure import check_metrics, happened, measure, metric_names, name_of, unit_of
-from simbrake._metrics import metrics_of, peaks_of
+from simbrake._run._measure import check_metrics, happened, measure, metric_names, name_of, unit_of
+from simbrake._run._metrics import metrics_of, peaks_of
 
 
 @pytest.mark.parametrize("name", ["u2_5_5_stop", "staged_vs_standard", "slip_onset_chain", "resolved_bandage"])

@@ -9,8 +9,8 @@ from helpers import closed_form
 from test_cli import call
 
 import simbrake as sb
-from simbrake._measured import COLUMNS, column_of
-from simbrake._units import unit
+from simbrake._base._units import unit
+from simbrake._studies._measured import COLUMNS, column_of
 
 
 def write(folder, name, text):

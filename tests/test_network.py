@@ -11,7 +11,7 @@ import pytest
 from scipy.special import erfc
 
 import simbrake as sb
-from simbrake._choice import stiff_heat
+from simbrake._run._choice import stiff_heat
 
 STEEL = sb.Material(conductivity=50.0, density=7800.0, specific_heat=50.0 / (7800.0 * 1.4e-5))
 

@@ -21,11 +21,11 @@ sys.path.insert(0, str(pathlib.Path(__file__).parent.parent))
 import simbrake as sb
 from benchmarks import report
 from simbrake import plot
-from simbrake._lining_view import Contact
-from simbrake._plot_animation import Scenery
-from simbrake._plot_film import film_of, ticks, words_of_rate
-from simbrake._plot_wheel import CONTACT_COLOURS
-from simbrake._progress import Progress
+from simbrake._base._progress import Progress
+from simbrake._pictures._plot_animation import Scenery
+from simbrake._pictures._plot_film import film_of, ticks, words_of_rate
+from simbrake._pictures._plot_wheel import CONTACT_COLOURS
+from simbrake._run._lining_view import Contact
 
 GAP = math.radians(2.0)
 

@@ -9,7 +9,7 @@ from heat_scenes import fading, lump, rigid_stop
 from helpers import closed_form, stop_scene
 
 import simbrake as sb
-from simbrake._compiling import compiled
+from simbrake._base._compiling import compiled
 
 TIMES = {"slip_onset_time": "t0", "full_slip_time": "t1", "stopping_time": "stop"}
 

@@ -18,11 +18,11 @@ from helpers import closed_form, stop_scene
 from staged_scenes import stop as staged_stop
 
 import simbrake as sb
-from simbrake import _meanings, _result_file
-from simbrake._compare_run import run as compare_run
-from simbrake._measure import METRIC_UNITS
-from simbrake._open_scene import open_scene
-from simbrake._series import SERIES_UNITS, Series
+from simbrake._commands._compare_run import run as compare_run
+from simbrake._files._open_scene import open_scene
+from simbrake._results import _meanings, _result_file
+from simbrake._run._measure import METRIC_UNITS
+from simbrake._run._series import SERIES_UNITS, Series
 
 SUFFIXES = (".nc", ".parquet", ".csv")
 

@@ -10,7 +10,7 @@ from test_scenarios import NAMES, load
 
 import simbrake as sb
 from simbrake._hybrid import LANDED
-from simbrake._simulate import solver_of
+from simbrake._run._simulate import solver_of
 
 RTOL = 1e-12
 EVENTS = 24  # looked at in a scene with more of them

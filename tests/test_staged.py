@@ -12,7 +12,7 @@ from helpers import stop_scene
 
 import simbrake as sb
 from simbrake import plot
-from simbrake._reference_scenes import staged_pair
+from simbrake._checks._reference_scenes import staged_pair
 
 
 def names(result):

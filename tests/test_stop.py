@@ -10,7 +10,7 @@ from helpers import closed_form, stop_scene
 from scipy.integrate import solve_ivp
 
 import simbrake as sb
-from simbrake._reference_scenes import FallingFriction
+from simbrake._checks._reference_scenes import FallingFriction
 
 
 def names(result):

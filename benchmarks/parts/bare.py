@@ -14,12 +14,12 @@ import jax.numpy as jnp
 import numpy as np
 
 from simbrake import simulate
-from simbrake._assemble import assemble
-from simbrake._compiling import compiled, pack
+from simbrake._base._compiling import compiled, pack
 from simbrake._hybrid import AbstractMethod, ExplicitRungeKutta
 from simbrake._hybrid._bordered import Couplings
 from simbrake._hybrid._invariants import hoisted
 from simbrake._hybrid._packing import flatten
+from simbrake._physics._assemble import assemble
 
 Step = Callable[..., tuple[Any, Any]]
 

@@ -89,7 +89,7 @@ def _row(what: str, ours: Times, **more: Any) -> dict[str, Any]:
 
 def nothing(numbers: np.ndarray) -> Callable[[], Any]:
     """A call of a program that gives back some of its numbers: what a call costs by itself."""
-    from simbrake._compiling import compiled
+    from simbrake._base._compiling import compiled
 
     call = compiled(lambda x: 2.0 * x, numbers).call
     return lambda: np.asarray(call(numbers))

@@ -105,8 +105,8 @@ def one_after_the_other(name: str, values: dict[str, np.ndarray], sample: int) -
 @functools.cache
 def _bare_program(like: Any, paths: tuple[str, ...], size: int) -> Any:
     """The bare loop over one chunk, compiled as the ensemble is."""
-    from simbrake._compiling import compiled
-    from simbrake._edit import with_values
+    from simbrake._base._compiling import compiled
+    from simbrake._run._edit import with_values
 
     run = bare.loop("written out", solver_named(_METHOD))
 
@@ -129,7 +129,7 @@ def _stretch(name: str) -> bare.Stretch:
 
 def bare_chunks(name: str, values: dict[str, np.ndarray], steps: int, threads: int) -> Callable[[], list[np.ndarray]]:
     """A call of the bare loop over chunks of the runs, `steps` steps each, on so many threads."""
-    from simbrake._compiling import pack
+    from simbrake._base._compiling import pack
 
     scene, stretch = CASES[name].simbrake(), _stretch(name)
     columns = np.stack(list(values.values()), axis=1)
@@ -191,7 +191,7 @@ def row_of(name: str, count: int, workers: int, rounds: int) -> dict[str, Any]:
 
 def measure(quick: bool) -> Part:
     """All sizes, one worker and all; `quick`: few runs of the scene without heat."""
-    from simbrake._distribute import Threads
+    from simbrake._studies._distribute import Threads
 
     sizes, workers = (_QUICK if quick else _SIZES), sorted({1, Threads().workers})
     name = "a" if quick else "b"

@@ -66,7 +66,7 @@ def differences(run: sb.Prepared, paths: tuple[str, ...]) -> dict[str, float]:
 
 def forward(run: sb.Prepared) -> tuple[Any, Callable[[np.ndarray], Any]]:
     """A program of numbers and a direction: stopping time and its derivative along it."""
-    from simbrake._compiling import compiled, pack
+    from simbrake._base._compiling import compiled, pack
 
     k, (_, like) = run.numbers.size, pack(run.scene)
 

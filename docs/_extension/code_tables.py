@@ -7,10 +7,11 @@ from docutils.statemachine import StringList
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
-from simbrake import _metrics, _modes, _outcome, _stages
-from simbrake._event_names import EVENTS
-from simbrake._result import Result
-from simbrake._series import SERIES_UNITS
+from simbrake._base._event_names import EVENTS
+from simbrake._physics import _modes
+from simbrake._run import _metrics, _outcome, _stages
+from simbrake._run._result import Result
+from simbrake._run._series import SERIES_UNITS
 
 
 def _table(head: str, rows: list[tuple[object, ...]]) -> list[str]:

@@ -88,7 +88,7 @@ def public_names() -> dict[str, str]:
     for node in tree.body:
         if isinstance(node, ast.ImportFrom) and node.level == 1 and node.module:
             for alias in node.names:
-                found[alias.asname or alias.name] = node.module
+                found[alias.asname or alias.name] = node.module.split(".")[-1]
     return {name: module for name, module in found.items() if not name.startswith("_")}
 
 
@@ -100,8 +100,8 @@ def names_on(page: str) -> list[str]:
 
 def _in_order(module: str, names: dict[str, str]) -> list[str]:
     mine = [name for name, where in names.items() if where == module]
-    file = pathlib.Path(simbrake.__file__).parent / f"{module}.py"
-    if not file.is_file():
+    file = next(pathlib.Path(simbrake.__file__).parent.glob(f"*/{module}.py"), None)
+    if file is None:
         return mine
     words = [getattr(node, "name", "") for node in ast.parse(file.read_text("utf-8")).body]
     return sorted(mine, key=lambda name: words.index(name) if name in words else -1)

@@ -1,0 +1,1 @@
+"""What everything stands on: quantities and their faults, units, compiling, progress."""

@@ -1,0 +1,1 @@
+"""Validation against cases from outside, and with SciPy."""

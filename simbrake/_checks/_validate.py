@@ -1,0 +1,88 @@
+"""Runs the validation cases and tells what came of them."""
+
+import itertools
+import threading
+import time
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from fnmatch import fnmatchcase
+
+from .._base._progress import Line, duration
+from .._base._quantity import Fault, InputError
+from .._run._simulate import require_64_bits
+from ._validation import Case, Check, Validation, run_case
+
+
+def lanes_of_cases() -> list[list[Case]]:
+    """Every case, none of them run yet, in two lanes that run side by side; subjects of one share compiled programs."""
+    # loaded when they are wanted: they and what they compare with cost a good part of a second
+    from . import _validation_brakes as brakes
+    from . import _validation_events as events
+    from . import _validation_heat as heat
+    from . import _validation_invariants as invariants
+    from . import _validation_staged as staged
+    from . import _validation_tables as tables
+
+    lanes = ((events, heat), (brakes, staged, invariants, tables))
+    return [[case for subject in lane for case in subject.cases()] for lane in lanes]
+
+
+def chosen(only: str | None = None) -> list[list[Case]]:
+    """The cases whose name holds the words `only`, or fits it as a pattern with `*`; all without it. In lanes.
+
+    Raises `InputError` where there is none.
+    """
+    lanes = lanes_of_cases()
+    if only is None:
+        return lanes
+    word = only.lower()
+    pattern = word if any(sign in word for sign in "*?[") else f"*{word}*"
+    picked = [[case for case in lane if fnmatchcase(case.name.lower(), pattern)] for lane in lanes]
+    if not any(picked):
+        subjects = ", ".join(dict.fromkeys(case.name.partition("/")[0] for lane in lanes for case in lane))
+        raise InputError([Fault("--only", f"no case fits {only!r}", f"subjects are {subjects}")])
+    return [lane for lane in picked if lane]
+
+
+def run_lanes(lanes: Sequence[Sequence[Case]], progress: bool | None = None) -> Validation:
+    """Runs the lanes side by side, as compiling leaves Python free; a line on a terminal says how far they are."""
+    line, total = Line("validate", progress), sum(map(len, lanes))
+    start, halted, done = time.monotonic(), threading.Event(), itertools.count(1)
+
+    def run(lane: Sequence[Case]) -> list[Check]:
+        checks = []
+        for case in lane:
+            if halted.is_set():
+                break
+            checks.append(run_case(case))
+            k = next(done)
+            line.show(f"{k}/{total} cases, about {duration((total - k) * line.spent / k)} left")
+        return checks
+
+    with ThreadPoolExecutor(max(1, len(lanes))) as pool:
+        futures = [pool.submit(run, lane) for lane in lanes]
+        try:
+            checks = [check for future in futures for check in future.result()]
+        finally:
+            halted.set()  # interrupted: each lane ends after the case it is at
+    line.done()
+    return Validation(checks, time.monotonic() - start)
+
+
+def validate(only: str | None = None, *, progress: bool | None = False) -> Validation:
+    """Runs simbrake on cases whose answer is known from outside, and compares.
+
+        report = simbrake.validate()
+        assert report.ok
+        print(report)
+
+    - `only`: words in the names of cases, or a pattern with `*`, as in `"elastic stop"` or `"*/order*"`
+    - `progress`: a line on stderr; `None`: where that is a terminal
+
+    The truths are closed forms and published numbers; every value comes from simbrake's own integrator, brakes and
+    thermal networks. A case whose run fails is a `fail` with the message as its error; nothing is raised for it.
+
+    Raises `InputError` where no case fits `only`, `RuntimeError` if JAX is not in 64-bit mode.
+    """
+    require_64_bits()
+    return run_lanes(chosen(only), progress)

@@ -1,0 +1,293 @@
+"""Validation of heat: thermal networks by themselves, and brakes whose friction fades as they warm up."""
+
+import functools
+import math
+from typing import Any
+
+import diffrax
+import numpy as np
+from scipy.integrate import quad
+from scipy.optimize import brentq
+from scipy.special import erfc
+
+from .._parts._builders import lumped_heat
+from .._parts._duty import PiecewiseLinear, ramp
+from .._parts._fade import LinearFade, ProductFriction
+from .._parts._friction import ConstantFriction
+from .._parts._heat import ConstantPartition, Heat
+from .._parts._links import Conductance, Convection, Radiation, Source, ThermalContact
+from .._parts._material import ROOM, Material, layer_growth
+from .._parts._network import Junction, Lump, Reservoir, Wall
+from .._parts._scene import Scene
+from .._run._conduction import simulate_heat, steady_state
+from ._reference_scenes import stop_scene
+from ._validation import Case
+from ._validation_brakes import ran
+
+_FORM = "closed form: "
+_SIGMA = 5.670374419e-8  # W/(m²·K⁴), CODATA 2018
+_K, _A = 50.0, 1.4e-5  # conductivity and diffusivity of the half-spaces
+_STEEL = Material(_K, 7800.0, _K / (7800.0 * _A))
+
+
+def lump_cases() -> list[Case]:
+    """Two lumps that come to one temperature."""
+    C, G = 15.0, 10.0
+    heat = Heat((Lump("a", C, 373.15), Lump("b", C, 273.15)), (Conductance("a", "b", G),))
+    times = [0.0, 0.1, 0.5, 1.0]
+    run = functools.cache(lambda: simulate_heat(heat, times, rtol=1e-12).temperature)
+    source = f"{_FORM}T_m + ΔT/2 · e^(−2Gt/C)"
+    return [
+        Case(f"two lumps/T1 at {t} s", source, 323.15 + 50 * math.exp(-2 * G / C * t), 1e-9, lambda i=i: run()[i, 0])
+        for i, t in enumerate(times[1:], 1)
+    ]
+
+
+def _radiated(T0: float, Ta: float, c: float, t: float) -> float:
+    """Root T of `∫ dT/(T⁴ − T_a⁴) = −c t`: the lump that radiates to surroundings at `T_a`, in implicit closed form."""
+    if Ta == 0:
+        return T0 * (1 + 3 * c * T0**3 * t) ** (-1 / 3)
+
+    def integral(T: float) -> float:
+        return (math.log((T - Ta) / (T + Ta)) - 2 * math.atan(T / Ta)) / (4 * Ta**3)
+
+    found: Any = brentq(lambda T: integral(T) - integral(T0) + c * t, Ta * (1 + 1e-13), T0, xtol=1e-12)
+    return found
+
+
+def radiation_cases() -> list[Case]:
+    """A lump at 900 K that radiates to 0 K and to 300 K."""
+    T0, eps, mc = 900.0, 0.8, 1e4
+    times = [0.0, 60.0, 600.0, 3600.0]
+    found = []
+    for Ta in (0.0, 300.0):
+        heat = Heat((Lump("a", mc, T0), Reservoir("air", Ta)), (Radiation("a", 1.0, eps),))  # pyright: ignore
+
+        @functools.cache
+        def run(heat: Heat = heat) -> Any:
+            return simulate_heat(heat, times, rtol=1e-12).temperature
+
+        form = "T_0(1 + 3εσA T_0³t/mc)^(−1/3)" if Ta == 0 else "∫ dT/(T⁴ − T_a⁴) = −εσA t/mc"
+        for i, t in enumerate(times[1:], 1):
+            truth = _radiated(T0, Ta, eps * _SIGMA / mc, t)
+            name = f"radiation to {Ta:.0f} K/T at {t:.0f} s"
+            found.append(Case(name, f"{_FORM}{form}", truth, 1e-9, lambda i=i, run=run: run()[i, 0]))
+    return found
+
+
+def repeated_cases() -> list[Case]:
+    """Stops once a minute that warm a drum by 40 K each, in pulses of 1 µs."""
+    C, b, t_c, rise, pulse = 1000.0, 1 / 300, 60.0, 40.0, 1e-6
+    starts = np.arange(10) * t_c
+    times = np.sort(np.concatenate([starts, starts, starts + pulse, starts + pulse]))
+    power = np.tile([0.0, 1.0, 1.0, 0.0], 10) * rise * C / pulse
+    heat = Heat(
+        (Lump("drum", C, 300.0), Reservoir("air", 300.0)),
+        (Convection("drum", 1.0, C * b),),  # pyright: ignore
+        sources=(Source("drum", PiecewiseLinear(times, power)),),
+    )
+    looks = [0.0, pulse, 4 * t_c + pulse, 9 * t_c + pulse]
+    run = functools.cache(lambda: simulate_heat(heat, looks, rtol=1e-11).temperature)
+    source = "Limpert, Brake Design and Safety: ΔT(1 − e^(−n b t_c))/(1 − e^(−b t_c))"
+    # the pulse lasts 1 µs of the 300 s in which the drum cools
+    return [
+        Case(
+            f"repeated stops/rise after {n}",
+            source,
+            rise * math.expm1(-n * b * t_c) / math.expm1(-b * t_c),
+            1e-7,
+            lambda i=i: run()[i, 0] - 300.0,
+        )
+        for i, n in enumerate((1, 5, 10), 1)
+    ]
+
+
+_TIMES = np.linspace(0.0, 2.0, 81)
+
+
+def _heated(layers: int, q: float, q_end: float) -> tuple[Any, Any]:
+    """Depths of the layers of a half-space (m) and their rises (K) at `_TIMES`, the flux a straight line in time."""
+    wall = Wall("w", _STEEL, 0.048, 1.0, layers)
+    heat = Heat((wall,), sources=(Source("w.front", ramp(q, q_end, 0.0, float(_TIMES[-1]))),))
+    run = simulate_heat(heat, _TIMES, rtol=1e-9, solver=diffrax.Dopri8())
+    return np.asarray(wall.centres), np.asarray(run.temperature) - ROOM
+
+
+def half_space_cases() -> list[Case]:
+    """Constant flux into a half-space: order of the layers, surface and depth on the finest."""
+    q, t = 1e6, float(_TIMES[-1])
+
+    def exact(x: Any) -> Any:
+        return (
+            q
+            / _K
+            * (2 * np.sqrt(_A * t / math.pi) * np.exp(-(x**2) / (4 * _A * t)) - x * erfc(x / np.sqrt(4 * _A * t)))
+        )
+
+    coarse = functools.cache(lambda: _heated(36, q, q))
+    fine = functools.cache(lambda: _heated(108, q, q))
+
+    def order() -> float:
+        errors = [np.abs(rise[-1] - exact(x)).max() for x, rise in (coarse(), fine())]
+        return math.log(errors[0] / errors[1], 3)
+
+    def surface() -> float:
+        x, rise = fine()
+        return float(rise[-1, 0] + q * x[0] / _K)
+
+    def inside(depth: float) -> float:
+        x, rise = fine()
+        return float(rise[-1, int(np.argmin(np.abs(x - depth)))])
+
+    source = "Carslaw & Jaeger 2.9: half-space under constant flux"
+    # of 108 layers some have their centres just 2 and 10 mm deep
+    return [
+        Case("half-space/order of the layers", "second-order finite volumes", 2.0, 0.05, order),
+        Case("half-space/surface", source, float(exact(0.0)), 1e-3, surface),
+        Case("half-space/2 mm deep", source, float(exact(0.002)), 1e-3, lambda: inside(0.002)),
+        Case("half-space/10 mm deep", source, float(exact(0.010)), 2e-3, lambda: inside(0.010)),
+    ]
+
+
+def falling_flux_cases() -> list[Case]:
+    """Flux that falls in a straight line to 0: the surface is hottest at half the time."""
+    q, t_s = 1e6, float(_TIMES[-1])
+
+    @functools.cache
+    def surface() -> Any:
+        x, rise = _heated(108, q, 0.0)
+        return rise[:, 0] + q * (1 - _TIMES / t_s) * x[0] / _K
+
+    def hottest() -> float:
+        top = int(np.argmax(surface()))
+        a, b, c = surface()[top - 1 : top + 2]
+        return float(_TIMES[top] + 0.5 * (_TIMES[1] - _TIMES[0]) * (a - c) / (a - 2 * b + c))
+
+    effusivity = _K / math.sqrt(_A)
+    source = "Fazekas 1953, Newcomb 1960"
+    greatest = 4 / (3 * math.sqrt(2 * math.pi)) * q * math.sqrt(t_s) / effusivity
+    return [
+        Case(
+            "falling flux/greatest rise",
+            f"{source}: 0.53192304 q_0 √t_s/√(kρc)",
+            greatest,
+            2e-3,
+            lambda: np.max(surface()),
+        ),
+        Case("falling flux/time of it", f"{source}: t_s/2", t_s / 2, 0.01, hottest),
+    ]
+
+
+def effusivity_cases() -> list[Case]:
+    """Heat into the interface of two bodies in perfect contact: the network finds Charron's share by itself."""
+    pairs = {
+        "steel and lining": (Material(45.0, 7850.0, 480.0), Material(0.8, 2000.0, 1100.0)),
+        "two metals": (
+            Material(51.0, 7100.0, 51.0 / (7100.0 * 1.44e-5)),
+            Material(34.3, 4700.0, 34.3 / (4700.0 * 1.46e-5)),
+        ),
+    }
+    n, thickness = 120, 0.03
+    growth = layer_growth(2e-6, thickness, n)
+
+    def share(first: Material, second: Material) -> float:
+        walls = Wall("rim", first, thickness, 1.0, n, growth), Wall("lining", second, thickness, 1.0, n, growth)
+        contacts = ThermalContact("face", "rim.front", 1.0), ThermalContact("face", "lining.front", 1.0)
+        heat = Heat((*walls, Junction("face")), contacts, sources=(Source("face", 1e6),))
+        run = simulate_heat(heat, [0.0, 0.2], rtol=1e-8)
+        system: Any = run.record.system
+        stored = np.asarray(system.thermal.capacity) * (np.asarray(run.temperature)[-1] - ROOM)
+        return float(stored[:n].sum() / stored.sum())
+
+    def effusivity(m: Material) -> float:
+        return math.sqrt(float(m.conductivity) * float(m.density) * float(m.specific_heat))
+
+    found = []
+    for name, (first, second) in pairs.items():
+        e1, e2 = effusivity(first), effusivity(second)
+        found.append(
+            Case(
+                f"two bodies in contact/{name}",
+                "Charron: e1/(e1 + e2), e = √(kρc)",
+                e1 / (e1 + e2),
+                5e-4,
+                lambda first=first, second=second: share(first, second),
+            )
+        )
+    return found
+
+
+def steady_cases() -> list[Case]:
+    """A wall heated and cooled at one face and held at the other, once nothing changes any more."""
+    q, h, L, Ta, Tb = 1e5, 50.0, 0.03, 300.0, 350.0
+    heat = Heat(
+        (Wall("w", _STEEL, L, 1.0, 4), Reservoir("air", Ta), Reservoir("back", Tb)),
+        (Convection("w.front", 1.0, h), ThermalContact("w.back", "back", 1.0)),  # pyright: ignore
+        sources=(Source("w.front", q),),
+    )
+    face = (q + h * Ta + _K / L * Tb) / (h + _K / L)
+    truth = face + (Tb - face) / 8
+    source = f"{_FORM}q = h(T_f − T_a) + λ(T_f − T_b)/L"
+    return [
+        Case("wall in steady state/first layer", source, truth, 1e-8, lambda: next(iter(steady_state(heat).values())))
+    ]
+
+
+def _fading(slope: float, capacity: float) -> Scene:
+    law = ProductFriction(ConstantFriction(0.35), (LinearFade(slope, ROOM, 0.0, 0.0),))  # pyright: ignore
+    heat = lumped_heat(rim=capacity, partition=ConstantPartition(1.0), rim_cooling=0.0)
+    scene = stop_scene(C=None, law=law, end=10.0)
+    return Scene(scene.brake, scene.duty, scene.initial, scene.end_time, heat)
+
+
+def fade_cases() -> list[Case]:
+    """A stop on a rigid band that heats one insulated lump, on whose temperature the friction depends."""
+    J, R, T0, w0, n, f = 800.0, 0.725, 8e3, 20.0, 20, 0.35
+    slope, capacity = 2e-3, 2e4
+    z = math.tan(math.radians(13.5) / 2)
+
+    def torque(w: float, slope: float) -> float:
+        now = f * (1 - slope * J * (w0**2 - w**2) / (2 * capacity))
+        return R * T0 * (((1 + now * z) / (1 - now * z)) ** n - 1)
+
+    time = quad(lambda w: J / torque(w, slope), 0.0, w0, epsabs=1e-13, epsrel=1e-13)[0]
+    warm, cold = ran(_fading(slope, capacity), 1e-11), ran(_fading(0.0, capacity), 1e-11)
+    warmed = ROOM + J * w0**2 / (2 * capacity)
+    return [
+        Case(
+            "stop with fade/stopping time",
+            "quadrature ∫ J dω/M(T(ω)), T = T_0 + J(ω_0² − ω²)/2mc",
+            time,
+            1e-9,
+            lambda: warm().stopping_time,
+        ),
+        Case(
+            "stop with fade/temperature at rest",
+            f"{_FORM}T_0 + Jω_0²/2mc",
+            warmed,
+            1e-9,
+            lambda: warm().end_temperatures[0],
+        ),
+        Case("stop with fade/closure of the heat", "first law", 0.0, 1e-12, lambda: warm().energy["heat_closure"]),
+        Case(
+            "stop with no fade/stopping time",
+            f"{_FORM}J ω_0/M: as without heat",
+            J * w0 / torque(w0, 0.0),
+            1e-9,
+            lambda: cold().stopping_time,
+        ),
+    ]
+
+
+def cases() -> list[Case]:
+    """All cases of this file, none of them run yet."""
+    return (
+        lump_cases()
+        + radiation_cases()
+        + repeated_cases()
+        + half_space_cases()
+        + falling_flux_cases()
+        + effusivity_cases()
+        + steady_cases()
+        + fade_cases()
+    )

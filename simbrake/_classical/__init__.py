@@ -1,0 +1,1 @@
+"""The classical estimates and published tables beside a simulation."""

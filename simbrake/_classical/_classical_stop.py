@@ -1,0 +1,60 @@
+"""The classical estimate of a stop: all linings slide from the first moment, under a constant lever tension."""
+
+from typing import Any, NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+
+from .._parts._driller import AbstractSpeedLever
+from .._parts._friction import Contact
+from .._parts._scene import Scene, sensed_at_start
+
+
+class ClassicalStop(NamedTuple):
+    """A stop of a rigid band that slides throughout, with constant torques (SI units)."""
+
+    ratio: float  # Π, tight over slack tension
+    torque: float  # M_b, N·m
+    time: float  # s
+    angle: float  # rad
+    work: float  # friction work, J
+    power: float  # friction power at first, W
+
+
+def friction_at_start(scene: Scene) -> np.ndarray:
+    """Sliding coefficient (n,) at the initial speed and temperatures, without pressure."""
+    n, laws = scene.brake.linings.count, scene.brake.linings.friction
+    v = abs(float(scene.brake.band.radius) * float(scene.initial.omega))
+    contact = Contact(v=jnp.full(n, v), T=sensed_at_start(scene), p=jnp.zeros(n))
+    return np.broadcast_to(np.asarray(laws.kinetic(contact)), (n,))
+
+
+def classical_stop(scene: Scene) -> ClassicalStop | None:
+    """The stop of a standard brake by statics alone; `None` where there is none.
+
+        Π = ∏ (1 + f_i z_i)/(1 − f_i z_i),   M_b = R_b T_0 (Π − 1)                                  (Z-12…14)
+        ω̇ = −(M_b − M_load)/J,   t = ω_0/|ω̇|,   φ = ω_0 t/2,   W = M_b φ                           (Z-17, 18)
+
+    `T_0` is the greatest tension that the lever gives, load torque and inertia are those of the start (the torque at
+    half the speed). There is none without speed at the start, with a lever that holds the speed, where a lining locks
+    itself, or where the load outweighs the brake.
+    """
+    brake, duty, omega = scene.brake, scene.duty, float(scene.initial.omega)
+    f = friction_at_start(scene)
+    if omega <= 0 or isinstance(duty.slack_tension, AbstractSpeedLever):
+        return None
+    angle = np.asarray(brake.linings.angle)
+    if np.any(f * np.tan(angle / 2) >= 1):  # a lining locks itself
+        return None
+    start = jnp.asarray(float(scene.initial.time))
+    piece: Any = jnp.asarray(duty.load.profile.first_piece(start), jnp.int32)
+    load = float(duty.load.torque(start, jnp.asarray(omega / 2), piece))
+    more = duty.load.added_inertia(piece)
+    inertia = float(brake.pulley.inertia) + float(duty.load.inertia()) + (0.0 if more is None else float(more))
+    fz = f * np.tan(angle / 2)
+    ratio = float(np.prod((1 + fz) / (1 - fz)))
+    torque = float(brake.band.radius) * float(duty.slack_tension.scale()) * (ratio - 1)
+    if torque <= load:
+        return None
+    time = inertia * omega / (torque - load)
+    return ClassicalStop(ratio, torque, time, omega * time / 2, torque * omega * time / 2, torque * omega)

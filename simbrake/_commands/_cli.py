@@ -1,0 +1,131 @@
+"""The command line. Exit codes: 0 the run reached its end, 1 it failed, 2 the input is wrong."""
+
+import json
+import sys
+from pathlib import Path
+
+import cyclopts
+
+from ._cli_options import Json, Set, limit, opened, prepare_jax, print_written, tolerance
+from ._cli_results import animate, compare, estimates, report
+from ._cli_scene import scene
+from ._cli_studies import calibrate, sensitivity, sweep
+from ._cli_validate import validate
+
+
+def _version() -> str:
+    """simbrake with the versions that its numbers depend on."""
+    import platform
+    from importlib.metadata import version
+
+    names = ("simbrake", "jax", "jaxlib", "diffrax", "equinox", "numpy", "scipy")
+    return ", ".join([*(f"{name} {version(name)}" for name in names), f"Python {platform.python_version()}"])
+
+
+app = cyclopts.App(
+    name="simbrake",
+    help="""Dynamic simulator of band-shoe brakes of drilling drawworks: stick and slip of every lining, heat, events,
+    and derivatives of all of it. First steps:
+
+    * A run, its pictures and tables in a folder: `simbrake run scenarios/u2_5_5_stop.toml --out stop`
+    * Every number of a scene: `simbrake scene show scenarios/u2_5_5_stop.toml`
+    * A scene of your own: copy that file and edit it; what may stand in it: `simbrake scene schema`
+    * One number changed: `simbrake run mine.toml --set "duty.load.mass=80 t"`
+    * What every number does to the stopping time: `simbrake sensitivity mine.toml`
+    * A page to pass on: `simbrake report mine.toml`
+    """,
+    help_format="markdown",
+    help_epilogue="Exit codes: 0 the run reached its end; 1 it failed, with a named code; 2 the input is wrong.",
+    version=_version,
+)
+app.register_install_completion_command(help="Install completion of commands and options for this shell.")
+
+
+@app.command
+def run(
+    scenario: Path,
+    /,
+    *,
+    out: Path | None = None,
+    json_: Json = False,
+    set_: Set = None,
+    rtol: float = 1e-10,
+    max_steps: int | None = None,
+    max_events: int = 10_000,
+) -> int:
+    """Run a scenario and print a summary.
+
+    Parameters
+    ----------
+    scenario
+        Scene file: TOML, or Python with a function scene().
+    out
+        Folder for every picture of the run, the series (CSV), the result as labelled data (netCDF) and the summary.
+    json_
+        Print the summary as JSON, alone on stdout.
+    set_
+        PATH=VALUE: override a number of the scene (SI, or with its unit), as "duty.load.mass=30 t"; may be repeated.
+    rtol
+        Relative tolerance of the integration.
+    max_steps
+        Step attempts allowed.
+    max_events
+        Events allowed.
+    """
+    prepare_jax()
+    from .._base._progress import Waiting
+    from .._run._simulate import simulate
+
+    limits = {"rtol": tolerance(rtol), "max_events": limit(max_events), "max_steps": limit(max_steps)}
+    scene = opened(scenario, set_, out, **limits)
+    with Waiting("run", "compiles what it has not seen before, then runs"):
+        result = simulate(scene, rtol=rtol, max_steps=max_steps, max_events=max_events, throw=False)
+        text = json.dumps(result.summary(), indent=2, allow_nan=False) if json_ else str(result)
+    print(text)
+    if out is not None:
+        from .._pages._export import write
+
+        print_written(write(result, out), json_)
+    return 0 if result.ok else 1
+
+
+@app.command
+def reproduce(*, json_: Json = False) -> int:
+    """Recompute the published tables cell by cell: printed, computed, difference, verdict.
+
+    Parameters
+    ----------
+    json_
+        Print a list of {table, row, column, printed, computed, verdict}, alone on stdout.
+    """
+    prepare_jax()
+    from .._classical._reproduce import cells, report
+
+    rows = cells()
+    print(json.dumps([cell.as_dict() for cell in rows], indent=1, allow_nan=False) if json_ else report(rows))
+    return 1 if any(cell.verdict == "disagrees" for cell in rows) else 0
+
+
+app.command(scene)
+for _command in (report, animate, compare, estimates, sensitivity, sweep, calibrate, validate):
+    app.command(_command)
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Entry point of the `simbrake` command."""
+    from .._base._quantity import InputError
+
+    try:
+        code = app(arguments, exit_on_error=False, print_error=True, result_action="return_value")
+    except cyclopts.CycloptsError:
+        sys.exit(2)
+    except InputError as error:
+        print(f"simbrake: {error}", file=sys.stderr)
+        sys.exit(2)
+    except KeyboardInterrupt:
+        print("simbrake: interrupted; what --resume DIR keeps is kept, the same command goes on", file=sys.stderr)
+        sys.exit(130)
+    except BrokenPipeError:
+        sys.stderr.close()
+        sys.exit(1)
+    sys.exit(code if isinstance(code, int) else 0)

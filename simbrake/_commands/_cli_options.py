@@ -1,0 +1,57 @@
+"""What the commands have in common: options, 64 bits, the scene they work on."""
+
+import os
+from pathlib import Path
+from typing import Annotated, Any
+
+from cyclopts import Parameter
+
+Many = Annotated[list[str] | None, Parameter(negative="", consume_multiple=False)]
+Set = Annotated[list[str] | None, Parameter(name="--set", negative="", consume_multiple=False)]
+Json = Annotated[bool, Parameter(name="--json", negative="")]
+
+
+def prepare_jax() -> None:
+    """64 bits, and compiled programs kept between runs (`JAX_COMPILATION_CACHE_DIR` moves them, empty: none)."""
+    cache = os.environ.get("JAX_COMPILATION_CACHE_DIR")
+    if cache is None:
+        base = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
+        cache = os.path.join(base, "simbrake", "compiled")
+    os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")  # a hit of the cache is no news for users
+    import jax
+
+    jax.config.update("jax_enable_x64", True)
+    if cache:
+        jax.config.update("jax_compilation_cache_dir", cache)
+        jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.1)
+
+
+def opened(scenario: Path, set_: list[str] | None, out: Path | None, **limits: tuple[Any, bool, str]) -> Any:
+    """The scene of a command, its numbers overridden; faults of the options first: name, value, admissible, hint."""
+    from .._base._quantity import Fault, InputError
+    from .._files._open_scene import open_scene
+    from .._run._edit import parse_assignments, with_values
+
+    wrong = [
+        Fault(f"--{name.replace('_', '-')}", f"{value} is not admissible", hint)
+        for name, (value, admissible, hint) in limits.items()
+        if not admissible
+    ]
+    if out is not None and out.exists() and not out.is_dir():
+        wrong.append(Fault("--out", f"{out} is a file", "give a folder"))
+    if wrong:
+        raise InputError(wrong)
+    return with_values(open_scene(scenario), parse_assignments(set_ or []))
+
+
+def tolerance(rtol: float) -> tuple[float, bool, str]:
+    return rtol, 1e-15 < rtol < 0.1, "0 < rtol < 0.1"
+
+
+def limit(count: int | None) -> tuple[int | None, bool, str]:
+    return count, count is None or count > 0, "at least 1"
+
+
+def print_written(written: list[Path], json_: bool) -> None:
+    if not json_:
+        print("written  " + ", ".join(str(path) for path in written))

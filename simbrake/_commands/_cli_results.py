@@ -1,0 +1,152 @@
+"""Commands about results: compare two, a report as one page, a film, estimates beside it."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from ._cli_options import Json, Many, Set, opened, prepare_jax, print_written, tolerance
+
+
+def compare(a: Path, b: Path, /, *, rtol: float = 1e-9, json_: Json = False) -> int:
+    """Compare two results: what of the scenes differs, and what moved. Exit code 0: equal, 1: different.
+
+    Parameters
+    ----------
+    a
+        Result file (.nc, .parquet, .csv), folder of `run --out`, or a scene (.toml, .py), which is run.
+    b
+        The same.
+    rtol
+        Relative difference up to which numbers count as equal.
+    json_
+        Print the comparison as JSON, alone on stdout.
+    """
+    prepare_jax()
+    from .._files._open_scene import open_scene
+    from ._compare_run import run
+
+    return run(a, b, open_scene, rtol=rtol, json_=json_)
+
+
+def report(
+    scenario: Path,
+    /,
+    *,
+    out: Annotated[Path | None, Parameter(name=["--out", "-o"])] = None,
+    sensitivity: Many = None,
+    limit: Many = None,
+    check: bool = True,
+    set_: Set = None,
+    rtol: float = 1e-10,
+    json_: Json = False,
+) -> int:
+    """Run a scene and write its report: one HTML page that needs nothing else.
+
+    Parameters
+    ----------
+    scenario
+        Scene file: TOML, or Python with a function scene().
+    out
+        The page; by default the scene's name with .html in the working folder. An existing one is replaced whole.
+    sensitivity
+        Metric whose derivatives by every number are shown; may be repeated.
+    limit
+        METRIC=VALUE: greatest permissible value (SI), of a metric or max_pressure; may be repeated.
+    check
+        Run a second time at another tolerance, to say how accurate the first run is.
+    set_
+        PATH=VALUE: override a number of the scene (SI, or with its unit); may be repeated.
+    rtol
+        Relative tolerance of the integration.
+    json_
+        Print {status, message, written} as JSON, alone on stdout.
+    """
+    prepare_jax()
+    from ._report_run import report_run
+
+    scene = opened(scenario, set_, None, rtol=tolerance(rtol))
+    options = {"sensitivity": sensitivity or [], "limit": limit or [], "check": check, "rtol": rtol, "json_": json_}
+    return report_run(scene, scenario, out, **options)
+
+
+def animate(
+    scenario: Path,
+    out: Path,
+    /,
+    *,
+    duration: float = 6.0,
+    fps: int = 20,
+    start: float | None = None,
+    end: float | None = None,
+    set_: Set = None,
+    rtol: float = 1e-10,
+) -> int:
+    """Film one braking: the pulley turns, linings are coloured by stick and slip and by temperature.
+
+    Parameters
+    ----------
+    scenario
+        Scene file: TOML, or Python with a function scene().
+    out
+        The film: .gif, or .html for a page with a slider that needs nothing else.
+    duration
+        Length of the film (s).
+    fps
+        Frames per second.
+    start
+        Simulated time (s) at which it begins.
+    end
+        Simulated time (s) at which it ends; by default shortly after the stop.
+    set_
+        PATH=VALUE: override a number of the scene (SI, or with its unit); may be repeated.
+    rtol
+        Relative tolerance of the integration.
+    """
+    prepare_jax()
+    from .._base._progress import Waiting
+    from .._base._quantity import Fault, InputError
+    from .._run._simulate import simulate
+
+    scene = opened(scenario, set_, None, rtol=tolerance(rtol), duration=(duration, 0 < duration <= 600, "0…600 s"))
+    if out.suffix not in (".gif", ".html"):
+        raise InputError([Fault(str(out), f"{out.suffix or 'a name without ending'} is no film", "give .gif or .html")])
+    with Waiting("run", "compiles what it has not seen before, then runs"):
+        result = simulate(scene, rtol=rtol, throw=False)
+    from .. import plot
+
+    plot.animate(result, out, duration=duration, fps=fps, start=start, end=end)
+    print_written([out], False)
+    return 0 if result.ok else 1
+
+
+def estimates(
+    scenario: Path, /, *, run: bool = True, set_: Set = None, rtol: float = 1e-10, json_: Json = False
+) -> int:
+    """Print the classical engineering estimates of a braking beside its simulation, and why they part.
+
+    Parameters
+    ----------
+    scenario
+        Scene file: TOML, or Python with a function scene().
+    run
+        Simulate the scene as well; without it time and work are those of a classical stop.
+    set_
+        PATH=VALUE: override a number of the scene (SI, or with its unit); may be repeated.
+    rtol
+        Relative tolerance of the integration.
+    json_
+        Print inputs and rows as JSON, alone on stdout.
+    """
+    prepare_jax()
+    from .._base._progress import Waiting
+    from .._classical._engineering import estimates as table_of
+    from .._run._simulate import simulate
+
+    scene = opened(scenario, set_, None, rtol=tolerance(rtol))
+    with Waiting("run", "compiles what it has not seen before, then runs"):
+        result = simulate(scene, rtol=rtol, throw=False) if run else None
+        table = table_of(scene if result is None else result)
+    print(json.dumps(table.as_dict(), indent=1, allow_nan=False) if json_ else table)
+    return 0 if result is None or result.ok else 1

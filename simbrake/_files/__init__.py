@@ -1,0 +1,1 @@
+"""Scenes and histories in files."""

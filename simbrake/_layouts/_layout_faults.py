@@ -1,0 +1,66 @@
+"""What cannot be right in a layout that is asked for, all at once."""
+
+from typing import Any
+
+import numpy as np
+
+from .._base._quantity import Fault
+from .._parts._scene import Scene, faults
+from .._run._rubbing import PAIRS
+from ._layout_targets import TARGETS, Target
+
+FREE = ("angle", "area", "both")
+OVER = ("static", "braking")
+STARTS = ("closed form", "given")
+#: targets that look at the areas
+NEEDS_AREA = ("pressure", "wear")
+
+
+def faults_of_wish(
+    scene: Scene, targets: tuple[Target, ...], free: str, over: str, rate: Any, pair: str, start: str
+) -> list[Fault]:
+    """Everything wrong with a layout asked for, the scene's own faults included (arguments as of `equal_layout`)."""
+    found = faults(scene)
+    if start not in STARTS:
+        found.append(Fault("start", f"{start!r} is unknown", f"there are: {', '.join(STARTS)}"))
+    if free not in FREE:
+        found.append(Fault("free", f"{free!r} cannot be freed", f"there are: {', '.join(FREE)}"))
+    if over not in OVER:
+        found.append(Fault("over", f"{over!r} is unknown", f"there are: {', '.join(OVER)}"))
+    if pair not in PAIRS or (pair == "internal" and scene.brake.bandage is None):
+        found.append(Fault("pair", f"the brake has no {pair!r} pair", "the internal one is a staged brake's"))
+    elif pair == "internal" and over == "static":
+        found.append(Fault("pair", "statics are those of the band on the linings", 'give over="braking"'))
+    for one in targets:
+        if isinstance(one, str) and one not in TARGETS:
+            hint = f"there are: {', '.join(TARGETS)}, or a function of a result to one number per lining"
+            found.append(Fault("target", f"{one!r} is unknown", hint))
+        elif not isinstance(one, str) and over == "static":
+            found.append(Fault("target", "a function of a result needs a run", 'give over="braking"'))
+    if len(targets) != (2 if free == "both" else 1):
+        hint = 'as ("tension_increment", "pressure"): the first for the angles, the second for the areas'
+        words = f"{free!r} levels {2 if free == 'both' else 1}, there are {len(targets)}"
+        found.append(Fault("target", words, hint if free == "both" else 'free="both" levels two'))
+    if "wear" in targets and rate is None:
+        found.append(Fault("rate", "is missing", "wear needs a wear rate in m³/(N·m)"))
+    return found + _faults_of_areas(scene, targets, free, pair)
+
+
+def _faults_of_areas(scene: Scene, targets: tuple[Target, ...], free: str, pair: str) -> list[Fault]:
+    linings, bandage, found = scene.brake.linings, scene.brake.bandage, []
+    n = int(np.size(linings.angle))
+    if n < 2:
+        found.append(Fault("brake.linings.angle", "one lining has no layout", "give two or more"))
+    looked_at = free in ("area", "both") or (pair == "external" and any(one in NEEDS_AREA for one in targets))
+    if looked_at and linings.area is None:
+        found.append(Fault("brake.linings.area", "is missing", "it is looked at"))
+    if pair == "internal" and bandage is not None:
+        if bandage.area is None and any(one in NEEDS_AREA for one in targets):
+            found.append(Fault("brake.bandage.area", "is missing", "the pressure is looked at"))
+        if free != "angle":
+            found.append(Fault("free", "the areas that can be freed are those towards the band", 'free="angle"'))
+    if free == "area" and not linings.friction.pressure_dependent:
+        for one in targets:
+            if isinstance(one, str) and one in TARGETS and one not in NEEDS_AREA:
+                found.append(Fault("target", f"{one} does not depend on the areas", "free the angles"))
+    return found

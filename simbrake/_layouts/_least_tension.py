@@ -1,0 +1,349 @@
+"""The least greatest tension under limits on a run: stopping time, temperatures, or anything that is measured."""
+
+import dataclasses
+import functools
+import re
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from .._base._compiling import cpu_compiler_options
+from .._base._progress import Line, duration
+from .._base._quantity import Fault, InputError, leaves
+from .._hybrid import Code
+from .._parts._scene import Scene, faults
+from .._run._edit import with_values
+from .._run._measure import check_metrics, measure, unit_of
+from .._run._result import Result
+from .._run._simulate import room_for, simulate, solver_of
+from ._least_tension_report import BoundRow, LeastTension, LimitRow
+
+_ANGLES = "brake.linings.angle"
+_ENTRY = re.compile(r"^(?P<path>.*)\[(?P<index>-?\d+)\]$")
+_FAR = 10.0  # relative excess given to a limit on something that did not happen in a trial
+_SLOW = 0.9  # share of the speed left at the end of a run, above which a stop is extrapolated along a straight line
+_ACTIVE = 1e-6  # relative distance at which a limit or a bound is met
+
+
+@dataclasses.dataclass(frozen=True)
+class _Variable:
+    """Entries of the unknowns that are one path: `index` `None` is a whole field."""
+
+    path: str
+    base: str
+    index: int | None
+    size: int
+
+
+@dataclasses.dataclass(frozen=True)
+class _Spec:
+    """What decides the structure of the search's program."""
+
+    metrics: tuple[str, ...]
+    variables: tuple[_Variable, ...]
+    reverse: bool
+    solver: Any
+    max_steps: int
+    rtol: float
+
+
+def _laid(scene: Scene, x: Any, variables: tuple[_Variable, ...]) -> Scene:
+    """The scene with the unknowns `x` in their places."""
+    known = {leaf.path: leaf.value for leaf in leaves(scene)}
+    values: dict[str, Any] = {}
+    at = 0
+    for one in variables:
+        if one.index is None:
+            values[one.base] = x[at : at + one.size].reshape(np.shape(known[one.base]))
+        else:
+            values[one.base] = jnp.asarray(values.get(one.base, known[one.base])).at[one.index].set(x[at])
+        at += one.size
+    return with_values(scene, values)
+
+
+def _searched(result: Result, name: str) -> Array:
+    """A metric; for a brake that does not stop in the run, the time at which its mean deceleration would stop it."""
+    value = measure(result, name)
+    if name != "stopping_time":
+        return value
+    record = result.record
+    start, end = record.rows.t[0], record.t_end
+    left = record.y_end.omega / jnp.asarray(result.scene.initial.omega)
+    slow = 1 / (1 - jnp.minimum(left, _SLOW)) + jnp.maximum(left - _SLOW, 0.0) / (1 - _SLOW) ** 2
+    return jnp.where(jnp.isfinite(value), value, start + (end - start) * slow)
+
+
+def _evaluate(x: Any, scene: Scene, *, spec: _Spec) -> Any:
+    """Metrics and their derivatives by the unknowns, and the result code."""
+
+    def metrics(x: Any) -> Any:
+        laid = _laid(scene, x, spec.variables)
+        result = simulate(laid, solver=spec.solver, rtol=spec.rtol, max_steps=spec.max_steps)
+        found = jnp.stack([_searched(result, name) for name in spec.metrics])
+        return found, (found, result.code)
+
+    derivative = jax.jacrev if spec.reverse else jax.jacfwd
+    jacobian, (found, code) = derivative(metrics, has_aux=True)(x)
+    return found, jacobian, code
+
+
+@functools.cache
+def _compiled() -> Any:
+    return jax.jit(_evaluate, static_argnames="spec", compiler_options=cpu_compiler_options())
+
+
+class _Problem:
+    """The search in scaled unknowns `u = (x − low)/(high − low)` and relative limits, each trial run once."""
+
+    def __init__(self, scene: Scene, spec: _Spec, low: np.ndarray, high: np.ndarray, limits: np.ndarray):
+        self.scene, self.spec, self.low, self.high, self.limits = scene, spec, low, high, limits
+        self.runs, self.scale = 0, 1.0
+        self.progress = Line("least tension")
+        self._last: tuple[bytes, Any] | None = None
+
+    def look(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Metrics and their derivatives by `u`."""
+        if self._last is None or self._last[0] != u.tobytes():
+            self._last = (u.tobytes(), self._run(u))
+        return self._last[1]
+
+    def _run(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        self.runs += 1
+        x = self.low + u * (self.high - self.low)
+        found, jacobian, code = _compiled()(x, self.scene, spec=self.spec)
+        if int(code) == Code.STEP_LIMIT and self.spec.max_steps < 16384:
+            self.spec = dataclasses.replace(self.spec, max_steps=4 * self.spec.max_steps)
+            return self._run(u)
+        found = np.asarray(found, float)
+        if int(code) != 0:
+            found = np.full_like(found, np.inf)
+        self.progress.show(f"run {self.runs}, {self.spec.metrics[0]} {found[0]:.6g}, {duration(self.progress.spent)}")
+        return found, np.asarray(jacobian) * (self.high - self.low)
+
+    def objective(self, u: np.ndarray) -> tuple[float, np.ndarray]:
+        found, jacobian = self.look(u)
+        # a trial whose run fails is worse than any other
+        value = found[0] / self.scale if np.isfinite(found[0]) else 1.0 + _FAR
+        return float(value), jacobian[0] / self.scale
+
+    def room(self, u: np.ndarray) -> np.ndarray:
+        """Room that every limit leaves: `1 − r`, `r = metric/limit`, and `−ln r` beyond it, where `r` may be large."""
+        r = self.look(u)[0][1:] / self.limits
+        return np.where(np.isfinite(r), np.where(r <= 1, 1 - r, -np.log(np.maximum(r, 1.0))), -_FAR)
+
+    def room_slope(self, u: np.ndarray) -> np.ndarray:
+        found, jacobian = self.look(u)
+        r = found[1:] / self.limits
+        factor = np.where(np.isfinite(r), 1 / np.maximum(r, 1.0), 1.0) / self.limits
+        return -factor[:, None] * jacobian[1:]
+
+
+def _variables(scene: Scene, given: dict[str, Any]) -> tuple[list[_Variable], list[Any], list[Fault]]:
+    """What is free, its bounds and starting values (low, high, start), and what is wrong with that."""
+    known = {leaf.path: leaf for leaf in leaves(scene)}
+    variables, numbers, found = [], [], []
+    if not given:
+        found.append(Fault("variables", "nothing is free", "as {'duty.slack_tension.level': (1e3, 3e4)}"))
+    for path, bounds in given.items():
+        match = _ENTRY.match(path)
+        base, index = (path, None) if path in known or match is None else (match["path"], int(match["index"]))
+        try:
+            with_values(scene, {path: 0.0})
+        except InputError as error:
+            found += error.faults
+            continue
+        if base not in known:
+            found.append(Fault(path, "is absent in the scene", "give the scene a value to start from"))
+            continue
+        value = np.asarray(known[base].value, float)
+        start = value.ravel() if index is None else value[index].reshape(1)
+        try:
+            low, high = (np.broadcast_to(np.asarray(one, float), start.shape) for one in bounds)
+        except (TypeError, ValueError):
+            found.append(Fault(path, "needs two bounds (low, high)", f"numbers, or lists of {start.size}"))
+            continue
+        about = known[base].about
+        if not np.all(low < high):
+            found.append(Fault(path, "the lower bound is not below the upper one", "swap them"))
+        elif not np.all(about.admits(low) & about.admits(high)):
+            found.append(Fault(path, "a bound is not admissible", f"it must be {about.range} {about.unit}"))
+        elif not np.all((start >= low) & (start <= high)):
+            found.append(Fault(path, "the scene's value is outside the bounds", "start inside them"))
+        variables.append(_Variable(path, base, None if index is None else index % value.size, start.size))
+        numbers.append((low, high, start))
+    bases = [(one.base, one.index) for one in variables]
+    for one in variables:
+        if bases.count((one.base, one.index)) > 1 or (one.index is not None and (one.base, None) in bases):
+            found.append(Fault(one.path, "is free twice", "name it once"))
+    return variables, numbers, found
+
+
+def _check(scene: Scene, limits: dict[str, float], objective: str, found: list[Fault]) -> None:
+    found = [*faults(scene), *found]
+    try:
+        check_metrics(scene, [objective, *limits])
+    except InputError as error:
+        found += error.faults
+    for name, value in limits.items():
+        if not (np.isfinite(value) and value > 0):
+            found.append(Fault(name, f"a limit of {value:g} is not possible", "it must be positive and finite"))
+    if found:
+        raise InputError(found)
+
+
+def least_tension(
+    scene: Scene,
+    stopping_time: float,
+    variables: dict[str, Any],
+    *,
+    limits: dict[str, float] | None = None,
+    keep_wrap: bool = True,
+    objective: str = "max_tension",
+    solver: Any = None,
+    rtol: float = 1e-10,
+    tolerance: float = 1e-10,
+    max_iterations: int = 100,
+) -> LeastTension:
+    """Values of what is free that give the least greatest tension of the band while the brake still stops in time.
+
+        min T_max(x)   subject to   t_stop(x) ≤ limit,  m_j(x) ≤ limit_j,  low ≤ x ≤ high,  Σβ = wrap
+
+    by SciPy's SLSQP with the derivatives of the simulation, forward or reverse by counts.
+
+    - `stopping_time` (s): longest one allowed
+    - `variables`: path → (low, high); a field with many entries is free in each, `brake.linings.angle[0]` is one of it.
+      The search starts from the scene's own values: a local optimum near them is found. A uniform pitch is stationary
+      by symmetry: start from another one where angles are free
+    - `limits`: further metrics by name that must not be passed, `{"peak_lining_temperature": 673.15}`
+    - `keep_wrap`: where lining angles are free, their sum stays;  `objective`: another metric to be made small
+    - `tolerance`: relative change of the objective at which the search ends
+
+    Raises `InputError` with all faults at once, also where the scene as given does not stop.
+    """
+    allowed = {"stopping_time": float(stopping_time), **(limits or {})}
+    parts, numbers, found = _variables(scene, variables)
+    _check(scene, allowed, objective, found)
+    low, high, start = (np.concatenate([np.atleast_1d(one[k]) for one in numbers]) for k in range(3))
+    solver = solver_of(scene, solver)
+    result = simulate(scene, solver=solver, rtol=rtol)
+    room = room_for(result)
+    metrics = (objective, *allowed)
+    spec = _Spec(metrics, tuple(parts), len(low) > 4 * len(metrics), solver, room, rtol)
+    problem = _Problem(scene, spec, low, high, np.asarray(list(allowed.values())))
+    u = (start - low) / (high - low)
+    try:
+        first = problem.look(u)[0]
+        missing = [name for name, value in zip(metrics, first, strict=True) if not np.isfinite(value)]
+        if missing:
+            hint = "start from values with which it does: only from there derivatives show the way"
+            raise InputError(
+                [Fault(name, f"does not come about in the scene ({result.status})", hint) for name in missing]
+            )
+        problem.scale = float(first[0])
+        wrap = _wrap_row(parts, high - low) if keep_wrap else None
+        solution = _solve(problem, u, wrap, tolerance, max_iterations)
+        return _report(problem, u, solution, wrap)
+    finally:
+        problem.progress.done()
+
+
+def _wrap_row(parts: list[_Variable], width: np.ndarray) -> np.ndarray | None:
+    """Change of the wrap with the scaled unknowns, `None` where no angle is free."""
+    mine = np.concatenate([np.full(one.size, float(one.base == _ANGLES)) for one in parts])
+    return mine * width if np.any(mine) else None
+
+
+def _solve(problem: _Problem, u: np.ndarray, wrap: np.ndarray | None, tolerance: float, most: int) -> Any:
+    from scipy.optimize import Bounds, minimize  # imported where it is used
+
+    rules: list[dict[str, Any]] = [{"type": "ineq", "fun": problem.room, "jac": problem.room_slope}]
+    if wrap is not None:
+        rules.append({"type": "eq", "fun": lambda v: np.atleast_1d(wrap @ (v - u)), "jac": lambda v: wrap[None, :]})
+    return minimize(
+        problem.objective,
+        u,
+        jac=True,
+        method="SLSQP",
+        bounds=Bounds(np.zeros_like(u), np.ones_like(u)),  # pyright: ignore
+        constraints=rules,
+        options={"ftol": tolerance, "maxiter": most},
+    )
+
+
+def _multipliers(
+    problem: _Problem, u: np.ndarray, wrap: np.ndarray | None
+) -> tuple[Float[np.ndarray, " limits"], Float[np.ndarray, " entries"], float]:
+    """Multipliers of limits and bounds (scaled) and what is left of the gradient, by least squares at the optimum.
+
+    ∇T = Σ λ_j ∇(1 − m_j/limit_j) + Σ ν_i ∇(bounds) + κ ∇Σβ,   λ ≥ 0, of what is active
+    """
+    from scipy.optimize import lsq_linear
+
+    gradient, slope, room = problem.objective(u)[1], problem.room_slope(u), problem.room(u)
+    active = np.flatnonzero(np.abs(room) < _ACTIVE)
+    at_low, at_high = np.flatnonzero(u < _ACTIVE), np.flatnonzero(u > 1 - _ACTIVE)
+    unit = np.eye(len(u))
+    columns = [*slope[active], *unit[at_low], *(-unit[at_high]), *([] if wrap is None else [wrap])]
+    lam, nu = np.zeros(len(room)), np.zeros(len(u))
+    size = max(float(np.linalg.norm(gradient)), 1e-300)
+    if not columns:
+        return lam, nu, float(np.linalg.norm(gradient))
+    least = np.zeros(len(columns))
+    if wrap is not None:
+        least[-1] = -np.inf
+    matrix = np.stack(columns, axis=1)
+    x = lsq_linear(matrix, gradient, (least, np.full(len(columns), np.inf)), tol=1e-14).x
+    lam[active] = x[: len(active)]
+    nu[at_low] = x[len(active) : len(active) + len(at_low)]
+    nu[at_high] = -x[len(active) + len(at_low) : len(active) + len(at_low) + len(at_high)]
+    return lam, nu, float(np.linalg.norm(matrix @ x - gradient)) / size
+
+
+def _report(problem: _Problem, u: np.ndarray, solution: Any, wrap: np.ndarray | None) -> LeastTension:
+    end = np.clip(solution.x, 0.0, 1.0)
+    before, after = problem.look(u)[0], problem.look(end)[0]
+    lam, nu, residual = _multipliers(problem, end, wrap)
+    room = problem.room(end)
+    units = [unit_of(name) for name in problem.spec.metrics]
+    limits = tuple(
+        LimitRow(
+            name=name,
+            unit=units[j + 1],
+            start=float(before[j + 1]),
+            value=float(after[j + 1]),
+            limit=float(problem.limits[j]),
+            active=bool(abs(room[j]) < _ACTIVE),
+            # T* moves with its limit by −λ_j ∂(room_j)/∂(limit_j), where room_j = 0
+            sensitivity=-float(lam[j] * problem.scale / problem.limits[j]),
+        )
+        for j, name in enumerate(problem.spec.metrics[1:])
+    )
+    x, width = problem.low + end * (problem.high - problem.low), problem.high - problem.low
+    rows, at = [], 0
+    for one in problem.spec.variables:
+        for i in range(one.size):
+            name = one.path if one.size == 1 else f"{one.path}[{i}]"
+            k = at + i
+            side = "low" if end[k] < _ACTIVE else "high" if end[k] > 1 - _ACTIVE else ""
+            start = float(problem.low[k] + u[k] * width[k])
+            rows.append(BoundRow(name, start, float(x[k]), side, float(nu[k] * problem.scale / width[k])))
+        at += one.size
+    scene = jax.tree.map(np.asarray, _laid(problem.scene, jnp.asarray(x), problem.spec.variables))
+    feasible = bool(np.all(room > -_ACTIVE))
+    return LeastTension(
+        scene=scene,
+        objective=problem.spec.metrics[0],
+        unit=units[0],
+        start=float(before[0]),
+        value=float(after[0]),
+        limits=limits,
+        variables=tuple(rows),
+        success=bool(solution.success) and feasible,
+        message=str(solution.message) if feasible else f"a limit is passed: {solution.message}",
+        iterations=int(solution.nit),
+        runs=problem.runs,
+        stationarity=residual,
+    )

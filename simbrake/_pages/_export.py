@@ -1,0 +1,76 @@
+"""Files of a run: chart, series and summary, written all or not at all."""
+
+import csv
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from .._base._whole import whole_folder
+from .._pictures._gallery import pictures_of
+from .._results._result_file import save
+from .._run._result import Result
+from .._run._series import SERIES_UNITS
+from .._studies._sensitivity import Sensitivity, SensitivityTable
+
+
+def series_table(result: Result, count: int = 1001) -> tuple[list[str], np.ndarray]:
+    """Column names with units, and the series on an even grid with the values before and after every event."""
+    record = result.record
+    start, end = float(np.asarray(record.rows.t)[0]), float(np.asarray(record.rows.t)[int(record.count)])
+    times = np.unique([e.time for e in result.events])
+    grid = np.setdiff1d(np.linspace(start, end, count), times)
+    series = [result.series(np.append(grid, times)), result.series(times, left=True)] if times.size else []
+    if not series:
+        series = [result.series(grid)]
+    names: list[str] = []
+    columns: list[np.ndarray] = []
+    for field in series[0]._fields:
+        parts = [getattr(s, field) for s in series]
+        if parts[0] is None:
+            continue
+        values = np.concatenate([np.asarray(part) for part in parts])
+        unit = f" [{SERIES_UNITS[field]}]" if SERIES_UNITS[field] else ""
+        if values.ndim == 1:
+            names.append(field + unit)
+            columns.append(values)
+        else:
+            labels = result.nodes if field == "temperature" else [str(i + 1) for i in range(values.shape[1])]
+            names += [f"{field}_{label}{unit}" for label in labels]
+            columns += list(values.T)
+    table = np.stack(columns, axis=1)
+    # in order of time, at an event the left value first
+    before = np.append(np.ones(len(grid) + len(times)), np.zeros(len(times))) if times.size else np.ones(len(grid))
+    return names, table[np.lexsort((before, table[:, 0]))]
+
+
+def write(result: Result, folder: Path) -> list[Path]:
+    """Writes `summary.json`, `summary.txt`, `series.csv`, `result.nc`, and every picture that the run has as PNG."""
+    summary = result.summary()
+    names, table = series_table(result)
+    with whole_folder(folder) as (scratch, written):
+        (scratch / "summary.json").write_text(json.dumps(summary, indent=2, allow_nan=False) + "\n", "utf-8")
+        (scratch / "summary.txt").write_text(str(result) + "\n", "utf-8")
+        np.savetxt(scratch / "series.csv", table, delimiter=",", header=",".join(names), comments="", fmt="%.12g")
+        save(result, scratch / "result.nc")
+        for picture in pictures_of(result):
+            picture.figure(result).savefig(scratch / f"{picture.key}.png", dpi=130)
+    return written
+
+
+def write_sensitivities(tables: Sequence[SensitivityTable], folder: Path) -> list[Path]:
+    """Writes `sensitivity.json`, and of each metric its rows as CSV and its tornado chart."""
+    from .. import plot
+
+    with whole_folder(folder) as (scratch, written):
+        found = [table.as_dict() for table in tables]
+        (scratch / "sensitivity.json").write_text(json.dumps(found, indent=2, allow_nan=False) + "\n", "utf-8")
+        for table in tables:
+            name = table.metric.replace(".", "_")
+            with (scratch / f"sensitivity_{name}.csv").open("w", encoding="utf-8", newline="") as file:
+                writer = csv.writer(file)
+                writer.writerow(Sensitivity._fields)
+                writer.writerows(["" if cell is None else cell for cell in row] for row in table.rows)
+            plot.tornado(table).savefig(scratch / f"tornado_{name}.png", dpi=130)
+    return written

@@ -1,0 +1,269 @@
+"""What a report says of a run, as plain rows: verdict, key figures, events, energies."""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+from .._base._handy import Number, digits, number
+from .._run._log import Event
+from .._run._result import Result
+from .._run._stages import STAGES
+
+#: what the events of a run mean; a name that is not here stands for itself
+EVENTS = {
+    "slip_onset": "the band is taut: it begins to brake",
+    "lining_limit": "a lining has reached its friction limit",
+    "full_slip": "every lining slides",
+    "restick": "the slip ended while the pulley turns",
+    "stop": "the pulley came to rest",
+    "restart": "the load passed what the brake at rest can hold",
+    "release": "the lever let go, the band is open",
+    "internal_slip": "the linings begin to slide on the rim",
+    "internal_restick": "the linings stick to the rim again",
+    "external_lock": "the bandage came to rest, the pulley turns in it",
+    "external_release": "the bandage came loose again",
+    "lining_slip": "a lining lets go",
+    "lining_stick": "a lining sticks",
+    "lining_internal_slip": "a lining lets go of the rim",
+    "lining_internal_stick": "a lining sticks to the rim",
+    "lining_external_slip": "a lining lets go of the band",
+    "lining_external_stick": "a lining sticks to the band",
+    "permissible_temperature": "the linings passed their permissible temperature",
+    "grip_lost": "the sliding brake no longer outweighs the load",
+    "self_locking": "a lining came to lock itself",
+}
+
+#: metrics in words, with what they are measured in beyond `METRIC_UNITS`; others are named by their path
+METRICS = {
+    "slip_onset_time": "Onset of slip t₀",
+    "full_slip_time": "Full slip t₁",
+    "stopping_time": "Stopping time",
+    "stopping_angle": "Angle to the stop",
+    "hook_travel": "Hook travel to the stop",
+    "internal_slip_time": "First internal slip",
+    "external_lock_time": "First rest of the bandage",
+    "first_lining_slip_time": "First slip of a lining",
+    "max_tension": "Greatest tension of the band",
+    "max_normal_load": "Greatest load on a lining",
+    "peak_rim_temperature": "Hottest rim surface",
+    "peak_lining_temperature": "Hottest lining surface",
+    "peak_band_temperature": "Hottest band",
+    "peak_lining_outer_temperature": "Hottest outer lining face",
+    "max_pressure": "Greatest mean pressure on a lining",
+}
+
+
+def words_of(name: str) -> str:
+    """A metric in words."""
+    if name.startswith("energy."):
+        return f"Energy: {name.removeprefix('energy.').replace('_', ' ')}"
+    base = name.removesuffix("_time")
+    if name not in METRICS and base in METRICS:
+        return f"{METRICS[base]}, when"
+    return METRICS.get(name, name.replace("_", " ").capitalize())
+
+
+class Verdict(NamedTuple):
+    """How a run ended: `kind` is `good`, `open` or `bad`, `text` says it in one line."""
+
+    kind: str
+    status: str
+    text: str
+
+
+def verdict(result: Result, summary: dict[str, Any]) -> Verdict:
+    """How the run ended, with stop time, hook travel and closure."""
+    m, closure = summary["metrics"], summary["energy"]["closure"]
+    if not result.ok:
+        return Verdict("bad", f"failed: {summary['status']}", summary["message"])
+    words = [summary["message"]]
+    if m["stopping_time"] is not None:
+        words.append(f"stop after {number(m['stopping_time'], 's')}")
+    if m["hook_travel"] is not None:
+        words.append(f"hook travel {number(m['hook_travel'], 'm')}")
+    words.append(f"the energies close to {digits(closure, 2)} of the largest exchanged")
+    kind = "good" if summary["status"] in ("stopped", "held") else "open"
+    return Verdict(kind, summary["status"].replace("_", " "), "; ".join(words))
+
+
+class Figure(NamedTuple):
+    """A number worth knowing at a glance, and when or where it occurred."""
+
+    words: str
+    value: Number
+    note: str = ""
+
+
+def key_figures(summary: dict[str, Any], units: Any) -> list[Figure]:
+    """Metrics of the run with their time and lining; `units` gives the SI unit of a metric."""
+    found = []
+    at = summary["at"]
+    for name, words in METRICS.items():
+        value = summary["metrics"].get(name)
+        if value is None:
+            continue
+        notes = []
+        if f"{name}_lining" in at:
+            notes.append(f"lining {at[f'{name}_lining']}")
+        if f"{name}_time" in at:
+            notes.append(f"at {number(at[f'{name}_time'], 's', count=4)}")
+        found.append(Figure(words, number(value, units(name), count=5), ", ".join(notes)))
+    found.append(Figure("Friction heat", number(summary["energy"]["friction_heat"], "J", count=5)))
+    return found
+
+
+class EventRow(NamedTuple):
+    """One event, or several of one name at several linings that follow each other: these in `members`."""
+
+    name: str
+    meaning: str
+    start: Number
+    end: Number | None
+    linings: str
+    members: tuple[tuple[int, Number], ...] = ()
+
+
+def event_rows(events: Sequence[Event]) -> list[EventRow]:
+    """The log, with events of one name at linings that follow each other drawn together."""
+    rows: list[EventRow] = []
+    i = 0
+    while i < len(events):
+        j = i + 1
+        while events[i].lining is not None and j < len(events) and events[j].name == events[i].name:
+            j += 1
+        group = events[i:j]
+        first, last = number(group[0].time, "s"), number(group[-1].time, "s")
+        linings = [event.lining for event in group if event.lining is not None]
+        members = tuple((event.lining or 0, number(event.time, "s")) for event in group) if len(group) > 1 else ()
+        rows.append(
+            EventRow(
+                group[0].name,
+                EVENTS.get(group[0].name, ""),
+                first,
+                last if members else None,
+                _span(linings),
+                members,
+            )
+        )
+        i = j
+    return rows
+
+
+def _span(linings: list[int]) -> str:
+    if len(linings) <= 1:
+        return "".join(str(i) for i in linings)
+    if len(linings) == abs(linings[-1] - linings[0]) + 1 and sorted(linings) in (linings, linings[::-1]):
+        return f"{linings[0]}…{linings[-1]}"
+    return f"{len(linings)} times"
+
+
+class EventCount(NamedTuple):
+    """All events of one name: how many, the first and the last."""
+
+    name: str
+    meaning: str
+    count: int
+    first: Number
+    last: Number
+
+
+def event_counts(events: Sequence[Event]) -> list[EventCount]:
+    """Events by name, in the order of the first of each."""
+    times: dict[str, list[float]] = {}
+    for event in events:
+        times.setdefault(event.name, []).append(event.time)
+    return [
+        EventCount(name, EVENTS.get(name, ""), len(t), number(min(t), "s"), number(max(t), "s"))
+        for name, t in times.items()
+    ]
+
+
+class StageRow(NamedTuple):
+    """A stage of a staged brake: name, what the pairs do, times and energies."""
+
+    name: str
+    meaning: str
+    cells: tuple[Number, ...]
+
+
+def stage_rows(summary: dict[str, Any]) -> list[StageRow]:
+    """Stages in order: start, end, duration, heat of both pairs, work of load and lever."""
+    columns = (("start", "s"), ("end", "s"), ("duration", "s"), ("heat_external", "J"), ("heat_internal", "J"))
+    columns = (*columns, ("load_work", "J"), ("lever_work", "J"))
+    return [
+        StageRow(
+            stage["name"].replace("_", " "),
+            STAGES.get(stage["name"], ""),
+            tuple(number(stage[name], unit) for name, unit in columns),
+        )
+        for stage in summary.get("stages", [])
+    ]
+
+
+class Share(NamedTuple):
+    """One term of a ledger: how much (J), and its share of the side in percent; `hue` is its place in the colours."""
+
+    words: str
+    value: Number
+    percent: float
+    hue: int
+
+
+class Ledger(NamedTuple):
+    """A balance: what came in, what became of it, and how well the two sides agree."""
+
+    title: str
+    into: tuple[Share, ...]
+    out: tuple[Share, ...]
+    total: Number
+    closure: str
+    note: str = ""
+
+
+def ledger(title: str, into: dict[str, float], out: dict[str, float], closure: float, note: str = "") -> Ledger:
+    """Both sides of a balance; what is negative stands on the other side."""
+    sides: tuple[list[tuple[str, float]], list[tuple[str, float]]] = ([], [])
+    for side, terms in enumerate((into, out)):
+        for words, value in terms.items():
+            if value:
+                sides[side if value > 0 else 1 - side].append((words, abs(value)))
+    totals = [sum(value for _, value in side) for side in sides]
+    hues = iter(range(100))
+    shares = [
+        tuple(
+            Share(words, number(value, "J", beside=max(totals)), 100 * value / total, next(hues))
+            for words, value in side
+        )
+        for side, total in zip(sides, totals, strict=True)
+    ]
+    return Ledger(title, shares[0], shares[1], number(max(totals), "J"), digits(closure, 2), note)
+
+
+def ledgers(result: Result, summary: dict[str, Any]) -> list[Ledger]:
+    """Where the energy came from and what became of it; with a thermal part, where the heat is."""
+    e = summary["energy"]
+    into = {
+        "Work of the load": e["load_work"],
+        "Work of the lever": e["lever_work"],
+        "Kinetic energy given up": -e["kinetic_change"],
+    }
+    if "heat_external" in e:
+        out = {
+            "Friction heat, band on linings": e["heat_external"],
+            "Friction heat, linings on rim": e["heat_internal"],
+        }
+    else:
+        out = {"Friction heat": e["friction_heat"]}
+    out |= {"Heat of dampers": e.get("damper_heat", 0.0), "Elastic energy of the band": e["elastic_change"]}
+    found = [ledger("Mechanical energy", into, out, e["closure"])]
+    if "heat_stored" in e:
+        stored = {f"Stored in {name}": float(value) for name, value in result.stored_heat.items()}
+        entered = [
+            f"{place} {number(e[f'heat_to_{name}'], 'J')}"
+            for name, place in (("metal", "metal"), ("linings", "linings"), ("band", "band"))
+            if e[f"heat_to_{name}"]
+        ]
+        note = f"The friction heat entered: {', '.join(entered)}." if entered else ""
+        into = {"Friction heat": e["friction_heat"], "Supplied": e["heat_supplied"]}
+        out = {**stored, "Lost to the surroundings": e["heat_lost"]}
+        found.append(ledger("Heat", into, out, e["heat_closure"], note))
+    return found

@@ -1,0 +1,241 @@
+"""A run as one self-contained page: what was braked, how it went, what it means and how sure it is."""
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from .._base._handy import Number, digits, number, pretty
+from .._base._quantity import InputError
+from .._base._whole import whole_file
+from .._files._scene_file import scene_text
+from .._parts._scene import Scene
+from .._pictures._gallery import DUTY, lasted
+from .._results._error_estimate import Repeat, repeat
+from .._results._provenance import provenance
+from .._run._measure import Metric, check_metrics, happened, measure, name_of, unit_of
+from .._run._result import Result
+from .._run._simulate import simulate
+from .._studies._sensitivity import Sensitivity, SensitivityTable
+from .._studies._sensitivity import sensitivity as tables_of
+from ._html_limits import faults_of_limits, limits_of
+from ._html_parts import METRICS, event_counts, event_rows, key_figures, ledgers, stage_rows, verdict, words_of
+from ._html_pictures import Drawing, draw, drawing, drawings_of
+from ._html_scene import duty_words, parts_of
+
+#: rows of a table of sensitivities that are shown
+_MOST = 20
+#: rows of events from which on the list is folded
+_FOLD = 30
+#: an elasticity below this is rounding
+_ROUNDING = 1e-13
+
+
+class SensitivityPart(NamedTuple):
+    """Sensitivities of one metric: its value, rows with derivative and elasticity, the tornado chart."""
+
+    words: str
+    value: Number
+    rows: tuple[tuple[Sensitivity, Number, str, str], ...]
+    left_out: int
+    notes: tuple[str, ...]
+    tornado: Drawing
+
+
+def report(
+    run: Result | Scene,
+    path: str | os.PathLike[str] | None = None,
+    *,
+    sensitivity: Sequence[Metric] = (),
+    span: float | None = 0.01,
+    limits: Mapping[str, float] | None = None,
+    title: str = "",
+    files: Mapping[str, str] | None = None,
+    check: bool = True,
+    rtol: float = 1e-10,
+    tell: Callable[[str], None] = lambda words: None,
+) -> str:
+    """A run as one HTML page that needs nothing else: no network, no other files, no scripts. Returns the page.
+
+    - `run`: a result, or a scene, which is run to its end or its failure with the tolerance `rtol`
+    - `path`: where to write the page too; an existing file is replaced, whole or not at all
+    - `sensitivity`: metrics whose derivatives by every number of the scene are shown, with `span` as in
+      `simbrake.sensitivity`; one that has no value in this run is named as such
+    - `limits`: greatest permissible values (SI) of metrics, and of `max_pressure`, the greatest mean pressure on a
+      lining (Pa); the scene's own permissible temperature is always looked at
+    - `title`: heading of the page;  `files`: name → text, shown at the end, such as the scene's file
+    - `check`: run a second time at another tolerance, to say how accurate the first is
+    - `tell`: called with a few words at the beginning of everything that takes a while
+
+    Numbers are in handy units; the exact value in SI units is in the `value` of each `<data>` element.
+
+    Raises `InputError` for faults of the scene, unknown metrics and limits.
+    """
+    scene = run.scene if isinstance(run, Result) else run
+    found = faults_of_limits(scene, limits or {})
+    try:
+        check_metrics(scene, sensitivity)
+    except InputError as error:
+        found += error.faults
+    if found:
+        raise InputError(found)
+    tell("run")
+    result = run if isinstance(run, Result) else simulate(run, rtol=rtol, throw=False)
+    tell("events, pictures")
+    parts = contents(result, limits or {}, title, files or {})
+    if sensitivity:
+        tell("sensitivities")
+        parts["sensitivities"], parts["without"] = _sensitivities(result, sensitivity, span)
+    if check:
+        tell("second run, for the error estimate")
+        parts["repeat"] = _accuracy(repeat(result))
+    text = render(parts)
+    if path is not None:
+        with whole_file(Path(path)) as file:
+            file.write_text(text, "utf-8")
+    return text
+
+
+def contents(result: Result, limits: Mapping[str, float], title: str, files: Mapping[str, str]) -> dict[str, Any]:
+    """Everything that a page shows of one result."""
+    scene, summary = result.scene, result.summary()
+    parts = [part for part in parts_of(scene) if part.rows]
+    events = event_rows(result.events)
+    return {
+        "title": title or _name(scene),
+        "verdict": verdict(result, summary),
+        "figures": key_figures(summary, unit_of),
+        "parts": [part for part in parts if not part.path.startswith("heat")],
+        "thermal_parts": [part for part in parts if part.path.startswith("heat")],
+        "duty": duty_words(scene),
+        "duty_picture": draw(result, DUTY) if lasted(result) else None,
+        "pictures": drawings_of(result),
+        "counts": event_counts(result.events),
+        "events": events,
+        "fold": len(events) > _FOLD,
+        "stages": stage_rows(summary),
+        "absent_stages": summary.get("absent_stages", []),
+        "ledgers": ledgers(result, summary),
+        "limits": limits_of(result, summary, limits),
+        "warnings": summary["warnings"],
+        "solver": summary["solver"],
+        "accuracy": {
+            "rtol": digits(summary["solver"]["rtol"], 3),
+            "closure": digits(summary["energy"]["closure"], 2),
+            "heat_closure": digits(summary["energy"].get("heat_closure", 0.0), 2) if scene.heat is not None else "",
+        },
+        "sensitivities": None,
+        "without": [],
+        "repeat": None,
+        "provenance": flat(_provenance(result)),
+        "files": {**_scene_text(scene), **files},
+    }
+
+
+def _name(scene: Scene) -> str:
+    kind = "staged" if scene.brake.bandage is not None else "resolved" if scene.brake.resolved else "standard"
+    return f"A run of a {kind} brake with {scene.brake.linings.count} linings"
+
+
+def _provenance(result: Result) -> Mapping[str, Any]:
+    """Where the result comes from; scene and outcome have sections of their own."""
+    return {name: value for name, value in provenance(result).items() if name not in ("scene", "outcome")}
+
+
+def _scene_text(scene: Scene) -> dict[str, str]:
+    """The scene as a file that can be run again, or why no file can hold it."""
+    try:
+        return {"As a scene file, as it was run": scene_text(scene)}
+    except InputError as error:
+        return {"No scene file can hold it": str(error)}
+
+
+def flat(found: Mapping[str, Any], above: str = "") -> list[tuple[str, str]]:
+    """Names and texts of a mapping of mappings, in order; `above` begins the names."""
+    rows: list[tuple[str, str]] = []
+    for name, value in found.items():
+        words = f"{above}{name}".replace("_", " ")
+        if isinstance(value, Mapping):
+            rows += flat(value, f"{words}: ")
+        elif isinstance(value, list | tuple):
+            rows.append((words, ", ".join(str(one) for one in value)))
+        else:
+            rows.append((words, "—" if value is None else str(value)))
+    return rows
+
+
+def _sensitivities(
+    result: Result, metrics: Sequence[Metric], span: float | None
+) -> tuple[list[SensitivityPart], list[str]]:
+    """Tables of the metrics that have a value in this run, and the names of the others."""
+    from .. import plot  # matplotlib is loaded by those who want a picture
+
+    there = [one for one in metrics if result.ok and happened(measure(result, one))]
+    without = [name_of(one) for one in metrics if one not in there]
+    if not there:
+        return [], without
+    tables: list[SensitivityTable] = tables_of(there, result.scene, span=span, rtol=float(result.rtol))
+    parts = []
+    for table in tables:
+        shown = table.matters[:_MOST]
+        rows = tuple((row, *_influence(row)) for row in shown)
+        words = words_of(table.metric)
+        caption = "Percent of the metric for one percent of each number; the widest bar on top."
+        if span:
+            over = f"its range of ± {100 * span:g} %"
+            caption = f"What every number does to it over {over}, the others fixed; the widest bar on top."
+        picture = drawing(f"tornado_{table.metric}", words, caption, plot.tornado(table))
+        value, left = number(table.value, table.unit), len(table.wholes) - len(shown)
+        parts.append(SensitivityPart(words, value, rows, left, table.notes, picture))
+    return parts, without
+
+
+def _influence(row: Sensitivity) -> tuple[Number, str, str]:
+    """Value, derivative and elasticity of a number for reading; what is rounding is 0."""
+    value = number(row.value, row.unit)
+    if row.value and abs(row.elasticity) < _ROUNDING:
+        return value, "0", "0"
+    return value, digits(row.derivative, 5), digits(row.elasticity, 4)
+
+
+def _in_si(difference: float | None, unit: str) -> Number:
+    """A difference, whose size matters more than its unit, in SI."""
+    return (
+        Number("—")
+        if difference is None
+        else Number(digits(difference, 2), pretty(unit), repr(difference), pretty(unit))
+    )
+
+
+def _accuracy(second: Repeat) -> dict[str, Any]:
+    """The comparison of two runs, with numbers for reading."""
+    order = list(METRICS)
+    return {
+        "rtol": digits(second.rtol, 3),
+        "max_step": None if second.max_step is None else number(second.max_step, "s", count=3),
+        "tighter": second.tighter,
+        "problem": second.problem,
+        "unmatched": second.unmatched,
+        "events": [(shift.name, shift.count, _in_si(shift.difference, "s")) for shift in second.events],
+        "metrics": [
+            (
+                words_of(shift.name),
+                number(shift.value, shift.unit),
+                _in_si(shift.difference, shift.unit),
+                "—" if shift.relative is None else digits(shift.relative, 2),
+            )
+            for shift in sorted(
+                second.metrics, key=lambda shift: order.index(shift.name) if shift.name in order else 99
+            )
+            if shift.value is not None or shift.other is not None
+        ],
+    }
+
+
+def render(parts: Mapping[str, Any]) -> str:
+    """The page of what `contents` found. Every text is escaped by the template."""
+    import jinja2  # loaded by those who want a page
+
+    loader = jinja2.PackageLoader("simbrake", "templates")
+    settings = {"autoescape": True, "trim_blocks": True, "lstrip_blocks": True, "undefined": jinja2.StrictUndefined}
+    return jinja2.Environment(loader=loader, **settings).get_template("report.html").render(parts)

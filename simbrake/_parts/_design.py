@@ -1,0 +1,291 @@
+"""The parts of a brake: what could be weighed."""
+
+import functools
+import math
+from typing import Annotated, Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from .._base._quantity import Fault, Scalar, Whole, positive, quantity
+from ._compliance import AbstractStiffness, ParallelBands
+from ._friction import AbstractFriction, Contact
+
+
+class Pulley(eqx.Module):
+    """The brake pulley and all that turns with its shaft.
+
+    - `radius` `R` of the friction track (m); `inertia` `J` about the shaft (kg·m²), drum included, hook load not
+    - `width` `b` of the track (m), for overlap coefficients
+    """
+
+    radius: Scalar = quantity("m", "radius of the friction track", positive=True)
+    inertia: Scalar = quantity("kg*m^2", "inertia about the shaft", positive=True)
+    width: Scalar | None = quantity("m", "width of the friction track", positive=True, default=None)
+
+
+class Segments(eqx.Module):
+    """The band between the linings, where each of them moves for itself (model §3.1, the resolved chain).
+
+    - `stiffness` `K_i` (N/m) between lining `i` and `i + 1`, one number or (n − 1,); the segment to the anchor is the
+      band's own `stiffness`
+    - `damping_ratio` `ζ`: `D_i = 2 ζ √(K_i m̄_i)` with `m̄_i` the mean mass of the two linings it joins
+    - `anchor_damping` `D_n` (N·s/m) of the segment to the anchor
+    """
+
+    stiffness: Scalar = quantity("N/m", "stiffness of the band between two linings", positive=True, many=True)
+    damping_ratio: Scalar = quantity(
+        "1", "share of critical damping between two linings", low=0.0, many=True, default=0.05
+    )
+    anchor_damping: Scalar = quantity("N*s/m", "damping of the segment to the anchor", low=0.0, default=0.0)
+
+
+class Band(eqx.Module):
+    """The brake band.
+
+    - `radius` `R_b` (m) of the circle on which its tension acts: track radius, lining and half the band
+    - `stiffness` `C` (N/m): tension of the tight end per unit elongation, band, anchor and linkage in series;
+      `None` for a rigid band, which slips from the moment the lever pulls; or the band's geometry, or several bands
+      in parallel, from which `stiffness_of` finds the number
+    - `segments`: resolves the band into a chain of linings that move for themselves; `stiffness` is then that of the
+      segment to the anchor. `None`: linings follow the band as a whole
+    """
+
+    radius: Scalar = quantity("m", "radius of the band circle", positive=True)
+    stiffness: Scalar | AbstractStiffness | None = quantity(
+        "N/m", "stiffness at the tight end", positive=True, default=None
+    )
+    segments: Segments | None = None
+
+
+class Lining(eqx.Module):
+    """`n` linings as one object with a leading axis, counted from the slack to the tight end.
+
+    - `angle` `β_i` (n,) in rad: central angle of each;  `friction`: its law, with numbers for all or per lining
+    - `area` `A_i` (m²), a number or (n,): needed where pressure matters
+    - `mass` `m_i` (kg), a number or (n,): needed where the band is resolved into `segments`, else without effect
+    """
+
+    friction: AbstractFriction
+    angle: Scalar = quantity("rad", "central angle of a lining", positive=True, high=math.pi * (1 - 1e-9), many=True)
+    area: Scalar | None = quantity("m^2", "area of a lining", positive=True, many=True, default=None)
+    mass: Scalar | None = quantity("kg", "mass of a lining and its band", positive=True, many=True, default=None)
+
+    @property
+    def count(self) -> int:
+        return int(jnp.shape(self.angle)[0])
+
+    @property
+    def wrap(self) -> Float[Array, ""]:
+        """Wrap angle `Σβ_i` in rad."""
+        return jnp.sum(jnp.asarray(self.angle))
+
+
+def uniform_linings(
+    count: Annotated[int, Whole("number of linings", 1, 10_000)],
+    wrap: Annotated[float, positive("rad", "wrap angle")],
+    friction: AbstractFriction,
+    area: Annotated[float | None, positive("m^2", "area of a lining")] = None,
+    mass: Annotated[float | None, positive("kg", "mass of a lining and its band")] = None,
+) -> Lining:
+    """`count` equal linings over the angle `wrap` (rad); each of the `area` (m²) if pressure matters, of the `mass`
+    (kg) in a chain."""
+    return Lining(angle=np.full(count, wrap / count), friction=friction, area=area, mass=mass)
+
+
+class Bandage(eqx.Module):
+    """The linings of a staged brake as a bandage that rides on the pulley (model §4; K).
+
+    The band rubs on the bandage (external pair, with `Lining.friction`), the bandage on the rim (internal pair):
+
+        M_int = R Σ f_i (N_i + N_pre,i),   N_i = (T_i + T_{i−1}) sin(β_i/2)
+
+    - `inertia` `J_b` about the shaft (kg·m²), all linings together; with springs also (n,), of each
+    - `friction`: law `f` of the internal pair, with numbers for all linings or per lining
+    - `preload` `N_pre,i` (N), a number for each or (n,): the interference with which a lining sits on the rim
+    - `area` (m²) of a lining's inner face, a number or (n,): needed where pressure matters, and for overlaps
+    - `spring` `K_j` (N/m) between neighbouring linings at the band circle, a number or (n − 1,): every lining is then
+      a body of its own (resolved bandage), which needs a rigid band; `None`: the bandage is one rigid body
+    - `spring_damping` `ζ_j`: share of the critical damping of two neighbours on their spring,
+      `D_j = 2 ζ_j √(K_j m_j)`, `1/m_j = R_b² (1/J_j + 1/J_{j+1})`
+    """
+
+    inertia: Scalar = quantity("kg*m^2", "inertia of the bandage about the shaft", positive=True, many=True)
+    friction: AbstractFriction  # pyright: ignore
+    preload: Scalar = quantity("N", "interference load of a lining on the rim", low=0.0, many=True, default=0.0)
+    area: Scalar | None = quantity("m^2", "area of a lining's inner face", positive=True, many=True, default=None)
+    spring: Scalar | None = quantity(
+        "N/m", "stiffness between neighbouring linings", positive=True, many=True, default=None
+    )
+    spring_damping: Scalar = quantity("1", "share of critical damping of the springs", low=0.0, many=True, default=0.05)
+
+
+class Brake(eqx.Module):
+    """A band-shoe brake: pulley, band and linings; staged where the linings ride on the pulley as a `bandage`."""
+
+    pulley: Pulley
+    band: Band
+    linings: Lining
+    bandage: Bandage | None = None
+
+    @property
+    def resolved(self) -> bool:
+        """Whether single linings move by themselves: a chain, or a bandage on springs."""
+        sprung = self.bandage is not None and self.bandage.spring is not None
+        return self.band.segments is not None or sprung
+
+    def faults(self, path: str) -> list[Fault]:
+        """What does not fit together, beyond the ranges of single numbers (concrete values only)."""
+        found = self.linings.friction.faults(f"{path}.linings.friction")
+        angle = np.asarray(self.linings.angle)
+        where = f"{path}.linings.angle"
+        if angle.ndim != 1 or angle.size == 0:
+            return [*found, Fault(where, "a list of angles is needed, one per lining", "one lining: [0.5]")]
+        found += _faults_of_wrap(self.band.stiffness, angle, where, f"{path}.band.stiffness")
+        if np.all(np.isfinite([self.band.radius, self.pulley.radius])) and self.band.radius < self.pulley.radius:
+            found.append(
+                Fault(
+                    f"{path}.band.radius",
+                    f"{float(self.band.radius):g} m is inside the track of {float(self.pulley.radius):g} m",
+                    "the band circle is the track radius + lining + half the band",
+                )
+            )
+        if self.linings.friction.pressure_dependent and self.linings.area is None:
+            found.append(Fault(f"{path}.linings.area", "is missing", "the friction law looks at the pressure"))
+        found += _faults_of_shapes(self.linings.friction, f"{path}.linings.friction", angle.size)
+        if self.bandage is not None:
+            found += _faults_of_bandage(self.bandage, f"{path}.bandage", angle.size)
+            found += _faults_of_springs(self, path, angle.size)
+        return found + self._faults_of_segments(path, angle.size)
+
+    def _faults_of_segments(self, path: str, n: int) -> list[Fault]:
+        band, mass, found = self.band, self.linings.mass, []
+        if band.segments is None:
+            if mass is not None:
+                hint = "linings move for themselves only where the band has `segments`"
+                found.append(Fault(f"{path}.linings.mass", "has no effect", hint))
+            return found
+        if self.bandage is not None:
+            hint = "the linings of a staged brake ride on the pulley; `Bandage.spring` resolves them"
+            found.append(Fault(f"{path}.band.segments", "is not for a staged brake", hint))
+        if band.stiffness is None:
+            hint = "with segments it is the stiffness of the one to the anchor"
+            found.append(Fault(f"{path}.band.stiffness", "is missing", hint))
+        if mass is None:
+            found.append(Fault(f"{path}.linings.mass", "is missing", "each lining of a chain moves for itself"))
+        elif np.shape(mass) not in ((), (n,)):
+            found.append(Fault(f"{path}.linings.mass", f"does not fit {n} linings", f"give one number, or {n}"))
+        for name in ("stiffness", "damping_ratio"):
+            if np.shape(getattr(band.segments, name)) not in ((), (n - 1,)):
+                where, what = f"{path}.band.segments.{name}", f"does not fit {n} linings"
+                found.append(Fault(where, what, f"give one number, or {n - 1}, one between each two"))
+        return found
+
+
+def _faults_of_bandage(bandage: Bandage, path: str, n: int) -> list[Fault]:
+    found = bandage.friction.faults(f"{path}.friction")
+    if bandage.friction.pressure_dependent and bandage.area is None:
+        found.append(Fault(f"{path}.area", "is missing", "the friction law of the internal pair looks at the pressure"))
+    found += _faults_of_shapes(bandage.friction, f"{path}.friction", n)
+    for name in ("preload", "area"):
+        if np.shape(getattr(bandage, name)) not in ((), (n,)) and getattr(bandage, name) is not None:
+            found.append(Fault(f"{path}.{name}", f"does not fit {n} linings", f"give one number, or a list of {n}"))
+    return found
+
+
+def _faults_of_springs(brake: Brake, path: str, n: int) -> list[Fault]:
+    """What a bandage of single linings cannot have, or a rigid one not."""
+    bandage, here = brake.bandage, f"{path}.bandage"
+    assert bandage is not None
+    resolved = bandage.spring is not None
+    found = []
+    for name, fitting in (("inertia", (n,)), ("spring", (n - 1,)), ("spring_damping", (n - 1,))):
+        shape = np.shape(getattr(bandage, name))
+        if shape != () and not (resolved and shape == fitting):
+            wanted = f"give one number, or a list of {fitting[0]}" if resolved else "give one number, or springs"
+            found.append(Fault(f"{here}.{name}", f"does not fit {n} linings", wanted))
+    if not resolved or found:
+        return found
+    if brake.band.stiffness is not None:
+        hint = "leave it out: under linings that move apart, the motion of the band would not be one number"
+        found.append(Fault(f"{path}.band.stiffness", "a bandage with springs needs a rigid band", hint))
+    for law, where in ((brake.linings.friction, f"{path}.linings"), (bandage.friction, here)):
+        if law.pressure_dependent:
+            found.append(
+                Fault(f"{where}.friction", "cannot look at the pressure in a bandage with springs", "leave it out")
+            )
+        elif where == here and not law.temperature_dependent:
+            still = Contact(v=jnp.zeros(n), T=None, p=None)
+            turns = brake.pulley.radius * np.asarray(law.static(still)) * np.sin(np.asarray(brake.linings.angle) / 2)
+            if np.any(turns >= brake.band.radius):
+                found.append(Fault(f"{where}.friction", "a lining held by the band could not slide on the rim"))
+    return found
+
+
+def _faults_of_wrap(stiffness: Any, angle: np.ndarray, where: str, path: str) -> list[Fault]:
+    wrap, longest, gaps = np.sum(angle), 2 * math.pi, ""
+    if isinstance(stiffness, AbstractStiffness):
+        found = stiffness.faults(path, angle.size)
+        if found:
+            return found
+        bare = stiffness.bare_angle(angle.size)
+        wrap, longest, gaps = wrap + bare, stiffness.longest_wrap, " with their gaps" if bare else ""
+    if wrap > longest * (1 + 1e-12):
+        has = "the pulley has" if longest <= 2 * math.pi else f"{math.degrees(longest):.0f}°"
+        return [Fault(where, f"the linings span {math.degrees(wrap):.1f}°{gaps}", f"more than {has}")]
+    return []
+
+
+def _faults_of_shapes(law: AbstractFriction, path: str, n: int) -> list[Fault]:
+    numbers, structure = jax.tree.flatten(law)
+    if _fits(structure, tuple((np.shape(x), str(np.asarray(x).dtype)) for x in numbers), n):
+        return []
+    return [Fault(path, f"its numbers do not fit {n} linings", f"give one number, or a list of {n}")]
+
+
+@functools.lru_cache(maxsize=1024)
+def _fits(structure: Any, shapes: tuple[tuple[tuple[int, ...], str], ...], n: int) -> bool:
+    """Whether a law with numbers of these shapes gives one coefficient for each of `n` linings."""
+    law: Any = jax.tree.unflatten(structure, [jax.ShapeDtypeStruct(*shape) for shape in shapes])
+    one = jax.ShapeDtypeStruct((n,), np.float64)
+    try:
+        shape = jax.eval_shape(lambda law, still: law.kinetic(still), law, Contact(v=one, T=one, p=one)).shape
+        return np.broadcast_shapes(shape, (n,)) == (n,)
+    except jax.errors.TracerArrayConversionError:
+        return True  # another mistake, which the run itself will name
+    except (TypeError, ValueError, IndexError):
+        return False
+
+
+def _still_friction(linings: Lining, temperature: Any) -> Float[Array, " n"]:
+    law, zero = linings.friction, jnp.zeros(linings.count)
+    if law.temperature_dependent and temperature is None:
+        raise ValueError("the friction law looks at the temperature: give it")
+    T = None if temperature is None else jnp.asarray(temperature)
+    return jnp.broadcast_to(law.kinetic(Contact(v=zero, T=T, p=zero)), (linings.count,))
+
+
+def stiffness_of(brake: Brake, temperature: Any = None) -> Float[Array, ""] | None:
+    """Stiffness `C` of a brake's band in N/m, given or from its geometry; `None` for a rigid band.
+
+    The friction along a geometry is the linings' kinetic coefficient at zero speed, without pressure, and at the
+    `temperature` (K, a number or (n,)) if the law looks at it: in a scene that of the start. It then stays in the run.
+    Raises `ValueError` if that temperature is needed and missing.
+    """
+    stiffness = brake.band.stiffness
+    if not isinstance(stiffness, AbstractStiffness):
+        return None if stiffness is None else jnp.asarray(stiffness)
+    f = _still_friction(brake.linings, temperature)
+    return stiffness.stiffness(f, jnp.asarray(brake.linings.angle), jnp.asarray(brake.band.radius))
+
+
+def tension_shares(brake: Brake, temperature: Any = None) -> Float[Array, " k"]:
+    """Share of every tension that each of a brake's parallel bands has (K-8); `[1]` where there is one band."""
+    stiffness = brake.band.stiffness
+    if not isinstance(stiffness, ParallelBands):
+        return jnp.ones(1)
+    f = _still_friction(brake.linings, temperature)
+    return stiffness.shares(f, jnp.asarray(brake.linings.angle), jnp.asarray(brake.band.radius))

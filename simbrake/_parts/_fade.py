@@ -1,0 +1,161 @@
+"""Friction that depends on temperature and pressure: a law times factors."""
+
+import abc
+from typing import Any, ClassVar
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from .._base._quantity import Fault, Scalar, quantity
+from ._friction import AbstractFriction, Contact
+
+
+class AbstractFactor(eqx.Module):
+    """A factor of a coefficient of friction, 1 where the base law was measured. Never negative."""
+
+    temperature_dependent: eqx.AbstractVar[bool]
+    pressure_dependent: eqx.AbstractVar[bool]
+
+    @abc.abstractmethod
+    def factor(self, contact: Contact) -> Float[Array, "..."]:
+        """The factor at surface temperature `T` (K) and pressure `p` (Pa)."""
+
+    @abc.abstractmethod
+    def faults(self, path: str) -> list[Fault]:
+        """What cannot be right in this factor, beyond the ranges of single numbers."""
+
+    def temperature_range(self) -> tuple[Any, Any] | None:
+        """Temperatures (K) between which it holds, `None` if there are no bounds."""
+        return None
+
+
+def _rounded(x: Array, w: Array) -> Array:
+    """`max(x, 0)` with its corner rounded by a parabola over `±w`.
+
+    At the corner itself, where runs like to start, the slope is the one above it: half of each (as that of a maximum)
+    would be the slope of no side, and an integrator would shorten its first step until that no longer matters.
+    """
+    return jnp.where(x >= w, x, jnp.where(x > -w, (x + w) ** 2 / jnp.where(w > 0, 4 * w, 1.0), 0.0))
+
+
+class LinearFade(AbstractFactor):
+    """Fade above a permissible temperature: `max(φ_min, 1 − s (T − T_p)₊)`.
+
+    - `slope` `s` (1/K), `above` `T_p` (K), `floor` `φ_min`
+    - `blend` (K): half-width over which both corners are rounded by parabolas; 0: corners, which cost steps at tight
+      tolerances where many linings pass them one after the other, and derivatives half of their digits
+    """
+
+    slope: Scalar = quantity("1/K", "loss of friction per kelvin", low=0.0, many=True)
+    above: Scalar = quantity("K", "temperature at which fade begins", low=0.0, many=True)
+    floor: Scalar = quantity("1", "least factor", low=0.0, high=1.0, many=True, default=0.0)
+    blend: Scalar = quantity("K", "half-width of the rounded corner", low=0.0, difference=True, many=True, default=0.0)
+    temperature_dependent: ClassVar[bool] = True
+    pressure_dependent: ClassVar[bool] = False
+
+    def factor(self, contact):
+        w, s = jnp.asarray(self.blend), self.slope
+        lost = s * _rounded(contact.T - self.above, w)
+        return self.floor + _rounded(1 - lost - self.floor, s * w)
+
+    def faults(self, path):
+        return []
+
+
+class TabulatedFade(AbstractFactor):
+    """A measured factor over the temperature, interpolated by a monotone cubic (Fritsch–Carlson).
+
+    - `temperature` (k,) in K, increasing; `values` (k,)
+
+    The table is not extrapolated: a run that leaves it ends with the code `outside_table`.
+    """
+
+    temperature: Scalar = quantity("K", "temperatures of the table", low=0.0, many=True)
+    values: Scalar = quantity("1", "factors of the table", low=0.0, high=10.0, many=True)
+    temperature_dependent: ClassVar[bool] = True
+    pressure_dependent: ClassVar[bool] = False
+
+    def factor(self, contact):
+        import interpax  # half a second that only tables pay
+
+        T, values = jnp.asarray(self.temperature), jnp.asarray(self.values)
+        with jax.numpy_dtype_promotion("standard"):  # the library mixes integers and floats
+            here = jnp.clip(contact.T, T[0], T[-1])
+            return interpax.interp1d(here.reshape(-1), T, values, method="monotonic").reshape(jnp.shape(contact.T))
+
+    def faults(self, path):
+        T, values = np.asarray(self.temperature), np.asarray(self.values)
+        if T.ndim != 1 or T.shape != values.shape or T.size < 2:
+            return [Fault(path, "the table needs temperatures and factors of one length, at least 2")]
+        return [] if np.all(np.diff(T) > 0) else [Fault(f"{path}.temperature", "the temperatures must increase")]
+
+    def temperature_range(self):
+        T = jnp.asarray(self.temperature)
+        return T[0], T[-1]
+
+
+class PressureFactor(AbstractFactor):
+    """Friction that falls (or rises) with pressure: `(1 + p/p_r)^{−m}`.
+
+    - `reference` `p_r` (Pa), `exponent` `m`
+    """
+
+    reference: Scalar = quantity("Pa", "reference pressure", positive=True, many=True)
+    exponent: Scalar = quantity("1", "exponent of the pressure", low=-1.0, high=1.0, many=True)
+    temperature_dependent: ClassVar[bool] = False
+    pressure_dependent: ClassVar[bool] = True
+
+    def factor(self, contact):
+        return (1 + contact.p / self.reference) ** (-self.exponent)
+
+    def faults(self, path):
+        return []
+
+
+class ProductFriction(AbstractFriction):
+    """`f(T, v, p) = f_base(v) · ∏ factors(T, p)`, sliding and sticking alike."""
+
+    base: AbstractFriction
+    factors: tuple[AbstractFactor, ...]
+
+    @property
+    def speed_dependent(self) -> bool:  # pyright: ignore
+        return self.base.speed_dependent
+
+    @property
+    def temperature_dependent(self) -> bool:  # pyright: ignore
+        return self.base.temperature_dependent or any(f.temperature_dependent for f in self.factors)
+
+    @property
+    def pressure_dependent(self) -> bool:  # pyright: ignore
+        return self.base.pressure_dependent or any(f.pressure_dependent for f in self.factors)
+
+    def _product(self, contact: Contact) -> Array:
+        product = jnp.ones(())
+        for one in self.factors:
+            product = product * one.factor(contact)
+        return product
+
+    def kinetic(self, contact):
+        return self.base.kinetic(contact) * self._product(contact)
+
+    def static(self, contact):
+        return self.base.static(contact) * self._product(contact)
+
+    def faults(self, path):
+        found = self.base.faults(f"{path}.base")
+        for i, one in enumerate(self.factors):
+            found += one.faults(f"{path}.factors[{i}]")
+        return found
+
+    def temperature_range(self):
+        bounds = [r for r in (part.temperature_range() for part in (self.base, *self.factors)) if r is not None]
+        if not bounds:
+            return None
+        low, high = bounds[0]
+        for one in bounds[1:]:
+            low, high = jnp.maximum(low, one[0]), jnp.minimum(high, one[1])
+        return low, high

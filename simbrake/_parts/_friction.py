@@ -1,0 +1,143 @@
+"""Friction laws of one lining: `f(v, T, p)` while it slides, and the coefficient up to which it sticks."""
+
+import abc
+from typing import Any, ClassVar, NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from .._base._quantity import Fault, Scalar, quantity
+
+
+class Contact(NamedTuple):
+    """What a friction law sees: slip speed `v` (m/s), surface temperature `T` (K) and pressure `p` (Pa).
+
+    Each broadcasts over the linings; `None` where the scene does not model it.
+    """
+
+    v: Any
+    T: Any = None
+    p: Any = None
+
+
+class AbstractFriction(eqx.Module):
+    """A friction law. Its numbers are scalars or have one entry per lining.
+
+    A law is smooth enough to differentiate, never negative, and `kinetic ≤ static`. `speed_dependent` says whether
+    `kinetic` looks at `v` at all, `temperature_dependent` and `pressure_dependent` whether either coefficient looks at
+    `T` or `p`: what a law does not look at costs nothing in the integration.
+    """
+
+    speed_dependent: eqx.AbstractVar[bool]
+    temperature_dependent: ClassVar[bool] = False
+    pressure_dependent: ClassVar[bool] = False
+
+    @abc.abstractmethod
+    def kinetic(self, contact: Contact) -> Float[Array, "..."]:
+        """Coefficient while sliding."""
+
+    @abc.abstractmethod
+    def static(self, contact: Contact) -> Float[Array, "..."]:
+        """Coefficient up to which the lining sticks."""
+
+    def faults(self, path: str) -> list[Fault]:
+        """What cannot be right in this law, beyond the ranges of single numbers; a law of one's own may say nothing."""
+        return []
+
+    def temperature_range(self) -> tuple[Any, Any] | None:
+        """Temperatures (K) between which the law holds, `None` without bounds; a run ends where it leaves them."""
+        return None
+
+
+class ConstantFriction(AbstractFriction):
+    """Coulomb friction, `f = f_k` sliding and `f_s = r f_k` sticking.
+
+    - `coefficient`: `f_k`, scalar or per lining
+    - `static_ratio`: `r = f_s/f_k ≥ 1`
+    """
+
+    coefficient: Scalar = quantity("1", "coefficient of friction", low=0.0, high=10.0, many=True)
+    static_ratio: Scalar = quantity(
+        "1", "ratio of static to kinetic friction", low=1.0, high=10.0, many=True, default=1.0
+    )
+    speed_dependent: ClassVar[bool] = False
+
+    def kinetic(self, contact):
+        return jnp.asarray(self.coefficient)
+
+    def static(self, contact):
+        return jnp.asarray(self.coefficient * self.static_ratio)
+
+    def faults(self, path):
+        return []
+
+
+class StribeckFriction(AbstractFriction):
+    """Friction that falls with the slip speed: `f(v) = f_k + (f_s − f_k) exp(−(v/v_s)^δ)`.
+
+    - `static_coefficient` `f_s`, `kinetic_coefficient` `f_k`: scalars or per lining
+    - `stribeck_speed` `v_s` in m/s, `exponent` `δ` in [1, 4] (1: Bo & Pavelescu; 2: Gaussian)
+
+    Reference: B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, *Automatica* 30 (1994) 1083–1138, eq. (3).
+    """
+
+    static_coefficient: Scalar = quantity("1", "static coefficient of friction", low=0.0, high=10.0, many=True)
+    kinetic_coefficient: Scalar = quantity("1", "kinetic coefficient of friction", low=0.0, high=10.0, many=True)
+    stribeck_speed: Scalar = quantity("m/s", "Stribeck speed", positive=True, many=True)
+    exponent: Scalar = quantity("1", "exponent of the Stribeck curve", low=1.0, high=4.0, many=True, default=2.0)
+    speed_dependent: ClassVar[bool] = True
+
+    def kinetic(self, contact):
+        # slip begins at v = 0: the slope there must be that of sliding, also of an exponent of 1
+        r = jnp.where(contact.v >= 0, contact.v, 0.0) / self.stribeck_speed
+        positive, n = r > 0, jnp.asarray(self.exponent)
+        power = r * jnp.where(positive | (n == 1), jnp.where(positive, r, 1.0) ** (n - 1), 0.0)
+        return self.kinetic_coefficient + (self.static_coefficient - self.kinetic_coefficient) * jnp.exp(-power)
+
+    def static(self, contact):
+        return jnp.asarray(self.static_coefficient)
+
+    def faults(self, path):
+        if np.any(np.asarray(self.static_coefficient) < np.asarray(self.kinetic_coefficient)):
+            return [Fault(path, "the static coefficient is below the kinetic one", "static must be ≥ kinetic")]
+        return []
+
+
+class TabulatedFriction(AbstractFriction):
+    """Measured friction over slip speed, `f(v)`, interpolated by a monotone cubic (Fritsch–Carlson).
+
+    - `speed` (k,) in m/s, increasing from 0; `coefficient` (k,)
+    - `static_ratio`: `f_s / f(0) ≥ 1`
+
+    Beyond the last speed the last coefficient holds (stated, not extrapolated). The interpolant has a continuous
+    slope, so that the table's knots need no stops of the integrator. One table serves all linings.
+    """
+
+    speed: Scalar = quantity("m/s", "slip speeds of the table", low=0.0, many=True)
+    coefficient: Scalar = quantity("1", "coefficients of friction of the table", low=0.0, high=10.0, many=True)
+    static_ratio: Scalar = quantity("1", "ratio of static friction to that at zero speed", low=1.0, default=1.0)
+    speed_dependent: ClassVar[bool] = True
+
+    def kinetic(self, contact):
+        import interpax  # half a second that only tables pay
+
+        speed, coefficient = jnp.asarray(self.speed), jnp.asarray(self.coefficient)
+        v = jnp.clip(contact.v, speed[0], speed[-1])
+        with jax.numpy_dtype_promotion("standard"):  # the library mixes integers and floats
+            return interpax.interp1d(v, speed, coefficient, method="monotonic")
+
+    def static(self, contact):
+        return jnp.asarray(self.coefficient[..., 0] * self.static_ratio)
+
+    def faults(self, path):
+        speed, coefficient = np.asarray(self.speed), np.asarray(self.coefficient)
+        if speed.ndim != 1 or speed.shape != coefficient.shape or speed.size < 2:
+            return [Fault(path, "the table needs speeds and coefficients of one length, at least 2")]
+        if np.any(np.diff(speed) <= 0) or speed[0] != 0.0:
+            return [Fault(f"{path}.speed", "the speeds must increase, from 0 upwards")]
+        if np.any(coefficient > coefficient[0] * np.asarray(self.static_ratio)):
+            return [Fault(path, "a coefficient of the table exceeds the static one", "raise static_ratio")]
+        return []

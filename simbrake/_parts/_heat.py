@@ -1,0 +1,274 @@
+"""The heat of a scene: a thermal network, and how friction feeds it."""
+
+import abc
+from typing import Any
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from .._base._quantity import Fault, Scalar, quantity
+from ._duty import AbstractProfile
+from ._links import AbstractLink, Source
+from ._material import Material, effusivity_share
+from ._network import Body, Junction, Lump, Reservoir, Wall, faults_of_network, place_of, size_of
+
+
+class AbstractPartition(eqx.Module):
+    """How the friction heat of a lining is split between metal and lining."""
+
+    @abc.abstractmethod
+    def share(self, T_metal: Float[Array, " n"], T_lining: Float[Array, " n"]) -> Float[Array, "..."]:
+        """Share `a` (0…1) that goes into the metal; `1 − a` goes into the lining."""
+
+
+class ConstantPartition(AbstractPartition):
+    """A given share `a` into the metal (V: 0.531…0.865)."""
+
+    metal: Scalar = quantity("1", "share of the friction heat into the metal", low=0.0, high=1.0, many=True)
+
+    def share(self, T_metal, T_lining):
+        return jnp.asarray(self.metal)
+
+
+class EffusivityPartition(AbstractPartition):
+    """`a = e_1/(e_1 + e_2)`, `e = √(λ ρ c)`: two half-spaces that rub (Charron)."""
+
+    metal: Material
+    lining: Material
+
+    def share(self, T_metal, T_lining):
+        return jnp.asarray(effusivity_share(self.metal, self.lining))
+
+
+class TransmissionPartition(AbstractPartition):
+    """`a = K_1/(K_1 + K_2)` by the heat transmission to both sides (S-39…42; V, table 2), over the temperature.
+
+        1/K_1 = 1/α_1 + δ_rim/λ_rim + 1/α_2,   1/K_2 = 1/α_2 + δ_s/λ_s + δ_l/λ_l + δ_b/λ_b + 1/α_3
+
+    - `temperature` (k,) of the polished rim surface (K); `alpha_1`, `alpha_2`, `alpha_3` (k,) of its polished and matte
+      surface and of the band (W/(m²·K)); `surface_layer` `δ_s` (k,) of the lining (m)
+    - thickness (m) and conductivity (W/(m·K)) of rim, surface layer, lining, band
+
+    Linear between the temperatures of the table, constant beyond its ends (stated, not extrapolated).
+    """
+
+    temperature: Scalar = quantity("K", "temperatures of the table", low=0.0, many=True)
+    alpha_1: Scalar = quantity("W/(m^2*K)", "coefficients of the polished rim surface", positive=True, many=True)
+    alpha_2: Scalar = quantity("W/(m^2*K)", "coefficients of the matte rim surface", positive=True, many=True)
+    alpha_3: Scalar = quantity("W/(m^2*K)", "coefficients of the band", positive=True, many=True)
+    surface_layer: Scalar = quantity("m", "thickness of the lining's surface layer", positive=True, many=True)
+    rim_thickness: Scalar = quantity("m", "thickness of the rim", positive=True, default=0.028)
+    rim_conductivity: Scalar = quantity("W/(m*K)", "conductivity of the rim", positive=True, default=48.85)
+    surface_conductivity: Scalar = quantity("W/(m*K)", "conductivity of the surface layer", positive=True, default=1.02)
+    lining_thickness: Scalar = quantity("m", "thickness of the lining", positive=True, default=0.030)
+    lining_conductivity: Scalar = quantity("W/(m*K)", "conductivity of the lining", positive=True, default=0.736)
+    band_thickness: Scalar = quantity("m", "thickness of the band", positive=True, default=0.006)
+    band_conductivity: Scalar = quantity("W/(m*K)", "conductivity of the band", positive=True, default=53.94)
+
+    def transmissions(self, T: Float[Array, "..."]) -> tuple[Float[Array, "..."], Float[Array, "..."]]:
+        """`K_1`, `K_2` (W/(m²·K)) at the rim temperature `T` (K)."""
+
+        def at(values: Any) -> Array:
+            return jnp.interp(T, jnp.asarray(self.temperature), jnp.asarray(values))
+
+        through = at(self.surface_layer) / self.surface_conductivity + self.lining_thickness / self.lining_conductivity
+        through = through + self.band_thickness / self.band_conductivity
+        K_1 = 1 / (1 / at(self.alpha_1) + self.rim_thickness / self.rim_conductivity + 1 / at(self.alpha_2))
+        K_2 = 1 / (1 / at(self.alpha_2) + through + 1 / at(self.alpha_3))
+        return K_1, K_2
+
+    def share(self, T_metal, T_lining):
+        K_1, K_2 = self.transmissions(T_metal)
+        return K_1 / (K_1 + K_2)
+
+
+class FrictionHeat(eqx.Module):
+    """Where the friction heat goes.
+
+    - `metal`, `lining`: the places it enters; `None` for a side that the scene does not model (its share leaves the
+      network and is counted as lost). The same place for both (an interface): the network itself finds the split
+    - `partition`: the law of the share
+    - `sensed`: the place whose temperature the friction law sees; by default the lining's, else the metal's
+    - `beyond`: of an external pair, a place behind the linings (the rim) that takes the share `beyond_share` at once:
+      rim `k_1`, band `k_2 = share`, linings `1 − k_1 − k_2` (S-12…14)
+    """
+
+    metal: str | None = eqx.field(static=True)
+    lining: str | None = eqx.field(static=True)
+    partition: AbstractPartition
+    sensed: str | None = eqx.field(static=True, default=None)
+    beyond: str | None = eqx.field(static=True, default=None)
+    beyond_share: Scalar | None = quantity("1", "share of the heat beyond the linings", low=0.0, high=1.0, default=None)
+
+    @property
+    def sensor(self) -> str | None:
+        return self.sensed or self.lining or self.metal
+
+
+class FlashTemperature(eqx.Module):
+    """Flash temperature at the spots that touch, above the surface temperature (Blok, Jaeger; moving band source).
+
+        ΔT = (2 q/λ) √(a l/(π v)),   q = s f p_r v
+
+    - `length` `l` of a spot (m), `conductivity` `λ`, `diffusivity` `a` of the body it moves over, `share` `s` of heat
+    - `hardness` (Pa): pressure `p_r` on the spots; `None`: the nominal pressure of the lining
+
+    It makes the coefficient of friction implicit, `f = f(T_s + ΔT(f p v))`; the branch that starts at `ΔT = 0` is the
+    one meant, and where it ends in a fold the run ends with the code `flash_fold`.
+
+    Reference: J. C. Jaeger, *J. Proc. Roy. Soc. NSW* 76 (1942) 203; valid for `v l/(4 a) ≫ 1`.
+    """
+
+    length: Scalar = quantity("m", "length of a spot", positive=True)
+    conductivity: Scalar = quantity("W/(m*K)", "conductivity of the body it moves over", positive=True)
+    diffusivity: Scalar = quantity("m^2/s", "diffusivity of the body it moves over", positive=True)
+    share: Scalar = quantity("1", "share of the heat that goes into this body", low=0.0, high=1.0, default=1.0)
+    hardness: Scalar | None = quantity("Pa", "pressure on the spots", positive=True, default=None)
+
+    def rise(self, q: Array, v: Array) -> Array:
+        """`ΔT` (K) for the heat flux `q` (W/m²) at the speed `v` (m/s)."""
+        moving = v > 0
+        time = self.length / (jnp.pi * jnp.where(moving, v, 1.0))
+        return jnp.where(moving, 2 * self.share * q / self.conductivity * jnp.sqrt(self.diffusivity * time), 0.0)
+
+
+def _settled(bodies: tuple[Body, ...]) -> tuple[Body, ...]:
+    """A lump given without capacity is a junction."""
+
+    def empty(body: Body) -> bool:
+        return isinstance(body, Lump) and isinstance(body.capacity, np.ndarray) and bool(np.all(body.capacity == 0))
+
+    return tuple(Junction(body.name, body.count) if empty(body) else body for body in bodies)
+
+
+class Heat(eqx.Module):
+    """Thermal part of a scene; a scene without it has no thermal states, equations or cost.
+
+    - `bodies`, `links`, `sources`: the network;  `friction`: where the friction heat of linings and rim goes (`None`:
+      it is only booked);  `external`: the same for band and linings of a staged brake
+    - `flash`: flash temperature for the friction law
+    - `rim`, `linings`, `band`: places whose temperatures are reported as those of rim, linings and band
+    - `permissible` (K): permissible temperature of the linings; passing it is an event
+    """
+
+    bodies: tuple[Body, ...] = eqx.field(converter=_settled)
+    links: tuple[AbstractLink, ...] = ()
+    friction: FrictionHeat | None = None
+    sources: tuple[Source, ...] = ()
+    flash: FlashTemperature | None = None
+    rim: str | None = eqx.field(static=True, default=None)
+    linings: str | None = eqx.field(static=True, default=None)
+    band: str | None = eqx.field(static=True, default=None)
+    permissible: Scalar | None = quantity("K", "permissible temperature of the linings", positive=True, default=None)
+    external: FrictionHeat | None = None
+
+    @property
+    def pairs(self) -> tuple[FrictionHeat, ...]:
+        """Friction pairs whose heat enters the network."""
+        return tuple(pair for pair in (self.friction, self.external) if pair is not None)
+
+    @property
+    def hot_places(self) -> dict[str, str]:
+        """Places whose temperatures are reported; `outer`: the outer faces of a staged brake's linings."""
+        outer = None if self.external is None else self.external.lining
+        named = {"rim": self.rim, "linings": self.linings, "band": self.band, "outer": outer}
+        return {
+            kind: place
+            for kind, place in named.items()
+            if place is not None and (kind != "outer" or place != self.linings)
+        }
+
+    @property
+    def profiles(self) -> tuple[AbstractProfile, ...]:
+        """Given functions of time inside: prescribed temperatures and powers."""
+        inside = [b.temperature for b in self.bodies if isinstance(b, Reservoir)] + [s.power for s in self.sources]
+        return tuple(p for p in inside if isinstance(p, AbstractProfile))
+
+    def faults(self, path: str, linings: int) -> list[Fault]:
+        """What does not fit together, beyond the ranges of single numbers (concrete values only)."""
+        heated = [place for pair in self.pairs for place in (pair.metal, pair.lining, pair.beyond)]
+        found = faults_of_network(self.bodies, self.links, self.sources, path, tuple(p for p in heated if p))
+        if found:
+            return found
+        by_name = {body.name: body for body in self.bodies}
+        named: list[tuple[str, str | None]] = [(field, getattr(self, field)) for field in ("rim", "linings", "band")]
+        for name in ("friction", "external"):
+            pair = getattr(self, name)
+            if pair is not None:
+                named += [
+                    (f"{name}.{field}", getattr(pair, field)) for field in ("metal", "lining", "sensed", "beyond")
+                ]
+        for field, place in named:
+            if place is None:
+                continue
+            name, face = place_of(place)
+            if name not in by_name or isinstance(by_name[name], Wall) != (face in ("front", "back")):
+                found.append(Fault(f"{path}.{field}", f"there is no place {place!r}", "a body, or the face of a wall"))
+            elif size_of(by_name[name], face) not in (1, linings):
+                found.append(
+                    Fault(f"{path}.{field}", f"{place!r} has {size_of(by_name[name], face)} nodes", f"1 or {linings}")
+                )
+        for name in ("friction", "external"):
+            pair = getattr(self, name)
+            if pair is not None and not found:
+                found += self._faults_of_pair(pair, f"{path}.{name}", by_name)
+        return found
+
+    def _faults_of_pair(self, pair: FrictionHeat, path: str, by_name: dict[str, Body]) -> list[Fault]:
+        found: list[Fault] = []
+        sensor = pair.sensor
+        if sensor is None or isinstance(by_name[place_of(sensor)[0]], Junction):
+            hint = "name a body with capacity in `sensed`"
+            found.append(Fault(f"{path}.sensed", "the friction law needs a temperature that is a state", hint))
+        if (pair.beyond is None) != (pair.beyond_share is None):
+            found.append(Fault(f"{path}.beyond", "a place and its share of the heat belong together", "give both"))
+        for field in ("metal", "lining", "beyond"):
+            place = getattr(pair, field)
+            if place is None:
+                continue
+            body = by_name[place_of(place)[0]]
+            open_to = [link for link in self.links if place in (link.a, link.b) and link.nonlinear]
+            if isinstance(body, Reservoir) or (isinstance(body, Junction) and open_to):
+                what = "a reservoir" if isinstance(body, Reservoir) else "a junction that radiates or convects freely"
+                found.append(Fault(f"{path}.{field}", f"{place!r} is {what}", "let the heat enter a body"))
+        return found
+
+
+def node_names(heat: Heat) -> list[str]:
+    """Names of all nodes with capacity, in the order of the state, then those of the junctions."""
+
+    def of(body: Body) -> list[str]:
+        if isinstance(body, Wall) and body.copies > 1:
+            return [f"{body.name}[{i + 1},{j + 1}]" for i in range(body.copies) for j in range(body.layers)]
+        return [body.name] if body.count == 1 else [f"{body.name}[{i + 1}]" for i in range(body.count)]
+
+    stores = [name for body in heat.bodies if isinstance(body, Wall) or hasattr(body, "capacity") for name in of(body)]
+    return stores + [name for body in heat.bodies if isinstance(body, Junction) for name in of(body)]
+
+
+def initial_temperatures(heat: Heat) -> Float[np.ndarray, " k"]:
+    """Temperatures at the start (K) of the nodes with capacity (concrete values)."""
+    stores = [body for body in heat.bodies if isinstance(body, Wall) or hasattr(body, "capacity")]
+    return np.concatenate([np.broadcast_to(np.asarray(body.temperature, float), (body.count,)) for body in stores])  # pyright: ignore
+
+
+def place_count(heat: Heat, place: str) -> int:
+    """Number of nodes of a place."""
+    name, face = place_of(place)
+    return size_of(next(body for body in heat.bodies if body.name == name), face)
+
+
+def shared_faces(heat: Heat) -> set[str]:
+    """Faces of walls at which a link ends beside another link or a source."""
+    ends: dict[str, int] = {}
+    for link in heat.links:
+        for place, other in ((link.a, link.b), (link.b, link.a)):
+            if place_of(place)[1]:
+                flows = place_count(heat, other) if place_count(heat, place) == 1 else 1
+                ends[place] = ends.get(place, 0) + flows
+    for source in heat.sources:
+        if source.a in ends:
+            ends[source.a] += 1
+    return {place for place, count in ends.items() if count > 1}

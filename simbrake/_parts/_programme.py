@@ -1,0 +1,268 @@
+"""Programmes in words: "lower 27 m at 1.2 m/s", "brake to rest", "hold 40 s", "repeat 30 times"."""
+
+import difflib
+import re
+from typing import Annotated, Any, NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+
+from .._base._numbers import BAD, NumberReader
+from .._base._quantity import InputError, Quantity, positive
+from ._band import grip, tension_ratio
+from ._design import Brake
+from ._driller import Driller
+from ._duty import Constant, Repeated
+from ._friction import Contact
+from ._heat import Heat
+from ._loads import AbstractLoad, HookLoad, TrippingLoad
+from ._scene import Duty, Initial, Scene, sensed_at_start
+
+FORMS = (
+    "lower 27 m at 1.2 m/s",
+    "brake to rest",
+    "brake to rest in 3 s",
+    "hold 40 s",
+    "take the string",
+    "set it into the slips",
+    "repeat 30 times",
+)
+_GRAMMAR = {
+    "lower": re.compile(r"lower (?P<distance>.+) at (?P<speed>.+)"),
+    "brake_in": re.compile(r"brake to rest in (?P<time>.+)"),
+    "brake": re.compile(r"brake to rest"),
+    "hold": re.compile(r"(?:hold|wait) (?:for )?(?P<time>.+)"),
+    "take": re.compile(r"take the string"),
+    "set": re.compile(r"set (?:it |the string )?(?:in|into|in the|into the) slips"),
+    "repeat": re.compile(r"repeat (?P<count>\d{1,6}) times"),
+}
+_QUANTITIES = {
+    "distance": positive("m", "distance"),
+    "speed": positive("m/s", "speed of the hook"),
+    "time": positive("s", "time"),
+}
+
+
+class Step(NamedTuple):
+    """One line of a programme: what, and its numbers in SI."""
+
+    what: str
+    numbers: dict[str, float]
+
+
+def parse_programme(lines: tuple[str, ...] | list[str], path: str = "programme") -> tuple[list[Step], int]:
+    """Steps of one cycle, and how often it is repeated. Raises `InputError` with every line that cannot be read."""
+    reader, steps, count = NumberReader(), list[Step](), 1
+    for i, line in enumerate(lines):
+        here = f"{path}[{i}]"
+        text = " ".join(line.lower().replace("set it", "set").split())
+        found = next(((what, m) for what, form in _GRAMMAR.items() if (m := form.fullmatch(text))), None)
+        if found is None:
+            near = difflib.get_close_matches(text, FORMS, n=1, cutoff=0.3)
+            hint = f"nearest: {near[0]}" if near else f"there are: {'; '.join(FORMS)}"
+            reader.fault(here, f"{line!r} is not understood", hint)
+            continue
+        what, match = found
+        if what == "repeat":
+            count = int(match["count"])
+            if i != len(lines) - 1:
+                reader.fault(here, f"{line!r} is not the last line", "it repeats all the lines before it")
+            if count < 1:
+                reader.fault(here, f"{line!r} is no number of cycles", "at least 1")
+            continue
+        numbers = {
+            name: reader.number(words, about, here, about.unit)
+            for name, words in match.groupdict().items()
+            if (about := _QUANTITIES[name])
+        }
+        if not any(value is BAD for value in numbers.values()):
+            steps.append(Step(what, {name: float(value) for name, value in numbers.items()}))
+    if not steps and not reader.faults:
+        reader.fault(path, "has no step", f"as in {FORMS[0]!r}")
+    if reader.faults:
+        raise InputError(reader.faults)
+    return steps, count
+
+
+def programme_scene(
+    brake: Brake,
+    programme: tuple[str, ...],
+    load: AbstractLoad,
+    pull: Annotated[float, positive("N", "slack tension with the lever thrown over")],
+    lever_time: Annotated[float, positive("s", "time in which the lever is thrown over")] = 0.35,
+    acceleration: Annotated[float, positive("m/s^2", "acceleration of the hook when it is let go")] = 0.5,
+    empty: Annotated[float, Quantity("kg", "mass of hook and block without the string", 0.0)] = 0.0,
+    stand: Annotated[float, Quantity("kg", "mass of the stand that each cycle adds", 0.0)] = 0.0,
+    limit: Annotated[float | None, positive("N", "greatest slack tension while lowering")] = None,
+    heat: Heat | None = None,
+) -> Scene:
+    """A scene from a programme in words: a list of lines, one cycle of work, perhaps repeated.
+
+    - `lower D at V`: the hook starts from rest with the `acceleration` and goes on at the speed `V`, over the distance
+      `D` in all; the driller leads the speed (`Driller`), so that fade moves the lever and not the hook
+    - `brake to rest`: the lever is thrown over to the `pull` in the `lever_time`, and stays there
+    - `brake to rest in X`: the driller leads the speed to 0 in a straight line, and then throws the lever over
+    - `hold X` or `wait X`;  `take the string`, `set it into the slips`: between them the string hangs on the hook
+    - `repeat N times`: all lines before it; each cycle adds a `stand` to the string
+    - `load`: a `HookLoad` with all that hangs on the hook in the first cycle, `empty` of it without the string
+    - `limit` (N): greatest slack tension of the driller, twice the `pull` by default
+
+    The run begins at rest under the `pull`. Times are planned with the friction at the start: where it fades, the stop
+    comes later than planned, and the rest that follows is shorter by as much. Raises `InputError` with every line that
+    is not understood or cannot be done, and where the brake or the load is of another kind.
+    """
+    steps, count = parse_programme(programme)
+    reader = NumberReader()
+    if not isinstance(load, HookLoad):
+        reader.fault("load", f"{type(load).__name__} has no hook to lower", "give a HookLoad")
+    if brake.band.stiffness is not None:
+        reader.fault("brake.band.stiffness", "a driller who leads the speed needs a rigid band", "leave it out")
+    if brake.bandage is not None or brake.band.segments is not None:
+        reader.fault("brake", "a driller cannot lead the speed of a staged brake or a chain", "give a standard brake")
+    reader.faults += brake.faults("brake")
+    if reader.faults:
+        raise InputError(reader.faults)
+    assert isinstance(load, HookLoad)
+    plan = _Plan(brake, load, heat, pull, lever_time, acceleration)
+    for i, step in enumerate(steps):
+        problem = plan.add(step)
+        if problem:
+            reader.fault(f"programme[{i}]", f"{programme[i]!r} {problem[0]}", problem[1])
+    if ("take" in plan.marks) != ("set" in plan.marks):
+        reader.fault("programme", "takes the string or sets it down, but not both", "give both, or neither")
+    if stand and "take" not in plan.marks:
+        reader.fault("stand", "has no effect", "stands are added on the slips: take the string, set it into the slips")
+    if empty > float(load.mass):
+        reader.fault("empty", f"{empty:g} kg is more than the load of {float(load.mass):g} kg")
+    if plan.moving and not reader.faults:
+        reader.fault("programme", "ends in motion", "add: brake to rest")
+    if reader.faults:
+        raise InputError(reader.faults)
+    lever, period = plan.lever(count, 2 * pull if limit is None else limit)
+    hook = load if "take" not in plan.marks else _tripping(load, plan.marks, period, count, empty, stand)
+    return Scene(brake, Duty(lever, hook), Initial(omega=0.0), end_time=period * count, heat=heat)
+
+
+def _tripping(load: HookLoad, marks: dict[str, float], period: float, count: int, empty: float, stand: float) -> Any:
+    return TrippingLoad(  # pyright: ignore
+        empty=empty or 1e-9 * float(load.mass),  # a rope never hangs quite without mass
+        string=float(load.mass) - empty,
+        stand=stand,
+        taken=marks["take"],
+        set=marks["set"],
+        period=period,
+        drum_radius=load.drum_radius,
+        line_count=load.line_count,
+        count=count,
+        gravity=load.gravity,
+        drag=load.drag,
+    )
+
+
+class _Plan:
+    """Points of one cycle: time, tension of the lever, speed wanted, and whether the piece that follows leads it."""
+
+    def __init__(self, brake: Brake, load: HookLoad, heat: Heat | None, pull: Any, lever_time: Any, acceleration: Any):
+        self.pull, self.lever_time, self.acceleration = float(pull), float(lever_time), float(acceleration)
+        self.per_metre = float(load.line_count) / float(load.drum_radius)  # rad of the pulley per m of the hook
+        self.weight = float(load.mass) * float(load.gravity) / self.per_metre  # N·m
+        self.drag = float(load.drag)
+        self.inertia = float(brake.pulley.inertia) + float(load.mass) / self.per_metre**2
+        self.brake, self.heat, self.load = brake, heat, load
+        self.t, self.omega, self.points, self.marks = 0.0, 0.0, list[tuple[float, float, float, bool]](), {}
+        self._point(self.pull)
+
+    @property
+    def moving(self) -> bool:
+        return self.omega > 0
+
+    def _point(self, tension: float, following: bool = False) -> None:
+        self.points.append((self.t, tension, self.omega, following))
+
+    def _gain(self) -> float:
+        """Torque per slack tension, `R_b (Π − 1)` (m), of the sliding linings with the friction of the start."""
+        linings, n = self.brake.linings, self.brake.linings.count
+        scene = Scene(self.brake, Duty(Constant(0.0), self.load), Initial(0.0), 1.0, self.heat)
+        v = jnp.full(n, self.omega * float(self.brake.pulley.radius))
+        f = linings.friction.kinetic(Contact(v=v, T=sensed_at_start(scene), p=jnp.zeros(n)))
+        mu, _ = tension_ratio(grip(jnp.broadcast_to(f, (n,)), jnp.asarray(linings.angle)))
+        return float(self.brake.band.radius) * (float(np.prod(mu)) - 1)
+
+    def add(self, step: Step) -> tuple[str, str] | None:
+        """Adds the points of a step; what is wrong with it, and what to do."""
+        return getattr(self, f"_{step.what}")(**step.numbers)
+
+    def _lower(self, distance: float, speed: float) -> tuple[str, str] | None:
+        if self.moving:
+            return "begins in motion", "brake to rest before it"
+        run_up = speed**2 / (2 * self.acceleration)
+        if run_up > distance:
+            return f"is too short to reach the speed, which takes {run_up:.4g} m", "a greater acceleration, or distance"
+        if self.weight <= self.inertia * self.acceleration * self.per_metre + self.drag * speed * self.per_metre:
+            return "cannot be reached: the load is too light for the acceleration", "a smaller one, or a smaller drag"
+        self._point(self.pull, following=True)
+        self.t, self.omega = self.t + speed / self.acceleration, speed * self.per_metre
+        self._point(self.pull, following=True)
+        self.t += (distance - run_up) / speed
+        return None
+
+    def _brake(self) -> tuple[str, str] | None:
+        if not self.moving:
+            return "begins at rest", "lower before it"
+        gain = self._gain()
+        if gain <= 0:
+            return "cannot be done: without friction the band holds nothing", "give a greater coefficient of friction"
+        first = max(self.weight - self.drag * self.omega, 0.0) / gain
+        if not self.pull * gain > self.weight:
+            least = self.weight / gain
+            return f"never comes to rest: the load needs {least:.0f} N at the slack end", "raise `pull`"
+        # J ω̇ = −R_b (Π − 1) (T_0 − T_w), T_0 from `first` to the pull in the lever's time, then constant (without drag)
+        excess, over = gain * (self.pull - self.weight / gain), gain * (self.pull - first) / self.lever_time
+        early = self.inertia * self.omega
+        ramp = excess * self.lever_time - 0.5 * over * self.lever_time**2
+        start = excess - over * self.lever_time
+        if early > ramp:
+            time = self.lever_time + (early - ramp) / excess
+        else:
+            time = float(max(np.roots([0.5 * over, start, -early]).real))
+        self._point(first)
+        begin, self.omega = self.t, 0.0
+        self.t = begin + self.lever_time
+        self._point(self.pull)
+        self.t = begin + max(time, self.lever_time)
+        return None
+
+    def _brake_in(self, time: float) -> tuple[str, str] | None:
+        if not self.moving:
+            return "begins at rest", "lower before it"
+        self._point(self.pull, following=True)
+        self.t, self.omega = self.t + time, 0.0
+        self._point(self.pull)
+        return None
+
+    def _hold(self, time: float) -> tuple[str, str] | None:
+        if self.moving:
+            return "begins in motion", "brake to rest before it"
+        self._point(self.pull)
+        self.t += time
+        return None
+
+    def _take(self) -> tuple[str, str] | None:
+        return self._mark("take")
+
+    def _set(self) -> tuple[str, str] | None:
+        return self._mark("set")
+
+    def _mark(self, what: str) -> tuple[str, str] | None:
+        if self.moving or what in self.marks or (what == "set" and "take" not in self.marks):
+            return "is out of order", "at rest, once in a cycle, the string taken before it is set down"
+        self.marks[what] = self.t
+        return None
+
+    def lever(self, count: int, limit: float) -> tuple[Driller, float]:
+        """The driller's lever of all cycles, and the length of one."""
+        self._point(self.pull)
+        t, tension, omega, following = (list(column) for column in zip(*self.points, strict=True))
+        levers, speeds = (Repeated(t, column, period=self.t, count=count) for column in (tension, omega))
+        lever = Driller(levers, speeds, tuple(following), limit)
+        return lever, self.t

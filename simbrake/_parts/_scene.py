@@ -1,0 +1,203 @@
+"""One run: a brake, what acts on it, how it starts and when it ends."""
+
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax.core import Tracer
+from jaxtyping import Array
+
+from .._base._quantity import Fault, InputError, Scalar, faults_of_values, holding, leaves, quantity
+from ._band import grip
+from ._design import Brake, Lining, tension_shares
+from ._driller import AbstractSpeedLever
+from ._duty import AbstractProfile
+from ._friction import AbstractFriction, Contact
+from ._heat import FrictionHeat, Heat
+from ._loads import AbstractLoad
+from ._network import nodes_at, place_of
+
+
+class Duty(eqx.Module):
+    """What acts on the brake.
+
+    - `slack_tension`: `T_0(t) ≥ 0` in N, set by the lever at the slack end;  `load`: `M_load(t, ω)`
+    """
+
+    slack_tension: AbstractProfile = holding("N")
+    load: AbstractLoad  # pyright: ignore
+
+
+class Initial(eqx.Module):
+    """How the run starts.
+
+    - `omega` `ω_0` (rad/s), positive in the braking direction;  `elongation` `x_0` (m) of an elastic band
+    - `time` `t_0` (s)
+    """
+
+    omega: Scalar = quantity("rad/s", "initial speed")
+    elongation: Scalar = quantity("m", "initial elongation of the band", low=0.0, default=0.0)
+    time: Scalar = quantity("s", "time at the start", default=0.0)
+
+
+class Scene(eqx.Module):
+    """One run of a brake. Every number is an array leaf in SI units; `None` means that a piece of physics is absent.
+
+    - `end_time` (s): the run goes on to here, also after the stop
+    - `heat`: the thermal network, `None` where temperatures do not matter
+    """
+
+    brake: Brake
+    duty: Duty
+    initial: Initial
+    end_time: Scalar = quantity("s", "end of the run")
+    heat: Heat | None = None
+
+
+def faults(scene: Scene) -> list[Fault]:
+    """Everything wrong with a scene, at once. Traced numbers cannot be looked at and pass."""
+    found = faults_of_values(scene)
+    if found or any(isinstance(leaf.value, Tracer) for leaf in leaves(scene)):
+        return found
+    found += scene.brake.faults("brake")
+    found += _faults_of_heat(scene)
+    if isinstance(scene.duty.slack_tension, AbstractSpeedLever):
+        law, heat = scene.brake.linings.friction, scene.heat
+        if scene.brake.band.stiffness is not None:
+            found.append(
+                Fault("brake.band.stiffness", "a lever that holds the speed needs a rigid band", "leave it out")
+            )
+        if law.pressure_dependent or (heat is not None and heat.flash is not None):
+            found.append(Fault("duty.slack_tension", "cannot hold the speed with an implicit coefficient of friction"))
+    found += scene.duty.slack_tension.faults("duty.slack_tension", 0.0)
+    found += scene.duty.load.profile.faults("duty.load.profile", None)
+    if not np.asarray(scene.end_time) > np.asarray(scene.initial.time):
+        found.append(Fault("end_time", f"{float(scene.end_time):g} s is not after the start", "it must be later"))
+    if found:
+        return found
+    if scene.brake.bandage is not None:
+        found += _faults_of_staged(scene)
+    elif scene.brake.band.stiffness is None:
+        found += [Fault(f"brake.linings.angle[{i - 1}]", locking_message(scene, i), _LOCK_HINT) for i in locked(scene)]
+    if scene.brake.band.stiffness is None and float(scene.initial.elongation) != 0.0:
+        found.append(Fault("initial.elongation", "a rigid band has no elongation", "give brake.band.stiffness"))
+    return found
+
+
+def _faults_of_staged(scene: Scene) -> list[Fault]:
+    where, hint = "brake.linings", "a staged brake cannot have it: make the lining shorter, or lower its friction"
+    found = [Fault(f"{where}.angle[{i - 1}]", locking_message(scene, i), hint) for i in locked(scene)]
+    if isinstance(scene.duty.slack_tension, AbstractSpeedLever):
+        found.append(Fault("duty.slack_tension", "cannot hold the speed of a staged brake", "give the slack tension"))
+    if scene.heat is not None and scene.heat.flash is not None:
+        found.append(Fault("heat.flash", "is not available for a staged brake", "leave it out"))
+    return found
+
+
+_LOCK_HINT = "a rigid band cannot hold such a lining: make it shorter, lower its friction, or give the band a stiffness"
+
+
+def check(scene: Scene) -> None:
+    """Raises `InputError` with all faults of a scene; returns silently if there are none."""
+    found = faults(scene)
+    if found:
+        raise InputError(found)
+
+
+def warnings(scene: Scene) -> list[str]:
+    """What a user should know of a scene that is no fault."""
+    if any(isinstance(leaf.value, Tracer) for leaf in leaves(scene)):
+        return []
+    found = [f"self_locking: {locking_message(scene, i)}; it never slips as long as that lasts" for i in locked(scene)]
+    law, shares = scene.brake.linings.friction, tension_shares(scene.brake, sensed_at_start(scene))
+    if (law.temperature_dependent or law.pressure_dependent) and np.ptp(np.asarray(shares)) > 1e-9:
+        text = ", ".join(f"{share:.4g}" for share in np.asarray(shares))
+        found.append(
+            f"unequal_bands: the bands carry {text} of the tension; their heat and pressure are taken as the mean"
+        )
+    return found
+
+
+def _faults_of_heat(scene: Scene) -> list[Fault]:
+    heat, n = scene.heat, int(np.size(scene.brake.linings.angle))
+    found = [] if heat is None else heat.faults("heat", n)
+    if found:
+        return found
+    if heat is not None and heat.external is not None and scene.brake.bandage is None:
+        found.append(
+            Fault("heat.external", "has no effect", "only a staged brake (`brake.bandage`) has an external pair")
+        )
+    for law, pair, where, field in _pairs(scene):
+        if pair is None:
+            if law.temperature_dependent:
+                hint = f"give the scene a heat part whose `{field}` names the places that the heat enters"
+                found.append(Fault("heat", f"is missing, but the friction law {where} looks at the temperature", hint))
+            continue
+        bounds, T = law.temperature_range(), _sensed_at_start(heat, pair, n)
+        if bounds is not None and T is not None and not (float(bounds[0]) <= T.min() and T.max() <= float(bounds[1])):
+            table = f"{float(bounds[0]):g}…{float(bounds[1]):g} K"
+            what = f"the table of {table} does not cover the start at {T.min():g}…{T.max():g} K"
+            found.append(Fault(where, what, "extend the table; it is not extrapolated"))
+    if heat is not None and heat.flash is not None:
+        if scene.brake.band.segments is not None:
+            found.append(Fault("heat.flash", "is not modelled for a band in segments", "leave out one of the two"))
+        if not scene.brake.linings.friction.temperature_dependent:
+            found.append(Fault("heat.flash", "has no effect", "the friction law does not look at the temperature"))
+        if heat.flash.hardness is None and scene.brake.linings.area is None:
+            found.append(Fault("brake.linings.area", "is missing", "the flash temperature looks at the pressure"))
+    return found
+
+
+def _pairs(scene: Scene) -> list[tuple[AbstractFriction, FrictionHeat | None, str, str]]:
+    """Friction laws with the places of their heat, their paths, and the field of the heat part that names these."""
+    heat, brake, law = scene.heat, scene.brake, scene.brake.linings.friction
+    friction, external = (None, None) if heat is None else (heat.friction, heat.external)
+    if brake.bandage is None:
+        return [(law, friction, "brake.linings.friction", "friction")]
+    return [
+        (law, external, "brake.linings.friction", "external"),
+        (brake.bandage.friction, friction, "brake.bandage.friction", "friction"),
+    ]
+
+
+def sensed_at_start(scene: Scene) -> np.ndarray | None:
+    """Temperatures that the linings' friction law on the band (staged), else on the rim, sees at the start (K)."""
+    pair, n = _pairs(scene)[0][1], int(np.size(scene.brake.linings.angle))
+    return None if pair is None else _sensed_at_start(scene.heat, pair, n)
+
+
+def _sensed_at_start(heat: Heat | None, pair: FrictionHeat, n: int) -> np.ndarray | None:
+    if heat is None or pair.sensor is None:
+        return None
+    name, face = place_of(pair.sensor)
+    body = next(body for body in heat.bodies if body.name == name)
+    T = np.broadcast_to(np.asarray(getattr(body, "temperature", np.nan), float), (body.count,))
+    return np.broadcast_to(T[nodes_at(body, face)], (n,))
+
+
+@jax.jit
+def _static_grip(linings: Lining, T: Any) -> Array:
+    n = linings.count
+    still = Contact(v=jnp.zeros(n), T=T, p=jnp.zeros(n))
+    return jnp.broadcast_to(grip(linings.friction.static(still), jnp.asarray(linings.angle)), (linings.count,))
+
+
+def static_friction(scene: Scene) -> np.ndarray:
+    """Coefficient up to which each lining sticks at the start, on the rim, or on the band of a staged brake."""
+    fz = np.asarray(_static_grip(scene.brake.linings, sensed_at_start(scene)))
+    return fz / np.tan(np.asarray(scene.brake.linings.angle) / 2)
+
+
+def locked(scene: Scene) -> list[int]:
+    """Numbers (from 1) of the linings that lock themselves with their static friction, `f tan(β/2) ≥ 1`."""
+    return [
+        int(i) + 1 for i in np.flatnonzero(np.asarray(_static_grip(scene.brake.linings, sensed_at_start(scene))) >= 1.0)
+    ]
+
+
+def locking_message(scene: Scene, i: int) -> str:
+    """Why lining `i` (from 1) locks itself, in words."""
+    fz = np.asarray(_static_grip(scene.brake.linings, sensed_at_start(scene)))[i - 1]
+    return f"lining {i}: f·tan(β/2) = {fz:.4g} ≥ 1, the band locks itself"

@@ -1,0 +1,1 @@
+"""From a scene to the equations of its brake: forces, modes, heat, their coupling."""

@@ -1,0 +1,140 @@
+"""What every brake has: a lever, a load, inertia, friction and perhaps heat, and the known times of all these."""
+
+import abc
+from typing import Any
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from .._hybrid import AbstractHybridSystem
+from .._parts._duty import AbstractProfile
+from .._parts._friction import AbstractFriction
+from .._parts._heat import FrictionHeat
+from .._parts._links import Surroundings
+from .._parts._loads import AbstractLoad
+from ._sliding import Grip
+from ._state import ThermalNow
+from ._thermal import Deposit, Thermal
+
+
+class AbstractActing(eqx.Module):
+    """What acts on a brake from outside, and the heat in it. Modes are those of the brake that builds on it."""
+
+    inertia: eqx.AbstractVar[Array]
+    track_radius: eqx.AbstractVar[Array]
+    grip: eqx.AbstractVar[Grip]
+    lever: eqx.AbstractVar[AbstractProfile]
+    load: eqx.AbstractVar[AbstractLoad]
+    thermal: eqx.AbstractVar[Thermal | None]
+
+    @property
+    @abc.abstractmethod
+    def pair(self) -> FrictionHeat | None:
+        """Where the heat of the pair goes on which the band acts."""
+
+    @abc.abstractmethod
+    def laws(self, u: Any) -> list[tuple[AbstractFriction, Array | None]]:
+        """All friction laws with the temperatures that they see, for heat contents `u` (or `None`)."""
+
+    @abc.abstractmethod
+    def around(self, y: Any, mode: Any) -> Surroundings:
+        """Speed of the track, and whether the linings touch it, as the links of the thermal network see them."""
+
+    def inertia_at(self, mode: Any) -> Array:
+        """Inertia of all that turns and moves with the shaft (kg·m²)."""
+        more = self.load.added_inertia(mode.load_piece)
+        return self.inertia if more is None else self.inertia + more
+
+    def surface(self, u: Any) -> Array | None:
+        """Temperatures that the linings' friction law sees."""
+        return self.sensed(self.pair, u)
+
+    def sensed(self, pair: FrictionHeat | None, u: Any) -> Array | None:
+        """Temperatures that the law of a pair sees at every lining."""
+        if self.thermal is None or pair is None or u is None:
+            return None
+        assert pair.sensor is not None
+        return self.thermal.at(self.thermal.temperatures(u), pair.sensor, self.grip.linings.count)
+
+    def deposit(self, t: Array, y: Any, mode: Any, now: ThermalNow, P: Array) -> Deposit:
+        """Where the heats `P` of the linings go in the pair on which the band acts; linear in them."""
+        assert self.thermal is not None
+        around = self.around(y, mode)
+        return self.thermal.deposit(self.pair, now.T, now.T_junctions, t, around, P, mode.heat_pieces)
+
+    def thermal_now(self, t: Array, y: Any, mode: Any) -> ThermalNow | None:
+        """Temperatures and heat flows, friction apart."""
+        if self.thermal is None:
+            return None
+        around, T = self.around(y, mode), self.thermal.temperatures(y.heat)
+        T_J = self.thermal.junctions(T, t, around, mode.heat_pieces)
+        return ThermalNow(T, T_J, self.thermal.flows(T, T_J, t, around, mode.heat_pieces), None)
+
+
+class AbstractBrakeSystem(AbstractHybridSystem):
+    """A brake under given functions of time, whose corners are known times."""
+
+    forces: eqx.AbstractVar[Any]  # an AbstractActing
+    tension_scale: eqx.AbstractVar[Float[Array, ""]]
+    torque_scale: eqx.AbstractVar[Float[Array, ""]]
+    speed_scale: eqx.AbstractVar[Float[Array, ""]]
+
+    @property
+    @abc.abstractmethod
+    def staged(self) -> bool:
+        """Whether the linings ride on the pulley, with an internal pair."""
+
+    @property
+    def profiles(self) -> tuple[AbstractProfile, ...]:
+        """Given functions of time beside lever and load."""
+        thermal = self.forces.thermal
+        return () if thermal is None else thermal.heat.profiles
+
+    @property
+    def guard_samples(self) -> int:
+        """Points inside a step at which the guards are looked at: none where the profiles hide nothing."""
+        given = (self.forces.lever, self.forces.load.profile, *self.profiles)
+        return 0 if all(profile.smooth_between for profile in given) else 15
+
+    @property
+    def has_tables(self) -> bool:
+        """Whether a friction law ends at some temperature."""
+        return any(law.temperature_range() is not None for law, _ in self.forces.laws(None))
+
+    def table_margin(self, u: Any) -> Array:
+        """By how much the temperatures are inside the tables of the friction laws, over 100 K."""
+        room = []
+        for law, T in self.forces.laws(u):
+            bounds = law.temperature_range()
+            if bounds is not None and T is not None:
+                room.append(jnp.minimum(jnp.min(T) - bounds[0], bounds[1] - jnp.max(T)) / 100.0)
+        return room[0] if len(room) == 1 else jnp.minimum(*room)
+
+    def next_pieces(self, t: Array, mode: Any, at_stop: Array) -> Any:
+        """The mode on the pieces that begin at a known time."""
+
+        def following(profile: AbstractProfile, piece: Any) -> Array:
+            piece = jnp.asarray(piece, jnp.int32)
+            return piece + (at_stop & (profile.next_knot(piece) <= t)).astype(jnp.int32)
+
+        return mode._replace(
+            lever_piece=following(self.forces.lever, mode.lever_piece),
+            load_piece=following(self.forces.load.profile, mode.load_piece),
+            heat_pieces=tuple(following(p, i) for p, i in zip(self.profiles, mode.heat_pieces, strict=True)),
+        )
+
+    def booked_change_of_load(self, y: Any, before: Any, after: Any) -> Any:
+        """What comes onto the hook in motion brings its energy."""
+        if self.forces.load.added_inertia(after.load_piece) is None:
+            return y
+        brought = 0.5 * (self.forces.inertia_at(after) - self.forces.inertia_at(before)) * y.omega**2
+        return y._replace(ledger=y.ledger._replace(load_work=y.ledger.load_work + brought))
+
+    def next_stop(self, mode):
+        found = jnp.minimum(
+            self.forces.lever.next_knot(mode.lever_piece), self.forces.load.profile.next_knot(mode.load_piece)
+        )
+        for profile, piece in zip(self.profiles, mode.heat_pieces, strict=True):
+            found = jnp.minimum(found, profile.next_knot(piece))
+        return found

@@ -1,0 +1,19 @@
+"""From a scene to its system of equations, initial state and first mode: which kind of brake it is."""
+
+from typing import Any
+
+from .._parts._scene import Scene
+from ._acting import AbstractBrakeSystem
+from ._assemble_bandage import assemble_bandage
+from ._assemble_brake import assemble_brake
+from ._assemble_chain import assemble_chain
+
+
+def assemble(scene: Scene) -> tuple[AbstractBrakeSystem, Any, Any]:
+    """System, initial state and initial mode of a scene. The run settles the true first mode itself, as an event."""
+    if scene.brake.band.segments is not None:
+        return assemble_chain(scene)
+    bandage = scene.brake.bandage
+    if bandage is not None and bandage.spring is not None:
+        return assemble_bandage(scene)
+    return assemble_brake(scene)

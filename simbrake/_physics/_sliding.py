@@ -1,0 +1,102 @@
+"""Coefficients of friction of all linings at one instant, also where they depend on their own heat and load."""
+
+from typing import NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from .._parts._band import grip, tension_ratio
+from .._parts._design import Lining
+from .._parts._friction import Contact
+from .._parts._heat import FlashTemperature
+
+_SEARCH = 24  # Newton iterations of an implicit coefficient before those that carry derivatives
+_CARRY = 2
+_LOOKS = 17  # along the way from the coefficient without flash to the root
+
+
+class Coefficients(NamedTuple):
+    """Coefficients of the linings, and by how much their implicit equations have a solution (1 where explicit): the
+    least slope up to it, or `1 − f z` where that is less."""
+
+    f: Float[Array, " n"]
+    slope: Array
+
+
+class Grip(eqx.Module):
+    """Friction of the linings: `f_i(v, T_i, p_i)`.
+
+    Where the law looks at the pressure `p_i = N_i/A_i`, or there is a flash temperature, `f_i` is implicit (an index-1
+    algebraic equation), since `N_i = (T_{i−1} + T_i) sin(β_i/2)` and `T_i = T_{i−1} μ_i(f_i)^{±1}`: it is solved from
+    the slack end upwards, on the branch that starts at the coefficient without flash.
+    """
+
+    linings: Lining
+    flash: FlashTemperature | None
+
+    @property
+    def implicit(self) -> bool:
+        return self.flash is not None or self.linings.friction.pressure_dependent
+
+    @property
+    def varies(self) -> bool:
+        """Whether the coefficients of sticking linings can change in a run."""
+        law = self.linings.friction
+        return law.temperature_dependent or law.pressure_dependent
+
+    def coefficients(self, T_0: Array, v: Array, T: Array | None, back: Array, *, static: bool) -> Coefficients:
+        """All `f_i`; `v` (n,) slip speeds, `T` (n,) surface temperatures, `back`: whether the tensions fall."""
+        law, n = self.linings.friction, self.linings.count
+        if not (self.implicit and (law.pressure_dependent or not static)):
+            contact = Contact(v=v, T=T, p=None)
+            f = law.static(contact) if static else law.kinetic(contact)
+            return Coefficients(jnp.broadcast_to(f, (n,)), jnp.ones(()))
+        hot = jnp.zeros(n) if T is None else T
+
+        def at(f: Array, before: Array, i: Array) -> Array:
+            """Residual `f − F(T + ΔT(f), p(f))` of lining `i`, all others masked out."""
+            angle = jnp.asarray(self.linings.angle)
+            mu, _ = tension_ratio(grip(f, angle))
+            N = before * (1 + jnp.where(back, 1 / mu, mu)) * jnp.sin(angle / 2)
+            p = jnp.zeros(n) if self.linings.area is None else N / jnp.asarray(self.linings.area)
+            rise = jnp.zeros(n)
+            if self.flash is not None and not static:
+                spots = p if self.flash.hardness is None else self.flash.hardness
+                rise = self.flash.rise(f * spots * v, v)
+            contact = Contact(v=v, T=hot + rise, p=p)
+            F = law.static(contact) if static else law.kinetic(contact)
+            return jnp.sum(jnp.where(jnp.arange(n, dtype=jnp.int32) == i, f - F, 0.0))
+
+        def lining(before: Array, i: Array) -> tuple[Array, tuple[Array, Array]]:
+            def residual(f: Array) -> tuple[Array, Array]:
+                return jax.jvp(lambda f: at(jnp.full(n, f), before, i), (f,), (jnp.ones_like(f),))
+
+            def newton(f: Array, _: None) -> tuple[Array, None]:
+                r, slope = residual(f)
+                return jnp.maximum(f - r / jnp.where(slope > 0.05, slope, 1.0), 0.0), None
+
+            cold = -at(jnp.zeros(n), before, i)  # at f = 0 there is no flash
+            f = jax.lax.stop_gradient(jax.lax.scan(newton, jax.lax.stop_gradient(cold), None, length=_SEARCH)[0])
+            for _ in range(_CARRY):  # each carries derivatives one order further
+                f = newton(f, None)[0]
+            here = jnp.arange(n, dtype=jnp.int32) == i
+            all_fz = grip(jnp.full(n, f), jnp.asarray(self.linings.angle))
+            fz = jnp.sum(jnp.where(here, all_fz, 0.0))
+            mu = jnp.sum(jnp.where(here, tension_ratio(all_fz)[0], 0.0))
+            # up to the root the residual must rise all the way: beyond a fold the next root lies behind a valley
+            way = jax.lax.stop_gradient(cold) + jnp.linspace(0.0, 1.0, _LOOKS) * (f - jax.lax.stop_gradient(cold))
+            r, slopes = jax.vmap(residual)(way)
+            slope = jnp.where(jnp.abs(r[-1]) > 1e-9, -jnp.abs(r[-1]), jnp.min(slopes))
+            # flash can lift a sliding lining over its sticking self, up to where it would lock: no solution either
+            slope = jnp.minimum(slope, 1 - fz)
+            return before * jnp.where(back, 1 / mu, mu), (f, slope)
+
+        _, (f, slope) = jax.lax.scan(lining, jnp.asarray(T_0, jnp.float64), jnp.arange(n, dtype=jnp.int32))
+        return Coefficients(f, jnp.min(slope))
+
+    def ratios(self, f: Array) -> tuple[Float[Array, " n"], Array]:
+        """Tension ratios `μ_i`, and by how much the lining nearest to locking is away from it, `1 − max f_i z_i`."""
+        fz = grip(f, jnp.asarray(self.linings.angle))
+        return tension_ratio(fz)[0], 1 - jnp.max(fz)

@@ -1,0 +1,1 @@
+"""Results as labelled data, in files, and compared."""

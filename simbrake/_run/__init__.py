@@ -1,0 +1,1 @@
+"""A run and what it tells: events, series, metrics, peaks, the result."""

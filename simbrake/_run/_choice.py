@@ -1,0 +1,107 @@
+"""Which method integrates a scene, and why."""
+
+import jax.numpy as jnp
+import numpy as np
+
+from .._parts._duty import AbstractProfile
+from .._parts._heat import Heat
+from .._parts._links import AbstractLink, Conductance, Convection, Radiation, Surroundings, ThermalContact
+from .._parts._material import ROOM
+from .._parts._network import Body, Junction, Lump, Reservoir, Wall, place_of
+from .._parts._scene import Scene
+
+#: length of the real stability interval of Dopri8, roughly
+_REACH = 6.0
+#: explicit steps that stability may demand before a linearly implicit method pays
+_PATIENCE = 150.0
+#: the same without heat, where an explicit step is cheap
+_PATIENCE_COLD = 1500.0
+
+
+def fastest_node(heat: Heat) -> tuple[float, str]:
+    """Largest rate `2 Σg/C` (1/s) of any node at the reference properties, after Gershgorin, and the node's name."""
+    capacity: dict[str, np.ndarray] = {}
+    total: dict[str, np.ndarray] = {}
+    halves: dict[str, np.ndarray] = {}
+    for body in heat.bodies:
+        if isinstance(body, Lump):
+            capacity[body.name] = np.broadcast_to(np.asarray(body.capacity, float), (body.count,)).copy()
+        elif isinstance(body, Wall):
+            m = body.material
+            weights = float(body.growth) ** body.grades
+            steps = float(body.thickness) * weights / weights.sum()
+            # every copy of a wall is alike: look at one
+            area = float(np.min(body.area))
+            capacity[body.name] = float(m.density) * float(m.specific_heat) * area * steps
+            halves[body.name] = steps / (2 * area * float(m.conductivity))
+        else:
+            continue
+        total[body.name] = np.zeros_like(capacity[body.name])
+        if isinstance(body, Wall) and body.layers > 1:
+            half = halves[body.name]
+            g = 1 / (half[:-1] + half[1:])
+            total[body.name][:-1] += g
+            total[body.name][1:] += g
+    kinds = {body.name: body for body in heat.bodies}
+    for link in heat.links:
+        if isinstance(link, Conductance):
+            own: float | np.ndarray = 1 / np.maximum(np.asarray(link.value, float), 1e-300)
+        elif isinstance(link, ThermalContact):
+            own = np.asarray(0.0 if link.resistance is None else link.resistance, float) / np.asarray(link.area, float)
+        elif isinstance(link, Convection) and not hasattr(link.coefficient, "value"):
+            h = np.maximum(np.asarray(link.coefficient, float) * np.asarray(link.area, float), 1e-300)
+            own = 1 / h
+        elif isinstance(link, Convection | Radiation):
+            continue
+        else:
+            own = 1 / np.maximum(_own_conductance(link, kinds), 1e-300)
+        ends = [place_of(link.a), place_of(link.b)]
+        behind = sum(halves[n][0 if f == "front" else -1] for n, f in ends if f is not None)
+        g = 1 / np.maximum(own + behind, 1e-300)
+        # a junction hands on what the other side of it lets through: no faster than this link
+        for name, face in ends:
+            if name in total and not isinstance(kinds[name], Junction | Reservoir):
+                where = 0 if face == "front" else -1 if face else slice(None)
+                total[name][where] += np.sum(g) if face or total[name].size == 1 else g
+    rates = {name: 2 * total[name] / capacity[name] for name in capacity}
+    name = max(rates, key=lambda n: rates[n].max())
+    i = int(np.argmax(rates[name]))
+    node = name if rates[name].size == 1 else f"{name}[{i + 1}]"
+    return float(rates[name][i]), node
+
+
+def _own_conductance(link: AbstractLink, kinds: dict[str, Body]) -> np.ndarray:
+    """Conductance (W/K) of a link of one's own, at rest and at the temperatures of the start; perfect: infinite."""
+    T = [getattr(kinds[place_of(place)[0]], "temperature", ROOM) for place in (link.a, link.b)]
+    at_start = [np.asarray(ROOM if isinstance(x, AbstractProfile) else np.mean(np.asarray(x, float))) for x in T]
+    g = link.conductance(jnp.asarray(at_start[0]), jnp.asarray(at_start[1]), Surroundings())
+    return np.asarray(1e300 if g is None else g, float)
+
+
+def stiffness(scene: Scene) -> tuple[bool, str]:
+    """Whether a scene (concrete values) wants a linearly implicit method, and the reason in words."""
+    span = float(scene.end_time) - float(scene.initial.time)
+    found = (False, "nothing in the scene is stiff") if scene.heat is None else stiff_heat(scene.heat, span)
+    # linings that swing one by one have to be followed in any case
+    return found if found[0] or scene.brake.resolved else _stiff_drag(scene, span) or found
+
+
+def _stiff_drag(scene: Scene, span: float) -> tuple[bool, str] | None:
+    """Whether drag brings the speed to its balance much faster than the run lasts."""
+    rate = float(getattr(scene.duty.load, "drag", 0.0)) / float(scene.brake.pulley.inertia)
+    if rate * span / _REACH <= _PATIENCE_COLD:
+        return None
+    how = f"drag balances the speed within {1 / rate:.2g} s"
+    return True, f"{how}: an explicit method would need at least {rate * span / _REACH:.2g} steps to stay stable"
+
+
+def stiff_heat(heat: Heat, span: float) -> tuple[bool, str]:
+    """The same for a network over the time `span` (s)."""
+    rate, node = fastest_node(heat)
+    if rate <= 0:
+        return False, "no thermal node gives heat to another"
+    steps = rate * span / _REACH
+    how = f"the thermal node {node} follows within {1 / rate:.2g} s"
+    if steps > _PATIENCE:
+        return True, f"{how}: an explicit method would need at least {steps:.2g} steps to stay stable"
+    return False, f"{how}, which an explicit method can follow"

@@ -1,0 +1,86 @@
+"""Overlap coefficients of the friction pairs over time: which share of the track slides, which sticks."""
+
+import math
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import numpy as np
+from jaxtyping import Float
+
+from .._base._quantity import Scalar, quantity
+from .._parts._design import Brake
+from .._physics._modes import BandMode, slips
+from ._result import Result
+
+
+class RunningIn(eqx.Module):
+    """Contact that grows with the friction work `W` of a pair, as surfaces wear into one another (after K).
+
+        c(W) = 1 − (1 − c_0) exp(−W/W_0)
+
+    - `start` `c_0`: share of the nominal area in contact at first; `work` `W_0` (J) after which 63 % of the rest is won
+    """
+
+    start: Scalar = quantity("1", "share in contact at first", low=0.0, high=1.0)
+    work: Scalar = quantity("J", "friction work of running-in", positive=True)
+
+    def share(self, W: Any) -> Any:
+        return 1 - (1 - np.asarray(self.start)) * np.exp(-np.asarray(W) / np.asarray(self.work))
+
+
+class Overlap(NamedTuple):
+    """Overlap coefficients at the times `t` (s); `None` for the external pair of a standard brake.
+
+    Dynamic: share of the track area whose pair slides; static: share whose pair sticks (K, Fig. 5, in our reading).
+    """
+
+    t: Float[np.ndarray, " m"]
+    external_dynamic: Float[np.ndarray, " m"] | None
+    external_static: Float[np.ndarray, " m"] | None
+    internal_dynamic: Float[np.ndarray, " m"]
+    internal_static: Float[np.ndarray, " m"]
+
+
+def geometric_overlap(brake: Brake) -> tuple[float | None, float]:
+    """`Σ A_i/A_track` of the external pair (`None` on a standard brake) and of linings and rim; about 0.75 (S).
+
+    Without areas or the rim's width the linings are taken to be as wide as the track: `Σ β_i/2π`.
+    """
+    n, width, wrap = brake.linings.count, brake.pulley.width, float(brake.linings.wrap) / (2 * math.pi)
+
+    def share(area: Any, radius: Any) -> float:
+        if area is None or width is None:
+            return wrap
+        return float(np.sum(np.broadcast_to(np.asarray(area), (n,))) / (2 * math.pi * radius * np.asarray(width)))
+
+    if brake.bandage is None:
+        return None, share(brake.linings.area, brake.pulley.radius)
+    return share(brake.linings.area, brake.band.radius), share(brake.bandage.area, brake.pulley.radius)
+
+
+def overlap(result: Result, ts: Any, running_in: RunningIn | None = None) -> Overlap:
+    """Overlap coefficients of a concrete result at the times `ts` (m,), optionally with contact that grows by wear."""
+    s, (outer, inner) = result.series(ts), geometric_overlap(result.scene.brake)
+    modes: Any = result.record.modes
+    n, touches = result.scene.brake.linings.count, np.asarray(s.band_mode) != BandMode.OPEN
+    # linings that move for themselves are counted; a band as a whole slides on all of them or on none
+    slides = np.asarray(s.at_limit) / n if modes.contacts else 1.0 * np.asarray(slips(np.asarray(s.band_mode)))
+    work = np.asarray(s.friction_heat)
+
+    def grown(W: Any) -> Any:
+        return 1.0 if running_in is None else running_in.share(W)
+
+    if outer is None or s.internal_sliding is None:
+        share = inner * grown(work) * touches
+        return Overlap(np.asarray(s.t), None, None, share * slides, share * (1 - slides))
+    internal, loose = np.asarray(s.internal_heat), np.asarray(s.internal_sliding) / n
+    # a bandage without interference rests on the rim only while the band presses it
+    pressed = np.any(np.asarray(s.internal_load) > 0, axis=1)
+    outer_share, inner_share = outer * grown(work - internal) * touches, inner * grown(internal) * pressed
+    return Overlap(
+        np.asarray(s.t),
+        outer_share * slides,
+        outer_share * (1 - slides),
+        inner_share * loose,
+        inner_share * (1 - loose),
+    )

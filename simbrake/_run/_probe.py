@@ -1,0 +1,84 @@
+"""Looking into a run at any time: states and forces by a partial step of the method out of a recorded row."""
+
+import functools
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array
+
+from .._base._compiling import cpu_compiler_options
+from .._hybrid import Record
+from .._parts._band import LiningForces
+from .._physics._acting import AbstractBrakeSystem
+from .._physics._observe import columns, lining_forces, lining_margins, passing, surfaces
+
+SAMPLES = 9  # per step, when a whole run is scanned
+_LANES = 512  # times looked at in one call of the compiled probe
+
+
+class Probe(NamedTuple):
+    """States, forces and margins at the times `t` (m,)."""
+
+    t: Array
+    y: Any
+    mode: Any
+    flows: Any
+    linings: LiningForces
+    margins: Array
+    greater_tension: Array  # of the two sides of each lining
+    surfaces: dict[str, Array]  # surface temperatures of rim, linings, band (m, nodes), where the scene has them
+    columns: dict[str, Array]  # what only this kind of brake has, by the names of a Series
+    passing: Array  # (m, marks): by how much marks that only heat can pass are passed (see `mark_names`)
+
+
+def probe(record: Record, index: Array, share: Array) -> Probe:
+    """Everything at a share (0…1) of the steps named, by a partial step of the method itself.
+
+    The share is of the time up to the next row, so that ends of steps move with their events under differentiation.
+    """
+    t = record.rows.t
+    h = share * (t[jnp.minimum(index + 1, record.count)] - t[index])
+    return probe_at(record, index, h)
+
+
+def probe_at(record: Record, index: Array, h: Array) -> Probe:
+    system: AbstractBrakeSystem = record.system  # pyright: ignore
+    t, y = record.inside(index, h)
+    mode = jax.vmap(record.flat.unpack_mode)(record.rows.mode[index])
+
+    def look(t: Array, y: Any, mode: Any) -> Any:
+        q = system.forces.flows(t, y, mode)
+        hot = surfaces(system, q)
+        return (
+            q,
+            lining_forces(system, y, mode, q),
+            lining_margins(system, y, mode, q),
+            hot,
+            columns(system, y, mode, q),
+            passing(system, t, y, mode, q, hot),
+        )
+
+    flows, forces, margins, hot, own, passed = jax.vmap(look)(t, y, mode)
+    before = jnp.concatenate([flows.slack_tension[:, None], forces.tension[:, :-1]], axis=1)
+    return Probe(t, y, mode, flows, forces, margins, jnp.maximum(forces.tension, before), hot, own, passed)
+
+
+@functools.cache
+def _probe_compiled() -> Any:
+    return jax.jit(probe_at, compiler_options=cpu_compiler_options())
+
+
+def probe_many(record: Record, index: Any, h: Any) -> Probe:
+    """The probe outside of jit, in calls of one size so that it compiles once."""
+    parts, index, h = [], np.asarray(index), np.asarray(h)
+    for start in range(0, len(index), _LANES):
+        i, s = index[start : start + _LANES], h[start : start + _LANES]
+        used = len(i)
+        pad = _LANES - used
+        out = _probe_compiled()(
+            record, np.pad(i, (0, pad), mode="edge").astype(np.int32), np.pad(s, (0, pad), mode="edge")
+        )
+        parts.append(jax.tree.map(lambda leaf, n=used: np.asarray(leaf)[:n], out))
+    return jax.tree.map(lambda *leaves: np.concatenate(leaves), *parts)

@@ -1,0 +1,210 @@
+"""What a person reads of a run: its event log, metrics and summary, from one scan of all its steps."""
+
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from .._hybrid import ADVANCED, FINISHED, Record
+from .._parts._plausible import plausibility
+from .._parts._scene import warnings
+from .._physics._modes import BandMode, Label
+from .._physics._observe import distribution, mark_names
+from .._physics._system import BrakeSystem
+from ._choice import stiffness
+from ._log import Event, Phase, event_log, marks_passed
+from ._metrics import Peak, numbers, peaks_of, polish
+from ._probe import SAMPLES, Probe, probe_many
+from ._stages import Stage, absent_stages, stages_of
+
+
+def _samples(steps: int) -> int:
+    """Looks per step when a whole run is scanned; a long run has many steps in every part of it."""
+    return SAMPLES if steps <= 1500 else 3
+
+
+def _scan(record: Record) -> tuple[Record, np.ndarray, np.ndarray, Probe]:
+    """All steps of a run sampled: record without unused rows, row and offset of each sample, and the probe."""
+    record = record.compact()
+    n, t = int(record.count), np.asarray(record.rows.t)
+    samples = _samples(n)
+    index = np.repeat(np.arange(n), samples)
+    share = np.tile(np.linspace(0.0, 1.0, samples), n)
+    h = share * (t[index + 1] - t[index])
+    if n == 0:
+        index, h = np.zeros(1, int), np.zeros(1)
+    return record, index, h, probe_many(record, index, h)
+
+
+def labels_of(record: Record) -> list[Label]:
+    """What the log knows of the mode in every row of a concrete record."""
+    mode: Any = record.modes
+    band = np.asarray(mode.band)[: int(record.count) + 1]
+    inner = np.asarray(mode.slides)[: len(band)]
+    return [Label(int(b), int(i)) for b, i in zip(band, inner, strict=True)]
+
+
+def _finite(value: Any) -> float | None:
+    """A number for JSON, which has no infinity: what did not happen, or left the range of numbers in a failed run."""
+    return float(value) if np.isfinite(value) else None
+
+
+class Report:
+    """What a person reads of one concrete result; the run is scanned once for all of it."""
+
+    def __init__(self, result: Any):
+        self.result = result
+        self._record, self._index, self._offset, self._probe = _scan(result.record)
+        self._numbers = numbers(result.record, result.scene.duty.load.travel())
+        self.events = self._events()
+        known = peaks_of(result.record.system)
+        self.peaks = {name: self._peak(lambda p, pick=pick: np.asarray(pick(p))) for name, pick in known.items()}
+
+    def _events(self) -> list[Event]:
+        record = self._record
+        n = int(record.count)
+        kind, t = np.asarray(record.rows.kind)[:n], np.asarray(record.rows.t)[: n + 1]
+        labels = labels_of(record)
+        phases: list[Phase] = []
+        start, samples = 0, _samples(n)
+        for i in range(n):
+            if kind[i] >= FINISHED or i == n - 1:
+                phases.append(Phase(labels[i], start * samples, (i + 1) * samples - 1, t[start], t[i + 1]))
+                start = i + 1
+        if n and labels[n] != labels[n - 1]:  # an event at the very end
+            phases.append(Phase(labels[n], n * samples - 1, n * samples - 1, t[n], t[n]))
+        if phases and phases[0].band == BandMode.OPEN and phases[0].end == phases[0].start:
+            phases = phases[1:]  # the settling of the first mode
+        margins = np.asarray(self._probe.margins)
+        events = event_log(phases, margins, self._locate, margins.shape[1] // 2, labels[0])
+        return sorted([*events, *self._marks()], key=lambda event: event.time)
+
+    def _marks(self) -> list[Event]:
+        """Events of marks that heat passes, and of linings that come to lock themselves."""
+        system: Any = self._record.system
+        found: list[Event] = []
+        crossings = marks_passed(np.asarray(self._probe.passing), self._index)
+        if crossings:
+            times, names = self._locate(crossings, "passing"), mark_names(system)
+            found += [Event(float(t), *names[j]) for t, (_, j) in zip(times, crossings, strict=True)]
+        modes: Any = self._record.modes
+        found += self._contacts(modes)
+        if isinstance(system, BrakeSystem) and system.forces.grip.varies:
+            locks = np.asarray(modes.locks)[: int(self._record.count) + 1]
+            began = np.flatnonzero(np.diff(locks) > 0) + 1
+            found += [Event(float(np.asarray(self._record.rows.t)[i]), "self_locking") for i in began]
+        return found
+
+    def _contacts(self, modes: Any) -> list[Event]:
+        """Linings that let go and stick by themselves."""
+        found, t = [], np.asarray(self._record.rows.t)
+        for name, column in modes.contacts.items():
+            states = np.asarray(column)[: int(self._record.count) + 1]
+            for i, lining in np.argwhere(states[1:] != states[:-1]):
+                what = "stick" if states[i + 1, lining] == 0 else "slip"
+                found.append(Event(float(t[i + 1]), f"{name}_{what}", int(lining) + 1))
+        return found
+
+    def _locate(self, crossings: list[tuple[int, int]], which: str = "margins") -> np.ndarray:
+        """Times at which margins rise through zero: bisection and secants on partial steps of the method."""
+        sample = np.asarray([i for i, _ in crossings])
+        mark = np.asarray([j for _, j in crossings])
+        row = self._index[sample]
+        low, high = self._offset[sample].copy(), self._offset[sample + 1].copy()
+        margins = np.asarray(getattr(self._probe, which))
+        f_low, f_high = margins[sample, mark].copy(), margins[sample + 1, mark].copy()
+        side = np.zeros(len(row), int)
+        for _ in range(60):  # Illinois
+            span = np.where(f_high > f_low, f_high - f_low, 1.0)
+            h = np.where(f_high > f_low, low - f_low * (high - low) / span, 0.5 * (low + high))
+            f = np.asarray(getattr(probe_many(self._record, row, h), which))[np.arange(len(row)), mark]
+            above = f > 0
+            f_low = np.where(above & (side == 1), 0.5 * f_low, f_low)
+            f_high = np.where(~above & (side == -1), 0.5 * f_high, f_high)
+            side = np.where(above, 1, -1)
+            done = np.abs(f) <= 1e-15
+            high, f_high = np.where(above | done, h, high), np.where(above, f, f_high)
+            low, f_low = np.where(~above | done, h, low), np.where(~above, f, f_low)
+            if np.all(high - low <= 1e-15 * np.maximum(np.abs(high), 1e-300)) or np.all(done):
+                break
+        return np.asarray(self._record.rows.t)[row] + high
+
+    def _peak(self, pick: Any) -> Peak:
+        record = self._record
+        t, kind, n = np.asarray(record.rows.t), np.asarray(record.rows.kind), int(record.count)
+        values = pick(self._probe)
+        best = int(np.argmax(values.max(axis=1)))
+        row, last = int(self._index[best]), t[min(int(self._index[best]) + 1, n)]
+        share = self._offset[best] / (last - t[row]) if last > t[row] else 0.0
+
+        def look(rows: Any, shares: Any) -> Any:
+            rows = np.asarray(rows)
+            return pick(probe_many(record, rows, shares * (t[np.minimum(rows + 1, n)] - t[rows])))
+
+        continues = row + 1 < n and kind[row] == ADVANCED
+        row, share = polish(look, np, row, share, row + 1 if continues else row)
+        probe = probe_many(record, [row], [share * (t[min(int(row) + 1, n)] - t[row])])
+        value = pick(probe)[0]
+        lining = int(np.argmax(value))
+        return Peak(value[lining], np.asarray(probe.t)[0], np.asarray(lining + 1))
+
+    def _per_lining(self, name: str) -> bool:
+        if name.startswith("max_"):
+            return True
+        places = {"peak_lining_temperature": "linings", "peak_lining_outer_temperature": "outer"}
+        return name in places and np.shape(self._probe.surfaces[places[name]])[1] > 1
+
+    @property
+    def metrics(self) -> dict[str, float | None]:
+        energy = self._numbers[1]
+        values = {**self._numbers[0], **{name: peak.value for name, peak in self.peaks.items()}}
+        hot = {f"{name}_time": p.time for name, p in self.peaks.items() if name.startswith("peak_")}
+        given = ("heat_to_metal", "heat_to_linings", "heat_to_band", "heat_lost")
+        values = {**values, **hot, **{name: energy[name] for name in given if name in energy}}
+        return {name: None if v is None else _finite(v) for name, v in values.items()}
+
+    @property
+    def stages(self) -> list[Stage]:
+        """Stages of a staged brake in order."""
+        return stages_of(self._record, labels_of(self._record))
+
+    def _staged(self) -> dict[str, Any]:
+        """The stages of a staged brake, and why one is missing."""
+        scene = self.result.scene
+        if scene.brake.bandage is None:
+            return {}
+        stages, forces = self.stages, self.result.record.system.forces
+        greatest, load = np.max(self._probe.flows.lever_tension), np.asarray(self._probe.flows.load_torque)[0]
+        first = jax.tree.map(lambda column: jnp.asarray(column[0]), self._record.states)
+        hot = tuple(T for _, T in forces.laws(first.heat))
+        seen = {stage.name for stage in stages}
+        absent = absent_stages(scene.brake, float(forces.inertia), float(load), seen, float(greatest), hot)
+        return {"stages": [stage.as_dict() for stage in stages], "absent_stages": absent}
+
+    def summary(self) -> dict[str, Any]:
+        r, stats, metrics = self.result, self.result.record.stats, self.metrics
+        return {
+            "status": r.status,
+            "message": r.message,
+            "warnings": [*warnings(r.scene), *plausibility(r.scene, metrics.get("peak_rim_temperature"))],
+            "events": [event.as_dict() for event in self.events],
+            "metrics": metrics,
+            "at": {
+                **{f"{name}_time": _finite(peak.time) for name, peak in self.peaks.items()},
+                **{f"{name}_lining": int(p.lining) for name, p in self.peaks.items() if self._per_lining(name)},
+            },
+            **self._staged(),
+            "distribution": distribution(r.record.system),
+            "energy": {name: _finite(value) for name, value in self._numbers[1].items()},
+            "solver": {
+                "method": r.method_name,
+                "reason": stiffness(r.scene)[1],
+                "rtol": float(r.rtol),
+                "steps": int(stats.accepted),
+                "rejected": int(stats.rejected),
+                "retaken": int(stats.retaken),
+                "events": int(stats.events),
+                "segments": int(stats.segments),
+            },
+        }

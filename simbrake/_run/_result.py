@@ -1,0 +1,296 @@
+"""What a run gives back: states at any time, event log, metrics, energies and a result code."""
+
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax.core import Tracer
+from jaxtyping import Array, Int
+
+from .._hybrid import Record
+from .._parts._heat import node_names
+from .._parts._scene import Scene
+from ._log import Event
+from ._metrics import CHAIN_METRICS, STAGED_METRICS, Peak, energies, metrics_of, numbers, peak, peaks_of, stored_heat
+from ._outcome import FAILURES, STATUS_MESSAGES, status_of
+from ._probe import Probe, probe_at, probe_many
+from ._report import Report, labels_of
+from ._series import Series
+from ._stages import Stage
+from ._summary import text
+
+_last_report: Report | None = None
+
+
+class Limits(eqx.Module):
+    """Options of `simulate` beside solver and tolerance, as they were given."""
+
+    max_step: Any
+    max_events: Any
+    max_steps: int | None = eqx.field(static=True)
+
+
+class Result(eqx.Module):
+    """The outcome of `simulate`: a PyTree, through which jit, vmap and grad pass.
+
+    Times of events that did not happen are `inf` here and `null` in the summary. First derivatives of everything
+    continuous are available, forward and reverse.
+    """
+
+    scene: Scene
+    record: Record
+    rtol: Any
+    method_name: str = eqx.field(static=True)
+    limits: Limits
+
+    # --- metrics that pass through jit, vmap and grad -----------------------------------------------------------
+
+    @property
+    def code(self) -> Int[Array, "..."]:
+        """0 if the run reached its end time, else a failure code (`simbrake.FAILURES`)."""
+        return self.record.code
+
+    @property
+    def slip_onset_time(self) -> Array:
+        """First onset of slip t0 (s): the band is taut, `C x = T_0`."""
+        return _metric(self, "slip_onset_time")
+
+    @property
+    def full_slip_time(self) -> Array:
+        """First time at which every lining slides, t1 (s)."""
+        return _metric(self, "full_slip_time")
+
+    @property
+    def stopping_time(self) -> Array:
+        """First time at which the brake brings the pulley to rest (s)."""
+        return _metric(self, "stopping_time")
+
+    @property
+    def stopping_angle(self) -> Array:
+        """Angle from the start to the first stop (rad)."""
+        return _metric(self, "stopping_angle")
+
+    @property
+    def hook_travel(self) -> Array:
+        """Travel of the hook from the start to the first stop (m), `inf` without a hook."""
+        return _metric(self, "hook_travel")
+
+    @property
+    def internal_slip_time(self) -> Array:
+        """First time at which the internal pair of a staged brake slides (s)."""
+        return _metric(self, "internal_slip_time")
+
+    @property
+    def external_lock_time(self) -> Array:
+        """First time at which the bandage of a staged brake is at rest on a turning pulley (s)."""
+        return _metric(self, "external_lock_time")
+
+    @property
+    def first_lining_slip_time(self) -> Array:
+        """First time at which a lining of a chain slides (s)."""
+        return _metric(self, "first_lining_slip_time")
+
+    @property
+    def max_tension(self) -> Peak:
+        """Greatest tension of the band at either side of any lining (N), with its time and lining."""
+        return _metric(self, "max_tension")
+
+    @property
+    def max_normal_load(self) -> Peak:
+        """Greatest normal load on any lining (N), with its time and lining."""
+        return _metric(self, "max_normal_load")
+
+    @property
+    def peak_rim_temperature(self) -> Peak:
+        """Greatest surface temperature of the rim (K), with its time."""
+        return _metric(self, "peak_rim_temperature")
+
+    @property
+    def peak_lining_temperature(self) -> Peak:
+        """Greatest surface temperature of any lining (K), with its time and lining."""
+        return _metric(self, "peak_lining_temperature")
+
+    @property
+    def peak_band_temperature(self) -> Peak:
+        """Greatest temperature of the band (K), with its time."""
+        return _metric(self, "peak_band_temperature")
+
+    @property
+    def peak_lining_outer_temperature(self) -> Peak:
+        """Greatest temperature of the outer faces of a staged brake's linings (K), with its time."""
+        return _metric(self, "peak_lining_outer_temperature")
+
+    @property
+    def nodes(self) -> list[str]:
+        """Names of the thermal nodes, in the order of `Series.temperature`."""
+        return [] if self.scene.heat is None else node_names(self.scene.heat)
+
+    @property
+    def end_temperatures(self) -> Array:
+        """Temperatures (K) at the end of the nodes with capacity."""
+        system: Any = self.record.system
+        if system.forces.thermal is None:
+            raise ValueError("the scene has no heat")
+        return system.forces.thermal.temperatures(self.record.y_end.heat)
+
+    @property
+    def stored_heat(self) -> dict[str, Array]:
+        """Heat stored in every body since the start (J)."""
+        return stored_heat(self.record)
+
+    @property
+    def energy(self) -> dict[str, Array]:
+        """Energies over the run in J, and the closure of their balance as a share of the largest exchanged.
+
+        `kinetic_change + elastic_change = load_work + lever_work − friction_heat` (model §1)
+        """
+        return _metric(self, "energy")
+
+    def series(self, ts: Any, *, left: bool = False) -> Series:
+        """States and forces at the times `ts` (m,), each as accurate as the integration itself.
+
+        At an event the values after it, or with `left` those before. Times outside the run take its ends.
+        """
+        if _concrete(self):
+            xp, record, look = np, self.record.compact(), probe_many
+        else:
+            xp, record, look = jnp, self.record, probe_at
+        ts = xp.atleast_1d(xp.asarray(ts, np.float64))
+        index = record.find(ts, left=left)
+        t = record.rows.t
+        p = look(record, index, xp.clip(ts, t[0], t[record.count]) - t[index])
+        internal = p.y.ledger.internal_heat
+        return Series(
+            t=p.t,
+            phi=p.y.phi,
+            omega=p.y.omega,
+            slack_tension=p.flows.slack_tension,
+            tight_tension=p.flows.tight_tension,
+            load_torque=p.flows.load_torque,
+            brake_torque=p.flows.brake_torque,
+            slip_speed=p.flows.slip_speed,
+            at_limit=p.linings.at_limit.sum(axis=1),
+            band_mode=p.mode.band,  # pyright: ignore
+            load_work=p.y.ledger.load_work,
+            lever_work=p.y.ledger.lever_work,
+            friction_heat=p.y.ledger.friction_heat + (0.0 if internal is None else internal),
+            internal_heat=internal,
+            damper_heat=p.y.ledger.damper_heat,
+            tension=p.linings.tension,
+            normal_load=p.linings.normal,
+            friction_force=p.linings.friction,
+            **self._thermal_columns(p),
+            **p.columns,
+        )
+
+    def _thermal_columns(self, p: Probe) -> dict[str, Any]:
+        now = p.flows.thermal
+        if now is None:
+            return {}
+        xp = np if _concrete(self) else jnp
+        return {
+            "temperature": xp.concatenate([now.T, now.T_junctions], axis=1),
+            "rim_temperature": p.surfaces.get("rim"),
+            "lining_temperature": p.surfaces.get("linings"),
+            "band_temperature": p.surfaces.get("band"),
+            "lining_outer_temperature": p.surfaces.get("outer"),
+            "heat_lost": p.y.ledger.heat.lost,
+        }
+
+    # --- for people: concrete results only ---------------------------------------------------------------------
+
+    @property
+    def concrete(self) -> bool:
+        """Whether this is one result with values: neither traced nor a batch."""
+        return _concrete(self)
+
+    @property
+    def ok(self) -> bool:
+        """Whether the run reached its end time."""
+        return int(self.code) == 0
+
+    @property
+    def status(self) -> str:
+        """`stopped`, `held`, `not_stopped`, `released`, or the name of a failure code."""
+        if not self.ok:
+            return FAILURES[int(self.code)][0]  # pyright: ignore
+        moved = bool(np.any(np.asarray(self.record.rows.y)[: int(self.record.count) + 1, 1] != 0.0))
+        return str(status_of(labels_of(self.record)[-1], moved))
+
+    @property
+    def message(self) -> str:
+        """The status in words, with what to do next where it failed."""
+        if self.ok:
+            words = STATUS_MESSAGES[self.status]  # pyright: ignore
+            swings = self.status == "stopped" and float(self.record.y_end.omega) != 0.0
+            return words.replace("and holds it", "and holds it on the springs of its band") if swings else words
+        _, what, hint = FAILURES[int(self.code)]  # pyright: ignore
+        labels = labels_of(self.record)
+        changes = [label for i, label in enumerate(labels) if i == 0 or label != labels[i - 1]][-4:]
+        words = " → ".join(str(label) for label in changes)
+        end = np.asarray(self.record.rows.t)[len(labels) - 1]
+        return f"{what} (at t = {end:.9g} s; last modes: {words}): {hint}"
+
+    def report(self) -> Report:
+        """Event log, metrics and summary of a concrete result; the last one made is kept, as it scans the whole run."""
+        global _last_report
+        if _last_report is None or _last_report.result.record.rows.t is not self.record.rows.t:
+            _last_report = Report(self)
+        return _last_report
+
+    @property
+    def events(self) -> list[Event]:
+        """The event log: mode changes and lining limits in order of time."""
+        return self.report().events
+
+    @property
+    def stages(self) -> list[Stage]:
+        """Stages of a staged brake in order: name, times, heat of both pairs, work of lever and load."""
+        if self.scene.brake.bandage is None:
+            raise ValueError("only a staged brake (with a bandage) has stages")
+        return self.report().stages
+
+    @property
+    def metrics(self) -> dict[str, float | None]:
+        """Main numbers of the run in SI units, `None` where something did not happen."""
+        return self.report().metrics
+
+    def summary(self) -> dict[str, Any]:
+        """Everything that `simbrake run --json` prints."""
+        return self.report().summary()
+
+    def __str__(self) -> str:
+        if not _concrete(self):
+            return "Result(traced)"
+        return text(self.summary())
+
+    def __repr__(self) -> str:
+        return str(self)
+
+
+def _metric(result: Result, name: str) -> Any:
+    """A metric of a traced result, a batch of results or a concrete one (then from one small compiled program)."""
+    if jnp.ndim(result.record.count) > 0:
+        return jax.vmap(lambda one: _metric(one, name))(result)
+    travel = result.scene.duty.load.travel()
+    if name in STAGED_METRICS | CHAIN_METRICS and name not in metrics_of(result.record.system):
+        kind = "no bandage" if name in STAGED_METRICS else "no band in segments"
+        raise ValueError(f"the scene has no {name}: its brake has {kind}")
+    if name.startswith(("max_", "peak_")):
+        known = peaks_of(result.record.system)
+        if name not in known:
+            raise ValueError(f"the scene has no {name}: its heat part names no such place")
+        return result.report().peaks[name] if _concrete(result) else peak(result.record, known[name])
+    if _concrete(result):
+        values, energy = numbers(result.record, travel)
+        return energy if name == "energy" else values[name]
+    return (
+        energies(result.record) if name == "energy" else metrics_of(result.record.system)[name](result.record, travel)
+    )
+
+
+def _concrete(result: Result) -> bool:
+    arrays = jax.tree.leaves(result)
+    return not any(isinstance(leaf, Tracer) for leaf in arrays) and jnp.ndim(result.record.count) == 0

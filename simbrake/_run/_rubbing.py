@@ -1,0 +1,245 @@
+"""What rubs at every lining, and what of it adds up over a run: friction work, wear, means and greatest values."""
+
+import functools
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jax.tree_util import Partial
+from jaxtyping import Array, Float
+
+from .._base._compiling import cpu_compiler_options
+from .._base._quantity import Fault, InputError, as_number
+from .._hybrid import Record
+from .._physics._acting import AbstractBrakeSystem
+from ._integral import POINTS, as_tree, integral, is_traced
+from ._metrics import peak
+from ._probe import Probe
+
+#: wear rate `I` (m³/(N·m)): a number, one per lining, or a function `I(p, v, T)` of pressure, slip speed, temperature
+WearRate = float | Array | Callable[..., Any]
+
+#: quantities of a lining that have means and greatest values, with their units
+QUANTITIES = {
+    "tension_increment": "N",
+    "normal_load": "N",
+    "pressure": "Pa",
+    "slip_speed": "m/s",
+    "friction_power": "W",
+}
+
+PAIRS = ("external", "internal")
+WEIGHTS = ("time", "slip", "work")
+
+
+class Rubbing(NamedTuple):
+    """One friction pair of every lining at one or many instants, (m, n) or (n,).
+
+    `increment` is the difference of tensions that friction makes, `|T_i − T_{i−1}| = f_i N_i/cos(β_i/2)`: the friction
+    `f_i N_i` acts where the band's ends meet, at `R_b/cos(β_i/2)`, so that its power is `|T_i − T_{i−1}| v_i` (model
+    §1). Of an internal pair it is the friction force itself.
+    """
+
+    increment: Array
+    normal: Array
+    speed: Array  # |v| ≥ 0, 0 while the lining sticks
+    pressure: Any  # N/A, `None` without areas
+    temperature: Any  # that the pair's friction law sees, `None` where the scene has none
+
+
+def rubbing(record: Record, p: Probe, *, pair: str = "external") -> Rubbing:
+    """Forces, slip speeds, pressures and temperatures of the linings in a probe.
+
+    - `pair`: of a staged brake `external` is band on linings, `internal` linings on rim; other brakes have one pair
+
+    Raises `ValueError` for an internal pair that the brake does not have.
+    """
+    system: AbstractBrakeSystem = record.system  # pyright: ignore
+    forces = system.forces
+    if pair == "internal":
+        increment, normal, speed, area, place = _internal(system, p)
+    else:
+        linings = forces.grip.linings
+        normal, area = p.linings.normal, linings.area
+        increment = jnp.abs(p.linings.friction) / jnp.cos(jnp.asarray(linings.angle) / 2)
+        single = p.columns.get("lining_slip_speed")
+        speed = p.flows.slip_speed[:, None] if single is None else single
+        place = forces.pair
+    speed = jnp.broadcast_to(jnp.abs(speed), normal.shape)
+    T = None
+    if forces.thermal is not None and place is not None and place.sensor is not None:
+        T = jnp.broadcast_to(jax.vmap(lambda u: forces.sensed(place, u))(p.y.heat), normal.shape)
+    return Rubbing(increment, normal, speed, None if area is None else normal / jnp.asarray(area), T)
+
+
+def _internal(system: AbstractBrakeSystem, p: Probe) -> tuple[Any, ...]:
+    if not system.staged:
+        raise ValueError("only a staged brake has an internal pair")
+    forces = system.forces
+    place = None if forces.thermal is None else forces.thermal.heat.friction
+    normal, bandage = p.columns["internal_load"], bandage_of(system)
+    if "lining_internal_torque" in p.columns:
+        force = jnp.abs(p.columns["lining_internal_torque"]) / forces.track_radius
+        return force, normal, p.columns["lining_internal_slip_speed"], bandage.area, place
+    return jnp.abs(p.flows.inner.friction), normal, p.columns["internal_slip_speed"][:, None], bandage.area, place
+
+
+def bandage_of(system: Any) -> Any:
+    """The bandage of a staged brake, rigid or resolved."""
+    internal = system.forces.internal
+    return getattr(internal, "bandage", internal)
+
+
+# --- what is picked out of a probe: functions of the module, so that each compiles once ------------------------------
+
+
+def _power(record: Record, pair: str, p: Probe) -> Array:
+    r = rubbing(record, p, pair=pair)
+    return r.increment * r.speed
+
+
+def wearing(rate: Any, r: Rubbing) -> Array:
+    """Rate of wear `ḣ = I p v` (m/s) of linings that rub; `rate` as in `wear`."""
+    value = rate(r.pressure, r.speed, r.temperature) if callable(rate) else jnp.asarray(rate)
+    return value * r.pressure * r.speed
+
+
+def _wear(record: Record, pair: str, rate: Any, p: Probe) -> Array:
+    return wearing(rate, rubbing(record, p, pair=pair))
+
+
+def quantity_of(quantity: str, r: Rubbing) -> Array:
+    """One of `QUANTITIES` of linings that rub."""
+    if quantity == "friction_power":
+        return r.increment * r.speed
+    names = {"tension_increment": "increment", "normal_load": "normal", "slip_speed": "speed"}
+    return getattr(r, names.get(quantity, quantity))
+
+
+def _weighted(record: Record, pair: str, quantity: str, over: str, p: Probe) -> tuple[Array, Array]:
+    r = rubbing(record, p, pair=pair)
+    weight = {"time": jnp.ones_like(r.speed), "slip": r.speed, "work": r.increment * r.speed}[over]
+    return weight * quantity_of(quantity, r), weight
+
+
+def _pick(function: Callable[..., Any], record: Record, *static: str, rate: Any = None) -> Any:
+    """`function` of the record and its words as a PyTree that compiles once for each structure."""
+    words = _words(function, static)
+    return Partial(words, record) if rate is None else Partial(words, record, rate)
+
+
+@functools.cache
+def _words(function: Callable[..., Any], static: tuple[str, ...]) -> Callable[..., Any]:
+    def picked(record: Record, *rest: Any) -> Any:
+        return function(record, *static, *rest)
+
+    return picked
+
+
+def _compact(run: Any) -> Record:
+    record: Record = getattr(run, "record", run)
+    return record if is_traced(record) else record.compact()
+
+
+# --- over a run -------------------------------------------------------------------------------------------------------
+
+
+def _check(run: Any, *, pair: str, over: str = "time", quantity: str = "slip_speed", area: bool = False) -> None:
+    record: Record = getattr(run, "record", run)
+    system: Any = record.system
+    found = []
+    if pair not in PAIRS:
+        found.append(Fault("pair", f"{pair!r} is no pair", "there are: external, internal"))
+    elif pair == "internal" and not system.staged:
+        found.append(Fault("pair", "only a staged brake has an internal pair", "leave it out"))
+    if over not in WEIGHTS:
+        found.append(Fault("over", f"{over!r} is no weight", f"there are: {', '.join(WEIGHTS)}"))
+    if quantity not in QUANTITIES:
+        found.append(Fault("quantity", f"{quantity!r} is none", f"there are: {', '.join(QUANTITIES)}"))
+    if (area or quantity == "pressure") and not found:
+        internal = pair == "internal"
+        if (bandage_of(system) if internal else system.forces.grip.linings).area is None:
+            path = "brake.bandage.area" if internal else "brake.linings.area"
+            found.append(Fault(path, "is missing", "a pressure is looked at"))
+    if found:
+        raise InputError(found)
+
+
+def friction_work(run: Any, *, pair: str = "external", points: int = POINTS) -> Float[Array, " n"]:
+    """Friction work of every lining over a run, in J.
+
+        W_i = ∫ |T_i − T_{i−1}| |v_i| dt,   |T_i − T_{i−1}| = f_i N_i/cos(β_i/2)                       (model §1, §6.1)
+
+    Its sum is the friction heat of the pair in the ledger, less the heat of jumps (restart, break-away, release of an
+    elastic band), which is booked at an instant for the band as a whole and belongs to no lining.
+
+    - `run`: a `Result` or its record, concrete or traced;  `pair`: as in `rubbing`;  `points`: as in `integral`
+
+    Raises `InputError` for a pair that the brake does not have.
+    """
+    _check(run, pair=pair)
+    record = _compact(run)
+    return integral(record, _pick(_power, record, pair), points=points)
+
+
+def wear(run: Any, rate: WearRate, *, pair: str = "external", points: int = POINTS) -> Float[Array, " n"]:
+    """Depth worn off every lining over a run, in m (model §7; Archard).
+
+        h_i = ∫ I(p_i, v_i, T_i) p_i v_i dt,   p_i = N_i/A_i
+
+    - `rate` `I` (m³/(N·m) = m²/N): a number, one per lining, or a function of pressure (Pa), slip speed (m/s) and the
+      temperature (K) that the pair's friction law sees (`None` without heat), each (m, n); use one function again, as
+      each compiles anew, or a `jax.tree_util.Partial` or an `equinox.Module` with its numbers as leaves
+
+    The wear does not act back on the run. Raises `InputError` where the areas are missing.
+
+    Reference: J. F. Archard, *J. Appl. Phys.* 24 (1953) 981.
+    """
+    _check(run, pair=pair, area=True)
+    record = _compact(run)
+    rate = as_tree(rate) if callable(rate) else jnp.asarray(as_number(rate))
+    return integral(record, _pick(_wear, record, pair, rate=rate), points=points)
+
+
+def lining_mean(
+    run: Any, quantity: str, *, over: str = "slip", pair: str = "external", points: int = POINTS
+) -> Float[Array, " n"]:
+    """Mean of a quantity of every lining over a run, `∫ q w dt/∫ w dt`.
+
+    - `quantity`: `tension_increment` `|T_i − T_{i−1}|` (N), `normal_load` `N_i` (N), `pressure` `N_i/A_i` (Pa),
+      `slip_speed` (m/s), `friction_power` (W)
+    - `over`: the weight `w`: `time` 1, `slip` `|v_i|` (the mean over the distance that the lining rubs), `work` the
+      lining's own friction power
+
+    `nan` where the weight is 0 throughout. With an elastic band the mean over time looks at the time before full slip
+    as well, where linings come to their limit one by one inside a step: there the quadrature converges slowly.
+    """
+    _check(run, pair=pair, over=over, quantity=quantity)
+    record = _compact(run)
+    above, below = integral(record, _pick(_weighted, record, pair, quantity, over), points=points)
+    return above / below
+
+
+def _peaks(record: Record, pair: str, quantity: str) -> Array:
+    def of(i: Array) -> Array:
+        def pick(p: Probe) -> Array:
+            return jnp.take(quantity_of(quantity, rubbing(record, p, pair=pair)), i[None], axis=1)
+
+        return peak(record, pick).value
+
+    return jax.vmap(of)(jnp.arange(record.system.forces.grip.linings.count, dtype=jnp.int32))  # pyright: ignore
+
+
+@functools.cache
+def _peaks_compiled() -> Any:
+    return jax.jit(_peaks, static_argnames=("pair", "quantity"), compiler_options=cpu_compiler_options())
+
+
+def lining_peak(run: Any, quantity: str, *, pair: str = "external") -> Float[Array, " n"]:
+    """Greatest value over a run of a quantity of every lining (`quantity` and `pair` as in `lining_mean`)."""
+    _check(run, pair=pair, quantity=quantity)
+    record = _compact(run)
+    if is_traced(record):
+        return _peaks(record, pair, quantity)
+    return _peaks_compiled()(record, pair=pair, quantity=quantity)

@@ -1,0 +1,178 @@
+"""The front door: a scene in, a result out."""
+
+import functools
+import math
+from typing import Any
+
+import diffrax
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax.core import Tracer
+
+from .._base._compiling import Packing, Program, compiled, pack
+from .._base._quantity import Fault, InputError, faults_of_tolerance, leaves
+from .._hybrid import AbstractMethod, Code, ExplicitRungeKutta, Record, Rodas5P, Settings, hybridsolve
+from .._parts._scene import Scene, check
+from .._physics._assemble import assemble
+from ._choice import stiffness
+from ._outcome import SimulationError
+from ._result import Limits, Result
+
+#: rows of the record when the caller sets no limit: the next is tried if one was too short
+_STEPS = (1024, 16384, 131072)
+#: lines up to which a program as one function takes no longer to compile
+_LONGEST = 7_000
+#: least number of steps in a run under profiles that are not piecewise simple
+_SLICES = 64
+
+
+def _run(scene: Scene, rtol: Any, max_step: Any, max_events: Any, method: AbstractMethod, max_steps: int) -> Record:
+    system, state, mode = assemble(scene)
+    if system.guard_samples:
+        # a profile of one's own may hide a pulse: with the samples inside a step, 1/1000 of the run is looked at
+        span = jnp.asarray(scene.end_time) - jnp.asarray(scene.initial.time)
+        max_step = jnp.minimum(max_step, span / _SLICES)
+    settings = Settings(
+        rtol=rtol,
+        max_step=max_step,
+        max_events=max_events,
+        max_steps=max_steps,
+        guard_samples=system.guard_samples,
+    )
+    return hybridsolve(system, state, mode, scene.initial.time, scene.end_time, method, settings)
+
+
+def _marked(scene: Scene) -> Scene:
+    """The scene with a start that is no number if any number in it is not finite: such a run ends before it begins.
+
+    Else an infinite inertia or capacity would leave only its energies without a value, and the code would not say so.
+    """
+    total = sum(jnp.sum(0.0 * jnp.asarray(leaf.value, jnp.float64)) for leaf in leaves(scene))
+    start = jnp.asarray(scene.initial.time, jnp.float64)
+    start = jnp.where(jnp.isfinite(jax.lax.stop_gradient(total)), start, jnp.nan)
+    return eqx.tree_at(lambda s: s.initial.time, scene, start)
+
+
+_STATIC = ("method", "max_steps")
+# inside another transformation: compiled as part of it
+_traced = jax.jit(_run, static_argnames=_STATIC)
+
+
+@functools.lru_cache(maxsize=256)
+def _program(packing: Packing, method: AbstractMethod, max_steps: int) -> Program:
+    """The compiled run of all scenes of one structure, a function of their numbers and of the limits."""
+
+    def run(numbers: Any) -> Record:
+        scene, rtol, max_step, max_events = packing.unpack(numbers)
+        return _run(scene, rtol, max_step, max_events, method=method, max_steps=max_steps)
+
+    # a scene is mostly run once or a few times: what makes the first of them wait longer is left to `prepare`
+    return compiled(run, np.ones(packing.size), longest=_LONGEST)
+
+
+def require_64_bits() -> None:
+    """Raises `RuntimeError` if JAX is not in 64-bit mode."""
+    if not jax.config.jax_enable_x64:  # pyright: ignore
+        raise RuntimeError(
+            "simbrake computes in 64 bits, events cannot be located in 32. Before anything else do: "
+            'import jax; jax.config.update("jax_enable_x64", True)'
+        )
+
+
+def check_limits(rtol: Any, max_step: Any = np.inf, max_steps: int | None = None, max_events: int = 0) -> None:
+    """Raises `InputError` where a tolerance or a limit cannot be meant; traced ones cannot be looked at and pass."""
+    found = faults_of_tolerance(rtol)
+    if not isinstance(max_step, Tracer) and not np.all(np.asarray(max_step) > 0):
+        found.append(Fault("max_step", f"{max_step} s is not admissible", "the longest step must be > 0 s"))
+    for name, limit in (("max_steps", max_steps), ("max_events", max_events)):
+        if limit is not None and limit < 0:
+            found.append(Fault(name, f"{limit} is not admissible", "must not be negative"))
+    if found:
+        raise InputError(found)
+
+
+def solver_for(stiff: bool) -> Any:
+    """The solver where the caller names none."""
+    return Rodas5P() if stiff else diffrax.Dopri8()
+
+
+def step_limits(scene: Scene, max_steps: int | None) -> tuple[int, ...]:
+    """Limits of the step attempts, tried one after the other; a scene of many events begins with the second."""
+    if max_steps:
+        return (max_steps,)
+    many = scene.brake.resolved or getattr(scene.duty.slack_tension, "knot_count", 0) > 40
+    return _STEPS[many:]
+
+
+def room_for(result: Result) -> int:
+    """Step attempts to allow in runs like this one, a power of two: programs round differently, and need a few more."""
+    return 1 << math.ceil(math.log2(1.25 * int(result.record.count) + 48))
+
+
+def simulate(
+    scene: Scene,
+    *,
+    solver: Any = None,
+    rtol: Any = 1e-10,
+    max_step: Any = np.inf,
+    max_steps: int | None = None,
+    max_events: int = 10_000,
+    throw: bool = True,
+) -> Result:
+    """Runs a scene to its end time through all its events.
+
+    - `solver`: an explicit diffrax solver with error estimate (`Tsit5()` pays above a tolerance of about 1e-6), or
+      `simbrake.Rodas5P()` for stiff scenes. By default `diffrax.Dopri8()`, and Rodas5P where a thermal node is so fast
+      that stability would govern an explicit method (the summary says why). Under jit, vmap or grad values cannot be
+      looked at: there a scene with heat gets Rodas5P unless a solver is given
+    - `rtol`: relative tolerance; absolute tolerances are `rtol` times the typical size of each state
+    - `max_step`: longest step (s), for profiles of one's own that do something short
+    - `max_steps`: step attempts allowed (1024, then 16 and 128 times as many, if not given; under a JAX
+      transformation 1024)
+    - `max_events`: events allowed
+    - `throw`: raise `SimulationError` if the run fails; otherwise the code is in the result
+
+    A new number in the scene never re-traces; a new structure (more linings, another law) compiles anew. Under jit,
+    vmap or grad nothing is raised and the caller looks at `result.code`.
+
+    Raises `InputError` with all faults of the scene (or of these options) at once, `SimulationError`, and
+    `RuntimeError` if JAX is not in 64-bit mode.
+    """
+    require_64_bits()
+    check_limits(rtol, max_step, max_steps, max_events)
+    check(scene)
+    traced = any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves((scene, rtol)))
+    solver = solver_of(scene, solver)
+    # with heat the equations are long: a program in which they stand once compiles and runs faster
+    method = _method(solver) if scene.heat is None else _method(solver).rolled()
+    name = type(solver).__name__
+    rtol_, longest = np.asarray(rtol, np.float64) if np.isscalar(rtol) else rtol, np.asarray(max_step, np.float64)
+    events = np.asarray(max_events, np.int32)
+    limits = Limits(longest, events, max_steps)
+    if traced:
+        record = _traced(_marked(scene), rtol_, longest, events, method=method, max_steps=max_steps or _STEPS[0])
+        return Result(scene, record, rtol_, name, limits)
+    numbers, packing = pack((scene, rtol_, longest, events))
+    for steps in step_limits(scene, max_steps):
+        record: Any = _program(packing, method, steps).call(numbers)
+        if int(record.code) != Code.STEP_LIMIT:
+            break
+    result = Result(scene, record, rtol_, name, limits)  # pyright: ignore
+    if throw and not result.ok:
+        raise SimulationError(f"{result.status}: {result.message}", result)
+    return result
+
+
+def solver_of(scene: Scene, solver: Any = None) -> Any:
+    """The solver given, or the one that `simulate` chooses for a scene."""
+    if solver is not None:
+        return solver
+    traced = any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves(scene))
+    return solver_for(scene.heat is not None if traced else stiffness(scene)[0])
+
+
+@functools.lru_cache
+def _method(solver: Any) -> AbstractMethod:
+    return solver if isinstance(solver, AbstractMethod) else ExplicitRungeKutta(solver)

@@ -1,0 +1,1 @@
+"""Many runs: sensitivities, ensembles, uncertainty, calibration."""

@@ -1,0 +1,187 @@
+"""The search of a fit: bounded least squares from one or more starts, on parameters over the range of their bounds."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from .._base._identify import cost
+from .._base._progress import Line, duration
+from .._base._quantity import Fault, InputError
+from ._fit_model import Evaluation, FitModel
+
+#: a parameter that ends this close to a bound (over the range), and is pressed on it, is put there
+_NEAR = 1e-3
+
+
+class Scale(NamedTuple):
+    """Parameters over the range of their bounds: `z` in 0…1, linear or logarithmic."""
+
+    low: np.ndarray
+    high: np.ndarray
+    logarithmic: np.ndarray
+
+    def up(self, z: np.ndarray) -> np.ndarray:
+        safe = np.where(self.logarithmic, self.low, 1.0)
+        ratio = np.where(self.logarithmic, self.high / safe, 1.0)
+        return np.where(self.logarithmic, safe * ratio**z, self.low + (self.high - self.low) * z)
+
+    def down(self, theta: np.ndarray) -> np.ndarray:
+        safe = np.where(self.logarithmic, self.low, 1.0)
+        ratio = np.where(self.logarithmic, self.high / safe, np.e)
+        log = np.log(np.where(self.logarithmic, theta / safe, 1.0)) / np.log(ratio)
+        return np.where(self.logarithmic, log, (theta - self.low) / (self.high - self.low))
+
+    def slope(self, theta: np.ndarray) -> np.ndarray:
+        """`dθ/dz`."""
+        ratio = self.high / np.where(self.logarithmic, self.low, self.high)
+        return np.where(self.logarithmic, theta * np.log(ratio), self.high - self.low)
+
+
+class Search:
+    """Least squares from one or more starts, all points evaluated once."""
+
+    def __init__(
+        self,
+        model: FitModel,
+        scale: Scale,
+        measured: np.ndarray,
+        sigma: np.ndarray,
+        loss: str,
+        loss_scale: float,
+        method: str,
+        most: int,
+        starts: int,
+    ):
+        self.model, self.scale, self.loss, self.loss_scale = model, scale, loss, loss_scale
+        self.method, self.most, self.starts = method, most, starts
+        self.measured, self.sigma = measured, sigma
+        self.progress, self.least = Line("calibrate"), np.inf
+        self.memory: dict[bytes, Evaluation] = {}
+        self.best: tuple[float, np.ndarray, Evaluation] | None = None
+        self.ends: list[tuple[float, np.ndarray]] = []
+        self.converged, self.message = False, ""
+
+    def look(self, z: np.ndarray) -> Evaluation:
+        key = z.tobytes()
+        if key not in self.memory:
+            if len(self.memory) > 3:
+                self.memory.pop(next(iter(self.memory)))
+            self.memory[key] = found = self.model(self.scale.up(z))
+            if found.refused is None:
+                cost = self.cost(found)
+                if self.best is None or cost < self.best[0]:
+                    self.best = (cost, z.copy(), found)
+                self._show(float(np.sum(self.residual(found) ** 2)))
+        return self.memory[key]
+
+    def _show(self, chi2: float) -> None:
+        self.least, count, spent = min(self.least, chi2), self.model.evaluations, self.progress.spent
+        left = duration(spent / count * max(self.most * self.starts - count, 0))
+        self.progress.show(f"run {count}, chi² {self.least:.6g}, {duration(spent)}, at most {left} more")
+
+    def residual(self, found: Evaluation) -> np.ndarray:
+        return (found.values - self.measured) / self.sigma
+
+    def jacobian(self, z: np.ndarray, found: Evaluation) -> np.ndarray:
+        return found.jacobian * self.scale.slope(self.scale.up(z)) / self.sigma[:, None]
+
+    def cost(self, found: Evaluation) -> float:
+        return cost(self.residual(found), self.loss, self.loss_scale)
+
+    def run(self, first: np.ndarray) -> None:
+        try:
+            for k, z in enumerate(self._spread(first)):
+                found = self.look(z)
+                if found.refused is None:
+                    self._descend(z)
+                elif k == 0 and self.starts == 1:
+                    hint = "give another start, or try several (starts=8)"
+                    hint = f"raise end_time, {hint}" if "does not occur" in found.refused else hint
+                    raise InputError([Fault("start", found.refused, hint)])
+        except KeyboardInterrupt:
+            if self.best is None:
+                raise
+            self.converged, self.message = False, "interrupted: this is the best point found so far"
+        finally:
+            self.progress.done()
+        if self.best is None:
+            reasons = [Fault("start", reason, f"{n} of the starts") for reason, n in self.model.failures.items()]
+            raise InputError(reasons)
+
+    def _spread(self, first: np.ndarray) -> list[np.ndarray]:
+        if self.starts == 1:
+            return [first]
+        from scipy.stats import qmc  # heavy, and hardly ever needed
+
+        halton = qmc.Halton(first.size, scramble=False)
+        halton.fast_forward(1)
+        return [first, *halton.random(self.starts - 1)]
+
+    def _descend(self, z: np.ndarray) -> None:
+        """From one start to its minimum; what is pressed on a bound is put there, and the rest searched again."""
+        assert self.best is not None
+        free = np.ones(z.size, bool)
+        z, cost, converged, message = self._minimise(z, free)
+        while (pressed := self.pressed(z) & free).any():
+            on = np.where(pressed, np.round(z), z)
+            if self.look(on).refused is not None or self.cost(self.look(on)) > cost * (1 + 1e-9):
+                break
+            free = free & ~pressed
+            z, cost, converged, message = self._minimise(on, free)
+        if cost <= self.best[0] * (1 + 1e-9):  # the end itself, not a neighbour that is better by rounding
+            self.best = (cost, z, self.look(z))
+        if not self.ends or cost <= min(end[0] for end in self.ends):
+            self.converged, self.message = converged, message
+        self.ends.append((cost, z))
+
+    def pressed(self, z: np.ndarray) -> np.ndarray:
+        found = self.look(z)
+        r, J = self.residual(found), self.jacobian(z, found)
+        push = J.T @ r
+        strong = np.abs(push) > 1e-8 * np.linalg.norm(J, axis=0) * np.linalg.norm(r)
+        return strong & (((z < _NEAR) & (push > 0)) | ((z > 1 - _NEAR) & (push < 0)))
+
+    def _minimise(self, z: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, float, bool, str]:
+        from scipy.optimize import least_squares  # not paid for by those who only simulate
+
+        def whole(x: np.ndarray) -> np.ndarray:
+            full = z.copy()
+            full[free] = x
+            return full
+
+        barrier: str | None = None  # why trial points near the best one were refused
+        least = np.inf
+
+        def residual(x: np.ndarray) -> np.ndarray:
+            nonlocal barrier, least
+            found = self.look(whole(x))
+            if found.refused is not None:
+                barrier = found.refused
+                return np.full(self.measured.shape, np.inf)
+            if self.cost(found) < least * (1 - 1e-6):  # left behind
+                barrier, least = None, self.cost(found)
+            return self.residual(found)
+
+        def jacobian(x: np.ndarray) -> np.ndarray:
+            return self.jacobian(whole(x), self.look(whole(x)))[:, free]
+
+        if not free.any():
+            return z, self.cost(self.look(z)), True, "every parameter is at a bound"
+        found = least_squares(
+            residual,
+            np.clip(z[free], 0.0, 1.0),
+            jacobian,  # pyright: ignore
+            bounds=(0.0, 1.0),
+            method=self.method,  # pyright: ignore
+            loss=self.loss,  # pyright: ignore
+            f_scale=self.loss_scale,
+            x_scale="jac",
+            ftol=1e-14,
+            xtol=1e-12,
+            gtol=1e-12,
+            max_nfev=self.most,
+        )
+        z, words = whole(found.x), {0: "the limit of evaluations was reached", 1: "the gradient vanishes"}
+        if found.status != 1 and barrier is not None:
+            return z, float(found.cost), False, f"ended beside points that count as bad: {barrier}"
+        return z, float(found.cost), found.status > 0, words.get(found.status, "no step makes the fit better")

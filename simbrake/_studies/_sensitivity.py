@@ -1,0 +1,292 @@
+"""Local sensitivities: how results move with every number of a scene, from one differentiated run."""
+
+import dataclasses
+import difflib
+import functools
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array
+
+from .._base._compiling import cpu_compiler_options
+from .._base._quantity import Fault, InputError, Leaf, leaves
+from .._parts._scene import Scene
+from .._run._edit import with_values
+from .._run._measure import Metric, check_metrics, happened, measure, name_of, unit_of
+from .._run._simulate import room_for, simulate, solver_of
+from ._range import Range, look_around
+
+#: an elasticity below this is rounding
+_ROUNDING = 1e-13
+
+
+class Sensitivity(NamedTuple):
+    """What one number `p` of a scene does to a metric `M`.
+
+    - `path`, `unit`, `value` of the number (SI), and in words what it is (`meaning`)
+    - `derivative` `dM/dp`;  `elasticity` `(p/M) dM/dp`: percent of the metric for one percent of the number
+    - `half`: half of the range of `p` that was looked at;  `low`, `high`: the metric at its ends; `None` where it has
+      no value or was not looked at
+    - `note`: what happens within the range that a derivative does not know of; empty if nothing
+
+    A path that ends in `[:]` stands for all entries of a list: `value` is their mean, `derivative` that of one shift of
+    all of them, `elasticity` and range those of one factor for all of them.
+    """
+
+    path: str
+    unit: str
+    meaning: str
+    value: float
+    derivative: float
+    elasticity: float
+    half: float | None = None
+    low: float | None = None
+    high: float | None = None
+    note: str = ""
+
+
+class SensitivityTable(NamedTuple):
+    """Sensitivities of one metric, the greatest elasticity first; `notes` concern the whole run."""
+
+    metric: str
+    unit: str
+    value: float
+    rows: tuple[Sensitivity, ...]
+    notes: tuple[str, ...] = ()
+
+    def at(self, path: str) -> Sensitivity:
+        """The row of a path; raises `KeyError` with the nearest paths."""
+        for row in self.rows:
+            if row.path == path:
+                return row
+        near = difflib.get_close_matches(path, [row.path for row in self.rows], n=3, cutoff=0.3)
+        raise KeyError(f"{path}: not in the table; nearest: {', '.join(near)}")
+
+    @property
+    def matters(self) -> tuple[Sensitivity, ...]:
+        """Of `wholes` those that move the metric, or that have a note."""
+        return tuple(row for row in self.wholes if row.note or _moves(row))
+
+    @property
+    def wholes(self) -> tuple[Sensitivity, ...]:
+        """The rows without the single entries of lists."""
+        return tuple(row for row in self.rows if row.path.endswith("[:]") or not row.path.endswith("]"))
+
+    def as_dict(self) -> dict[str, Any]:
+        """For JSON: what is not finite is `None`."""
+        rows = [{key: _finite(value) for key, value in row._asdict().items()} for row in self.rows]
+        return {**self._asdict(), "rows": rows, "notes": list(self.notes)}
+
+    def __str__(self) -> str:
+        return text(self)
+
+
+def _moves(row: Sensitivity) -> bool:
+    """A number that is 0 has no elasticity, but may have an influence."""
+    return row.derivative != 0 and (row.value == 0 or abs(row.elasticity) > _ROUNDING)
+
+
+def _finite(value: Any) -> Any:
+    return None if isinstance(value, float) and not np.isfinite(value) else value
+
+
+def text(table: SensitivityTable, most: int = 30) -> str:
+    """The table as text; single entries of lists are left out, numbers without influence only counted."""
+    shown = table.matters[:most]
+    width = max([len(row.path) for row in shown], default=10)
+    ends = any(row.low is not None or row.high is not None for row in shown)
+    lines = [f"{table.metric} = {table.value:.8g} {table.unit}"]
+    head = f"{'number p':{width}}  {'value':>11} {'unit':9} {'derivative':>12}  {'elasticity':>10}"
+    lines.append(head + (f"  {'± half':>9}  {'at the low end':>14} {'at the high end':>15}" if ends else ""))
+    for row in shown:
+        line = f"{row.path:{width}}  {row.value:11.6g} {row.unit:9} {row.derivative:12.5g}  {row.elasticity:10.4g}"
+        if ends:
+            low, high = ("–" if x is None else f"{x:.7g}" for x in (row.low, row.high))
+            half = "–" if row.half is None else f"{row.half:.3g}"
+            line += f"  {half:>9}  {low:>14} {high:>15}"
+        lines.append(line + (f"  {row.note}" if row.note else ""))
+    left, without = len(table.wholes) - len(shown), len(table.wholes) - len(table.matters)
+    rest = [f"{left - without} more"] * (left > without) + [f"{without} without influence"] * bool(without)
+    if rest:
+        lines.append(f"and {' and '.join(rest)}")
+    return "\n".join([*lines, *(f"note: {note}" for note in table.notes)])
+
+
+def sensitivity(
+    metric: Metric | Sequence[Metric],
+    scene: Scene,
+    wrt: str | Sequence[str] | None = None,
+    *,
+    span: float | Mapping[str, float] | None = 0.01,
+    rtol: float = 1e-10,
+    solver: Any = None,
+) -> Any:
+    """Derivatives of one or several metrics with respect to numbers of a scene, through every event of its run.
+
+    - `metric`: a metric's name (`"stopping_time"`, `"max_tension"`, `"energy.friction_heat"`) or a function of a
+      `Result` to a number; a list of them gives a list of `SensitivityTable`
+    - `wrt`: paths, as `"brake.linings.friction"` for all below it, or one field; `None`: every number of the scene
+    - `span`: half of the range of each number, as a share of it, or by path in its own unit (for lists too: then a
+      shift); the scene is run at both ends and the table says where its modes follow each other differently. `None`: no
+      range is looked at
+    - `rtol`, `solver`: as for `simulate`
+
+    Forward derivatives are taken one number at a time, reverse ones one metric at a time, whichever are fewer; either
+    is one compiled program, which all scenes of a structure share.
+
+    Raises `InputError` for unknown paths and metrics, and where a metric has no value in this run (what did not happen
+    has no derivative); `SimulationError` where the run fails.
+    """
+    single = isinstance(metric, str) or callable(metric)
+    metrics: tuple[Metric, ...] = (metric,) if single else tuple(metric)  # pyright: ignore
+    check_metrics(scene, metrics)
+    chosen = _chosen(leaves(scene), wrt)
+    solver = solver_of(scene, solver)
+    base = simulate(scene, rtol=rtol, solver=solver)
+    values = np.asarray(_values(metrics)(base))
+    _check_happened(metrics, values)
+    derivatives = _derivatives(scene, metrics, chosen, rtol, solver, room_for(base))
+    spans = {} if span is None else _spans(chosen, span)
+    around = None
+    if span is not None:
+        around = look_around(base, _values(metrics), spans, rtol=rtol, solver=solver)
+    tables = [
+        SensitivityTable(
+            name_of(one),
+            unit_of(one),
+            float(values[k]),
+            _rows(chosen, [np.asarray(d[k]) for d in derivatives], float(values[k]), spans, around, k),
+            () if around is None else around.notes,
+        )
+        for k, one in enumerate(metrics)
+    ]
+    return tables[0] if single else tables
+
+
+def _chosen(known: list[Leaf], wrt: str | Sequence[str] | None) -> list[Leaf]:
+    """The numbers that are meant, each once, in the order asked."""
+    if wrt is None:
+        return known
+    found, faults = {}, []
+    for path in [wrt] if isinstance(wrt, str) else wrt:
+        here = [leaf for leaf in known if leaf.path == path or leaf.path.startswith((f"{path}.", f"{path}["))]
+        if not here:
+            near = difflib.get_close_matches(path, [leaf.path for leaf in known], n=3, cutoff=0.4)
+            hint = f"nearest: {', '.join(near or [leaf.path for leaf in known[:4]])}"
+            faults.append(Fault(path, "there is no such number in the scene", hint))
+        found |= {leaf.path: leaf for leaf in here}
+    if faults:
+        raise InputError(faults)
+    return list(found.values())
+
+
+def _spans(chosen: list[Leaf], span: float | Mapping[str, float]) -> dict[str, Any]:
+    """Half-ranges by path, in the units of the numbers."""
+    if not isinstance(span, Mapping):
+        return {leaf.path: span * np.abs(np.asarray(leaf.value)) for leaf in chosen}
+    paths = {leaf.path for leaf in chosen}
+    faults = [Fault(path, "has a span but is not among the numbers asked for") for path in span if path not in paths]
+    faults += [Fault(path, f"a span of {half!r}", "half a range is > 0") for path, half in span.items() if not half > 0]
+    if faults:
+        raise InputError(faults)
+    return {path: np.asarray(half, np.float64) for path, half in span.items()}
+
+
+def _check_happened(metrics: tuple[Metric, ...], values: np.ndarray) -> None:
+    hint = "its derivative does not exist; ask for one that occurs, or let the run go on for longer"
+    faults = [
+        Fault(name_of(one), "has no value in this run", hint)
+        for one, value in zip(metrics, values, strict=True)
+        if not happened(value)
+    ]
+    if faults:
+        raise InputError(faults)
+
+
+@functools.lru_cache(maxsize=32)
+def _values(metrics: tuple[Metric, ...]) -> Callable[[Any], Array]:
+    """All metrics of a concrete result by one compiled program (for every power of two of its length)."""
+
+    def values(result: Any) -> Array:
+        return jnp.stack([measure(result, one) for one in metrics])
+
+    compiled = jax.jit(values, compiler_options=cpu_compiler_options())
+    return lambda result: compiled(dataclasses.replace(result, record=result.record.compact()))
+
+
+@functools.lru_cache(maxsize=32)
+def _program(metrics: tuple[Metric, ...], forward: bool, solver: Any, max_steps: int) -> Callable[..., Any]:
+    """`direction` is of the numbers (forward) or of the metrics (reverse)."""
+
+    def program(scene: Scene, at: dict[str, Array], rtol: Any, direction: Any) -> Any:
+        def answer(at: dict[str, Array]) -> Array:
+            result = simulate(with_values(scene, at), rtol=rtol, solver=solver, max_steps=max_steps)
+            # a run that ended early has no derivatives: never a number that looks like one
+            return jnp.where(result.code == 0, jnp.stack([measure(result, one) for one in metrics]), jnp.nan)
+
+        if forward:
+            value, slope = jax.jvp(answer, (at,), (direction,))
+        else:
+            value, back = jax.vjp(answer, at)
+            slope = back(direction)[0]
+        return jnp.all(jnp.isfinite(value)), slope
+
+    return jax.jit(program, compiler_options=cpu_compiler_options())
+
+
+def _derivatives(
+    scene: Scene, metrics: tuple[Metric, ...], chosen: list[Leaf], rtol: float, solver: Any, room: int
+) -> list[np.ndarray]:
+    """Derivatives of all metrics by each number: (metrics, *shape of the number)."""
+    at = {leaf.path: np.asarray(leaf.value, np.float64) for leaf in chosen}
+    forward = sum(value.size for value in at.values()) <= len(metrics)
+    compiled = _program(metrics, forward, solver, room)  # a derivative replays the run: its length is known
+    tolerance = np.asarray(rtol, np.float64)
+
+    def program(direction: Any) -> Any:
+        complete, slope = compiled(scene, at, tolerance, direction)
+        if not complete:
+            raise RuntimeError("the differentiated run ended before the plain one; please report this scene")
+        return slope
+
+    if not forward:
+        one_by_one = [program(unit) for unit in np.eye(len(metrics))]
+        return [np.stack([np.asarray(row[path]) for row in one_by_one]) for path in at]
+    found = []
+    for path, value in at.items():
+        columns = np.zeros((len(metrics), *value.shape))
+        for index in np.ndindex(value.shape):
+            direction = {name: np.zeros_like(other) for name, other in at.items()}
+            direction[path][index] = 1.0
+            columns[(slice(None), *index)] = np.asarray(program(direction))
+        found.append(columns)
+    return found
+
+
+def _rows(
+    chosen: list[Leaf],
+    derivatives: list[np.ndarray],
+    value: float,
+    spans: Mapping[str, Any],
+    around: Range | None,
+    k: int,
+) -> tuple[Sensitivity, ...]:
+    """Rows of one metric, lists as wholes and by their entries."""
+    rows = []
+    for leaf, slope in zip(chosen, derivatives, strict=True):
+        p, about = np.asarray(leaf.value, np.float64), leaf.about
+        low, high, note = (None, None, "") if around is None else around.of(leaf.path, k)
+        half = None if leaf.path not in spans else float(np.mean(spans[leaf.path]))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            elasticity = slope * p / value
+        whole = leaf.path if p.ndim == 0 else f"{leaf.path}[:]"
+        sums = float(np.mean(p)), float(np.sum(slope)), float(np.sum(elasticity))
+        rows.append(Sensitivity(whole, about.unit, about.meaning, *sums, half, low, high, note))
+        for index in np.ndindex(p.shape) if p.ndim else ():
+            entry = f"{leaf.path}[{', '.join(str(i) for i in index)}]"
+            numbers = float(p[index]), float(slope[index]), float(elasticity[index])
+            rows.append(Sensitivity(entry, about.unit, about.meaning, *numbers))
+    return tuple(sorted(rows, key=lambda row: -abs(row.elasticity) if np.isfinite(row.elasticity) else 0.0))

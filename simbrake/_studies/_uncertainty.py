@@ -1,0 +1,286 @@
+"""Distributions on numbers of a scene in, quantiles and failure probabilities of its results out."""
+
+import dataclasses
+import json
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from .._base._quantity import Fault, InputError
+from .._parts._scene import Scene
+from .._run._measure import METRIC_UNITS, Metric, check_metrics, name_of, unit_of
+from .._run._outcome import FAILURES
+from ._ensemble import ensemble
+from ._estimates import Estimate, mean_and_deviation, probability, quantile
+from ._sampling import Distribution, Draws, Method, attempt, complete, faults_of_sampling, power_of_two, unit_points
+
+_HOT = "peak_lining_temperature"
+
+
+@dataclasses.dataclass(frozen=True)
+class Statistics:
+    """A metric over the runs that have it: `count` of them, mean, standard deviation, quantiles, extremes, SI units."""
+
+    unit: str
+    count: int
+    mean: Estimate
+    deviation: Estimate
+    quantiles: dict[float, Estimate]
+    least: float
+    greatest: float
+
+
+@dataclasses.dataclass(frozen=True)
+class Failure:
+    """Something that must not happen: in how many runs it did, and its probability."""
+
+    count: int
+    probability: Estimate
+
+
+@dataclasses.dataclass(frozen=True)
+class Uncertainty:
+    """What `uncertainty` found; `data` holds every run: numbers that were drawn, metrics, codes.
+
+    - `statistics`: by metric;  `failures`: by what must not happen;  `codes`: runs that failed, by name
+    - `limits`: metric → its greatest permissible value (n,) or one number;  `inputs`: path → (unit, 5 %, median, 95 %)
+    """
+
+    data: Any
+    statistics: dict[str, Statistics]
+    failures: dict[str, Failure]
+    codes: dict[str, int]
+    inputs: dict[str, tuple[str, float, float, float]]
+    limits: dict[str, Any]
+    runs: int
+    groups: int
+    method: str
+    seed: int
+    confidence: float
+
+    def as_dict(self) -> dict[str, Any]:
+        """Everything but the runs, for JSON: `None` where a number does not exist or has no bound."""
+        metrics = {
+            name: {
+                "unit": s.unit,
+                "runs": s.count,
+                "mean": s.mean.as_dict(),
+                "standard_deviation": s.deviation.as_dict(),
+                "quantiles": {f"{p:g}": e.as_dict() for p, e in s.quantiles.items()},
+                "least": _finite(s.least),
+                "greatest": _finite(s.greatest),
+            }
+            for name, s in self.statistics.items()
+        }
+        return {
+            "runs": self.runs,
+            "method": self.method,
+            "groups": self.groups,
+            "seed": self.seed,
+            "confidence": self.confidence,
+            "inputs": {
+                path: {"unit": unit, "quantiles": {"0.05": low, "0.5": middle, "0.95": high}}
+                for path, (unit, low, middle, high) in self.inputs.items()
+            },
+            "metrics": metrics,
+            "failures": {
+                name: {"runs": f.count, "probability": f.probability.as_dict()} for name, f in self.failures.items()
+            },
+            "failed_runs": dict(self.codes),
+        }
+
+    def json(self) -> str:
+        return json.dumps(self.as_dict(), indent=2, allow_nan=False)
+
+    def __str__(self) -> str:
+        points = {"sobol": "scrambled Sobol points", "latin": "Latin hypercube points", "random": "random points"}
+        how = f"{self.runs} {points[self.method]}"
+        if self.method != "random":
+            how += f", {self.groups} independent sets of {self.runs // self.groups}"
+        lines = [f"{how}; seed {self.seed}; intervals of {100 * self.confidence:g} %", ""]
+        wide = max(map(len, self.inputs)) + 2
+        lines.append(f"{'drawn':{wide}}{'5 %':>12}{'median':>12}{'95 %':>12}")
+        for path, (unit, *numbers) in self.inputs.items():
+            shown = "".join(f"{x:12.5g}" for x in numbers)
+            lines.append(f"{path:{wide}}{shown}  {'' if unit == '1' else unit}".rstrip())
+        for name, s in self.statistics.items():
+            lines += ["", f"{name}{', ' + s.unit if s.unit else ''}: {self._share(s.count)}"]
+            if s.count:
+                lines += [_row("mean", s.mean), _row("standard deviation", s.deviation)]
+                lines += [_row(f"{100 * p:g} %", e) for p, e in s.quantiles.items()]
+                lines.append(f"  {'extremes of the runs':22}{s.least:12.6g} … {s.greatest:.6g}")
+        if self.failures:
+            lines += ["", "probability of failure"]
+            wide = max(map(len, self.failures)) + 2
+            for name, f in self.failures.items():
+                p = f.probability
+                shown = f"{p.value:10.4g}   [{p.low:.4g}, {p.high:.4g}]"
+                lines.append(f"  {name:{wide}}{shown:36}{f.count} of {self.runs} runs")
+        if self.codes:
+            each = ", ".join(f"{name} {count}" for name, count in self.codes.items())
+            lines += [
+                "",
+                f"{sum(self.codes.values())} runs failed ({each}): they count as failures, and have no metrics",
+            ]
+        return "\n".join(lines)
+
+    def _share(self, count: int) -> str:
+        if count == self.runs:
+            return f"of all {count} runs"
+        rest = "the rest has none" if count else "there is nothing to say"
+        return f"of the {count} of {self.runs} runs ({count / self.runs:.2%}) that have it; {rest}"
+
+
+def uncertainty(
+    scene: Scene,
+    distributions: Mapping[str, Distribution],
+    metrics: Metric | Sequence[Metric] = ("stopping_time",),
+    n: int = 1024,
+    *,
+    limits: Mapping[str, Any] | None = None,
+    quantiles: Sequence[float] = (0.05, 0.5, 0.95),
+    confidence: float = 0.95,
+    replicates: int = 16,
+    seed: int = 0,
+    method: Method = "sobol",
+    **options: Any,
+) -> Uncertainty:
+    """How uncertain results are where numbers of a scene are: every number with its confidence interval.
+
+    - `distributions`: as `samples` takes them, independent of each other
+    - `metrics`: names, or functions of a result; `n`: least number of runs
+    - `limits`: greatest permissible value of metrics (SI). The scene's permissible temperature of the linings counts
+      without being named (another number replaces it, `None` takes it away)
+    - `method`, `replicates`: `"sobol"` takes that many independently scrambled sets of Sobol points, each of a power of
+      two, `"latin"` as many Latin hypercubes; intervals are Student's t over these sets. `"random"` takes independent
+      points; intervals of shares and quantiles are then exact (Clopper–Pearson, order statistics)
+    - `options` go to `ensemble`: client, directory, workers, chunk, rtol, solver
+
+    Failures: the run `does not stop` (asked where `stopping_time` is among the metrics), a metric passes its limit, any
+    of these. A run that failed by its code counts as each of them, as nobody knows how it would have gone on.
+    Statistics are of the runs that have the metric, and say how many these are.
+
+    Raises `InputError` with all faults at once, and `SimulationError` (with the runs made) if it was interrupted.
+    """
+    asked = [metrics] if isinstance(metrics, str) or callable(metrics) else list(metrics)
+    found = faults_of_sampling(n, method) + _faults_of_statistics(quantiles, confidence, replicates)
+    bounds, hidden = _limits(scene, limits, asked)
+    draws = attempt(found, Draws, scene, distributions)
+    attempt(found, check_metrics, scene, [*asked, *hidden])
+    found += [
+        Fault(f"limits[{name!r}]", f"{value!r} is no number", "the greatest permissible value in SI units")
+        for name, value in bounds.items()
+        if not isinstance(value, int | float | np.floating) or np.isnan(value)
+    ]
+    if found or draws is None:
+        raise InputError(found)
+    unit, group = _points(n, len(draws.paths), method, replicates, seed)
+    values = draws.values(unit)
+    data = complete(ensemble(scene, values, [*asked, *hidden], **options))
+    if "heat.permissible" in values and _HOT not in (limits or {}):
+        bounds[_HOT] = values["heat.permissible"]
+    return _evaluate(data, group, asked, bounds, tuple(quantiles), confidence, method, seed, _inputs(draws))
+
+
+def _points(n: int, d: int, method: str, replicates: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """Points (n, d) of the unit cube and the independent group of each (n,)."""
+    if method == "random":
+        return unit_points(n, d, method, np.random.default_rng(seed)), np.arange(n)
+    each = -(-n // replicates)
+    each = 2 ** power_of_two(each) if method == "sobol" else each
+    children = np.random.SeedSequence(seed).spawn(replicates)
+    sets = [unit_points(each, d, method, np.random.default_rng(child)) for child in children]
+    return np.concatenate(sets), np.repeat(np.arange(replicates), each)
+
+
+def _inputs(draws: Draws) -> dict[str, tuple[str, float, float, float]]:
+    return {
+        path: (draws.units[path], *(float(draws.quantiles[path](p)) for p in (0.05, 0.5, 0.95)))  # pyright: ignore
+        for path in draws.paths
+    }
+
+
+def _permissible(scene: Scene) -> float | None:
+    heat = scene.heat
+    if heat is None or heat.permissible is None or "linings" not in heat.hot_places:
+        return None
+    return float(np.asarray(heat.permissible))
+
+
+def _limits(scene: Scene, given: Mapping[str, Any] | None, asked: list[Metric]) -> tuple[dict[str, Any], list[Metric]]:
+    """Limits by metric, and the metrics that only they ask for."""
+    bounds = {name: value for name, value in (given or {}).items() if value is not None}
+    own = _permissible(scene)
+    if own is not None and _HOT not in (given or {}):
+        bounds[_HOT] = own
+    names = [name_of(one) for one in asked]
+    return bounds, [name for name in bounds if name not in names]
+
+
+def _faults_of_statistics(quantiles: Sequence[float], confidence: float, replicates: int) -> list[Fault]:
+    found = [Fault("quantiles", f"{p!r} is no share", "between 0 and 1") for p in quantiles if not 0 < p < 1]
+    if not 0 < confidence < 1:
+        found.append(Fault("confidence", f"{confidence!r} is no share", "between 0 and 1, as 0.95"))
+    if not isinstance(replicates, int | np.integer) or replicates < 2:
+        found.append(Fault("replicates", f"{replicates!r} sets have no scatter", "at least 2; 8 to 32 are usual"))
+    return found
+
+
+def _evaluate(
+    data: Any,
+    group: np.ndarray,
+    asked: list[Metric],
+    bounds: dict[str, Any],
+    shares: tuple[float, ...],
+    confidence: float,
+    method: str,
+    seed: int,
+    inputs: dict[str, Any],
+) -> Uncertainty:
+    """Statistics and failures of runs that were made."""
+    code = np.asarray(data["code"])
+    failed = code != 0
+    statistics, failures = {}, {}
+    for one in asked:
+        name = name_of(one)
+        x = np.asarray(data[name], np.float64)
+        here = np.isfinite(x) & ~failed
+        x, g = x[here], group[here]
+        mean, deviation = mean_and_deviation(x, g, confidence)
+        at = {float(p): quantile(x, g, p, confidence) for p in shares}
+        extremes = (float(x.min()), float(x.max())) if len(x) else (np.nan, np.nan)
+        statistics[name] = Statistics(unit_of(one), len(x), mean, deviation, at, *extremes)
+    if "stopping_time" in statistics:
+        failures["does not stop"] = ~np.isfinite(np.asarray(data["stopping_time"])) | failed
+    for name, limit in bounds.items():
+        shown = f"{limit:g} {METRIC_UNITS.get(name, '')}".rstrip() if np.ndim(limit) == 0 else "its drawn limit"
+        failures[f"{name} > {shown}"] = (np.asarray(data[name]) > limit) | np.isnan(np.asarray(data[name])) | failed
+    if len(failures) > 1:
+        failures["any of these"] = np.any(list(failures.values()), axis=0)
+    counts = {int(c): int(np.sum(code == c)) for c in np.unique(code[failed])}
+    return Uncertainty(
+        data=data.assign_coords(group=("run", group)),
+        statistics=statistics,
+        failures={name: Failure(int(hit.sum()), probability(hit, group, confidence)) for name, hit in failures.items()},
+        codes={_word(c): count for c, count in counts.items()},
+        inputs=inputs,
+        limits=bounds,
+        runs=len(group),
+        groups=len(np.unique(group)),
+        method=method,
+        seed=seed,
+        confidence=confidence,
+    )
+
+
+def _word(code: int) -> str:
+    return FAILURES[code][0] if code in FAILURES else f"code {code}"  # pyright: ignore
+
+
+def _row(name: str, e: Estimate) -> str:
+    return f"  {name:22}{e.value:12.6g}   [{e.low:.6g}, {e.high:.6g}]"
+
+
+def _finite(x: float) -> float | None:
+    return x if np.isfinite(x) else None
