@@ -69,6 +69,7 @@ PAGES: dict[str, tuple[str, ...]] = {
         "_estimate_report",
         "_classical_stop",
         "_power_shares",
+        "_triboelectric",
         "_thermal_estimates",
         "_contact_estimates",
         "_equivalents",

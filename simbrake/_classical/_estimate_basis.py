@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from .._parts._power_shares import PowerShares
 from .._parts._scene import Scene
 from .._run._result import Result
 from ._classical_stop import ClassicalStop, friction_at_start
@@ -59,9 +60,19 @@ class Basis:
         return float(np.mean(friction_at_start(self.scene)))
 
     @property
+    def heat(self) -> float:
+        """Friction work that becomes heat (J)."""
+        return float(self.power.split(self.work).heat)
+
+    @property
+    def booked(self) -> PowerShares:
+        """Shares of the friction power that a run of the scene books."""
+        return self.scene.power_shares or PowerShares()
+
+    @property
     def flux(self) -> float:
         """Mean heat flux into the whole track (W/m²)."""
-        return self.share * self.work / (self.track_area * self.time)
+        return self.share * self.heat / (self.track_area * self.time)
 
     @property
     def layered(self) -> RunValues | None:

@@ -45,14 +45,15 @@ def stop_rows(b: Basis) -> list[EstimateRow]:
 
 def power_rows(b: Basis) -> list[EstimateRow]:
     """The friction work of the braking in its shares."""
-    split = b.power.split(b.work)
-    heat = None if b.run is None else b.work
-    why = "the simulated ledger books all friction power as heat"
-    source = "S-8…11"
+    split, source = b.power.split(b.work), "S-8…11"
+    booked = (None, None, None) if b.run is None else b.booked.split(b.work)
+    why = (
+        "the run has shares of its own (`Scene.power_shares`)" if b.booked.heat < 1 else "in the run all of it is heat"
+    )
     return [
-        EstimateRow("work into heat", "share of heat × W", split.heat, "J", source, heat, why),
-        EstimateRow("electrical work", "share of electricity × W", split.electrical, "J", source),
-        EstimateRow("mechanical work", "share of mechanical work × W", split.mechanical, "J", source),
+        EstimateRow("work into heat", "share of heat × W", split.heat, "J", source, booked[0], why),
+        EstimateRow("electrical work", "share of electricity × W", split.electrical, "J", source, booked[1], why),
+        EstimateRow("mechanical work", "share of mechanical work × W", split.mechanical, "J", source, booked[2], why),
     ]
 
 
@@ -83,7 +84,7 @@ def partition_rows(b: Basis) -> list[EstimateRow]:
     simulated = None
     if b.run is not None and b.result is not None and b.scene.heat is not None and b.run.total_work > 0:
         to_metal = b.result.energy.get("heat_to_metal")
-        simulated = None if to_metal is None else float(to_metal) / b.run.total_work
+        simulated = None if to_metal is None else float(to_metal) / float(b.booked.split(b.run.total_work).heat)
     why = "the simulated share is of where the heat enters by the scene's own law, before bodies exchange any"
     K_1, K_2 = (float(np.asarray(K)) for K in transmission_table().transmissions(jnp.asarray(b.start_now)))
     effusivities = float(effusivity_share(b.rim, b.lining))

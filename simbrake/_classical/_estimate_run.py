@@ -82,13 +82,13 @@ def run_values(result: Result) -> RunValues | None:
     start, end = float(result.scene.initial.time), float(result.record.t_end)
     known = [event.time for event in result.events]
     s = result.series(np.unique(np.concatenate([np.linspace(start, end, _LOOKS), known])))
-    t, work = np.asarray(s.t), np.asarray(s.friction_heat)
+    t, work = np.asarray(s.t), np.asarray(s.friction_work)
     found = _brakings(t, work)
     if not found:
         return None
     first, last = max(found, key=lambda ends: float(work[ends[1]] - work[ends[0]]))
     s = result.series(np.linspace(t[first], t[last], _LOOKS))
-    inside, wall = np.asarray(s.friction_heat), rim_wall(result.scene)
+    inside, wall = np.asarray(s.friction_work), rim_wall(result.scene)
     layers = depth = steps = surface = None
     if wall is not None and wall.copies == 1 and s.temperature is not None and s.rim_temperature is not None:
         heat = result.scene.heat

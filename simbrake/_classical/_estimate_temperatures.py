@@ -27,14 +27,14 @@ def temperature_rows(b: Basis) -> list[EstimateRow]:
     run, T = b.layered, b.start_now
     depth = float(penetration_depth(float(b.rim.diffusivity), b.time))
     heated = effective_volume(b.track_area, b.rim_thickness, depth) * float(b.rim.density)
-    bulk = float(mean_bulk_rise(b.share, b.work, float(b.rim.specific_heat), heated))
+    bulk = float(mean_bulk_rise(b.share, b.heat, float(b.rim.specific_heat), heated))
     plate = float(slab_rise(b.flux, b.time, b.rim_thickness, b.rim))
     stop = float(stopping_rise(2 * b.flux, b.time / 2, b.time, float(b.rim.effusivity)))
     flash = flash_rise(b)
     within = None if run is None else float(np.mean(run.mean(depth)))
     end = None if run is None or run.surface is None else float(run.surface[-1])
     peak = None if run is None or run.surface is None else float(np.max(run.surface))
-    whole = b.share * b.work / (b.track_area * b.rim_thickness * float(b.rim.density * b.rim.specific_heat))
+    whole = b.share * b.heat / (b.track_area * b.rim_thickness * float(b.rim.density * b.rim.specific_heat))
     rows = [
         EstimateRow(
             "bulk temperature, mean",
@@ -82,7 +82,9 @@ def flash_rise(b: Basis) -> float | None:
     """Flash temperature (K) at the first speed, on spots that carry the hardness; `None` at rest."""
     if b.speed <= 0:
         return None
-    law = FlashTemperature(b.spot_length, float(b.rim.conductivity), float(b.rim.diffusivity), b.share, b.hardness)
+    law = FlashTemperature(
+        b.spot_length, float(b.rim.conductivity), float(b.rim.diffusivity), b.share * float(b.power.heat), b.hardness
+    )
     return float(law.rise(jnp.asarray(b.friction * b.hardness * b.speed), jnp.asarray(b.speed)))
 
 
@@ -104,7 +106,7 @@ def schmidt_rows(b: Basis, peak: float | None, T: float, plate: float) -> list[E
     """Schmidt's scheme: with the run's own heat where there is one, else with a constant flux."""
     run, wall = b.layered, rim_wall(b.scene)
     if run is not None and wall is not None:
-        course = schmidt_of_run(run, wall, b.share, b.track_area)
+        course = schmidt_of_run(run, wall, b.share * float(b.power.heat), b.track_area)
         why = "the scheme has no exchange with linings and air; constant properties; layers of another thickness"
         value, formula = float(np.max(course.temperature[:, 0])), "½ (t_{j−1} + t_{j+1}), the run's own heat"
         return [EstimateRow("surface temperature, Schmidt", formula, value, "K", "S-28", peak, why)]
