@@ -33,7 +33,7 @@ HOUSE = {
         {"_network"},
         {"_heat"},
         {"_builders", "_internal", "_scene"},
-        {"_plausible"},
+        {"_exchange", "_plausible"},
         {"_programme"},
     ],
     "_physics": [
@@ -91,12 +91,14 @@ HOUSE = {
     "_classical": [
         {"_equivalents", "_heat_balance", "_power_shares", "_schmidt", "_thermal_estimates", "_thermal_stress"},
         {"_contact_estimates"},
-        {"_classical_stop", "_estimate_data"},
+        {"_classical_stop", "_estimate_data", "_material_data"},
         {"_estimate_report"},
         {"_estimate_run"},
         {"_estimate_basis", "_reproduce"},
         {"_estimate_rows", "_estimate_temperatures"},
-        {"_engineering"},
+        {"_engineering", "_material_estimate"},
+        {"_material_table"},
+        {"_compare_materials"},
     ],
     "_checks": [
         {"_validation"},
