@@ -112,7 +112,7 @@ HOUSE = {
     "_pictures": [
         {"_plot_shared"},
         {"_plot_film", "_plot_wheel", "_plot_work_precision"},
-        {"_plot_animation", "_plot_layouts", "_plot_maps", "_plot_pulley", "_plot_runs"},
+        {"_plot_animation", "_plot_layouts", "_plot_maps", "_plot_materials", "_plot_pulley", "_plot_runs"},
         {"_plot_duty", "_plot_file", "_plot_studies", "_plot_uncertainty"},
         {"_gallery"},
     ],
@@ -127,7 +127,7 @@ HOUSE = {
         {"_calibrate_run"},
         {"_report_run"},
         {"_cli_options"},
-        {"_cli_results", "_cli_scene", "_cli_studies", "_cli_validate"},
+        {"_cli_materials", "_cli_results", "_cli_scene", "_cli_studies", "_cli_validate"},
         {"_cli"},
     ],
 }
@@ -181,6 +181,7 @@ def test_only_plot_modules_import_matplotlib():
         "film",
         "layouts",
         "maps",
+        "materials",
         "pulley",
         "runs",
         "shared",

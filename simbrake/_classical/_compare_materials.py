@@ -165,7 +165,7 @@ def _of_work(scene: Scene, work: float) -> Scene:
         low /= 2
     while over(high) < 0:
         high *= 2
-    omega = low if low == high else brentq(over, low, high, xtol=1e-13, rtol=1e-13)
+    omega = low if low == high else brentq(over, low, high, xtol=1e-13 * high)
     assert isinstance(omega, float)
     return at(omega)
 
@@ -252,7 +252,9 @@ class _Study:
         ]
         if self.run and not self.named[0]:
             found.append("the scene's heat has no rim in layers: temperatures, stress and wear are estimates")
-        elif not self.run:
+        elif self.scene.heat is not None and self.scene.heat.permissible is not None:
+            found.append("permissible temperatures are those of the materials; the scene's own is an event of its runs")
+        if not self.run:
             found.append("no runs: estimates only")
         if not self.inertia:
             found.append("the pulley's inertia is the scene's whatever the rim weighs (inertia=True lets it follow)")

@@ -109,7 +109,9 @@ def _of_thermal(thermal: Material) -> dict[str, float]:
     return {name: float(getattr(thermal, name)) for name in ("conductivity", "density", "specific_heat")}
 
 
-def _rim(young: Entry, expansion: Entry, poisson: Entry, stress: Entry, T: Entry, solidus: Entry, HB: Entry):
+def _rim(
+    young: Entry, expansion: Entry, poisson: Entry, stress: Entry, T: Entry, solidus: Entry, HB: Entry
+) -> dict[str, Entry]:
     return dict(
         zip(
             ("young", "expansion", "poisson", "permissible_stress", "permissible_temperature", "solidus", "hardness"),

@@ -1,4 +1,4 @@
-"""What one pair of materials comes to in a braking: temperatures, share, stress, wear, mass, and the work it can take."""
+"""What a pair of materials comes to in a braking: temperatures, share, stress, wear, mass, the work it can take."""
 
 import dataclasses
 import math
@@ -102,8 +102,8 @@ def stress_of(b: Basis) -> float:
     return float(surface_stress(face, mean, b.elastic))
 
 
-def temperatures_of(b: Basis) -> dict[str, float]:
-    """Bulk, surface and maximum temperatures (K), as in the table of `estimates`."""
+def temperatures_of(b: Basis, flash: float) -> dict[str, float]:
+    """Bulk, surface and maximum temperatures (K), as in the table of `estimates`; `flash`: rise of the spots (K)."""
     T = b.start_now
     depth = float(penetration_depth(float(b.rim.diffusivity), b.time))
     heated = effective_volume(b.track_area, b.rim_thickness, depth) * float(b.rim.density)
@@ -111,7 +111,6 @@ def temperatures_of(b: Basis) -> dict[str, float]:
     whole = b.share * b.work / (float(b.rim.specific_heat) * rim_mass(b))
     half_space = float(stopping_rise(2 * b.flux, b.time / 2, b.time, float(b.rim.effusivity)))
     surface = max(half_space, whole)  # a half-space has no back: long brakings warm the rim through
-    flash = flash_rise(b) or 0.0
     maximum = float(maximum_temperatures(bulk, surface, flash).surface_and_third_flash)
     rises = {"bulk": bulk, "bulk_end": whole, "surface": surface, "lining_surface": surface, "maximum": maximum}
     return {name: T + rise for name, rise in rises.items()}
@@ -134,7 +133,7 @@ def estimated(case: Case) -> dict[str, float]:
     table = dataclasses.replace(
         transmission_table(), rim_conductivity=b.rim.conductivity, lining_conductivity=b.lining.conductivity
     )
-    T = temperatures_of(b)
+    T = temperatures_of(b, flash_rise(b) or 0.0)
     stress, mass = stress_of(b), rim_mass(b)
     found = {
         "friction_work": b.work,
@@ -202,15 +201,17 @@ def greatest_work(case: Case) -> tuple[float, str]:
     """
     from scipy.optimize import brentq
 
+    flash = flash_rise(case.basis) or 0.0
+
     def worst(log_s: float) -> Criterion:
         scaled = case.scaled(math.exp(log_s))
-        values = temperatures_of(scaled.basis)
+        values = temperatures_of(scaled.basis, flash * math.exp(log_s / 2))  # it grows with the root of the speed
         values["stress_ratio"] = abs(stress_of(scaled.basis)) / scaled.basis.elastic.permissible
         return max(criteria(values, case.rim, case.lining), key=lambda one: one.ratio)
 
     low, high = math.log(1e-4), math.log(1e4)
     if worst(low).ratio >= 1:
         return 0.0, worst(low).name
-    end = brentq(lambda x: worst(x).ratio - 1, low, high, xtol=1e-12, rtol=1e-12)
+    end = brentq(lambda x: worst(x).ratio - 1, low, high, xtol=1e-13)
     assert isinstance(end, float)
     return case.basis.work * math.exp(2 * end), worst(end).name

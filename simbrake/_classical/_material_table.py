@@ -1,8 +1,8 @@
 """The table of a comparison of materials: rows, verdicts, ranking, labelled data."""
 
 import dataclasses
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -89,7 +89,7 @@ class MaterialComparison:
         return iter(self.rows)
 
     def row(self, rim: str, lining: str | None = None, level: int = 0) -> MaterialRow:
-        """The row of a rim and a lining (by default the first) at a level. Raises `KeyError` with the names there are."""
+        """The row of a rim and a lining (the first, if none is named) at a level. Raises `KeyError` for other names."""
         lining = self.linings[0].name if lining is None else lining
         level = range(len(self.levels))[level]
         for row in self.rows:
@@ -158,45 +158,55 @@ class MaterialComparison:
 
     def _table(self, level: int) -> list[str]:
         rows = [row for row in self.rows if row.level == level]
-        shown = [c for c in _COLUMNS if not c[2] or any(row[c[0]].simulated is not None for row in rows)]
+        shown = [c for c in _COLUMNS if not c.simulated or any(row[c.name].simulated is not None for row in rows)]
         width = max(len(row.rim) for row in rows), max(len(row.lining) for row in rows)
         head = [f"{'rim':{width[0]}}  {'lining':{width[1]}} ", f"{'':{width[0]}}  {'':{width[1]}} "]
-        for _, words, simulated, unit, _ in shown:
-            head[0] += f" {'simulated' if simulated else words:>9}"
-            head[1] += f" {unit:>9}"
+        for c in shown:
+            head[0] += f" {c.heading:>8}"
+            head[1] += f" {('sim. ' if c.simulated else '') + c.unit:>8}"
         lines = [head[0] + "  verdict", head[1]]
         for row in rows:
             line = f"{row.rim:{width[0]}}  {row.lining:{width[1]}} "
-            for name, _, simulated, _, shape in shown:
-                value = row[name].simulated if simulated else row[name].value
-                line += f" {'' if value is None else shape(value):>9}"
+            for c in shown:
+                one = row[c.name]
+                value = one.best if c.simulated is None else one.simulated if c.simulated else one.value
+                line += f" {'' if value is None else c.shape(value):>8}"
             lines.append(f"{line}  {'; '.join(row.fails) if row.fails else 'admissible'}")
         return lines
+
+
+class _Column(NamedTuple):
+    """A column of the table; `simulated`: estimate, simulated number, or (`None`) the latter where there is one."""
+
+    name: str
+    heading: str
+    simulated: bool | None
+    unit: str
+    shape: Callable[[float], str]
 
 
 def _celsius(T: float) -> str:
     return f"{T - _ZERO:.0f}"
 
 
-def _scaled(factor: float, digits: str) -> Any:
+def _scaled(factor: float, digits: str) -> Callable[[float], str]:
     return lambda value: format(factor * value, digits)
 
 
-#: quantity, heading, whether simulated, unit, how it is written
-_COLUMNS: tuple[tuple[str, str, bool, str, Any], ...] = (
-    ("share", "share", False, "%", _scaled(100, ".1f")),
-    ("bulk", "bulk", False, "°C", _celsius),
-    ("bulk", "bulk", True, "°C", _celsius),
-    ("surface", "surface", False, "°C", _celsius),
-    ("surface", "surface", True, "°C", _celsius),
-    ("lining_surface", "lining", True, "°C", _celsius),
-    ("maximum", "maximum", False, "°C", _celsius),
-    ("stress", "stress", False, "MPa", _scaled(1e-6, ".0f")),
-    ("stress", "stress", True, "MPa", _scaled(1e-6, ".0f")),
-    ("stress_ratio", "of perm.", False, "1", _scaled(1, ".2f")),
-    ("wear", "wear", False, "µm", _scaled(1e6, ".3g")),
-    ("wear", "wear", True, "µm", _scaled(1e6, ".3g")),
-    ("mass", "mass", False, "kg", _scaled(1, ".0f")),
+_COLUMNS = (
+    _Column("share", "share", False, "%", _scaled(100, ".1f")),
+    _Column("bulk", "bulk", False, "°C", _celsius),
+    _Column("bulk", "bulk", True, "°C", _celsius),
+    _Column("surface", "surface", False, "°C", _celsius),
+    _Column("surface", "surface", True, "°C", _celsius),
+    _Column("lining_surface", "lining", True, "°C", _celsius),
+    _Column("maximum", "maximum", False, "°C", _celsius),
+    _Column("stress", "stress", False, "MPa", _scaled(1e-6, ".0f")),
+    _Column("stress", "stress", True, "MPa", _scaled(1e-6, ".0f")),
+    _Column("stress_ratio", "of perm.", None, "1", _scaled(1, ".2f")),
+    _Column("wear", "wear", False, "µm", _scaled(1e6, ".3g")),
+    _Column("wear", "wear", True, "µm", _scaled(1e6, ".3g")),
+    _Column("mass", "mass", False, "kg", _scaled(1, ".0f")),
 )
 
 

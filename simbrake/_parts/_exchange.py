@@ -27,16 +27,11 @@ def with_materials(scene: Scene, rim: Material | None = None, lining: Material |
     Raises `InputError` where the scene does not say what they are made of: a lump has no material.
     """
     heat = scene.heat
+    named = named_materials(heat)
     faults = [
-        Fault(f"heat.{part}", "names no material in this scene", hint)
-        for part, new, named, hint in zip(
-            ("rim", "linings"),
-            (rim, lining),
-            named_materials(heat),
-            ("make it a Wall", "make them a Wall"),
-            strict=True,
-        )
-        if new is not None and not named
+        Fault(f"heat.{part}", "has no material in this scene", "make it a Wall")
+        for part, new, known in zip(("rim", "linings"), (rim, lining), named, strict=True)
+        if new is not None and not known
     ]
     if faults:
         raise InputError(faults)
