@@ -10,7 +10,7 @@ import numpy as np
 from jax.core import Tracer
 
 from .._base._progress import Progress
-from .._base._quantity import Fault, InputError
+from .._base._quantity import Fault, InputError, leaves
 from .._parts._exchange import named_materials, with_materials
 from .._parts._material import Material
 from .._parts._scene import Scene, check
@@ -23,7 +23,17 @@ from ._estimate_basis import Basis
 from ._estimate_data import EstimateData, settle
 from ._estimate_run import RunValues, run_values
 from ._material_data import LININGS, LiningMaterial, RimMaterial, lining_material, rim_material
-from ._material_estimate import Case, Compared, criteria, estimated, greatest_work, rim_mass, ring_inertia, simulated
+from ._material_estimate import (
+    Case,
+    Compared,
+    criteria,
+    estimated,
+    greatest_work,
+    knows_wear,
+    rim_mass,
+    ring_inertia,
+    simulated,
+)
 from ._material_table import EnergyLevel, MaterialComparison, MaterialRow
 
 #: times at which a run is looked at
@@ -132,7 +142,10 @@ def _levels(scene: Scene, energy: Energy) -> list[tuple[str, Scene]]:
             hint = 'as in {"initial.omega": [12.0, 24.0]}'
             raise InputError([Fault("energy", f"names {len(energy)} numbers of the scene", hint)])
         ((path, values),) = energy.items()
-        found = [(f"{path} = {float(value):g}", with_values(scene, {path: float(value)})) for value in values]
+        scenes = [with_values(scene, {path: float(value)}) for value in values]
+        unit = next((f" {leaf.about.unit}" for one in scenes for leaf in leaves(one) if leaf.path == path), "")
+        unit = "" if unit in (" 1", " SI") else unit
+        found = [(f"{path} = {float(v):.6g}{unit}", one) for v, one in zip(values, scenes, strict=True)]
         for _, one in found:
             check(one)
     else:
@@ -190,7 +203,7 @@ class _Study:
     def scene_of(self, scene: Scene, rim: RimMaterial, lining: LiningMaterial) -> Scene:
         """The scene of a level with the materials, where it names any."""
         scene = with_materials(scene, rim.thermal if self.named[0] else None, lining.thermal if self.named[1] else None)
-        if scene.brake.linings.area is None:  # a pressure is needed for the wear, and for nothing else
+        if self.run and knows_wear(scene) and scene.brake.linings.area is None:  # wear alone looks at the pressure
             area = np.asarray(self._area / scene.brake.linings.count)
             scene = eqx.tree_at(lambda s: s.brake.linings.area, scene, area, is_leaf=lambda x: x is None)
         if self.inertia:

@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._parts._material import effusivity_share
+from .._parts._scene import Scene
 from .._run._result import Result
 from .._run._rubbing import wear
 from ._estimate_basis import Basis
@@ -168,13 +169,16 @@ def simulated(case: Case, result: Result) -> dict[str, float]:
     to_metal = result.energy.get("heat_to_metal")
     if to_metal is not None and run.total_work > 0:
         found["share"] = float(to_metal) / run.total_work
-    heat = result.scene.heat
-    assert heat is not None
-    if heat.linings is not None:
+    if result.scene.heat is not None and result.scene.heat.linings is not None:
         found["lining_surface"] = float(result.peak_lining_temperature.value)
-    if heat.friction is not None and heat.friction.lining is not None:  # else no temperature of the lining is known
+    if knows_wear(result.scene):
         found["wear"] = float(np.mean(np.asarray(wear(result, case.lining.wear))))
     return found
+
+
+def knows_wear(scene: Scene) -> bool:
+    """Whether runs of a scene have a temperature of the linings, on which their wear depends."""
+    return scene.heat is not None and scene.heat.friction is not None and scene.heat.friction.lining is not None
 
 
 def criteria(values: dict[str, float], rim: RimMaterial, lining: LiningMaterial) -> list[Criterion]:

@@ -194,7 +194,7 @@ def _scaled(factor: float, digits: str) -> Callable[[float], str]:
 
 
 _COLUMNS = (
-    _Column("share", "share", False, "%", _scaled(100, ".1f")),
+    _Column("share", "share", False, "%", _scaled(100.0, ".1f")),
     _Column("bulk", "bulk", False, "°C", _celsius),
     _Column("bulk", "bulk", True, "°C", _celsius),
     _Column("surface", "surface", False, "°C", _celsius),
@@ -203,10 +203,10 @@ _COLUMNS = (
     _Column("maximum", "maximum", False, "°C", _celsius),
     _Column("stress", "stress", False, "MPa", _scaled(1e-6, ".0f")),
     _Column("stress", "stress", True, "MPa", _scaled(1e-6, ".0f")),
-    _Column("stress_ratio", "of perm.", None, "1", _scaled(1, ".2f")),
+    _Column("stress_ratio", "of perm.", None, "1", _scaled(1.0, ".2f")),
     _Column("wear", "wear", False, "µm", _scaled(1e6, ".3g")),
     _Column("wear", "wear", True, "µm", _scaled(1e6, ".3g")),
-    _Column("mass", "mass", False, "kg", _scaled(1, ".0f")),
+    _Column("mass", "mass", False, "kg", _scaled(1.0, ".0f")),
 )
 
 

@@ -34,7 +34,7 @@ _PANELS = (
     ),
     _Panel("stress_ratio", "thermal stress over permissible", lambda ratio: ratio, lambda rim, lining: 1.0),
     _Panel("wear", "wear of the linings, µm", lambda h: 1e6 * h, None),
-    _Panel("mass", "mass of the rim, kg", lambda m: m, None, each_level=False),
+    _Panel("mass", "mass of the rim, kg (all levels)", lambda m: m, None, each_level=False),
 )
 
 
@@ -58,6 +58,8 @@ def materials(comparison: MaterialComparison, *, figure: Figure | None = None) -
             axis.set_yticks(range(len(rims)), [""] * len(rims))
     for axis, panel in zip(axes[-1], _PANELS, strict=True):
         axis.set_xlabel(panel.title)
+    for axis in axes.flat:
+        axis.tick_params(labelbottom=True)
     _spread(axes[:, 2], comparison)
     figure.legend(handles=_legend(comparison), loc="outside upper center", ncols=4, fontsize=9, frameon=False)
     return figure
@@ -105,7 +107,7 @@ def _legend(comparison: MaterialComparison) -> list[Any]:
     ]
     if comparison.simulated:
         found.append(Line2D([], [], marker="D", ls="", color="black", mec="white", label="simulated (bars: estimates)"))
-    found.append(Line2D([], [], color=VERMILLION, lw=2.2, label="permissible"))
+    found.append(Line2D([], [], color=VERMILLION, lw=2.2, label="permissible, rim or lining"))
     if any(not row.admissible for row in comparison):
         found.append(Patch(facecolor="0.6", edgecolor="white", hatch="////", label="not admissible"))
     return found
