@@ -262,6 +262,13 @@ def test_the_inertia_follows_the_mass_if_asked():
     assert "whatever the rim weighs" in str(compared([own]))
 
 
+def test_sizes_that_the_scene_does_not_have_are_said():
+    notes = " ".join(compared(["brass"], data=sb.EstimateData(track_area=1.05)).notes)
+    assert "rim_thickness = 0.025 m is not the scene's: V, table 1" in notes
+    assert "lining_area" in notes
+    assert "track_area" not in notes
+
+
 def test_the_ranking_has_admissible_pairs_first():
     weak = dataclasses.replace(sb.rim_material("steel_20L", permissible_stress=1e6), name="weak")
     strong = dataclasses.replace(sb.rim_material("steel_20L", permissible_stress=1e9), name="strong")

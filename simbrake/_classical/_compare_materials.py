@@ -195,7 +195,7 @@ class _Study:
 
     def __post_init__(self) -> None:
         self.named = named_materials(self.scene.heat)
-        own = settle(self.scene, self.data)
+        own = self._own = settle(self.scene, self.data)
         self._own_mass = float(own["rim"].value.density) * own["rim_thickness"].value * own["track_area"].value
         self._area = own["lining_area"].value
         self._runs: dict[bytes, tuple[Result, RunValues]] = {}
@@ -269,6 +269,10 @@ class _Study:
             found.append("permissible temperatures are those of the materials; the scene's own is an event of its runs")
         if not self.run:
             found.append("no runs: estimates only")
+        for name in ("track_area", "lining_area", "rim_thickness"):
+            size = self._own[name]
+            if size.source not in ("given", "scene"):
+                found.append(f"{name} = {size.value:.4g} {size.unit} is not the scene's: {size.source}")
         if not self.inertia:
             found.append("the pulley's inertia is the scene's whatever the rim weighs (inertia=True lets it follow)")
         if any("assum" in words for one in linings for name, words in one.sources.items() if "wear" in name):

@@ -34,8 +34,8 @@ class EnergyLevel:
 class MaterialRow:
     """One rim and lining material at one energy level.
 
-    - `level`: index of the level; `rim`, `lining`: names; `row["surface"]` is one quantity (`simbrake.QUANTITIES` of a
-      comparison), estimated and simulated
+    - `level`: index of the level; `rim`, `lining`: names; `row["surface"]` is one quantity, its estimate (`value`)
+      and the `simulated` number; names as in `quantities`
     - `fails`: why the pair is not admissible, by the simulated number where there is one; empty if it is
     - `greatest_work` (J): of one braking that the pair bears by the estimates; `ends`: what ends it
     """
