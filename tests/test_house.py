@@ -33,7 +33,7 @@ HOUSE = {
         {"_network"},
         {"_heat"},
         {"_builders", "_internal", "_scene"},
-        {"_plausible"},
+        {"_exchange", "_plausible"},
         {"_programme"},
     ],
     "_physics": [
@@ -91,12 +91,14 @@ HOUSE = {
     "_classical": [
         {"_equivalents", "_heat_balance", "_schmidt", "_thermal_estimates", "_thermal_stress", "_triboelectric"},
         {"_contact_estimates"},
-        {"_classical_stop", "_estimate_data"},
+        {"_classical_stop", "_estimate_data", "_material_data"},
         {"_estimate_report"},
         {"_estimate_run"},
         {"_estimate_basis", "_reproduce"},
         {"_estimate_rows", "_estimate_temperatures"},
-        {"_engineering"},
+        {"_engineering", "_material_estimate"},
+        {"_material_table"},
+        {"_compare_materials"},
     ],
     "_checks": [
         {"_validation"},
@@ -110,7 +112,7 @@ HOUSE = {
     "_pictures": [
         {"_plot_shared"},
         {"_plot_film", "_plot_wheel", "_plot_work_precision"},
-        {"_plot_animation", "_plot_layouts", "_plot_maps", "_plot_pulley", "_plot_runs"},
+        {"_plot_animation", "_plot_layouts", "_plot_maps", "_plot_materials", "_plot_pulley", "_plot_runs"},
         {"_plot_duty", "_plot_file", "_plot_studies", "_plot_uncertainty"},
         {"_gallery"},
     ],
@@ -125,7 +127,7 @@ HOUSE = {
         {"_calibrate_run"},
         {"_report_run"},
         {"_cli_options"},
-        {"_cli_results", "_cli_scene", "_cli_studies", "_cli_validate"},
+        {"_cli_materials", "_cli_results", "_cli_scene", "_cli_studies", "_cli_validate"},
         {"_cli"},
     ],
 }
@@ -179,6 +181,7 @@ def test_only_plot_modules_import_matplotlib():
         "film",
         "layouts",
         "maps",
+        "materials",
         "pulley",
         "runs",
         "shared",

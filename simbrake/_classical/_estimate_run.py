@@ -77,17 +77,17 @@ def _brakings(t: Any, work: Any) -> list[tuple[int, int]]:
     return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
 
 
-def run_values(result: Result) -> RunValues | None:
-    """The hardest braking of a concrete result; `None` where nothing ever slid."""
+def run_values(result: Result, *, looks: int = _LOOKS) -> RunValues | None:
+    """The hardest braking of a concrete result at so many `looks`; `None` where nothing ever slid."""
     start, end = float(result.scene.initial.time), float(result.record.t_end)
     known = [event.time for event in result.events]
-    s = result.series(np.unique(np.concatenate([np.linspace(start, end, _LOOKS), known])))
+    s = result.series(np.unique(np.concatenate([np.linspace(start, end, looks), known])))
     t, work = np.asarray(s.t), np.asarray(s.friction_work)
     found = _brakings(t, work)
     if not found:
         return None
     first, last = max(found, key=lambda ends: float(work[ends[1]] - work[ends[0]]))
-    s = result.series(np.linspace(t[first], t[last], _LOOKS))
+    s = result.series(np.linspace(t[first], t[last], looks))
     inside, wall = np.asarray(s.friction_work), rim_wall(result.scene)
     layers = depth = steps = surface = None
     if wall is not None and wall.copies == 1 and s.temperature is not None and s.rim_temperature is not None:
