@@ -108,8 +108,8 @@ def temperatures_of(b: Basis, flash: float) -> dict[str, float]:
     T = b.start_now
     depth = float(penetration_depth(float(b.rim.diffusivity), b.time))
     heated = effective_volume(b.track_area, b.rim_thickness, depth) * float(b.rim.density)
-    bulk = float(mean_bulk_rise(b.share, b.work, float(b.rim.specific_heat), heated))
-    whole = b.share * b.work / (float(b.rim.specific_heat) * rim_mass(b))
+    bulk = float(mean_bulk_rise(b.share, b.heat, float(b.rim.specific_heat), heated))
+    whole = b.share * b.heat / (float(b.rim.specific_heat) * rim_mass(b))
     half_space = float(stopping_rise(2 * b.flux, b.time / 2, b.time, float(b.rim.effusivity)))
     surface = max(half_space, whole)  # a half-space has no back: long brakings warm the rim through
     maximum = float(maximum_temperatures(bulk, surface, flash).surface_and_third_flash)
@@ -168,7 +168,7 @@ def simulated(case: Case, result: Result) -> dict[str, float]:
     }
     to_metal = result.energy.get("heat_to_metal")
     if to_metal is not None and run.total_work > 0:
-        found["share"] = float(to_metal) / run.total_work
+        found["share"] = float(to_metal) / float(b.booked.split(run.total_work).heat)
     if result.scene.heat is not None and result.scene.heat.linings is not None:
         found["lining_surface"] = float(result.peak_lining_temperature.value)
     if knows_wear(result.scene):
