@@ -91,12 +91,15 @@ HOUSE = {
     "_classical": [
         {"_equivalents", "_heat_balance", "_power_shares", "_schmidt", "_thermal_estimates", "_thermal_stress"},
         {"_contact_estimates"},
-        {"_classical_stop", "_estimate_data"},
+        {"_classical_stop", "_estimate_data", "_rational_thickness", "_wall_course"},
         {"_estimate_report"},
-        {"_estimate_run"},
+        {"_estimate_run", "_synthesis_report"},
         {"_estimate_basis", "_reproduce"},
-        {"_estimate_rows", "_estimate_temperatures"},
-        {"_engineering"},
+        {"_estimate_rows", "_estimate_temperatures", "_property_iteration"},
+        {"_engineering", "_synthesis_chain"},
+        {"_given_numbers", "_synthesis_heating", "_synthesis_layers"},
+        {"_synthesis_operation"},
+        {"_synthesis"},
     ],
     "_checks": [
         {"_validation"},
@@ -125,7 +128,7 @@ HOUSE = {
         {"_calibrate_run"},
         {"_report_run"},
         {"_cli_options"},
-        {"_cli_results", "_cli_scene", "_cli_studies", "_cli_validate"},
+        {"_cli_results", "_cli_scene", "_cli_studies", "_cli_synthesis", "_cli_validate"},
         {"_cli"},
     ],
 }

@@ -40,6 +40,16 @@ def estimates(run: Scene | Result, data: EstimateData | None = None) -> Engineer
     lever that holds the speed, a load that outweighs the brake, a self-locking lining), for a run in which nothing
     slides, a traced or batched one, and for a staged brake, whose two pairs share the friction.
     """
+    basis, about = basis_of(run, data)
+    rows = tuple(row for group in _GROUPS for row in group(basis))
+    return EngineeringEstimates(f"engineering estimates{about}", tuple(basis.inputs.values()), rows)
+
+
+def basis_of(run: Scene | Result, data: EstimateData | None) -> tuple[Basis, str]:
+    """What the estimates of a scene or of a run are made from, and of which braking they are, in words.
+
+    Raises `InputError` as `estimates`.
+    """
     result = run if isinstance(run, Result) else None
     scene = run.scene if isinstance(run, Result) else run
     if result is not None and not result.concrete:
@@ -53,7 +63,7 @@ def estimates(run: Scene | Result, data: EstimateData | None = None) -> Engineer
             hint = "it must begin in motion and the brake outweigh its load; or simulate it and give the result"
             raise InputError([Fault("scene", "has no classical stop", hint)])
         basis = Basis(scene, inputs, stop, None, None, stop.time, stop.work, float(scene.initial.omega))
-        about = "engineering estimates; time and friction work are those of a classical stop"
+        about = "; time and friction work are those of a classical stop"
     else:
         values = run_values(result)
         if values is None:
@@ -62,7 +72,7 @@ def estimates(run: Scene | Result, data: EstimateData | None = None) -> Engineer
         basis = Basis(scene, inputs, stop, result, values, values.duration, work, first)
         which = "the braking" if values.brakings == 1 else f"the hardest of {values.brakings} stretches of sliding"
         about = (
-            f"engineering estimates beside the simulation; time and friction work are those of {which} "
+            f" beside the simulation; time and friction work are those of {which} "
             f"from {values.t[0]:.6g} s to {values.t[-1]:.6g} s"
         )
-    return EngineeringEstimates(about, tuple(inputs.values()), tuple(row for group in _GROUPS for row in group(basis)))
+    return basis, about

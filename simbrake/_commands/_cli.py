@@ -10,6 +10,7 @@ from ._cli_options import Json, Set, limit, opened, prepare_jax, print_written, 
 from ._cli_results import animate, compare, estimates, report
 from ._cli_scene import scene
 from ._cli_studies import calibrate, sensitivity, sweep
+from ._cli_synthesis import synthesize
 from ._cli_validate import validate
 
 
@@ -107,7 +108,7 @@ def reproduce(*, json_: Json = False) -> int:
 
 
 app.command(scene)
-for _command in (report, animate, compare, estimates, sensitivity, sweep, calibrate, validate):
+for _command in (report, animate, compare, estimates, synthesize, sensitivity, sweep, calibrate, validate):
     app.command(_command)
 
 
