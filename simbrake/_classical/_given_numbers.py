@@ -2,8 +2,9 @@
 
 import dataclasses
 import difflib
-import math
 from typing import Any
+
+import numpy as np
 
 from .._base._numbers import BAD, NumberReader
 from .._base._quantity import Fault, InputError, Quantity, faults_of_values, positive
@@ -58,7 +59,7 @@ def faults_of_data(data: EstimateData | None, limits: Permissible) -> list[Fault
 
 
 def _fault(path: str, value: Any, about: Quantity) -> Fault | None:
-    if value is None or (math.isfinite(value) and bool(about.admits(value))):
+    if value is None or bool(about.admits(np.asarray(value, float))):  # not a NaN
         return None
     return Fault(path, f"{value} {about.unit} is not admissible", f"{about.meaning} must be {about.wanted(value)}")
 

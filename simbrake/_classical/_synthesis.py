@@ -1,7 +1,5 @@
 """The parametric synthesis: S's twelve steps over a scene or a run, as one chain."""
 
-from collections.abc import Sequence
-
 from .._base._quantity import Fault, InputError
 from .._parts._heat import AbstractPartition
 from .._parts._scene import Scene, faults
@@ -47,7 +45,9 @@ def synthesize(
     """
     limits = permissible or Permissible()
     scene = run.scene if isinstance(run, Result) else run
-    require_synthesis(scene, data, limits, _faults_of_options(tolerance, rounds))
+    wrong = faults_of_synthesis(scene, data, limits) + _faults_of_options(tolerance, rounds)
+    if wrong:
+        raise InputError(wrong)
     before, about = basis_of(run, data)
     found = seen(before)
     start = start_temperatures(before, found)
@@ -67,13 +67,12 @@ def synthesize(
     return Synthesis(f"parametric synthesis{about}", inputs, tuple(rows), refined.rounds, refined.replaced)
 
 
-def require_synthesis(scene: Scene, data: EstimateData | None, limits: Permissible, more: Sequence[Fault] = ()) -> None:
-    """Raises `InputError` with all that stands against a synthesis before anything is simulated; `more` is added."""
-    found = [*faults(scene), *faults_of_data(data, limits), *more]
+def faults_of_synthesis(scene: Scene, data: EstimateData | None, limits: Permissible) -> list[Fault]:
+    """All that stands against a synthesis before anything is simulated."""
+    found = [*faults(scene), *faults_of_data(data, limits)]
     if scene.brake.bandage is not None:
         found.append(Fault("brake.bandage", "is not for this synthesis", "it is of a brake with one friction pair"))
-    if found:
-        raise InputError(found)
+    return found
 
 
 def _faults_of_options(tolerance: float, rounds: int) -> list[Fault]:

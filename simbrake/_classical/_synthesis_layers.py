@@ -74,7 +74,7 @@ def _rim(c: Chain) -> list[SynthesisRow]:
 
 
 def _lining(c: Chain) -> list[SynthesisRow]:
-    """Thickness for this braking; for a duty of several, that which keeps the back cool over all of its time as well."""
+    """Thickness for this braking; for a duty of several, that which keeps the back cool over it as well."""
     b, back = c.after, c.limits["back_permissible"]
     a, limit = ("a", float(b.lining.diffusivity), "m^2/s"), ("T_p", back, "K")
     cases = [("braking", b.time, face_peak(c), c.lining_body)]

@@ -54,21 +54,26 @@ def synthesize(
     from .._classical._given_numbers import read_given
     from .._classical._property_iteration import SynthesisError
     from .._classical._reproduce import transmission_table
-    from .._classical._synthesis import require_synthesis
+    from .._classical._synthesis import faults_of_synthesis
     from .._classical._synthesis import synthesize as synthesis_of
+    from .._classical._synthesis_chain import Permissible
     from .._run._simulate import simulate
 
     faults = [] if out is None or not out.is_dir() else [Fault("--out", f"{out} is a folder", "give a file")]
-    inputs: list[Any] = []
-    for read in (lambda: read_given(given or []), lambda: opened(scenario, set_, None, rtol=tolerance(rtol))):
-        try:
-            inputs.append(read())
-        except InputError as error:
-            faults += error.faults
-    if faults:
+    scenes: list[Any] = []
+    data, permissible = None, Permissible()
+    try:
+        data, permissible = read_given(given or [])
+    except InputError as error:
+        faults += error.faults
+    try:
+        scenes.append(opened(scenario, set_, None, rtol=tolerance(rtol)))
+    except InputError as error:
+        faults += error.faults
+    faults += [fault for scene in scenes for fault in faults_of_synthesis(scene, data, permissible)]
+    if faults:  # before a run that may take minutes
         raise InputError(faults)
-    (data, permissible), scene = inputs
-    require_synthesis(scene, data, permissible)  # before a run that may take minutes
+    scene = scenes[0]
     partition = transmission_table() if transmission else None
     with Waiting("run", "compiles what it has not seen before, then runs"):
         result = simulate(scene, rtol=rtol, throw=False) if run else None
@@ -79,7 +84,7 @@ def synthesize(
         except SynthesisError as error:
             print(f"simbrake: {error}", file=sys.stderr)
             return 1
-    figures = json.dumps(found.as_list(), indent=1, allow_nan=False, ensure_ascii=False)
+    figures = json.dumps(found.as_list(), indent=1, allow_nan=False)
     if out is not None:
         with whole_file(out) as path:
             path.write_text((figures if json_ or out.suffix == ".json" else str(found)) + "\n", "utf-8")
