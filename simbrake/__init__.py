@@ -50,7 +50,6 @@ from ._classical._schmidt import SchmidtCourse as SchmidtCourse
 from ._classical._schmidt import schmidt as schmidt
 from ._classical._synthesis import synthesize as synthesize
 from ._classical._synthesis_chain import Permissible as Permissible
-from ._classical._synthesis_report import Number as Number
 from ._classical._synthesis_report import Synthesis as Synthesis
 from ._classical._synthesis_report import SynthesisRow as SynthesisRow
 from ._classical._thermal_estimates import MaximumTemperatures as MaximumTemperatures

@@ -29,6 +29,7 @@ SLOW = {
         "recipes",
         "report",
         "sensitivity",
+        "synthesis",
         "uncertainty",
         "validation",
     )

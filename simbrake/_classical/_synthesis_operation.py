@@ -139,8 +139,9 @@ def _ends(c: Chain, T_0: float, rows: dict[str, EstimateRow]) -> list[SynthesisR
     R_b, load = float(b.scene.brake.band.radius), b.scene.duty.load
     slack = None if seen is None else float(np.max(np.asarray(seen.series.slack_tension)))
     tight = None if seen is None else float(np.max(np.asarray(seen.series.tight_tension)))
+    slid = "as the stopping angle; a band that is stretched meanwhile slides less"
     why = "the band holds against the load, is stretched before it slides, and hot linings rub less"
-    way = None if b.run is None else b.travel
+    way = None if seen is None else _slid(seen.series)
     found = [
         SynthesisRow.of(12, EstimateRow("slack tension, greatest", "T_0 of the lever", T_0, "N", "", slack, why)),
         SynthesisRow.of(
@@ -151,7 +152,7 @@ def _ends(c: Chain, T_0: float, rows: dict[str, EstimateRow]) -> list[SynthesisR
         ),
         SynthesisRow.of(
             12,
-            EstimateRow("friction travel", "R_b φ", R_b * stop.angle, "m", "", way, "as the stopping angle"),
+            EstimateRow("friction travel", "R_b φ", R_b * stop.angle, "m", "", way, slid),
             ("R_b", R_b, "m"),
             ("φ", stop.angle, "rad"),
         ),
@@ -190,10 +191,15 @@ def _load(c: Chain) -> list[SynthesisRow]:
     return rows
 
 
+def _slid(s: Series) -> float:
+    """Way of the linings on the track (m)."""
+    return float(np.trapezoid(np.abs(np.asarray(s.slip_speed)), np.asarray(s.t)))
+
+
 def _pressure(s: Series) -> float:
     """Normal load of all linings (N), mean over the way that they slide."""
     loads, way = np.asarray(s.normal_load).sum(axis=1), np.abs(np.asarray(s.slip_speed))
-    return float(np.trapezoid(loads * way, np.asarray(s.t)) / np.trapezoid(way, np.asarray(s.t)))
+    return float(np.trapezoid(loads * way, np.asarray(s.t)) / _slid(s))
 
 
 def _limits(c: Chain, rows: dict[str, SynthesisRow]) -> list[SynthesisRow]:

@@ -85,10 +85,9 @@ def synthesize(
             print(f"simbrake: {error}", file=sys.stderr)
             return 1
     figures = json.dumps(found.as_list(), indent=1, allow_nan=False)
+    print(figures if json_ else found)
     if out is not None:
         with whole_file(out) as path:
             path.write_text((figures if json_ or out.suffix == ".json" else str(found)) + "\n", "utf-8")
-    print(figures if json_ else found)
-    if out is not None:
         print_written([out], json_)
     return 0 if result is None or result.ok else 1
