@@ -385,6 +385,19 @@ def test_the_hardest_of_several_brakings_has_its_own_classical_stop(twice):
     assert duty["Q"] / one["Q"] == pytest.approx(total / found["friction work"].simulated, rel=1e-3)
 
 
+def test_no_thickness_will_do_for_a_lining_that_starts_too_hot(run):
+    """No number stands for it, in words nor in JSON, nor a difference from the thickness of the run."""
+    found = sb.synthesize(run, permissible=sb.Permissible(lining=293.0, back=293.15))
+    assert found.lining_thickness == found.rim_thickness == math.inf
+    row = found["rational thickness, rim"]
+    assert row.simulated == pytest.approx(0.028)
+    assert row.difference is None
+    told = row.as_dict()
+    assert told["value"] is told["difference"] is None
+    assert json.loads(json.dumps(found.as_dict(), allow_nan=False))["steps"] == found.as_list()
+    assert re.search(r"rational thickness, lining +none", str(found))
+
+
 # --- bad input --------------------------------------------------------------------------------------------------------
 
 

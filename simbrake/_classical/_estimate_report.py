@@ -26,8 +26,8 @@ class EstimateRow:
 
     @property
     def difference(self) -> float | None:
-        """Estimate less simulated value, `None` without one."""
-        if self.simulated is None:
+        """Estimate less simulated value, `None` without one or where the estimate is not finite."""
+        if self.simulated is None or not np.isfinite(self.value):
             return None
         apart = self.value - self.simulated
         return 0.0 if abs(apart) <= 1e-14 * abs(self.value) else apart  # rounding

@@ -14,6 +14,8 @@ from ._synthesis_chain import Chain
 from ._synthesis_layers import face_peak, lining_back
 from ._synthesis_report import SynthesisRow
 
+_FACE = "the run's is the hottest lining's face, which contact resistance and unequal work leave hotter than the rim's"
+
 
 def balance_steps(c: Chain) -> list[SynthesisRow]:
     """Step 10: what the rim takes up in the braking, and S's balance over four revolutions."""
@@ -229,9 +231,8 @@ def _limits(c: Chain, rows: dict[str, SynthesisRow]) -> list[SynthesisRow]:
     for name, limit, formula, value, simulated, unit in looked:
         permissible = c.after.elastic.permissible if limit is None else c.limits[limit]
         left, shown = permissible - value, None if simulated is None else permissible - simulated
-        row = EstimateRow(
-            f"margin, {name}", formula, left, unit, "S, step 12", shown, "as the figure that it is the margin of"
-        )
+        why = _FACE if limit == "lining_permissible" else "as the figure that it is the margin of"
+        row = EstimateRow(f"margin, {name}", formula, left, unit, "S, step 12", shown, why)
         numbers = [("permissible", permissible, unit), ("found", value, unit)]
         found.append(SynthesisRow.of(12, row, *numbers, verdict=_verdict(left, shown)))
     return found
