@@ -27,7 +27,7 @@ HOUSE = {
         {"_order"},
     ],
     "_parts": [
-        {"_band", "_compliance", "_duty", "_friction", "_layout", "_material"},
+        {"_band", "_compliance", "_duty", "_friction", "_layout", "_material", "_power_shares"},
         {"_driller"},
         {"_design", "_fade", "_lever", "_links", "_loads"},
         {"_network"},
@@ -89,13 +89,14 @@ HOUSE = {
         {"_error_estimate"},
     ],
     "_classical": [
-        {"_equivalents", "_heat_balance", "_power_shares", "_schmidt", "_thermal_estimates", "_thermal_stress"},
+        {"_equivalents", "_heat_balance", "_schmidt", "_thermal_estimates", "_thermal_stress", "_triboelectric"},
         {"_contact_estimates"},
         {"_classical_stop", "_estimate_data"},
-        {"_estimate_report"},
+        {"_classical_staged", "_estimate_report"},
         {"_estimate_run"},
         {"_estimate_basis", "_published_figures", "_reproduce"},
         {"_estimate_rows", "_estimate_temperatures"},
+        {"_estimate_staged"},
         {"_engineering"},
     ],
     "_checks": [

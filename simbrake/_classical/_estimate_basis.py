@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from .._parts._material import Material
+from .._parts._power_shares import PowerShares
 from .._parts._scene import Scene
 from .._run._result import Result
 from ._classical_staged import internal_friction_at_start
@@ -73,9 +74,9 @@ class Basis:
         return self.external_share if self.part == "band" else self.share
 
     @property
-    def heat(self) -> float:
+    def metal_heat(self) -> float:
         """Heat into the metal (J)."""
-        return self.metal_share * self.work + self.more
+        return self.metal_share * self.heat + self.more
 
     @property
     def speed(self) -> float:
@@ -115,9 +116,19 @@ class Basis:
         return float(np.mean(friction_at_start(self.scene)))
 
     @property
+    def heat(self) -> float:
+        """Friction work that becomes heat (J)."""
+        return float(self.power.split(self.work).heat)
+
+    @property
+    def booked(self) -> PowerShares:
+        """Shares of the friction power that a run of the scene books."""
+        return self.scene.power_shares or PowerShares()
+
+    @property
     def flux(self) -> float:
         """Mean heat flux into the whole track, or into the band (W/m²)."""
-        return self.heat / (self.metal_area * self.time)
+        return self.metal_heat / (self.metal_area * self.time)
 
     @property
     def layered(self) -> RunValues | None:

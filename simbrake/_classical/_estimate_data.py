@@ -11,9 +11,9 @@ from .._parts._heat import FrictionHeat, Heat
 from .._parts._links import AbstractCoefficient, Convection, Radiation
 from .._parts._material import ROOM, Material, effusivity_share, material
 from .._parts._network import Lump, Reservoir, Wall, place_of
+from .._parts._power_shares import PowerShares
 from .._parts._scene import Scene
 from ._contact_estimates import polished_surface
-from ._power_shares import PowerShares
 from ._thermal_stress import ElasticMaterial
 
 
@@ -78,7 +78,7 @@ _ASSUMED: dict[str, tuple[Any, str, str]] = {
     "spot_length": (50e-6, "m", "assumption: spots of 50 µm"),
     "matte_area": (None, "m^2", "assumption: the rim's bore alone"),
     "elastic": (ElasticMaterial(), "", "assumption: cast carbon steel"),
-    "power": (PowerShares(), "", "all heat (default)"),
+    "power": (PowerShares(), "", "all heat"),
 }
 
 _UNITS = {"track_area": "m^2", "lining_area": "m^2", "share": "1"}
@@ -139,7 +139,7 @@ def _faces(scene: Scene) -> dict[str, Any]:
 
 
 def _from_scene(scene: Scene) -> dict[str, Any]:
-    found: dict[str, Any] = {}
+    found: dict[str, Any] = {"power": scene.power_shares}
     brake, heat = scene.brake, scene.heat
     if brake.pulley.width is not None:
         found["track_area"] = float(polished_surface(float(brake.pulley.radius), float(brake.pulley.width)))

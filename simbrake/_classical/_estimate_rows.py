@@ -45,14 +45,15 @@ def stop_rows(b: Basis) -> list[EstimateRow]:
 
 def power_rows(b: Basis) -> list[EstimateRow]:
     """The friction work of the braking in its shares."""
-    split = b.power.split(b.work)
-    heat = None if b.run is None else b.work
-    why = "the simulated ledger books all friction power as heat"
-    source = "S-8…11"
+    split, source = b.power.split(b.work), "S-8…11"
+    booked = (None, None, None) if b.run is None else b.booked.split(b.work)
+    why = (
+        "the run has shares of its own (`Scene.power_shares`)" if b.booked.heat < 1 else "in the run all of it is heat"
+    )
     return [
-        EstimateRow("work into heat", "share of heat × W", split.heat, "J", source, heat, why),
-        EstimateRow("electrical work", "share of electricity × W", split.electrical, "J", source),
-        EstimateRow("mechanical work", "share of mechanical work × W", split.mechanical, "J", source),
+        EstimateRow("work into heat", "share of heat × W", split.heat, "J", source, booked[0], why),
+        EstimateRow("electrical work", "share of electricity × W", split.electrical, "J", source, booked[1], why),
+        EstimateRow("mechanical work", "share of mechanical work × W", split.mechanical, "J", source, booked[2], why),
     ]
 
 
@@ -88,7 +89,7 @@ def partition_rows(b: Basis) -> list[EstimateRow]:
         entered = b.result.energy.get("heat_to_band" if b.part == "band" else "heat_to_metal")
         if b.pair == "internal" and entered is not None:  # without what the external pair sends beyond the linings
             entered = entered - b.beyond_share * b.result.energy["heat_external"]
-        simulated = None if entered is None else float(entered) / b.run.total_work
+        simulated = None if entered is None else float(entered) / float(b.booked.split(b.run.total_work).heat)
     why = "the simulated share is of where the heat enters by the scene's own law, before bodies exchange any"
     effusivities = EstimateRow(
         f"share into the {b.part}, effusivities",

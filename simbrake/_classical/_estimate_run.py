@@ -9,6 +9,7 @@ from jaxtyping import Float
 
 from .._parts._heat import node_names
 from .._parts._network import place_of
+from .._parts._power_shares import PowerShares
 from .._run._result import Result
 from ._estimate_data import rim_wall
 from ._schmidt import SchmidtCourse, schmidt
@@ -82,12 +83,12 @@ def _brakings(t: Any, work: Any) -> list[tuple[int, int]]:
     return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
 
 
-def _work(s: Any, pair: str) -> np.ndarray:
+def _work(s: Any, pair: str, shares: PowerShares | None) -> np.ndarray:
     """Friction work (J) of a pair, `""`: of all."""
-    whole = np.asarray(s.friction_heat)
+    whole = np.asarray(s.friction_work)
     if not pair:
         return whole
-    inner = np.asarray(s.internal_heat)
+    inner = np.asarray(s.internal_heat) / (1.0 if shares is None else float(shares.heat))
     return inner if pair == "internal" else whole - inner
 
 
@@ -116,8 +117,9 @@ def run_values(result: Result, pair: str = "") -> RunValues | None:
     start, end = float(result.scene.initial.time), float(result.record.t_end)
     known = [event.time for event in result.events]
     s = result.series(np.unique(np.concatenate([np.linspace(start, end, _LOOKS), known])))
-    t, work = np.asarray(s.t), _work(s, pair)
-    found = _hardest(t, np.asarray(s.friction_heat))
+    shares = result.scene.power_shares
+    t, work = np.asarray(s.t), _work(s, pair, shares)
+    found = _hardest(t, np.asarray(s.friction_work))
     if found is None:
         return None
     first, last, count = found
@@ -127,11 +129,11 @@ def run_values(result: Result, pair: str = "") -> RunValues | None:
             return None
         first, last = first + own[0], first + own[1]
     s = result.series(np.linspace(t[first], t[last], _LOOKS))
-    inside, (omega, torque) = _work(s, pair), _sliding(s, pair)
+    inside, (omega, torque) = _work(s, pair, shares), _sliding(s, pair)
     inside = inside - inside[0]
     other = None
     if pair:
-        whole = np.asarray(s.friction_heat)
+        whole = np.asarray(s.friction_work)
         other = whole - whole[0] - inside
     columns = _band_columns(result, s) if pair == "external" else _rim_columns(result, s)
     total = float(work[-1] - work[0])

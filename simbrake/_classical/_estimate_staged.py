@@ -35,12 +35,10 @@ def pair_bases(b: Basis, stop: StagedStop | None) -> list[Basis]:
             own: PairStop = getattr(stop, pair)
             if own.work <= 0:
                 continue
-            other: PairStop = stop.internal if pair == "external" else stop.external
-            # while the internal pair slides the external one does so in stage 2 alone
-            more = other.work
+            more = stop.external.work  # it is done before or while the internal pair slides
             one = dataclasses.replace(b, time=own.time, work=own.work, omega=own.omega, slid=own.angle)
-        beyond = b.beyond_share if pair == "internal" else 0.0
-        found.append(dataclasses.replace(one, pair=pair, more=beyond * more))
+        beyond = b.beyond_share if pair == "internal" else 0.0  # the rim's, S-12…14
+        found.append(dataclasses.replace(one, pair=pair, more=beyond * float(b.power.heat) * more))
     return found
 
 

@@ -27,14 +27,14 @@ def temperature_rows(b: Basis) -> list[EstimateRow]:
     run, T, metal = b.bodied, b.start_now, b.metal
     depth = float(penetration_depth(float(metal.diffusivity), b.time))
     heated = effective_volume(b.metal_area, b.metal_thickness, depth) * float(metal.density)
-    bulk = float(mean_bulk_rise(1.0, b.heat, float(metal.specific_heat), heated))
+    bulk = float(mean_bulk_rise(1.0, b.metal_heat, float(metal.specific_heat), heated))
     plate = float(slab_rise(b.flux, b.time, b.metal_thickness, metal))
     stop = float(stopping_rise(2 * b.flux, b.time / 2, b.time, float(metal.effusivity)))
     flash = flash_rise(b)
     within = None if run is None else float(np.mean(run.mean(depth)))
     end = None if run is None or run.surface is None else float(run.surface[-1])
     peak = None if run is None or run.surface is None else float(np.max(run.surface))
-    whole = b.heat / (b.metal_area * b.metal_thickness * float(metal.density * metal.specific_heat))
+    whole = b.metal_heat / (b.metal_area * b.metal_thickness * float(metal.density * metal.specific_heat))
     rows = [
         EstimateRow(
             "bulk temperature, mean",
@@ -84,7 +84,11 @@ def flash_rise(b: Basis) -> float | None:
         return None
     metal = b.metal
     law = FlashTemperature(
-        b.spot_length, float(metal.conductivity), float(metal.diffusivity), b.metal_share, b.hardness
+        b.spot_length,
+        float(metal.conductivity),
+        float(metal.diffusivity),
+        b.metal_share * float(b.power.heat),
+        b.hardness,
     )
     return float(law.rise(jnp.asarray(b.friction * b.hardness * b.speed), jnp.asarray(b.speed)))
 
@@ -107,8 +111,8 @@ def schmidt_rows(b: Basis, peak: float | None, T: float, plate: float) -> list[E
     """Schmidt's scheme: with the run's own heat where there is one, else with a constant flux."""
     run, wall = b.layered, None if b.part == "band" else rim_wall(b.scene)
     if run is not None and wall is not None:
-        beyond = b.beyond_share if b.pair else 0.0
-        course = schmidt_of_run(run, wall, b.share, b.track_area, beyond)
+        hot, beyond = float(b.power.heat), b.beyond_share if b.pair else 0.0
+        course = schmidt_of_run(run, wall, hot * b.share, b.track_area, hot * beyond)
         why = "the scheme has no exchange with linings and air; constant properties; layers of another thickness"
         value, formula = float(np.max(course.temperature[:, 0])), "½ (t_{j−1} + t_{j+1}), the run's own heat"
         return [EstimateRow("surface temperature, Schmidt", formula, value, "K", "S-28", peak, why)]
