@@ -28,7 +28,7 @@ NAMES = {"k": "k", "f": "f", "scheme": "pitch", "w0": "w₀", "tau_m": "τ_m", "
     "share_lining": "1 − a, lining",
     "delta_mm": "δ, mm",
     "B": "B, 1/s",
-    "tau_m_consistent": "τ_m by the equations",
+    "tau_m_consistent": "τ_m*",
 }
 #: columns that tell a row from the others
 LABELS = {"Z1": "f", "Z2": "f", "Z3": "f", "Z4": "f", "Z5": "k scheme", "Z6": "k scheme", "V1": "element lambda_W_mK"}
@@ -87,10 +87,11 @@ def section(name: str, of: list) -> list[str]:
 
 def block(table: str) -> str:
     """What stands between the markers of one table."""
-    from simbrake._classical._reproduce import cells
+    from simbrake._classical._reproduce import AGREES, cells
 
     of = [c for c in cells() if c.table == table]
-    counts = ", ".join(f"{sum(c.verdict == v for c in of)} {v}" for v in dict.fromkeys(c.verdict for c in of))
+    agree = sum(c.verdict == AGREES for c in of)
+    counts = f"{agree} agree" + (f", {len(of) - agree} are known misprints" if agree < len(of) else "")
     return "\n".join([f"{len(of)} cells: {counts}.", "", *section(table, of)])
 
 
