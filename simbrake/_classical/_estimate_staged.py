@@ -53,7 +53,7 @@ def staged_rows(b: Basis, stop: StagedStop | None) -> list[EstimateRow]:
 
 def _durations(result: Result, run: RunValues) -> dict[str, float]:
     """How long each stage lasted that has a part in the braking of a run (s)."""
-    found = dict.fromkeys(("stage_1", "stage_2", "stage_3"), 0.0)
+    found: dict[str, float] = dict.fromkeys(("stage_1", "stage_2", "stage_3"), 0.0)
     for stage in result.stages:
         if stage.name in found and stage.end > run.t[0] and stage.start < run.t[-1]:
             found[stage.name] += stage.duration
