@@ -11,6 +11,9 @@ from ._checks._cross_check import cross_check as cross_check
 from ._checks._validate import validate as validate
 from ._checks._validation import Check as Check
 from ._checks._validation import Validation as Validation
+from ._classical._classical_staged import PairStop as PairStop
+from ._classical._classical_staged import StagedStop as StagedStop
+from ._classical._classical_staged import classical_staged_stop as classical_staged_stop
 from ._classical._classical_stop import ClassicalStop as ClassicalStop
 from ._classical._classical_stop import classical_stop as classical_stop
 from ._classical._contact_estimates import matte_surface as matte_surface
@@ -33,12 +36,6 @@ from ._classical._estimate_report import EngineeringEstimates as EngineeringEsti
 from ._classical._estimate_report import EstimateRow as EstimateRow
 from ._classical._heat_balance import HeatBalance as HeatBalance
 from ._classical._heat_balance import heat_balance as heat_balance
-from ._classical._power_shares import PowerShares as PowerShares
-from ._classical._power_shares import PowerSplit as PowerSplit
-from ._classical._power_shares import contact_current as contact_current
-from ._classical._power_shares import shares_of_S as shares_of_S
-from ._classical._power_shares import thermoelectric_voltage as thermoelectric_voltage
-from ._classical._power_shares import triboelectric_power as triboelectric_power
 from ._classical._property_iteration import SynthesisError as SynthesisError
 from ._classical._rational_thickness import LiningThickness as LiningThickness
 from ._classical._rational_thickness import RimThickness as RimThickness
@@ -69,6 +66,9 @@ from ._classical._thermal_stress import plate_stress as plate_stress
 from ._classical._thermal_stress import profile_mean as profile_mean
 from ._classical._thermal_stress import stress_over_time as stress_over_time
 from ._classical._thermal_stress import surface_stress as surface_stress
+from ._classical._triboelectric import contact_current as contact_current
+from ._classical._triboelectric import thermoelectric_voltage as thermoelectric_voltage
+from ._classical._triboelectric import triboelectric_power as triboelectric_power
 from ._files._history import history as history
 from ._files._scene_file import read_scene as read_scene
 from ._files._scene_file import scene_from_text as scene_from_text
@@ -180,6 +180,9 @@ from ._parts._network import Junction as Junction
 from ._parts._network import Lump as Lump
 from ._parts._network import Reservoir as Reservoir
 from ._parts._network import Wall as Wall
+from ._parts._power_shares import PowerShares as PowerShares
+from ._parts._power_shares import PowerSplit as PowerSplit
+from ._parts._power_shares import shares_of_S as shares_of_S
 from ._parts._programme import programme_scene as programme_scene
 from ._parts._scene import Duty as Duty
 from ._parts._scene import Initial as Initial

@@ -1,7 +1,13 @@
+import contextlib
+import gc
+import importlib
 import os
 
-# the emitters that `simulate` chooses for itself: they compile these programs faster
-os.environ["XLA_FLAGS"] = os.environ.get("XLA_FLAGS", "") + " --xla_cpu_use_fusion_emitters=false"
+# the emitters that `simulate` chooses for itself: they compile these programs faster; and
+# without LLVM's dear passes, as hardly any program here runs for long
+os.environ["XLA_FLAGS"] = (
+    os.environ.get("XLA_FLAGS", "") + " --xla_cpu_use_fusion_emitters=false --xla_llvm_disable_expensive_passes=true"
+)
 
 import jax
 import pytest
@@ -17,14 +23,15 @@ def pytest_configure(config):
     jax.config.update("jax_compilation_cache_dir", str(config.rootpath / ".pytest_cache" / "programs"))
     jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
     jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
-
-
-with install_import_hook("simbrake", "beartype.beartype"):
-    import simbrake
-    import simbrake._classical._reproduce
-    import simbrake._commands._cli
-    import simbrake._pages._export
-    import simbrake.plot  # noqa: F401
+    # shapes and types of every call are checked with the slow tests: the checks take a third of the time to trace
+    checked = "slow" in config.option.markexpr and "not slow" not in config.option.markexpr
+    with install_import_hook("simbrake", "beartype.beartype") if checked else contextlib.nullcontext():
+        for name in ("simbrake", "simbrake._commands._cli", "simbrake._pages._export", "simbrake.plot"):
+            importlib.import_module(name)
+    # tracing leaves millions of small objects, and hardly any rubbish in cycles
+    gc.collect()
+    gc.freeze()
+    gc.set_threshold(200_000, 50, 100)
 
 
 @pytest.fixture(scope="module", autouse=True)

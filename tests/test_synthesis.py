@@ -148,6 +148,16 @@ def test_transmission_may_stand_for_the_scenes_law(u2_5_5):
         sb.synthesize(u2_5_5, sb.EstimateData(share=0.9), partition=transmission_table())
 
 
+def test_only_the_heat_of_the_friction_work_warms(u2_5_5, classical):
+    data = sb.EstimateData(track_area=2 * sb.polished_surface(0.590, 0.220), power=sb.shares_of_S())
+    found = sb.synthesize(u2_5_5, data)
+    for name in ("mean bulk temperature, rim", "mean bulk temperature, lining", "rim at the end, face"):
+        assert found[name].value - 293.15 == pytest.approx(0.68 * (classical[name].value - 293.15)), name
+    for name in ("heat into the rim", "thermal stress, surface", "thickness that holds the heat, braking"):
+        assert found[name].value == pytest.approx(0.68 * classical[name].value), name
+    assert found["friction work"].value == classical["friction work"].value
+
+
 # --- properties at temperature ----------------------------------------------------------------------------------------
 
 

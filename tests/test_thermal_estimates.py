@@ -246,8 +246,10 @@ def test_power_is_split_without_rest():
     assert sum(split) == pytest.approx(1000.0, rel=1e-15)
     assert sb.PowerShares().split(5.0) == (5.0, 0.0, 0.0)
     assert "S-10" in sb.shares_of_S().source
-    with pytest.raises(ValueError, match="add up to"):
-        sb.PowerShares(0.5, 0.1, 0.1)
+    with pytest.raises(ValueError, match="more than 1"):
+        sb.PowerShares(electrical=0.6, mechanical=0.5)
+    with pytest.raises(ValueError, match="between 0 and 1"):
+        sb.PowerShares(electrical=-0.1)
     with pytest.raises(ValueError, match=r"0\.32"):
         sb.shares_of_S(0.4)
 

@@ -74,11 +74,12 @@ class EngineeringEstimates:
         lines = [self.about, "", *input_lines(self.inputs)]
         width = max(len(row.name) for row in self.rows)
         lines += ["", f"{'':{width}}  {'estimate':>11} {'simulated':>11} {'difference':>11}  unit"]
-        for row in self.rows:
+        for row, after in zip(self.rows, (*self.rows[1:], None), strict=True):
             told = "".join(f" {'' if x is None else format(x, '.5g'):>11}" for x in (row.simulated, row.difference))
             end = f"{row.formula} ({row.source})" if row.source else row.formula
             lines.append(f"{row.name:{width}}  {row.value:>11.5g}{told}  {unit_shown(row.unit):8} {end}")
-            if row.why and row.simulated is not None:
+            again = after is not None and after.simulated is not None and after.why == row.why  # said below
+            if row.why and row.simulated is not None and not again:
                 lines.append(f"{'':{width}}  parts: {row.why}")
         return "\n".join(lines)
 

@@ -27,6 +27,9 @@ NUMBERS: dict[str, Quantity] = {
     "ambient": positive("K", "temperature of the air"),
     "hardness": positive("Pa", "hardness of the softer surface"),
     "spot_length": positive("m", "length of a spot"),
+    "outer_area": positive("m^2", "area of a staged brake's outer faces"),
+    "external_share": Quantity("1", "share of the external pair's heat into the band", 0.0, 1.0),
+    "beyond_share": Quantity("1", "share of the external pair's heat into the rim", 0.0, 1.0),
     "matte_area": positive("m^2", "area of the matte surfaces"),
 }
 #: numbers of `Permissible`, and the permissible stress

@@ -104,7 +104,7 @@ def one_pass(b: Basis, start: dict[str, float], at: dict[str, float], law: Calla
     """Depth, Fourier number, effective volume, partition and mean bulk temperature with properties at `at` (K)."""
     materials = {part: properties_at(getattr(b, part), at[part], part) for part in PARTS}
     share = law({part: max(at[part], start[part]) for part in PARTS}, materials)
-    work = {"rim": share * b.work, "lining": (1 - share) * b.work, "band": 0.0}
+    heat = {"rim": share * b.heat, "lining": (1 - share) * b.heat, "band": 0.0}
     depth, Fo, volume, mass, bulk = {}, {}, {}, {}, {}
     for part, material in materials.items():
         area = b.track_area if part == "rim" else b.lining_area
@@ -113,7 +113,7 @@ def one_pass(b: Basis, start: dict[str, float], at: dict[str, float], law: Calla
         Fo[part] = float(effective_fourier_number(a, b.time, thickness))
         volume[part] = float(effective_volume(area, thickness, depth[part]))
         mass[part] = volume[part] * float(material.density)
-        rise = float(mean_bulk_rise(1.0, work[part], float(material.specific_heat), mass[part]))
+        rise = float(mean_bulk_rise(1.0, heat[part], float(material.specific_heat), mass[part]))
         bulk[part] = start[part] + rise
     return Pass(materials, at, depth, Fo, volume, mass, share, bulk)
 

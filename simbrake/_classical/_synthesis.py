@@ -40,7 +40,7 @@ def synthesize(
       else effusivities at the properties of the round
     - `tolerance` (K) of the repeat of step 7 and greatest number of its `rounds`
 
-    Raises `InputError` as `estimates` does (a staged brake among them) and for wrong options, `SynthesisError` with the
+    Raises `InputError` as `estimates` does, for a staged brake, and for wrong options, `SynthesisError` with the
     code `no_convergence` or `material_range` where step 7 finds no temperature.
     """
     limits = permissible or Permissible()
@@ -48,7 +48,7 @@ def synthesize(
     wrong = faults_of_synthesis(scene, data, limits) + _faults_of_options(tolerance, rounds)
     if wrong:
         raise InputError(wrong)
-    before, about = basis_of(run, data)
+    before, _, about = basis_of(run, data)
     found = seen(before)
     start = start_temperatures(before, found)
     refined = refine(before, start, partition, tolerance, rounds)
@@ -71,7 +71,13 @@ def faults_of_synthesis(scene: Scene, data: EstimateData | None, limits: Permiss
     """All that stands against a synthesis before anything is simulated."""
     found = [*faults(scene), *faults_of_data(data, limits)]
     if scene.brake.bandage is not None:
-        found.append(Fault("brake.bandage", "is not for this synthesis", "it is of a brake with one friction pair"))
+        found.append(
+            Fault(
+                "brake.bandage",
+                "is not for this synthesis",
+                "it is of a brake with one friction pair; `estimates` takes both pairs of a staged one",
+            )
+        )
     return found
 
 

@@ -76,9 +76,10 @@ class Chain:
     def schmidt(self) -> SchmidtCourse:
         """Schmidt's scheme over the braking: with the run's own heat, else with the falling power of a stop."""
         b = self.after
+        share = b.share * float(b.power.heat)
         wall = rim_wall(b.scene)
         if b.layered is not None and wall is not None:
-            return schmidt_of_run(b.layered, dataclasses.replace(wall, material=b.rim), b.share, b.track_area)
+            return schmidt_of_run(b.layered, dataclasses.replace(wall, material=b.rim), share, b.track_area)
         layers = int(np.clip(math.sqrt(1e4 / (float(b.rim.diffusivity) * b.time / b.rim_thickness**2)), 8, 100))
 
         def work(t: float) -> float:
@@ -88,7 +89,7 @@ class Chain:
             return b.work * (2 * s - s**2)
 
         def flux(t0: float, t1: float) -> float:
-            return b.share * (work(t1) - work(t0)) / (b.track_area * (t1 - t0))
+            return share * (work(t1) - work(t0)) / (b.track_area * (t1 - t0))
 
         return schmidt(b.rim, b.rim_thickness, layers, b.time, flux, start=self.start["rim"])
 

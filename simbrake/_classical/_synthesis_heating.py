@@ -115,7 +115,7 @@ def _bulk(c: Chain, step: int, found: Pass) -> list[SynthesisRow]:
         numbers = [
             ("T", c.start[part], "K"),
             ("α", share, "1"),
-            ("W", c.before.work, "J"),
+            ("W", c.before.heat, "J"),
             ("c", float(found.materials[part].specific_heat), "J/(kg*K)"),
             ("G", found.mass[part], "kg"),
         ]

@@ -50,9 +50,11 @@ def _course(c: Chain) -> list[SynthesisRow]:
 def _rim(c: Chain) -> list[SynthesisRow]:
     """Thickness for this braking; for a duty of several, for the heat of all of them without cooling as well."""
     b, limit = c.after, c.limits["lining_permissible"]
-    cases = [("braking", b.share * b.work / b.track_area, limit - c.start["rim"])]
+    cases = [("braking", b.metal_heat / b.track_area, limit - c.start["rim"])]
     if b.run is not None and b.run.brakings > 1:
-        cases.append(("whole duty", b.share * b.run.total_work / b.track_area, limit - float(b.start)))
+        cases.append(
+            ("whole duty", b.share * float(b.power.heat) * b.run.total_work / b.track_area, limit - float(b.start))
+        )
     a, time = ("a", float(b.rim.diffusivity), "m^2/s"), ("τ", b.time, "s")
     capacity = ("ρ c", _capacity(c), "J/(m^3*K)")
     rows, found = [], []
@@ -79,7 +81,7 @@ def _lining(c: Chain) -> list[SynthesisRow]:
     a, limit = ("a", float(b.lining.diffusivity), "m^2/s"), ("T_p", back, "K")
     cases = [("braking", b.time, face_peak(c), c.lining_body)]
     if b.run is not None and b.run.brakings > 1:  # as if the rim had been as warm all the time
-        warm = c.start["rim"] + b.share * b.work / (b.track_area * b.rim_thickness * _capacity(c))
+        warm = c.start["rim"] + b.metal_heat / (b.track_area * b.rim_thickness * _capacity(c))
         cases.append(("whole duty", float(b.run.t[-1]) - float(b.scene.initial.time), warm, float(b.start)))
     rows, numbers = [], []
     for name, time, face, start in cases:

@@ -22,8 +22,8 @@ def balance_steps(c: Chain) -> list[SynthesisRow]:
     b, rim = c.after, None if c.seen is None else c.seen.rim
     kept = None if rim is None else float(rim.content[-1] * float(rim.wall.area) * rim.wall.copies)
     why = "linings, flange and air take from the rim, or give to it, while it is braked"
-    row = EstimateRow("heat into the rim", "α W", b.share * b.work, "J", "S-18", kept, why)
-    rows = [SynthesisRow.of(10, row, ("α", b.share, "1"), ("W", b.work, "J"))]
+    row = EstimateRow("heat into the rim", "α W", b.metal_heat, "J", "S-18", kept, why)
+    rows = [SynthesisRow.of(10, row, ("α", b.share, "1"), ("W", b.heat, "J"))]
     found = {row.name: row for row in balance_rows(b)}
     if not found:
         return rows
@@ -55,7 +55,7 @@ def _revolutions(c: Chain) -> tuple[float | None, float | None]:
     if angle[-1] < 8 * math.pi:
         return None, None  # it comes to rest before
     time = float(np.interp(8 * math.pi, angle, run.t))
-    return time - float(run.t[0]), b.share * float(np.interp(time, run.t, run.work))
+    return time - float(run.t[0]), b.share * float(b.power.heat) * float(np.interp(time, run.t, run.work))
 
 
 def stress_steps(c: Chain) -> list[SynthesisRow]:

@@ -91,11 +91,13 @@ def run(
 
 
 @app.command
-def reproduce(*, json_: Json = False) -> int:
-    """Recompute the published tables cell by cell: printed, computed, difference, verdict.
+def reproduce(*, out: Path | None = None, json_: Json = False) -> int:
+    """Recompute the published tables cell by cell: printed, computed, difference, verdict; draw what a formula gives.
 
     Parameters
     ----------
+    out
+        Folder for pictures of the papers' figures and tables that a formula gives, with the printed numbers as points.
     json_
         Print a list of {table, row, column, printed, computed, verdict}, alone on stdout.
     """
@@ -104,6 +106,10 @@ def reproduce(*, json_: Json = False) -> int:
 
     rows = cells()
     print(json.dumps([cell.as_dict() for cell in rows], indent=1, allow_nan=False) if json_ else report(rows))
+    if out is not None:
+        from .._pages._export import write_published
+
+        print_written(write_published(out), json_)
     return 1 if any(cell.verdict == "disagrees" for cell in rows) else 0
 
 

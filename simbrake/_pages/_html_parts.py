@@ -253,6 +253,12 @@ def ledgers(result: Result, summary: dict[str, Any]) -> list[Ledger]:
         }
     else:
         out = {"Friction heat": e["friction_heat"]}
+    for name, words in (
+        ("electrical_work", "Electrical work of friction"),
+        ("mechanical_work", "Mechanical work of friction"),
+    ):
+        if name in e:
+            out[words] = e[name]
     out |= {"Heat of dampers": e.get("damper_heat", 0.0), "Elastic energy of the band": e["elastic_change"]}
     found = [ledger("Mechanical energy", into, out, e["closure"])]
     if "heat_stored" in e:

@@ -18,6 +18,7 @@ from ._friction import AbstractFriction, Contact
 from ._heat import FrictionHeat, Heat
 from ._loads import AbstractLoad
 from ._network import nodes_at, place_of
+from ._power_shares import PowerShares
 
 
 class Duty(eqx.Module):
@@ -47,6 +48,7 @@ class Scene(eqx.Module):
 
     - `end_time` (s): the run goes on to here, also after the stop
     - `heat`: the thermal network, `None` where temperatures do not matter
+    - `power_shares`: how the friction power splits into heat, electrical and mechanical power; `None`: all is heat
     """
 
     brake: Brake
@@ -54,6 +56,7 @@ class Scene(eqx.Module):
     initial: Initial
     end_time: Scalar = quantity("s", "end of the run")
     heat: Heat | None = None
+    power_shares: PowerShares | None = None
 
 
 def faults(scene: Scene) -> list[Fault]:
@@ -63,6 +66,7 @@ def faults(scene: Scene) -> list[Fault]:
         return found
     found += scene.brake.faults("brake")
     found += _faults_of_heat(scene)
+    found += [] if scene.power_shares is None else scene.power_shares.faults("power_shares")
     if isinstance(scene.duty.slack_tension, AbstractSpeedLever):
         law, heat = scene.brake.linings.friction, scene.heat
         if scene.brake.band.stiffness is not None:
@@ -166,6 +170,12 @@ def sensed_at_start(scene: Scene) -> np.ndarray | None:
     """Temperatures that the linings' friction law on the band (staged), else on the rim, sees at the start (K)."""
     pair, n = _pairs(scene)[0][1], int(np.size(scene.brake.linings.angle))
     return None if pair is None else _sensed_at_start(scene.heat, pair, n)
+
+
+def sensed_on_rim_at_start(scene: Scene) -> np.ndarray | None:
+    """Temperatures that the law of the pair of linings and rim sees at the start (K); `None` without one."""
+    heat, n = scene.heat, int(np.size(scene.brake.linings.angle))
+    return None if heat is None or heat.friction is None else _sensed_at_start(heat, heat.friction, n)
 
 
 def _sensed_at_start(heat: Heat | None, pair: FrictionHeat, n: int) -> np.ndarray | None:

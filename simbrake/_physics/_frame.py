@@ -39,7 +39,7 @@ def frame_of(scene: Scene) -> Frame:
     """What all kinds of brake take from a scene."""
     brake, duty, initial, heat = scene.brake, scene.duty, scene.initial, scene.heat
     angle = jnp.asarray(brake.linings.angle)
-    thermal, u = (None, None) if heat is None else assemble_thermal(heat)
+    thermal, u = (None, None) if heat is None else assemble_thermal(heat, scene.power_shares)
     pair = None if heat is None else heat.friction if brake.bandage is None else heat.external
     hot = None
     if thermal is not None and u is not None and pair is not None and pair.sensor is not None:
@@ -69,7 +69,7 @@ def frame_of(scene: Scene) -> Frame:
         omega_0=omega_0,
         lever_piece=lever_piece,
         load_piece=load_piece,
-        grip=Grip(brake.linings, None if heat is None else heat.flash),
+        grip=Grip(brake.linings, None if heat is None else heat.flash, scene.power_shares),
         still=still,
         thermal=thermal,
         u=u,

@@ -11,6 +11,7 @@ from .._parts._band import grip, tension_ratio
 from .._parts._design import Lining
 from .._parts._friction import Contact
 from .._parts._heat import FlashTemperature
+from .._parts._power_shares import PowerShares
 
 _SEARCH = 24  # Newton iterations of an implicit coefficient before those that carry derivatives
 _CARRY = 2
@@ -35,6 +36,7 @@ class Grip(eqx.Module):
 
     linings: Lining
     flash: FlashTemperature | None
+    shares: PowerShares | None = None  # of the friction power
 
     @property
     def implicit(self) -> bool:
@@ -64,7 +66,8 @@ class Grip(eqx.Module):
             rise = jnp.zeros(n)
             if self.flash is not None and not static:
                 spots = p if self.flash.hardness is None else self.flash.hardness
-                rise = self.flash.rise(f * spots * v, v)
+                heat = 1.0 if self.shares is None else self.shares.heat
+                rise = self.flash.rise(heat * f * spots * v, v)
             contact = Contact(v=v, T=hot + rise, p=p)
             F = law.static(contact) if static else law.kinetic(contact)
             return jnp.sum(jnp.where(jnp.arange(n, dtype=jnp.int32) == i, f - F, 0.0))

@@ -12,6 +12,7 @@ from .._parts._duty import AbstractProfile
 from .._parts._heat import FrictionHeat, Heat, shared_faces
 from .._parts._links import Surroundings
 from .._parts._network import Body, Junction, Lump, Reservoir, Wall, nodes_at, place_of, size_of
+from .._parts._power_shares import PowerShares
 
 _FACES = 4  # passes over links that share a wall's face
 _NEWTON = 8  # iterations for junctions with radiation or free convection
@@ -78,6 +79,7 @@ class Thermal(eqx.Module):
     slope: Float[Array, " k"] | None
     reference: Float[Array, " k"]
     halves: dict[str, Array]  # thermal resistance of half a layer at the reference temperature (K/W)
+    shares: PowerShares | None = None  # of the friction power
 
     @property
     def spans(self) -> Spans:
@@ -275,11 +277,11 @@ class Thermal(eqx.Module):
         P: Float[Array, " n"],
         pieces: tuple[Any, ...] = (),
     ) -> Deposit:
-        """Where the friction heats `P` of the linings in a pair go (W, or J); linear in `P`.
+        """Where the friction powers `P` of the linings in a pair go, as far as they are heat (W, or J); linear in `P`.
 
         Where `tells_apart` is false their sum alone will do, (1,).
         """
-        n = P.shape[0]
+        n, P = P.shape[0], P if self.shares is None else self.shares.heat * P
         zero, where = jnp.zeros(()), self.spans
         into, rise, faces = jnp.zeros_like(T), jnp.zeros_like(T_J), {}
         if pair is None:
@@ -369,7 +371,7 @@ def _joined(into: dict[str, Array], where: dict[str, slice]) -> Array:
     return jnp.concatenate([into[name] for name in where]) if where else jnp.zeros(0)
 
 
-def assemble_thermal(heat: Heat) -> tuple[Thermal, Float[Array, " k"]]:
+def assemble_thermal(heat: Heat, shares: PowerShares | None = None) -> tuple[Thermal, Float[Array, " k"]]:
     """The network and its initial state."""
     capacity, reference, slope, start, halves = [], [], [], [], {}
     for body in heat.bodies:
@@ -392,5 +394,5 @@ def assemble_thermal(heat: Heat) -> tuple[Thermal, Float[Array, " k"]]:
     if any(value is not None for value in slope):
         parts = zip(slope, capacity, strict=True)
         slopes = jnp.concatenate([jnp.full(c.shape, 0.0 if b is None else b) for b, c in parts])
-    thermal = Thermal(heat, jnp.concatenate(capacity), slopes, jnp.concatenate(reference), halves)
+    thermal = Thermal(heat, jnp.concatenate(capacity), slopes, jnp.concatenate(reference), halves, shares)
     return thermal, thermal.contents(jnp.concatenate(start))

@@ -43,6 +43,8 @@ SERIES_MEANINGS = {
     "lining_internal_torque": "torque from the pulley to each lining",
     "displacement": "displacement of each lining along the band circle",
     "damper_heat": "heat of dampers since the start",
+    "electrical_work": "electrical part of the friction work since the start",
+    "mechanical_work": "mechanical part of the friction work since the start",
 }
 
 #: of the metrics; times that never come are infinite
@@ -71,6 +73,8 @@ ENERGY_MEANINGS = {
     "heat_external": "friction heat of the external pair",
     "heat_internal": "friction heat of the internal pair",
     "damper_heat": "heat of dampers",
+    "electrical_work": "electrical part of the friction work",
+    "mechanical_work": "mechanical part of the friction work",
     "kinetic_change": "change of the kinetic energy",
     "elastic_change": "change of the elastic energy",
     "closure": "residual of the energy balance as a share of the largest energy exchanged",

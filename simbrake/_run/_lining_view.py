@@ -114,7 +114,9 @@ def lining_values(result: Result, quantity: str, edges: Any, *, pair: str = "ext
         return np.asarray(p.surfaces["outer" if _outer(p, pair) else "linings"])
     if quantity == "friction_heat":
         power = _rubs(result, p, "friction_power", pair)
-        return np.cumsum(power * np.diff(edges)[:, None], axis=0)
+        shares = result.scene.power_shares
+        hot = 1.0 if shares is None else float(shares.heat)
+        return hot * np.cumsum(power * np.diff(edges)[:, None], axis=0)
     if quantity in RUBBING:
         return _rubs(result, p, quantity, pair)
     if quantity == "tension":

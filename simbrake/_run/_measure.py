@@ -46,6 +46,8 @@ def metric_names(scene: Scene) -> tuple[str, ...]:
         names += CHAIN_METRICS
     if brake.resolved:
         energies.append("damper_heat")
+    if scene.power_shares is not None:
+        energies += ["electrical_work", "mechanical_work"]
     if heat is not None:
         names += [name for name, kind in HOT_PLACES.items() if kind in heat.hot_places]
         energies += _HEATS

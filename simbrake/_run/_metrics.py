@@ -122,29 +122,38 @@ def metrics_of(system: Any) -> dict[str, Callable[[Record, Any], Array]]:
     return METRICS | STAGED_METRICS if system.staged else METRICS
 
 
+def friction_work(ledger: Any) -> Any:
+    """Work of all friction pairs in a ledger (J)."""
+    return ledger.friction_heat if ledger.internal_heat is None else ledger.friction_heat + ledger.internal_heat
+
+
 def energies(record: Record) -> dict[str, Array]:
     """Energies over the run in J, and the closure of their balance as a share of the largest exchanged.
 
-    `kinetic_change + elastic_change = load_work + lever_work − friction_heat − damper_heat` (model §1)
+    `kinetic_change + elastic_change = load_work + lever_work − friction_heat − damper_heat` (model §1); where the
+    scene has `power_shares`, `electrical_work` and `mechanical_work` of the friction go off as well (S-8…11)
     """
     system: AbstractBrakeSystem = record.system  # pyright: ignore
     ledger = record.y_end.ledger
     ends = [(record.rows.t[i], *_row_of(record, i)) for i in (jnp.zeros_like(record.count), record.count)]
     (kinetic_0, elastic_0), (kinetic_1, elastic_1) = (stored(system, *end) for end in ends)
     kinetic, elastic = kinetic_1 - kinetic_0, elastic_1 - elastic_0
-    heat, more = ledger.friction_heat, {}
+    shares = system.forces.grip.shares
+    work, hot, more = friction_work(ledger), 1.0 if shares is None else shares.heat, {}
     if ledger.internal_heat is not None:
-        heat = heat + ledger.internal_heat
-        more = {"heat_external": ledger.friction_heat, "heat_internal": ledger.internal_heat}
+        more = {"heat_external": hot * ledger.friction_heat, "heat_internal": hot * ledger.internal_heat}
+    if shares is not None:
+        split = shares.split(work)
+        more |= {"electrical_work": split.electrical, "mechanical_work": split.mechanical}
     damped = jnp.zeros_like(kinetic)
     if ledger.damper_heat is not None:
         damped = more["damper_heat"] = ledger.damper_heat
-    residual = kinetic + elastic - (ledger.load_work + ledger.lever_work - heat - damped)
-    terms = [kinetic, elastic, ledger.load_work, ledger.lever_work, heat, damped]
+    residual = kinetic + elastic - (ledger.load_work + ledger.lever_work - work - damped)
+    terms = [kinetic, elastic, ledger.load_work, ledger.lever_work, work, damped]
     found = {
         "load_work": ledger.load_work,
         "lever_work": ledger.lever_work,
-        "friction_heat": heat,
+        "friction_heat": hot * work,
         **more,
         "kinetic_change": kinetic,
         "elastic_change": elastic,
@@ -180,10 +189,12 @@ def _heats(record: Record) -> dict[str, Array]:
     `heat_to_metal`, `heat_to_linings`, `heat_to_band`: where the friction heat entered (on a standard brake nothing
     rubs on the band); `heat_lost`: to the air and other reservoirs, and what goes to parts that are not modelled.
     """
+    system: AbstractBrakeSystem = record.system  # pyright: ignore
     ledger = record.y_end.ledger
     booked = ledger.heat
     stored = sum(stored_heat(record).values(), start=jnp.zeros(()))
-    heat = ledger.friction_heat if ledger.internal_heat is None else ledger.friction_heat + ledger.internal_heat
+    shares = system.forces.grip.shares
+    heat = friction_work(ledger) if shares is None else shares.heat * friction_work(ledger)
     residual = heat + booked.supplied - stored - booked.lost
     terms = [heat, booked.supplied, stored, booked.lost]
     return {

@@ -65,7 +65,7 @@ def overlap(result: Result, ts: Any, running_in: RunningIn | None = None) -> Ove
     n, touches = result.scene.brake.linings.count, np.asarray(s.band_mode) != BandMode.OPEN
     # linings that move for themselves are counted; a band as a whole slides on all of them or on none
     slides = np.asarray(s.at_limit) / n if modes.contacts else 1.0 * np.asarray(slips(np.asarray(s.band_mode)))
-    work = np.asarray(s.friction_heat)
+    work = np.asarray(s.friction_work)
 
     def grown(W: Any) -> Any:
         return 1.0 if running_in is None else running_in.share(W)

@@ -13,7 +13,18 @@ from .._hybrid import Record
 from .._parts._heat import node_names
 from .._parts._scene import Scene
 from ._log import Event
-from ._metrics import CHAIN_METRICS, STAGED_METRICS, Peak, energies, metrics_of, numbers, peak, peaks_of, stored_heat
+from ._metrics import (
+    CHAIN_METRICS,
+    STAGED_METRICS,
+    Peak,
+    energies,
+    friction_work,
+    metrics_of,
+    numbers,
+    peak,
+    peaks_of,
+    stored_heat,
+)
 from ._outcome import FAILURES, STATUS_MESSAGES, status_of
 from ._probe import Probe, probe_at, probe_many
 from ._report import Report, labels_of
@@ -144,7 +155,8 @@ class Result(eqx.Module):
     def energy(self) -> dict[str, Array]:
         """Energies over the run in J, and the closure of their balance as a share of the largest exchanged.
 
-        `kinetic_change + elastic_change = load_work + lever_work − friction_heat` (model §1)
+        `kinetic_change + elastic_change = load_work + lever_work − friction_heat` (model §1); less
+        `electrical_work` and `mechanical_work` where the scene splits the friction power, less `damper_heat` of dampers
         """
         return _metric(self, "energy")
 
@@ -161,7 +173,9 @@ class Result(eqx.Module):
         index = record.find(ts, left=left)
         t = record.rows.t
         p = look(record, index, xp.clip(ts, t[0], t[record.count]) - t[index])
-        internal = p.y.ledger.internal_heat
+        shares, internal = self.scene.power_shares, p.y.ledger.internal_heat
+        work = friction_work(p.y.ledger)
+        hot = 1.0 if shares is None else shares.heat
         return Series(
             t=p.t,
             phi=p.y.phi,
@@ -175,8 +189,10 @@ class Result(eqx.Module):
             band_mode=p.mode.band,  # pyright: ignore
             load_work=p.y.ledger.load_work,
             lever_work=p.y.ledger.lever_work,
-            friction_heat=p.y.ledger.friction_heat + (0.0 if internal is None else internal),
-            internal_heat=internal,
+            friction_heat=hot * work,
+            internal_heat=None if internal is None else hot * internal,
+            electrical_work=None if shares is None else shares.electrical * work,
+            mechanical_work=None if shares is None else shares.mechanical * work,
             damper_heat=p.y.ledger.damper_heat,
             tension=p.linings.tension,
             normal_load=p.linings.normal,

@@ -47,6 +47,15 @@ class Series(NamedTuple):
     lining_internal_torque: Float[Array, "m n"] | None = None  # λ_i from the pulley to every lining, N·m
     displacement: Float[Array, "m n"] | None = None  # u of every lining of a chain along the band circle, m
     damper_heat: Float[Array, " m"] | None = None  # of dampers in a chain or between linings, J
+    electrical_work: Float[Array, " m"] | None = None  # of the friction, J; None where all of it is heat
+    mechanical_work: Float[Array, " m"] | None = None  # J
+
+    @property
+    def friction_work(self) -> Float[Array, " m"]:
+        """All that friction has taken (J): heat, and the electrical and mechanical parts where the scene has them."""
+        if self.electrical_work is None or self.mechanical_work is None:
+            return self.friction_heat
+        return self.friction_heat + self.electrical_work + self.mechanical_work
 
 
 #: units of the columns of a Series, "" where there is none
@@ -90,4 +99,6 @@ SERIES_UNITS = {
     "lining_internal_torque": "N*m",
     "displacement": "m",
     "damper_heat": "J",
+    "electrical_work": "J",
+    "mechanical_work": "J",
 }

@@ -107,13 +107,16 @@ def stages_of(record: Record, labels: list[Label]) -> list[Stage]:
     n = int(record.count)
     t, states = np.asarray(record.rows.t)[: n + 1], record.states
     ledger = jax.tree.map(lambda column: np.asarray(column)[: n + 1], states.ledger)
+    system: Any = record.system
+    shares = system.forces.grip.shares
+    hot = 1.0 if shares is None else float(shares.heat)
     names = [stage_of(label) for label in labels]
     found: list[Stage] = []
     start, at_once = 0, np.zeros(4)  # heat and work of jumps
     for i in range(1, n + 1):
         if names[i] == names[start] and i < n:
             continue
-        work = [ledger.friction_heat, ledger.internal_heat, ledger.lever_work, ledger.load_work]
+        work = [hot * ledger.friction_heat, hot * ledger.internal_heat, ledger.lever_work, ledger.load_work]
         spent = at_once + np.array([each[i] - each[start] for each in work])
         at_once = np.zeros(4)
         if i < n and (t[i] == t[start] or names[start] == "held"):

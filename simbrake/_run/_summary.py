@@ -96,6 +96,8 @@ def text(summary: dict[str, Any]) -> str:
         f"energy   load {_kilo(e['load_work'], 'kJ')} + lever {_kilo(e['lever_work'], 'kJ')} "
         f"+ kinetic {_kilo(e['kinetic_change'], 'kJ', sign=-1)} = friction heat {_kilo(e['friction_heat'], 'kJ')} "
         + (f"+ dampers {_kilo(e['damper_heat'], 'kJ')} " if "damper_heat" in e else "")
+        + (f"+ electrical {_kilo(e['electrical_work'], 'kJ')} " if "electrical_work" in e else "")
+        + (f"+ mechanical {_kilo(e['mechanical_work'], 'kJ')} " if "mechanical_work" in e else "")
         + f"+ elastic {_kilo(e['elastic_change'], 'kJ')}",
         *_heat_lines(summary),
         f"closure  {_share(e['closure'])} of the largest energy exchanged",
