@@ -136,6 +136,16 @@ def test_reproduce(capsys):
     assert "Z5: 160 cells" in out
 
 
+@pytest.mark.slow
+def test_reproduce_draws_what_a_formula_gives(capsys, tmp_path):
+    code, out, _ = call(capsys, "reproduce", "--json", "--out", str(tmp_path / "published"))
+    assert code == 0
+    assert len(json.loads(out)) == 578
+    names = {file.name for file in (tmp_path / "published").iterdir()}
+    assert {"z_fig_4.png", "z_fig_5.png", "s_fig_1.png", "k_fig_5.png", "v_table_2.png"} <= names
+    assert len(names) == 7
+
+
 def test_unknown_options_and_help(capsys, scenario):
     assert call(capsys, "run", scenario, "--bogus")[0] == 2
     assert call(capsys, "run", "nowhere.py")[0] == 2

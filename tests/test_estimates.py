@@ -89,10 +89,9 @@ def test_a_scene_without_a_classical_stop_says_so(scene, word):
         sb.estimates(scene())
 
 
-def test_a_staged_brake_and_too_large_linings_are_refused():
+def test_too_large_linings_and_numbers_of_another_brake_are_refused():
     scene = stop_scene(C=None)
-    brake = dataclasses.replace(scene.brake, bandage=sb.Bandage(20.0, sb.ConstantFriction(0.1)))
-    with pytest.raises(sb.InputError, match="one pair"):
-        sb.estimates(dataclasses.replace(scene, brake=brake))
     with pytest.raises(sb.InputError, match="of the track"):
         sb.estimates(scene, sb.EstimateData(track_area=1.0, lining_area=1.2))
+    with pytest.raises(sb.InputError, match="only a staged brake"):
+        sb.estimates(scene, sb.EstimateData(outer_area=0.7))

@@ -30,6 +30,7 @@ SLOW = {
         "recipes",
         "report",
         "sensitivity",
+        "synthesis",
         "uncertainty",
         "validation",
     )

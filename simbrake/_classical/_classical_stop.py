@@ -29,6 +29,16 @@ def friction_at_start(scene: Scene) -> np.ndarray:
     return np.broadcast_to(np.asarray(laws.kinetic(contact)), (n,))
 
 
+def load_and_inertia(scene: Scene) -> tuple[float, float]:
+    """Load torque (N·m) at the start at half the speed, and inertia (kg·m²) of the pulley with all that it moves."""
+    load = scene.duty.load
+    start = jnp.asarray(float(scene.initial.time))
+    piece: Any = jnp.asarray(load.profile.first_piece(start), jnp.int32)
+    more = load.added_inertia(piece)
+    inertia = float(scene.brake.pulley.inertia) + float(load.inertia()) + (0.0 if more is None else float(more))
+    return float(load.torque(start, jnp.asarray(float(scene.initial.omega) / 2), piece)), inertia
+
+
 def classical_stop(scene: Scene) -> ClassicalStop | None:
     """The stop of a standard brake by statics alone; `None` where there is none.
 
@@ -39,21 +49,17 @@ def classical_stop(scene: Scene) -> ClassicalStop | None:
     half the speed). There is none without speed at the start, with a lever that holds the speed, where a lining locks
     itself, or where the load outweighs the brake.
     """
-    brake, duty, omega = scene.brake, scene.duty, float(scene.initial.omega)
+    brake, lever, omega = scene.brake, scene.duty.slack_tension, float(scene.initial.omega)
     f = friction_at_start(scene)
-    if omega <= 0 or isinstance(duty.slack_tension, AbstractSpeedLever):
+    if omega <= 0 or isinstance(lever, AbstractSpeedLever):
         return None
     angle = np.asarray(brake.linings.angle)
     if np.any(f * np.tan(angle / 2) >= 1):  # a lining locks itself
         return None
-    start = jnp.asarray(float(scene.initial.time))
-    piece: Any = jnp.asarray(duty.load.profile.first_piece(start), jnp.int32)
-    load = float(duty.load.torque(start, jnp.asarray(omega / 2), piece))
-    more = duty.load.added_inertia(piece)
-    inertia = float(brake.pulley.inertia) + float(duty.load.inertia()) + (0.0 if more is None else float(more))
+    load, inertia = load_and_inertia(scene)
     fz = f * np.tan(angle / 2)
     ratio = float(np.prod((1 + fz) / (1 - fz)))
-    torque = float(brake.band.radius) * float(duty.slack_tension.scale()) * (ratio - 1)
+    torque = float(brake.band.radius) * float(lever.scale()) * (ratio - 1)
     if torque <= load:
         return None
     time = inertia * omega / (torque - load)

@@ -3,12 +3,14 @@
 from .._base._quantity import Fault, InputError
 from .._parts._scene import Scene, check
 from .._run._result import Result
-from ._classical_stop import classical_stop
+from ._classical_staged import StagedStop, classical_staged_stop
+from ._classical_stop import ClassicalStop, classical_stop
 from ._estimate_basis import Basis
-from ._estimate_data import EstimateData, settle
+from ._estimate_data import EstimateData, Input, settle
 from ._estimate_report import EngineeringEstimates
 from ._estimate_rows import balance_rows, contact_rows, depth_rows, partition_rows, power_rows, stop_rows
 from ._estimate_run import run_values
+from ._estimate_staged import staged_rows
 from ._estimate_temperatures import stress_rows, temperature_rows
 
 _GROUPS = (
@@ -36,33 +38,55 @@ def estimates(run: Scene | Result, data: EstimateData | None = None) -> Engineer
     steps 1–3), partition (S-41, Charron), bulk, surface, flash and maximum temperatures (S-25…28), real contact and
     surfaces (S-34…38), heat balance over four revolutions (S-17…21), thermal stress of the rim.
 
+    Of a staged brake: its stages and the friction work of both pairs (after K), then the rows above for each pair by
+    itself, band and linings (`…, external pair`) and linings and rim (`…, internal pair`); balance and thermal stress
+    are of the rim alone.
+
     Raises `InputError` for a scene with faults, for a scene alone that has no classical stop (at rest at the start, a
     lever that holds the speed, a load that outweighs the brake, a self-locking lining), for a run in which nothing
-    slides, a traced or batched one, and for a staged brake, whose two pairs share the friction.
+    slides, and a traced or batched one.
+    """
+    basis, stages, about = basis_of(run, data)
+    staged = basis.scene.brake.bandage is not None
+    rows = staged_rows(basis, stages) if staged else [row for group in _GROUPS for row in group(basis)]
+    return EngineeringEstimates(f"engineering estimates{about}", tuple(basis.inputs.values()), tuple(rows))
+
+
+def basis_of(run: Scene | Result, data: EstimateData | None) -> tuple[Basis, StagedStop | None, str]:
+    """What the estimates of a scene or of a run are made from: the basis, stages, and of which braking, in words.
+
+    Raises `InputError` as `estimates`.
     """
     result = run if isinstance(run, Result) else None
     scene = run.scene if isinstance(run, Result) else run
     if result is not None and not result.concrete:
         raise InputError([Fault("run", "is traced or a batch", "give one result with values")])
     check(scene)
-    if scene.brake.bandage is not None:
-        raise InputError([Fault("brake.bandage", "is not for these estimates", "they are of a brake with one pair")])
-    inputs, stop = settle(scene, data), classical_stop(scene)
+    inputs, staged = settle(scene, data), scene.brake.bandage is not None
+    stop = None if staged else classical_stop(scene)
+    stages = classical_staged_stop(scene) if staged else None
     if result is None:
-        if stop is None:
+        of = stages if staged else stop
+        if of is None:
             hint = "it must begin in motion and the brake outweigh its load; or simulate it and give the result"
             raise InputError([Fault("scene", "has no classical stop", hint)])
-        basis = Basis(scene, inputs, stop, None, None, stop.time, stop.work, float(scene.initial.omega))
-        about = "engineering estimates; time and friction work are those of a classical stop"
+        basis = Basis(scene, inputs, stop, None, None, of.time, of.work, float(scene.initial.omega))
+        about = "; time and friction work are those of a classical stop"
     else:
-        values = run_values(result)
-        if values is None:
-            raise InputError([Fault("run", "has no friction work", "nothing ever slides in it")])
-        work, first = float(values.work[-1]), float(abs(values.omega[0]))
-        basis = Basis(scene, inputs, stop, result, values, values.duration, work, first)
-        which = "the braking" if values.brakings == 1 else f"the hardest of {values.brakings} stretches of sliding"
-        about = (
-            f"engineering estimates beside the simulation; time and friction work are those of {which} "
-            f"from {values.t[0]:.6g} s to {values.t[-1]:.6g} s"
-        )
-    return EngineeringEstimates(about, tuple(inputs.values()), tuple(row for group in _GROUPS for row in group(basis)))
+        basis, about = _of_run(result, inputs, stop)
+    return basis, stages, about
+
+
+def _of_run(result: Result, inputs: dict[str, Input], stop: ClassicalStop | None) -> tuple[Basis, str]:
+    """Basis and heading for the hardest braking of a run."""
+    values = run_values(result)
+    if values is None:
+        raise InputError([Fault("run", "has no friction work", "nothing ever slides in it")])
+    work, first = float(values.work[-1]), float(abs(values.omega[0]))
+    basis = Basis(result.scene, inputs, stop, result, values, values.duration, work, first)
+    which = "the braking" if values.brakings == 1 else f"the hardest of {values.brakings} stretches of sliding"
+    about = (
+        f" beside the simulation; time and friction work are those of {which} "
+        f"from {values.t[0]:.6g} s to {values.t[-1]:.6g} s"
+    )
+    return basis, about

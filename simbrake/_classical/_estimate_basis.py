@@ -5,9 +5,11 @@ from typing import Any
 
 import numpy as np
 
+from .._parts._material import Material
 from .._parts._power_shares import PowerShares
 from .._parts._scene import Scene
 from .._run._result import Result
+from ._classical_staged import internal_friction_at_start
 from ._classical_stop import ClassicalStop, friction_at_start
 from ._estimate_data import Input
 from ._estimate_run import RunValues
@@ -17,7 +19,10 @@ from ._estimate_run import RunValues
 class Basis:
     """What every row is made from: scene, inputs by name, the classical stop and the run where there are any.
 
-    `time` (s), `work` (J), `omega` (rad/s, at first) of the braking: the run's, else the classical stop's.
+    `time` (s), `work` (J), `omega` (rad/s, at first) of the braking: the run's, else the classical stop's. On a staged
+    brake each `pair`, `"external"` or `"internal"`, has a basis of its own: `run`, `time`, `work` are that pair's,
+    `omega` its greatest sliding speed, `slid` (rad) how far it slides, and `more` (J) the heat that its metal gets from
+    the other pair.
     """
 
     scene: Scene
@@ -28,6 +33,9 @@ class Basis:
     time: float
     work: float
     omega: float
+    pair: str = ""
+    slid: float | None = None
+    more: float = 0.0
 
     def __getattr__(self, name: str) -> Any:
         try:
@@ -36,27 +44,75 @@ class Basis:
             raise AttributeError(name) from None
 
     @property
+    def part(self) -> str:
+        """The metal that rubs: the rim, or the band of an external pair."""
+        return "band" if self.pair == "external" else "rim"
+
+    @property
+    def metal(self) -> Material:
+        """Material of that part."""
+        return self.band if self.part == "band" else self.rim
+
+    @property
+    def metal_thickness(self) -> float:
+        """Its thickness (m)."""
+        return self.band_thickness if self.part == "band" else self.rim_thickness
+
+    @property
+    def metal_area(self) -> float:
+        """Area (m²) of the metal's face over which the heat of the pair spreads."""
+        return self.outer_area if self.part == "band" else self.track_area
+
+    @property
+    def face_area(self) -> float:
+        """Area (m²) of the linings' faces that rub."""
+        return self.outer_area if self.part == "band" else self.lining_area
+
+    @property
+    def metal_share(self) -> float:
+        """Share of the pair's heat that goes into its metal."""
+        return self.external_share if self.part == "band" else self.share
+
+    @property
+    def metal_heat(self) -> float:
+        """Heat into the metal (J)."""
+        return self.metal_share * self.heat + self.more
+
+    @property
     def speed(self) -> float:
-        """Track speed at first (m/s)."""
-        return self.omega * float(self.scene.brake.pulley.radius)
+        """Sliding speed at first (m/s)."""
+        brake = self.scene.brake
+        return self.omega * float(brake.band.radius if self.part == "band" else brake.pulley.radius)
 
     @property
     def start_now(self) -> float:
-        """Mean temperature of the rim as the braking begins (K)."""
-        return self.start if self.run is None or self.run.layers is None else float(self.run.mean()[0])
+        """Mean temperature of the metal as the braking begins (K)."""
+        if self.bodied is not None:
+            return float(self.bodied.mean()[0])
+        return self.band_start if self.part == "band" else self.start
+
+    @property
+    def arm(self) -> float:
+        """Radius (m) at which the way is counted."""
+        brake = self.scene.brake
+        return float(brake.pulley.radius if self.pair == "internal" else brake.band.radius)
 
     @property
     def travel(self) -> float:
-        """Way that the linings rub (m), on the band circle."""
+        """Way that the linings rub (m), on the band circle; of an internal pair on the rim."""
+        if self.slid is not None:
+            return self.arm * abs(self.slid)
         if self.run is None:
             angle = self.omega * self.time / 2
         else:
             angle = np.sum(0.5 * (self.run.omega[1:] + self.run.omega[:-1]) * np.diff(self.run.t))
-        return float(self.scene.brake.band.radius) * abs(float(angle))
+        return self.arm * abs(float(angle))
 
     @property
     def friction(self) -> float:
         """Mean coefficient of friction at the start."""
+        if self.pair == "internal":
+            return float(np.mean(internal_friction_at_start(self.scene)))
         return float(np.mean(friction_at_start(self.scene)))
 
     @property
@@ -71,10 +127,15 @@ class Basis:
 
     @property
     def flux(self) -> float:
-        """Mean heat flux into the whole track (W/m²)."""
-        return self.share * self.heat / (self.track_area * self.time)
+        """Mean heat flux into the whole track, or into the band (W/m²)."""
+        return self.metal_heat / (self.metal_area * self.time)
 
     @property
     def layered(self) -> RunValues | None:
         """The run where it has a rim in layers."""
         return None if self.run is None or self.run.layers is None else self.run
+
+    @property
+    def bodied(self) -> RunValues | None:
+        """The run where it has a temperature of the metal, in layers or as a whole."""
+        return self.run if self.run is not None and self.run.body is not None else self.layered

@@ -7,10 +7,10 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._base._quantity import Fault, InputError
-from .._parts._heat import Heat
+from .._parts._heat import FrictionHeat, Heat
 from .._parts._links import AbstractCoefficient, Convection, Radiation
 from .._parts._material import ROOM, Material, effusivity_share, material
-from .._parts._network import Reservoir, Wall, place_of
+from .._parts._network import Lump, Reservoir, Wall, place_of
 from .._parts._power_shares import PowerShares
 from .._parts._scene import Scene
 from ._contact_estimates import polished_surface
@@ -27,6 +27,9 @@ class EstimateData:
       `ambient` (K)
     - `hardness` (Pa) of the softer surface, `spot_length` (m) for flash temperature and real contact; `matte_area` (m²)
     - `elastic`: for the thermal stress; `power`: shares of the friction power
+    - of a staged brake: `outer_area` (m²) of the linings' outer faces (`lining_area`: of the inner ones),
+      `external_share` of the heat of band and linings that goes into the band, `beyond_share` of it that goes into the
+      rim at once (`share`: of linings and rim)
     """
 
     rim: Material | None = None
@@ -46,6 +49,9 @@ class EstimateData:
     matte_area: float | None = None
     elastic: ElasticMaterial | None = None
     power: PowerShares | None = None
+    outer_area: float | None = None
+    external_share: float | None = None
+    beyond_share: float | None = None
 
 
 class Input(NamedTuple):
@@ -76,6 +82,7 @@ _ASSUMED: dict[str, tuple[Any, str, str]] = {
 }
 
 _UNITS = {"track_area": "m^2", "lining_area": "m^2", "share": "1"}
+_STAGED_UNITS = {"outer_area": "m^2", "external_share": "1", "beyond_share": "1"}
 
 
 def _number(value: Any) -> float:
@@ -83,10 +90,14 @@ def _number(value: Any) -> float:
     return float(np.mean(np.asarray(value)))
 
 
+def _body(heat: Heat, place: str) -> Any:
+    return next(body for body in heat.bodies if body.name == place_of(place)[0])
+
+
 def _wall_at(heat: Heat, place: str | None) -> Wall | None:
     if place is None:
         return None
-    body = next(body for body in heat.bodies if body.name == place_of(place)[0])
+    body = _body(heat, place)
     return body if isinstance(body, Wall) else None
 
 
@@ -95,20 +106,18 @@ def rim_wall(scene: Scene) -> Wall | None:
     return None if scene.heat is None else _wall_at(scene.heat, scene.heat.rim)
 
 
-def _share(heat: Heat, T: float) -> float | None:
-    pair = heat.friction
+def _share(pair: FrictionHeat | None, T: float) -> float | None:
     if pair is None or pair.metal is None or pair.metal == pair.lining:
         return None
     return _number(pair.partition.share(jnp.asarray(T), jnp.asarray(T)))
 
 
-def start_temperature(scene: Scene) -> float:
-    """Mean temperature of the rim at the start (K); 20 °C where the scene has no heat."""
-    heat = scene.heat
-    if heat is None or heat.rim is None:
+def start_temperature(scene: Scene, part: str = "rim") -> float:
+    """Mean temperature of the rim (or `"band"`) at the start (K); 20 °C where the scene has no heat."""
+    place = None if scene.heat is None else getattr(scene.heat, part)
+    if scene.heat is None or place is None:
         return ROOM
-    body = next(body for body in heat.bodies if body.name == place_of(heat.rim)[0])
-    return _number(getattr(body, "temperature", ROOM))
+    return _number(getattr(_body(scene.heat, place), "temperature", ROOM))
 
 
 def _of_walls(scene: Scene, found: dict[str, Any]) -> None:
@@ -123,18 +132,29 @@ def _of_walls(scene: Scene, found: dict[str, Any]) -> None:
             found[area] = float(wall.area) * wall.copies
 
 
+def _faces(scene: Scene) -> dict[str, Any]:
+    """Areas of the linings' faces, of one lining or of each: on a staged brake those on the rim and on the band."""
+    outer, bandage = scene.brake.linings.area, scene.brake.bandage
+    return {"lining_area": outer} if bandage is None else {"lining_area": bandage.area, "outer_area": outer}
+
+
 def _from_scene(scene: Scene) -> dict[str, Any]:
     found: dict[str, Any] = {"power": scene.power_shares}
     brake, heat = scene.brake, scene.heat
     if brake.pulley.width is not None:
         found["track_area"] = float(polished_surface(float(brake.pulley.radius), float(brake.pulley.width)))
-    if brake.linings.area is not None:
-        found["lining_area"] = float(np.sum(np.broadcast_to(np.asarray(brake.linings.area), (brake.linings.count,))))
+    for name, areas in _faces(scene).items():
+        if areas is not None:
+            found[name] = float(np.sum(np.broadcast_to(np.asarray(areas), (brake.linings.count,))))
     if heat is None:
         return found
     _of_walls(scene, found)
     T = start_temperature(scene)
-    found["share"] = _share(heat, T)
+    found["share"] = _share(heat.friction, T)
+    if heat.external is not None:
+        found["external_share"] = _share(heat.external, start_temperature(scene, "band"))
+        if heat.external.beyond_share is not None:
+            found["beyond_share"] = float(heat.external.beyond_share)
     for link in heat.links:
         if link.a != heat.rim or not isinstance(link, Convection | Radiation):
             continue
@@ -155,12 +175,16 @@ def _from_scene(scene: Scene) -> dict[str, Any]:
 def settle(scene: Scene, data: EstimateData | None) -> dict[str, Input]:
     """Every input by its name: what the user gave, else the scene's, else the papers' or an assumption.
 
-    Raises `InputError` where linings would cover more than the track.
+    Raises `InputError` where linings would cover more than the track, or for numbers of a staged brake on another.
     """
-    given, own = vars(data or EstimateData()), _from_scene(scene)
+    given, own = dict(vars(data or EstimateData())), _from_scene(scene)
+    if scene.brake.bandage is None:
+        for name in _STAGED_UNITS:
+            if given.pop(name) is not None:
+                raise InputError([Fault(name, "has no effect", "only a staged brake has an external pair")])
     found: dict[str, Input] = {}
     for name, value in given.items():
-        unit = _ASSUMED[name][1] if name in _ASSUMED else _UNITS[name]
+        unit = _ASSUMED[name][1] if name in _ASSUMED else (_UNITS | _STAGED_UNITS)[name]
         if value is not None:
             found[name] = Input(name, value, unit, "given")
         elif own.get(name) is not None:
@@ -177,6 +201,8 @@ def settle(scene: Scene, data: EstimateData | None) -> dict[str, Input]:
     if "share" not in found:
         share = float(effusivity_share(found["rim"].value, found["lining"].value))
         found["share"] = Input("share", share, "1", "effusivities (Charron)")
+    if scene.brake.bandage is not None:
+        _settle_external(scene, found)
     if found["matte_area"].value is None:
         found["matte_area"] = Input("matte_area", found["track_area"].value, "m^2", "assumption: the rim's bore alone")
     overlap = found["lining_area"].value / found["track_area"].value
@@ -187,3 +213,25 @@ def settle(scene: Scene, data: EstimateData | None) -> dict[str, Input]:
     found["overlap"] = Input("overlap", min(overlap, 1.0), "1", "lining_area/track_area")
     found["start"] = Input("start", start_temperature(scene), "K", "20 °C" if scene.heat is None else "scene")
     return found
+
+
+def _settle_external(scene: Scene, found: dict[str, Input]) -> None:
+    """What the pair of band and linings needs beside the rest."""
+    if "outer_area" not in found:
+        area = found["lining_area"].value * float(scene.brake.band.radius) / float(scene.brake.pulley.radius)
+        found["outer_area"] = Input("outer_area", area, "m^2", "inner faces, larger by the radius")
+    if "external_share" not in found:
+        share = float(effusivity_share(found["band"].value, found["lining"].value))
+        found["external_share"] = Input("external_share", share, "1", "effusivities (Charron)")
+    if "beyond_share" not in found:
+        found["beyond_share"] = Input("beyond_share", 0.0, "1", "none (default)")
+    heat = scene.heat
+    body = None if heat is None or heat.band is None else _body(heat, heat.band)
+    if isinstance(body, Lump) and found["band_thickness"].source != "given":
+        material = found["band"].value
+        per_metre = float(material.density * material.specific_heat) * found["outer_area"].value
+        found["band_thickness"] = Input(
+            "band_thickness", _number(body.capacity) / per_metre, "m", "scene: its capacity"
+        )
+    source = "20 °C" if body is None else "scene"
+    found["band_start"] = Input("band_start", start_temperature(scene, "band"), "K", source)

@@ -1,7 +1,7 @@
 """Engineering estimates as a table: formula, number, unit and source, beside the simulated number and why they part."""
 
 import dataclasses
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
@@ -26,8 +26,8 @@ class EstimateRow:
 
     @property
     def difference(self) -> float | None:
-        """Estimate less simulated value, `None` without one."""
-        if self.simulated is None:
+        """Estimate less simulated value, `None` without one or where the estimate is not finite."""
+        if self.simulated is None or not np.isfinite(self.value):
             return None
         apart = self.value - self.simulated
         return 0.0 if abs(apart) <= 1e-14 * abs(self.value) else apart  # rounding
@@ -67,33 +67,39 @@ class EngineeringEstimates:
 
     def as_dict(self) -> dict[str, Any]:
         """Everything as numbers, lists and words; numbers that are not finite are `None`."""
-        return {
-            "about": self.about,
-            "inputs": [
-                {"name": i.name, "value": _plain(i.value), "unit": i.unit, "source": i.source} for i in self.inputs
-            ],
-            "estimates": [row.as_dict() for row in self.rows],
-        }
+        rows = [row.as_dict() for row in self.rows]
+        return {"about": self.about, "inputs": input_dicts(self.inputs), "estimates": rows}
 
     def __str__(self) -> str:
-        lines = [self.about, "", "stands on"]
-        for i in self.inputs:
-            if isinstance(i.value, float | int):
-                lines.append(f"  {i.name:18}{i.value:>12.5g} {_unit(i.unit):12} {i.source}")
-            else:
-                lines.append(f"  {i.name:18}{'':12} {'':12} {i.source}")
+        lines = [self.about, "", *input_lines(self.inputs)]
         width = max(len(row.name) for row in self.rows)
         lines += ["", f"{'':{width}}  {'estimate':>11} {'simulated':>11} {'difference':>11}  unit"]
-        for row in self.rows:
+        for row, after in zip(self.rows, (*self.rows[1:], None), strict=True):
             told = "".join(f" {'' if x is None else format(x, '.5g'):>11}" for x in (row.simulated, row.difference))
             end = f"{row.formula} ({row.source})" if row.source else row.formula
-            lines.append(f"{row.name:{width}}  {row.value:>11.5g}{told}  {_unit(row.unit):8} {end}")
-            if row.why and row.simulated is not None:
+            lines.append(f"{row.name:{width}}  {row.value:>11.5g}{told}  {unit_shown(row.unit):8} {end}")
+            again = after is not None and after.simulated is not None and after.why == row.why  # said below
+            if row.why and row.simulated is not None and not again:
                 lines.append(f"{'':{width}}  parts: {row.why}")
         return "\n".join(lines)
 
 
-def _unit(unit: str) -> str:
+def input_lines(inputs: Iterable[Input]) -> list[str]:
+    """What estimates stand on, line by line."""
+    lines = ["stands on"]
+    for i in inputs:
+        number = f"{i.value:>12.5g} {unit_shown(i.unit):12}" if isinstance(i.value, float | int) else f"{'':25}"
+        lines.append(f"  {i.name:18}{number} {i.source}")
+    return lines
+
+
+def input_dicts(inputs: Iterable[Input]) -> list[dict[str, Any]]:
+    """The same as numbers and words."""
+    return [{"name": i.name, "value": _plain(i.value), "unit": i.unit, "source": i.source} for i in inputs]
+
+
+def unit_shown(unit: str) -> str:
+    """A unit as it stands behind a number: nothing for a pure one."""
     return "" if unit == "1" else unit
 
 

@@ -58,9 +58,12 @@ def power_rows(b: Basis) -> list[EstimateRow]:
 
 
 def depth_rows(b: Basis) -> list[EstimateRow]:
-    """Penetration depth, Fourier numbers, effective volumes and parameter B of rim, lining and band."""
+    """Penetration depth, Fourier numbers, effective volumes and parameter B of what the pair heats."""
     rows = []
-    for part, area in (("rim", b.track_area), ("lining", b.lining_area), ("band", b.lining_area)):
+    areas = [(b.part, b.metal_area), ("lining", b.face_area)]
+    if not b.pair:
+        areas.append(("band", b.lining_area))
+    for part, area in areas:
         thickness, a = getattr(b, f"{part}_thickness"), float(getattr(b, part).diffusivity)
         depth = float(penetration_depth(a, b.time))
         Fo = float(effective_fourier_number(a, b.time, thickness))
@@ -80,19 +83,29 @@ def depth_rows(b: Basis) -> list[EstimateRow]:
 
 
 def partition_rows(b: Basis) -> list[EstimateRow]:
-    """Share of the heat into the rim by effusivities and by heat transmission, beside the run's."""
+    """Share of the heat into the rim (or band) by effusivities and by heat transmission, beside the run's."""
     simulated = None
     if b.run is not None and b.result is not None and b.scene.heat is not None and b.run.total_work > 0:
-        to_metal = b.result.energy.get("heat_to_metal")
-        simulated = None if to_metal is None else float(to_metal) / float(b.booked.split(b.run.total_work).heat)
+        entered = b.result.energy.get("heat_to_band" if b.part == "band" else "heat_to_metal")
+        if b.pair == "internal" and entered is not None:  # without what the external pair sends beyond the linings
+            entered = entered - b.beyond_share * b.result.energy["heat_external"]
+        simulated = None if entered is None else float(entered) / float(b.booked.split(b.run.total_work).heat)
     why = "the simulated share is of where the heat enters by the scene's own law, before bodies exchange any"
+    effusivities = EstimateRow(
+        f"share into the {b.part}, effusivities",
+        "e_1/(e_1 + e_2)",
+        float(effusivity_share(b.metal, b.lining)),
+        "1",
+        "Charron",
+        simulated,
+        why,
+    )
+    if b.part == "band":
+        return [effusivities]
     K_1, K_2 = (float(np.asarray(K)) for K in transmission_table().transmissions(jnp.asarray(b.start_now)))
-    effusivities = float(effusivity_share(b.rim, b.lining))
     stack = ([b.lining_thickness, b.band_thickness], [float(b.lining.conductivity), float(b.band.conductivity)])
     return [
-        EstimateRow(
-            "share into the rim, effusivities", "e_1/(e_1 + e_2)", effusivities, "1", "Charron", simulated, why
-        ),
+        effusivities,
         EstimateRow(
             "share into the rim, transmission", "K_1/(K_1 + K_2)", K_1 / (K_1 + K_2), "1", "S-41; V2", simulated, why
         ),
@@ -111,14 +124,16 @@ def partition_rows(b: Basis) -> list[EstimateRow]:
 
 def contact_rows(b: Basis) -> list[EstimateRow]:
     """Real contact area, surfaces and their coefficient of radiation, gradient through the rim."""
-    pressure = b.work / (b.friction * b.travel * b.lining_area) if b.friction * b.travel > 0 else 0.0
+    pressure = b.work / (b.friction * b.travel * b.face_area) if b.friction * b.travel > 0 else 0.0
     rows = []
     if 0 < pressure <= b.hardness:
-        area = float(real_contact_area(b.lining_area, pressure, b.hardness))
+        area = float(real_contact_area(b.face_area, pressure, b.hardness))
         rows += [
             EstimateRow("pressure, mean", "W/(f s A_l)", pressure, "Pa", "S-7"),
             EstimateRow("real contact area", "A_a p/HB", area, "m^2", "S-34"),
         ]
+    if b.part == "band":
+        return rows
     run = b.layered
     drop = float(np.max(run.profile[:, 0] - run.profile[:, -1])) if run is not None else None
     slope = b.flux * b.rim_thickness / float(b.rim.conductivity)
@@ -152,7 +167,7 @@ def balance_rows(b: Basis) -> list[EstimateRow]:
     """Heat balance of the rim over four revolutions at the mean speed of the braking."""
     if b.omega <= 0:
         return []
-    omega = b.travel / (float(b.scene.brake.band.radius) * b.time)
+    omega = b.travel / (b.arm * b.time)
     if not (omega > 0 and b.overlap > 0):
         return []
     coefficient = b.coefficient + float(radiation_coefficient(b.emissivity, b.start_now, b.ambient))

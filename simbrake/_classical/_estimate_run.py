@@ -9,6 +9,7 @@ from jaxtyping import Float
 
 from .._parts._heat import node_names
 from .._parts._network import place_of
+from .._parts._power_shares import PowerShares
 from .._run._result import Result
 from ._estimate_data import rim_wall
 from ._schmidt import SchmidtCourse, schmidt
@@ -19,11 +20,12 @@ _LOOKS = 2048  # times at which a run, and its hardest braking, are looked at
 
 @dataclasses.dataclass(frozen=True)
 class RunValues:
-    """Columns over the hardest braking of a run, that with the greatest friction work.
+    """Columns over the hardest braking of a run, that with the greatest friction work, or over one pair's part of it.
 
     - `t` (m,) in s; `work` (m,) friction work since its start (J); `omega` (rad/s) and `torque` (N·m) over it
     - `surface` (m,), `layers` (m, k): temperatures (K) of the rim's face and of its layers, `depth` (k,) of their
-      centres (m), `steps` (k,) their thickness; `None` where the scene has no rim in layers
+      centres (m), `steps` (k,) their thickness; `None` where the scene has no rim in layers (external pair: the band)
+    - `body` (m,): mean temperature (K) of a band that is one lump; `other_work` (m,): what the other pair works (J)
     - `brakings`: how many stretches of sliding there were; `total_work` of all of them (J)
     """
 
@@ -37,6 +39,8 @@ class RunValues:
     steps: Float[np.ndarray, " k"] | None
     brakings: int
     total_work: float
+    body: Float[np.ndarray, " m"] | None = None
+    other_work: Float[np.ndarray, " m"] | None = None
 
     @property
     def duration(self) -> float:
@@ -58,7 +62,9 @@ class RunValues:
         return np.concatenate([self.surface[:, None], self.layers, self.layers[:, -1:]], axis=1)
 
     def mean(self, depth: float = math.inf) -> Float[np.ndarray, " m"]:
-        """Mean temperature (K) of the rim down to a depth (m), by the shares of the layers inside it."""
+        """Mean temperature (K) down to a depth (m), by the shares of the layers inside it; of a lump its own."""
+        if self.body is not None:
+            return self.body
         assert self.layers is not None
         assert self.steps is not None
         ends = np.cumsum(self.steps)
@@ -77,50 +83,102 @@ def _brakings(t: Any, work: Any) -> list[tuple[int, int]]:
     return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
 
 
-def run_values(result: Result, *, looks: int = _LOOKS) -> RunValues | None:
-    """The hardest braking of a concrete result at so many `looks`; `None` where nothing ever slid."""
-    start, end = float(result.scene.initial.time), float(result.record.t_end)
-    known = [event.time for event in result.events]
-    s = result.series(np.unique(np.concatenate([np.linspace(start, end, looks), known])))
-    t, work = np.asarray(s.t), np.asarray(s.friction_work)
+def _work(s: Any, pair: str, shares: PowerShares | None) -> np.ndarray:
+    """Friction work (J) of a pair, `""`: of all."""
+    whole = np.asarray(s.friction_work)
+    if not pair:
+        return whole
+    inner = np.asarray(s.internal_heat) / (1.0 if shares is None else float(shares.heat))
+    return inner if pair == "internal" else whole - inner
+
+
+def _sliding(s: Any, pair: str) -> tuple[np.ndarray, np.ndarray]:
+    """Speed (rad/s) of one body of a pair in the other, and the torque between them (N·m)."""
+    omega, torque = np.asarray(s.omega), np.asarray(s.brake_torque)
+    if not pair:
+        return omega, torque
+    carried = np.asarray(s.bandage_speed)
+    return (carried, torque) if pair == "external" else (omega - carried, np.abs(np.asarray(s.internal_torque)))
+
+
+def _hardest(t: np.ndarray, work: np.ndarray) -> tuple[int, int, int] | None:
+    """First and last index of the stretch with the greatest work, and how many there are."""
     found = _brakings(t, work)
     if not found:
         return None
-    first, last = max(found, key=lambda ends: float(work[ends[1]] - work[ends[0]]))
+    return *max(found, key=lambda ends: float(work[ends[1]] - work[ends[0]])), len(found)
+
+
+def run_values(result: Result, pair: str = "", *, looks: int = _LOOKS) -> RunValues | None:
+    """The hardest braking of a concrete result, or the part of it in which one `pair` of a staged brake slides most.
+
+    `pair`: `"external"` or `"internal"`. `None` where nothing ever slid.
+    """
+    start, end = float(result.scene.initial.time), float(result.record.t_end)
+    known = [event.time for event in result.events]
+    s = result.series(np.unique(np.concatenate([np.linspace(start, end, looks), known])))
+    shares = result.scene.power_shares
+    t, work = np.asarray(s.t), _work(s, pair, shares)
+    found = _hardest(t, np.asarray(s.friction_work))
+    if found is None:
+        return None
+    first, last, count = found
+    if pair:
+        own = _hardest(t[first : last + 1], work[first : last + 1])
+        if own is None:
+            return None
+        first, last = first + own[0], first + own[1]
     s = result.series(np.linspace(t[first], t[last], looks))
-    inside, wall = np.asarray(s.friction_work), rim_wall(result.scene)
-    layers = depth = steps = surface = None
-    if wall is not None and wall.copies == 1 and s.temperature is not None and s.rim_temperature is not None:
-        heat = result.scene.heat
-        assert heat is not None
-        assert heat.rim is not None
-        name, face = place_of(heat.rim)
-        names = node_names(heat)
-        at = names.index(f"{name}[1]" if wall.layers > 1 else name)
-        layers, steps = np.asarray(s.temperature)[:, at : at + wall.layers], np.asarray(wall.steps)
-        if face == "back":
-            layers, steps = layers[:, ::-1], steps[::-1]
-        depth, surface = np.cumsum(steps) - 0.5 * steps, np.asarray(s.rim_temperature)[:, 0]
-    omega, torque = np.asarray(s.omega), np.asarray(s.brake_torque)
+    inside, (omega, torque) = _work(s, pair, shares), _sliding(s, pair)
+    inside = inside - inside[0]
+    other = None
+    if pair:
+        whole = np.asarray(s.friction_work)
+        other = whole - whole[0] - inside
+    columns = _band_columns(result, s) if pair == "external" else _rim_columns(result, s)
     total = float(work[-1] - work[0])
-    return RunValues(
-        np.asarray(s.t), inside - inside[0], omega, torque, surface, layers, depth, steps, len(found), total
-    )
+    return RunValues(np.asarray(s.t), inside, omega, torque, *columns[:4], count, total, columns[4], other)
 
 
-def schmidt_of_run(run: RunValues, wall: Any, share: float, area: float) -> SchmidtCourse:
+def _rim_columns(result: Result, s: Any) -> tuple[Any, Any, Any, Any, None]:
+    """Face, layers, their depths and thicknesses of a rim in layers."""
+    wall, heat = rim_wall(result.scene), result.scene.heat
+    if wall is None or wall.copies != 1 or s.temperature is None or s.rim_temperature is None:
+        return None, None, None, None, None
+    assert heat is not None
+    assert heat.rim is not None
+    name, face = place_of(heat.rim)
+    names = node_names(heat)
+    at = names.index(f"{name}[1]" if wall.layers > 1 else name)
+    layers, steps = np.asarray(s.temperature)[:, at : at + wall.layers], np.asarray(wall.steps)
+    if face == "back":
+        layers, steps = layers[:, ::-1], steps[::-1]
+    return np.asarray(s.rim_temperature)[:, 0], layers, np.cumsum(steps) - 0.5 * steps, steps, None
+
+
+def _band_columns(result: Result, s: Any) -> tuple[None, None, None, None, Any]:
+    """The mean temperature of the band."""
+    band = None if result.scene.heat is None or s.band_temperature is None else s.band_temperature
+    return None, None, None, None, None if band is None else np.asarray(band).mean(axis=1)
+
+
+def schmidt_of_run(run: RunValues, wall: Any, share: float, area: float, beyond: float = 0.0) -> SchmidtCourse:
     """Schmidt's scheme with the friction work of a run and its rim at the start of the braking; adiabatic otherwise.
 
-    - `wall`: the rim; `share` of the friction heat into it; `area` (m²) of the track
+    - `wall`: the rim; `share` of the friction heat into it; `area` (m²) of the track; `beyond`: share of the other
+      pair's heat
     """
+    heat = share * run.work
+    if run.other_work is not None:
+        heat = heat + beyond * run.other_work
     thickness, a = float(wall.thickness), float(wall.material.diffusivity)
     Fo = a * run.duration / thickness**2
     layers = int(np.clip(math.sqrt(1e4 / Fo), 8, 100))  # at most some 20,000 steps
     depth = thickness * (np.arange(layers) + 0.5) / layers
 
     def flux(t0: float, t1: float) -> float:
-        gained = np.interp(run.t[0] + t1, run.t, run.work) - np.interp(run.t[0] + t0, run.t, run.work)
-        return float(share * gained / (area * (t1 - t0)))
+        gained = np.interp(run.t[0] + t1, run.t, heat) - np.interp(run.t[0] + t0, run.t, heat)
+        return float(gained / (area * (t1 - t0)))
 
     start = np.interp(depth, run.profile_depth, run.profile[0])
     return schmidt(wall.material, thickness, layers, run.duration, flux, start=start)

@@ -23,18 +23,18 @@ from ._thermal_stress import plate_stress, surface_stress
 
 
 def temperature_rows(b: Basis) -> list[EstimateRow]:
-    """Bulk, surface, flash and maximum temperature of the rim by the formulas, beside the run's."""
-    run, T = b.layered, b.start_now
-    depth = float(penetration_depth(float(b.rim.diffusivity), b.time))
-    heated = effective_volume(b.track_area, b.rim_thickness, depth) * float(b.rim.density)
-    bulk = float(mean_bulk_rise(b.share, b.heat, float(b.rim.specific_heat), heated))
-    plate = float(slab_rise(b.flux, b.time, b.rim_thickness, b.rim))
-    stop = float(stopping_rise(2 * b.flux, b.time / 2, b.time, float(b.rim.effusivity)))
+    """Bulk, surface, flash and maximum temperature of the rim (or band) by the formulas, beside the run's."""
+    run, T, metal = b.bodied, b.start_now, b.metal
+    depth = float(penetration_depth(float(metal.diffusivity), b.time))
+    heated = effective_volume(b.metal_area, b.metal_thickness, depth) * float(metal.density)
+    bulk = float(mean_bulk_rise(1.0, b.metal_heat, float(metal.specific_heat), heated))
+    plate = float(slab_rise(b.flux, b.time, b.metal_thickness, metal))
+    stop = float(stopping_rise(2 * b.flux, b.time / 2, b.time, float(metal.effusivity)))
     flash = flash_rise(b)
     within = None if run is None else float(np.mean(run.mean(depth)))
     end = None if run is None or run.surface is None else float(run.surface[-1])
     peak = None if run is None or run.surface is None else float(np.max(run.surface))
-    whole = b.share * b.heat / (b.track_area * b.rim_thickness * float(b.rim.density * b.rim.specific_heat))
+    whole = b.metal_heat / (b.metal_area * b.metal_thickness * float(metal.density * metal.specific_heat))
     rows = [
         EstimateRow(
             "bulk temperature, mean",
@@ -82,8 +82,13 @@ def flash_rise(b: Basis) -> float | None:
     """Flash temperature (K) at the first speed, on spots that carry the hardness; `None` at rest."""
     if b.speed <= 0:
         return None
+    metal = b.metal
     law = FlashTemperature(
-        b.spot_length, float(b.rim.conductivity), float(b.rim.diffusivity), b.share * float(b.power.heat), b.hardness
+        b.spot_length,
+        float(metal.conductivity),
+        float(metal.diffusivity),
+        b.metal_share * float(b.power.heat),
+        b.hardness,
     )
     return float(law.rise(jnp.asarray(b.friction * b.hardness * b.speed), jnp.asarray(b.speed)))
 
@@ -104,13 +109,14 @@ def maximum_rows(b: Basis, bulk: float, surface: float, flash: float, peak: floa
 
 def schmidt_rows(b: Basis, peak: float | None, T: float, plate: float) -> list[EstimateRow]:
     """Schmidt's scheme: with the run's own heat where there is one, else with a constant flux."""
-    run, wall = b.layered, rim_wall(b.scene)
+    run, wall = b.layered, None if b.part == "band" else rim_wall(b.scene)
     if run is not None and wall is not None:
-        course = schmidt_of_run(run, wall, b.share * float(b.power.heat), b.track_area)
+        hot, beyond = float(b.power.heat), b.beyond_share if b.pair else 0.0
+        course = schmidt_of_run(run, wall, hot * b.share, b.track_area, hot * beyond)
         why = "the scheme has no exchange with linings and air; constant properties; layers of another thickness"
         value, formula = float(np.max(course.temperature[:, 0])), "½ (t_{j−1} + t_{j+1}), the run's own heat"
         return [EstimateRow("surface temperature, Schmidt", formula, value, "K", "S-28", peak, why)]
-    course = schmidt(b.rim, b.rim_thickness, 40, b.time, b.flux, start=T)
+    course = schmidt(b.metal, b.metal_thickness, 40, b.time, b.flux, start=T)
     value = float(np.interp(b.time, course.t, course.temperature[:, 0]))
     return [EstimateRow("surface temperature, Schmidt", "½ (t_{j−1} + t_{j+1}), constant flux", value, "K", "S-28")]
 

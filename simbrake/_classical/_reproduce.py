@@ -23,6 +23,12 @@ AGREES, MISPRINT, DISAGREES = "agrees", "known misprint", "disagrees"
 _LAMBDA = 5.0  # λ = C R/T_0 of Z5 and Z6
 _FRICTION = {"Z5": 0.5, "Z6": 0.3}
 _LININGS, _WRAP = 10, math.radians(270.0)
+#: table → its file in `published/`
+FILES = {f"Z{i}": f"table{i}.csv" for i in range(1, 7)} | {
+    "V1": "thermal_resistance.csv",
+    "V2": "heat_transmission.csv",
+    "S1": "fourier_b.csv",
+}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -45,6 +51,11 @@ class Cell:
 def _rows(name: str) -> list[dict[str, str]]:
     file = resources.files("simbrake") / "published" / name
     return list(csv.DictReader(file.read_text("utf-8").splitlines()))
+
+
+def published_rows(table: str) -> list[dict[str, str]]:
+    """Rows of a table (`"Z1"` … `"S1"`) as printed, words as they are: every column, those that are given included."""
+    return _rows(FILES[table])
 
 
 @functools.cache
@@ -86,7 +97,7 @@ def _chord_tables() -> list[Cell]:
 
     cells: list[Cell] = []
     twenty = math.radians(20.0)
-    tables = {name: _rows(f"table{name[1]}.csv") for name in ("Z1", "Z2", "Z3", "Z4")}
+    tables = {name: published_rows(name) for name in ("Z1", "Z2", "Z3", "Z4")}
     for row, printed in enumerate(tables["Z1"]):
         f = float(printed["f"])
         beta = chord_equal_load_angles(f, 7, twenty, twenty)
@@ -113,7 +124,7 @@ def _dynamic_tables() -> list[Cell]:
     """Z5, Z6: n = 10 linings over 270°, λ = 5; k of them slide."""
     cells: list[Cell] = []
     for table, f in _FRICTION.items():
-        for row, printed in enumerate(_rows(f"table{table[1]}.csv")):
+        for row, printed in enumerate(published_rows(table)):
             k = int(printed["k"])
             if printed["scheme"] == "variable":
                 k = min(k, 9)  # the rows headed k = 10 hold the numbers of k = 9
@@ -144,7 +155,7 @@ def _resistances() -> list[Cell]:
     """V1: resistances of the pulley's parts, and their reciprocals (of the rounded resistance, as printed)."""
     cells: list[Cell] = []
     total: dict[str, float] = {}
-    for row, printed in enumerate(_rows("thermal_resistance.csv")):
+    for row, printed in enumerate(published_rows("V1")):
         conductivity = float(printed["lambda_W_mK"])
         if printed["element"] == "total":
             resistance = total[printed["lambda_W_mK"]]
@@ -160,7 +171,7 @@ def _resistances() -> list[Cell]:
 
 def transmission_table() -> TransmissionPartition:
     """V2's coefficients and surface layers over the temperature of the polished rim surface."""
-    rows = _rows("heat_transmission.csv")
+    rows = published_rows("V2")
     columns = {name: np.asarray([float(row[name]) for row in rows]) for name in ("alpha1", "alpha2", "alpha3")}
     T = np.asarray([float(row["T_polished_C"]) + 273.15 for row in rows])
     layer = np.asarray([1e-6 * float(row["delta_s_um"]) for row in rows])
@@ -172,7 +183,7 @@ def _transmissions() -> list[Cell]:
     import jax.numpy as jnp
 
     cells: list[Cell] = []
-    rows, law = _rows("heat_transmission.csv"), transmission_table()
+    rows, law = published_rows("V2"), transmission_table()
     K_1, K_2 = (np.asarray(K) for K in law.transmissions(jnp.asarray(law.temperature)))
     for row, printed in enumerate(rows):
         share = K_1[row] / (K_1[row] + K_2[row])
@@ -192,7 +203,7 @@ def _fourier() -> list[Cell]:
     """S1: `B = a/δ²` in 1/s, of the rim times 1000 (`Fo = 10⁻³ B τ` there)."""
     diffusivity = {"steel": 1.14e-5, "cast_iron": 1.04e-5}
     cells: list[Cell] = []
-    for row, printed in enumerate(_rows("fourier_b.csv")):
+    for row, printed in enumerate(published_rows("S1")):
         B = fourier_parameter(diffusivity[printed["material"]], 1e-3 * float(printed["delta_mm"]))
         cells.append(_cell("S1", row, "B", printed["B"], 1000 * B if printed["part"] == "rim" else B))
     return cells

@@ -11,6 +11,7 @@ from ._cli_options import Json, Set, limit, opened, prepare_jax, print_written, 
 from ._cli_results import animate, compare, estimates, report
 from ._cli_scene import scene
 from ._cli_studies import calibrate, sensitivity, sweep
+from ._cli_synthesis import synthesize
 from ._cli_validate import validate
 
 
@@ -91,11 +92,13 @@ def run(
 
 
 @app.command
-def reproduce(*, json_: Json = False) -> int:
-    """Recompute the published tables cell by cell: printed, computed, difference, verdict.
+def reproduce(*, out: Path | None = None, json_: Json = False) -> int:
+    """Recompute the published tables cell by cell: printed, computed, difference, verdict; draw what a formula gives.
 
     Parameters
     ----------
+    out
+        Folder for pictures of the papers' figures and tables that a formula gives, with the printed numbers as points.
     json_
         Print a list of {table, row, column, printed, computed, verdict}, alone on stdout.
     """
@@ -104,11 +107,15 @@ def reproduce(*, json_: Json = False) -> int:
 
     rows = cells()
     print(json.dumps([cell.as_dict() for cell in rows], indent=1, allow_nan=False) if json_ else report(rows))
+    if out is not None:
+        from .._pages._export import write_published
+
+        print_written(write_published(out), json_)
     return 1 if any(cell.verdict == "disagrees" for cell in rows) else 0
 
 
 app.command(scene)
-for _command in (report, animate, compare, estimates, materials, sensitivity, sweep, calibrate, validate):
+for _command in (report, animate, compare, estimates, synthesize, materials, sensitivity, sweep, calibrate, validate):
     app.command(_command)
 
 

@@ -59,6 +59,16 @@ def write(result: Result, folder: Path) -> list[Path]:
     return written
 
 
+def write_published(folder: Path) -> list[Path]:
+    """Writes the figures of the papers that a formula gives, and pictures of their tables, as PNG."""
+    from .._pictures._plot_published import PUBLISHED, file_stem, published
+
+    with whole_folder(folder) as (scratch, written):
+        for name in PUBLISHED:
+            published(name).savefig(scratch / f"{file_stem(name)}.png", dpi=130)
+    return written
+
+
 def write_sensitivities(tables: Sequence[SensitivityTable], folder: Path) -> list[Path]:
     """Writes `sensitivity.json`, and of each metric its rows as CSV and its tornado chart."""
     from .. import plot

@@ -172,6 +172,12 @@ def sensed_at_start(scene: Scene) -> np.ndarray | None:
     return None if pair is None else _sensed_at_start(scene.heat, pair, n)
 
 
+def sensed_on_rim_at_start(scene: Scene) -> np.ndarray | None:
+    """Temperatures that the law of the pair of linings and rim sees at the start (K); `None` without one."""
+    heat, n = scene.heat, int(np.size(scene.brake.linings.angle))
+    return None if heat is None or heat.friction is None else _sensed_at_start(heat, heat.friction, n)
+
+
 def _sensed_at_start(heat: Heat | None, pair: FrictionHeat, n: int) -> np.ndarray | None:
     if heat is None or pair.sensor is None:
         return None

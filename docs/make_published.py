@@ -1,0 +1,124 @@
+"""Writes the tables and pictures of `published.md`: `python docs/make_published.py [--tables]`.
+
+The tables stand between markers. Takes half a minute; `--tables` leaves the pictures as they are.
+"""
+
+import itertools
+import pathlib
+import sys
+
+import jax
+
+HERE = pathlib.Path(__file__).parent
+NAMES = {"k": "k", "f": "f", "scheme": "pitch", "w0": "w₀", "tau_m": "τ_m", "T_max": "T_max", "N_max": "N_max"} | {
+    "gamma": "γ",
+    "alpha_deg": "α, °",
+    "beta_deg": "β, °",
+    "r_m": "r, m",
+    "R_m": "R, m",
+    "L_m": "L, m",
+    "lambda_W_mK": "λ, W/(m·K)",
+    "resistance": "W, K/W",
+    "K": "1/W, W/K",
+    "T_polished_C": "polished, °C",
+    "T_matte_C": "matte, °C",
+    "T_band_C": "band, °C",
+    "delta_s_um": "δ_s, µm",
+    "share_metal": "a, metal",
+    "share_lining": "1 − a, lining",
+    "delta_mm": "δ, mm",
+    "B": "B, 1/s",
+    "tau_m_consistent": "τ_m*",
+}
+#: columns that tell a row from the others
+LABELS = {"Z1": "f", "Z2": "f", "Z3": "f", "Z4": "f", "Z5": "k scheme", "Z6": "k scheme", "V1": "element lambda_W_mK"}
+LABELS |= {"V2": "T_polished_C", "S1": "part material delta_mm"}
+
+
+def named(column: str) -> str:
+    """Heading of a column of a printed table."""
+    digits = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
+    if column in NAMES:
+        return NAMES[column]
+    if column.startswith("beta"):
+        return f"β{column[4:-4].translate(digits)}, °"
+    return column.replace("alpha", "α").translate(digits)
+
+
+def shown(printed: str, computed: float) -> str:
+    """The computed number with one place more than the printed one."""
+    return f"{computed:.{len(printed.partition('.')[2]) + 1}f}"
+
+
+def section(name: str, of: list) -> list[str]:
+    """One table: printed above computed, misprints in bold, and the reason of each."""
+    from simbrake._classical._reproduce import AGREES, published_rows
+
+    rows = published_rows(name)
+    found = {(c.row, c.column): c for c in of}
+    extra = [column for column in dict.fromkeys(c.column for c in of) if column not in rows[0]]
+    head = [*rows[0], *extra]
+    lines = ["| " + " | ".join(named(column) for column in head) + " |", "|---" * len(head) + "|"]
+    for i, row in enumerate(rows):
+        cells = []
+        for column in head:
+            printed, cell = row.get(column, ""), found.get((i, column))
+            if cell is None:
+                cells.append(printed.replace("_", " ") or "–")
+            elif column in extra:
+                cells.append(shown("0.00", cell.computed))
+            elif column in ("k", "f"):
+                cells.append(printed if cell.verdict == AGREES else f"**{printed}**<br>{cell.computed:g}")
+            elif cell.verdict == AGREES:
+                cells.append(f"{printed}<br>{shown(printed, cell.computed)}")
+            else:
+                cells.append(f"**{printed}**<br>{shown(printed, cell.computed)}")
+        lines.append("| " + " | ".join(cells) + " |")
+    wrong = [c for c in of if c.verdict != AGREES and c.column not in extra]
+    if wrong:
+        lines.append("")
+    for (row, reason), group in itertools.groupby(wrong, lambda c: (c.row, c.reason)):
+        label = ", ".join(f"{named(column)} {rows[row][column]}" for column in LABELS[name].split())
+        columns = ", ".join(named(c.column).removesuffix(", °") for c in group)
+        lines.append(f"- {label.replace('_', ' ')}: {columns}: {reason}")
+    lines.append("")
+    return lines
+
+
+def block(table: str) -> str:
+    """What stands between the markers of one table."""
+    from simbrake._classical._reproduce import AGREES, cells
+
+    of = [c for c in cells() if c.table == table]
+    agree = sum(c.verdict == AGREES for c in of)
+    counts = f"{agree} agree" + (f", {len(of) - agree} are known misprints" if agree < len(of) else "")
+    return "\n".join([f"{len(of)} cells: {counts}.", "", *section(table, of)])
+
+
+def written(text: str) -> str:
+    """The page with every block between its markers computed anew."""
+    from simbrake._classical._reproduce import FILES
+
+    for table in FILES:
+        begin, end = f"<!-- {table}: begin -->\n", f"<!-- {table}: end -->"
+        before, rest = text.split(begin)
+        text = before + begin + block(table) + end + rest.split(end)[1]
+    return text
+
+
+def main(arguments: list[str]) -> None:
+    page = HERE / "published.md"
+    page.write_text(written(page.read_text("utf-8")), "utf-8")
+    if "--tables" in arguments:
+        return
+    from make_pictures import save
+
+    from simbrake._pictures._plot_published import PUBLISHED, file_stem, published
+
+    for name in PUBLISHED:
+        save(published(name), file_stem(name))
+
+
+if __name__ == "__main__":
+    jax.config.update("jax_enable_x64", True)
+    main(sys.argv[1:])

@@ -1,0 +1,122 @@
+"""The classical estimate of a stop with a staged brake: stage after stage under a constant lever tension."""
+
+from typing import NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+
+from .._parts._band import grip, running_product, tension_ratio
+from .._parts._driller import AbstractSpeedLever
+from .._parts._friction import Contact
+from .._parts._internal import Held, InternalPair
+from .._parts._scene import Scene, sensed_at_start, sensed_on_rim_at_start
+from .._run._stages import internal_slip_tension
+from ._classical_stop import friction_at_start, load_and_inertia
+
+
+class PairStop(NamedTuple):
+    """What one friction pair does in a stop (SI units): 0 throughout where it never slides."""
+
+    time: float  # s, sliding
+    angle: float  # rad, of one body in the other
+    work: float  # friction work, J
+    omega: float  # rad/s, the greatest speed of one body in the other
+
+
+class StagedStop(NamedTuple):
+    """A stop of a staged brake with a rigid band under a constant lever tension (SI units).
+
+    `times`: durations of the stages 1, 2, 3 (s); `torques`: what brakes the pulley in each (N·m)
+    """
+
+    ratio: float  # Π of the external pair, tight over slack tension
+    onset: float  # T_on, N: slack tension from which the internal pair slides; inf where it never does
+    external_torque: float  # M_ext, N·m, while the band slides on the bandage
+    internal_torque: float  # M_int, N·m, while both pairs slide
+    times: tuple[float, float, float]
+    torques: tuple[float, float, float]
+    angle: float  # rad, of the pulley
+    external: PairStop
+    internal: PairStop
+
+    @property
+    def time(self) -> float:
+        return sum(self.times)
+
+    @property
+    def work(self) -> float:
+        return self.external.work + self.internal.work
+
+
+def internal_friction_at_start(scene: Scene) -> np.ndarray:
+    """Sliding coefficient (n,) of linings and rim at the initial speed and temperatures, without pressure."""
+    n, bandage = scene.brake.linings.count, scene.brake.bandage
+    assert bandage is not None
+    v = abs(float(scene.brake.pulley.radius) * float(scene.initial.omega))
+    contact = Contact(v=jnp.full(n, v), T=sensed_on_rim_at_start(scene), p=jnp.zeros(n))
+    return np.broadcast_to(np.asarray(bandage.friction.kinetic(contact)), (n,))
+
+
+def classical_staged_stop(scene: Scene) -> StagedStop | None:
+    """The stop of a staged brake by statics and constant torques; `None` where there is none (model §4, after K).
+
+        M_ext = R_b T_0 (Π − 1),   M_int(T_n) = R Σ f_i [(T_i + T_{i−1}) sin(β_i/2) + N_pre,i]
+
+    With `T_0 ≤ T_on` the bandage rides with the pulley to the end (stage 1 alone); else it does so for no time:
+
+        stage 1:  ω̇ = −(M_ext − M_load)/(J + J_b)
+        stage 2:  ω̇_b = −(M_ext − M_int)/J_b,   ω̇ = −(M_int − M_load)/J,   until ω_b = 0: t_2 = J_b ω_0/(M_ext − M_int)
+        stage 3:  R_b (T_n − T_0) = M_int(T_n) = M_3,   ω̇ = −(M_3 − M_load)/J
+
+    Friction works `W_ext = M_ext φ_b` and `W_int = M_int (φ − φ_b) + M_3 φ_3`. `T_0` is the greatest tension that the
+    lever gives, load torque, inertia and coefficients those of the start; a bandage on springs counts as one body.
+    There is none without speed at the start, with a lever that holds the speed, where a lining locks itself, or where
+    the load outweighs what brakes the pulley.
+    """
+    brake, lever, omega = scene.brake, scene.duty.slack_tension, float(scene.initial.omega)
+    assert brake.bandage is not None
+    if omega <= 0 or isinstance(lever, AbstractSpeedLever):
+        return None
+    angle = jnp.asarray(brake.linings.angle)
+    mu, locked = tension_ratio(grip(jnp.asarray(friction_at_start(scene)), angle))
+    if np.any(np.asarray(locked)):
+        return None
+    load, J = load_and_inertia(scene)
+    T_0, J_b = jnp.asarray(float(lever.scale())), float(np.sum(np.asarray(brake.bandage.inertia)))
+    pair = InternalPair(brake.bandage, jnp.asarray(brake.pulley.radius), angle)
+    T_inner, sliding = sensed_on_rim_at_start(scene), jnp.asarray(float(brake.pulley.radius) * omega)
+    held = Held(sliding, None if T_inner is None else jnp.asarray(T_inner), jnp.asarray(False))
+    arm, Pi = jnp.asarray(brake.band.radius), running_product(mu)
+    M_ext = float(arm * T_0 * (Pi[-1] - 1))
+    M_int = float(pair.capacity(T_0, T_0 * Pi, held))
+    onset = float(internal_slip_tension(brake, J, load, sensed_at_start(scene), held.T))
+    known = (float(Pi[-1]), onset, M_ext, M_int)
+    if float(T_0) <= onset:
+        return _riding(known, load, J + J_b, omega)
+    ahead = jnp.asarray(1, jnp.int32)
+    piece = pair.holding_piece(T_0, mu, ahead, arm, held)
+    M_3 = float(arm * (pair.holding_tension(T_0, mu, piece, ahead, arm, held) - T_0))
+    if min(M_ext - M_int, M_3 - load) <= 0:
+        return None
+    t_2 = J_b * omega / (M_ext - M_int)
+    left = omega - (M_int - load) / J * t_2
+    if left <= 0:  # cannot be while the internal pair lets go, up to rounding
+        return None
+    t_3 = J * left / (M_3 - load)
+    phi_b, phi_2, phi_3 = 0.5 * omega * t_2, 0.5 * (omega + left) * t_2, 0.5 * left * t_3
+    external = PairStop(t_2, phi_b, M_ext * phi_b, omega)
+    inside = phi_2 - phi_b + phi_3
+    internal = PairStop(t_2 + t_3, inside, M_int * (phi_2 - phi_b) + M_3 * phi_3, left)
+    times, torques = (0.0, t_2, t_3), (M_ext, M_int, M_3)
+    return StagedStop(*known, times, torques, phi_2 + phi_3, external, internal)
+
+
+def _riding(known: tuple[float, float, float, float], load: float, inertia: float, omega: float) -> StagedStop | None:
+    """A stop in stage 1: the bandage rides with the pulley to the end. `known`: the first four numbers of the stop."""
+    torque = known[2]
+    if torque <= load:
+        return None
+    time = inertia * omega / (torque - load)
+    angle = 0.5 * omega * time
+    external, internal = PairStop(time, angle, torque * angle, omega), PairStop(0.0, 0.0, 0.0, 0.0)
+    return StagedStop(*known, (time, 0.0, 0.0), (torque, 0.0, 0.0), angle, external, internal)

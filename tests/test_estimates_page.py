@@ -1,0 +1,71 @@
+"""The tables of docs/estimates.md are what the estimates and simulations give, and say what the page says of them."""
+
+import pathlib
+import re
+import sys
+
+import pytest
+
+import simbrake as sb
+from simbrake._classical._reproduce import agrees
+
+DOCS = pathlib.Path(sb.__file__).parents[1] / "docs"
+NUMBER = re.compile(r"(?<![\w.])[−-]?\d+(?:\.\d+)?(?:e[+-]\d+)?")
+
+
+@pytest.fixture(scope="module")
+def page():
+    """The script that writes the tables."""
+    sys.path.insert(0, str(DOCS))
+    import make_estimates
+
+    yield make_estimates
+    sys.path.remove(str(DOCS))
+
+
+def on_page(page, name):
+    return page.block_of((DOCS / "estimates.md").read_text("utf-8"), name)[1]
+
+
+def assert_same(found, printed):
+    """The same words, and numbers within their last place: runs on other machines differ by rounding."""
+    assert NUMBER.sub("#", found) == NUMBER.sub("#", printed)
+    for now, then in zip(NUMBER.findall(found), NUMBER.findall(printed), strict=True):
+        same = float(now) == pytest.approx(float(then), rel=0.02) if "e" in then else agrees(then, float(now))
+        assert same, (now, then)
+
+
+def test_schmidt_and_network_errors_of_the_page(page):
+    """Two rows anew; the orders of all."""
+    rows = [line.split("|")[1:-1] for line in on_page(page, "order").splitlines()[2:]]
+    assert [int(row[0]) for row in rows] == list(page.LAYERS)
+    for row in rows[:2]:
+        printed = [float(row[i]) for i in (1, 3, 5)]
+        assert page.schmidt_errors(int(row[0])) == pytest.approx(printed, rel=0.02)
+    for row in rows[1:]:
+        assert [float(row[i]) for i in (2, 4, 6)] == pytest.approx([2.0] * 3, abs=0.05)
+
+
+@pytest.mark.slow
+def test_estimates_of_the_stop_and_of_thirty_stands_part_as_the_page_says(page):
+    made = page.parts()
+    assert_same(made, on_page(page, "parts"))
+    cells = {line.split("|")[1].strip(): line.split("|")[2:6] for line in made.splitlines() if line.startswith("| ")}
+
+    def apart(name, column):
+        return float(cells[name][column]) - float(cells[name][column + 1])
+
+    for column in (0, 2):  # the stop, the stands
+        assert abs(apart("bulk, end, °C", column)) < 0.2
+        assert abs(apart("surface, Schmidt, °C", column)) < 0.5
+        assert apart("surface at the end, constant flux, °C", column) > 5
+        assert -6 < apart("surface, falling flux, °C", column) < 0
+        assert apart("maximum, S-26, °C", column) > apart("maximum, S-27, °C", column) > 50
+        assert 0 < apart("thermal stress, MPa", column) < 20  # compression is negative
+        assert abs(apart("share into the rim, effusivities", column)) < 1e-3
+    assert cells["stopping time, s"][2].strip() == "–"  # a programme has no classical stop
+
+
+@pytest.mark.slow
+def test_estimates_of_the_staged_brake_part_as_the_page_says(page):
+    assert_same(page.staged(), on_page(page, "staged"))

@@ -1,0 +1,164 @@
+"""The papers recomputed: every printed cell is looked at, and the figures that a formula gives hold what they must."""
+
+import csv
+import math
+import pathlib
+import sys
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import simbrake as sb
+from simbrake import plot
+from simbrake._classical import _published_figures as figures
+from simbrake._classical._reproduce import AGREES, FILES, agrees, cells, published_rows
+
+DOCS = pathlib.Path(sb.__file__).parents[1] / "docs"
+#: columns that are given: numbers that go into the formula of their table, or that no formula uses
+GIVEN = {
+    "V1": {"r_m", "R_m", "L_m", "lambda_W_mK"},
+    "V2": {"T_polished_C", "T_matte_C", "T_band_C", "delta_s_um", "alpha1", "alpha2", "alpha3"},
+    "S1": {"delta_mm"},
+}
+
+
+@pytest.fixture(scope="module")
+def page():
+    """The script that writes docs/published.md."""
+    sys.path.insert(0, str(DOCS))
+    import make_published
+
+    yield make_published
+    sys.path.remove(str(DOCS))
+
+
+def test_every_number_of_every_table_is_compared_or_given():
+    found = {(c.table, c.row, c.column) for c in cells()}
+    for table in FILES:
+        for row, line in enumerate(published_rows(table)):
+            for column, printed in line.items():
+                try:
+                    float(printed)
+                except ValueError:
+                    continue  # a word, or a blank
+                assert ((table, row, column) in found) != (column in GIVEN.get(table, set())), (table, row, column)
+    folder = pathlib.Path(sb.__file__).parent / "published"
+    assert {file.name for file in folder.glob("*.csv")} == {*FILES.values(), "misprints.csv"}
+
+
+def test_known_misprints_are_of_cells_that_do_not_agree():
+    """No reason covers a cell that agrees, and none is of a cell that does not exist."""
+    with (pathlib.Path(sb.__file__).parent / "published" / "misprints.csv").open(encoding="utf-8") as file:
+        known = {(row["table"], int(row["row"]), row["column"]) for row in csv.DictReader(file)}
+    assert known == {
+        (c.table, c.row, c.column) for c in cells() if c.verdict != AGREES and c.column != "tau_m_consistent"
+    }
+
+
+def test_the_page_holds_the_tables_as_computed(page):
+    text = (DOCS / "published.md").read_text("utf-8")
+    assert page.written(text) == text, "run: python docs/make_published.py --tables"
+    for table, (count, agree) in {"Z5": (160, 138), "V1": (48, 48), "V2": (72, 68)}.items():
+        assert page.block(table).startswith(f"{count} cells: {agree} agree")
+
+
+def test_numbers_in_the_words_of_the_page():
+    """The page says them in sentences, where no script writes them."""
+    words = (DOCS / "published.md").read_text("utf-8")
+    wrap = math.radians(270.0)
+    proper = [sb.equal_increment_angles(f, 10, 10, wrap).ratio for f in (0.5, 0.3)]
+    assert "{:.2f} (Z5) and {:.2f} (Z6)".format(*proper) in words
+    increments, uniform = figures.band_diagrams()
+    assert f"by {100 * (np.ptp(increments.normal) / increments.normal.min()):.0f} %" in words
+    assert f"by a factor of {uniform.normal.max() / uniform.normal.min():.1f};" in words
+    spread = 0.0
+    for f in (0.5, 0.3):
+        for k in (9, 8, 6, 4, 2):
+            beta = sb.equal_increment_angles(f, 10, k, wrap).angle
+            load = sb.sliding_tensions(*map(jnp.asarray, (1.0, np.full(k, f), beta[:k]))).normal
+            spread = max(spread, float(np.ptp(load) / np.min(load)))
+    assert f"by up to {100 * spread:.0f} %" in words
+
+
+# --- figures ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("f", [0.1, 0.2, 0.4])
+def test_curves_of_z_fig_4_pass_through_table_1(f):
+    curves = figures.chord_curves(f)
+    row = next(row for row in published_rows("Z1") if float(row["f"]) == f)
+    for i in range(5):
+        there = math.degrees(np.interp(math.radians(20.0), curves.last, curves.angle[:, i]))
+        assert agrees(row[f"beta{i + 1}_deg"], there)
+
+
+@pytest.mark.parametrize("f", [0.1, 0.3, 0.5])
+def test_chords_of_z_fig_4_carry_equal_loads_up_to_their_end(f):
+    curves = figures.chord_curves(f)
+    for beta in curves.angle[[0, len(curves.last) // 2, -1]]:
+        normal = np.asarray(sb.chord_tensions(*map(jnp.asarray, (1.0, f, np.append(0.0, beta)))).normal)
+        np.testing.assert_allclose(normal[1:], normal[1], rtol=1e-9)
+        assert np.all(np.diff(beta) < 1e-12)  # the angles fall towards the tight end
+    step = curves.last[1] - curves.last[0]
+    with pytest.raises(sb.InfeasibleLayout):
+        sb.chord_equal_load_angles(f, 7, curves.last[-1] + step, curves.last[-1] + step)
+    assert curves.why_it_ends
+    assert (curves.last[-1] < math.radians(20.0)) == (f == 0.5)  # as the text of Z remarks
+
+
+def test_diagrams_of_z_fig_5_are_those_of_the_closed_forms():
+    increments, uniform = figures.band_diagrams()
+    row = next(r for r in published_rows("Z6") if (r["k"], r["scheme"]) == ("10", "uniform"))
+    assert agrees(row["T_max"], uniform.tension[-1])
+    assert agrees(row["N_max"], uniform.normal.max())
+    np.testing.assert_allclose(np.diff(increments.tension), (increments.tension[-1] - 1) / 10, rtol=1e-10)
+    for d in (increments, uniform):
+        assert np.sum(d.angle) == pytest.approx(1.5 * math.pi)
+        # balance of each lining: what the tension gains along it is friction
+        np.testing.assert_allclose(np.diff(d.tension) * np.cos(d.angle / 2), 0.3 * d.normal, rtol=1e-10)
+        np.testing.assert_allclose((d.tension[1:] + d.tension[:-1]) * np.sin(d.angle / 2), d.normal, rtol=1e-10)
+        assert d.w_0 > figures.Z5_W_0  # so that all linings slide with the figure's λ and w_0
+
+
+def test_energy_levels_balance():
+    stop, drag = figures.energy_levels()
+    for levels in (stop, drag):
+        span = levels.time[-1]
+        worked = np.concatenate(
+            [[0.0], np.cumsum(0.5 * (levels.power[1:] + levels.power[:-1]) * np.diff(levels.time) / span)]
+        )
+        np.testing.assert_allclose(worked, levels.work, atol=1e-12)
+        assert np.all(levels.maximum[:-1] > levels.surface[:-1])
+        assert np.all(levels.surface >= levels.bulk - 1e-9)
+    assert stop.maximum[-1] == pytest.approx(stop.surface[-1])  # no flash at rest
+    steel = sb.material("steel_20L")
+    # once the heat is through, the surface leads the mean of the rim by q δ/(3 λ)
+    share = float(sb.effusivity_share(steel, sb.material("FK-24A")))
+    q = 0.1 * share * 0.35 * 0.25e6 * 1.22 * 14.2 / figures.S1_TRACK
+    lead = q * figures.S1_RIM / (3 * float(steel.conductivity))
+    assert drag.surface[-1] - drag.bulk[-1] == pytest.approx(lead, rel=1e-3)
+
+
+@pytest.mark.parametrize("name", ["Z Fig. 4", "Z Fig. 5", "S Fig. 1", "V table 1", "V table 2", "S table 1"])
+def test_pictures_show_printed_points_and_curves(name):
+    figure = plot.published(name)
+    drawn = [line for axes in figure.axes for line in axes.lines]
+    if name == "Z Fig. 4":
+        marks = [line for line in drawn if line.get_marker() == "o" and len(line.get_xdata())]
+        assert len(marks) == 15  # five angles of three rows
+        assert {float(line.get_xdata()[0]) for line in marks} == {20.0}
+    if name == "Z Fig. 5":
+        assert [sorted(round(p.get_height(), 2) for p in axes.patches)[-1] for axes in figure.axes] == [1.09, 1.84]
+    if name == "V table 2":
+        rings = [line for line in drawn if line.get_markersize() == 12 and len(line.get_xdata())]
+        assert {float(line.get_xdata()[0]) for line in rings} == {650.0}
+    if name.endswith("table 1"):
+        points = sum(len(line.get_xdata()) for line in drawn if line.get_linestyle() == "None")
+        assert points == {"V table 1": 20, "S table 1": 24}[name]
+    assert all(axes.get_xlabel() or axes.name == "polar" or not axes.axison for axes in figure.axes[-1:])
+
+
+def test_a_figure_without_a_formula_is_refused_by_name():
+    with pytest.raises(sb.InputError, match=r"Z Fig\. 2"):
+        plot.published("Z Fig. 2")
