@@ -53,6 +53,7 @@ HOUSE = {
         {"_integral", "_metrics", "_stages"},
         {"_report", "_rubbing"},
         {"_result"},
+        {"_long_run"},
         {"_lining_view", "_measure", "_overlap", "_simulate"},
         {"_cyclic", "_edit"},
         {"_prepare"},

@@ -16,6 +16,7 @@ from helpers import closed_form, stop_scene
 import simbrake as sb
 from simbrake import plot
 from simbrake._base._handy import number
+from simbrake._base._progress import Waiting
 from simbrake._base._whole import whole_file
 from simbrake._commands._report_run import report_run, title_of
 from simbrake._pages._html_limits import limits_of
@@ -69,7 +70,7 @@ def run():
 @pytest.fixture(scope="module")
 def parts(run):
     """What the page of the run says, nothing asked for."""
-    return contents(run, {}, "", {})
+    return contents(run, {}, "", {}, Waiting("report", "sums up"))
 
 
 @pytest.fixture(scope="module")

@@ -1,9 +1,11 @@
 """A progress line with the remaining time, for people who wait."""
 
+import contextlib
 import sys
 import threading
 import time
-from typing import Any
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
 
 
 def duration(seconds: float) -> str:
@@ -41,21 +43,67 @@ class Line:
             sys.stderr.flush()
 
 
-class Waiting:
-    """Says on a terminal how long something takes that cannot be counted, once it has taken two seconds.
+class _Way(NamedTuple):
+    """How far something is: from `first`, at the time `since`, it has come to `done` of `total` at the time `told`."""
 
-    A context: `with Waiting("run", "compiles what is new to it"):`
+    first: float
+    since: float
+    done: float
+    total: float
+    told: float
+    unit: str
+    bound: bool  # the time left is a bound: it may end before
+    also: str  # something to be told besides
+
+    def text(self, now: float) -> str:
+        said = f"{self.done:.4g} of {self.total:.4g}{self.unit}{self.also}"
+        if self.done <= self.first:
+            return said
+        rest = (self.told - self.since) * (self.total - self.done) / (self.done - self.first)
+        return f"{said}, {'at most ' * self.bound}{duration(max(rest - (now - self.told), 0.0))} left"
+
+
+class Waiting:
+    """Says on a terminal how long something takes, once it has taken two seconds, and how long it still will if known.
+
+    A context: `with Waiting("run", "compiles") as waiting:`. `now` names what is done next, and how many pieces of it
+    are done if it has pieces; `reach` tells how far a run is in its own time. What a run still takes is an upper
+    bound, since a brake at rest is simulated in no time.
     """
 
     def __init__(self, name: str, what: str, shown: bool | None = None, after: float = 2.0):
-        self._line, self._what, self._after = Line(name, shown), what, after
+        self._line, self._after = Line(name, shown), after
         self._over = threading.Event()
         self._thread = threading.Thread(target=self._tell, daemon=True)
+        self._doing: tuple[str, float, _Way | None] = (what, time.monotonic(), None)
+
+    def now(self, what: str, done: int = 0, total: int = 0, *, bound: bool = False, also: str = "") -> None:
+        """What is done from now on; or that `done` of its `total` pieces are done (`bound`: it may need fewer)."""
+        if total:
+            self._come(what, done, total, "", bound, also)
+        else:
+            self._doing = (what, time.monotonic(), None)
+
+    def reach(self, t: float, end: float) -> None:
+        """A run has come to `t` (s) on its way to `end`; told for the first time where it begins."""
+        self._come("simulated to", t, end, " s", True)
+
+    def _come(self, what: str, done: float, total: float, unit: str, bound: bool, also: str = "") -> None:
+        (doing, _, way), now = self._doing, time.monotonic()
+        goes_on = way is not None and doing == what and done > way.first
+        first, since = (way.first, way.since) if way is not None and goes_on else (done, now)
+        # one assignment: the thread that tells sees all of it or nothing
+        self._doing = (what, since, _Way(first, since, done, total, now, unit, bound, also))
+
+    def text(self) -> str:
+        """What is done, how far it is, and the time it takes."""
+        (what, since, way), now = self._doing, time.monotonic()
+        return f"{what}, {duration(now - since)}" if way is None else f"{what} {way.text(now)}"
 
     def _tell(self) -> None:
         pause = self._after
         while not self._over.wait(pause):
-            self._line.show(f"{self._what}, {duration(self._line.spent)}")
+            self._line.show(self.text())
             pause = 0.5
 
     def __enter__(self) -> "Waiting":
@@ -69,6 +117,27 @@ class Waiting:
             self._thread.join()
             if self._line.spent > self._after:
                 self._line.done()
+
+
+@contextlib.contextmanager
+def waiting(progress: Any, name: str, what: str) -> Iterator[Waiting]:
+    """The `Waiting` of a caller, told what comes now, or one of one's own: `None` on a terminal, `True`, `False`."""
+    if isinstance(progress, Waiting):
+        progress.now(what)
+        yield progress
+        return
+    with Waiting(name, what, progress) as own:
+        yield own
+
+
+@contextlib.contextmanager
+def telling(progress: Any) -> Iterator[Callable[[float, float], Any] | None]:
+    """Whom a run tells how far it is: nobody (`False`), a function of `(t, end_time)`, or as `waiting`."""
+    if progress is False or callable(progress):
+        yield progress or None
+        return
+    with waiting(progress, "run", "compiles") as told:
+        yield told.reach
 
 
 class Progress:
@@ -86,9 +155,12 @@ class Progress:
         self._start, self._before, self._said = time.monotonic(), done, 0.0
         self._begun, self._spoke = self._start, False
         self._first = True
+        # what comes before the first piece, the compiler mostly, has no end in sight
+        self._waiting = Waiting("", f"{done}/{total} {what}, begins", self._line.shown).__enter__()
 
     def add(self, count: int) -> None:
         self.done += count
+        self._waiting.__exit__()
         if self._tell is not None:
             self._tell(self.done, self.total)
         now = time.monotonic()
@@ -108,5 +180,6 @@ class Progress:
         return f"{share}, {since / elapsed:.0f} {self._what}/s, {duration(left)} left"
 
     def close(self) -> None:
+        self._waiting.__exit__()
         if self._spoke or self._after == 0.0:
             self._line.done(keep=True)

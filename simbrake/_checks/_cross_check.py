@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax.flatten_util import ravel_pytree
 
-from .._base._progress import Line
+from .._base._progress import waiting
 from .._base._quantity import Fault, InputError
 from .._parts._scene import Scene
 from .._physics._modes import Label, events_of_change
@@ -283,17 +283,15 @@ def cross_check(
     faults = _faults(method, rtol, max_evaluations)
     if faults:
         raise InputError(faults)
-    line = Line("cross-check", progress)
-    line.show("simbrake …")
-    fresh = simulate(scene, rtol=rtol) if result is None else result
-    start = time.perf_counter()
-    again = simulate(scene, rtol=rtol)
-    own_seconds = time.perf_counter() - start
-    method = method or ("Radau" if stiffness(scene)[0] else "DOP853")
-    line.show(f"SciPy {method} …")
-    energy: Any = again.record.system
-    course = drive(again.record, method, rtol, max_evaluations, float(energy.torque_scale))
-    line.done()
+    with waiting(progress, "cross-check", "compiles the run") as told:
+        fresh = simulate(scene, rtol=rtol, progress=told) if result is None else result
+        start = time.perf_counter()
+        again = simulate(scene, rtol=rtol)
+        own_seconds = time.perf_counter() - start
+        method = method or ("Radau" if stiffness(scene)[0] else "DOP853")
+        told.now(f"compiles what SciPy {method} calls")
+        energy: Any = again.record.system
+        course = drive(again.record, method, rtol, max_evaluations, float(energy.torque_scale), told.reach)
     found = _Compared(f"SciPy {method}", 100 * rtol if tolerance is None else tolerance)
     span = float(scene.end_time) - float(scene.initial.time)
     near = 1e-9 * span

@@ -3,6 +3,7 @@
 import json
 import sys
 from pathlib import Path
+from typing import Any
 
 import cyclopts
 
@@ -78,14 +79,16 @@ def run(
 
     limits = {"rtol": tolerance(rtol), "max_events": limit(max_events), "max_steps": limit(max_steps)}
     scene = opened(scenario, set_, out, **limits)
-    with Waiting("run", "compiles what it has not seen before, then runs"):
-        result = simulate(scene, rtol=rtol, max_steps=max_steps, max_events=max_events, throw=False)
+    with Waiting("run", "compiles") as told:
+        given: dict[str, Any] = {"max_steps": max_steps, "max_events": max_events}
+        result = simulate(scene, rtol=rtol, **given, throw=False, progress=told)
+        told.now("sums up")
         text = json.dumps(result.summary(), indent=2, allow_nan=False) if json_ else str(result)
     print(text)
     if out is not None:
         from .._pages._export import write
 
-        print_written(write(result, out), json_)
+        print_written(write(result, out, None), json_)
     return 0 if result.ok else 1
 
 

@@ -112,8 +112,8 @@ def animate(
     scene = opened(scenario, set_, None, rtol=tolerance(rtol), duration=(duration, 0 < duration <= 600, "0…600 s"))
     if out.suffix not in (".gif", ".html"):
         raise InputError([Fault(str(out), f"{out.suffix or 'a name without ending'} is no film", "give .gif or .html")])
-    with Waiting("run", "compiles what it has not seen before, then runs"):
-        result = simulate(scene, rtol=rtol, throw=False)
+    with Waiting("run", "compiles") as told:
+        result = simulate(scene, rtol=rtol, throw=False, progress=told)
     from .. import plot
 
     plot.animate(result, out, duration=duration, fps=fps, start=start, end=end)
@@ -145,8 +145,9 @@ def estimates(
     from .._run._simulate import simulate
 
     scene = opened(scenario, set_, None, rtol=tolerance(rtol))
-    with Waiting("run", "compiles what it has not seen before, then runs"):
-        result = simulate(scene, rtol=rtol, throw=False) if run else None
+    with Waiting("estimates", "compiles") as told:
+        result = simulate(scene, rtol=rtol, throw=False, progress=told) if run else None
+        told.now("estimates")
         table = table_of(scene if result is None else result)
     print(json.dumps(table.as_dict(), indent=1, allow_nan=False) if json_ else table)
     return 0 if result is None or result.ok else 1

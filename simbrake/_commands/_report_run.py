@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from .._base._progress import Line
+from .._base._progress import Waiting
 from .._base._quantity import Fault, InputError
 from .._pages._html_limits import faults_of_limits
 from .._pages._html_report import report
@@ -56,16 +56,12 @@ def report_run(
     out = page_of(file) if out is None else out
     if out.is_dir():
         raise InputError([Fault("--out", f"{out} is a folder", "give the name of a page, as in report.html")])
-    line = Line("report")
-    line.show("run")
-    result = simulate(scene, rtol=rtol, throw=False)
     text = file.read_text("utf-8") if file.is_file() else ""
     files: Mapping[str, str] = {file.name: text} if text else {}
-    options: dict[str, Any] = {"sensitivity": sensitivity, "limits": limits, "check": check, "tell": line.show}
-    try:
-        report(result, out, title=title_of(file, text), files=files, **options)
-    finally:
-        line.done()
+    options: dict[str, Any] = {"sensitivity": sensitivity, "limits": limits, "check": check}
+    with Waiting("report", "compiles the run") as told:
+        result = simulate(scene, rtol=rtol, throw=False, progress=told)
+        report(result, out, title=title_of(file, text), files=files, progress=told, **options)
     said: dict[str, Any] = {"status": result.status, "message": result.message, "written": str(out)}
     print(json.dumps(said, indent=2) if json_ else f"{result.status}: {result.message}\nwritten  {out}")
     return 0 if result.ok else 1
