@@ -1,6 +1,7 @@
 """A progress line with the remaining time, for people who wait."""
 
 import contextlib
+import contextvars
 import sys
 import threading
 import time
@@ -43,6 +44,17 @@ class Line:
             sys.stderr.flush()
 
 
+#: what is told now, for what is done far below it
+_TOLD: contextvars.ContextVar["Waiting | None"] = contextvars.ContextVar("told", default=None)
+
+
+def piece(done: int, total: int) -> None:
+    """Says of whatever somebody waits for that it has come to piece `done` of `total`, if it has no other pieces."""
+    told = _TOLD.get()
+    if told is not None:
+        told.piece(done, total)
+
+
 class _Way(NamedTuple):
     """How far something is: from `first`, at the time `since`, it has come to `done` of `total` at the time `told`."""
 
@@ -53,6 +65,7 @@ class _Way(NamedTuple):
     told: float
     unit: str
     bound: bool  # the time left is a bound: it may end before
+    inner: bool  # pieces of something that was named without any
     also: str  # something to be told besides
 
     def text(self, now: float) -> str:
@@ -75,25 +88,34 @@ class Waiting:
         self._line, self._after = Line(name, shown), after
         self._over = threading.Event()
         self._thread = threading.Thread(target=self._tell, daemon=True)
+        self._token: contextvars.Token[Waiting | None] | None = None
         self._doing: tuple[str, float, _Way | None] = (what, time.monotonic(), None)
 
     def now(self, what: str, done: int = 0, total: int = 0, *, bound: bool = False, also: str = "") -> None:
         """What is done from now on; or that `done` of its `total` pieces are done (`bound`: it may need fewer)."""
         if total:
-            self._come(what, done, total, "", bound, also)
+            self._come(what, done, total, bound=bound, also=also)
         else:
             self._doing = (what, time.monotonic(), None)
 
     def reach(self, t: float, end: float) -> None:
         """A run has come to `t` (s) on its way to `end`; told for the first time where it begins."""
-        self._come("simulated to", t, end, " s", True)
+        self._come("simulated to", t, end, unit=" s", bound=True)
 
-    def _come(self, what: str, done: float, total: float, unit: str, bound: bool, also: str = "") -> None:
+    def piece(self, done: int, total: int) -> None:
+        """What is done now has come to piece `done` of `total`, unless it was named with pieces of its own."""
+        what, _, way = self._doing
+        if way is None or way.inner:
+            self._come(what, done, total, inner=True)
+
+    def _come(
+        self, what: str, done: int | float, total: int | float, *, unit="", bound=False, inner=False, also=""
+    ) -> None:
         (doing, _, way), now = self._doing, time.monotonic()
         goes_on = way is not None and doing == what and done > way.first
         first, since = (way.first, way.since) if way is not None and goes_on else (done, now)
         # one assignment: the thread that tells sees all of it or nothing
-        self._doing = (what, since, _Way(first, since, done, total, now, unit, bound, also))
+        self._doing = (what, since, _Way(first, since, done, total, now, unit, bound, inner, also))
 
     def text(self) -> str:
         """What is done, how far it is, and the time it takes."""
@@ -109,10 +131,14 @@ class Waiting:
     def __enter__(self) -> "Waiting":
         if self._line.shown:
             self._thread.start()
+            self._token = _TOLD.set(self)
         return self
 
     def __exit__(self, *error: object) -> None:
         self._over.set()
+        if self._token is not None:
+            _TOLD.reset(self._token)
+            self._token = None
         if self._thread.is_alive():
             self._thread.join()
             if self._line.spent > self._after:

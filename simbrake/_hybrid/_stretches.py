@@ -62,9 +62,10 @@ def stretch(
 
 def beginning(system: AbstractHybridSystem, y0: PyTree, mode0: PyTree, t0: Any) -> np.ndarray:
     """What `stretch` begins a run with."""
-    ny, nm = ravel_pytree(y0)[0].size, pack_mode(mode0)[0].size
-    ng = system.guards(jnp.asarray(t0, jnp.float64), y0, mode0).size
-    return np.full(carried_size(ny, ng, nm), np.nan)
+    y, mode = ravel_pytree(y0)[0], pack_mode(mode0)[0]
+    guards = flatten(system, *likes(y0, mode0)).guards
+    ng = jax.eval_shape(guards, jnp.asarray(t0, jnp.float64), y, mode).size
+    return np.full(carried_size(y.size, ng, mode.size), np.nan)
 
 
 def joined(parts: Sequence[Rows], last: Record, room: int) -> Record:

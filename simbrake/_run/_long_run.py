@@ -20,6 +20,8 @@ STRETCH = 1024
 LONGEST = 7_000
 #: least number of steps in a run under profiles that are not piecewise simple
 _SLICES = 64
+#: attempts in the first stretch where somebody waits: enough to tell how long one takes
+_FIRST = 64
 #: seconds that a stretch should take where somebody waits for it
 _TARGET = 0.25
 
@@ -81,7 +83,7 @@ def long_run(
     if tell is not None:
         tell(t, end)
     rows: list[Any] = []  # of the stretches before
-    left, length = rooms[-1], STRETCH if tell is None else 64
+    left, length = rooms[-1], STRETCH if tell is None else _FIRST
     while True:
         begun = time.monotonic()
         part, carried = program.call(np.concatenate([numbers, carried, [float(min(length, left))]]))
