@@ -53,7 +53,8 @@ def report(
     sensitivity
         Metric whose derivatives by every number are shown; may be repeated.
     limit
-        METRIC=VALUE: greatest permissible value (SI), of a metric or max_pressure; may be repeated.
+        METRIC=VALUE: greatest permissible value (SI, or with its unit), as "max_tension=120 kN" or
+        "peak_rim_temperature=450 degC"; of a metric or max_pressure; may be repeated.
     check
         Run a second time at another tolerance, to say how accurate the first run is.
     set_

@@ -19,7 +19,7 @@ from .._run._result import Result
 from .._run._simulate import simulate
 from .._studies._sensitivity import Sensitivity, SensitivityTable
 from .._studies._sensitivity import sensitivity as tables_of
-from ._html_limits import faults_of_limits, limits_of
+from ._html_limits import limits_of, read_limits
 from ._html_parts import METRICS, event_counts, event_rows, key_figures, ledgers, stage_rows, verdict, words_of
 from ._html_pictures import Drawing, draw, drawing, drawings_of
 from ._html_scene import duty_words, parts_of
@@ -49,7 +49,7 @@ def report(
     *,
     sensitivity: Sequence[Metric] = (),
     span: float | None = 0.01,
-    limits: Mapping[str, float] | None = None,
+    limits: Mapping[str, int | float | str] | None = None,
     title: str = "",
     files: Mapping[str, str] | None = None,
     check: bool = True,
@@ -62,8 +62,8 @@ def report(
     - `path`: where to write the page too; an existing file is replaced, whole or not at all
     - `sensitivity`: metrics whose derivatives by every number of the scene are shown, with `span` as in
       `simbrake.sensitivity`; one that has no value in this run is named as such
-    - `limits`: greatest permissible values (SI) of metrics, and of `max_pressure`, the greatest mean pressure on a
-      lining (Pa); the scene's own permissible temperature is always looked at
+    - `limits`: greatest permissible values of metrics (SI, or texts as "450 degC"), and of `max_pressure`, the
+      greatest mean pressure on a lining (Pa); the scene's own permissible temperature is always looked at
     - `title`: heading of the page;  `files`: name → text, shown at the end, such as the scene's file
     - `check`: run a second time at another tolerance, to say how accurate the first is
     - `progress`: says on stderr what is done and how long it takes: `True`, or `None` on a terminal only
@@ -73,7 +73,7 @@ def report(
     Raises `InputError` for faults of the scene, unknown metrics and limits.
     """
     scene = run.scene if isinstance(run, Result) else run
-    found = faults_of_limits(scene, limits or {})
+    bounds, found = read_limits(scene, limits or {})
     try:
         check_metrics(scene, sensitivity)
     except InputError as error:
@@ -82,7 +82,7 @@ def report(
         raise InputError(found)
     with waiting(progress, "report", "compiles the run") as told:
         result = run if isinstance(run, Result) else simulate(run, rtol=rtol, throw=False, progress=told)
-        parts = contents(result, limits or {}, title, files or {}, told)
+        parts = contents(result, bounds, title, files or {}, told)
         if sensitivity:
             parts["sensitivities"], parts["without"] = _sensitivities(result, sensitivity, span, told)
         if check:
