@@ -121,11 +121,11 @@ HOUSE = {
         {"_html_report"},
     ],
     "_commands": [
+        {"_cli_options"},
         {"_validate_run"},
         {"_compare_run"},
         {"_calibrate_run"},
         {"_report_run"},
-        {"_cli_options"},
         {"_cli_results", "_cli_scene", "_cli_studies", "_cli_validate"},
         {"_cli"},
     ],

@@ -7,7 +7,7 @@ from typing import Any
 
 import cyclopts
 
-from ._cli_options import Json, Set, limit, opened, prepare_jax, print_written, tolerance
+from ._cli_options import Json, Set, limit, nobody_reads, opened, prepare_jax, print_written, say, tolerance
 from ._cli_results import animate, compare, estimates, report
 from ._cli_scene import scene
 from ._cli_studies import calibrate, sensitivity, sweep
@@ -84,7 +84,7 @@ def run(
         result = simulate(scene, rtol=rtol, **given, throw=False, progress=told)
         told.now("sums up")
         text = json.dumps(result.summary(), indent=2, allow_nan=False) if json_ else str(result)
-    print(text)
+    say(text)
     if out is not None:
         from .._pages._export import write
 
@@ -120,6 +120,7 @@ def main(arguments: list[str] | None = None) -> None:
 
     try:
         code = app(arguments, exit_on_error=False, print_error=True, result_action="return_value")
+        sys.stdout.flush()
     except cyclopts.CycloptsError:
         sys.exit(2)
     except InputError as error:
@@ -129,6 +130,6 @@ def main(arguments: list[str] | None = None) -> None:
         print("simbrake: interrupted; what --resume DIR keeps is kept, the same command goes on", file=sys.stderr)
         sys.exit(130)
     except BrokenPipeError:
-        sys.stderr.close()
+        nobody_reads()
         sys.exit(1)
     sys.exit(code if isinstance(code, int) else 0)

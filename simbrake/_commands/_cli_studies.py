@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
-from ._cli_options import Json, Many, Set, limit, opened, prepare_jax, print_written, tolerance
+from ._cli_options import Json, Many, Set, limit, opened, prepare_jax, print_written, say, tolerance
 
 
 def sensitivity(
@@ -56,9 +56,9 @@ def sensitivity(
         print(f"simbrake: {error}", file=sys.stderr)
         return 1
     if json_:
-        print(json.dumps([table.as_dict() for table in tables], indent=1, allow_nan=False))
+        say(json.dumps([table.as_dict() for table in tables], indent=1, allow_nan=False))
     else:
-        print("\n\n".join(str(table) for table in tables))
+        say("\n\n".join(str(table) for table in tables))
     if out is not None:
         from .._pages._export import write_sensitivities
 
@@ -123,7 +123,7 @@ def sweep(
     asked = _sweep.metrics_of(scene, metrics)
     settings: dict[str, Any] = {"rtol": rtol, "max_steps": max_steps, "workers": workers}
     data = _sweep.run(scene, axes, asked, sample=sample, seed=seed, directory=resume, client=scheduler, **settings)
-    print(json.dumps(_sweep.summary(data, asked), indent=1, allow_nan=False) if json_ else _sweep.text(data, asked))
+    say(json.dumps(_sweep.summary(data, asked), indent=1, allow_nan=False) if json_ else _sweep.text(data, asked))
     if out is not None:
         print_written(_sweep.write(data, out), json_)
     return _sweep.exit_code(data)

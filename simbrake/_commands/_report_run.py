@@ -48,8 +48,8 @@ def report_run(
 ) -> int:
     """Runs the scene of `file`, writes its page and says where; the exit code: 0 the run reached its end, 1 it failed.
 
-    - `limit`: texts `METRIC=VALUE`, in SI or with a unit.  The page is written in either case; faults raise `InputError`
-      before anything is run
+    - `limit`: texts `METRIC=VALUE`, in SI or with a unit.  The page is written in either case; faults raise
+      `InputError` before anything is run
     """
     limits = _checked(scene, sensitivity, limit)
     out = page_of(file) if out is None else out

@@ -36,11 +36,12 @@ def read_limits(scene: Scene, limits: Mapping[str, int | float | str]) -> tuple[
     reader, read = NumberReader(), {}
     if PRESSURE in limits and scene.brake.linings.area is None:
         reader.fault(PRESSURE, "needs the areas of the linings", "give brake.linings.area")
+    known = (*metric_names(scene), PRESSURE)
     try:
         check_metrics(scene, [name for name in limits if name != PRESSURE])
     except InputError as error:
         reader.faults += error.faults
-    for name, value in limits.items():
+    for name, value in ((name, value) for name, value in limits.items() if name in known):
         unit = "Pa" if name == PRESSURE else unit_of(name)
         number = reader.number(_plain(value), Quantity(unit, "greatest permissible value"), f"limits[{name!r}]", unit)
         read |= {} if number is BAD else {name: number}
