@@ -37,7 +37,8 @@ HOUSE = {
         {"_programme"},
     ],
     "_physics": [
-        {"_sliding", "_thermal"},
+        {"_heat_flows", "_sliding"},
+        {"_thermal"},
         {"_at_rest", "_modes", "_sparsity", "_state"},
         {"_acting", "_bandage_state"},
         {"_bandage_forces", "_chain", "_forces"},

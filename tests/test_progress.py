@@ -15,7 +15,7 @@ from helpers import closed_form, stop_scene
 
 import simbrake as sb
 from simbrake._base._compiling import pack
-from simbrake._base._progress import Waiting, piece, waiting
+from simbrake._base._progress import Progress, Waiting, piece, waiting
 from simbrake._run import _long_run, _simulate
 
 LONG = 2048  # step attempts allowed from which on a run goes in stretches
@@ -144,3 +144,14 @@ def test_a_terminal_is_told_and_a_pipe_is_not(tmp_path):
     assert shown.stdout == piped.stdout
     assert "run: compiles, 0 s" in said
     assert said.endswith("\r\x1b[K")  # the line is cleared at last
+
+
+def test_progress_waits_before_it_speaks(capsys):
+    line = Progress(3, True, what="frames", after=3600.0)
+    line.add(3)
+    line.close()
+    assert capsys.readouterr().err == ""
+    line = Progress(3, True, what="frames")
+    line.add(3)
+    line.close()
+    assert "3/3 frames" in capsys.readouterr().err
