@@ -65,7 +65,7 @@ HOUSE = {
         {"_least_tension", "_optimal_layout"},
     ],
     "_studies": [
-        {"_estimates", "_salib"},
+        {"_confidence", "_salib"},
         {"_measured"},
         {"_indices", "_store"},
         {"_calibration", "_chunks", "_plan", "_range", "_read_measured", "_sampling"},

@@ -19,7 +19,7 @@ from .._run._choice import stiffness
 from .._run._result import Result
 from .._run._simulate import simulate
 from ._scipy_loop import METHODS, Course, drive
-from ._validation import FAIL, PASS, Check
+from ._validation import FAIL, PASS, AbstractChecks, Check
 
 _CHANGES = {
     *("slip_onset", "full_slip", "stop", "restick", "restart", "release"),
@@ -36,7 +36,7 @@ SCOPE = (
 )
 
 
-class CrossCheck(Sequence[Check]):
+class CrossCheck(AbstractChecks):
     """Quantities of both runs as checks, `value` simbrake's and `truth` SciPy's; printing it shows the table.
 
     - `first_difference`: where the changes of mode differ for the first time, in words, or empty
@@ -49,31 +49,20 @@ class CrossCheck(Sequence[Check]):
         self.first_difference, self.trouble = difference, course.trouble
         self.seconds, self.evaluations = seconds, course.evaluations
 
-    def __getitem__(self, index: Any) -> Any:
-        return self.checks[index]
-
-    def __len__(self) -> int:
-        return len(self.checks)
-
     @property
     def ok(self) -> bool:
         """Whether both runs are whole and agree in everything compared."""
-        return not self.trouble and all(check.verdict == PASS for check in self.checks)
-
-    def as_list(self) -> list[dict[str, Any]]:
-        """What `simbrake validate --cross-check SCENE --json` prints: the keys are those of `validate`."""
-        return [check.as_dict() for check in self.checks]
+        return not self.trouble and not self.failed
 
     def __str__(self) -> str:
         ours, theirs = self.seconds
-        failed = sum(check.verdict != PASS for check in self.checks)
         ratio = f", {theirs / ours:.3g} times as long" if ours > 0 else ""
         lines = [
             _table(self.checks),
             "",
             f"time     simbrake {1e3 * ours:.3g} ms (compiled), SciPy {1e3 * theirs:.3g} ms{ratio}; "
             f"{self.evaluations} evaluations of a compiled right-hand side by {self.method}",
-            f"verdict  {len(self) - failed} of {len(self)} quantities agree",
+            f"verdict  {len(self) - len(self.failed)} of {len(self)} quantities agree",
         ]
         if self.first_difference:
             lines.append(f"modes    differ first {self.first_difference}")

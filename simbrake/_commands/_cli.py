@@ -7,7 +7,19 @@ from typing import Any
 
 import cyclopts
 
-from ._cli_options import Json, Set, limit, nobody_reads, opened, prepare_jax, print_written, say, tolerance
+from ._cli_options import (
+    Json,
+    Rtol,
+    Scenario,
+    Set,
+    limit,
+    nobody_reads,
+    opened,
+    prepare_jax,
+    print_written,
+    say,
+    tolerance,
+)
 from ._cli_results import animate, compare, estimates, report
 from ._cli_scene import scene
 from ._cli_studies import calibrate, sensitivity, sweep
@@ -44,13 +56,13 @@ app.register_install_completion_command(help="Install completion of commands and
 
 @app.command
 def run(
-    scenario: Path,
+    scenario: Scenario,
     /,
     *,
     out: Path | None = None,
     json_: Json = False,
     set_: Set = None,
-    rtol: float = 1e-10,
+    rtol: Rtol = 1e-10,
     max_steps: int | None = None,
     max_events: int = 10_000,
 ) -> int:
@@ -58,16 +70,10 @@ def run(
 
     Parameters
     ----------
-    scenario
-        Scene file: TOML, or Python with a function scene().
     out
         Folder for every picture of the run, the series (CSV), the result as labelled data (netCDF) and the summary.
     json_
         Print the summary as JSON, alone on stdout.
-    set_
-        PATH=VALUE: override a number of the scene (SI, or with its unit), as "duty.load.mass=30 t"; may be repeated.
-    rtol
-        Relative tolerance of the integration.
     max_steps
         Step attempts allowed.
     max_events

@@ -8,7 +8,11 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 
 Many = Annotated[list[str] | None, Parameter(negative="", consume_multiple=False)]
-Set = Annotated[list[str] | None, Parameter(name="--set", negative="", consume_multiple=False)]
+#: options that several commands have, and what their help says; a command's docstring says the rest
+Scenario = Annotated[Path, Parameter(help="Scene file: TOML, or Python with a function scene().")]
+_SET = 'PATH=VALUE: override a number of the scene (SI, or with its unit), as "duty.load.mass=30 t"; may be repeated.'
+Set = Annotated[list[str] | None, Parameter(name="--set", negative="", consume_multiple=False, help=_SET)]
+Rtol = Annotated[float, Parameter(help="Relative tolerance of the integration.")]
 Json = Annotated[bool, Parameter(name="--json", negative="")]
 
 
