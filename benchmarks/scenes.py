@@ -285,7 +285,7 @@ CASES: dict[str, Case] = {
         _stop_case("a", "dry", "stop without heat: 3 states, 3 events", _dry()),
         _stop_case("b", "layered", "stop with a rim of 20 layers and fade: 23 states, 2 events", _layered()),
         _stop_case(
-            "c", "stiff", "the same with layers from 1 µm on, and linings: 35 states, stiff", _stiff(), stiff=True
+            "c", "stiff", "stop with a rim in layers from 1 µm on, and linings: 35 states, stiff", _stiff(), stiff=True
         ),
         _staged_case(),
         _chain_case(),

@@ -70,8 +70,8 @@ def main(measured: list[str]) -> None:
         frame = frames.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)
     frame.save(HERE / "pictures" / "animation.png", optimize=True)
     film.unlink()
-    if measured:  # what benchmarks/speed_against_error.py --json wrote
-        save(plot.work_precision(measured[0]), "work_precision")
+    # what benchmarks/speed_against_error.py --json wrote: a file given, else the one kept
+    save(plot.work_precision(measured[0] if measured else HERE / "pictures" / "work_precision.json"), "work_precision")
 
 
 if __name__ == "__main__":

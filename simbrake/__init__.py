@@ -237,9 +237,9 @@ from ._run._stages import Stage as Stage
 from ._run._stages import internal_slip_tension as internal_slip_tension
 from ._studies._calibrate import calibrate as calibrate
 from ._studies._calibration import Calibration as Calibration
+from ._studies._confidence import Estimate as Estimate
 from ._studies._ensemble import ensemble as ensemble
 from ._studies._ensemble import sweep as sweep
-from ._studies._estimates import Estimate as Estimate
 from ._studies._global import morris as morris
 from ._studies._global import sobol_indices as sobol_indices
 from ._studies._indices import GlobalSensitivity as GlobalSensitivity

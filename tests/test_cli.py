@@ -2,6 +2,7 @@
 
 import csv
 import json
+import os
 import subprocess
 import sys
 import tomllib
@@ -274,3 +275,46 @@ def test_a_long_wait_is_told_on_a_terminal_only(capsys):
     with Waiting("run", "compiles", shown=True, after=5.0):
         pass
     assert capsys.readouterr().err == ""
+
+
+def test_a_reader_that_goes_away_ends_no_work(tmp_path):
+    """As in `simbrake run … --out x --json | head -1`: what is still to be written is written, without a traceback."""
+
+    def unread(program):
+        ours, theirs = os.pipe()
+        os.close(ours)
+        done = subprocess.run([sys.executable, "-c", program], stdout=theirs, stderr=subprocess.PIPE, timeout=300)
+        os.close(theirs)
+        return done.returncode, done.stderr
+
+    file = tmp_path / "written"
+    program = "from simbrake._commands._cli_options import say\nsay('a' * 100_000)\nsay('b')\n"
+    assert unread(f"{program}open({str(file)!r}, 'w').write('c')") == (0, b"")
+    assert file.read_text() == "c"
+    assert unread("from simbrake._commands._cli import main\nmain(['scene', 'schema'])") == (1, b"")
+
+
+def test_without_a_place_for_compiled_programs_nothing_is_kept(monkeypatch, tmp_path):
+    from simbrake._commands._cli_options import _cache
+
+    monkeypatch.delenv("JAX_COMPILATION_CACHE_DIR")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    assert _cache() == str(tmp_path / "cache" / "simbrake" / "compiled")
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))  # no folder can be made in a file
+    assert _cache() == ""
+    monkeypatch.delenv("XDG_CACHE_HOME")
+    monkeypatch.setattr("os.path.expanduser", lambda path: path)  # nobody knows a home
+    assert _cache() == ""
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == ["cache", "file"]
+
+
+def test_a_folder_and_an_empty_file_are_called_so(capsys, tmp_path):
+    (tmp_path / "mine.toml").touch()
+    code, _, err = call(capsys, "run", str(tmp_path))
+    assert code == 2
+    assert f"{tmp_path}: is a folder — there are: {tmp_path / 'mine.toml'}" in err
+    code, _, err = call(capsys, "run", str(tmp_path / "mine.toml"))
+    assert code == 2
+    assert "  type: is missing" in err

@@ -16,7 +16,7 @@ from scipy.special import ndtr, ndtri
 
 import simbrake as sb
 from simbrake import plot
-from simbrake._studies._estimates import mean_and_deviation, probability, quantile
+from simbrake._studies._confidence import mean_and_deviation, probability, quantile
 from simbrake._studies._global import sobol_table
 from simbrake._studies._salib import morris_design, morris_numbers, sobol_design
 from simbrake._studies._uncertainty import _evaluate, _points

@@ -43,15 +43,16 @@ HOUSE = {
         {"_exchange", "_plausible", "_programme"},
     ],
     "_physics": [
-        {"_at_rest", "_modes", "_sliding", "_state", "_thermal"},
-        {"_acting", "_bandage_state", "_frame", "_sparsity"},
+        {"_at_rest", "_heat_flows", "_modes", "_sliding", "_state"},
+        {"_bandage_state", "_sparsity", "_thermal"},
+        {"_acting", "_frame"},
         {"_bandage_forces", "_chain", "_forces"},
         {"_bandage", "_chain_system", "_system"},
         {"_assemble_bandage", "_assemble_brake", "_assemble_chain", "_observe"},
         {"_assemble"},
     ],
     "_run": [
-        {"_choice", "_edit", "_log", "_outcome", "_probe", "_series", "_stages", "_summary"},
+        {"_choice", "_edit", "_log", "_long_run", "_outcome", "_probe", "_series", "_stages", "_summary"},
         {"_conduction", "_integral", "_metrics"},
         {"_report", "_rubbing"},
         {"_result"},
@@ -64,7 +65,7 @@ HOUSE = {
         {"_optimal_layout"},
     ],
     "_studies": [
-        {"_chunks", "_estimates", "_measured", "_plan", "_range", "_salib", "_sampling", "_store"},
+        {"_chunks", "_confidence", "_measured", "_plan", "_range", "_salib", "_sampling", "_store"},
         {"_calibration", "_dataset", "_distribute", "_fit_model", "_indices", "_read_measured", "_sensitivity"},
         {"_ensemble", "_search"},
         {"_assess", "_global", "_sweep", "_uncertainty"},
@@ -138,9 +139,9 @@ HOUSE = {
         {"_html_report"},
     ],
     "_commands": [
-        {"_calibrate_run", "_cli_options", "_compare_run", "_validate_run"},
-        {"_cli_materials", "_cli_scene", "_cli_studies", "_cli_synthesis", "_cli_validate", "_report_run"},
-        {"_cli_results"},
+        {"_cli_options", "_compare_run", "_report_run", "_validate_run"},
+        {"_calibrate_run", "_cli_materials", "_cli_results", "_cli_scene", "_cli_synthesis", "_cli_validate"},
+        {"_cli_studies"},
         {"_cli"},
     ],
 }

@@ -10,15 +10,16 @@ import re
 
 import numpy as np
 import pytest
-from heat_scenes import fading, rigid_stop
+from heat_scenes import fading, layered_stop, rigid_stop
 from helpers import closed_form, stop_scene
 
 import simbrake as sb
 from simbrake import plot
 from simbrake._base._handy import number
+from simbrake._base._progress import Waiting
 from simbrake._base._whole import whole_file
 from simbrake._commands._report_run import report_run, title_of
-from simbrake._pages._html_limits import limits_of
+from simbrake._pages._html_limits import limits_of, read_limits
 from simbrake._pages._html_parts import EVENTS, event_counts, event_rows, ledger
 from simbrake._pages._html_pictures import draw
 from simbrake._pages._html_report import _scene_text as contents_of_scene
@@ -69,7 +70,7 @@ def run():
 @pytest.fixture(scope="module")
 def parts(run):
     """What the page of the run says, nothing asked for."""
-    return contents(run, {}, "", {})
+    return contents(run, {}, "", {}, Waiting("report", "sums up"))
 
 
 @pytest.fixture(scope="module")
@@ -351,8 +352,26 @@ def test_command(capsys, tmp_path):
     with pytest.raises(sb.InputError) as caught:
         report_run(stop_scene(), file, out, limit=["max_tension"], sensitivity=["nix"])
     assert len(caught.value.faults) == 2
+    wrong = ["max_tension=120 kg", "max_normal_load=much", "=3", "stopping_time=1 s", "stopping_time=2 s"]
+    with pytest.raises(sb.InputError) as caught:
+        report_run(stop_scene(), file, out, limit=wrong)
+    said = str(caught.value)
+    assert len(caught.value.faults) == 4
+    assert "'120 kg': 'kg' is no unit of greatest permissible value, which is in N" in said
+    assert "stopping_time: is given twice" in said
     with pytest.raises(sb.InputError, match="is a folder"):
         report_run(stop_scene(), file, tmp_path)
+
+
+def test_limits_have_units():
+    scene = layered_stop()
+    given = {"max_tension": "120 kN", "peak_rim_temperature": "450 degC", "stopping_time": 2, "max_normal_load": 3e4}
+    limits, faults = read_limits(scene, given)
+    assert not faults
+    assert limits == {"max_tension": 120e3, "peak_rim_temperature": 723.15, "stopping_time": 2, "max_normal_load": 3e4}
+    limits, faults = read_limits(scene, {"max_tension": math.nan, "stopping_time": "2 h", "max_tensoin": "1 kN"})
+    assert limits["stopping_time"] == 7200.0
+    assert {str(fault).partition(":")[0] for fault in faults} == {"limits['max_tension']", "max_tensoin"}
 
 
 def test_titles():

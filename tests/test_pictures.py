@@ -1,91 +1,36 @@
 """Pictures show what the run has: read back from what is drawn, in the units that the axes name."""
 
-import base64
 import dataclasses
-import json
 import math
 import pathlib
 import re
-import sys
 
 import jax
 import numpy as np
 import pytest
 from helpers import closed_form, stop_scene
 from matplotlib.colors import to_hex
-from matplotlib.patches import Wedge
-from PIL import Image
-
-sys.path.insert(0, str(pathlib.Path(__file__).parent.parent))
+from picture_scenes import hot_result, plain_result, radius, scale, staged_result, wedges
 
 import simbrake as sb
-from benchmarks import report
 from simbrake import plot
-from simbrake._base._progress import Progress
-from simbrake._pictures._plot_animation import Scenery
-from simbrake._pictures._plot_film import film_of, ticks, words_of_rate
 from simbrake._pictures._plot_wheel import CONTACT_COLOURS
 from simbrake._run._lining_view import Contact
-
-GAP = math.radians(2.0)
 
 
 @pytest.fixture(scope="module")
 def plain():
-    """A stop with gaps between 8 linings and a soft linkage."""
-    n, gaps = 8, np.full(7, GAP)
-    gaps[3] = 3 * GAP
-    band = sb.LiningsOnPlates(modulus=2e11, area=1.3e-3, slack_end=0.3, tight_end=0.5, linkage=2e5, gap=gaps)
-    scene = stop_scene(n=n, beta=30.0, end=4.0)
-    brake = dataclasses.replace(scene.brake, band=sb.Band(scene.brake.band.radius, band))
-    return sb.simulate(dataclasses.replace(scene, brake=brake))
+    return plain_result()
 
 
 @pytest.fixture(scope="module")
 def staged():
-    """A staged brake on a rigid band, through all stages."""
-    scene = stop_scene(n=6, beta=40.0, f=0.42, C=None, lever=sb.ramp(1e3, 15e3, 0.0, 0.5), end=4.0)
-    bandage = sb.Bandage(inertia=20.0, friction=sb.ConstantFriction(0.28), preload=3e3)
-    return sb.simulate(dataclasses.replace(scene, brake=dataclasses.replace(scene.brake, bandage=bandage)))
+    return staged_result()
 
 
 @pytest.fixture(scope="module")
 def hot():
-    """A stop with a rim in graded layers and a wall for each of 4 linings."""
-    steel, lining = sb.material("steel_20L"), sb.material("FK-24A")
-    heat = sb.layered_heat(
-        rim=steel,
-        rim_thickness=0.025,
-        track_area=0.8,
-        rim_layers=6,
-        rim_first=1e-3,
-        lining=lining,
-        lining_thickness=0.03,
-        lining_area=0.6,
-        lining_layers=3,
-        each=4,
-        partition=sb.EffusivityPartition(steel, lining),
-    )
-    scene = stop_scene(n=4, beta=60.0, lever=sb.ramp(2e3, 20e3, 0.0, 0.3), end=2.5)
-    return sb.simulate(dataclasses.replace(scene, heat=heat))
-
-
-def radius(xy):
-    return np.hypot(*np.asarray(xy, float).T)
-
-
-def wedges(axes, gid):
-    return [p for p in axes.patches if isinstance(p, Wedge) and p.get_gid() == gid]
-
-
-def scale(axes, gid):
-    """Value of a radius, from the two ends of a scale as it is written in the picture."""
-    texts = [t for t in axes.texts if t.get_gid() == gid]
-    values = np.asarray([float(t.get_text().removesuffix(" kN")) for t in texts])
-    radii = radius([t.get_position() for t in texts])
-    assert texts[-1].get_text().endswith(" kN")
-    slope = (values[-1] - values[0]) / (radii[-1] - radii[0])
-    return lambda r: values[0] + slope * (np.asarray(r) - radii[0])
+    return hot_result()
 
 
 @pytest.mark.parametrize("name", ["plain", "staged", "hot"])
@@ -269,185 +214,6 @@ def test_depth_of_one_of_several_walls(hot):
         plot.depth(hot, "flange")
     with pytest.raises(sb.InputError, match="1…4"):
         plot.depth(hot, "lining", 5)
-
-
-# --- layouts ----------------------------------------------------------------------------------------------------------
-
-
-def test_angles_add_up_to_the_wrap(plain):
-    layout = sb.equal_increment_angles(0.3, 10, 10, math.radians(270.0))
-    axes = plot.angles({"equal increments": layout, "with gaps": plain.scene}).axes[0]
-    steps = [line for line in axes.lines if line.get_marker() == "None"]
-    dots = {line.get_label().partition(":")[0]: line for line in axes.lines if line.get_marker() != "None"}
-    np.testing.assert_allclose(dots["equal increments"].get_ydata(), np.degrees(layout.angle), rtol=1e-12)
-    np.testing.assert_allclose(dots["uniform pitch"].get_ydata(), 27.0, rtol=1e-12)
-    x = np.asarray(steps[0].get_xdata()).reshape(10, 3)
-    np.testing.assert_allclose(x[:, 1] - x[:, 0], np.degrees(layout.angle), rtol=1e-12)
-    assert x[-1, 1] == pytest.approx(270.0)
-    x = np.asarray(steps[1].get_xdata()).reshape(8, 3)
-    np.testing.assert_allclose(x[1:, 0] - x[:-1, 1], [2, 2, 2, 6, 2, 2, 2], rtol=1e-9)
-    assert axes.get_xlabel().endswith(", °")
-    assert axes.get_ylabel().endswith(", °")
-    assert "Σβ = 270°" in axes.get_legend().get_texts()[0].get_text()
-    # Z, table 6: first row
-    assert dots["equal increments"].get_ydata()[0] == pytest.approx(50.3, abs=0.5)
-
-
-def test_angles_name_every_fault():
-    with pytest.raises(sb.InputError) as caught:
-        plot.angles({"degrees": np.full(10, 27.0), "none": [], "words": "wide", "fine": np.full(4, 0.5)})
-    assert [fault.path for fault in caught.value.faults] == ["given['degrees']", "given['none']", "given['words']"]
-    assert "are they in degrees" in str(caught.value)
-    with pytest.raises(sb.InputError, match="empty"):
-        plot.angles({})
-
-
-# --- work and precision -----------------------------------------------------------------------------------------------
-
-
-def benchmark():
-    rows = [
-        {"method": "simbrake Dopri8", "seconds": 1e-4, "error": 1e-6},
-        {"method": "simbrake Dopri8", "seconds": 2e-4, "error": 0.0},
-        {"method": "Other RK4", "seconds": 3e-3, "error": 1e-4},
-        {"method": "Other RK4", "seconds": 5e-3, "error": math.inf},
-    ]
-    scene = {"name": "a", "title": "stop", "reference": {"uncertainty": 1e-15}, "rows": rows}
-    machine = {"cpu": "a processor", "cores": 2, "versions": {"simbrake": "0"}}
-    return {"machine": machine, "fast_loops": False, "scenes": {"a": scene, "b": {**scene, "name": "b"}}}
-
-
-def test_work_and_precision(tmp_path):
-    file = tmp_path / "found.json"
-    file.write_text(json.dumps(benchmark()), "utf-8")
-    for data in (benchmark(), file, str(file)):
-        figure = plot.work_precision(data)
-        assert len(figure.axes) == 2
-        lines = {line.get_label(): line for line in figure.axes[0].lines}
-        np.testing.assert_allclose(lines["simbrake Dopri8"].get_xydata(), [[0.1, 1e-6], [0.2, 1e-16]])
-        np.testing.assert_allclose(lines["Other RK4"].get_xydata(), [[3.0, 1e-4]])  # what failed has no mark
-        assert figure.axes[0].get_xlabel().endswith(", ms")
-    report.chart(benchmark(), str(tmp_path / "chart.png"))
-    with Image.open(tmp_path / "chart.png") as image:
-        assert min(image.size) > 500
-
-
-def test_work_and_precision_refuses_other_files(tmp_path):
-    with pytest.raises(sb.InputError, match="cannot be read"):
-        plot.work_precision(tmp_path / "none.json")
-    (tmp_path / "bad.json").write_text("{", "utf-8")
-    with pytest.raises(sb.InputError, match="is no JSON"):
-        plot.work_precision(tmp_path / "bad.json")
-    with pytest.raises(sb.InputError, match=r"data\.scenes"):
-        plot.work_precision({"rows": []})
-    broken = benchmark()
-    del broken["scenes"]["a"]["rows"][1]["error"], broken["scenes"]["b"]["title"]
-    with pytest.raises(sb.InputError, match="2 faults"):
-        plot.work_precision(broken)
-
-
-# --- film -------------------------------------------------------------------------------------------------------------
-
-
-def test_film_is_slow_where_slip_begins(plain):
-    film = film_of(plain, 6.0, None, None)
-    full, stop = float(plain.full_slip_time), float(plain.stopping_time)
-    assert film.run == pytest.approx((0.0, 1.3 * full, 1.15 * stop))
-    assert film.run_time(0.45 * 6.0) == pytest.approx(1.3 * full)
-    at = np.linspace(0.0, 6.0, 50)
-    np.testing.assert_allclose(film.film_time(film.run_time(at)), at, atol=1e-12)
-    assert film.rate(0.1) == pytest.approx(2.7 / (1.3 * full))
-    assert words_of_rate(film.rate(0.1)).startswith("slow motion")
-    assert words_of_rate(0.01) == "100 times faster than the brake"
-    places = ticks(film)
-    assert all(0 <= t <= film.run[-1] for t, _ in places)
-    assert {words.split()[1] for _, words in places} == {"ms", "s"}
-    for t, words in places:
-        value, unit = words.split()
-        assert float(value) * (1e-3 if unit == "ms" else 1.0) == pytest.approx(t)
-    # a window without an onset of slip runs evenly
-    assert film_of(plain, 6.0, 0.5 * stop, 0.8 * stop).run == pytest.approx((0.5 * stop, 0.8 * stop))
-
-
-@pytest.mark.parametrize("name", ["staged", "hot"])
-def test_film_shows_the_run(name, request):
-    result = request.getfixturevalue(name)
-    times = np.linspace(0.0, 2.0, 9)
-    film = film_of(result, 2.0, None, None)
-    scenery = Scenery(result, film, times)
-    for i in (1, 4, 8):
-        scenery.show(i)
-        t = film.run_time(times[i])
-        s = result.series([t])
-        x, y = (np.asarray(v)[0] for v in scenery.mark.get_data())
-        phi = math.atan2(y, x) - math.pi / 2
-        assert math.remainder(phi - float(s.phi[0]), 2 * math.pi) == pytest.approx(0.0, abs=1e-9)
-        assert scenery.cursors[0].get_xdata()[0] == pytest.approx(t)
-        if name == "hot":
-            coldest, hottest = (float(f(s.lining_temperature)) - 273.15 for f in (np.min, np.max))
-            assert scenery.hot[int(np.argmax(s.lining_temperature))].get_facecolor() == pytest.approx(
-                scenery.colours.to_rgba(hottest)
-            )
-            assert scenery.norm.vmin <= coldest
-        else:
-            assert "internal" in scenery.wedges
-    assert len(scenery.wedges["external"]) == result.scene.brake.linings.count
-
-
-def test_spokes_vanish_where_the_film_cannot_follow(plain):
-    film = film_of(plain, 2.0, 0.0, float(plain.stopping_time))
-    coarse = Scenery(plain, film, np.linspace(0.0, 2.0, 4))
-    coarse.show(2)
-    assert coarse.mark.get_alpha() == 0.0
-    assert "too fast to be seen" in coarse.title.get_text()
-    coarse.show(0)
-    fine = Scenery(plain, film, np.linspace(0.0, 2.0, 400))
-    fine.show(390)
-    assert fine.spokes[0].get_alpha() == fine.mark.get_alpha() == 1.0
-
-
-def test_animation_writes_every_frame(plain, tmp_path):
-    told = []
-    file = plot.animate(
-        plain, tmp_path / "new" / "stop.gif", duration=0.5, fps=10, progress=lambda *done: told.append(done)
-    )
-    with Image.open(file) as image:
-        assert image.n_frames == 5
-        assert image.info["duration"] == 100
-        assert image.info["loop"] == 0
-    assert told == [(i, 5) for i in range(1, 6)]
-    page = plot.animate(plain, str(tmp_path / "stop.html"), duration=0.3, fps=10).read_text("utf-8")
-    (frames,) = re.findall(r"const frames = (\[.*?\]), step = 100;", page)
-    images = [base64.b64decode(frame) for frame in json.loads(frames)]
-    assert len(images) == 3
-    assert all(image.startswith(b"\x89PNG") for image in images)
-    assert not re.search(r"https?://", page)  # works offline
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["new", "stop.html"]
-
-
-def test_animation_refuses_what_makes_no_film(plain, tmp_path):
-    for name, given, words in (
-        ("stop.mp4", {}, "let it end in .gif or .html"),
-        ("stop.gif", {"duration": 0.0}, "duration"),
-        ("stop.gif", {"fps": 100}, "up to 50"),
-        ("stop.gif", {"duration": 1e4}, "frames"),
-        ("stop.gif", {"start": -1.0}, "outside the run"),
-        ("stop.gif", {"start": 1.0, "end": 0.5}, "not after the start"),
-    ):
-        with pytest.raises(sb.InputError, match=words):
-            plot.animate(plain, tmp_path / name, **given)
-    assert not list(tmp_path.iterdir())
-
-
-def test_progress_waits_before_it_speaks(capsys):
-    line = Progress(3, True, what="frames", after=3600.0)
-    line.add(3)
-    line.close()
-    assert capsys.readouterr().err == ""
-    line = Progress(3, True, what="frames")
-    line.add(3)
-    line.close()
-    assert "3/3 frames" in capsys.readouterr().err
 
 
 # --- those that were there --------------------------------------------------------------------------------------------

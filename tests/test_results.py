@@ -1,53 +1,21 @@
 """Results as labelled data: values, units, files that lose nothing, provenance, running again, comparing."""
 
-import dataclasses
-import json
 import math
-import re
 import sys
-from pathlib import Path
-from typing import Any, ClassVar
 
-import diffrax
-import equinox as eqx
 import jax
-import jax.numpy as jnp
 import numpy as np
 import pytest
 from helpers import closed_form, stop_scene
+from result_scenes import heated_stop
 from staged_scenes import stop as staged_stop
 
 import simbrake as sb
-from simbrake._commands._compare_run import run as compare_run
-from simbrake._files._open_scene import open_scene
 from simbrake._results import _meanings, _result_file
 from simbrake._run._measure import METRIC_UNITS
 from simbrake._run._series import SERIES_UNITS, Series
 
 SUFFIXES = (".nc", ".parquet", ".csv")
-
-
-def heated_stop():
-    """Two linings, a rim in three layers and two walls in two layers, all joined to the air."""
-    iron, stuff = sb.Material(48.0, 7800.0, 500.0), sb.Material(0.8, 2000.0, 900.0)
-    heat = sb.Heat(
-        bodies=(
-            sb.Wall("rim", iron, 0.028, 0.9, 3, 1.5),
-            sb.Lump("shield/cover", 2e3),
-            sb.Wall("lining", stuff, 0.03, 0.05, 2, copies=2),
-            sb.Reservoir("air"),
-        ),
-        links=(
-            sb.Convection("rim.back", 0.9, 60.0),
-            sb.Convection("lining.back", 0.05, 20.0),
-            sb.Conductance("shield/cover", "air", 1.0),
-        ),
-        friction=sb.FrictionHeat("rim.front", "lining.front", sb.ConstantPartition(0.9)),
-        rim="rim.front",
-        linings="lining.front",
-    )
-    scene = stop_scene(n=2, beta=120.0, C=None, end=4.0)
-    return dataclasses.replace(scene, heat=heat)
 
 
 @pytest.fixture(scope="module")
@@ -286,186 +254,3 @@ def test_without_pyarrow_the_command_is_named(plain, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     with pytest.raises(sb.InputError, match=r"pip install 'simbrake\[tables\]'"):
         sb.save(plain, tmp_path / "x.parquet")
-
-
-def test_provenance_says_what_ran_and_not_who(plain):
-    import getpass
-    import platform
-    from datetime import datetime
-
-    found = sb.provenance(plain)
-    text = json.dumps(found, allow_nan=False)
-    assert found["simbrake"] == sb.__version__
-    assert found["versions"]["jax"] == jax.__version__
-    assert found["settings"] == {
-        "method": "Dopri8",
-        "rtol": 1e-10,
-        "max_step": None,
-        "max_steps": None,
-        "max_events": 10_000,
-    }
-    assert datetime.fromisoformat(found["date"]).utcoffset().total_seconds() == 0
-    numbers = {row["path"]: (row["value"], row["unit"]) for row in found["scene"]["numbers"]}
-    assert numbers["brake.pulley.inertia"] == (800.0, "kg*m^2")
-    assert len(numbers) == len(sb.leaves(plain.scene))
-    assert found["scene"]["parts"]["duty.slack_tension"] == "Constant"
-    for secret in (platform.node(), f'"{getpass.getuser()}"', str(Path.home()), str(Path.cwd())):
-        assert secret not in text
-
-
-class OwnLaw(sb.AbstractFriction):
-    """A law that no scene file knows."""
-
-    level: Any = eqx.field(converter=np.asarray)
-    speed_dependent: ClassVar[bool] = False
-
-    def kinetic(self, contact):
-        return jnp.broadcast_to(self.level, contact.v.shape)
-
-    def static(self, contact):
-        return self.kinetic(contact)
-
-    def faults(self, path):
-        return []
-
-
-def test_run_again_to_the_last_bit(tmp_path):
-    scene = stop_scene(n=3, T0=30e3)
-    first = sb.simulate(scene, solver=diffrax.Tsit5(), rtol=1e-7, max_step=0.02, max_steps=600, max_events=50)
-    assert sb.provenance(first)["settings"] == {
-        "method": "Tsit5",
-        "rtol": 1e-7,
-        "max_step": 0.02,
-        "max_steps": 600,
-        "max_events": 50,
-    }
-    for suffix in SUFFIXES:
-        path = sb.save(first, tmp_path / f"x{suffix}")
-        # other numbers in the scene given do not matter: those stored count
-        again = sb.rerun(path, scene=stop_scene(n=3, T0=11e3, f=0.3))
-        assert float(again.stopping_time) == float(first.stopping_time)
-        assert sb.compare(path, again, rtol=0.0).equal
-    with pytest.raises(sb.InputError, match=r"brake\.linings\.angle: is of shape \(4,\)"):
-        sb.rerun(path, scene=stop_scene(n=4))
-    with pytest.raises(sb.InputError, match=r"duty\.slack_tension: is PiecewiseLinear, in the stored run Constant"):
-        sb.rerun(path, scene=stop_scene(n=3, lever=sb.ramp(0.0, 1e3, 0.0, 1.0)))
-
-
-def test_run_again_from_the_text_alone(result, tmp_path):
-    path = sb.save(result, tmp_path / "x.nc")
-    again = sb.rerun(path)
-    assert float(again.stopping_time) == float(result.stopping_time)
-    assert sb.compare(path, again, rtol=0.0).equal
-
-
-def test_a_law_of_ones_own_needs_the_scene(tmp_path):
-    scene = stop_scene(n=3, law=OwnLaw(0.3))
-    first = sb.simulate(scene)
-    path = sb.save(first, tmp_path / "x.csv")
-    stored = sb.provenance(first)["scene"]
-    assert stored["toml"] is None
-    assert stored["parts"]["brake.linings.friction"] == f"{__name__}.OwnLaw"
-    assert stored["parts"]["brake.linings.friction.level"] == 0.3
-    with pytest.raises(sb.InputError, match="scene="):
-        sb.rerun(path)
-    again = sb.rerun(path, scene=scene)
-    assert float(again.stopping_time) == float(first.stopping_time)
-
-
-def test_compare_finds_the_number_that_was_changed(plain, tmp_path):
-    stiffer = sb.simulate(sb.with_values(plain.scene, {"brake.linings.angle[4]": 0.24, "brake.pulley.inertia": 810.0}))
-    for a, b in ((plain, stiffer), (sb.save(plain, tmp_path / "a.nc"), sb.save(stiffer, tmp_path / "b.csv"))):
-        found = sb.compare(a, b)
-        assert not found.equal
-        assert {row.name: (row.a, row.b) for row in found.scene} == {
-            "brake.linings.angle[4]": (float(np.radians(13.5)), 0.24),
-            "brake.pulley.inertia": (800.0, 810.0),
-        }
-        times = {row.name: row for row in found.events}
-        stop = times["stop"]
-        assert stop.absolute == float(stiffer.stopping_time) - float(plain.stopping_time)
-        assert stop.relative == pytest.approx(abs(stop.absolute) / float(plain.stopping_time), rel=1e-1)
-        assert not times["slip_onset"].differs  # T_0/(C R ω_0) knows neither
-        heat = next(row for row in found.energies if row.name == "energy.kinetic_change")
-        assert heat.absolute == pytest.approx(-0.5 * 10 * 20**2, rel=1e-9)
-        moved = {row.name for row in found.series if row.differs}
-        assert "omega" in moved
-        assert "slack_tension" not in moved
-        text = str(found)
-        assert "brake.pulley.inertia  800 → 810 kg*m^2" in text
-        assert "stop  " in text
-        assert json.loads(json.dumps(found.as_dict(), allow_nan=False))["equal"] is False
-
-
-def test_greatest_difference_of_a_series_is_where_it_is(plain, tmp_path):
-    data = sb.dataset(plain)
-    other = data.copy(deep=True)
-    other["normal_load"][500, 6] += 3.0
-    found = sb.compare(data, other)
-    (row,) = [row for row in found.series if row.differs]
-    assert (row.name, row.place, row.time) == ("normal_load", "lining 7", float(data["time"][500]))
-    assert row.absolute == pytest.approx(3.0, rel=1e-9)
-    force = max(
-        float(np.abs(data[name]).max()) for name in ("tension", "tight_tension", "normal_load", "friction_force")
-    )
-    assert row.relative == pytest.approx(3.0 / force, rel=1e-9)
-    assert sb.compare(data, other, rtol=1.1 * row.relative).equal
-
-
-def test_series_at_other_times_are_interpolated_and_not_judged(plain):
-    found = sb.compare(sb.dataset(plain, np.linspace(0.0, 5.0, 400)), sb.dataset(plain, np.linspace(0.1, 4.9, 333)))
-    assert found.how.startswith("interpolated")
-    assert found.equal
-    phi = next(row for row in found.series if row.name == "phi")
-    # between two times h apart a straight line is off by h² |φ''|/8 at most, here in both
-    slowing = max(
-        abs(np.diff(sb.dataset(plain)["omega"].values) / np.diff(sb.dataset(plain)["time"].values).clip(1e-3))
-    )
-    assert 0 < phi.absolute <= (0.0126**2 + 0.0151**2) / 8 * slowing
-
-
-def test_compare_of_other_events_parts_and_times(plain):
-    other = sb.simulate(stop_scene(end=0.5, lever=sb.ramp(0.0, 8e3, 0.0, 0.1)))
-    found = sb.compare(plain, other)
-    assert found.status.a == "stopped"
-    assert found.status.b == "not_stopped"
-    assert any(name.startswith("stop at") for name in found.only_a)
-    assert ("duty.slack_tension", "Constant", "PiecewiseLinear") in found.parts
-    stopping = next(row for row in found.metrics if row.name == "stopping_time")
-    assert stopping.b == math.inf
-    assert stopping.differs
-    assert next(row for row in found.as_dict()["metrics"] if row["name"] == "stopping_time")["b"] is None
-    assert "duty.slack_tension.level" in {row.name for row in found.scene if row.b is None}
-    assert "status   stopped → not_stopped" in str(found)
-
-
-def test_the_command_compares_files_folders_and_scenes(plain, tmp_path, capsys):
-    folder = tmp_path / "out"
-    a, b = sb.save(plain, folder / "result.nc"), sb.save(plain, tmp_path / "b.parquet")
-    assert compare_run(folder, b, open_scene) == 0
-    assert capsys.readouterr().out.startswith("equal: relative tolerance 1e-09")
-    program = (
-        Path(__file__).with_name("helpers.py").read_text("utf-8") + "\n\ndef scene():\n    return stop_scene(w0=21.0)\n"
-    )
-    (tmp_path / "faster.py").write_text(program, "utf-8")
-    assert compare_run(a, tmp_path / "faster.py", open_scene, json_=True) == 1
-    found = json.loads(capsys.readouterr().out)
-    assert [(row["name"], row["a"], row["b"]) for row in found["scene"]] == [("initial.omega", 20.0, 21.0)]
-    for wrong in (tmp_path / "no.nc", tmp_path / "x.docx", tmp_path):
-        with pytest.raises(sb.InputError):
-            compare_run(wrong, b, open_scene)
-    with pytest.raises(sb.InputError, match="rtol"):
-        compare_run(a, b, open_scene, rtol=math.nan)
-    with pytest.raises(sb.InputError, match="is no result"):
-        sb.compare(a, 3)
-    with pytest.raises(sb.InputError, match="without status"):
-        sb.compare(a, sb.dataset(plain).drop_vars("status"))
-
-
-def test_the_example_of_the_docs_runs(scenarios, tmp_path, monkeypatch, capsys):
-    text = (scenarios.parent / "docs" / "results.md").read_text("utf-8")
-    (block,) = re.findall(r"```python\n(.*?)```", text, re.S)
-    (tmp_path / "scenarios").symlink_to(scenarios)
-    monkeypatch.chdir(tmp_path)
-    exec(compile(block, "results.md", "exec"), {})
-    assert "duty.load.mass  60000 → 50000 kg" in capsys.readouterr().out

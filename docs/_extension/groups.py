@@ -57,7 +57,7 @@ PAGES: dict[str, tuple[str, ...]] = {
         "_global",
         "_indices",
         "_sampling",
-        "_estimates",
+        "_confidence",
         "_calibrate",
         "_calibration",
         "_measured",

@@ -1,9 +1,12 @@
 """A progress line with the remaining time, for people who wait."""
 
+import contextlib
+import contextvars
 import sys
 import threading
 import time
-from typing import Any
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
 
 
 def duration(seconds: float) -> str:
@@ -41,34 +44,126 @@ class Line:
             sys.stderr.flush()
 
 
-class Waiting:
-    """Says on a terminal how long something takes that cannot be counted, once it has taken two seconds.
+#: what is told now, for what is done far below it
+_TOLD: contextvars.ContextVar["Waiting | None"] = contextvars.ContextVar("told", default=None)
 
-    A context: `with Waiting("run", "compiles what is new to it"):`
+
+def piece(done: int, total: int) -> None:
+    """Says of whatever somebody waits for that it has come to piece `done` of `total`, if it has no other pieces."""
+    told = _TOLD.get()
+    if told is not None:
+        told.piece(done, total)
+
+
+class _Way(NamedTuple):
+    """How far something is: from `first`, at the time `since`, it has come to `done` of `total` at the time `told`."""
+
+    first: float
+    since: float
+    done: float
+    total: float
+    told: float
+    unit: str
+    bound: bool  # the time left is a bound: it may end before
+    inner: bool  # pieces of something that was named without any
+    also: str  # something to be told besides
+
+    def text(self, now: float) -> str:
+        said = f"{self.done:.4g} of {self.total:.4g}{self.unit}{self.also}"
+        if self.done <= self.first:
+            return said
+        rest = (self.told - self.since) * (self.total - self.done) / (self.done - self.first)
+        return f"{said}, {'at most ' * self.bound}{duration(max(rest - (now - self.told), 0.0))} left"
+
+
+class Waiting:
+    """Says on a terminal how long something takes, once it has taken two seconds, and how long it still will if known.
+
+    A context: `with Waiting("run", "compiles") as waiting:`. `now` names what is done next, and how many pieces of it
+    are done if it has pieces; `reach` tells how far a run is in its own time. What a run still takes is an upper
+    bound, since a brake at rest is simulated in no time.
     """
 
     def __init__(self, name: str, what: str, shown: bool | None = None, after: float = 2.0):
-        self._line, self._what, self._after = Line(name, shown), what, after
+        self._line, self._after = Line(name, shown), after
         self._over = threading.Event()
         self._thread = threading.Thread(target=self._tell, daemon=True)
+        self._token: contextvars.Token[Waiting | None] | None = None
+        self._doing: tuple[str, float, _Way | None] = (what, time.monotonic(), None)
+
+    def now(self, what: str, done: int = 0, total: int = 0, *, bound: bool = False, also: str = "") -> None:
+        """What is done from now on; or that `done` of its `total` pieces are done (`bound`: it may need fewer)."""
+        if total:
+            self._come(what, done, total, bound=bound, also=also)
+        else:
+            self._doing = (what, time.monotonic(), None)
+
+    def reach(self, t: float, end: float) -> None:
+        """A run has come to `t` (s) on its way to `end`; told for the first time where it begins."""
+        self._come("simulated to", t, end, unit=" s", bound=True)
+
+    def piece(self, done: int, total: int) -> None:
+        """What is done now has come to piece `done` of `total`, unless it was named with pieces of its own."""
+        what, _, way = self._doing
+        if way is None or way.inner:
+            self._come(what, done, total, inner=True)
+
+    def _come(
+        self, what: str, done: int | float, total: int | float, *, unit="", bound=False, inner=False, also=""
+    ) -> None:
+        (doing, _, way), now = self._doing, time.monotonic()
+        goes_on = way is not None and doing == what and done > way.first
+        first, since = (way.first, way.since) if way is not None and goes_on else (done, now)
+        # one assignment: the thread that tells sees all of it or nothing
+        self._doing = (what, since, _Way(first, since, done, total, now, unit, bound, inner, also))
+
+    def text(self) -> str:
+        """What is done, how far it is, and the time it takes."""
+        (what, since, way), now = self._doing, time.monotonic()
+        return f"{what}, {duration(now - since)}" if way is None else f"{what} {way.text(now)}"
 
     def _tell(self) -> None:
         pause = self._after
         while not self._over.wait(pause):
-            self._line.show(f"{self._what}, {duration(self._line.spent)}")
+            self._line.show(self.text())
             pause = 0.5
 
     def __enter__(self) -> "Waiting":
         if self._line.shown:
             self._thread.start()
+            self._token = _TOLD.set(self)
         return self
 
     def __exit__(self, *error: object) -> None:
         self._over.set()
+        if self._token is not None:
+            _TOLD.reset(self._token)
+            self._token = None
         if self._thread.is_alive():
             self._thread.join()
             if self._line.spent > self._after:
                 self._line.done()
+
+
+@contextlib.contextmanager
+def waiting(progress: Any, name: str, what: str) -> Iterator[Waiting]:
+    """The `Waiting` of a caller, told what comes now, or one of one's own: `None` on a terminal, `True`, `False`."""
+    if isinstance(progress, Waiting):
+        progress.now(what)
+        yield progress
+        return
+    with Waiting(name, what, progress) as own:
+        yield own
+
+
+@contextlib.contextmanager
+def telling(progress: Any) -> Iterator[Callable[[float, float], Any] | None]:
+    """Whom a run tells how far it is: nobody (`False`), a function of `(t, end_time)`, or as `waiting`."""
+    if progress is False or callable(progress):
+        yield progress or None
+        return
+    with waiting(progress, "run", "compiles") as told:
+        yield told.reach
 
 
 class Progress:
@@ -86,9 +181,12 @@ class Progress:
         self._start, self._before, self._said = time.monotonic(), done, 0.0
         self._begun, self._spoke = self._start, False
         self._first = True
+        # what comes before the first piece, the compiler mostly, has no end in sight
+        self._waiting = Waiting("", f"{done}/{total} {what}, begins", self._line.shown).__enter__()
 
     def add(self, count: int) -> None:
         self.done += count
+        self._waiting.__exit__()
         if self._tell is not None:
             self._tell(self.done, self.total)
         now = time.monotonic()
@@ -108,5 +206,6 @@ class Progress:
         return f"{share}, {since / elapsed:.0f} {self._what}/s, {duration(left)} left"
 
     def close(self) -> None:
+        self._waiting.__exit__()
         if self._spoke or self._after == 0.0:
             self._line.done(keep=True)

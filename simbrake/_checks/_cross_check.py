@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax.flatten_util import ravel_pytree
 
-from .._base._progress import Line
+from .._base._progress import waiting
 from .._base._quantity import Fault, InputError
 from .._parts._scene import Scene
 from .._physics._modes import Label, events_of_change
@@ -19,7 +19,7 @@ from .._run._choice import stiffness
 from .._run._result import Result
 from .._run._simulate import simulate
 from ._scipy_loop import METHODS, Course, drive
-from ._validation import FAIL, PASS, Check
+from ._validation import FAIL, PASS, AbstractChecks, Check
 
 _CHANGES = {
     *("slip_onset", "full_slip", "stop", "restick", "restart", "release"),
@@ -36,7 +36,7 @@ SCOPE = (
 )
 
 
-class CrossCheck(Sequence[Check]):
+class CrossCheck(AbstractChecks):
     """Quantities of both runs as checks, `value` simbrake's and `truth` SciPy's; printing it shows the table.
 
     - `first_difference`: where the changes of mode differ for the first time, in words, or empty
@@ -49,31 +49,20 @@ class CrossCheck(Sequence[Check]):
         self.first_difference, self.trouble = difference, course.trouble
         self.seconds, self.evaluations = seconds, course.evaluations
 
-    def __getitem__(self, index: Any) -> Any:
-        return self.checks[index]
-
-    def __len__(self) -> int:
-        return len(self.checks)
-
     @property
     def ok(self) -> bool:
         """Whether both runs are whole and agree in everything compared."""
-        return not self.trouble and all(check.verdict == PASS for check in self.checks)
-
-    def as_list(self) -> list[dict[str, Any]]:
-        """What `simbrake validate --cross-check SCENE --json` prints: the keys are those of `validate`."""
-        return [check.as_dict() for check in self.checks]
+        return not self.trouble and not self.failed
 
     def __str__(self) -> str:
         ours, theirs = self.seconds
-        failed = sum(check.verdict != PASS for check in self.checks)
         ratio = f", {theirs / ours:.3g} times as long" if ours > 0 else ""
         lines = [
             _table(self.checks),
             "",
             f"time     simbrake {1e3 * ours:.3g} ms (compiled), SciPy {1e3 * theirs:.3g} ms{ratio}; "
             f"{self.evaluations} evaluations of a compiled right-hand side by {self.method}",
-            f"verdict  {len(self) - failed} of {len(self)} quantities agree",
+            f"verdict  {len(self) - len(self.failed)} of {len(self)} quantities agree",
         ]
         if self.first_difference:
             lines.append(f"modes    differ first {self.first_difference}")
@@ -283,17 +272,15 @@ def cross_check(
     faults = _faults(method, rtol, max_evaluations)
     if faults:
         raise InputError(faults)
-    line = Line("cross-check", progress)
-    line.show("simbrake …")
-    fresh = simulate(scene, rtol=rtol) if result is None else result
-    start = time.perf_counter()
-    again = simulate(scene, rtol=rtol)
-    own_seconds = time.perf_counter() - start
-    method = method or ("Radau" if stiffness(scene)[0] else "DOP853")
-    line.show(f"SciPy {method} …")
-    energy: Any = again.record.system
-    course = drive(again.record, method, rtol, max_evaluations, float(energy.torque_scale))
-    line.done()
+    with waiting(progress, "cross-check", "compiles the run") as told:
+        fresh = simulate(scene, rtol=rtol, progress=told) if result is None else result
+        start = time.perf_counter()
+        again = simulate(scene, rtol=rtol)
+        own_seconds = time.perf_counter() - start
+        method = method or ("Radau" if stiffness(scene)[0] else "DOP853")
+        told.now(f"compiles what SciPy {method} calls")
+        energy: Any = again.record.system
+        course = drive(again.record, method, rtol, max_evaluations, float(energy.torque_scale), told.reach)
     found = _Compared(f"SciPy {method}", 100 * rtol if tolerance is None else tolerance)
     span = float(scene.end_time) - float(scene.initial.time)
     near = 1e-9 * span

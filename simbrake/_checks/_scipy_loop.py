@@ -83,7 +83,8 @@ def _compiled(record: Record) -> _Compiled:
 class _Run:
     """One run in progress."""
 
-    def __init__(self, record: Record, method: str, rtol: float, atol: np.ndarray, most: int):
+    def __init__(self, record: Record, method: str, rtol: float, atol: np.ndarray, most: int, tell: Any):
+        self.tell = tell
         self.do, self.method, self.rtol, self.atol, self.most = _compiled(record), method, rtol, atol, most
         self.t, self.t1 = float(record.rows.t[0]), float(record.t1)
         self.y, self.mode = np.asarray(record.rows.y[0]), np.asarray(record.rows.mode[0], np.int32)
@@ -95,6 +96,7 @@ class _Run:
         self.evaluations += 1
         if self.evaluations > self.most:
             raise _LimitError
+        self.tell(t, self.t1)
         return np.asarray(self.do.rhs(t, y, self.mode))
 
     def jump(self, fired: np.ndarray, at_stop: bool) -> str:
@@ -175,20 +177,26 @@ class _Run:
 
 
 def drive(
-    record: Record, method: str = "DOP853", rtol: float = 1e-10, most: int = 400_000, energy: float = 1.0
+    record: Record,
+    method: str = "DOP853",
+    rtol: float = 1e-10,
+    most: int = 400_000,
+    energy: float = 1.0,
+    tell: Callable[[float, float], Any] = lambda t, end: None,
 ) -> Course:
     """Repeats the run of a record with SciPy.
 
     - `method` of `scipy.integrate.solve_ivp`;  `rtol`: relative tolerance, absolute ones are `rtol` times the typical
       sizes of the states, and of `energy` (J) for ledgers
     - `most`: evaluations of the right-hand side allowed; a longer run ends there, and says so
+    - `tell`: called with the time reached and the end time at every evaluation
 
     Compiling is not counted in `seconds`: the first few evaluations are made before.
     """
     like = jax.tree.map(lambda size, leaf: np.broadcast_to(size, np.shape(leaf)), record.system.scales(), record.y_like)
     sizes = np.asarray(ravel_pytree(like)[0])
     atol = rtol * np.where(np.isfinite(sizes), sizes, energy)
-    run = _Run(record, method, rtol, atol, most)
+    run = _Run(record, method, rtol, atol, most, tell)
     for function in (run.do.rhs, run.do.guards, run.do.rates):
         function(run.t, run.y, run.mode)
     start = time.perf_counter()

@@ -1,5 +1,6 @@
 """Validation cases: what simbrake computes beside a truth from outside, and a verdict."""
 
+import abc
 import dataclasses
 import math
 from collections.abc import Callable, Iterable, Sequence
@@ -84,11 +85,10 @@ def table(checks: Sequence[Check], truth: str = "truth") -> str:
     return "\n".join(lines)
 
 
-class Validation(Sequence[Check]):
-    """Checks in order; printing them shows the table and the count of verdicts."""
+class AbstractChecks(Sequence[Check]):
+    """Checks in order, in `checks`; a subclass says how they are shown and when all is well."""
 
-    def __init__(self, checks: Iterable[Check], seconds: float = 0.0):
-        self.checks, self.seconds = tuple(checks), seconds
+    checks: tuple[Check, ...]
 
     def __getitem__(self, index: Any) -> Any:
         return self.checks[index]
@@ -97,16 +97,33 @@ class Validation(Sequence[Check]):
         return len(self.checks)
 
     @property
+    def failed(self) -> list[str]:
+        """Names of the checks that did not pass."""
+        return [check.case for check in self.checks if check.verdict != PASS]
+
+    @property
+    @abc.abstractmethod
     def ok(self) -> bool:
-        """Whether there are checks, and every one passed."""
-        return bool(self.checks) and all(check.verdict == PASS for check in self.checks)
+        """Whether all is well."""
 
     def as_list(self) -> list[dict[str, Any]]:
-        """What `simbrake validate --json` prints."""
+        """What `simbrake validate --json` prints, with `--cross-check` too."""
         return [check.as_dict() for check in self.checks]
 
+
+class Validation(AbstractChecks):
+    """Checks in order; printing them shows the table and the count of verdicts."""
+
+    def __init__(self, checks: Iterable[Check], seconds: float = 0.0):
+        self.checks, self.seconds = tuple(checks), seconds
+
+    @property
+    def ok(self) -> bool:
+        """Whether there are checks, and every one passed."""
+        return bool(self.checks) and not self.failed
+
     def __str__(self) -> str:
-        failed = [check.case for check in self.checks if check.verdict != PASS]
+        failed = self.failed
         count = f"{len(self) - len(failed)} of {len(self)} cases pass in {self.seconds:.0f} s"
         count += f"; not: {', '.join(failed)}" if failed else ""
         rule = "error: of the truth, absolute where that is 0"

@@ -15,6 +15,7 @@ from .._studies._calibrate import calibrate
 from .._studies._calibration import Calibration
 from .._studies._measured import Measured
 from .._studies._read_measured import read_measured
+from ._cli_options import say
 
 
 def parse_bounds(texts: list[str]) -> dict[str, tuple[float, float]]:
@@ -108,13 +109,13 @@ def run(
     """Fits, prints, writes; the exit code: 0 fitted, 1 not converged. `command` runs the scene as it was given."""
     fit = calibrate(scene, bounds, data, **options)
     if json_:
-        print(json.dumps(fit.as_dict(), indent=2, allow_nan=False))
+        say(json.dumps(fit.as_dict(), indent=2, allow_nan=False))
     else:
-        print(fit)
+        say(fit)
         settings = [part for path, value in fit.values.items() for part in ("--set", f"{path}={value:.12g}")]
-        print(f"run it   {shlex.join([*command, *settings])}")
+        say(f"run it   {shlex.join([*command, *settings])}")
     if out is not None:
         written = write_calibration(fit, out)
         if not json_:
-            print("written  " + ", ".join(str(path) for path in written))
+            say("written  " + ", ".join(str(path) for path in written))
     return 0 if fit.converged else 1

@@ -3,11 +3,24 @@
 import json
 import sys
 from pathlib import Path
+from typing import Any
 
 import cyclopts
 
 from ._cli_materials import materials
-from ._cli_options import Json, Set, limit, opened, prepare_jax, print_written, tolerance
+from ._cli_options import (
+    Json,
+    Rtol,
+    Scenario,
+    Set,
+    limit,
+    nobody_reads,
+    opened,
+    prepare_jax,
+    print_written,
+    say,
+    tolerance,
+)
 from ._cli_results import animate, compare, estimates, report
 from ._cli_scene import scene
 from ._cli_studies import calibrate, sensitivity, sweep
@@ -45,13 +58,13 @@ app.register_install_completion_command(help="Install completion of commands and
 
 @app.command
 def run(
-    scenario: Path,
+    scenario: Scenario,
     /,
     *,
     out: Path | None = None,
     json_: Json = False,
     set_: Set = None,
-    rtol: float = 1e-10,
+    rtol: Rtol = 1e-10,
     max_steps: int | None = None,
     max_events: int = 10_000,
 ) -> int:
@@ -59,16 +72,10 @@ def run(
 
     Parameters
     ----------
-    scenario
-        Scene file: TOML, or Python with a function scene().
     out
         Folder for every picture of the run, the series (CSV), the result as labelled data (netCDF) and the summary.
     json_
         Print the summary as JSON, alone on stdout.
-    set_
-        PATH=VALUE: override a number of the scene (SI, or with its unit), as "duty.load.mass=30 t"; may be repeated.
-    rtol
-        Relative tolerance of the integration.
     max_steps
         Step attempts allowed.
     max_events
@@ -80,14 +87,16 @@ def run(
 
     limits = {"rtol": tolerance(rtol), "max_events": limit(max_events), "max_steps": limit(max_steps)}
     scene = opened(scenario, set_, out, **limits)
-    with Waiting("run", "compiles what it has not seen before, then runs"):
-        result = simulate(scene, rtol=rtol, max_steps=max_steps, max_events=max_events, throw=False)
+    with Waiting("run", "compiles") as told:
+        given: dict[str, Any] = {"max_steps": max_steps, "max_events": max_events}
+        result = simulate(scene, rtol=rtol, **given, throw=False, progress=told)
+        told.now("sums up")
         text = json.dumps(result.summary(), indent=2, allow_nan=False) if json_ else str(result)
-    print(text)
+    say(text)
     if out is not None:
         from .._pages._export import write
 
-        print_written(write(result, out), json_)
+        print_written(write(result, out, None), json_)
     return 0 if result.ok else 1
 
 
@@ -125,6 +134,7 @@ def main(arguments: list[str] | None = None) -> None:
 
     try:
         code = app(arguments, exit_on_error=False, print_error=True, result_action="return_value")
+        sys.stdout.flush()
     except cyclopts.CycloptsError:
         sys.exit(2)
     except InputError as error:
@@ -134,6 +144,6 @@ def main(arguments: list[str] | None = None) -> None:
         print("simbrake: interrupted; what --resume DIR keeps is kept, the same command goes on", file=sys.stderr)
         sys.exit(130)
     except BrokenPipeError:
-        sys.stderr.close()
+        nobody_reads()
         sys.exit(1)
     sys.exit(code if isinstance(code, int) else 0)

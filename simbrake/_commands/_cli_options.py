@@ -1,22 +1,40 @@
 """What the commands have in common: options, 64 bits, the scene they work on."""
 
 import os
+import sys
 from pathlib import Path
 from typing import Annotated, Any
 
 from cyclopts import Parameter
 
 Many = Annotated[list[str] | None, Parameter(negative="", consume_multiple=False)]
-Set = Annotated[list[str] | None, Parameter(name="--set", negative="", consume_multiple=False)]
+#: options that several commands have, and what their help says; a command's docstring says the rest
+Scenario = Annotated[Path, Parameter(help="Scene file: TOML, or Python with a function scene().")]
+_SET = 'PATH=VALUE: override a number of the scene (SI, or with its unit), as "duty.load.mass=30 t"; may be repeated.'
+Set = Annotated[list[str] | None, Parameter(name="--set", negative="", consume_multiple=False, help=_SET)]
+Rtol = Annotated[float, Parameter(help="Relative tolerance of the integration.")]
 Json = Annotated[bool, Parameter(name="--json", negative="")]
 
 
-def prepare_jax() -> None:
-    """64 bits, and compiled programs kept between runs (`JAX_COMPILATION_CACHE_DIR` moves them, empty: none)."""
+def _cache() -> str:
+    """Where compiled programs are kept; nowhere (empty) if there is no place that can be written."""
     cache = os.environ.get("JAX_COMPILATION_CACHE_DIR")
     if cache is None:
         base = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
         cache = os.path.join(base, "simbrake", "compiled")
+        if not os.path.isabs(cache):  # who has no home gets "~" for it
+            return ""
+    try:
+        if cache:
+            os.makedirs(cache, exist_ok=True)
+    except OSError:
+        return ""
+    return cache if os.access(cache, os.W_OK) else ""
+
+
+def prepare_jax() -> None:
+    """64 bits, and compiled programs kept between runs (`JAX_COMPILATION_CACHE_DIR` moves them, empty: none)."""
+    cache = _cache()
     os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")  # a hit of the cache is no news for users
     import jax
 
@@ -52,6 +70,19 @@ def limit(count: int | None) -> tuple[int | None, bool, str]:
     return count, count is None or count > 0, "at least 1"
 
 
+def nobody_reads() -> None:
+    """What is printed from now on goes nowhere: whoever read it has gone."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def say(text: object) -> None:
+    """Prints at once. A reader that has gone, as `head -1` does, does not end the work that is still to be done."""
+    try:
+        print(text, flush=True)
+    except BrokenPipeError:
+        nobody_reads()
+
+
 def print_written(written: list[Path], json_: bool) -> None:
     if not json_:
-        print("written  " + ", ".join(str(path) for path in written))
+        say("written  " + ", ".join(str(path) for path in written))

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from ._cli_options import Json, Many, Set, opened, prepare_jax, print_written, tolerance
+from ._cli_options import Json, Many, Rtol, Scenario, Set, opened, prepare_jax, print_written, tolerance
 
 
 def compare(a: Path, b: Path, /, *, rtol: float = 1e-9, json_: Json = False) -> int:
@@ -31,7 +31,7 @@ def compare(a: Path, b: Path, /, *, rtol: float = 1e-9, json_: Json = False) -> 
 
 
 def report(
-    scenario: Path,
+    scenario: Scenario,
     /,
     *,
     out: Annotated[Path | None, Parameter(name=["--out", "-o"])] = None,
@@ -39,27 +39,22 @@ def report(
     limit: Many = None,
     check: bool = True,
     set_: Set = None,
-    rtol: float = 1e-10,
+    rtol: Rtol = 1e-10,
     json_: Json = False,
 ) -> int:
     """Run a scene and write its report: one HTML page that needs nothing else.
 
     Parameters
     ----------
-    scenario
-        Scene file: TOML, or Python with a function scene().
     out
         The page; by default the scene's name with .html in the working folder. An existing one is replaced whole.
     sensitivity
         Metric whose derivatives by every number are shown; may be repeated.
     limit
-        METRIC=VALUE: greatest permissible value (SI), of a metric or max_pressure; may be repeated.
+        METRIC=VALUE: greatest permissible value (SI, or with its unit), as "max_tension=120 kN" or
+        "peak_rim_temperature=450 degC"; of a metric or max_pressure; may be repeated.
     check
         Run a second time at another tolerance, to say how accurate the first run is.
-    set_
-        PATH=VALUE: override a number of the scene (SI, or with its unit); may be repeated.
-    rtol
-        Relative tolerance of the integration.
     json_
         Print {status, message, written} as JSON, alone on stdout.
     """
@@ -72,7 +67,7 @@ def report(
 
 
 def animate(
-    scenario: Path,
+    scenario: Scenario,
     out: Path,
     /,
     *,
@@ -81,14 +76,12 @@ def animate(
     start: float | None = None,
     end: float | None = None,
     set_: Set = None,
-    rtol: float = 1e-10,
+    rtol: Rtol = 1e-10,
 ) -> int:
     """Film one braking: the pulley turns, linings are coloured by stick and slip and by temperature.
 
     Parameters
     ----------
-    scenario
-        Scene file: TOML, or Python with a function scene().
     out
         The film: .gif, or .html for a page with a slider that needs nothing else.
     duration
@@ -99,10 +92,6 @@ def animate(
         Simulated time (s) at which it begins.
     end
         Simulated time (s) at which it ends; by default shortly after the stop.
-    set_
-        PATH=VALUE: override a number of the scene (SI, or with its unit); may be repeated.
-    rtol
-        Relative tolerance of the integration.
     """
     prepare_jax()
     from .._base._progress import Waiting
@@ -112,8 +101,8 @@ def animate(
     scene = opened(scenario, set_, None, rtol=tolerance(rtol), duration=(duration, 0 < duration <= 600, "0…600 s"))
     if out.suffix not in (".gif", ".html"):
         raise InputError([Fault(str(out), f"{out.suffix or 'a name without ending'} is no film", "give .gif or .html")])
-    with Waiting("run", "compiles what it has not seen before, then runs"):
-        result = simulate(scene, rtol=rtol, throw=False)
+    with Waiting("run", "compiles") as told:
+        result = simulate(scene, rtol=rtol, throw=False, progress=told)
     from .. import plot
 
     plot.animate(result, out, duration=duration, fps=fps, start=start, end=end)
@@ -122,20 +111,14 @@ def animate(
 
 
 def estimates(
-    scenario: Path, /, *, run: bool = True, set_: Set = None, rtol: float = 1e-10, json_: Json = False
+    scenario: Scenario, /, *, run: bool = True, set_: Set = None, rtol: Rtol = 1e-10, json_: Json = False
 ) -> int:
     """Print the classical engineering estimates of a braking beside its simulation, and why they part.
 
     Parameters
     ----------
-    scenario
-        Scene file: TOML, or Python with a function scene().
     run
         Simulate the scene as well; without it time and work are those of a classical stop.
-    set_
-        PATH=VALUE: override a number of the scene (SI, or with its unit); may be repeated.
-    rtol
-        Relative tolerance of the integration.
     json_
         Print inputs and rows as JSON, alone on stdout.
     """
@@ -145,8 +128,9 @@ def estimates(
     from .._run._simulate import simulate
 
     scene = opened(scenario, set_, None, rtol=tolerance(rtol))
-    with Waiting("run", "compiles what it has not seen before, then runs"):
-        result = simulate(scene, rtol=rtol, throw=False) if run else None
+    with Waiting("estimates", "compiles") as told:
+        result = simulate(scene, rtol=rtol, throw=False, progress=told) if run else None
+        told.now("estimates")
         table = table_of(scene if result is None else result)
     print(json.dumps(table.as_dict(), indent=1, allow_nan=False) if json_ else table)
     return 0 if result is None or result.ok else 1

@@ -1,29 +1,29 @@
 """`simbrake scene`: look at a scene, check it, and see what may stand in a scene file."""
 
 import json
-from pathlib import Path
 from typing import Annotated
 
 import cyclopts
 from cyclopts import Parameter
 
-from ._cli_options import Json, Set, opened, prepare_jax
+from ._cli_options import Json, Scenario, Set, opened, prepare_jax
 
 scene = cyclopts.App(name="scene", help="Look at a scene, check it, or see what may stand in a scene file.")
 
 
 @scene.command
 def show(
-    scenario: Path, /, *, set_: Set = None, toml: Annotated[bool, Parameter(negative="")] = False, json_: Json = False
+    scenario: Scenario,
+    /,
+    *,
+    set_: Set = None,
+    toml: Annotated[bool, Parameter(negative="")] = False,
+    json_: Json = False,
 ) -> int:
     """Print every number of a scene with its unit and meaning.
 
     Parameters
     ----------
-    scenario
-        Scene file: TOML, or Python with a function scene().
-    set_
-        PATH=VALUE: override a number of the scene (SI, or with its unit); may be repeated.
     toml
         Print the scene as a TOML file instead, with which it can be run again.
     json_
@@ -44,15 +44,11 @@ def show(
 
 
 @scene.command
-def check(scenario: Path, /, *, set_: Set = None, json_: Json = False) -> int:
+def check(scenario: Scenario, /, *, set_: Set = None, json_: Json = False) -> int:
     """Check a scene without running it: every fault in one report (exit code 2), or none, and what is unusual.
 
     Parameters
     ----------
-    scenario
-        Scene file: TOML, or Python with a function scene().
-    set_
-        PATH=VALUE: override a number of the scene (SI, or with its unit); may be repeated.
     json_
         Print {faults, warnings} as JSON, alone on stdout.
     """

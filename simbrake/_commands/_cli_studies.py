@@ -7,11 +7,11 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
-from ._cli_options import Json, Many, Set, limit, opened, prepare_jax, print_written, tolerance
+from ._cli_options import Json, Many, Rtol, Scenario, Set, limit, opened, prepare_jax, print_written, say, tolerance
 
 
 def sensitivity(
-    scenario: Path,
+    scenario: Scenario,
     /,
     *,
     metric: Many = None,
@@ -20,14 +20,12 @@ def sensitivity(
     out: Path | None = None,
     json_: Json = False,
     set_: Set = None,
-    rtol: float = 1e-10,
+    rtol: Rtol = 1e-10,
 ) -> int:
     """Print how metrics of a scenario move with its numbers: derivatives, elasticities, ends of a range.
 
     Parameters
     ----------
-    scenario
-        Scene file: TOML, or Python with a function scene().
     metric
         Name of a metric, as stopping_time, max_tension, peak_rim_temperature or energy.friction_heat; may be repeated.
         Without it: the stopping time.
@@ -39,10 +37,6 @@ def sensitivity(
         Folder for the tables (JSON, CSV) and a tornado chart of each metric.
     json_
         Print a list of tables as JSON, alone on stdout.
-    set_
-        PATH=VALUE: override a number of the scene (SI, or with its unit); may be repeated.
-    rtol
-        Relative tolerance of the integration.
     """
     prepare_jax()
     from .._run._outcome import SimulationError
@@ -56,9 +50,9 @@ def sensitivity(
         print(f"simbrake: {error}", file=sys.stderr)
         return 1
     if json_:
-        print(json.dumps([table.as_dict() for table in tables], indent=1, allow_nan=False))
+        say(json.dumps([table.as_dict() for table in tables], indent=1, allow_nan=False))
     else:
-        print("\n\n".join(str(table) for table in tables))
+        say("\n\n".join(str(table) for table in tables))
     if out is not None:
         from .._pages._export import write_sensitivities
 
@@ -67,7 +61,7 @@ def sensitivity(
 
 
 def sweep(
-    scenario: Path,
+    scenario: Scenario,
     /,
     *,
     vary: Many = None,
@@ -77,7 +71,7 @@ def sweep(
     out: Path | None = None,
     json_: Json = False,
     set_: Set = None,
-    rtol: float = 1e-10,
+    rtol: Rtol = 1e-10,
     max_steps: int | None = None,
     workers: int | None = None,
     resume: Path | None = None,
@@ -87,8 +81,6 @@ def sweep(
 
     Parameters
     ----------
-    scenario
-        Scene file: TOML, or Python with a function scene().
     vary
         PATH=LOW:HIGH:COUNT or PATH=a,b,c: values of a number (SI units); repeated, a grid. With --sample PATH=LOW:HIGH.
     sample
@@ -101,10 +93,6 @@ def sweep(
         Folder for the tables: runs.csv and runs.nc (netCDF).
     json_
         Print units, counts and all runs as JSON, alone on stdout.
-    set_
-        PATH=VALUE: override a number of the scene (SI, or with its unit) in all runs; may be repeated.
-    rtol
-        Relative tolerance of the integration.
     max_steps
         Step attempts allowed.
     workers
@@ -123,14 +111,14 @@ def sweep(
     asked = _sweep.metrics_of(scene, metrics)
     settings: dict[str, Any] = {"rtol": rtol, "max_steps": max_steps, "workers": workers}
     data = _sweep.run(scene, axes, asked, sample=sample, seed=seed, directory=resume, client=scheduler, **settings)
-    print(json.dumps(_sweep.summary(data, asked), indent=1, allow_nan=False) if json_ else _sweep.text(data, asked))
+    say(json.dumps(_sweep.summary(data, asked), indent=1, allow_nan=False) if json_ else _sweep.text(data, asked))
     if out is not None:
         print_written(_sweep.write(data, out), json_)
     return _sweep.exit_code(data)
 
 
 def calibrate(
-    scenario: Path,
+    scenario: Scenario,
     /,
     *data: Path,
     fit: Many = None,
@@ -141,7 +129,7 @@ def calibrate(
     set_: Set = None,
     loss: str = "linear",
     starts: int = 1,
-    rtol: float = 1e-8,
+    rtol: Rtol = 1e-8,
     out: Path | None = None,
     json_: Json = False,
 ) -> int:
@@ -149,8 +137,6 @@ def calibrate(
 
     Parameters
     ----------
-    scenario
-        Scene file: TOML, or Python with a function scene().
     data
         CSV files: series with a column t and others as in `omega [rpm]`, `omega_sigma`, or events.
     fit
@@ -163,14 +149,10 @@ def calibrate(
         Column of the series to use, all by default; may be repeated.
     start
         PATH=VALUE: start value of a fitted number, the scene's by default; may be repeated.
-    set_
-        PATH=VALUE: override a number of the scene (SI, or with its unit) before the fit; may be repeated.
     loss
         linear, or against outliers soft_l1, huber, cauchy, arctan.
     starts
         How many starts; more than one are spread over the bounds.
-    rtol
-        Relative tolerance of the integration.
     out
         Folder for a chart (calibration.png), residuals.csv and the result as text and JSON.
     json_

@@ -38,8 +38,6 @@ def validate(
         Relative difference allowed by --cross-check, 100 times rtol by default.
     max_evaluations
         Evaluations of the right-hand side that SciPy may take in --cross-check.
-    set_
-        PATH=VALUE: override a number of the scene of --cross-check; may be repeated.
     json_
         Print a list of {case, source, value, truth, error, tolerance, verdict}, alone on stdout.
     """

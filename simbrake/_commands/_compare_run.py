@@ -4,6 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from .._base._progress import Waiting
 from .._results._compare import compare, dumps
 from .._run._simulate import simulate
 
@@ -13,11 +14,14 @@ def run(a: Path, b: Path, read: Callable[[Path], Any], *, rtol: float = 1e-9, js
 
     Each is a result file, a folder of `run --out`, or a scene (`.toml`, `.py`), which `read` gives and which is run.
     """
-    found = compare(_source(a, read), _source(b, read), rtol)
+    with Waiting("compare", "reads") as told:
+        first, second = (_source(path, read, told) for path in (a, b))
+        told.now("compares")
+        found = compare(first, second, rtol)
     print(dumps(found) if json_ else found)
     return 0 if found.equal else 1
 
 
-def _source(path: Path, read: Callable[[Path], Any]) -> Any:
+def _source(path: Path, read: Callable[[Path], Any], told: Waiting) -> Any:
     scene = path.suffix.lower() in (".toml", ".py") and not path.is_dir()
-    return simulate(read(path), throw=False) if scene else path
+    return simulate(read(path), throw=False, progress=told) if scene else path

@@ -6,14 +6,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from .._base._progress import Line
+from .._base._progress import Waiting
 from .._base._quantity import Fault, InputError
-from .._pages._html_limits import faults_of_limits
+from .._pages._html_limits import read_limits
 from .._pages._html_report import report
 from .._parts._scene import Scene
 from .._run._measure import check_metrics
 from .._run._simulate import simulate
-from ._calibrate_run import parse_numbers
 
 
 def page_of(file: Path) -> Path:
@@ -49,23 +48,19 @@ def report_run(
 ) -> int:
     """Runs the scene of `file`, writes its page and says where; the exit code: 0 the run reached its end, 1 it failed.
 
-    - `limit`: texts `METRIC=VALUE` (SI).  The page is written in either case; faults of the input raise `InputError`
-      before anything is run
+    - `limit`: texts `METRIC=VALUE`, in SI or with a unit.  The page is written in either case; faults raise
+      `InputError` before anything is run
     """
     limits = _checked(scene, sensitivity, limit)
     out = page_of(file) if out is None else out
     if out.is_dir():
         raise InputError([Fault("--out", f"{out} is a folder", "give the name of a page, as in report.html")])
-    line = Line("report")
-    line.show("run")
-    result = simulate(scene, rtol=rtol, throw=False)
     text = file.read_text("utf-8") if file.is_file() else ""
     files: Mapping[str, str] = {file.name: text} if text else {}
-    options: dict[str, Any] = {"sensitivity": sensitivity, "limits": limits, "check": check, "tell": line.show}
-    try:
-        report(result, out, title=title_of(file, text), files=files, **options)
-    finally:
-        line.done()
+    options: dict[str, Any] = {"sensitivity": sensitivity, "limits": limits, "check": check}
+    with Waiting("report", "compiles the run") as told:
+        result = simulate(scene, rtol=rtol, throw=False, progress=told)
+        report(result, out, title=title_of(file, text), files=files, progress=told, **options)
     said: dict[str, Any] = {"status": result.status, "message": result.message, "written": str(out)}
     print(json.dumps(said, indent=2) if json_ else f"{result.status}: {result.message}\nwritten  {out}")
     return 0 if result.ok else 1
@@ -74,16 +69,20 @@ def report_run(
 def _checked(scene: Scene, sensitivity: Sequence[str], limit: Sequence[str]) -> dict[str, float]:
     """Limits by metric. Raises one `InputError` with the faults of both options."""
     faults: list[Fault] = []
-    limits: dict[str, float] = {}
-    try:
-        limits = parse_numbers(list(limit), "--limit")
-    except InputError as error:
-        faults += error.faults
+    given: dict[str, str] = {}
+    for text in limit:
+        name, _, value = (part.strip() for part in text.partition("="))
+        if not name or not value:
+            faults.append(Fault(f"--limit {text}", "is not of the form METRIC=VALUE", 'as in "max_tension=120 kN"'))
+        elif name in given:
+            faults.append(Fault(f"--limit {name}", "is given twice", "one limit each"))
+        given |= {name: value} if name and value else {}
     try:
         check_metrics(scene, sensitivity)
     except InputError as error:
         faults += error.faults
-    faults += faults_of_limits(scene, limits)
+    limits, wrong = read_limits(scene, given)
+    faults += wrong
     if faults:
         raise InputError(faults)
     return limits

@@ -17,8 +17,10 @@ def open_scene(file: str | Path) -> Scene:
     if not file.is_file():
         folder = file.parent if file.parent.is_dir() else Path(".")
         there = sorted(str(f) for kind in ("*.toml", "*.py") for f in folder.glob(kind))
+        if file.is_dir():
+            there = sorted(str(f) for kind in ("*.toml", "*.py") for f in file.glob(kind))
         hint = f"there are: {', '.join(there[:8])}" if there else "give the path of a scene file"
-        raise InputError([Fault(str(file), "there is no such file", hint)])
+        raise InputError([Fault(str(file), "is a folder" if file.is_dir() else "there is no such file", hint)])
     if file.suffix == ".toml":
         return read_scene(file)
     if file.suffix != ".py":

@@ -44,7 +44,7 @@ class SceneReader(NumberReader):
                 return makers[kind]
             near = difflib.get_close_matches(str(kind), makers, n=1)
             hint = f"nearest: {near[0]}" if near else f"there are: {', '.join(makers)}"
-            return self.fault(f"{path}.type", f"{shown(kind)} is none that fits here", hint) and None
+            return self.fault(f"{path}.type".lstrip("."), f"{shown(kind)} is none that fits here", hint) and None
         if len(makers) == 1:
             return next(iter(makers.values()))
         names = {name: {part.name for part in parts_of(maker)} for name, maker in makers.items()}
@@ -60,7 +60,8 @@ class SceneReader(NumberReader):
             if len(fits) == 1:
                 return makers[fits[0]]
         fits = whole or partly or closest or list(makers)
-        self.fault(f"{path}.type", "is missing: the keys do not tell which kind is meant", f"one of: {', '.join(fits)}")
+        hint = f"one of: {', '.join(fits)}"
+        self.fault(f"{path}.type".lstrip("."), "is missing: the keys do not tell which kind is meant", hint)
         return None
 
     def _fields(self, table: dict[str, Any], maker: Callable[..., Any], path: str, unit: str) -> Any:

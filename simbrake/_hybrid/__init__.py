@@ -14,6 +14,9 @@ from ._packing import Rows as Rows
 from ._rosenbrock import Rodas5P as Rodas5P
 from ._solve import Record as Record
 from ._solve import hybridsolve as hybridsolve
+from ._stretches import beginning as beginning
+from ._stretches import joined as joined
+from ._stretches import stretch as stretch
 from ._system import SYSTEM_CODES as SYSTEM_CODES
 from ._system import AbstractHybridSystem as AbstractHybridSystem
 from ._system import Code as Code

@@ -42,6 +42,9 @@ class Carry(NamedTuple):
     mode: Int[Array, " mode"]
 
 
+#: whole numbers of a carry beside its marks and its mode: status, retakes, chain, close, and the counts
+FIXED = 4 + len(Stats._fields)
+
 Packed = tuple[Float[Array, " x"], Int[Array, " n"]]
 
 
@@ -51,13 +54,18 @@ def pack(c: Carry) -> Packed:
     return x, jnp.concatenate([scalars, c.armed.astype(jnp.int32), c.cluster.astype(jnp.int32), c.mode])
 
 
+def carried_size(ny: int, ng: int, nm: int) -> int:
+    """Numbers of a packed carry, whole ones included."""
+    return 5 + 2 * ny + 2 * ng + FIXED + 2 * ng + nm
+
+
 def unpack(packed: Packed, ny: int, ng: int) -> Carry:
     x, n = packed
     y, f = x[5 : 5 + ny], x[5 + ny : 5 + 2 * ny]
     g, rate = x[5 + 2 * ny : 5 + 2 * ny + ng], x[5 + 2 * ny + ng :]
     t, h, cap, crossing, t_event = (x[i] for i in range(5))
     status, retakes, chain, close = (n[i] for i in range(4))
-    armed, cluster, mode = n[9 : 9 + ng] > 0, n[9 + ng : 9 + 2 * ng] > 0, n[9 + 2 * ng :]
+    armed, cluster, mode = n[FIXED : FIXED + ng] > 0, n[FIXED + ng : FIXED + 2 * ng] > 0, n[FIXED + 2 * ng :]
     stats = Stats(n[4], n[5], n[6], n[7], n[8])
     return Carry(
         t, h, cap, crossing, t_event, y, f, g, rate, armed, cluster, status, retakes, chain, close, stats, mode

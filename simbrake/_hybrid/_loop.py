@@ -1,6 +1,6 @@
 """The flat loop: one iteration is one step attempt, which ends as accepted, rejected, retaken shorter or an event."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import equinox.internal as eqxi
 import jax
@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from ._carry import Carry, Stats, pack, unpack
+from ._carry import Carry, Packed, Stats, pack, unpack
 from ._invariants import hoisted
 from ._method import AbstractMethod
 from ._packing import ADVANCED, FINISHED, HEAD, INSTANT, LANDED, SKIPPED, STOPPED, Flat, pack_row
@@ -285,7 +285,7 @@ def _iterate(p: Problem, packed, ny: int, ng: int):
     return new, pack_row(c.t, h, v.delta, kind, v.guard, c.y, c.mode)
 
 
-def _start(p: Problem, y0, mode0) -> Carry:
+def started(p: Problem, y0, mode0) -> Carry:
     """The carry before the first iteration, which begins the run: rates, guards and first step are found there."""
     nothing = jnp.zeros(jax.eval_shape(p.flat.guards, p.t0, y0, mode0).shape, y0.dtype)
     zero = jnp.asarray(0, jnp.int32)
@@ -313,27 +313,40 @@ def _start(p: Problem, y0, mode0) -> Carry:
     )
 
 
-def run(p: Problem, y0: Float[Array, " state"], mode0: Int[Array, " mode"]):
-    """Packed rows `(max_steps + 1, columns)`, number of attempts, code and counts."""
-    n = p.settings.max_steps
-    start = _start(p, y0, mode0)
-    ny, ng = y0.shape[0], start.g.shape[0]
-    rows = jnp.zeros((n + 1, HEAD + ny + mode0.shape[0]), y0.dtype)
+def space(p: Problem, y0, mode0) -> Array:
+    return jnp.zeros((p.settings.max_steps + 1, HEAD + y0.shape[0] + mode0.shape[0]), y0.dtype)
+
+
+def advanced(p: Problem, packed: Packed, rows: Array, ny: int, ng: int, limit: Any):
+    """The carry after `limit` more attempts or at the end of the run, the rows of these, and how many they were."""
 
     def running(loop):
         i, (_, integers), _ = loop
-        return (i < n) & eqxi.unvmap_any(integers[0] == _RUNNING)
+        return (i < limit) & eqxi.unvmap_any(integers[0] == _RUNNING)
 
     def body(loop):
         i, packed, rows = loop
         packed, row = _iterate(p, packed, ny, ng)
         return i + 1, packed, jax.lax.dynamic_update_slice(rows, row[None], (i, jnp.zeros_like(i)))
 
-    begin = (jnp.asarray(0, jnp.int32), pack(start), rows)
+    begin = (jnp.asarray(0, jnp.int32), packed, rows)
     count, packed, rows = jax.lax.while_loop(running, hoisted(body, begin), begin)
-    c = unpack(packed, ny, ng)
+    return packed, rows, count
+
+
+def closed(c: Carry, rows, count):
+    """Rows with the end of the run behind the last attempt, their number, code and counts."""
     none = jnp.asarray(SKIPPED, jnp.int32)
     last = pack_row(c.t, jnp.zeros_like(c.t), jnp.zeros_like(c.t), none, none, c.y, c.mode)
     rows = jax.lax.dynamic_update_slice(rows, last[None], (count, jnp.zeros_like(count)))
     code = jnp.where(c.status == _RUNNING, np.int32(Code.STEP_LIMIT), c.status)
     return rows, count, code, c.stats
+
+
+def run(p: Problem, y0: Float[Array, " state"], mode0: Int[Array, " mode"]):
+    """Packed rows `(max_steps + 1, columns)`, number of attempts, code and counts."""
+    start = started(p, y0, mode0)
+    ny, ng = y0.shape[0], start.g.shape[0]
+    rows = space(p, y0, mode0)
+    packed, rows, count = advanced(p, pack(start), rows, ny, ng, p.settings.max_steps)
+    return closed(unpack(packed, ny, ng), rows, count)

@@ -125,6 +125,24 @@ def _columns(rows: Any, like: PyTree) -> PyTree:
     return jax.tree.unflatten(structure, columns)
 
 
+def likes(y0: PyTree, mode0: PyTree) -> tuple[PyTree, PyTree]:
+    y_like = jax.tree.map(lambda leaf: np.zeros(jnp.shape(leaf)), y0)
+    return y_like, jax.tree.map(lambda leaf: np.zeros(jnp.shape(leaf), np.int32), mode0)
+
+
+def fitted(system: AbstractHybridSystem, method: AbstractMethod) -> AbstractMethod:
+    """The method for the couplings of this system."""
+    kinds = system.couplings()
+    if kinds is None:
+        return method
+    return method.fitted(Couplings.of(np.concatenate([np.ravel(leaf) for leaf in jax.tree.leaves(kinds)])))
+
+
+def weights_of(system: AbstractHybridSystem, y_like: PyTree) -> Array:
+    sizes = ravel_pytree(jax.tree.map(jnp.add, y_like, system.scales()))[0]
+    return jax.lax.stop_gradient(1.0 / sizes)
+
+
 def hybridsolve(
     system: AbstractHybridSystem,
     y0: PyTree,
@@ -139,12 +157,8 @@ def hybridsolve(
     t0, t1 = jnp.asarray(t0, jnp.float64), jnp.asarray(t1, jnp.float64)
     flat_y0 = ravel_pytree(y0)[0]
     flat_mode0, _ = pack_mode(mode0)
-    y_like = jax.tree.map(lambda leaf: np.zeros(jnp.shape(leaf)), y0)
-    mode_like = jax.tree.map(lambda leaf: np.zeros(jnp.shape(leaf), np.int32), mode0)
-    kinds = system.couplings()
-    if kinds is not None:
-        flat_kinds = np.concatenate([np.ravel(leaf) for leaf in jax.tree.leaves(kinds)])
-        method = method.fitted(Couplings.of(flat_kinds))
+    y_like, mode_like = likes(y0, mode0)
+    method = fitted(system, method)
     numbers, rest = eqx.partition(system, eqx.is_inexact_array)
     others, structure = eqx.partition((rest, settings, flat_mode0), eqx.is_array)
 
@@ -152,8 +166,7 @@ def hybridsolve(
         numbers, t1, t0 = params
         rest, settings, mode0 = eqx.combine(others, structure)
         whole: AbstractHybridSystem = eqx.combine(numbers, rest)
-        sizes = ravel_pytree(jax.tree.map(jnp.add, y_like, whole.scales()))[0]
-        weights = jax.lax.stop_gradient(1.0 / sizes)
+        weights = weights_of(whole, y_like)
         return Problem(flatten(whole, y_like, mode_like), method, weights, t0, t1, settings), mode0
 
     @jax.custom_jvp

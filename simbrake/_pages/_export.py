@@ -4,9 +4,11 @@ import csv
 import json
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from .._base._progress import Waiting, waiting
 from .._base._whole import whole_folder
 from .._pictures._gallery import pictures_of
 from .._results._result_file import save
@@ -45,16 +47,27 @@ def series_table(result: Result, count: int = 1001) -> tuple[list[str], np.ndarr
     return names, table[np.lexsort((before, table[:, 0]))]
 
 
-def write(result: Result, folder: Path) -> list[Path]:
-    """Writes `summary.json`, `summary.txt`, `series.csv`, `result.nc`, and every picture that the run has as PNG."""
+def write(result: Result, folder: Path, progress: Any = False) -> list[Path]:
+    """Writes `summary.json`, `summary.txt`, `series.csv`, `result.nc`, and every picture that the run has as PNG.
+
+    `progress`: says on stderr what is done, `True`, or `None` on a terminal only.
+    """
+    with waiting(progress, "run", "series") as told:
+        return _write(result, folder, told)
+
+
+def _write(result: Result, folder: Path, told: Waiting) -> list[Path]:
     summary = result.summary()
     names, table = series_table(result)
     with whole_folder(folder) as (scratch, written):
         (scratch / "summary.json").write_text(json.dumps(summary, indent=2, allow_nan=False) + "\n", "utf-8")
         (scratch / "summary.txt").write_text(str(result) + "\n", "utf-8")
         np.savetxt(scratch / "series.csv", table, delimiter=",", header=",".join(names), comments="", fmt="%.12g")
+        told.now("labelled data")
         save(result, scratch / "result.nc")
-        for picture in pictures_of(result):
+        pictures = list(pictures_of(result))
+        for i, picture in enumerate(pictures):
+            told.now("pictures", i, len(pictures))
             picture.figure(result).savefig(scratch / f"{picture.key}.png", dpi=130)
     return written
 

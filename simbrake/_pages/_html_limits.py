@@ -6,7 +6,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .._base._handy import Number, number
-from .._base._quantity import Fault, InputError
+from .._base._numbers import BAD, NumberReader
+from .._base._quantity import Fault, InputError, Quantity
 from .._parts._driller import AbstractSpeedLever
 from .._parts._scene import Scene
 from .._run._measure import check_metrics, measure, metric_names, unit_of
@@ -30,20 +31,26 @@ class Limit(NamedTuple):
     words: str = ""
 
 
-def faults_of_limits(scene: Scene, limits: Mapping[str, float]) -> list[Fault]:
-    """Names that are no metric of the scene, and limits that are no numbers."""
-    found = []
+def read_limits(scene: Scene, limits: Mapping[str, int | float | str]) -> tuple[dict[str, float], list[Fault]]:
+    """Limits in SI, given so or as texts with a unit; and the faults: names that are no metric, what is no number."""
+    reader, read = NumberReader(), {}
     if PRESSURE in limits and scene.brake.linings.area is None:
-        found.append(Fault(PRESSURE, "needs the areas of the linings", "give brake.linings.area"))
+        reader.fault(PRESSURE, "needs the areas of the linings", "give brake.linings.area")
+    known = (*metric_names(scene), PRESSURE)
     try:
         check_metrics(scene, [name for name in limits if name != PRESSURE])
     except InputError as error:
-        found += error.faults
-    return found + [
-        Fault(f"limits[{name!r}]", f"{value!r} is no number", "the greatest permissible value in SI units")
-        for name, value in limits.items()
-        if not isinstance(value, int | float | np.floating) or not np.isfinite(value)
-    ]
+        reader.faults += error.faults
+    for name, value in ((name, value) for name, value in limits.items() if name in known):
+        unit = "Pa" if name == PRESSURE else unit_of(name)
+        number = reader.number(_plain(value), Quantity(unit, "greatest permissible value"), f"limits[{name!r}]", unit)
+        read |= {} if number is BAD else {name: number}
+    return read, reader.faults
+
+
+def _plain(value: Any) -> Any:
+    """A number of NumPy as one of Python, which a reader knows."""
+    return value.item() if isinstance(value, np.generic) else value
 
 
 def limits_of(result: Result, summary: dict[str, Any], limits: Mapping[str, float]) -> list[Limit]:

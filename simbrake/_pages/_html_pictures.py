@@ -3,6 +3,7 @@
 import base64
 from typing import NamedTuple
 
+from .._base._progress import Waiting
 from .._pictures._gallery import Picture, pictures_of
 from .._run._result import Result
 
@@ -35,6 +36,10 @@ def drawing(name: str, title: str, caption: str, figure: object) -> Drawing:
     return Drawing(name, title, caption, f"data:image/{kind};base64,{base64.b64encode(data).decode('ascii')}")
 
 
-def drawings_of(result: Result) -> list[Drawing]:
+def drawings_of(result: Result, told: Waiting) -> list[Drawing]:
     """All pictures that a result has something for."""
-    return [draw(result, picture) for picture in pictures_of(result)]
+    drawn, pictures = [], list(pictures_of(result))
+    for i, picture in enumerate(pictures):
+        told.now("pictures", i, len(pictures))
+        drawn.append(draw(result, picture))
+    return drawn

@@ -1,11 +1,12 @@
 """A run as one self-contained page: what was braked, how it went, what it means and how sure it is."""
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from .._base._handy import Number, digits, number, pretty
+from .._base._progress import Waiting, waiting
 from .._base._quantity import InputError
 from .._base._whole import whole_file
 from .._files._scene_file import scene_text
@@ -18,7 +19,7 @@ from .._run._result import Result
 from .._run._simulate import simulate
 from .._studies._sensitivity import Sensitivity, SensitivityTable
 from .._studies._sensitivity import sensitivity as tables_of
-from ._html_limits import faults_of_limits, limits_of
+from ._html_limits import limits_of, read_limits
 from ._html_parts import METRICS, event_counts, event_rows, key_figures, ledgers, stage_rows, verdict, words_of
 from ._html_pictures import Drawing, draw, drawing, drawings_of
 from ._html_scene import duty_words, parts_of
@@ -48,12 +49,12 @@ def report(
     *,
     sensitivity: Sequence[Metric] = (),
     span: float | None = 0.01,
-    limits: Mapping[str, float] | None = None,
+    limits: Mapping[str, int | float | str] | None = None,
     title: str = "",
     files: Mapping[str, str] | None = None,
     check: bool = True,
     rtol: float = 1e-10,
-    tell: Callable[[str], None] = lambda words: None,
+    progress: Any = False,
 ) -> str:
     """A run as one HTML page that needs nothing else: no network, no other files, no scripts. Returns the page.
 
@@ -61,34 +62,32 @@ def report(
     - `path`: where to write the page too; an existing file is replaced, whole or not at all
     - `sensitivity`: metrics whose derivatives by every number of the scene are shown, with `span` as in
       `simbrake.sensitivity`; one that has no value in this run is named as such
-    - `limits`: greatest permissible values (SI) of metrics, and of `max_pressure`, the greatest mean pressure on a
-      lining (Pa); the scene's own permissible temperature is always looked at
+    - `limits`: greatest permissible values of metrics (SI, or texts as "450 degC"), and of `max_pressure`, the
+      greatest mean pressure on a lining (Pa); the scene's own permissible temperature is always looked at
     - `title`: heading of the page;  `files`: name → text, shown at the end, such as the scene's file
     - `check`: run a second time at another tolerance, to say how accurate the first is
-    - `tell`: called with a few words at the beginning of everything that takes a while
+    - `progress`: says on stderr what is done and how long it takes: `True`, or `None` on a terminal only
 
     Numbers are in handy units; the exact value in SI units is in the `value` of each `<data>` element.
 
     Raises `InputError` for faults of the scene, unknown metrics and limits.
     """
     scene = run.scene if isinstance(run, Result) else run
-    found = faults_of_limits(scene, limits or {})
+    bounds, found = read_limits(scene, limits or {})
     try:
         check_metrics(scene, sensitivity)
     except InputError as error:
         found += error.faults
     if found:
         raise InputError(found)
-    tell("run")
-    result = run if isinstance(run, Result) else simulate(run, rtol=rtol, throw=False)
-    tell("events, pictures")
-    parts = contents(result, limits or {}, title, files or {})
-    if sensitivity:
-        tell("sensitivities")
-        parts["sensitivities"], parts["without"] = _sensitivities(result, sensitivity, span)
-    if check:
-        tell("second run, for the error estimate")
-        parts["repeat"] = _accuracy(repeat(result))
+    with waiting(progress, "report", "compiles the run") as told:
+        result = run if isinstance(run, Result) else simulate(run, rtol=rtol, throw=False, progress=told)
+        parts = contents(result, bounds, title, files or {}, told)
+        if sensitivity:
+            parts["sensitivities"], parts["without"] = _sensitivities(result, sensitivity, span, told)
+        if check:
+            told.now("second run, for the error estimate")
+            parts["repeat"] = _accuracy(repeat(result, told))
     text = render(parts)
     if path is not None:
         with whole_file(Path(path)) as file:
@@ -96,8 +95,11 @@ def report(
     return text
 
 
-def contents(result: Result, limits: Mapping[str, float], title: str, files: Mapping[str, str]) -> dict[str, Any]:
+def contents(
+    result: Result, limits: Mapping[str, float], title: str, files: Mapping[str, str], told: Waiting
+) -> dict[str, Any]:
     """Everything that a page shows of one result."""
+    told.now("sums up")
     scene, summary = result.scene, result.summary()
     parts = [part for part in parts_of(scene) if part.rows]
     events = event_rows(result.events)
@@ -109,7 +111,7 @@ def contents(result: Result, limits: Mapping[str, float], title: str, files: Map
         "thermal_parts": [part for part in parts if part.path.startswith("heat")],
         "duty": duty_words(scene),
         "duty_picture": draw(result, DUTY) if lasted(result) else None,
-        "pictures": drawings_of(result),
+        "pictures": drawings_of(result, told),
         "counts": event_counts(result.events),
         "events": events,
         "fold": len(events) > _FOLD,
@@ -165,7 +167,7 @@ def flat(found: Mapping[str, Any], above: str = "") -> list[tuple[str, str]]:
 
 
 def _sensitivities(
-    result: Result, metrics: Sequence[Metric], span: float | None
+    result: Result, metrics: Sequence[Metric], span: float | None, told: Waiting
 ) -> tuple[list[SensitivityPart], list[str]]:
     """Tables of the metrics that have a value in this run, and the names of the others."""
     from .. import plot  # matplotlib is loaded by those who want a picture
@@ -174,7 +176,7 @@ def _sensitivities(
     without = [name_of(one) for one in metrics if one not in there]
     if not there:
         return [], without
-    tables: list[SensitivityTable] = tables_of(there, result.scene, span=span, rtol=float(result.rtol))
+    tables: list[SensitivityTable] = tables_of(there, result.scene, span=span, rtol=float(result.rtol), progress=told)
     parts = []
     for table in tables:
         shown = table.matters[:_MOST]

@@ -13,9 +13,10 @@ from .._parts._friction import AbstractFriction
 from .._parts._heat import FrictionHeat
 from .._parts._links import Surroundings
 from .._parts._loads import AbstractLoad
+from ._heat_flows import Deposit
 from ._sliding import Grip
 from ._state import ThermalNow
-from ._thermal import Deposit, Thermal
+from ._thermal import Thermal
 
 
 class AbstractActing(eqx.Module):

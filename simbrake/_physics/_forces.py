@@ -15,10 +15,11 @@ from .._parts._internal import Held, InternalPair
 from .._parts._links import Surroundings
 from .._parts._loads import AbstractLoad
 from ._acting import AbstractActing
+from ._heat_flows import Deposit
 from ._modes import BandMode, Mode, slips
 from ._sliding import Coefficients, Grip
 from ._state import Flows, Inner, State, ThermalNow
-from ._thermal import Deposit, Thermal
+from ._thermal import Thermal
 
 
 class Slip(NamedTuple):

@@ -5,7 +5,7 @@ import numpy as np
 from .._hybrid import CORE
 from .._parts._heat import Heat, shared_faces
 from .._parts._network import Wall, nodes_at, place_of
-from ._thermal import Spans, spans
+from ._heat_flows import Spans, spans
 
 
 def couplings(heat: Heat) -> np.ndarray:

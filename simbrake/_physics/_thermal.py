@@ -1,6 +1,6 @@
 """A thermal network made ready for integration: temperatures, heat flows, and where friction heat lands."""
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import equinox as eqx
 import jax
@@ -11,59 +11,12 @@ from jaxtyping import Array, Float
 from .._parts._duty import AbstractProfile
 from .._parts._heat import FrictionHeat, Heat, shared_faces
 from .._parts._links import Surroundings
-from .._parts._network import Body, Junction, Lump, Reservoir, Wall, nodes_at, place_of, size_of
+from .._parts._network import Body, Lump, Reservoir, Wall, nodes_at, place_of, size_of
 from .._parts._power_shares import PowerShares
+from ._heat_flows import Deposit, HeatFlows, Landed, Spans, spans
 
 _FACES = 4  # passes over links that share a wall's face
 _NEWTON = 8  # iterations for junctions with radiation or free convection
-
-
-class Spans(NamedTuple):
-    """Where each body stands among the nodes with capacity, and among the junctions."""
-
-    stores: dict[str, slice]
-    junctions: dict[str, slice]
-
-
-def spans(heat: Heat) -> Spans:
-    ends, found = {True: 0, False: 0}, Spans({}, {})
-    for body in heat.bodies:
-        if isinstance(body, Reservoir):
-            continue
-        store = not isinstance(body, Junction)
-        here = slice(ends[store], ends[store] + body.count)
-        ends[store] = here.stop
-        (found.stores if store else found.junctions)[body.name] = here
-    return found
-
-
-class HeatFlows(NamedTuple):
-    """Heat flows of the network at one instant (W): into each node, and over its border."""
-
-    into: Float[Array, " k"]
-    into_junctions: Float[Array, " j"]
-    lost: Array  # to reservoirs
-    supplied: Array  # by sources
-    faces: dict[str, Array]  # into each wall's face that a link touches
-
-
-class Deposit(NamedTuple):
-    """Where friction heat goes, for given heats of the linings: linear in them."""
-
-    into: Float[Array, " k"]
-    into_junctions: Float[Array, " j"]  # rise of the junctions' temperatures it causes
-    to_metal: Array
-    to_linings: Array
-    lost: Array
-    faces: dict[str, Array]
-    beyond: Any = None  # part of the heat to metal that went behind the linings
-
-
-class Landed(NamedTuple):
-    """A flow into a place: at the place's own nodes, and spread over all nodes of the body."""
-
-    place: Array
-    nodes: Array
 
 
 class Thermal(eqx.Module):

@@ -57,12 +57,13 @@ class Repeat(NamedTuple):
     problem: str = ""
 
 
-def repeat(result: Result) -> Repeat:
+def repeat(result: Result, progress: Any = False) -> Repeat:
     """Runs the scene of a concrete result again, 100 times tighter (or looser, where rounding would govern), with the
     same method, and compares the times of all events and all metrics.
 
     Where events and known times cut a run into pieces so short that both tolerances take the same steps, their
-    difference would be 0 and say nothing: the second run then takes steps of at most half the mean one.
+    difference would be 0 and say nothing: the second run then takes steps of at most half the mean one. `progress` as
+    for `simulate`.
     """
     rtol = float(result.rtol)
     tighter = rtol / RATIO >= _TIGHTEST
@@ -71,6 +72,7 @@ def repeat(result: Result) -> Repeat:
         return Repeat(other_rtol, tighter, problem=f"the run ended early ({result.status}) and was not repeated")
     events, metrics = result.events, result.metrics  # before the other run: the scan of one result at a time is kept
     options: dict[str, Any] = {"rtol": other_rtol, "solver": result.record.method, "throw": False}
+    options["progress"] = progress
     other, longest = simulate(result.scene, **options), None
     if other.ok and _steps(other) == _steps(result):
         times = np.asarray(result.record.rows.t)

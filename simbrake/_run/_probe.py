@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Array
 
 from .._base._compiling import cpu_compiler_options
+from .._base._progress import piece
 from .._hybrid import Record
 from .._parts._band import LiningForces
 from .._physics._acting import AbstractBrakeSystem
@@ -74,6 +75,8 @@ def probe_many(record: Record, index: Any, h: Any) -> Probe:
     """The probe outside of jit, in calls of one size so that it compiles once."""
     parts, index, h = [], np.asarray(index), np.asarray(h)
     for start in range(0, len(index), _LANES):
+        if len(index) > _LANES:  # somebody may be waiting
+            piece(start // _LANES, -(-len(index) // _LANES))
         i, s = index[start : start + _LANES], h[start : start + _LANES]
         used = len(i)
         pad = _LANES - used

@@ -12,35 +12,21 @@ import numpy as np
 from jax.core import Tracer
 
 from .._base._compiling import Packing, Program, compiled, pack
+from .._base._progress import telling
 from .._base._quantity import Fault, InputError, faults_of_tolerance, leaves
-from .._hybrid import AbstractMethod, Code, ExplicitRungeKutta, Record, Rodas5P, Settings, hybridsolve
+from .._hybrid import AbstractMethod, Code, ExplicitRungeKutta, Record, Rodas5P, hybridsolve
 from .._parts._scene import Scene, check
-from .._physics._assemble import assemble
 from ._choice import stiffness
+from ._long_run import LONGEST, STRETCH, long_run, posed
 from ._outcome import SimulationError
 from ._result import Limits, Result
 
 #: rows of the record when the caller sets no limit: the next is tried if one was too short
-_STEPS = (1024, 16384, 131072)
-#: lines up to which a program as one function takes no longer to compile
-_LONGEST = 7_000
-#: least number of steps in a run under profiles that are not piecewise simple
-_SLICES = 64
+_STEPS = (STRETCH, 16384, 131072)
 
 
 def _run(scene: Scene, rtol: Any, max_step: Any, max_events: Any, method: AbstractMethod, max_steps: int) -> Record:
-    system, state, mode = assemble(scene)
-    if system.guard_samples:
-        # a profile of one's own may hide a pulse: with the samples inside a step, 1/1000 of the run is looked at
-        span = jnp.asarray(scene.end_time) - jnp.asarray(scene.initial.time)
-        max_step = jnp.minimum(max_step, span / _SLICES)
-    settings = Settings(
-        rtol=rtol,
-        max_step=max_step,
-        max_events=max_events,
-        max_steps=max_steps,
-        guard_samples=system.guard_samples,
-    )
+    system, state, mode, settings = posed(scene, rtol, max_step, max_events, max_steps)
     return hybridsolve(system, state, mode, scene.initial.time, scene.end_time, method, settings)
 
 
@@ -69,7 +55,7 @@ def _program(packing: Packing, method: AbstractMethod, max_steps: int) -> Progra
         return _run(scene, rtol, max_step, max_events, method=method, max_steps=max_steps)
 
     # a scene is mostly run once or a few times: what makes the first of them wait longer is left to `prepare`
-    return compiled(run, np.ones(packing.size), longest=_LONGEST)
+    return compiled(run, np.ones(packing.size), longest=LONGEST)
 
 
 def require_64_bits() -> None:
@@ -111,6 +97,15 @@ def room_for(result: Result) -> int:
     return 1 << math.ceil(math.log2(1.25 * int(result.record.count) + 48))
 
 
+def _recorded(numbers: Any, packing: Packing, method: AbstractMethod, limits: tuple[int, ...], tell: Any) -> Any:
+    """The record of a run in the numbers packed, with space for as many step attempts as the first limit that does."""
+    if limits[0] <= STRETCH:  # over in a moment
+        record: Any = _program(packing, method, limits[0]).call(numbers)
+        if int(record.code) != Code.STEP_LIMIT or len(limits) == 1:
+            return record
+    return long_run(numbers, packing, method, limits, tell)
+
+
 def simulate(
     scene: Scene,
     *,
@@ -120,6 +115,7 @@ def simulate(
     max_steps: int | None = None,
     max_events: int = 10_000,
     throw: bool = True,
+    progress: Any = False,
 ) -> Result:
     """Runs a scene to its end time through all its events.
 
@@ -133,6 +129,9 @@ def simulate(
       transformation 1024)
     - `max_events`: events allowed
     - `throw`: raise `SimulationError` if the run fails; otherwise the code is in the result
+    - `progress`: `True` says on stderr what share of the time is simulated and how long the rest takes at most, `None`
+      does so on a terminal only; a function is called with `(t, end_time)`, first when all is compiled. Runs of more
+      than 1024 step attempts tell about it, others are over in a moment
 
     A new number in the scene never re-traces; a new structure (more linings, another law) compiles anew. Under jit,
     vmap or grad nothing is raised and the caller looks at `result.code`.
@@ -155,10 +154,8 @@ def simulate(
         record = _traced(_marked(scene), rtol_, longest, events, method=method, max_steps=max_steps or _STEPS[0])
         return Result(scene, record, rtol_, name, limits)
     numbers, packing = pack((scene, rtol_, longest, events))
-    for steps in step_limits(scene, max_steps):
-        record: Any = _program(packing, method, steps).call(numbers)
-        if int(record.code) != Code.STEP_LIMIT:
-            break
+    with telling(progress) as tell:
+        record = _recorded(numbers, packing, method, step_limits(scene, max_steps), tell)
     result = Result(scene, record, rtol_, name, limits)  # pyright: ignore
     if throw and not result.ok:
         raise SimulationError(f"{result.status}: {result.message}", result)

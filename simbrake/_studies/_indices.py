@@ -4,7 +4,7 @@ import dataclasses
 from typing import Any
 
 from .._run._measure import Metric, name_of
-from ._estimates import Estimate
+from ._confidence import Estimate
 
 
 @dataclasses.dataclass(frozen=True)

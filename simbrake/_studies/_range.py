@@ -10,7 +10,7 @@ import numpy as np
 from jax.flatten_util import ravel_pytree
 
 from .._base._compiling import cpu_compiler_options
-from .._base._progress import Line, duration
+from .._base._progress import Waiting
 from .._base._quantity import InputError, leaves
 from .._hybrid import LANDED, STOPPED, Record
 from .._physics._modes import Label
@@ -48,16 +48,14 @@ def sequence(result: Result) -> list[Label]:
 
 
 def look_around(
-    base: Result, values: Callable[[Result], Any], spans: Mapping[str, Any], *, rtol: float, solver: Any
+    base: Result, values: Callable[[Result], Any], spans: Mapping[str, Any], *, rtol: float, solver: Any, told: Waiting
 ) -> Range:
     """Runs the scene at both ends `p ± span` of every number, one at a time; a list moves as a whole."""
     usual, known = sequence(base), {leaf.path: np.asarray(leaf.value) for leaf in leaves(base.scene)}
     ends: dict[str, tuple[np.ndarray | None, np.ndarray | None]] = {}
     changes: dict[str, str] = {}
-    line = Line("ends of ranges")
     for i, (path, half) in enumerate(spans.items()):
-        if i and line.shown:
-            line.show(f"{i} of {len(spans)} numbers, {duration(line.spent / i * (len(spans) - i))} left")
+        told.now("ends of ranges", i, len(spans))
         if not np.any(half):
             continue
         seen, words = [], []
@@ -68,7 +66,6 @@ def look_around(
         ends[path] = (seen[0], seen[1])
         if words:
             changes[path] = "; ".join(words)
-    line.done()
     return Range(ends, changes, tuple(near_ties(base.record) + passages(base.record)))
 
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .._base._identify import cost
-from .._base._progress import Line, duration
+from .._base._progress import Waiting
 from .._base._quantity import Fault, InputError
 from ._fit_model import Evaluation, FitModel
 
@@ -55,7 +55,7 @@ class Search:
         self.model, self.scale, self.loss, self.loss_scale = model, scale, loss, loss_scale
         self.method, self.most, self.starts = method, most, starts
         self.measured, self.sigma = measured, sigma
-        self.progress, self.least = Line("calibrate"), np.inf
+        self.progress, self.least = Waiting("calibrate", "compiles"), np.inf
         self.memory: dict[bytes, Evaluation] = {}
         self.best: tuple[float, np.ndarray, Evaluation] | None = None
         self.ends: list[tuple[float, np.ndarray]] = []
@@ -75,9 +75,9 @@ class Search:
         return self.memory[key]
 
     def _show(self, chi2: float) -> None:
-        self.least, count, spent = min(self.least, chi2), self.model.evaluations, self.progress.spent
-        left = duration(spent / count * max(self.most * self.starts - count, 0))
-        self.progress.show(f"run {count}, chi² {self.least:.6g}, {duration(spent)}, at most {left} more")
+        self.least, count, most = min(self.least, chi2), self.model.evaluations, self.most * self.starts
+        # a search mostly ends long before its limit: what is left is told as a bound
+        self.progress.now("run", min(count, most), most, bound=True, also=f", chi² {self.least:.6g}")
 
     def residual(self, found: Evaluation) -> np.ndarray:
         return (found.values - self.measured) / self.sigma
@@ -89,6 +89,7 @@ class Search:
         return cost(self.residual(found), self.loss, self.loss_scale)
 
     def run(self, first: np.ndarray) -> None:
+        self.progress.__enter__()
         try:
             for k, z in enumerate(self._spread(first)):
                 found = self.look(z)
@@ -103,7 +104,7 @@ class Search:
                 raise
             self.converged, self.message = False, "interrupted: this is the best point found so far"
         finally:
-            self.progress.done()
+            self.progress.__exit__()
         if self.best is None:
             reasons = [Fault("start", reason, f"{n} of the starts") for reason, n in self.model.failures.items()]
             raise InputError(reasons)

@@ -12,6 +12,7 @@ import numpy as np
 from jaxtyping import Array
 
 from .._base._compiling import cpu_compiler_options
+from .._base._progress import waiting
 from .._base._quantity import Fault, InputError, Leaf, leaves
 from .._parts._scene import Scene
 from .._run._edit import with_values
@@ -123,6 +124,7 @@ def sensitivity(
     span: float | Mapping[str, float] | None = 0.01,
     rtol: float = 1e-10,
     solver: Any = None,
+    progress: Any = None,
 ) -> Any:
     """Derivatives of one or several metrics with respect to numbers of a scene, through every event of its run.
 
@@ -133,6 +135,7 @@ def sensitivity(
       shift); the scene is run at both ends and the table says where its modes follow each other differently. `None`: no
       range is looked at
     - `rtol`, `solver`: as for `simulate`
+    - `progress`: `None` says on a terminal how far it is, `True` always, `False` never
 
     Forward derivatives are taken one number at a time, reverse ones one metric at a time, whichever are fewer; either
     is one compiled program, which all scenes of a structure share.
@@ -145,14 +148,16 @@ def sensitivity(
     check_metrics(scene, metrics)
     chosen = _chosen(leaves(scene), wrt)
     solver = solver_of(scene, solver)
-    base = simulate(scene, rtol=rtol, solver=solver)
-    values = np.asarray(_values(metrics)(base))
-    _check_happened(metrics, values)
-    derivatives = _derivatives(scene, metrics, chosen, rtol, solver, room_for(base))
     spans = {} if span is None else _spans(chosen, span)
-    around = None
-    if span is not None:
-        around = look_around(base, _values(metrics), spans, rtol=rtol, solver=solver)
+    with waiting(progress, "sensitivity", "compiles the run") as told:
+        base = simulate(scene, rtol=rtol, solver=solver, progress=told)
+        values = np.asarray(_values(metrics)(base))
+        _check_happened(metrics, values)
+        told.now("derivatives")
+        derivatives = _derivatives(scene, metrics, chosen, rtol, solver, room_for(base))
+        around = None
+        if span is not None:
+            around = look_around(base, _values(metrics), spans, rtol=rtol, solver=solver, told=told)
     tables = [
         SensitivityTable(
             name_of(one),

@@ -11,8 +11,8 @@ from .._base._quantity import Fault, InputError
 from .._parts._scene import Scene
 from .._run._measure import METRIC_UNITS, Metric, check_metrics, name_of, unit_of
 from .._run._outcome import FAILURES
+from ._confidence import Estimate, mean_and_deviation, probability, quantile
 from ._ensemble import ensemble
-from ._estimates import Estimate, mean_and_deviation, probability, quantile
 from ._sampling import Distribution, Draws, Method, attempt, complete, faults_of_sampling, power_of_two, unit_points
 
 _HOT = "peak_lining_temperature"

@@ -1,0 +1,56 @@
+"""What a thermal network says of itself: where its nodes stand, what flows, and where friction heat goes."""
+
+from typing import Any, NamedTuple
+
+from jaxtyping import Array, Float
+
+from .._parts._heat import Heat
+from .._parts._network import Junction, Reservoir
+
+
+class Spans(NamedTuple):
+    """Where each body stands among the nodes with capacity, and among the junctions."""
+
+    stores: dict[str, slice]
+    junctions: dict[str, slice]
+
+
+def spans(heat: Heat) -> Spans:
+    ends, found = {True: 0, False: 0}, Spans({}, {})
+    for body in heat.bodies:
+        if isinstance(body, Reservoir):
+            continue
+        store = not isinstance(body, Junction)
+        here = slice(ends[store], ends[store] + body.count)
+        ends[store] = here.stop
+        (found.stores if store else found.junctions)[body.name] = here
+    return found
+
+
+class HeatFlows(NamedTuple):
+    """Heat flows of the network at one instant (W): into each node, and over its border."""
+
+    into: Float[Array, " k"]
+    into_junctions: Float[Array, " j"]
+    lost: Array  # to reservoirs
+    supplied: Array  # by sources
+    faces: dict[str, Array]  # into each wall's face that a link touches
+
+
+class Deposit(NamedTuple):
+    """Where friction heat goes, for given heats of the linings: linear in them."""
+
+    into: Float[Array, " k"]
+    into_junctions: Float[Array, " j"]  # rise of the junctions' temperatures it causes
+    to_metal: Array
+    to_linings: Array
+    lost: Array
+    faces: dict[str, Array]
+    beyond: Any = None  # part of the heat to metal that went behind the linings
+
+
+class Landed(NamedTuple):
+    """A flow into a place: at the place's own nodes, and spread over all nodes of the body."""
+
+    place: Array
+    nodes: Array

@@ -1,0 +1,71 @@
+"""Results that are drawn, and how tests find in a picture what was drawn."""
+
+import dataclasses
+import functools
+import math
+
+import numpy as np
+from helpers import stop_scene
+from matplotlib.patches import Wedge
+
+import simbrake as sb
+
+GAP = math.radians(2.0)
+
+
+@functools.cache
+def plain_result():
+    """A stop with gaps between 8 linings and a soft linkage."""
+    n, gaps = 8, np.full(7, GAP)
+    gaps[3] = 3 * GAP
+    band = sb.LiningsOnPlates(modulus=2e11, area=1.3e-3, slack_end=0.3, tight_end=0.5, linkage=2e5, gap=gaps)
+    scene = stop_scene(n=n, beta=30.0, end=4.0)
+    brake = dataclasses.replace(scene.brake, band=sb.Band(scene.brake.band.radius, band))
+    return sb.simulate(dataclasses.replace(scene, brake=brake))
+
+
+@functools.cache
+def staged_result():
+    """A staged brake on a rigid band, through all stages."""
+    scene = stop_scene(n=6, beta=40.0, f=0.42, C=None, lever=sb.ramp(1e3, 15e3, 0.0, 0.5), end=4.0)
+    bandage = sb.Bandage(inertia=20.0, friction=sb.ConstantFriction(0.28), preload=3e3)
+    return sb.simulate(dataclasses.replace(scene, brake=dataclasses.replace(scene.brake, bandage=bandage)))
+
+
+@functools.cache
+def hot_result():
+    """A stop with a rim in graded layers and a wall for each of 4 linings."""
+    steel, lining = sb.material("steel_20L"), sb.material("FK-24A")
+    heat = sb.layered_heat(
+        rim=steel,
+        rim_thickness=0.025,
+        track_area=0.8,
+        rim_layers=6,
+        rim_first=1e-3,
+        lining=lining,
+        lining_thickness=0.03,
+        lining_area=0.6,
+        lining_layers=3,
+        each=4,
+        partition=sb.EffusivityPartition(steel, lining),
+    )
+    scene = stop_scene(n=4, beta=60.0, lever=sb.ramp(2e3, 20e3, 0.0, 0.3), end=2.5)
+    return sb.simulate(dataclasses.replace(scene, heat=heat))
+
+
+def radius(xy):
+    return np.hypot(*np.asarray(xy, float).T)
+
+
+def wedges(axes, gid):
+    return [p for p in axes.patches if isinstance(p, Wedge) and p.get_gid() == gid]
+
+
+def scale(axes, gid):
+    """Value of a radius, from the two ends of a scale as it is written in the picture."""
+    texts = [t for t in axes.texts if t.get_gid() == gid]
+    values = np.asarray([float(t.get_text().removesuffix(" kN")) for t in texts])
+    radii = radius([t.get_position() for t in texts])
+    assert texts[-1].get_text().endswith(" kN")
+    slope = (values[-1] - values[0]) / (radii[-1] - radii[0])
+    return lambda r: values[0] + slope * (np.asarray(r) - radii[0])

@@ -1,0 +1,30 @@
+"""Scenes whose results are saved, loaded and compared."""
+
+import dataclasses
+
+from helpers import stop_scene
+
+import simbrake as sb
+
+
+def heated_stop():
+    """Two linings, a rim in three layers and two walls in two layers, all joined to the air."""
+    iron, stuff = sb.Material(48.0, 7800.0, 500.0), sb.Material(0.8, 2000.0, 900.0)
+    heat = sb.Heat(
+        bodies=(
+            sb.Wall("rim", iron, 0.028, 0.9, 3, 1.5),
+            sb.Lump("shield/cover", 2e3),
+            sb.Wall("lining", stuff, 0.03, 0.05, 2, copies=2),
+            sb.Reservoir("air"),
+        ),
+        links=(
+            sb.Convection("rim.back", 0.9, 60.0),
+            sb.Convection("lining.back", 0.05, 20.0),
+            sb.Conductance("shield/cover", "air", 1.0),
+        ),
+        friction=sb.FrictionHeat("rim.front", "lining.front", sb.ConstantPartition(0.9)),
+        rim="rim.front",
+        linings="lining.front",
+    )
+    scene = stop_scene(n=2, beta=120.0, C=None, end=4.0)
+    return dataclasses.replace(scene, heat=heat)
