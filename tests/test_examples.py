@@ -26,6 +26,7 @@ SLOW = {
         "estimates",
         "first_steps",
         "layout_design",
+        "published",
         "recipes",
         "report",
         "sensitivity",
