@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from .._base._quantity import Fault, InputError
 from .._parts._heat import node_names
 from .._parts._network import place_of
 from .._parts._power_shares import PowerShares
@@ -88,7 +89,12 @@ def _work(s: Any, pair: str, shares: PowerShares | None) -> np.ndarray:
     whole = np.asarray(s.friction_work)
     if not pair:
         return whole
-    inner = np.asarray(s.internal_heat) / (1.0 if shares is None else float(shares.heat))
+    hot = 1.0 if shares is None else float(shares.heat)
+    if hot <= 0:
+        raise InputError(
+            [Fault("power_shares", "leave no heat", "by their heat the works of two pairs are told apart")]
+        )
+    inner = np.asarray(s.internal_heat) / hot
     return inner if pair == "internal" else whole - inner
 
 
