@@ -1,5 +1,6 @@
 """Draws the pictures of `pictures.md` into `pictures/`, from the shipped scenarios. Takes some minutes."""
 
+import dataclasses
 import importlib.util
 import math
 import sys
@@ -60,6 +61,8 @@ def main(measured: list[str]) -> None:
     heated = sb.simulate(tripping.scene())
     save(plot.temperatures(heated), "temperatures")
     save(plot.depth(heated), "depth")
+    hot_stop = dataclasses.replace(stop.scene, heat=tripping.heat())
+    save(plot.materials(sb.compare_materials(hot_stop, energy={"initial.omega": [12.0, 24.0, 36.0]})), "materials")
     film = HERE / "pictures" / "stop.gif"
     plot.animate(stop, film, duration=0.5, fps=20)
     with Image.open(film) as frames:

@@ -16,6 +16,7 @@ from ._classical._classical_staged import StagedStop as StagedStop
 from ._classical._classical_staged import classical_staged_stop as classical_staged_stop
 from ._classical._classical_stop import ClassicalStop as ClassicalStop
 from ._classical._classical_stop import classical_stop as classical_stop
+from ._classical._compare_materials import compare_materials as compare_materials
 from ._classical._contact_estimates import matte_surface as matte_surface
 from ._classical._contact_estimates import polished_surface as polished_surface
 from ._classical._contact_estimates import radiation_coefficient as radiation_coefficient
@@ -36,6 +37,14 @@ from ._classical._estimate_report import EngineeringEstimates as EngineeringEsti
 from ._classical._estimate_report import EstimateRow as EstimateRow
 from ._classical._heat_balance import HeatBalance as HeatBalance
 from ._classical._heat_balance import heat_balance as heat_balance
+from ._classical._material_data import LiningMaterial as LiningMaterial
+from ._classical._material_data import RimMaterial as RimMaterial
+from ._classical._material_data import ThresholdWear as ThresholdWear
+from ._classical._material_data import lining_material as lining_material
+from ._classical._material_data import rim_material as rim_material
+from ._classical._material_table import EnergyLevel as EnergyLevel
+from ._classical._material_table import MaterialComparison as MaterialComparison
+from ._classical._material_table import MaterialRow as MaterialRow
 from ._classical._schmidt import SchmidtCourse as SchmidtCourse
 from ._classical._schmidt import schmidt as schmidt
 from ._classical._thermal_estimates import MaximumTemperatures as MaximumTemperatures
@@ -118,6 +127,7 @@ from ._parts._duty import FunctionProfile as FunctionProfile
 from ._parts._duty import PiecewiseLinear as PiecewiseLinear
 from ._parts._duty import Repeated as Repeated
 from ._parts._duty import ramp as ramp
+from ._parts._exchange import with_materials as with_materials
 from ._parts._fade import AbstractFactor as AbstractFactor
 from ._parts._fade import LinearFade as LinearFade
 from ._parts._fade import PressureFactor as PressureFactor

@@ -26,6 +26,7 @@ SLOW = {
         "estimates",
         "first_steps",
         "layout_design",
+        "materials",
         "published",
         "recipes",
         "report",

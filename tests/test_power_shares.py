@@ -92,3 +92,16 @@ def test_shares_are_written_and_read_back():
     again = sb.scene_from_text(text)
     assert float(again.power_shares.mechanical) == 0.27
     assert sb.scene_text(again) == text
+
+
+def test_thermal_estimates_take_the_heat_alone():
+    scene = dataclasses.replace(stop_scene(), power_shares=SHARES)
+    (rows, plain), start = (sb.estimates(each) for each in (scene, stop_scene())), 293.15
+    assert rows["friction work"].value == pytest.approx(plain["friction work"].value)
+    name = next(row.name for row in plain if row.name.startswith("bulk"))
+    assert rows[name].value - start == pytest.approx(0.68 * (plain[name].value - start), rel=1e-9)
+    tables = [
+        sb.compare_materials(each, rims=["steel_20L"], linings=["FK-24A"], run=False) for each in (scene, stop_scene())
+    ]
+    warm, hot = (table.rows[0]["bulk"].value - start for table in tables)
+    assert warm == pytest.approx(0.68 * hot, rel=1e-9)

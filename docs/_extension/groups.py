@@ -23,7 +23,7 @@ PAGES: dict[str, tuple[str, ...]] = {
     "brake": ("_design", "_compliance"),
     "duty": ("_duty", "_driller", "_lever", "_loads", "_history"),
     "friction": ("_friction", "_fade"),
-    "heat": ("_heat", "_network", "_links", "_material", "_builders", "_conduction", "_cyclic"),
+    "heat": ("_heat", "_network", "_links", "_material", "_exchange", "_builders", "_conduction", "_cyclic"),
     "results": (
         "_result",
         "_series",
@@ -67,6 +67,9 @@ PAGES: dict[str, tuple[str, ...]] = {
         "_engineering",
         "_estimate_data",
         "_estimate_report",
+        "_compare_materials",
+        "_material_table",
+        "_material_data",
         "_classical_stop",
         "_classical_staged",
         "_power_shares",

@@ -115,14 +115,14 @@ def _hardest(t: np.ndarray, work: np.ndarray) -> tuple[int, int, int] | None:
     return *max(found, key=lambda ends: float(work[ends[1]] - work[ends[0]])), len(found)
 
 
-def run_values(result: Result, pair: str = "") -> RunValues | None:
+def run_values(result: Result, pair: str = "", *, looks: int = _LOOKS) -> RunValues | None:
     """The hardest braking of a concrete result, or the part of it in which one `pair` of a staged brake slides most.
 
-    `pair`: `"external"` or `"internal"`. `None` where nothing ever slid.
+    `pair`: `"external"` or `"internal"`; `looks`: at so many times. `None` where nothing ever slid.
     """
     start, end = float(result.scene.initial.time), float(result.record.t_end)
     known = [event.time for event in result.events]
-    s = result.series(np.unique(np.concatenate([np.linspace(start, end, _LOOKS), known])))
+    s = result.series(np.unique(np.concatenate([np.linspace(start, end, looks), known])))
     shares = result.scene.power_shares
     t, work = np.asarray(s.t), _work(s, pair, shares)
     found = _hardest(t, np.asarray(s.friction_work))
@@ -134,7 +134,7 @@ def run_values(result: Result, pair: str = "") -> RunValues | None:
         if own is None:
             return None
         first, last = first + own[0], first + own[1]
-    s = result.series(np.linspace(t[first], t[last], _LOOKS))
+    s = result.series(np.linspace(t[first], t[last], looks))
     inside, (omega, torque) = _work(s, pair, shares), _sliding(s, pair)
     inside = inside - inside[0]
     other = None

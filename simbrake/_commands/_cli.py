@@ -6,6 +6,7 @@ from pathlib import Path
 
 import cyclopts
 
+from ._cli_materials import materials
 from ._cli_options import Json, Set, limit, opened, prepare_jax, print_written, tolerance
 from ._cli_results import animate, compare, estimates, report
 from ._cli_scene import scene
@@ -113,7 +114,7 @@ def reproduce(*, out: Path | None = None, json_: Json = False) -> int:
 
 
 app.command(scene)
-for _command in (report, animate, compare, estimates, sensitivity, sweep, calibrate, validate):
+for _command in (report, animate, compare, estimates, materials, sensitivity, sweep, calibrate, validate):
     app.command(_command)
 
 

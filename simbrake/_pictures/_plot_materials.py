@@ -1,0 +1,113 @@
+"""Picture of a comparison of materials: temperatures, stress, wear and mass side by side, by energy level."""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from .._classical._material_data import LiningMaterial, RimMaterial
+from .._classical._material_table import MaterialComparison, MaterialRow
+from ._plot_shared import BLUE, VERMILLION, ZERO
+
+
+class _Panel(NamedTuple):
+    """One quantity: its title, how a number of a row is shown, and the limit of a pair of materials, if any."""
+
+    name: str
+    title: str
+    shown: Callable[[float], float]
+    limit: Callable[[RimMaterial, LiningMaterial], float] | None
+    each_level: bool = True
+
+
+_PANELS = (
+    _Panel(
+        "surface",
+        "greatest surface temperature, °C",
+        lambda T: T - ZERO,
+        lambda rim, lining: min(rim.permissible, lining.permissible) - ZERO,
+    ),
+    _Panel("stress_ratio", "thermal stress over permissible", lambda ratio: ratio, lambda rim, lining: 1.0),
+    _Panel("wear", "wear of the linings, µm", lambda h: 1e6 * h, None),
+    _Panel("mass", "mass of the rim, kg (all levels)", lambda m: m, None, each_level=False),
+)
+
+
+def materials(comparison: MaterialComparison, *, figure: Figure | None = None) -> Figure:
+    """Rim materials side by side, one row of panels for each lining, one bar for each energy level, weak to strong.
+
+    Bars are the estimates, diamonds the simulated numbers, red marks what is permitted; hatched: not admissible. The
+    mass is the same at all levels. The wear's axis is logarithmic where it spreads over more than two decades.
+    """
+    linings, rims, levels = comparison.linings, comparison.rims, comparison.levels
+    if figure is None:
+        height = 1.3 + len(linings) * (0.9 + len(rims) * (0.28 + 0.14 * len(levels)))
+        figure = Figure(figsize=(14.0, height), layout="constrained")
+    axes = figure.subplots(len(linings), len(_PANELS), squeeze=False, sharex="col", width_ratios=[1.2, 1.2, 1.0, 0.8])
+    for row, lining in zip(axes, linings, strict=True):
+        for axis, panel in zip(row, _PANELS, strict=True):
+            _draw(axis, panel, comparison, lining)
+        row[0].set_yticks(range(len(rims)), [rim.name.replace("_", " ") for rim in rims])
+        row[0].set_title(f"lining {lining.name}", loc="left", fontsize=10, fontweight="bold")
+        for axis in row[1:]:
+            axis.set_yticks(range(len(rims)), [""] * len(rims))
+    for axis, panel in zip(axes[-1], _PANELS, strict=True):
+        axis.set_xlabel(panel.title)
+    for axis in axes.flat:
+        axis.tick_params(labelbottom=True)
+    _spread(axes[:, 2], comparison)
+    figure.legend(handles=_legend(comparison), loc="outside upper center", ncols=4, fontsize=9, frameon=False)
+    return figure
+
+
+def _shade(level: int, count: int) -> Any:
+    """Blue, the paler the weaker the level."""
+    pale = 0.75 * (1 - (level + 1) / count)
+    return tuple(pale + (1 - pale) * part for part in to_rgb(BLUE))
+
+
+def _draw(axis: Axes, panel: _Panel, comparison: MaterialComparison, lining: LiningMaterial) -> None:
+    levels = range(len(comparison.levels)) if panel.each_level else [len(comparison.levels) - 1]
+    height = 0.8 / len(levels)
+    for i, rim in enumerate(comparison.rims):
+        for j, level in enumerate(levels):
+            row: MaterialRow = comparison.row(rim.name, lining.name, level)
+            y = i - 0.4 + (j + 0.5) * height
+            colour = _shade(level, len(comparison.levels)) if panel.each_level else "0.6"
+            hatch = "////" if panel.each_level and not row.admissible else None
+            number = row[panel.name]
+            axis.barh(y, panel.shown(number.value), 0.9 * height, color=colour, hatch=hatch, edgecolor="white", lw=0)
+            if number.simulated is not None:
+                axis.plot(panel.shown(number.simulated), y, "D", color="black", ms=4.5, mec="white", mew=0.6, zorder=4)
+        if panel.limit is not None:
+            axis.plot([panel.limit(rim, lining)] * 2, [i - 0.45, i + 0.45], color=VERMILLION, lw=2.2, zorder=3)
+    axis.set_ylim(len(comparison.rims) - 0.4, -0.6)
+    axis.grid(axis="x", alpha=0.3)
+    axis.set_axisbelow(True)
+
+
+def _spread(axes: Any, comparison: MaterialComparison) -> None:
+    numbers = [x for row in comparison for x in row["wear"] if x is not None and x > 0]
+    if numbers and max(numbers) > 100 * min(numbers):
+        for axis in axes:
+            axis.set_xscale("log")
+            axis.set_xlim(10 ** np.floor(np.log10(1e6 * min(numbers))), None)
+
+
+def _legend(comparison: MaterialComparison) -> list[Any]:
+    count = len(comparison.levels)
+    found: list[Any] = [
+        Patch(color=_shade(i, count), label=f"{level.words}  ({level.label})")
+        for i, level in enumerate(comparison.levels)
+    ]
+    if comparison.simulated:
+        found.append(Line2D([], [], marker="D", ls="", color="black", mec="white", label="simulated (bars: estimates)"))
+    found.append(Line2D([], [], color=VERMILLION, lw=2.2, label="permissible, rim or lining"))
+    if any(not row.admissible for row in comparison):
+        found.append(Patch(facecolor="0.6", edgecolor="white", hatch="////", label="not admissible"))
+    return found

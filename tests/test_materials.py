@@ -1,0 +1,451 @@
+"""Materials by energy level: exchanged in a scene, estimated by hand, simulated by one program, shown."""
+
+import dataclasses
+import json
+import math
+
+import jax
+import numpy as np
+import pytest
+from heat_scenes import TRACK, layered_stop
+from helpers import stop_scene
+from scipy.special import erfc
+
+import simbrake as sb
+from simbrake import plot
+from simbrake._classical._material_data import LININGS, RIMS
+from simbrake._commands._cli import main
+from simbrake._run import _simulate
+
+ROOM = 293.15
+DATA = sb.EstimateData(track_area=1.05, lining_area=0.75, rim_thickness=0.05)  # thick: no heat reaches the back
+J, W0 = 800.0, 20.0  # of `stop_scene`
+
+
+def compared(rims, linings=("FK-24A",), scene=None, **options):
+    options = {"data": DATA, "run": False} | options
+    return sb.compare_materials(scene or stop_scene(C=None), rims, linings, **options)
+
+
+def heated(law=None):
+    """A rigid band under constant tension: all slides from the first moment, as the classical stop assumes."""
+    scene = layered_stop(growth=1.15, law=law or sb.ConstantFriction(0.35))
+    rigid = dataclasses.replace(scene.brake, band=dataclasses.replace(scene.brake.band, stiffness=None))
+    return dataclasses.replace(scene, brake=rigid, initial=sb.Initial(20.0))
+
+
+# --- the materials ----------------------------------------------------------------------------------------------------
+
+
+def test_every_number_of_the_library_has_a_source_and_lies_in_its_range():
+    printed = {"steel_20L": 47.8, "magnesium_alloy": 79.1, "brass": 109.0, "aluminium_alloy": 163.0}  # V, table 1
+    assert {name: sb.rim_material(name).numbers["conductivity"] for name in printed} == printed
+    for table, maker in ((RIMS, sb.rim_material), (LININGS, sb.lining_material)):
+        for name, entries in table.items():
+            one = maker(name)
+            assert set(one.numbers) == set(one.sources)
+            assert all(one.sources.values())
+            assert all(entry.low <= entry.value <= entry.high for entry in entries.values()), name
+    assert "assum" in sb.rim_material("brass").sources["permissible_temperature"]
+
+
+def test_a_number_of_a_material_can_be_given():
+    bronze = sb.rim_material("brass", conductivity=60.0, young=1.1e11, permissible_temperature=600.0)
+    assert (float(bronze.thermal.conductivity), bronze.elastic.young, bronze.permissible) == (60.0, 1.1e11, 600.0)
+    assert bronze.sources["young"] == "given"
+    with pytest.raises(KeyError, match="no rim material 'wood'; there are: aluminium_alloy"):
+        sb.rim_material("wood")
+    with pytest.raises(KeyError, match="has no colour"):
+        sb.lining_material("FK-24A", colour=1.0)
+    with pytest.raises(ValueError, match="solidus"):
+        sb.rim_material("brass", solidus=-1.0)
+
+
+def test_wear_is_constant_up_to_the_threshold_and_follows_arrhenius_above():
+    law = sb.ThresholdWear(2e-14, 500.0, 40e3)
+    cold, there, hot = (float(law(None, None, np.asarray(T))) for T in (300.0, 500.0, 650.0))
+    assert (cold, there) == (2e-14, 2e-14)
+    assert hot == pytest.approx(2e-14 * math.exp(40e3 / 8.31446261815324 * (1 / 500 - 1 / 650)), rel=1e-14)
+    assert float(law(None, None, None)) == 2e-14
+
+
+# --- exchanged in a scene ---------------------------------------------------------------------------------------------
+
+
+def whole_scene(partition=None):
+    steel, lining = sb.material("steel_20L"), sb.material("FK-24A")
+    layered = sb.layered_heat(
+        rim=steel,
+        rim_thickness=0.025,
+        track_area=TRACK,
+        partition=partition or sb.EffusivityPartition(steel, lining),
+        lining=lining,
+        lining_area=0.7 * TRACK,
+        band=sb.material("band_steel"),
+        inside=10.0,
+    )
+    flash = sb.FlashTemperature(50e-6, steel.conductivity, steel.diffusivity)
+    heat = dataclasses.replace(sb.with_pulley_structure(layered, steel), flash=flash)
+    return dataclasses.replace(heated(), heat=heat)
+
+
+def test_another_material_is_the_scene_built_with_it():
+    brass, other = sb.material("brass"), sb.material("retinax")
+    found = sb.with_materials(whole_scene(), brass, other)
+    layered = sb.layered_heat(
+        rim=brass,
+        rim_thickness=0.025,
+        track_area=TRACK,
+        partition=sb.EffusivityPartition(brass, other),
+        lining=other,
+        lining_area=0.7 * TRACK,
+        band=sb.material("band_steel"),
+        inside=10.0,
+    )
+    flash = sb.FlashTemperature(50e-6, brass.conductivity, brass.diffusivity)
+    built = dataclasses.replace(sb.with_pulley_structure(layered, brass), flash=flash)
+    assert jax.tree.structure(found.heat) == jax.tree.structure(built)
+    for a, b in zip(jax.tree.leaves(found.heat), jax.tree.leaves(built), strict=True):
+        np.testing.assert_allclose(a, b, rtol=1e-14)
+
+
+def test_shares_follow_only_where_they_are_made_from_materials():
+    brass, other = sb.material("brass"), sb.material("retinax")
+    given = sb.with_materials(whole_scene(sb.ConstantPartition(0.9)), brass, other).heat.friction.partition
+    assert float(given.metal) == 0.9
+    flat = np.full(2, 10.0)
+    law = sb.TransmissionPartition(np.array([300.0, 400.0]), flat, flat, flat, flat * 1e-6)
+    changed = sb.with_materials(whole_scene(law), brass, other).heat.friction.partition
+    assert (float(changed.rim_conductivity), float(changed.lining_conductivity)) == (109.0, 0.6)
+    assert float(changed.surface_conductivity) == 1.02
+    scene = whole_scene()
+    assert sb.with_materials(scene) is not None
+    for a, b in zip(jax.tree.leaves(sb.with_materials(scene)), jax.tree.leaves(scene), strict=True):
+        np.testing.assert_array_equal(a, b)
+
+
+def test_a_scene_that_names_no_material_is_refused():
+    with pytest.raises(sb.InputError, match=r"heat.rim.*\n.*heat.linings"):
+        sb.with_materials(stop_scene(), sb.material("brass"), sb.material("retinax"))
+
+
+# --- by hand ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["steel_20L", "aluminium_alloy"])
+def test_a_stop_by_hand(name):
+    """Constant torque, no load: W = ½ J ω², and a half-space while no heat reaches the back."""
+    scene = stop_scene(C=None)
+    table = compared([name], scene=scene)
+    row, m = table.row(name), sb.rim_material(name)
+    k, rho, c = (m.numbers[key] for key in ("conductivity", "density", "specific_heat"))
+    lining = sb.material("FK-24A")
+    e_1, e_2 = math.sqrt(k * rho * c), math.sqrt(0.736 * 2000.0 * 1000.0)
+    work, tau = 0.5 * J * W0**2, sb.classical_stop(scene).time
+    share = e_1 / (e_1 + e_2)
+    q = share * work / (1.05 * tau)
+    a = k / (rho * c)
+    assert a * tau / 0.05**2 < 0.06  # else this is no half-space
+    depth = 1.73 * math.sqrt(a * tau)
+    peak = 2 / 3 * 2 * (2 * q) * math.sqrt(tau / 2 / math.pi) / e_1
+    at_end = 2 * q * math.sqrt(tau / math.pi) / e_1
+    mean = q * tau / (0.05 * rho * c)
+    v = W0 * float(scene.brake.pulley.radius)
+    flash = 2 * share * 0.35 * 300e6 * v / k * math.sqrt(a * 50e-6 / (math.pi * v))
+    half = float(np.asarray(scene.brake.linings.angle)[0]) / 2
+    truth = {
+        "friction_work": work,
+        "duration": tau,
+        "share": share,
+        "effusivity_share": share,
+        "bulk": ROOM + 2 / 3 * share * work / (c * rho * 1.05 * depth),
+        "bulk_end": ROOM + mean,
+        "surface": ROOM + peak,
+        "maximum": ROOM + peak + flash / 3,
+        "stress": -m.elastic.young * m.elastic.expansion / (1 - m.elastic.poisson) * (at_end - mean),
+        "wear": 3e-14 * work * math.cos(half) / (0.35 * 0.75),
+        "mass": rho * 0.05 * 1.05,
+    }
+    truth["stress_ratio"] = -truth["stress"] / m.elastic.permissible
+    radius = float(scene.brake.pulley.radius)
+    truth["inertia"] = truth["mass"] * (radius**2 + (radius - 0.05) ** 2) / 2
+    image = math.exp(-(0.05**2) / (a * tau)) + erfc(0.05 / math.sqrt(a * tau))  # what the back gives to the face
+    for key, value in truth.items():
+        scale = value - (ROOM if key in ("bulk", "bulk_end", "surface", "maximum") else 0.0)
+        assert abs(row[key].value - value) <= (1e-12 + 2 * image) * abs(scale), key
+    assert float(lining.conductivity) == 0.736
+
+
+def test_estimates_are_those_of_the_table_of_estimates():
+    row = compared(["brass"]).row("brass")
+    m = sb.rim_material("brass")
+    table = sb.estimates(
+        stop_scene(C=None), dataclasses.replace(DATA, rim=m.thermal, elastic=m.elastic, hardness=300e6)
+    )
+    for key, name in {
+        "friction_work": "friction work",
+        "bulk": "bulk temperature, mean",
+        "bulk_end": "bulk temperature, end",
+        "surface": "surface temperature, falling flux",
+        "maximum": "maximum temperature, S-26",
+        "stress": "thermal stress, surface",
+        "stress_ratio": "stress over permissible",
+        "effusivity_share": "share into the rim, effusivities",
+    }.items():
+        assert row[key].value == pytest.approx(table[name].value, rel=1e-13), key
+    # V's table has 48.85 W/(m·K): the rim's material hardly matters for the share by transmission
+    steel = compared(["steel_20L"]).row("steel_20L")["transmission_share"].value
+    assert steel == pytest.approx(table["share into the rim, transmission"].value, rel=1e-4)
+
+
+def test_the_greatest_work_in_closed_form_and_as_a_level():
+    """Surface of a half-space: rise ∝ q √τ ∝ W^(3/4) at given torques; at that work a pair is just admissible."""
+    stiffless = sb.rim_material("steel_20L", young=1.0, permissible_temperature=ROOM + 30.0)
+    row = compared([stiffless]).row("steel_20L")
+    rise = row["surface"].value - ROOM
+    assert row.greatest_work == pytest.approx(row["friction_work"].value * (30.0 / rise) ** (4 / 3), rel=1e-10)
+    assert row.ends == "rim temperature"
+    stressed = compared(["steel_20L"]).row("steel_20L")
+    assert stressed.ends == "thermal stress"
+    works = [f * stressed.greatest_work for f in (1 - 1e-6, 1.0, 1 + 1e-6)]
+    table = compared(["steel_20L"], energy=works)
+    found = [table.row("steel_20L", level=i) for i in range(3)]
+    assert [row["friction_work"].value for row in found] == pytest.approx(works, rel=1e-11)
+    assert found[1]["stress_ratio"].value == pytest.approx(1.0, rel=1e-9)
+    assert [row.admissible for row in (found[0], found[2])] == [True, False]
+    assert found[2].fails == ("stress 1.00 of the permissible",)
+    for row in found:
+        assert row.greatest_work == pytest.approx(stressed.greatest_work, rel=1e-9)
+
+
+def test_nothing_is_left_where_the_rim_is_too_hot_at_the_start():
+    row = compared([sb.rim_material("brass", permissible_temperature=290.0)]).row("brass")
+    assert (row.greatest_work, row.ends) == (0.0, "rim temperature")
+    assert not row.admissible
+    assert "over 17 °C" in row.fails[0]
+
+
+def test_what_must_grow_grows():
+    """At the same ρ c a better conductor is cooler and less stressed; a hotter lining wears no less; both exact."""
+    rims = [
+        dataclasses.replace(sb.rim_material("steel_20L", conductivity=k), name=f"{k:g}") for k in (20.0, 50.0, 200.0)
+    ]
+    table = compared(rims, data=dataclasses.replace(DATA, share=0.95))
+    for key in ("surface", "bulk", "stress_ratio"):
+        values = [row[key].value for row in table]
+        assert values == sorted(values, reverse=True), key
+    works = [row.greatest_work for row in table]
+    assert works == sorted(works)
+    levels = compared(["steel_20L"], energy=[2e5, 4e6, 4e7])
+    per_work = [row["wear"].value / row["friction_work"].value for row in levels]
+    assert per_work[1] == pytest.approx(per_work[0], rel=1e-12)  # both below the threshold
+    assert per_work[2] > 2 * per_work[1]
+
+
+def test_levels_by_a_number_of_the_scene():
+    table = compared(["brass"], energy={"initial.omega": [10.0, 30.0]})
+    assert [row["friction_work"].value for row in table] == pytest.approx([4e4, 36e4])
+    assert [level.label for level in table.levels] == ["initial.omega = 10 rad/s", "initial.omega = 30 rad/s"]
+    assert table.levels[1].words == "360 kJ"
+    loaded = compared(["brass"], scene=stop_scene(C=None, load=2e3), energy=[1e5])
+    assert loaded.row("brass")["friction_work"].value == pytest.approx(1e5, rel=1e-11)
+
+
+def test_the_inertia_follows_the_mass_if_asked():
+    own, other = sb.rim_material("steel_20L"), sb.rim_material("magnesium_alloy")
+    radius = float(stop_scene().brake.pulley.radius)
+    lighter = 1.05 * 0.05 * (other.numbers["density"] - own.numbers["density"])
+    inertia = J + lighter * (radius**2 + (radius - 0.05) ** 2) / 2
+    table = compared([own, other], inertia=True)
+    assert [row["friction_work"].value for row in table] == pytest.approx([0.5 * J * W0**2, 0.5 * inertia * W0**2])
+    assert "whatever the rim weighs" not in str(table)
+    assert "whatever the rim weighs" in str(compared([own]))
+
+
+def test_sizes_that_the_scene_does_not_have_are_said():
+    notes = " ".join(compared(["brass"], data=sb.EstimateData(track_area=1.05)).notes)
+    assert "rim_thickness = 0.025 m is not the scene's: V, table 1" in notes
+    assert "lining_area" in notes
+    assert "track_area" not in notes
+
+
+def test_the_ranking_has_admissible_pairs_first():
+    weak = dataclasses.replace(sb.rim_material("steel_20L", permissible_stress=1e6), name="weak")
+    strong = dataclasses.replace(sb.rim_material("steel_20L", permissible_stress=1e9), name="strong")
+    table = compared([weak, strong])
+    assert [row.rim for row in table.ranking()] == ["strong", "weak"]
+    assert [row.admissible for row in table.ranking()] == [True, False]
+
+
+@pytest.mark.parametrize(
+    ("options", "word"),
+    [
+        ({"rims": []}, "rims.*at least one"),
+        ({"rims": ["brass", "brass"]}, "more than once"),
+        ({"energy": [-1.0]}, "friction works are > 0"),
+        ({"energy": []}, "is empty"),
+        ({"energy": {"initial.omega": [1.0], "end_time": [2.0]}}, "names 2 numbers"),
+        ({"energy": {"initial.omga": [1.0]}}, "nearest: initial.omega"),
+        ({"scene": stop_scene(C=None, w0=0.0)}, "no classical stop"),
+        ({"scene": stop_scene(C=None, load=1e6), "energy": [1e5]}, "no classical stop"),
+    ],
+)
+def test_what_cannot_be_compared_is_said(options, word):
+    options = {"rims": ["brass"]} | options
+    with pytest.raises(sb.InputError, match=word):
+        compared(**options)
+
+
+def test_a_staged_brake_is_refused():
+    scene = stop_scene(C=None)
+    brake = dataclasses.replace(scene.brake, bandage=sb.Bandage(20.0, sb.ConstantFriction(0.1)))
+    with pytest.raises(sb.InputError, match="one pair"):
+        compared(["brass"], scene=dataclasses.replace(scene, brake=brake))
+
+
+# --- simulated --------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def simulated():
+    """Two materials run; then a third one, and how many programs that took."""
+    first = sb.compare_materials(heated(), ["steel_20L", "brass"], ["FK-24A"])
+    count = _simulate._program.cache_info().misses
+    third = sb.compare_materials(heated(), ["magnesium_alloy", "cast_iron"], ["retinax"])
+    return first, third, _simulate._program.cache_info().misses - count
+
+
+def test_a_new_material_does_not_re_trace(simulated):
+    *_, more = simulated
+    assert more == 0
+
+
+def test_simulated_numbers_are_those_of_a_scene_with_that_rim(simulated):
+    table, *_ = simulated
+    row = table.row("brass")
+    scene = heated()
+    wall = dataclasses.replace(scene.heat.bodies[0], material=sb.material("brass"))
+    heat = dataclasses.replace(scene.heat, bodies=(wall, *scene.heat.bodies[1:]))
+    result = sb.simulate(dataclasses.replace(scene, heat=heat))
+    series = result.series(np.linspace(0.0, float(result.stopping_time), 4001))
+    assert row["surface"].simulated == pytest.approx(float(np.max(series.rim_temperature)), abs=2e-4)
+    assert row["friction_work"].value == pytest.approx(float(series.friction_heat[-1]), rel=1e-9)
+    assert row["share"].simulated == pytest.approx(0.95, rel=1e-9)
+    assert row["wear"].simulated is None  # the scene has no lining whose temperature were known
+    assert row["mass"].simulated is None
+
+
+def test_estimates_meet_the_run_where_it_is_as_they_assume(simulated):
+    for table in simulated[:2]:
+        for row in table:
+            for key in ("bulk_end", "surface"):
+                estimate, run = (T - ROOM for T in row[key])
+                assert estimate == pytest.approx(run, rel=0.06), (row.rim, key)  # layers, cooling, the back
+            assert row["stress"].value == pytest.approx(row["stress"].simulated, rel=0.2)
+
+
+@pytest.mark.slow
+def test_without_heat_the_scene_runs_once_and_wear_adds_up():
+    """Mean wear by hand against the integral over the run, for a constant coefficient."""
+    scene = stop_scene(C=None)
+    cold = sb.lining_material("FK-24A", wear_activation=0.0)
+    table = compared(["brass", "cast_iron"], [cold], scene=scene, run=True)
+    works = [row["friction_work"].value for row in table]
+    assert works == pytest.approx([0.5 * J * W0**2] * 2, rel=1e-9)
+    assert table.row("brass")["surface"].simulated is None
+    assert "no rim in layers" in str(table)
+    n = scene.brake.linings.count
+    linings = dataclasses.replace(scene.brake.linings, area=np.asarray(0.75 / n))
+    result = sb.simulate(dataclasses.replace(scene, brake=dataclasses.replace(scene.brake, linings=linings)))
+    mean = float(np.mean(np.asarray(sb.wear(result, 3e-14))))
+    assert table.row("brass")["wear"].value == pytest.approx(mean, rel=1e-9)
+
+
+@pytest.mark.slow
+def test_simulated_wear_lies_between_that_of_the_coldest_and_the_hottest_lining():
+    scene = whole_scene()
+    scene = dataclasses.replace(scene, heat=dataclasses.replace(scene.heat, flash=None))
+    keen = sb.lining_material("retinax", wear_threshold=ROOM, wear_activation=60e3)
+    row = sb.compare_materials(scene, ["brass"], [keen]).row("brass", "retinax")
+    b = scene.brake
+    load_way = row["friction_work"].value * math.cos(math.radians(13.5) / 2) / (0.35 * 0.7 * TRACK)
+    coldest, hottest = (float(keen.wear(None, None, np.asarray(T))) for T in (ROOM, row["lining_surface"].simulated))
+    assert b.linings.area is None  # the comparison spreads the area of the linings' wall over them
+    assert coldest * load_way < row["wear"].simulated < hottest * load_way
+
+
+def test_materials_with_slopes_and_without_are_one_program():
+    sloped = sb.rim_material("brass")
+    thermal = dataclasses.replace(sloped.thermal, conductivity_slope=1e-3)
+    table = compared([dataclasses.replace(sloped, thermal=thermal), "cast_iron"])
+    assert [float(rim.thermal.conductivity_slope) for rim in table.rims] == [1e-3, 0.0]
+
+
+# --- shown ------------------------------------------------------------------------------------------------------------
+
+
+def test_the_table_its_numbers_and_labelled_data():
+    table = compared(["steel_20L", "brass"], ["FK-24A", "retinax"], energy=[2e5, 4e6])
+    text = str(table)
+    assert text.count("admissible") >= 4
+    assert "of the permissible" in text
+    assert "classical stop of 4000 kJ" in text
+    told = json.loads(json.dumps(table.as_dict(), allow_nan=False))
+    assert len(told["rows"]) == 8
+    assert told["rows"][0]["surface"]["estimate"] == table.rows[0]["surface"].value
+    assert told["materials"]["rims"][0]["sources"]["conductivity"].startswith("V")
+    data = table.dataset()
+    assert dict(data.sizes) == {"level": 2, "rim": 2, "lining": 2}
+    one = data["surface"].sel(rim="brass", lining="retinax").isel(level=1)
+    assert float(one) == table.row("brass", "retinax", 1)["surface"].value
+    assert data["stress"].attrs["units"] == "Pa"
+    with pytest.raises(KeyError, match="no row 'wood'"):
+        table.row("wood")
+    with pytest.raises(KeyError, match="no quantity 'colour'"):
+        table.rows[0]["colour"]
+
+
+def test_the_chart_shows_every_number(simulated):
+    table = compared(["steel_20L", "brass"], ["FK-24A", "retinax"], energy=[2e5, 4e6])
+    axes = plot.materials(table).axes
+    assert len(axes) == 8
+    widths = sorted(bar.get_width() for bar in axes[1].patches)
+    ratios = sorted(table.row(rim, level=i)["stress_ratio"].value for rim in ("steel_20L", "brass") for i in (0, 1))
+    assert widths == pytest.approx(ratios)
+    assert sum(bar.get_hatch() is not None for bar in axes[1].patches) == sum(
+        not row.admissible for row in table if row.lining == "FK-24A"
+    )
+    run = plot.materials(simulated[0]).axes[0]
+    dots = sorted(float(line.get_xdata()[0]) for line in run.lines if line.get_marker() == "D")
+    assert dots == pytest.approx(sorted(row["surface"].simulated - 273.15 for row in simulated[0]))
+
+
+def call(capsys, *arguments):
+    with pytest.raises(SystemExit) as stop:
+        main(list(arguments))
+    out, err = capsys.readouterr()
+    return stop.value.code, out, err
+
+
+def test_the_command(capsys, scenarios, tmp_path, monkeypatch):
+    monkeypatch.setenv("JAX_COMPILATION_CACHE_DIR", "")
+    command = ["materials", str(scenarios / "u2_5_5_stop.toml"), "--no-run", "--rim", "brass", "--rim", "cast_iron"]
+    picture = tmp_path / "materials.png"
+    code, out, _ = call(capsys, *command, "--energy", "400 kJ, 0.8 MJ", "-o", str(picture))
+    assert code == 0
+    assert "classical stop of 800 kJ" in out
+    assert picture.stat().st_size > 10_000
+    code, out, _ = call(capsys, *command, "--lining", "retinax", "--energy", "initial.omega=120 rpm, 24", "--json")
+    told = json.loads(out)
+    assert code == 0
+    assert [level["label"] for level in told["levels"]] == ["initial.omega = 12.5664 rad/s", "initial.omega = 24 rad/s"]
+    assert len(told["rows"]) == 4
+    for wrong, word in (
+        (["--rim", "wood"], "no rim material 'wood'"),
+        (["--energy", "lots"], "friction works, as in"),
+        (["--energy", "brake.linings.angle=0.2"], "no single number"),
+        (["-o", "chart.doc"], "is no picture"),
+    ):
+        code, _, err = call(capsys, *command, *wrong)
+        assert code == 2
+        assert word in err
