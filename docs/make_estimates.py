@@ -143,7 +143,7 @@ STAGED: list[tuple[str, str, str, Any, str]] = [
         1e-3,
         "what stages 1 and 2 leave, and the load",
     ),
-    ("share of the external pair", "share of the external pair", "", 1.0, ""),
+    ("share of the external pair", "share of the external pair", "", 1.0, "as the works"),
     ("band, bulk at the end", "bulk temperature, end, external pair", "°C", KELVIN, "the hot linings warm it too"),
     ("rim, bulk at the end", "bulk temperature, end, internal pair", "°C", KELVIN, "energy alone: they must agree"),
     (

@@ -27,6 +27,7 @@ SLOW = {
         "first_steps",
         "layout_design",
         "materials",
+        "published",
         "recipes",
         "report",
         "sensitivity",

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from .._base._quantity import Fault, InputError
 from .._parts._heat import node_names
 from .._parts._network import place_of
 from .._parts._power_shares import PowerShares
@@ -88,7 +89,12 @@ def _work(s: Any, pair: str, shares: PowerShares | None) -> np.ndarray:
     whole = np.asarray(s.friction_work)
     if not pair:
         return whole
-    inner = np.asarray(s.internal_heat) / (1.0 if shares is None else float(shares.heat))
+    hot = 1.0 if shares is None else float(shares.heat)
+    if hot <= 0:
+        raise InputError(
+            [Fault("power_shares", "leave no heat", "by their heat the works of two pairs are told apart")]
+        )
+    inner = np.asarray(s.internal_heat) / hot
     return inner if pair == "internal" else whole - inner
 
 
@@ -112,7 +118,7 @@ def _hardest(t: np.ndarray, work: np.ndarray) -> tuple[int, int, int] | None:
 def run_values(result: Result, pair: str = "", *, looks: int = _LOOKS) -> RunValues | None:
     """The hardest braking of a concrete result, or the part of it in which one `pair` of a staged brake slides most.
 
-    `pair`: `"external"` or `"internal"`. `None` where nothing ever slid.
+    `pair`: `"external"` or `"internal"`; `looks`: at so many times. `None` where nothing ever slid.
     """
     start, end = float(result.scene.initial.time), float(result.record.t_end)
     known = [event.time for event in result.events]
