@@ -174,6 +174,12 @@ from ._parts._scene import Duty as Duty
 from ._parts._scene import Initial as Initial
 from ._parts._scene import Scene as Scene
 from ._parts._scene import check as check
+from ._parts._wear import AbstractWearRate as AbstractWearRate
+from ._parts._wear import ArrheniusWear as ArrheniusWear
+from ._parts._wear import ConstantWear as ConstantWear
+from ._parts._wear import ExponentialWear as ExponentialWear
+from ._parts._wear import LinearWear as LinearWear
+from ._parts._wear import Wear as Wear
 from ._physics._modes import BandMode as BandMode
 from ._results._compare import compare as compare
 from ._results._comparison import Comparison as Comparison

@@ -29,7 +29,7 @@ HOUSE = {
     "_parts": [
         {"_band", "_compliance", "_duty", "_friction", "_layout", "_material"},
         {"_driller"},
-        {"_design", "_fade", "_lever", "_links", "_loads"},
+        {"_design", "_fade", "_lever", "_links", "_loads", "_wear"},
         {"_network"},
         {"_heat"},
         {"_builders", "_internal", "_scene"},
@@ -38,7 +38,7 @@ HOUSE = {
     ],
     "_physics": [
         {"_sliding", "_thermal"},
-        {"_at_rest", "_modes", "_sparsity", "_state"},
+        {"_at_rest", "_modes", "_sparsity", "_state", "_wearing"},
         {"_acting", "_bandage_state"},
         {"_bandage_forces", "_chain", "_forces"},
         {"_bandage", "_chain_system", "_system"},

@@ -12,6 +12,7 @@ from .._parts._scene import Scene
 from ._sliding import Grip
 from ._state import HeatLedger
 from ._thermal import Thermal, assemble_thermal
+from ._wearing import Wearing, Worn, assemble_wear
 
 
 class Frame(NamedTuple):
@@ -33,6 +34,8 @@ class Frame(NamedTuple):
     tension_scale: Array
     torque_scale: Array
     speed_scale: Array
+    wearing: Wearing | None
+    worn: Worn | None  # at the start
 
 
 def frame_of(scene: Scene) -> Frame:
@@ -62,6 +65,7 @@ def frame_of(scene: Scene) -> Frame:
     reach = jnp.minimum(torque_scale / J * (jnp.asarray(scene.end_time) - t_0), 1.0)
     speed_scale = positive(jnp.where(omega_0 == 0, reach, jnp.abs(omega_0)))
     zero = jnp.zeros_like(omega_0)
+    wearing = assemble_wear(scene.wear, brake, 0.5 * J * speed_scale**2 + torque_scale)
     return Frame(
         inertia=J,
         band_radius=R_b,
@@ -79,4 +83,6 @@ def frame_of(scene: Scene) -> Frame:
         tension_scale=tension_scale,
         torque_scale=torque_scale,
         speed_scale=speed_scale,
+        wearing=wearing,
+        worn=None if wearing is None else wearing.start,
     )

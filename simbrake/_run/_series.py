@@ -47,6 +47,8 @@ class Series(NamedTuple):
     lining_internal_torque: Float[Array, "m n"] | None = None  # λ_i from the pulley to every lining, N·m
     displacement: Float[Array, "m n"] | None = None  # u of every lining of a chain along the band circle, m
     damper_heat: Float[Array, " m"] | None = None  # of dampers in a chain or between linings, J
+    worn_thickness: Float[Array, "m n"] | None = None  # of every lining since the start, m; None without wear
+    internal_worn_thickness: Float[Array, "m n"] | None = None  # part of it at faces on the rim of a staged brake, m
 
 
 #: units of the columns of a Series, "" where there is none
@@ -90,4 +92,6 @@ SERIES_UNITS = {
     "lining_internal_torque": "N*m",
     "displacement": "m",
     "damper_heat": "J",
+    "worn_thickness": "m",
+    "internal_worn_thickness": "m",
 }
