@@ -32,6 +32,7 @@ HOUSE = {
         {"_design", "_fade", "_lever", "_links", "_loads", "_wear"},
         {"_network"},
         {"_heat"},
+        {"_worn"},
         {"_builders", "_internal", "_scene"},
         {"_plausible"},
         {"_programme"},
@@ -63,13 +64,13 @@ HOUSE = {
         {"_least_tension", "_optimal_layout"},
     ],
     "_studies": [
-        {"_estimates", "_salib"},
+        {"_estimates", "_life_report", "_salib"},
         {"_measured"},
         {"_indices", "_store"},
         {"_calibration", "_chunks", "_plan", "_range", "_read_measured", "_sampling"},
         {"_dataset", "_distribute", "_fit_model", "_sensitivity"},
         {"_ensemble", "_search"},
-        {"_assess", "_global", "_sweep", "_uncertainty"},
+        {"_assess", "_global", "_lining_life", "_sweep", "_uncertainty"},
         {"_calibrate"},
     ],
     "_files": [
@@ -111,7 +112,7 @@ HOUSE = {
         {"_plot_shared"},
         {"_plot_film", "_plot_wheel", "_plot_work_precision"},
         {"_plot_animation", "_plot_layouts", "_plot_maps", "_plot_pulley", "_plot_runs"},
-        {"_plot_duty", "_plot_file", "_plot_studies", "_plot_uncertainty"},
+        {"_plot_duty", "_plot_file", "_plot_studies", "_plot_uncertainty", "_plot_wear"},
         {"_gallery"},
     ],
     "_pages": [
@@ -125,7 +126,7 @@ HOUSE = {
         {"_calibrate_run"},
         {"_report_run"},
         {"_cli_options"},
-        {"_cli_results", "_cli_scene", "_cli_studies", "_cli_validate"},
+        {"_cli_life", "_cli_results", "_cli_scene", "_cli_studies", "_cli_validate"},
         {"_cli"},
     ],
 }

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import cyclopts
 
+from ._cli_life import life
 from ._cli_options import Json, Set, limit, opened, prepare_jax, print_written, tolerance
 from ._cli_results import animate, compare, estimates, report
 from ._cli_scene import scene
@@ -107,7 +108,7 @@ def reproduce(*, json_: Json = False) -> int:
 
 
 app.command(scene)
-for _command in (report, animate, compare, estimates, sensitivity, sweep, calibrate, validate):
+for _command in (report, animate, compare, estimates, life, sensitivity, sweep, calibrate, validate):
     app.command(_command)
 
 

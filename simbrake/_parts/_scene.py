@@ -19,6 +19,7 @@ from ._heat import FrictionHeat, Heat
 from ._loads import AbstractLoad
 from ._network import nodes_at, place_of
 from ._wear import Wear
+from ._worn import faults_of_wear
 
 
 class Duty(eqx.Module):
@@ -66,7 +67,7 @@ def faults(scene: Scene) -> list[Fault]:
         return found
     found += scene.brake.faults("brake")
     found += _faults_of_heat(scene)
-    found += _faults_of_wear(scene)
+    found += faults_of_wear(scene)
     if isinstance(scene.duty.slack_tension, AbstractSpeedLever):
         law, heat = scene.brake.linings.friction, scene.heat
         if scene.brake.band.stiffness is not None:
@@ -88,33 +89,6 @@ def faults(scene: Scene) -> list[Fault]:
     if scene.brake.band.stiffness is None and float(scene.initial.elongation) != 0.0:
         found.append(Fault("initial.elongation", "a rigid band has no elongation", "give brake.band.stiffness"))
     return found
-
-
-def _faults_of_wear(scene: Scene) -> list[Fault]:
-    wear, brake = scene.wear, scene.brake
-    if wear is None:
-        return []
-    found, bandage = wear.faults("wear", brake.linings.count), brake.bandage
-    if brake.linings.area is None:
-        found.append(Fault("brake.linings.area", "is missing", "wear looks at the pressure"))
-    if wear.internal is not None and bandage is None:
-        found.append(Fault("wear.internal", "has no effect", "only a staged brake (`brake.bandage`) has inner faces"))
-    elif wear.internal is not None and bandage is not None and bandage.area is None:
-        found.append(Fault("brake.bandage.area", "is missing", "wear of the inner faces looks at the pressure"))
-    if wear.turned_at is not None:
-        found += _faults_of_turning(scene)
-    return found
-
-
-def _faults_of_turning(scene: Scene) -> list[Fault]:
-    """Why a band cannot be turned within a run: the brake is integrated as it was built."""
-    brake, where = scene.brake, "wear.turned_at"
-    if brake.bandage is not None:
-        return [Fault(where, "the linings of a staged brake ride on the pulley", "turning its band does not move them")]
-    parts = [*leaves(brake.linings, "brake.linings"), *leaves(brake.band, "brake.band")]
-    unlike = [leaf.path for leaf in parts if np.ndim(leaf.value) == 1 and np.ptp(np.asarray(leaf.value)) > 0]
-    hint = "linings that are alike; else `lining_life(turn_at=…)`, which turns the brake itself between brakings"
-    return [Fault(where, f"the numbers of {path} are not alike", hint) for path in unlike]
 
 
 def _faults_of_staged(scene: Scene) -> list[Fault]:

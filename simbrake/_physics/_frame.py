@@ -9,6 +9,7 @@ from jaxtyping import Array, Bool, Float
 from .._parts._band import grip, product, tension_ratio
 from .._parts._friction import Contact
 from .._parts._scene import Scene
+from .._parts._worn import walls_left
 from ._sliding import Grip
 from ._state import HeatLedger
 from ._thermal import Thermal, assemble_thermal
@@ -42,7 +43,7 @@ def frame_of(scene: Scene) -> Frame:
     """What all kinds of brake take from a scene."""
     brake, duty, initial, heat = scene.brake, scene.duty, scene.initial, scene.heat
     angle = jnp.asarray(brake.linings.angle)
-    thermal, u = (None, None) if heat is None else assemble_thermal(heat)
+    thermal, u = (None, None) if heat is None else assemble_thermal(heat, walls_left(scene))
     pair = None if heat is None else heat.friction if brake.bandage is None else heat.external
     hot = None
     if thermal is not None and u is not None and pair is not None and pair.sensor is not None:
