@@ -60,6 +60,7 @@ def main(measured: list[str]) -> None:
     heated = sb.simulate(tripping.scene())
     save(plot.temperatures(heated), "temperatures")
     save(plot.depth(heated), "depth")
+    save(plot.wear(scenario("lining_life").lives(scenario("lining_life").scene())), "wear")
     film = HERE / "pictures" / "stop.gif"
     plot.animate(stop, film, duration=0.5, fps=20)
     with Image.open(film) as frames:

@@ -31,6 +31,7 @@ SLOW = {
         "sensitivity",
         "uncertainty",
         "validation",
+        "wear",
     )
 }
 #: what shell blocks may hold besides simbrake commands: the set-up, and measurements of an hour

@@ -93,6 +93,23 @@ def test_a_turned_brake_has_all_that_goes_with_the_band_from_the_other_end():
         sb.turned_scene(ws.wearing(staged_scenes.stop(), sb.Wear(1e-14)))
 
 
+def test_equal_loads_of_z_reduce_the_non_uniformity_by_the_factor_computed(braking):
+    """`N_n/N_1 = μ^(n−1)` for the uniform pitch, 1 for equal loads, over the whole life; and the gain in brakings."""
+    angle = np.asarray(sb.equal_load_angles(ws.F, ws.N, ws.N * ws.BETA).angle)
+    fz = ws.F * math.tan(ws.BETA / 2)
+    factor = ((1 + fz) / (1 - fz)) ** (ws.N - 1)
+    uniform, level = (
+        sb.lining_life(one) for one in (braking, sb.with_values(braking.scene, {"brake.linings.angle": angle}))
+    )
+    np.testing.assert_allclose(uniform.over_least / level.over_least, factor, rtol=1e-9)
+    np.testing.assert_allclose(level.over_least, 1.0, rtol=1e-9)
+    assert level.used == pytest.approx(1.0, rel=1e-9)
+    # wear ∝ N_i/(Π − 1): the layout also changes the distance of the stop
+    (T, even), (T_level, normal) = ws.statics(), ws.statics(angle)
+    gain = (even[-1] / (T[-1] - 1)) / (normal[-1] / (T_level[-1] - 1))
+    assert level.brakings / uniform.brakings == pytest.approx(gain, rel=1e-9)
+
+
 # --- with feedback ----------------------------------------------------------------------------------------------------
 
 
@@ -163,7 +180,7 @@ def test_worn_linings_in_the_heat_part():
 
 
 def test_steps_of_many_brakings_against_one_after_the_other():
-    scene = dragged(0.05)
+    scene = dragged(0.03)
     one_by_one = sb.lining_life(scene, step=1)
     life = sb.lining_life(scene)
     assert one_by_one.history.per_braking[-1, 3] > 1.1 * one_by_one.history.per_braking[0, 3]  # feedback matters

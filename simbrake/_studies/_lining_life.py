@@ -212,7 +212,8 @@ def lining_life(
     faults += [] if 0 < tolerance < 1 else [Fault("tolerance", f"{tolerance:g} is not admissible", "between 0 and 1")]
     if faults:
         raise InputError(faults)
-    brake, how = _Brake(scene, options), {"tolerance": tolerance, "step": step}
+    brake = _Brake(scene, options)
+    how = {"tolerance": tolerance, "step": None if step is None else float(step)}
     assert scene.wear is not None
     first = brake.look(0.0, np.asarray(scene.wear.worn), False)
     paths, unturned = _life(brake, first, limit, turns, **how), None
