@@ -185,6 +185,7 @@ def test_only_plot_modules_import_matplotlib():
         "shared",
         "studies",
         "uncertainty",
+        "wear",
         "wheel",
         "work_precision",
     ]

@@ -1,5 +1,6 @@
 """Wear as a part of a scene: laws, states beside a run, and that a scene without it pays nothing."""
 
+import dataclasses
 import math
 
 import bandage_scenes
@@ -217,6 +218,11 @@ def test_wear_in_a_scene_file():
     assert sb.scene_text(again) == text
     units = text.replace('coefficient = "2e-14 m^3/(N*m)"', 'coefficient = "2e-5 mm^3/(N*m)"')
     assert float(sb.scene_from_text(units).wear.rate.coefficient) == pytest.approx(2e-14, rel=1e-15)
+    late = dataclasses.replace(
+        ws.stop(None), duty=sb.Duty(sb.Delayed(sb.ramp(200.0, ws.T0, 0.0, 0.3), 0.5), sb.TorqueLoad())
+    )
+    delayed = sb.scene_text(late)
+    assert sb.scene_text(sb.scene_from_text(delayed)) == delayed
     short = '[wear]\nrate = 3e-14\nworn = "2 mm"\n'
     scene = sb.scene_from_text(sb.scene_text(ws.stop(None)) + "\n" + short)
     assert float(scene.wear.rate.coefficient) == 3e-14
