@@ -179,6 +179,7 @@ def test_worn_linings_in_the_heat_part():
     assert float(seen.lining_thickness) == pytest.approx(0.03 - h.mean(), rel=1e-14)
 
 
+@pytest.mark.slow
 def test_steps_of_many_brakings_against_one_after_the_other():
     scene = dragged(0.03)
     one_by_one = sb.lining_life(scene, step=1)
@@ -262,6 +263,7 @@ def test_the_picture_shows_the_life(braking):
     assert any(label == "brakings done, thousands" for label in panels)
 
 
+@pytest.mark.slow
 def test_turning_the_band_in_a_programme():
     brake = sb.Brake(
         sb.Pulley(0.59, 1200.0),

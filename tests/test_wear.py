@@ -17,6 +17,7 @@ from scipy.integrate import quad
 import simbrake as sb
 from simbrake._physics._acting import AbstractBrakeSystem
 from simbrake._physics._assemble import assemble
+from simbrake._run._lining_view import lining_values
 
 # --- laws -------------------------------------------------------------------------------------------------------------
 
@@ -79,6 +80,8 @@ def test_metrics_series_and_words_of_the_wear(cold):
     assert data.worn_thickness.attrs["units"] == "m"
     np.testing.assert_allclose(data.worn_thickness.values[-1], np.asarray(cold.worn_thickness), rtol=1e-15)
     assert {"greatest_wear", "wear_over_mean", "wear_over_least"} <= set(data)
+    edges = np.array([0.0, 2e-9, 8.0])
+    np.testing.assert_allclose(lining_values(cold, "worn_thickness", edges)[1], cold.series([4.0]).worn_thickness[0])
     assert cold.summary()["worn_thickness"] == np.asarray(cold.worn_thickness).tolist()
 
 
@@ -89,6 +92,7 @@ def test_wear_of_a_run_in_which_nothing_slides_is_none(cold):
     assert "no lining slid" in str(still)
 
 
+@pytest.mark.slow
 def test_derivatives_of_the_worn_thickness_forward_reverse_and_central(cold):
     shares = jnp.asarray([0.7, -0.2, 0.4, 1.3])
 
@@ -145,7 +149,7 @@ def test_wear_that_grows_with_the_lining_s_own_temperature():
     "scene",
     [
         lambda: stop_scene(n=6, beta=40.0, law=sb.ConstantFriction(0.25, 1.2)),
-        lambda: staged_scenes.stop(end=6.0),
+        pytest.param(lambda: staged_scenes.stop(end=6.0), marks=pytest.mark.slow),
         pytest.param(lambda: bandage_scenes.scene(), marks=pytest.mark.slow),
         pytest.param(lambda: chain_scenes.drawworks(4), marks=pytest.mark.slow),
     ],
