@@ -31,7 +31,7 @@ class AbstractWearRate(eqx.Module):
 
 
 def _rate_at(words: str) -> Any:
-    return quantity("m^3/(N*m)", f"wear rate {words}", low=0.0, many=True)
+    return quantity("m^3/(N*m)", f"wear rate {words}".rstrip(), low=0.0, many=True)
 
 
 class ConstantWear(AbstractWearRate):
