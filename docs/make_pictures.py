@@ -63,6 +63,7 @@ def main(measured: list[str]) -> None:
     save(plot.depth(heated), "depth")
     hot_stop = dataclasses.replace(stop.scene, heat=tripping.heat())
     save(plot.materials(sb.compare_materials(hot_stop, energy={"initial.omega": [12.0, 24.0, 36.0]})), "materials")
+    save(plot.wear(scenario("lining_life").lives(scenario("lining_life").scene())), "wear")
     film = HERE / "pictures" / "stop.gif"
     plot.animate(stop, film, duration=0.5, fps=20)
     with Image.open(film) as frames:

@@ -198,6 +198,15 @@ from ._parts._scene import Duty as Duty
 from ._parts._scene import Initial as Initial
 from ._parts._scene import Scene as Scene
 from ._parts._scene import check as check
+from ._parts._wear import AbstractWearRate as AbstractWearRate
+from ._parts._wear import ArrheniusWear as ArrheniusWear
+from ._parts._wear import ConstantWear as ConstantWear
+from ._parts._wear import ExponentialWear as ExponentialWear
+from ._parts._wear import LinearWear as LinearWear
+from ._parts._wear import Wear as Wear
+from ._parts._worn import Delayed as Delayed
+from ._parts._worn import turned_scene as turned_scene
+from ._parts._worn import worn_scene as worn_scene
 from ._physics._modes import BandMode as BandMode
 from ._results._compare import compare as compare
 from ._results._comparison import Comparison as Comparison
@@ -245,6 +254,9 @@ from ._studies._global import sobol_indices as sobol_indices
 from ._studies._indices import GlobalSensitivity as GlobalSensitivity
 from ._studies._indices import MorrisTable as MorrisTable
 from ._studies._indices import SobolTable as SobolTable
+from ._studies._life_report import LifeHistory as LifeHistory
+from ._studies._life_report import LiningLife as LiningLife
+from ._studies._lining_life import lining_life as lining_life
 from ._studies._measured import Measured as Measured
 from ._studies._read_measured import read_measured as read_measured
 from ._studies._sampling import samples as samples

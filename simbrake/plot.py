@@ -19,4 +19,5 @@ from ._pictures._plot_studies import tornado as tornado
 from ._pictures._plot_uncertainty import distribution as distribution
 from ._pictures._plot_uncertainty import effects as effects
 from ._pictures._plot_uncertainty import indices as indices
+from ._pictures._plot_wear import wear as wear
 from ._pictures._plot_work_precision import work_precision as work_precision

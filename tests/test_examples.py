@@ -34,6 +34,7 @@ SLOW = {
         "synthesis",
         "uncertainty",
         "validation",
+        "wear",
     )
 }
 #: what shell blocks may hold besides simbrake commands: the set-up, and measurements of an hour

@@ -65,6 +65,7 @@ def test_uncertainty_runs_as_a_script(tmp_path):
         ("two_bands", "equal elongation (K-8)"),
         ("resolved_bandage", "comes to rest on the band"),
         ("equal_wear_layout", "equal wear differs from Z's angles"),
+        ("lining_life", "uniform pitch, turned end for end"),
         ("calibrate_friction", "together change the measured values by less than their errors"),
     ],
 )

@@ -42,6 +42,7 @@ PAGES: dict[str, tuple[str, ...]] = {
         "_animate",
     ),
     "statics": ("_band", "_layout"),
+    "wear": ("_wear", "_worn", "_lining_life", "_life_report"),
     "layouts": (
         "_rubbing",
         "_integral",

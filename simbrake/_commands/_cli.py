@@ -7,6 +7,7 @@ from typing import Any
 
 import cyclopts
 
+from ._cli_life import life
 from ._cli_materials import materials
 from ._cli_options import (
     Json,
@@ -124,7 +125,19 @@ def reproduce(*, out: Path | None = None, json_: Json = False) -> int:
 
 
 app.command(scene)
-for _command in (report, animate, compare, estimates, synthesize, materials, sensitivity, sweep, calibrate, validate):
+for _command in (
+    report,
+    animate,
+    compare,
+    estimates,
+    synthesize,
+    materials,
+    life,
+    sensitivity,
+    sweep,
+    calibrate,
+    validate,
+):
     app.command(_command)
 
 

@@ -22,6 +22,7 @@ from .._parts._lever import Lever
 from .._parts._loads import AbstractLoad, TorqueLoad
 from .._parts._programme import programme_scene
 from .._parts._scene import Scene
+from .._parts._wear import AbstractWearRate, ConstantWear
 from ._history import history
 
 #: functions that make an object of a class, by name in a file as the classes themselves are
@@ -38,6 +39,7 @@ SHORT: dict[type, Callable[..., Any]] = {
     AbstractStiffness: GivenStiffness,
     AbstractPartition: ConstantPartition,
     AbstractLoad: TorqueLoad,
+    AbstractWearRate: ConstantWear,
 }
 assert Lever  # its class is found as a subclass of a profile only if its module is loaded
 

@@ -48,6 +48,9 @@ METRICS = {
     "peak_lining_temperature": "Hottest lining surface",
     "peak_band_temperature": "Hottest band",
     "peak_lining_outer_temperature": "Hottest outer lining face",
+    "greatest_wear": "Greatest wear of a lining",
+    "wear_over_mean": "Greatest over mean wear",
+    "wear_over_least": "Greatest over least wear",
     "max_pressure": "Greatest mean pressure on a lining",
 }
 

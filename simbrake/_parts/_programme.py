@@ -17,6 +17,7 @@ from ._friction import Contact
 from ._heat import Heat
 from ._loads import AbstractLoad, HookLoad, TrippingLoad
 from ._scene import Duty, Initial, Scene, sensed_at_start
+from ._wear import Wear
 
 FORMS = (
     "lower 27 m at 1.2 m/s",
@@ -25,6 +26,7 @@ FORMS = (
     "hold 40 s",
     "take the string",
     "set it into the slips",
+    "turn the band after 15 cycles",
     "repeat 30 times",
 )
 _GRAMMAR = {
@@ -34,12 +36,14 @@ _GRAMMAR = {
     "hold": re.compile(r"(?:hold|wait) (?:for )?(?P<time>.+)"),
     "take": re.compile(r"take the string"),
     "set": re.compile(r"set (?:it |the string )?(?:in|into|in the|into the) slips"),
+    "turn": re.compile(r"turn the band(?: end for end)?(?: after (?P<cycles>\d{1,6}) cycles?)?"),
     "repeat": re.compile(r"repeat (?P<count>\d{1,6}) times"),
 }
 _QUANTITIES = {
     "distance": positive("m", "distance"),
     "speed": positive("m/s", "speed of the hook"),
     "time": positive("s", "time"),
+    "cycles": positive("1", "number of cycles"),
 }
 
 
@@ -73,7 +77,7 @@ def parse_programme(lines: tuple[str, ...] | list[str], path: str = "programme")
         numbers = {
             name: reader.number(words, about, here, about.unit)
             for name, words in match.groupdict().items()
-            if (about := _QUANTITIES[name])
+            if words is not None and (about := _QUANTITIES[name])
         }
         if not any(value is BAD for value in numbers.values()):
             steps.append(Step(what, {name: float(value) for name, value in numbers.items()}))
@@ -95,6 +99,7 @@ def programme_scene(
     stand: Annotated[float, Quantity("kg", "mass of the stand that each cycle adds", 0.0)] = 0.0,
     limit: Annotated[float | None, positive("N", "greatest slack tension while lowering")] = None,
     heat: Heat | None = None,
+    wear: Wear | None = None,
 ) -> Scene:
     """A scene from a programme in words: a list of lines, one cycle of work, perhaps repeated.
 
@@ -103,6 +108,8 @@ def programme_scene(
     - `brake to rest`: the lever is thrown over to the `pull` in the `lever_time`, and stays there
     - `brake to rest in X`: the driller leads the speed to 0 in a straight line, and then throws the lever over
     - `hold X` or `wait X`;  `take the string`, `set it into the slips`: between them the string hangs on the hook
+    - `turn the band after N cycles`: end for end, so that the worn lining of the tight end comes to the slack end; for
+      `wear` with linings that are alike. Without a number it is turned at that point of every cycle, at rest
     - `repeat N times`: all lines before it; each cycle adds a `stand` to the string
     - `load`: a `HookLoad` with all that hangs on the hook in the first cycle, `empty` of it without the string
     - `limit` (N): greatest slack tension of the driller, twice the `pull` by default
@@ -134,13 +141,17 @@ def programme_scene(
         reader.fault("stand", "has no effect", "stands are added on the slips: take the string, set it into the slips")
     if empty > float(load.mass):
         reader.fault("empty", f"{empty:g} kg is more than the load of {float(load.mass):g} kg")
+    if plan.turns and wear is None:
+        reader.fault("wear", "is missing", "turning the band matters to linings that wear")
     if plan.moving and not reader.faults:
         reader.fault("programme", "ends in motion", "add: brake to rest")
     if reader.faults:
         raise InputError(reader.faults)
     lever, period = plan.lever(count, 2 * pull if limit is None else limit)
     hook = load if "take" not in plan.marks else _tripping(load, plan.marks, period, count, empty, stand)
-    return Scene(brake, Duty(lever, hook), Initial(omega=0.0), end_time=period * count, heat=heat)
+    if wear is not None and plan.turns:
+        wear = Wear(**{**vars(wear), "turned_at": plan.turned_at(period, count)})
+    return Scene(brake, Duty(lever, hook), Initial(omega=0.0), end_time=period * count, heat=heat, wear=wear)
 
 
 def _tripping(load: HookLoad, marks: dict[str, float], period: float, count: int, empty: float, stand: float) -> Any:
@@ -170,6 +181,7 @@ class _Plan:
         self.inertia = float(brake.pulley.inertia) + float(load.mass) / self.per_metre**2
         self.brake, self.heat, self.load = brake, heat, load
         self.t, self.omega, self.points, self.marks = 0.0, 0.0, list[tuple[float, float, float, bool]](), {}
+        self.turns = list[tuple[float, int | None]]()  # time in a cycle, cycles before it (`None`: in every cycle)
         self._point(self.pull)
 
     @property
@@ -246,6 +258,17 @@ class _Plan:
         self._point(self.pull)
         self.t += time
         return None
+
+    def _turn(self, cycles: float | None = None) -> tuple[str, str] | None:
+        if self.moving:
+            return "begins in motion", "brake to rest before it"
+        self.turns.append((self.t, None if cycles is None else int(cycles)))
+        return None
+
+    def turned_at(self, period: float, count: int) -> np.ndarray:
+        """Times at which the band is turned, in order."""
+        each = [t + period * k for t, after in self.turns if after is None for k in range(count)]
+        return np.sort(each + [period * after for _, after in self.turns if after is not None])
 
     def _take(self) -> tuple[str, str] | None:
         return self._mark("take")

@@ -19,6 +19,8 @@ from ._heat import FrictionHeat, Heat
 from ._loads import AbstractLoad
 from ._network import nodes_at, place_of
 from ._power_shares import PowerShares
+from ._wear import Wear
+from ._worn import faults_of_wear
 
 
 class Duty(eqx.Module):
@@ -49,6 +51,7 @@ class Scene(eqx.Module):
     - `end_time` (s): the run goes on to here, also after the stop
     - `heat`: the thermal network, `None` where temperatures do not matter
     - `power_shares`: how the friction power splits into heat, electrical and mechanical power; `None`: all is heat
+    - `wear`: how the linings wear, `None` where that does not matter
     """
 
     brake: Brake
@@ -57,6 +60,7 @@ class Scene(eqx.Module):
     end_time: Scalar = quantity("s", "end of the run")
     heat: Heat | None = None
     power_shares: PowerShares | None = None
+    wear: Wear | None = None
 
 
 def faults(scene: Scene) -> list[Fault]:
@@ -67,6 +71,7 @@ def faults(scene: Scene) -> list[Fault]:
     found += scene.brake.faults("brake")
     found += _faults_of_heat(scene)
     found += [] if scene.power_shares is None else scene.power_shares.faults("power_shares")
+    found += faults_of_wear(scene)
     if isinstance(scene.duty.slack_tension, AbstractSpeedLever):
         law, heat = scene.brake.linings.friction, scene.heat
         if scene.brake.band.stiffness is not None:

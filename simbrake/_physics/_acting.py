@@ -17,6 +17,7 @@ from ._heat_flows import Deposit
 from ._sliding import Grip
 from ._state import ThermalNow
 from ._thermal import Thermal
+from ._wearing import Pressed, Wearing
 
 
 class AbstractActing(eqx.Module):
@@ -80,6 +81,21 @@ class AbstractBrakeSystem(AbstractHybridSystem):
     tension_scale: eqx.AbstractVar[Float[Array, ""]]
     torque_scale: eqx.AbstractVar[Float[Array, ""]]
     speed_scale: eqx.AbstractVar[Float[Array, ""]]
+    wearing: eqx.AbstractVar[Wearing | None]
+
+    @abc.abstractmethod
+    def pressed(self, y: Any, mode: Any, q: Any) -> tuple[Pressed, Pressed | None]:
+        """What rubs at the linings: in the pair on which the band acts, and in the internal one if there is any."""
+
+    def with_wear(self, rates: Any, t: Array, y: Any, mode: Any, q: Any) -> Any:
+        """The rates of the states with those of the wear, if the scene has it."""
+        return rates if self.wearing is None else rates._replace(worn=self.wearing.rates(t, *self.pressed(y, mode, q)))
+
+    def with_worn(self, like: Any, value: Any = None) -> Any:
+        """What is like a state, with one value (its typical size) for every thickness, if the scene has wear."""
+        if self.wearing is None:
+            return like
+        return like._replace(worn=self.wearing.each(self.wearing.scale if value is None else value))
 
     @property
     @abc.abstractmethod

@@ -3,6 +3,7 @@
 from typing import Any
 
 from .._parts._scene import Scene
+from .._parts._worn import worn_scene
 from ._acting import AbstractBrakeSystem
 from ._assemble_bandage import assemble_bandage
 from ._assemble_brake import assemble_brake
@@ -10,7 +11,11 @@ from ._assemble_chain import assemble_chain
 
 
 def assemble(scene: Scene) -> tuple[AbstractBrakeSystem, Any, Any]:
-    """System, initial state and initial mode of a scene. The run settles the true first mode itself, as an event."""
+    """System, initial state and initial mode of a scene. The run settles the true first mode itself, as an event.
+
+    With feedback of wear the brake is as worn as it is at the start of the run.
+    """
+    scene = worn_scene(scene)
     if scene.brake.band.segments is not None:
         return assemble_chain(scene)
     bandage = scene.brake.bandage

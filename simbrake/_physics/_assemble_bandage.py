@@ -44,7 +44,7 @@ def assemble_bandage(scene: Scene) -> tuple[BandageSystem, BandageState, Bandage
     zero = jnp.zeros_like(s.omega_0)
     ledger = Ledger(zero, zero, zero, s.booked, zero, zero)
     speeds = jnp.broadcast_to(s.omega_0, (n,))
-    state = BandageState(zero, s.omega_0, jnp.zeros(n - 1), speeds, ledger, s.u)
+    state = BandageState(zero, s.omega_0, jnp.zeros(n - 1), speeds, ledger, s.u, s.worn)
     sense = jnp.where(s.omega_0 < 0, -1, 1).astype(jnp.int32)
     mode = BandageMode(
         band=jnp.asarray(int(BandMode.OPEN), jnp.int32),
@@ -54,6 +54,6 @@ def assemble_bandage(scene: Scene) -> tuple[BandageSystem, BandageState, Bandage
         outer=jnp.broadcast_to(sense, (n,)),
         inner=jnp.zeros(n, jnp.int32),
     )
-    system = BandageSystem(forces, s.tension_scale, s.torque_scale, s.speed_scale)
+    system = BandageSystem(forces, s.tension_scale, s.torque_scale, s.speed_scale, s.wearing)
     pieces = tuple(profile.first_piece(s.t_0) for profile in system.profiles)
     return system, state, mode._replace(heat_pieces=pieces)

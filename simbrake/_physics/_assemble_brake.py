@@ -38,11 +38,11 @@ def assemble_brake(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
         thermal=s.thermal,
         internal=internal,
     )
-    system = BrakeSystem(forces, s.tension_scale, s.torque_scale, s.speed_scale)
+    system = BrakeSystem(forces, s.tension_scale, s.torque_scale, s.speed_scale, s.wearing)
     zero = jnp.zeros_like(s.omega_0)
     x = None if stiffness is None else jnp.asarray(scene.initial.elongation) + zero
     ledger = Ledger(zero, zero, zero, s.booked, None if internal is None else zero)
-    state = State(zero, s.omega_0, x, ledger, s.u, None if internal is None else s.omega_0)
+    state = State(zero, s.omega_0, x, ledger, s.u, None if internal is None else s.omega_0, s.worn)
     mode = Mode(
         jnp.asarray(int(BandMode.OPEN), jnp.int32),
         jnp.where(s.omega_0 < 0, -1, 1),

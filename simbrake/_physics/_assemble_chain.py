@@ -43,10 +43,10 @@ def assemble_chain(scene: Scene) -> tuple[ChainSystem, ChainState, ChainMode]:
         load=scene.duty.load,
         thermal=s.thermal,
     )
-    system = ChainSystem(forces, s.tension_scale, s.torque_scale, s.speed_scale)
+    system = ChainSystem(forces, s.tension_scale, s.torque_scale, s.speed_scale, s.wearing)
     zero, still = jnp.zeros_like(s.omega_0), jnp.zeros(n)
     ledger = Ledger(zero, zero, zero, s.booked, damper_heat=zero)
-    state = ChainState(zero, s.omega_0, still, still + s.band_radius * s.omega_0, ledger, s.u)
+    state = ChainState(zero, s.omega_0, still, still + s.band_radius * s.omega_0, ledger, s.u, s.worn)
     mode = ChainMode(
         band=jnp.where(s.omega_0 == 0, int(BandMode.HELD), int(BandMode.ELASTIC)).astype(jnp.int32),
         sense=jnp.where(s.omega_0 < 0, -1, 1).astype(jnp.int32),

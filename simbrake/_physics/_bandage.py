@@ -13,6 +13,7 @@ from ._bandage_state import BandageFlows, BandageMode, BandageState, band_label
 from ._modes import BandMode
 from ._sparsity import couplings
 from ._state import BrakeCode, HeatLedger, Ledger
+from ._wearing import Pressed, Wearing
 
 #: guards before those of the linings: lever, pulley (two)
 _FIRST = 3
@@ -39,6 +40,7 @@ class BandageSystem(AbstractBrakeSystem):
     tension_scale: Float[Array, ""]
     torque_scale: Float[Array, ""]
     speed_scale: Float[Array, ""]
+    wearing: Wearing | None = None
 
     @property
     def staged(self):
@@ -65,6 +67,7 @@ class BandageSystem(AbstractBrakeSystem):
             damper_heat=jnp.sum(damped * drift),
         )
         rates = BandageState(moving, q.alpha, drift, q.accelerations, ledger)
+        rates = self.with_wear(rates, t, y, mode, q)
         if f.thermal is None:
             return rates
         net, on_band, on_rim = q.thermal.flows, q.thermal.outer, q.thermal.inner
@@ -78,6 +81,11 @@ class BandageSystem(AbstractBrakeSystem):
         )
         into = net.into + on_band.into + on_rim.into
         return rates._replace(ledger=ledger._replace(heat=booked), heat=into / f.thermal.capacity)
+
+    def pressed(self, y, mode, q):
+        outer_T, inner_T = self.forces.surfaces(y.heat)
+        outer = Pressed(q.normal, mode.outer.astype(jnp.float64) * q.outer_slip, outer_T)
+        return outer, Pressed(q.load, mode.inner.astype(jnp.float64) * q.inner_slip, inner_T)
 
     # --- guards ---------------------------------------------------------------------------------------------------
 
@@ -223,7 +231,7 @@ class BandageSystem(AbstractBrakeSystem):
         f, infinity = self.forces, jnp.inf
         ledger = Ledger(infinity, infinity, infinity, None, infinity, infinity)
         stretch = self.tension_scale / f.stiffness
-        plain = BandageState(1.0, self.speed_scale, stretch, self.speed_scale, ledger)
+        plain = self.with_worn(BandageState(1.0, self.speed_scale, stretch, self.speed_scale, ledger))
         if f.thermal is None:
             return plain
         booked = HeatLedger(infinity, infinity, infinity, infinity, infinity)
@@ -236,4 +244,5 @@ class BandageSystem(AbstractBrakeSystem):
         q, c = np.asarray(QUADRATURE), np.asarray(CORE)
         booked = Ledger(q, q, q, HeatLedger(q, q, q, q, q), q, q)
         stretch, speeds = np.full(f.count - 1, CORE), np.full(f.count, CORE)
-        return BandageState(q, c, stretch, speeds, booked, couplings(f.thermal.heat))
+        kinds = BandageState(q, c, stretch, speeds, booked, couplings(f.thermal.heat))
+        return self.with_worn(kinds, np.full(f.count, QUADRATURE))

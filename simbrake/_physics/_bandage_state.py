@@ -11,8 +11,8 @@ from ._state import Ledger
 
 class BandageState(NamedTuple):
     """Angle `φ` (rad) and speed `ω` (rad/s) of the pulley, elongations `e_j` (n − 1,) of the springs (m, at the band
-    circle), speeds `ω_i` (n,) of the linings (rad/s), the ledger, and the heat content of the thermal nodes over their
-    capacity (K; `None` without heat)."""
+    circle), speeds `ω_i` (n,) of the linings (rad/s), the ledger, the heat content of the thermal nodes over their
+    capacity (K; `None` without heat), and the thickness worn off the linings (`Worn`; `None` without wear)."""
 
     phi: Any
     omega: Any
@@ -20,6 +20,7 @@ class BandageState(NamedTuple):
     speeds: Any
     ledger: Ledger
     heat: Any = None
+    worn: Any = None
 
 
 class BandageMode(NamedTuple):

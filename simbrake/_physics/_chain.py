@@ -21,8 +21,8 @@ TAUT, STRETCHED = 1, 2
 
 class ChainState(NamedTuple):
     """Angle `φ` (rad), speed `ω` (rad/s), elongation `e_i = u_i − u_{i+1}` (n,) of the segments (m), speed `v = u̇` (n,)
-    of the linings along the band circle (m/s), the ledger, and the heat content of the thermal nodes over their
-    capacity (K; `None` without heat).
+    of the linings along the band circle (m/s), the ledger, the heat content of the thermal nodes over their capacity
+    (K; `None` without heat), and the thickness worn off the linings (`Worn`; `None` without wear).
 
     Elongations instead of displacements `u`: on a stiff segment the tension would be a difference of two nearly equal
     displacements, with a rounding of `K` times that of `u`, in which events could no longer be located.
@@ -34,6 +34,7 @@ class ChainState(NamedTuple):
     v: Any
     ledger: Ledger
     heat: Any = None
+    worn: Any = None
 
 
 class ChainMode(NamedTuple):

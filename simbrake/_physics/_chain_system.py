@@ -8,6 +8,7 @@ from ._acting import AbstractBrakeSystem
 from ._chain import STRETCHED, TAUT, ChainFlows, ChainForces, ChainMode, ChainState
 from ._modes import BandMode
 from ._state import BrakeCode, HeatLedger, Ledger
+from ._wearing import Pressed, Wearing
 
 #: a lining this far past its limit (over the reference tension) breaks away together with one that fired
 _PAST = 1e-10
@@ -25,6 +26,7 @@ class ChainSystem(AbstractBrakeSystem):
     tension_scale: Float[Array, ""]
     torque_scale: Float[Array, ""]
     speed_scale: Float[Array, ""]
+    wearing: Wearing | None = None
 
     @property
     def staged(self):
@@ -45,6 +47,7 @@ class ChainSystem(AbstractBrakeSystem):
             damper_heat=jnp.sum((q.tension - elastic) * q.stretching),
         )
         rates = ChainState(phi=y.omega, omega=q.alpha, e=q.stretching, v=q.acceleration, ledger=ledger)
+        rates = self.with_wear(rates, t, y, mode, q)
         if self.forces.thermal is None:
             return rates
         net, deposit = q.thermal.flows, q.thermal.deposit
@@ -52,6 +55,10 @@ class ChainSystem(AbstractBrakeSystem):
         return rates._replace(
             ledger=ledger._replace(heat=booked), heat=(net.into + deposit.into) / self.forces.thermal.capacity
         )
+
+    def pressed(self, y, mode, q):
+        speed = mode.linings.astype(y.v.dtype) * q.lining_slip
+        return Pressed(q.normal, speed, self.forces.surface(y.heat)), None
 
     def guards(self, t, y, mode):
         q = self.forces.flows(t, y, mode)
@@ -124,7 +131,7 @@ class ChainSystem(AbstractBrakeSystem):
         if self.forces.thermal is not None:
             kelvin = jnp.full_like(self.forces.thermal.capacity, 100.0)
         booked = None if kelvin is None else HeatLedger(infinity, infinity, infinity, infinity)
-        return ChainState(
+        sizes = ChainState(
             phi=1.0,
             omega=self.speed_scale,
             e=self.tension_scale / self.forces.stiffness,
@@ -132,3 +139,4 @@ class ChainSystem(AbstractBrakeSystem):
             ledger=Ledger(infinity, infinity, infinity, booked, damper_heat=infinity),
             heat=kelvin,
         )
+        return self.with_worn(sizes)

@@ -9,9 +9,11 @@ from jaxtyping import Array, Bool, Float
 from .._parts._band import grip, product, tension_ratio
 from .._parts._friction import Contact
 from .._parts._scene import Scene
+from .._parts._worn import walls_left
 from ._sliding import Grip
 from ._state import HeatLedger
 from ._thermal import Thermal, assemble_thermal
+from ._wearing import Wearing, Worn, assemble_wear
 
 
 class Frame(NamedTuple):
@@ -33,13 +35,17 @@ class Frame(NamedTuple):
     tension_scale: Array
     torque_scale: Array
     speed_scale: Array
+    wearing: Wearing | None
+    worn: Worn | None  # at the start
 
 
 def frame_of(scene: Scene) -> Frame:
     """What all kinds of brake take from a scene."""
     brake, duty, initial, heat = scene.brake, scene.duty, scene.initial, scene.heat
     angle = jnp.asarray(brake.linings.angle)
-    thermal, u = (None, None) if heat is None else assemble_thermal(heat, scene.power_shares)
+    thermal = u = None
+    if heat is not None:
+        thermal, u = assemble_thermal(heat, walls_left(scene), scene.power_shares)
     pair = None if heat is None else heat.friction if brake.bandage is None else heat.external
     hot = None
     if thermal is not None and u is not None and pair is not None and pair.sensor is not None:
@@ -62,6 +68,7 @@ def frame_of(scene: Scene) -> Frame:
     reach = jnp.minimum(torque_scale / J * (jnp.asarray(scene.end_time) - t_0), 1.0)
     speed_scale = positive(jnp.where(omega_0 == 0, reach, jnp.abs(omega_0)))
     zero = jnp.zeros_like(omega_0)
+    wearing = assemble_wear(scene.wear, brake, 0.5 * J * speed_scale**2 + torque_scale)
     return Frame(
         inertia=J,
         band_radius=R_b,
@@ -79,4 +86,6 @@ def frame_of(scene: Scene) -> Frame:
         tension_scale=tension_scale,
         torque_scale=torque_scale,
         speed_scale=speed_scale,
+        wearing=wearing,
+        worn=None if wearing is None else wearing.start,
     )

@@ -40,7 +40,8 @@ class Ledger(NamedTuple):
 
 class State(NamedTuple):
     """Angle `φ` (rad), speed `ω` (rad/s), elongation `x` (m; `None` for a rigid band), the ledger, the heat content of
-    the thermal nodes over their capacity (K; `None` without heat), and the speed `ω_b` (rad/s) of a bandage."""
+    the thermal nodes over their capacity (K; `None` without heat), the speed `ω_b` (rad/s) of a bandage, and the
+    thickness worn off the linings (`Worn`; `None` without wear)."""
 
     phi: Any
     omega: Any
@@ -48,6 +49,7 @@ class State(NamedTuple):
     ledger: Ledger
     heat: Any = None
     omega_b: Any = None
+    worn: Any = None
 
 
 class Inner(NamedTuple):

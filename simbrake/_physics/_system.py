@@ -8,13 +8,14 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from .._hybrid import CORE, QUADRATURE
-from .._parts._band import piece_of, product
+from .._parts._band import piece_of, product, running_product
 from .._parts._friction import AbstractFriction
 from ._acting import AbstractBrakeSystem
 from ._forces import Forces, Limits
 from ._modes import BandMode, Mode, Situation, moving_mode, rigid_mode, slips
 from ._sparsity import couplings
 from ._state import BrakeCode, Flows, HeatLedger, Ledger, State
+from ._wearing import Pressed, Wearing
 
 #: passes in which tension and temperature after a jump are settled; each leaves about 1e-3 of the one before it
 _PASSES = 4
@@ -33,6 +34,7 @@ class BrakeSystem(AbstractBrakeSystem):
     tension_scale: Float[Array, ""]
     torque_scale: Float[Array, ""]
     speed_scale: Float[Array, ""]
+    wearing: Wearing | None = None
 
     @property
     def staged(self):
@@ -77,6 +79,7 @@ class BrakeSystem(AbstractBrakeSystem):
             rates = rates._replace(
                 ledger=rates.ledger._replace(internal_heat=q.inner.torque * sliding), omega_b=q.inner.alpha
             )
+        rates = self.with_wear(rates, t, y, mode, q)
         if self.forces.thermal is None:
             return rates
         net, into, booked = q.thermal.flows, q.thermal.flows.into, self._given(q.thermal.deposit, q.slip_speed)
@@ -89,6 +92,19 @@ class BrakeSystem(AbstractBrakeSystem):
             )
         booked = booked._replace(lost=net.lost + booked.lost, supplied=net.supplied)
         return rates._replace(ledger=rates.ledger._replace(heat=booked), heat=into / self.forces.thermal.capacity)
+
+    def pressed(self, y, mode, q):
+        forces, back = self.forces, mode.band == BandMode.SLIP_BACK
+        # all linings slide, or none does
+        mu = forces.kinetic_mu(q.lever_tension, forces.carrier_speed(y), y.heat, mode, back)[0]
+        along = q.slack_tension * running_product(jnp.where(back, 1 / mu, mu))
+        before = jnp.concatenate([q.slack_tension[None], along[:-1]])
+        normal = (along + before) * jnp.sin(jnp.asarray(forces.grip.linings.angle) / 2)
+        outer = Pressed(normal, jnp.where(back, -q.slip_speed, q.slip_speed), forces.surface(y.heat))
+        if q.inner is None:
+            return outer, None
+        speed = mode.inner.astype(jnp.float64) * q.inner.slip_speed
+        return outer, Pressed(q.inner.normal, speed, forces.inner_surface(y.heat))
 
     def _given(self, deposit: Any, amount: Any) -> HeatLedger:
         """Where heat of the pair went on which the band acts."""
@@ -335,6 +351,7 @@ class BrakeSystem(AbstractBrakeSystem):
         staged = self.staged
         ledger = Ledger(infinity, infinity, infinity, internal_heat=infinity if staged else None)
         plain = State(1.0, self.speed_scale, x, ledger, omega_b=self.speed_scale if staged else None)
+        plain = self.with_worn(plain)
         if self.forces.thermal is None:
             return plain
         kelvin = jnp.full_like(self.forces.thermal.capacity, 100.0)
@@ -348,4 +365,5 @@ class BrakeSystem(AbstractBrakeSystem):
         staged = self.staged
         booked = Ledger(q, q, q, HeatLedger(q, q, q, q, q if staged else None), q if staged else None)
         x, places = None if self.forces.stiffness is None else c, couplings(self.forces.thermal.heat)
-        return State(q, c, x, booked, places, c if staged else None)
+        kinds = State(q, c, x, booked, places, c if staged else None)
+        return self.with_worn(kinds, np.full(self.forces.grip.linings.count, QUADRATURE))

@@ -324,8 +324,11 @@ def _joined(into: dict[str, Array], where: dict[str, slice]) -> Array:
     return jnp.concatenate([into[name] for name in where]) if where else jnp.zeros(0)
 
 
-def assemble_thermal(heat: Heat, shares: PowerShares | None = None) -> tuple[Thermal, Float[Array, " k"]]:
-    """The network and its initial state."""
+def assemble_thermal(
+    heat: Heat, left: dict[str, Array] | None = None, shares: PowerShares | None = None
+) -> tuple[Thermal, Float[Array, " k"]]:
+    """The network and its initial state; `left`: share of its thickness that each copy of a worn wall still has."""
+    left = left or {}
     capacity, reference, slope, start, halves = [], [], [], [], {}
     for body in heat.bodies:
         if isinstance(body, Lump):
@@ -334,12 +337,12 @@ def assemble_thermal(heat: Heat, shares: PowerShares | None = None) -> tuple[The
             reference.append(jnp.broadcast_to(jnp.asarray(body.reference), (body.count,)))
         elif isinstance(body, Wall):
             m = body.material
-            capacity.append(_each(m.density * m.specific_heat * jnp.asarray(body.area), body))
+            area = jnp.asarray(body.area) if body.name not in left else jnp.asarray(body.area) * left[body.name]
+            capacity.append(_each(m.density * m.specific_heat * area, body))
             slope.append(m.specific_heat_slope)
             reference.append(jnp.broadcast_to(jnp.asarray(m.reference), (body.count,)))
-            halves[body.name] = _each(
-                1 / (2 * jnp.asarray(body.area) * m.conductivity_at(jnp.asarray(m.reference))), body
-            )
+            across = 1 / (2 * jnp.asarray(body.area) * m.conductivity_at(jnp.asarray(m.reference)))
+            halves[body.name] = _each(across if body.name not in left else across * left[body.name], body)
         else:
             continue
         start.append(jnp.broadcast_to(jnp.asarray(body.temperature), (body.count,)))

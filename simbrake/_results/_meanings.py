@@ -45,6 +45,8 @@ SERIES_MEANINGS = {
     "damper_heat": "heat of dampers since the start",
     "electrical_work": "electrical part of the friction work since the start",
     "mechanical_work": "mechanical part of the friction work since the start",
+    "worn_thickness": "thickness that each lining lost since the start",
+    "internal_worn_thickness": "thickness that each lining lost on the rim since the start, part of worn_thickness",
 }
 
 #: of the metrics; times that never come are infinite
@@ -57,6 +59,9 @@ METRIC_MEANINGS = {
     "internal_slip_time": "first time at which the internal pair slides",
     "external_lock_time": "first time at which the bandage is at rest on a turning pulley",
     "first_lining_slip_time": "first time at which a lining slides by itself",
+    "greatest_wear": "greatest thickness that a lining lost in the run",
+    "wear_over_mean": "greatest wear over the mean of all linings",
+    "wear_over_least": "greatest wear over the least",
     "max_tension": "greatest tension of the band at either side of any lining",
     "max_normal_load": "greatest normal load on any lining",
     "peak_rim_temperature": "greatest surface temperature of the rim",

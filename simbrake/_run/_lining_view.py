@@ -55,6 +55,7 @@ VIEWS = {
     "friction_coefficient": View("coefficient of friction f", ""),
     "friction_power": View("friction power", "kW", 1e-3),
     "friction_heat": View("friction heat since the start", "kJ", 1e-3),
+    "worn_thickness": View("thickness worn off since the start", "µm", 1e6),
     "displacement": View("displacement u along the band", "mm", 1e3),
 }
 
@@ -121,6 +122,8 @@ def lining_values(result: Result, quantity: str, edges: Any, *, pair: str = "ext
         return _rubs(result, p, quantity, pair)
     if quantity == "tension":
         return np.asarray(p.linings.tension)
+    if quantity == "worn_thickness":
+        return np.asarray(p.y.worn.inner if inner else p.y.worn.outer)
     if quantity == "friction_force":
         return np.asarray(p.linings.friction)
     return np.asarray(p.columns[f"internal_{quantity}" if inner and quantity == "friction_coefficient" else quantity])
@@ -155,6 +158,9 @@ def _check(result: Result, quantity: str, pair: str) -> None:
         found.append(Fault("quantity", "the scene has no heat", "the coefficient of friction is drawn where it fades"))
     if quantity == "displacement" and result.scene.brake.band.segments is None:
         found.append(Fault("quantity", "only linings of a chain have a displacement", "give brake.band.segments"))
+    wear = result.scene.wear
+    if quantity == "worn_thickness" and (wear is None or (pair == "internal" and wear.internal is None)):
+        found.append(Fault("quantity", "the scene has no wear of that pair", "give it a `Wear`"))
     if quantity == "pressure":
         area = bandage_of(system).area if pair == "internal" else result.scene.brake.linings.area
         if area is None:

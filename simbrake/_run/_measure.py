@@ -10,7 +10,7 @@ from jaxtyping import Array
 
 from .._base._quantity import Fault, InputError
 from .._parts._scene import Scene
-from ._metrics import CHAIN_METRICS, HOT_PLACES, METRICS, PEAKS, STAGED_METRICS
+from ._metrics import CHAIN_METRICS, HOT_PLACES, METRICS, PEAKS, STAGED_METRICS, WEAR_METRICS
 from ._result import Result
 
 #: a metric's name, the name of an energy (`energy.friction_heat`), or a function of a `Result` to a number
@@ -25,6 +25,9 @@ METRIC_UNITS = {
     "internal_slip_time": "s",
     "external_lock_time": "s",
     "first_lining_slip_time": "s",
+    "greatest_wear": "m",
+    "wear_over_mean": "1",
+    "wear_over_least": "1",
     "max_tension": "N",
     "max_normal_load": "N",
     **dict.fromkeys(HOT_PLACES, "K"),
@@ -44,6 +47,8 @@ def metric_names(scene: Scene) -> tuple[str, ...]:
         energies += ["heat_external", "heat_internal"]
     if brake.band.segments is not None:
         names += CHAIN_METRICS
+    if scene.wear is not None:
+        names += WEAR_METRICS
     if brake.resolved:
         energies.append("damper_heat")
     if scene.power_shares is not None:

@@ -115,11 +115,49 @@ STAGED_METRICS: dict[str, Callable[[Record, Any], Array]] = {
 CHAIN_METRICS: dict[str, Callable[[Record, Any], Array]] = {"first_lining_slip_time": _first_lining_slip_time}
 
 
+def thickness(worn: Any) -> Any:
+    """Thickness that linings have lost, at both faces of a staged brake (m)."""
+    return worn.outer if worn.inner is None else worn.outer + worn.inner
+
+
+def worn_thickness(record: Record) -> Float[Array, " n"]:
+    """Thickness that every lining lost in a run (m)."""
+    return thickness(record.y_end.worn)
+
+
+def _over(h: Array, below: Array) -> Array:
+    """Greatest wear over another one, `inf` where there is none."""
+    return jnp.where(below > 0, jnp.max(h) / jnp.where(below > 0, below, 1.0), jnp.inf)
+
+
+def _greatest_wear(record: Record, travel: Any) -> Array:
+    return jnp.max(worn_thickness(record))
+
+
+def _wear_over_mean(record: Record, travel: Any) -> Array:
+    h = worn_thickness(record)
+    return _over(h, jnp.mean(h))
+
+
+def _wear_over_least(record: Record, travel: Any) -> Array:
+    h = worn_thickness(record)
+    return _over(h, jnp.min(h))
+
+
+#: metrics of a scene with wear: thickness lost in the run by the lining that lost most, and over mean and least
+WEAR_METRICS: dict[str, Callable[[Record, Any], Array]] = {
+    "greatest_wear": _greatest_wear,
+    "wear_over_mean": _wear_over_mean,
+    "wear_over_least": _wear_over_least,
+}
+
+
 def metrics_of(system: Any) -> dict[str, Callable[[Record, Any], Array]]:
     """Metrics that a system has, besides its greatest values."""
+    found = METRICS if system.wearing is None else METRICS | WEAR_METRICS
     if isinstance(system, ChainSystem):
-        return METRICS | CHAIN_METRICS
-    return METRICS | STAGED_METRICS if system.staged else METRICS
+        return found | CHAIN_METRICS
+    return found | STAGED_METRICS if system.staged else found
 
 
 def friction_work(ledger: Any) -> Any:

@@ -182,6 +182,12 @@ class Report:
         absent = absent_stages(scene.brake, float(forces.inertia), float(load), seen, float(greatest), hot)
         return {"stages": [stage.as_dict() for stage in stages], "absent_stages": absent}
 
+    def _worn(self) -> dict[str, Any]:
+        """The thickness that the linings lost."""
+        if self.result.scene.wear is None:
+            return {}
+        return {"worn_thickness": [_finite(h) for h in np.asarray(self.result.worn_thickness)]}
+
     def summary(self) -> dict[str, Any]:
         r, stats, metrics = self.result, self.result.record.stats, self.metrics
         return {
@@ -195,6 +201,7 @@ class Report:
                 **{f"{name}_lining": int(p.lining) for name, p in self.peaks.items() if self._per_lining(name)},
             },
             **self._staged(),
+            **self._worn(),
             "distribution": distribution(r.record.system),
             "energy": {name: _finite(value) for name, value in self._numbers[1].items()},
             "solver": {

@@ -16,6 +16,7 @@ from ._log import Event
 from ._metrics import (
     CHAIN_METRICS,
     STAGED_METRICS,
+    WEAR_METRICS,
     Peak,
     energies,
     friction_work,
@@ -24,6 +25,8 @@ from ._metrics import (
     peak,
     peaks_of,
     stored_heat,
+    thickness,
+    worn_thickness,
 )
 from ._outcome import FAILURES, STATUS_MESSAGES, status_of
 from ._probe import Probe, probe_at, probe_many
@@ -134,6 +137,34 @@ class Result(eqx.Module):
         return _metric(self, "peak_lining_outer_temperature")
 
     @property
+    def worn_thickness(self) -> Array:
+        """Thickness that every lining lost in the run (n,), in m; on a staged brake at both its faces.
+
+        Differentiable. What had been worn off before is `scene.wear.worn`. Raises `ValueError` without wear.
+        """
+        if jnp.ndim(self.record.count) > 0:
+            return jax.vmap(lambda one: one.worn_thickness)(self)
+        system: Any = self.record.system
+        if system.wearing is None:
+            raise ValueError("the scene has no wear: give it a `Wear`")
+        return worn_thickness(self.record)
+
+    @property
+    def greatest_wear(self) -> Array:
+        """Greatest thickness that a lining lost in the run (m)."""
+        return _metric(self, "greatest_wear")
+
+    @property
+    def wear_over_mean(self) -> Array:
+        """Greatest wear over the mean of all linings."""
+        return _metric(self, "wear_over_mean")
+
+    @property
+    def wear_over_least(self) -> Array:
+        """Greatest wear over the least: how uneven the linings wear along the band."""
+        return _metric(self, "wear_over_least")
+
+    @property
     def nodes(self) -> list[str]:
         """Names of the thermal nodes, in the order of `Series.temperature`."""
         return [] if self.scene.heat is None else node_names(self.scene.heat)
@@ -173,7 +204,7 @@ class Result(eqx.Module):
         index = record.find(ts, left=left)
         t = record.rows.t
         p = look(record, index, xp.clip(ts, t[0], t[record.count]) - t[index])
-        shares, internal = self.scene.power_shares, p.y.ledger.internal_heat
+        shares, internal, worn = self.scene.power_shares, p.y.ledger.internal_heat, p.y.worn
         work = friction_work(p.y.ledger)
         hot = 1.0 if shares is None else shares.heat
         return Series(
@@ -197,6 +228,8 @@ class Result(eqx.Module):
             tension=p.linings.tension,
             normal_load=p.linings.normal,
             friction_force=p.linings.friction,
+            worn_thickness=None if worn is None else thickness(worn),
+            internal_worn_thickness=None if worn is None else worn.inner,
             **self._thermal_columns(p),
             **p.columns,
         )
@@ -291,9 +324,10 @@ def _metric(result: Result, name: str) -> Any:
     if jnp.ndim(result.record.count) > 0:
         return jax.vmap(lambda one: _metric(one, name))(result)
     travel = result.scene.duty.load.travel()
-    if name in STAGED_METRICS | CHAIN_METRICS and name not in metrics_of(result.record.system):
+    if name in STAGED_METRICS | CHAIN_METRICS | WEAR_METRICS and name not in metrics_of(result.record.system):
         kind = "no bandage" if name in STAGED_METRICS else "no band in segments"
-        raise ValueError(f"the scene has no {name}: its brake has {kind}")
+        kind = "the scene has no wear part" if name in WEAR_METRICS else f"its brake has {kind}"
+        raise ValueError(f"the scene has no {name}: {kind}")
     if name.startswith(("max_", "peak_")):
         known = peaks_of(result.record.system)
         if name not in known:

@@ -49,6 +49,8 @@ class Series(NamedTuple):
     damper_heat: Float[Array, " m"] | None = None  # of dampers in a chain or between linings, J
     electrical_work: Float[Array, " m"] | None = None  # of the friction, J; None where all of it is heat
     mechanical_work: Float[Array, " m"] | None = None  # J
+    worn_thickness: Float[Array, "m n"] | None = None  # of every lining since the start, m; None without wear
+    internal_worn_thickness: Float[Array, "m n"] | None = None  # part of it at faces on the rim of a staged brake, m
 
     @property
     def friction_work(self) -> Float[Array, " m"]:
@@ -101,4 +103,6 @@ SERIES_UNITS = {
     "damper_heat": "J",
     "electrical_work": "J",
     "mechanical_work": "J",
+    "worn_thickness": "m",
+    "internal_worn_thickness": "m",
 }

@@ -78,6 +78,20 @@ def _staged_lines(summary: dict[str, Any]) -> list[str]:
     return lines + [f"         no {stage['name']}: {stage['reason']}" for stage in summary["absent_stages"]]
 
 
+def _wear_lines(summary: dict[str, Any]) -> list[str]:
+    worn, m = summary.get("worn_thickness"), summary["metrics"]
+    if worn is None or m["greatest_wear"] is None:
+        return []
+    where = worn.index(max(worn)) + 1
+    if m["wear_over_mean"] is None:
+        return ["wear     none: no lining slid"]
+    least = "" if m["wear_over_least"] is None else f", {m['wear_over_least']:.4g} times the least"
+    return [
+        f"wear     at most {1e6 * m['greatest_wear']:.5g} µm on lining {where}, "
+        f"{m['wear_over_mean']:.4g} times the mean{least}"
+    ]
+
+
 def text(summary: dict[str, Any]) -> str:
     """About ten lines that can be read without the source."""
     m, e, s = summary["metrics"], summary["energy"], summary["solver"]
@@ -100,6 +114,7 @@ def text(summary: dict[str, Any]) -> str:
         + (f"+ mechanical {_kilo(e['mechanical_work'], 'kJ')} " if "mechanical_work" in e else "")
         + f"+ elastic {_kilo(e['elastic_change'], 'kJ')}",
         *_heat_lines(summary),
+        *_wear_lines(summary),
         f"closure  {_share(e['closure'])} of the largest energy exchanged",
         f"solver   {s['method']}, rtol {s['rtol']:g}: {s['steps']} steps, {s['rejected']} rejected, "
         f"{s['retaken']} retaken at events, {s['segments']} segments",

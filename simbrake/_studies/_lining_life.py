@@ -1,0 +1,243 @@
+"""How many brakings the linings last: steps of many brakings, with the worn brake simulated anew in each."""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .._base._progress import Line
+from .._base._quantity import Fault, InputError
+from .._parts._scene import Scene, check
+from .._parts._worn import feeds_back, turned_scene
+from .._run._edit import with_values
+from .._run._result import Result
+from .._run._simulate import simulate
+from ._life_report import LifeHistory, LiningLife
+
+_LEAST, _MOST = 0.2, 5.0  # factors of a step of brakings from one to the next
+_SAFETY = 0.9
+
+
+class _Point(NamedTuple):
+    """The brake after `done` brakings: thickness worn, that of the next braking, and how long it takes to stop."""
+
+    done: float
+    worn: np.ndarray
+    wear: np.ndarray
+    stop: float
+    turned: bool
+
+
+class _Step(NamedTuple):
+    """`h(Δ) = h + Δ w + ½ Δ (Δ − 1) s` over `length` brakings from `start`; `s` (n,): change of `w` per braking."""
+
+    start: _Point
+    length: float
+    slope: np.ndarray
+
+    def worn(self, brakings: float) -> np.ndarray:
+        return self.start.worn + brakings * self.start.wear + 0.5 * brakings * max(brakings - 1, 0.0) * self.slope
+
+    def wear(self, brakings: float) -> np.ndarray:
+        return self.start.wear + brakings * self.slope
+
+    def until(self, limit: np.ndarray) -> np.ndarray:
+        """Brakings after which each lining reaches its limit, `inf` if it does not."""
+        room, w, s = np.maximum(limit - self.start.worn, 0.0), self.start.wear, self.slope
+        b = w - 0.5 * s
+        inside = b * b + 2 * s * room
+        with np.errstate(divide="ignore", invalid="ignore"):
+            many = np.where(inside >= 0, 2 * room / (b + np.sqrt(np.maximum(inside, 0.0))), np.inf)
+            one = room / w
+        found = np.where(one <= 1, one, many)
+        return np.where((w > 0) & (found >= 0), found, np.inf)
+
+
+class _Brake:
+    """The braking of a scene with any thickness worn off, as it was built or with the band turned."""
+
+    def __init__(self, scene: Scene, options: dict[str, Any]):
+        self.scenes = {False: scene}
+        self.feeds_back, self.options, self.runs = feeds_back(scene), options, 0
+        self._known: dict[bool, tuple[np.ndarray, float]] = {}
+        self.progress = Line("brakings")
+
+    def look(self, done: float, worn: np.ndarray, turned: bool) -> _Point:
+        if turned not in self._known or self.feeds_back:
+            if turned not in self.scenes:
+                self.scenes[turned] = turned_scene(self.scenes[False])
+            here = worn[::-1] if turned else worn
+            result = simulate(with_values(self.scenes[turned], {"wear.worn": here}), **self.options)
+            self.runs += 1
+            wear = np.asarray(result.worn_thickness)
+            self._known[turned] = wear[::-1] if turned else wear, float(result.stopping_time)
+        return _Point(done, worn, *self._known[turned], turned)
+
+
+class _Path(NamedTuple):
+    steps: list[_Step]
+    end: _Point
+
+
+def _follow(
+    brake: _Brake, start: _Point, limit: np.ndarray, until: float, tolerance: float, step: float | None
+) -> _Path:
+    """Brakings from `start` on until a lining is at its limit, or `until` brakings are done."""
+    steps, now, length = list[_Step](), start, 1.0 if step is None else step
+    if not np.any(now.wear > 0):
+        raise InputError([Fault("scene", "no lining wears in it", "the linings must slide, at a wear rate above 0")])
+    if not brake.feeds_back and step is None:
+        length = np.inf
+    still = np.zeros_like(start.worn)
+    while now.done < until:
+        left = float(np.min(_Step(now, 1.0, still).until(limit)))
+        length = min(length, until - now.done, left)
+        ahead = _Step(now, length, still)
+        error, following = 0.0, None
+        if brake.feeds_back and length > 1.0:
+            following = brake.look(now.done + length, ahead.worn(length), now.turned)
+            ahead = ahead._replace(slope=(following.wear - now.wear) / length)
+            error = float(np.max(np.abs(ahead.worn(length) - following.worn) / limit))
+        if step is None and error > tolerance:
+            length *= max(_LEAST, _SAFETY * np.sqrt(tolerance / error))
+            continue
+        reached = float(np.min(ahead.until(limit)))
+        done = min(length, reached)
+        worn = ahead.worn(done)
+        steps.append(ahead._replace(length=done))
+        now = brake.look(now.done + done, worn, now.turned)
+        brake.progress.show(f"{now.done:.0f} done, {1e3 * float(np.max(worn)):.3g} mm worn")
+        if reached <= length or np.min(limit - worn) <= 1e-12 * np.max(limit):
+            break
+        if step is None and brake.feeds_back:
+            length = done * (_MOST if error == 0 else min(_MOST, _SAFETY * float(np.sqrt(tolerance / error))))
+        else:
+            length = np.inf if step is None else step
+    return _Path(steps, now)
+
+
+def _life(brake: _Brake, first: _Point, limit: np.ndarray, turns: Sequence[float], **how: Any) -> list[_Path]:
+    """Paths from turn to turn; the last one ends with a worn lining."""
+    paths, now = list[_Path](), first
+    for until in [*turns, np.inf]:
+        if now.done < until:
+            paths.append(_follow(brake, now, limit, until, **how))
+            now = paths[-1].end
+        if now.done < until:
+            break
+        now = brake.look(now.done, now.worn, not now.turned)
+    return paths
+
+
+def _best_turn(brake: _Brake, unturned: _Path, limit: np.ndarray, **how: Any) -> float:
+    """After how many brakings a turn makes the life longest: the course up to there is known already."""
+    from scipy.optimize import minimize_scalar
+
+    starts = np.asarray([step.start.done for step in unturned.steps])
+
+    def life(turn: float) -> float:
+        step = unturned.steps[int(np.searchsorted(starts, turn, side="right")) - 1]
+        worn = step.worn(turn - step.start.done)
+        return _follow(brake, brake.look(turn, worn, True), limit, np.inf, **how).end.done
+
+    end = unturned.end.done
+    sharp = {"xatol": (1e-4 if brake.feeds_back else 1e-8) * end, "maxiter": 200}
+    found: Any = minimize_scalar(lambda x: -life(x), bounds=(0.0, end), method="bounded", options=sharp)
+    return float(found.x)
+
+
+def _wearing(run: Scene | Result, permissible: Any) -> tuple[Scene, np.ndarray]:
+    """The scene with one thickness worn per lining, and the permissible one of each."""
+    scene = run.scene if isinstance(run, Result) else run
+    if scene.wear is not None and permissible is not None:
+        scene = with_values(scene, {"wear.permissible": permissible})
+    wear = scene.wear
+    if wear is None:
+        raise InputError([Fault("wear", "is missing", "give the scene a `Wear`")])
+    if wear.permissible is None:
+        raise InputError([Fault("wear.permissible", "is missing", "how much may be worn off, as in 8 mm")])
+    check(scene)
+    if wear.turned_at is not None:
+        raise InputError([Fault("wear.turned_at", "is for one run", "give `turn_at` in brakings")])
+    n = scene.brake.linings.count
+    limit = np.broadcast_to(np.asarray(wear.permissible, np.float64), (n,))
+    worn = np.broadcast_to(np.asarray(wear.worn, np.float64), (n,))
+    over = np.flatnonzero(worn >= limit)
+    if over.size:
+        raise InputError(
+            [Fault("wear.worn", f"lining {over[0] + 1} is worn already", "give a greater permissible wear")]
+        )
+    check(with_values(scene, {"wear.worn": limit}))  # what a worn brake could not be
+    return with_values(scene, {"wear.worn": np.array(worn)}), limit
+
+
+def lining_life(
+    run: Scene | Result,
+    permissible: Any = None,
+    *,
+    turn_at: Any = None,
+    step: float | int | None = None,
+    tolerance: float = 1e-3,
+    **options: Any,
+) -> LiningLife:
+    """How many times a scene's braking can be done until the linings are worn.
+
+        h(m + 1) = h(m) + w(h(m)),   h_i(0) = `wear.worn`,   until h_i = `permissible` for some lining
+        w(h): thickness that one braking takes from a brake that has lost h already
+
+    Without feedback (`Wear.geometry`, `heat`, `take_up_speed`) `w` does not change and one braking tells all. With it
+    steps of `Δ` brakings are taken, each with the brake simulated anew as worn as it is,
+
+        h(m + Δ) = h + ½ [(Δ + 1) w(h) + (Δ − 1) w(h + Δ w(h))],
+
+    which is exact for `Δ = 1` and of second order in `Δ`; its difference from `h + Δ w`, over the permissible wear, is
+    kept below `tolerance` in each step.
+
+    - `run`: a scene with `wear`, or a result of one;  `permissible` (m, or with its unit): a number, one per lining; by
+      default `wear.permissible`. On a staged brake it counts for both faces together
+    - `turn_at`: brakings after which the band is turned end for end (Z's practice), or `"best"` for the one moment that
+      makes the life longest. With constant wear and equal linings that is half of the life, `2 h/(w_1 + w_n)` in all
+    - `step`: brakings in a step, instead of those that `tolerance` asks for; 1: one after the other
+    - `options`: as for `simulate`
+
+    Each braking begins as the scene says, also with its temperatures: give it those of the cyclic steady state
+    (`cyclic_steady_state`) for a duty that is repeated hot. Numbers of brakings are not rounded; within the last one
+    the wear is taken as even. Raises `InputError` where the scene cannot be worn so far, and `SimulationError`.
+    """
+    scene, limit = _wearing(run, permissible)
+    turns, best = _turns(turn_at), turn_at == "best"
+    if (turns or best) and scene.brake.bandage is not None:
+        turned_scene(scene)  # says why not
+    faults = [] if step is None or step >= 1 else [Fault("step", f"{step:g} brakings", "at least 1")]
+    faults += [] if 0 < tolerance < 1 else [Fault("tolerance", f"{tolerance:g} is not admissible", "between 0 and 1")]
+    if faults:
+        raise InputError(faults)
+    brake = _Brake(scene, options)
+    how = {"tolerance": tolerance, "step": None if step is None else float(step)}
+    assert scene.wear is not None
+    first = brake.look(0.0, np.asarray(scene.wear.worn), False)
+    paths, unturned = _life(brake, first, limit, turns, **how), None
+    if best:
+        unturned = paths[0].end.done
+        turns = (_best_turn(brake, paths[0], limit, **how),)
+        paths = _life(brake, first, limit, turns, **how)
+    brake.progress.done()
+    points = [point for path in paths for point in (*(step.start for step in path.steps), path.end)]
+    columns = [np.asarray(column) for column in list(zip(*points, strict=True))[:4]]
+    end = points[-1]
+    each = end.done + _Step(end, 1.0, np.zeros_like(end.worn)).until(limit)
+    where = int(np.argmin(limit - end.worn - 1e-9 * limit * (end.wear / np.max(end.wear))))
+    done = tuple(turn for turn in turns if turn < end.done)
+    return LiningLife(end.done, where + 1, each, limit, done, unturned, LifeHistory(*columns), brake.runs)
+
+
+def _turns(turn_at: Any) -> tuple[float, ...]:
+    if turn_at is None or turn_at == "best":
+        return ()
+    try:
+        turns = tuple(float(x) for x in np.atleast_1d(np.asarray(turn_at, np.float64)))
+    except (TypeError, ValueError):
+        raise InputError([Fault("turn_at", f"{turn_at!r} is no number of brakings", 'numbers, or "best"')]) from None
+    if any(not b > a for a, b in zip((0.0, *turns), turns, strict=False)):
+        raise InputError([Fault("turn_at", f"{list(turns)} do not increase from 0", "brakings since the start")])
+    return turns

@@ -1,0 +1,291 @@
+"""The life of the linings: closed forms, steps of many brakings beside one after the other, turning the band."""
+
+import dataclasses
+import json
+import math
+
+import equinox as eqx
+import numpy as np
+import pytest
+import staged_scenes
+import wear_scenes as ws
+
+import simbrake as sb
+from simbrake import plot
+from simbrake._commands._cli import main
+from simbrake._parts._worn import walls_left
+from simbrake._physics._assemble import assemble
+
+LIMIT = 8e-3
+
+
+def dragged(speed=None, k=1.5e-11, **wear):
+    """A load that drives on while the lever comes: what delays the lever makes every braking longer."""
+    scene = ws.stop(sb.Wear(k, permissible=LIMIT, take_up_speed=speed, **wear), end=6.0)
+    lever = sb.PiecewiseLinear([0.2, 0.6], [200.0, ws.T0])
+    return dataclasses.replace(scene, duty=sb.Duty(lever, sb.TorqueLoad(sb.Constant(2000.0))))
+
+
+# --- without feedback -------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def braking():
+    return sb.simulate(ws.stop(sb.Wear(ws.K, permissible=LIMIT)))
+
+
+def test_constant_wear_lasts_as_long_as_the_tight_lining(braking):
+    w = np.asarray(braking.worn_thickness)
+    life = sb.lining_life(braking)
+    assert life.first == 4
+    assert life.runs == 1
+    assert life.brakings == pytest.approx(LIMIT / w.max(), rel=1e-12)
+    np.testing.assert_allclose(life.each, LIMIT / w, rtol=1e-12)
+    np.testing.assert_allclose(life.worn, LIMIT * w / w.max(), rtol=1e-12)
+    assert life.over_mean[-1] == pytest.approx(float(braking.wear_over_mean), rel=1e-12)
+    assert life.over_least[0] == pytest.approx(float(braking.wear_over_least), rel=1e-12)
+    assert life.used == pytest.approx(w.mean() / w.max(), rel=1e-12)
+    # what is worn before, and a permissible wear of one's own, per lining and with a unit
+    worn = np.array([0.0, 1e-3, 0.0, 2e-3])
+    early = sb.lining_life(sb.with_values(braking.scene, {"wear.worn": worn}), "6 mm")
+    np.testing.assert_allclose(early.each, (6e-3 - worn) / w, rtol=1e-12)
+    each = np.array([1e-3, 8e-3, 8e-3, 8e-3])
+    assert sb.lining_life(braking.scene, each).first == int(np.argmin(each / w)) + 1
+    assert f"{life.brakings:.0f} brakings, until lining 4 of 4 has lost 8 mm" in str(life)
+
+
+def test_the_best_turn_of_equal_linings_is_at_half_of_the_life(braking):
+    w = np.asarray(braking.worn_thickness)
+    life = sb.lining_life(braking, turn_at="best")
+    assert life.brakings == pytest.approx(2 * LIMIT / (w[0] + w[-1]), rel=1e-6)
+    assert life.turned_at[0] == pytest.approx(LIMIT / (w[0] + w[-1]), rel=1e-6)
+    assert life.unturned == pytest.approx(LIMIT / w.max(), rel=1e-12)
+    assert life.gain == pytest.approx(2 * w[-1] / (w[0] + w[-1]), rel=1e-6)
+    third = life.unturned / 3
+    early = sb.lining_life(braking, turn_at=third)
+    assert early.first == 1
+    assert early.brakings == pytest.approx(third + (LIMIT - third * w[0]) / w[-1], rel=1e-12)
+    there_and_back = sb.lining_life(braking, turn_at=[third, 2 * third])
+    assert there_and_back.first == 4
+    np.testing.assert_allclose(
+        there_and_back.worn[0], third * w[3] + (there_and_back.brakings - third) * w[0], rtol=1e-9
+    )
+    never = sb.lining_life(braking, turn_at=10 * third)
+    assert never.turned_at == ()
+    assert never.brakings == pytest.approx(life.unturned, rel=1e-12)
+
+
+def test_a_turned_brake_has_all_that_goes_with_the_band_from_the_other_end():
+    law = sb.ProductFriction(
+        sb.ConstantFriction(np.array([0.3, 0.28, 0.33, 0.25])),
+        (sb.TabulatedFade([300.0, 400.0, 500.0, 600.0], [1.0, 0.9, 0.8, 0.7]),),
+    )
+    wear = sb.Wear(np.arange(1.0, 5.0) * 1e-14, worn=[1e-3, 2e-3, 3e-3, 4e-3])
+    scene = ws.stop(wear, ws.lumps(), np.radians([40.0, 50.0, 60.0, 70.0]), law=law)
+    turned = sb.turned_scene(scene)
+    np.testing.assert_allclose(np.degrees(turned.brake.linings.angle), [70.0, 60.0, 50.0, 40.0])
+    np.testing.assert_allclose(turned.brake.linings.friction.base.coefficient, [0.25, 0.33, 0.28, 0.3])
+    np.testing.assert_allclose(turned.brake.linings.friction.factors[0].values, [1.0, 0.9, 0.8, 0.7])  # a table
+    np.testing.assert_allclose(turned.wear.worn, [4e-3, 3e-3, 2e-3, 1e-3])
+    again = sb.turned_scene(turned)
+    assert sb.scene_text(again) == sb.scene_text(scene)
+    with pytest.raises(sb.InputError, match="ride on the pulley"):
+        sb.turned_scene(ws.wearing(staged_scenes.stop(), sb.Wear(1e-14)))
+
+
+def test_equal_loads_of_z_reduce_the_non_uniformity_by_the_factor_computed(braking):
+    """`N_n/N_1 = μ^(n−1)` for the uniform pitch, 1 for equal loads, over the whole life; and the gain in brakings."""
+    angle = np.asarray(sb.equal_load_angles(ws.F, ws.N, ws.N * ws.BETA).angle)
+    fz = ws.F * math.tan(ws.BETA / 2)
+    factor = ((1 + fz) / (1 - fz)) ** (ws.N - 1)
+    uniform, level = (
+        sb.lining_life(one) for one in (braking, sb.with_values(braking.scene, {"brake.linings.angle": angle}))
+    )
+    np.testing.assert_allclose(uniform.over_least / level.over_least, factor, rtol=1e-9)
+    np.testing.assert_allclose(level.over_least, 1.0, rtol=1e-9)
+    assert level.used == pytest.approx(1.0, rel=1e-9)
+    # wear ∝ N_i/(Π − 1): the layout also changes the distance of the stop
+    (T, even), (T_level, normal) = ws.statics(), ws.statics(angle)
+    gain = (even[-1] / (T[-1] - 1)) / (normal[-1] / (T_level[-1] - 1))
+    assert level.brakings / uniform.brakings == pytest.approx(gain, rel=1e-9)
+
+
+# --- with feedback ----------------------------------------------------------------------------------------------------
+
+
+def test_a_worn_brake_has_a_smaller_circle_and_a_later_lever(braking):
+    """`R_b' = R_b − h̄`; without load the distance and the wear of a braking stay, and the stop takes longer."""
+    h = np.array([1e-3, 2e-3, 3e-3, 6e-3])
+    scene = sb.with_values(braking.scene, {"brake.band.radius": 0.65})
+    fresh = sb.simulate(eqx.tree_at(lambda s: s.wear, scene, sb.Wear(ws.K, worn=h, geometry=True)))
+    system, _, _ = assemble(fresh.scene)
+    assert float(system.forces.band_radius) == pytest.approx(0.65 - h.mean(), rel=1e-14)
+    alpha = ws.T0 * (ws.statics()[0][-1] - 1) / ws.J
+    assert float(fresh.stopping_time) == pytest.approx(ws.W0 / (alpha * (0.65 - h.mean())), rel=1e-10)
+    np.testing.assert_allclose(fresh.worn_thickness, braking.worn_thickness, rtol=1e-9)
+    slow = dragged(0.05, worn=h)
+    late = float(np.sum(h) * ws.BETA / 0.05)
+    lever = sb.worn_scene(slow).duty.slack_tension
+    assert float(lever.delay) == pytest.approx(late, rel=1e-14)
+    prompt = dataclasses.replace(dragged(), initial=sb.Initial(ws.W0, time=0.0))
+    moved = sb.simulate(slow)
+    by_hand = dataclasses.replace(
+        prompt.duty, slack_tension=sb.PiecewiseLinear([0.2 + late, 0.6 + late], [200.0, ws.T0])
+    )
+    expected = sb.simulate(dataclasses.replace(prompt, duty=by_hand))
+    assert float(moved.stopping_time) == pytest.approx(float(expected.stopping_time), rel=1e-12)
+    np.testing.assert_allclose(moved.worn_thickness, expected.worn_thickness, rtol=1e-10)
+
+
+def test_worn_linings_in_the_heat_part():
+    h = np.array([1e-3, 2e-3, 3e-3, 6e-3])
+    wear = sb.Wear(ws.K, worn=h, heat=True, thickness=0.03)
+    heat = ws.lumps()
+    heat = dataclasses.replace(
+        heat,
+        bodies=(*heat.bodies, sb.Lump("band", 1e4)),
+        links=(sb.Conductance("linings", "band", 3.0),),
+        friction=sb.FrictionHeat("rim", "linings", sb.ConstantPartition(0.9)),
+    )
+    worn = sb.worn_scene(ws.stop(wear, heat)).heat
+    np.testing.assert_allclose(worn.bodies[1].capacity, ws.CAPACITY * (1 - h / 0.03), rtol=1e-14)
+    np.testing.assert_allclose(worn.links[0].value, 3.0 / (1 - h / 0.03), rtol=1e-14)
+    # walls: the conduction through them is λ A/(δ − h), each copy with its own h
+    steel, lining = sb.material("steel_20L"), sb.material("FK-24A")
+    layered = sb.layered_heat(
+        rim=steel,
+        rim_thickness=0.025,
+        track_area=0.8,
+        rim_layers=4,
+        partition=sb.ConstantPartition(0.9),
+        lining=lining,
+        lining_thickness=0.03,
+        lining_area=4 * ws.AREA,
+        lining_layers=5,
+        each=4,
+        inside=20.0,
+    )
+    scene = ws.stop(sb.Wear(ws.K, worn=h, heat=True), layered)
+    np.testing.assert_allclose(walls_left(scene)["lining"], 1 - h / 0.03, rtol=1e-14)
+    thermal = assemble(scene)[0].forces.thermal
+    through = 2 * np.asarray(thermal.halves["lining"]).reshape(4, 5).sum(axis=1)
+    np.testing.assert_allclose(through, (0.03 - h) / (float(lining.conductivity) * ws.AREA), rtol=1e-12)
+    stored = np.asarray(thermal.capacity[4:]).reshape(4, 5).sum(axis=1)
+    expected = float(lining.density) * float(lining.specific_heat) * ws.AREA * (0.03 - h)
+    np.testing.assert_allclose(stored, expected, rtol=1e-12)
+    table = sb.TransmissionPartition([300.0], [8.0], [8.0], [12.0], [1e-5], lining_thickness=0.03)
+    partition = dataclasses.replace(layered, friction=dataclasses.replace(layered.friction, partition=table))
+    seen = sb.worn_scene(ws.stop(sb.Wear(ws.K, worn=h, heat=True), partition)).heat.friction.partition
+    assert float(seen.lining_thickness) == pytest.approx(0.03 - h.mean(), rel=1e-14)
+
+
+@pytest.mark.slow
+def test_steps_of_many_brakings_against_one_after_the_other():
+    scene = dragged(0.03)
+    one_by_one = sb.lining_life(scene, step=1)
+    life = sb.lining_life(scene)
+    assert one_by_one.history.per_braking[-1, 3] > 1.1 * one_by_one.history.per_braking[0, 3]  # feedback matters
+    assert life.runs < one_by_one.runs / 2
+    assert life.brakings == pytest.approx(one_by_one.brakings, rel=2e-4)
+    sharp = sb.lining_life(scene, tolerance=1e-4)
+    assert abs(sharp.brakings - one_by_one.brakings) < abs(life.brakings - one_by_one.brakings)
+    np.testing.assert_allclose(sharp.worn, one_by_one.worn, rtol=1e-4)
+    # one after the other is the recursion itself
+    h = np.zeros(4)
+    for _ in range(3):
+        h = h + np.asarray(sb.simulate(sb.with_values(scene, {"wear.worn": h})).worn_thickness)
+    np.testing.assert_allclose(one_by_one.history.worn[3], h, rtol=1e-9)
+    turned = sb.lining_life(scene, turn_at="best")
+    around = [sb.lining_life(scene, turn_at=turned.turned_at[0] * x).brakings for x in (0.97, 1.03)]
+    assert turned.brakings > max(around)
+    assert turned.gain > 1.3
+
+
+# --- faults, command, picture, programme ------------------------------------------------------------------------------
+
+
+def test_what_cannot_be_worn_is_said(braking):
+    scene = braking.scene
+    for wrong, words in (
+        ({"run": ws.stop(None)}, "wear: is missing"),
+        ({"run": sb.with_values(scene, {"wear.permissible": None})}, "how much may be worn off"),
+        ({"permissible": "8 mm", "turn_at": [5.0, 3.0]}, "do not increase"),
+        ({"turn_at": "soon"}, "no number of brakings"),
+        ({"step": 0.5}, "at least 1"),
+        ({"run": sb.with_values(scene, {"wear.worn": 9e-3})}, "worn already"),
+        ({"run": sb.with_values(scene, {"initial.omega": 0.0})}, "no lining wears"),
+        (
+            {"run": ws.wearing(staged_scenes.stop(), sb.Wear(1e-14, permissible=1e-3)), "turn_at": 5},
+            "ride on the pulley",
+        ),
+        ({"run": ws.stop(sb.Wear(1e-14, permissible=1e-3, heat=True))}, "wear.heat: has no effect"),
+        ({"run": ws.stop(sb.Wear(1e-14, permissible=1e-3, heat=True), ws.lumps())}, "wear.thickness: is missing"),
+    ):
+        with pytest.raises(sb.InputError) as caught:
+            sb.lining_life(**{"run": scene, **wrong})
+        assert words in str(caught.value)
+
+
+def test_the_command_prints_the_life(braking, tmp_path, capsys):
+    file = tmp_path / "stop.toml"
+    sb.write_scene(braking.scene, file)
+    with pytest.raises(SystemExit) as done:
+        main(["life", str(file), "--permissible", "6 mm", "--turn-at", "best", "--json"])
+    assert done.value.code == 0
+    figures = json.loads(capsys.readouterr().out)
+    w = np.asarray(braking.worn_thickness)
+    assert figures["brakings"] == pytest.approx(2 * 6e-3 / (w[0] + w[-1]), rel=1e-6)
+    assert figures["gain"] > 1.4
+    assert len(figures["history"]["worn"][0]) == 4
+    with pytest.raises(SystemExit) as done:
+        main(["life", str(file), "--out", str(tmp_path / "life")])
+    assert done.value.code == 0
+    assert "until lining 4" in capsys.readouterr().out
+    assert {path.name for path in (tmp_path / "life").iterdir()} == {"life.json", "wear.png"}
+    with pytest.raises(SystemExit) as done:
+        main(["life", str(file), "--turn-at", "late"])
+    assert done.value.code == 2
+
+
+def test_the_picture_shows_the_life(braking):
+    plain, turned = sb.lining_life(braking), sb.lining_life(braking, turn_at="best")
+    figure = plot.wear({"as built": plain, "turned": turned})
+    panels = {axes.get_xlabel(): axes for axes in figure.get_axes() if axes.get_title() == ""}
+    along = [axes for axes in figure.get_axes() if "brakings" in axes.get_title()]
+    assert [axes.get_title().split(":")[0] for axes in along] == ["as built", "turned"]
+    last = along[0].lines[4]
+    np.testing.assert_allclose(last.get_ydata(), 1e3 * plain.worn, rtol=1e-9)
+    np.testing.assert_allclose(last.get_xdata(), [1, 2, 3, 4])
+    course = next(axes for axes in figure.get_axes() if axes.get_ylabel() == "worn off, mm" and axes not in along)
+    most = course.lines[0]
+    assert most.get_xdata()[-1] == pytest.approx(plain.brakings / 1e3)
+    assert most.get_ydata()[-1] == pytest.approx(8.0)
+    assert any(label == "brakings done, thousands" for label in panels)
+
+
+@pytest.mark.slow
+def test_turning_the_band_in_a_programme():
+    brake = sb.Brake(
+        sb.Pulley(0.59, 1200.0),
+        sb.Band(0.623),
+        sb.uniform_linings(8, math.radians(270), sb.ConstantFriction(0.3), 0.03),
+    )
+    hook = sb.HookLoad(mass=60e3, drum_radius=0.4, line_count=8)
+    cycle = ("lower 10 m at 1.2 m/s", "brake to rest", "hold 5 s")
+
+    def scene(*more):
+        return sb.programme_scene(brake, cycle + more, hook, pull=40e3, wear=sb.Wear(1e-14))
+
+    plain = scene("repeat 3 times")
+    period = float(plain.end_time) / 3
+    turned = scene("turn the band after 1 cycle", "repeat 3 times")
+    np.testing.assert_allclose(turned.wear.turned_at, [period], rtol=1e-14)
+    every = scene("turn the band", "repeat 3 times")
+    np.testing.assert_allclose(every.wear.turned_at, period * np.arange(1, 4), rtol=1e-14)
+    # all cycles are alike: after one of three it is the other end's turn
+    w = np.asarray(sb.simulate(plain).worn_thickness) / 3
+    np.testing.assert_allclose(sb.simulate(turned).worn_thickness, w + 2 * w[::-1], rtol=1e-8)
+    with pytest.raises(sb.InputError, match="wear: is missing"):
+        sb.programme_scene(brake, (*cycle, "turn the band"), hook, pull=40e3)
+    with pytest.raises(sb.InputError, match="begins in motion"):
+        sb.programme_scene(brake, (cycle[0], "turn the band", *cycle[1:]), hook, pull=40e3, wear=sb.Wear(1e-14))
