@@ -61,9 +61,9 @@ def main(measured: list[str]) -> None:
     heated = sb.simulate(tripping.scene())
     save(plot.temperatures(heated), "temperatures")
     save(plot.depth(heated), "depth")
+    save(plot.wear(scenario("lining_life").lives(scenario("lining_life").scene())), "wear")
     hot_stop = dataclasses.replace(stop.scene, heat=tripping.heat())
     save(plot.materials(sb.compare_materials(hot_stop, energy={"initial.omega": [12.0, 24.0, 36.0]})), "materials")
-    save(plot.wear(scenario("lining_life").lives(scenario("lining_life").scene())), "wear")
     film = HERE / "pictures" / "stop.gif"
     plot.animate(stop, film, duration=0.5, fps=20)
     with Image.open(film) as frames:

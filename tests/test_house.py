@@ -296,6 +296,11 @@ def test_all_faults_of_a_scene_in_one_report():
         assert part in text
 
 
+def test_an_empty_list_is_refused():
+    with pytest.raises(sb.InputError, match=r"friction\.static_ratio: is an empty list"):
+        sb.simulate(sb.with_values(stop_scene(), {"brake.linings.friction.static_ratio": []}))
+
+
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
 @pytest.mark.parametrize("path", ["brake.band.radius", "initial.omega", "duty.slack_tension.level", "end_time"])
 def test_nan_and_infinity_are_refused(bad, path):

@@ -177,7 +177,7 @@ def test_a_band_turned_at_rest_wears_on_from_the_other_end():
 
     def worn(turned_at):
         scene = ws.stop(sb.Wear(ws.K, turned_at=turned_at), end=9.0)
-        scene = sb.Scene(scene.brake, sb.Duty(lever, drive), scene.initial, 9.0, None, scene.wear)
+        scene = sb.Scene(scene.brake, sb.Duty(lever, drive), scene.initial, 9.0, wear=scene.wear)
         result = sb.simulate(scene)
         assert [e.name for e in result.events].count("stop") == 2
         return np.asarray(result.series([2.9, 9.0]).worn_thickness)

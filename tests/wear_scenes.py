@@ -28,7 +28,7 @@ def stop(wear, heat=None, angle=None, end=8.0, law=None):
     """Rigid band, constant lever, no load."""
     linings = sb.Lining(law or sb.ConstantFriction(F), np.full(N, BETA) if angle is None else angle, AREA)
     brake = sb.Brake(sb.Pulley(R, J), sb.Band(R), linings)
-    return sb.Scene(brake, sb.Duty(sb.Constant(T0), sb.TorqueLoad()), sb.Initial(W0), end, heat, wear)
+    return sb.Scene(brake, sb.Duty(sb.Constant(T0), sb.TorqueLoad()), sb.Initial(W0), end, heat, wear=wear)
 
 
 def lumps():

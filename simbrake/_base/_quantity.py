@@ -189,6 +189,9 @@ def faults_of_values(node: Any, path: str = "") -> list[Fault]:
             hint = "give one number" + (", or a list of numbers" if leaf.about.many else "")
             faults.append(Fault(leaf.path, f"has the shape {value.shape}", hint))
             continue
+        if value.size == 0:
+            faults.append(Fault(leaf.path, "is an empty list", f"give {leaf.about.meaning}"))
+            continue
         bad = ~leaf.about.admits(value)
         if bad.any():
             which = "" if value.ndim == 0 else "[" + ", ".join(str(i) for i in np.argwhere(bad)[0]) + "]"

@@ -7,11 +7,11 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from ._cli_options import Json, Set, opened, prepare_jax, print_written, tolerance
+from ._cli_options import Json, Rtol, Scenario, Set, opened, prepare_jax, print_written, say, tolerance
 
 
 def life(
-    scenario: Path,
+    scenario: Scenario,
     /,
     *,
     permissible: str | None = None,
@@ -19,14 +19,14 @@ def life(
     out: Path | None = None,
     json_: Json = False,
     set_: Set = None,
-    rtol: float = 1e-10,
+    rtol: Rtol = 1e-10,
 ) -> int:
     """Print how many brakings the linings last: lining by lining, how unevenly, and what turning the band gains.
 
+    The scene has a wear part, and is one braking, which is repeated.
+
     Parameters
     ----------
-    scenario
-        Scene file with a wear part: TOML, or Python with a function scene(). One braking, which is repeated.
     permissible
         Thickness that may be worn off a lining, in m or with its unit, as "8 mm"; by default that of the scene.
     turn_at
@@ -36,10 +36,6 @@ def life(
         Folder for the picture and the figures (JSON).
     json_
         Print the figures as JSON, alone on stdout.
-    set_
-        PATH=VALUE: override a number of the scene (SI, or with its unit); may be repeated.
-    rtol
-        Relative tolerance of the integration of each braking.
     """
     prepare_jax()
     from .._base._progress import Waiting
@@ -58,7 +54,7 @@ def life(
     except SimulationError as error:
         print(f"simbrake: {error}", file=sys.stderr)
         return 1
-    print(json.dumps(found.as_dict(), indent=1, allow_nan=False) if json_ else found)
+    say(json.dumps(found.as_dict(), indent=1, allow_nan=False) if json_ else found)
     if out is not None:
         from .. import plot
         from .._base._whole import whole_folder

@@ -50,8 +50,8 @@ class Scene(eqx.Module):
 
     - `end_time` (s): the run goes on to here, also after the stop
     - `heat`: the thermal network, `None` where temperatures do not matter
-    - `power_shares`: how the friction power splits into heat, electrical and mechanical power; `None`: all is heat
     - `wear`: how the linings wear, `None` where that does not matter
+    - `power_shares`: how the friction power splits into heat, electrical and mechanical power; `None`: all is heat
     """
 
     brake: Brake
@@ -59,8 +59,8 @@ class Scene(eqx.Module):
     initial: Initial
     end_time: Scalar = quantity("s", "end of the run")
     heat: Heat | None = None
-    power_shares: PowerShares | None = None
     wear: Wear | None = None
+    power_shares: PowerShares | None = None
 
 
 def faults(scene: Scene) -> list[Fault]:
