@@ -1,5 +1,7 @@
 """A linearly implicit method for stiff systems, in the flat loop like any other."""
 
+from typing import Any
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -7,7 +9,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ._bordered import Bordered, Couplings, Factored, factor, jacobian, solve
-from ._method import AbstractMethod
+from ._method import AbstractMethod, Pullback
 from ._places import put, take
 
 # Rodas5P, coefficients in the form without products by the Jacobian (Hairer & Wanner, Solving ODEs II, IV.7):
@@ -121,6 +123,90 @@ class Rodas5P(AbstractMethod):
             y1 = put(y1, outer, take(y, outer) + h * (total + take(bend, outer)))
         y1 = jnp.where(moves, y1, y)
         return y1, error, rhs(t + whole, y1)
+
+    def whole(self, rhs, t, y, h):
+        y1, _, f1 = self.step(rhs, t, y, rhs(t, y), h)
+        return y1, f1
+
+    def pullback(self, rhs, params, t, y, h):
+        places = self.couplings or Couplings(tuple(range(y.shape[0])), (), ())
+        inner, outer = places.core + places.chain, places.quadrature
+        nothing = jnp.zeros_like(y)
+        # (a step of length 0 is one that nothing is taken from)
+        moves, whole = h != 0, h
+        h = jnp.where(moves, h, 1e-30)
+        x = take(y, inner)
+        lu, lu_transposed = _factors(
+            lambda x: take(rhs(params, t, put(y, inner, x)), inner), x, len(places.core), 1.0 / (_GAMMA * h)
+        )
+
+        def along(v_t: Array, v: Array) -> Array:
+            return jax.jvp(lambda t, y: rhs(params, t, y), (t, y), (v_t, v))[1]
+
+        n = len(_NODES)
+        a, c, nodes, d = np.pad(_a, ((0, 1), (0, 1))), np.pad(_c, ((0, 1), (0, 1))), (*_NODES, 1.0), (*_D, 0.0)
+        a[n, :n] = _m  # one stage more is the rate at the end, from which nothing else follows
+        b = np.append(_b, 0.0)
+        drift = along(jnp.ones_like(t), nothing)
+
+        def stage(carry, entry):
+            u, total = carry
+            i, a, c, node, d, b = entry
+            argument = x + a @ u
+            full = rhs(params, t + node * h, put(y, inner, argument))
+            new = solve(lu, take(full, inner) + (c @ u) / h + d * h * take(drift, inner))
+            u = jax.lax.dynamic_update_slice(u, new[None], (i, jnp.zeros_like(i)))
+            return (u, total + b * take(full, outer)), (argument, full)
+
+        entries = [jnp.arange(n + 1, dtype=jnp.int32), *(jnp.asarray(v) for v in (a, c, nodes, d, b))]
+        start = (jnp.zeros((n + 1, x.shape[0])), jnp.zeros(len(outer)))
+        (u, total), (arguments, fulls) = jax.lax.scan(stage, start, tuple(entries))
+        u = u[:n]
+        bent = put(nothing, inner, jnp.asarray(_b) @ u)
+        y1 = put(y, inner, arguments[-1])
+        if outer:
+            bend = along(_bd * h, bent)
+            y1 = put(y1, outer, take(y, outer) + h * (total + take(bend, outer)))
+
+        def back(c_y, c_f):
+            c_moved = jnp.where(moves, c_y, 0.0)
+            c_x, c_outer = take(c_moved, inner), h * take(c_moved, outer)
+            leans = put(nothing, outer, c_outer)  # cotangent of the bend
+            through = take(jax.vjp(lambda y: rhs(params, t, y), y)[1](leans)[0], inner)
+
+            def stage(carry, entry):
+                c_u, total = carry
+                i, a, c, node, b, argument = entry
+                c_b = solve(lu_transposed, jax.lax.dynamic_index_in_dim(c_u, i, 0, False))
+                c_full = put(put(nothing, inner, c_b), outer, b * c_outer)
+                c_full = jnp.where(i == n, c_f, c_full)
+                found = jax.vjp(rhs, params, t + node * h, put(y, inner, argument))[1](c_full)
+                c_argument = take(found[2], inner) + jnp.where(i == n, c_x, 0.0)
+                c_u = c_u + a[:, None] * c_argument + c[:, None] * (c_b / h)
+                total = jax.tree.map(jnp.add, total, (*found[:2], put(nothing, inner, c_argument)))
+                return (c_u, total), c_b
+
+            start = (jnp.asarray(b)[:, None] * through, jax.tree.map(jnp.zeros_like, (params, t, y)))
+            given = (entries[0], *(jnp.asarray(v) for v in (a, c, nodes, b)), arguments)
+            (_, total), c_b = jax.lax.scan(stage, start, given, reverse=True)
+            c_b = c_b[:n]
+            # what the matrix, the drift and the bend change by: derivatives along directions, each with its cotangent
+            times = jnp.concatenate([jnp.zeros(n), jnp.stack([jnp.ones_like(h), _bd * h])])
+            ways = jnp.concatenate([jax.vmap(lambda u: put(nothing, inner, u))(u), jnp.stack([nothing, bent])])
+            drifts = h * (jnp.asarray(d)[:n] @ c_b)
+            weights = jax.vmap(lambda v: put(nothing, inner, v))(jnp.concatenate([c_b, drifts[None]]))
+            weights = jnp.concatenate([weights, leans[None]])
+
+            def bends(params: Any, t: Array, y: Array, v_t: Array, v: Array, w: Array) -> Any:
+                return jax.jvp(lambda t, y: jax.vjp(rhs, params, t, y)[1](w), (t, y), (v_t, v))[1]
+
+            curved = jax.vmap(lambda v_t, v, w: bends(params, t, y, v_t, v, w))(times, ways, weights)
+            total = jax.tree.map(lambda x, z: x + jnp.sum(z, axis=0), total, curved)
+            kept = put(jnp.where(moves, 0.0, c_y), outer, take(c_y, outer))
+            return total[0], total[1], total[2] + kept
+
+        y1 = jnp.where(moves, y1, y)
+        return Pullback(y1, fulls[-1], back)
 
 
 def _factors(f, x: Float[Array, " state"], m: int, scale: Array) -> tuple[Factored, Factored]:

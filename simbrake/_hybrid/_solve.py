@@ -12,7 +12,7 @@ from jaxtyping import Array, Int, PyTree
 from . import _loop
 from ._bordered import Couplings
 from ._carry import Stats
-from ._derivative import advance, before_jump, no_tangent, sweep
+from ._derivative import RowMap, advance, before_jump, no_tangent, pull_back, sweep
 from ._loop import Problem
 from ._method import AbstractMethod
 from ._packing import SKIPPED, Flat, Rows, flatten, pack_mode, unpack_rows
@@ -82,8 +82,7 @@ class Record(eqx.Module):
 
         def one(i, h):
             row = self.row(i)
-            f = flat.rhs(row.t, row.y, row.mode)
-            y, _, _ = method.step(lambda t, y: flat.rhs(t, y, row.mode), row.t, row.y, f, h)
+            y, _ = method.whole(lambda t, y: flat.rhs(t, y, row.mode), row.t, row.y, h)
             return row.t + h, flat.unpack_state(y)
 
         return jax.vmap(one)(index, h)
@@ -170,15 +169,27 @@ def hybridsolve(
         t, y, rows, (count, code, stats) = run(params, flat_y0, others)
         starts = jnp.concatenate([t[:, None], y], axis=1)
 
-        def row_map(params, start, i):
+        rolled = method.rolled()
+
+        def row(start, i):
+            found = jax.tree.map(lambda leaf: leaf[i], rows)
+            return eqx.tree_at(lambda r: (r.t, r.y), found, (start[0], start[1:]), is_leaf=lambda x: x is None)
+
+        def forwards(params, start, i):
             p, _ = problem(params, others)
-            row = jax.tree.map(lambda leaf: leaf[i], rows)
-            row = eqx.tree_at(lambda r: (r.t, r.y), row, (start[0], start[1:]), is_leaf=lambda x: x is None)
-            t, y = advance(p.flat, method.rolled(), p.t1, row, rows.mode[i + 1])
+            t, y = advance(p.flat, rolled, p.t1, row(start, i), rows.mode[i + 1])
             return jnp.concatenate([t[None], y])
 
+        def backwards(params, start, i, c):
+            def flat(params):
+                return problem(params, others)[0].flat
+
+            after = rows.mode[i + 1]
+            found = pull_back(flat, rolled, params, lambda p: p[1], row(start, i), after, (c[0], c[1:]))
+            return found[0], jnp.concatenate([found[1][None], found[2]])
+
         d_start = jnp.concatenate([d_params[2][None], d_y0])
-        d = sweep(row_map, params, starts, count, (d_params, d_start))
+        d = sweep(RowMap(forwards, backwards), params, starts, count, (d_params, d_start))
         return (t, y, rows, (count, code, stats)), (
             d[:, 0],
             d[:, 1:],
