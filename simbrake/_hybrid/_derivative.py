@@ -24,15 +24,14 @@ def _landing(flat: Flat, t1: Array, row: Rows, t: Array, y: Array, f: Array) -> 
     f2, rate = flat.rates(t2, y2, row.mode)
     chosen = jnp.arange(g.shape[0], dtype=jnp.int32) == row.guard
     g, rate = jnp.sum(jnp.where(chosen, g, 0.0)), jnp.sum(jnp.where(chosen, rate, 0.0))
-    stop = jnp.minimum(flat.next_stop(row.mode), t1)
     # value 0: only the derivative of the place where the guard is 0 (those of the rates would be multiplied by it)
     dt = -(g - jax.lax.stop_gradient(g)) / jnp.where(rate == 0, -1.0, rate)
-    dt = jnp.where(row.kind == LANDED, dt, 0.0)
-    stops = (row.kind == STOPPED) | (row.kind == FINISHED)
     # or that of the known time
-    move = jnp.where(stops, stop - t2, 0.0)
-    dt = dt + (move - jax.lax.stop_gradient(move))
-    return jnp.where(stops, jax.lax.stop_gradient(stop), t2) + dt, y2 + dt * f2
+    stop = jnp.minimum(flat.next_stop(row.mode), t1)
+    stops = (row.kind == STOPPED) | (row.kind == FINISHED)
+    move = stop - t2
+    dt = jnp.where(stops, move - jax.lax.stop_gradient(move), jnp.where(row.kind == LANDED, dt, 0.0))
+    return jnp.where(stops, stop, t2 + dt), y2 + dt * f2
 
 
 def before_jump(flat: Flat, method: AbstractMethod, t1: Array, row: Rows) -> tuple[Array, Array]:
@@ -45,6 +44,48 @@ def before_jump(flat: Flat, method: AbstractMethod, t1: Array, row: Rows) -> tup
 
     # an overlong step that was rejected may overflow
     return jax.lax.cond(row.kind == SKIPPED, lambda: (row.t, row.y), moved)
+
+
+def _landing_back(
+    flat_of: Callable[[Any], Flat],
+    params: Any,
+    t1_of: Callable[[Any], Array],
+    row: Rows,
+    t: Array,
+    y: Array,
+    f: Array,
+) -> tuple[tuple[Array, Array], Callable[[Array, Array], tuple[Any, Array, Array, Array]]]:
+    """`_landing`, and its derivatives backwards: those of the guard give its rate as well, `ġ = ∂g/∂t + ∂g/∂y·f`."""
+    flat, stops = flat_of(params), (row.kind == STOPPED) | (row.kind == FINISHED)
+    t2, y2 = t + row.delta, y + row.delta * f
+
+    def guard(params, t, y):
+        g = flat_of(params).guards(t, y, row.mode)
+        return jnp.sum(jnp.where(jnp.arange(g.shape[0], dtype=jnp.int32) == row.guard, g, 0.0))
+
+    def stop(params):
+        return jnp.minimum(flat_of(params).next_stop(row.mode), t1_of(params))
+
+    stop_time, stop_back = jax.vjp(stop, params)
+
+    def back(c_t, c_y):
+        f2 = flat.rhs(t2, y2, row.mode)
+        by_params, by_t, by_y = jax.grad(guard, argnums=(0, 1, 2))(params, t2, y2)
+        rate = by_t + by_y @ f2
+        # of the time of the event, at which the state moves on with it
+        c_dt = c_t + c_y @ f2
+        share = -c_dt / jnp.where(rate == 0, -1.0, rate)
+
+        def moved(d: Array) -> Array:
+            return jnp.where(row.kind == LANDED, share * d, 0.0)
+
+        at_stop = stop_back(jnp.where(stops, c_dt, 0.0))[0]
+        d_params = jax.tree.map(lambda d, s: moved(d) + s, by_params, at_stop)
+        # (on a known time nothing depends on when the step would have ended)
+        d_t, d_y = jnp.where(stops, -c_y @ f2, c_t) + moved(by_t), c_y + moved(by_y)
+        return d_params, d_t, d_y, row.delta * d_y
+
+    return (jnp.where(stops, stop_time, t2), y2), back
 
 
 def _jumps(row: Rows) -> Array:
@@ -77,11 +118,8 @@ def pull_back(
         step = method.pullback(lambda p, t, y: flat_of(p).rhs(t, y, row.mode), params, row.t, row.y, row.h)
         t = row.t + row.h
 
-        def landing(params, t, y, f):
-            return _landing(flat_of(params), t1_of(params), row, t, y, f)
-
         def event():
-            (t2, y2), back = jax.vjp(landing, params, t, step.y, step.f)
+            (t2, y2), back = _landing_back(flat_of, params, t1_of, row, t, step.y, step.f)
 
             def jump():
                 def reset(params, t, y):
@@ -94,7 +132,7 @@ def pull_back(
                 return jax.tree.map(jnp.zeros_like, params), *c
 
             at_jump, c_t, c_y = jax.lax.cond(_jumps(row), jump, stay)
-            d_params, *rest = back((c_t, c_y))
+            d_params, *rest = back(c_t, c_y)
             return jax.tree.map(jnp.add, d_params, at_jump), *rest
 
         def plain():

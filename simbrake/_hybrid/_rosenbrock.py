@@ -147,7 +147,7 @@ class Rodas5P(AbstractMethod):
         a, c, nodes, d = np.pad(_a, ((0, 1), (0, 1))), np.pad(_c, ((0, 1), (0, 1))), (*_NODES, 1.0), (*_D, 0.0)
         a[n, :n] = _m  # one stage more is the rate at the end, from which nothing else follows
         b = np.append(_b, 0.0)
-        drift = along(jnp.ones_like(t), nothing)
+        drift = jax.jvp(lambda t: rhs(params, t, y), (t,), (jnp.ones_like(t),))[1]
 
         def stage(carry, entry):
             u, total = carry
