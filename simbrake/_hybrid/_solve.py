@@ -6,7 +6,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jax.flatten_util import ravel_pytree
+from jax.core import Tracer
 from jaxtyping import Array, Int, PyTree
 
 from . import _loop
@@ -15,7 +15,7 @@ from ._carry import Stats
 from ._derivative import RowMap, advance, before_jump, no_tangent, pull_back, sweep
 from ._loop import Problem
 from ._method import AbstractMethod
-from ._packing import SKIPPED, Flat, Rows, flatten, pack_mode, unpack_rows
+from ._packing import SKIPPED, Flat, Rows, flatten, pack_mode, ravel, unpack_rows, unravel
 from ._system import AbstractHybridSystem, Settings
 
 
@@ -41,27 +41,31 @@ class Record(eqx.Module):
     def flat(self) -> Flat:
         return flatten(self.system, self.y_like, self.mode_like)
 
+    def _end(self, values: Any) -> Any:
+        concrete = not isinstance(values, Tracer) and not isinstance(self.count, Tracer)
+        return np.asarray(values)[np.asarray(self.count)] if concrete else jnp.asarray(values)[self.count]
+
     @property
     def t_end(self) -> Array:
-        return self.rows.t[self.count]
+        return self._end(self.rows.t)
 
     @property
     def y_end(self) -> PyTree:
-        return self.flat.unpack_state(self.rows.y[self.count])
+        return unravel(self._end(self.rows.y), self.y_like)
 
     @property
     def mode_end(self) -> PyTree:
-        return self.flat.unpack_mode(self.rows.mode[self.count])
+        return unravel(self._end(self.rows.mode), self.mode_like)
 
     @property
     def modes(self) -> PyTree:
         """Modes of all rows, as columns: every leaf has the rows as its first axis."""
-        return _columns(self.rows.mode, self.mode_like)
+        return unravel(_column(self.rows.mode), self.mode_like)
 
     @property
     def states(self) -> PyTree:
         """States at the starts of all rows, as columns."""
-        return _columns(self.rows.y, self.y_like)
+        return unravel(_column(self.rows.y), self.y_like)
 
     def row(self, i: Array) -> Rows:
         return jax.tree.map(lambda leaf: leaf[i], self.rows)
@@ -116,12 +120,9 @@ class Record(eqx.Module):
         return eqx.tree_at(lambda r: (r.rows, r.count), self, (rows, np.asarray(len(kept) - 1, np.int32)))
 
 
-def _columns(rows: Any, like: PyTree) -> PyTree:
-    leaves, structure = jax.tree.flatten(like)
-    ends = np.cumsum([0, *(leaf.size for leaf in leaves)])
-    spans = zip(ends[:-1], ends[1:], leaves, strict=True)
-    columns = [rows[:, a:b].reshape(rows.shape[0], *leaf.shape) for a, b, leaf in spans]
-    return jax.tree.unflatten(structure, columns)
+def _column(values: Any) -> Any:
+    """Values of the rows; concrete ones as NumPy has them, as every operation of JAX would compile by itself."""
+    return values if isinstance(values, Tracer) else np.asarray(values)
 
 
 def hybridsolve(
@@ -136,8 +137,8 @@ def hybridsolve(
     """Integrates `system` from `(t0, y0, mode0)` to `t1` through all its events."""
     y0 = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float64), y0)
     t0, t1 = jnp.asarray(t0, jnp.float64), jnp.asarray(t1, jnp.float64)
-    flat_y0 = ravel_pytree(y0)[0]
-    flat_mode0, _ = pack_mode(mode0)
+    flat_y0 = ravel(y0, jnp.float64)
+    flat_mode0 = pack_mode(mode0)
     y_like = jax.tree.map(lambda leaf: np.zeros(jnp.shape(leaf)), y0)
     mode_like = jax.tree.map(lambda leaf: np.zeros(jnp.shape(leaf), np.int32), mode0)
     kinds = system.couplings()
@@ -151,7 +152,7 @@ def hybridsolve(
         numbers, t1, t0 = params
         rest, settings, mode0 = eqx.combine(others, structure)
         whole: AbstractHybridSystem = eqx.combine(numbers, rest)
-        sizes = ravel_pytree(jax.tree.map(jnp.add, y_like, whole.scales()))[0]
+        sizes = ravel(jax.tree.map(jnp.add, y_like, whole.scales()), jnp.float64)
         weights = jax.lax.stop_gradient(1.0 / sizes)
         return Problem(flatten(whole, y_like, mode_like), method, weights, t0, t1, settings), mode0
 
