@@ -89,10 +89,10 @@ class Rodas5P(AbstractMethod):
         places = self.couplings or Couplings(tuple(range(y.shape[0])), (), ())
         return places.core + places.chain, len(places.core), places.quadrature
 
-    def step(self, rhs, t, y, f, h):
+    def attempt(self, rhs, t, y, f, h):
         inner, m, outer = self._places(y)
         x, nothing = take(y, inner), jnp.zeros_like(y)
-        moves, whole = h != 0, h
+        moves = h != 0
         h = jnp.where(moves, h, _LEAST)
         matrix, lean = _matrix(rhs, t, y, inner, m, outer, h)
         lu, drift = factor(matrix), _drift(rhs, t, y)
@@ -113,8 +113,7 @@ class Rodas5P(AbstractMethod):
         if outer:
             bend = _bd * h * take(drift, outer) + lean @ (jnp.asarray(_b) @ u)
             y1 = put(y1, outer, take(y, outer) + h * (total + bend))
-        y1 = jnp.where(moves, y1, y)
-        return y1, put(nothing, inner, u[-1]), rhs(t + whole, y1)
+        return jnp.where(moves, y1, y), put(nothing, inner, u[-1])
 
     def whole(self, rhs, t, y, h):
         inner, m, outer = self._places(y)
