@@ -46,7 +46,7 @@ class Record(eqx.Module):
         return np.asarray(values)[np.asarray(self.count)] if concrete else jnp.asarray(values)[self.count]
 
     @property
-    def t_end(self) -> Array:
+    def t_end(self) -> Any:
         return self._end(self.rows.t)
 
     @property
