@@ -72,6 +72,7 @@ class Verdict(NamedTuple):
     retake: Bool[Array, ""]
     stop: Bool[Array, ""]
     share: Float[Array, ""]
+    beyond: Bool[Array, ""]  # rejected, and a guard crosses
     crosses: Bool[Array, ""]
     guard: Int[Array, ""]
     delta: Float[Array, ""]
@@ -153,7 +154,10 @@ def _hidden(c: Carry, a: Attempt, distance) -> Bool[Array, " guard"]:
 
 def _judge(p: Problem, c: Carry, a: Attempt) -> Verdict:
     tol = p.guard_tolerance
+    crosses = crossed(c, a.h, a.g1, a.rate1, tol)
     look = a.accept & (suspicious(c, a.h, a.g1, a.rate1, tol) | (p.settings.guard_samples > 0))
+    # what was rejected may have been so for what lies beyond an event: the next attempt goes no further than there
+    beyond = ~a.accept & a.finite & (c.settling == 0) & jnp.any(crosses)
 
     def looked() -> Found:
         seen: Array | float = jnp.inf
@@ -162,10 +166,9 @@ def _judge(p: Problem, c: Carry, a: Attempt) -> Verdict:
         return search(c, a.h, a.g1, a.rate1, tol, seen)
 
     nothing = Found(jnp.asarray(jnp.inf), jnp.asarray(False), jnp.asarray(0, jnp.int32), jnp.asarray(False))
-    found = jax.lax.cond(eqxi.unvmap_any(look), looked, lambda: nothing)
+    found = jax.lax.cond(eqxi.unvmap_any(look | beyond), looked, lambda: nothing)
 
     # landing: every guard that crossed lies so near that a move along f is as exact as the step itself
-    crosses = crossed(c, a.h, a.g1, a.rate1, tol)
     near = jnp.maximum(0.1 * jnp.sqrt(p.settings.rtol) * a.h, 0.5 * a.resolution)
     distance = -a.g1 / jnp.where(a.rate1 == 0, 1.0, a.rate1)
     # (what lies beyond the next known time comes after it, as the rates may be others there; a guard within its
@@ -186,6 +189,7 @@ def _judge(p: Problem, c: Carry, a: Attempt) -> Verdict:
         retake=retake,
         stop=a.accept & ~instant & ~retake & ~land & a.reaches,
         share=found.share,
+        beyond=beyond & (found.share < jnp.inf),
         crosses=found.crosses,
         guard=jnp.where(instant, found.guard, i_land),
         delta=jnp.where(land, jnp.minimum(jnp.min(distance), a.target - a.t1), 0.0),
@@ -219,7 +223,7 @@ def _stepped(c: Carry, a: Attempt, v: Verdict, p: Problem) -> Carry:
     return Carry(
         t=pick(a.t1, c.t),
         h=jnp.where(v.retake, c.h, a.h_next),
-        cap=jnp.where(v.retake, v.share * a.h, pick(crossing, c.cap)),
+        cap=jnp.where(v.retake | v.beyond, v.share * a.h, pick(crossing, c.cap)),
         crossing=crossing,
         t_event=c.t_event,
         y=pick(a.y1, c.y),
