@@ -162,7 +162,7 @@ class Forces(AbstractActing):
             growth = jax.jvp(tension, point, (rate, alpha, warming))[1] / self.stiffness
             return Slip(T_n, growth, None, deposit)
         heating = deposit.into / self.thermal.capacity
-        growth = jax.jvp(lambda *point: tension(*point, y.heat), point[:2], (rate, alpha))[1]
+        growth = jax.jvp(lambda T_0, omega: tension(T_0, omega, y.heat), point[:2], (rate, alpha))[1]
         if self.grip.implicit:
             by_warming, by_heating = (
                 jax.jvp(lambda u: tension(T_0, omega, u), (y.heat,), (rise,))[1] for rise in (warming, heating)
