@@ -56,9 +56,9 @@ def test_same_as_simulate_for_entries_and_vectors(run):
 
 
 def test_a_run_that_needs_more_room_gets_it():
-    run = sb.prepare(stop_scene(end=20.0), ["stopping_time"], max_steps=16)
+    run = sb.prepare(stop_scene(end=20.0), ["stopping_time"], max_steps=8)
     assert run().metrics["stopping_time"] == pytest.approx(closed_form()["stop"], rel=1e-10)
-    assert run.max_steps > 16
+    assert run.max_steps > 8
 
 
 def test_never_is_infinite_and_its_derivative_zero(run):

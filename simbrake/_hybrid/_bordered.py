@@ -54,11 +54,12 @@ class Bordered(NamedTuple):
         return Bordered(self.core.T, self.below.T, self.right.T, lower, self.diagonal, upper)
 
 
-def jacobian(f, y: Float[Array, " m_plus_n"], m: int) -> Bordered:
+def jacobian(f, y: Float[Array, " m_plus_n"], m: int) -> tuple[Bordered, Float[Array, "more m_plus_n"]]:
     """Jacobian of `f`, whose entries from `m` on couple among themselves only with their neighbours.
 
-    Core columns and three colours of chain columns come from directional derivatives, core rows from one reverse pass
-    each: `2 m + 3` passes, however long the chain.
+    `f` may give more than `y` has; the rows of these are the second result. Core columns and three colours of chain
+    columns come from directional derivatives, core rows and the rows beyond from one reverse pass each: `2 m + 3`
+    passes and one for each row more, however long the chain.
     """
     size = y.shape[0]
     n = size - m
@@ -67,12 +68,17 @@ def jacobian(f, y: Float[Array, " m_plus_n"], m: int) -> Bordered:
     seeds[np.arange(m), np.arange(m)] = 1.0
     for colour in range(min(n, 3)):
         seeds[m + colour, m + place[colour::3]] = 1.0
-    _, push = jax.linearize(f, y)
-    columns = jax.vmap(push)(jnp.asarray(seeds))
+    values, push = jax.linearize(f, y)
+    columns = jax.vmap(push)(jnp.asarray(seeds))[:, :size]
+    wanted = np.concatenate([np.eye(m, len(values)), np.eye(len(values))[size:]])
+    rows = jnp.zeros((0, size))
+    if len(wanted):
+        pull = jax.linear_transpose(push, y)
+        rows = jax.vmap(lambda e: pull(e)[0])(jnp.asarray(wanted))
     core, below = columns[:m, :m].T, columns[:m, m:].T
     if n == 0:
         nothing = jnp.zeros(0)
-        return Bordered(core, jnp.zeros((m, 0)), below, nothing, nothing, nothing)
+        return Bordered(core, jnp.zeros((m, 0)), below, nothing, nothing, nothing), rows[m:]
     colours = columns[m:, m:]  # (colours, n)
 
     def diagonal(offset: int) -> Array:
@@ -80,12 +86,7 @@ def jacobian(f, y: Float[Array, " m_plus_n"], m: int) -> Bordered:
         rows = [jnp.where((place + offset) % 3 == c, colours[c], 0.0) for c in range(colours.shape[0])]
         return jnp.where((place + offset >= 0) & (place + offset < n), sum(rows[1:], start=rows[0]), 0.0)
 
-    if m:
-        pull = jax.linear_transpose(push, y)
-        right = jax.vmap(lambda e: pull(e)[0])(jnp.eye(m, size))[:, m:]
-    else:
-        right = jnp.zeros((0, n))
-    return Bordered(core, right, below, diagonal(-1), diagonal(0), diagonal(1))
+    return Bordered(core, rows[:m, m:], below, diagonal(-1), diagonal(0), diagonal(1)), rows[m:]
 
 
 class Factored(NamedTuple):

@@ -38,19 +38,20 @@ class Carry(NamedTuple):
     retakes: Int[Array, ""]
     chain: Int[Array, ""]  # events at this very instant
     close: Int[Array, ""]  # repeated firings in the present cluster
+    settling: Int[Array, ""]  # just after a restart: 2 rates and guards are unknown, 1 the first step's length; else 0
     stats: Stats
     mode: Int[Array, " mode"]
 
 
-#: whole numbers of a carry beside its marks and its mode: status, retakes, chain, close, and the counts
-FIXED = 4 + len(Stats._fields)
+#: whole numbers of a carry beside its marks and its mode: status, retakes, chain, close, settling, and the counts
+FIXED = 5 + len(Stats._fields)
 
 Packed = tuple[Float[Array, " x"], Int[Array, " n"]]
 
 
 def pack(c: Carry) -> Packed:
     x = jnp.concatenate([jnp.stack([c.t, c.h, c.cap, c.crossing, c.t_event]), c.y, c.f, c.g, c.rate])
-    scalars = jnp.stack([c.status, c.retakes, c.chain, c.close, *c.stats])
+    scalars = jnp.stack([c.status, c.retakes, c.chain, c.close, c.settling, *c.stats])
     return x, jnp.concatenate([scalars, c.armed.astype(jnp.int32), c.cluster.astype(jnp.int32), c.mode])
 
 
@@ -64,9 +65,26 @@ def unpack(packed: Packed, ny: int, ng: int) -> Carry:
     y, f = x[5 : 5 + ny], x[5 + ny : 5 + 2 * ny]
     g, rate = x[5 + 2 * ny : 5 + 2 * ny + ng], x[5 + 2 * ny + ng :]
     t, h, cap, crossing, t_event = (x[i] for i in range(5))
-    status, retakes, chain, close = (n[i] for i in range(4))
+    status, retakes, chain, close, settling = (n[i] for i in range(5))
     armed, cluster, mode = n[FIXED : FIXED + ng] > 0, n[FIXED + ng : FIXED + 2 * ng] > 0, n[FIXED + 2 * ng :]
-    stats = Stats(n[4], n[5], n[6], n[7], n[8])
+    stats = Stats(n[5], n[6], n[7], n[8], n[9])
     return Carry(
-        t, h, cap, crossing, t_event, y, f, g, rate, armed, cluster, status, retakes, chain, close, stats, mode
+        t,
+        h,
+        cap,
+        crossing,
+        t_event,
+        y,
+        f,
+        g,
+        rate,
+        armed,
+        cluster,
+        status,
+        retakes,
+        chain,
+        close,
+        settling,
+        stats,
+        mode,
     )

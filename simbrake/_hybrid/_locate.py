@@ -38,7 +38,8 @@ def first_root(
         low, high = jnp.where(v > 0, s, low), jnp.where(v > 0, high, s)
         k = slope(s)
         newton = s - v / jnp.where(k == 0, 1.0, k)
-        inside = (newton > low) & (newton < high) & (k != 0)
+        # (at the ends as well: a root that is found stays where it is)
+        inside = (newton >= low) & (newton <= high) & (k != 0)
         return low, high, jnp.where(inside, newton, 0.5 * (low + high))
 
     low, high = j / _SAMPLES, (j + 1) / _SAMPLES

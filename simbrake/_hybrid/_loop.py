@@ -72,43 +72,77 @@ class Verdict(NamedTuple):
     retake: Bool[Array, ""]
     stop: Bool[Array, ""]
     share: Float[Array, ""]
+    beyond: Bool[Array, ""]  # rejected, and a guard crosses
     crosses: Bool[Array, ""]
     guard: Int[Array, ""]
     delta: Float[Array, ""]
-
-
-def first_step(p: Problem, t, y, f, mode) -> Float[Array, ""]:
-    """Length of a first step after Hairer, Nørsett & Wanner, *Solving ODEs I*, II.4."""
-    size = jnp.abs(y)
-    span = p.t1 - p.t0
-    d0, d1 = p.norm(y, size), p.norm(f, size)
-    # a state or rate of zero says nothing of the time scale: take a small share of the run
-    h0 = jnp.where((d0 < 1e-5) | (d1 < 1e-5), 1e-6 * span, 0.01 * d0 / jnp.where(d1 > 0, d1, 1.0))
-    h0 = jnp.minimum(h0, span)
-    d2 = p.norm(p.flat.rhs(t + h0, y + h0 * f, mode) - f, size) / jnp.where(h0 > 0, h0, 1.0)
-    d = jnp.where(jnp.isfinite(d2), jnp.maximum(d1, d2), d1)
-    h1 = jnp.where(d > 1e-15, (0.01 / jnp.where(d > 1e-15, d, 1.0)) ** (1.0 / p.method.order), span)
-    return jnp.where((d1 == 0) & (d2 == 0), span, jnp.minimum(100 * h0, h1))
 
 
 def _attempt(p: Problem, c: Carry) -> Attempt:
     target = jnp.minimum(p.flat.next_stop(c.mode), p.t1)
     room = jnp.maximum(target - c.t, 0.0)
     wish = jnp.minimum(jnp.minimum(c.h, c.cap), p.settings.max_step)
-    reaches = wish * 1.001 >= room
-    h = jnp.where(reaches, room, wish)
+    settles = c.settling > 0
+    reaches = (wish * 1.001 >= room) & ~settles
+    h = jnp.where(settles, c.cap, jnp.where(reaches, room, wish))
     t1 = jnp.where(reaches, target, c.t + h)
-    y1, error, f1 = p.method.step(lambda t, y: p.flat.rhs(t, y, c.mode), c.t, c.y, c.f, h)
+    y1, error = _moved(p, c, h)
+    f1 = p.flat.rhs(t1, y1, c.mode)
+    error = error + h * p.method.error_of_rate * f1
     g1, rate1 = p.guards_and_rates(t1, y1, f1, c.mode)
     size = p.norm(error, jnp.maximum(jnp.abs(c.y), jnp.abs(y1)))
     # an overflow in an overlong step is a step too long, not an answer
     finite = jnp.isfinite(size) & jnp.isfinite(jnp.sum(f1)) & jnp.isfinite(jnp.sum(g1))
     factor = jnp.clip(_SAFETY * jnp.maximum(size, 1e-30) ** (-1.0 / p.method.order), _SHRINK, _GROW)
     factor = jnp.where(finite, factor, _SHRINK)
-    accept = finite & (size <= 1.0) & (c.status == _RUNNING)
+    accept = finite & (size <= 1.0) & (c.status == _RUNNING) & ~settles
     h_next = jnp.where(accept & (h < c.h), jnp.maximum(c.h, h * factor), h * factor)
     resolution = 8 * _EPS * jnp.maximum(jnp.abs(c.t), 1e-3 * (p.t1 - p.t0))
     return Attempt(h, t1, target, reaches, y1, f1, g1, rate1, accept, finite, h_next, resolution)
+
+
+def _moved(p: Problem, c: Carry, h: Array) -> tuple[Array, Array]:
+    """State at the end of an attempt and the error estimate of the method; just after a restart one move along `f`."""
+    settles, along = c.settling > 0, c.y + h * c.f
+
+    def step() -> tuple[Array, Array]:
+        y, error = p.method.attempt(lambda t, y: p.flat.rhs(t, y, c.mode), c.t, c.y, c.f, h)
+        return jnp.where(settles, along, y), error
+
+    return jax.lax.cond(eqxi.unvmap_all(settles), lambda: (along, jnp.zeros_like(along)), step)
+
+
+def _settled(p: Problem, c: Carry, a: Attempt) -> Carry:
+    """The carry after one of the two looks that follow a restart, at the rates there and a little further on.
+
+    The first attempt's length after Hairer, Nørsett & Wanner, *Solving ODEs I*, II.4. Rates and guards are found by the
+    attempts' own code, as another copy of the equations would have to be compiled.
+    """
+    first = c.settling == 2
+
+    def pick(new, old):
+        return jnp.where(first, new, old)
+
+    f, g, size, span = pick(a.f1, c.f), pick(a.g1, c.g), jnp.abs(c.y), p.t1 - p.t0
+    d0, d1 = p.norm(c.y, size), p.norm(f, size)
+    # a state or rate of zero says nothing of the time scale: take a small share of the run
+    h0 = jnp.where((d0 < 1e-5) | (d1 < 1e-5), 1e-6 * span, 0.01 * d0 / jnp.where(d1 > 0, d1, 1.0))
+    h0 = jnp.minimum(h0, span)
+    d2 = p.norm(a.f1 - f, size) / jnp.where(h0 > 0, h0, 1.0)
+    d = jnp.where(jnp.isfinite(d2), jnp.maximum(d1, d2), d1)
+    h1 = jnp.where(d > 1e-15, (0.01 / jnp.where(d > 1e-15, d, 1.0)) ** (1.0 / p.method.order), span)
+    h = jnp.where((d1 == 0) & (d2 == 0), span, jnp.minimum(100 * h0, h1))
+    sound = jnp.all(jnp.isfinite(c.y)) & jnp.all(jnp.isfinite(f)) & jnp.all(jnp.isfinite(g))
+    return c._replace(
+        h=pick(c.h, jnp.minimum(c.h, h)),
+        cap=pick(h0, jnp.inf),
+        f=f,
+        g=g,
+        rate=pick(a.rate1, c.rate),
+        armed=pick(g > p.guard_tolerance, c.armed),
+        status=jnp.where(sound, c.status, np.int32(Code.NOT_FINITE)).astype(jnp.int32),
+        settling=c.settling - 1,
+    )
 
 
 def _hidden(c: Carry, a: Attempt, distance) -> Bool[Array, " guard"]:
@@ -120,7 +154,10 @@ def _hidden(c: Carry, a: Attempt, distance) -> Bool[Array, " guard"]:
 
 def _judge(p: Problem, c: Carry, a: Attempt) -> Verdict:
     tol = p.guard_tolerance
+    crosses = crossed(c, a.h, a.g1, a.rate1, tol)
     look = a.accept & (suspicious(c, a.h, a.g1, a.rate1, tol) | (p.settings.guard_samples > 0))
+    # what was rejected may have been so for what lies beyond an event: the next attempt goes no further than there
+    beyond = ~a.accept & a.finite & (c.settling == 0) & jnp.any(crosses)
 
     def looked() -> Found:
         seen: Array | float = jnp.inf
@@ -129,10 +166,9 @@ def _judge(p: Problem, c: Carry, a: Attempt) -> Verdict:
         return search(c, a.h, a.g1, a.rate1, tol, seen)
 
     nothing = Found(jnp.asarray(jnp.inf), jnp.asarray(False), jnp.asarray(0, jnp.int32), jnp.asarray(False))
-    found = jax.lax.cond(eqxi.unvmap_any(look), looked, lambda: nothing)
+    found = jax.lax.cond(eqxi.unvmap_any(look | beyond), looked, lambda: nothing)
 
     # landing: every guard that crossed lies so near that a move along f is as exact as the step itself
-    crosses = crossed(c, a.h, a.g1, a.rate1, tol)
     near = jnp.maximum(0.1 * jnp.sqrt(p.settings.rtol) * a.h, 0.5 * a.resolution)
     distance = -a.g1 / jnp.where(a.rate1 == 0, 1.0, a.rate1)
     # (what lies beyond the next known time comes after it, as the rates may be others there; a guard within its
@@ -153,6 +189,7 @@ def _judge(p: Problem, c: Carry, a: Attempt) -> Verdict:
         retake=retake,
         stop=a.accept & ~instant & ~retake & ~land & a.reaches,
         share=found.share,
+        beyond=beyond & (found.share < jnp.inf),
         crosses=found.crosses,
         guard=jnp.where(instant, found.guard, i_land),
         delta=jnp.where(land, jnp.minimum(jnp.min(distance), a.target - a.t1), 0.0),
@@ -186,7 +223,7 @@ def _stepped(c: Carry, a: Attempt, v: Verdict, p: Problem) -> Carry:
     return Carry(
         t=pick(a.t1, c.t),
         h=jnp.where(v.retake, c.h, a.h_next),
-        cap=jnp.where(v.retake, v.share * a.h, pick(crossing, c.cap)),
+        cap=jnp.where(v.retake | v.beyond, v.share * a.h, pick(crossing, c.cap)),
         crossing=crossing,
         t_event=c.t_event,
         y=pick(a.y1, c.y),
@@ -199,31 +236,26 @@ def _stepped(c: Carry, a: Attempt, v: Verdict, p: Problem) -> Carry:
         retakes=jnp.where(v.retake, c.retakes + 1, pick(0, c.retakes)),
         chain=jnp.where(step & (a.h > 0), 0, c.chain),
         close=c.close,
+        settling=c.settling,
         stats=stats,
         mode=c.mode,
     )
 
 
 def _jumped(p: Problem, c: Carry, a: Attempt, v: Verdict) -> Carry:
-    """The carry after an event: a guard fired, a known time was reached, or the run begins."""
-    begins = c.stats.segments == 0
-    unmoved = v.instant | begins
-    t = jnp.where(unmoved, c.t, a.t1 + v.delta)
-    y = jnp.where(unmoved, c.y, a.y1 + v.delta * a.f1)
+    """The carry after an event: a guard fired, or a known time was reached."""
+    t = jnp.where(v.instant, c.t, a.t1 + v.delta)
+    y = jnp.where(v.instant, c.y, a.y1 + v.delta * a.f1)
     tol = p.guard_tolerance
     here = jnp.arange(c.g.shape[0], dtype=jnp.int32) == v.guard
     # the guards at the landing, one move along their rates from the end of the step
     reached = c.armed & (a.g1 + v.delta * a.rate1 <= tol)
     fired = jnp.where(v.instant, here, reached | (here & v.land))
     mode, code = p.flat.transition(t, y, c.mode, fired, v.stop)
-    mode = jnp.where(begins, c.mode, mode)
-    y = jnp.where(begins, c.y, p.flat.reset(t, y, c.mode, mode))
-    f = p.flat.rhs(t, y, mode)
-    g, rate = p.guards_and_rates(t, y, f, mode)
-    h = first_step(p, t, y, f, mode)
-    moved = ~unmoved & (a.h > 0)
+    y = p.flat.reset(t, y, c.mode, mode)
+    moved = ~v.instant & (a.h > 0)
 
-    guarded = ~v.stop & ~begins
+    guarded = ~v.stop
     dt = t - c.t_event
     apart = guarded & (dt > _ZENO_INTERVAL * (p.t1 - p.t0))
     cluster = jnp.where(apart, here, c.cluster | (here & guarded))
@@ -231,62 +263,65 @@ def _jumped(p: Problem, c: Carry, a: Attempt, v: Verdict) -> Carry:
     close = jnp.where(apart, 0, _count(c.close, again))
     chain = jnp.where(guarded & (dt == 0), c.chain + 1, jnp.where(moved, 0, c.chain))
     stats = c.stats._replace(
-        accepted=_count(c.stats.accepted, ~unmoved),
+        accepted=_count(c.stats.accepted, ~v.instant),
         events=_count(c.stats.events, guarded),
         segments=c.stats.segments + 1,
     )
     status = jnp.where(stats.events > p.settings.max_events.astype(jnp.int32), np.int32(Code.EVENT_LIMIT), _RUNNING)
     status = jnp.where(close >= _ZENO_COUNT, np.int32(Code.ZENO), status)
     status = jnp.where(chain >= p.settings.max_chain, np.int32(Code.CHATTER), status)
-    status = jnp.where((code > 0) & ~begins, code, status)
-    sound = jnp.all(jnp.isfinite(y)) & jnp.all(jnp.isfinite(f)) & jnp.all(jnp.isfinite(g))
+    status = jnp.where(code > 0, code, status)
     return Carry(
         t=t,
-        h=jnp.where(moved, jnp.minimum(a.h_next, h), jnp.where(begins, h, jnp.minimum(c.h, h))),
-        cap=jnp.full_like(t, jnp.inf),
+        h=jnp.where(moved, a.h_next, c.h),
+        cap=jnp.zeros_like(t),
         crossing=jnp.full_like(t, jnp.inf),
         t_event=jnp.where(guarded, t, c.t_event),
         y=y,
-        f=f,
-        g=g,
-        rate=rate,
-        armed=g > tol,
+        f=jnp.zeros_like(c.f),
+        g=c.g,
+        rate=c.rate,
+        armed=c.armed,
         cluster=cluster,
-        status=jnp.where(sound, status, np.int32(Code.NOT_FINITE)).astype(jnp.int32),
+        status=status.astype(jnp.int32),
         retakes=jnp.zeros_like(c.retakes),
         chain=chain,
         close=close,
+        settling=jnp.full_like(c.settling, 2),
         stats=stats,
         mode=mode,
     )
 
 
 def _iterate(p: Problem, packed, ny: int, ng: int):
-    """One attempt: the packed carry after it, and the row that records it."""
+    """One attempt: the packed carry after it, the row that records it, and whether it was no mere look around."""
     c = unpack(packed, ny, ng)
-    begins = c.stats.segments == 0
+    settles = c.settling > 0
     a = _attempt(p, c)
-    a = a._replace(accept=a.accept & ~begins)
     v = _judge(p, c, a)
-    event = begins | v.instant | v.land | (v.stop & (a.target < p.t1))
+    event = v.instant | v.land | (v.stop & (a.target < p.t1))
     plain = pack(_stepped(c, a, v, p))
 
     def with_events():
         # lanes of a batch without an event of their own take the plain step
         return jax.tree.map(lambda x, y: jnp.where(event, x, y), pack(_jumped(p, c, a, v)), plain)
 
+    def with_restarts():
+        return jax.tree.map(lambda x, y: jnp.where(settles, x, y), pack(_settled(p, c, a)), new)
+
     new = jax.lax.cond(eqxi.unvmap_any(event), with_events, lambda: plain)
+    new = jax.lax.cond(eqxi.unvmap_any(settles), with_restarts, lambda: new)
     running = c.status == _RUNNING
     new = jax.tree.map(lambda x, y: jnp.where(running, x, y), new, packed)
     stepped = a.accept & ~v.retake
     kind = jnp.where(v.stop, jnp.where(a.target < p.t1, STOPPED, FINISHED), jnp.where(stepped, ADVANCED, SKIPPED))
     kind = jnp.where(v.instant, INSTANT, jnp.where(v.land, LANDED, kind))
     h = jnp.where(v.instant, 0.0, a.h)
-    return new, pack_row(c.t, h, v.delta, kind, v.guard, c.y, c.mode)
+    return new, pack_row(c.t, h, v.delta, kind, v.guard, c.y, c.mode), running & ~settles
 
 
 def started(p: Problem, y0, mode0) -> Carry:
-    """The carry before the first iteration, which begins the run: rates, guards and first step are found there."""
+    """The carry before the first iteration; rates, guards and the first step's length are found as after an event."""
     nothing = jnp.zeros(jax.eval_shape(p.flat.guards, p.t0, y0, mode0).shape, y0.dtype)
     zero = jnp.asarray(0, jnp.int32)
     sound = jnp.isfinite(p.t0) & jnp.isfinite(p.t1)
@@ -294,8 +329,8 @@ def started(p: Problem, y0, mode0) -> Carry:
     infinity = jnp.full_like(p.t0, jnp.inf)
     return Carry(
         t=p.t0,
-        h=jnp.zeros_like(p.t0),
-        cap=infinity,
+        h=infinity,
+        cap=jnp.zeros_like(p.t0),
         crossing=infinity,
         t_event=-infinity,
         y=y0,
@@ -308,7 +343,8 @@ def started(p: Problem, y0, mode0) -> Carry:
         retakes=zero,
         chain=zero,
         close=zero,
-        stats=Stats(zero, zero, zero, zero, zero),
+        settling=zero + 2,
+        stats=Stats(zero, zero, zero, zero, zero + 1),
         mode=mode0,
     )
 
@@ -326,8 +362,10 @@ def advanced(p: Problem, packed: Packed, rows: Array, ny: int, ng: int, limit: A
 
     def body(loop):
         i, packed, rows = loop
-        packed, row = _iterate(p, packed, ny, ng)
-        return i + 1, packed, jax.lax.dynamic_update_slice(rows, row[None], (i, jnp.zeros_like(i)))
+        packed, row, counts = _iterate(p, packed, ny, ng)
+        # (a look around leaves its row to the next attempt)
+        following = i + eqxi.unvmap_any(counts).astype(jnp.int32)
+        return following, packed, jax.lax.dynamic_update_slice(rows, row[None], (i, jnp.zeros_like(i)))
 
     begin = (jnp.asarray(0, jnp.int32), packed, rows)
     count, packed, rows = jax.lax.while_loop(running, hoisted(body, begin), begin)

@@ -2,7 +2,7 @@
 
 import abc
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import diffrax
 import equinox as eqx
@@ -14,6 +14,17 @@ from jaxtyping import Array, Float
 from ._bordered import Couplings
 
 Rhs = Callable[[Float[Array, ""], Float[Array, " state"]], Float[Array, " state"]]
+#: the same as a function of the numbers in it as well, `(params, t, y)`
+RhsOf = Callable[[Any, Float[Array, ""], Float[Array, " state"]], Float[Array, " state"]]
+
+
+class Pullback(NamedTuple):
+    """A step from `(t, y)` over `h`: the new state, `rhs` there, and what takes cotangents of both to those of
+    `(params, t, y)`."""
+
+    y: Float[Array, " state"]
+    f: Float[Array, " state"]
+    back: Callable[[Array, Array], tuple[Any, Array, Array]]
 
 
 class AbstractMethod(eqx.Module):
@@ -31,10 +42,36 @@ class AbstractMethod(eqx.Module):
         """The same method for a system whose states couple like this; explicit methods do not care."""
 
     @abc.abstractmethod
+    def attempt(
+        self, rhs: Rhs, t: Float[Array, ""], y: Float[Array, " state"], f: Float[Array, " state"], h: Float[Array, ""]
+    ) -> tuple[Float[Array, " state"], Float[Array, " state"]]:
+        """From `(t, y)` with `f = rhs(t, y)` over `h`: the new state, and its error estimate but for
+        `h error_of_rate rhs(t + h, y₁)`."""
+
+    @property
+    def error_of_rate(self) -> float:
+        """Weight of the rate at the end of a step in its error estimate."""
+        return 0.0
+
     def step(
         self, rhs: Rhs, t: Float[Array, ""], y: Float[Array, " state"], f: Float[Array, " state"], h: Float[Array, ""]
     ) -> tuple[Float[Array, " state"], Float[Array, " state"], Float[Array, " state"]]:
         """From `(t, y)` with `f = rhs(t, y)` over `h`: the new state, its error estimate, and `rhs` there."""
+        y1, error = self.attempt(rhs, t, y, f, h)
+        f1 = rhs(t + h, y1)
+        return y1, error + h * self.error_of_rate * f1, f1
+
+    @abc.abstractmethod
+    def whole(
+        self, rhs: Rhs, t: Float[Array, ""], y: Float[Array, " state"], h: Float[Array, ""]
+    ) -> tuple[Float[Array, " state"], Float[Array, " state"]]:
+        """The new state of a step and `rhs` there, as a program in which the equations stand as rarely as can be."""
+
+    @abc.abstractmethod
+    def pullback(
+        self, rhs: RhsOf, params: Any, t: Float[Array, ""], y: Float[Array, " state"], h: Float[Array, ""]
+    ) -> Pullback:
+        """`whole` and its derivatives backwards, `h` frozen."""
 
 
 class ExplicitRungeKutta(AbstractMethod):
@@ -81,22 +118,25 @@ class ExplicitRungeKutta(AbstractMethod):
             object.__setattr__(twin, name, False if name == "unrolled" else getattr(self, name))
         return twin
 
-    def step(self, rhs, t, y, f, h):
-        if not self.unrolled:
-            return self._rolled_step(rhs, t, y, f, h)
-        stages, argument = [f], y
-        for row, c in zip(self.a, self.c, strict=True):
-            argument = y + h * _combine(row, stages)
-            stages.append(rhs(t + c * h, argument))
-        # FSAL: the last stage is taken at (t + h, y₁) itself
-        y1 = argument if self.fsal else y + h * _combine(self.b, stages)
-        f1 = stages[-1] if self.fsal else rhs(t + h, y1)
-        return y1, h * _combine(self.b_error, stages), f1
+    @property
+    def error_of_rate(self):
+        return self.b_error[-1] if self.fsal else 0.0
 
-    def _rolled_step(self, rhs, t, y, f, h):
-        n = len(self.c) + 1
+    def attempt(self, rhs, t, y, f, h):
+        # FSAL: the last stage is taken at (t + h, y₁) itself, where the rate is found in any case
+        rows, nodes = (self.a[:-1], self.c[:-1]) if self.fsal else (self.a, self.c)
+        if not self.unrolled:
+            return self._in_a_loop(rows, nodes, rhs, t, y, f, h)
+        stages = [f]
+        for row, c in zip(rows, nodes, strict=True):
+            stages.append(rhs(t + c * h, y + h * _combine(row, stages)))
+        weights = self.a[-1] if self.fsal else self.b
+        return y + h * _combine(weights, stages), h * _combine(self.b_error[: len(stages)], stages)
+
+    def _in_a_loop(self, rows, nodes, rhs, t, y, f, h):
+        n = len(rows) + 1
         a = np.zeros((n - 1, n))
-        for i, row in enumerate(self.a):
+        for i, row in enumerate(rows):
             a[i, : len(row)] = row
 
         def stage(k, entry):
@@ -105,10 +145,56 @@ class ExplicitRungeKutta(AbstractMethod):
             return jax.lax.dynamic_update_slice(k, rhs(t + c * h, argument)[None], (i, jnp.zeros_like(i))), None
 
         k = jnp.zeros((n, y.shape[0]), y.dtype).at[0].set(f)
-        k, _ = jax.lax.scan(stage, k, (jnp.arange(1, n, dtype=jnp.int32), jnp.asarray(a), jnp.asarray(self.c)))
-        b, b_error = (np.pad(np.asarray(w), (0, n - len(w))) for w in (self.b, self.b_error))
-        y1 = y + h * (b @ k)
-        return y1, h * (b_error @ k), k[-1] if self.fsal else rhs(t + h, y1)
+        k, _ = jax.lax.scan(stage, k, (jnp.arange(1, n, dtype=jnp.int32), jnp.asarray(a), jnp.asarray(nodes)))
+        weights = self.a[-1] if self.fsal else self.b
+        return y + h * (jnp.asarray(weights) @ k), h * (jnp.asarray(self.b_error[:n]) @ k)
+
+    def _all_stages(self) -> tuple[np.ndarray, np.ndarray]:
+        """Rows of weights and nodes of all stages; the argument of the last one is the new state (as if FSAL)."""
+        rows = [(), *self.a] + ([] if self.fsal else [self.b])
+        a = np.zeros((len(rows), len(rows)))
+        for i, row in enumerate(rows):
+            a[i, : len(row)] = row
+        return a, np.asarray([0.0, *self.c] + ([] if self.fsal else [1.0]))
+
+    def _arguments(self, rhs, t, y, h):
+        """Where `rhs` is taken in every stage, and its values."""
+        a, c = self._all_stages()
+        n = len(c)
+
+        def stage(k, entry):
+            i, weights, c = entry
+            argument = y + h * (weights @ k)
+            k = jax.lax.dynamic_update_slice(k, rhs(t + c * h, argument)[None], (i, jnp.zeros_like(i)))
+            return k, argument
+
+        entries = (jnp.arange(n, dtype=jnp.int32), jnp.asarray(a), jnp.asarray(c))
+        return jax.lax.scan(stage, jnp.zeros((n, y.shape[0]), y.dtype), entries)
+
+    def whole(self, rhs, t, y, h):
+        k, arguments = self._arguments(rhs, t, y, h)
+        return arguments[-1], k[-1]
+
+    def pullback(self, rhs, params, t, y, h):
+        k, arguments = self._arguments(lambda t, y: rhs(params, t, y), t, y, h)
+        a, c = self._all_stages()
+        n = len(c)
+
+        def back(c_y, c_f):
+            def stage(carry, entry):
+                c_k, total = carry
+                i, weights, c, argument = entry
+                found = jax.vjp(rhs, params, t + c * h, argument)[1](jax.lax.dynamic_index_in_dim(c_k, i, 0, False))
+                c_argument = found[2] + jnp.where(i == n - 1, c_y, 0.0)
+                c_k = c_k + h * weights[:, None] * c_argument
+                return (c_k, jax.tree.map(jnp.add, total, (*found[:2], c_argument))), None
+
+            nothing = jax.tree.map(jnp.zeros_like, (params, t, y))
+            start = (jnp.zeros_like(k).at[-1].set(c_f), nothing)
+            entries = (jnp.arange(n, dtype=jnp.int32), jnp.asarray(a), jnp.asarray(c), arguments)
+            return jax.lax.scan(stage, start, entries, reverse=True)[0][1]
+
+        return Pullback(arguments[-1], k[-1], back)
 
 
 def _combine(weights: tuple[float, ...], stages: list[Array]) -> Array:

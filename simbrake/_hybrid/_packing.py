@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jax.flatten_util import ravel_pytree
+import numpy as np
 from jaxtyping import Array, Float, Int, PyTree
 
 from ._system import AbstractHybridSystem
@@ -28,33 +28,40 @@ class Flat(NamedTuple):
     unpack_mode: Callable[[Array], PyTree]
 
 
-def pack_mode(mode: PyTree) -> tuple[Int[Array, " mode"], Callable[[Array], PyTree]]:
-    leaves, structure = jax.tree.flatten(mode)
-    leaves = [jnp.asarray(leaf, dtype=jnp.int32) for leaf in leaves]
-    shapes = [leaf.shape for leaf in leaves]
-    ends = [0]
-    for leaf in leaves:
-        ends.append(ends[-1] + leaf.size)
+def unravel(flat: Any, like: PyTree) -> PyTree:
+    """Entries along the last axis of an array as leaves shaped like those of `like`."""
+    leaves, structure = jax.tree.flatten(like)
+    ends = np.cumsum([0, *(np.size(leaf) for leaf in leaves)]).tolist()
+    spans = zip(ends[:-1], ends[1:], leaves, strict=True)
+    parts = [flat[..., a:b].reshape((*flat.shape[:-1], *np.shape(leaf))) for a, b, leaf in spans]
+    return jax.tree.unflatten(structure, parts)
 
-    def unpack(flat: Array) -> PyTree:
-        parts = [flat[a:b].reshape(s) for a, b, s in zip(ends[:-1], ends[1:], shapes, strict=True)]
-        return jax.tree.unflatten(structure, parts)
 
-    flat = jnp.concatenate([leaf.reshape(-1) for leaf in leaves]) if leaves else jnp.zeros(0, jnp.int32)
-    return flat, unpack
+def ravel(tree: PyTree, dtype: Any) -> Array:
+    """All leaves in one vector."""
+    leaves = [jnp.ravel(jnp.asarray(leaf, dtype)) for leaf in jax.tree.leaves(tree)]
+    return jnp.concatenate(leaves) if leaves else jnp.zeros(0, dtype)
+
+
+def pack_mode(mode: PyTree) -> Int[Array, " mode"]:
+    return ravel(mode, jnp.int32)
 
 
 def flatten(system: AbstractHybridSystem, y0: PyTree, mode0: PyTree) -> Flat:
     """`system` on flat vectors laid out like `y0` and `mode0`."""
-    _, unpack_state = ravel_pytree(y0)
-    _, unpack_mode = pack_mode(mode0)
+
+    def unpack_state(flat: Array) -> PyTree:
+        return unravel(flat, y0)
+
+    def unpack_mode(flat: Array) -> PyTree:
+        return unravel(flat, mode0)
 
     def state(y: PyTree) -> Array:
-        return ravel_pytree(y)[0]
+        return ravel(y, jnp.float64)
 
     def transition(t, y, mode, fired, at_stop):
         after, code = system.transition(t, unpack_state(y), unpack_mode(mode), fired, at_stop)
-        return pack_mode(after)[0], jnp.asarray(code, jnp.int32)
+        return pack_mode(after), jnp.asarray(code, jnp.int32)
 
     # traced once each, however often a program asks for them or for their derivatives
     @jax.jit

@@ -1,13 +1,16 @@
 """A linearly implicit method for stiff systems, in the flat loop like any other."""
 
+import functools
+from typing import Any
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ._bordered import Bordered, Couplings, Factored, factor, jacobian, solve
-from ._method import AbstractMethod
+from ._bordered import Bordered, Couplings, factor, jacobian, solve
+from ._method import AbstractMethod, Pullback
 from ._places import put, take
 
 # Rodas5P, coefficients in the form without products by the Jacobian (Hairer & Wanner, Solving ODEs II, IV.7):
@@ -53,6 +56,10 @@ _b = _m @ np.linalg.inv(np.eye(len(_m)) / _GAMMA - _c)
 _bd = float(_b @ np.asarray(_D))
 
 
+#: a step of length 0 is taken as one so short that nothing can overflow
+_LEAST = 1e-30
+
+
 class Rodas5P(AbstractMethod):
     """Rosenbrock method of order 5(4) with 8 stages, stiffly accurate and A-stable.
 
@@ -77,29 +84,58 @@ class Rodas5P(AbstractMethod):
     def fitted(self, couplings):
         return Rodas5P(couplings)  # pyright: ignore
 
-    def step(self, rhs, t, y, f, h):
+    def _places(self, y):
+        """Entries that the linear systems are for, core first; those of the core; the quadratures."""
         places = self.couplings or Couplings(tuple(range(y.shape[0])), (), ())
-        m = len(places.core)
-        inner, outer = places.core + places.chain, places.quadrature
+        return places.core + places.chain, len(places.core), places.quadrature
+
+    def attempt(self, rhs, t, y, f, h):
+        inner, m, outer = self._places(y)
+        x, nothing = take(y, inner), jnp.zeros_like(y)
+        moves = h != 0
+        h = jnp.where(moves, h, _LEAST)
+        matrix, lean = _matrix(rhs, t, y, inner, m, outer, h)
+        lu, drift = factor(matrix), _drift(rhs, t, y)
+
+        def stage(carry, entry):
+            u, total = carry
+            i, a, c, node, d, b = entry
+            full = rhs(t + node * h, put(y, inner, x + a @ u))
+            new = solve(lu, take(full, inner) + (c @ u) / h + d * h * take(drift, inner))
+            u = jax.lax.dynamic_update_slice(u, new[None], (i, jnp.zeros_like(i)))
+            return (u, total + b * take(full, outer)), None
+
+        n = len(_NODES)
+        start = (jnp.zeros((n, x.shape[0])), jnp.zeros(len(outer)))
+        entries = (jnp.arange(n, dtype=jnp.int32), *(jnp.asarray(v) for v in (_a, _c, _NODES, np.asarray(_D), _b)))
+        (u, total), _ = jax.lax.scan(stage, start, entries)
+        y1 = put(y, inner, x + jnp.asarray(_m) @ u)
+        if outer:
+            bend = _bd * h * take(drift, outer) + lean @ (jnp.asarray(_b) @ u)
+            y1 = put(y1, outer, take(y, outer) + h * (total + bend))
+        return jnp.where(moves, y1, y), put(nothing, inner, u[-1])
+
+    def whole(self, rhs, t, y, h):
+        inner, m, outer = self._places(y)
 
         def dynamic(t: Array, x: Array) -> Array:
             return take(rhs(t, put(y, inner, x)), inner)
 
         x = take(y, inner)
-        moves, whole = h != 0, h
-        h = jnp.where(moves, h, 1e-30)  # so short that nothing can overflow
-        scale = 1.0 / (_GAMMA * h)
-        lu, lu_transposed = jax.lax.stop_gradient(_factors(lambda x: dynamic(t, x), x, m, scale))
+        moves, full_step = h != 0, h
+        h = jnp.where(moves, h, _LEAST)
+        matrix, _ = jax.lax.stop_gradient(_matrix(rhs, t, y, inner, m, outer, h))
+        lu, lu_transposed = factor(matrix), factor(matrix.transposed)
 
         def residual(v: Array) -> Array:
-            return scale * v - jax.jvp(lambda x: dynamic(t, x), (x,), (v,))[1]
+            return v / (_GAMMA * h) - jax.jvp(lambda x: dynamic(t, x), (x,), (v,))[1]
 
         def solved(b: Array) -> Array:
             return jax.lax.custom_linear_solve(
                 residual, b, lambda _, b: solve(lu, b), transpose_solve=lambda _, b: solve(lu_transposed, b)
             )
 
-        drift = jax.jvp(lambda t: rhs(t, y), (t,), (jnp.ones_like(t),))[1]
+        drift = _drift(rhs, t, y)
 
         def stage(carry, entry):
             u, total = carry
@@ -113,18 +149,94 @@ class Rodas5P(AbstractMethod):
         start = (jnp.zeros((n, x.shape[0])), jnp.zeros(len(outer)))
         entries = (jnp.arange(n, dtype=jnp.int32), *(jnp.asarray(v) for v in (_a, _c, _NODES, np.asarray(_D), _b)))
         (u, total), _ = jax.lax.scan(stage, start, entries)
-        error = put(jnp.zeros_like(y), inner, u[-1])
         y1 = put(y, inner, x + jnp.asarray(_m) @ u)
         if outer:
             along = put(jnp.zeros_like(y), inner, jnp.asarray(_b) @ u)
             bend = jax.jvp(rhs, (t, y), (_bd * h, along))[1]
             y1 = put(y1, outer, take(y, outer) + h * (total + take(bend, outer)))
         y1 = jnp.where(moves, y1, y)
-        return y1, error, rhs(t + whole, y1)
+        return y1, rhs(t + full_step, y1)
+
+    def pullback(self, rhs, params, t, y, h):
+        inner, m, outer = self._places(y)
+        x, nothing = take(y, inner), jnp.zeros_like(y)
+        moves = h != 0
+        h = jnp.where(moves, h, _LEAST)
+        here = functools.partial(rhs, params)
+        matrix, lean = _matrix(here, t, y, inner, m, outer, h)
+        lu, lu_transposed, drift = factor(matrix), factor(matrix.transposed), _drift(here, t, y)
+        n = len(_NODES)
+        a, c, nodes, d = np.pad(_a, ((0, 1), (0, 1))), np.pad(_c, ((0, 1), (0, 1))), (*_NODES, 1.0), (*_D, 0.0)
+        a[n, :n] = _m  # one stage more is the rate at the end, from which nothing else follows
+        b = np.append(_b, 0.0)
+
+        def stage(carry, entry):
+            u, total = carry
+            i, a, c, node, d, b = entry
+            argument = x + a @ u
+            full = rhs(params, t + node * h, put(y, inner, argument))
+            new = solve(lu, take(full, inner) + (c @ u) / h + d * h * take(drift, inner))
+            u = jax.lax.dynamic_update_slice(u, new[None], (i, jnp.zeros_like(i)))
+            return (u, total + b * take(full, outer)), (argument, full)
+
+        entries = [jnp.arange(n + 1, dtype=jnp.int32), *(jnp.asarray(v) for v in (a, c, nodes, d, b))]
+        start = (jnp.zeros((n + 1, x.shape[0])), jnp.zeros(len(outer)))
+        (u, total), (arguments, fulls) = jax.lax.scan(stage, start, tuple(entries))
+        u = u[:n]
+        bent = put(nothing, inner, jnp.asarray(_b) @ u)
+        y1 = put(y, inner, arguments[-1])
+        if outer:
+            bend = _bd * h * take(drift, outer) + lean @ take(bent, inner)
+            y1 = put(y1, outer, take(y, outer) + h * (total + bend))
+
+        def back(c_y, c_f):
+            c_moved = jnp.where(moves, c_y, 0.0)
+            c_x, c_outer = take(c_moved, inner), h * take(c_moved, outer)
+            leans = put(nothing, outer, c_outer)  # cotangent of the bend
+            through = c_outer @ lean
+
+            def stage(carry, entry):
+                c_u, total = carry
+                i, a, c, node, b, argument = entry
+                c_b = solve(lu_transposed, jax.lax.dynamic_index_in_dim(c_u, i, 0, False))
+                c_full = put(put(nothing, inner, c_b), outer, b * c_outer)
+                c_full = jnp.where(i == n, c_f, c_full)
+                found = jax.vjp(rhs, params, t + node * h, put(y, inner, argument))[1](c_full)
+                c_argument = take(found[2], inner) + jnp.where(i == n, c_x, 0.0)
+                c_u = c_u + a[:, None] * c_argument + c[:, None] * (c_b / h)
+                total = jax.tree.map(jnp.add, total, (*found[:2], put(nothing, inner, c_argument)))
+                return (c_u, total), c_b
+
+            start = (jnp.asarray(b)[:, None] * through, jax.tree.map(jnp.zeros_like, (params, t, y)))
+            given = (entries[0], *(jnp.asarray(v) for v in (a, c, nodes, b)), arguments)
+            (_, total), c_b = jax.lax.scan(stage, start, given, reverse=True)
+            c_b = c_b[:n]
+            # what the matrix, the drift and the bend change by: derivatives along directions, each with its cotangent
+            times = jnp.concatenate([jnp.zeros(n), jnp.stack([jnp.ones_like(h), _bd * h])])
+            ways = jnp.concatenate([jax.vmap(lambda u: put(nothing, inner, u))(u), jnp.stack([nothing, bent])])
+            drifts = h * (jnp.asarray(d)[:n] @ c_b)
+            weights = jax.vmap(lambda v: put(nothing, inner, v))(jnp.concatenate([c_b, drifts[None]]))
+            weights = jnp.concatenate([weights, leans[None]])
+
+            def bends(params: Any, t: Array, y: Array, v_t: Array, v: Array, w: Array) -> Any:
+                return jax.jvp(lambda t, y: jax.vjp(rhs, params, t, y)[1](w), (t, y), (v_t, v))[1]
+
+            curved = jax.vmap(lambda v_t, v, w: bends(params, t, y, v_t, v, w))(times, ways, weights)
+            total = jax.tree.map(lambda x, z: x + jnp.sum(z, axis=0), total, curved)
+            kept = put(jnp.where(moves, 0.0, c_y), outer, take(c_y, outer))
+            return total[0], total[1], total[2] + kept
+
+        y1 = jnp.where(moves, y1, y)
+        return Pullback(y1, fulls[-1], back)
 
 
-def _factors(f, x: Float[Array, " state"], m: int, scale: Array) -> tuple[Factored, Factored]:
-    """Factors of `I/(γ h) − J` and of its transpose."""
-    J = jacobian(f, x, m)
-    a = Bordered(scale * jnp.eye(m) - J.core, -J.right, -J.below, -J.lower, scale - J.diagonal, -J.upper)
-    return factor(a), factor(a.transposed)
+def _matrix(rhs, t, y, inner, m, outer, h) -> tuple[Bordered, Float[Array, "outer inner"]]:
+    """`I/(γ h) − J`, and the rows of the Jacobian that belong to the quadratures."""
+    J, lean = jacobian(lambda x: take(rhs(t, put(y, inner, x)), inner + outer), take(y, inner), m)
+    scale = 1.0 / (_GAMMA * h)
+    return Bordered(scale * jnp.eye(m) - J.core, -J.right, -J.below, -J.lower, scale - J.diagonal, -J.upper), lean
+
+
+def _drift(rhs, t, y) -> Float[Array, " state"]:
+    """`∂f/∂t`."""
+    return jax.jvp(lambda t: rhs(t, y), (t,), (jnp.ones_like(t),))[1]

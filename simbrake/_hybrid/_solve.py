@@ -6,16 +6,16 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jax.flatten_util import ravel_pytree
+from jax.core import Tracer
 from jaxtyping import Array, Int, PyTree
 
 from . import _loop
 from ._bordered import Couplings
 from ._carry import Stats
-from ._derivative import advance, before_jump, no_tangent, sweep
+from ._derivative import RowMap, advance, before_jump, no_tangent, pull_back, sweep
 from ._loop import Problem
 from ._method import AbstractMethod
-from ._packing import SKIPPED, Flat, Rows, flatten, pack_mode, unpack_rows
+from ._packing import SKIPPED, Flat, Rows, flatten, pack_mode, ravel, unpack_rows, unravel
 from ._system import AbstractHybridSystem, Settings
 
 
@@ -41,27 +41,31 @@ class Record(eqx.Module):
     def flat(self) -> Flat:
         return flatten(self.system, self.y_like, self.mode_like)
 
+    def _end(self, values: Any) -> Any:
+        concrete = not isinstance(values, Tracer) and not isinstance(self.count, Tracer)
+        return np.asarray(values)[np.asarray(self.count)] if concrete else jnp.asarray(values)[self.count]
+
     @property
-    def t_end(self) -> Array:
-        return self.rows.t[self.count]
+    def t_end(self) -> Any:
+        return self._end(self.rows.t)
 
     @property
     def y_end(self) -> PyTree:
-        return self.flat.unpack_state(self.rows.y[self.count])
+        return unravel(self._end(self.rows.y), self.y_like)
 
     @property
     def mode_end(self) -> PyTree:
-        return self.flat.unpack_mode(self.rows.mode[self.count])
+        return unravel(self._end(self.rows.mode), self.mode_like)
 
     @property
     def modes(self) -> PyTree:
         """Modes of all rows, as columns: every leaf has the rows as its first axis."""
-        return _columns(self.rows.mode, self.mode_like)
+        return unravel(_column(self.rows.mode), self.mode_like)
 
     @property
     def states(self) -> PyTree:
         """States at the starts of all rows, as columns."""
-        return _columns(self.rows.y, self.y_like)
+        return unravel(_column(self.rows.y), self.y_like)
 
     def row(self, i: Array) -> Rows:
         return jax.tree.map(lambda leaf: leaf[i], self.rows)
@@ -82,8 +86,7 @@ class Record(eqx.Module):
 
         def one(i, h):
             row = self.row(i)
-            f = flat.rhs(row.t, row.y, row.mode)
-            y, _, _ = method.step(lambda t, y: flat.rhs(t, y, row.mode), row.t, row.y, f, h)
+            y, _ = method.whole(lambda t, y: flat.rhs(t, y, row.mode), row.t, row.y, h)
             return row.t + h, flat.unpack_state(y)
 
         return jax.vmap(one)(index, h)
@@ -117,12 +120,9 @@ class Record(eqx.Module):
         return eqx.tree_at(lambda r: (r.rows, r.count), self, (rows, np.asarray(len(kept) - 1, np.int32)))
 
 
-def _columns(rows: Any, like: PyTree) -> PyTree:
-    leaves, structure = jax.tree.flatten(like)
-    ends = np.cumsum([0, *(leaf.size for leaf in leaves)])
-    spans = zip(ends[:-1], ends[1:], leaves, strict=True)
-    columns = [rows[:, a:b].reshape(rows.shape[0], *leaf.shape) for a, b, leaf in spans]
-    return jax.tree.unflatten(structure, columns)
+def _column(values: Any) -> Any:
+    """Values of the rows; concrete ones as NumPy has them, as every operation of JAX would compile by itself."""
+    return values if isinstance(values, Tracer) else np.asarray(values)
 
 
 def likes(y0: PyTree, mode0: PyTree) -> tuple[PyTree, PyTree]:
@@ -139,7 +139,7 @@ def fitted(system: AbstractHybridSystem, method: AbstractMethod) -> AbstractMeth
 
 
 def weights_of(system: AbstractHybridSystem, y_like: PyTree) -> Array:
-    sizes = ravel_pytree(jax.tree.map(jnp.add, y_like, system.scales()))[0]
+    sizes = ravel(jax.tree.map(jnp.add, y_like, system.scales()), jnp.float64)
     return jax.lax.stop_gradient(1.0 / sizes)
 
 
@@ -155,8 +155,8 @@ def hybridsolve(
     """Integrates `system` from `(t0, y0, mode0)` to `t1` through all its events."""
     y0 = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float64), y0)
     t0, t1 = jnp.asarray(t0, jnp.float64), jnp.asarray(t1, jnp.float64)
-    flat_y0 = ravel_pytree(y0)[0]
-    flat_mode0, _ = pack_mode(mode0)
+    flat_y0 = ravel(y0, jnp.float64)
+    flat_mode0 = pack_mode(mode0)
     y_like, mode_like = likes(y0, mode0)
     method = fitted(system, method)
     numbers, rest = eqx.partition(system, eqx.is_inexact_array)
@@ -183,15 +183,27 @@ def hybridsolve(
         t, y, rows, (count, code, stats) = run(params, flat_y0, others)
         starts = jnp.concatenate([t[:, None], y], axis=1)
 
-        def row_map(params, start, i):
+        rolled = method.rolled()
+
+        def row(start, i):
+            found = jax.tree.map(lambda leaf: leaf[i], rows)
+            return eqx.tree_at(lambda r: (r.t, r.y), found, (start[0], start[1:]), is_leaf=lambda x: x is None)
+
+        def forwards(params, start, i):
             p, _ = problem(params, others)
-            row = jax.tree.map(lambda leaf: leaf[i], rows)
-            row = eqx.tree_at(lambda r: (r.t, r.y), row, (start[0], start[1:]), is_leaf=lambda x: x is None)
-            t, y = advance(p.flat, method.rolled(), p.t1, row, rows.mode[i + 1])
+            t, y = advance(p.flat, rolled, p.t1, row(start, i), rows.mode[i + 1])
             return jnp.concatenate([t[None], y])
 
+        def backwards(params, start, i, c):
+            def flat(params):
+                return problem(params, others)[0].flat
+
+            after = rows.mode[i + 1]
+            found = pull_back(flat, rolled, params, lambda p: p[1], row(start, i), after, (c[0], c[1:]))
+            return found[0], jnp.concatenate([found[1][None], found[2]])
+
         d_start = jnp.concatenate([d_params[2][None], d_y0])
-        d = sweep(row_map, params, starts, count, (d_params, d_start))
+        d = sweep(RowMap(forwards, backwards), params, starts, count, (d_params, d_start))
         return (t, y, rows, (count, code, stats)), (
             d[:, 0],
             d[:, 1:],

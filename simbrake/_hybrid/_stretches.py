@@ -7,13 +7,12 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, PyTree
 
 from ._carry import carried_size, pack, unpack
 from ._loop import Problem, advanced, closed, space, started
 from ._method import AbstractMethod
-from ._packing import Rows, flatten, pack_mode, unpack_rows
+from ._packing import Rows, flatten, pack_mode, ravel, unpack_rows
 from ._solve import Record, fitted, likes, weights_of
 from ._system import AbstractHybridSystem, Settings
 
@@ -51,7 +50,7 @@ def stretch(
     """
     y0 = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float64), y0)
     t0, t1 = jnp.asarray(t0, jnp.float64), jnp.asarray(t1, jnp.float64)
-    flat_y0, flat_mode0 = ravel_pytree(y0)[0], pack_mode(mode0)[0]
+    flat_y0, flat_mode0 = ravel(y0, jnp.float64), pack_mode(mode0)
     y_like, mode_like = likes(y0, mode0)
     method, weights = fitted(system, method), weights_of(system, y_like)
     p = Problem(flatten(system, y_like, mode_like), method, weights, t0, t1, settings)
@@ -62,7 +61,7 @@ def stretch(
 
 def beginning(system: AbstractHybridSystem, y0: PyTree, mode0: PyTree, t0: Any) -> np.ndarray:
     """What `stretch` begins a run with."""
-    y, mode = ravel_pytree(y0)[0], pack_mode(mode0)[0]
+    y, mode = ravel(y0, jnp.float64), pack_mode(mode0)
     guards = flatten(system, *likes(y0, mode0)).guards
     ng = jax.eval_shape(guards, jnp.asarray(t0, jnp.float64), y, mode).size
     return np.full(carried_size(y.size, ng, mode.size), np.nan)

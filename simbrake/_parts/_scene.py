@@ -11,6 +11,7 @@ from jaxtyping import Array
 
 from .._base._quantity import Fault, InputError, Scalar, faults_of_values, holding, leaves, quantity
 from ._band import grip
+from ._compliance import ParallelBands
 from ._design import Brake, Lining, tension_shares
 from ._driller import AbstractSpeedLever
 from ._duty import AbstractProfile
@@ -120,9 +121,12 @@ def warnings(scene: Scene) -> list[str]:
     if any(isinstance(leaf.value, Tracer) for leaf in leaves(scene)):
         return []
     found = [f"self_locking: {locking_message(scene, i)}; it never slips as long as that lasts" for i in locked(scene)]
-    law, shares = scene.brake.linings.friction, tension_shares(scene.brake, sensed_at_start(scene))
-    if (law.temperature_dependent or law.pressure_dependent) and np.ptp(np.asarray(shares)) > 1e-9:
-        text = ", ".join(f"{share:.4g}" for share in np.asarray(shares))
+    law, parallel = scene.brake.linings.friction, isinstance(scene.brake.band.stiffness, ParallelBands)
+    if not parallel or not (law.temperature_dependent or law.pressure_dependent):
+        return found
+    shares = np.asarray(tension_shares(scene.brake, sensed_at_start(scene)))
+    if np.ptp(shares) > 1e-9:
+        text = ", ".join(f"{share:.4g}" for share in shares)
         found.append(
             f"unequal_bands: the bands carry {text} of the tension; their heat and pressure are taken as the mean"
         )

@@ -158,11 +158,20 @@ class Forces(AbstractActing):
         warming = now.flows.into
         if heated is not None:
             warming = warming + heated.into * self.inner_speed(y, mode)
-        growth = jax.jvp(tension, point, (rate, alpha, warming / self.thermal.capacity))[1] / self.stiffness
+        warming = warming / self.thermal.capacity
         if not self.grip.linings.friction.temperature_dependent:
+            growth = jax.jvp(tension, point, (rate, alpha, warming))[1] / self.stiffness
             return Slip(T_n, growth, None, deposit)
-        zero = jnp.zeros_like(rate)
-        gamma = jax.jvp(tension, point, (zero, zero, deposit.into / self.thermal.capacity))[1] / self.stiffness
+        heating = deposit.into / self.thermal.capacity
+        growth = jax.jvp(lambda T_0, omega: tension(T_0, omega, y.heat), point[:2], (rate, alpha))[1]
+        if self.grip.implicit:
+            by_warming, by_heating = (
+                jax.jvp(lambda u: tension(T_0, omega, u), (y.heat,), (rise,))[1] for rise in (warming, heating)
+            )
+        else:  # two directions for the price of one
+            slope = jax.grad(lambda u: tension(T_0, omega, u))(y.heat)
+            by_warming, by_heating = jnp.sum(slope * warming), jnp.sum(slope * heating)
+        growth, gamma = (growth + by_warming) / self.stiffness, by_heating / self.stiffness
         v = (self.band_radius * omega - growth) / jnp.where(1 + gamma > 0, 1 + gamma, 1.0)
         return Slip(T_n, growth + gamma * v, 1 + gamma, deposit)
 

@@ -1,12 +1,15 @@
 """Main numbers of a run as functions of its record: traceable, so that they can be differentiated and batched."""
 
+import functools
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float
+import numpy as np
+from jaxtyping import Array, Float
 
+from .._base._compiling import cpu_compiler_options
 from .._hybrid import ADVANCED, LANDED, SKIPPED, Record
 from .._physics._acting import AbstractBrakeSystem
 from .._physics._chain_system import ChainSystem
@@ -28,75 +31,82 @@ class Peak(NamedTuple):
 class _Changes(NamedTuple):
     """For every row: whether an event ended it, and the mode before and after it."""
 
-    event: Bool[Array, " row"]
+    event: Any
     before: Any
     after: Any
 
     @property
-    def stops(self) -> Bool[Array, " row"]:
+    def stops(self) -> Any:
         return self.event & _rests(self.after) & ~_rests(self.before) & (self.before.band != BandMode.OPEN)
 
 
-def _rests(mode: Any) -> Array:
+def _rests(mode: Any) -> Any:
     return (mode.band == BandMode.HELD) & (mode.slides == 0)
 
 
 def _changes(record: Record) -> _Changes:
     rows, n = record.rows, record.rows.t.shape[0]
     before = record.modes
-    after = jax.tree.map(lambda column: jnp.concatenate([column[1:], column[-1:]]), before)
-    used = jnp.arange(n, dtype=jnp.int32) < record.count
+    xp = _numpy_of(before.band)
+    after = jax.tree.map(lambda column: xp.concatenate([column[1:], column[-1:]]), before)
+    used = xp.arange(n, dtype=np.int32) < record.count
     return _Changes(used & (rows.kind >= LANDED), before, after)
 
 
-def _first(mask: Bool[Array, " row"], values: Float[Array, " row"]) -> Float[Array, ""]:
+def _numpy_of(values: Any) -> Any:
+    """NumPy for concrete values: outside of jit every operation of JAX would compile by itself."""
+    return np if isinstance(values, np.ndarray | np.bool_) else jnp
+
+
+def _first(mask: Any, values: Any) -> Any:
     """Value just after the first row marked, `inf` if there is none."""
-    i = jnp.minimum(jnp.argmax(mask) + 1, mask.shape[0] - 1)
-    return jnp.where(jnp.any(mask), jnp.asarray(values)[i], jnp.inf)
+    xp = _numpy_of(mask)
+    i = xp.minimum(xp.argmax(mask) + 1, mask.shape[0] - 1)
+    return xp.where(xp.any(mask), xp.asarray(values)[i], np.inf)
 
 
-def _slip_onset_time(record: Record, travel: Any) -> Array:
+def _slip_onset_time(record: Record, travel: Any) -> Any:
     c = _changes(record)
     slack = (c.before.band == BandMode.OPEN) | (c.before.band == BandMode.TAKE_UP)
     return _first(c.event & slack & ((c.after.band == BandMode.ELASTIC) | slips(c.after.band)), record.rows.t)
 
 
-def _full_slip_time(record: Record, travel: Any) -> Array:
+def _full_slip_time(record: Record, travel: Any) -> Any:
     c = _changes(record)
     return _first(c.event & slips(c.after.band) & (c.before.band != c.after.band), record.rows.t)
 
 
-def _internal_slip_time(record: Record, travel: Any) -> Array:
+def _internal_slip_time(record: Record, travel: Any) -> Any:
     c = _changes(record)
     return _first(c.event & (c.before.slides == 0) & (c.after.slides != 0), record.rows.t)
 
 
-def _external_lock_time(record: Record, travel: Any) -> Array:
+def _external_lock_time(record: Record, travel: Any) -> Any:
     c = _changes(record)
     locks = (c.after.band == BandMode.HELD) & (c.before.band != BandMode.HELD) & (c.before.band != BandMode.OPEN)
     return _first(c.event & locks & (c.after.slides != 0), record.rows.t)
 
 
-def _first_lining_slip_time(record: Record, travel: Any) -> Array:
+def _first_lining_slip_time(record: Record, travel: Any) -> Any:
     c = _changes(record)
     slides = (c.before.linings == 0) & (c.after.linings != 0)
-    return _first(c.event & jnp.any(slides, axis=1), record.rows.t)
+    return _first(c.event & slides.any(axis=1), record.rows.t)
 
 
-def _stopping_time(record: Record, travel: Any) -> Array:
+def _stopping_time(record: Record, travel: Any) -> Any:
     return _first(_changes(record).stops, record.rows.t)
 
 
-def _stopping_angle(record: Record, travel: Any) -> Array:
-    return _first(_changes(record).stops, jax.vmap(record.flat.unpack_state)(record.rows.y).phi)
+def _stopping_angle(record: Record, travel: Any) -> Any:
+    return _first(_changes(record).stops, record.states.phi)
 
 
-def _hook_travel(record: Record, travel: Any) -> Array:
-    return jnp.asarray(jnp.inf) if travel is None else _stopping_angle(record, travel) * jnp.asarray(travel)
+def _hook_travel(record: Record, travel: Any) -> Any:
+    return np.asarray(np.inf) if travel is None else _stopping_angle(record, travel) * travel
 
 
 #: metrics of a record and the travel of the hook per radian; times that never come are `inf`
-METRICS: dict[str, Callable[[Record, Any], Array]] = {
+METRICS: dict[str, Callable[[Record, Any], Any]] = {
     "slip_onset_time": _slip_onset_time,
     "full_slip_time": _full_slip_time,
     "stopping_time": _stopping_time,
@@ -105,14 +115,14 @@ METRICS: dict[str, Callable[[Record, Any], Array]] = {
 }
 
 #: metrics that only a staged brake has: first slip of the internal pair, first rest of the bandage on a turning pulley
-STAGED_METRICS: dict[str, Callable[[Record, Any], Array]] = {
+STAGED_METRICS: dict[str, Callable[[Record, Any], Any]] = {
     "internal_slip_time": _internal_slip_time,
     "external_lock_time": _external_lock_time,
 }
 
 
 #: metrics of a chain of linings: its linings let go one by one
-CHAIN_METRICS: dict[str, Callable[[Record, Any], Array]] = {"first_lining_slip_time": _first_lining_slip_time}
+CHAIN_METRICS: dict[str, Callable[[Record, Any], Any]] = {"first_lining_slip_time": _first_lining_slip_time}
 
 
 def thickness(worn: Any) -> Any:
@@ -152,7 +162,7 @@ WEAR_METRICS: dict[str, Callable[[Record, Any], Array]] = {
 }
 
 
-def metrics_of(system: Any) -> dict[str, Callable[[Record, Any], Array]]:
+def metrics_of(system: Any) -> dict[str, Callable[[Record, Any], Any]]:
     """Metrics that a system has, besides its greatest values."""
     found = METRICS if system.wearing is None else METRICS | WEAR_METRICS
     if isinstance(system, ChainSystem):
@@ -246,10 +256,19 @@ def _heats(record: Record) -> dict[str, Array]:
     }
 
 
-@jax.jit
-def numbers(record: Record, travel: Any) -> tuple[dict[str, Array], dict[str, Array]]:
-    """All metrics and energies of a concrete record, in one program."""
-    return {name: metric(record, travel) for name, metric in metrics_of(record.system).items()}, energies(record)
+@functools.cache
+def _energies_compiled() -> Any:
+    return jax.jit(energies, compiler_options=cpu_compiler_options())
+
+
+def energies_of(record: Record) -> dict[str, Array]:
+    """`energies` of a concrete record."""
+    return _energies_compiled()(record)
+
+
+def numbers(record: Record, travel: Any) -> tuple[dict[str, Any], dict[str, Array]]:
+    """All metrics and energies of a concrete record without unused rows (`Record.compact`)."""
+    return {name: metric(record, travel) for name, metric in metrics_of(record.system).items()}, energies_of(record)
 
 
 #: quantities per lining, (m, n), of which the greatest value over the run is a metric

@@ -56,7 +56,7 @@ class Report:
     def __init__(self, result: Any):
         self.result = result
         self._record, self._index, self._offset, self._probe = _scan(result.record)
-        self._numbers = numbers(result.record, result.scene.duty.load.travel())
+        self._numbers = numbers(self._record, result.scene.duty.load.travel())
         self.events = self._events()
         known = peaks_of(result.record.system)
         self.peaks = {name: self._peak(lambda p, pick=pick: np.asarray(pick(p))) for name, pick in known.items()}

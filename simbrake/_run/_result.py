@@ -19,9 +19,9 @@ from ._metrics import (
     WEAR_METRICS,
     Peak,
     energies,
+    energies_of,
     friction_work,
     metrics_of,
-    numbers,
     peak,
     peaks_of,
     stored_heat,
@@ -320,7 +320,7 @@ class Result(eqx.Module):
 
 
 def _metric(result: Result, name: str) -> Any:
-    """A metric of a traced result, a batch of results or a concrete one (then from one small compiled program)."""
+    """A metric of a traced result, a batch of results or a concrete one."""
     if jnp.ndim(result.record.count) > 0:
         return jax.vmap(lambda one: _metric(one, name))(result)
     travel = result.scene.duty.load.travel()
@@ -334,8 +334,8 @@ def _metric(result: Result, name: str) -> Any:
             raise ValueError(f"the scene has no {name}: its heat part names no such place")
         return result.report().peaks[name] if _concrete(result) else peak(result.record, known[name])
     if _concrete(result):
-        values, energy = numbers(result.record, travel)
-        return energy if name == "energy" else values[name]
+        record = result.record.compact()
+        return energies_of(record) if name == "energy" else jnp.asarray(metrics_of(record.system)[name](record, travel))
     return (
         energies(result.record) if name == "energy" else metrics_of(result.record.system)[name](result.record, travel)
     )
