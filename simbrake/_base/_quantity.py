@@ -31,6 +31,7 @@ class Quantity:
     open_low: bool = False
     difference: bool = False  # of temperatures: 20 degC would be another number
     many: bool = False  # one number, or one for each lining, node or row of a table
+    may_be_empty: bool = False  # of many: none at all is a meaning, too
 
     def admits(self, value: np.ndarray) -> np.ndarray:
         ok = np.asarray(np.abs(value) <= LARGEST)  # a NaN is not
@@ -81,7 +82,7 @@ def quantity(
 
     The unit `SI` is that of the field in which the object stands (`holding`, or the quantity it stands for).
     """
-    about = Quantity(unit, meaning, 0.0 if positive else low, high, positive, difference, many)
+    about = Quantity(unit, meaning, 0.0 if positive else low, high, positive, difference, many, default == ())
     keywords = {} if default is dataclasses.MISSING else {"default": default}
     return eqx.field(converter=as_number, metadata={"quantity": about}, **keywords)
 
@@ -189,7 +190,7 @@ def faults_of_values(node: Any, path: str = "") -> list[Fault]:
             hint = "give one number" + (", or a list of numbers" if leaf.about.many else "")
             faults.append(Fault(leaf.path, f"has the shape {value.shape}", hint))
             continue
-        if value.size == 0:
+        if value.size == 0 and not leaf.about.may_be_empty:
             faults.append(Fault(leaf.path, "is an empty list", f"give {leaf.about.meaning}"))
             continue
         bad = ~leaf.about.admits(value)
