@@ -71,7 +71,11 @@ def _z_fig_4(figure: Figure) -> None:
 
 def _z_fig_5(figure: Figure) -> None:
     diagrams = band_diagrams()
-    for axes, d in zip(figure.subplots(1, 2, subplot_kw={"projection": "polar"}), diagrams, strict=True):
+    figure.set_layout_engine("none")  # it does not see what stands around a circle
+    room = {"left": 0.04, "right": 0.96, "top": 0.83, "bottom": 0.18}
+    for axes, d in zip(
+        figure.subplots(1, 2, subplot_kw={"projection": "polar"}, gridspec_kw=room), diagrams, strict=True
+    ):
         ends = np.append(0.0, np.cumsum(d.angle))
         middle = 0.5 * (ends[:-1] + ends[1:])
         fill: dict[str, Any] = {"alpha": 0.55, "ec": "black", "lw": 0.6}
@@ -83,7 +87,7 @@ def _z_fig_5(figure: Figure) -> None:
             axes.text(place, d.tension[i + 1] + 0.42, f"{d.tension[i + 1]:.2f}", fontsize=7, color=BLUE, ha="center")
             axes.text(place, load - 0.12, f"{load:.2f}", fontsize=7, ha="center", va="center")
         loads = f"loads {d.normal.min():.2f}…{d.normal.max():.2f} T₀"
-        axes.set_title(f"{d.name}\nTₙ/T₀ = {d.tension[-1]:.3f}, {loads}", fontsize=10, pad=14)
+        axes.set_title(f"{d.name}\nTₙ/T₀ = {d.tension[-1]:.3f}, {loads}", fontsize=10, y=1.1)
         axes.set_xticks(middle, [f"{i + 1}" for i in range(len(d.angle))])
         axes.set_rlim(0, 5.2)
         axes.set_rorigin(-1.8)  # the hole is the pulley
@@ -92,7 +96,7 @@ def _z_fig_5(figure: Figure) -> None:
         axes.grid(alpha=0.4)
     lines, labels = figure.axes[0].get_legend_handles_labels()
     words = "Z, Fig. 5: k = 10, f = 0.3, w₀ = 1.5, λ = 5.08, linings numbered from the slack end"
-    figure.legend(lines, labels, loc="outside lower center", ncols=2, fontsize=9, title=words)
+    figure.legend(lines, labels, loc="lower center", ncols=2, fontsize=9, title=words)
 
 
 def _s_fig_1(figure: Figure) -> None:
@@ -141,13 +145,14 @@ def _k_fig_5(figure: Figure) -> None:
                     middle = 0.5 * (stage.start + stage.end)
                     axes.text(middle, 0.84, stage.name.replace("_", " "), ha="center", fontsize=9)
             axes.set_ylim(-0.03, 0.92)
-            axes.set_ylabel(f"{pair} pair, share of the track" if column == 0 else "")
+            axes.set_ylabel(f"{pair} pair" if column == 0 else "")
         panels[0, column].set_title(f"friction: external {external:g}, internal {internal:g}", fontsize=10)
         panels[1, column].set_xlabel("time, s")
         for axes in panels[:, column]:
             axes.grid(alpha=0.3)
     lines, labels = panels[0, 0].get_legend_handles_labels()
     figure.legend(lines, labels, loc="outside lower center", ncols=2, fontsize=9)
+    figure.supylabel("share of the track that a pair covers", fontsize=10)
     figure.suptitle("K, Fig. 5, our reading: overlap coefficients of a staged brake in a stop", fontsize=11)
 
 
