@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from helpers import stop_scene
-from result_scenes import heated_stop
+from result_scenes import SUFFIXES, heated_stop
 from staged_scenes import stop as staged_stop
 
 import simbrake as sb

@@ -7,15 +7,13 @@ import jax
 import numpy as np
 import pytest
 from helpers import closed_form, stop_scene
-from result_scenes import heated_stop
+from result_scenes import SUFFIXES, heated_stop
 from staged_scenes import stop as staged_stop
 
 import simbrake as sb
 from simbrake._results import _meanings, _result_file
 from simbrake._run._measure import METRIC_UNITS
 from simbrake._run._series import SERIES_UNITS, Series
-
-SUFFIXES = (".nc", ".parquet", ".csv")
 
 
 @pytest.fixture(scope="module")

@@ -34,12 +34,12 @@ class Stretch(NamedTuple):
 
 
 def longest(scene: Any, solver: Any, rtol: float) -> Stretch:
-    """The stay with most of the steps of a run."""
+    """The stay with most of the step attempts of a run, of several the longest in time."""
     record = simulate(scene, solver=solver, rtol=rtol).record
     rows, count = record.rows, int(record.count)
     t, modes = np.asarray(rows.t)[: count + 1], np.asarray(rows.mode)[: count + 1]
     changes = [0, *(np.flatnonzero(np.any(modes[1:] != modes[:-1], axis=1)) + 1), count]
-    a, b = max(itertools.pairwise(changes), key=lambda pair: pair[1] - pair[0])
+    a, b = max(itertools.pairwise(changes), key=lambda pair: (pair[1] - pair[0], t[pair[1]] - t[pair[0]]))
     return Stretch(float(t[a]), np.asarray(rows.y)[a], modes[a], float(t[b] - t[a]))
 
 
