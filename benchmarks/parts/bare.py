@@ -34,12 +34,14 @@ class Stretch(NamedTuple):
 
 
 def longest(scene: Any, solver: Any, rtol: float) -> Stretch:
-    """The stay with most of the step attempts of a run, of several the longest in time."""
+    """The longest stay in time, of those with at least half as many step attempts as any has."""
     record = simulate(scene, solver=solver, rtol=rtol).record
     rows, count = record.rows, int(record.count)
     t, modes = np.asarray(rows.t)[: count + 1], np.asarray(rows.mode)[: count + 1]
     changes = [0, *(np.flatnonzero(np.any(modes[1:] != modes[:-1], axis=1)) + 1), count]
-    a, b = max(itertools.pairwise(changes), key=lambda pair: (pair[1] - pair[0], t[pair[1]] - t[pair[0]]))
+    stays = list(itertools.pairwise(changes))
+    most = max(b - a for a, b in stays)
+    a, b = max(((a, b) for a, b in stays if 2 * (b - a) >= most), key=lambda stay: t[stay[1]] - t[stay[0]])
     return Stretch(float(t[a]), np.asarray(rows.y)[a], modes[a], float(t[b] - t[a]))
 
 
