@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.equations import Automaton, Guard, Mode
+from benchmarks.automaton import Automaton, Guard, Mode
 from benchmarks.scenes import Chain
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.equations import Automaton, Guard, Mode
+from benchmarks.automaton import Automaton, Guard, Mode
 from benchmarks.scenes import Cycles
 
 _SIZES = np.array([20.0, 1e3, 50.0, 50.0, 50.0])

@@ -10,7 +10,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.polynomial import legendre
 
-from benchmarks.equations import Automaton, Mode, automaton_of, drive
+from benchmarks.automaton import Automaton, Mode
+from benchmarks.equations import automaton_of, drive
 from benchmarks.scenes import CASES, Answer, Case, closed_form
 
 _STAGES = 12

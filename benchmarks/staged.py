@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.equations import Automaton, Guard, Mode
+from benchmarks.automaton import Automaton, Guard, Mode
 from benchmarks.scenes import Staged
 
 _SIZES = np.array([20.0, 20.0, 10.0, 1e5, 1e5])

@@ -130,7 +130,7 @@ HOUSE = {
         {"_validate"},
     ],
     "_pictures": [
-        {"_gallery", "_plot_file", "_plot_shared", "_plot_uncertainty"},
+        {"_plot_file", "_plot_shared", "_plot_uncertainty"},
         {
             "_plot_duty",
             "_plot_film",
@@ -145,8 +145,8 @@ HOUSE = {
         {"_plot_animation", "_plot_layouts", "_plot_pulley", "_plot_runs"},
     ],
     "_pages": [
-        {"_export", "_html_parts", "_html_pictures", "_html_scene"},
-        {"_html_limits"},
+        {"_gallery", "_html_parts", "_html_scene"},
+        {"_export", "_html_limits", "_html_pictures"},
         {"_html_report"},
     ],
     "_commands": [

@@ -19,12 +19,12 @@ from simbrake._base._handy import number
 from simbrake._base._progress import Waiting
 from simbrake._base._whole import whole_file
 from simbrake._commands._report_run import report_run, title_of
+from simbrake._pages._gallery import DUTY, PICTURES
 from simbrake._pages._html_limits import limits_of, read_limits
 from simbrake._pages._html_parts import EVENTS, event_counts, event_rows, ledger
 from simbrake._pages._html_pictures import draw
 from simbrake._pages._html_report import _scene_text as contents_of_scene
 from simbrake._pages._html_report import contents, render
-from simbrake._pictures._gallery import DUTY, PICTURES
 from simbrake._results._error_estimate import repeat
 from simbrake._run._edit import with_values
 

@@ -10,11 +10,11 @@ import numpy as np
 
 from .._base._progress import Waiting, waiting
 from .._base._whole import whole_folder
-from .._pictures._gallery import pictures_of
 from .._results._result_file import save
 from .._run._result import Result
 from .._run._series import SERIES_UNITS
 from .._studies._sensitivity import Sensitivity, SensitivityTable
+from ._gallery import pictures_of
 
 
 def series_table(result: Result, count: int = 1001) -> tuple[list[str], np.ndarray]:

@@ -4,8 +4,8 @@ import base64
 from typing import NamedTuple
 
 from .._base._progress import Waiting
-from .._pictures._gallery import Picture, pictures_of
 from .._run._result import Result
+from ._gallery import Picture, pictures_of
 
 #: a picture whose SVG is longer is a PNG instead (bytes)
 _LONGEST = 400_000

@@ -11,7 +11,6 @@ from .._base._quantity import InputError
 from .._base._whole import whole_file
 from .._files._scene_file import scene_text
 from .._parts._scene import Scene
-from .._pictures._gallery import DUTY, lasted
 from .._results._error_estimate import Repeat, repeat
 from .._results._provenance import provenance
 from .._run._measure import Metric, check_metrics, happened, measure, name_of, unit_of
@@ -19,6 +18,7 @@ from .._run._result import Result
 from .._run._simulate import simulate
 from .._studies._sensitivity import Sensitivity, SensitivityTable
 from .._studies._sensitivity import sensitivity as tables_of
+from ._gallery import DUTY, lasted
 from ._html_limits import limits_of, read_limits
 from ._html_parts import METRICS, event_counts, event_rows, key_figures, ledgers, stage_rows, verdict, words_of
 from ._html_pictures import Drawing, draw, drawing, drawings_of
