@@ -1,5 +1,6 @@
 """What the commands have in common: options, 64 bits, the scene they work on."""
 
+import gc
 import os
 import sys
 from pathlib import Path
@@ -42,6 +43,9 @@ def prepare_jax() -> None:
     if cache:
         jax.config.update("jax_compilation_cache_dir", cache)
         jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.1)
+    # tracing makes millions of small objects and hardly any rubbish in cycles: the collector need not look so often
+    gc.freeze()
+    gc.set_threshold(100_000, 50, 100)
 
 
 def opened(scenario: Path, set_: list[str] | None, out: Path | None, **limits: tuple[Any, bool, str]) -> Any:
