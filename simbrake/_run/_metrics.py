@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array
 
 from .._base._compiling import cpu_compiler_options
 from .._hybrid import ADVANCED, LANDED, SKIPPED, Record
@@ -130,12 +130,12 @@ def thickness(worn: Any) -> Any:
     return worn.outer if worn.inner is None else worn.outer + worn.inner
 
 
-def worn_thickness(record: Record) -> Float[Array, " n"]:
+def worn_thickness(record: Record) -> Any:
     """Thickness that every lining lost in a run (m)."""
     return thickness(record.y_end.worn)
 
 
-def _over(h: Array, below: Array) -> Array:
+def _over(h: Any, below: Any) -> Array:
     """Greatest wear over another one, `inf` where there is none."""
     return jnp.where(below > 0, jnp.max(h) / jnp.where(below > 0, below, 1.0), jnp.inf)
 

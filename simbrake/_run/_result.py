@@ -137,7 +137,7 @@ class Result(eqx.Module):
         return _metric(self, "peak_lining_outer_temperature")
 
     @property
-    def worn_thickness(self) -> Array:
+    def worn_thickness(self) -> Any:
         """Thickness that every lining lost in the run (n,), in m; on a staged brake at both its faces.
 
         Differentiable. What had been worn off before is `scene.wear.worn`. Raises `ValueError` without wear.

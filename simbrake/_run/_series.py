@@ -1,6 +1,6 @@
 """The columns of a run over time, with their units."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from jaxtyping import Array, Float, Int
 
@@ -53,7 +53,7 @@ class Series(NamedTuple):
     internal_worn_thickness: Float[Array, "m n"] | None = None  # part of it at faces on the rim of a staged brake, m
 
     @property
-    def friction_work(self) -> Float[Array, " m"]:
+    def friction_work(self) -> Any:
         """All that friction has taken (J): heat, and the electrical and mechanical parts where the scene has them."""
         if self.electrical_work is None or self.mechanical_work is None:
             return self.friction_heat
