@@ -158,7 +158,8 @@ def test_fade_undoes_a_stage():
     law = sb.ProductFriction(sb.ConstantFriction(staged.F_EXT), (sb.LinearFade(2.5e-3, 293.15, 0.15, 0.05),))
     scene = staged.stop(law=law, heat=heat, lever=sb.Constant(2e3), load=2e3, w0=40.0, preload=0.0, end=8.0)
     result = sb.simulate(scene)
-    assert names(result) == ["slip_onset", "full_slip", "internal_slip", "internal_restick"]
+    names = [e.name for e in result.events if e.name != "lining_limit"]
+    assert names == ["slip_onset", "full_slip", "internal_slip", "internal_restick"]
     assert result.stages[-1].name == "stage_1"
     assert float(result.energy["closure"]) <= 1e-9
 
