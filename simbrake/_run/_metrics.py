@@ -215,7 +215,7 @@ def _row_of(record: Record, i: Array) -> tuple[Any, Any]:
     return record.flat.unpack_state(record.rows.y[i]), record.flat.unpack_mode(record.rows.mode[i])
 
 
-def _closure(residual: Array, terms: list[Array]) -> Array:
+def _closure(residual: Any, terms: list[Any]) -> Array:
     largest = jnp.max(jnp.abs(jnp.stack(terms)))
     return jnp.where(largest > 0, jnp.abs(residual) / jnp.where(largest > 0, largest, 1.0), 0.0)
 
