@@ -7,7 +7,9 @@ import equinox as eqx
 import jax
 import numpy as np
 from jax.core import Tracer
-from jaxtyping import Array, Float
+from jaxtyping import Float
+
+from .._hybrid._arrays import Array
 
 if TYPE_CHECKING:
     Scalar = Any  # what a caller may write: a number, a list, an array

@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array
 
 from .._hybrid import LANDED, AbstractHybridSystem, Record
+from .._hybrid._arrays import Array
 
 
 class Oscillator(NamedTuple):

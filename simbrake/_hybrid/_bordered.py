@@ -12,7 +12,9 @@ import jax
 import jax.numpy as jnp
 import jax.scipy.linalg
 import numpy as np
-from jaxtyping import Array, Float, Int
+from jaxtyping import Float, Int
+
+from ._arrays import Array
 
 #: kinds of a state's place in the Jacobian; a number ≥ 0 is its place in the chain
 CORE, QUADRATURE = -1, -2

@@ -7,7 +7,9 @@ it would also repeat the decisions of an attempt in every one of them.
 from typing import NamedTuple
 
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float, Int
+from jaxtyping import Bool, Float, Int
+
+from ._arrays import Array
 
 
 class Stats(NamedTuple):

@@ -2,7 +2,9 @@
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Bool, Float
+
+from ._arrays import Array
 
 _SAMPLES = 16
 _REFINEMENTS = 8

@@ -6,8 +6,9 @@ import equinox.internal as eqxi
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Bool, Float, Int
+from jaxtyping import Bool, Float, Int
 
+from ._arrays import Array
 from ._carry import Carry, Packed, Stats, pack, unpack
 from ._invariants import hoisted
 from ._method import AbstractMethod

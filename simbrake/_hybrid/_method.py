@@ -9,8 +9,9 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Float
 
+from ._arrays import Array
 from ._bordered import Couplings
 
 Rhs = Callable[[Float[Array, ""], Float[Array, " state"]], Float[Array, " state"]]

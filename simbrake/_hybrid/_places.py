@@ -2,7 +2,9 @@
 
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Float
+
+from ._arrays import Array
 
 
 def _runs(places: tuple[int, ...]) -> list[tuple[int, int]]:

@@ -7,8 +7,9 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Float
 
+from ._arrays import Array
 from ._bordered import Bordered, Couplings, factor, jacobian, solve
 from ._method import AbstractMethod, Pullback
 from ._places import put, take

@@ -7,9 +7,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
-from jaxtyping import Array, Int, PyTree
+from jaxtyping import Int, PyTree
 
 from . import _loop
+from ._arrays import Array
 from ._bordered import Couplings
 from ._carry import Stats
 from ._derivative import RowMap, advance, before_jump, no_tangent, pull_back, sweep

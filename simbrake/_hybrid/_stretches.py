@@ -7,8 +7,9 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, PyTree
+from jaxtyping import PyTree
 
+from ._arrays import Array
 from ._carry import carried_size, pack, unpack
 from ._loop import Problem, advanced, closed, space, started
 from ._method import AbstractMethod

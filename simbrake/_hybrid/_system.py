@@ -6,7 +6,9 @@ from typing import Any
 
 import equinox as eqx
 import numpy as np
-from jaxtyping import Array, Bool, Float, Int, PyTree
+from jaxtyping import Bool, Float, Int, PyTree
+
+from ._arrays import Array
 
 
 class Code(enum.IntEnum):

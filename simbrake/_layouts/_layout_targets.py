@@ -7,8 +7,9 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Float
 
+from .._hybrid._arrays import Array
 from .._parts._band import running_product
 from .._parts._layout import InfeasibleLayout, equal_increment_angles, equal_load_angles
 from .._parts._scene import Scene

@@ -8,12 +8,13 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Float
 
 from .._base._compiling import cpu_compiler_options
 from .._base._progress import Line, duration
 from .._base._quantity import Fault, InputError, leaves
 from .._hybrid import Code
+from .._hybrid._arrays import Array
 from .._parts._scene import Scene, faults
 from .._run._edit import with_values
 from .._run._measure import check_metrics, measure, unit_of

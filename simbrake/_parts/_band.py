@@ -9,7 +9,9 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float, Int
+from jaxtyping import Bool, Float, Int
+
+from .._hybrid._arrays import Array
 
 
 def grip(f: Float[Array, "..."], angle: Float[Array, " n"]) -> Float[Array, " n"]:

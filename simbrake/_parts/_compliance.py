@@ -11,9 +11,10 @@ from typing import Any
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Float
 
 from .._base._quantity import Fault, Scalar, as_number, leaves, quantity
+from .._hybrid._arrays import Array
 
 
 def tension_rise(f: Any, angle: Any) -> Float[Array, ""]:

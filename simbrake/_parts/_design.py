@@ -8,9 +8,10 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Float
 
 from .._base._quantity import Fault, Scalar, Whole, positive, quantity
+from .._hybrid._arrays import Array
 from ._compliance import AbstractStiffness, ParallelBands
 from ._friction import AbstractFriction, Contact
 

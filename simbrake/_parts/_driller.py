@@ -6,9 +6,10 @@ from typing import ClassVar
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Bool, Float, Int
+from jaxtyping import Bool, Float, Int
 
 from .._base._quantity import Fault, Scalar, holding, quantity
+from .._hybrid._arrays import Array
 from ._duty import AbstractProfile, Repeated
 
 

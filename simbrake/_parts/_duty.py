@@ -8,9 +8,10 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, Int
+from jaxtyping import Float, Int
 
 from .._base._quantity import Fault, Quantity, Scalar, quantity, whole
+from .._hybrid._arrays import Array
 
 
 class AbstractProfile(eqx.Module):

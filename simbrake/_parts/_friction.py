@@ -7,9 +7,10 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Float
 
 from .._base._quantity import Fault, Scalar, quantity
+from .._hybrid._arrays import Array
 
 
 class Contact(NamedTuple):

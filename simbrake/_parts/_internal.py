@@ -5,8 +5,9 @@ from typing import Any
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float, Int
+from jaxtyping import Float, Int
 
+from .._hybrid._arrays import Array
 from ._band import limit_tensions, tensions_on
 from ._design import Bandage
 from ._friction import Contact

@@ -4,9 +4,10 @@ from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Float
 
 from .._base._quantity import Fault, Scalar, holding, quantity
+from .._hybrid._arrays import Array
 from ._driller import AbstractSpeedLever
 from ._duty import AbstractProfile
 

@@ -5,9 +5,9 @@ from typing import Any, ClassVar, NamedTuple
 
 import equinox as eqx
 import jax.numpy as jnp
-from jaxtyping import Array
 
 from .._base._quantity import Scalar, quantity
+from .._hybrid._arrays import Array
 from ._duty import AbstractProfile
 from ._material import ROOM
 

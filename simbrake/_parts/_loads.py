@@ -4,9 +4,10 @@ import abc
 
 import equinox as eqx
 import jax.numpy as jnp
-from jaxtyping import Array, Float, Int
+from jaxtyping import Float, Int
 
 from .._base._quantity import Scalar, holding, quantity, whole
+from .._hybrid._arrays import Array
 from ._duty import AbstractProfile, Constant, Repeated
 
 GRAVITY = 9.80665  # m/s², standard acceleration of free fall (3rd CGPM, 1901)

@@ -5,9 +5,10 @@ from typing import Any, NamedTuple
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Float
 
 from .._base._quantity import Scalar, quantity
+from .._hybrid._arrays import Array
 
 ROOM = 293.15  # K, reference of properties where nothing else is said (20 °C)
 

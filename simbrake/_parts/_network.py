@@ -9,9 +9,10 @@ from typing import Any, ClassVar
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Float
 
 from .._base._quantity import Fault, Scalar, quantity, whole
+from .._hybrid._arrays import Array
 from ._duty import AbstractProfile
 from ._links import AbstractCoefficient, AbstractLink, Source, ThermalContact
 from ._material import ROOM, Material

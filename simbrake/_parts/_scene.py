@@ -7,9 +7,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
-from jaxtyping import Array
 
 from .._base._quantity import Fault, InputError, Scalar, faults_of_values, holding, leaves, quantity
+from .._hybrid._arrays import Array
 from ._band import grip
 from ._compliance import ParallelBands
 from ._design import Brake, Lining, tension_shares

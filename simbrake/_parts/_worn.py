@@ -6,9 +6,10 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Float
 
 from .._base._quantity import Fault, InputError, Scalar, holding, leaves, quantity
+from .._hybrid._arrays import Array
 from ._driller import AbstractSpeedLever
 from ._duty import AbstractProfile
 from ._fade import TabulatedFade

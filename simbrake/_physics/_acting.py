@@ -5,9 +5,10 @@ from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jaxtyping import Float
 
 from .._hybrid import AbstractHybridSystem
+from .._hybrid._arrays import Array
 from .._parts._duty import AbstractProfile
 from .._parts._friction import AbstractFriction
 from .._parts._heat import FrictionHeat

@@ -4,7 +4,9 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float, Int
+from jaxtyping import Bool, Float, Int
+
+from .._hybrid._arrays import Array
 
 _GRID, _ROUNDS, _NEWTON = 32, 3, 4
 

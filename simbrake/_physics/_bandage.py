@@ -3,9 +3,10 @@
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Bool, Float
 
 from .._hybrid import CORE, QUADRATURE
+from .._hybrid._arrays import Array
 from ._acting import AbstractBrakeSystem
 from ._at_rest import holding_range, resting_tensions, yields_on_band
 from ._bandage_forces import BandageForces

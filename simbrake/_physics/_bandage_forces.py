@@ -4,8 +4,9 @@ from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jaxtyping import Float
 
+from .._hybrid._arrays import Array
 from .._parts._band import affine_tensions, tension_ratio
 from .._parts._design import Bandage, Lining
 from .._parts._duty import AbstractProfile

@@ -2,8 +2,9 @@
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float, Int
+from jaxtyping import Bool, Float, Int
 
+from .._hybrid._arrays import Array
 from ._acting import AbstractBrakeSystem
 from ._chain import STRETCHED, TAUT, ChainFlows, ChainForces, ChainMode, ChainState
 from ._modes import BandMode

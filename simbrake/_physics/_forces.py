@@ -4,8 +4,9 @@ from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Bool, Float
 
+from .._hybrid._arrays import Array
 from .._parts._band import limit_tensions, piece_of, product, running_product, tensions_on
 from .._parts._driller import AbstractSpeedLever
 from .._parts._duty import AbstractProfile

@@ -4,8 +4,9 @@ from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Bool, Float
 
+from .._hybrid._arrays import Array
 from .._parts._band import grip, product, tension_ratio
 from .._parts._friction import Contact
 from .._parts._scene import Scene

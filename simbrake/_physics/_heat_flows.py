@@ -2,8 +2,9 @@
 
 from typing import Any, NamedTuple
 
-from jaxtyping import Array, Float
+from jaxtyping import Float
 
+from .._hybrid._arrays import Array
 from .._parts._heat import Heat
 from .._parts._network import Junction, Reservoir
 

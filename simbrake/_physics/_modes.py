@@ -4,7 +4,9 @@ import enum
 from typing import Any, NamedTuple
 
 import jax.numpy as jnp
-from jaxtyping import Array, Float, Int
+from jaxtyping import Float, Int
+
+from .._hybrid._arrays import Array
 
 
 class BandMode(enum.IntEnum):

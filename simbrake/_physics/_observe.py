@@ -7,8 +7,9 @@ import functools
 from typing import Any
 
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jaxtyping import Float
 
+from .._hybrid._arrays import Array
 from .._parts._band import LiningForces, mobilised
 from .._parts._heat import place_count
 from ._acting import AbstractBrakeSystem

@@ -5,8 +5,9 @@ from typing import NamedTuple
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jaxtyping import Float
 
+from .._hybrid._arrays import Array
 from .._parts._band import grip, tension_ratio
 from .._parts._design import Lining
 from .._parts._friction import Contact

@@ -3,9 +3,10 @@
 import enum
 from typing import Any, NamedTuple
 
-from jaxtyping import Array, Float
+from jaxtyping import Float
 
 from .._hybrid import SYSTEM_CODES
+from .._hybrid._arrays import Array
 
 
 class BrakeCode(enum.IntEnum):

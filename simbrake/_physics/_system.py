@@ -5,9 +5,10 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Float
 
 from .._hybrid import CORE, QUADRATURE
+from .._hybrid._arrays import Array
 from .._parts._band import piece_of, product, running_product
 from .._parts._friction import AbstractFriction
 from ._acting import AbstractBrakeSystem

@@ -1,13 +1,15 @@
 """A thermal network made ready for integration: temperatures, heat flows, and where friction heat lands."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Float
 
+from .._hybrid._arrays import Array
 from .._parts._duty import AbstractProfile
 from .._parts._heat import FrictionHeat, Heat, shared_faces
 from .._parts._links import Surroundings
@@ -78,7 +80,7 @@ class Thermal(eqx.Module):
     def flows(self, T: Array, T_J: Array, t: Array, around: Surroundings, pieces: tuple[Any, ...] = ()) -> HeatFlows:
         """Heat flows at given temperatures, friction apart."""
         temperature = self._all(T, T_J, t, pieces)
-        into = {name: jnp.zeros_like(value) for name, value in temperature.items()}
+        into: dict[str, Array] = {name: jnp.zeros_like(value) for name, value in temperature.items()}
         faces: dict[str, Array] = {}
         for body in self.heat.bodies:
             if isinstance(body, Wall) and body.layers > 1:
@@ -320,7 +322,7 @@ def _each(per_metre: Array, wall: Wall) -> Array:
     return (jnp.broadcast_to(per_metre, (wall.copies,))[:, None] * wall.steps[None, :]).reshape(-1)
 
 
-def _joined(into: dict[str, Array], where: dict[str, slice]) -> Array:
+def _joined(into: Mapping[str, Array], where: dict[str, slice]) -> Array:
     return jnp.concatenate([into[name] for name in where]) if where else jnp.zeros(0)
 
 

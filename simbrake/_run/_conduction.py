@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 import optimistix as optx
 from jax.core import Tracer
-from jaxtyping import Array, Float
+from jaxtyping import Float
 
 from .._base._compiling import cpu_compiler_options
 from .._base._quantity import Fault, InputError, faults_of_tolerance, faults_of_values
@@ -24,6 +24,7 @@ from .._hybrid import (
     Settings,
     hybridsolve,
 )
+from .._hybrid._arrays import Array
 from .._parts._heat import Heat, node_names
 from .._parts._links import Surroundings
 from .._parts._network import Reservoir

@@ -7,10 +7,10 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array
 
 from .._base._compiling import cpu_compiler_options
 from .._hybrid import ADVANCED, LANDED, SKIPPED, Record
+from .._hybrid._arrays import Array
 from .._physics._acting import AbstractBrakeSystem
 from .._physics._chain_system import ChainSystem
 from .._physics._modes import BandMode, slips

@@ -6,11 +6,11 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array
 
 from .._base._compiling import cpu_compiler_options
 from .._base._progress import piece
 from .._hybrid import Record
+from .._hybrid._arrays import Array
 from .._parts._band import LiningForces
 from .._physics._acting import AbstractBrakeSystem
 from .._physics._observe import columns, lining_forces, lining_margins, passing, surfaces

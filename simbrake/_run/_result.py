@@ -7,9 +7,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
-from jaxtyping import Array, Int
+from jaxtyping import Int
 
 from .._hybrid import Record
+from .._hybrid._arrays import Array
 from .._parts._heat import node_names
 from .._parts._scene import Scene
 from ._log import Event

@@ -7,11 +7,12 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 from jax.tree_util import Partial
-from jaxtyping import Array, Float
+from jaxtyping import Float
 
 from .._base._compiling import cpu_compiler_options
 from .._base._quantity import Fault, InputError, as_number
 from .._hybrid import Record
+from .._hybrid._arrays import Array
 from .._physics._acting import AbstractBrakeSystem
 from ._integral import POINTS, as_tree, integral, is_traced
 from ._metrics import peak

@@ -2,7 +2,9 @@
 
 from typing import Any, NamedTuple
 
-from jaxtyping import Array, Float, Int
+from jaxtyping import Float, Int
+
+from .._hybrid._arrays import Array
 
 
 class Series(NamedTuple):

@@ -5,9 +5,10 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Float
 
 from .._hybrid import Record
+from .._hybrid._arrays import Array
 from .._parts._band import grip, product, running_product, tension_ratio
 from .._parts._design import Brake
 from .._parts._friction import Contact

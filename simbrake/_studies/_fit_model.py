@@ -6,11 +6,11 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array
 
 from .._base._compiling import cpu_compiler_options
 from .._base._quantity import Fault, InputError
 from .._hybrid import Code
+from .._hybrid._arrays import Array
 from .._parts._scene import Scene
 from .._run._edit import with_values
 from .._run._measure import Metric, measure
