@@ -72,7 +72,7 @@ def main(measured: list[str]) -> None:
     frame.save(HERE / "pictures" / "animation.png", optimize=True)
     film.unlink()
     # what benchmarks/speed_against_error.py --json wrote: a file given, else the one kept
-    save(plot.work_precision(measured[0] if measured else HERE / "pictures" / "work_precision.json"), "work_precision")
+    save(plot.work_precision(measured[0] if measured else HERE / "pictures" / "precision.json"), "precision")
 
 
 if __name__ == "__main__":

@@ -39,7 +39,6 @@ from ._classical._heat_balance import HeatBalance as HeatBalance
 from ._classical._heat_balance import heat_balance as heat_balance
 from ._classical._material_data import LiningMaterial as LiningMaterial
 from ._classical._material_data import RimMaterial as RimMaterial
-from ._classical._material_data import ThresholdWear as ThresholdWear
 from ._classical._material_data import lining_material as lining_material
 from ._classical._material_data import rim_material as rim_material
 from ._classical._material_table import EnergyLevel as EnergyLevel
@@ -203,6 +202,7 @@ from ._parts._wear import ArrheniusWear as ArrheniusWear
 from ._parts._wear import ConstantWear as ConstantWear
 from ._parts._wear import ExponentialWear as ExponentialWear
 from ._parts._wear import LinearWear as LinearWear
+from ._parts._wear import ThresholdWear as ThresholdWear
 from ._parts._wear import Wear as Wear
 from ._parts._worn import Delayed as Delayed
 from ._parts._worn import turned_scene as turned_scene

@@ -1,38 +1,18 @@
 """Materials by energy level: exchanged in a scene, estimated by hand, simulated by one program, shown."""
 
 import dataclasses
-import json
 import math
 
 import jax
 import numpy as np
 import pytest
-from heat_scenes import TRACK, layered_stop
+from heat_scenes import TRACK
 from helpers import stop_scene
+from material_scenes import DATA, ROOM, W0, J, compared, whole_scene
 from scipy.special import erfc
 
 import simbrake as sb
-from simbrake import plot
 from simbrake._classical._material_data import LININGS, RIMS
-from simbrake._commands._cli import main
-from simbrake._run import _simulate
-
-ROOM = 293.15
-DATA = sb.EstimateData(track_area=1.05, lining_area=0.75, rim_thickness=0.05)  # thick: no heat reaches the back
-J, W0 = 800.0, 20.0  # of `stop_scene`
-
-
-def compared(rims, linings=("FK-24A",), scene=None, **options):
-    options = {"data": DATA, "run": False} | options
-    return sb.compare_materials(scene or stop_scene(C=None), rims, linings, **options)
-
-
-def heated(law=None):
-    """A rigid band under constant tension: all slides from the first moment, as the classical stop assumes."""
-    scene = layered_stop(growth=1.15, law=law or sb.ConstantFriction(0.35))
-    rigid = dataclasses.replace(scene.brake, band=dataclasses.replace(scene.brake.band, stiffness=None))
-    return dataclasses.replace(scene, brake=rigid, initial=sb.Initial(20.0))
-
 
 # --- the materials ----------------------------------------------------------------------------------------------------
 
@@ -70,23 +50,6 @@ def test_wear_is_constant_up_to_the_threshold_and_follows_arrhenius_above():
 
 
 # --- exchanged in a scene ---------------------------------------------------------------------------------------------
-
-
-def whole_scene(partition=None):
-    steel, lining = sb.material("steel_20L"), sb.material("FK-24A")
-    layered = sb.layered_heat(
-        rim=steel,
-        rim_thickness=0.025,
-        track_area=TRACK,
-        partition=partition or sb.EffusivityPartition(steel, lining),
-        lining=lining,
-        lining_area=0.7 * TRACK,
-        band=sb.material("band_steel"),
-        inside=10.0,
-    )
-    flash = sb.FlashTemperature(50e-6, steel.conductivity, steel.diffusivity)
-    heat = dataclasses.replace(sb.with_pulley_structure(layered, steel), flash=flash)
-    return dataclasses.replace(heated(), heat=heat)
 
 
 def test_another_material_is_the_scene_built_with_it():
@@ -301,151 +264,3 @@ def test_a_staged_brake_is_refused():
     brake = dataclasses.replace(scene.brake, bandage=sb.Bandage(20.0, sb.ConstantFriction(0.1)))
     with pytest.raises(sb.InputError, match="one pair"):
         compared(["brass"], scene=dataclasses.replace(scene, brake=brake))
-
-
-# --- simulated --------------------------------------------------------------------------------------------------------
-
-
-@pytest.fixture(scope="module")
-def simulated():
-    """Two materials run; then a third one, and how many programs that took."""
-    first = sb.compare_materials(heated(), ["steel_20L", "brass"], ["FK-24A"])
-    count = _simulate._program.cache_info().misses
-    third = sb.compare_materials(heated(), ["magnesium_alloy", "cast_iron"], ["retinax"])
-    return first, third, _simulate._program.cache_info().misses - count
-
-
-def test_a_new_material_does_not_re_trace(simulated):
-    *_, more = simulated
-    assert more == 0
-
-
-def test_simulated_numbers_are_those_of_a_scene_with_that_rim(simulated):
-    table, *_ = simulated
-    row = table.row("brass")
-    scene = heated()
-    wall = dataclasses.replace(scene.heat.bodies[0], material=sb.material("brass"))
-    heat = dataclasses.replace(scene.heat, bodies=(wall, *scene.heat.bodies[1:]))
-    result = sb.simulate(dataclasses.replace(scene, heat=heat))
-    series = result.series(np.linspace(0.0, float(result.stopping_time), 4001))
-    assert row["surface"].simulated == pytest.approx(float(np.max(series.rim_temperature)), abs=2e-4)
-    assert row["friction_work"].value == pytest.approx(float(series.friction_heat[-1]), rel=1e-9)
-    assert row["share"].simulated == pytest.approx(0.95, rel=1e-9)
-    assert row["wear"].simulated is None  # the scene has no lining whose temperature were known
-    assert row["mass"].simulated is None
-
-
-def test_estimates_meet_the_run_where_it_is_as_they_assume(simulated):
-    for table in simulated[:2]:
-        for row in table:
-            for key in ("bulk_end", "surface"):
-                estimate, run = (T - ROOM for T in row[key])
-                assert estimate == pytest.approx(run, rel=0.06), (row.rim, key)  # layers, cooling, the back
-            assert row["stress"].value == pytest.approx(row["stress"].simulated, rel=0.2)
-
-
-@pytest.mark.slow
-def test_without_heat_the_scene_runs_once_and_wear_adds_up():
-    """Mean wear by hand against the integral over the run, for a constant coefficient."""
-    scene = stop_scene(C=None)
-    cold = sb.lining_material("FK-24A", wear_activation=0.0)
-    table = compared(["brass", "cast_iron"], [cold], scene=scene, run=True)
-    works = [row["friction_work"].value for row in table]
-    assert works == pytest.approx([0.5 * J * W0**2] * 2, rel=1e-9)
-    assert table.row("brass")["surface"].simulated is None
-    assert "no rim in layers" in str(table)
-    n = scene.brake.linings.count
-    linings = dataclasses.replace(scene.brake.linings, area=np.asarray(0.75 / n))
-    result = sb.simulate(dataclasses.replace(scene, brake=dataclasses.replace(scene.brake, linings=linings)))
-    mean = float(np.mean(np.asarray(sb.wear(result, 3e-14))))
-    assert table.row("brass")["wear"].value == pytest.approx(mean, rel=1e-9)
-
-
-@pytest.mark.slow
-def test_simulated_wear_lies_between_that_of_the_coldest_and_the_hottest_lining():
-    scene = whole_scene()
-    scene = dataclasses.replace(scene, heat=dataclasses.replace(scene.heat, flash=None))
-    keen = sb.lining_material("retinax", wear_threshold=ROOM, wear_activation=60e3)
-    row = sb.compare_materials(scene, ["brass"], [keen]).row("brass", "retinax")
-    b = scene.brake
-    load_way = row["friction_work"].value * math.cos(math.radians(13.5) / 2) / (0.35 * 0.7 * TRACK)
-    coldest, hottest = (float(keen.wear(None, None, np.asarray(T))) for T in (ROOM, row["lining_surface"].simulated))
-    assert b.linings.area is None  # the comparison spreads the area of the linings' wall over them
-    assert coldest * load_way < row["wear"].simulated < hottest * load_way
-
-
-def test_materials_with_slopes_and_without_are_one_program():
-    sloped = sb.rim_material("brass")
-    thermal = dataclasses.replace(sloped.thermal, conductivity_slope=1e-3)
-    table = compared([dataclasses.replace(sloped, thermal=thermal), "cast_iron"])
-    assert [float(rim.thermal.conductivity_slope) for rim in table.rims] == [1e-3, 0.0]
-
-
-# --- shown ------------------------------------------------------------------------------------------------------------
-
-
-def test_the_table_its_numbers_and_labelled_data():
-    table = compared(["steel_20L", "brass"], ["FK-24A", "retinax"], energy=[2e5, 4e6])
-    text = str(table)
-    assert text.count("admissible") >= 4
-    assert "of the permissible" in text
-    assert "classical stop of 4000 kJ" in text
-    told = json.loads(json.dumps(table.as_dict(), allow_nan=False))
-    assert len(told["rows"]) == 8
-    assert told["rows"][0]["surface"]["estimate"] == table.rows[0]["surface"].value
-    assert told["materials"]["rims"][0]["sources"]["conductivity"].startswith("V")
-    data = table.dataset()
-    assert dict(data.sizes) == {"level": 2, "rim": 2, "lining": 2}
-    one = data["surface"].sel(rim="brass", lining="retinax").isel(level=1)
-    assert float(one) == table.row("brass", "retinax", 1)["surface"].value
-    assert data["stress"].attrs["units"] == "Pa"
-    with pytest.raises(KeyError, match="no row 'wood'"):
-        table.row("wood")
-    with pytest.raises(KeyError, match="no quantity 'colour'"):
-        table.rows[0]["colour"]
-
-
-def test_the_chart_shows_every_number(simulated):
-    table = compared(["steel_20L", "brass"], ["FK-24A", "retinax"], energy=[2e5, 4e6])
-    axes = plot.materials(table).axes
-    assert len(axes) == 8
-    widths = sorted(bar.get_width() for bar in axes[1].patches)
-    ratios = sorted(table.row(rim, level=i)["stress_ratio"].value for rim in ("steel_20L", "brass") for i in (0, 1))
-    assert widths == pytest.approx(ratios)
-    assert sum(bar.get_hatch() is not None for bar in axes[1].patches) == sum(
-        not row.admissible for row in table if row.lining == "FK-24A"
-    )
-    run = plot.materials(simulated[0]).axes[0]
-    dots = sorted(float(line.get_xdata()[0]) for line in run.lines if line.get_marker() == "D")
-    assert dots == pytest.approx(sorted(row["surface"].simulated - 273.15 for row in simulated[0]))
-
-
-def call(capsys, *arguments):
-    with pytest.raises(SystemExit) as stop:
-        main(list(arguments))
-    out, err = capsys.readouterr()
-    return stop.value.code, out, err
-
-
-def test_the_command(capsys, scenarios, tmp_path, monkeypatch):
-    monkeypatch.setenv("JAX_COMPILATION_CACHE_DIR", "")
-    command = ["materials", str(scenarios / "u2_5_5_stop.toml"), "--no-run", "--rim", "brass", "--rim", "cast_iron"]
-    picture = tmp_path / "materials.png"
-    code, out, _ = call(capsys, *command, "--energy", "400 kJ, 0.8 MJ", "-o", str(picture))
-    assert code == 0
-    assert "classical stop of 800 kJ" in out
-    assert picture.stat().st_size > 10_000
-    code, out, _ = call(capsys, *command, "--lining", "retinax", "--energy", "initial.omega=120 rpm, 24", "--json")
-    told = json.loads(out)
-    assert code == 0
-    assert [level["label"] for level in told["levels"]] == ["initial.omega = 12.5664 rad/s", "initial.omega = 24 rad/s"]
-    assert len(told["rows"]) == 4
-    for wrong, word in (
-        (["--rim", "wood"], "no rim material 'wood'"),
-        (["--energy", "lots"], "friction works, as in"),
-        (["--energy", "brake.linings.angle=0.2"], "no single number"),
-        (["-o", "chart.doc"], "is no picture"),
-    ):
-        code, _, err = call(capsys, *command, *wrong)
-        assert code == 2
-        assert word in err

@@ -28,6 +28,7 @@ def test_laws_have_their_coefficient_at_the_reference_and_where_there_is_no_temp
         sb.LinearWear(3e-14, slope=6e-3, reference=423.15),
         sb.ExponentialWear(3e-14, rise=120.0, reference=423.15),
         sb.ArrheniusWear(3e-14, energy=4e4, reference=423.15),
+        sb.ThresholdWear(3e-14, energy=4e4, threshold=423.15),
     ]
     for law in laws:
         for T in (None, jnp.asarray(423.15)):

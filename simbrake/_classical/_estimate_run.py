@@ -8,13 +8,11 @@ import numpy as np
 from jaxtyping import Float
 
 from .._base._quantity import Fault, InputError
-from .._parts._heat import node_names
-from .._parts._network import place_of
 from .._parts._power_shares import PowerShares
 from .._run._result import Result
-from ._estimate_data import rim_wall
 from ._schmidt import SchmidtCourse, schmidt
 from ._thermal_stress import ElasticMaterial, StressHistory, stress_over_time
+from ._wall_course import wall_course
 
 _LOOKS = 2048  # times at which a run, and its hardest braking, are looked at
 
@@ -148,18 +146,11 @@ def run_values(result: Result, pair: str = "", *, looks: int = _LOOKS) -> RunVal
 
 def _rim_columns(result: Result, s: Any) -> tuple[Any, Any, Any, Any, None]:
     """Face, layers, their depths and thicknesses of a rim in layers."""
-    wall, heat = rim_wall(result.scene), result.scene.heat
-    if wall is None or wall.copies != 1 or s.temperature is None or s.rim_temperature is None:
+    heat = result.scene.heat
+    course = None if heat is None else wall_course(heat, s, heat.rim)
+    if course is None or course.wall.copies != 1 or s.rim_temperature is None:
         return None, None, None, None, None
-    assert heat is not None
-    assert heat.rim is not None
-    name, face = place_of(heat.rim)
-    names = node_names(heat)
-    at = names.index(f"{name}[1]" if wall.layers > 1 else name)
-    layers, steps = np.asarray(s.temperature)[:, at : at + wall.layers], np.asarray(wall.steps)
-    if face == "back":
-        layers, steps = layers[:, ::-1], steps[::-1]
-    return np.asarray(s.rim_temperature)[:, 0], layers, np.cumsum(steps) - 0.5 * steps, steps, None
+    return np.asarray(s.rim_temperature)[:, 0], course.layers, course.depth, course.steps, None
 
 
 def _band_columns(result: Result, s: Any) -> tuple[None, None, None, None, Any]:

@@ -4,40 +4,13 @@ import dataclasses
 from collections.abc import Callable
 from typing import Any
 
-import equinox as eqx
-import jax.numpy as jnp
-
 from .._base._admissible import require_positive
-from .._base._quantity import Scalar, quantity
 from .._parts._material import LIBRARY, Entry, Material, material
+from .._parts._wear import ThresholdWear
 from ._thermal_stress import ElasticMaterial
 
 _ZERO = 273.15  # K
-_GAS = 8.31446261815324  # J/(mol·K), CODATA 2018
 _PROOF = "assumption: two thirds of the 0.2 % proof stress"
-
-
-class ThresholdWear(eqx.Module):
-    """Archard's coefficient of resin-bonded linings (m³/(N·m)): constant up to a threshold, above it after Arrhenius:
-
-        I = I_0 for T ≤ T_t,   I = I_0 exp[(E/R)(1/T_t − 1/T)] above
-
-    - `coefficient` `I_0` (m³/(N·m)), `threshold` `T_t` (K), `activation` energy `E` (J/mol) of the resin's decay
-
-    A rate for `sb.wear`: a function of pressure, slip speed and temperature (without one: `I_0`).
-
-    Reference: T. Liu, S. K. Rhee, *Wear* 37 (1976) 291; threshold about 230 °C.
-    """
-
-    coefficient: Scalar = quantity("m^3/(N*m)", "coefficient of wear below the threshold", positive=True)
-    threshold: Scalar = quantity("K", "temperature above which wear grows", positive=True, default=_ZERO + 230.0)
-    activation: Scalar = quantity("J/mol", "activation energy", low=0.0, default=40e3)
-
-    def __call__(self, p: Any, v: Any, T: Any) -> Any:
-        if T is None:
-            return jnp.asarray(self.coefficient)
-        hot = jnp.maximum(T, self.threshold)
-        return self.coefficient * jnp.exp(self.activation / _GAS * (1 / self.threshold - 1 / hot))
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -100,7 +73,7 @@ class LiningMaterial:
         if isinstance(self.wear, ThresholdWear):
             law = self.wear
             found |= {"wear_coefficient": law.coefficient, "wear_threshold": law.threshold}  # pyright: ignore
-            found |= {"wear_activation": law.activation}  # pyright: ignore
+            found |= {"wear_activation": law.energy}  # pyright: ignore
         found |= {"permissible_temperature": self.permissible, "hardness": self.hardness}
         return {name: float(value) for name, value in found.items()}
 

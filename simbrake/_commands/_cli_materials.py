@@ -6,13 +6,13 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
-from ._cli_options import Json, Many, Set, opened, prepare_jax, print_written, tolerance
+from ._cli_options import Json, Many, Rtol, Scenario, Set, opened, prepare_jax, print_written, tolerance
 
 _FORMS = 'friction works, as in "400 kJ, 800 kJ", or a number of the scene, as in "initial.omega=12,24"'
 
 
 def materials(
-    scenario: Path,
+    scenario: Scenario,
     /,
     *,
     energy: str | None = None,
@@ -22,15 +22,13 @@ def materials(
     inertia: bool = False,
     out: Annotated[Path | None, Parameter(name=["--out", "-o"])] = None,
     set_: Set = None,
-    rtol: float = 1e-10,
+    rtol: Rtol = 1e-10,
     json_: Json = False,
 ) -> int:
     """Compare materials of rim and linings for the duty of a scene: temperatures, shares, stress, wear, mass.
 
     Parameters
     ----------
-    scenario
-        Scene file: TOML, or Python with a function scene().
     energy
         Energy levels: friction works ("400 kJ, 800 kJ"), for which the initial speed is sought, or PATH=a,b,c, a number
         of the scene and its values. Without it: the scene as it is.
@@ -45,10 +43,6 @@ def materials(
         Let the pulley's inertia follow the mass of its rim.
     out
         Chart of the comparison (.png, .svg or .pdf).
-    set_
-        PATH=VALUE: override a number of the scene (SI, or with its unit); may be repeated.
-    rtol
-        Relative tolerance of the integration.
     json_
         Print materials with their sources, rows and verdicts as JSON, alone on stdout.
     """

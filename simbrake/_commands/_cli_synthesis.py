@@ -7,11 +7,11 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
-from ._cli_options import Json, Many, Set, opened, prepare_jax, print_written, tolerance
+from ._cli_options import Json, Many, Rtol, Scenario, Set, opened, prepare_jax, print_written, tolerance
 
 
 def synthesize(
-    scenario: Path,
+    scenario: Scenario,
     /,
     *,
     run: bool = True,
@@ -19,7 +19,7 @@ def synthesize(
     given: Many = None,
     transmission: Annotated[bool, Parameter(negative="")] = False,
     set_: Set = None,
-    rtol: float = 1e-10,
+    rtol: Rtol = 1e-10,
     json_: Json = False,
 ) -> int:
     """Print the parametric synthesis of a braking in twelve steps, beside its simulation.
@@ -29,8 +29,6 @@ def synthesize(
 
     Parameters
     ----------
-    scenario
-        Scene file: TOML, or Python with a function scene().
     run
         Simulate the scene as well; without it time and work are those of a classical stop.
     out
@@ -40,47 +38,23 @@ def synthesize(
         name, as rim=cast_iron, or a limit, as "permissible.back=130 degC"; may be repeated.
     transmission
         Take the share into the rim by heat transmission (S-41) instead of the scene's law or effusivities.
-    set_
-        PATH=VALUE: override a number of the scene (SI, or with its unit); may be repeated.
-    rtol
-        Relative tolerance of the integration.
     json_
         Print the figures as JSON, alone on stdout: a list of {step, name, formula, value, unit, simulated, …}.
     """
     prepare_jax()
     from .._base._progress import Waiting
-    from .._base._quantity import Fault, InputError
     from .._base._whole import whole_file
-    from .._classical._given_numbers import read_given
     from .._classical._property_iteration import SynthesisError
     from .._classical._reproduce import transmission_table
-    from .._classical._synthesis import faults_of_synthesis
     from .._classical._synthesis import synthesize as synthesis_of
-    from .._classical._synthesis_chain import Permissible
     from .._run._simulate import simulate
 
-    faults = [] if out is None or not out.is_dir() else [Fault("--out", f"{out} is a folder", "give a file")]
-    scenes: list[Any] = []
-    data, permissible = None, Permissible()
-    try:
-        data, permissible = read_given(given or [])
-    except InputError as error:
-        faults += error.faults
-    try:
-        scenes.append(opened(scenario, set_, None, rtol=tolerance(rtol)))
-    except InputError as error:
-        faults += error.faults
-    faults += [fault for scene in scenes for fault in faults_of_synthesis(scene, data, permissible)]
-    if faults:  # before a run that may take minutes
-        raise InputError(faults)
-    scene = scenes[0]
+    scene, data, permissible = _asked(scenario, set_, given, out, rtol)
     partition = transmission_table() if transmission else None
     with Waiting("run", "compiles what it has not seen before, then runs"):
         result = simulate(scene, rtol=rtol, throw=False) if run else None
         try:
-            found = synthesis_of(
-                scene if result is None else result, data, permissible=permissible, partition=partition
-            )
+            found = synthesis_of(result or scene, data, permissible=permissible, partition=partition)
         except SynthesisError as error:
             print(f"simbrake: {error}", file=sys.stderr)
             return 1
@@ -91,3 +65,27 @@ def synthesize(
             path.write_text((figures if json_ or out.suffix == ".json" else str(found)) + "\n", "utf-8")
         print_written([out], json_)
     return 0 if result is None or result.ok else 1
+
+
+def _asked(scenario: Path, set_: Set, given: Many, out: Path | None, rtol: float) -> tuple[Any, Any, Any]:
+    """Scene, given numbers and limits; `InputError` with the faults of all, before a run that may take minutes."""
+    from .._base._quantity import Fault, InputError
+    from .._classical._given_numbers import read_given
+    from .._classical._synthesis import faults_of_synthesis
+    from .._classical._synthesis_chain import Permissible
+
+    faults = [] if out is None or not out.is_dir() else [Fault("--out", f"{out} is a folder", "give a file")]
+    scene, data, permissible = None, None, Permissible()
+    try:
+        data, permissible = read_given(given or [])
+    except InputError as error:
+        faults += error.faults
+    try:
+        scene = opened(scenario, set_, None, rtol=tolerance(rtol))
+    except InputError as error:
+        faults += error.faults
+    if scene is not None:
+        faults += faults_of_synthesis(scene, data, permissible)
+    if faults:
+        raise InputError(faults)
+    return scene, data, permissible

@@ -55,6 +55,7 @@ _m = np.append(np.asarray(_A[-1]), 1.0)
 # the classical weights, for quadratures: k = Γ⁻¹ u, Γ⁻¹ = I/γ − C, so that y₁ = y + Σ b_i k_i with b = m Γ
 _b = _m @ np.linalg.inv(np.eye(len(_m)) / _GAMMA - _c)
 _bd = float(_b @ np.asarray(_D))
+_TABLE = (_a, _c, np.asarray(_NODES), np.asarray(_D, float), _b)
 
 
 #: a step of length 0 is taken as one so short that nothing can overflow
@@ -98,18 +99,7 @@ class Rodas5P(AbstractMethod):
         matrix, lean = _matrix(rhs, t, y, inner, m, outer, h)
         lu, drift = factor(matrix), _drift(rhs, t, y)
 
-        def stage(carry, entry):
-            u, total = carry
-            i, a, c, node, d, b = entry
-            full = rhs(t + node * h, put(y, inner, x + a @ u))
-            new = solve(lu, take(full, inner) + (c @ u) / h + d * h * take(drift, inner))
-            u = jax.lax.dynamic_update_slice(u, new[None], (i, jnp.zeros_like(i)))
-            return (u, total + b * take(full, outer)), None
-
-        n = len(_NODES)
-        start = (jnp.zeros((n, x.shape[0])), jnp.zeros(len(outer)))
-        entries = (jnp.arange(n, dtype=jnp.int32), *(jnp.asarray(v) for v in (_a, _c, _NODES, np.asarray(_D), _b)))
-        (u, total), _ = jax.lax.scan(stage, start, entries)
+        u, total, _ = _stages(rhs, t, y, h, inner, outer, drift, lambda b: solve(lu, b))
         y1 = put(y, inner, x + jnp.asarray(_m) @ u)
         if outer:
             bend = _bd * h * take(drift, outer) + lean @ (jnp.asarray(_b) @ u)
@@ -136,20 +126,7 @@ class Rodas5P(AbstractMethod):
                 residual, b, lambda _, b: solve(lu, b), transpose_solve=lambda _, b: solve(lu_transposed, b)
             )
 
-        drift = _drift(rhs, t, y)
-
-        def stage(carry, entry):
-            u, total = carry
-            i, a, c, node, d, b = entry
-            full = rhs(t + node * h, put(y, inner, x + a @ u))
-            new = solved(take(full, inner) + (c @ u) / h + d * h * take(drift, inner))
-            u = jax.lax.dynamic_update_slice(u, new[None], (i, jnp.zeros_like(i)))
-            return (u, total + b * take(full, outer)), None
-
-        n = len(_NODES)
-        start = (jnp.zeros((n, x.shape[0])), jnp.zeros(len(outer)))
-        entries = (jnp.arange(n, dtype=jnp.int32), *(jnp.asarray(v) for v in (_a, _c, _NODES, np.asarray(_D), _b)))
-        (u, total), _ = jax.lax.scan(stage, start, entries)
+        u, total, _ = _stages(rhs, t, y, h, inner, outer, _drift(rhs, t, y), solved)
         y1 = put(y, inner, x + jnp.asarray(_m) @ u)
         if outer:
             along = put(jnp.zeros_like(y), inner, jnp.asarray(_b) @ u)
@@ -160,7 +137,7 @@ class Rodas5P(AbstractMethod):
 
     def pullback(self, rhs, params, t, y, h):
         inner, m, outer = self._places(y)
-        x, nothing = take(y, inner), jnp.zeros_like(y)
+        nothing = jnp.zeros_like(y)
         moves = h != 0
         h = jnp.where(moves, h, _LEAST)
         here = functools.partial(rhs, params)
@@ -170,19 +147,10 @@ class Rodas5P(AbstractMethod):
         a, c, nodes, d = np.pad(_a, ((0, 1), (0, 1))), np.pad(_c, ((0, 1), (0, 1))), (*_NODES, 1.0), (*_D, 0.0)
         a[n, :n] = _m  # one stage more is the rate at the end, from which nothing else follows
         b = np.append(_b, 0.0)
-
-        def stage(carry, entry):
-            u, total = carry
-            i, a, c, node, d, b = entry
-            argument = x + a @ u
-            full = rhs(params, t + node * h, put(y, inner, argument))
-            new = solve(lu, take(full, inner) + (c @ u) / h + d * h * take(drift, inner))
-            u = jax.lax.dynamic_update_slice(u, new[None], (i, jnp.zeros_like(i)))
-            return (u, total + b * take(full, outer)), (argument, full)
-
-        entries = [jnp.arange(n + 1, dtype=jnp.int32), *(jnp.asarray(v) for v in (a, c, nodes, d, b))]
-        start = (jnp.zeros((n + 1, x.shape[0])), jnp.zeros(len(outer)))
-        (u, total), (arguments, fulls) = jax.lax.scan(stage, start, tuple(entries))
+        table = (a, c, np.asarray(nodes), np.asarray(d, float), b)
+        u, total, (arguments, fulls) = _stages(
+            here, t, y, h, inner, outer, drift, lambda b: solve(lu, b), table, keep=True
+        )
         u = u[:n]
         bent = put(nothing, inner, jnp.asarray(_b) @ u)
         y1 = put(y, inner, arguments[-1])
@@ -209,7 +177,7 @@ class Rodas5P(AbstractMethod):
                 return (c_u, total), c_b
 
             start = (jnp.asarray(b)[:, None] * through, jax.tree.map(jnp.zeros_like, (params, t, y)))
-            given = (entries[0], *(jnp.asarray(v) for v in (a, c, nodes, b)), arguments)
+            given = (jnp.arange(n + 1, dtype=jnp.int32), *(jnp.asarray(v) for v in (a, c, nodes, b)), arguments)
             (_, total), c_b = jax.lax.scan(stage, start, given, reverse=True)
             c_b = c_b[:n]
             # what the matrix, the drift and the bend change by: derivatives along directions, each with its cotangent
@@ -236,6 +204,24 @@ def _matrix(rhs, t, y, inner, m, outer, h) -> tuple[Bordered, Float[Array, "oute
     J, lean = jacobian(lambda x: take(rhs(t, put(y, inner, x)), inner + outer), take(y, inner), m)
     scale = 1.0 / (_GAMMA * h)
     return Bordered(scale * jnp.eye(m) - J.core, -J.right, -J.below, -J.lower, scale - J.diagonal, -J.upper), lean
+
+
+def _stages(rhs, t, y, h, inner, outer, drift, solved, table=_TABLE, keep=False) -> tuple[Array, Array, Any]:
+    """Increments of all stages and the weighted sum of the quadratures' rates; to `keep`: arguments and rates."""
+    x, n = take(y, inner), len(table[0])
+
+    def stage(carry, entry):
+        u, total = carry
+        i, a, c, node, d, b = entry
+        argument = x + a @ u
+        full = rhs(t + node * h, put(y, inner, argument))
+        new = solved(take(full, inner) + (c @ u) / h + d * h * take(drift, inner))
+        u = jax.lax.dynamic_update_slice(u, new[None], (i, jnp.zeros_like(i)))
+        return (u, total + b * take(full, outer)), (argument, full) if keep else None
+
+    start = (jnp.zeros((n, x.shape[0])), jnp.zeros(len(outer)))
+    (u, total), kept = jax.lax.scan(stage, start, (jnp.arange(n, dtype=jnp.int32), *map(jnp.asarray, table)))
+    return u, total, kept
 
 
 def _drift(rhs, t, y) -> Float[Array, " state"]:

@@ -104,6 +104,26 @@ class ArrheniusWear(AbstractWearRate):
         return k if T is None else k * jnp.exp(self.energy / GAS_CONSTANT * (1 / self.reference - 1 / T))
 
 
+class ThresholdWear(AbstractWearRate):
+    """Resin-bonded linings: constant up to a threshold, above it the decay of the resin after Arrhenius.
+
+        I = k for T ≤ T_t,   I = k exp[(E/R)(1/T_t − 1/T)] above
+
+    - `coefficient` `k` (m³/(N·m)) below the `threshold` `T_t` (K);  `energy` `E` (J/mol): activation energy
+
+    Reference: T. Liu, S. K. Rhee, *Wear* 37 (1976) 291; threshold about 230 °C.
+    """
+
+    coefficient: Scalar = _rate_at("below the threshold")
+    threshold: Scalar = quantity("K", "temperature above which wear grows", positive=True, default=503.15)
+    energy: Scalar = quantity("J/mol", "activation energy", low=0.0, many=True, default=40e3)
+
+    def at(self, T):
+        k = jnp.asarray(self.coefficient)
+        hot = self.threshold if T is None else jnp.maximum(T, self.threshold)
+        return k * jnp.exp(self.energy / GAS_CONSTANT * (1 / self.threshold - 1 / hot))
+
+
 def _as_rate(rate: Any) -> Any:
     """A bare number is a constant rate."""
     return rate if rate is None or isinstance(rate, AbstractWearRate) else ConstantWear(as_number(rate))

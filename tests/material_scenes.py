@@ -1,0 +1,41 @@
+"""Materials compared on one layered brake."""
+
+import dataclasses
+
+from heat_scenes import TRACK, layered_stop
+from helpers import stop_scene
+
+import simbrake as sb
+
+ROOM = 293.15
+DATA = sb.EstimateData(track_area=1.05, lining_area=0.75, rim_thickness=0.05)  # thick: no heat reaches the back
+J, W0 = 800.0, 20.0  # of `stop_scene`
+
+
+def compared(rims, linings=("FK-24A",), scene=None, **options):
+    options = {"data": DATA, "run": False} | options
+    return sb.compare_materials(scene or stop_scene(C=None), rims, linings, **options)
+
+
+def heated(law=None):
+    """A rigid band under constant tension: all slides from the first moment, as the classical stop assumes."""
+    scene = layered_stop(growth=1.15, law=law or sb.ConstantFriction(0.35))
+    rigid = dataclasses.replace(scene.brake, band=dataclasses.replace(scene.brake.band, stiffness=None))
+    return dataclasses.replace(scene, brake=rigid, initial=sb.Initial(20.0))
+
+
+def whole_scene(partition=None):
+    steel, lining = sb.material("steel_20L"), sb.material("FK-24A")
+    layered = sb.layered_heat(
+        rim=steel,
+        rim_thickness=0.025,
+        track_area=TRACK,
+        partition=partition or sb.EffusivityPartition(steel, lining),
+        lining=lining,
+        lining_area=0.7 * TRACK,
+        band=sb.material("band_steel"),
+        inside=10.0,
+    )
+    flash = sb.FlashTemperature(50e-6, steel.conductivity, steel.diffusivity)
+    heat = dataclasses.replace(sb.with_pulley_structure(layered, steel), flash=flash)
+    return dataclasses.replace(heated(), heat=heat)
