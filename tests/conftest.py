@@ -27,7 +27,9 @@ def pytest_configure(config):
     checked = os.environ.get("SIMBRAKE_CHECK_TYPES") == "1"
     with install_import_hook("simbrake", "beartype.beartype") if checked else contextlib.nullcontext():
         for name in ("simbrake", "simbrake._commands._cli", "simbrake._pages._export", "simbrake.plot"):
-            importlib.import_module(name)
+            module = importlib.import_module(name)
+            for public in getattr(module, "__all__", ()):
+                getattr(module, public)  # public names are imported when they are first used
     # tracing leaves millions of small objects, and hardly any rubbish in cycles
     gc.collect()
     gc.freeze()

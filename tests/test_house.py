@@ -25,14 +25,15 @@ HOUSE = {
             "_admissible",
             "_compiling",
             "_event_names",
+            "_faults",
             "_handy",
             "_identify",
             "_order",
             "_progress",
-            "_quantity",
             "_units",
         },
-        {"_numbers", "_whole"},
+        {"_quantity", "_whole"},
+        {"_numbers"},
     ],
     "_parts": [
         {"_band", "_compliance", "_duty", "_friction", "_layout", "_material", "_power_shares"},
@@ -110,14 +111,14 @@ HOUSE = {
         {
             "_classical_staged",
             "_estimate_data",
+            "_estimate_run",
             "_material_data",
             "_published_figures",
             "_rational_thickness",
             "_reproduce",
         },
-        {"_estimate_report", "_estimate_run"},
-        {"_estimate_basis", "_synthesis_report"},
-        {"_estimate_rows", "_estimate_temperatures", "_property_iteration"},
+        {"_estimate_basis", "_estimate_report"},
+        {"_estimate_rows", "_estimate_temperatures", "_property_iteration", "_synthesis_report"},
         {"_estimate_staged", "_material_estimate", "_synthesis_chain"},
         {"_engineering", "_given_numbers", "_material_table", "_synthesis_heating", "_synthesis_layers"},
         {"_compare_materials", "_synthesis_operation"},
@@ -231,13 +232,24 @@ def test_only_plot_modules_import_matplotlib():
 def test_importing_loads_nothing_that_a_run_does_not_need():
     """Half a second each: pictures, tables, units, reports and SciPy are loaded by those who use them."""
     heavy = ("matplotlib", "scipy", "xarray", "pandas", "pint", "jinja2", "pyarrow", "interpax", "cyclopts", "SALib")
-    program = f"import sys, simbrake; print([name for name in {heavy} if name in sys.modules])"
+    unused = tuple(f"simbrake.{name}" for name in ("_studies", "_classical", "_layouts", "_checks", "_pages"))
+    program = "import sys, simbrake as sb; sb.Scene, sb.Brake, sb.simulate; print("
+    program += f"[name for name in {heavy + unused} if name in sys.modules])"
     found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert found.stdout.strip() == "[]"
 
 
+def test_help_and_version_do_not_wait_for_jax():
+    program = "import sys, simbrake; from simbrake._commands._cli import main\nsys.argv = ['simbrake', sys.argv[1]]\n"
+    program += "try:\n    main()\nfinally:\n    print(sorted({'jax', 'numpy', 'scipy'} & set(sys.modules)))"
+    for option in ("--help", "--version"):
+        found = subprocess.run([sys.executable, "-c", program, option], capture_output=True, text=True, check=True)
+        assert found.stdout.splitlines()[-1] == "[]", option
+
+
 def test_public_names():
-    public = sorted(name for name in vars(sb) if not name.startswith("_") and name[0].isupper())
+    public = sorted(name for name in sb.__all__ if name[0].isupper())
+    assert len(public) > 100
     for name in ("Scene", "Brake", "Pulley", "Band", "Lining", "Duty", "Initial", "Result", "ConstantFriction"):
         assert name in public
     documented = [name for name in public if isinstance(getattr(sb, name), type)]

@@ -11,6 +11,7 @@ PAGES: dict[str, tuple[str, ...]] = {
         "_scene",
         "_simulate",
         "_outcome",
+        "_faults",
         "_quantity",
         "_edit",
         "_schema",
@@ -93,8 +94,8 @@ PAGES: dict[str, tuple[str, ...]] = {
 
 
 def public_names() -> dict[str, str]:
-    """Public names of simbrake, with the module that `simbrake/__init__.py` takes each from."""
-    tree = ast.parse(pathlib.Path(simbrake.__file__).read_text("utf-8"))
+    """Public names of simbrake, with the module that `simbrake/__init__.pyi` takes each from."""
+    tree = ast.parse(pathlib.Path(simbrake.__file__).with_suffix(".pyi").read_text("utf-8"))
     found = {}
     for node in tree.body:
         if isinstance(node, ast.ImportFrom) and node.level == 1 and node.module:

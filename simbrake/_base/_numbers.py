@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from ._quantity import Fault, Quantity
+from ._faults import Fault
+from ._quantity import Quantity
 from ._units import to_si, unit
 
 #: what stands for a value that could not be read

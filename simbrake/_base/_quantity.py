@@ -10,6 +10,7 @@ from jax.core import Tracer
 from jaxtyping import Float
 
 from .._hybrid._arrays import Array
+from ._faults import Fault
 
 if TYPE_CHECKING:
     Scalar = Any  # what a caller may write: a number, a list, an array
@@ -120,27 +121,6 @@ def about_of(field: dataclasses.Field, unit: str) -> Quantity | None:
     """What is known of a numeric field that stands where the unit `SI` means `unit`; `None` for other fields."""
     about = field.metadata.get("quantity")
     return dataclasses.replace(about, unit=unit) if about is not None and about.unit == "SI" else about
-
-
-@dataclasses.dataclass(frozen=True)
-class Fault:
-    """One thing wrong with an input: where, what stands there, and what to do."""
-
-    path: str
-    problem: str
-    hint: str = ""
-
-    def __str__(self) -> str:
-        return f"{self.path}: {self.problem}" + (f" — {self.hint}" if self.hint else "")
-
-
-class InputError(ValueError):
-    """All faults of an input in one report."""
-
-    def __init__(self, faults: list[Fault]):
-        self.faults = tuple(faults)
-        count = "1 fault" if len(faults) == 1 else f"{len(faults)} faults"
-        super().__init__("\n".join([f"the input has {count}:", *(f"  {fault}" for fault in faults)]))
 
 
 @dataclasses.dataclass(frozen=True)

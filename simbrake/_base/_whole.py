@@ -7,7 +7,7 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-from ._quantity import Fault, InputError
+from ._faults import Fault, InputError
 
 
 @contextlib.contextmanager

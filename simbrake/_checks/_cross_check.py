@@ -11,8 +11,8 @@ import jax.numpy as jnp
 import numpy as np
 from jax.flatten_util import ravel_pytree
 
+from .._base._faults import Fault, InputError
 from .._base._progress import waiting
-from .._base._quantity import Fault, InputError
 from .._parts._scene import Scene
 from .._physics._modes import Label, events_of_change
 from .._run._choice import stiffness

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from fnmatch import fnmatchcase
 
+from .._base._faults import Fault, InputError
 from .._base._progress import Line, duration
-from .._base._quantity import Fault, InputError
 from .._run._simulate import require_64_bits
 from ._validation import Case, Check, Validation, run_case
 

@@ -9,8 +9,9 @@ import jax
 import numpy as np
 from jax.core import Tracer
 
+from .._base._faults import Fault, InputError
 from .._base._progress import Progress
-from .._base._quantity import Fault, InputError, leaves
+from .._base._quantity import leaves
 from .._parts._exchange import named_materials, with_materials
 from .._parts._material import Material
 from .._parts._scene import Scene, check

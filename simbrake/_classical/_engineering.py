@@ -1,6 +1,6 @@
 """Engineering estimates of a scene or of a run: the classical formulas beside the simulation."""
 
-from .._base._quantity import Fault, InputError
+from .._base._faults import Fault, InputError
 from .._parts._scene import Scene, check
 from .._run._result import Result
 from ._classical_staged import StagedStop, classical_staged_stop

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from .._base._quantity import Fault, InputError
+from .._base._faults import Fault, InputError
 from .._parts._heat import FrictionHeat, Heat
 from .._parts._links import AbstractCoefficient, Convection, Radiation
 from .._parts._material import ROOM, Material, effusivity_share, material

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from .._base._quantity import Fault, InputError
+from .._base._faults import Fault, InputError
 from .._parts._power_shares import PowerShares
 from .._run._result import Result
 from ._schmidt import SchmidtCourse, schmidt

@@ -7,7 +7,7 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 
-from .._base._quantity import Fault, InputError
+from .._base._faults import Fault, InputError
 from .._parts._heat import AbstractPartition
 from .._parts._material import ROOM, Material, effusivity_share
 from ._estimate_basis import Basis

@@ -1,6 +1,6 @@
 """The parametric synthesis: S's twelve steps over a scene or a run, as one chain."""
 
-from .._base._quantity import Fault, InputError
+from .._base._faults import Fault, InputError
 from .._parts._heat import AbstractPartition
 from .._parts._scene import Scene, faults
 from .._run._result import Result

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from .._base._quantity import Fault, InputError
+from .._base._faults import Fault, InputError
 from .._base._whole import whole_folder
 from .._parts._scene import Scene
 from .._studies._calibrate import calibrate

@@ -143,7 +143,7 @@ for _command in (
 
 def main(arguments: list[str] | None = None) -> None:
     """Entry point of the `simbrake` command."""
-    from .._base._quantity import InputError
+    from .._base._faults import InputError
 
     try:
         code = app(arguments, exit_on_error=False, print_error=True, result_action="return_value")

@@ -38,8 +38,8 @@ def life(
         Print the figures as JSON, alone on stdout.
     """
     prepare_jax()
+    from .._base._faults import Fault, InputError
     from .._base._progress import Waiting
-    from .._base._quantity import Fault, InputError
     from .._run._outcome import SimulationError
     from .._studies._lining_life import lining_life
 

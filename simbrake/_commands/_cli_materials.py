@@ -47,7 +47,7 @@ def materials(
         Print materials with their sources, rows and verdicts as JSON, alone on stdout.
     """
     prepare_jax()
-    from .._base._quantity import Fault, InputError
+    from .._base._faults import Fault, InputError
     from .._classical._compare_materials import DEFAULT_LININGS, DEFAULT_RIMS, compare_materials
 
     scene = opened(scenario, set_, None, rtol=tolerance(rtol))
@@ -78,8 +78,9 @@ def materials(
 
 def _energy(scene: Any, text: str) -> Any:
     """`--energy` in its forms; raises `InputError` with all faults."""
+    from .._base._faults import Fault, InputError
     from .._base._numbers import NumberReader
-    from .._base._quantity import Fault, InputError, Quantity
+    from .._base._quantity import Quantity
     from .._run._edit import parse_assignments, with_values
 
     path, equals, given = (part.strip() for part in text.partition("="))
@@ -95,7 +96,8 @@ def _energy(scene: Any, text: str) -> Any:
 
 
 def _value(scene: Any, path: str) -> float:
-    from .._base._quantity import Fault, InputError, leaves
+    from .._base._faults import Fault, InputError
+    from .._base._quantity import leaves
 
     found = next((leaf.value for leaf in leaves(scene) if leaf.path == path), None)
     if found is None or getattr(found, "ndim", 0):

@@ -50,7 +50,7 @@ def prepare_jax() -> None:
 
 def opened(scenario: Path, set_: list[str] | None, out: Path | None, **limits: tuple[Any, bool, str]) -> Any:
     """The scene of a command, its numbers overridden; faults of the options first: name, value, admissible, hint."""
-    from .._base._quantity import Fault, InputError
+    from .._base._faults import Fault, InputError
     from .._files._open_scene import open_scene
     from .._run._edit import parse_assignments, with_values
 

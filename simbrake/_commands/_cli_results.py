@@ -94,8 +94,8 @@ def animate(
         Simulated time (s) at which it ends; by default shortly after the stop.
     """
     prepare_jax()
+    from .._base._faults import Fault, InputError
     from .._base._progress import Waiting
-    from .._base._quantity import Fault, InputError
     from .._run._simulate import simulate
 
     scene = opened(scenario, set_, None, rtol=tolerance(rtol), duration=(duration, 0 < duration <= 600, "0…600 s"))

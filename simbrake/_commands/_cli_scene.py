@@ -53,7 +53,7 @@ def check(scenario: Scenario, /, *, set_: Set = None, json_: Json = False) -> in
         Print {faults, warnings} as JSON, alone on stdout.
     """
     prepare_jax()
-    from .._base._quantity import InputError
+    from .._base._faults import InputError
     from .._files._scene_tables import count_text
     from .._parts._plausible import plausibility
     from .._parts._scene import check as check_scene

@@ -69,7 +69,7 @@ def synthesize(
 
 def _asked(scenario: Path, set_: Set, given: Many, out: Path | None, rtol: float) -> tuple[Any, Any, Any]:
     """Scene, given numbers and limits; `InputError` with the faults of all, before a run that may take minutes."""
-    from .._base._quantity import Fault, InputError
+    from .._base._faults import Fault, InputError
     from .._classical._given_numbers import read_given
     from .._classical._synthesis import faults_of_synthesis
     from .._classical._synthesis_chain import Permissible

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from .._base._faults import Fault, InputError
 from .._base._progress import Waiting
-from .._base._quantity import Fault, InputError
 from .._pages._html_limits import read_limits
 from .._pages._html_report import report
 from .._parts._scene import Scene

@@ -5,7 +5,8 @@ from typing import Annotated
 
 import numpy as np
 
-from .._base._quantity import InputError, Quantity
+from .._base._faults import InputError
+from .._base._quantity import Quantity
 from .._parts._duty import PiecewiseLinear
 from .._studies._read_measured import CsvFile
 

@@ -3,7 +3,7 @@
 import importlib.util
 from pathlib import Path
 
-from .._base._quantity import Fault, InputError
+from .._base._faults import Fault, InputError
 from .._parts._scene import Scene
 from ._scene_file import read_scene
 

@@ -10,7 +10,8 @@ import equinox as eqx
 import numpy as np
 from jax.core import Tracer
 
-from .._base._quantity import Fault, InputError, Quantity
+from .._base._faults import Fault, InputError
+from .._base._quantity import Quantity
 from .._base._whole import whole_file
 from .._parts._material import LIBRARY, Material, material
 from .._parts._scene import Scene, check

@@ -5,8 +5,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from .._base._faults import Fault, InputError
 from .._base._numbers import BAD, NumberReader, example, shown
-from .._base._quantity import Fault, InputError, Quantity, Whole
+from .._base._quantity import Quantity, Whole
 from .._parts._material import LIBRARY, material
 from ._schema import Part, makers_of, parts_of, short_of
 

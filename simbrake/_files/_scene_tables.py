@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from .._base._quantity import Fault, InputError, Quantity, Whole, leaves
+from .._base._faults import Fault, InputError
+from .._base._quantity import Quantity, Whole, leaves
 from .._parts._scene import Scene
 from ._schema import Part, all_makers, makers_of, parts_of, short_of
 

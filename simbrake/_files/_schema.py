@@ -2,7 +2,10 @@
 
 import dataclasses
 import functools
+import importlib
 import inspect
+import pkgutil
+import sys
 import types
 import typing
 from collections.abc import Callable
@@ -116,8 +119,17 @@ def _alternatives(hint: Any) -> tuple[Any, ...]:
 
 
 @functools.cache
+def _import_all_parts() -> None:
+    """Classes are found among the subclasses of their family, so all of them must be there."""
+    package = Scene.__module__.rpartition(".")[0]
+    for module in pkgutil.iter_modules(sys.modules[package].__path__, f"{package}."):
+        importlib.import_module(module.name)
+
+
+@functools.cache
 def makers_of(wanted: tuple[type, ...]) -> dict[str, Callable[..., Any]]:
     """Classes and builders that give one of the `wanted` classes and can be written in a file: name → maker."""
+    _import_all_parts()
     found: dict[str, Callable[..., Any]] = {}
     for base in wanted:
         family, seen = [base], set()

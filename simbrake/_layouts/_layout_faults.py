@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from .._base._quantity import Fault
+from .._base._faults import Fault
 from .._parts._scene import Scene, faults
 from .._run._rubbing import PAIRS
 from ._layout_targets import TARGETS, Target

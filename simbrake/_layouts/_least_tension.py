@@ -11,8 +11,9 @@ import numpy as np
 from jaxtyping import Float
 
 from .._base._compiling import cpu_compiler_options
+from .._base._faults import Fault, InputError
 from .._base._progress import Line, duration
-from .._base._quantity import Fault, InputError, leaves
+from .._base._quantity import leaves
 from .._hybrid import Code
 from .._hybrid._arrays import Array
 from .._parts._scene import Scene, faults

@@ -12,8 +12,9 @@ import numpy as np
 from jaxtyping import Float
 
 from .._base._compiling import cpu_compiler_options
+from .._base._faults import InputError
 from .._base._progress import Line, duration
-from .._base._quantity import InputError, as_number
+from .._base._quantity import as_number
 from .._hybrid import Code
 from .._parts._layout import InfeasibleLayout
 from .._parts._scene import Scene

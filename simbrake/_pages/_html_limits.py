@@ -5,9 +5,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from .._base._faults import Fault, InputError
 from .._base._handy import Number, number
 from .._base._numbers import BAD, NumberReader
-from .._base._quantity import Fault, InputError, Quantity
+from .._base._quantity import Quantity
 from .._parts._driller import AbstractSpeedLever
 from .._parts._scene import Scene
 from .._run._measure import check_metrics, measure, metric_names, unit_of

@@ -5,9 +5,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from .._base._faults import InputError
 from .._base._handy import Number, digits, number, pretty
 from .._base._progress import Waiting, waiting
-from .._base._quantity import InputError
 from .._base._whole import whole_file
 from .._files._scene_file import scene_text
 from .._parts._scene import Scene

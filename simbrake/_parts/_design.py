@@ -10,7 +10,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from .._base._quantity import Fault, Scalar, Whole, positive, quantity
+from .._base._faults import Fault
+from .._base._quantity import Scalar, Whole, positive, quantity
 from .._hybrid._arrays import Array
 from ._compliance import AbstractStiffness, ParallelBands
 from ._friction import AbstractFriction, Contact

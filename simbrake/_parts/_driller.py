@@ -8,7 +8,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from .._base._quantity import Fault, Scalar, holding, quantity
+from .._base._faults import Fault
+from .._base._quantity import Scalar, holding, quantity
 from .._hybrid._arrays import Array
 from ._duty import AbstractProfile, Repeated
 

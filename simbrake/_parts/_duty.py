@@ -10,7 +10,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float, Int
 
-from .._base._quantity import Fault, Quantity, Scalar, quantity, whole
+from .._base._faults import Fault
+from .._base._quantity import Quantity, Scalar, quantity, whole
 from .._hybrid._arrays import Array
 
 

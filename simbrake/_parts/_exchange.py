@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from jax.core import Tracer
 
-from .._base._quantity import Fault, InputError
+from .._base._faults import Fault, InputError
 from ._heat import EffusivityPartition, FlashTemperature, FrictionHeat, Heat, TransmissionPartition
 from ._links import AbstractLink, Conductance
 from ._material import Material

@@ -9,7 +9,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from .._base._quantity import Fault, Scalar, quantity
+from .._base._faults import Fault
+from .._base._quantity import Scalar, quantity
 from .._hybrid._arrays import Array
 from ._friction import AbstractFriction, Contact
 

@@ -6,7 +6,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from .._base._quantity import Fault, Scalar, holding, quantity
+from .._base._faults import Fault
+from .._base._quantity import Scalar, holding, quantity
 from .._hybrid._arrays import Array
 from ._driller import AbstractSpeedLever
 from ._duty import AbstractProfile

@@ -11,7 +11,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from .._base._quantity import Fault, Scalar, quantity, whole
+from .._base._faults import Fault
+from .._base._quantity import Scalar, quantity, whole
 from .._hybrid._arrays import Array
 from ._duty import AbstractProfile
 from ._links import AbstractCoefficient, AbstractLink, Source, ThermalContact

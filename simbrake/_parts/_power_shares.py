@@ -6,7 +6,8 @@ import equinox as eqx
 import numpy as np
 from jax.core import Tracer
 
-from .._base._quantity import Fault, Scalar, quantity
+from .._base._faults import Fault
+from .._base._quantity import Scalar, quantity
 
 
 class PowerSplit(NamedTuple):

@@ -7,8 +7,9 @@ from typing import Annotated, Any, NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
+from .._base._faults import InputError
 from .._base._numbers import BAD, NumberReader
-from .._base._quantity import InputError, Quantity, positive
+from .._base._quantity import Quantity, positive
 from ._band import grip, tension_ratio
 from ._design import Brake
 from ._driller import Driller

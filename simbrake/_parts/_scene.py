@@ -8,7 +8,8 @@ import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
 
-from .._base._quantity import Fault, InputError, Scalar, faults_of_values, holding, leaves, quantity
+from .._base._faults import Fault, InputError
+from .._base._quantity import Scalar, faults_of_values, holding, leaves, quantity
 from .._hybrid._arrays import Array
 from ._band import grip
 from ._compliance import ParallelBands

@@ -8,7 +8,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from .._base._quantity import Fault, Scalar, as_number, leaves, quantity
+from .._base._faults import Fault
+from .._base._quantity import Scalar, as_number, leaves, quantity
 from .._hybrid._arrays import Array
 from ._material import ROOM
 

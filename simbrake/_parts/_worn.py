@@ -8,7 +8,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from .._base._quantity import Fault, InputError, Scalar, holding, leaves, quantity
+from .._base._faults import Fault, InputError
+from .._base._quantity import Scalar, holding, leaves, quantity
 from .._hybrid._arrays import Array
 from ._driller import AbstractSpeedLever
 from ._duty import AbstractProfile

@@ -20,8 +20,9 @@ from matplotlib.patches import Circle, Wedge
 from PIL import Image
 from scipy.integrate import cumulative_trapezoid
 
+from .._base._faults import Fault, InputError
 from .._base._progress import Progress
-from .._base._quantity import Fault, InputError, as_number
+from .._base._quantity import as_number
 from .._base._whole import whole_file
 from .._run._lining_view import lining_contacts, look
 from .._run._result import Result

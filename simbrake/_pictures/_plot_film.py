@@ -5,7 +5,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .._base._quantity import Fault, InputError, as_number
+from .._base._faults import Fault, InputError
+from .._base._quantity import as_number
 from .._run._result import Result
 from ._plot_shared import span, windows
 

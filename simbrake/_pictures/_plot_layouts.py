@@ -8,7 +8,7 @@ from jaxtyping import Float
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 
-from .._base._quantity import Fault, InputError
+from .._base._faults import Fault, InputError
 from .._layouts._layout_report import LayoutDesign, LayoutRow
 from .._parts._design import Brake, Lining
 from .._parts._layout import InfeasibleLayout, Layout, chord_equal_load_angles

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from matplotlib.figure import Figure
 
-from .._base._quantity import Fault, InputError
+from .._base._faults import Fault, InputError
 from .._classical._published_figures import S1_PAIR, band_diagrams, chord_curves, energy_levels, overlap_stop
 from .._classical._reproduce import AGREES, cells, published_rows, transmission_table
 from .._parts._builders import axial_resistance, radial_resistance

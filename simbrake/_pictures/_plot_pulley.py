@@ -11,7 +11,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Wedge
 from matplotlib.ticker import MaxNLocator
 
-from .._base._quantity import Fault, InputError, as_number
+from .._base._faults import Fault, InputError
+from .._base._quantity import as_number
 from .._physics._observe import distribution
 from .._run._lining_view import Contact, lining_contacts, look
 from .._run._result import Result

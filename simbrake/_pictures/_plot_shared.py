@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import FuncFormatter
 
-from .._base._quantity import Fault, InputError
+from .._base._faults import Fault, InputError
 from .._run._log import Event
 from .._run._result import Result
 

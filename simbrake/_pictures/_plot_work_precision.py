@@ -8,7 +8,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from .._base._quantity import Fault, InputError
+from .._base._faults import Fault, InputError
 from ._plot_shared import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION
 
 #: colour of each family of tools; its methods differ by their marks

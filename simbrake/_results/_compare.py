@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from .._base._quantity import Fault, InputError
+from .._base._faults import Fault, InputError
 from .._run._result import Result
 from ._comparison import Change, Comparison, SeriesChange, Word
 from ._labelled import FORMAT, POINTS, dataset

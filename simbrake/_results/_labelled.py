@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from .._base._quantity import Fault, InputError
+from .._base._faults import Fault, InputError
 from .._hybrid import LANDED
 from .._parts._network import Junction, Reservoir, Wall
 from .._run._result import Result

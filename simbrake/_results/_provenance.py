@@ -12,7 +12,8 @@ from typing import Any
 import jax
 import numpy as np
 
-from .._base._quantity import InputError, leaves
+from .._base._faults import InputError
+from .._base._quantity import leaves
 from .._files._scene_file import scene_from_text, scene_text
 from .._parts._scene import Scene, warnings
 from .._run._result import Result

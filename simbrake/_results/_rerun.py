@@ -7,7 +7,8 @@ from typing import Any
 import diffrax
 import numpy as np
 
-from .._base._quantity import Fault, InputError, leaves
+from .._base._faults import Fault, InputError
+from .._base._quantity import leaves
 from .._files._scene_file import scene_from_text
 from .._hybrid import Rodas5P
 from .._parts._scene import Scene

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .._base._quantity import Fault, InputError
+from .._base._faults import Fault, InputError
 from .._base._whole import whole_file
 from .._run._result import Result
 from .._studies._store import fingerprint

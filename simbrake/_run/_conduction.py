@@ -13,7 +13,8 @@ from jax.core import Tracer
 from jaxtyping import Float
 
 from .._base._compiling import cpu_compiler_options
-from .._base._quantity import Fault, InputError, faults_of_tolerance, faults_of_values
+from .._base._faults import Fault, InputError
+from .._base._quantity import faults_of_tolerance, faults_of_values
 from .._hybrid import (
     QUADRATURE,
     AbstractHybridSystem,

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import equinox as eqx
 import numpy as np
 
-from .._base._quantity import Fault, InputError
+from .._base._faults import Fault, InputError
 from .._parts._heat import Heat, initial_temperatures
 from .._parts._network import Junction, Reservoir
 from .._parts._scene import Scene

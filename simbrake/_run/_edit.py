@@ -11,8 +11,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from .._base._faults import Fault, InputError
 from .._base._numbers import NumberReader
-from .._base._quantity import Fault, InputError, Quantity, about_of, as_number, leaves, unit_below
+from .._base._quantity import Quantity, about_of, as_number, leaves, unit_below
 from .._parts._scene import Scene
 
 _INDEXED = re.compile(r"^(?P<path>.*?)(?:\[(?P<index>-?\d+)\])?$")

@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from .._base._quantity import Fault, InputError
+from .._base._faults import Fault, InputError
 from .._physics._modes import BandMode
 from ._probe import Probe, probe_many
 from ._result import Result

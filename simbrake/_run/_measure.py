@@ -7,7 +7,7 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 
-from .._base._quantity import Fault, InputError
+from .._base._faults import Fault, InputError
 from .._hybrid._arrays import Array
 from .._parts._scene import Scene
 from ._metrics import CHAIN_METRICS, HOT_PLACES, METRICS, PEAKS, STAGED_METRICS, WEAR_METRICS

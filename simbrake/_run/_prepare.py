@@ -9,7 +9,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._base._compiling import Program, compiled, pack
-from .._base._quantity import Fault, InputError, leaves
+from .._base._faults import Fault, InputError
+from .._base._quantity import leaves
 from .._hybrid import Code
 from .._parts._scene import Scene, check
 from ._edit import with_values

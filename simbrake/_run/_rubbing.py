@@ -10,7 +10,8 @@ from jax.tree_util import Partial
 from jaxtyping import Float
 
 from .._base._compiling import cpu_compiler_options
-from .._base._quantity import Fault, InputError, as_number
+from .._base._faults import Fault, InputError
+from .._base._quantity import as_number
 from .._hybrid import Record
 from .._hybrid._arrays import Array
 from .._physics._acting import AbstractBrakeSystem

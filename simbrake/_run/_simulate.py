@@ -12,8 +12,9 @@ import numpy as np
 from jax.core import Tracer
 
 from .._base._compiling import Packing, Program, compiled, pack
+from .._base._faults import Fault, InputError
 from .._base._progress import telling
-from .._base._quantity import Fault, InputError, faults_of_tolerance, leaves
+from .._base._quantity import faults_of_tolerance, leaves
 from .._hybrid import AbstractMethod, Code, ExplicitRungeKutta, Record, Rodas5P, hybridsolve
 from .._parts._scene import Scene, check
 from ._choice import stiffness

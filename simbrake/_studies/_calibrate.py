@@ -5,8 +5,9 @@ from typing import Any
 
 import numpy as np
 
+from .._base._faults import Fault, InputError
 from .._base._identify import LOSSES
-from .._base._quantity import Fault, InputError, Leaf, leaves
+from .._base._quantity import Leaf, leaves
 from .._parts._scene import Scene, check
 from .._run._choice import stiffness
 from .._run._edit import with_values

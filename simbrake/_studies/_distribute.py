@@ -13,7 +13,7 @@ from typing import Any
 import jax
 import numpy as np
 
-from .._base._quantity import Fault, InputError
+from .._base._faults import Fault, InputError
 from .._hybrid import Code
 from ._chunks import Job, run_chunk
 from ._store import Store, store_at

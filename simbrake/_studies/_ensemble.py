@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from .._base._faults import Fault, InputError
 from .._base._order import expected_cost, spread
 from .._base._progress import Progress
-from .._base._quantity import Fault, InputError
 from .._parts._scene import Scene
 from .._run._measure import Metric, name_of
 from .._run._simulate import require_64_bits

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._base._compiling import cpu_compiler_options
-from .._base._quantity import Fault, InputError
+from .._base._faults import Fault, InputError
 from .._hybrid import Code
 from .._hybrid._arrays import Array
 from .._parts._scene import Scene

@@ -5,8 +5,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from .._base._faults import Fault, InputError
 from .._base._progress import Line
-from .._base._quantity import Fault, InputError
 from .._parts._scene import Scene, check
 from .._parts._worn import feeds_back, turned_scene
 from .._run._edit import with_values

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from .._base._quantity import Fault, InputError, Quantity, leaves
+from .._base._faults import Fault, InputError
+from .._base._quantity import Quantity, leaves
 from .._hybrid import Rodas5P
 from .._parts._scene import Scene, faults
 from .._run._choice import stiffness

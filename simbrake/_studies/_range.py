@@ -10,8 +10,9 @@ import numpy as np
 from jax.flatten_util import ravel_pytree
 
 from .._base._compiling import cpu_compiler_options
+from .._base._faults import InputError
 from .._base._progress import Waiting
-from .._base._quantity import InputError, leaves
+from .._base._quantity import leaves
 from .._hybrid import LANDED, STOPPED, Record
 from .._physics._modes import Label
 from .._run._edit import with_values

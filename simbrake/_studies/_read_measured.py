@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._base._quantity import Fault, InputError
+from .._base._faults import Fault, InputError
 from .._base._units import Unit, spelled, to_si, unit
 from .._run._measure import METRIC_UNITS, unit_of
 from .._run._series import SERIES_UNITS

@@ -5,7 +5,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from .._base._quantity import Fault, InputError, Quantity, leaves
+from .._base._faults import Fault, InputError
+from .._base._quantity import Quantity, leaves
 from .._parts._scene import Scene, faults
 from .._run._edit import _INDEXED, with_values
 from .._run._outcome import SimulationError

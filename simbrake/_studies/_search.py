@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .._base._faults import Fault, InputError
 from .._base._identify import cost
 from .._base._progress import Waiting
-from .._base._quantity import Fault, InputError
 from ._fit_model import Evaluation, FitModel
 
 #: a parameter that ends this close to a bound (over the range), and is pressed on it, is put there

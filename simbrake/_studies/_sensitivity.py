@@ -11,8 +11,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._base._compiling import cpu_compiler_options
+from .._base._faults import Fault, InputError
 from .._base._progress import waiting
-from .._base._quantity import Fault, InputError, Leaf, leaves
+from .._base._quantity import Leaf, leaves
 from .._hybrid._arrays import Array
 from .._parts._scene import Scene
 from .._run._edit import with_values

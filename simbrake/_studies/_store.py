@@ -13,7 +13,7 @@ from uuid import uuid4
 import jax
 import numpy as np
 
-from .._base._quantity import Fault, InputError
+from .._base._faults import Fault, InputError
 
 _FORMAT = 1
 

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .._base._quantity import Fault, InputError
+from .._base._faults import Fault, InputError
 from .._parts._scene import Scene
 from .._run._measure import metric_names
 from ._dataset import NOT_RUN

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from .._base._quantity import Fault, InputError
+from .._base._faults import Fault, InputError
 from .._parts._scene import Scene
 from .._run._measure import METRIC_UNITS, Metric, check_metrics, name_of, unit_of
 from .._run._outcome import FAILURES
