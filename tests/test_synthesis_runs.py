@@ -17,10 +17,6 @@ import simbrake as sb
 from simbrake._classical._given_numbers import read_given
 from simbrake._commands._cli import main
 
-STEEL = sb.material("steel_20L")
-LINING = sb.material("FK-24A")
-WARMER = sb.material("steel_20L", conductivity_slope=-6e-4, specific_heat_slope=1.0e-3)
-
 
 @pytest.fixture(scope="module")
 def u2_5_5(scenarios):
