@@ -24,18 +24,18 @@ def heated(law=None):
     return dataclasses.replace(scene, brake=rigid, initial=sb.Initial(20.0))
 
 
-def whole_scene(partition=None):
-    steel, lining = sb.material("steel_20L"), sb.material("FK-24A")
+def whole_scene(partition=None, rim="steel_20L", lining="FK-24A"):
+    metal, lining = sb.material(rim), sb.material(lining)
     layered = sb.layered_heat(
-        rim=steel,
+        rim=metal,
         rim_thickness=0.025,
         track_area=TRACK,
-        partition=partition or sb.EffusivityPartition(steel, lining),
+        partition=partition or sb.EffusivityPartition(metal, lining),
         lining=lining,
         lining_area=0.7 * TRACK,
         band=sb.material("band_steel"),
         inside=10.0,
     )
-    flash = sb.FlashTemperature(50e-6, steel.conductivity, steel.diffusivity)
-    heat = dataclasses.replace(sb.with_pulley_structure(layered, steel), flash=flash)
+    flash = sb.FlashTemperature(50e-6, metal.conductivity, metal.diffusivity)
+    heat = dataclasses.replace(sb.with_pulley_structure(layered, metal), flash=flash)
     return dataclasses.replace(heated(), heat=heat)
