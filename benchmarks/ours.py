@@ -18,16 +18,12 @@ def methods(case: Case) -> dict[str, str | None]:
     return found
 
 
-def configure(fast_loops: bool) -> None:
+def configure() -> None:
     """What has to be set before JAX computes anything."""
     import jax
 
     jax.config.update("jax_enable_x64", True)
     jax.config.update("jax_cpu_enable_async_dispatch", False)
-    if fast_loops:
-        import simbrake as sb
-
-        sb.fast_loops()
 
 
 def _solver(name: str) -> Any:

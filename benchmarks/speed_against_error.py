@@ -1,6 +1,6 @@
 """Work against precision of whole runs with all their events: simbrake beside other tools, on the same equations.
 
-`python benchmarks/speed_against_error.py [--quick] [--scenes a,b] [--json out.json] [--png out.png] [--fast-loops]`
+`python benchmarks/speed_against_error.py [--quick] [--scenes a,b] [--json out.json] [--png out.png]`
 
 For every tolerance: the largest error of event times and final state against an independent reference, the median time
 of a warm run, steps, right-hand sides. Times at equal error are given as ratios to simbrake; quote these, absolute
@@ -153,15 +153,14 @@ def main() -> int:
     parser.add_argument("--scenes", default=None, help=f"of {','.join(CASES)}; default: all, with --quick a,b")
     parser.add_argument("--json", help="file for the numbers")
     parser.add_argument("--png", help="file for the chart")
-    parser.add_argument("--fast-loops", action="store_true", help="call simbrake.fast_loops() first")
     options = parser.parse_args()
     names = (options.scenes or ("a,b" if options.quick else ",".join(CASES))).split(",")
     if unknown := set(names) - set(CASES):
         parser.error(f"no scene {', '.join(sorted(unknown))}; there are {', '.join(CASES)}")
     warnings.filterwarnings("ignore", message=".*divide.*|.*overflow.*")
-    ours.configure(options.fast_loops)
+    ours.configure()
     modules, missing = peers.available()
-    found: dict[str, Any] = {"machine": machine(), "fast_loops": options.fast_loops, "missing": missing, "scenes": {}}
+    found: dict[str, Any] = {"machine": machine(), "missing": missing, "scenes": {}}
     print(f"{found['machine']['cpu']}, {found['machine']['cores']} cores, load {found['machine']['load']:.1f}")
     print(", ".join(f"{name} {number}" for name, number in found["machine"]["versions"].items()))
     print("\n".join(f"missing: {line}" for line in missing))

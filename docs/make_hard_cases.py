@@ -4,13 +4,9 @@ Errors are rounded up to powers of ten, so that the table is the same on every m
 """
 
 import importlib
-import os
 import pathlib
 import sys
 import warnings
-
-# the emitters that the tests choose: they compile these programs faster
-os.environ["XLA_FLAGS"] = os.environ.get("XLA_FLAGS", "") + " --xla_cpu_use_fusion_emitters=false"
 
 import jax
 

@@ -86,7 +86,6 @@ def main() -> None:
     import jax
 
     jax.config.update("jax_enable_x64", True)
-    sb.fast_loops()
 
     metrics = ("stopping_time", "hook_travel", "peak_lining_temperature")
     given = scene()

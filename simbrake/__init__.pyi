@@ -1,4 +1,3 @@
-from ._base._compiling import fast_loops as fast_loops
 from ._base._event_names import EVENTS as EVENTS
 from ._base._faults import Fault as Fault
 from ._base._faults import InputError as InputError

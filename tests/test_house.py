@@ -344,24 +344,3 @@ def test_a_result_passes_through_jit_and_vmap():
     truth = [closed_form(w0=w)["stop"] for w in (10.0, 20.0)]
     np.testing.assert_allclose(np.asarray(batch.stopping_time), truth, rtol=1e-10)
     np.testing.assert_allclose(np.asarray(batch.max_tension.lining), [20, 20])
-
-
-def test_fast_loops_must_come_first_and_changes_no_answer():
-    program = """
-import jax, math
-jax.config.update("jax_enable_x64", True)
-import simbrake as sb
-sb.fast_loops()
-linings = sb.uniform_linings(20, math.radians(270), sb.ConstantFriction(0.35))
-brake = sb.Brake(sb.Pulley(0.725, 800.0), sb.Band(0.725, 2e5), linings)
-scene = sb.Scene(brake, sb.Duty(sb.Constant(8e3), sb.TorqueLoad()), sb.Initial(20.0), 5.0)
-print(float(sb.simulate(scene).stopping_time))
-try:
-    sb.fast_loops()
-except RuntimeError as error:
-    print(error)
-"""
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, timeout=300)
-    time, error = done.stdout.splitlines()
-    assert float(time) == pytest.approx(closed_form()["stop"], rel=1e-10)
-    assert "before the first computation" in error

@@ -1,84 +1,20 @@
-"""What makes the loops of the engine fast: invariants moved out, entries of vectors as slices, bordered systems."""
+"""What makes the loops of the engine fast: entries as slices, bordered systems, constant rows formed once."""
+
+import dataclasses
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from heat_scenes import layered_stop
 
-from simbrake._hybrid._bordered import Bordered, factor, solve
-from simbrake._hybrid._invariants import hoisted
+import simbrake as sb
+from simbrake._hybrid import CORE, LINEAR
+from simbrake._hybrid._bordered import Bordered, Couplings, factor, jacobian, linear_rows, solve
+from simbrake._hybrid._packing import flatten, pack_mode, ravel
 from simbrake._hybrid._places import put, take
-
-
-@jax.custom_jvp
-def cubed(x):
-    return x * x * x
-
-
-@cubed.defjvp
-def _(primals, tangents):
-    return cubed(primals[0]), 3 * primals[0] ** 2 * tangents[0]
-
-
-def turns(numbers, start, *, moved, count=5):
-    """A loop whose body has invariants, calls, a loop of its own, a branch and a custom rule."""
-
-    def body(carry):
-        i, x = carry
-        slope = jnp.tan(numbers) * jnp.sum(jnp.exp(numbers)) + cubed(numbers)
-        other = jnp.tan(numbers) - jnp.where(numbers > 0, 0.0, -0.0)  # asked for once more
-        inner, last = jax.lax.scan(lambda c, k: (c + k * jnp.sin(numbers), c), x, jnp.arange(3.0))
-        x = jax.lax.cond(i > 2, lambda: inner + 1e-2 * slope, lambda: inner - 1e-3 * other * cubed(x))
-        return i + 1, x + 1e-3 * jnp.sum(last)
-
-    begin = (jnp.asarray(0, jnp.int32), start)
-    return jax.lax.while_loop(lambda c: c[0] < count, hoisted(body, begin) if moved else body, begin)[1]
-
-
-def numbers_of(function, *arguments) -> tuple[list[str], list[str]]:
-    """Names of the operations outside and inside of the loop."""
-
-    def names(program) -> list[str]:
-        found = []
-        for equation in program.eqns:
-            found.append(equation.primitive.name)
-            for value in equation.params.values():
-                parts = value if isinstance(value, tuple) else (value,)
-                for part in parts:
-                    inner = getattr(part, "jaxpr", None)
-                    if inner is not None:
-                        found += names(inner)
-        return found
-
-    program = jax.make_jaxpr(function)(*arguments).jaxpr
-    loops = [equation for equation in program.eqns if equation.primitive.name == "while"]
-    outside = [equation.primitive.name for equation in program.eqns if equation.primitive.name != "while"]
-    return outside, names(loops[0].params["body_jaxpr"].jaxpr)
-
-
-def test_invariants_move_out_and_nothing_else_changes():
-    numbers, start = jnp.linspace(0.1, 1.0, 4), jnp.linspace(-1.0, 2.0, 4)
-    before, after = (jax.jit(lambda a, b, m=m: turns(a, b, moved=m)) for m in (False, True))
-    np.testing.assert_allclose(after(numbers, start), before(numbers, start), rtol=1e-14)
-    many = jnp.stack([numbers, 2 * numbers])
-    starts = jnp.stack([start, start - 1])
-    np.testing.assert_allclose(jax.vmap(after)(many, starts), jax.vmap(before)(many, starts), rtol=1e-14)
-
-    def whole(a, b):
-        return turns(a, b, moved=True)
-
-    outside, inside = numbers_of(whole, numbers, start)
-    assert outside.count("tan") == 1
-    assert not {"tan", "exp", "sin"} & set(inside)
-    assert "tan" in numbers_of(lambda a, b: turns(a, b, moved=False), numbers, start)[1]
-
-
-def test_signs_of_zero_are_kept_apart():
-    def body(carry):
-        return jnp.stack([1.0 / (0.0 * carry[0]), jnp.copysign(1.0, jnp.where(carry[1] > 0, -0.0, 0.0))])
-
-    begin = jnp.ones(2)
-    np.testing.assert_array_equal(jax.jit(lambda x: hoisted(body, x)(x))(begin), jax.jit(body)(begin))
+from simbrake._physics._assemble import assemble
+from simbrake._physics._modes import BandMode
 
 
 def test_entries_as_slices():
@@ -111,3 +47,61 @@ def test_bordered_systems_against_dense_ones(m, n):
         size = np.abs(whole) @ np.abs(x) + np.abs(b)
         assert np.max(np.abs(whole @ x - b) / size) < 1e-12  # backward error, row by row
         np.testing.assert_allclose(x, np.linalg.solve(whole, b), rtol=1e-8, atol=1e-12)
+
+
+def bordered_rates(m, n, constant, seed=3):
+    """Rates whose chain rows are linear where `constant`, over states core, then chain; the rest is not."""
+    rng = np.random.default_rng(seed)
+    a = rng.normal(size=(m + n, m + n))
+    i = np.arange(n)
+    a[m:, m:] *= np.abs(i[:, None] - i) < 2  # neighbours in the chain
+    a, bend = jnp.asarray(a), jnp.asarray(np.append(np.ones(m), 1.0 - np.asarray(constant, float)))
+    return lambda x: a @ x + bend * jnp.sin(a @ x)
+
+
+@pytest.mark.parametrize("constant", [(), (0, 1, 2, 3, 4, 5, 6, 7), (1, 2, 3, 5, 6), (3,)])
+@pytest.mark.parametrize("m", [1, 4])
+def test_jacobian_with_rows_formed_once_is_the_dense_one(m, constant):
+    n = 8
+    linear = np.isin(np.arange(n), constant)
+    kinds = np.append(np.full(m, CORE), np.arange(n) + LINEAR * linear)
+    places = Couplings.of(kinds)
+    assert places == Couplings(tuple(range(m)), tuple(range(m, m + n)), (), tuple(linear.tolist()))
+    f = bordered_rates(m, n, linear)
+    rng = np.random.default_rng(8)
+    there, here = rng.normal(size=(2, m + n))
+    known = linear_rows(jax.linearize(f, there)[1], places)
+    found = jacobian(jax.linearize(f, here)[1], places, known)
+    dense = np.asarray(jax.jacfwd(f)(here))
+    np.testing.assert_allclose(found.core, dense[:m, :m], rtol=1e-14)
+    np.testing.assert_allclose(found.right, dense[:m, m:], rtol=1e-14)
+    np.testing.assert_allclose(found.below, dense[m:, :m], rtol=1e-14)
+    chain = np.diag(found.diagonal) + np.diag(found.lower[1:], -1) + np.diag(found.upper[:-1], 1)
+    np.testing.assert_allclose(chain, dense[m:, m:], rtol=1e-14)
+
+
+def test_rows_marked_as_linear_are_the_same_in_every_state_and_mode():
+    """Layers within walls of constant properties, and no others."""
+    scene = layered_stop()
+    steel = sb.Material(48.0, 7800.0, 500.0)
+    fading_steel = sb.Material(48.0, 7800.0, 500.0, conductivity_slope=-5e-4)
+    more = (sb.Wall("pair", steel, 0.02, 0.1, 4, 1.5, copies=2), sb.Wall("hot", fading_steel, 0.02, 0.1, 5))
+    links = (sb.Convection("pair.back", 0.1, 20.0), sb.Radiation("hot.front", 0.1, 0.8))
+    heat = dataclasses.replace(scene.heat, bodies=scene.heat.bodies + more, links=scene.heat.links + links)
+    system, y, mode = assemble(dataclasses.replace(scene, heat=heat))
+    kinds = np.concatenate([np.ravel(kind) for kind in jax.tree.leaves(system.couplings())])
+    marked = kinds >= LINEAR
+    assert marked.sum() == 18 + 2 * 3  # all but the outermost layers that a link or friction reaches
+    flat = flatten(system, y, mode)
+    slope = jax.jit(jax.jacfwd(flat.rhs, argnums=1))
+    rng = np.random.default_rng(2)
+    start = np.asarray(ravel(y, jnp.float64))
+    found = []
+    for band in (BandMode.SLIP, BandMode.ELASTIC, BandMode.HELD, BandMode.OPEN):
+        state = start + rng.uniform(0.0, 300.0, start.size) * (kinds >= 0)
+        packed = pack_mode(mode._replace(band=jnp.asarray(int(band), jnp.int32)))
+        found.append(np.asarray(slope(rng.uniform(0.0, 1.0), state, packed)))
+    for J in found[1:]:
+        np.testing.assert_array_equal(J[marked], found[0][marked])
+    others = (kinds >= 0) & ~marked
+    assert all(np.any(J[others] != found[0][others]) for J in found[1:])

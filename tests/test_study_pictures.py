@@ -65,7 +65,7 @@ def benchmark():
     ]
     scene = {"name": "a", "title": "stop", "reference": {"uncertainty": 1e-15}, "rows": rows}
     machine = {"cpu": "a processor", "cores": 2, "versions": {"simbrake": "0"}}
-    return {"machine": machine, "fast_loops": False, "scenes": {"a": scene, "b": {**scene, "name": "b"}}}
+    return {"machine": machine, "scenes": {"a": scene, "b": {**scene, "name": "b"}}}
 
 
 def test_work_and_precision(tmp_path):

@@ -17,7 +17,6 @@ from simbrake import simulate
 from simbrake._base._compiling import compiled, pack
 from simbrake._hybrid import AbstractMethod, ExplicitRungeKutta
 from simbrake._hybrid._bordered import Couplings
-from simbrake._hybrid._invariants import hoisted
 from simbrake._hybrid._packing import flatten
 from simbrake._physics._assemble import assemble
 
@@ -97,7 +96,6 @@ def loop(way: str, solver: Any) -> Callable[..., Any]:
             return (t + h, *step(lambda t, y: flat.rhs(t, y, mode), t, y, f, h))
 
         carry = (t, y, flat.rhs(t, y, mode))
-        body = hoisted(body, carry)
         return jax.lax.fori_loop(0, n, lambda i, carry: body(carry), carry)[1]
 
     return run

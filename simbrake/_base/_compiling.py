@@ -1,7 +1,11 @@
-"""How programs are compiled on the CPU."""
+"""How and where programs are compiled: the device, XLA options that help, and a whole run as one function.
 
+Options and marks of XLA are accelerators, never conditions: each is tried once per process on a tiny program and left
+out where the installed XLA refuses it. Nothing is set for the process, neither `XLA_FLAGS` nor JAX's configuration.
+"""
+
+import functools
 import math
-import os
 import time
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -9,20 +13,96 @@ from typing import Any, NamedTuple
 import jax
 import numpy as np
 from jax.errors import JaxRuntimeError
-from jax.experimental.xla_metadata import set_xla_metadata
 
-_SMALL_LOOPS = "--xla_backend_extra_options=xla_cpu_small_while_loop_byte_threshold=100000000"
+#: options for programs on a CPU. XLA's older emitters of fused kernels: the newer ones take 1.6 times as long to
+#: compile these loops and run them no faster. LLVM's first level of optimisation: a quarter less compile time, the
+#: code as fast.
+_CPU_OPTIONS: dict[str, Any] = {"xla_cpu_use_fusion_emitters": False, "xla_backend_optimization_level": 1}
+#: only for a run as one function: matrix products that XLA would hand to a library cannot be part of it
+_ONE_FUNCTION_OPTIONS: dict[str, Any] = {"xla_cpu_experimental_ynn_fusion_type": ""}
 
 
-def cpu_compiler_options() -> dict[str, Any] | None:
-    """Options for programs of our own on a CPU; other devices take none.
+class Accelerators(NamedTuple):
+    """What the installed XLA accepts for programs on one platform."""
 
-    XLA's older emitters of fused kernels: the newer ones take 1.6 times as long to compile these loops and run them no
-    faster. And LLVM's first level of optimisation: a quarter less compile time, the code as fast.
+    options: dict[str, Any]
+    one_function_options: dict[str, Any]  # these and those that a run as one function takes besides
+    one_function: bool  # a call can be marked so that everything in it, loops included, becomes one function
+    refused: tuple[str, ...]
+
+
+@functools.cache
+def accelerators(platform: str) -> Accelerators:
+    """Tries options and marks on a tiny program; there are none for other platforms than the CPU."""
+    if platform != "cpu":
+        return Accelerators({}, {}, False, ())
+    numbers = np.ones(2)
+
+    def accepted(options: dict[str, Any]) -> dict[str, Any]:
+        try:
+            jax.jit(_tiny, compiler_options=options).lower(numbers).compile()
+            return options
+        except (JaxRuntimeError, ValueError, TypeError):
+            parts = [accepted({name: value}) for name, value in options.items()] if len(options) > 1 else []
+            return {name: value for part in parts for name, value in part.items()}
+
+    with jax.default_device(jax.local_devices(backend="cpu")[0]):
+        options, more = accepted(_CPU_OPTIONS), accepted(_ONE_FUNCTION_OPTIONS)
+        try:
+            program = jax.jit(lambda x: one_function(jax.jit(_tiny), x), compiler_options=options | more)
+            # (nothing but the compiled program may be called: JAX may be tracing something of the user's just now)
+            marked = np.array_equal(program.lower(numbers).compile()(numbers), np.full(2, 1.875))
+        except (ImportError, AttributeError, JaxRuntimeError, NotImplementedError, ValueError, TypeError):
+            marked = False
+    refused = [name for name in _CPU_OPTIONS | _ONE_FUNCTION_OPTIONS if name not in options | more]
+    return Accelerators(options, options | more, marked, (*refused, *([] if marked else ["xla_cpu_small_call"])))
+
+
+def _tiny(x: Any) -> Any:
+    return jax.lax.fori_loop(0, 3, lambda _, x: 0.5 * x + 1.0, x)
+
+
+def one_function(function: Callable[[Any], Any], numbers: Any) -> Any:
+    """`function(numbers)` for a jitted function, marked so that XLA makes one function of it for the CPU.
+
+    XLA wants every argument of the call to be used, hence one vector.
     """
-    if jax.default_backend() != "cpu":
-        return None
-    return {"xla_cpu_use_fusion_emitters": False, "xla_backend_optimization_level": 1}
+    from jax.experimental.xla_metadata import set_xla_metadata
+
+    # the mark is put on the call that the result comes from
+    return set_xla_metadata(function(numbers), xla_cpu_small_call="true", inlineable="false")
+
+
+def run_device() -> Any:
+    """The device of single runs and of studies of few runs: a CPU, also where JAX finds an accelerator.
+
+    Steps of one brake are much too small for an accelerator, which would take thousands of times as long. Another
+    device is chosen by `jax.default_device`; where `JAX_PLATFORMS` leaves no CPU, JAX's first device is taken.
+    """
+    chosen = jax.config.jax_default_device  # pyright: ignore
+    if chosen is not None:
+        return jax.local_devices(backend=chosen)[0] if isinstance(chosen, str) else chosen
+    try:
+        return jax.local_devices(backend="cpu")[0]
+    except RuntimeError:
+        return jax.local_devices()[0]
+
+
+def device_jit(function: Callable[..., Any], *, static_argnames: Any = ()) -> Callable[..., Any]:
+    """`jax.jit` for programs that run by themselves: on `run_device()`, with the options for it."""
+
+    @functools.cache
+    def program(platform: str) -> Callable[..., Any]:
+        options = accelerators(platform).options or None
+        return jax.jit(function, static_argnames=static_argnames, compiler_options=options)
+
+    @functools.wraps(function)
+    def call(*arguments: Any, **named: Any) -> Any:
+        device = run_device()
+        with jax.default_device(device):
+            return program(device.platform)(*arguments, **named)
+
+    return call
 
 
 class Packing(NamedTuple):
@@ -30,7 +110,7 @@ class Packing(NamedTuple):
 
     structure: Any
     shapes: tuple[tuple[int, ...], ...]
-    kinds: tuple[str, ...]  # of numbers: whole ones (indices in a law of one's own) come back as such
+    kinds: tuple[str, ...]  # of numbers: whole ones (indices in a custom law) come back as such
 
     @property
     def size(self) -> int:
@@ -42,13 +122,13 @@ class Packing(NamedTuple):
         return jax.tree.unflatten(self.structure, [numbers[a:b].reshape(s).astype(kind) for a, b, s, kind in parts])
 
 
-def pack(tree: Any) -> tuple[np.ndarray, Packing]:
-    """All numbers of a tree in one vector, and how they lie in it."""
+def pack(tree: Any, xp: Any = np) -> tuple[Any, Packing]:
+    """All numbers of a tree in one vector, and how they lie in it; `xp`: `jax.numpy` for traced ones."""
     leaves, structure = jax.tree.flatten(tree)
-    arrays = [np.asarray(leaf) for leaf in leaves]
+    arrays = [xp.asarray(leaf) for leaf in leaves]
     kinds = tuple("float64" if np.issubdtype(x.dtype, np.floating) else str(x.dtype) for x in arrays)
     shapes = tuple(x.shape for x in arrays)
-    return np.concatenate([np.ravel(x).astype(np.float64) for x in arrays]), Packing(structure, shapes, kinds)
+    return xp.concatenate([xp.ravel(x).astype(np.float64) for x in arrays]), Packing(structure, shapes, kinds)
 
 
 class Program(NamedTuple):
@@ -64,54 +144,39 @@ def compiled(
     function: Callable[[Any], Any],
     numbers: np.ndarray,
     *,
-    longest: int = 40_000,
+    longest: int = 64_000,
     otherwise: Callable[[Any], Any] | None = None,
+    device: Any = None,
 ) -> Program:
-    """`function` of a vector like `numbers`, compiled ahead; on a CPU as one function where XLA can do that.
+    """`function` of a vector like `numbers`, compiled ahead for a device (`run_device()`); on a CPU as one function
+    where XLA can do that.
 
-    XLA then neither starts kernels one by one nor hands them to a pool of threads. It wants every argument to be used,
-    hence one vector, and knows not all operations there; what it refuses is compiled the ordinary way (`otherwise`, if
-    another way to compute the same is better then). So is a program `longest` lines and more: one function takes the
-    same time to compile up to some 7,000 lines, twice the time for 15,000 and three times for 30,000.
+    XLA then neither starts kernels one by one nor hands them to a pool of threads. It knows not all operations there;
+    what it refuses is compiled the ordinary way (`otherwise`, if another way to compute the same is better then). So is
+    a program `longest` lines and more: one function takes the same time to compile up to some 11,000 lines, twice the
+    time for 24,000 and three times for 48,000.
     """
-    start, options = time.perf_counter(), cpu_compiler_options()
-    inner = jax.jit(function)
+    device = run_device() if device is None else device
+    start, use, inner = time.perf_counter(), accelerators(device.platform), jax.jit(function)
+    with jax.default_device(device):
+        if use.one_function:
+            marked = jax.jit(lambda x: one_function(inner, x), compiler_options=use.one_function_options or None)
+            lowered = marked.lower(numbers)
+            if fits_one_function(lowered.as_text(), longest):
+                try:
+                    return _timed(lowered, start, True)
+                except JaxRuntimeError:
+                    pass  # an operation that it does not know; what is wrong with the function itself shows below
+        ordinary = jax.jit(otherwise or inner, compiler_options=use.options or None)
+        return _timed(ordinary.lower(numbers), start, False)
 
-    def whole(numbers: Any) -> Any:
-        # a mark on the call that this result comes from
-        return set_xla_metadata(inner(numbers), xla_cpu_small_call="true", inlineable="false")
 
-    if options is not None:
-        # (nor can matrix products that XLA hands to a library of its own)
-        marked = jax.jit(whole, compiler_options=options | {"xla_cpu_experimental_ynn_fusion_type": ""}).lower(numbers)
-        text = marked.as_text()
-        if "custom_call" not in text and text.count("\n") < longest:  # calls of libraries cannot be part of it
-            try:
-                return _timed(marked, start, True)
-            except JaxRuntimeError:
-                pass  # another operation of that kind; what is wrong with the function itself shows again below
-    return _timed(jax.jit(otherwise or inner, compiler_options=options).lower(numbers), start, False)
+def fits_one_function(text: str, longest: int) -> bool:
+    """Whether a lowered program is short enough and calls no library, which cannot be part of one function."""
+    return "custom_call" not in text and text.count("\n") < longest
 
 
 def _timed(lowered: Any, start: float, one_function: bool) -> Program:
     traced = time.perf_counter()
     call = lowered.compile()
     return Program(call, traced - start, time.perf_counter() - traced, one_function)
-
-
-def fast_loops() -> None:
-    """Lets XLA compile the whole integration loop into one function: warm runs on a CPU become several times faster.
-
-    Sets `XLA_FLAGS` for the whole process, so that it is never done unasked, and JAX's dispatch on the CPU to
-    synchronous. Call it before the first computation of the process.
-
-    Raises `RuntimeError` if JAX has already started its backend, which reads the flags only once.
-    """
-    from jax._src import xla_bridge  # no public way to ask
-
-    if xla_bridge.backends_are_initialized():
-        raise RuntimeError("fast_loops() must be called before the first computation with JAX in this process")
-    flags = os.environ.get("XLA_FLAGS", "")
-    if _SMALL_LOOPS not in flags:
-        os.environ["XLA_FLAGS"] = f"{flags} {_SMALL_LOOPS}".strip()
-    jax.config.update("jax_cpu_enable_async_dispatch", False)

@@ -12,7 +12,7 @@ import jax
 import numpy as np
 from jax.flatten_util import ravel_pytree
 
-from .._base._compiling import cpu_compiler_options
+from .._base._compiling import device_jit
 from .._hybrid import Record
 
 #: a guard this near to 0 has been reached (guards are of order one)
@@ -64,19 +64,15 @@ class _Compiled(NamedTuple):
 
 
 def _compiled(record: Record) -> _Compiled:
-    flat, options = record.flat, cpu_compiler_options()
-
-    def jit(function: Callable[..., Any]) -> Callable[..., Any]:
-        return jax.jit(function, compiler_options=options)
-
+    flat = record.flat
     return _Compiled(
-        rhs=jit(flat.rhs),
-        guards=jit(flat.guards),
-        rates=jit(lambda t, y, mode: flat.rates(t, y, mode)[1]),
-        jacobian=jit(lambda t, y, mode: jax.jacfwd(flat.rhs, argnums=1)(t, y, mode)),
-        transition=jit(flat.transition),
-        reset=jit(flat.reset),
-        next_stop=jit(flat.next_stop),
+        rhs=device_jit(flat.rhs),
+        guards=device_jit(flat.guards),
+        rates=device_jit(lambda t, y, mode: flat.rates(t, y, mode)[1]),
+        jacobian=device_jit(lambda t, y, mode: jax.jacfwd(flat.rhs, argnums=1)(t, y, mode)),
+        transition=device_jit(flat.transition),
+        reset=device_jit(flat.reset),
+        next_stop=device_jit(flat.next_stop),
     )
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import jax
 import numpy as np
 
-from .._base._compiling import cpu_compiler_options
+from .._base._compiling import device_jit
 from .._parts._scene import Scene
 from .._physics._modes import BandMode
 from .._run._result import Result
@@ -123,7 +123,7 @@ def gradient_cases() -> list[Case]:
     @functools.cache
     def slopes() -> Any:
         scene = jax.tree.map(np.asarray, elastic_stop())
-        return jax.jit(both, compiler_options=cpu_compiler_options())(scene)
+        return device_jit(both)(scene)
 
     def truth(name: str) -> float:
         # complex step: no difference of near numbers

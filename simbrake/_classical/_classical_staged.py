@@ -83,7 +83,7 @@ def classical_staged_stop(scene: Scene) -> StagedStop | None:
         return None
     load, J = load_and_inertia(scene)
     T_0, J_b = jnp.asarray(float(lever.scale())), float(np.sum(np.asarray(brake.bandage.inertia)))
-    pair = InternalPair(brake.bandage, jnp.asarray(brake.pulley.radius), angle)
+    pair = InternalPair(brake.bandage, jnp.asarray(brake.pulley.radius), jnp.sin(angle / 2))
     T_inner, sliding = sensed_on_rim_at_start(scene), jnp.asarray(float(brake.pulley.radius) * omega)
     held = Held(sliding, None if T_inner is None else jnp.asarray(T_inner), jnp.asarray(False))
     arm, Pi = jnp.asarray(brake.band.radius), running_product(mu)

@@ -1,6 +1,7 @@
 """Event-driven integration of hybrid systems on the methods of diffrax: one flat loop over step attempts."""
 
 from ._bordered import CORE as CORE
+from ._bordered import LINEAR as LINEAR
 from ._bordered import QUADRATURE as QUADRATURE
 from ._method import AbstractMethod as AbstractMethod
 from ._method import ExplicitRungeKutta as ExplicitRungeKutta

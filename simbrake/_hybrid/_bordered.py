@@ -15,9 +15,12 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ._arrays import Array
+from ._places import take
 
 #: kinds of a state's place in the Jacobian; a number ≥ 0 is its place in the chain
 CORE, QUADRATURE = -1, -2
+#: added to a place in the chain: its rate is linear in the states, with coefficients that are constant in a run
+LINEAR = 1 << 20
 
 
 class Couplings(NamedTuple):
@@ -26,16 +29,28 @@ class Couplings(NamedTuple):
     core: tuple[int, ...]
     chain: tuple[int, ...]
     quadrature: tuple[int, ...]
+    linear: tuple[bool, ...] = ()  # of the chain: whether a row of the Jacobian is constant
 
     @classmethod
     def of(cls, kinds: np.ndarray) -> "Couplings":
-        """From one number per entry: CORE, QUADRATURE or the place in the chain."""
+        """From one number per entry: CORE, QUADRATURE or the place in the chain (+ LINEAR)."""
         inside = np.flatnonzero(kinds >= 0)
+        inside = inside[np.argsort(kinds[inside] % LINEAR, kind="stable")]
         return cls(
             tuple(int(i) for i in np.flatnonzero(kinds == CORE)),
-            tuple(int(i) for i in inside[np.argsort(kinds[inside], kind="stable")]),
+            tuple(int(i) for i in inside),
             tuple(int(i) for i in np.flatnonzero(kinds == QUADRATURE)),
+            tuple(bool(kind >= LINEAR) for kind in kinds[inside]),
         )
+
+    @property
+    def varying(self) -> tuple[int, ...] | None:
+        """Places in the chain whose rows change in a run, if the others are worth forming once, else `None`.
+
+        A row that changes costs a reverse pass, a chain whose rows all change no more than three forward ones.
+        """
+        rows = tuple(i for i, constant in enumerate(self.linear) if not constant)
+        return rows if self.chain and len(rows) <= len(self.core) + 3 else None
 
 
 class Bordered(NamedTuple):
@@ -56,39 +71,77 @@ class Bordered(NamedTuple):
         return Bordered(self.core.T, self.below.T, self.right.T, lower, self.diagonal, upper)
 
 
-def jacobian(f, y: Float[Array, " m_plus_n"], m: int) -> tuple[Bordered, Float[Array, "more m_plus_n"]]:
-    """Jacobian of `f`, whose entries from `m` on couple among themselves only with their neighbours.
+class ChainRows(NamedTuple):
+    """The rows of a Jacobian that belong to a chain; `lower`, `diagonal` and `upper` as in `Bordered`."""
 
-    `f` may give more than `y` has; the rows of these are the second result. Core columns and three colours of chain
-    columns come from directional derivatives, core rows and the rows beyond from one reverse pass each: `2 m + 3`
-    passes and one for each row more, however long the chain.
+    below: Float[Array, "n m"]
+    lower: Float[Array, " n"]
+    diagonal: Float[Array, " n"]
+    upper: Float[Array, " n"]
+
+
+def _columns(push: Any, m: int, n: int) -> tuple[Float[Array, "m m"], ChainRows]:
+    """Core and chain rows of a Jacobian from `m + 3` forward passes: core columns, and three colours of chain columns.
+
+    `push` takes a direction `(m + n,)` to its derivative.
     """
-    size = y.shape[0]
-    n = size - m
     place = np.arange(n)
-    seeds = np.zeros((m + min(n, 3), size))
+    seeds = np.zeros((m + min(n, 3), m + n))
     seeds[np.arange(m), np.arange(m)] = 1.0
     for colour in range(min(n, 3)):
         seeds[m + colour, m + place[colour::3]] = 1.0
-    values, push = jax.linearize(f, y)
-    columns = jax.vmap(push)(jnp.asarray(seeds))[:, :size]
-    wanted = np.concatenate([np.eye(m, len(values)), np.eye(len(values))[size:]])
-    rows = jnp.zeros((0, size))
-    if len(wanted):
-        pull = jax.linear_transpose(push, y)
-        rows = jax.vmap(lambda e: pull(e)[0])(jnp.asarray(wanted))
-    core, below = columns[:m, :m].T, columns[:m, m:].T
-    if n == 0:
-        nothing = jnp.zeros(0)
-        return Bordered(core, jnp.zeros((m, 0)), below, nothing, nothing, nothing), rows[m:]
-    colours = columns[m:, m:]  # (colours, n)
+    columns = jax.vmap(push)(jnp.asarray(seeds))
+    core, below, colours = columns[:m, :m].T, columns[:m, m:].T, columns[m:, m:]
 
     def diagonal(offset: int) -> Array:
         # entry (i, i + offset) lies in the colour of column i + offset; masks, as gathers are slow in loops
         rows = [jnp.where((place + offset) % 3 == c, colours[c], 0.0) for c in range(colours.shape[0])]
         return jnp.where((place + offset >= 0) & (place + offset < n), sum(rows[1:], start=rows[0]), 0.0)
 
-    return Bordered(core, rows[:m, m:], below, diagonal(-1), diagonal(0), diagonal(1)), rows[m:]
+    if n == 0:
+        nothing = jnp.zeros(0)
+        return core, ChainRows(below, nothing, nothing, nothing)
+    return core, ChainRows(below, diagonal(-1), diagonal(0), diagonal(1))
+
+
+def _rows(push: Any, size: int, wanted: tuple[int, ...]) -> Float[Array, "k size"]:
+    """Rows `wanted` of a Jacobian of `size` columns, from one reverse pass each."""
+    if not wanted:
+        return jnp.zeros((0, size))
+    pull = jax.linear_transpose(lambda v: take(push(v), wanted), jax.ShapeDtypeStruct((size,), jnp.float64))
+    return jax.vmap(lambda e: pull(e)[0])(jnp.eye(len(wanted)))
+
+
+def linear_rows(push: Any, places: Couplings) -> ChainRows:
+    """The rows of a chain as they are here; those that are linear are the same everywhere in a run."""
+    return _columns(push, len(places.core), len(places.chain))[1]
+
+
+def jacobian(push: Any, places: Couplings, known: ChainRows | None = None) -> Bordered:
+    """Jacobian of rates over the entries core, then chain, from their linear part `push`, (m + n,) → (m + n,).
+
+    Core and chain columns from `m + 3` forward passes and the core's rows from `m` reverse ones, however long the chain
+    is; where the linear rows of the chain are `known`, `m` reverse passes and one for each other row of the chain.
+    """
+    m, n = len(places.core), len(places.chain)
+    varying = places.varying
+    if known is None or varying is None:
+        core, chain = _columns(push, m, n)
+        right = _rows(push, m + n, tuple(range(m)))[:, m:] if n else jnp.zeros((m, 0))
+        return Bordered(core, right, *chain)
+    rows = _rows(push, m + n, (*range(m), *(m + i for i in varying)))
+    core, right, new = rows[:m, :m], rows[:m, m:], rows[m:]
+    chain = known
+    for j, i in enumerate(varying):
+        before = new[j, m + i - 1] if i > 0 else jnp.zeros(())
+        behind = new[j, m + i + 1] if i < n - 1 else jnp.zeros(())
+        row = ChainRows(new[j, :m], before, new[j, m + i], behind)
+        chain = ChainRows(*(_with_row(old, i, value) for old, value in zip(chain, row, strict=True)))
+    return Bordered(core, right, *chain)
+
+
+def _with_row(old: Float[Array, "n ..."], i: int, value: Float[Array, "..."]) -> Float[Array, "n ..."]:
+    return jnp.concatenate([old[:i], value[None], old[i + 1 :]])
 
 
 class Factored(NamedTuple):
@@ -97,7 +150,7 @@ class Factored(NamedTuple):
     matrix: Bordered
     levels: tuple[Array, Array]  # (passes, n) of the chain: multipliers of the entries 1, 2, 4, … before and behind
     pivots: Float[Array, " n"]  # what is left of the chain's diagonal
-    reduced: Any  # Schur complement of the chain: its inverse, or its LU where it is large
+    reduced: Any  # Schur complement of the chain: its inverse, or where it is large its LU and the size of its rows
     spread: Float[Array, "n m"]  # T⁻¹ C
 
 
@@ -149,12 +202,17 @@ def _along(levels: tuple[Array, Array], pivots: Array, b: Float[Array, "n ..."])
     return jax.lax.scan(substitute, b, (*levels, _reaches(b.shape[0])))[0] / pivots[each]
 
 
+def _row_sizes(a: Float[Array, "m m"]) -> Float[Array, "m 1"]:
+    """Magnitudes of the rows: pivots are chosen among rows of equal size, or large rows swamp small ones."""
+    size = jnp.max(jnp.abs(a), axis=1, keepdims=True)
+    return jnp.where(size > 0, size, 1.0)
+
+
 def _inverse(a: Float[Array, "m m"]) -> Float[Array, "m m"]:
     """By Gauss–Jordan elimination with row pivoting on rows of equal size, written with masks instead of indices."""
     m = a.shape[0]
     place = jnp.arange(m, dtype=jnp.int32)
-    size = jnp.max(jnp.abs(a), axis=1, keepdims=True)
-    size = jnp.where(size > 0, size, 1.0)
+    size = _row_sizes(a)
 
     def eliminate(k: Array, rows: Array) -> Array:
         column = jnp.sum(jnp.where(place == k, rows[:, :m], 0.0), axis=1)
@@ -175,14 +233,24 @@ def _inverse(a: Float[Array, "m m"]) -> Float[Array, "m m"]:
 _SMALL_CORE = 16
 
 
+def _product(a: Float[Array, "k l"], b: Float[Array, "l ..."]) -> Float[Array, "k ..."]:
+    """`a @ b`, written out where the core is small: matrix products may be calls of a library."""
+    if min(a.shape) > _SMALL_CORE:
+        return a @ b
+    return jnp.sum(a[:, :, None] * b[None], axis=1) if b.ndim == 2 else jnp.sum(a * b, axis=1)
+
+
 def factor(a: Bordered) -> Factored:
     """Eliminates the chain."""
     levels, pivots = _reduction(a)
     spread = _along(levels, pivots, a.below)
-    complement = a.core - a.right @ spread
+    complement = a.core - _product(a.right, spread)
     if 0 < complement.shape[0] <= _SMALL_CORE:
         return Factored(a, levels, pivots, _inverse(complement), spread)
-    return Factored(a, levels, pivots, jax.scipy.linalg.lu_factor(complement) if complement.size else None, spread)
+    if complement.size == 0:
+        return Factored(a, levels, pivots, None, spread)
+    size = _row_sizes(complement)
+    return Factored(a, levels, pivots, (jax.scipy.linalg.lu_factor(complement / size), size[:, 0]), spread)
 
 
 def solve(a: Factored, b: Float[Array, " m_plus_n"]) -> Float[Array, " m_plus_n"]:
@@ -191,6 +259,11 @@ def solve(a: Factored, b: Float[Array, " m_plus_n"]) -> Float[Array, " m_plus_n"
     chain = _along(a.levels, a.pivots, b[m:])
     if m == 0:
         return chain
-    core = b[:m] - a.matrix.right @ chain
-    core = a.reduced @ core if m <= _SMALL_CORE else jax.scipy.linalg.lu_solve(a.reduced, core)
-    return jnp.concatenate([core, chain - a.spread @ core])
+    core = b[:m] - _product(a.matrix.right, chain)
+    if m <= _SMALL_CORE:
+        core = _product(a.reduced, core)
+        return jnp.concatenate([core, chain - _product(a.spread, core)])
+    lu, size = a.reduced
+    core = jax.scipy.linalg.lu_solve(lu, core / size)
+    # terms of a large core may cancel: the chain is solved again for what they leave of its right-hand side
+    return jnp.concatenate([core, _along(a.levels, a.pivots, b[m:] - a.matrix.below @ core)])

@@ -13,7 +13,6 @@ import numpy as np
 from jaxtyping import Float
 
 from ._arrays import Array
-from ._invariants import hoisted
 from ._method import AbstractMethod
 from ._packing import ADVANCED, FINISHED, INSTANT, LANDED, SKIPPED, STOPPED, Flat, Rows
 
@@ -72,9 +71,9 @@ def _landing_back(
     def back(c_t, c_y):
         f2 = flat.rhs(t2, y2, row.mode)
         by_params, by_t, by_y = jax.grad(guard, argnums=(0, 1, 2))(params, t2, y2)
-        rate = by_t + by_y @ f2
+        rate = by_t + jnp.sum(by_y * f2)
         # of the time of the event, at which the state moves on with it
-        c_dt = c_t + c_y @ f2
+        c_dt = c_t + jnp.sum(c_y * f2)
         share = -c_dt / jnp.where(rate == 0, -1.0, rate)
 
         def moved(d: Array) -> Array:
@@ -83,7 +82,7 @@ def _landing_back(
         at_stop = stop_back(jnp.where(stops, c_dt, 0.0))[0]
         d_params = jax.tree.map(lambda d, s: moved(d) + s, by_params, at_stop)
         # (on a known time nothing depends on when the step would have ended)
-        d_t, d_y = jnp.where(stops, -c_y @ f2, c_t) + moved(by_t), c_y + moved(by_y)
+        d_t, d_y = jnp.where(stops, -jnp.sum(c_y * f2), c_t) + moved(by_t), c_y + moved(by_y)
         return d_params, d_t, d_y, row.delta * d_y
 
     return (jnp.where(stops, stop_time, t2), y2), back
@@ -198,10 +197,12 @@ def sweep(row_map: RowMap, params: Any, starts: Float[Array, "row state"], count
 
 
 def _repeat(count: Array, body: Callable[[Array, Any], Any], state: Any) -> Any:
-    """`body(i, state)` for `i < count`, what is the same every time computed once."""
-    begin = (jnp.zeros_like(count), state)
-    turn = hoisted(lambda loop: (loop[0] + 1, body(*loop)), begin)
-    return jax.lax.while_loop(lambda loop: loop[0] < count, turn, begin)[1]
+    """`body(i, state)` for `i < count`."""
+
+    def turn(loop: tuple[Array, Any]) -> tuple[Array, Any]:
+        return loop[0] + 1, body(*loop)
+
+    return jax.lax.while_loop(lambda loop: loop[0] < count, turn, (jnp.zeros_like(count), state))[1]
 
 
 @jax.custom_jvp

@@ -10,7 +10,6 @@ from jaxtyping import Bool, Float, Int
 
 from ._arrays import Array
 from ._carry import Carry, Packed, Stats, pack, unpack
-from ._invariants import hoisted
 from ._method import AbstractMethod
 from ._packing import ADVANCED, FINISHED, HEAD, INSTANT, LANDED, SKIPPED, STOPPED, Flat, pack_row
 from ._search import TINY, Found, crossed, leaving, sampled, search, suspicious
@@ -356,6 +355,8 @@ def space(p: Problem, y0, mode0) -> Array:
 
 def advanced(p: Problem, packed: Packed, rows: Array, ny: int, ng: int, limit: Any):
     """The carry after `limit` more attempts or at the end of the run, the rows of these, and how many they were."""
+    start = unpack(packed, ny, ng)
+    p = p._replace(method=p.method.settled(lambda t, y: p.flat.rhs(t, y, start.mode), start.t, start.y))
 
     def running(loop):
         i, (_, integers), _ = loop
@@ -369,7 +370,7 @@ def advanced(p: Problem, packed: Packed, rows: Array, ny: int, ng: int, limit: A
         return following, packed, jax.lax.dynamic_update_slice(rows, row[None], (i, jnp.zeros_like(i)))
 
     begin = (jnp.asarray(0, jnp.int32), packed, rows)
-    count, packed, rows = jax.lax.while_loop(running, hoisted(body, begin), begin)
+    count, packed, rows = jax.lax.while_loop(running, body, begin)
     return packed, rows, count
 
 

@@ -42,6 +42,10 @@ class AbstractMethod(eqx.Module):
     def fitted(self, couplings: Couplings | None) -> "AbstractMethod":
         """The same method for a system whose states couple like this; explicit methods do not care."""
 
+    def settled(self, rhs: Rhs, t: Float[Array, ""], y: Float[Array, " state"]) -> "AbstractMethod":
+        """The same method with what stays the same in a run computed, for `rhs` at any of its instants."""
+        return self
+
     @abc.abstractmethod
     def attempt(
         self, rhs: Rhs, t: Float[Array, ""], y: Float[Array, " state"], f: Float[Array, " state"], h: Float[Array, ""]
@@ -142,13 +146,13 @@ class ExplicitRungeKutta(AbstractMethod):
 
         def stage(k, entry):
             i, weights, c = entry
-            argument = y + h * (weights @ k)
+            argument = y + h * weighted(weights, k)
             return jax.lax.dynamic_update_slice(k, rhs(t + c * h, argument)[None], (i, jnp.zeros_like(i))), None
 
         k = jnp.zeros((n, y.shape[0]), y.dtype).at[0].set(f)
         k, _ = jax.lax.scan(stage, k, (jnp.arange(1, n, dtype=jnp.int32), jnp.asarray(a), jnp.asarray(nodes)))
         weights = self.a[-1] if self.fsal else self.b
-        return y + h * (jnp.asarray(weights) @ k), h * (jnp.asarray(self.b_error[:n]) @ k)
+        return y + h * weighted(jnp.asarray(weights), k), h * weighted(jnp.asarray(self.b_error[:n]), k)
 
     def _all_stages(self) -> tuple[np.ndarray, np.ndarray]:
         """Rows of weights and nodes of all stages; the argument of the last one is the new state (as if FSAL)."""
@@ -165,7 +169,7 @@ class ExplicitRungeKutta(AbstractMethod):
 
         def stage(k, entry):
             i, weights, c = entry
-            argument = y + h * (weights @ k)
+            argument = y + h * weighted(weights, k)
             k = jax.lax.dynamic_update_slice(k, rhs(t + c * h, argument)[None], (i, jnp.zeros_like(i)))
             return k, argument
 
@@ -196,6 +200,11 @@ class ExplicitRungeKutta(AbstractMethod):
             return jax.lax.scan(stage, start, entries, reverse=True)[0][1]
 
         return Pullback(arguments[-1], k[-1], back)
+
+
+def weighted(weights: Float[Array, " k"], rows: Float[Array, "k ..."]) -> Float[Array, "..."]:
+    """`Σ w_i x_i`; no matrix product, which XLA may hand to a library and then cannot join with all the rest."""
+    return jnp.sum(weights.reshape(-1, *(1,) * (rows.ndim - 1)) * rows, axis=0)
 
 
 def _combine(weights: tuple[float, ...], stages: list[Array]) -> Array:

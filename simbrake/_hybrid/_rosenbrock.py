@@ -1,7 +1,8 @@
 """A linearly implicit method for stiff systems, in the flat loop like any other."""
 
 import functools
-from typing import Any
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
@@ -10,8 +11,8 @@ import numpy as np
 from jaxtyping import Float
 
 from ._arrays import Array
-from ._bordered import Bordered, Couplings, factor, jacobian, solve
-from ._method import AbstractMethod, Pullback
+from ._bordered import Bordered, ChainRows, Couplings, factor, jacobian, linear_rows, solve
+from ._method import AbstractMethod, Pullback, weighted
 from ._places import put, take
 
 # Rodas5P, coefficients in the form without products by the Jacobian (Hairer & Wanner, Solving ODEs II, IV.7):
@@ -77,6 +78,7 @@ class Rodas5P(AbstractMethod):
     """
 
     couplings: Couplings | None = eqx.field(static=True, default=None)
+    linear: ChainRows | None = None  # rows of the Jacobian, those that stay the same being right
     order: int = eqx.field(static=True, default=5)
     evaluations: int = eqx.field(static=True, default=9)
 
@@ -86,28 +88,40 @@ class Rodas5P(AbstractMethod):
     def fitted(self, couplings):
         return Rodas5P(couplings)  # pyright: ignore
 
-    def _places(self, y):
-        """Entries that the linear systems are for, core first; those of the core; the quadratures."""
-        places = self.couplings or Couplings(tuple(range(y.shape[0])), (), ())
-        return places.core + places.chain, len(places.core), places.quadrature
+    def settled(self, rhs, t, y):
+        places = self._couplings(y)
+        if places.varying is None or len(places.varying) == len(places.chain):
+            return self
+        rows = linear_rows(_linearised(rhs, t, y, places).inside, places)
+        return Rodas5P(self.couplings, jax.lax.stop_gradient(rows))  # pyright: ignore
+
+    def _couplings(self, y) -> Couplings:
+        return self.couplings or Couplings(tuple(range(y.shape[0])), (), ())
+
+    def _matrix(self, near: "_Linearised", h: Array) -> Bordered:
+        """`I/(γ h) − J`."""
+        J, scale = jacobian(near.inside, self._couplings(near.y), self.linear), 1.0 / (_GAMMA * h)
+        eye = jnp.eye(J.core.shape[0])
+        return Bordered(scale * eye - J.core, -J.right, -J.below, -J.lower, scale - J.diagonal, -J.upper)
 
     def attempt(self, rhs, t, y, f, h):
-        inner, m, outer = self._places(y)
+        near = _linearised(rhs, t, y, self._couplings(y))
+        inner, outer = near.inner, near.outer
         x, nothing = take(y, inner), jnp.zeros_like(y)
         moves = h != 0
         h = jnp.where(moves, h, _LEAST)
-        matrix, lean = _matrix(rhs, t, y, inner, m, outer, h)
-        lu, drift = factor(matrix), _drift(rhs, t, y)
+        lu = factor(self._matrix(near, h))
 
-        u, total, _ = _stages(rhs, t, y, h, inner, outer, drift, lambda b: solve(lu, b))
-        y1 = put(y, inner, x + jnp.asarray(_m) @ u)
+        u, total, _ = _stages(rhs, t, y, h, inner, outer, near.drift, lambda b: solve(lu, b))
+        y1 = put(y, inner, x + weighted(jnp.asarray(_m), u))
         if outer:
-            bend = _bd * h * take(drift, outer) + lean @ (jnp.asarray(_b) @ u)
+            bend = near.outside(_bd * h, weighted(jnp.asarray(_b), u))
             y1 = put(y1, outer, take(y, outer) + h * (total + bend))
         return jnp.where(moves, y1, y), put(nothing, inner, u[-1])
 
     def whole(self, rhs, t, y, h):
-        inner, m, outer = self._places(y)
+        near = _linearised(rhs, t, y, self._couplings(y))
+        inner, outer = near.inner, near.outer
 
         def dynamic(t: Array, x: Array) -> Array:
             return take(rhs(t, put(y, inner, x)), inner)
@@ -115,7 +129,7 @@ class Rodas5P(AbstractMethod):
         x = take(y, inner)
         moves, full_step = h != 0, h
         h = jnp.where(moves, h, _LEAST)
-        matrix, _ = jax.lax.stop_gradient(_matrix(rhs, t, y, inner, m, outer, h))
+        matrix = jax.lax.stop_gradient(self._matrix(near, h))
         lu, lu_transposed = factor(matrix), factor(matrix.transposed)
 
         def residual(v: Array) -> Array:
@@ -126,43 +140,44 @@ class Rodas5P(AbstractMethod):
                 residual, b, lambda _, b: solve(lu, b), transpose_solve=lambda _, b: solve(lu_transposed, b)
             )
 
-        u, total, _ = _stages(rhs, t, y, h, inner, outer, _drift(rhs, t, y), solved)
-        y1 = put(y, inner, x + jnp.asarray(_m) @ u)
+        u, total, _ = _stages(rhs, t, y, h, inner, outer, near.drift, solved)
+        y1 = put(y, inner, x + weighted(jnp.asarray(_m), u))
         if outer:
-            along = put(jnp.zeros_like(y), inner, jnp.asarray(_b) @ u)
+            along = put(jnp.zeros_like(y), inner, weighted(jnp.asarray(_b), u))
             bend = jax.jvp(rhs, (t, y), (_bd * h, along))[1]
             y1 = put(y1, outer, take(y, outer) + h * (total + take(bend, outer)))
         y1 = jnp.where(moves, y1, y)
         return y1, rhs(t + full_step, y1)
 
     def pullback(self, rhs, params, t, y, h):
-        inner, m, outer = self._places(y)
+        here = functools.partial(rhs, params)
+        near = _linearised(here, t, y, self._couplings(y))
+        inner, outer = near.inner, near.outer
         nothing = jnp.zeros_like(y)
         moves = h != 0
         h = jnp.where(moves, h, _LEAST)
-        here = functools.partial(rhs, params)
-        matrix, lean = _matrix(here, t, y, inner, m, outer, h)
-        lu, lu_transposed, drift = factor(matrix), factor(matrix.transposed), _drift(here, t, y)
+        matrix = self._matrix(near, h)
+        lu, lu_transposed = factor(matrix), factor(matrix.transposed)
         n = len(_NODES)
         a, c, nodes, d = np.pad(_a, ((0, 1), (0, 1))), np.pad(_c, ((0, 1), (0, 1))), (*_NODES, 1.0), (*_D, 0.0)
         a[n, :n] = _m  # one stage more is the rate at the end, from which nothing else follows
         b = np.append(_b, 0.0)
         table = (a, c, np.asarray(nodes), np.asarray(d, float), b)
         u, total, (arguments, fulls) = _stages(
-            here, t, y, h, inner, outer, drift, lambda b: solve(lu, b), table, keep=True
+            here, t, y, h, inner, outer, near.drift, lambda b: solve(lu, b), table, keep=True
         )
         u = u[:n]
-        bent = put(nothing, inner, jnp.asarray(_b) @ u)
+        bent = put(nothing, inner, weighted(jnp.asarray(_b), u))
         y1 = put(y, inner, arguments[-1])
         if outer:
-            bend = _bd * h * take(drift, outer) + lean @ take(bent, inner)
+            bend = near.outside(_bd * h, weighted(jnp.asarray(_b), u))
             y1 = put(y1, outer, take(y, outer) + h * (total + bend))
 
         def back(c_y, c_f):
             c_moved = jnp.where(moves, c_y, 0.0)
             c_x, c_outer = take(c_moved, inner), h * take(c_moved, outer)
             leans = put(nothing, outer, c_outer)  # cotangent of the bend
-            through = c_outer @ lean
+            through = jax.linear_transpose(lambda v: near.outside(0.0, v), take(y, inner))(c_outer)[0]
 
             def stage(carry, entry):
                 c_u, total = carry
@@ -183,7 +198,7 @@ class Rodas5P(AbstractMethod):
             # what the matrix, the drift and the bend change by: derivatives along directions, each with its cotangent
             times = jnp.concatenate([jnp.zeros(n), jnp.stack([jnp.ones_like(h), _bd * h])])
             ways = jnp.concatenate([jax.vmap(lambda u: put(nothing, inner, u))(u), jnp.stack([nothing, bent])])
-            drifts = h * (jnp.asarray(d)[:n] @ c_b)
+            drifts = h * weighted(jnp.asarray(d)[:n], c_b)
             weights = jax.vmap(lambda v: put(nothing, inner, v))(jnp.concatenate([c_b, drifts[None]]))
             weights = jnp.concatenate([weights, leans[None]])
 
@@ -199,11 +214,31 @@ class Rodas5P(AbstractMethod):
         return Pullback(y1, fulls[-1], back)
 
 
-def _matrix(rhs, t, y, inner, m, outer, h) -> tuple[Bordered, Float[Array, "outer inner"]]:
-    """`I/(γ h) − J`, and the rows of the Jacobian that belong to the quadratures."""
-    J, lean = jacobian(lambda x: take(rhs(t, put(y, inner, x)), inner + outer), take(y, inner), m)
-    scale = 1.0 / (_GAMMA * h)
-    return Bordered(scale * jnp.eye(m) - J.core, -J.right, -J.below, -J.lower, scale - J.diagonal, -J.upper), lean
+class _Linearised(NamedTuple):
+    """The linear part of the rates at one instant, over the entries that linear systems are for and the quadratures."""
+
+    push: Callable[[Any, Array], Array]  # derivative along a change of time and state
+    y: Float[Array, " state"]
+    inner: tuple[int, ...]
+    outer: tuple[int, ...]
+
+    def _along(self, dt: Any, v: Float[Array, " inner"]) -> Float[Array, " state"]:
+        return self.push(jnp.asarray(dt, self.y.dtype), put(jnp.zeros_like(self.y), self.inner, v))
+
+    def inside(self, v: Float[Array, " inner"]) -> Float[Array, " inner"]:
+        return take(self._along(0.0, v), self.inner)
+
+    def outside(self, dt: Any, v: Float[Array, " inner"]) -> Float[Array, " outer"]:
+        return take(self._along(dt, v), self.outer)
+
+    @property
+    def drift(self) -> Float[Array, " state"]:
+        """`∂f/∂t`."""
+        return self.push(jnp.ones((), self.y.dtype), jnp.zeros_like(self.y))
+
+
+def _linearised(rhs, t, y, places: Couplings) -> _Linearised:
+    return _Linearised(jax.linearize(rhs, t, y)[1], y, places.core + places.chain, places.quadrature)
 
 
 def _stages(rhs, t, y, h, inner, outer, drift, solved, table=_TABLE, keep=False) -> tuple[Array, Array, Any]:
@@ -213,17 +248,12 @@ def _stages(rhs, t, y, h, inner, outer, drift, solved, table=_TABLE, keep=False)
     def stage(carry, entry):
         u, total = carry
         i, a, c, node, d, b = entry
-        argument = x + a @ u
+        argument = x + weighted(a, u)
         full = rhs(t + node * h, put(y, inner, argument))
-        new = solved(take(full, inner) + (c @ u) / h + d * h * take(drift, inner))
+        new = solved(take(full, inner) + weighted(c, u) / h + d * h * take(drift, inner))
         u = jax.lax.dynamic_update_slice(u, new[None], (i, jnp.zeros_like(i)))
         return (u, total + b * take(full, outer)), (argument, full) if keep else None
 
     start = (jnp.zeros((n, x.shape[0])), jnp.zeros(len(outer)))
     (u, total), kept = jax.lax.scan(stage, start, (jnp.arange(n, dtype=jnp.int32), *map(jnp.asarray, table)))
     return u, total, kept
-
-
-def _drift(rhs, t, y) -> Float[Array, " state"]:
-    """`∂f/∂t`."""
-    return jax.jvp(lambda t: rhs(t, y), (t,), (jnp.ones_like(t),))[1]

@@ -184,7 +184,8 @@ def hybridsolve(
         t, y, rows, (count, code, stats) = run(params, flat_y0, others)
         starts = jnp.concatenate([t[:, None], y], axis=1)
 
-        rolled = method.rolled()
+        p, mode0 = problem(params, others)
+        rolled = method.rolled().settled(lambda t, y: p.flat.rhs(t, y, mode0), p.t0, flat_y0)
 
         def row(start, i):
             found = jax.tree.map(lambda leaf: leaf[i], rows)

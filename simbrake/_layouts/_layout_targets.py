@@ -1,14 +1,13 @@
 """What a layout of linings is to level: per lining, at one instant of full slip or over a whole braking."""
 
-import functools
 from collections.abc import Callable
 from typing import Any
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
+from .._base._compiling import device_jit
 from .._hybrid._arrays import Array
 from .._parts._band import running_product
 from .._parts._layout import InfeasibleLayout, equal_increment_angles, equal_load_angles
@@ -45,19 +44,17 @@ def full_slip(scene: Scene) -> tuple[Rubbing, Array]:
     f = forces.grip.coefficients(T_0, v, T, jnp.asarray(False), static=False).f
     along = T_0 * running_product(forces.grip.ratios(f)[0])
     before = jnp.concatenate([T_0[None], along[:-1]])
-    normal = (along + before) * jnp.sin(jnp.asarray(linings.angle) / 2)
+    normal = (along + before) * forces.grip.sine
     pressure = None if linings.area is None else normal / jnp.asarray(linings.area)
     return Rubbing(along - before, normal, v, pressure, T), f
 
 
-@functools.cache
-def _full_slip_compiled() -> Any:
-    return jax.jit(full_slip)
+_full_slip_compiled = device_jit(full_slip)
 
 
 def friction_at_start(scene: Scene) -> Float[np.ndarray, " n"]:
     """Coefficients of friction of sliding linings as the run starts."""
-    return np.asarray(_full_slip_compiled()(scene)[1], float)
+    return np.asarray(_full_slip_compiled(scene)[1], float)
 
 
 def at_full_slip(scene: Scene, target: str, rate: Any) -> Float[Array, " n"]:

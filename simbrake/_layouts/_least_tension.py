@@ -1,7 +1,6 @@
 """The least greatest tension under limits on a run: stopping time, temperatures, or anything that is measured."""
 
 import dataclasses
-import functools
 import re
 from typing import Any
 
@@ -10,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from .._base._compiling import cpu_compiler_options
+from .._base._compiling import device_jit
 from .._base._faults import Fault, InputError
 from .._base._progress import Line, duration
 from .._base._quantity import leaves
@@ -92,9 +91,7 @@ def _evaluate(x: Any, scene: Scene, *, spec: _Spec) -> Any:
     return found, jacobian, code
 
 
-@functools.cache
-def _compiled() -> Any:
-    return jax.jit(_evaluate, static_argnames="spec", compiler_options=cpu_compiler_options())
+_compiled = device_jit(_evaluate, static_argnames="spec")
 
 
 class _Problem:
@@ -115,7 +112,7 @@ class _Problem:
     def _run(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         self.runs += 1
         x = self.low + u * (self.high - self.low)
-        found, jacobian, code = _compiled()(x, self.scene, spec=self.spec)
+        found, jacobian, code = _compiled(x, self.scene, spec=self.spec)
         if int(code) == Code.STEP_LIMIT and self.spec.max_steps < 16384:
             self.spec = dataclasses.replace(self.spec, max_steps=4 * self.spec.max_steps)
             return self._run(u)

@@ -1,7 +1,6 @@
 """Lining angles and areas that level a quantity along the band, at full slip or over a whole braking."""
 
 import dataclasses
-import functools
 from collections.abc import Callable
 from typing import Any
 
@@ -11,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from .._base._compiling import cpu_compiler_options
+from .._base._compiling import device_jit
 from .._base._faults import InputError
 from .._base._progress import Line, duration
 from .._base._quantity import as_number
@@ -94,9 +93,7 @@ def _evaluate(w: Any, scene: Scene, angle: Any, area: Any, rate: Any, *, spec: _
     return residual, jacobian, values, code
 
 
-@functools.cache
-def _compiled() -> Any:
-    return jax.jit(_evaluate, static_argnames="spec", compiler_options=cpu_compiler_options())
+_compiled = device_jit(_evaluate, static_argnames="spec")
 
 
 class _Search:
@@ -122,7 +119,7 @@ class _Search:
 
     def _run(self, w: np.ndarray) -> Any:
         self.runs += 1
-        residual, jacobian, values, code = _compiled()(w, *self.arguments, spec=self.spec)
+        residual, jacobian, values, code = _compiled(w, *self.arguments, spec=self.spec)
         if int(code) == Code.STEP_LIMIT and self.spec.max_steps < 16384:
             self.spec = dataclasses.replace(self.spec, max_steps=4 * self.spec.max_steps)
             return self._run(w)

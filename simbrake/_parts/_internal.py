@@ -31,16 +31,16 @@ class InternalPair(eqx.Module):
 
     bandage: Bandage
     radius: Array
-    angle: Float[Array, " n"]
+    sine: Float[Array, " n"]  # sin(β_i/2)
 
     @property
     def count(self) -> int:
-        return self.angle.shape[0]
+        return self.sine.shape[0]
 
     def normal(self, T_0: Array, along: Float[Array, " n"]) -> Float[Array, " n"]:
         """Loads `N_i + N_pre,i` on the rim for the tensions `T_1…T_n`."""
         before = jnp.concatenate([T_0[None], along[:-1]])
-        return (along + before) * jnp.sin(self.angle / 2) + jnp.asarray(self.bandage.preload)
+        return (along + before) * self.sine + jnp.asarray(self.bandage.preload)
 
     def coefficients(self, N: Float[Array, " n"], held: Held) -> Float[Array, " *n"]:
         """Coefficients of friction `f_i`, or one for all, between linings and rim under the loads `N` (N)."""

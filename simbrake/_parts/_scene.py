@@ -3,11 +3,11 @@
 from typing import Any
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
 
+from .._base._compiling import device_jit
 from .._base._faults import Fault, InputError
 from .._base._quantity import Scalar, faults_of_values, holding, leaves, quantity
 from .._hybrid._arrays import Array
@@ -197,7 +197,7 @@ def _sensed_at_start(heat: Heat | None, pair: FrictionHeat, n: int) -> np.ndarra
     return np.broadcast_to(T[nodes_at(body, face)], (n,))
 
 
-@jax.jit
+@device_jit
 def _static_grip(linings: Lining, T: Any) -> Array:
     n = linings.count
     still = Contact(v=jnp.zeros(n), T=T, p=jnp.zeros(n))

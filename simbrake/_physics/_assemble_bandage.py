@@ -21,7 +21,7 @@ def assemble_bandage(scene: Scene) -> tuple[BandageSystem, BandageState, Bandage
     bandage, linings = brake.bandage, brake.linings
     if bandage is None or bandage.spring is None:
         raise ValueError("only a bandage with springs is resolved")
-    n, angle, R_b = linings.count, jnp.asarray(linings.angle), jnp.asarray(brake.band.radius)
+    n, R_b = linings.count, jnp.asarray(brake.band.radius)
     inertias = jnp.asarray(bandage.inertia)
     inertias = jnp.broadcast_to(inertias / n, (n,)) if inertias.ndim == 0 else inertias
     stiffness = jnp.broadcast_to(jnp.asarray(bandage.spring), (n - 1,))
@@ -31,8 +31,6 @@ def assemble_bandage(scene: Scene) -> tuple[BandageSystem, BandageState, Bandage
         inertias=inertias,
         band_radius=R_b,
         track_radius=jnp.asarray(brake.pulley.radius),
-        tangent=jnp.tan(angle / 2),
-        sine=jnp.sin(angle / 2),
         grip=s.grip,
         internal=bandage,
         stiffness=stiffness,

@@ -2,7 +2,7 @@
 
 import jax.numpy as jnp
 
-from .._parts._band import grip, product, tension_ratio
+from .._parts._band import product
 from .._parts._design import stiffness_of
 from .._parts._internal import InternalPair
 from .._parts._scene import Scene
@@ -16,12 +16,12 @@ from ._system import BrakeSystem
 def assemble_brake(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
     """System, initial state and mode of a standard or staged brake, its band one element (model §3, §4)."""
     s, duty = frame_of(scene), scene.duty
-    law, friction, angle = scene.brake.linings.friction, s.grip, jnp.asarray(scene.brake.linings.angle)
+    law, friction = scene.brake.linings.friction, s.grip
     fixed = not (law.speed_dependent or friction.varies or friction.implicit)
-    mu_kinetic = tension_ratio(grip(law.kinetic(s.still), angle))[0] if fixed else None
+    mu_kinetic = friction.ratios(law.kinetic(s.still))[0] if fixed else None
     stiffness, internal, bandage = stiffness_of(scene.brake, s.still.T), None, scene.brake.bandage
     if bandage is not None:
-        internal = InternalPair(bandage, jnp.asarray(scene.brake.pulley.radius), angle)
+        internal = InternalPair(bandage, jnp.asarray(scene.brake.pulley.radius), friction.sine)
     forces = Forces(
         inertia=s.inertia,
         band_radius=s.band_radius,

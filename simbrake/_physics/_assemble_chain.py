@@ -27,7 +27,6 @@ def assemble_chain(scene: Scene) -> tuple[ChainSystem, ChainState, ChainMode]:
     anchor = stiffness_of(brake, s.still.T)
     assert anchor is not None
     damping = 2 * jnp.asarray(segments.damping_ratio) * jnp.sqrt(between * 0.5 * (mass[1:] + mass[:-1]))
-    angle = jnp.asarray(brake.linings.angle)
     forces = ChainForces(
         inertia=s.inertia,
         band_radius=s.band_radius,
@@ -36,8 +35,7 @@ def assemble_chain(scene: Scene) -> tuple[ChainSystem, ChainState, ChainMode]:
         stiffness=jnp.append(between, anchor),
         damping=jnp.append(damping, jnp.asarray(segments.anchor_damping)),
         preload=anchor * jnp.asarray(scene.initial.elongation),
-        sine=jnp.sin(angle / 2),
-        cosine=jnp.cos(angle / 2),
+        cosine=jnp.cos(jnp.asarray(brake.linings.angle) / 2),
         grip=s.grip,
         lever=scene.duty.slack_tension,
         load=scene.duty.load,

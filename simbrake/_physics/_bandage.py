@@ -81,7 +81,7 @@ class BandageSystem(AbstractBrakeSystem):
             to_band=on_band.to_metal,
         )
         into = net.into + on_band.into + on_rim.into
-        return rates._replace(ledger=ledger._replace(heat=booked), heat=into / f.thermal.capacity)
+        return rates._replace(ledger=ledger._replace(heat=booked), heat=f.thermal.rise(into))
 
     def pressed(self, y, mode, q):
         outer_T, inner_T = self.forces.surfaces(y.heat)
@@ -124,7 +124,7 @@ class BandageSystem(AbstractBrakeSystem):
         f = self.forces
         if code == BrakeCode.SINGULAR_GEOMETRY:
             c = f.coefficients(y, mode)
-            on_rim = f.track_radius * c.inner_static * f.sine / f.band_radius
+            on_rim = f.track_radius * c.inner_static * f.grip.sine / f.band_radius
             return 1 - jnp.maximum(jnp.max(c.grip_static), jnp.max(on_rim))
         return self.table_margin(y.heat)
 

@@ -45,15 +45,13 @@ class BandageForces(AbstractActing):
     Springs: `S_j = K_j e_j + D_j ė_j`, `ė_j = R_b (ω_j − ω_{j+1})`, `Q_i = R_b (S_{i−1} − S_i)`.
 
     - `inertia` `J`, `inertias` `J_i` (kg·m²); `stiffness` `K_j` (N/m), `damping` `D_j` (N·s/m) of the n − 1 springs
-    - `tangent` `tan(β_i/2)`, `sine` `s_i = sin(β_i/2)`
+    - `grip.tangent` `tan(β_i/2)`, `grip.sine` `s_i = sin(β_i/2)`
     """
 
     inertia: Array
     inertias: Float[Array, " n"]
     band_radius: Array
     track_radius: Array
-    tangent: Float[Array, " n"]
-    sine: Float[Array, " n"]
     grip: Grip
     internal: Bandage
     stiffness: Float[Array, " springs"]
@@ -99,8 +97,8 @@ class BandageForces(AbstractActing):
             return jnp.broadcast_to(f, (n,))
 
         outer, inner = self.linings.friction, self.internal.friction
-        grip_static = each(outer.static(Contact(still, outer_T))) * self.tangent
-        grip_kinetic = each(outer.kinetic(Contact(outer_v, outer_T))) * self.tangent
+        grip_static = each(outer.static(Contact(still, outer_T))) * self.grip.tangent
+        grip_kinetic = each(outer.kinetic(Contact(outer_v, outer_T))) * self.grip.tangent
         return Coefficients(
             mu_static=tension_ratio(grip_static)[0],
             mu_kinetic=tension_ratio(grip_kinetic)[0],
@@ -120,7 +118,7 @@ class BandageForces(AbstractActing):
         stuck, held = mode.inner == 0, mode.outer == 0
         sense, R_b = mode.inner.astype(jnp.float64), self.band_radius
         f = jnp.where(stuck, c.inner_static, c.inner_kinetic)
-        grip = self.track_radius * f * self.sine
+        grip = self.track_radius * f * self.grip.sine
         floor = self.track_radius * f * jnp.asarray(self.internal.preload)
         sliding = jnp.where(mode.outer > 0, c.mu_kinetic, 1 / c.mu_kinetic)
         gain = jnp.where(held, (R_b + sense * grip) / (R_b - sense * grip), sliding)
@@ -169,8 +167,8 @@ class BandageForces(AbstractActing):
             slip_speed=R_b * jnp.mean(y.speeds),
             tension=along,
             outer_force=G,
-            normal=total * self.sine,
-            load=total * self.sine + jnp.asarray(self.internal.preload),
+            normal=total * self.grip.sine,
+            load=total * self.grip.sine + jnp.asarray(self.internal.preload),
             inner_torque=torque,
             capacity=capacity,
             inner_slip=self.track_radius * (y.omega - y.speeds),

@@ -99,7 +99,7 @@ class ChainForces(AbstractActing):
                     (J + R_b² Σ_stuck m_i) ω̇ = M_load − R_b [Σ_slip G_i + Σ_stuck (T_i − T_{i−1})]
 
     - `mass` `m_i` (kg); `stiffness` `K_i` (N/m), the last one `C`; `damping` `D_i` (N·s/m); `preload` `T_i^0` (N)
-    - `sine`, `cosine` of `β_i/2`
+    - `cosine` of `β_i/2`
     """
 
     inertia: Array
@@ -109,7 +109,6 @@ class ChainForces(AbstractActing):
     stiffness: Float[Array, " n"]
     damping: Float[Array, " n"]
     preload: Array
-    sine: Float[Array, " n"]
     cosine: Float[Array, " n"]
     grip: Grip
     lever: AbstractProfile
@@ -153,7 +152,7 @@ class ChainForces(AbstractActing):
         tension = jnp.where(taut, total, 0.0)
         T_0 = self.lever.value(t, mode.lever_piece)
         before = jnp.append(T_0, tension[:-1])
-        normal = (tension + before) * self.sine
+        normal = (tension + before) * self.grip.sine
         f = self.grip.linings.friction.kinetic(self._contact(y, normal, sign * slip))
         sliding = sign * f * normal / self.cosine
         load = self.load.torque(t, y.omega, mode.load_piece)

@@ -54,7 +54,7 @@ class ChainSystem(AbstractBrakeSystem):
         net, deposit = q.thermal.flows, q.thermal.deposit
         booked = HeatLedger(deposit.to_metal, deposit.to_linings, net.lost + deposit.lost, net.supplied)
         return rates._replace(
-            ledger=ledger._replace(heat=booked), heat=(net.into + deposit.into) / self.forces.thermal.capacity
+            ledger=ledger._replace(heat=booked), heat=self.forces.thermal.rise(net.into + deposit.into)
         )
 
     def pressed(self, y, mode, q):

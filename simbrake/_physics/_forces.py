@@ -151,28 +151,18 @@ class Forces(AbstractActing):
         if self.ratio_kinetic is not None:
             Pi = self._ratio(*point, mode, back)
             return Slip(T_0 * Pi, rate * Pi / self.stiffness, None, deposit)
-        T_n = tension(*point)
+        T_n, along_rates = jax.linearize(tension, *point)
         alpha = self._carrier_alpha(t, y, mode, T_0, T_n, back)
         if self.thermal is None or now is None or deposit is None:
-            growth = jax.jvp(tension, point, (rate, alpha, None))[1]
-            return Slip(T_n, growth / self.stiffness)
+            return Slip(T_n, along_rates(rate, alpha, None) / self.stiffness)
         warming = now.flows.into
         if heated is not None:
             warming = warming + heated.into * self.inner_speed(y, mode)
-        warming = warming / self.thermal.capacity
+        growth = along_rates(rate, alpha, self.thermal.rise(warming)) / self.stiffness
         if not self.grip.linings.friction.temperature_dependent:
-            growth = jax.jvp(tension, point, (rate, alpha, warming))[1] / self.stiffness
             return Slip(T_n, growth, None, deposit)
-        heating = deposit.into / self.thermal.capacity
-        growth = jax.jvp(lambda T_0, omega: tension(T_0, omega, y.heat), point[:2], (rate, alpha))[1]
-        if self.grip.implicit:
-            by_warming, by_heating = (
-                jax.jvp(lambda u: tension(T_0, omega, u), (y.heat,), (rise,))[1] for rise in (warming, heating)
-            )
-        else:  # two directions for the price of one
-            slope = jax.grad(lambda u: tension(T_0, omega, u))(y.heat)
-            by_warming, by_heating = jnp.sum(slope * warming), jnp.sum(slope * heating)
-        growth, gamma = (growth + by_warming) / self.stiffness, by_heating / self.stiffness
+        still = jnp.zeros_like(T_n)
+        gamma = along_rates(still, still, self.thermal.rise(deposit.into)) / self.stiffness
         v = (self.band_radius * omega - growth) / jnp.where(1 + gamma > 0, 1 + gamma, 1.0)
         return Slip(T_n, growth + gamma * v, 1 + gamma, deposit)
 

@@ -77,7 +77,7 @@ def frame_of(scene: Scene) -> Frame:
         omega_0=omega_0,
         lever_piece=lever_piece,
         load_piece=load_piece,
-        grip=Grip(brake.linings, None if heat is None else heat.flash, scene.power_shares),
+        grip=Grip.of(brake.linings, None if heat is None else heat.flash, scene.power_shares),
         still=still,
         thermal=thermal,
         u=u,

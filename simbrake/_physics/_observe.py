@@ -149,7 +149,7 @@ def _(system: BandageSystem, y: BandageState, mode: BandageMode, q: BandageFlows
     }
     if system.forces.thermal is not None:
         mu = system.forces.coefficients(y, mode).mu_kinetic
-        found["friction_coefficient"] = (mu - 1) / (mu + 1) / system.forces.tangent
+        found["friction_coefficient"] = (mu - 1) / (mu + 1) / system.forces.grip.tangent
         found["internal_friction_coefficient"] = system.forces.coefficients(y, mode).inner_kinetic
     return found
 

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 from jaxtyping import Float
 
 from .._hybrid._arrays import Array
-from .._parts._band import grip, tension_ratio
+from .._parts._band import tension_ratio
 from .._parts._design import Lining
 from .._parts._friction import Contact
 from .._parts._heat import FlashTemperature
@@ -36,8 +36,16 @@ class Grip(eqx.Module):
     """
 
     linings: Lining
+    tangent: Float[Array, " n"]  # z_i = tan(β_i/2)
+    sine: Float[Array, " n"]  # sin(β_i/2)
     flash: FlashTemperature | None
     shares: PowerShares | None = None  # of the friction power
+
+    @classmethod
+    def of(cls, linings: Lining, flash: FlashTemperature | None, shares: PowerShares | None) -> "Grip":
+        """The friction of given linings, with what depends on their angles alone formed once for the whole run."""
+        half = jnp.asarray(linings.angle) / 2
+        return cls(linings, jnp.tan(half), jnp.sin(half), flash, shares)
 
     @property
     def implicit(self) -> bool:
@@ -60,9 +68,8 @@ class Grip(eqx.Module):
 
         def at(f: Array, before: Array, i: Array) -> Array:
             """Residual `f − F(T + ΔT(f), p(f))` of lining `i`, all others masked out."""
-            angle = jnp.asarray(self.linings.angle)
-            mu, _ = tension_ratio(grip(f, angle))
-            N = before * (1 + jnp.where(back, 1 / mu, mu)) * jnp.sin(angle / 2)
+            mu, _ = tension_ratio(f * self.tangent)
+            N = before * (1 + jnp.where(back, 1 / mu, mu)) * self.sine
             p = jnp.zeros(n) if self.linings.area is None else N / jnp.asarray(self.linings.area)
             rise = jnp.zeros(n)
             if self.flash is not None and not static:
@@ -86,7 +93,7 @@ class Grip(eqx.Module):
             for _ in range(_CARRY):  # each carries derivatives one order further
                 f = newton(f, None)[0]
             here = jnp.arange(n, dtype=jnp.int32) == i
-            all_fz = grip(jnp.full(n, f), jnp.asarray(self.linings.angle))
+            all_fz = f * self.tangent
             fz = jnp.sum(jnp.where(here, all_fz, 0.0))
             mu = jnp.sum(jnp.where(here, tension_ratio(all_fz)[0], 0.0))
             # up to the root the residual must rise all the way: beyond a fold the next root lies behind a valley
@@ -102,5 +109,5 @@ class Grip(eqx.Module):
 
     def ratios(self, f: Array) -> tuple[Float[Array, " n"], Array]:
         """Tension ratios `μ_i`, and by how much the lining nearest to locking is away from it, `1 − max f_i z_i`."""
-        fz = grip(f, jnp.asarray(self.linings.angle))
+        fz = f * self.tangent
         return tension_ratio(fz)[0], 1 - jnp.max(fz)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .._hybrid import CORE
+from .._hybrid import CORE, LINEAR
 from .._parts._heat import Heat, shared_faces
 from .._parts._network import Wall, nodes_at, place_of
 from ._heat_flows import Spans, spans
@@ -13,7 +13,7 @@ def couplings(heat: Heat) -> np.ndarray:
 
     Bodies that friction heats or senses are in the core, as every lining's friction depends on those before it, and so
     are those around a face that several links share. Of the rest, nodes where three or more paths meet join the core
-    until only unbranched chains are left.
+    until only unbranched chains are left. Layers inside a wall of constant properties are marked as linear.
     """
     near = _neighbours(heat)
     kinds = np.full(len(near), CORE)
@@ -38,7 +38,25 @@ def couplings(heat: Heat) -> np.ndarray:
             place += 1
             left.discard(here)
             here = next(iter(open_[here] & left), None)
-    return kinds
+    return np.where((kinds >= 0) & _inside_plain_walls(heat), kinds + LINEAR, kinds)
+
+
+def _inside_plain_walls(heat: Heat) -> np.ndarray:
+    """Which nodes with capacity are layers within a wall of constant properties, reached by conduction alone."""
+    where = spans(heat)
+    found = np.zeros(max((here.stop for here in where.stores.values()), default=0), bool)
+    for body in heat.bodies:
+        if isinstance(body, Wall):
+            m = body.material
+            found[where.stores[body.name]] = m.conductivity_slope is None and m.specific_heat_slope is None
+    reached = [link_end for link in heat.links for link_end in (link.a, link.b)]
+    reached += [source.a for source in heat.sources]
+    reached += [p for pair in heat.pairs for p in (pair.metal, pair.lining, pair.beyond) if p]
+    for place in reached:
+        for store, i in _nodes(heat, where, place):
+            if store:
+                found[i] = False
+    return found
 
 
 def _nodes(heat: Heat, where: Spans, place: str) -> list[tuple[bool, int]]:

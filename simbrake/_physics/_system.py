@@ -92,7 +92,7 @@ class BrakeSystem(AbstractBrakeSystem):
                 jnp.add, booked, HeatLedger(inner.to_metal * v, inner.to_linings * v, inner.lost * v, 0.0, 0.0 * v)
             )
         booked = booked._replace(lost=net.lost + booked.lost, supplied=net.supplied)
-        return rates._replace(ledger=rates.ledger._replace(heat=booked), heat=into / self.forces.thermal.capacity)
+        return rates._replace(ledger=rates.ledger._replace(heat=booked), heat=self.forces.thermal.rise(into))
 
     def pressed(self, y, mode, q):
         forces, back = self.forces, mode.band == BandMode.SLIP_BACK
@@ -100,7 +100,7 @@ class BrakeSystem(AbstractBrakeSystem):
         mu = forces.kinetic_mu(q.lever_tension, forces.carrier_speed(y), y.heat, mode, back)[0]
         along = q.slack_tension * running_product(jnp.where(back, 1 / mu, mu))
         before = jnp.concatenate([q.slack_tension[None], along[:-1]])
-        normal = (along + before) * jnp.sin(jnp.asarray(forces.grip.linings.angle) / 2)
+        normal = (along + before) * forces.grip.sine
         outer = Pressed(normal, jnp.where(back, -q.slip_speed, q.slip_speed), forces.surface(y.heat))
         if q.inner is None:
             return outer, None
@@ -343,7 +343,7 @@ class BrakeSystem(AbstractBrakeSystem):
         angle = jnp.asarray(self.forces.grip.linings.angle)
         given = self.forces.deposit(t, y, mode, now, E * angle / jnp.sum(angle))
         booked = jax.tree.map(jnp.add, y.ledger.heat, self._given(given, 1.0))
-        into = thermal.soaked(given.into) / thermal.capacity
+        into = thermal.rise(thermal.soaked(given.into))
         return y._replace(heat=y.heat + into, ledger=y.ledger._replace(heat=booked))
 
     def scales(self):

@@ -31,14 +31,20 @@ class Thermal(eqx.Module):
 
     heat: Heat
     capacity: Float[Array, " k"]
+    per_capacity: Float[Array, " k"]  # 1/C_r (K/J)
     slope: Float[Array, " k"] | None
     reference: Float[Array, " k"]
     halves: dict[str, Array]  # thermal resistance of half a layer at the reference temperature (K/W)
+    between: dict[str, Array]  # conductance from layer to layer (W/K) of walls whose conductivity is constant
     shares: PowerShares | None = None  # of the friction power
 
     @property
     def spans(self) -> Spans:
         return spans(self.heat)
+
+    def rise(self, heat: Float[Array, " k"]) -> Float[Array, " k"]:
+        """What heat into each node (W, or J) adds to its state (K/s, or K)."""
+        return heat * self.per_capacity
 
     def temperatures(self, u: Float[Array, " k"]) -> Float[Array, " k"]:
         """Temperatures (K) of the nodes with capacity."""
@@ -114,10 +120,8 @@ class Thermal(eqx.Module):
 
     def _within(self, wall: Wall, T: Array) -> Array:
         """Flows into the layers of a wall from their neighbours."""
-        half = self._layer_halves(wall.name, T)
-        q = (T[:-1] - T[1:]) / (half[:-1] + half[1:])
-        if wall.copies > 1:  # nothing flows from one copy into the next
-            q = jnp.where(np.arange(1, wall.count) % wall.layers == 0, 0.0, q)
+        g = self.between.get(wall.name)
+        q = (_between(self._layer_halves(wall.name, T), wall) if g is None else g) * (T[:-1] - T[1:])
         return jnp.pad(q, (1, 0)) - jnp.pad(q, (0, 1))
 
     @property
@@ -317,6 +321,12 @@ def _value(value: Any, t: Array, pieces: list[Any]) -> Array:
     return jnp.asarray(value)
 
 
+def _between(half: Array, wall: Wall) -> Array:
+    """Conductances from layer to layer (W/K) for the resistances of half a layer; 0 from one copy into the next."""
+    g = 1 / (half[:-1] + half[1:])
+    return g if wall.copies == 1 else jnp.where(np.arange(1, wall.count) % wall.layers == 0, 0.0, g)
+
+
 def _each(per_metre: Array, wall: Wall) -> Array:
     """A property per metre of depth at every node of a wall and its copies."""
     return (jnp.broadcast_to(per_metre, (wall.copies,))[:, None] * wall.steps[None, :]).reshape(-1)
@@ -352,5 +362,11 @@ def assemble_thermal(
     if any(value is not None for value in slope):
         parts = zip(slope, capacity, strict=True)
         slopes = jnp.concatenate([jnp.full(c.shape, 0.0 if b is None else b) for b, c in parts])
-    thermal = Thermal(heat, jnp.concatenate(capacity), slopes, jnp.concatenate(reference), halves, shares)
+    between = {
+        body.name: _between(halves[body.name], body)
+        for body in heat.bodies
+        if isinstance(body, Wall) and body.layers > 1 and body.material.conductivity_slope is None
+    }
+    C = jnp.concatenate(capacity)
+    thermal = Thermal(heat, C, 1 / C, slopes, jnp.concatenate(reference), halves, between, shares)
     return thermal, thermal.contents(jnp.concatenate(start))

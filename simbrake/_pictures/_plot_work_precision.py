@@ -39,9 +39,8 @@ def work_precision(data: dict[str, Any] | str | PathLike[str], *, figure: Figure
     for ax, scene in zip(axes[:, 0], scenes, strict=True):
         _panel(ax, scene)
     machine = found.get("machine", {})
-    loops = ", fast_loops()" if found.get("fast_loops") else ""
     version = machine.get("versions", {}).get("simbrake", "")
-    place = f"{machine.get('cpu', 'machine not told')}, {machine.get('cores', '?')} cores; simbrake {version}{loops}"
+    place = f"{machine.get('cpu', 'machine not told')}, {machine.get('cores', '?')} cores; simbrake {version}"
     figure.suptitle(f"Work and precision; left and low is better\n{place}", fontsize=11)
     return figure
 

@@ -12,6 +12,7 @@ from typing import Any
 import jax
 import numpy as np
 
+from .._base._compiling import accelerators, run_device
 from .._base._faults import InputError
 from .._base._quantity import leaves
 from .._files._scene_file import scene_from_text, scene_text
@@ -79,7 +80,7 @@ def machine() -> dict[str, Any]:
         "cores": os.cpu_count(),
         "system": platform.system(),
         "backend": jax.default_backend(),
-        "fast_loops": "xla_cpu_small_while_loop" in os.environ.get("XLA_FLAGS", ""),
+        "one_function": accelerators(run_device().platform).one_function,
     }
 
 

@@ -1,6 +1,5 @@
 """A thermal network by itself: its course over time, and its steady state."""
 
-import functools
 from typing import Any, NamedTuple
 
 import diffrax
@@ -12,7 +11,7 @@ import optimistix as optx
 from jax.core import Tracer
 from jaxtyping import Float
 
-from .._base._compiling import cpu_compiler_options
+from .._base._compiling import device_jit
 from .._base._faults import Fault, InputError
 from .._base._quantity import faults_of_tolerance, faults_of_values
 from .._hybrid import (
@@ -49,7 +48,7 @@ class NetworkSystem(AbstractHybridSystem):
         T = self.thermal.temperatures(y[0])
         T_J = self.thermal.junctions(T, t, self.around, mode)
         flows = self.thermal.flows(T, T_J, t, self.around, mode)
-        return flows.into / self.thermal.capacity, flows.lost, flows.supplied
+        return self.thermal.rise(flows.into), flows.lost, flows.supplied
 
     def guards(self, t, y, mode):
         return jnp.ones(1)
@@ -114,11 +113,7 @@ def _run(heat: Heat, ts: Any, speed: Any, closed: Any, rtol: Any, method: Abstra
 
 _STATIC = ("method", "max_steps")
 _traced = jax.jit(_run, static_argnames=_STATIC)
-
-
-@functools.cache
-def _compiled() -> Any:
-    return jax.jit(_run, static_argnames=_STATIC, compiler_options=cpu_compiler_options())
+_compiled = device_jit(_run, static_argnames=_STATIC)
 
 
 def check_heat(heat: Heat) -> None:
@@ -158,7 +153,7 @@ def simulate_heat(
         span = 0.0 if traced else float(np.asarray(ts)[-1] - np.asarray(ts)[0])
         solver = Rodas5P() if traced or stiff_heat(heat, span)[0] else diffrax.Dopri8()
     method = solver if isinstance(solver, AbstractMethod) else ExplicitRungeKutta(solver, unrolled=False)
-    run = _traced if traced else _compiled()
+    run = _traced if traced else _compiled
     numbers = (np.asarray(x, np.float64) if not isinstance(x, Tracer) else x for x in (speed, closed, rtol))
     result = run(heat, ts if traced else np.asarray(ts, np.float64), *numbers, method=method, max_steps=max_steps)
     if not traced and int(result.record.code) != 0:

@@ -1,6 +1,5 @@
 """Integrals over a whole run of anything that can be looked at in it, by quadrature inside every recorded step."""
 
-import functools
 from collections.abc import Callable
 from typing import Any
 
@@ -9,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
 
-from .._base._compiling import cpu_compiler_options
+from .._base._compiling import device_jit
 from .._hybrid import SKIPPED, Record
 from ._probe import Probe, probe
 
@@ -42,9 +41,7 @@ def _integrate(record: Record, pick: Any, *, points: int) -> Any:
     return jax.tree.map(lambda leaf: jnp.tensordot(weight, leaf, axes=1), values)
 
 
-@functools.cache
-def _compiled() -> Any:
-    return jax.jit(_integrate, static_argnames="points", compiler_options=cpu_compiler_options())
+_compiled = device_jit(_integrate, static_argnames="points")
 
 
 def integral(run: Any, pick: Callable[[Probe], Any], *, points: int = POINTS) -> Any:
@@ -67,4 +64,4 @@ def integral(run: Any, pick: Callable[[Probe], Any], *, points: int = POINTS) ->
     pick = as_tree(pick)
     if is_traced((record, pick)):
         return _integrate(record, pick, points=points)
-    return _compiled()(record.compact(), pick, points=points)
+    return _compiled(record.compact(), pick, points=points)

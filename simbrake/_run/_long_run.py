@@ -9,7 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from .._base._compiling import Packing, Program, compiled
+from .._base._compiling import Packing, Program, compiled, run_device
 from .._hybrid import AbstractHybridSystem, AbstractMethod, Code, Record, Settings, beginning, joined, stretch
 from .._parts._scene import Scene
 from .._physics._assemble import assemble
@@ -17,7 +17,7 @@ from .._physics._assemble import assemble
 #: step attempts in a stretch at most
 STRETCH = 1024
 #: lines up to which a program as one function takes no longer to compile
-LONGEST = 7_000
+LONGEST = 11_000
 #: least number of steps in a run under profiles that are not piecewise simple
 _SLICES = 64
 #: attempts in the first stretch where somebody waits: enough to tell how long one takes
@@ -49,7 +49,7 @@ def posed(
 
 
 @functools.lru_cache(maxsize=64)
-def _program(packing: Packing, method: AbstractMethod) -> tuple[Program, np.ndarray]:
+def _program(packing: Packing, method: AbstractMethod, device: Any) -> tuple[Program, np.ndarray]:
     """One stretch of all runs of one structure, compiled: a function of the numbers, what the stretch before has left,
     and its length, in one vector; and what the first stretch begins with."""
 
@@ -67,7 +67,7 @@ def _program(packing: Packing, method: AbstractMethod) -> tuple[Program, np.ndar
         ends = scene.initial.time, scene.end_time
         return stretch(system, state, mode, *ends, method, settings, x[n:-1], x[-1].astype(jnp.int32))
 
-    return compiled(run, np.ones(n + size + 1), longest=LONGEST), np.full(size, np.nan)
+    return compiled(run, np.ones(n + size + 1), longest=LONGEST, device=device), np.full(size, np.nan)
 
 
 def long_run(
@@ -77,7 +77,7 @@ def long_run(
 
     The record is the same to the last bit whether somebody is told or not: stretches are then shorter, no more.
     """
-    program, carried = _program(packing, method)
+    program, carried = _program(packing, method, run_device())
     scene: Scene = packing.unpack(numbers)[0]
     t, end = float(scene.initial.time), float(scene.end_time)
     if tell is not None:

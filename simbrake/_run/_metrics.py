@@ -1,6 +1,5 @@
 """Main numbers of a run as functions of its record: traceable, so that they can be differentiated and batched."""
 
-import functools
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -8,7 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from .._base._compiling import cpu_compiler_options
+from .._base._compiling import device_jit
 from .._hybrid import ADVANCED, LANDED, SKIPPED, Record
 from .._hybrid._arrays import Array
 from .._physics._acting import AbstractBrakeSystem
@@ -256,14 +255,12 @@ def _heats(record: Record) -> dict[str, Array]:
     }
 
 
-@functools.cache
-def _energies_compiled() -> Any:
-    return jax.jit(energies, compiler_options=cpu_compiler_options())
+_energies_compiled = device_jit(energies)
 
 
 def energies_of(record: Record) -> dict[str, Array]:
     """`energies` of a concrete record."""
-    return _energies_compiled()(record)
+    return _energies_compiled(record)
 
 
 def numbers(record: Record, travel: Any) -> tuple[dict[str, Any], dict[str, Array]]:

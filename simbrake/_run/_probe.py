@@ -1,13 +1,12 @@
 """Looking into a run at any time: states and forces by a partial step of the method out of a recorded row."""
 
-import functools
 from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from .._base._compiling import cpu_compiler_options
+from .._base._compiling import device_jit
 from .._base._progress import piece
 from .._hybrid import Record
 from .._hybrid._arrays import Array
@@ -66,9 +65,7 @@ def probe_at(record: Record, index: Array, h: Array) -> Probe:
     return Probe(t, y, mode, flows, forces, margins, jnp.maximum(forces.tension, before), hot, own, passed)
 
 
-@functools.cache
-def _probe_compiled() -> Any:
-    return jax.jit(probe_at, compiler_options=cpu_compiler_options())
+_probe_compiled = device_jit(probe_at)
 
 
 def probe_many(record: Record, index: Any, h: Any) -> Probe:
@@ -80,7 +77,7 @@ def probe_many(record: Record, index: Any, h: Any) -> Probe:
         i, s = index[start : start + _LANES], h[start : start + _LANES]
         used = len(i)
         pad = _LANES - used
-        out = _probe_compiled()(
+        out = _probe_compiled(
             record, np.pad(i, (0, pad), mode="edge").astype(np.int32), np.pad(s, (0, pad), mode="edge")
         )
         parts.append(jax.tree.map(lambda leaf, n=used: np.asarray(leaf)[:n], out))

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 from jax.tree_util import Partial
 from jaxtyping import Float
 
-from .._base._compiling import cpu_compiler_options
+from .._base._compiling import device_jit
 from .._base._faults import Fault, InputError
 from .._base._quantity import as_number
 from .._hybrid import Record
@@ -233,9 +233,7 @@ def _peaks(record: Record, pair: str, quantity: str) -> Array:
     return jax.vmap(of)(jnp.arange(record.system.forces.grip.linings.count, dtype=jnp.int32))  # pyright: ignore
 
 
-@functools.cache
-def _peaks_compiled() -> Any:
-    return jax.jit(_peaks, static_argnames=("pair", "quantity"), compiler_options=cpu_compiler_options())
+_peaks_compiled = device_jit(_peaks, static_argnames=("pair", "quantity"))
 
 
 def lining_peak(run: Any, quantity: str, *, pair: str = "external") -> Float[Array, " n"]:
@@ -244,4 +242,4 @@ def lining_peak(run: Any, quantity: str, *, pair: str = "external") -> Float[Arr
     record = _compact(run)
     if is_traced(record):
         return _peaks(record, pair, quantity)
-    return _peaks_compiled()(record, pair=pair, quantity=quantity)
+    return _peaks_compiled(record, pair=pair, quantity=quantity)

@@ -2,6 +2,7 @@
 
 import functools
 import math
+from collections.abc import Callable
 from typing import Any
 
 import diffrax
@@ -11,7 +12,16 @@ import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
 
-from .._base._compiling import Packing, Program, compiled, pack
+from .._base._compiling import (
+    Packing,
+    Program,
+    accelerators,
+    compiled,
+    fits_one_function,
+    one_function,
+    pack,
+    run_device,
+)
 from .._base._faults import Fault, InputError
 from .._base._progress import telling
 from .._base._quantity import faults_of_tolerance, leaves
@@ -42,21 +52,54 @@ def _marked(scene: Scene) -> Scene:
     return eqx.tree_at(lambda s: s.initial.time, scene, start)
 
 
-_STATIC = ("method", "max_steps")
-# inside another transformation: compiled as part of it
-_traced = jax.jit(_run, static_argnames=_STATIC)
-
-
-@functools.lru_cache(maxsize=256)
-def _program(packing: Packing, method: AbstractMethod, max_steps: int) -> Program:
-    """The compiled run of all scenes of one structure, a function of their numbers and of the limits."""
+def _of_numbers(packing: Packing, method: AbstractMethod, max_steps: int) -> Callable[[Any], Record]:
+    """The run of all scenes of one structure, a function of their numbers and of the limits."""
 
     def run(numbers: Any) -> Record:
         scene, rtol, max_step, max_events = packing.unpack(numbers)
         return _run(scene, rtol, max_step, max_events, method=method, max_steps=max_steps)
 
+    return run
+
+
+@functools.lru_cache(maxsize=256)
+def _program(packing: Packing, method: AbstractMethod, max_steps: int, device: Any) -> Program:
+    """The compiled run of all scenes of one structure."""
     # a scene is mostly run once or a few times: what makes the first of them wait longer is left to `prepare`
-    return compiled(run, np.ones(packing.size), longest=LONGEST)
+    run = _of_numbers(packing, method, max_steps)
+    return compiled(run, np.ones(packing.size), longest=LONGEST, device=device)
+
+
+@functools.lru_cache(maxsize=256)
+def _part(packing: Packing, method: AbstractMethod, max_steps: int) -> Callable[[Any], Record]:
+    """The run as part of a larger program: as one function where XLA can do that, but not where it is differentiated
+    or many of it run side by side, as nobody can tell there what XLA makes of it."""
+    run = jax.jit(_of_numbers(packing, method, max_steps))
+    if jax.default_backend() != "cpu" or not accelerators("cpu").one_function:
+        return run
+    text = run.lower(jax.ShapeDtypeStruct((packing.size,), np.float64)).as_text()
+    # (matrix products too are calls of a library, unless the options of the whole program say otherwise)
+    if "dot_general" in text or not fits_one_function(text, LONGEST):
+        return run
+
+    @jax.custom_batching.custom_vmap
+    def marked(numbers: Any) -> Record:
+        return one_function(run, numbers)
+
+    @marked.def_vmap
+    def _(size: int, batched: Any, numbers: Any) -> tuple[Record, Any]:
+        found = jax.vmap(run)(numbers)
+        return found, jax.tree.map(lambda _: True, found)
+
+    @jax.custom_jvp
+    def part(numbers: Any) -> Record:
+        return marked(numbers)
+
+    @part.defjvp
+    def _(primals: Any, tangents: Any) -> tuple[Record, Any]:
+        return jax.jvp(run, primals, tangents)
+
+    return part
 
 
 def require_64_bits() -> None:
@@ -101,7 +144,7 @@ def room_for(result: Result) -> int:
 def _recorded(numbers: Any, packing: Packing, method: AbstractMethod, limits: tuple[int, ...], tell: Any) -> Any:
     """The record of a run in the numbers packed, with space for as many step attempts as the first limit that does."""
     if limits[0] <= STRETCH:  # over in a moment
-        record: Any = _program(packing, method, limits[0]).call(numbers)
+        record: Any = _program(packing, method, limits[0], run_device()).call(numbers)
         if int(record.code) != Code.STEP_LIMIT or len(limits) == 1:
             return record
     return long_run(numbers, packing, method, limits, tell)
@@ -152,7 +195,8 @@ def simulate(
     events = np.asarray(max_events, np.int32)
     limits = Limits(longest, events, max_steps)
     if traced:
-        record = _traced(_marked(scene), rtol_, longest, events, method=method, max_steps=max_steps or _STEPS[0])
+        numbers, packing = pack((_marked(scene), rtol_, longest, events), jnp)
+        record = _part(packing, method, max_steps or _STEPS[0])(numbers)
         return Result(scene, record, rtol_, name, limits)
     numbers, packing = pack((scene, rtol_, longest, events))
     with telling(progress) as tell:

@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from .._base._compiling import Packing, Program, compiled, cpu_compiler_options, pack
+from .._base._compiling import Packing, Program, compiled, device_jit, pack
 from .._parts._scene import Scene
 from .._run._edit import with_values
 from .._run._measure import Metric, measure, name_of
@@ -97,9 +97,7 @@ def _scanned(result: Result, *, metrics: tuple[Metric, ...], size: int, lanes: i
     return jax.lax.map(heavy, result, batch_size=lanes)
 
 
-@functools.cache
-def _scanner() -> Any:
-    return jax.jit(_scanned, static_argnames=("metrics", "size", "lanes"), compiler_options=cpu_compiler_options())
+_scanner = device_jit(_scanned, static_argnames=("metrics", "size", "lanes"))
 
 
 #: compiled integrations, the latest last; a program takes a megabyte or more
@@ -131,7 +129,7 @@ def _integrator(job: Job, numbers: np.ndarray, like: Packing, device: Any) -> Pr
             shared = {"like": like, "paths": job.paths, "solver": job.solver, "metrics": job.metrics}
             run = functools.partial(_integrate, **shared, max_steps=job.max_steps)
             serial, parallel = (functools.partial(run, each=each) for each in (jax.lax.map, _side_by_side))
-            _integrators[key] = compiled(serial, numbers, otherwise=parallel)
+            _integrators[key] = compiled(serial, numbers, otherwise=parallel, device=device)
             while len(_integrators) > _KEPT:
                 del _integrators[next(iter(_integrators))]
         return _integrators[key]
@@ -155,6 +153,6 @@ def run_chunk(job: Job, rows: tuple[np.ndarray, ...], size: int, device: Any = N
             kept = min(next((n for n in _SIZES if n >= used), used), job.max_steps + 1)
             lanes = 1 if device.platform == "cpu" else 16
             key = (like, job.solver, job.max_steps, device, job.metrics, kept)
-            found = found | _call(key, _scanner(), result, metrics=job.metrics, size=kept, lanes=lanes)
+            found = found | _call(key, _scanner, result, metrics=job.metrics, size=kept, lanes=lanes)
     columns = {name: np.asarray(value)[:count] for name, value in jax.device_get(found).items()}
     return columns | {"method": np.full(count, type(job.solver).__name__, dtype="<U32")}

@@ -1,13 +1,12 @@
 """A scene as a function of a few of its numbers: what was measured, as the model has it, with derivatives."""
 
-import functools
 from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from .._base._compiling import cpu_compiler_options
+from .._base._compiling import device_jit
 from .._base._faults import Fault, InputError
 from .._hybrid import Code
 from .._hybrid._arrays import Array
@@ -52,9 +51,7 @@ def _with_jacobian(theta: Array, scene: Scene, rtol: Any, ts: Array, rows: tuple
     return jax.jacfwd(_model, has_aux=True)(theta, scene, rtol, ts, rows, plan)
 
 
-@functools.cache
-def _program() -> Any:
-    return jax.jit(_with_jacobian, static_argnames=("plan",), compiler_options=cpu_compiler_options())
+_program = device_jit(_with_jacobian, static_argnames=("plan",))
 
 
 class Evaluation(NamedTuple):
@@ -91,7 +88,7 @@ class FitModel:
     def __call__(self, theta: np.ndarray) -> Evaluation:
         """Values and Jacobian; a run that fails or lacks a measured event is refused with its reason."""
         self.evaluations += 1
-        jacobian, (values, code) = _program()(
+        jacobian, (values, code) = _program(
             jnp.asarray(theta), self.scene, self.rtol, self.ts, self.rows, plan=self.plan
         )
         if int(code) == Code.STEP_LIMIT and self.plan.max_steps != self.ladder[-1]:

@@ -1,6 +1,5 @@
 """Where derivatives of a run end to hold: ends of ranges, events that nearly coincide, guards that are grazed."""
 
-import functools
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
@@ -9,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax.flatten_util import ravel_pytree
 
-from .._base._compiling import cpu_compiler_options
+from .._base._compiling import device_jit
 from .._base._faults import InputError
 from .._base._progress import Waiting
 from .._base._quantity import leaves
@@ -126,9 +125,7 @@ def _approach(record: Record, index: Any) -> Any:
     return t, *jax.vmap(one)(t, y, index)
 
 
-@functools.cache
-def _approaches() -> Any:
-    return jax.jit(_approach, compiler_options=cpu_compiler_options())
+_approaches = device_jit(_approach)
 
 
 def passages(record: Record) -> list[str]:
@@ -139,7 +136,7 @@ def passages(record: Record) -> list[str]:
     if not len(index):
         return []
     padded = np.pad(index, (0, -len(index) % 16), mode="edge").astype(np.int32)
-    times, rates, together = (np.asarray(x)[: len(index)] for x in _approaches()(record, padded))
+    times, rates, together = (np.asarray(x)[: len(index)] for x in _approaches(record, padded))
     whole = t[int(record.count)] - t[0]
     slow = times[np.abs(rates) * whole * GRAZE < 1]
     several = times[together]
