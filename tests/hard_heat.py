@@ -232,7 +232,7 @@ def roots(T: float, v: float) -> tuple[float, ...]:
 def two_solutions() -> list[Value | Named]:
     from simbrake._physics._sliding import Grip
 
-    grip = Grip(sb.Lining(STEEP, np.full(2, 0.5)), HARD)
+    grip = Grip.of(sb.Lining(STEEP, np.full(2, 0.5)), HARD)
 
     def first(T, v):
         found = grip.coefficients(jnp.asarray(1e4), jnp.full(2, v), jnp.full(2, T), jnp.asarray(False), static=False)

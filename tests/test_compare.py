@@ -4,7 +4,7 @@ import json
 import math
 import re
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import diffrax
 import equinox as eqx
@@ -70,7 +70,6 @@ class OwnLaw(sb.AbstractFriction):
     """A law that no scene file knows."""
 
     level: Any = eqx.field(converter=np.asarray)
-    speed_dependent: ClassVar[bool] = False
 
     def kinetic(self, contact):
         return jnp.broadcast_to(self.level, contact.v.shape)

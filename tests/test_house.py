@@ -24,6 +24,7 @@ HOUSE = {
         {
             "_admissible",
             "_compiling",
+            "_dependence",
             "_event_names",
             "_faults",
             "_handy",

@@ -1,7 +1,7 @@
 """Thermal networks by themselves against closed forms: lumps, radiation, slabs, contact, junctions, steady states."""
 
 import math
-from typing import Any, ClassVar
+from typing import Any
 
 import equinox as eqx
 import jax
@@ -325,7 +325,6 @@ class Quartic(sb.AbstractLink):
     a: str = eqx.field(static=True)
     b: str = eqx.field(static=True)
     growth: Any = sb.quantity("W/K^3", "growth of the conductance", low=0.0)
-    nonlinear: ClassVar[bool] = True
 
     def conductance(self, T_a, T_b, around):
         return self.growth * (T_a - T_b) ** 2

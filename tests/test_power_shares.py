@@ -73,10 +73,10 @@ def test_flash_temperature_sees_the_heat_alone():
     law = sb.ProductFriction(sb.ConstantFriction(0.35), (sb.LinearFade(3e-4, 293.15),))
     linings = dataclasses.replace(linings, friction=law)
     args = (jnp.asarray(1e4), jnp.full(4, 5.0), jnp.full(4, 293.15), jnp.asarray(False))
-    half = Grip(linings, flash, sb.PowerShares(mechanical=0.5)).coefficients(*args, static=False).f
+    half = Grip.of(linings, flash, sb.PowerShares(mechanical=0.5)).coefficients(*args, static=False).f
     halved = dataclasses.replace(flash, share=0.5)
-    np.testing.assert_allclose(half, Grip(linings, halved).coefficients(*args, static=False).f, rtol=1e-12)
-    assert np.all(np.asarray(half) > np.asarray(Grip(linings, flash).coefficients(*args, static=False).f))
+    np.testing.assert_allclose(half, Grip.of(linings, halved).coefficients(*args, static=False).f, rtol=1e-12)
+    assert np.all(np.asarray(half) > np.asarray(Grip.of(linings, flash).coefficients(*args, static=False).f))
 
 
 def test_shares_of_more_than_everything_are_a_fault_with_a_path():

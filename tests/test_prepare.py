@@ -126,7 +126,6 @@ class Kinds(sb.AbstractFriction):
 
     values: jax.Array
     which: np.ndarray
-    speed_dependent = False
 
     def kinetic(self, contact):
         return jnp.asarray(self.values)[jnp.asarray(self.which)]

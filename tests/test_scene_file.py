@@ -222,8 +222,6 @@ def test_a_bare_number_stands_for_a_constant_torque():
 
 def test_what_a_file_cannot_hold_is_named():
     class Law(sb.AbstractFriction):
-        speed_dependent = False
-
         def kinetic(self, contact):
             return 0.3
 

@@ -88,7 +88,6 @@ class FallingFriction(AbstractFriction):
     M0: jax.Array
     kappa: jax.Array
     T_0: jax.Array
-    speed_dependent = True
 
     def kinetic(self, contact):
         torque = self.M0 / (1 + self.kappa * contact.v)

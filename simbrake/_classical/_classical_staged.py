@@ -6,8 +6,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._parts._band import grip, running_product, tension_ratio
+from .._parts._design import unloaded
 from .._parts._driller import AbstractSpeedLever
-from .._parts._friction import Contact
 from .._parts._internal import Held, InternalPair
 from .._parts._scene import Scene, sensed_at_start, sensed_on_rim_at_start
 from .._run._stages import internal_slip_tension
@@ -53,7 +53,7 @@ def internal_friction_at_start(scene: Scene) -> np.ndarray:
     n, bandage = scene.brake.linings.count, scene.brake.bandage
     assert bandage is not None
     v = abs(float(scene.brake.pulley.radius) * float(scene.initial.omega))
-    contact = Contact(v=jnp.full(n, v), T=sensed_on_rim_at_start(scene), p=jnp.zeros(n))
+    contact = unloaded(bandage, jnp.full(n, v), sensed_on_rim_at_start(scene))
     return np.broadcast_to(np.asarray(bandage.friction.kinetic(contact)), (n,))
 
 

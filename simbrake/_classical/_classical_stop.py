@@ -5,8 +5,8 @@ from typing import Any, NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
+from .._parts._design import unloaded
 from .._parts._driller import AbstractSpeedLever
-from .._parts._friction import Contact
 from .._parts._scene import Scene, sensed_at_start
 
 
@@ -23,10 +23,10 @@ class ClassicalStop(NamedTuple):
 
 def friction_at_start(scene: Scene) -> np.ndarray:
     """Sliding coefficient (n,) at the initial speed and temperatures, without pressure."""
-    n, laws = scene.brake.linings.count, scene.brake.linings.friction
+    n, linings = scene.brake.linings.count, scene.brake.linings
     v = abs(float(scene.brake.band.radius) * float(scene.initial.omega))
-    contact = Contact(v=jnp.full(n, v), T=sensed_at_start(scene), p=jnp.zeros(n))
-    return np.broadcast_to(np.asarray(laws.kinetic(contact)), (n,))
+    contact = unloaded(linings, jnp.full(n, v), sensed_at_start(scene))
+    return np.broadcast_to(np.asarray(linings.friction.kinetic(contact)), (n,))
 
 
 def load_and_inertia(scene: Scene) -> tuple[float, float]:

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from .._base._faults import Fault
-from .._parts._scene import Scene, faults
+from .._parts._scene import Scene, faults, read_by_linings
 from .._run._rubbing import PAIRS
 from ._layout_targets import TARGETS, Target
 
@@ -59,7 +59,7 @@ def _faults_of_areas(scene: Scene, targets: tuple[Target, ...], free: str, pair:
             found.append(Fault("brake.bandage.area", "is missing", "the pressure is looked at"))
         if free != "angle":
             found.append(Fault("free", "the areas that can be freed are those towards the band", 'free="angle"'))
-    if free == "area" and not linings.friction.pressure_dependent:
+    if free == "area" and not read_by_linings(scene).p:
         for one in targets:
             if isinstance(one, str) and one in TARGETS and one not in NEEDS_AREA:
                 found.append(Fault("target", f"{one} does not depend on the areas", "free the angles"))

@@ -10,7 +10,7 @@ from .._base._handy import Number, number
 from .._base._numbers import BAD, NumberReader
 from .._base._quantity import Quantity
 from .._parts._driller import AbstractSpeedLever
-from .._parts._scene import Scene
+from .._parts._scene import Scene, read_by_linings
 from .._run._measure import check_metrics, measure, metric_names, unit_of
 from .._run._result import Result
 from .._run._rubbing import lining_peak
@@ -107,9 +107,9 @@ def _linings(scene: Scene, summary: dict[str, Any], limits: Mapping[str, float])
 
 def _marks(scene: Scene, summary: dict[str, Any]) -> list[Limit]:
     """Limits of the brake itself, which the run watches."""
-    law, rows = scene.brake.linings.friction, []
+    rows = []
     times = {event["name"]: event["time"] for event in reversed(summary["events"])}
-    if scene.heat is not None and law.temperature_dependent and scene.brake.bandage is None:
+    if scene.heat is not None and read_by_linings(scene).T and scene.brake.bandage is None:
         greatest = Number("—")
         if isinstance(scene.duty.slack_tension, AbstractSpeedLever):
             greatest = number(scene.duty.slack_tension.greatest(), "N")

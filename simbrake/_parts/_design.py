@@ -10,11 +10,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
+from .._base._dependence import Skeleton, skeleton
 from .._base._faults import Fault
 from .._base._quantity import Scalar, Whole, positive, quantity
 from .._hybrid._arrays import Array
 from ._compliance import AbstractStiffness, ParallelBands
-from ._friction import AbstractFriction, Contact
+from ._friction import AbstractFriction, Contact, needs, reads
 
 
 class Pulley(eqx.Module):
@@ -125,6 +126,15 @@ class Bandage(eqx.Module):
     spring_damping: Scalar = quantity("1", "share of critical damping of the springs", low=0.0, many=True, default=0.05)
 
 
+def unloaded(pair: Lining | Bandage, v: Any, T: Any) -> Contact:
+    """The contact of surfaces without load, at slip speeds `v` (n,) and temperatures `T` (K; `None`: none known).
+
+    As in a run it has a pressure only where the pair has areas; or where the law cannot do without one.
+    """
+    pressed = pair.area is not None or needs(pair.friction, np.size(v)).p
+    return Contact(v=v, T=T, p=jnp.zeros_like(v) if pressed else None)
+
+
 class Brake(eqx.Module):
     """A band-shoe brake: pulley, band and linings; staged where the linings ride on the pulley as a `bandage`."""
 
@@ -155,7 +165,7 @@ class Brake(eqx.Module):
                     "the band circle is the track radius + lining + half the band",
                 )
             )
-        if self.linings.friction.pressure_dependent and self.linings.area is None:
+        if self.linings.area is None and needs(self.linings.friction, angle.size).p:
             found.append(Fault(f"{path}.linings.area", "is missing", "the friction law looks at the pressure"))
         found += _faults_of_shapes(self.linings.friction, f"{path}.linings.friction", angle.size)
         if self.bandage is not None:
@@ -189,7 +199,7 @@ class Brake(eqx.Module):
 
 def _faults_of_bandage(bandage: Bandage, path: str, n: int) -> list[Fault]:
     found = bandage.friction.faults(f"{path}.friction")
-    if bandage.friction.pressure_dependent and bandage.area is None:
+    if bandage.area is None and needs(bandage.friction, n).p:
         found.append(Fault(f"{path}.area", "is missing", "the friction law of the internal pair looks at the pressure"))
     found += _faults_of_shapes(bandage.friction, f"{path}.friction", n)
     for name in ("preload", "area"):
@@ -214,12 +224,13 @@ def _faults_of_springs(brake: Brake, path: str, n: int) -> list[Fault]:
     if brake.band.stiffness is not None:
         hint = "leave it out: under linings that move apart, the motion of the band would not be one number"
         found.append(Fault(f"{path}.band.stiffness", "a bandage with springs needs a rigid band", hint))
-    for law, where in ((brake.linings.friction, f"{path}.linings"), (bandage.friction, here)):
-        if law.pressure_dependent:
+    for pair, where in ((brake.linings, f"{path}.linings"), (bandage, here)):
+        law = pair.friction
+        if needs(law, n).p or reads(law, n, T=True, p=pair.area is not None).p:
             found.append(
                 Fault(f"{where}.friction", "cannot look at the pressure in a bandage with springs", "leave it out")
             )
-        elif where == here and not law.temperature_dependent:
+        elif where == here and not reads(law, n, T=True, p=False).T:
             still = Contact(v=jnp.zeros(n), T=None, p=None)
             turns = brake.pulley.radius * np.asarray(law.static(still)) * np.sin(np.asarray(brake.linings.angle) / 2)
             if np.any(turns >= brake.band.radius):
@@ -242,19 +253,18 @@ def _faults_of_wrap(stiffness: Any, angle: np.ndarray, where: str, path: str) ->
 
 
 def _faults_of_shapes(law: AbstractFriction, path: str, n: int) -> list[Fault]:
-    numbers, structure = jax.tree.flatten(law)
-    if _fits(structure, tuple((np.shape(x), str(np.asarray(x).dtype)) for x in numbers), n):
+    if _fits(skeleton(law), n):
         return []
     return [Fault(path, f"its numbers do not fit {n} linings", f"give one number, or a list of {n}")]
 
 
 @functools.lru_cache(maxsize=1024)
-def _fits(structure: Any, shapes: tuple[tuple[tuple[int, ...], str], ...], n: int) -> bool:
+def _fits(law: Skeleton, n: int) -> bool:
     """Whether a law with numbers of these shapes gives one coefficient for each of `n` linings."""
-    law: Any = jax.tree.unflatten(structure, [jax.ShapeDtypeStruct(*shape) for shape in shapes])
     one = jax.ShapeDtypeStruct((n,), np.float64)
     try:
-        shape = jax.eval_shape(lambda law, still: law.kinetic(still), law, Contact(v=one, T=one, p=one)).shape
+        contact = Contact(v=one, T=one, p=one)
+        shape = jax.eval_shape(lambda law, contact: law.kinetic(contact), law.stand_in(), contact).shape
         return np.broadcast_shapes(shape, (n,)) == (n,)
     except jax.errors.TracerArrayConversionError:
         return True  # another mistake, which the run itself will name
@@ -263,11 +273,11 @@ def _fits(structure: Any, shapes: tuple[tuple[tuple[int, ...], str], ...], n: in
 
 
 def _still_friction(linings: Lining, temperature: Any) -> Float[Array, " n"]:
-    law, zero = linings.friction, jnp.zeros(linings.count)
-    if law.temperature_dependent and temperature is None:
+    law, n = linings.friction, linings.count
+    if temperature is None and needs(law, n).T:
         raise ValueError("the friction law looks at the temperature: give it")
     T = None if temperature is None else jnp.asarray(temperature)
-    return jnp.broadcast_to(law.kinetic(Contact(v=zero, T=T, p=zero)), (linings.count,))
+    return jnp.broadcast_to(law.kinetic(unloaded(linings, jnp.zeros(n), T)), (n,))
 
 
 def stiffness_of(brake: Brake, temperature: Any = None) -> Float[Array, ""] | None:

@@ -1,7 +1,6 @@
 """Levers that a driller moves by the speed: held, or led along a given one."""
 
 import abc
-from typing import ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -51,7 +50,6 @@ class SpeedHold(AbstractSpeedLever):
     """
 
     limit: Scalar = quantity("N", "greatest slack tension", positive=True)
-    smooth_between: ClassVar[bool] = True
 
     def value(self, t, piece):
         return self.limit + 0.0 * t
@@ -99,7 +97,6 @@ class Driller(AbstractSpeedLever):
     following: tuple[bool, ...] = eqx.field(static=True)  # pyright: ignore
     limit: Scalar = quantity("N", "greatest slack tension", positive=True)
     gain: Scalar = quantity("1/s", "correction of the speed", low=0.0, default=2.0)
-    smooth_between: ClassVar[bool] = True
 
     @property
     def knot_count(self) -> int:

@@ -1,8 +1,9 @@
 """Given functions of time, as the lever's tension: constant, straight lines, repeated cycles, and of one's own."""
 
 import abc
+import functools
 from collections.abc import Callable
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any
 
 import equinox as eqx
 import jax
@@ -10,6 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float, Int
 
+from .._base._dependence import Skeleton, skeleton
 from .._base._faults import Fault
 from .._base._quantity import Quantity, Scalar, quantity, whole
 from .._hybrid._arrays import Array
@@ -19,10 +21,7 @@ class AbstractProfile(eqx.Module):
     """A given function of time. Corners and jumps are known times: between two of them it is smooth.
 
     `piece` counts the known times passed; `value(t, piece)` extends its piece smoothly beyond both ends.
-    `smooth_between` says that between two known times it has no more turns than a cubic: nothing short can hide there.
     """
-
-    smooth_between: eqx.AbstractClassVar[bool]
 
     @abc.abstractmethod
     def value(self, t: Float[Array, ""], piece: Int[Array, ""]) -> Float[Array, ""]:
@@ -55,7 +54,6 @@ class Constant(AbstractProfile):
     """The same value at all times."""
 
     level: Scalar = quantity("SI", "level of the profile")
-    smooth_between: ClassVar[bool] = True
 
     def value(self, t, piece):
         return self.level + 0.0 * t
@@ -81,7 +79,6 @@ class PiecewiseLinear(AbstractProfile):
 
     times: Scalar = quantity("s", "times of the profile's points", many=True)
     values: Scalar = quantity("SI", "values at the profile's points", many=True)
-    smooth_between: ClassVar[bool] = True
 
     def value(self, t, piece):
         times, values = jnp.asarray(self.times), jnp.asarray(self.values)
@@ -138,7 +135,6 @@ class Repeated(AbstractProfile):
     period: Scalar = quantity("s", "length of a cycle", positive=True)
     count: int = whole("number of cycles", high=1_000_000)
     begin: Scalar = quantity("s", "start of the first cycle", default=0.0)
-    smooth_between: ClassVar[bool] = True
 
     @property
     def knot_count(self) -> int:
@@ -158,7 +154,7 @@ class Repeated(AbstractProfile):
 
         since = t - (self.begin + cycle.astype(jnp.float64) * self.period + pick(times))
         inside = (piece > 0) & (piece < self.knot_count)
-        return pick(values) + jnp.where(inside, pick(slope) * since, 0.0)
+        return pick(values) + jnp.where(inside, pick(slope), 0.0) * since
 
     def slope(self, piece: Int[Array, ""]) -> Float[Array, ""]:
         """Rate of the value on the piece named."""
@@ -200,7 +196,6 @@ class ExponentialRise(AbstractProfile):
     level: Scalar = quantity("SI", "level reached in the end")
     time_constant: Scalar = quantity("s", "time constant of the rise", positive=True)
     begin: Scalar = quantity("s", "time at which the rise begins", default=0.0)
-    smooth_between: ClassVar[bool] = True
 
     def value(self, t, piece):
         return jnp.where(piece > 0, -self.level * jnp.expm1(-(t - self.begin) / self.time_constant), 0.0 * t)
@@ -229,7 +224,6 @@ class FunctionProfile(AbstractProfile):
     parameters: Any = None
     typical: Scalar = quantity("SI", "typical magnitude of the profile", positive=True, default=1.0)
     knots: Scalar = quantity("s", "times of corners and jumps", many=True, default=())
-    smooth_between: ClassVar[bool] = False
 
     def value(self, t, piece):
         knots = jnp.asarray(self.knots)
@@ -253,6 +247,58 @@ class FunctionProfile(AbstractProfile):
     def faults(self, path, low):
         knots = np.asarray(self.knots)
         return [Fault(f"{path}.knots", "the knots must increase")] if np.any(np.diff(knots) < 0) else []
+
+
+class _Time:
+    """Stands for the time in a calculation: what can be done with it keeps straight lines straight, all else raises."""
+
+    __array_ufunc__ = None  # NumPy leaves arithmetic to the methods here
+
+    def __add__(self, other: Any) -> "_Time":
+        return self
+
+    def __mul__(self, other: Any) -> "_Time":
+        if isinstance(other, _Time):
+            raise TypeError("a product of two straight lines is not a straight line")
+        return self
+
+    def __neg__(self) -> "_Time":
+        return self
+
+    def __bool__(self) -> bool:
+        raise TypeError("a decision by the time makes corners and jumps")
+
+    __radd__ = __sub__ = __rsub__ = __add__
+    __rmul__ = __truediv__ = __mul__
+    __eq__ = __ne__ = __hash__ = None  # pyright: ignore
+
+
+def hides_nothing(part: Any, course: Callable[[Any, Any, Any], Any]) -> bool:
+    """Whether nothing short can hide between two known times in the function of time `course(part, t, piece)`.
+
+    So it is where the function is a straight line on every piece, or a sum of straight lines and exponential rises. The
+    straight line is proved by calculating with a time that knows addition and scaling only; whatever does more with the
+    time (a comparison, any function of JAX) counts as hiding something. Derivatives could not tell: they are zero on
+    both sides of a jump. Asked once for each structure of a part.
+    """
+
+    def rises(x: Any) -> bool:
+        return type(x) is ExponentialRise  # a subclass may have another value
+
+    straight = jax.tree.map(lambda x: Constant(x.level) if rises(x) else x, part, is_leaf=rises)
+    return _is_straight(skeleton(straight), course)
+
+
+@functools.lru_cache(maxsize=1024)
+def _is_straight(part: Skeleton, course: Callable[[Any, Any, Any], Any]) -> bool:
+    def calculate(part: Any, piece: Any) -> None:
+        course(part, _Time(), piece)
+
+    try:
+        jax.eval_shape(calculate, part.stand_in(), jax.ShapeDtypeStruct((), np.int32))
+    except Exception:  # every operation that is not one of straight lines
+        return False
+    return True
 
 
 def _faults_of_points(path: str, times: Any, values: Any, low: float | None) -> list[Fault]:

@@ -1,7 +1,7 @@
 """Friction that depends on temperature and pressure: a law times factors."""
 
 import abc
-from typing import Any, ClassVar
+from typing import Any
 
 import equinox as eqx
 import jax
@@ -17,9 +17,6 @@ from ._friction import AbstractFriction, Contact
 
 class AbstractFactor(eqx.Module):
     """A factor of a coefficient of friction, 1 where the base law was measured. Never negative."""
-
-    temperature_dependent: eqx.AbstractVar[bool]
-    pressure_dependent: eqx.AbstractVar[bool]
 
     @abc.abstractmethod
     def factor(self, contact: Contact) -> Float[Array, "..."]:
@@ -55,8 +52,6 @@ class LinearFade(AbstractFactor):
     above: Scalar = quantity("K", "temperature at which fade begins", low=0.0, many=True)
     floor: Scalar = quantity("1", "least factor", low=0.0, high=1.0, many=True, default=0.0)
     blend: Scalar = quantity("K", "half-width of the rounded corner", low=0.0, difference=True, many=True, default=0.0)
-    temperature_dependent: ClassVar[bool] = True
-    pressure_dependent: ClassVar[bool] = False
 
     def factor(self, contact):
         w, s = jnp.asarray(self.blend), self.slope
@@ -77,8 +72,6 @@ class TabulatedFade(AbstractFactor):
 
     temperature: Scalar = quantity("K", "temperatures of the table", low=0.0, many=True)
     values: Scalar = quantity("1", "factors of the table", low=0.0, high=10.0, many=True)
-    temperature_dependent: ClassVar[bool] = True
-    pressure_dependent: ClassVar[bool] = False
 
     def factor(self, contact):
         import interpax  # half a second that only tables pay
@@ -107,8 +100,6 @@ class PressureFactor(AbstractFactor):
 
     reference: Scalar = quantity("Pa", "reference pressure", positive=True, many=True)
     exponent: Scalar = quantity("1", "exponent of the pressure", low=-1.0, high=1.0, many=True)
-    temperature_dependent: ClassVar[bool] = False
-    pressure_dependent: ClassVar[bool] = True
 
     def factor(self, contact):
         return (1 + contact.p / self.reference) ** (-self.exponent)
@@ -122,18 +113,6 @@ class ProductFriction(AbstractFriction):
 
     base: AbstractFriction
     factors: tuple[AbstractFactor, ...]
-
-    @property
-    def speed_dependent(self) -> bool:  # pyright: ignore
-        return self.base.speed_dependent
-
-    @property
-    def temperature_dependent(self) -> bool:  # pyright: ignore
-        return self.base.temperature_dependent or any(f.temperature_dependent for f in self.factors)
-
-    @property
-    def pressure_dependent(self) -> bool:  # pyright: ignore
-        return self.base.pressure_dependent or any(f.pressure_dependent for f in self.factors)
 
     def _product(self, contact: Contact) -> Array:
         product = jnp.ones(())

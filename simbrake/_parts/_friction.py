@@ -1,7 +1,8 @@
 """Friction laws of one lining: `f(v, T, p)` while it slides, and the coefficient up to which it sticks."""
 
 import abc
-from typing import Any, ClassVar, NamedTuple
+import functools
+from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
@@ -9,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
+from .._base._dependence import Skeleton, read_by, skeleton
 from .._base._faults import Fault
 from .._base._quantity import Scalar, quantity
 from .._hybrid._arrays import Array
@@ -28,14 +30,9 @@ class Contact(NamedTuple):
 class AbstractFriction(eqx.Module):
     """A friction law. Its numbers are scalars or have one entry per lining.
 
-    A law is smooth enough to differentiate, never negative, and `kinetic ≤ static`. `speed_dependent` says whether
-    `kinetic` looks at `v` at all, `temperature_dependent` and `pressure_dependent` whether either coefficient looks at
-    `T` or `p`: what a law does not look at costs nothing in the integration.
+    A law is smooth enough to differentiate, never negative, and `kinetic ≤ static`. It reads from the `Contact` what it
+    needs; what its coefficients do not depend on costs nothing in the integration (`reads`).
     """
-
-    speed_dependent: eqx.AbstractVar[bool]
-    temperature_dependent: ClassVar[bool] = False
-    pressure_dependent: ClassVar[bool] = False
 
     @abc.abstractmethod
     def kinetic(self, contact: Contact) -> Float[Array, "..."]:
@@ -54,6 +51,63 @@ class AbstractFriction(eqx.Module):
         return None
 
 
+class Reads(NamedTuple):
+    """Fields of `Contact`: speed, temperature, pressure."""
+
+    v: bool
+    T: bool
+    p: bool
+
+
+def _coefficients(law: AbstractFriction, contact: Contact) -> tuple[Array, Array]:
+    """Both coefficients as a brake uses them: what sticks has no speed."""
+    return law.kinetic(contact), law.static(contact._replace(v=jnp.zeros_like(contact.v)))
+
+
+def _whole_contact(n: int) -> Contact:
+    one = jax.ShapeDtypeStruct((n,), np.float64)
+    return Contact(one, one, one)
+
+
+def reads(law: AbstractFriction, n: int, *, T: bool, p: bool) -> Reads:
+    """On which fields of the contact of `n` linings the coefficients of a law depend.
+
+    - `T`, `p`: whether there are temperatures and pressures; without them the fields are `None`, and are not read
+
+    Asked of the lowered program once for each structure of a law; in doubt a field counts as read (`read_by`).
+    """
+    return _reads(skeleton(law), n, T, p)
+
+
+@functools.lru_cache(maxsize=1024)
+def _reads(law: Skeleton, n: int, T: bool, p: bool) -> Reads:
+    whole = _whole_contact(n)
+    contact = Contact(whole.v, whole.T if T else None, whole.p if p else None)
+    _, found = read_by(_coefficients, law.stand_in(), contact)
+    return Reads(found.v, bool(found.T), bool(found.p))
+
+
+def needs(law: AbstractFriction, n: int) -> Reads:
+    """Which fields of the contact of `n` linings a law cannot do without: given as `None` they make it fail."""
+    return _needs(skeleton(law), n)
+
+
+@functools.lru_cache(maxsize=1024)
+def _needs(law: Skeleton, n: int) -> Reads:
+    whole = _whole_contact(n)
+
+    def fails(contact: Contact) -> bool:
+        try:
+            jax.eval_shape(_coefficients, law.stand_in(), contact)
+        except Exception:  # a law may take offence at None in any way
+            return True
+        return False
+
+    if fails(whole):  # another mistake, which the run itself will name
+        return Reads(v=True, T=False, p=False)
+    return Reads(v=True, T=fails(whole._replace(T=None)), p=fails(whole._replace(p=None)))
+
+
 class ConstantFriction(AbstractFriction):
     """Coulomb friction, `f = f_k` sliding and `f_s = r f_k` sticking.
 
@@ -65,7 +119,6 @@ class ConstantFriction(AbstractFriction):
     static_ratio: Scalar = quantity(
         "1", "ratio of static to kinetic friction", low=1.0, high=10.0, many=True, default=1.0
     )
-    speed_dependent: ClassVar[bool] = False
 
     def kinetic(self, contact):
         return jnp.asarray(self.coefficient)
@@ -90,7 +143,6 @@ class StribeckFriction(AbstractFriction):
     kinetic_coefficient: Scalar = quantity("1", "kinetic coefficient of friction", low=0.0, high=10.0, many=True)
     stribeck_speed: Scalar = quantity("m/s", "Stribeck speed", positive=True, many=True)
     exponent: Scalar = quantity("1", "exponent of the Stribeck curve", low=1.0, high=4.0, many=True, default=2.0)
-    speed_dependent: ClassVar[bool] = True
 
     def kinetic(self, contact):
         # slip begins at v = 0: the slope there must be that of sliding, also of an exponent of 1
@@ -121,7 +173,6 @@ class TabulatedFriction(AbstractFriction):
     speed: Scalar = quantity("m/s", "slip speeds of the table", low=0.0, many=True)
     coefficient: Scalar = quantity("1", "coefficients of friction of the table", low=0.0, high=10.0, many=True)
     static_ratio: Scalar = quantity("1", "ratio of static friction to that at zero speed", low=1.0, default=1.0)
-    speed_dependent: ClassVar[bool] = True
 
     def kinetic(self, contact):
         import interpax  # half a second that only tables pay

@@ -14,7 +14,17 @@ from .._hybrid._arrays import Array
 from ._duty import AbstractProfile
 from ._links import AbstractLink, Source
 from ._material import Material, effusivity_share
-from ._network import Body, Junction, Lump, Reservoir, Wall, faults_of_network, place_of, size_of
+from ._network import (
+    Body,
+    Junction,
+    Lump,
+    Reservoir,
+    Wall,
+    depends_on_temperatures,
+    faults_of_network,
+    place_of,
+    size_of,
+)
 
 
 class AbstractPartition(eqx.Module):
@@ -231,11 +241,14 @@ class Heat(eqx.Module):
             if place is None:
                 continue
             body = by_name[place_of(place)[0]]
-            open_to = [link for link in self.links if place in (link.a, link.b) and link.nonlinear]
-            if isinstance(body, Reservoir) or (isinstance(body, Junction) and open_to):
+            if isinstance(body, Reservoir) or (isinstance(body, Junction) and self._open(place)):
                 what = "a reservoir" if isinstance(body, Reservoir) else "a junction that radiates or convects freely"
                 found.append(Fault(f"{path}.{field}", f"{place!r} is {what}", "let the heat enter a body"))
         return found
+
+    def _open(self, place: str) -> bool:
+        """Whether a link whose conductance depends on temperatures ends at a place."""
+        return any(depends_on_temperatures(link, self.bodies) for link in self.links if place in (link.a, link.b))
 
 
 def node_names(heat: Heat) -> list[str]:

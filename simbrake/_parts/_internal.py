@@ -10,7 +10,7 @@ from jaxtyping import Float, Int
 from .._hybrid._arrays import Array
 from ._band import limit_tensions, tensions_on
 from ._design import Bandage
-from ._friction import Contact
+from ._friction import Contact, reads
 
 _NEWTON = 8  # iterations for a tension under a law that looks at the pressure; otherwise it is linear: one is exact
 
@@ -77,7 +77,8 @@ class InternalPair(eqx.Module):
             value, slope = jax.jvp(unbalance, (T_n,), (jnp.ones_like(T_n),))
             return T_n - value / jnp.where(slope == 0, 1.0, slope), None
 
-        if not self.bandage.friction.pressure_dependent:
+        pressed = self.bandage.area is not None
+        if not reads(self.bandage.friction, self.count, T=held.T is not None, p=pressed).p:
             return improve(T_0, None)[0]
         # Newton from the start of the piece runs along a concave curve to its root there
         limits = limit_tensions(T_0, mu)

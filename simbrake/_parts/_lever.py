@@ -21,7 +21,7 @@ class Lever(AbstractProfile):
     - `force`: `F(t) ≥ 0` in N, any profile;  `arm` `l` (m) of the force, `slack_arm` `a` (m) of the slack end
     - `efficiency` `η` of the linkage
 
-    Knots, pieces and smoothness are those of the force. Lever and linkage have no mass and do not stretch; what they
+    Knots and pieces are those of the force. Lever and linkage have no mass and do not stretch; what they
     stretch is part of the band's stiffness. Reference: R. S. Khurmi, J. K. Gupta, *Theory of Machines*, simple band
     brake.
     """
@@ -30,10 +30,6 @@ class Lever(AbstractProfile):
     arm: Scalar = quantity("m", "arm of the force", positive=True)
     slack_arm: Scalar = quantity("m", "arm of the slack end", positive=True)
     efficiency: Scalar = quantity("1", "efficiency of the linkage", positive=True, high=1.0, default=1.0)
-
-    @property
-    def smooth_between(self) -> bool:  # pyright: ignore
-        return self.force.smooth_between
 
     @property
     def knot_count(self) -> int:

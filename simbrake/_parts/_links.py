@@ -1,11 +1,15 @@
 """Ways for heat between two places of a thermal network: conduction, contact, convection, radiation, given flows."""
 
 import abc
-from typing import Any, ClassVar, NamedTuple
+import functools
+from typing import Any, NamedTuple
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
+import numpy as np
 
+from .._base._dependence import Skeleton, read_by, skeleton
 from .._base._quantity import Scalar, quantity
 from .._hybrid._arrays import Array
 from ._duty import AbstractProfile
@@ -26,12 +30,31 @@ class AbstractLink(eqx.Module):
 
     a: eqx.AbstractVar[str]
     b: eqx.AbstractVar[str]
-    #: whether `g` depends on the temperatures
-    nonlinear: eqx.AbstractVar[bool]
 
     @abc.abstractmethod
     def conductance(self, T_a: Array, T_b: Array, around: Surroundings) -> Array | None:
         """`g` in W/K; `None` for perfect contact."""
+
+
+def is_nonlinear(link: AbstractLink, n_a: int, n_b: int) -> bool:
+    """Whether `g` of a link between places of `n_a` and `n_b` nodes depends on their temperatures.
+
+    Asked of the lowered program once for each structure of a link; in doubt it depends on them (`read_by`).
+    """
+    return _is_nonlinear(skeleton(link), n_a, n_b)
+
+
+@functools.lru_cache(maxsize=1024)
+def _is_nonlinear(link: Skeleton, n_a: int, n_b: int) -> bool:
+    one = jax.ShapeDtypeStruct((), np.float64)
+    ends = [jax.ShapeDtypeStruct((n,), np.float64) for n in (n_a, n_b)]
+    _, *found, _ = read_by(
+        lambda link, T_a, T_b, around: link.conductance(T_a, T_b, around),
+        link.stand_in(),
+        *ends,
+        Surroundings(one, one),
+    )
+    return any(found)
 
 
 class Conductance(AbstractLink):
@@ -40,7 +63,6 @@ class Conductance(AbstractLink):
     a: str = eqx.field(static=True)
     b: str = eqx.field(static=True)
     value: Scalar = quantity("W/K", "thermal conductance", low=0.0)
-    nonlinear: ClassVar[bool] = False
 
     def conductance(self, T_a, T_b, around):
         return jnp.asarray(self.value)
@@ -56,7 +78,6 @@ class ThermalContact(AbstractLink):
     b: str = eqx.field(static=True)
     area: Scalar = quantity("m^2", "area in contact", positive=True)
     resistance: Scalar | None = quantity("m^2*K/W", "contact resistance", positive=True, default=None)
-    nonlinear: ClassVar[bool] = False
 
     def conductance(self, T_a, T_b, around):
         return None if self.resistance is None else self.area / jnp.asarray(self.resistance)
@@ -64,8 +85,6 @@ class ThermalContact(AbstractLink):
 
 class AbstractCoefficient(eqx.Module):
     """A heat transfer coefficient `h(v, T, T_a)` in W/(m²·K)."""
-
-    depends_on_temperature: eqx.AbstractVar[bool]
 
     @abc.abstractmethod
     def value(self, v: Array, T: Array, T_a: Array) -> Array:
@@ -83,7 +102,6 @@ class SpeedCoefficient(AbstractCoefficient):
     at_rest: Scalar = quantity("W/(m^2*K)", "heat transfer coefficient at rest", positive=True)
     speed: Scalar = quantity("m/s", "speed at which forced convection takes over", positive=True)
     exponent: Scalar = quantity("1", "exponent of the speed", low=0.0, high=2.0, default=0.8)
-    depends_on_temperature: ClassVar[bool] = False
 
     def value(self, v, T, T_a):
         return self.at_rest * (1 + (v / self.speed) ** 2) ** (0.5 * self.exponent)
@@ -99,7 +117,6 @@ class TemperatureCoefficient(AbstractCoefficient):
 
     at_one_kelvin: Scalar = quantity("W/(m^2*K)", "coefficient at a difference of 1 K", positive=True)
     exponent: Scalar = quantity("1", "exponent of the difference", low=0.0, high=1.0, default=0.25)
-    depends_on_temperature: ClassVar[bool] = True
 
     def value(self, v, T, T_a):
         return self.at_one_kelvin * ((T - T_a) ** 2 + 1.0) ** (0.5 * self.exponent)
@@ -121,10 +138,6 @@ class Convection(AbstractLink):
         "1", "share covered by the linings while the band is closed", low=0.0, high=1.0, default=0.0
     )
 
-    @property
-    def nonlinear(self) -> bool:  # pyright: ignore
-        return isinstance(self.coefficient, AbstractCoefficient) and self.coefficient.depends_on_temperature
-
     def conductance(self, T_a, T_b, around):
         h = self.coefficient
         if isinstance(h, AbstractCoefficient):
@@ -145,7 +158,6 @@ class Radiation(AbstractLink):
     covered: Scalar = quantity(
         "1", "share covered by the linings while the band is closed", low=0.0, high=1.0, default=0.0
     )
-    nonlinear: ClassVar[bool] = True
 
     def conductance(self, T_a, T_b, around):
         h = self.emissivity * STEFAN_BOLTZMANN * (T_a**2 + T_b**2) * (T_a + T_b)

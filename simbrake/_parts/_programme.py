@@ -11,10 +11,9 @@ from .._base._faults import InputError
 from .._base._numbers import BAD, NumberReader
 from .._base._quantity import Quantity, positive
 from ._band import grip, tension_ratio
-from ._design import Brake
+from ._design import Brake, unloaded
 from ._driller import Driller
 from ._duty import Constant, Repeated
-from ._friction import Contact
 from ._heat import Heat
 from ._loads import AbstractLoad, HookLoad, TrippingLoad
 from ._scene import Duty, Initial, Scene, sensed_at_start
@@ -197,7 +196,7 @@ class _Plan:
         linings, n = self.brake.linings, self.brake.linings.count
         scene = Scene(self.brake, Duty(Constant(0.0), self.load), Initial(0.0), 1.0, self.heat)
         v = jnp.full(n, self.omega * float(self.brake.pulley.radius))
-        f = linings.friction.kinetic(Contact(v=v, T=sensed_at_start(scene), p=jnp.zeros(n)))
+        f = linings.friction.kinetic(unloaded(linings, v, sensed_at_start(scene)))
         mu, _ = tension_ratio(grip(jnp.broadcast_to(f, (n,)), jnp.asarray(linings.angle)))
         return float(self.brake.band.radius) * (float(np.prod(mu)) - 1)
 

@@ -13,10 +13,10 @@ from .._base._quantity import Scalar, faults_of_values, holding, leaves, quantit
 from .._hybrid._arrays import Array
 from ._band import grip
 from ._compliance import ParallelBands
-from ._design import Brake, Lining, tension_shares
+from ._design import Brake, Lining, tension_shares, unloaded
 from ._driller import AbstractSpeedLever
 from ._duty import AbstractProfile
-from ._friction import AbstractFriction, Contact
+from ._friction import AbstractFriction, Reads, needs, reads
 from ._heat import FrictionHeat, Heat
 from ._loads import AbstractLoad
 from ._network import nodes_at, place_of
@@ -75,12 +75,11 @@ def faults(scene: Scene) -> list[Fault]:
     found += [] if scene.power_shares is None else scene.power_shares.faults("power_shares")
     found += faults_of_wear(scene)
     if isinstance(scene.duty.slack_tension, AbstractSpeedLever):
-        law, heat = scene.brake.linings.friction, scene.heat
         if scene.brake.band.stiffness is not None:
             found.append(
                 Fault("brake.band.stiffness", "a lever that holds the speed needs a rigid band", "leave it out")
             )
-        if law.pressure_dependent or (heat is not None and heat.flash is not None):
+        if read_by_linings(scene).p or (scene.heat is not None and scene.heat.flash is not None):
             found.append(Fault("duty.slack_tension", "cannot hold the speed with an implicit coefficient of friction"))
     found += scene.duty.slack_tension.faults("duty.slack_tension", 0.0)
     found += scene.duty.load.profile.faults("duty.load.profile", None)
@@ -122,8 +121,10 @@ def warnings(scene: Scene) -> list[str]:
     if any(isinstance(leaf.value, Tracer) for leaf in leaves(scene)):
         return []
     found = [f"self_locking: {locking_message(scene, i)}; it never slips as long as that lasts" for i in locked(scene)]
-    law, parallel = scene.brake.linings.friction, isinstance(scene.brake.band.stiffness, ParallelBands)
-    if not parallel or not (law.temperature_dependent or law.pressure_dependent):
+    if not isinstance(scene.brake.band.stiffness, ParallelBands):
+        return found
+    read = read_by_linings(scene)
+    if not (read.T or read.p):
         return found
     shares = np.asarray(tension_shares(scene.brake, sensed_at_start(scene)))
     if np.ptp(shares) > 1e-9:
@@ -145,7 +146,7 @@ def _faults_of_heat(scene: Scene) -> list[Fault]:
         )
     for law, pair, where, field in _pairs(scene):
         if pair is None:
-            if law.temperature_dependent:
+            if needs(law, n).T:
                 hint = f"give the scene a heat part whose `{field}` names the places that the heat enters"
                 found.append(Fault("heat", f"is missing, but the friction law {where} looks at the temperature", hint))
             continue
@@ -157,7 +158,7 @@ def _faults_of_heat(scene: Scene) -> list[Fault]:
     if heat is not None and heat.flash is not None:
         if scene.brake.band.segments is not None:
             found.append(Fault("heat.flash", "is not modelled for a band in segments", "leave out one of the two"))
-        if not scene.brake.linings.friction.temperature_dependent:
+        if not read_by_linings(scene).T:
             found.append(Fault("heat.flash", "has no effect", "the friction law does not look at the temperature"))
         if heat.flash.hardness is None and scene.brake.linings.area is None:
             found.append(Fault("brake.linings.area", "is missing", "the flash temperature looks at the pressure"))
@@ -174,6 +175,13 @@ def _pairs(scene: Scene) -> list[tuple[AbstractFriction, FrictionHeat | None, st
         (law, external, "brake.linings.friction", "external"),
         (brake.bandage.friction, friction, "brake.bandage.friction", "friction"),
     ]
+
+
+def read_by_linings(scene: Scene) -> Reads:
+    """What the linings' friction law reads on the band (staged), else on the rim, of what the scene has."""
+    (law, pair, *_), *_ = _pairs(scene)
+    linings = scene.brake.linings
+    return reads(law, linings.count, T=pair is not None, p=linings.area is not None)
 
 
 def sensed_at_start(scene: Scene) -> np.ndarray | None:
@@ -199,9 +207,8 @@ def _sensed_at_start(heat: Heat | None, pair: FrictionHeat, n: int) -> np.ndarra
 
 @device_jit
 def _static_grip(linings: Lining, T: Any) -> Array:
-    n = linings.count
-    still = Contact(v=jnp.zeros(n), T=T, p=jnp.zeros(n))
-    return jnp.broadcast_to(grip(linings.friction.static(still), jnp.asarray(linings.angle)), (linings.count,))
+    f = linings.friction.static(unloaded(linings, jnp.zeros(linings.count), T))
+    return jnp.broadcast_to(grip(f, jnp.asarray(linings.angle)), (linings.count,))
 
 
 def static_friction(scene: Scene) -> np.ndarray:

@@ -30,10 +30,6 @@ class Delayed(AbstractProfile):
     delay: Scalar = quantity("s", "time by which the profile comes later", low=0.0)
 
     @property
-    def smooth_between(self) -> bool:  # pyright: ignore
-        return self.profile.smooth_between
-
-    @property
     def knot_count(self) -> int:
         return getattr(self.profile, "knot_count", 0)
 

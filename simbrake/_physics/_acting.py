@@ -9,7 +9,8 @@ from jaxtyping import Float
 
 from .._hybrid import AbstractHybridSystem
 from .._hybrid._arrays import Array
-from .._parts._duty import AbstractProfile
+from .._parts._driller import AbstractSpeedLever
+from .._parts._duty import AbstractProfile, hides_nothing
 from .._parts._friction import AbstractFriction
 from .._parts._heat import FrictionHeat
 from .._parts._links import Surroundings
@@ -19,6 +20,21 @@ from ._sliding import Grip
 from ._state import ThermalNow
 from ._thermal import Thermal
 from ._wearing import Pressed, Wearing
+
+
+def course_of_profile(profile: AbstractProfile, t: Any, piece: Any) -> Any:
+    """A profile as a function of time."""
+    return profile.value(t, piece)
+
+
+def _course_of_lever(lever: AbstractProfile, t: Any, piece: Any) -> Any:
+    one = jnp.ones(())
+    follows = isinstance(lever, AbstractSpeedLever)
+    return lever.value(t, piece), lever.wanted_torque(t, one, piece, one, one) if follows else None
+
+
+def _course_of_load(load: AbstractLoad, t: Any, piece: Any) -> Any:
+    return load.torque(t, jnp.ones(()), piece)
 
 
 class AbstractActing(eqx.Module):
@@ -111,9 +127,10 @@ class AbstractBrakeSystem(AbstractHybridSystem):
 
     @property
     def guard_samples(self) -> int:
-        """Points inside a step at which the guards are looked at: none where the profiles hide nothing."""
-        given = (self.forces.lever, self.forces.load.profile, *self.profiles)
-        return 0 if all(profile.smooth_between for profile in given) else 15
+        """Points inside a step at which the guards are evaluated: none where nothing short hides in what is given."""
+        f = self.forces
+        plain = hides_nothing(f.lever, _course_of_lever) and hides_nothing(f.load, _course_of_load)
+        return 0 if plain and all(hides_nothing(profile, course_of_profile) for profile in self.profiles) else 15
 
     @property
     def has_tables(self) -> bool:

@@ -17,7 +17,7 @@ def assemble_brake(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
     """System, initial state and mode of a standard or staged brake, its band one element (model §3, §4)."""
     s, duty = frame_of(scene), scene.duty
     law, friction = scene.brake.linings.friction, s.grip
-    fixed = not (law.speed_dependent or friction.varies or friction.implicit)
+    fixed = not (friction.reads.v or friction.varies or friction.implicit)
     mu_kinetic = friction.ratios(law.kinetic(s.still))[0] if fixed else None
     stiffness, internal, bandage = stiffness_of(scene.brake, s.still.T), None, scene.brake.bandage
     if bandage is not None:

@@ -50,8 +50,7 @@ class BandageSystem(AbstractBrakeSystem):
     @property
     def codes(self) -> tuple[BrakeCode, ...]:
         """Ends of the run that heat can bring about; each has a guard after those of the linings."""
-        laws = (self.forces.linings.friction, self.forces.internal.friction)
-        found = [BrakeCode.SINGULAR_GEOMETRY] if any(law.temperature_dependent for law in laws) else []
+        found = [BrakeCode.SINGULAR_GEOMETRY] if self.forces.fades else []
         return (*found, BrakeCode.OUTSIDE_TABLE) if self.has_tables else tuple(found)
 
     def rhs(self, t, y, mode):

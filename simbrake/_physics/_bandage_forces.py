@@ -10,7 +10,7 @@ from .._hybrid._arrays import Array
 from .._parts._band import affine_tensions, tension_ratio
 from .._parts._design import Bandage, Lining
 from .._parts._duty import AbstractProfile
-from .._parts._friction import Contact
+from .._parts._friction import Contact, reads
 from .._parts._links import Surroundings
 from .._parts._loads import AbstractLoad
 from ._acting import AbstractActing
@@ -79,6 +79,13 @@ class BandageForces(AbstractActing):
     def laws(self, u):
         outer, inner = self.surfaces(u)
         return [(self.linings.friction, outer), (self.internal.friction, inner)]
+
+    @property
+    def fades(self) -> bool:
+        """Whether a coefficient of friction depends on temperatures that the scene has."""
+        heat = None if self.thermal is None else self.thermal.heat
+        hot = heat is not None and heat.friction is not None
+        return self.grip.reads.T or reads(self.internal.friction, self.count, T=hot, p=False).T
 
     def surfaces(self, u: Any) -> tuple[Array | None, Array | None]:
         """Temperatures that the friction laws on the band and on the rim see."""

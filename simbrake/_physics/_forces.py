@@ -109,7 +109,7 @@ class Forces(AbstractActing):
         f = self.grip.coefficients(T_0, still, T, jnp.asarray(False), static=True).f
         mu, margin = self.grip.ratios(f)
         ahead = back = product(mu)
-        if self.grip.linings.friction.pressure_dependent:
+        if self.grip.reads.p:
             f = self.grip.coefficients(T_0, still, T, jnp.asarray(True), static=True).f
             back = product(self.grip.ratios(f)[0])
         return Limits(mu, ahead, back, mode.locks > 0, margin)
@@ -159,7 +159,7 @@ class Forces(AbstractActing):
         if heated is not None:
             warming = warming + heated.into * self.inner_speed(y, mode)
         growth = along_rates(rate, alpha, self.thermal.rise(warming)) / self.stiffness
-        if not self.grip.linings.friction.temperature_dependent:
+        if not self.grip.reads.T:
             return Slip(T_n, growth, None, deposit)
         still = jnp.zeros_like(T_n)
         gamma = along_rates(still, still, self.thermal.rise(deposit.into)) / self.stiffness

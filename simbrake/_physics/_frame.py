@@ -8,6 +8,7 @@ from jaxtyping import Bool, Float
 
 from .._hybrid._arrays import Array
 from .._parts._band import grip, product, tension_ratio
+from .._parts._design import unloaded
 from .._parts._friction import Contact
 from .._parts._scene import Scene
 from .._parts._worn import walls_left
@@ -51,7 +52,7 @@ def frame_of(scene: Scene) -> Frame:
     hot = None
     if thermal is not None and u is not None and pair is not None and pair.sensor is not None:
         hot = thermal.at(thermal.temperatures(u), pair.sensor, brake.linings.count)
-    still = Contact(v=jnp.zeros(angle.shape), T=hot, p=jnp.zeros(angle.shape))
+    still = unloaded(brake.linings, jnp.zeros(angle.shape), hot)
     mu_static, locks = tension_ratio(grip(brake.linings.friction.static(still), angle))
     R_b = jnp.asarray(brake.band.radius)
     J = jnp.asarray(brake.pulley.inertia) + duty.load.inertia()
@@ -77,7 +78,7 @@ def frame_of(scene: Scene) -> Frame:
         omega_0=omega_0,
         lever_piece=lever_piece,
         load_piece=load_piece,
-        grip=Grip.of(brake.linings, None if heat is None else heat.flash, scene.power_shares),
+        grip=Grip.of(brake.linings, None if heat is None else heat.flash, scene.power_shares, heated=hot is not None),
         still=still,
         thermal=thermal,
         u=u,

@@ -190,7 +190,7 @@ def surfaces(system: AbstractBrakeSystem, q: Any) -> dict[str, Array]:
 
 def _can_lose_grip(system: AbstractBrakeSystem) -> bool:
     """Whether fade can leave a sliding standard brake weaker than its load."""
-    fades = system.forces.grip.linings.friction.temperature_dependent
+    fades = system.forces.grip.reads.T
     return isinstance(system, BrakeSystem) and fades and not system.staged
 
 

@@ -10,7 +10,7 @@ from jaxtyping import Float
 from .._hybrid._arrays import Array
 from .._parts._band import tension_ratio
 from .._parts._design import Lining
-from .._parts._friction import Contact
+from .._parts._friction import Contact, Reads, reads
 from .._parts._heat import FlashTemperature
 from .._parts._power_shares import PowerShares
 
@@ -40,43 +40,56 @@ class Grip(eqx.Module):
     sine: Float[Array, " n"]  # sin(β_i/2)
     flash: FlashTemperature | None
     shares: PowerShares | None = None  # of the friction power
+    heated: bool = eqx.field(static=True, default=False)  # whether the scene has the linings' temperatures
+
+    @property
+    def reads(self) -> Reads:
+        """What the law reads of what there is."""
+        return reads(self.linings.friction, self.linings.count, T=self.heated, p=self.linings.area is not None)
 
     @classmethod
-    def of(cls, linings: Lining, flash: FlashTemperature | None, shares: PowerShares | None) -> "Grip":
+    def of(
+        cls,
+        linings: Lining,
+        flash: FlashTemperature | None = None,
+        shares: PowerShares | None = None,
+        *,
+        heated: bool = False,
+    ) -> "Grip":
         """The friction of given linings, with what depends on their angles alone formed once for the whole run."""
         half = jnp.asarray(linings.angle) / 2
-        return cls(linings, jnp.tan(half), jnp.sin(half), flash, shares)
+        return cls(linings, jnp.tan(half), jnp.sin(half), flash, shares, heated)
 
     @property
     def implicit(self) -> bool:
-        return self.flash is not None or self.linings.friction.pressure_dependent
+        return self.flash is not None or self.reads.p
 
     @property
     def varies(self) -> bool:
         """Whether the coefficients of sticking linings can change in a run."""
-        law = self.linings.friction
-        return law.temperature_dependent or law.pressure_dependent
+        read = self.reads
+        return read.T or read.p
 
     def coefficients(self, T_0: Array, v: Array, T: Array | None, back: Array, *, static: bool) -> Coefficients:
         """All `f_i`; `v` (n,) slip speeds, `T` (n,) surface temperatures, `back`: whether the tensions fall."""
         law, n = self.linings.friction, self.linings.count
-        if not (self.implicit and (law.pressure_dependent or not static)):
+        if not (self.implicit and (self.reads.p or not static)):
             contact = Contact(v=v, T=T, p=None)
             f = law.static(contact) if static else law.kinetic(contact)
             return Coefficients(jnp.broadcast_to(f, (n,)), jnp.ones(()))
-        hot = jnp.zeros(n) if T is None else T
 
         def at(f: Array, before: Array, i: Array) -> Array:
             """Residual `f − F(T + ΔT(f), p(f))` of lining `i`, all others masked out."""
             mu, _ = tension_ratio(f * self.tangent)
             N = before * (1 + jnp.where(back, 1 / mu, mu)) * self.sine
-            p = jnp.zeros(n) if self.linings.area is None else N / jnp.asarray(self.linings.area)
-            rise = jnp.zeros(n)
-            if self.flash is not None and not static:
+            p = None if self.linings.area is None else N / jnp.asarray(self.linings.area)
+            hot = T
+            if self.flash is not None and T is not None and not static:
                 spots = p if self.flash.hardness is None else self.flash.hardness
+                assert spots is not None
                 heat = 1.0 if self.shares is None else self.shares.heat
-                rise = self.flash.rise(heat * f * spots * v, v)
-            contact = Contact(v=v, T=hot + rise, p=p)
+                hot = T + self.flash.rise(heat * f * spots * v, v)
+            contact = Contact(v=v, T=hot, p=p)
             F = law.static(contact) if static else law.kinetic(contact)
             return jnp.sum(jnp.where(jnp.arange(n, dtype=jnp.int32) == i, f - F, 0.0))
 

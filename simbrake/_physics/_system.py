@@ -10,7 +10,6 @@ from jaxtyping import Float
 from .._hybrid import CORE, QUADRATURE
 from .._hybrid._arrays import Array
 from .._parts._band import piece_of, product, running_product
-from .._parts._friction import AbstractFriction
 from ._acting import AbstractBrakeSystem
 from ._forces import Forces, Limits
 from ._modes import BandMode, Mode, Situation, moving_mode, rigid_mode, slips
@@ -44,9 +43,8 @@ class BrakeSystem(AbstractBrakeSystem):
     @property
     def codes(self) -> tuple[BrakeCode, ...]:
         """What the guards after the fourth stand for: ends of the run that heat can bring about."""
-        law: AbstractFriction = self.forces.grip.linings.friction
         found = []
-        if law.temperature_dependent and self.forces.stiffness is not None:
+        if self.forces.grip.reads.T and self.forces.stiffness is not None:
             found.append(BrakeCode.BAND_SNAP)
         if self.forces.grip.implicit:
             found.append(BrakeCode.FLASH_FOLD)

@@ -13,7 +13,7 @@ from .._hybrid._arrays import Array
 from .._parts._duty import AbstractProfile
 from .._parts._heat import FrictionHeat, Heat, shared_faces
 from .._parts._links import Surroundings
-from .._parts._network import Body, Lump, Reservoir, Wall, nodes_at, place_of, size_of
+from .._parts._network import Body, Lump, Reservoir, Wall, depends_on_temperatures, nodes_at, place_of, size_of
 from .._parts._power_shares import PowerShares
 from ._heat_flows import Deposit, HeatFlows, Landed, Spans, spans
 
@@ -150,7 +150,7 @@ class Thermal(eqx.Module):
         ends = [[self._end(place, temperature) for place in (link.a, link.b)] for link in self.heat.links]
         shared = shared_faces(self.heat)
         refine = bool(shared) or any(
-            link.nonlinear and any(half is not None for _, half in pair)
+            any(half is not None for _, half in pair) and depends_on_temperatures(link, self.heat.bodies)
             for link, pair in zip(self.heat.links, ends, strict=True)
         )
         flows: list[Array] = [jnp.zeros(1)] * len(ends)
@@ -201,7 +201,7 @@ class Thermal(eqx.Module):
             return T_J - self._response(excess, T_J)(excess(T_J)), None
 
         touching = [k for k in self.heat.links if {place_of(k.a)[0], place_of(k.b)[0]} & set(where)]
-        if not any(link.nonlinear for link in touching):
+        if not any(depends_on_temperatures(link, self.heat.bodies) for link in touching):
             return improve(start, None)[0]
         return jax.lax.scan(improve, start, None, length=_NEWTON)[0]
 

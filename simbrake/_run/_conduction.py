@@ -25,9 +25,11 @@ from .._hybrid import (
     hybridsolve,
 )
 from .._hybrid._arrays import Array
+from .._parts._duty import hides_nothing
 from .._parts._heat import Heat, node_names
 from .._parts._links import Surroundings
 from .._parts._network import Reservoir
+from .._physics._acting import course_of_profile
 from .._physics._sparsity import couplings
 from .._physics._thermal import Thermal, assemble_thermal
 from ._choice import stiff_heat
@@ -92,7 +94,7 @@ def _run(heat: Heat, ts: Any, speed: Any, closed: Any, rtol: Any, method: Abstra
     system = NetworkSystem(thermal, speed, closed)
     ts = jnp.asarray(ts, jnp.float64)
     mode = tuple(jnp.asarray(p.first_piece(ts[0]), jnp.int32) for p in heat.profiles)
-    hidden = not all(p.smooth_between for p in heat.profiles)
+    hidden = not all(hides_nothing(p, course_of_profile) for p in heat.profiles)
     settings = Settings(
         rtol=jnp.asarray(rtol),
         max_events=jnp.asarray(1_000_000, jnp.int32),

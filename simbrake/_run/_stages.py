@@ -10,8 +10,7 @@ from jaxtyping import Float
 from .._hybrid import Record
 from .._hybrid._arrays import Array
 from .._parts._band import grip, product, running_product, tension_ratio
-from .._parts._design import Brake
-from .._parts._friction import Contact
+from .._parts._design import Brake, unloaded
 from .._physics._modes import BandMode, Label
 
 
@@ -65,10 +64,10 @@ def onset_bracket(brake: Brake, inertia: Any, T_external: Any = None, T_internal
     bandage, linings = brake.bandage, brake.linings
     assert bandage is not None
     angle, still = jnp.asarray(linings.angle), jnp.zeros(linings.count)
-    mu = tension_ratio(grip(linings.friction.kinetic(Contact(still, T_external, still)), angle))[0]
+    mu = tension_ratio(grip(linings.friction.kinetic(unloaded(linings, still, T_external)), angle))[0]
     Pi = running_product(mu)
     loads = (Pi + jnp.concatenate([jnp.ones(1), Pi[:-1]])) * jnp.sin(angle / 2)
-    f = bandage.friction.static(Contact(still, T_internal, still))
+    f = bandage.friction.static(unloaded(bandage, still, T_internal))
     J, J_b = jnp.asarray(inertia), jnp.sum(jnp.asarray(bandage.inertia))
     drive = brake.band.radius * (product(mu) - 1) * J / (J + J_b)
     return drive, jnp.asarray(brake.pulley.radius) * jnp.sum(f * loads)
@@ -90,7 +89,7 @@ def internal_slip_tension(
     if bandage is None:
         raise ValueError("only a staged brake (with a bandage) has an internal pair")
     still = jnp.zeros(brake.linings.count)
-    f = bandage.friction.static(Contact(still, T_internal, still))
+    f = bandage.friction.static(unloaded(bandage, still, T_internal))
     J, J_b = jnp.asarray(inertia), jnp.sum(jnp.asarray(bandage.inertia))
     preload = brake.pulley.radius * jnp.sum(f * bandage.preload * jnp.ones(brake.linings.count))
     drive, grip_growth = onset_bracket(brake, J, T_external, T_internal)
