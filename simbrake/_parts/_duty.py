@@ -20,7 +20,9 @@ from .._hybrid._arrays import Array
 class AbstractProfile(eqx.Module):
     """A given function of time. Corners and jumps are known times: between two of them it is smooth.
 
-    `piece` counts the known times passed; `value(t, piece)` extends its piece smoothly beyond both ends.
+    `piece` counts the known times passed; `value(t, piece)` extends its piece smoothly beyond both ends. In a straight
+    line between two known times, or an `ExponentialRise`, nothing short can hide; with any other course a run takes
+    shorter steps and evaluates its guards inside them as well.
     """
 
     @abc.abstractmethod
@@ -276,10 +278,10 @@ class _Time:
 def hides_nothing(part: Any, course: Callable[[Any, Any, Any], Any]) -> bool:
     """Whether nothing short can hide between two known times in the function of time `course(part, t, piece)`.
 
-    So it is where the function is a straight line on every piece, or a sum of straight lines and exponential rises. The
-    straight line is proved by calculating with a time that knows addition and scaling only; whatever does more with the
-    time (a comparison, any function of JAX) counts as hiding something. Derivatives could not tell: they are zero on
-    both sides of a jump. Asked once for each structure of a part.
+    That holds where the function is a straight line on every piece, or a sum of straight lines and exponential rises.
+    The straight line is proved by a calculation in which `_Time` stands for the time, with addition and scaling only;
+    whatever does more with the time (a comparison, any function of JAX) counts as hiding something. Derivatives cannot
+    prove it: they are zero on both sides of a jump. Found once for each structure of a part.
     """
 
     def rises(x: Any) -> bool:

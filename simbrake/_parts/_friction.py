@@ -74,7 +74,7 @@ def reads(law: AbstractFriction, n: int, *, T: bool, p: bool) -> Reads:
 
     - `T`, `p`: whether there are temperatures and pressures; without them the fields are `None`, and are not read
 
-    Asked of the lowered program once for each structure of a law; in doubt a field counts as read (`read_by`).
+    Found from the lowered program, once for each structure of a law; in doubt a field counts as read (`read_by`).
     """
     return _reads(skeleton(law), n, T, p)
 
@@ -99,7 +99,7 @@ def _needs(law: Skeleton, n: int) -> Reads:
     def fails(contact: Contact) -> bool:
         try:
             jax.eval_shape(_coefficients, law.stand_in(), contact)
-        except Exception:  # a law may take offence at None in any way
+        except Exception:  # whatever None raises in a law
             return True
         return False
 

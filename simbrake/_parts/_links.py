@@ -39,7 +39,7 @@ class AbstractLink(eqx.Module):
 def is_nonlinear(link: AbstractLink, n_a: int, n_b: int) -> bool:
     """Whether `g` of a link between places of `n_a` and `n_b` nodes depends on their temperatures.
 
-    Asked of the lowered program once for each structure of a link; in doubt it depends on them (`read_by`).
+    Found from the lowered program, once for each structure of a link; in doubt it depends on them (`read_by`).
     """
     return _is_nonlinear(skeleton(link), n_a, n_b)
 
