@@ -53,6 +53,8 @@ def event_log(
     crossings: list[tuple[int, int]] = []
     places: list[int] = []
     label, reached = start, np.zeros(2 * linings, bool)
+    # the last lining of either count comes with full slip, whatever rounding leaves of its margin there
+    last = slice(max(linings - 1, 0), linings + 1)
     for number, phase in enumerate(phases):
         before = label.band
         for name in events_of_change(label, phase.label, number == 0):
@@ -73,13 +75,13 @@ def event_log(
             reached = reached | at_once
             rises = (here[:-1] <= 0) & (here[1:] > 0)
             rises[:1] &= ~at_once
-            if linings:
-                rises[:, [linings - 1, linings]] = False  # the last lining of either count comes with full slip
+            rises[:, last] = False
             for i, j in np.argwhere(rises):
                 crossings.append((phase.first + int(i), int(j)))
                 places.append(len(events))
                 events.append(Event(np.nan, "lining_limit", 1 + int(j) % linings))
             reached = here[-1] > 1e-12
+            reached[last] = False
         elif phase.band in (BandMode.SLIP, BandMode.SLIP_BACK):
             reached = np.ones(2 * linings, bool)
         else:

@@ -1,5 +1,6 @@
 """Looking into a run at any time: states and forces by a partial step of the method out of a recorded row."""
 
+import dataclasses
 from typing import Any, NamedTuple
 
 import jax
@@ -69,16 +70,20 @@ _probe_compiled = device_jit(probe_at)
 
 
 def probe_many(record: Record, index: Any, h: Any) -> Probe:
-    """The probe outside of jit, in calls of one size so that it compiles once."""
+    """The probe of a compact record outside of jit.
+
+    A call gets the rows that it looks at, always as many, instead of the whole record: the work grows with the number
+    of times, not with that times the length of the run, and runs of any length share one compiled program.
+    """
     parts, index, h = [], np.asarray(index), np.asarray(h)
+    lanes = np.arange(_LANES, dtype=np.int32)
     for start in range(0, len(index), _LANES):
         if len(index) > _LANES:  # somebody may be waiting
             piece(start // _LANES, -(-len(index) // _LANES))
         i, s = index[start : start + _LANES], h[start : start + _LANES]
         used = len(i)
-        pad = _LANES - used
-        out = _probe_compiled(
-            record, np.pad(i, (0, pad), mode="edge").astype(np.int32), np.pad(s, (0, pad), mode="edge")
-        )
+        here, offset = (np.pad(part, (0, _LANES - used), mode="edge") for part in (i, s))
+        rows = jax.tree.map(lambda column, here=here: column[here], record.rows)
+        out = _probe_compiled(dataclasses.replace(record, rows=rows), lanes, offset)
         parts.append(jax.tree.map(lambda leaf, n=used: np.asarray(leaf)[:n], out))
     return jax.tree.map(lambda *leaves: np.concatenate(leaves), *parts)

@@ -1,5 +1,6 @@
 """What a person reads of a run: its event log, metrics and summary, from one scan of all its steps."""
 
+from collections.abc import Callable
 from typing import Any
 
 import jax
@@ -50,6 +51,35 @@ def _finite(value: Any) -> float | None:
     return float(value) if np.isfinite(value) else None
 
 
+def _rise(
+    function: Callable[[np.ndarray, np.ndarray], np.ndarray],
+    low: np.ndarray,
+    high: np.ndarray,
+    f_low: np.ndarray,
+    f_high: np.ndarray,
+) -> np.ndarray:
+    """Upper ends of intervals shrunk around the zeros at which many functions rise: secants and bisection (Illinois).
+
+    `function(some, x)` evaluates those numbered `some` at `x`; each only until its own zero is found.
+    """
+    low, high, f_low, f_high = low.copy(), high.copy(), f_low.copy(), f_high.copy()
+    side, some = np.zeros(len(low), int), np.arange(len(low))
+    for _ in range(60):
+        a, b, f_a, f_b = low[some], high[some], f_low[some], f_high[some]
+        span = np.where(f_b > f_a, f_b - f_a, 1.0)
+        x = np.where(f_b > f_a, a - f_a * (b - a) / span, 0.5 * (a + b))
+        f = function(some, x)
+        above, exact = f > 0, np.abs(f) <= 1e-15
+        f_low[some] = np.where(above, np.where(side[some] == 1, 0.5 * f_a, f_a), f)
+        f_high[some] = np.where(above, f, np.where(side[some] == -1, 0.5 * f_b, f_b))
+        side[some] = np.where(above, 1, -1)
+        low[some], high[some] = np.where(~above | exact, x, a), np.where(above | exact, x, b)
+        some = some[high[some] - low[some] > 1e-15 * np.maximum(np.abs(high[some]), 1e-300)]
+        if not some.size:
+            break
+    return high
+
+
 class Report:
     """What a person reads of one concrete result; the run is scanned once for all of it."""
 
@@ -66,12 +96,12 @@ class Report:
         n = int(record.count)
         kind, t = np.asarray(record.rows.kind)[:n], np.asarray(record.rows.t)[: n + 1]
         labels = labels_of(record)
-        phases: list[Phase] = []
-        start, samples = 0, _samples(n)
-        for i in range(n):
-            if kind[i] >= FINISHED or i == n - 1:
-                phases.append(Phase(labels[i], start * samples, (i + 1) * samples - 1, t[start], t[i + 1]))
-                start = i + 1
+        samples = _samples(n)
+        last = np.union1d(np.flatnonzero(kind >= FINISHED), [n - 1] if n else []).astype(int).tolist()
+        phases = [
+            Phase(labels[i], first * samples, (i + 1) * samples - 1, t[first], t[i + 1])
+            for first, i in zip([0, *(i + 1 for i in last)], last, strict=False)
+        ]
         if n and labels[n] != labels[n - 1]:  # an event at the very end
             phases.append(Phase(labels[n], n * samples - 1, n * samples - 1, t[n], t[n]))
         if phases and phases[0].band == BandMode.OPEN and phases[0].end == phases[0].start:
@@ -107,28 +137,18 @@ class Report:
         return found
 
     def _locate(self, crossings: list[tuple[int, int]], which: str = "margins") -> np.ndarray:
-        """Times at which margins rise through zero: bisection and secants on partial steps of the method."""
-        sample = np.asarray([i for i, _ in crossings])
-        mark = np.asarray([j for _, j in crossings])
-        row = self._index[sample]
-        low, high = self._offset[sample].copy(), self._offset[sample + 1].copy()
-        margins = np.asarray(getattr(self._probe, which))
-        f_low, f_high = margins[sample, mark].copy(), margins[sample + 1, mark].copy()
-        side = np.zeros(len(row), int)
-        for _ in range(60):  # Illinois
-            span = np.where(f_high > f_low, f_high - f_low, 1.0)
-            h = np.where(f_high > f_low, low - f_low * (high - low) / span, 0.5 * (low + high))
-            f = np.asarray(getattr(probe_many(self._record, row, h), which))[np.arange(len(row)), mark]
-            above = f > 0
-            f_low = np.where(above & (side == 1), 0.5 * f_low, f_low)
-            f_high = np.where(~above & (side == -1), 0.5 * f_high, f_high)
-            side = np.where(above, 1, -1)
-            done = np.abs(f) <= 1e-15
-            high, f_high = np.where(above | done, h, high), np.where(above, f, f_high)
-            low, f_low = np.where(~above | done, h, low), np.where(~above, f, f_low)
-            if np.all(high - low <= 1e-15 * np.maximum(np.abs(high), 1e-300)) or np.all(done):
-                break
-        return np.asarray(self._record.rows.t)[row] + high
+        """Times at which margins rise through zero, by partial steps of the method."""
+        sample, mark = np.asarray(crossings, int).T
+        row, margins = self._index[sample], np.asarray(getattr(self._probe, which))
+
+        def margin(some: np.ndarray, h: np.ndarray) -> np.ndarray:
+            looked = np.asarray(getattr(probe_many(self._record, row[some], h), which))
+            return looked[np.arange(len(some)), mark[some]]
+
+        ends = (self._offset[i] for i in (sample, sample + 1))
+        return np.asarray(self._record.rows.t)[row] + _rise(
+            margin, *ends, *(margins[i, mark] for i in (sample, sample + 1))
+        )
 
     def _peak(self, pick: Any) -> Peak:
         record = self._record
