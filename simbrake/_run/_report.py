@@ -94,7 +94,7 @@ class Report:
     def _events(self) -> list[Event]:
         record = self._record
         n = int(record.count)
-        kind, t = np.asarray(record.rows.kind)[:n], np.asarray(record.rows.t)[: n + 1]
+        kind, t = np.asarray(record.rows.kind)[:n], np.asarray(record.rows.t)[: n + 1].tolist()
         labels = labels_of(record)
         samples = _samples(n)
         last = np.union1d(np.flatnonzero(kind >= FINISHED), [n - 1] if n else []).astype(int).tolist()
