@@ -3,6 +3,7 @@
 import math
 
 import diffrax
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -10,7 +11,11 @@ from helpers import closed_form, stop_scene
 from scipy.integrate import solve_ivp
 
 import simbrake as sb
+from simbrake import plot
 from simbrake._checks._reference_scenes import FallingFriction
+from simbrake._pictures._plot_film import film_of
+from simbrake._run._lining_view import look
+from simbrake._studies._measured import check_measured
 
 
 def names(result):
@@ -235,6 +240,66 @@ def test_series_has_left_and_right_values_at_events(stop):
     w = np.where(grid > truth["t1"], (truth["stop"] - grid) * 0.725 * 8e3 * (truth["Pi"] - 1) / 800, np.nan)
     late = (grid > truth["t1"]) & (grid < truth["stop"])
     np.testing.assert_allclose(np.asarray(s.omega)[late], w[late], rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("times", "words"),
+    [
+        ([99.0], "ts: 99 s is outside the run — between 0 and 5 s; fill=True"),
+        ([-1.0], "ts: -1 s is outside the run"),
+        ([1.0, 99.0, 100.0], r"99 s is outside the run \(and 1 more of 3 times\)"),
+        ([math.nan], "nan s is outside the run"),
+        ([5.0 + 1e-7], "is outside the run"),
+        ([], r"have the shape \(0,\)"),
+        ([[1.0]], r"have the shape \(1, 1\)"),
+        ("soon", "'soon' are no numbers"),
+    ],
+)
+def test_series_refuses_times_outside_the_run(stop, times, words):
+    with pytest.raises(sb.InputError, match=words):
+        stop.series(times)
+
+
+def test_every_view_of_a_run_refuses_times_outside_it(stop):
+    for view in (
+        lambda: sb.overlap(stop, [6.0]),
+        lambda: sb.dataset(stop, [6.0]),
+        lambda: plot.pulley(stop, 6.0),
+        lambda: look(stop, [6.0]),
+        lambda: film_of(stop, 6.0, 1.0, 6.0),
+    ):
+        with pytest.raises(sb.InputError, match=r"(ts|times|time|end): 6 s is outside the run — between 0 and 5 s"):
+            view()
+
+
+def test_values_outside_the_run_are_nan_if_asked_for(stop):
+    """Before full slip of an elastic band `ω = ω_0 cos χ(t − t0)`."""
+    truth, chi = closed_form(), math.sqrt(2e5 * 0.725**2 / 800)
+    t = 0.5 * (truth["t0"] + truth["t1"])
+    s = stop.series([t, 99.0, -1.0, math.nan], fill=True)
+    np.testing.assert_array_equal(s.t, [t, 99.0, -1.0, math.nan])
+    assert float(s.omega[0]) == pytest.approx(20.0 * math.cos(chi * (t - truth["t0"])), rel=1e-9)
+    for column in (column for column in s[1:] if column is not None):
+        assert column.dtype == np.float64
+        assert np.all(np.isfinite(column[0]))
+        assert np.all(np.isnan(column[1:]))
+    traced = jax.jit(lambda run: run.series(np.array([t, 99.0])))(stop)
+    assert float(traced.omega[0]) == pytest.approx(float(s.omega[0]), rel=1e-12)
+    assert np.isnan(traced.omega[1])
+    assert np.issubdtype(traced.band_mode.dtype, np.integer)
+
+
+def test_rounding_at_the_ends_of_a_run_is_no_fault(stop):
+    late, early = 5.0 * (1 + 4e-16) + 1e-9, -1e-10
+    s = stop.series([early, late])
+    np.testing.assert_array_equal(s.t, [0.0, 5.0])
+    np.testing.assert_array_equal(s.omega, [20.0, 0.0])
+    assert np.issubdtype(np.asarray(s.band_mode).dtype, np.integer)
+    assert sb.dataset(stop, [late])["time"].item() == 5.0
+    measured = sb.Measured.of([early, late], {"omega": [20.0, 0.0]})
+    check_measured(measured, stop.scene)
+    with pytest.raises(sb.InputError, match="measured at 6 s"):
+        check_measured(sb.Measured.of([0.0, 6.0], {"omega": [20.0, 0.0]}), stop.scene)
 
 
 def test_number_of_sliding_linings_follows_the_tension(stop):

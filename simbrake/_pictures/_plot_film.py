@@ -8,6 +8,7 @@ import numpy as np
 from .._base._faults import Fault, InputError
 from .._base._quantity import as_number
 from .._run._result import Result
+from .._run._series import fault_of_times
 from ._plot_shared import span, windows
 
 SHARE = 0.45  # of the film that the onset of slip gets where it is short
@@ -44,10 +45,11 @@ def film_of(result: Result, duration: float, start: float | int | None, end: flo
     high = max(finish, low) if end is None else float(as_number(end))
     high = last if end is None and high <= low else high
     found = [
-        Fault(name, f"{value:g} s is outside the run", f"between {first:g} and {last:g} s")
+        fault
         for name, value in (("start", low), ("end", high))
-        if not first <= value <= last
+        if (fault := fault_of_times(np.asarray([value]), first, last, name))
     ]
+    low, high = max(low, first), min(high, last)
     if not found and not low < high:
         found.append(Fault("end", f"{high:g} s is not after the start at {low:g} s", "it must be later"))
     if found:

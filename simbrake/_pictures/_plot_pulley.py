@@ -11,11 +11,10 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Wedge
 from matplotlib.ticker import MaxNLocator
 
-from .._base._faults import Fault, InputError
-from .._base._quantity import as_number
 from .._physics._observe import distribution
 from .._run._lining_view import Contact, lining_contacts, look
 from .._run._result import Result
+from .._run._series import times_within
 from ._plot_shared import BLUE, GREEN, one_run, span
 from ._plot_wheel import (
     CONTACT_COLOURS,
@@ -100,9 +99,7 @@ def _moment(result: Result, time: float | int | None) -> tuple[float, str, Any]:
     """The time to draw, why it is that one, and the run there."""
     start, end = span(result)
     if time is not None:
-        t = float(as_number(time))
-        if not start <= t <= end:
-            raise InputError([Fault("time", f"{t:g} s is outside the run", f"between {start:g} and {end:g} s")])
+        t = float(times_within([time], start, end, "time")[0])
         return t, "", look(result, t)
     t = float(result.report().peaks["max_tension"].time)
     after, before = look(result, t), look(result, t, left=True)

@@ -6,11 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from .._base._faults import Fault, InputError
 from .._hybrid import LANDED
 from .._parts._network import Junction, Reservoir, Wall
 from .._run._result import Result
-from .._run._series import SERIES_UNITS, Series
+from .._run._series import SERIES_UNITS, Series, times_within
 from ._meanings import SERIES_MEANINGS, about_energy, about_metric
 from ._provenance import provenance
 
@@ -94,7 +93,7 @@ def _sampled(result: Result, times: Any) -> tuple[Series, np.ndarray, np.ndarray
     if times is None:
         wanted = np.union1d(np.linspace(start, end, POINTS), corners)
     else:
-        wanted = np.unique(_checked(times, start, end))
+        wanted = np.unique(times_within(times, start, end, "times"))
         corners = corners[np.isin(corners, wanted)]
     after = result.series(wanted)
     side = np.where(np.isin(wanted, corners), 1, 0)
@@ -108,18 +107,6 @@ def _sampled(result: Result, times: Any) -> tuple[Series, np.ndarray, np.ndarray
         return None if a is None else np.concatenate([np.asarray(a), np.asarray(b)])[order]
 
     return Series(*(joined(a, b) for a, b in zip(after, before, strict=True))), t[order], side[order]
-
-
-def _checked(times: Any, start: float, end: float) -> np.ndarray:
-    try:
-        wanted = np.atleast_1d(np.asarray(times, float))
-    except (TypeError, ValueError):
-        raise InputError([Fault("times", f"{times!r} are no numbers", "times in s")]) from None
-    bad = wanted[~((wanted >= start) & (wanted <= end))]
-    if bad.size or not wanted.size or wanted.ndim != 1:
-        what = f"{bad.flat[0]:g} s is not in the run" if bad.size else f"are of shape {wanted.shape}"
-        raise InputError([Fault("times", what, f"a list of times from {start:g} s to {end:g} s")])
-    return wanted
 
 
 def _columns(series: Series) -> dict[str, Any]:

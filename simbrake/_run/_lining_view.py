@@ -13,6 +13,7 @@ from ._probe import Probe, probe_many
 from ._result import Result
 from ._rubbing import PAIRS, bandage_of, quantity_of, rubbing
 from ._rubbing import QUANTITIES as RUBBING
+from ._series import times_within
 
 
 class Contact(enum.IntEnum):
@@ -61,12 +62,15 @@ VIEWS = {
 
 
 def look(result: Result, times: Any, *, left: bool = False) -> Probe:
-    """States and forces of one concrete run at the times (s), at an event after it, or with `left` before it."""
+    """States and forces of one concrete run at the times (s), at an event after it, or with `left` before it.
+
+    Raises `InputError` for times outside the run.
+    """
     record = result.record.compact()
-    times = np.atleast_1d(np.asarray(times, np.float64))
-    index = record.find(times, left=left)
     t = record.rows.t
-    return probe_many(record, index, np.clip(times, t[0], t[record.count]) - t[index])
+    times = times_within(times, float(t[0]), float(t[record.count]), "times")
+    index = record.find(times, left=left)
+    return probe_many(record, index, times - t[index])
 
 
 def lining_contacts(result: Result, p: Probe) -> dict[str, np.ndarray]:

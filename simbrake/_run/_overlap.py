@@ -59,7 +59,10 @@ def geometric_overlap(brake: Brake) -> tuple[float | None, float]:
 
 
 def overlap(result: Result, ts: Any, running_in: RunningIn | None = None) -> Overlap:
-    """Overlap coefficients of a concrete result at the times `ts` (m,), optionally with contact that grows by wear."""
+    """Overlap coefficients of a concrete result at the times `ts` (m,), optionally with contact that grows by wear.
+
+    Raises `InputError` for times outside the run.
+    """
     s, (outer, inner) = result.series(ts), geometric_overlap(result.scene.brake)
     modes: Any = result.record.modes
     n, touches = result.scene.brake.linings.count, np.asarray(s.band_mode) != BandMode.OPEN

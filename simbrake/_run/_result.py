@@ -9,6 +9,7 @@ import numpy as np
 from jax.core import Tracer
 from jaxtyping import Int
 
+from .._base._faults import InputError
 from .._hybrid import Record
 from .._hybrid._arrays import Array
 from .._parts._heat import node_names
@@ -32,7 +33,7 @@ from ._metrics import (
 from ._outcome import FAILURES, STATUS_MESSAGES, status_of
 from ._probe import Probe, probe_at, probe_many
 from ._report import Report, labels_of
-from ._series import Series
+from ._series import Series, array_of_times, fault_of_times, outside
 from ._stages import Stage
 from ._summary import text
 
@@ -192,19 +193,45 @@ class Result(eqx.Module):
         """
         return _metric(self, "energy")
 
-    def series(self, ts: Any, *, left: bool = False) -> Series:
-        """States and forces at the times `ts` (m,), each as accurate as the integration itself.
+    def series(self, ts: Any, *, left: bool = False, fill: bool = False) -> Series:
+        """States and forces at the times `ts` (m,) in s, each as accurate as the integration itself.
 
-        At an event the values after it, or with `left` those before. Times outside the run take its ends.
+        At an event the values after it, or with `left` those before.
+
+        Raises `InputError` for times outside the run (rounding at its ends is allowed for). With `fill` their values
+        are NaN instead, and all columns are float64. Under jit, vmap and grad nothing can be raised: there columns of
+        real numbers are NaN outside the run, and columns of whole numbers have the values of its ends.
         """
-        if _concrete(self):
+        concrete = _concrete(self)
+        if concrete:
             xp, record, look = np, self.record.compact(), probe_many
+            ts = array_of_times(ts, "ts")
         else:
             xp, record, look = jnp, self.record, probe_at
-        ts = xp.atleast_1d(xp.asarray(ts, np.float64))
-        index = record.find(ts, left=left)
+            ts = xp.atleast_1d(xp.asarray(ts, np.float64))
         t = record.rows.t
-        p = look(record, index, xp.clip(ts, t[0], t[record.count]) - t[index])
+        start, end = t[0], t[record.count]
+        if concrete and not fill:
+            fault = fault_of_times(np.asarray(ts), float(start), float(end), "ts", "; fill=True gives NaN there")
+            if fault is not None:
+                raise InputError([fault])
+        away = outside(ts, start, end)
+        inside = xp.where(away, start, xp.clip(ts, start, end))
+        index = record.find(inside, left=left)
+        found = self._columns(look(record, index, inside - t[index]))
+        if concrete and not fill:
+            return found
+
+        def blank(column: Any) -> Any:
+            if column is None or not (fill or xp.issubdtype(column.dtype, np.floating)):
+                return column
+            gone = away.reshape(-1, *(1,) * (column.ndim - 1))
+            return xp.where(gone, np.nan, xp.asarray(column, np.float64))
+
+        blanked = {name: blank(column) for name, column in found._asdict().items()}
+        return Series(**blanked | {"t": xp.where(away, ts, found.t)})
+
+    def _columns(self, p: Probe) -> Series:
         shares, internal, worn = self.scene.power_shares, p.y.ledger.internal_heat, p.y.worn
         work = friction_work(p.y.ledger)
         hot = 1.0 if shares is None else shares.heat

@@ -2,8 +2,10 @@
 
 from typing import Any, NamedTuple
 
+import numpy as np
 from jaxtyping import Float, Int
 
+from .._base._faults import Fault, InputError
 from .._hybrid._arrays import Array
 
 
@@ -60,6 +62,40 @@ class Series(NamedTuple):
         if self.electrical_work is None or self.mechanical_work is None:
             return self.friction_heat
         return self.friction_heat + self.electrical_work + self.mechanical_work
+
+
+def outside(ts: Any, start: Any, end: Any) -> Any:
+    """Which of the times `ts` are not in a run from `start` to `end`, rounding at the two ends allowed for."""
+    rounding = 1e-9 * (end - start) + 1e-15 * (abs(start) + abs(end))
+    return ~((ts >= start - rounding) & (ts <= end + rounding))  # written so that a NaN is outside
+
+
+def fault_of_times(ts: np.ndarray, start: float, end: float, path: str, hint: str = "") -> Fault | None:
+    """What is wrong with times of which some are not in a run, `None` if all are."""
+    bad = ts[outside(ts, start, end)]
+    if not bad.size:
+        return None
+    more = f" (and {bad.size - 1} more of {ts.size} times)" if bad.size > 1 else ""
+    return Fault(path, f"{bad[0]:g} s is outside the run{more}", f"between {start:g} and {end:g} s{hint}")
+
+
+def array_of_times(ts: Any, path: str) -> np.ndarray:
+    """Times (m,) of a list, an array or one number. Raises `InputError` for anything else, and for no times."""
+    try:
+        found = np.atleast_1d(np.asarray(ts, np.float64))
+    except (TypeError, ValueError):
+        raise InputError([Fault(path, f"{ts!r} are no numbers", "times in s")]) from None
+    if found.ndim != 1 or not found.size:
+        raise InputError([Fault(path, f"have the shape {found.shape}", "one time in s, or a list of times")])
+    return found
+
+
+def times_within(ts: Any, start: float, end: float, path: str, hint: str = "") -> np.ndarray:
+    """Times (m,) in a run, those that only rounding puts outside moved to its ends. Raises `InputError` for others."""
+    found = array_of_times(ts, path)
+    if fault := fault_of_times(found, start, end, path, hint):
+        raise InputError([fault])
+    return np.clip(found, start, end)
 
 
 #: units of the columns of a Series, "" where there is none

@@ -12,7 +12,7 @@ from .._base._faults import Fault, InputError
 from .._parts._scene import Scene
 from .._run._measure import Metric, check_metrics, name_of, unit_of
 from .._run._result import Result
-from .._run._series import SERIES_UNITS
+from .._run._series import SERIES_UNITS, outside
 
 #: columns that count or name something: a fit has no derivative of them
 _WHOLE = ("at_limit", "band_mode", "internal_mode", "internal_sliding")
@@ -191,9 +191,9 @@ def check_measured(data: Measured, scene: Scene) -> None:
         faults += error.faults
     start, end = float(np.asarray(scene.initial.time)), float(np.asarray(scene.end_time))
     for part in data.points:
-        outside = part.t[(part.t < start) | (part.t > end)]
-        if outside.size:
-            what = f"was measured at {outside[0]:.6g} s, but the run goes from {start:g} to {end:g} s"
+        beyond = part.t[outside(part.t, start, end)]
+        if beyond.size:
+            what = f"was measured at {beyond[0]:.6g} s, but the run goes from {start:g} to {end:g} s"
             faults.append(Fault(part.name, what, "set end_time (and initial.time) of the scene to the measurement"))
     if not data.count:
         faults.append(Fault("data", "nothing was measured", "give columns over time, or events"))
