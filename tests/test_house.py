@@ -152,7 +152,7 @@ HOUSE = {
         {"_html_report"},
     ],
     "_commands": [
-        {"_cli_options", "_compare_run", "_report_run", "_validate_run"},
+        {"_cli_completion", "_cli_options", "_compare_run", "_console", "_report_run", "_validate_run"},
         {
             "_calibrate_run",
             "_cli_life",

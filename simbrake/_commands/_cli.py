@@ -3,10 +3,11 @@
 import json
 import sys
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import cyclopts
 
+from ._cli_completion import OUTPUT, Shell, write_completion
 from ._cli_life import life
 from ._cli_materials import materials
 from ._cli_options import (
@@ -27,6 +28,7 @@ from ._cli_scene import scene
 from ._cli_studies import calibrate, sensitivity, sweep
 from ._cli_synthesis import synthesize
 from ._cli_validate import validate
+from ._console import print_readably
 
 
 def _version() -> str:
@@ -54,7 +56,21 @@ app = cyclopts.App(
     help_epilogue="Exit codes: 0 the run reached its end; 1 it failed, with a named code; 2 the input is wrong.",
     version=_version,
 )
-app.register_install_completion_command(help="Install completion of commands and options for this shell.")
+
+
+@app.command(name="--install-completion")
+def install_completion(*, shell: Shell | None = None, output: Annotated[Path | None, OUTPUT] = None) -> int:
+    """Write the completion of commands and options for a shell; its start file is not touched.
+
+    Parameters
+    ----------
+    shell
+        Shell that is to complete; default that of the environment variable SHELL.
+    output
+        File to write; default where bash, zsh or fish looks for it.
+    """
+    print(write_completion(app.generate_completion, shell, output))
+    return 0
 
 
 @app.command
@@ -145,6 +161,7 @@ def main(arguments: list[str] | None = None) -> None:
     """Entry point of the `simbrake` command."""
     from .._base._faults import InputError
 
+    print_readably()
     try:
         code = app(arguments, exit_on_error=False, print_error=True, result_action="return_value")
         sys.stdout.flush()

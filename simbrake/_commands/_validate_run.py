@@ -15,7 +15,7 @@ def listing(only: str | None, json_: bool) -> int:
     cases = [case for lane in chosen(only) for case in lane]
     if json_:
         rows = [{"case": c.name, "source": c.source, "truth": c.truth, "tolerance": c.tolerance} for c in cases]
-        print(json.dumps(rows, indent=1, ensure_ascii=False))
+        print(json.dumps(rows, indent=1))
     else:
         print("\n".join(f"{c.name:42} {c.tolerance:>8.0e}  {c.source}" for c in cases))
     return 0
@@ -26,7 +26,7 @@ def run(only: str | None = None, *, list_: bool = False, json_: bool = False) ->
     if list_:
         return listing(only, json_)
     report = run_lanes(chosen(only))
-    print(json.dumps(report.as_list(), indent=1, allow_nan=False, ensure_ascii=False) if json_ else report)
+    print(json.dumps(report.as_list(), indent=1, allow_nan=False) if json_ else report)
     return 0 if report.ok else 1
 
 
@@ -37,5 +37,5 @@ def run_cross_check(scene: Scene, *, json_: bool = False, **options: Any) -> int
     except SimulationError as error:
         print(f"simbrake: {error}", file=sys.stderr)
         return 1
-    print(json.dumps(report.as_list(), indent=1, allow_nan=False, ensure_ascii=False) if json_ else report)
+    print(json.dumps(report.as_list(), indent=1, allow_nan=False) if json_ else report)
     return 0 if report.ok else 1

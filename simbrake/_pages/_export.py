@@ -62,7 +62,8 @@ def _write(result: Result, folder: Path, told: Waiting) -> list[Path]:
     with whole_folder(folder) as (scratch, written):
         (scratch / "summary.json").write_text(json.dumps(summary, indent=2, allow_nan=False) + "\n", "utf-8")
         (scratch / "summary.txt").write_text(str(result) + "\n", "utf-8")
-        np.savetxt(scratch / "series.csv", table, delimiter=",", header=",".join(names), comments="", fmt="%.12g")
+        file, head = scratch / "series.csv", ",".join(names)
+        np.savetxt(file, table, fmt="%.12g", delimiter=",", header=head, comments="", encoding="utf-8")
         told.now("labelled data")
         save(result, scratch / "result.nc")
         pictures = list(pictures_of(result))

@@ -243,4 +243,4 @@ def _greatest(variable: Any, gap: np.ndarray, times: np.ndarray, size: float, rt
 
 def dumps(comparison: Comparison) -> str:
     """A comparison as text of JSON."""
-    return json.dumps(comparison.as_dict(), indent=1, ensure_ascii=False, allow_nan=False)
+    return json.dumps(comparison.as_dict(), indent=1, allow_nan=False)

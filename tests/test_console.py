@@ -1,0 +1,179 @@
+"""The command line around its commands: outputs that are not UTF-8, `python -m`, completion of shells."""
+
+import ast
+import io
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import tomllib
+
+import pytest
+
+import simbrake
+from simbrake._commands._cli import main
+from simbrake._commands._console import readable
+
+PACKAGE = pathlib.Path(simbrake.__file__).parent
+
+
+def printed(monkeypatch, encoding, *arguments):
+    """Exit code and the bytes on stdout and stderr of a command whose outputs have an encoding."""
+    kept = [io.BytesIO(), io.BytesIO()]
+    streams = [
+        io.TextIOWrapper(*each) for each in zip(kept, [encoding] * 2, ["strict", "backslashreplace"], strict=True)
+    ]
+    monkeypatch.setattr(sys, "stdout", streams[0])
+    monkeypatch.setattr(sys, "stderr", streams[1])
+    with pytest.raises(SystemExit) as stop:
+        main(list(arguments))
+    monkeypatch.undo()
+    for stream in streams:
+        stream.flush()
+    return stop.value.code, *(stream.getvalue() for stream in kept)
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "cp1252", "cp1251"])
+def test_an_output_that_is_not_utf_8_gets_what_it_can_show(monkeypatch, scenarios, encoding):
+    scene = str(scenarios / "u2_5_5_stop.toml")
+    monkeypatch.setenv("JAX_COMPILATION_CACHE_DIR", "")
+    code, out, err = printed(monkeypatch, encoding, "run", scene)
+    assert (code, err) == (0, b"")
+    dots = b"..." if encoding == "ascii" else "…".encode(encoding)
+    assert b"lining limits 1%b20 0.00152167%b0.00896396 s" % (dots, dots) in out
+    code, out, err = printed(monkeypatch, encoding, "scene", "schema")
+    assert (code, err) == (0, b"")
+    assert b"stand         0       number, kg  - mass of the stand that each cycle adds, >= 0" in out.replace(
+        "—".encode(encoding, "replace"), b"-"
+    )
+    degree = b"deg" if encoding == "ascii" else "°".encode(encoding)
+    code, out, err = printed(monkeypatch, encoding, "scene", "check", scene, "--set", "brake.linings.angle=0.1")
+    assert (code, err) == (0, b"")
+    assert b"wrap 114.59%b, usual are" % degree in out
+    code, out, err = printed(monkeypatch, encoding, "reproduce")
+    assert (code, err) == (0, b"")
+    code, out, err = printed(monkeypatch, encoding, "run", "обод.toml")
+    name = "обод.toml".encode(encoding) if encoding == "cp1251" else rb"\u043e\u0431\u043e\u0434.toml"
+    assert (code, out) == (2, b"")
+    assert name + b": there is no such file" in err
+
+
+def test_the_command_in_a_process_of_its_own(tmp_path):
+    """`PYTHONIOENCODING` as a user sets it; `python -m simbrake` is the command, help and all."""
+    programs = (
+        [sys.executable, "-m", "simbrake"],
+        [sys.executable, "-c", "from simbrake._commands._cli import main; main()"],
+    )
+    asked = {**os.environ, "PYTHONIOENCODING": "ascii", "COLUMNS": "80"}
+    helps = []
+    for program in programs:
+        done = subprocess.run([*program, "--help"], env=asked, capture_output=True, timeout=300, cwd=tmp_path)
+        assert (done.returncode, done.stderr) == (0, b"")
+        helps.append(done.stdout.decode("ascii"))
+    assert helps[0] == helps[1]
+    assert helps[0].startswith("Usage: simbrake COMMAND\n")
+    done = subprocess.run([*programs[0], "run", "ω.toml"], env=asked, capture_output=True, timeout=300, cwd=tmp_path)
+    assert done.returncode == 2
+    assert done.stderr.decode("ascii").startswith("simbrake: the input has 1 ")
+    assert b"omega.toml: there is no such file" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("text", "plain"),
+    [
+        ("ω̇ ≤ T₀·Πₙ", "omega' <= T_0*Pi_n"),
+        ("10⁻⁶ m², 20 °C, ½ λ", "10^-6 m^2, 20 degC, 1/2 lambda"),
+        ("∂t/∂C ≈ −1 … +2 → ∞", "dt/dC ~ -1 ... +2 -> inf"),
+        ("╭─┤ẋ│", "+-+x'|"),
+    ],
+)
+def test_symbols_are_spelled(text, plain):
+    assert readable(text) == plain
+
+
+def test_names_stay_what_they_are_in_json_and_toml():
+    name = "обод № 1, Bremstrommel für é"
+    assert tomllib.loads(f'name = "{readable(name)}"') == {"name": name}
+    assert json.loads(f'"{readable(name)}"') == name
+
+
+def string_constants(file):
+    return [n.value for n in ast.walk(ast.parse(file.read_text("utf-8"))) if isinstance(n, ast.Constant)]
+
+
+def test_every_symbol_that_the_package_prints_is_spelled():
+    texts = [text for file in PACKAGE.rglob("*.py") for text in string_constants(file) if isinstance(text, str)]
+    symbols = {character for text in texts for character in text if not character.isascii() and character.isprintable()}
+    assert {"ω", "²", "…"} <= symbols
+    names = set("éöøü")  # of authors, in docstrings
+    assert {character for character in symbols - names if "\\" in readable(character)} == set()
+
+
+def test_every_text_file_is_opened_with_its_encoding():
+    """The default is that of the machine: a file written on one could not be read on another."""
+    unsaid = []
+    for file in PACKAGE.rglob("*.py"):
+        for call in (n for n in ast.walk(ast.parse(file.read_text("utf-8"))) if isinstance(n, ast.Call)):
+            words = ast.unparse(call.func)
+            if words.split(".")[-1] not in ("open", "read_text", "write_text", "savetxt") or words == "os.open":
+                continue
+            said = [word.value for word in call.keywords if word.arg == "encoding"] + call.args
+            values = [node.value for node in said if isinstance(node, ast.Constant)]
+            if not {"utf-8", "utf-8-sig", "rb", "wb"} & {value for value in values if isinstance(value, str)}:
+                unsaid.append(f"{file.name}: {ast.unparse(call)}")
+    assert unsaid == []
+    # read by lazy_loader in the encoding of the machine
+    assert (PACKAGE / "__init__.pyi").read_bytes().isascii()
+
+
+def files_under(folder):
+    return sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file())
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish", "powershell"])
+def test_completion_writes_one_file_and_says_how_to_load_it(monkeypatch, tmp_path, capsys, shell):
+    home, file = tmp_path / "home", tmp_path / "my files" / "complete"
+    home.mkdir()
+    starts = {".bashrc": "# mine\n", ".zshrc": "# mine\n"}
+    for name, text in starts.items():
+        (home / name).write_text(text, "utf-8")
+    monkeypatch.setenv("HOME", str(home))
+    monkeypatch.setenv("USERPROFILE", str(home))
+    monkeypatch.delenv("XDG_DATA_HOME", raising=False)
+    monkeypatch.delenv("XDG_CONFIG_HOME", raising=False)
+    with pytest.raises(SystemExit) as stop:
+        main(["--install-completion", "--shell", shell, "--output", str(file)])
+    said = capsys.readouterr().out
+    assert stop.value.code == 0
+    assert files_under(tmp_path) == ["home/.bashrc", "home/.zshrc", "my files/complete"]
+    line = said.splitlines()[-1].strip()
+    assert f"'{file}'" in line
+    assert "no start file was changed" in said
+    script = file.read_text("utf-8-sig")
+    assert all(command in script for command in ("calibrate", "max-events"))
+    if shell == "bash":
+        done = subprocess.run(
+            ["bash", "-c", f"{line}\ncomplete -p simbrake"], capture_output=True, text=True, timeout=60
+        )
+        assert done.stdout == "complete -F _simbrake simbrake\n"
+    with pytest.raises(SystemExit) as stop:
+        main(["--install-completion", "--shell", shell])
+    out, err = capsys.readouterr()
+    if shell == "powershell":
+        assert stop.value.code == 2
+        assert "--output: is missing" in err
+    else:
+        written = pathlib.Path(out.splitlines()[0].removeprefix("written  "))
+        assert written.read_text("utf-8") == script
+        assert files_under(home) == sorted([*starts, written.relative_to(home).as_posix()])
+    assert {name: (home / name).read_text("utf-8") for name in starts} == starts
+
+
+def test_completion_asks_for_a_shell_that_it_does_not_find(monkeypatch, capsys):
+    for value, words in (("/bin/tcsh", "SHELL is 'tcsh'"), ("", "SHELL is not set")):
+        monkeypatch.setenv("SHELL", value)
+        with pytest.raises(SystemExit) as stop:
+            main(["--install-completion"])
+        assert stop.value.code == 2
+        assert words in capsys.readouterr().err
