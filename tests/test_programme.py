@@ -63,9 +63,16 @@ def test_the_stop_comes_when_planned_and_later_with_each_stand(tripping):
     assert late[0] < late[1] < late[2]
 
 
+def fading(factor):
+    law = sb.ProductFriction(sb.ConstantFriction(0.35), (factor,))
+    return dataclasses.replace(BRAKE, linings=dataclasses.replace(BRAKE.linings, friction=law))
+
+
+FADE = sb.LinearFade(1e-3, above=293.15, floor=0.5)
+
+
 def test_fade_moves_the_lever_and_not_the_hook():
-    law = sb.ProductFriction(sb.ConstantFriction(0.35), (sb.LinearFade(1e-3, above=293.15, floor=0.5),))
-    brake = dataclasses.replace(BRAKE, linings=dataclasses.replace(BRAKE.linings, friction=law))
+    brake = fading(FADE)
     heat = sb.lumped_heat(rim=8e4, partition=sb.ConstantPartition(1.0), rim_cooling=20.0)
     heat = dataclasses.replace(heat, friction=dataclasses.replace(heat.friction, sensed="rim"))
     lines = ("lower 27 m at 1.2 m/s", "brake to rest in 2 s", "hold 3 s")
@@ -126,6 +133,28 @@ def test_a_pull_too_weak_for_the_load_names_the_least_one():
     assert least == pytest.approx(60e3 * 9.80665 * 0.05 / (0.623 * (mu**20 - 1)), rel=1e-3)
 
 
+@pytest.mark.parametrize("lines", [TRIP, ("lower 9 m at 1 m/s", "brake to rest in 3 s", "hold 1 s")])
+def test_fading_friction_without_heat_is_the_error_of_any_duty(lines):
+    for brake, heat, words in (
+        (fading(FADE), None, "heat: is missing, but the friction law brake.linings.friction looks at the temperature"),
+        (
+            fading(sb.TabulatedFade([400.0, 500.0], [1.0, 0.9])),
+            sb.lumped_heat(rim=8e4, partition=sb.ConstantPartition(1.0), rim_cooling=20.0),
+            "brake.linings.friction: the table of 400…500 K does not cover the start",
+        ),
+    ):
+        with pytest.raises(sb.InputError, match=words) as caught:
+            sb.programme_scene(brake, lines, HOOK, pull=60e3, heat=heat)
+        with pytest.raises(sb.InputError) as other:
+            sb.simulate(sb.Scene(brake, sb.Duty(sb.Constant(60e3), HOOK), sb.Initial(0.0), 1.0, heat=heat))
+        assert caught.value.faults == other.value.faults
+
+
+def test_numbers_of_the_load_are_named_as_in_a_programme():
+    with pytest.raises(sb.InputError, match=r"\n  load\.mass: -3 kg is not admissible"):
+        sb.programme_scene(BRAKE, TRIP, dataclasses.replace(HOOK, mass=-3.0), pull=60e3)
+
+
 def test_a_programme_in_a_file_is_the_scene_in_python():
     text = """
     programme = ["lower 27 m at 1.2 m/s", "brake to rest", "hold 40 s", "repeat 30 times"]
@@ -144,5 +173,5 @@ def test_a_programme_in_a_file_is_the_scene_in_python():
     for a, b in ((scene, wanted), (sb.scene_from_text(sb.scene_text(scene)), wanted)):
         assert jax.tree.structure(a) == jax.tree.structure(b)
         assert all(np.array_equal(x, y) for x, y in zip(jax.tree.leaves(a), jax.tree.leaves(b), strict=True))
-    with pytest.raises(sb.InputError, match=r"programme\[1\]: 'brake' is not understood"):
+    with pytest.raises(sb.InputError, match=r"\n  programme\[1\]: 'brake' is not understood"):
         sb.scene_from_text(text.replace("brake to rest", "brake"))

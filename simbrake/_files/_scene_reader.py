@@ -88,7 +88,8 @@ class SceneReader(NumberReader):
         try:
             return maker(**found)
         except InputError as error:  # of a file that it read
-            self.faults += [Fault(f"{path}: {fault.path}", fault.problem, fault.hint) for fault in error.faults]
+            where = f"{path}: " if path else ""
+            self.faults += [Fault(where + fault.path, fault.problem, fault.hint) for fault in error.faults]
             return BAD
         except (ValueError, OverflowError) as error:
             return self.fault(path, str(error))

@@ -1,5 +1,6 @@
 """Programmes in words: "lower 27 m at 1.2 m/s", "brake to rest", "hold 40 s", "repeat 30 times"."""
 
+import dataclasses
 import difflib
 import re
 from typing import Annotated, Any, NamedTuple
@@ -7,7 +8,7 @@ from typing import Annotated, Any, NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from .._base._faults import InputError
+from .._base._faults import Fault, InputError
 from .._base._numbers import BAD, NumberReader
 from .._base._quantity import Quantity, positive
 from ._band import grip, tension_ratio
@@ -16,7 +17,7 @@ from ._driller import Driller
 from ._duty import Constant, Repeated
 from ._heat import Heat
 from ._loads import AbstractLoad, HookLoad, TrippingLoad
-from ._scene import Duty, Initial, Scene, sensed_at_start
+from ._scene import Duty, Initial, Scene, faults, sensed_at_start
 from ._wear import Wear
 
 FORMS = (
@@ -116,7 +117,8 @@ def programme_scene(
 
     The run begins at rest under the `pull`. Times are planned with the friction at the start: where it fades, the stop
     comes later than planned, and the rest that follows is shorter by as much. Raises `InputError` with every line that
-    is not understood or cannot be done, and where the brake or the load is of another kind.
+    is not understood or cannot be done, and with everything that is wrong with the brake, the load or the heat in any
+    scene: as where friction depends on the temperature and there is no heat.
     """
     steps, count = parse_programme(programme)
     reader = NumberReader()
@@ -126,7 +128,7 @@ def programme_scene(
         reader.fault("brake.band.stiffness", "a driller who leads the speed needs a rigid band", "leave it out")
     if brake.bandage is not None or brake.band.segments is not None:
         reader.fault("brake", "a driller cannot lead the speed of a staged brake or a chain", "give a standard brake")
-    reader.faults += brake.faults("brake")
+    reader.faults += _faults_of_parts(brake, load, heat)
     if reader.faults:
         raise InputError(reader.faults)
     assert isinstance(load, HookLoad)
@@ -152,6 +154,12 @@ def programme_scene(
     if wear is not None and plan.turns:
         wear = Wear(**{**vars(wear), "turned_at": plan.turned_at(period, count)})
     return Scene(brake, Duty(lever, hook), Initial(omega=0.0), end_time=period * count, heat=heat, wear=wear)
+
+
+def _faults_of_parts(brake: Brake, load: AbstractLoad, heat: Heat | None) -> list[Fault]:
+    """What is wrong with brake, load and heat in any scene: the plan looks at the friction at the start."""
+    found = faults(Scene(brake, Duty(Constant(0.0), load), Initial(0.0), 1.0, heat))
+    return [dataclasses.replace(fault, path=fault.path.removeprefix("duty.")) for fault in found]
 
 
 def _tripping(load: HookLoad, marks: dict[str, float], period: float, count: int, empty: float, stand: float) -> Any:
