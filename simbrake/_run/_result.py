@@ -199,8 +199,8 @@ class Result(eqx.Module):
         At an event the values after it, or with `left` those before.
 
         Raises `InputError` for times outside the run (rounding at its ends is allowed for). With `fill` their values
-        are NaN instead, and all columns are float64. Under jit, vmap and grad nothing can be raised: there columns of
-        real numbers are NaN outside the run, and columns of whole numbers have the values of its ends.
+        are NaN instead, and all columns are float64. Under jit, vmap and grad nothing can be raised: there real
+        numbers are NaN outside the run, and whole numbers the least of their type (−2147483648 for int32).
         """
         concrete = _concrete(self)
         if concrete:
@@ -223,9 +223,11 @@ class Result(eqx.Module):
             return found
 
         def blank(column: Any) -> Any:
-            if column is None or not (fill or xp.issubdtype(column.dtype, np.floating)):
-                return column
+            if column is None:
+                return None
             gone = away.reshape(-1, *(1,) * (column.ndim - 1))
+            if xp.issubdtype(column.dtype, np.integer) and not fill:
+                return xp.where(gone, np.iinfo(column.dtype).min, column)
             return xp.where(gone, np.nan, xp.asarray(column, np.float64))
 
         blanked = {name: blank(column) for name, column in found._asdict().items()}
