@@ -270,6 +270,14 @@ def test_gradient_of_a_radiating_wall_against_differences():
         assert float(by_ad) == pytest.approx(float(by_difference), rel=1e-6)
 
 
+@pytest.mark.parametrize("times", [[0.0, 10.0, 5.0], [0.0, math.nan], [], ["soon"]])
+def test_times_that_make_no_run_are_an_input_error(times):
+    """The run ends at the last time: 10 s of `[0, 10, 5]` would have the values of 5 s."""
+    heat = sb.Heat((sb.Lump("a", 1.0), sb.Lump("b", 1.0, 300.0)), (sb.Conductance("a", "b", 1.0),))
+    with pytest.raises(sb.InputError, match=r"\n  ts: "):
+        sb.simulate_heat(heat, times)
+
+
 def test_all_faults_of_a_network_in_one_report():
     heat = sb.Heat(
         bodies=(sb.Lump("a", -1.0), sb.Lump("b", 1.0, -5.0), sb.Lump("c", 1.0)),

@@ -33,6 +33,7 @@ from .._physics._acting import course_of_profile
 from .._physics._sparsity import couplings
 from .._physics._thermal import Thermal, assemble_thermal
 from ._choice import stiff_heat
+from ._series import array_of_times
 
 
 class NetworkSystem(AbstractHybridSystem):
@@ -139,11 +140,13 @@ def simulate_heat(
 ) -> HeatResult:
     """Temperatures of a network at the times `ts` (m,), without a brake: friction heat comes from `sources`, if at all.
 
+    The run goes from the first of `ts` to the last.
+
     - `speed` (m/s) of the track and `closed` (1: the linings cover their share), for convection that looks at them
     - `solver`, `rtol`: as in `simulate`
 
-    Differentiable and batchable like `simulate`. Raises `InputError` with all faults of the network or for a tolerance
-    that is none, `RuntimeError` if the integration fails.
+    Differentiable and batchable like `simulate`. Raises `InputError` with all faults of the network, for times that
+    decrease or a tolerance that is none, `RuntimeError` if the integration fails.
     """
     traced = any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves((heat, ts, speed, rtol)))
     found = faults_of_tolerance(rtol)
@@ -151,13 +154,16 @@ def simulate_heat(
         raise InputError(found)
     if not traced:
         check_heat(heat)
+        ts = array_of_times(ts, "ts")
+        if not np.all(np.isfinite(ts)) or np.any(np.diff(ts) < 0):
+            raise InputError([Fault("ts", "are not times in order", "the run goes from the first to the last of them")])
     if solver is None:
-        span = 0.0 if traced else float(np.asarray(ts)[-1] - np.asarray(ts)[0])
+        span = 0.0 if traced else float(ts[-1] - ts[0])
         solver = Rodas5P() if traced or stiff_heat(heat, span)[0] else diffrax.Dopri8()
     method = solver if isinstance(solver, AbstractMethod) else ExplicitRungeKutta(solver, unrolled=False)
     run = _traced if traced else _compiled
     numbers = (np.asarray(x, np.float64) if not isinstance(x, Tracer) else x for x in (speed, closed, rtol))
-    result = run(heat, ts if traced else np.asarray(ts, np.float64), *numbers, method=method, max_steps=max_steps)
+    result = run(heat, ts, *numbers, method=method, max_steps=max_steps)
     if not traced and int(result.record.code) != 0:
         raise RuntimeError(
             f"the integration ended with code {int(result.record.code)}: raise max_steps, or loosen rtol"
