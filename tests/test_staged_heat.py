@@ -10,6 +10,7 @@ import pytest
 import staged_scenes as staged
 
 import simbrake as sb
+from simbrake._parts._scene import faults
 
 
 def heated(fade=4e-4, **parts):
@@ -107,6 +108,26 @@ def test_heated_staged_stop_against_scipy():
     left = 1 - 4e-4 * (y[3] - 293.15)
     np.testing.assert_allclose(end.friction_coefficient[0], staged.F_EXT * left, rtol=1e-9)
     np.testing.assert_allclose(end.internal_friction_coefficient[0], staged.F_INT * left, rtol=1e-9)
+
+
+@pytest.mark.parametrize("temperature_dependent", [False, True])
+@pytest.mark.parametrize("spring", [None, 1e5])
+def test_a_pair_without_a_place_for_its_heat_is_an_input_error(temperature_dependent, spring):
+    """The heat of either pair would leave the network: both are named, once each, with what builds the place."""
+    scene = heated() if temperature_dependent else staged.stop(heat=heated().heat)
+    bandage = dataclasses.replace(scene.brake.bandage, spring=spring)
+    scene = dataclasses.replace(scene, brake=dataclasses.replace(scene.brake, bandage=bandage))
+    assert faults(scene) == []
+    for field, builder in (("external", "with_external_pair(heat, partition)"), ("friction", "FrictionHeat(metal")):
+        one = dataclasses.replace(scene, heat=dataclasses.replace(scene.heat, **{field: None}))
+        with pytest.raises(sb.InputError) as caught:
+            sb.simulate(one)
+        (fault,) = caught.value.faults
+        assert fault.path == f"heat.{field}"
+        assert "would enter no body" in fault.problem
+        assert builder in fault.hint
+    neither = dataclasses.replace(scene, heat=dataclasses.replace(scene.heat, friction=None, external=None))
+    assert {fault.path for fault in faults(neither)} == {"heat.friction", "heat.external"}
 
 
 @pytest.mark.slow

@@ -135,6 +135,20 @@ def warnings(scene: Scene) -> list[str]:
     return found
 
 
+#: of a staged brake with heat: what is wrong where a pair has no place for its heat, and what builds one
+_MISSING_PAIR = {
+    "friction": (
+        "is missing: the friction heat of linings and rim (internal pair) would enter no body",
+        "name its places: `FrictionHeat(metal, lining, partition)`, or build the network with `lumped_heat` or "
+        "`layered_heat`, linings included",
+    ),
+    "external": (
+        "is missing: the friction heat of band and linings (external pair) would enter no body",
+        "build the network, linings and band included, and give it to `with_external_pair(heat, partition)`",
+    ),
+}
+
+
 def _faults_of_heat(scene: Scene) -> list[Fault]:
     heat, n = scene.heat, int(np.size(scene.brake.linings.angle))
     found = [] if heat is None else heat.faults("heat", n)
@@ -146,7 +160,10 @@ def _faults_of_heat(scene: Scene) -> list[Fault]:
         )
     for law, pair, where, field in _pairs(scene):
         if pair is None:
-            if needs(law, n).T:
+            if heat is not None and scene.brake.bandage is not None:
+                # its heat would leave the network, counted as lost, and warm nothing
+                found.append(Fault(f"heat.{field}", *_MISSING_PAIR[field]))
+            elif needs(law, n).T:
                 hint = f"give the scene a heat part whose `{field}` names the places that the heat enters"
                 found.append(Fault("heat", f"is missing, but the friction law {where} looks at the temperature", hint))
             continue
