@@ -9,7 +9,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
 from .._base._dependence import Skeleton, skeleton
 from .._base._faults import Fault
@@ -36,6 +36,10 @@ class AbstractProfile(eqx.Module):
     @abc.abstractmethod
     def first_piece(self, t: Any) -> Int[Array, ""] | int:
         """The piece that begins at or before `t`."""
+
+    def no_more_turns(self, t: Float[Array, ""]) -> Bool[Array, ""]:
+        """Whether no known time after `t` changes the course of the profile."""
+        return jnp.isinf(self.next_knot(jnp.asarray(self.first_piece(t), jnp.int32)))
 
     @abc.abstractmethod
     def scale(self) -> Float[Array, ""]:
@@ -105,6 +109,10 @@ class PiecewiseLinear(AbstractProfile):
 
     def first_piece(self, t):
         return jnp.sum(jnp.asarray(self.times) <= t).astype(jnp.int32)
+
+    def no_more_turns(self, t):
+        values = jnp.asarray(self.values)  # points may follow that all have the last value
+        return jnp.all((jnp.asarray(self.times) <= t) | (values == values[-1]))
 
     def scale(self):
         return jnp.max(jnp.abs(jnp.asarray(self.values)))

@@ -49,6 +49,9 @@ class Lever(AbstractProfile):
     def first_piece(self, t):
         return self.force.first_piece(t)
 
+    def no_more_turns(self, t):
+        return self.force.no_more_turns(t)
+
     def scale(self):
         return self.gain * self.force.scale()
 

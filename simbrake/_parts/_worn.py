@@ -42,6 +42,9 @@ class Delayed(AbstractProfile):
     def first_piece(self, t):
         return self.profile.first_piece(t - self.delay)
 
+    def no_more_turns(self, t):
+        return self.profile.no_more_turns(t - self.delay)
+
     def scale(self):
         return self.profile.scale()
 

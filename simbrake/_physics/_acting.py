@@ -1,14 +1,16 @@
 """What every brake has: a lever, a load, inertia, friction and perhaps heat, and the known times of all these."""
 
 import abc
-from typing import Any
+from typing import Any, NamedTuple
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from .._hybrid import AbstractHybridSystem
 from .._hybrid._arrays import Array
+from .._parts._band import product
 from .._parts._driller import AbstractSpeedLever
 from .._parts._duty import AbstractProfile, hides_nothing
 from .._parts._friction import AbstractFriction
@@ -20,6 +22,34 @@ from ._sliding import Grip
 from ._state import ThermalNow
 from ._thermal import Thermal
 from ._wearing import Pressed, Wearing
+
+#: up to this share of the tension the lever may still move, at its present rate over the time of the run so far
+_AT_REST = 1e-3
+#: relative rounding of a torque that balances another one
+_ROUNDING = 1e-9
+
+
+class Capacity(NamedTuple):
+    """Load and sliding brake at one instant: torques (N·m) in the direction in which the pulley turns.
+
+    - `load`: load torque;  `pairs` (k,): greatest torque of each friction pair with its kinetic friction at the speed
+      of the pulley and the temperatures of that instant: of a standard brake one, of a staged brake external, internal
+    - `settled`: whether the lever is at its last value
+    """
+
+    load: Float[Array, ""]
+    pairs: Float[Array, " pairs"]
+    settled: Bool[Array, ""]
+
+    @property
+    def torque(self) -> Float[Array, ""]:
+        """What the brake can hold: the torque of its weaker pair (N·m)."""
+        return self.pairs.min()
+
+    @property
+    def exceeded(self) -> Bool[Array, ""]:
+        """Whether the brake cannot hold the load, nor ever will by its lever."""
+        return self.settled & (self.load >= self.torque * (1 - _ROUNDING))
 
 
 def course_of_profile(profile: AbstractProfile, t: Any, piece: Any) -> Any:
@@ -41,6 +71,7 @@ class AbstractActing(eqx.Module):
     """What acts on a brake from outside, and the heat in it. Modes are those of the brake that builds on it."""
 
     inertia: eqx.AbstractVar[Array]
+    band_radius: eqx.AbstractVar[Array]
     track_radius: eqx.AbstractVar[Array]
     grip: eqx.AbstractVar[Grip]
     lever: eqx.AbstractVar[AbstractProfile]
@@ -59,6 +90,33 @@ class AbstractActing(eqx.Module):
     @abc.abstractmethod
     def around(self, y: Any, mode: Any) -> Surroundings:
         """Speed of the track, and whether the linings touch it, as the links of the thermal network see them."""
+
+    @abc.abstractmethod
+    def pair_torques(self, T_0: Array, y: Any, mode: Any) -> Float[Array, " pairs"]:
+        """Greatest torque (N·m, ≥ 0) of each friction pair against the pulley's motion, sliding at its speed, for the
+        slack tension `T_0`."""
+
+    def capacity(self, t: Array, y: Any, mode: Any, start: Array) -> Capacity:
+        """Load and capacity of a turning brake at the time `t` of a run that began at `start`."""
+        T_0, rate = jax.jvp(lambda t: self.lever.value(t, mode.lever_piece), (t,), (jnp.ones_like(t),))
+        if isinstance(self.lever, AbstractSpeedLever):
+            follows = self.lever.follows(mode.lever_piece)
+            T_0, rate = jnp.where(follows, self.lever.greatest(), T_0), jnp.where(follows, 0.0, rate)
+        settled = self.lever.no_more_turns(t) & (jnp.abs(rate) * (t - start) <= _AT_REST * T_0)
+        load = jnp.sign(y.omega) * self.load.torque(t, y.omega, mode.load_piece)
+        return Capacity(load, self.pair_torques(T_0, y, mode), settled)
+
+    def band_torque(self, T_0: Array, omega: Array, T: Array | None) -> Float[Array, ""]:
+        """`R_b T_0 (Π − 1)`, in reverse `R_b T_0 (1 − 1/Π)`, of linings that slide on the band at the temperatures `T`.
+
+        A lining that locks itself makes it infinite; in reverse the tight end can only become slack: `R_b T_0`.
+        """
+        back = omega < 0
+        v = jnp.broadcast_to(jnp.abs(omega) * self.band_radius, (self.grip.linings.count,))
+        mu, margin = self.grip.ratios(self.grip.coefficients(T_0, v, T, back, static=False).f)
+        growth = jnp.where(back, 1 - 1 / product(mu), product(mu) - 1)
+        growth = jnp.where(margin > 0, growth, jnp.where(back, 1.0, jnp.inf))
+        return jnp.where(T_0 > 0, self.band_radius * T_0 * growth, 0.0)
 
     def inertia_at(self, mode: Any) -> Array:
         """Inertia of all that turns and moves with the shaft (kg·m²)."""

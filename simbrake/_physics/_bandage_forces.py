@@ -10,11 +10,11 @@ from .._hybrid._arrays import Array
 from .._parts._band import affine_tensions, tension_ratio
 from .._parts._design import Bandage, Lining
 from .._parts._duty import AbstractProfile
-from .._parts._friction import Contact, reads
+from .._parts._friction import AbstractFriction, Contact, reads
 from .._parts._links import Surroundings
 from .._parts._loads import AbstractLoad
 from ._acting import AbstractActing
-from ._at_rest import Resting, Shared, share_load
+from ._at_rest import Resting, Shared, holding_range, share_load
 from ._bandage_state import BandageFlows, BandageMode, BandageState, BandageThermal
 from ._modes import BandMode
 from ._sliding import Grip
@@ -189,6 +189,22 @@ class BandageForces(AbstractActing):
             most_hold=shared.most,
         )
         return q if self.thermal is None else q._replace(thermal=self._heated(t, y, mode, q))
+
+    def pair_torques(self, T_0, y, mode):
+        # one sum: every lining in its weaker pair, as at the limit of a pulley at rest but with kinetic friction
+        n, (outer_T, inner_T), speed = self.count, self.surfaces(y.heat), jnp.abs(y.omega)
+
+        def each(law: AbstractFriction, arm: Array, T: Array | None) -> Array:
+            return jnp.broadcast_to(law.kinetic(Contact(jnp.broadcast_to(arm * speed, (n,)), T)), (n,))
+
+        mu = tension_ratio(each(self.linings.friction, self.band_radius, outer_T) * self.grip.tangent)[0]
+        on_rim = self.track_radius * each(self.internal.friction, self.track_radius, inner_T)
+        floor, none = on_rim * jnp.asarray(self.internal.preload), jnp.zeros(n)
+        every = jnp.ones(n, bool)
+        _, _, Q = self.springs(y)
+        r = Resting(every, self.band_radius, mu, on_rim * self.grip.sine, floor, Q, none, none, none)
+        least, most = holding_range(r, T_0)
+        return jnp.where(y.omega < 0, -least, most)[None]
 
     def powers(self, y: BandageState, mode: BandageMode, q: BandageFlows) -> tuple[Array, Array]:
         """Friction heat (W) of every lining on the band, `R_b G_i ω_i`, and on the rim, `λ_i (ω − ω_i)`."""

@@ -185,6 +185,10 @@ class ChainForces(AbstractActing):
             thermal=now,
         )
 
+    def pair_torques(self, T_0, y, mode):
+        # linings at rest on the band, the pulley sliding past all of them
+        return self.band_torque(T_0, y.omega, self.surface(y.heat))[None]
+
     def stored(self, t: Array, y: ChainState, mode: ChainMode) -> tuple[Array, Array]:
         """Kinetic energy of pulley and linings and elastic energy `Σ T_el²/(2 K_i)` of the segments (J)."""
         v = jnp.where(mode.linings == 0, self.band_radius * y.omega, y.v)

@@ -265,6 +265,19 @@ class Forces(AbstractActing):
         driven = self.internal.holding_tension(T_0, mu, mode.piece, mode.inner, self.band_radius, held)
         return jnp.where(mode.inner == 0, resting, driven)
 
+    def pair_torques(self, T_0, y, mode):
+        outer = self.band_torque(T_0, y.omega, self.surface(y.heat))
+        if self.internal is None:
+            return outer[None]
+        # a held bandage is braced by the static friction of the band; the rim slides in it with the pulley's speed
+        mu, speed = self.limits(T_0, y.heat, mode).mu, self.track_radius * jnp.abs(y.omega)
+        held, sense = Held(speed, self.inner_surface(y.heat), jnp.asarray(False)), jnp.where(y.omega < 0, -1, 1)
+        piece = self.internal.holding_piece(T_0, mu, sense, self.band_radius, held)
+        T_n = self.internal.holding_tension(T_0, mu, piece, sense, self.band_radius, held)
+        T_n = jnp.clip(T_n, T_0 / product(mu), T_0 * product(mu))
+        inner = self.internal.capacity(T_0, tensions_on(T_0, T_n, mu, piece), held)
+        return jnp.stack([outer, inner])
+
     def inner_flows(self, slack: Array, T_n: Array, load: Array, y: State, mode: Mode) -> Inner:
         """Torque and acceleration of the bandage for given tensions (model §4)."""
         assert self.internal is not None

@@ -10,7 +10,7 @@ import numpy as np
 from .._base._compiling import device_jit
 from .._hybrid import ADVANCED, LANDED, SKIPPED, Record
 from .._hybrid._arrays import Array
-from .._physics._acting import AbstractBrakeSystem
+from .._physics._acting import AbstractBrakeSystem, Capacity
 from .._physics._chain_system import ChainSystem
 from .._physics._modes import BandMode, slips
 from .._physics._observe import stored
@@ -261,6 +261,25 @@ _energies_compiled = device_jit(energies)
 def energies_of(record: Record) -> dict[str, Array]:
     """`energies` of a concrete record."""
     return _energies_compiled(record)
+
+
+def end_capacity(record: Record) -> Capacity:
+    """Load torque and capacity of the brake at the end of a run; of meaning where the pulley still turns."""
+    return _capacity(record.system, record.t_end, record.y_end, record.mode_end, record.rows.t[0])
+
+
+def _capacity(system: Any, t: Any, y: Any, mode: Any, start: Any) -> Capacity:
+    return system.forces.capacity(t, y, mode, start)
+
+
+_capacity_compiled = device_jit(_capacity)
+
+
+def end_capacity_of(record: Record) -> Capacity:
+    """`end_capacity` of a concrete record."""
+    start = np.asarray(record.rows.t)[0]
+    found = _capacity_compiled(record.system, record.t_end, record.y_end, record.mode_end, start)
+    return jax.tree.map(np.asarray, found)
 
 
 def numbers(record: Record, travel: Any) -> tuple[dict[str, Any], dict[str, Array]]:

@@ -1,6 +1,7 @@
 """Result codes in words: what a run ended with, what it means and what to do."""
 
 import enum
+from collections.abc import Callable
 
 from .._hybrid import Code
 from .._physics._modes import BandMode, Label
@@ -67,6 +68,7 @@ class Status(enum.StrEnum):
     STOPPED = "stopped"
     HELD = "held"
     NOT_STOPPED = "not_stopped"
+    RUNAWAY = "runaway"
     RELEASED = "released"
 
 
@@ -74,14 +76,19 @@ STATUS_MESSAGES = {
     Status.STOPPED: "the brake brought the pulley to rest and holds it",
     Status.HELD: "the pulley was at rest from the start and is held",
     Status.NOT_STOPPED: "the pulley still turns at the end time",
+    Status.RUNAWAY: "the brake cannot hold this load",
     Status.RELEASED: "the band is open at the end time",
 }
 
 
-def status_of(end: Label, moved: bool) -> Status:
-    """Status of a run that ended in the mode `end`; `moved` says whether the pulley turned at any time."""
+def status_of(end: Label, moved: bool, exceeded: Callable[[], bool]) -> Status:
+    """Status of a run that ended in the mode `end`.
+
+    `moved`: whether the pulley turned at any time;  `exceeded`: whether the load exceeds what the brake can hold, asked
+    only where the pulley still turns
+    """
     if end.band == BandMode.OPEN:
         return Status.RELEASED
     if end.rests:
         return Status.STOPPED if moved else Status.HELD
-    return Status.NOT_STOPPED
+    return Status.RUNAWAY if exceeded() else Status.NOT_STOPPED

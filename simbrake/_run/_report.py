@@ -7,17 +7,25 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from .._base._handy import number
 from .._hybrid import ADVANCED, FINISHED, Record
+from .._parts._driller import AbstractSpeedLever
 from .._parts._plausible import plausibility
 from .._parts._scene import warnings
-from .._physics._modes import BandMode, Label
+from .._physics._modes import BandMode, Label, slips
 from .._physics._observe import distribution, mark_names
 from .._physics._system import BrakeSystem
 from ._choice import stiffness
 from ._log import Event, Phase, event_log, marks_passed
 from ._metrics import Peak, numbers, peaks_of, polish
+from ._outcome import Status
 from ._probe import SAMPLES, Probe, probe_many
 from ._stages import Stage, absent_stages, stages_of
+
+#: the lever pulls hardest from this far below its greatest tension on
+_NEARLY = 1e-3
+#: torques that differ by less than this share of a typical one balance each other
+_ROUNDING = 1e-9
 
 
 def _samples(steps: int) -> int:
@@ -208,12 +216,49 @@ class Report:
             return {}
         return {"worn_thickness": [_finite(h) for h in np.asarray(self.result.worn_thickness)]}
 
+    def _shortage(self) -> list[str]:
+        """Times before the end in which the load sped up a pulley whose brake slid under its greatest slack tension."""
+        p, t, flows = self._probe, np.asarray(self._probe.t), self._probe.flows
+        system: Any = self._record.system
+        lever, pull = system.forces.lever, np.asarray(flows.lever_tension)
+        greatest = float(lever.greatest()) if isinstance(lever, AbstractSpeedLever) else np.max(pull)
+        band, inner = np.asarray(p.mode.band), np.asarray(p.columns.get("internal_mode", 0))
+        slides = slips(band) | ((band == BandMode.HELD) & (inner != 0))
+        gains = np.sign(np.asarray(p.y.omega)) * np.asarray(flows.alpha)
+        gains = gains * float(system.forces.inertia) / float(system.torque_scale)
+        short = slides & (pull > 0) & (pull >= (1 - _NEARLY) * greatest) & (gains > _ROUNDING)
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], short, [False]]).astype(int)))
+        spans = [(a, b - 1) for a, b in edges.reshape(-1, 2) if t[b - 1] > t[a]]
+        if spans and spans[-1][1] == len(t) - 1 and self.result.status == Status.RUNAWAY:
+            spans.pop()  # that is how the run ended
+        if not spans:
+            return []
+        (first, last), often = spans[0], f", {len(spans)} times in all" if len(spans) > 1 else ""
+        load = number(np.max(np.abs(np.asarray(flows.load_torque))[first : last + 1]), "N*m")
+        return [
+            f"shortage: from {t[first]:.6g} to {t[last]:.6g} s{often} the load torque (up to {load}) exceeded that "
+            "of the sliding brake under the greatest slack tension"
+        ]
+
+    def _capacity(self) -> dict[str, Any] | None:
+        """Load and capacity at the end, where the pulley still turns."""
+        if self.result.status not in (Status.NOT_STOPPED, Status.RUNAWAY):
+            return None
+        found = self.result.end_capacity
+        pairs = [_finite(torque) for torque in found.pairs]  # a lining that locks itself holds any load
+        return {"load_torque": float(found.load), "brake_torque": _finite(found.torque), "pairs": pairs}
+
     def summary(self) -> dict[str, Any]:
         r, stats, metrics = self.result, self.result.record.stats, self.metrics
         return {
             "status": r.status,
             "message": r.message,
-            "warnings": [*warnings(r.scene), *plausibility(r.scene, metrics.get("peak_rim_temperature"))],
+            "capacity": self._capacity(),
+            "warnings": [
+                *warnings(r.scene),
+                *plausibility(r.scene, metrics.get("peak_rim_temperature")),
+                *self._shortage(),
+            ],
             "events": [event.as_dict() for event in self.events],
             "metrics": metrics,
             "at": {

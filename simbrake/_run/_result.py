@@ -10,16 +10,20 @@ from jax.core import Tracer
 from jaxtyping import Int
 
 from .._base._faults import InputError
+from .._base._handy import number
 from .._hybrid import Record
 from .._hybrid._arrays import Array
 from .._parts._heat import node_names
 from .._parts._scene import Scene
+from .._physics._acting import Capacity
 from ._log import Event
 from ._metrics import (
     CHAIN_METRICS,
     STAGED_METRICS,
     WEAR_METRICS,
     Peak,
+    end_capacity,
+    end_capacity_of,
     energies,
     energies_of,
     friction_work,
@@ -30,7 +34,7 @@ from ._metrics import (
     thickness,
     worn_thickness,
 )
-from ._outcome import FAILURES, STATUS_MESSAGES, status_of
+from ._outcome import FAILURES, STATUS_MESSAGES, Status, status_of
 from ._probe import Probe, probe_at, probe_many
 from ._report import Report, labels_of
 from ._series import Series, array_of_times, fault_of_times, outside
@@ -193,6 +197,17 @@ class Result(eqx.Module):
         """
         return _metric(self, "energy")
 
+    @property
+    def end_capacity(self) -> Capacity:
+        """Load torque and greatest torque of the sliding brake (N·m) at the end of the run, in the sense of rotation.
+
+        With kinetic friction at the speed and the temperatures of the end; of meaning where the pulley still turns. A
+        run whose load is not below that torque, with the lever at its last value, ends as `runaway`.
+        """
+        if jnp.ndim(self.record.count) > 0:
+            return jax.vmap(lambda one: one.end_capacity)(self)
+        return end_capacity_of(self.record) if _concrete(self) else end_capacity(self.record)
+
     def series(self, ts: Any, *, left: bool = False, fill: bool = False) -> Series:
         """States and forces at the times `ts` (m,) in s, each as accurate as the integration itself.
 
@@ -292,18 +307,21 @@ class Result(eqx.Module):
 
     @property
     def status(self) -> str:
-        """`stopped`, `held`, `not_stopped`, `released`, or the name of a failure code."""
+        """`stopped`, `held`, `not_stopped`, `runaway`, `released`, or the name of a failure code."""
         if not self.ok:
             return FAILURES[int(self.code)][0]  # pyright: ignore
         moved = bool(np.any(np.asarray(self.record.rows.y)[: int(self.record.count) + 1, 1] != 0.0))
-        return str(status_of(labels_of(self.record)[-1], moved))
+        return str(status_of(labels_of(self.record)[-1], moved, lambda: bool(self.end_capacity.exceeded)))
 
     @property
     def message(self) -> str:
         """The status in words, with what to do next where it failed."""
         if self.ok:
-            words = STATUS_MESSAGES[self.status]  # pyright: ignore
-            swings = self.status == "stopped" and float(self.record.y_end.omega) != 0.0
+            status = Status(self.status)
+            words = STATUS_MESSAGES[status]
+            if status is Status.RUNAWAY:
+                return f"{words}: {_torques(self.end_capacity)}"
+            swings = status is Status.STOPPED and float(self.record.y_end.omega) != 0.0
             return words.replace("and holds it", "and holds it on the springs of its band") if swings else words
         _, what, hint = FAILURES[int(self.code)]  # pyright: ignore
         labels = labels_of(self.record)
@@ -347,6 +365,15 @@ class Result(eqx.Module):
 
     def __repr__(self) -> str:
         return str(self)
+
+
+def _torques(found: Capacity) -> str:
+    """Load torque and capacity of a brake in words; of a staged brake, which pair is the weaker one."""
+    load, most = number(found.load, "N*m"), number(found.torque, "N*m")
+    weaker = ""
+    if len(found.pairs) > 1:
+        weaker = f", limited by its {('external', 'internal')[int(np.argmin(found.pairs))]} pair"
+    return f"load torque {load}, the sliding brake gives {most} at the end time{weaker}"
 
 
 def _metric(result: Result, name: str) -> Any:

@@ -96,6 +96,7 @@ def text(summary: dict[str, Any]) -> str:
     """About ten lines that can be read without the source."""
     m, e, s = summary["metrics"], summary["energy"], summary["solver"]
     at, normal = summary["at"], m["max_normal_load"]
+    gains = e["kinetic_change"] is not None and e["kinetic_change"] > 0  # the load has sped the pulley up
     lines = [
         f"{summary['status']}: {summary['message']}",
         f"events   {_grouped(summary['events'])}",
@@ -108,11 +109,13 @@ def text(summary: dict[str, Any]) -> str:
         f"load     at most {_kilo(normal, 'kN')} on lining {at['max_normal_load_lining']} "
         f"at {_number(at['max_normal_load_time'], 's')}",
         f"energy   load {_kilo(e['load_work'], 'kJ')} + lever {_kilo(e['lever_work'], 'kJ')} "
-        f"+ kinetic {_kilo(e['kinetic_change'], 'kJ', sign=-1)} = friction heat {_kilo(e['friction_heat'], 'kJ')} "
+        + ("" if gains else f"+ kinetic {_kilo(e['kinetic_change'], 'kJ', sign=-1)} ")
+        + f"= friction heat {_kilo(e['friction_heat'], 'kJ')} "
         + (f"+ dampers {_kilo(e['damper_heat'], 'kJ')} " if "damper_heat" in e else "")
         + (f"+ electrical {_kilo(e['electrical_work'], 'kJ')} " if "electrical_work" in e else "")
         + (f"+ mechanical {_kilo(e['mechanical_work'], 'kJ')} " if "mechanical_work" in e else "")
-        + f"+ elastic {_kilo(e['elastic_change'], 'kJ')}",
+        + f"+ elastic {_kilo(e['elastic_change'], 'kJ')}"
+        + (f" + kinetic energy gained {_kilo(e['kinetic_change'], 'kJ')}" if gains else ""),
         *_heat_lines(summary),
         *_wear_lines(summary),
         f"closure  {_share(e['closure'])} of the largest energy exchanged",

@@ -14,14 +14,14 @@ from .._base._compiling import Packing, Program, compiled, device_jit, pack
 from .._parts._scene import Scene
 from .._run._edit import with_values
 from .._run._measure import Metric, measure, name_of
-from .._run._metrics import PEAKS
+from .._run._metrics import PEAKS, end_capacity
 from .._run._result import Result
 from .._run._simulate import simulate
 
 #: rows of a record that are measured: the next of these sizes that holds the longest run of a chunk
 _SIZES = tuple(64 * 4**i for i in range(8))
 #: of every run besides its metrics
-ABOUT = ("code", "band", "inner", "moved", "steps", "rejected", "retaken", "segments", "energy.closure")
+ABOUT = ("code", "band", "inner", "moved", "exceeded", "steps", "rejected", "retaken", "segments", "energy.closure")
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -49,6 +49,7 @@ def _about(result: Result) -> dict[str, Any]:
         "band": jnp.asarray(mode.band, jnp.int32),
         "inner": jnp.asarray(mode.slides, jnp.int32),
         "moved": jnp.any(record.rows.y[:, 1] != 0.0),
+        "exceeded": end_capacity(record).exceeded,
         "steps": stats.accepted,
         "rejected": stats.rejected,
         "retaken": stats.retaken,

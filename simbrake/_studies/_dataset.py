@@ -24,17 +24,19 @@ _MEANINGS = {
 def status_names(columns: dict[str, np.ndarray]) -> np.ndarray:
     """How every run ended, in the words of `Result.status`; `not_run` where it did not take place."""
     code, band = columns["code"], columns["band"]
-    inner, moved = columns["inner"], columns["moved"].astype(bool)
-    kinds = np.stack([code, band, inner, moved.astype(code.dtype)], axis=1)
+    yes_or_no = [columns[name].astype(bool).astype(code.dtype) for name in ("moved", "exceeded")]
+    kinds = np.stack([code, band, columns["inner"], *yes_or_no], axis=1)
     distinct, which = np.unique(kinds, axis=0, return_inverse=True)
     names = np.asarray([_status(*(int(number) for number in kind)) for kind in distinct], dtype=object)
     return names[which.reshape(-1)].astype(str)
 
 
-def _status(code: int, band: int, inner: int, moved: int) -> str:
+def _status(code: int, band: int, inner: int, moved: int, exceeded: int) -> str:
     if code == NOT_RUN:
         return "not_run"
-    return FAILURES[code][0] if code else str(status_of(Label(band, inner), bool(moved)))  # pyright: ignore
+    if code:
+        return FAILURES[code][0]  # pyright: ignore
+    return str(status_of(Label(band, inner), bool(moved), lambda: bool(exceeded)))
 
 
 def as_dataset(plan: Plan, columns: dict[str, np.ndarray], attrs: dict[str, Any]) -> Any:
