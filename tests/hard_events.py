@@ -89,7 +89,7 @@ def weaker_than_the_load() -> list[Value | Named]:
     result = run(scene(load=1.5 * HOLD))
     slope = gradients(scene(load=1.5 * HOLD))
     return [
-        Named("", result.status, "not_stopped"),
+        Named("", result.status, "runaway"),
         Value("speed after 5 s", result.record.y_end.omega, W0 + 0.5 * HOLD * 5.0 / J, 1e-12),
         Value("∂ω/∂M", np.sum(slope.omega.duty.load.profile.values), 5.0 / J, 1e-12),
         Value("angle", result.record.y_end.phi, W0 * 5.0 + 0.25 * HOLD * 25.0 / J, 1e-12),

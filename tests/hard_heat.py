@@ -197,7 +197,7 @@ def runs_away() -> list[Value | Named]:
     slowest = brentq(lambda u: torque(u) - M, 0.0, corner)
     least = float(np.min(np.asarray(result.series(np.linspace(0.0, 12.0, 4001)).omega)))
     return [
-        Named("", result.status, "not_stopped"),
+        Named("", result.status, "runaway"),
         Value("least speed, where M_b = M", least, speed(slowest), 1e-6),
         Value("speed at the end", result.record.y_end.omega, speed(u), 1e-9),
         Value("time at its temperature", time(u), 12.0, 1e-8),

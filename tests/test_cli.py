@@ -61,7 +61,7 @@ def test_set_changes_numbers_and_structure(capsys, scenario):
     assert summary["metrics"]["slip_onset_time"] == 0.0
     code, out, _ = call(capsys, "run", scenario, "--json", "--set", "duty.load.mass=3e5")
     assert code == 0
-    assert json.loads(out)["status"] == "not_stopped"
+    assert json.loads(out)["status"] == "runaway"
     assert json.loads(out)["metrics"]["stopping_time"] is None
 
 

@@ -290,7 +290,7 @@ def test_the_command(capsys, tmp_path, scenarios, no_cache):
     with open(tmp_path / "out" / "runs.csv", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert [float(row["duty.load.mass [kg]"]) for row in rows] == [3e4, 3e4, 1.65e5, 1.65e5, 3e5, 3e5]
-    assert {row["stopping_time [s]"] for row in rows if row["status"] == "not_stopped"} == {"inf"}
+    assert {row["stopping_time [s]"] for row in rows if row["status"] == "runaway"} == {"inf"}
     with xr.open_dataset(tmp_path / "out" / "runs.nc", engine="scipy") as stored:
         assert stored["stopping_time"].dims == ("duty.load.mass", "initial.omega")
         assert stored["duty.load.mass"].attrs["units"] == "kg"

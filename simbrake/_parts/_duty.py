@@ -112,7 +112,8 @@ class PiecewiseLinear(AbstractProfile):
 
     def no_more_turns(self, t):
         values = jnp.asarray(self.values)  # points may follow that all have the last value
-        return jnp.all((jnp.asarray(self.times) <= t) | (values == values[-1]))
+        passed = jnp.arange(values.shape[0], dtype=jnp.int32) < self.first_piece(t) - 1
+        return jnp.all(passed | (values == values[-1]))
 
     def scale(self):
         return jnp.max(jnp.abs(jnp.asarray(self.values)))

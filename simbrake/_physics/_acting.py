@@ -49,7 +49,7 @@ class Capacity(NamedTuple):
     @property
     def exceeded(self) -> Bool[Array, ""]:
         """Whether the brake cannot hold the load, nor ever will by its lever."""
-        return self.settled & (self.load >= self.torque * (1 - _ROUNDING))
+        return self.settled & (self.load > 0) & (self.load >= self.torque * (1 - _ROUNDING))
 
 
 def course_of_profile(profile: AbstractProfile, t: Any, piece: Any) -> Any:
