@@ -127,6 +127,52 @@ def test_failure_exits_1(capsys, scenario):
     assert json.loads(out)["status"] == "step_limit"
 
 
+@pytest.mark.parametrize("command", ["run", "report"])
+def test_limits_are_told_and_asked_for_in_the_exit_code(capsys, scenario, command, tmp_path, monkeypatch):
+    """The verdict with value, limit and margin, as text and as JSON; code 3 only where asked."""
+    monkeypatch.chdir(tmp_path)
+    call_it = [command, scenario] + ["--no-check"] * (command == "report")
+    code, out, _ = call(capsys, *call_it, "--limit", "max_tension=120 kN", "--json")
+    assert code == 0
+    (limit,) = json.loads(out)["limits"]
+    assert (limit["name"], limit["verdict"], limit["limit"], limit["unit"]) == ("max_tension", "exceeded", 120e3, "N")
+    assert limit["value"] == pytest.approx(125.966e3, rel=1e-5)
+    assert limit["margin"] == 120e3 - limit["value"]
+    code, out, _ = call(capsys, *call_it, "--limit", "max_tension=120 kN", "--fail-on-limit")
+    assert code == 3
+    assert "limit    max_tension exceeded: 125.966 kN, limit 120 kN, margin −5.96" in out
+    code, out, _ = call(
+        capsys, *call_it, "--limit", "max_tension=126000", "--limit", "stopping_time=2 s", "--fail-on-limit"
+    )
+    assert code == 0
+    assert out.count("within limit:") == 2
+    assert "exceeded" not in out
+
+
+@pytest.mark.parametrize("command", ["run", "report"])
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--limit", "max_tensoin=120 kN"], ["max_tensoin", "nearest: max_tension"]),
+        (["--limit", "max_tension=120 kg"], ["--limit max_tension", "'kg' is no unit"]),
+        (["--limit", "max_tension"], ["METRIC=VALUE"]),
+        (["--fail-on-limit"], ["--fail-on-limit", "no limit", "heat.permissible"]),
+    ],
+)
+def test_bad_limits_are_one_input_error_and_write_nothing(capsys, scenario, command, arguments, words, tmp_path):
+    code, out, err = call(capsys, command, scenario, *arguments, "--json", "--out", str(tmp_path / "x"))
+    assert (code, out) == (2, "")
+    assert all(word in err for word in words)
+    assert "1 fault" in err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_failed_run_is_1_whatever_its_limits(capsys, scenario):
+    code, out, _ = call(capsys, "run", scenario, "--max-steps", "8", "--limit", "max_tension=1", "--fail-on-limit")
+    assert code == 1
+    assert "max_tension exceeded" in out
+
+
 def test_reproduce(capsys):
     code, out, _ = call(capsys, "reproduce", "--json")
     rows = json.loads(out)

@@ -60,7 +60,7 @@ HOUSE = {
         {"_report", "_rubbing"},
         {"_result"},
         {"_lining_view", "_measure", "_overlap", "_simulate"},
-        {"_cyclic", "_prepare"},
+        {"_cyclic", "_limits", "_prepare"},
     ],
     "_layouts": [
         {"_layout_report", "_layout_targets", "_least_tension_report"},
@@ -148,11 +148,12 @@ HOUSE = {
     ],
     "_pages": [
         {"_gallery", "_html_parts", "_html_scene"},
-        {"_export", "_html_limits", "_html_pictures"},
+        {"_export", "_html_pictures"},
         {"_html_report"},
     ],
     "_commands": [
-        {"_cli_completion", "_cli_options", "_compare_run", "_console", "_report_run", "_validate_run"},
+        {"_cli_completion", "_cli_options", "_compare_run", "_console", "_validate_run"},
+        {"_report_run"},
         {
             "_calibrate_run",
             "_cli_life",

@@ -20,13 +20,13 @@ from simbrake._base._progress import Waiting
 from simbrake._base._whole import whole_file
 from simbrake._commands._report_run import report_run, title_of
 from simbrake._pages._gallery import DUTY, PICTURES
-from simbrake._pages._html_limits import limits_of, read_limits
-from simbrake._pages._html_parts import EVENTS, event_counts, event_rows, ledger
+from simbrake._pages._html_parts import EVENTS, event_counts, event_rows, ledger, verdict
 from simbrake._pages._html_pictures import draw
 from simbrake._pages._html_report import _scene_text as contents_of_scene
 from simbrake._pages._html_report import contents, render
 from simbrake._results._error_estimate import repeat
 from simbrake._run._edit import with_values
+from simbrake._run._limits import limit_checks, read_limits
 
 VOID = {"meta", "img", "br", "wbr", "link", "hr", "input"}
 NASTY = "<script>alert(1)</script>"
@@ -178,7 +178,7 @@ def test_failure_is_shown_with_its_message():
     assert "Failed: event_limit" in page.words
     assert "the event limit was reached before the end time" in page.words
     assert "raise max_events" in page.words
-    assert "kept so far" in page.words
+    assert "within limit so far" in page.words
     assert "was not repeated" in page.words
     assert "The run over time" in page.words
 
@@ -191,38 +191,72 @@ def test_failure_at_the_start_has_a_page():
     assert "img" not in page.tags
 
 
-def test_permissible_temperature_passed_and_kept(hot):
+def checks_of(result, **limits):
+    return {check.name: check for check in limit_checks(result, limits)}
+
+
+def test_permissible_temperature_exceeded_and_within(hot):
     bound = float(hot.scene.heat.permissible)
     event = next(event for event in hot.events if event.name == "permissible_temperature")
-    first = limits_of(hot, hot.summary(), {})[0]
-    assert first.verdict == "passed"
-    assert float(first.permissible.si) == bound == 304.0
+    first = checks_of(hot)["peak_lining_temperature"]
+    assert first.verdict == "exceeded"
+    assert first.limit == bound == 304.0
     # all heat stays in the lump: the balance of energy without load
-    assert float(first.found.si) == pytest.approx(300.0 + 0.5 * 800 * 20.0**2 / 2e4, rel=1e-6)
-    assert f"first passed at {number(event.time, 's')}" in first.words
+    end = 300.0 + 0.5 * 800 * 20.0**2 / 2e4
+    assert first.value == pytest.approx(end, rel=1e-6)
+    assert first.margin == pytest.approx(304.0 - end, rel=1e-4)
+    assert f"first exceeded at {number(event.time, 's')}" in first.note
     cool = sb.simulate(with_values(hot.scene, {"heat.permissible": 309.0}))
-    kept = limits_of(cool, cool.summary(), {})[0]
-    assert kept.verdict == "kept"
-    assert limits_of(cool, cool.summary(), {"peak_lining_temperature": 305.0})[0].verdict == "passed"
+    assert checks_of(cool)["peak_lining_temperature"].verdict == "within limit"
+    assert checks_of(cool, peak_lining_temperature=305.0)["peak_lining_temperature"].verdict == "exceeded"
     above = sb.simulate(with_values(hot.scene, {"heat.permissible": 290.0}))
-    assert "above it from the start" in limits_of(above, above.summary(), {})[0].words
+    assert "above it from the start" in checks_of(above)["peak_lining_temperature"].note
     page = Page(sb.report(cool, check=False))
     assert "35.85 °C" in page.words  # 309 K
     assert "Stored in rim" not in page.words  # nothing went there
 
 
-def test_limits_of_ones_own(run):
-    summary = run.summary()
-    peak = summary["metrics"]["max_tension"]
-    verdicts = {row.what: row.verdict for row in limits_of(run, summary, {"max_tension": peak * (1 + 1e-9)})}
-    assert verdicts["Greatest tension of the band"] == "kept"
-    assert verdicts["Greatest load on a lining"] == "no limit"
-    assert verdicts["Permissible temperature of the linings"] == "not examined"
-    rows = limits_of(run, summary, {"max_tension": peak * (1 - 1e-9), "stopping_time": 100.0})
-    assert {row.what: row.verdict for row in rows}["Greatest tension of the band"] == "passed"
-    never = sb.simulate(stop_scene(end=0.3))
-    row = limits_of(never, never.summary(), {"stopping_time": 100.0})[-1]
-    assert (row.verdict, row.words) == ("passed", "did not happen in this run")
+def test_limits_of_the_user(run):
+    peak = run.summary()["metrics"]["max_tension"]
+    found = checks_of(run, max_tension=peak * (1 + 1e-9))
+    assert found["max_tension"].verdict == "within limit"
+    assert found["max_normal_load"].verdict == "no limit"
+    assert found["max_normal_load"].margin is None
+    assert found["peak_lining_temperature"].verdict == "not evaluated"
+    found = checks_of(run, max_tension=peak - 500.0, stopping_time=100.0)
+    assert found["max_tension"].verdict == "exceeded"
+    assert found["max_tension"].margin == pytest.approx(-500.0)
+    assert found["stopping_time"].margin == pytest.approx(100.0 - run.metrics["stopping_time"])
+    never = checks_of(sb.simulate(stop_scene(end=0.3)), stopping_time=100.0)["stopping_time"]
+    assert (never.verdict, never.note) == ("exceeded", "did not happen in this run")
+    failed = checks_of(sb.simulate(stop_scene(), max_events=2, throw=False), stopping_time=100.0)["stopping_time"]
+    assert (failed.verdict, failed.value, failed.margin) == ("not evaluated", None, None)
+
+
+def test_heading_says_what_is_exceeded(run):
+    """Red and in words with value, limit and margin, however well the run stopped; green while all is within limit."""
+    peak = run.metrics["max_tension"]
+    low = verdict(run, run.summary(), limit_checks(run, {"max_tension": peak - 1000.0}))
+    assert (low.kind, low.status) == ("bad", "stopped, limit exceeded")
+    limit = number(peak - 1000.0, "N")
+    assert f"Greatest tension of the band {number(peak, 'N')}, limit {limit}, exceeded by 1 kN" in low.text
+    high = verdict(run, run.summary(), limit_checks(run, {"max_tension": peak + 1.0}))
+    assert (high.kind, high.status) == ("good", "stopped")
+    text = sb.report(run, check=False, limits={"max_tension": peak - 1000.0})
+    assert '<div class="verdict bad"' in text
+    assert '<span class="badge bad">exceeded</span>' in text
+    assert "−1 kN" in Page(text).words
+
+
+def test_runaway_is_a_red_heading_with_both_torques():
+    result = sb.simulate(stop_scene(load=1e5, end=0.3))
+    text = sb.report(result, check=False)
+    assert '<div class="verdict bad"' in text
+    words = Page(text).words
+    assert "Runaway" in words
+    assert "load torque 100 kN·m" in words
+    assert "Load torque at the end100 kN·m" in words.replace(" 100", "100")
+    assert "Torque of the sliding brake at the end" in words
 
 
 def test_pressure_is_load_over_area(run):
@@ -231,8 +265,8 @@ def test_pressure_is_load_over_area(run):
     linings = sb.Lining(scene.brake.linings.friction, scene.brake.linings.angle, area)
     brake = sb.Brake(scene.brake.pulley, scene.brake.band, linings)
     result = sb.simulate(sb.Scene(brake, scene.duty, scene.initial, scene.end_time))
-    row = next(r for r in limits_of(result, result.summary(), {"max_pressure": 1e5}) if "pressure" in r.what)
-    assert float(row.found.si) == pytest.approx(result.metrics["max_normal_load"] / area, rel=1e-6)
+    value = checks_of(result, max_pressure=1e5)["max_pressure"].value
+    assert value == pytest.approx(result.metrics["max_normal_load"] / area, rel=1e-6)
 
 
 def test_all_faults_of_the_options_at_once(run):
@@ -346,6 +380,7 @@ def test_command(capsys, tmp_path):
     said = json.loads(capsys.readouterr().out)
     assert said["status"] == "stopped"
     assert said["written"] == str(out)
+    assert said["limits"][0]["verdict"] == "exceeded"
     page = Page(out.read_text("utf-8"))
     assert "A stop by hand" in page.words
     assert "my_scene.py" in page.words
@@ -357,7 +392,7 @@ def test_command(capsys, tmp_path):
         report_run(stop_scene(), file, out, limit=wrong)
     said = str(caught.value)
     assert len(caught.value.faults) == 4
-    assert "'120 kg': 'kg' is no unit of greatest permissible value, which is in N" in said
+    assert "--limit max_tension: '120 kg': 'kg' is no unit of limit, which is in N" in said
     assert "stopping_time: is given twice" in said
     with pytest.raises(sb.InputError, match="is a folder"):
         report_run(stop_scene(), file, tmp_path)

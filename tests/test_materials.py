@@ -164,7 +164,7 @@ def test_the_greatest_work_in_closed_form_and_as_a_level():
     assert [row["friction_work"].value for row in found] == pytest.approx(works, rel=1e-11)
     assert found[1]["stress_ratio"].value == pytest.approx(1.0, rel=1e-9)
     assert [row.admissible for row in (found[0], found[2])] == [True, False]
-    assert found[2].fails == ("stress 1.00 of the permissible",)
+    assert found[2].fails == ("stress 1.00 × allowable stress",)
     for row in found:
         assert row.greatest_work == pytest.approx(stressed.greatest_work, rel=1e-9)
 

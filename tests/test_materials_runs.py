@@ -99,8 +99,8 @@ def test_materials_with_slopes_and_without_are_one_program():
 def test_the_table_its_numbers_and_labelled_data():
     table = compared(["steel_20L", "brass"], ["FK-24A", "retinax"], energy=[2e5, 4e6])
     text = str(table)
-    assert text.count("admissible") >= 4
-    assert "of the permissible" in text
+    assert text.count("within limits") >= 4
+    assert "× allowable stress" in text
     assert "classical stop of 4000 kJ" in text
     told = json.loads(json.dumps(table.as_dict(), allow_nan=False))
     assert len(told["rows"]) == 8
@@ -152,6 +152,10 @@ def test_the_command(capsys, scenarios, tmp_path, monkeypatch):
     assert code == 0
     assert [level["label"] for level in told["levels"]] == ["initial.omega = 12.5664 rad/s", "initial.omega = 24 rad/s"]
     assert len(told["rows"]) == 4
+    # brass is over its allowable stress at 12 MJ, cast iron alone bears 100 kJ
+    assert call(capsys, *command, "--energy", "12 MJ", "--fail-on-limit")[0] == 3
+    assert call(capsys, *command, "--energy", "12 MJ")[0] == 0
+    assert call(capsys, *command[:3], "--rim", "cast_iron", "--energy", "100 kJ", "--fail-on-limit")[0] == 0
     for wrong, word in (
         (["--rim", "wood"], "no rim material 'wood'"),
         (["--energy", "lots"], "friction works, as in"),

@@ -73,13 +73,16 @@ def test_what_the_run_keeps_is_its_friction_heat_less_what_the_air_takes(run):
 
 def test_numbers_of_the_user_come_before_those_of_the_scene(run):
     found = sb.synthesize(run, sb.EstimateData(rim_thickness=0.05), permissible=sb.Permissible(lining=300.0, power=1.0))
-    assert found.limits["margin, face of the linings"] == "passed"
-    assert found.limits["margin, power load"] == "passed"
-    assert found.limits["margin, back of the linings"] == "kept"
+    assert found.limits["margin, face of the linings"] == "exceeded"
+    assert found.limits["margin, power load"] == "exceeded"
+    assert found.limits["margin, back of the linings"] == "within limit"
     inputs = {i.name: (i.value, i.source) for i in found.inputs}
     assert inputs["rim_thickness"] == (0.05, "given")
     assert inputs["lining_permissible"] == (300.0, "given")
-    assert sb.synthesize(run, permissible=sb.Permissible(lining=1e3)).limits["margin, face of the linings"] == "kept"
+    assert (
+        sb.synthesize(run, permissible=sb.Permissible(lining=1e3)).limits["margin, face of the linings"]
+        == "within limit"
+    )
 
 
 @pytest.fixture(scope="module")
@@ -204,7 +207,9 @@ def test_options_change_the_inputs(call, scenarios):
     rows = {row["name"]: row for row in json.loads(out)}
     assert rows["conductivity, rim"]["value"] == 50.0
     assert rows["share into the rim"]["value"] == rows["share into the rim, transmission"]["value"]
-    assert rows["margin, face of the linings"]["verdict"] == "passed"
+    assert rows["margin, face of the linings"]["verdict"] == "exceeded"
+    assert call(scenarios / "u2_5_5_stop.toml", "--no-run", *given, "--fail-on-limit")[0] == 3
+    assert call(scenarios / "u2_5_5_stop.toml", "--no-run", "--fail-on-limit")[0] == 0
     assert rows["stopping angle"]["value"] == pytest.approx(by_hand()["stopping angle"] * (30 / 24) ** 2)
 
 

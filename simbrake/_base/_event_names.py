@@ -25,7 +25,7 @@ EVENTS = {
     "restick": EventMeaning("the slip speed came to 0 while the pulley turns", "elastic band, chain"),
     "stop": EventMeaning("the pulley came to rest and is held", _ANY),
     "restart": EventMeaning(
-        "the load passed the static limit of a brake at rest, or the grip fell below the load", _ANY
+        "the load exceeded the static limit of a brake at rest, or the grip fell below the load", _ANY
     ),
     "release": EventMeaning("`T_0` fell to 0, the band is open", _NO_CHAIN),
     "internal_slip": EventMeaning("the linings begin to slide on the rim", _STAGED),
@@ -39,7 +39,7 @@ EVENTS = {
     "lining_external_slip": EventMeaning("lining `i` lets go of the band", _RESOLVED),
     "lining_external_stick": EventMeaning("lining `i` comes to rest on the band", _RESOLVED),
     "permissible_temperature": EventMeaning(
-        "the surface of the linings (of lining `i`, where each has its own) passed `Heat.permissible`; a mark", _HEAT
+        "the surface of the linings (of lining `i`, where each has its own) exceeded `Heat.permissible`; a mark", _HEAT
     ),
     "grip_lost": EventMeaning(
         "sliding, while the lever is not being released, the brake no longer outweighs the load; a mark",

@@ -188,7 +188,7 @@ def criteria(values: dict[str, float], rim: RimMaterial, lining: LiningMaterial)
         words = f"{of} {values[key] - _ZERO:.0f} °C over {limit - _ZERO:.0f} °C"
         return Criterion(name, values[key] / limit, words)
 
-    stress = f"stress {values['stress_ratio']:.2f} of the permissible"
+    stress = f"stress {values['stress_ratio']:.2f} × allowable stress"
     return [
         hot("rim temperature", "surface", rim.permissible, "rim"),
         hot("lining temperature", "lining_surface", lining.permissible, "lining"),

@@ -36,7 +36,7 @@ class MaterialRow:
 
     - `level`: index of the level; `rim`, `lining`: names; `row["surface"]` is one quantity, its estimate (`value`)
       and the `simulated` number; names as in `quantities`
-    - `fails`: why the pair is not admissible, by the simulated number where there is one; empty if it is
+    - `fails`: limits that the pair exceeds, by the simulated number where there is one; empty if it is within all
     - `greatest_work` (J): of one braking that the pair bears by the estimates; `ends`: what ends it
     """
 
@@ -171,7 +171,8 @@ class MaterialComparison:
                 one = row[c.name]
                 value = one.best if c.simulated is None else one.simulated if c.simulated else one.value
                 line += f" {'' if value is None else c.shape(value):>8}"
-            lines.append(f"{line}  {'; '.join(row.fails) if row.fails else 'admissible'}")
+            verdict = f"exceeded: {'; '.join(row.fails)}" if row.fails else "within limits"
+            lines.append(f"{line}  {verdict}")
         return lines
 
 

@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 
+from .._run._limits import LimitVerdict
 from .._run._series import Series
 from ._estimate_basis import Basis
 from ._estimate_report import EstimateRow
@@ -239,8 +240,9 @@ def _limits(c: Chain, rows: dict[str, SynthesisRow]) -> list[SynthesisRow]:
 
 
 def _verdict(left: float, shown: float | None) -> str:
-    """`kept` or `passed` by the estimate, and what the run says where that is something else."""
-    word = "kept" if left >= 0 else "passed"
-    if shown is None or (shown >= 0) == (left >= 0):
-        return word
-    return f"{word}, in the run {'kept' if shown >= 0 else 'passed'}"
+    """Within limit or exceeded by the estimate, and what the run says where that is something else."""
+    by_estimate, by_run = (
+        None if margin is None else LimitVerdict.WITHIN if margin >= 0 else LimitVerdict.EXCEEDED
+        for margin in (left, shown)
+    )
+    return f"{by_estimate}" if by_run in (None, by_estimate) else f"{by_estimate}, in the run {by_run}"

@@ -41,7 +41,7 @@ class Number(NamedTuple):
 class SynthesisRow(EstimateRow):
     """A figure of one step: an `EstimateRow` with its `step` (1…12) and the `numbers` put into the formula.
 
-    `verdict`, of a permissible limit: `kept` or `passed` by the estimate, and by the run where there is one.
+    `verdict`, of a permissible limit: `within limit` or `exceeded` by the estimate, and by the run where that differs.
     """
 
     step: int = 0
@@ -107,6 +107,12 @@ class Synthesis:
     def limits(self) -> dict[str, str]:
         """Name of every permissible limit that was looked at → its verdict."""
         return {row.name: row.verdict for row in self.rows if row.verdict}
+
+    @property
+    def exceeded(self) -> list[str]:
+        """Names of the limits that the estimate or the run exceeds: their margin is below 0."""
+        margins = [row for row in self.rows if row.verdict]
+        return [row.name for row in margins if row.value < 0 or (row.simulated is not None and row.simulated < 0)]
 
     def as_list(self) -> list[dict[str, Any]]:
         """Every figure as numbers and words; numbers that are not finite are `None`."""

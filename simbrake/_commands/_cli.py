@@ -1,4 +1,7 @@
-"""The command line. Exit codes: 0 the run reached its end, 1 it failed, 2 the input is wrong."""
+"""The command line.
+
+Exit codes: 0 the run reached its end, 1 it failed, 2 the input is wrong, 3 a limit is exceeded (`--fail-on-limit`).
+"""
 
 import json
 import sys
@@ -11,11 +14,15 @@ from ._cli_completion import OUTPUT, Shell, write_completion
 from ._cli_life import life
 from ._cli_materials import materials
 from ._cli_options import (
+    FailOnLimit,
     Json,
+    Limits,
     Rtol,
     Scenario,
     Set,
-    limit,
+    exit_code,
+    limit_lines,
+    limits_asked,
     nobody_reads,
     opened,
     prepare_jax,
@@ -23,6 +30,7 @@ from ._cli_options import (
     say,
     tolerance,
 )
+from ._cli_options import limit as limit_of
 from ._cli_results import animate, compare, estimates, report
 from ._cli_scene import scene
 from ._cli_studies import calibrate, sensitivity, sweep
@@ -53,7 +61,8 @@ app = cyclopts.App(
     * A page to pass on: `simbrake report mine.toml`
     """,
     help_format="markdown",
-    help_epilogue="Exit codes: 0 the run reached its end; 1 it failed, with a named code; 2 the input is wrong.",
+    help_epilogue="Exit codes: 0 the run reached its end; 1 it failed, with a named code; 2 the input is wrong; "
+    "3 a limit is exceeded (only with --fail-on-limit).",
     version=_version,
 )
 
@@ -81,6 +90,8 @@ def run(
     out: Path | None = None,
     json_: Json = False,
     set_: Set = None,
+    limit: Limits = None,
+    fail_on_limit: FailOnLimit = False,
     rtol: Rtol = 1e-10,
     max_steps: int | None = None,
     max_events: int = 10_000,
@@ -92,29 +103,38 @@ def run(
     out
         Folder for every picture of the run, the series (CSV), the result as labelled data (netCDF) and the summary.
     json_
-        Print the summary as JSON, alone on stdout.
+        Print the summary and the limits as JSON, alone on stdout.
     max_steps
         Step attempts allowed.
     max_events
         Events allowed.
     """
     prepare_jax()
+    from .._base._faults import InputError
     from .._base._progress import Waiting
+    from .._run._limits import limit_checks
     from .._run._simulate import simulate
 
-    limits = {"rtol": tolerance(rtol), "max_events": limit(max_events), "max_steps": limit(max_steps)}
-    scene = opened(scenario, set_, out, **limits)
+    options = {"rtol": tolerance(rtol), "max_events": limit_of(max_events), "max_steps": limit_of(max_steps)}
+    scene = opened(scenario, set_, out, **options)
+    limits, faults = limits_asked(scene, limit, fail_on_limit)
+    if faults:
+        raise InputError(faults)
     with Waiting("run", "compiles") as told:
         given: dict[str, Any] = {"max_steps": max_steps, "max_events": max_events}
         result = simulate(scene, rtol=rtol, **given, throw=False, progress=told)
         told.now("sums up")
-        text = json.dumps(result.summary(), indent=2, allow_nan=False) if json_ else str(result)
+        checks = limit_checks(result, limits)
+        told_limits = [check.as_dict() for check in checks if check.limit is not None]
+        text = "\n".join([str(result), *limit_lines(checks)])
+        if json_:
+            text = json.dumps({**result.summary(), "limits": told_limits}, indent=2, allow_nan=False)
     say(text)
     if out is not None:
         from .._pages._export import write
 
         print_written(write(result, out, None), json_)
-    return 0 if result.ok else 1
+    return exit_code(result.ok, checks, fail_on_limit)
 
 
 @app.command

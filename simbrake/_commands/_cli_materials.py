@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
-from ._cli_options import Json, Many, Rtol, Scenario, Set, opened, prepare_jax, print_written, tolerance
+from ._cli_options import LIMIT_EXCEEDED, Json, Many, Rtol, Scenario, Set, opened, prepare_jax, print_written, tolerance
 
 _FORMS = 'friction works, as in "400 kJ, 800 kJ", or a number of the scene, as in "initial.omega=12,24"'
 
@@ -20,6 +20,7 @@ def materials(
     lining: Many = None,
     run: bool = True,
     inertia: bool = False,
+    fail_on_limit: Annotated[bool, Parameter(name="--fail-on-limit", negative="")] = False,
     out: Annotated[Path | None, Parameter(name=["--out", "-o"])] = None,
     set_: Set = None,
     rtol: Rtol = 1e-10,
@@ -41,6 +42,8 @@ def materials(
         Simulate each combination as well, where the scene's heat has a rim in layers; without it estimates alone.
     inertia
         Let the pulley's inertia follow the mass of its rim.
+    fail_on_limit
+        Exit with code 3 if a pair exceeds a permissible temperature or stress of its materials.
     out
         Chart of the comparison (.png, .svg or .pdf).
     json_
@@ -73,7 +76,7 @@ def materials(
 
         plot.materials(found).savefig(out, dpi=120)
         print_written([out], json_)
-    return 0
+    return LIMIT_EXCEEDED if fail_on_limit and not all(row.admissible for row in found) else 0
 
 
 def _energy(scene: Any, text: str) -> Any:

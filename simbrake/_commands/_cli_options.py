@@ -15,6 +15,15 @@ _SET = 'PATH=VALUE: override a number of the scene (SI, or with its unit), as "d
 Set = Annotated[list[str] | None, Parameter(name="--set", negative="", consume_multiple=False, help=_SET)]
 Rtol = Annotated[float, Parameter(help="Relative tolerance of the integration.")]
 Json = Annotated[bool, Parameter(name="--json", negative="")]
+_LIMIT = (
+    'METRIC=VALUE: greatest permissible value (SI, or with its unit), as "max_tension=120 kN" or '
+    '"peak_rim_temperature=450 degC"; of a metric or max_pressure; may be repeated.'
+)
+Limits = Annotated[list[str] | None, Parameter(name="--limit", negative="", consume_multiple=False, help=_LIMIT)]
+_FAIL = "Exit with code 3 if a limit is exceeded: one of --limit, or the permissible temperature of the scene."
+FailOnLimit = Annotated[bool, Parameter(name="--fail-on-limit", negative="", help=_FAIL)]
+#: exit code of a command that was asked to fail on a limit
+LIMIT_EXCEEDED = 3
 
 
 def _cache() -> str:
@@ -64,6 +73,31 @@ def opened(scenario: Path, set_: list[str] | None, out: Path | None, **limits: t
     if wrong:
         raise InputError(wrong)
     return with_values(open_scene(scenario), parse_assignments(set_ or []))
+
+
+def limits_asked(scene: Any, texts: list[str] | None, fail: bool) -> tuple[dict[str, float], list[Any]]:
+    """Limits of `--limit` in SI, and the faults; `--fail-on-limit` needs something that can be exceeded."""
+    from .._base._faults import Fault
+    from .._run._limits import has_limit, parse_limits
+
+    limits, faults = parse_limits(scene, texts or [])
+    if fail and not texts and not has_limit(scene, {}):
+        hint = "give --limit, or the scene a permissible temperature (heat.permissible)"
+        faults.append(Fault("--fail-on-limit", "there is no limit that could be exceeded", hint))
+    return limits, faults
+
+
+def exit_code(ok: bool, checks: list[Any], fail: bool) -> int:
+    """0 the run reached its end, 1 it failed, 3 it exceeded a limit and was asked to say so."""
+    from .._run._limits import LimitVerdict
+
+    exceeded = any(check.verdict == LimitVerdict.EXCEEDED for check in checks)
+    return 1 if not ok else LIMIT_EXCEEDED if fail and exceeded else 0
+
+
+def limit_lines(checks: list[Any]) -> list[str]:
+    """What a summary says of the limits that there are."""
+    return [f"limit    {check}" for check in checks if check.limit is not None]
 
 
 def tolerance(rtol: float) -> tuple[float, bool, str]:

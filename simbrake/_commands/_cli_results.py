@@ -6,7 +6,19 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from ._cli_options import Json, Many, Rtol, Scenario, Set, opened, prepare_jax, print_written, tolerance
+from ._cli_options import (
+    FailOnLimit,
+    Json,
+    Limits,
+    Many,
+    Rtol,
+    Scenario,
+    Set,
+    opened,
+    prepare_jax,
+    print_written,
+    tolerance,
+)
 
 
 def compare(a: Path, b: Path, /, *, rtol: float = 1e-9, json_: Json = False) -> int:
@@ -36,7 +48,8 @@ def report(
     *,
     out: Annotated[Path | None, Parameter(name=["--out", "-o"])] = None,
     sensitivity: Many = None,
-    limit: Many = None,
+    limit: Limits = None,
+    fail_on_limit: FailOnLimit = False,
     check: bool = True,
     set_: Set = None,
     rtol: Rtol = 1e-10,
@@ -50,20 +63,17 @@ def report(
         The page; by default the scene's name with .html in the working folder. An existing one is replaced whole.
     sensitivity
         Metric whose derivatives by every number are shown; may be repeated.
-    limit
-        METRIC=VALUE: greatest permissible value (SI, or with its unit), as "max_tension=120 kN" or
-        "peak_rim_temperature=450 degC"; of a metric or max_pressure; may be repeated.
     check
         Run a second time at another tolerance, to say how accurate the first run is.
     json_
-        Print {status, message, written} as JSON, alone on stdout.
+        Print {status, message, written, limits} as JSON, alone on stdout.
     """
     prepare_jax()
     from ._report_run import report_run
 
     scene = opened(scenario, set_, None, rtol=tolerance(rtol))
-    options = {"sensitivity": sensitivity or [], "limit": limit or [], "check": check, "rtol": rtol, "json_": json_}
-    return report_run(scene, scenario, out, **options)
+    options = {"sensitivity": sensitivity or [], "limit": limit or [], "fail_on_limit": fail_on_limit}
+    return report_run(scene, scenario, out, **options, check=check, rtol=rtol, json_=json_)
 
 
 def animate(

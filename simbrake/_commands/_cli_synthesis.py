@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
-from ._cli_options import Json, Many, Rtol, Scenario, Set, opened, prepare_jax, print_written, tolerance
+from ._cli_options import LIMIT_EXCEEDED, Json, Many, Rtol, Scenario, Set, opened, prepare_jax, print_written, tolerance
 
 
 def synthesize(
@@ -18,6 +18,7 @@ def synthesize(
     out: Annotated[Path | None, Parameter(name=["--out", "-o"])] = None,
     given: Many = None,
     transmission: Annotated[bool, Parameter(negative="")] = False,
+    fail_on_limit: Annotated[bool, Parameter(name="--fail-on-limit", negative="")] = False,
     set_: Set = None,
     rtol: Rtol = 1e-10,
     json_: Json = False,
@@ -38,6 +39,8 @@ def synthesize(
         name, as rim=cast_iron, or a limit, as "permissible.back=130 degC"; may be repeated.
     transmission
         Take the share into the rim by heat transmission (S-41) instead of the scene's law or effusivities.
+    fail_on_limit
+        Exit with code 3 if the estimate or the run exceeds a permissible limit of step 12.
     json_
         Print the figures as JSON, alone on stdout: a list of {step, name, formula, value, unit, simulated, …}.
     """
@@ -64,7 +67,9 @@ def synthesize(
         with whole_file(out) as path:
             path.write_text((figures if json_ or out.suffix == ".json" else str(found)) + "\n", "utf-8")
         print_written([out], json_)
-    return 0 if result is None or result.ok else 1
+    if result is not None and not result.ok:
+        return 1
+    return LIMIT_EXCEEDED if fail_on_limit and found.exceeded else 0
 
 
 def _asked(scenario: Path, set_: Set, given: Many, out: Path | None, rtol: float) -> tuple[Any, Any, Any]:

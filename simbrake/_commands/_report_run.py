@@ -8,11 +8,12 @@ from typing import Any
 
 from .._base._faults import Fault, InputError
 from .._base._progress import Waiting
-from .._pages._html_limits import read_limits
 from .._pages._html_report import report
 from .._parts._scene import Scene
+from .._run._limits import limit_checks
 from .._run._measure import check_metrics
 from .._run._simulate import simulate
+from ._cli_options import exit_code, limit_lines, limits_asked
 
 
 def page_of(file: Path) -> Path:
@@ -42,16 +43,17 @@ def report_run(
     *,
     sensitivity: Sequence[str] = (),
     limit: Sequence[str] = (),
+    fail_on_limit: bool = False,
     check: bool = True,
     rtol: float = 1e-10,
     json_: bool = False,
 ) -> int:
     """Runs the scene of `file`, writes its page and says where; the exit code: 0 the run reached its end, 1 it failed.
 
-    - `limit`: texts `METRIC=VALUE`, in SI or with a unit.  The page is written in either case; faults raise
-      `InputError` before anything is run
+    - `limit`: texts `METRIC=VALUE`, in SI or with a unit; a limit that is exceeded is said, and makes the exit code 3
+      with `fail_on_limit`.  The page is written in either case; faults raise `InputError` before anything is run
     """
-    limits = _checked(scene, sensitivity, limit)
+    limits = _checked(scene, sensitivity, list(limit), fail_on_limit)
     out = page_of(file) if out is None else out
     if out.is_dir():
         raise InputError([Fault("--out", f"{out} is a folder", "give the name of a page, as in report.html")])
@@ -61,28 +63,21 @@ def report_run(
     with Waiting("report", "compiles the run") as told:
         result = simulate(scene, rtol=rtol, throw=False, progress=told)
         report(result, out, title=title_of(file, text), files=files, progress=told, **options)
+        checks = limit_checks(result, limits)
     said: dict[str, Any] = {"status": result.status, "message": result.message, "written": str(out)}
-    print(json.dumps(said, indent=2) if json_ else f"{result.status}: {result.message}\nwritten  {out}")
-    return 0 if result.ok else 1
+    said["limits"] = [check.as_dict() for check in checks if check.limit is not None]
+    lines = [f"{result.status}: {result.message}", *limit_lines(checks), f"written  {out}"]
+    print(json.dumps(said, indent=2, allow_nan=False) if json_ else "\n".join(lines))
+    return exit_code(result.ok, checks, fail_on_limit)
 
 
-def _checked(scene: Scene, sensitivity: Sequence[str], limit: Sequence[str]) -> dict[str, float]:
-    """Limits by metric. Raises one `InputError` with the faults of both options."""
-    faults: list[Fault] = []
-    given: dict[str, str] = {}
-    for text in limit:
-        name, _, value = (part.strip() for part in text.partition("="))
-        if not name or not value:
-            faults.append(Fault(f"--limit {text}", "is not of the form METRIC=VALUE", 'as in "max_tension=120 kN"'))
-        elif name in given:
-            faults.append(Fault(f"--limit {name}", "is given twice", "one limit each"))
-        given |= {name: value} if name and value else {}
+def _checked(scene: Scene, sensitivity: Sequence[str], limit: list[str], fail: bool) -> dict[str, float]:
+    """Limits by metric. Raises one `InputError` with the faults of all options."""
+    limits, faults = limits_asked(scene, limit, fail)
     try:
         check_metrics(scene, sensitivity)
     except InputError as error:
         faults += error.faults
-    limits, wrong = read_limits(scene, given)
-    faults += wrong
     if faults:
         raise InputError(faults)
     return limits

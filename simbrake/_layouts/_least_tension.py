@@ -216,7 +216,7 @@ def least_tension(
     - `variables`: path → (low, high); a field with many entries is free in each, `brake.linings.angle[0]` is one of it.
       The search starts from the scene's own values: a local optimum near them is found. A uniform pitch is stationary
       by symmetry: start from another one where angles are free
-    - `limits`: further metrics by name that must not be passed, `{"peak_lining_temperature": 673.15}`
+    - `limits`: limits of further metrics by name, `{"peak_lining_temperature": 673.15}`
     - `keep_wrap`: where lining angles are free, their sum stays;  `objective`: another metric to be made small
     - `tolerance`: relative change of the objective at which the search ends
 
@@ -341,7 +341,7 @@ def _report(problem: _Problem, u: np.ndarray, solution: Any, wrap: np.ndarray | 
         limits=limits,
         variables=tuple(rows),
         success=bool(solution.success) and feasible,
-        message=str(solution.message) if feasible else f"a limit is passed: {solution.message}",
+        message=str(solution.message) if feasible else f"a limit is exceeded: {solution.message}",
         iterations=int(solution.nit),
         runs=problem.runs,
         stationarity=residual,

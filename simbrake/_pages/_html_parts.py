@@ -4,9 +4,14 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from .._base._handy import Number, digits, number
+from .._run._limits import LimitCheck, LimitVerdict
 from .._run._log import Event
+from .._run._outcome import Status
 from .._run._result import Result
 from .._run._stages import STAGES
+
+#: ends of a run with the pulley at rest
+_AT_REST = (Status.STOPPED, Status.HELD)
 
 #: what the events of a run mean; a name that is not here stands for itself
 EVENTS = {
@@ -15,7 +20,7 @@ EVENTS = {
     "full_slip": "every lining slides",
     "restick": "the slip ended while the pulley turns",
     "stop": "the pulley came to rest",
-    "restart": "the load passed what the brake at rest can hold",
+    "restart": "the load exceeded what the brake at rest can hold",
     "release": "the lever let go, the band is open",
     "internal_slip": "the linings begin to slide on the rim",
     "internal_restick": "the linings stick to the rim again",
@@ -27,7 +32,7 @@ EVENTS = {
     "lining_internal_stick": "a lining sticks to the rim",
     "lining_external_slip": "a lining lets go of the band",
     "lining_external_stick": "a lining sticks to the band",
-    "permissible_temperature": "the linings passed their permissible temperature",
+    "permissible_temperature": "the linings exceeded their permissible temperature",
     "grip_lost": "the sliding brake no longer outweighs the load",
     "self_locking": "a lining came to lock itself",
 }
@@ -73,19 +78,61 @@ class Verdict(NamedTuple):
     text: str
 
 
-def verdict(result: Result, summary: dict[str, Any]) -> Verdict:
-    """How the run ended, with stop time, hook travel and closure."""
+def verdict(result: Result, summary: dict[str, Any], checks: Sequence[LimitCheck]) -> Verdict:
+    """How the run ended, with limits that it exceeds, stop time, hook travel and closure."""
     m, closure = summary["metrics"], summary["energy"]["closure"]
+    exceeded = [check for check in checks if check.verdict == LimitVerdict.EXCEEDED]
+    limits = [_exceeded(check) for check in exceeded]
     if not result.ok:
-        return Verdict("bad", f"failed: {summary['status']}", summary["message"])
-    words = [summary["message"]]
+        return Verdict("bad", f"failed: {summary['status']}", "; ".join([summary["message"], *limits]))
+    words = [summary["message"], *limits]
     if m["stopping_time"] is not None:
         words.append(f"stop after {number(m['stopping_time'], 's')}")
     if m["hook_travel"] is not None:
         words.append(f"hook travel {number(m['hook_travel'], 'm')}")
     words.append(f"the energies close to {digits(closure, 2)} of the largest exchanged")
-    kind = "good" if summary["status"] in ("stopped", "held") else "open"
-    return Verdict(kind, summary["status"].replace("_", " "), "; ".join(words))
+    status = Status(summary["status"])
+    kind = "bad" if exceeded or status is Status.RUNAWAY else "good" if status in _AT_REST else "open"
+    said = status.replace("_", " ") + (", limit exceeded" if exceeded else "")
+    return Verdict(kind, said, "; ".join(words))
+
+
+def _exceeded(check: LimitCheck) -> str:
+    """A limit that is exceeded, in words."""
+    limit = number(check.limit, check.unit)
+    if check.margin is None:
+        return f"limit exceeded: {words_of(check.name)} {check.note}, limit {limit}"
+    value, over = number(check.value, check.unit), number(-check.margin, check.unit, absolute=False)
+    return f"limit exceeded: {words_of(check.name)} {value}, limit {limit}, exceeded by {over}"
+
+
+class LimitRow(NamedTuple):
+    """A limit in the table of the page; `kind` colours its verdict: `good`, `bad` or none."""
+
+    what: str
+    permissible: Number
+    found: Number
+    margin: Number
+    verdict: str
+    kind: str
+    note: str
+
+
+def limit_rows(checks: Sequence[LimitCheck]) -> list[LimitRow]:
+    """Limits for reading."""
+    kinds = {LimitVerdict.EXCEEDED: "bad", LimitVerdict.WITHIN: "good", LimitVerdict.WITHIN_SO_FAR: "good"}
+    return [
+        LimitRow(
+            words_of(check.name),
+            number(check.limit, check.unit),
+            number(check.value, check.unit),
+            number(check.margin, check.unit, absolute=False),
+            str(check.verdict),
+            kinds.get(check.verdict, ""),
+            check.note,
+        )
+        for check in checks
+    ]
 
 
 class Figure(NamedTuple):
@@ -110,6 +157,11 @@ def key_figures(summary: dict[str, Any], units: Any) -> list[Figure]:
         if f"{name}_time" in at:
             notes.append(f"at {number(at[f'{name}_time'], 's', count=4)}")
         found.append(Figure(words, number(value, units(name), count=5), ", ".join(notes)))
+    capacity = summary["capacity"]
+    if capacity is not None:
+        found.append(Figure("Load torque at the end", number(capacity["load_torque"], "N*m", count=5)))
+        words = "Torque of the sliding brake at the end"
+        found.append(Figure(words, number(capacity["brake_torque"], "N*m", count=5)))
     found.append(Figure("Friction heat", number(summary["energy"]["friction_heat"], "J", count=5)))
     return found
 

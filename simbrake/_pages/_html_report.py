@@ -13,14 +13,24 @@ from .._files._scene_file import scene_text
 from .._parts._scene import Scene
 from .._results._error_estimate import Repeat, repeat
 from .._results._provenance import provenance
+from .._run._limits import limit_checks, read_limits
 from .._run._measure import Metric, check_metrics, happened, measure, name_of, unit_of
 from .._run._result import Result
 from .._run._simulate import simulate
 from .._studies._sensitivity import Sensitivity, SensitivityTable
 from .._studies._sensitivity import sensitivity as tables_of
 from ._gallery import DUTY, lasted
-from ._html_limits import limits_of, read_limits
-from ._html_parts import METRICS, event_counts, event_rows, key_figures, ledgers, stage_rows, verdict, words_of
+from ._html_parts import (
+    METRICS,
+    event_counts,
+    event_rows,
+    key_figures,
+    ledgers,
+    limit_rows,
+    stage_rows,
+    verdict,
+    words_of,
+)
 from ._html_pictures import Drawing, draw, drawing, drawings_of
 from ._html_scene import duty_words, parts_of
 
@@ -63,7 +73,8 @@ def report(
     - `sensitivity`: metrics whose derivatives by every number of the scene are shown, with `span` as in
       `simbrake.sensitivity`; one that has no value in this run is named as such
     - `limits`: greatest permissible values of metrics (SI, or texts as "450 degC"), and of `max_pressure`, the
-      greatest mean pressure on a lining (Pa); the scene's own permissible temperature is always looked at
+      greatest mean pressure on a lining (Pa); the scene's own permissible temperature is always evaluated. The heading
+      of the page says which are exceeded
     - `title`: heading of the page;  `files`: name → text, shown at the end, such as the scene's file
     - `check`: run a second time at another tolerance, to say how accurate the first is
     - `progress`: says on stderr what is done and how long it takes: `True`, or `None` on a terminal only
@@ -102,10 +113,10 @@ def contents(
     told.now("sums up")
     scene, summary = result.scene, result.summary()
     parts = [part for part in parts_of(scene) if part.rows]
-    events = event_rows(result.events)
+    events, checks = event_rows(result.events), limit_checks(result, limits)
     return {
         "title": title or _name(scene),
-        "verdict": verdict(result, summary),
+        "verdict": verdict(result, summary, checks),
         "figures": key_figures(summary, unit_of),
         "parts": [part for part in parts if not part.path.startswith("heat")],
         "thermal_parts": [part for part in parts if part.path.startswith("heat")],
@@ -118,7 +129,7 @@ def contents(
         "stages": stage_rows(summary),
         "absent_stages": summary.get("absent_stages", []),
         "ledgers": ledgers(result, summary),
-        "limits": limits_of(result, summary, limits),
+        "limits": limit_rows(checks),
         "warnings": summary["warnings"],
         "solver": summary["solver"],
         "accuracy": {

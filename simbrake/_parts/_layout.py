@@ -18,7 +18,7 @@ def _root(function: Callable[[float], float], low: float, high: float) -> float:
 
 
 class InfeasibleLayout(ValueError):
-    """No such layout exists; the message says which limit is passed and where."""
+    """No such layout exists; the message says which limit is exceeded and where."""
 
 
 @dataclasses.dataclass(frozen=True)

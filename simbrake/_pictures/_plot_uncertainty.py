@@ -43,7 +43,7 @@ def distribution(found: Uncertainty, metric: Metric, *, figure: Figure | None = 
     if limit is not None and np.ndim(limit) == 0:
         reason = next(f for words, f in found.failures.items() if words.startswith(f"{name} > "))
         p = reason.probability
-        words = f"limit, passed with probability {p.value:.3g} [{p.low:.2g}, {p.high:.2g}]"
+        words = f"limit, exceeded with probability {p.value:.3g} [{p.low:.2g}, {p.high:.2g}]"
         for panel in (density, cumulative):
             panel.axvline(factor * float(limit) + offset, color="tab:red", ls="--", label=words)
         density.legend(loc="best", fontsize=8)

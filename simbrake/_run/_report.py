@@ -240,6 +240,11 @@ class Report:
             "of the sliding brake under the greatest slack tension"
         ]
 
+    def _locked(self) -> list[str]:
+        """Linings that came to lock themselves in the run; those that do from the start are told by the scene."""
+        times = [event.time for event in self.events if event.name == "self_locking"]
+        return [f"self_locking: a lining came to lock itself, first at {min(times):.6g} s"] if times else []
+
     def _capacity(self) -> dict[str, Any] | None:
         """Load and capacity at the end, where the pulley still turns."""
         if self.result.status not in (Status.NOT_STOPPED, Status.RUNAWAY):
@@ -258,6 +263,7 @@ class Report:
                 *warnings(r.scene),
                 *plausibility(r.scene, metrics.get("peak_rim_temperature")),
                 *self._shortage(),
+                *self._locked(),
             ],
             "events": [event.as_dict() for event in self.events],
             "metrics": metrics,

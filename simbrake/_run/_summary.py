@@ -37,6 +37,14 @@ def _grouped(events: list[dict[str, Any]]) -> str:
     return ", ".join(shown) if shown else "none"
 
 
+#: events that change no mode, in words
+_MARKS = {
+    "permissible_temperature": "permissible temperature exceeded",
+    "grip_lost": "grip lost",
+    "self_locking": "self-locking",
+}
+
+
 def _heat_lines(summary: dict[str, Any]) -> list[str]:
     m, e, at = summary["metrics"], summary["energy"], summary["at"]
     if "heat_stored" not in e:
@@ -44,14 +52,14 @@ def _heat_lines(summary: dict[str, Any]) -> list[str]:
     names = {"peak_rim_temperature": "rim", "peak_lining_temperature": "linings", "peak_band_temperature": "band"}
     names["peak_lining_outer_temperature"] = "linings outside"
     hot = [f"{w} {m[k] - 273.15:.5g} °C at {at[f'{k}_time']:.6g} s" for k, w in names.items() if m.get(k) is not None]
-    passed = []
-    for name in ("permissible_temperature", "grip_lost", "self_locking"):
+    marks = []
+    for name, words in _MARKS.items():
         times = [event["time"] for event in summary["events"] if event["name"] == name]
         if times:
             often = "once, " if len(times) == 1 else f"{len(times)} times, first "
-            passed.append(f"{name.replace('_', ' ')} {often}at {min(times):.6g} s")
+            marks.append(f"{words} {often}at {min(times):.6g} s")
     return [
-        *([f"passed   {', '.join(passed)}"] if passed else []),
+        *([f"marks    {', '.join(marks)}"] if marks else []),
         f"hottest  {', '.join(hot)}" if hot else "hottest  the scene names no rim, linings or band",
         f"heat     to metal {_kilo(e['heat_to_metal'], 'kJ')} + to linings {_kilo(e['heat_to_linings'], 'kJ')}"
         + (f" + to band {_kilo(e['heat_to_band'], 'kJ')}" if "heat_external" in e else "")

@@ -157,8 +157,8 @@ def uncertainty(
       points; intervals of shares and quantiles are then exact (Clopper–Pearson, order statistics)
     - `options` go to `ensemble`: client, directory, workers, chunk, rtol, solver
 
-    Failures: the run `does not stop` (asked where `stopping_time` is among the metrics), a metric passes its limit, any
-    of these. A run that failed by its code counts as each of them, as nobody knows how it would have gone on.
+    Failures: the run `does not stop` (asked where `stopping_time` is among the metrics), a metric exceeds its limit,
+    any of these. A run that failed by its code counts as each of them, as nobody knows how it would have gone on.
     Statistics are of the runs that have the metric, and say how many these are.
 
     Raises `InputError` with all faults at once, and `SimulationError` (with the runs made) if it was interrupted.
