@@ -44,7 +44,7 @@ class Capacity(NamedTuple):
     @property
     def torque(self) -> Float[Array, ""]:
         """What the brake can hold: the torque of its weaker pair (N·m)."""
-        return self.pairs.min()
+        return self.pairs.min(axis=-1)
 
     @property
     def exceeded(self) -> Bool[Array, ""]:

@@ -14,7 +14,7 @@ from .._physics._acting import AbstractBrakeSystem, Capacity
 from .._physics._chain_system import ChainSystem
 from .._physics._modes import BandMode, slips
 from .._physics._observe import stored
-from ._probe import SAMPLES, Probe, probe
+from ._probe import LANES, SAMPLES, Probe, probe
 
 _POINTS = 33  # of a finer grid around a peak
 
@@ -280,6 +280,22 @@ def end_capacity_of(record: Record) -> Capacity:
     start = np.asarray(record.rows.t)[0]
     found = _capacity_compiled(record.system, record.t_end, record.y_end, record.mode_end, start)
     return jax.tree.map(np.asarray, found)
+
+
+@functools.cache
+def _capacities_compiled() -> Any:
+    return jax.jit(jax.vmap(_capacity, in_axes=(None, 0, 0, 0, None)), compiler_options=cpu_compiler_options())
+
+
+def capacities_at(record: Record, p: Probe, index: np.ndarray) -> Capacity:
+    """Load torque and capacity of the brake of a concrete record at the samples named of a probe."""
+    start, parts = np.asarray(record.rows.t)[0], []
+    for at in np.split(index, range(LANES, len(index), LANES)):
+        padded = np.pad(at, (0, LANES - len(at)), mode="edge")  # calls of one size compile once
+        t, y, mode = jax.tree.map(lambda column, here=padded: np.asarray(column)[here], (p.t, p.y, p.mode))
+        found, used = _capacities_compiled()(record.system, t, y, mode, start), len(at)
+        parts.append(jax.tree.map(lambda leaf, n=used: np.asarray(leaf)[:n], found))
+    return jax.tree.map(lambda *leaves: np.concatenate(leaves), *parts)
 
 
 def numbers(record: Record, travel: Any) -> tuple[dict[str, Any], dict[str, Array]]:

@@ -16,7 +16,7 @@ from .._physics._acting import AbstractBrakeSystem
 from .._physics._observe import columns, lining_forces, lining_margins, passing, surfaces
 
 SAMPLES = 9  # per step, when a whole run is scanned
-_LANES = 512  # times looked at in one call of the compiled probe
+LANES = 512  # times looked at in one call of the compiled probe
 
 
 class Probe(NamedTuple):
@@ -76,13 +76,13 @@ def probe_many(record: Record, index: Any, h: Any) -> Probe:
     of times, not with that times the length of the run, and runs of any length share one compiled program.
     """
     parts, index, h = [], np.asarray(index), np.asarray(h)
-    lanes = np.arange(_LANES, dtype=np.int32)
-    for start in range(0, len(index), _LANES):
-        if len(index) > _LANES:  # somebody may be waiting
-            piece(start // _LANES, -(-len(index) // _LANES))
-        i, s = index[start : start + _LANES], h[start : start + _LANES]
+    lanes = np.arange(LANES, dtype=np.int32)
+    for start in range(0, len(index), LANES):
+        if len(index) > LANES:  # somebody may be waiting
+            piece(start // LANES, -(-len(index) // LANES))
+        i, s = index[start : start + LANES], h[start : start + LANES]
         used = len(i)
-        here, offset = (np.pad(part, (0, _LANES - used), mode="edge") for part in (i, s))
+        here, offset = (np.pad(part, (0, LANES - used), mode="edge") for part in (i, s))
         rows = jax.tree.map(lambda column, here=here: column[here], record.rows)
         out = _probe_compiled(dataclasses.replace(record, rows=rows), lanes, offset)
         parts.append(jax.tree.map(lambda leaf, n=used: np.asarray(leaf)[:n], out))

@@ -12,12 +12,12 @@ from .._hybrid import ADVANCED, FINISHED, Record
 from .._parts._driller import AbstractSpeedLever
 from .._parts._plausible import plausibility
 from .._parts._scene import warnings
-from .._physics._modes import BandMode, Label, slips
+from .._physics._modes import BandMode, Label
 from .._physics._observe import distribution, mark_names
 from .._physics._system import BrakeSystem
 from ._choice import stiffness
 from ._log import Event, Phase, event_log, marks_passed
-from ._metrics import Peak, numbers, peaks_of, polish
+from ._metrics import Peak, capacities_at, numbers, peaks_of, polish
 from ._outcome import Status
 from ._probe import SAMPLES, Probe, probe_many
 from ._stages import Stage, absent_stages, stages_of
@@ -217,16 +217,18 @@ class Report:
         return {"worn_thickness": [_finite(h) for h in np.asarray(self.result.worn_thickness)]}
 
     def _shortage(self) -> list[str]:
-        """Times before the end in which the load sped up a pulley whose brake slid under its greatest slack tension."""
+        """Times before the end in which the load exceeded what the brake gives under its greatest slack tension."""
         p, t, flows = self._probe, np.asarray(self._probe.t), self._probe.flows
         system: Any = self._record.system
         lever, pull = system.forces.lever, np.asarray(flows.lever_tension)
         greatest = float(lever.greatest()) if isinstance(lever, AbstractSpeedLever) else np.max(pull)
-        band, inner = np.asarray(p.mode.band), np.asarray(p.columns.get("internal_mode", 0))
-        slides = slips(band) | ((band == BandMode.HELD) & (inner != 0))
-        gains = np.sign(np.asarray(p.y.omega)) * np.asarray(flows.alpha)
-        gains = gains * float(system.forces.inertia) / float(system.torque_scale)
-        short = slides & (pull > 0) & (pull >= (1 - _NEARLY) * greatest) & (gains > _ROUNDING)
+        hardest = (pull > 0) & (pull >= (1 - _NEARLY) * greatest)
+        gains = np.sign(np.asarray(p.y.omega)) * np.asarray(flows.alpha) * float(system.forces.inertia)
+        if not np.any(hardest & (gains > _ROUNDING * float(system.torque_scale))):
+            return []  # nothing ever sped the pulley up: no need to look closer
+        found = capacities_at(self._record, p, np.flatnonzero(hardest))
+        short = np.zeros(len(t), bool)
+        short[hardest] = (found.load > 0) & (found.load > found.torque * (1 + _ROUNDING))
         edges = np.flatnonzero(np.diff(np.concatenate([[False], short, [False]]).astype(int)))
         spans = [(a, b - 1) for a, b in edges.reshape(-1, 2) if t[b - 1] > t[a]]
         if spans and spans[-1][1] == len(t) - 1 and self.result.status == Status.RUNAWAY:
@@ -236,8 +238,8 @@ class Report:
         (first, last), often = spans[0], f", {len(spans)} times in all" if len(spans) > 1 else ""
         load = number(np.max(np.abs(np.asarray(flows.load_torque))[first : last + 1]), "N*m")
         return [
-            f"shortage: from {t[first]:.6g} to {t[last]:.6g} s{often} the load torque (up to {load}) exceeded that "
-            "of the sliding brake under the greatest slack tension"
+            f"shortage: from {t[first]:.6g} to {t[last]:.6g} s{often} the load torque (up to {load}) exceeded what the "
+            "sliding brake gives under its greatest slack tension"
         ]
 
     def _locked(self) -> list[str]:
