@@ -67,8 +67,12 @@ def test_set_changes_numbers_and_structure(capsys, scenario):
 
 def test_out_writes_chart_series_and_summary(capsys, scenario, tmp_path):
     folder = tmp_path / "out"
-    code, out, _ = call(capsys, "run", scenario, "--out", str(folder))
+    code, out, _ = call(capsys, "run", scenario, "--out", str(folder), "--limit", "max_tension=120 kN")
     assert code == 0
+    (line,) = [line for line in out.splitlines() if line.startswith("limit")]
+    assert line in (folder / "summary.txt").read_text("utf-8").splitlines()
+    (limit,) = json.loads((folder / "summary.json").read_text("utf-8"))["limits"]
+    assert limit["verdict"] == "exceeded"
     files = ["lining_map-normal_load.png", "pulley.png", "result.nc", "series.csv", "stop.png"]
     files += ["summary.json", "summary.txt"]
     assert sorted(p.name for p in folder.iterdir()) == files

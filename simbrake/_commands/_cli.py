@@ -21,7 +21,6 @@ from ._cli_options import (
     Scenario,
     Set,
     exit_code,
-    limit_lines,
     limits_asked,
     nobody_reads,
     opened,
@@ -112,7 +111,7 @@ def run(
     prepare_jax()
     from .._base._faults import InputError
     from .._base._progress import Waiting
-    from .._run._limits import limit_checks
+    from .._run._limits import limit_checks, summary_with_limits, text_with_limits
     from .._run._simulate import simulate
 
     options = {"rtol": tolerance(rtol), "max_events": limit_of(max_events), "max_steps": limit_of(max_steps)}
@@ -125,15 +124,14 @@ def run(
         result = simulate(scene, rtol=rtol, **given, throw=False, progress=told)
         told.now("sums up")
         checks = limit_checks(result, limits)
-        told_limits = [check.as_dict() for check in checks if check.limit is not None]
-        text = "\n".join([str(result), *limit_lines(checks)])
+        text = text_with_limits(result, checks)
         if json_:
-            text = json.dumps({**result.summary(), "limits": told_limits}, indent=2, allow_nan=False)
+            text = json.dumps(summary_with_limits(result, checks), indent=2, allow_nan=False)
     say(text)
     if out is not None:
         from .._pages._export import write
 
-        print_written(write(result, out, None), json_)
+        print_written(write(result, out, None, checks), json_)
     return exit_code(result.ok, checks, fail_on_limit)
 
 

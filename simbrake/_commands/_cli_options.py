@@ -95,11 +95,6 @@ def exit_code(ok: bool, checks: list[Any], fail: bool) -> int:
     return 1 if not ok else LIMIT_EXCEEDED if fail and exceeded else 0
 
 
-def limit_lines(checks: list[Any]) -> list[str]:
-    """What a summary says of the limits that there are."""
-    return [f"limit    {check}" for check in checks if check.limit is not None]
-
-
 def tolerance(rtol: float) -> tuple[float, bool, str]:
     return rtol, 1e-15 < rtol < 0.1, "0 < rtol < 0.1"
 

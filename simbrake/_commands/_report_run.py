@@ -10,10 +10,10 @@ from .._base._faults import Fault, InputError
 from .._base._progress import Waiting
 from .._pages._html_report import report
 from .._parts._scene import Scene
-from .._run._limits import limit_checks
+from .._run._limits import limit_checks, limit_dicts, limit_lines
 from .._run._measure import check_metrics
 from .._run._simulate import simulate
-from ._cli_options import exit_code, limit_lines, limits_asked
+from ._cli_options import exit_code, limits_asked
 
 
 def page_of(file: Path) -> Path:
@@ -65,7 +65,7 @@ def report_run(
         report(result, out, title=title_of(file, text), files=files, progress=told, **options)
         checks = limit_checks(result, limits)
     said: dict[str, Any] = {"status": result.status, "message": result.message, "written": str(out)}
-    said["limits"] = [check.as_dict() for check in checks if check.limit is not None]
+    said["limits"] = limit_dicts(checks)
     lines = [f"{result.status}: {result.message}", *limit_lines(checks), f"written  {out}"]
     print(json.dumps(said, indent=2, allow_nan=False) if json_ else "\n".join(lines))
     return exit_code(result.ok, checks, fail_on_limit)

@@ -11,6 +11,7 @@ import numpy as np
 from .._base._progress import Waiting, waiting
 from .._base._whole import whole_folder
 from .._results._result_file import save
+from .._run._limits import LimitCheck, limit_checks, summary_with_limits, text_with_limits
 from .._run._result import Result
 from .._run._series import SERIES_UNITS
 from .._studies._sensitivity import Sensitivity, SensitivityTable
@@ -47,21 +48,24 @@ def series_table(result: Result, count: int = 1001) -> tuple[list[str], np.ndarr
     return names, table[np.lexsort((before, table[:, 0]))]
 
 
-def write(result: Result, folder: Path, progress: Any = False) -> list[Path]:
+def write(
+    result: Result, folder: Path, progress: Any = False, checks: Sequence[LimitCheck] | None = None
+) -> list[Path]:
     """Writes `summary.json`, `summary.txt`, `series.csv`, `result.nc`, and every picture that the run has as PNG.
 
-    `progress`: says on stderr what is done, `True`, or `None` on a terminal only.
+    - `progress`: says on stderr what is done, `True`, or `None` on a terminal only
+    - `checks`: limits that the summaries tell, by default those of the scene
     """
     with waiting(progress, "run", "series") as told:
-        return _write(result, folder, told)
+        return _write(result, folder, told, limit_checks(result, {}) if checks is None else checks)
 
 
-def _write(result: Result, folder: Path, told: Waiting) -> list[Path]:
-    summary = result.summary()
+def _write(result: Result, folder: Path, told: Waiting, checks: Sequence[LimitCheck]) -> list[Path]:
+    summary = summary_with_limits(result, checks)
     names, table = series_table(result)
     with whole_folder(folder) as (scratch, written):
         (scratch / "summary.json").write_text(json.dumps(summary, indent=2, allow_nan=False) + "\n", "utf-8")
-        (scratch / "summary.txt").write_text(str(result) + "\n", "utf-8")
+        (scratch / "summary.txt").write_text(text_with_limits(result, checks) + "\n", "utf-8")
         file, head = scratch / "series.csv", ",".join(names)
         np.savetxt(file, table, fmt="%.12g", delimiter=",", header=head, comments="", encoding="utf-8")
         told.now("labelled data")

@@ -166,3 +166,23 @@ def _linings(result: Result, summary: dict[str, Any], limits: Mapping[str, float
         first = f"first exceeded at {number(min(times), 's')}{often}" if times else "above it from the start"
         hottest = f"{first}; {hottest}"
     return _judged(result, _HOT, bound, value, "K", hottest)
+
+
+def limit_lines(checks: Sequence[LimitCheck]) -> list[str]:
+    """What a summary says of the limits that there are, one line each."""
+    return [f"limit    {check}" for check in checks if check.limit is not None]
+
+
+def limit_dicts(checks: Sequence[LimitCheck]) -> list[dict[str, Any]]:
+    """The same as numbers and words."""
+    return [check.as_dict() for check in checks if check.limit is not None]
+
+
+def text_with_limits(result: Result, checks: Sequence[LimitCheck]) -> str:
+    """The summary of a result and what it says of the limits."""
+    return "\n".join([str(result), *limit_lines(checks)])
+
+
+def summary_with_limits(result: Result, checks: Sequence[LimitCheck]) -> dict[str, Any]:
+    """The same as `run --json` prints it: `Result.summary` and `limits`."""
+    return {**result.summary(), "limits": limit_dicts(checks)}

@@ -282,9 +282,7 @@ def end_capacity_of(record: Record) -> Capacity:
     return jax.tree.map(np.asarray, found)
 
 
-@functools.cache
-def _capacities_compiled() -> Any:
-    return jax.jit(jax.vmap(_capacity, in_axes=(None, 0, 0, 0, None)), compiler_options=cpu_compiler_options())
+_capacities_compiled = device_jit(jax.vmap(_capacity, in_axes=(None, 0, 0, 0, None)))
 
 
 def capacities_at(record: Record, p: Probe, index: np.ndarray) -> Capacity:
@@ -293,7 +291,7 @@ def capacities_at(record: Record, p: Probe, index: np.ndarray) -> Capacity:
     for at in np.split(index, range(LANES, len(index), LANES)):
         padded = np.pad(at, (0, LANES - len(at)), mode="edge")  # calls of one size compile once
         t, y, mode = jax.tree.map(lambda column, here=padded: np.asarray(column)[here], (p.t, p.y, p.mode))
-        found, used = _capacities_compiled()(record.system, t, y, mode, start), len(at)
+        found, used = _capacities_compiled(record.system, t, y, mode, start), len(at)
         parts.append(jax.tree.map(lambda leaf, n=used: np.asarray(leaf)[:n], found))
     return jax.tree.map(lambda *leaves: np.concatenate(leaves), *parts)
 
