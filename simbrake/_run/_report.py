@@ -12,7 +12,7 @@ from .._hybrid import ADVANCED, FINISHED, Record
 from .._parts._driller import AbstractSpeedLever
 from .._parts._plausible import plausibility
 from .._parts._scene import warnings
-from .._physics._modes import BandMode, Label
+from .._physics._modes import BandMode, Label, slips
 from .._physics._observe import distribution, mark_names
 from .._physics._system import BrakeSystem
 from ._choice import stiffness
@@ -224,8 +224,10 @@ class Report:
         greatest = float(lever.greatest()) if isinstance(lever, AbstractSpeedLever) else np.max(pull)
         hardest = (pull > 0) & (pull >= (1 - _NEARLY) * greatest)
         gains = np.sign(np.asarray(p.y.omega)) * np.asarray(flows.alpha) * float(system.forces.inertia)
-        if not np.any(hardest & (gains > _ROUNDING * float(system.torque_scale))):
-            return []  # nothing ever sped the pulley up: no need to look closer
+        band, inner = np.asarray(p.mode.band), np.asarray(p.columns.get("internal_mode", 0))
+        slides = slips(band) | ((band == BandMode.HELD) & (inner != 0))
+        if not np.any(hardest & slides & (gains > _ROUNDING * float(system.torque_scale))):
+            return []  # nothing ever sped up a pulley whose brake slides: no need to look closer
         found = capacities_at(self._record, p, np.flatnonzero(hardest))
         short = np.zeros(len(t), bool)
         short[hardest] = (found.load > 0) & (found.load > found.torque * (1 + _ROUNDING))
