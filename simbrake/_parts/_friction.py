@@ -2,6 +2,7 @@
 
 import abc
 import functools
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -27,11 +28,26 @@ class Contact(NamedTuple):
     p: Any = None
 
 
+def continued(coefficient: Callable[[Array], Array], v: Array) -> Array:
+    """A coefficient of friction at speeds `v` (m/s) signed by the sense of the slide, for `coefficient(v ≥ 0)`.
+
+        f(−v) = 2 f(0) − f(v)
+
+    The step on which a slide ends looks a little past `v = 0`. Equations with another slope there would spoil its
+    derivative, so that the coefficient goes on through `(0, f(0))` with the slope that it has. A law never sees a
+    negative speed: one that takes `|v|`, or a power of `v`, is continued as well.
+    """
+    past = v < 0
+    f = coefficient(jnp.where(past, -v, v))
+    return jnp.where(past, 2 * coefficient(jnp.zeros_like(v)) - f, f)
+
+
 class AbstractFriction(eqx.Module):
     """A friction law. Its numbers are scalars or have one entry per lining.
 
-    A law is smooth enough to differentiate, never negative, and `kinetic ≤ static`. It reads from the `Contact` what it
-    needs; what its coefficients do not depend on costs nothing in the integration (`reads`).
+    A law is smooth enough to differentiate, never negative, and `kinetic ≤ static`. It is asked for `v ≥ 0` only; what
+    lies just past the end of a slide follows from that (`continued`). It reads from the `Contact` what it needs; what
+    its coefficients do not depend on costs nothing in the integration (`reads`).
     """
 
     @abc.abstractmethod
@@ -178,7 +194,8 @@ class TabulatedFriction(AbstractFriction):
         import interpax  # half a second that only tables pay
 
         speed, coefficient = jnp.asarray(self.speed), jnp.asarray(self.coefficient)
-        v = jnp.clip(contact.v, speed[0], speed[-1])
+        # (no clip: at v = 0, where slip begins, it would halve the slope)
+        v = jnp.where(contact.v >= 0, jnp.minimum(contact.v, speed[-1]), 0.0)
         with jax.numpy_dtype_promotion("standard"):  # the library mixes integers and floats
             return interpax.interp1d(v, speed, coefficient, method="monotonic")
 

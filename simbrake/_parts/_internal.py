@@ -10,13 +10,14 @@ from jaxtyping import Float, Int
 from .._hybrid._arrays import Array
 from ._band import limit_tensions, tensions_on
 from ._design import Bandage
-from ._friction import Contact, reads
+from ._friction import Contact, continued, reads
 
 _NEWTON = 8  # iterations for a tension under a law that looks at the pressure; otherwise it is linear: one is exact
 
 
 class Held(eqx.Module):
-    """What the friction of the internal pair depends on at one instant: speed `v` (m/s) and temperatures (K)."""
+    """What the friction of the internal pair depends on at one instant: speed `v` (m/s), signed by the sense,
+    and temperatures (K)."""
 
     v: Array
     T: Any
@@ -47,8 +48,9 @@ class InternalPair(eqx.Module):
         law = self.bandage.friction
         p = None if self.bandage.area is None else N / jnp.asarray(self.bandage.area)
         still = Contact(v=jnp.zeros(self.count), T=held.T, p=p)
-        moving = Contact(v=jnp.broadcast_to(held.v, (self.count,)), T=held.T, p=p)
-        return jnp.where(held.static, law.static(still), law.kinetic(moving))
+        v = jnp.broadcast_to(held.v, (self.count,))
+        kinetic = continued(lambda v: law.kinetic(still._replace(v=v)), v)
+        return jnp.where(held.static, law.static(still), kinetic)
 
     def friction(self, T_0: Array, along: Float[Array, " n"], held: Held) -> Float[Array, " n"]:
         """Greatest forces `F_i` between linings and rim (N)."""

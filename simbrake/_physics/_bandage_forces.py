@@ -10,7 +10,7 @@ from .._hybrid._arrays import Array
 from .._parts._band import affine_tensions, tension_ratio
 from .._parts._design import Bandage, Lining
 from .._parts._duty import AbstractProfile
-from .._parts._friction import AbstractFriction, Contact, reads
+from .._parts._friction import AbstractFriction, Contact, continued, reads
 from .._parts._links import Surroundings
 from .._parts._loads import AbstractLoad
 from ._acting import AbstractActing
@@ -105,13 +105,14 @@ class BandageForces(AbstractActing):
 
         outer, inner = self.linings.friction, self.internal.friction
         grip_static = each(outer.static(Contact(still, outer_T))) * self.grip.tangent
-        grip_kinetic = each(outer.kinetic(Contact(outer_v, outer_T))) * self.grip.tangent
+        on_band = continued(lambda v: outer.kinetic(Contact(v, outer_T)), outer_v)
+        on_rim = continued(lambda v: inner.kinetic(Contact(v, inner_T)), inner_v)
         return Coefficients(
             mu_static=tension_ratio(grip_static)[0],
-            mu_kinetic=tension_ratio(grip_kinetic)[0],
+            mu_kinetic=tension_ratio(each(on_band) * self.grip.tangent)[0],
             grip_static=grip_static,
             inner_static=each(inner.static(Contact(still, inner_T))),
-            inner_kinetic=each(inner.kinetic(Contact(inner_v, inner_T))),
+            inner_kinetic=each(on_rim),
         )
 
     def springs(self, y: BandageState) -> tuple[Array, Array, Array]:

@@ -8,7 +8,7 @@ from jaxtyping import Float
 from .._hybrid._arrays import Array
 from .._parts._band import LiningForces
 from .._parts._duty import AbstractProfile
-from .._parts._friction import Contact
+from .._parts._friction import Contact, continued
 from .._parts._links import Surroundings
 from .._parts._loads import AbstractLoad
 from ._acting import AbstractActing
@@ -153,7 +153,8 @@ class ChainForces(AbstractActing):
         T_0 = self.lever.value(t, mode.lever_piece)
         before = jnp.append(T_0, tension[:-1])
         normal = (tension + before) * self.grip.sine
-        f = self.grip.linings.friction.kinetic(self._contact(y, normal, sign * slip))
+        contact = self._contact(y, normal, sign * slip)
+        f = continued(lambda v: self.grip.linings.friction.kinetic(contact._replace(v=v)), sign * slip)
         sliding = sign * f * normal / self.cosine
         load = self.load.torque(t, y.omega, mode.load_piece)
         carried = jnp.sum(jnp.where(sticks, tension - before, sliding))

@@ -10,7 +10,7 @@ from jaxtyping import Float
 from .._hybrid._arrays import Array
 from .._parts._band import tension_ratio
 from .._parts._design import Lining
-from .._parts._friction import Contact, Reads, reads
+from .._parts._friction import Contact, Reads, continued, reads
 from .._parts._heat import FlashTemperature
 from .._parts._power_shares import PowerShares
 
@@ -71,11 +71,11 @@ class Grip(eqx.Module):
         return read.T or read.p
 
     def coefficients(self, T_0: Array, v: Array, T: Array | None, back: Array, *, static: bool) -> Coefficients:
-        """All `f_i`; `v` (n,) slip speeds, `T` (n,) surface temperatures, `back`: whether the tensions fall."""
+        """All `f_i`; `v` (n,) slip speeds signed by the sense, `T` (n,) surface temperatures, `back`: tensions fall."""
         law, n = self.linings.friction, self.linings.count
         if not (self.implicit and (self.reads.p or not static)):
             contact = Contact(v=v, T=T, p=None)
-            f = law.static(contact) if static else law.kinetic(contact)
+            f = law.static(contact) if static else continued(lambda v: law.kinetic(contact._replace(v=v)), v)
             return Coefficients(jnp.broadcast_to(f, (n,)), jnp.ones(()))
 
         def at(f: Array, before: Array, i: Array) -> Array:
@@ -83,14 +83,17 @@ class Grip(eqx.Module):
             mu, _ = tension_ratio(f * self.tangent)
             N = before * (1 + jnp.where(back, 1 / mu, mu)) * self.sine
             p = None if self.linings.area is None else N / jnp.asarray(self.linings.area)
-            hot = T
-            if self.flash is not None and T is not None and not static:
-                spots = p if self.flash.hardness is None else self.flash.hardness
-                assert spots is not None
-                heat = 1.0 if self.shares is None else self.shares.heat
-                hot = T + self.flash.rise(heat * f * spots * v, v)
-            contact = Contact(v=v, T=hot, p=p)
-            F = law.static(contact) if static else law.kinetic(contact)
+
+            def sliding(v: Array) -> Array:
+                hot = T
+                if self.flash is not None and T is not None:
+                    spots = p if self.flash.hardness is None else self.flash.hardness
+                    assert spots is not None
+                    heat = 1.0 if self.shares is None else self.shares.heat
+                    hot = T + self.flash.rise(heat * f * spots * v, v)
+                return law.kinetic(Contact(v=v, T=hot, p=p))
+
+            F = law.static(Contact(v=v, T=T, p=p)) if static else continued(sliding, v)
             return jnp.sum(jnp.where(jnp.arange(n, dtype=jnp.int32) == i, f - F, 0.0))
 
         def lining(before: Array, i: Array) -> tuple[Array, tuple[Array, Array]]:
