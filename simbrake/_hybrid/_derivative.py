@@ -27,7 +27,7 @@ def _landing(flat: Flat, t1: Array, row: Rows, t: Array, y: Array, f: Array) -> 
     # value 0: only the derivative of the place where the guard is 0 (those of the rates would be multiplied by it)
     dt = -(g - jax.lax.stop_gradient(g)) / jnp.where(rate == 0, -1.0, rate)
     # or that of the known time
-    stop = jnp.minimum(flat.next_stop(row.mode), t1)
+    stop = jnp.where(row.kind == FINISHED, t1, flat.next_stop(row.mode))
     stops = (row.kind == STOPPED) | (row.kind == FINISHED)
     move = stop - t2
     dt = jnp.where(stops, move - jax.lax.stop_gradient(move), jnp.where(row.kind == LANDED, dt, 0.0))
@@ -64,7 +64,7 @@ def _landing_back(
         return jnp.sum(jnp.where(jnp.arange(g.shape[0], dtype=jnp.int32) == row.guard, g, 0.0))
 
     def stop(params):
-        return jnp.minimum(flat_of(params).next_stop(row.mode), t1_of(params))
+        return jnp.where(row.kind == FINISHED, t1_of(params), flat_of(params).next_stop(row.mode))
 
     stop_time, stop_back = jax.vjp(stop, params)
 
