@@ -2,7 +2,7 @@
 
 import abc
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Annotated, Any
 
 import equinox as eqx
@@ -15,6 +15,10 @@ from .._base._dependence import Skeleton, skeleton
 from .._base._faults import Fault
 from .._base._quantity import Quantity, Scalar, quantity, whole
 from .._hybrid._arrays import Array
+
+
+#: knots of different profiles that lie closer together than this share of their time coincide
+_ROUNDING = 8 * float(np.finfo(np.float64).eps)
 
 
 class AbstractProfile(eqx.Module):
@@ -50,10 +54,46 @@ class AbstractProfile(eqx.Module):
         """What cannot be right; `low` is a bound on the value, if there is one."""
 
 
+def next_known_time(
+    profiles: Sequence[AbstractProfile], pieces: Sequence[Any], waits: Callable[[Array], Array] | None = None
+) -> tuple[Float[Array, ""] | float, list[Any]]:
+    """The next known time of several profiles (`inf`: none), and for each profile whether it is its own.
+
+    It belongs to one profile only, also where knots of several coincide (within rounding): they are passed one after
+    the other, with steps of length 0 in between, and each keeps its own derivative. The order is that of `profiles`,
+    but that the first one comes last where `waits(time)`.
+    """
+    knots = [profile.next_knot(piece) for profile, piece in zip(profiles, pieces, strict=True)]
+    # a plain number is that of a profile without knots: it takes no part
+    given = {i: jnp.asarray(knot) for i, knot in enumerate(knots) if not isinstance(knot, float)}
+    if not given:
+        return jnp.inf, [False] * len(knots)
+    if len(given) == 1:
+        ((only, knot),) = given.items()
+        return knot, [i == only for i in range(len(knots))]
+    first = jax.lax.stop_gradient(functools.reduce(jnp.minimum, given.values()))
+    due = {i: jax.lax.stop_gradient(knot) <= first + _ROUNDING * jnp.abs(first) for i, knot in given.items()}
+    order = list(given)
+    turns: list[Any] = [False] * len(knots)
+    taken = jnp.asarray(False)
+    if order[0] == 0 and waits is not None:
+        taken = due[0] & ~(waits(first) & functools.reduce(jnp.logical_or, [due[i] for i in order[1:]]))
+        turns[0] = taken
+        order = order[1:]
+    for i in order:
+        turns[i] = due[i] & ~taken
+        taken = taken | due[i]
+    time = sum(jnp.where(turns[i], knot, 0.0) for i, knot in given.items())
+    # of knots that differ by rounding all are passed at the first
+    late = jnp.where(time > first, time - first, 0.0)
+    return time - jax.lax.stop_gradient(late), turns
+
+
 def _next_of(times: Any, piece: Int[Array, ""]) -> Float[Array, ""]:
-    """The first of `times` that is not yet passed, `inf` if there is none."""
+    """The time that ends the piece, `inf` after the last."""
     times = jnp.append(jnp.asarray(times), jnp.inf)
-    return jnp.min(jnp.where(jnp.arange(times.shape[0], dtype=jnp.int32) >= piece, times, jnp.inf))
+    # (at equal times a minimum of those not yet passed would share the derivative)
+    return jnp.sum(jnp.where(jnp.arange(times.shape[0], dtype=jnp.int32) == piece, times, 0.0))
 
 
 class Constant(AbstractProfile):

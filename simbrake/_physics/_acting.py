@@ -12,12 +12,13 @@ from .._hybrid import AbstractHybridSystem
 from .._hybrid._arrays import Array
 from .._parts._band import product
 from .._parts._driller import AbstractSpeedLever
-from .._parts._duty import AbstractProfile, hides_nothing
+from .._parts._duty import AbstractProfile, hides_nothing, next_known_time
 from .._parts._friction import AbstractFriction
 from .._parts._heat import FrictionHeat
 from .._parts._links import Surroundings
 from .._parts._loads import AbstractLoad
 from ._heat_flows import Deposit
+from ._modes import BandMode
 from ._sliding import Grip
 from ._state import ThermalNow
 from ._thermal import Thermal
@@ -204,18 +205,27 @@ class AbstractBrakeSystem(AbstractHybridSystem):
                 room.append(jnp.minimum(jnp.min(T) - bounds[0], bounds[1] - jnp.max(T)) / 100.0)
         return room[0] if len(room) == 1 else jnp.minimum(*room)
 
-    def next_pieces(self, t: Array, mode: Any, at_stop: Array) -> Any:
-        """The mode on the pieces that begin at a known time."""
+    def _next_known(self, mode: Any) -> tuple[Any, list[Any]]:
+        """The next known time, and whether it is that of the lever, of the load, and of each profile of the heat.
 
-        def following(profile: AbstractProfile, piece: Any) -> Array:
-            piece = jnp.asarray(piece, jnp.int32)
-            return piece + (at_stop & (profile.next_knot(piece) <= t)).astype(jnp.int32)
+        A pulley at rest, and a lever that only begins to pull, must be held back by nothing that is over, and held by
+        nothing that is yet to come: where its tension falls, without going to 0, the lever comes after the load.
+        """
+        lever, piece = self.forces.lever, jnp.asarray(mode.lever_piece, jnp.int32)
 
-        return mode._replace(
-            lever_piece=following(self.forces.lever, mode.lever_piece),
-            load_piece=following(self.forces.load.profile, mode.load_piece),
-            heat_pieces=tuple(following(p, i) for p, i in zip(self.profiles, mode.heat_pieces, strict=True)),
-        )
+        def waits(t: Array) -> Array:
+            before, after = lever.value(t, piece), lever.value(t, piece + 1)
+            return (mode.band == BandMode.OPEN) | ((after < before) & (after > 0))
+
+        profiles = (lever, self.forces.load.profile, *self.profiles)
+        return next_known_time(profiles, (piece, mode.load_piece, *mode.heat_pieces), waits)
+
+    def next_pieces(self, mode: Any, at_stop: Array) -> Any:
+        """The mode on the piece that begins at a known time."""
+        _, turns = self._next_known(mode)
+        old = [jnp.asarray(piece, jnp.int32) for piece in (mode.lever_piece, mode.load_piece, *mode.heat_pieces)]
+        lever, load, *heat = (piece + (at_stop & turn).astype(jnp.int32) for piece, turn in zip(old, turns, strict=True))
+        return mode._replace(lever_piece=lever, load_piece=load, heat_pieces=tuple(heat))
 
     def booked_change_of_load(self, y: Any, before: Any, after: Any) -> Any:
         """What comes onto the hook in motion brings its energy."""
@@ -225,9 +235,4 @@ class AbstractBrakeSystem(AbstractHybridSystem):
         return y._replace(ledger=y.ledger._replace(load_work=y.ledger.load_work + brought))
 
     def next_stop(self, mode):
-        found = jnp.minimum(
-            self.forces.lever.next_knot(mode.lever_piece), self.forces.load.profile.next_knot(mode.load_piece)
-        )
-        for profile, piece in zip(self.profiles, mode.heat_pieces, strict=True):
-            found = jnp.minimum(found, profile.next_knot(piece))
-        return found
+        return self._next_known(mode)[0]

@@ -131,7 +131,7 @@ class BandageSystem(AbstractBrakeSystem):
 
     def transition(self, t, y, mode, fired, at_stop):
         n = self.forces.count
-        new = self.next_pieces(t, mode, at_stop)
+        new = self.next_pieces(mode, at_stop)
         T_0, rate = self.forces.lever_tension(t, new)
         rounding = 1e-12 * self.tension_scale
         pulls = (rounding < T_0) | ((jnp.abs(T_0) <= rounding) & (rate > 0))

@@ -91,7 +91,7 @@ class ChainSystem(AbstractBrakeSystem):
         band = jnp.where(ahead, BandMode.SLIP, jnp.where(back, BandMode.SLIP_BACK, BandMode.ELASTIC))
         band = jnp.where(held, BandMode.HELD, band)
         direction = jnp.where(y.omega < 0, -1, jnp.where(y.omega > 0, 1, jnp.where(back, -1, 1)))
-        new = self.next_pieces(t, mode, at_stop)._replace(
+        new = self.next_pieces(mode, at_stop)._replace(
             band=band.astype(jnp.int32),
             sense=jnp.where(restarts, direction, mode.sense).astype(jnp.int32),
             linings=linings,

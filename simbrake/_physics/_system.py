@@ -177,7 +177,7 @@ class BrakeSystem(AbstractBrakeSystem):
 
     def transition(self, t, y, mode, fired, at_stop):
         before = mode.band
-        new = self.next_pieces(t, mode, at_stop)
+        new = self.next_pieces(mode, at_stop)
         if mode.locks is not None:
             new = new._replace(locks=jnp.where(fired[4], 1 - mode.locks, mode.locks).astype(jnp.int32))
         T_0, rate = self.forces.lever_tension(t, y, new)

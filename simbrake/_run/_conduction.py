@@ -25,7 +25,7 @@ from .._hybrid import (
     hybridsolve,
 )
 from .._hybrid._arrays import Array
-from .._parts._duty import hides_nothing
+from .._parts._duty import hides_nothing, next_known_time
 from .._parts._heat import Heat, node_names
 from .._parts._links import Surroundings
 from .._parts._network import Reservoir
@@ -57,20 +57,16 @@ class NetworkSystem(AbstractHybridSystem):
         return jnp.ones(1)
 
     def transition(self, t, y, mode, fired, at_stop):
-        profiles = self.thermal.heat.profiles
+        _, turns = next_known_time(self.thermal.heat.profiles, mode)
         return tuple(
-            p + (at_stop & (profile.next_knot(p) <= t)).astype(jnp.int32)
-            for profile, p in zip(profiles, mode, strict=True)
+            piece + (at_stop & turn).astype(jnp.int32) for piece, turn in zip(mode, turns, strict=True)
         ), 0
 
     def reset(self, t, y, before, after):
         return y
 
     def next_stop(self, mode):
-        found: Any = jnp.inf
-        for profile, piece in zip(self.thermal.heat.profiles, mode, strict=True):
-            found = jnp.minimum(found, profile.next_knot(piece))
-        return found
+        return next_known_time(self.thermal.heat.profiles, mode)[0]
 
     def scales(self):
         return jnp.full_like(self.thermal.capacity, 100.0), jnp.inf, jnp.inf
