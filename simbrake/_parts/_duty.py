@@ -16,7 +16,6 @@ from .._base._faults import Fault
 from .._base._quantity import Quantity, Scalar, quantity, whole
 from .._hybrid._arrays import Array
 
-
 #: knots of different profiles that lie closer together than this share of their time coincide
 _ROUNDING = 8 * float(np.finfo(np.float64).eps)
 

@@ -224,8 +224,8 @@ class AbstractBrakeSystem(AbstractHybridSystem):
         """The mode on the piece that begins at a known time."""
         _, turns = self._next_known(mode)
         old = [jnp.asarray(piece, jnp.int32) for piece in (mode.lever_piece, mode.load_piece, *mode.heat_pieces)]
-        lever, load, *heat = (piece + (at_stop & turn).astype(jnp.int32) for piece, turn in zip(old, turns, strict=True))
-        return mode._replace(lever_piece=lever, load_piece=load, heat_pieces=tuple(heat))
+        new = [piece + (at_stop & turn).astype(jnp.int32) for piece, turn in zip(old, turns, strict=True)]
+        return mode._replace(lever_piece=new[0], load_piece=new[1], heat_pieces=tuple(new[2:]))
 
     def booked_change_of_load(self, y: Any, before: Any, after: Any) -> Any:
         """What comes onto the hook in motion brings its energy."""

@@ -58,9 +58,7 @@ class NetworkSystem(AbstractHybridSystem):
 
     def transition(self, t, y, mode, fired, at_stop):
         _, turns = next_known_time(self.thermal.heat.profiles, mode)
-        return tuple(
-            piece + (at_stop & turn).astype(jnp.int32) for piece, turn in zip(mode, turns, strict=True)
-        ), 0
+        return tuple(piece + (at_stop & turn).astype(jnp.int32) for piece, turn in zip(mode, turns, strict=True)), 0
 
     def reset(self, t, y, before, after):
         return y
