@@ -63,7 +63,11 @@ class AbstractHybridSystem(eqx.Module):
 
     @abc.abstractmethod
     def next_stop(self, mode: PyTree) -> Float[Array, ""] | float:
-        """The next known time in this mode, `inf` where there is none."""
+        """The next known time in this mode, `inf` where there is none.
+
+        Of several at one instant it is one, which `transition` passes alone: the others follow with steps of length 0.
+        A minimum of all would share the derivative among them.
+        """
 
     @abc.abstractmethod
     def scales(self) -> PyTree:

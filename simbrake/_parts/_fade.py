@@ -34,15 +34,15 @@ class AbstractFactor(eqx.Module):
 def _rounded(x: Array, w: Array) -> Array:
     """`max(x, 0)` with its corner rounded over `±w`, four times continuously differentiable.
 
-        w s⁵ (14 − 28 s + 20 s² − 5 s³),   s = (x + w)/(2 w)
+        w u⁵ (14 − 28 u + 20 u² − 5 u³),   u = (x + w)/(2 w)
 
-    Its slope `s⁴ (35 − 84 s + 70 s² − 20 s³)` goes from 0 to 1 with three derivatives 0 at either end: steps cross the
-    ends of the blend, and derivatives of a run are one order less exact than its values for every derivative missing.
+    Its slope `u⁴ (35 − 84 u + 70 u² − 20 u³)` goes from 0 to 1 with three derivatives 0 at either end: steps cross the
+    ends of the blend, and each derivative that is continuous there makes those of a run more exact.
     At a sharp corner, where runs like to start, the slope is the one above it: half of each (as that of a maximum)
     would be the slope of no side, and an integrator would shorten its first step until that no longer matters.
     """
-    s = jnp.clip((x + w) / jnp.where(w > 0, 2 * w, 1.0), 0.0, 1.0)
-    blend = w * s**5 * (14 + s * (-28 + s * (20 - 5 * s)))
+    u = jnp.clip((x + w) / jnp.where(w > 0, 2 * w, 1.0), 0.0, 1.0)
+    blend = w * u**5 * (14 + u * (-28 + u * (20 - 5 * u)))
     return jnp.where(x >= w, x, jnp.where(x > -w, blend, 0.0))
 
 
@@ -53,8 +53,8 @@ class LinearFade(AbstractFactor):
     - `blend` `w` (K): half-width over which both corners are rounded; 0: corners, which cost steps at tight tolerances
       where many linings pass them one after the other, and derivatives half of their digits
 
-    Within `±w` of a corner `x₊` stands for `w s⁵ (14 − 28 s + 20 s² − 5 s³)`, `s = (x + w)/(2 w)`, with four continuous
-    derivatives; at the floor, in units of the factor, with `s w` of the slope in place of `w`.
+    Within `±w` of a corner `x₊` is `w u⁵ (14 − 28 u + 20 u² − 5 u³)`, `u = (x + w)/(2 w)`, with four continuous
+    derivatives; at the floor the same with `s w` for `w`.
     """
 
     slope: Scalar = quantity("1/K", "loss of friction per kelvin", low=0.0, many=True)
