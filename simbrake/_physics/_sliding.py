@@ -1,5 +1,6 @@
 """Coefficients of friction of all linings at one instant, also where they depend on their own heat and load."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import equinox as eqx
@@ -70,12 +71,16 @@ class Grip(eqx.Module):
         read = self.reads
         return read.T or read.p
 
+    def _continued(self, coefficient: Callable[[Array], Array], v: Array) -> Array:
+        """`continued` past the end of a slide, where the speed matters at all."""
+        return continued(coefficient, v) if self.reads.v or self.flash is not None else coefficient(v)
+
     def coefficients(self, T_0: Array, v: Array, T: Array | None, back: Array, *, static: bool) -> Coefficients:
         """All `f_i`; `v` (n,) slip speeds signed by the sense, `T` (n,) surface temperatures, `back`: tensions fall."""
         law, n = self.linings.friction, self.linings.count
         if not (self.implicit and (self.reads.p or not static)):
             contact = Contact(v=v, T=T, p=None)
-            f = law.static(contact) if static else continued(lambda v: law.kinetic(contact._replace(v=v)), v)
+            f = law.static(contact) if static else self._continued(lambda v: law.kinetic(contact._replace(v=v)), v)
             return Coefficients(jnp.broadcast_to(f, (n,)), jnp.ones(()))
 
         def at(f: Array, before: Array, i: Array) -> Array:
@@ -93,7 +98,7 @@ class Grip(eqx.Module):
                     hot = T + self.flash.rise(heat * f * spots * v, v)
                 return law.kinetic(Contact(v=v, T=hot, p=p))
 
-            F = law.static(Contact(v=v, T=T, p=p)) if static else continued(sliding, v)
+            F = law.static(Contact(v=v, T=T, p=p)) if static else self._continued(sliding, v)
             return jnp.sum(jnp.where(jnp.arange(n, dtype=jnp.int32) == i, f - F, 0.0))
 
         def lining(before: Array, i: Array) -> tuple[Array, tuple[Array, Array]]:
