@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from typing import ClassVar
 
 import diffrax
 import jax
@@ -36,7 +37,7 @@ class Magnitude(sb.AbstractFriction):
     static_coefficient: float
     kinetic_coefficient: float
     stribeck_speed: float
-    speed_dependent = True
+    speed_dependent: ClassVar[bool] = True
 
     def kinetic(self, contact):
         fall = jnp.exp(-jnp.abs(contact.v) / self.stribeck_speed)
@@ -153,8 +154,8 @@ def test_the_next_known_time_is_that_of_one_profile():
     near = np.nextafter(0.3, 1.0)
 
     def due(x, waits):
-        profiles = [sb.PiecewiseLinear(x[i][None], jnp.zeros(1)) for i in range(3)]
-        profiles.insert(2, sb.Constant(1.0))
+        first, second, third = (sb.PiecewiseLinear(x[i][None], jnp.zeros(1)) for i in range(3))
+        profiles = [first, second, sb.Constant(1.0), third]
         time, turns = next_known_time(profiles, [jnp.asarray(0)] * 4, lambda t: jnp.asarray(waits))
         return time, jnp.stack([jnp.asarray(turn) for turn in turns])
 

@@ -88,8 +88,10 @@ def next_known_time(
     return time - jax.lax.stop_gradient(late), turns
 
 
-def _next_of(times: Any, piece: Int[Array, ""]) -> Float[Array, ""]:
+def _next_of(times: Any, piece: Int[Array, ""]) -> Float[Array, ""] | float:
     """The time that ends the piece, `inf` after the last."""
+    if not np.shape(times)[0]:
+        return jnp.inf
     times = jnp.append(jnp.asarray(times), jnp.inf)
     # (at equal times a minimum of those not yet passed would share the derivative)
     return jnp.sum(jnp.where(jnp.arange(times.shape[0], dtype=jnp.int32) == piece, times, 0.0))
