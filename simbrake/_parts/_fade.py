@@ -31,7 +31,7 @@ class AbstractFactor(eqx.Module):
         return None
 
 
-def _rounded(x: Array, w: Array) -> Array:
+def _rounded(x: Array, w: Array | None) -> Array:
     """`max(x, 0)` with its corner rounded over `±w`, four times continuously differentiable.
 
         w u⁵ (14 − 28 u + 20 u² − 5 u³),   u = (x + w)/(2 w)
@@ -41,6 +41,8 @@ def _rounded(x: Array, w: Array) -> Array:
     At a sharp corner, where runs like to start, the slope is the one above it: half of each (as that of a maximum)
     would be the slope of no side, and an integrator would shorten its first step until that no longer matters.
     """
+    if w is None:
+        return jnp.where(x >= 0, x, 0.0)
     u = jnp.clip((x + w) * (1 / jnp.where(w > 0, 2 * w, 1.0)), 0.0, 1.0)  # (one division, however many the linings)
     blend = w * u**5 * (14 + u * (-28 + u * (20 - 5 * u)))
     return jnp.where(x >= w, x, jnp.where(x > -w, blend, 0.0))
@@ -50,8 +52,8 @@ class LinearFade(AbstractFactor):
     """Fade above a permissible temperature: `max(φ_min, 1 − s (T − T_p)₊)`.
 
     - `slope` `s` (1/K), `above` `T_p` (K), `floor` `φ_min`
-    - `blend` `w` (K): half-width over which both corners are rounded; 0: corners, which cost steps at tight tolerances
-      where many linings pass them one after the other, and derivatives half of their digits
+    - `blend` `w` (K): half-width over which both corners are rounded; `None` or 0: corners, which cost steps at tight
+      tolerances where many linings pass them one after the other, and derivatives half of their digits
 
     Within `±w` of a corner `x₊` is `w u⁵ (14 − 28 u + 20 u² − 5 u³)`, `u = (x + w)/(2 w)`, with four continuous
     derivatives; at the floor the same with `s w` for `w`.
@@ -60,12 +62,14 @@ class LinearFade(AbstractFactor):
     slope: Scalar = quantity("1/K", "loss of friction per kelvin", low=0.0, many=True)
     above: Scalar = quantity("K", "temperature at which fade begins", low=0.0, many=True)
     floor: Scalar = quantity("1", "least factor", low=0.0, high=1.0, many=True, default=0.0)
-    blend: Scalar = quantity("K", "half-width of the rounded corner", low=0.0, difference=True, many=True, default=0.0)
+    blend: Scalar | None = quantity(
+        "K", "half-width of the rounded corner", low=0.0, difference=True, many=True, default=None
+    )
 
     def factor(self, contact):
-        w, s = jnp.asarray(self.blend), self.slope
+        w, s = None if self.blend is None else jnp.asarray(self.blend), self.slope
         lost = s * _rounded(contact.T - self.above, w)
-        return self.floor + _rounded(1 - lost - self.floor, s * w)
+        return self.floor + _rounded(1 - lost - self.floor, None if w is None else s * w)
 
     def faults(self, path):
         return []
