@@ -3,14 +3,9 @@ import gc
 import importlib
 import os
 
-# the emitters that `simulate` chooses for itself: they compile these programs faster; and
-# without LLVM's dear passes, as hardly any program here runs for long
-os.environ["XLA_FLAGS"] = (
-    os.environ.get("XLA_FLAGS", "") + " --xla_cpu_use_fusion_emitters=false --xla_llvm_disable_expensive_passes=true"
-)
-
 import jax
 import pytest
+from compile_flags import set_flags
 from jaxtyping import install_import_hook
 
 jax.config.update("jax_enable_x64", True)
@@ -20,7 +15,9 @@ jax.config.update("jax_cpu_enable_async_dispatch", False)
 
 def pytest_configure(config):
     """Both workers, and later runs in this checkout, share what one of them has compiled."""
-    jax.config.update("jax_compilation_cache_dir", str(config.rootpath / ".pytest_cache" / "programs"))
+    cache = config.rootpath / ".pytest_cache"
+    set_flags(cache)
+    jax.config.update("jax_compilation_cache_dir", str(cache / "programs"))
     jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
     jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
     # shapes and types of every call are checked where asked, as they double the time to trace

@@ -1,0 +1,49 @@
+"""XLA flags that let the tests compile faster, each used only if the installed JAX accepts it.
+
+XLA ends the process at an unknown flag, and flags come and go between releases: so each is tried once per release in a
+process that may die. Users compile without these flags; `SIMBRAKE_PLAIN_XLA=1` runs the tests as they do.
+"""
+
+import importlib.metadata
+import json
+import os
+import pathlib
+import subprocess
+import sys
+from collections.abc import Sequence
+
+#: the older fusion emitters and no expensive LLVM passes: hardly any program of the tests runs for long
+FLAGS = ("--xla_cpu_use_fusion_emitters=false", "--xla_llvm_disable_expensive_passes=true")
+_PROBE = "import jax; jax.numpy.zeros(1).block_until_ready()"
+
+
+def accepted(flag: str) -> bool:
+    """Whether a process with this flag in `XLA_FLAGS` survives its first computation."""
+    environment = os.environ | {"XLA_FLAGS": flag, "JAX_PLATFORMS": "cpu"}
+    probe = subprocess.run([sys.executable, "-c", _PROBE], env=environment, capture_output=True, check=False)
+    return probe.returncode == 0
+
+
+def accepted_flags(folder: pathlib.Path, flags: Sequence[str] = FLAGS) -> list[str]:
+    """The flags that this release of JAX accepts; asked once, the answers are kept in `folder`."""
+    release = "_".join(f"{name}_{importlib.metadata.version(name)}" for name in ("jax", "jaxlib"))
+    file = folder / f"xla_flags_{release}.json"
+    try:
+        known = json.loads(file.read_text("utf-8"))
+    except (FileNotFoundError, json.JSONDecodeError):
+        known = {}
+    answers = {flag: known[flag] if flag in known else accepted(flag) for flag in flags}
+    if answers != known:
+        folder.mkdir(parents=True, exist_ok=True)
+        part = file.with_suffix(f".{os.getpid()}")
+        part.write_text(json.dumps(answers), "utf-8")
+        part.replace(file)  # whole or not at all, whoever else runs tests here
+    return [flag for flag in flags if answers[flag]]
+
+
+def set_flags(folder: pathlib.Path) -> None:
+    """Put the accepted flags into `XLA_FLAGS`, before JAX starts its backend; workers of pytest-xdist inherit them."""
+    present = os.environ.get("XLA_FLAGS", "").split()
+    if os.environ.get("SIMBRAKE_PLAIN_XLA") == "1" or set(present) & set(FLAGS):
+        return
+    os.environ["XLA_FLAGS"] = " ".join(present + accepted_flags(folder))
