@@ -31,6 +31,7 @@ HOUSE = {
             "_identify",
             "_order",
             "_progress",
+            "_tested",
             "_units",
         },
         {"_quantity", "_whole"},

@@ -11,6 +11,7 @@ from jaxtyping import Float
 
 from .._hybrid._arrays import Array
 from ._faults import Fault
+from ._tested import warn_of_untested_jax
 
 if TYPE_CHECKING:
     Scalar = Any  # what a caller may write: a number, a list, an array
@@ -18,6 +19,8 @@ else:
     #: what a field holds: one number, or an array of them
     Scalar = Float[Array, "..."] | Float[np.ndarray, "..."]
 
+
+warn_of_untested_jax(jax.__version_info__)  # here, as every scene and every command that computes imports this module
 
 #: magnitude beyond which squares and products of a scene's numbers would leave the range of 64 bits
 LARGEST = 1e40
