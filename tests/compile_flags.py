@@ -1,7 +1,7 @@
 """XLA flags that let the tests compile faster, each used only if the installed JAX accepts it.
 
 XLA ends the process at an unknown flag, and flags come and go between releases: so each is tried once per release in a
-process that may die. Users compile without these flags; `SIMBRAKE_PLAIN_XLA=1` runs the tests as they do.
+process that may die.
 """
 
 import importlib.metadata
@@ -44,6 +44,5 @@ def accepted_flags(folder: pathlib.Path, flags: Sequence[str] = FLAGS) -> list[s
 def set_flags(folder: pathlib.Path) -> None:
     """Put the accepted flags into `XLA_FLAGS`, before JAX starts its backend; workers of pytest-xdist inherit them."""
     present = os.environ.get("XLA_FLAGS", "").split()
-    if os.environ.get("SIMBRAKE_PLAIN_XLA") == "1" or set(present) & set(FLAGS):
-        return
-    os.environ["XLA_FLAGS"] = " ".join(present + accepted_flags(folder))
+    if not set(present) & set(FLAGS):
+        os.environ["XLA_FLAGS"] = " ".join(present + accepted_flags(folder))

@@ -9,14 +9,20 @@ from compile_flags import set_flags
 from jaxtyping import install_import_hook
 
 jax.config.update("jax_enable_x64", True)
-jax.config.update("jax_numpy_dtype_promotion", "strict")
-jax.config.update("jax_cpu_enable_async_dispatch", False)
+
+
+def pytest_addoption(parser):
+    parser.addoption("--no-skips", action="store_true", help="a skipped test fails: CI installs what tests need")
 
 
 def pytest_configure(config):
-    """Both workers, and later runs in this checkout, share what one of them has compiled."""
+    """Options of JAX; both workers, and later runs in this checkout, share what one of them has compiled."""
     cache = config.rootpath / ".pytest_cache"
-    set_flags(cache)
+    # users have JAX as it comes: SIMBRAKE_USER_OPTIONS=1 runs the tests so
+    if os.environ.get("SIMBRAKE_USER_OPTIONS") != "1":
+        set_flags(cache)
+        jax.config.update("jax_numpy_dtype_promotion", "strict")
+        jax.config.update("jax_cpu_enable_async_dispatch", False)
     jax.config.update("jax_compilation_cache_dir", str(cache / "programs"))
     jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
     jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
@@ -31,6 +37,14 @@ def pytest_configure(config):
     gc.collect()
     gc.freeze()
     gc.set_threshold(200_000, 50, 100)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item, call):
+    report = yield
+    if report.skipped and item.config.getoption("no_skips"):
+        report.outcome = "failed"
+    return report
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -29,6 +29,7 @@ def no_cache(monkeypatch):
     monkeypatch.setenv("JAX_COMPILATION_CACHE_DIR", "")
 
 
+@pytest.mark.smoke
 def test_run_prints_a_summary(capsys, scenario):
     code, out, err = call(capsys, "run", scenario)
     assert code == 0
@@ -37,6 +38,7 @@ def test_run_prints_a_summary(capsys, scenario):
     assert out.startswith("stopped:")
 
 
+@pytest.mark.smoke
 def test_json_alone_on_stdout(capsys, scenario):
     code, out, _ = call(capsys, "run", scenario, "--json")
     summary = json.loads(out)

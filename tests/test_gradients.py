@@ -15,6 +15,7 @@ def stopping_time(scene):
     return sb.simulate(scene, rtol=1e-12, max_steps=128).stopping_time
 
 
+@pytest.mark.smoke
 def test_every_number_of_the_stop_forward_reverse_and_closed_form():
     scene = jax.tree.map(jnp.asarray, stop_scene())
     reverse = jax.jit(jax.grad(stopping_time))(scene)

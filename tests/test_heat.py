@@ -78,6 +78,7 @@ def layered_result(growth=1.0):
     return sb.simulate(layered_stop(growth))
 
 
+@pytest.mark.smoke
 def test_layered_rim_with_fade_against_scipy():
     result = layered_result()
     slip, stick, stop, T = scipy_stop(1.0, "DOP853", 1e-12)
@@ -106,6 +107,7 @@ def test_a_surface_layer_of_a_micrometre_gets_the_implicit_method_and_the_same_a
     assert "explicit method" in str(result)
 
 
+@pytest.mark.smoke
 @pytest.mark.parametrize("growth", [1.0, sb.layer_growth(1e-6, 0.028, 20)])
 def test_every_watt_is_accounted_for(growth):
     energy = layered_result(growth).energy

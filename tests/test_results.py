@@ -131,6 +131,7 @@ def test_traced_and_batched_results_are_refused(plain):
         sb.provenance(batch)
 
 
+@pytest.mark.smoke
 @pytest.mark.parametrize("suffix", SUFFIXES)
 def test_files_give_the_same_data_set_back(result, suffix, tmp_path):
     data = sb.dataset(result)

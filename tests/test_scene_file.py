@@ -76,6 +76,7 @@ def assert_same(a, b):
 NAMES = sorted(file.stem for file in SCENARIOS.glob("*.py") if "def scene()" in file.read_text("utf-8"))
 
 
+@pytest.mark.smoke
 @pytest.mark.parametrize("name", NAMES)
 def test_every_shipped_scene_is_written_and_read_without_loss(name, tmp_path):
     there = scenario(name)

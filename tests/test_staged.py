@@ -21,6 +21,7 @@ def names(result):
 # --- the staged pair of validation: internal capacity constant, external c·t ----------------------------------------
 
 
+@pytest.mark.smoke
 def test_staged_pair_has_its_closed_form():
     result = sb.simulate(staged_pair())
     assert float(result.internal_slip_time) == pytest.approx(1.32, rel=1e-11)

@@ -27,6 +27,7 @@ def stop():
     return sb.simulate(stop_scene())
 
 
+@pytest.mark.smoke
 @pytest.mark.parametrize(
     "case",
     [
@@ -60,6 +61,7 @@ def test_stop_before_full_slip_ends_with_all_energy_elastic():
     assert 0 < names(result).count("lining_limit") < 20
 
 
+@pytest.mark.smoke
 @pytest.mark.parametrize("solver", [diffrax.Tsit5(), diffrax.Dopri5(), diffrax.Bosh3()])
 def test_other_methods_and_tolerances_agree(solver):
     truth = closed_form()
@@ -77,6 +79,7 @@ def test_rigid_band_has_no_elastic_state():
     assert result.series([0.1]).elongation is None
 
 
+@pytest.mark.smoke
 def test_textbook_stop_of_band_and_blocks():
     """Khurmi & Gupta: 2000 kg, k_g 0.5 m, 360 rpm, R_b 0.5 m: α 5.09464574453 rad/s², t 7.39975137300599 s."""
     scene = stop_scene(
@@ -177,6 +180,7 @@ def test_ramp_and_speed_dependent_load_against_scipy():
     assert float(result.energy["closure"]) < 1e-11
 
 
+@pytest.mark.smoke
 @pytest.mark.parametrize("table", [False, True])
 def test_stribeck_and_tabulated_friction_against_scipy(table):
     v = np.linspace(0.0, 20.0, 161)

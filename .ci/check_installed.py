@@ -1,0 +1,47 @@
+"""Check an installed simbrake from an empty folder: `python check_installed.py CHECKOUT`.
+
+The package lies outside of the checkout, has every file of its source, and runs, with its templates and tables.
+"""
+
+import json
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+
+import simbrake as sb
+
+
+def files(package: pathlib.Path) -> set[pathlib.Path]:
+    """All files of a package but compiled ones, relative to it."""
+    found = {file.relative_to(package) for file in package.rglob("*") if file.is_file()}
+    return {file for file in found if "__pycache__" not in file.parts}
+
+
+def run(*arguments: str) -> str:
+    """What the installed command prints; an exit code other than 0 is an error."""
+    command = str(pathlib.Path(sys.executable).parent / "simbrake")
+    return subprocess.run([command, *arguments], capture_output=True, text=True, check=True).stdout
+
+
+def main() -> None:
+    checkout, installed = pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sb.__file__).resolve().parent
+    assert not installed.is_relative_to(checkout), installed
+    source = files(checkout / "simbrake")
+    assert files(installed) == source, sorted(map(str, files(installed) ^ source))
+    assert pathlib.Path("py.typed") in source
+    for name in sb.__all__:
+        assert getattr(sb, name) is not None
+    assert sb.rim_material("cast_iron")
+    for scene in ("u2_5_5_stop.py", "u2_5_5_stop.toml"):
+        shutil.copy(checkout / "scenarios" / scene, scene)
+        assert json.loads(run("run", scene, "--json"))["status"] == "stopped"
+    run("report", "u2_5_5_stop.toml")
+    assert "<html" in pathlib.Path("u2_5_5_stop.html").read_text("utf-8")
+    tables = [line for line in run("reproduce").splitlines() if re.match(r"[A-Z]\d: \d+ cells", line)]
+    assert len(tables) == 9, tables
+
+
+if __name__ == "__main__":
+    main()

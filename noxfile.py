@@ -1,0 +1,107 @@
+"""What must pass before a change is merged: `nox` runs all of it, `nox -s NAME` one session, `nox -l` lists them.
+
+An interpreter that is missing fails the run, unless `SIMBRAKE_CI_WITHOUT="3.12 3.13"` excludes it by name.
+"""
+
+import os
+import pathlib
+import sys
+import tempfile
+
+import nox
+
+ROOT = pathlib.Path(__file__).parent
+sys.path.insert(0, str(ROOT / "tests"))
+
+from readme_lines import install_and_run, install_and_test  # noqa: E402
+
+PYTHONS = ["3.11", "3.12", "3.13"]  # as the classifiers of pyproject.toml
+OLDEST = "3.11"  # that .ci/oldest.txt is made for
+FULL = "3.11"  # runs the whole suite, and so needs no smoke session
+WHEEL = "3.13"
+
+excluded = os.environ.get("SIMBRAKE_CI_WITHOUT", "").split()
+if unknown := set(excluded) - set(PYTHONS):
+    sys.exit(f"SIMBRAKE_CI_WITHOUT names {', '.join(sorted(unknown))}; known are {', '.join(PYTHONS)}")
+
+nox.options.default_venv_backend = "venv"
+nox.options.error_on_missing_interpreters = True
+nox.options.sessions = [
+    name
+    for name, python in [
+        ("lint", FULL),
+        *((f"smoke-{python}", python) for python in PYTHONS if python != FULL),
+        ("oldest", OLDEST),
+        ("wheel", WHEEL),
+        ("full", FULL),
+    ]
+    if python not in excluded
+]
+
+#: a skipped test is a failure: what it needs must be installed
+NO_SKIPS = {"PYTEST_ADDOPTS": "--no-skips"}
+
+
+def readme_line(session: nox.Session, find) -> None:
+    """Run a line of README.md as it stands there, in the environment of the session."""
+    line = find((ROOT / "README.md").read_text("utf-8"))
+    session.run("bash", "-euo", "pipefail", "-c", line, external=True, env=NO_SKIPS)
+
+
+@nox.session(python=FULL)
+def lint(session: nox.Session) -> None:
+    """Style, format and types."""
+    session.install("-e", ".[dev]")
+    session.run("ruff", "check", ".")
+    session.run("ruff", "format", "--check", ".")
+    session.run("pyright")
+
+
+@nox.session(python=PYTHONS)
+def smoke(session: nox.Session) -> None:
+    """What pip finds for each Python: the first line of README.md, and tests that touch every part."""
+    readme_line(session, install_and_run)
+    session.install("-e", ".[test]")
+    session.run("pytest", "-m", "smoke", env=NO_SKIPS)
+
+
+@nox.session(python=OLDEST)
+def oldest(session: nox.Session) -> None:
+    """The oldest versions that pyproject.toml admits."""
+    session.install("-e", ".[test]", "-c", ".ci/oldest.txt")
+    session.run("simbrake", "run", "scenarios/u2_5_5_stop.py")
+    # the newest indirect dependencies deprecate what the oldest direct ones call
+    session.run("pytest", "-m", "smoke", "-W", "default", env=NO_SKIPS)
+
+
+@nox.session(python=WHEEL)
+def wheel(session: nox.Session) -> None:
+    """The wheel made from the sdist, in an environment and a folder of its own, with the compile options of users."""
+    session.install("build")
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name)
+        session.run("python", "-m", "build", "--outdir", name, ".")
+        (file,) = folder.glob("*.whl")
+        session.run("python", "-m", "venv", str(folder / "env"))
+        python = str(folder / "env" / "bin" / "python")
+        session.run(python, "-m", "pip", "install", "-q", f"{file}[test]", external=True)
+        session.chdir(folder)
+        session.run(python, str(ROOT / ".ci" / "check_installed.py"), str(ROOT), external=True, env={"PYTHONPATH": ""})
+        tests = [python, "-m", "pytest", "-c", str(ROOT / "pyproject.toml"), "-m", "smoke", str(ROOT / "tests")]
+        users = {"PYTHONPATH": "", "PYTHONSAFEPATH": "1", "SIMBRAKE_USER_OPTIONS": "1"}
+        session.run(*tests, external=True, env=NO_SKIPS | users)
+
+
+@nox.session(python=FULL)
+def full(session: nox.Session) -> None:
+    """Every test, with the peers of the benchmarks; the docs; the notebooks."""
+    session.install("-e", ".[dev,bench]")
+    readme_line(session, install_and_run)
+    readme_line(session, install_and_test)
+    session.run("pytest", "-m", "slow", "--ignore", "tests/test_examples.py", env=NO_SKIPS)
+    # the examples of the docs call nearly everything between them: here shapes and types of every call are checked
+    checked = NO_SKIPS | {"SIMBRAKE_CHECK_TYPES": "1"}
+    session.run("pytest", "-m", "slow", "--dist", "load", "tests/test_examples.py", env=checked)
+    session.run("sphinx-build", "-q", "-W", "--keep-going", "-b", "html", "docs", "build/docs")
+    session.run("pytest", "--nbmake", "--nbmake-timeout=600", "notebooks")
+    session.run("simbrake", "reproduce", silent=True)

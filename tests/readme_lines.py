@@ -1,0 +1,28 @@
+"""The commands that README.md promises: its two set-up lines, which CI runs, and those named as evidence of claims."""
+
+import re
+
+
+def set_up_line(pattern: str, text: str) -> str:
+    """The one line of the `sh` blocks of `text` that matches; `ValueError` if there is none, or more than one."""
+    lines = [line for block in re.findall(r"^```sh\n(.*?)^```", text, re.S | re.M) for line in block.splitlines()]
+    found = [line for line in lines if re.fullmatch(pattern, line)]
+    if len(found) != 1:
+        raise ValueError(f"README.md: {len(found)} lines of its sh blocks match {pattern!r}, one is needed")
+    return found[0]
+
+
+def install_and_run(text: str) -> str:
+    """The line of README.md that installs simbrake and runs its main scenario."""
+    return set_up_line(r"pip install -e \. && simbrake run \S+", text)
+
+
+def install_and_test(text: str) -> str:
+    """The line of README.md that installs what the tests need and runs them."""
+    return set_up_line(r"pip install -e '\.\[test\]' && pytest", text)
+
+
+def claims(text: str) -> list[list[str]]:
+    """The commands of each row of the table of claims, from its last column."""
+    table = text.split("| claim | figure | command |\n", 1)[1].split("\n\n", 1)[0]
+    return [re.findall(r"`([^`]+)`", row.rsplit("|", 2)[1]) for row in table.splitlines()[1:]]
