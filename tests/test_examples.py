@@ -11,10 +11,9 @@ import shlex
 import jax
 import pytest
 
-import simbrake
 from simbrake._commands._cli import main
 
-ROOT = pathlib.Path(simbrake.__file__).parents[1]
+ROOT = pathlib.Path(__file__).parents[1]
 PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").rglob("*.md")])
 #: pages that take more than some ten seconds to compile and run
 SLOW = {
