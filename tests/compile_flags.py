@@ -12,8 +12,8 @@ import subprocess
 import sys
 from collections.abc import Sequence
 
-#: the older fusion emitters and no expensive LLVM passes: hardly any program of the tests runs for long
-FLAGS = ("--xla_cpu_use_fusion_emitters=false", "--xla_llvm_disable_expensive_passes=true")
+#: the older fusion emitters and no optimisation by LLVM: hardly any program of the tests runs for long
+FLAGS = ("--xla_cpu_use_fusion_emitters=false", "--xla_backend_optimization_level=0")
 _PROBE = "import jax; jax.numpy.zeros(1).block_until_ready()"
 
 

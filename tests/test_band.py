@@ -15,7 +15,7 @@ from simbrake._classical._reproduce import DISAGREES, MISPRINT, cells
 def ratio(f, angles):
     mu, locked = sb.tension_ratio(sb.grip(jnp.asarray(f), jnp.asarray(angles)))
     assert not np.any(locked)
-    return float(jnp.prod(mu))
+    return float(np.prod(mu))
 
 
 def test_band_and_block_of_the_textbook():
@@ -53,12 +53,12 @@ def test_self_locking_lining_is_marked_not_infinite():
     angles=st.lists(st.floats(0.1, 0.6), min_size=5, max_size=5),
 )
 def test_mobilised_forces_balance_and_respect_their_limits(f, T_0, share, angles):
-    beta = jnp.asarray(angles)
-    mu, _ = sb.tension_ratio(sb.grip(jnp.asarray(f), beta))
-    Pi = float(jnp.prod(mu))
+    beta = np.asarray(angles)
+    mu, _ = sb.tension_ratio(sb.grip(jnp.asarray(f), jnp.asarray(beta)))
+    Pi = float(np.prod(mu))
     for T_n in (T_0 * Pi**share, T_0 * Pi**-share):
-        forces = sb.mobilised(jnp.asarray(T_0), jnp.asarray(T_n), mu, beta)
-        total = float(jnp.sum(forces.friction / jnp.cos(beta / 2)))
+        forces = sb.mobilised(jnp.asarray(T_0), jnp.asarray(T_n), mu, jnp.asarray(beta))
+        total = float(np.sum(forces.friction / np.cos(beta / 2)))
         assert total == pytest.approx(T_n - T_0, abs=1e-9 * T_0)
         assert np.all(np.abs(forces.friction) <= f * np.asarray(forces.normal) * (1 + 1e-9) + 1e-9)
         assert float(forces.tension[-1]) == pytest.approx(T_n, rel=1e-12)

@@ -61,7 +61,7 @@ def test_a_scene_without_heat_books_the_shares():
 
     work = sb.simulate(stop_scene()).energy["friction_heat"]
     assert float(electrical(0.2)) == pytest.approx(0.2 * float(work), rel=1e-10)
-    assert float(jax.grad(electrical)(0.2)) == pytest.approx(float(work), rel=1e-8)
+    assert float(jax.jit(jax.grad(electrical))(0.2)) == pytest.approx(float(work), rel=1e-8)
 
 
 def test_flash_temperature_sees_the_heat_alone():
