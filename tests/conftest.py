@@ -4,6 +4,7 @@ import importlib
 import os
 
 import jax
+import psutil
 import pytest
 from compile_flags import set_flags
 from jaxtyping import install_import_hook
@@ -23,9 +24,14 @@ def pytest_configure(config):
         set_flags(cache)
         jax.config.update("jax_numpy_dtype_promotion", "strict")
         jax.config.update("jax_cpu_enable_async_dispatch", False)
-    jax.config.update("jax_compilation_cache_dir", str(cache / "programs"))
-    jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
-    jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
+    kept = {
+        "jax_compilation_cache_dir": str(cache / "programs"),
+        "jax_persistent_cache_min_compile_time_secs": 0.0,
+        "jax_persistent_cache_min_entry_size_bytes": -1,
+    }
+    for name, value in kept.items():
+        jax.config.update(name, value)
+        os.environ[name.upper()] = str(value)  # for processes that tests start, and for commands that they call
     # shapes and types of every call are checked where asked, as they double the time to trace
     checked = os.environ.get("SIMBRAKE_CHECK_TYPES") == "1"
     with install_import_hook("simbrake", "beartype.beartype") if checked else contextlib.nullcontext():
@@ -49,9 +55,10 @@ def pytest_runtest_makereport(item, call):
 
 @pytest.fixture(scope="module", autouse=True)
 def _forget_programs():
-    """Compiled programs of one file are hardly ever those of another, and take gigabytes together."""
+    """Files share programs, traced and compiled, until these take too much memory: all of them take gigabytes."""
     yield
-    jax.clear_caches()
+    if psutil.Process().memory_info().rss > 2e9:
+        jax.clear_caches()
 
 
 @pytest.fixture(scope="session")
