@@ -29,11 +29,10 @@ nox.options.error_on_missing_interpreters = True
 nox.options.sessions = [
     name
     for name, python in [
-        ("lint", FULL),
+        ("full", FULL),
         *((f"smoke-{python}", python) for python in PYTHONS if python != FULL),
         ("oldest", OLDEST),
         ("wheel", WHEEL),
-        ("full", FULL),
     ]
     if python not in excluded
 ]
@@ -48,13 +47,18 @@ def readme_line(session: nox.Session, find) -> None:
     session.run("bash", "-euo", "pipefail", "-c", line, external=True, env=NO_SKIPS)
 
 
-@nox.session(python=FULL)
-def lint(session: nox.Session) -> None:
+def check_source(session: nox.Session) -> None:
     """Style, format and types."""
-    session.install("-e", ".[dev]")
     session.run("ruff", "check", ".")
     session.run("ruff", "format", "--check", ".")
     session.run("pyright")
+
+
+@nox.session(python=FULL)
+def lint(session: nox.Session) -> None:
+    """Style, format and types alone; `full` begins with them."""
+    session.install("-e", ".[dev]")
+    check_source(session)
 
 
 @nox.session(python=PYTHONS)
@@ -94,8 +98,9 @@ def wheel(session: nox.Session) -> None:
 
 @nox.session(python=FULL)
 def full(session: nox.Session) -> None:
-    """Every test, with the peers of the benchmarks; the docs; the notebooks."""
+    """Style, format and types; every test, with the peers of the benchmarks; the docs; the notebooks."""
     session.install("-e", ".[dev,bench]")
+    check_source(session)
     readme_line(session, install_and_run)
     readme_line(session, install_and_test)
     session.run("pytest", "-m", "slow", "--ignore", "tests/test_examples.py", env=NO_SKIPS)
