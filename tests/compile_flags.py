@@ -1,7 +1,8 @@
 """XLA flags that let the tests compile faster, each used only if the installed JAX accepts it.
 
 XLA ends the process at an unknown flag, and flags come and go between releases: so each is tried once per release in a
-process that may die.
+process that may die. Without optimisation by LLVM programs compile in three quarters of the time; those of simbrake
+itself take their level as an option (`conftest.py`).
 """
 
 import importlib.metadata

@@ -39,6 +39,9 @@ def pytest_configure(config):
             module = importlib.import_module(name)
             for public in getattr(module, "__all__", ()):
                 getattr(module, public)  # public names are imported when they are first used
+    if os.environ.get("SIMBRAKE_USER_OPTIONS") != "1":
+        # before the first program is compiled: see compile_flags
+        importlib.import_module("simbrake._base._compiling")._CPU_OPTIONS["xla_backend_optimization_level"] = 0
     # tracing leaves millions of small objects, and hardly any rubbish in cycles
     gc.collect()
     gc.freeze()
