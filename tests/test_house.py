@@ -153,7 +153,7 @@ HOUSE = {
         {"_html_report"},
     ],
     "_commands": [
-        {"_cli_completion", "_cli_options", "_compare_run", "_console", "_validate_run"},
+        {"_cli_completion", "_cli_doctor", "_cli_options", "_compare_run", "_console", "_validate_run"},
         {"_report_run"},
         {
             "_calibrate_run",

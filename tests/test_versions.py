@@ -10,7 +10,7 @@ import pytest
 from packaging.requirements import Requirement
 from packaging.version import Version
 
-from simbrake._base._tested import FIRST_UNTESTED_JAX
+from simbrake._base._tested import FIRST_UNTESTED_JAX, OLDEST_JAX
 
 ROOT = pathlib.Path(__file__).parent.parent
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
@@ -53,6 +53,7 @@ def test_packages_that_can_break_simbrake_have_upper_bounds():
 def test_the_warning_knows_the_upper_bound_of_jax():
     (jax,) = (requirement for requirement in TESTED if requirement.name == "jax")
     assert Version(bounds(jax, "<")[0]).release == FIRST_UNTESTED_JAX
+    assert Version(bounds(jax, ">=")[0]).release == OLDEST_JAX
 
 
 @pytest.mark.smoke

@@ -2,7 +2,8 @@
 
 import warnings
 
-#: the upper bound of JAX in pyproject.toml: its minor releases change what simbrake calls
+#: the bounds of JAX in pyproject.toml: its minor releases change what simbrake calls
+OLDEST_JAX = (0, 9)
 FIRST_UNTESTED_JAX = (0, 13)
 
 

@@ -11,6 +11,7 @@ from typing import Annotated, Any
 import cyclopts
 
 from ._cli_completion import OUTPUT, Shell, write_completion
+from ._cli_doctor import doctor, versions
 from ._cli_life import life
 from ._cli_materials import materials
 from ._cli_options import (
@@ -40,11 +41,8 @@ from ._console import print_readably
 
 def _version() -> str:
     """simbrake with the versions that its numbers depend on."""
-    import platform
-    from importlib.metadata import version
-
-    names = ("simbrake", "jax", "jaxlib", "diffrax", "equinox", "numpy", "scipy")
-    return ", ".join([*(f"{name} {version(name)}" for name in names), f"Python {platform.python_version()}"])
+    python, *others = versions().items()
+    return ", ".join([*(f"{name} {number}" for name, number in others), f"Python {python[1]}"])
 
 
 app = cyclopts.App(
@@ -171,6 +169,7 @@ for _command in (
     sweep,
     calibrate,
     validate,
+    doctor,
 ):
     app.command(_command)
 
