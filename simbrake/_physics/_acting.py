@@ -209,13 +209,15 @@ class AbstractBrakeSystem(AbstractHybridSystem):
         """The next known time, and whether it is that of the lever, of the load, and of each profile of the heat.
 
         A pulley at rest, and a lever that only begins to pull, must be held back by nothing that is over, and held by
-        nothing that is yet to come: where its tension falls, without going to 0, the lever comes after the load.
+        nothing that is yet to come: where its tension falls, without going to 0, the lever comes after the load, and
+        also where it is to answer the load.
         """
         lever, piece = self.forces.lever, jnp.asarray(mode.lever_piece, jnp.int32)
 
         def waits(t: Array) -> Array:
             before, after = lever.value(t, piece), lever.value(t, piece + 1)
-            return (mode.band == BandMode.OPEN) | ((after < before) & (after > 0))
+            answers = lever.follows(piece + 1) if isinstance(lever, AbstractSpeedLever) else False
+            return (mode.band == BandMode.OPEN) | answers | ((after < before) & (after > 0))
 
         profiles = (lever, self.forces.load.profile, *self.profiles)
         return next_known_time(profiles, (piece, mode.load_piece, *mode.heat_pieces), waits)
