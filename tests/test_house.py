@@ -153,10 +153,11 @@ HOUSE = {
         {"_html_report"},
     ],
     "_commands": [
-        {"_cli_completion", "_cli_doctor", "_cli_options", "_compare_run", "_console", "_validate_run"},
+        {"_cli_completion", "_cli_options", "_compare_run", "_console", "_validate_run"},
         {"_report_run"},
         {
             "_calibrate_run",
+            "_cli_doctor",
             "_cli_life",
             "_cli_materials",
             "_cli_results",
@@ -207,6 +208,14 @@ def test_integrator_knows_nothing_of_brakes():
         assert not re.search(r"\b(brakes?|linings?|pulleys?|tensions?|bands?|friction|slip)\b", text), file.name
         tree = ast.parse(file.read_text("utf-8"))
         assert not [n for n in ast.walk(tree) if isinstance(n, ast.ImportFrom) and n.level > 1]
+
+
+def test_nothing_is_built_on_the_inside_of_jax():
+    """No private module, no program of JAX taken apart, no flag of the process; `equinox.internal` in one file."""
+    inside = re.compile(r"jax\._src|jax\.(interpreters|extend)|make_jaxpr|\.eqns\b|\bXLA_FLAGS\b.*\]\s*=|_p\.bind")
+    sources = {path: path.read_text("utf-8") for path in PACKAGE.rglob("*.py")}
+    assert not {path.name for path, text in sources.items() if inside.search(text)}
+    assert [path.name for path, text in sources.items() if "equinox.internal" in text] == ["_loop.py"]
 
 
 def test_only_plot_modules_import_matplotlib():
