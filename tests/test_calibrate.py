@@ -85,7 +85,7 @@ def test_without_standard_deviations_errors_come_from_the_scatter():
 def test_coverage_of_the_intervals_over_repeated_experiments():
     """60 seeded experiments on one program: intervals hold the truth, errors are neither too small nor too large."""
     sb.calibrate(rigid(), LINE, speeds(line()), start=START)
-    count, noise, runs = _program()._cache_size(), np.random.default_rng(7), 60
+    count, noise, runs = _program.on("cpu")._cache_size(), np.random.default_rng(7), 60
     inside, distance, scatter = np.zeros(2), 0.0, 0.0
     truth = np.array([20.0, 8e3])
     for _ in range(runs):
@@ -94,7 +94,7 @@ def test_coverage_of_the_intervals_over_repeated_experiments():
         inside += [p.interval[0] <= x <= p.interval[1] for p, x in zip(fit.parameters, truth, strict=True)]
         distance += off @ np.linalg.solve(fit.covariance, off)
         scatter += fit.chi2
-    assert _program()._cache_size() == count
+    assert _program.on("cpu")._cache_size() == count
     assert np.all(inside >= binom.ppf(1e-3, runs, 0.95))
     assert chi2.ppf(1e-3, 2 * runs) < distance < chi2.ppf(1 - 1e-3, 2 * runs)
     freedom = runs * (TS.size - 2)

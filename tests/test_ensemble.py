@@ -115,9 +115,9 @@ def test_many_stops_against_the_closed_form_in_the_callers_order():
         np.testing.assert_allclose(got, [truth["t0"], truth["t1"], truth["stop"]], rtol=1e-10)
     assert np.all(data.code == 0)
     assert done[-1] == (1000, 1000)
-    compiled = list(_integrators), _scanner()._cache_size()
+    compiled = list(_integrators), _scanner.on("cpu")._cache_size()
     other = sb.ensemble(stop_scene(end=21.0, J=700.0), drawn(1000, 2), TIMES, progress=False, workers=1, rtol=1e-9)
-    assert (list(_integrators), _scanner()._cache_size()) == compiled
+    assert (list(_integrators), _scanner.on("cpu")._cache_size()) == compiled
     assert not np.any(other.stopping_time == data.stopping_time)
 
 

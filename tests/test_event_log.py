@@ -25,12 +25,9 @@ def logs():
     given: list[list[tuple[int, ...]]] = []
     original, runs = _probe._probe_compiled, []
 
-    def counted():
-        def call(*arguments):
-            given.append([np.shape(leaf) for leaf in jax.tree.leaves(arguments)])
-            return original()(*arguments)
-
-        return call
+    def counted(*arguments):
+        given.append([np.shape(leaf) for leaf in jax.tree.leaves(arguments)])
+        return original(*arguments)
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(_probe, "_probe_compiled", counted)

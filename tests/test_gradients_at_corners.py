@@ -197,7 +197,7 @@ def test_stop_through_a_blend_against_quadrature():
 
     def stopping_time(above, blend):
         law = fading(slope=slope, above=above, blend=blend)
-        return sb.simulate(rigid_stop(law, lump(C)), rtol=1e-12, solver=diffrax.Dopri8(), max_steps=256).stopping_time
+        return sb.simulate(rigid_stop(law, lump(C)), rtol=1e-13, solver=diffrax.Dopri8(), max_steps=256).stopping_time
 
     def batch(derivative):
         return jax.jit(jax.vmap(derivative(stopping_time, (0, 1)), (0, None)))(above, blend)

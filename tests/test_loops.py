@@ -9,7 +9,7 @@ import pytest
 from heat_scenes import layered_stop
 
 import simbrake as sb
-from simbrake._hybrid import CORE, LINEAR
+from simbrake._hybrid import CORE, LINEAR, largest, smallest
 from simbrake._hybrid._bordered import Bordered, Couplings, factor, jacobian, linear_rows, solve
 from simbrake._hybrid._packing import flatten, pack_mode, ravel
 from simbrake._hybrid._places import put, take
@@ -25,6 +25,15 @@ def test_entries_as_slices():
     expected[list(places)] = values
     np.testing.assert_array_equal(put(jnp.asarray(x), places, jnp.asarray(values)), expected)
     assert take(jnp.asarray(x), ()).shape == (0,)
+
+
+def test_largest_entry_and_its_derivative():
+    x, d = jnp.asarray([1.0, 3.0, -2.0, 3.0]), jnp.asarray([0.1, 0.2, 0.3, 0.4])
+    for find, value, slope in ((largest, 3.0, 0.2), (smallest, -2.0, 0.3)):
+        found = jax.jvp(find, (x,), (d,))
+        assert (float(found[0]), float(found[1])) == (value, slope)
+        np.testing.assert_array_equal(jax.grad(find)(x), np.asarray(d == slope, float))
+        assert np.isnan(find(x.at[2].set(jnp.nan)))
 
 
 @pytest.mark.parametrize(("m", "n"), [(0, 7), (3, 0), (1, 1), (3, 19), (5, 64), (20, 4)])

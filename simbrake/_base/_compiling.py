@@ -96,21 +96,31 @@ def run_device() -> Any:
         return jax.local_devices()[0]
 
 
-def device_jit(function: Callable[..., Any], *, static_argnames: Any = ()) -> Callable[..., Any]:
-    """`jax.jit` for programs that run by themselves: on `run_device()`, with the options for it."""
+class DeviceJit:
+    """`jax.jit` of a program that runs by itself: on `run_device()`, with the options for it."""
 
-    @functools.cache
-    def program(platform: str) -> Callable[..., Any]:
-        options = accelerators(platform).options or None
-        return jax.jit(function, static_argnames=static_argnames, compiler_options=options)
+    def __init__(self, function: Callable[..., Any], static_argnames: Any):
+        functools.update_wrapper(self, function)
+        self._function, self._static = function, static_argnames
+        self._programs: dict[str, Callable[..., Any]] = {}
 
-    @functools.wraps(function)
-    def call(*arguments: Any, **named: Any) -> Any:
+    def on(self, platform: str) -> Any:
+        """The jitted function for a platform."""
+        if platform not in self._programs:
+            options = accelerators(platform).options or None
+            program = jax.jit(self._function, static_argnames=self._static, compiler_options=options)
+            self._programs.setdefault(platform, program)  # whichever thread was first
+        return self._programs[platform]
+
+    def __call__(self, *arguments: Any, **named: Any) -> Any:
         device = run_device()
         with jax.default_device(device):
-            return program(device.platform)(*arguments, **named)
+            return self.on(device.platform)(*arguments, **named)
 
-    return call
+
+def device_jit(function: Callable[..., Any], *, static_argnames: Any = ()) -> DeviceJit:
+    """`jax.jit` for programs that run by themselves: on `run_device()`, with the options for it."""
+    return DeviceJit(function, static_argnames)
 
 
 class Packing(NamedTuple):

@@ -12,6 +12,8 @@ from ._packing import LANDED as LANDED
 from ._packing import SKIPPED as SKIPPED
 from ._packing import STOPPED as STOPPED
 from ._packing import Rows as Rows
+from ._places import largest as largest
+from ._places import smallest as smallest
 from ._rosenbrock import Rodas5P as Rodas5P
 from ._solve import Record as Record
 from ._solve import hybridsolve as hybridsolve

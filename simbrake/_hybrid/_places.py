@@ -20,6 +20,20 @@ def take(x: Float[Array, " n"], places: tuple[int, ...]) -> Float[Array, " k"]:
     return jnp.concatenate([x[a:b] for a, b in _runs(places)]) if places else jnp.zeros(0, x.dtype)
 
 
+def largest(x: Float[Array, " n"]) -> Float[Array, ""]:
+    """`max x_i`, with the derivative of the first entry that is largest.
+
+    The derivative of `jnp.max` looks for entries equal to the maximum and divides by their number. XLA may compute the
+    entries twice, with different rounding: then there are none.
+    """
+    return jnp.sum(jnp.where(jnp.arange(x.shape[0], dtype=jnp.int32) == jnp.argmax(x).astype(jnp.int32), x, 0.0))
+
+
+def smallest(x: Float[Array, " n"]) -> Float[Array, ""]:
+    """`min x_i`, with the derivative of the first entry that is smallest."""
+    return -largest(-x)
+
+
 def put(x: Float[Array, " n"], places: tuple[int, ...], values: Float[Array, " k"]) -> Float[Array, " n"]:
     """`x` with `values` at `places`."""
     n = x.shape[0]

@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Bool, Float
 
-from .._hybrid import AbstractHybridSystem
+from .._hybrid import AbstractHybridSystem, largest, smallest
 from .._hybrid._arrays import Array
 from .._parts._band import product
 from .._parts._driller import AbstractSpeedLever
@@ -202,7 +202,7 @@ class AbstractBrakeSystem(AbstractHybridSystem):
         for law, T in self.forces.laws(u):
             bounds = law.temperature_range()
             if bounds is not None and T is not None:
-                room.append(jnp.minimum(jnp.min(T) - bounds[0], bounds[1] - jnp.max(T)) / 100.0)
+                room.append(jnp.minimum(smallest(T) - bounds[0], bounds[1] - largest(T)) / 100.0)
         return room[0] if len(room) == 1 else jnp.minimum(*room)
 
     def _next_known(self, mode: Any) -> tuple[Any, list[Any]]:

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float
 
-from .._hybrid import CORE, QUADRATURE
+from .._hybrid import CORE, QUADRATURE, largest
 from .._hybrid._arrays import Array
 from ._acting import AbstractBrakeSystem
 from ._at_rest import holding_range, resting_tensions, yields_on_band
@@ -124,7 +124,7 @@ class BandageSystem(AbstractBrakeSystem):
         if code == BrakeCode.SINGULAR_GEOMETRY:
             c = f.coefficients(y, mode)
             on_rim = f.track_radius * c.inner_static * f.grip.sine / f.band_radius
-            return 1 - jnp.maximum(jnp.max(c.grip_static), jnp.max(on_rim))
+            return 1 - jnp.maximum(largest(c.grip_static), largest(on_rim))
         return self.table_margin(y.heat)
 
     # --- changes of mode ------------------------------------------------------------------------------------------

@@ -8,6 +8,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Float
 
+from .._hybrid import largest, smallest
 from .._hybrid._arrays import Array
 from .._parts._band import tension_ratio
 from .._parts._design import Lining
@@ -120,15 +121,15 @@ class Grip(eqx.Module):
             # up to the root the residual must rise all the way: beyond a fold the next root lies behind a valley
             way = jax.lax.stop_gradient(cold) + jnp.linspace(0.0, 1.0, _LOOKS) * (f - jax.lax.stop_gradient(cold))
             r, slopes = jax.vmap(residual)(way)
-            slope = jnp.where(jnp.abs(r[-1]) > 1e-9, -jnp.abs(r[-1]), jnp.min(slopes))
+            slope = jnp.where(jnp.abs(r[-1]) > 1e-9, -jnp.abs(r[-1]), smallest(slopes))
             # flash can lift a sliding lining over its sticking self, up to where it would lock: no solution either
             slope = jnp.minimum(slope, 1 - fz)
             return before * jnp.where(back, 1 / mu, mu), (f, slope)
 
         _, (f, slope) = jax.lax.scan(lining, jnp.asarray(T_0, jnp.float64), jnp.arange(n, dtype=jnp.int32))
-        return Coefficients(f, jnp.min(slope))
+        return Coefficients(f, smallest(slope))
 
     def ratios(self, f: Array) -> tuple[Float[Array, " n"], Array]:
         """Tension ratios `μ_i`, and by how much the lining nearest to locking is away from it, `1 − max f_i z_i`."""
         fz = f * self.tangent
-        return tension_ratio(fz)[0], 1 - jnp.max(fz)
+        return tension_ratio(fz)[0], 1 - largest(fz)

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._base._compiling import device_jit
-from .._hybrid import ADVANCED, LANDED, SKIPPED, Record
+from .._hybrid import ADVANCED, LANDED, SKIPPED, Record, largest, smallest
 from .._hybrid._arrays import Array
 from .._physics._acting import AbstractBrakeSystem, Capacity
 from .._physics._chain_system import ChainSystem
@@ -136,11 +136,11 @@ def worn_thickness(record: Record) -> Any:
 
 def _over(h: Any, below: Any) -> Array:
     """Greatest wear over another one, `inf` where there is none."""
-    return jnp.where(below > 0, jnp.max(h) / jnp.where(below > 0, below, 1.0), jnp.inf)
+    return jnp.where(below > 0, largest(h) / jnp.where(below > 0, below, 1.0), jnp.inf)
 
 
 def _greatest_wear(record: Record, travel: Any) -> Array:
-    return jnp.max(worn_thickness(record))
+    return largest(worn_thickness(record))
 
 
 def _wear_over_mean(record: Record, travel: Any) -> Array:
@@ -150,7 +150,7 @@ def _wear_over_mean(record: Record, travel: Any) -> Array:
 
 def _wear_over_least(record: Record, travel: Any) -> Array:
     h = worn_thickness(record)
-    return _over(h, jnp.min(h))
+    return _over(h, smallest(h))
 
 
 #: metrics of a scene with wear: thickness lost in the run by the lining that lost most, and over mean and least
