@@ -266,7 +266,8 @@ def test_gradient_of_a_peak_temperature_against_differences():
         )  # fmt: skip
         return result.peak_rim_temperature.value
 
-    at, value = (0.35, 5e3), jax.jit(peak)
+    # without LLVM's first level one of the four runs takes other steps, which the difference shows 700-fold
+    at, value = (0.35, 5e3), jax.jit(peak, compiler_options={"xla_backend_optimization_level": 1})
     slopes = jax.jit(jax.grad(peak, (0, 1)))(*at)
     for i, h in enumerate((2e-4, 5.0)):
         up, down = (value(*(x + s * h * (j == i) for j, x in enumerate(at))) for s in (1, -1))

@@ -137,7 +137,7 @@ def test_held_staged_brake_does_not_move_and_the_weaker_pair_lets_go(stiffness):
     T = staged.tensions(4e3, 4e3 + M / staged.R_B, mu)
     capacity = staged.R * staged.F_INT * np.sum((T[1:] + T[:-1]) * math.sin(staged.BETA / 2) + staged.PRELOAD)
     assert capacity == pytest.approx(M, rel=1e-10)
-    assert result.status == "not_stopped"
+    assert result.status == "runaway"
     assert np.all(np.asarray(result.series([40.0, 50.0]).bandage_speed) == 0.0)
     # against the braking direction, with more interference, the band is the weaker one: M = −R_b T_0 (1 − 1/Π)
     back = sb.TorqueLoad(sb.PiecewiseLinear([0.0, 100.0], [0.0, -2e4]))

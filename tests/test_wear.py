@@ -168,7 +168,7 @@ def test_the_states_are_the_integrals_over_the_run(scene):
             np.asarray(worn.inner), np.asarray(sb.wear(result, inner, pair="internal")), rtol=1e-9
         )
         np.testing.assert_allclose(np.asarray(result.worn_thickness), np.asarray(worn.outer + worn.inner), rtol=1e-15)
-        last = result.series([6.0])
+        last = result.series([float(result.record.t_end)])
         np.testing.assert_allclose(np.asarray(last.internal_worn_thickness)[0], np.asarray(worn.inner), rtol=1e-9)
 
 
