@@ -31,24 +31,24 @@ _ROUNDING = 1e-9
 
 
 class Capacity(NamedTuple):
-    """Load and sliding brake at one instant: torques (N·m) in the direction in which the pulley turns.
+    """Load and sliding brake at one instant, or at many: torques (N·m) in the direction in which the pulley turns.
 
-    - `load`: load torque;  `pairs` (k,): greatest torque of each friction pair with its kinetic friction at the speed
+    - `load`: load torque;  `pairs` (…, k): greatest torque of each friction pair with its kinetic friction at the speed
       of the pulley and the temperatures of that instant: of a standard brake one, of a staged brake external, internal
     - `settled`: whether the lever is at its last value
     """
 
-    load: Float[Array, ""]
-    pairs: Float[Array, " pairs"]
-    settled: Bool[Array, ""]
+    load: Float[Array, "*many"]
+    pairs: Float[Array, "*many pairs"]
+    settled: Bool[Array, "*many"]
 
     @property
-    def torque(self) -> Float[Array, ""]:
+    def torque(self) -> Float[Array, "*many"]:
         """What the brake can hold: the torque of its weaker pair (N·m)."""
         return self.pairs.min(axis=-1)
 
     @property
-    def exceeded(self) -> Bool[Array, ""]:
+    def exceeded(self) -> Bool[Array, "*many"]:
         """Whether the brake cannot hold the load, nor ever will by its lever."""
         return self.settled & (self.load > 0) & (self.load >= self.torque * (1 - _ROUNDING))
 
