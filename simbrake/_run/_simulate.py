@@ -11,6 +11,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
+from jax.custom_batching import custom_vmap
 
 from .._base._compiling import (
     Packing,
@@ -77,14 +78,15 @@ def _part(packing: Packing, method: AbstractMethod, max_steps: int) -> Callable[
     run = jax.jit(_of_numbers(packing, method, max_steps))
     if jax.default_backend() != "cpu" or not accelerators("cpu").one_function:
         return run
-    text = run.lower(jax.ShapeDtypeStruct((packing.size,), np.float64)).as_text()
-    # (matrix products too are calls of a library, unless the options of the whole program say otherwise)
-    if "dot_general" in text or not fits_one_function(text, LONGEST):
-        return run
 
-    @jax.custom_batching.custom_vmap
+    def joins() -> bool:
+        text = run.lower(jax.ShapeDtypeStruct((packing.size,), np.float64)).as_text()
+        # (matrix products too are calls of a library, unless the options of the whole program say otherwise)
+        return "dot_general" not in text and fits_one_function(text, LONGEST)
+
+    @custom_vmap
     def marked(numbers: Any) -> Record:
-        return one_function(run, numbers)
+        return one_function(run, numbers) if joins() else run(numbers)
 
     @marked.def_vmap
     def _(size: int, batched: Any, numbers: Any) -> tuple[Record, Any]:
