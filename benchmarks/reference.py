@@ -20,7 +20,7 @@ _STAGES = 12
 @functools.cache
 def radau(s: int) -> tuple[np.ndarray, np.ndarray]:
     """Points and matrix of the Radau IIA method of `s` stages (order 2s − 1; Hairer & Wanner II, IV.5)."""
-    points = np.sort(legendre.legroots([0.0] * (s - 1) + [-1.0, 1.0]))
+    points = np.sort(legendre.legroots([0.0] * (s - 1) + [-1.0, 1.0]).real)  # (complex numbers from NumPy 2.5 on)
     points[-1] = 1.0
     series = np.eye(s)
     integrals = np.stack([legendre.legval(points, legendre.legint(row, lbnd=-1)) for row in series], axis=1)
