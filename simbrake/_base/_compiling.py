@@ -21,12 +21,12 @@ _CPU_OPTIONS: dict[str, Any] = {"xla_cpu_use_fusion_emitters": False, "xla_backe
 #: only for a run as one function: matrix products that XLA would hand to a library cannot be part of it
 _ONE_FUNCTION_OPTIONS: dict[str, Any] = {"xla_cpu_experimental_ynn_fusion_type": ""}
 _MARK = "xla_cpu_small_call"
-#: what each accelerator is worth, measured on 2 cores with JAX 0.10.2
+#: what each accelerator is worth, measured once on 2 cores with JAX 0.10.2, or what it is for
 WORTH = {
     "xla_cpu_use_fusion_emitters": "without it compiling takes up to 1.6 times as long",
     "xla_backend_optimization_level": "without it compiling takes 1.3 times as long",
-    "xla_cpu_experimental_ynn_fusion_type": "without it metrics with matrix products run several times slower",
-    _MARK: "without it warm runs take 4 to 7 times as long",
+    "xla_cpu_experimental_ynn_fusion_type": "without it programs with matrix products are not compiled as one function",
+    _MARK: "without it a warm stop of 20 linings takes 4 times as long",
 }
 
 
@@ -99,7 +99,7 @@ def run_device() -> Any:
 class DeviceJit:
     """`jax.jit` of a program that runs by itself: on `run_device()`, with the options for it."""
 
-    def __init__(self, function: Callable[..., Any], static_argnames: Any):
+    def __init__(self, function: Callable[..., Any], *, static_argnames: Any = ()):
         functools.update_wrapper(self, function)
         self._function, self._static = function, static_argnames
         self._programs: dict[str, Callable[..., Any]] = {}
@@ -116,11 +116,6 @@ class DeviceJit:
         device = run_device()
         with jax.default_device(device):
             return self.on(device.platform)(*arguments, **named)
-
-
-def device_jit(function: Callable[..., Any], *, static_argnames: Any = ()) -> DeviceJit:
-    """`jax.jit` for programs that run by themselves: on `run_device()`, with the options for it."""
-    return DeviceJit(function, static_argnames)
 
 
 class Packing(NamedTuple):

@@ -12,7 +12,7 @@ import jax
 import numpy as np
 from jax.flatten_util import ravel_pytree
 
-from .._base._compiling import device_jit
+from .._base._compiling import DeviceJit
 from .._hybrid import Record
 
 #: a guard this near to 0 has been reached (guards are of order one)
@@ -66,13 +66,13 @@ class _Compiled(NamedTuple):
 def _compiled(record: Record) -> _Compiled:
     flat = record.flat
     return _Compiled(
-        rhs=device_jit(flat.rhs),
-        guards=device_jit(flat.guards),
-        rates=device_jit(lambda t, y, mode: flat.rates(t, y, mode)[1]),
-        jacobian=device_jit(lambda t, y, mode: jax.jacfwd(flat.rhs, argnums=1)(t, y, mode)),
-        transition=device_jit(flat.transition),
-        reset=device_jit(flat.reset),
-        next_stop=device_jit(flat.next_stop),
+        rhs=DeviceJit(flat.rhs),
+        guards=DeviceJit(flat.guards),
+        rates=DeviceJit(lambda t, y, mode: flat.rates(t, y, mode)[1]),
+        jacobian=DeviceJit(lambda t, y, mode: jax.jacfwd(flat.rhs, argnums=1)(t, y, mode)),
+        transition=DeviceJit(flat.transition),
+        reset=DeviceJit(flat.reset),
+        next_stop=DeviceJit(flat.next_stop),
     )
 
 

@@ -9,7 +9,7 @@ import diffrax
 import jax
 import jax.numpy as jnp
 
-from .._base._compiling import device_jit
+from .._base._compiling import DeviceJit
 from .._hybrid import Code, ExplicitRungeKutta, Record, Rodas5P, Settings, hybridsolve
 from ._reference_problems import (
     SLIP,
@@ -42,7 +42,7 @@ def _once(function: Callable[[Any], Any], system: Any) -> Callable[[], Any]:
     """
 
     def run() -> Any:
-        record, numbers = device_jit(function)(arrays(system))
+        record, numbers = DeviceJit(function)(arrays(system))
         if int(record.code) != Code.COMPLETED:
             raise RuntimeError(f"the integration ended with {Code(int(record.code)).name.lower()}")
         return numbers

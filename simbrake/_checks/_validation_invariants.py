@@ -8,7 +8,7 @@ from typing import Any
 import jax
 import numpy as np
 
-from .._base._compiling import device_jit
+from .._base._compiling import DeviceJit
 from .._parts._scene import Scene
 from .._physics._modes import BandMode
 from .._run._result import Result
@@ -123,7 +123,7 @@ def gradient_cases() -> list[Case]:
     @functools.cache
     def slopes() -> Any:
         scene = jax.tree.map(np.asarray, elastic_stop())
-        return device_jit(both)(scene)
+        return DeviceJit(both)(scene)
 
     def truth(name: str) -> float:
         # complex step: no difference of near numbers

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from .._base._compiling import device_jit
+from .._base._compiling import DeviceJit
 from .._hybrid._arrays import Array
 from .._parts._band import running_product
 from .._parts._layout import InfeasibleLayout, equal_increment_angles, equal_load_angles
@@ -49,7 +49,7 @@ def full_slip(scene: Scene) -> tuple[Rubbing, Array]:
     return Rubbing(along - before, normal, v, pressure, T), f
 
 
-_full_slip_compiled = device_jit(full_slip)
+_full_slip_compiled = DeviceJit(full_slip)
 
 
 def friction_at_start(scene: Scene) -> Float[np.ndarray, " n"]:

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from .._base._compiling import device_jit
+from .._base._compiling import DeviceJit
 from .._base._faults import Fault, InputError
 from .._base._progress import Line, duration
 from .._base._quantity import leaves
@@ -91,7 +91,7 @@ def _evaluate(x: Any, scene: Scene, *, spec: _Spec) -> Any:
     return found, jacobian, code
 
 
-_compiled = device_jit(_evaluate, static_argnames="spec")
+_compiled = DeviceJit(_evaluate, static_argnames="spec")
 
 
 class _Problem:

@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from .._base._compiling import device_jit
+from .._base._compiling import DeviceJit
 from .._base._faults import InputError
 from .._base._progress import Line, duration
 from .._base._quantity import as_number
@@ -93,7 +93,7 @@ def _evaluate(w: Any, scene: Scene, angle: Any, area: Any, rate: Any, *, spec: _
     return residual, jacobian, values, code
 
 
-_compiled = device_jit(_evaluate, static_argnames="spec")
+_compiled = DeviceJit(_evaluate, static_argnames="spec")
 
 
 class _Search:

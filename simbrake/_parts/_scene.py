@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
 
-from .._base._compiling import device_jit
+from .._base._compiling import DeviceJit
 from .._base._faults import Fault, InputError
 from .._base._quantity import Scalar, faults_of_values, holding, leaves, quantity
 from .._hybrid._arrays import Array
@@ -222,7 +222,7 @@ def _sensed_at_start(heat: Heat | None, pair: FrictionHeat, n: int) -> np.ndarra
     return np.broadcast_to(T[nodes_at(body, face)], (n,))
 
 
-@device_jit
+@DeviceJit
 def _static_grip(linings: Lining, T: Any) -> Array:
     f = linings.friction.static(unloaded(linings, jnp.zeros(linings.count), T))
     return jnp.broadcast_to(grip(f, jnp.asarray(linings.angle)), (linings.count,))

@@ -11,7 +11,7 @@ import optimistix as optx
 from jax.core import Tracer
 from jaxtyping import Float
 
-from .._base._compiling import device_jit
+from .._base._compiling import DeviceJit
 from .._base._faults import Fault, InputError
 from .._base._quantity import faults_of_tolerance, faults_of_values
 from .._hybrid import (
@@ -110,7 +110,7 @@ def _run(heat: Heat, ts: Any, speed: Any, closed: Any, rtol: Any, method: Abstra
 
 _STATIC = ("method", "max_steps")
 _traced = jax.jit(_run, static_argnames=_STATIC)
-_compiled = device_jit(_run, static_argnames=_STATIC)
+_compiled = DeviceJit(_run, static_argnames=_STATIC)
 
 
 def check_heat(heat: Heat) -> None:

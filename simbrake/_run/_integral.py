@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
 
-from .._base._compiling import device_jit
+from .._base._compiling import DeviceJit
 from .._hybrid import SKIPPED, Record
 from ._probe import Probe, probe
 
@@ -41,7 +41,7 @@ def _integrate(record: Record, pick: Any, *, points: int) -> Any:
     return jax.tree.map(lambda leaf: jnp.tensordot(weight, leaf, axes=1), values)
 
 
-_compiled = device_jit(_integrate, static_argnames="points")
+_compiled = DeviceJit(_integrate, static_argnames="points")
 
 
 def integral(run: Any, pick: Callable[[Probe], Any], *, points: int = POINTS) -> Any:

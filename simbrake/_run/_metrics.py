@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from .._base._compiling import device_jit
+from .._base._compiling import DeviceJit
 from .._hybrid import ADVANCED, LANDED, SKIPPED, Record, largest, smallest
 from .._hybrid._arrays import Array
 from .._physics._acting import AbstractBrakeSystem, Capacity
@@ -255,7 +255,7 @@ def _heats(record: Record) -> dict[str, Array]:
     }
 
 
-_energies_compiled = device_jit(energies)
+_energies_compiled = DeviceJit(energies)
 
 
 def energies_of(record: Record) -> dict[str, Array]:
@@ -272,7 +272,7 @@ def _capacity(system: Any, t: Any, y: Any, mode: Any, start: Any) -> Capacity:
     return system.forces.capacity(t, y, mode, start)
 
 
-_capacity_compiled = device_jit(_capacity)
+_capacity_compiled = DeviceJit(_capacity)
 
 
 def end_capacity_of(record: Record) -> Capacity:
@@ -282,7 +282,7 @@ def end_capacity_of(record: Record) -> Capacity:
     return jax.tree.map(np.asarray, found)
 
 
-_capacities_compiled = device_jit(jax.vmap(_capacity, in_axes=(None, 0, 0, 0, None)))
+_capacities_compiled = DeviceJit(jax.vmap(_capacity, in_axes=(None, 0, 0, 0, None)))
 
 
 def capacities_at(record: Record, p: Probe, index: np.ndarray) -> Capacity:

@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from .._base._compiling import device_jit
+from .._base._compiling import DeviceJit
 from .._base._progress import piece
 from .._hybrid import Record
 from .._hybrid._arrays import Array
@@ -66,7 +66,7 @@ def probe_at(record: Record, index: Array, h: Array) -> Probe:
     return Probe(t, y, mode, flows, forces, margins, jnp.maximum(forces.tension, before), hot, own, passed)
 
 
-_probe_compiled = device_jit(probe_at)
+_probe_compiled = DeviceJit(probe_at)
 
 
 def probe_many(record: Record, index: Any, h: Any) -> Probe:

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 from jax.tree_util import Partial
 from jaxtyping import Float
 
-from .._base._compiling import device_jit
+from .._base._compiling import DeviceJit
 from .._base._faults import Fault, InputError
 from .._base._quantity import as_number
 from .._hybrid import Record
@@ -233,7 +233,7 @@ def _peaks(record: Record, pair: str, quantity: str) -> Array:
     return jax.vmap(of)(jnp.arange(record.system.forces.grip.linings.count, dtype=jnp.int32))  # pyright: ignore
 
 
-_peaks_compiled = device_jit(_peaks, static_argnames=("pair", "quantity"))
+_peaks_compiled = DeviceJit(_peaks, static_argnames=("pair", "quantity"))
 
 
 def lining_peak(run: Any, quantity: str, *, pair: str = "external") -> Float[Array, " n"]:

@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from .._base._compiling import Packing, Program, compiled, device_jit, pack
+from .._base._compiling import DeviceJit, Packing, Program, compiled, pack
 from .._parts._scene import Scene
 from .._run._edit import with_values
 from .._run._measure import Metric, measure, name_of
@@ -98,7 +98,7 @@ def _scanned(result: Result, *, metrics: tuple[Metric, ...], size: int, lanes: i
     return jax.lax.map(heavy, result, batch_size=lanes)
 
 
-_scanner = device_jit(_scanned, static_argnames=("metrics", "size", "lanes"))
+_scanner = DeviceJit(_scanned, static_argnames=("metrics", "size", "lanes"))
 
 
 #: compiled integrations, the latest last; a program takes a megabyte or more

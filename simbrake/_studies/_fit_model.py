@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from .._base._compiling import device_jit
+from .._base._compiling import DeviceJit
 from .._base._faults import Fault, InputError
 from .._hybrid import Code
 from .._hybrid._arrays import Array
@@ -51,7 +51,7 @@ def _with_jacobian(theta: Array, scene: Scene, rtol: Any, ts: Array, rows: tuple
     return jax.jacfwd(_model, has_aux=True)(theta, scene, rtol, ts, rows, plan)
 
 
-_program = device_jit(_with_jacobian, static_argnames=("plan",))
+_program = DeviceJit(_with_jacobian, static_argnames=("plan",))
 
 
 class Evaluation(NamedTuple):

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax.flatten_util import ravel_pytree
 
-from .._base._compiling import device_jit
+from .._base._compiling import DeviceJit
 from .._base._faults import InputError
 from .._base._progress import Waiting
 from .._base._quantity import leaves
@@ -125,7 +125,7 @@ def _approach(record: Record, index: Any) -> Any:
     return t, *jax.vmap(one)(t, y, index)
 
 
-_approaches = device_jit(_approach)
+_approaches = DeviceJit(_approach)
 
 
 def passages(record: Record) -> list[str]:

@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from .._base._compiling import device_jit
+from .._base._compiling import DeviceJit
 from .._base._faults import Fault, InputError
 from .._base._progress import waiting
 from .._base._quantity import Leaf, leaves
@@ -219,7 +219,7 @@ def _values(metrics: tuple[Metric, ...]) -> Callable[[Any], Array]:
     def values(result: Any) -> Array:
         return jnp.stack([measure(result, one) for one in metrics])
 
-    compiled = device_jit(values)
+    compiled = DeviceJit(values)
     return lambda result: compiled(dataclasses.replace(result, record=result.record.compact()))
 
 
@@ -240,7 +240,7 @@ def _program(metrics: tuple[Metric, ...], forward: bool, solver: Any, max_steps:
             slope = back(direction)[0]
         return jnp.all(jnp.isfinite(value)), slope
 
-    return device_jit(program)
+    return DeviceJit(program)
 
 
 def _derivatives(
