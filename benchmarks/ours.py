@@ -59,7 +59,7 @@ def final_state(result: Any) -> Any:
     if result.scene.brake.band.segments is not None:
         return jnp.concatenate([jnp.stack([y.phi, y.omega]), y.e, y.v])
     heat = jnp.zeros(0) if result.scene.heat is None else result.end_temperatures - ROOM
-    elongation = [] if result.scene.brake.band.stiffness is None else [y.x]
+    elongation = [] if result.scene.brake.band.stiffness is None else [y.own.x]
     return jnp.concatenate([jnp.stack([y.phi, *elongation]), heat])
 
 

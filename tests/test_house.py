@@ -17,159 +17,6 @@ from simbrake._run import _simulate
 
 PACKAGE = pathlib.Path(sb.__file__).parent
 
-#: packages from the lowest to the highest, and the layers of each: a module may import what stands lower
-HOUSE = {
-    "_hybrid": [],
-    "_base": [
-        {
-            "_admissible",
-            "_compiling",
-            "_dependence",
-            "_event_names",
-            "_faults",
-            "_handy",
-            "_identify",
-            "_order",
-            "_progress",
-            "_tested",
-            "_units",
-        },
-        {"_quantity", "_whole"},
-        {"_numbers"},
-    ],
-    "_parts": [
-        {"_band", "_compliance", "_duty", "_friction", "_layout", "_material", "_power_shares"},
-        {"_design", "_driller", "_fade", "_links", "_loads", "_wear"},
-        {"_internal", "_lever", "_network"},
-        {"_heat"},
-        {"_builders", "_worn"},
-        {"_scene"},
-        {"_exchange", "_plausible", "_programme"},
-    ],
-    "_physics": [
-        {"_at_rest", "_heat_flows", "_modes", "_sliding", "_state", "_wearing"},
-        {"_bandage_state", "_sparsity", "_thermal"},
-        {"_acting", "_frame"},
-        {"_bandage_forces", "_chain", "_forces"},
-        {"_bandage", "_chain_system", "_system"},
-        {"_assemble_bandage", "_assemble_brake", "_assemble_chain", "_observe"},
-        {"_assemble"},
-    ],
-    "_run": [
-        {"_choice", "_edit", "_log", "_long_run", "_outcome", "_probe", "_series", "_stages", "_summary"},
-        {"_conduction", "_integral", "_metrics"},
-        {"_report", "_rubbing"},
-        {"_result"},
-        {"_lining_view", "_measure", "_overlap", "_simulate"},
-        {"_cyclic", "_limits", "_prepare"},
-    ],
-    "_layouts": [
-        {"_layout_report", "_layout_targets", "_least_tension_report"},
-        {"_layout_faults", "_least_tension"},
-        {"_optimal_layout"},
-    ],
-    "_studies": [
-        {"_chunks", "_confidence", "_life_report", "_measured", "_plan", "_range", "_salib", "_sampling", "_store"},
-        {
-            "_calibration",
-            "_dataset",
-            "_distribute",
-            "_fit_model",
-            "_indices",
-            "_lining_life",
-            "_read_measured",
-            "_sensitivity",
-        },
-        {"_ensemble", "_search"},
-        {"_assess", "_global", "_sweep", "_uncertainty"},
-        {"_calibrate"},
-    ],
-    "_files": [
-        {"_history"},
-        {"_schema"},
-        {"_json_schema", "_scene_reader", "_scene_tables"},
-        {"_scene_file"},
-        {"_open_scene"},
-    ],
-    "_results": [
-        {"_columns", "_comparison", "_error_estimate", "_meanings", "_provenance"},
-        {"_labelled"},
-        {"_result_file"},
-        {"_rerun"},
-        {"_compare"},
-    ],
-    "_classical": [
-        {
-            "_classical_stop",
-            "_contact_estimates",
-            "_equivalents",
-            "_heat_balance",
-            "_schmidt",
-            "_thermal_estimates",
-            "_thermal_stress",
-            "_triboelectric",
-            "_wall_course",
-        },
-        {
-            "_classical_staged",
-            "_estimate_data",
-            "_estimate_run",
-            "_material_data",
-            "_published_figures",
-            "_rational_thickness",
-            "_reproduce",
-        },
-        {"_estimate_basis", "_estimate_report"},
-        {"_estimate_rows", "_estimate_temperatures", "_property_iteration", "_synthesis_report"},
-        {"_estimate_staged", "_material_estimate", "_synthesis_chain"},
-        {"_engineering", "_given_numbers", "_material_table", "_synthesis_heating", "_synthesis_layers"},
-        {"_compare_materials", "_synthesis_operation"},
-        {"_synthesis"},
-    ],
-    "_checks": [
-        {"_reference_problems", "_reference_scenes", "_scipy_loop", "_validation"},
-        {"_cross_check", "_validation_brakes", "_validation_events"},
-        {"_validation_heat", "_validation_invariants", "_validation_staged", "_validation_tables"},
-        {"_validate"},
-    ],
-    "_pictures": [
-        {"_plot_file", "_plot_shared", "_plot_uncertainty"},
-        {
-            "_plot_duty",
-            "_plot_film",
-            "_plot_maps",
-            "_plot_materials",
-            "_plot_published",
-            "_plot_studies",
-            "_plot_wear",
-            "_plot_wheel",
-            "_plot_work_precision",
-        },
-        {"_plot_animation", "_plot_layouts", "_plot_pulley", "_plot_runs"},
-    ],
-    "_pages": [
-        {"_gallery", "_html_parts", "_html_scene"},
-        {"_export", "_html_pictures"},
-        {"_html_report"},
-    ],
-    "_commands": [
-        {"_cli_completion", "_cli_options", "_compare_run", "_console", "_validate_run"},
-        {"_report_run"},
-        {
-            "_calibrate_run",
-            "_cli_doctor",
-            "_cli_life",
-            "_cli_materials",
-            "_cli_results",
-            "_cli_scene",
-            "_cli_synthesis",
-            "_cli_validate",
-        },
-        {"_cli_studies"},
-        {"_cli"},
-    ],
-}
-
 
 def imports(file):
     """What a file imports: `"_package._module"` of simbrake, `"!name"` of others."""
@@ -189,17 +36,30 @@ def imports(file):
     return found
 
 
+def acyclic(arrows):
+    """Whether some order of the names lets every arrow point backwards: names without arrows are taken away."""
+    left = {name: set(targets) - {name} for name, targets in arrows.items()}
+    while left:
+        free = [name for name, targets in left.items() if not targets & left.keys()]
+        if not free:
+            return sorted(left)
+        for name in free:
+            del left[name]
+    return []
+
+
 def test_imports_point_one_way():
-    order = list(HOUSE)
-    place = {f"{p}.{m}": (order.index(p), i) for p, rows in HOUSE.items() for i, row in enumerate(rows) for m in row}
-    there = {f"{file.parent.name}.{file.stem}" for file in PACKAGE.glob("_*/*.py") if file.stem != "__init__"}
-    assert there - {name for name in there if name.startswith("_hybrid.")} == set(place)
-    for name in place:
-        for used in imports(PACKAGE / f"{name.replace('.', '/')}.py"):
-            if used.startswith("!") or used == "plot":
-                continue
-            lower = (order.index("_hybrid"), 0) if used.startswith("_hybrid") else place[used]
-            assert lower < place[name], f"{name} must not import {used}"
+    """No circle among the modules, and none among the folders: there is an order from the lowest to the highest."""
+    modules = {f"{file.parent.name}.{file.stem}": imports(file) for file in PACKAGE.glob("_*/*.py")}
+    modules = {name: {used for used in found if used in modules} for name, found in modules.items()}
+    assert acyclic(modules) == []
+    folders = {}
+    for name, found in modules.items():
+        folder = folders.setdefault(name.split(".")[0], set())
+        folder |= {used.split(".")[0] for used in found}
+    assert acyclic(folders) == []
+    assert folders["_hybrid"] == {"_hybrid"}
+    assert acyclic({"a": {"b"}, "b": {"c"}, "c": {"a"}, "d": {"a"}}) == ["a", "b", "c", "d"]
 
 
 def test_integrator_knows_nothing_of_brakes():

@@ -93,7 +93,7 @@ def test_release_without_a_load_opens_and_books_the_elastic_energy_as_heat():
     result = sb.simulate(stop_scene(lever=lever, end=3.0))
     assert changes(result) == ["slip_onset", "full_slip", "stop", "release"]
     assert result.status == "released"
-    assert float(result.record.y_end.x) == 0.0
+    assert float(result.record.y_end.own.x) == 0.0
     e = result.energy
     assert float(e["friction_heat"]) == pytest.approx(160e3 + float(e["lever_work"]), rel=1e-12)
     assert float(e["closure"]) <= 1e-12
@@ -151,7 +151,7 @@ def test_lever_draws_a_slack_band_on_a_pulley_at_rest():
     """x := T_0/(Π_s C); lever work less elastic energy is heat."""
     result = sb.simulate(stop_scene(w0=0.0, end=1.0))
     x = 8e3 / (PI * 2e5)
-    assert float(result.record.y_end.x) == pytest.approx(x, rel=1e-13)
+    assert float(result.record.y_end.own.x) == pytest.approx(x, rel=1e-13)
     e = result.energy
     assert float(e["lever_work"]) == pytest.approx(8e3 * x, rel=1e-12)
     assert float(e["friction_heat"]) == pytest.approx(8e3 * x - 0.5 * 2e5 * x**2, rel=1e-12)

@@ -93,7 +93,7 @@ def torque_at(law, omega):
     """Brake torque of an assembled rigid brake in full slip."""
     system, state, mode = assemble(stop_scene(C=None, law=law, w0=omega))
     mode = jax.tree.map(jnp.asarray, mode._replace(band=int(BandMode.SLIP)))
-    return system.forces.flows(jnp.zeros(()), state._replace(omega=jnp.asarray(omega)), mode).brake_torque
+    return system.variables(jnp.zeros(()), state._replace(omega=jnp.asarray(omega)), mode).brake_torque
 
 
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
@@ -193,7 +193,7 @@ def test_pressure_where_linings_have_areas():
     area, law = 0.05, Pressed(0.35)
     plain = stop_scene(C=None, law=law)
     pressed = eqx.tree_at(lambda s: s.brake.linings.area, plain, area, is_leaf=lambda x: x is None)
-    implicit = [assemble(scene)[0].forces.grip.implicit for scene in (plain, pressed)]
+    implicit = [assemble(scene)[0].grip.implicit for scene in (plain, pressed)]
     assert implicit == [False, True]
     system, state, mode = assemble(pressed)
     mode = mode._replace(band=jnp.asarray(int(BandMode.SLIP), jnp.int32))
@@ -205,7 +205,7 @@ def test_pressure_where_linings_have_areas():
             after = tight * (1 + fz) / (1 - fz)
             f = 0.35 * (1 + (tight + after) * math.sin(BETA / 2) / area / 1e6) ** -0.2
         tight = after
-    flows = jax.jit(lambda t, y, mode: system.forces.flows(t, y, mode))(jnp.zeros(()), state, mode)
+    flows = jax.jit(lambda t, y, mode: system.variables(t, y, mode))(jnp.zeros(()), state, mode)
     assert float(flows.tight_tension) == pytest.approx(tight, rel=1e-12)
 
 

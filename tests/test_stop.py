@@ -73,7 +73,7 @@ def test_rigid_band_has_no_elastic_state():
     result = sb.simulate(stop_scene(C=None))
     Pi = closed_form()["Pi"]
     assert float(result.stopping_time) == pytest.approx(20 * 800 / (0.725 * 8e3 * (Pi - 1)), rel=1e-12)
-    assert result.record.y_end.x is None
+    assert result.record.y_end.own is None
     assert names(result) == ["slip_onset"] + ["lining_limit"] * 20 + ["full_slip", "stop"]
     assert {e.time for e in result.events[:-1]} == {0.0}
     assert result.series([0.1]).elongation is None

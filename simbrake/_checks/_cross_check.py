@@ -216,7 +216,7 @@ def _compare_ends(found: _Compared, result: Result, y: np.ndarray) -> None:
     largest = max((abs(end[i]) for i in energies), default=1.0)
     nodes = [i for i, (_, kind) in enumerate(labels) if kind == "heat"]
     if nodes:
-        thermal: Any = system.forces.thermal  # pyright: ignore
+        thermal: Any = system.thermal  # pyright: ignore
         start = np.asarray(record.rows.y[0])
         change = max(1.0, float(np.max(np.abs(end[nodes] - start[nodes]))))
         ours, theirs = (np.asarray(thermal.temperatures(part[nodes])) for part in (end, y))
@@ -280,7 +280,7 @@ def cross_check(
         method = method or ("Radau" if stiffness(scene)[0] else "DOP853")
         told.now(f"compiles what SciPy {method} calls")
         energy: Any = again.record.system
-        course = drive(again.record, method, rtol, max_evaluations, float(energy.torque_scale), told.reach)
+        course = drive(again.record, method, rtol, max_evaluations, float(energy.sizes.torque), told.reach)
     found = _Compared(f"SciPy {method}", 100 * rtol if tolerance is None else tolerance)
     span = float(scene.end_time) - float(scene.initial.time)
     near = 1e-9 * span

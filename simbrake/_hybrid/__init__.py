@@ -22,5 +22,7 @@ from ._stretches import joined as joined
 from ._stretches import stretch as stretch
 from ._system import SYSTEM_CODES as SYSTEM_CODES
 from ._system import AbstractHybridSystem as AbstractHybridSystem
+from ._system import AbstractSemiExplicitSystem as AbstractSemiExplicitSystem
 from ._system import Code as Code
+from ._system import Instant as Instant
 from ._system import Settings as Settings

@@ -43,9 +43,6 @@ class Problem(NamedTuple):
         counted = jnp.maximum(jnp.sum(jnp.where(w > 0, 1.0, 0.0)), 1.0)
         return jnp.sqrt(jnp.sum((x * w / (1.0 + size * w)) ** 2) / counted) / self.settings.rtol
 
-    def guards_and_rates(self, t, y, f, mode) -> tuple[Array, Array]:
-        return jax.jvp(lambda t, y: self.flat.guards(t, y, mode), (t, y), (jnp.ones_like(t), f))
-
 
 class Attempt(NamedTuple):
     """One step attempt before anything is decided about it."""
@@ -87,9 +84,8 @@ def _attempt(p: Problem, c: Carry) -> Attempt:
     h = jnp.where(settles, c.cap, jnp.where(reaches, room, wish))
     t1 = jnp.where(reaches, target, c.t + h)
     y1, error = _moved(p, c, h)
-    f1 = p.flat.rhs(t1, y1, c.mode)
+    f1, g1, rate1 = p.flat.look(t1, y1, c.mode)
     error = error + h * p.method.error_of_rate * f1
-    g1, rate1 = p.guards_and_rates(t1, y1, f1, c.mode)
     size = p.norm(error, jnp.maximum(jnp.abs(c.y), jnp.abs(y1)))
     # an overflow in an overlong step is a step too long, not an answer
     finite = jnp.isfinite(size) & jnp.isfinite(jnp.sum(f1)) & jnp.isfinite(jnp.sum(g1))

@@ -1,5 +1,6 @@
 """Flat views of states and modes, and the layout of one recorded row."""
 
+import functools
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -10,7 +11,7 @@ import numpy as np
 from jaxtyping import Float, Int, PyTree
 
 from ._arrays import Array
-from ._system import AbstractHybridSystem
+from ._system import AbstractHybridSystem, AbstractSemiExplicitSystem
 
 #: what became of one step attempt
 SKIPPED, ADVANCED, FINISHED, LANDED, INSTANT, STOPPED = range(6)
@@ -21,6 +22,7 @@ class Flat(NamedTuple):
 
     rhs: Callable[[Any, Any, Any], Array]
     guards: Callable[[Any, Any, Any], Array]
+    look: Callable[[Any, Any, Any], tuple[Array, Array, Array]]  # rates of the states, guards and their rates
     rates: Callable[[Any, Any, Any], tuple[Array, Array]]  # those of states and guards, without derivatives
     transition: Callable[..., tuple[Array, Array]]
     reset: Callable[..., Array]
@@ -73,16 +75,26 @@ def flatten(system: AbstractHybridSystem, y0: PyTree, mode0: PyTree) -> Flat:
     def guards(t, y, mode):
         return system.guards(t, unpack_state(y), unpack_mode(mode))
 
+    def look_at(system, t, y, mode):
+        y, mode = unpack_state(y), unpack_mode(mode)
+        if isinstance(system, AbstractSemiExplicitSystem):
+            now = system.instant(t, y, mode)
+            moving = (jnp.ones_like(t), now.y_rate, now.z_rate)
+            g, rate = jax.jvp(lambda t, y, z: system.margins(t, y, mode, z), (t, y, now.z), moving)
+            return state(now.y_rate), g, rate
+        f = jax.tree.map(jnp.asarray, system.rhs(t, y, mode))
+        return state(f), *jax.jvp(lambda t, y: system.guards(t, y, mode), (t, y), (jnp.ones_like(t), f))
+
     def rates(t, y, mode):
         numbers, rest = eqx.partition((system, t, y), eqx.is_inexact_array)
         still, t, y = eqx.combine(jax.lax.stop_gradient(numbers), rest)
-        f = state(still.rhs(t, unpack_state(y), unpack_mode(mode)))
-        moving = (jnp.ones_like(t), f)
-        return f, jax.jvp(lambda t, y: still.guards(t, unpack_state(y), unpack_mode(mode)), (t, y), moving)[1]
+        f, _, rate = look_at(still, t, y, mode)
+        return f, rate
 
     return Flat(
         rhs=rhs,
         guards=guards,
+        look=functools.partial(look_at, system),
         rates=rates,
         transition=transition,
         reset=lambda t, y, before, after: state(

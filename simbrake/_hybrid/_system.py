@@ -2,9 +2,11 @@
 
 import abc
 import enum
-from typing import Any
+from typing import Any, NamedTuple
 
 import equinox as eqx
+import jax
+import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float, Int, PyTree
 
@@ -82,6 +84,59 @@ class AbstractHybridSystem(eqx.Module):
         of the Jacobian is formed once, before the first step. `None`: everything with everything.
         """
         return None
+
+
+class Instant(NamedTuple):
+    """What a semi-explicit system knows of itself at one instant, where an event happens."""
+
+    t: Float[Array, ""]
+    y: PyTree
+    mode: PyTree
+    z: PyTree  # variables
+    y_rate: PyTree  # dy/dt
+    z_rate: PyTree  # dz/dt along the motion
+
+
+class AbstractSemiExplicitSystem(AbstractHybridSystem):
+    """A hybrid system whose equations share algebra: `z = variables(t, y, mode)`, `dy/dt = rates(t, y, mode, z)`.
+
+    Forces and the like are written once, in `variables`; rates, guards and changes of mode are read off them. `z` is a
+    pure function of `(t, y, mode)` and of the system's numbers; it is not recorded, and derivatives through a run
+    compute it again. What only the guards need is left out of the stages of a step, as nothing there depends on it.
+    """
+
+    @abc.abstractmethod
+    def variables(self, t: Float[Array, ""], y: PyTree, mode: PyTree) -> PyTree:
+        """`z`, everything algebraic at one instant: a PyTree of floating arrays."""
+
+    @abc.abstractmethod
+    def rates(self, t: Float[Array, ""], y: PyTree, mode: PyTree, z: PyTree) -> PyTree:
+        """`dy/dt`, of the structure of `y`. Must extend smoothly a little past the end of its mode."""
+
+    @abc.abstractmethod
+    def margins(self, t: Float[Array, ""], y: PyTree, mode: PyTree, z: PyTree) -> Float[Array, " guard"]:
+        """The guards (see `guards`), positive while `mode` holds."""
+
+    @abc.abstractmethod
+    def change(
+        self, now: Instant, fired: Bool[Array, " guard"], at_stop: Bool[Array, ""]
+    ) -> tuple[PyTree, Int[Array, ""] | int]:
+        """The mode after an event, and a code (see `transition`). It may ask for `variables` in other modes."""
+
+    def rhs(self, t, y, mode):
+        return self.rates(t, y, mode, self.variables(t, y, mode))
+
+    def guards(self, t, y, mode):
+        return self.margins(t, y, mode, self.variables(t, y, mode))
+
+    def instant(self, t: Float[Array, ""], y: PyTree, mode: PyTree) -> Instant:
+        """Variables and rates at one instant: `variables` is linearised once for all of them."""
+        z, push = jax.linearize(lambda t, y: self.variables(t, y, mode), t, y)
+        y_rate = jax.tree.map(jnp.asarray, self.rates(t, y, mode, z))
+        return Instant(t, y, mode, z, y_rate, push(jnp.ones_like(t), y_rate))
+
+    def transition(self, t, y, mode, fired, at_stop):
+        return self.change(self.instant(t, y, mode), fired, at_stop)
 
 
 class Settings(eqx.Module):

@@ -37,14 +37,14 @@ def full_slip(scene: Scene) -> tuple[Rubbing, Array]:
     at the speed and the temperatures of the start and the greatest slack tension of the lever; traceable.
     """
     system, y, _ = assemble(scene)
-    forces, linings = system.forces, scene.brake.linings
+    grip, linings = system.grip, scene.brake.linings
     T_0 = jnp.asarray(scene.duty.slack_tension.scale())
     v = jnp.full(linings.count, jnp.abs(jnp.asarray(scene.brake.band.radius) * jnp.asarray(scene.initial.omega)))
-    T = forces.surface(getattr(y, "heat", None))
-    f = forces.grip.coefficients(T_0, v, T, jnp.asarray(False), static=False).f
-    along = T_0 * running_product(forces.grip.ratios(f)[0])
+    T = system.hot(y.heat)[0]
+    f = grip.coefficients(T_0, v, T, jnp.asarray(False), static=False).f
+    along = T_0 * running_product(grip.ratios(f)[0])
     before = jnp.concatenate([T_0[None], along[:-1]])
-    normal = (along + before) * forces.grip.sine
+    normal = (along + before) * grip.sine
     pressure = None if linings.area is None else normal / jnp.asarray(linings.area)
     return Rubbing(along - before, normal, v, pressure, T), f
 

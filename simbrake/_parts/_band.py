@@ -67,6 +67,20 @@ def _(primals, tangents):
     return running, running * _running(jnp.add, d_mu / mu, 0.0)
 
 
+@jax.custom_jvp
+def sliding_ratio(fz: Float[Array, " n"]) -> Float[Array, ""]:
+    """`Π = ∏ (1 + f_i z_i)/(1 − f_i z_i)` for `|f_i z_i| < 1`; of negative ones it is `1/Π`."""
+    return jnp.prod((1 + fz) / (1 - fz))
+
+
+@sliding_ratio.defjvp
+def _(primals, tangents):
+    # d ln Π = Σ 2 d(f_i z_i)/(1 − (f_i z_i)²)
+    (fz,), (d_fz,) = primals, tangents
+    ratio = sliding_ratio(fz)
+    return ratio, ratio * jnp.sum(2 / (1 - fz * fz) * d_fz)
+
+
 def affine_tensions(T_0: Float[Array, ""], a: Float[Array, " n"], b: Float[Array, " n"]) -> Float[Array, " n"]:
     """`T_i = a_i T_{i−1} + b_i` without a loop: `T_i = A_i (T_0 + Σ_{j≤i} b_j/A_j)`, `A_i = ∏_{j≤i} a_j ≠ 0`."""
     A = running_product(a)

@@ -31,10 +31,10 @@ class AbstractSpeedLever(AbstractProfile):
     def greatest(self) -> Float[Array, ""]:
         """Greatest slack tension (N)."""
 
-    def holding(self, torque: Array, arm: Array, ratio: Array) -> Float[Array, ""]:
-        """`T_0` (N) for a brake torque, the band radius and `Π` of the sliding linings."""
-        grips = ratio > 1
-        wanted = torque / (arm * jnp.where(grips, ratio - 1, 1.0))
+    def holding(self, torque: Array, gain: Array) -> Float[Array, ""]:
+        """`T_0` (N) for a brake torque, and the torque per newton of it (m)."""
+        grips = gain > 0
+        wanted = torque / jnp.where(grips, gain, 1.0)
         return jnp.where(grips, jnp.clip(wanted, 0.0, self.greatest()), self.greatest())
 
 

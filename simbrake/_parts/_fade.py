@@ -128,10 +128,13 @@ class ProductFriction(AbstractFriction):
     factors: tuple[AbstractFactor, ...]
 
     def _product(self, contact: Contact) -> Array:
-        product = jnp.ones(())
+        product = None
         for one in self.factors:
-            product = product * one.factor(contact)
-        return product
+            product = one.factor(contact) if product is None else product * one.factor(contact)
+        return jnp.ones(()) if product is None else product
+
+    def governing(self, contact, static):
+        return self.base.governing(contact, static) * self._product(contact)
 
     def kinetic(self, contact):
         return self.base.kinetic(contact) * self._product(contact)

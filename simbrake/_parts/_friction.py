@@ -58,6 +58,14 @@ class AbstractFriction(eqx.Module):
     def static(self, contact: Contact) -> Float[Array, "..."]:
         """Coefficient up to which the lining sticks."""
 
+    def governing(self, contact: Contact, static: Any) -> Float[Array, "..."]:
+        """Coefficient of linings that stick (`static`, a traced bool) or slide.
+
+        A law whose two coefficients have a factor in common may say so here, where it is then found once.
+        """
+        still = contact._replace(v=jnp.zeros_like(contact.v))
+        return jnp.where(static, self.static(still), self.kinetic(contact))
+
     def faults(self, path: str) -> list[Fault]:
         """What cannot be right in this law, beyond the ranges of single numbers; a law of one's own may say nothing."""
         return []

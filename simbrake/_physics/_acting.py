@@ -18,6 +18,7 @@ from .._parts._heat import FrictionHeat
 from .._parts._links import Surroundings
 from .._parts._loads import AbstractLoad
 from ._heat_flows import Deposit
+from ._mechanism import Sizes
 from ._modes import BandMode
 from ._sliding import Grip
 from ._state import ThermalNow
@@ -25,7 +26,7 @@ from ._thermal import Thermal
 from ._wearing import Pressed, Wearing
 
 #: up to this share of the tension the lever may still move, at its present rate over the time of the run so far
-_AT_REST = 1e-3
+AT_REST = 1e-3
 #: relative rounding of a torque that balances another one
 _ROUNDING = 1e-9
 
@@ -58,13 +59,13 @@ def course_of_profile(profile: AbstractProfile, t: Any, piece: Any) -> Any:
     return profile.value(t, piece)
 
 
-def _course_of_lever(lever: AbstractProfile, t: Any, piece: Any) -> Any:
+def course_of_lever(lever: AbstractProfile, t: Any, piece: Any) -> Any:
     one = jnp.ones(())
     follows = isinstance(lever, AbstractSpeedLever)
     return lever.value(t, piece), lever.wanted_torque(t, one, piece, one, one) if follows else None
 
 
-def _course_of_load(load: AbstractLoad, t: Any, piece: Any) -> Any:
+def course_of_load(load: AbstractLoad, t: Any, piece: Any) -> Any:
     return load.torque(t, jnp.ones(()), piece)
 
 
@@ -103,7 +104,7 @@ class AbstractActing(eqx.Module):
         if isinstance(self.lever, AbstractSpeedLever):
             follows = self.lever.follows(mode.lever_piece)
             T_0, rate = jnp.where(follows, self.lever.greatest(), T_0), jnp.where(follows, 0.0, rate)
-        settled = self.lever.no_more_turns(t) & (jnp.abs(rate) * (t - start) <= _AT_REST * T_0)
+        settled = self.lever.no_more_turns(t) & (jnp.abs(rate) * (t - start) <= AT_REST * T_0)
         load = jnp.sign(y.omega) * self.load.torque(t, y.omega, mode.load_piece)
         return Capacity(load, self.pair_torques(T_0, y, mode), settled)
 
@@ -159,6 +160,56 @@ class AbstractBrakeSystem(AbstractHybridSystem):
     speed_scale: eqx.AbstractVar[Float[Array, ""]]
     wearing: eqx.AbstractVar[Wearing | None]
 
+    @property
+    def thermal(self) -> Thermal | None:
+        """The thermal network, if the scene has heat."""
+        return self.forces.thermal
+
+    @property
+    def lever(self) -> AbstractProfile:
+        """What sets the slack tension."""
+        return self.forces.lever
+
+    @property
+    def inertia(self) -> Array:
+        """Inertia of all that turns with the shaft at the start (kg·m²)."""
+        return self.forces.inertia
+
+    @property
+    def shares(self) -> Any:
+        """Shares of the friction power, if the scene splits it."""
+        return self.forces.grip.shares
+
+    @property
+    def grip(self) -> Grip:
+        """Friction of the linings under the band."""
+        return self.forces.grip
+
+    @property
+    def linings(self) -> Any:
+        """The linings under the band."""
+        return self.grip.linings
+
+    @property
+    def areas(self) -> tuple[Any, ...]:
+        """Areas of the linings in each friction pair, `None` where they are not given."""
+        internal = getattr(self.forces, "internal", None)
+        outer = self.linings.area
+        return (outer,) if internal is None else (outer, getattr(internal, "bandage", internal).area)
+
+    @property
+    def sizes(self) -> Sizes:
+        """Typical slack tension, torque and speed."""
+        return Sizes(self.tension_scale, self.torque_scale, self.speed_scale)
+
+    def hot(self, u: Any) -> tuple[Any, ...]:
+        """Temperatures (K) that the law of each pair sees, for the heat contents `u`."""
+        return tuple(T for _, T in self.forces.laws(u))
+
+    def capacity(self, t: Array, y: Any, mode: Any, start: Array) -> Capacity:
+        """Load and capacity of a turning brake at the time `t` of a run that began at `start`."""
+        return self.forces.capacity(t, y, mode, start)
+
     @abc.abstractmethod
     def pressed(self, y: Any, mode: Any, q: Any) -> tuple[Pressed, Pressed | None]:
         """What rubs at the linings: in the pair on which the band acts, and in the internal one if there is any."""
@@ -188,7 +239,7 @@ class AbstractBrakeSystem(AbstractHybridSystem):
     def guard_samples(self) -> int:
         """Points inside a step at which the guards are evaluated: none where nothing short hides in what is given."""
         f = self.forces
-        plain = hides_nothing(f.lever, _course_of_lever) and hides_nothing(f.load, _course_of_load)
+        plain = hides_nothing(f.lever, course_of_lever) and hides_nothing(f.load, course_of_load)
         return 0 if plain and all(hides_nothing(profile, course_of_profile) for profile in self.profiles) else 15
 
     @property

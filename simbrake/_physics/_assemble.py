@@ -5,12 +5,14 @@ from typing import Any
 from .._parts._scene import Scene
 from .._parts._worn import worn_scene
 from ._acting import AbstractBrakeSystem
+from ._assemble_band import assemble_band
 from ._assemble_bandage import assemble_bandage
 from ._assemble_brake import assemble_brake
 from ._assemble_chain import assemble_chain
+from ._brake import BrakeSystem
 
 
-def assemble(scene: Scene) -> tuple[AbstractBrakeSystem, Any, Any]:
+def assemble(scene: Scene) -> tuple[AbstractBrakeSystem | BrakeSystem, Any, Any]:
     """System, initial state and initial mode of a scene. The run settles the true first mode itself, as an event.
 
     With feedback of wear the brake is as worn as it is at the start of the run.
@@ -21,4 +23,4 @@ def assemble(scene: Scene) -> tuple[AbstractBrakeSystem, Any, Any]:
     bandage = scene.brake.bandage
     if bandage is not None and bandage.spring is not None:
         return assemble_bandage(scene)
-    return assemble_brake(scene)
+    return assemble_band(scene) if bandage is None else assemble_brake(scene)

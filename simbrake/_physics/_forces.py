@@ -123,7 +123,7 @@ class Forces(AbstractActing):
         load, inertia = self.load.torque(t, y.omega, mode.load_piece), jnp.asarray(self.inertia_at(mode))
         torque = self.lever.wanted_torque(t, y.omega, piece, load, inertia)
         Pi = self._ratio(given[0], y.omega, y.heat, mode, False)
-        follows, T_0 = self.lever.follows(piece), self.lever.holding(torque, self.band_radius, Pi)
+        follows, T_0 = self.lever.follows(piece), self.lever.holding(torque, self.band_radius * (Pi - 1))
         return jnp.where(follows, T_0, given[0]), jnp.where(follows, 0.0, given[1])
 
     # --- full slip ------------------------------------------------------------------------------------------------

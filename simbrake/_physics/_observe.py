@@ -12,6 +12,8 @@ from jaxtyping import Float
 from .._hybrid._arrays import Array
 from .._parts._band import LiningForces, mobilised
 from .._parts._heat import place_count
+from . import _brake as brake
+from . import _mechanism as mechanism
 from ._acting import AbstractBrakeSystem
 from ._bandage import BandageSystem
 from ._bandage_state import BandageFlows, BandageMode, BandageState
@@ -20,6 +22,23 @@ from ._chain_system import ChainSystem
 from ._modes import BandMode, Mode
 from ._state import Flows, State
 from ._system import BrakeSystem
+
+
+def look_at(system: Any, t: Array, y: Any, mode: Any) -> Any:
+    """Forces, rates and heat flows at one instant."""
+    return system.variables(t, y, mode) if isinstance(system, brake.BrakeSystem) else system.forces.flows(t, y, mode)
+
+
+def can_lock(system: Any) -> bool:
+    """Whether linings can come to lock themselves in a run."""
+    if isinstance(system, brake.BrakeSystem):
+        return system.mechanism.varies
+    return isinstance(system, BrakeSystem) and system.forces.grip.varies
+
+
+def locks_of(mode: Any) -> Any:
+    """Whether a lining locks itself."""
+    return mode.own.locks if isinstance(mode, mechanism.Mode) else mode.locks
 
 
 @functools.singledispatch
@@ -45,6 +64,11 @@ def _(system: BandageSystem, y: BandageState, mode: BandageMode, q: BandageFlows
     return LiningForces(q.tension, forces, q.normal, mode.outer != 0)
 
 
+@lining_forces.register(brake.BrakeSystem)
+def _(system: brake.BrakeSystem, y: brake.State, mode: mechanism.Mode, q: brake.BrakeNow) -> LiningForces:
+    return system.mechanism.linings(mode, q.contact)
+
+
 @functools.singledispatch
 def distribution(system: Any) -> str:
     """How what rigid bodies leave undetermined among the linings is closed, in words."""
@@ -54,6 +78,11 @@ def distribution(system: Any) -> str:
 @distribution.register(BrakeSystem)
 def _(system: BrakeSystem) -> str:
     return "mobilisation rule: one lining after the other at its limit, from the slack end (reversed: from the anchor)"
+
+
+@distribution.register(brake.BrakeSystem)
+def _(system: brake.BrakeSystem) -> str:
+    return system.mechanism.distribution
 
 
 @distribution.register(BandageSystem)
@@ -80,6 +109,11 @@ def _(system: BrakeSystem, y: State, mode: Mode, q: Flows) -> Float[Array, " twi
     return jnp.where((mode.band == BandMode.ELASTIC) & ~limits.locked, margins, -1.0)
 
 
+@lining_margins.register(brake.BrakeSystem)
+def _(system: brake.BrakeSystem, y: brake.State, mode: mechanism.Mode, q: brake.BrakeNow) -> Float[Array, " twice_n"]:
+    return system.mechanism.lining_margins(mode, q.contact)
+
+
 @functools.singledispatch
 def stored(system: Any, t: Array, y: Any, mode: Any) -> tuple[Array, Array]:
     """Kinetic and elastic energy (J)."""
@@ -93,6 +127,11 @@ def _(system: BrakeSystem, t: Array, y: State, mode: Mode) -> tuple[Array, Array
     if forces.internal is not None:
         kinetic = kinetic + 0.5 * forces.internal.bandage.inertia * y.omega_b**2
     return kinetic, jnp.zeros_like(kinetic) if forces.stiffness is None else 0.5 * forces.stiffness * y.x**2
+
+
+@stored.register(brake.BrakeSystem)
+def _(system: brake.BrakeSystem, t: Array, y: brake.State, mode: mechanism.Mode) -> tuple[Array, Array]:
+    return system.mechanism.stored(system.inertia_at(mode), y.omega, y.own, mode)
 
 
 @functools.singledispatch
@@ -154,6 +193,11 @@ def _(system: BandageSystem, y: BandageState, mode: BandageMode, q: BandageFlows
     return found
 
 
+@columns.register(brake.BrakeSystem)
+def _(system: brake.BrakeSystem, y: brake.State, mode: mechanism.Mode, q: brake.BrakeNow) -> dict[str, Array]:
+    return system.mechanism.columns(q.lever_tension, y.omega, y.own, mode, system.hot(y.heat), q.contact)
+
+
 @functools.singledispatch
 def _heated_faces(system: Any, q: Any) -> list[dict[str, Array]]:
     """Friction heat (W) that enters faces of walls, of each pair."""
@@ -173,10 +217,15 @@ def _(system: BandageSystem, q: BandageFlows) -> list[dict[str, Array]]:
     return [q.thermal.outer.faces, q.thermal.inner.faces]
 
 
+@_heated_faces.register(brake.BrakeSystem)
+def _(system: brake.BrakeSystem, q: brake.BrakeNow) -> list[dict[str, Array]]:
+    return [] if q.thermal is None else [deposit.faces for deposit in q.thermal.deposits]
+
+
 def surfaces(system: AbstractBrakeSystem, q: Any) -> dict[str, Array]:
     """Surface temperatures (K) of rim, linings and band where the scene names them; on walls reconstructed."""
     found: dict[str, Array] = {}
-    thermal = system.forces.thermal
+    thermal = system.thermal
     if thermal is None or q.thermal is None:
         return found
     faces = dict(q.thermal.flows.faces)
@@ -190,13 +239,15 @@ def surfaces(system: AbstractBrakeSystem, q: Any) -> dict[str, Array]:
 
 def _can_lose_grip(system: AbstractBrakeSystem) -> bool:
     """Whether fade can leave a sliding standard brake weaker than its load."""
+    if isinstance(system, brake.BrakeSystem):
+        return system.mechanism.grip.reads.T
     fades = system.forces.grip.reads.T
     return isinstance(system, BrakeSystem) and fades and not system.staged
 
 
 def mark_names(system: AbstractBrakeSystem) -> list[tuple[str, int | None]]:
     """Marks that heat can pass, as names of events with the lining (from 1) that they concern."""
-    thermal, linings = system.forces.thermal, system.forces.grip.linings
+    thermal, linings = system.thermal, system.linings
     if thermal is None:
         return []
     heat, n = thermal.heat, linings.count
@@ -211,14 +262,14 @@ def mark_names(system: AbstractBrakeSystem) -> list[tuple[str, int | None]]:
 
 def passing(system: AbstractBrakeSystem, t: Array, y: Any, mode: Any, q: Any, hot: dict[str, Array]) -> Array:
     """By how much each of `mark_names` is passed, relative to a typical size."""
-    found, thermal = [], system.forces.thermal
+    found, thermal = [], system.thermal
     if thermal is None:
         return jnp.zeros(0)
     if _can_lose_grip(system):
         # sliding ahead, the brake no longer outweighs the load (a lever that holds the speed balances it to rounding)
-        short = (q.load_torque - q.brake_torque) / system.torque_scale - 1e-9
+        short = (q.load_torque - q.brake_torque) / system.sizes.torque - 1e-9
         # a lever that is being released lets go on purpose: that is no loss of grip
-        pulls = system.forces.lever_tension(t, y, mode)[1] >= 0
+        pulls = q.lever_rate >= 0 if isinstance(q, brake.BrakeNow) else system.forces.lever_tension(t, y, mode)[1] >= 0
         found.append(jnp.where((mode.band == BandMode.SLIP) & (mode.sense > 0) & pulls, short, -1.0)[None])
     if thermal.heat.permissible is not None and thermal.heat.linings is not None:
         found.append((hot["linings"] - thermal.heat.permissible) / 100.0)

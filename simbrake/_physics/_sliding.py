@@ -76,12 +76,21 @@ class Grip(eqx.Module):
         """`continued` past the end of a slide, where the speed matters at all."""
         return continued(coefficient, v) if self.reads.v or self.flash is not None else coefficient(v)
 
-    def coefficients(self, T_0: Array, v: Array, T: Array | None, back: Array, *, static: bool) -> Coefficients:
-        """All `f_i`; `v` (n,) slip speeds signed by the sense, `T` (n,) surface temperatures, `back`: tensions fall."""
+    def coefficients(self, T_0: Array, v: Array, T: Array | None, back: Array, *, static: bool | Array) -> Coefficients:
+        """All `f_i`; `v` (n,) slip speeds signed by the sense, `T` (n,) surface temperatures, `back`: tensions fall.
+
+        `static`: whether the linings stick, known while tracing or not; theirs are then the static coefficients.
+        """
         law, n = self.linings.friction, self.linings.count
-        if not (self.implicit and (self.reads.p or not static)):
-            contact = Contact(v=v, T=T, p=None)
-            f = law.static(contact) if static else self._continued(lambda v: law.kinetic(contact._replace(v=v)), v)
+
+        def asked(contact: Contact) -> Array:
+            """Of the two coefficients the one that counts."""
+            if isinstance(static, bool):
+                return law.static(contact._replace(v=jnp.zeros_like(v))) if static else law.kinetic(contact)
+            return law.governing(contact, static)
+
+        if not self.implicit or (static is True and not self.reads.p):
+            f = self._continued(lambda v: asked(Contact(v=v, T=T, p=None)), v)
             return Coefficients(jnp.broadcast_to(f, (n,)), jnp.ones(()))
 
         def at(f: Array, before: Array, i: Array) -> Array:
@@ -90,16 +99,17 @@ class Grip(eqx.Module):
             N = before * (1 + jnp.where(back, 1 / mu, mu)) * self.sine
             p = None if self.linings.area is None else N / jnp.asarray(self.linings.area)
 
-            def sliding(v: Array) -> Array:
+            def pressed(v: Array) -> Array:
                 hot = T
                 if self.flash is not None and T is not None:
                     spots = p if self.flash.hardness is None else self.flash.hardness
                     assert spots is not None
                     heat = 1.0 if self.shares is None else self.shares.heat
                     hot = T + self.flash.rise(heat * f * spots * v, v)
-                return law.kinetic(Contact(v=v, T=hot, p=p))
+                    hot = hot if static is False else jnp.where(static, T, hot)
+                return asked(Contact(v=v, T=hot, p=p))
 
-            F = law.static(Contact(v=v, T=T, p=p)) if static else self._continued(sliding, v)
+            F = self._continued(pressed, v)
             return jnp.sum(jnp.where(jnp.arange(n, dtype=jnp.int32) == i, f - F, 0.0))
 
         def lining(before: Array, i: Array) -> tuple[Array, tuple[Array, Array]]:

@@ -11,7 +11,7 @@ from .._base._faults import Fault, InputError
 from .._physics._modes import BandMode
 from ._probe import Probe, probe_many
 from ._result import Result
-from ._rubbing import PAIRS, bandage_of, quantity_of, rubbing
+from ._rubbing import PAIRS, quantity_of, rubbing
 from ._rubbing import QUANTITIES as RUBBING
 from ._series import times_within
 
@@ -166,7 +166,7 @@ def _check(result: Result, quantity: str, pair: str) -> None:
     if quantity == "worn_thickness" and (wear is None or (pair == "internal" and wear.internal is None)):
         found.append(Fault("quantity", "the scene has no wear of that pair", "give it a `Wear`"))
     if quantity == "pressure":
-        area = bandage_of(system).area if pair == "internal" else result.scene.brake.linings.area
+        area = system.areas[PAIRS.index(pair)]
         if area is None:
             path = "brake.bandage.area" if pair == "internal" else "brake.linings.area"
             found.append(Fault(path, "is missing", "a pressure is looked at"))

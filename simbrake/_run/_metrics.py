@@ -10,7 +10,7 @@ import numpy as np
 from .._base._compiling import DeviceJit
 from .._hybrid import ADVANCED, LANDED, SKIPPED, Record, largest, smallest
 from .._hybrid._arrays import Array
-from .._physics._acting import AbstractBrakeSystem, Capacity
+from .._physics._acting import Capacity
 from .._physics._chain_system import ChainSystem
 from .._physics._modes import BandMode, slips
 from .._physics._observe import stored
@@ -180,12 +180,12 @@ def energies(record: Record) -> dict[str, Array]:
     `kinetic_change + elastic_change = load_work + lever_work − friction_heat − damper_heat` (model §1); where the
     scene has `power_shares`, `electrical_work` and `mechanical_work` of the friction go off as well (S-8…11)
     """
-    system: AbstractBrakeSystem = record.system  # pyright: ignore
+    system: Any = record.system
     ledger = record.y_end.ledger
     ends = [(record.rows.t[i], *_row_of(record, i)) for i in (jnp.zeros_like(record.count), record.count)]
     (kinetic_0, elastic_0), (kinetic_1, elastic_1) = (stored(system, *end) for end in ends)
     kinetic, elastic = kinetic_1 - kinetic_0, elastic_1 - elastic_0
-    shares = system.forces.grip.shares
+    shares = system.shares
     work, hot, more = friction_work(ledger), 1.0 if shares is None else shares.heat, {}
     if ledger.internal_heat is not None:
         more = {"heat_external": hot * ledger.friction_heat, "heat_internal": hot * ledger.internal_heat}
@@ -206,7 +206,7 @@ def energies(record: Record) -> dict[str, Array]:
         "elastic_change": elastic,
         "closure": _closure(residual, terms),
     }
-    return found if system.forces.thermal is None else found | _heats(record)
+    return found if system.thermal is None else found | _heats(record)
 
 
 def _row_of(record: Record, i: Array) -> tuple[Any, Any]:
@@ -221,8 +221,8 @@ def _closure(residual: Any, terms: list[Any]) -> Array:
 
 def stored_heat(record: Record) -> dict[str, Array]:
     """Heat stored in every body of the network since the start (J)."""
-    system: AbstractBrakeSystem = record.system  # pyright: ignore
-    thermal = system.forces.thermal
+    system: Any = record.system
+    thermal = system.thermal
     if thermal is None:
         return {}
     start = record.flat.unpack_state(record.rows.y[0])
@@ -236,11 +236,11 @@ def _heats(record: Record) -> dict[str, Array]:
     `heat_to_metal`, `heat_to_linings`, `heat_to_band`: where the friction heat entered (on a standard brake nothing
     rubs on the band); `heat_lost`: to the air and other reservoirs, and what goes to parts that are not modelled.
     """
-    system: AbstractBrakeSystem = record.system  # pyright: ignore
+    system: Any = record.system
     ledger = record.y_end.ledger
     booked = ledger.heat
     stored = sum(stored_heat(record).values(), start=jnp.zeros(()))
-    shares = system.forces.grip.shares
+    shares = system.shares
     heat = friction_work(ledger) if shares is None else shares.heat * friction_work(ledger)
     residual = heat + booked.supplied - stored - booked.lost
     terms = [heat, booked.supplied, stored, booked.lost]
@@ -269,7 +269,7 @@ def end_capacity(record: Record) -> Capacity:
 
 
 def _capacity(system: Any, t: Any, y: Any, mode: Any, start: Any) -> Capacity:
-    return system.forces.capacity(t, y, mode, start)
+    return system.capacity(t, y, mode, start)
 
 
 _capacity_compiled = DeviceJit(_capacity)
@@ -319,9 +319,9 @@ HOT_PLACES = {
 
 def peaks_of(system: Any) -> dict[str, Callable[[Probe], Array]]:
     """Everything of which a scene has a greatest value: tensions, loads, and temperatures where it has them."""
-    if system.forces.thermal is None:
+    if system.thermal is None:
         return PEAKS
-    places = system.forces.thermal.heat.hot_places
+    places = system.thermal.heat.hot_places
     hot = {name: kind for name, kind in HOT_PLACES.items() if kind in places}
     return PEAKS | {name: (lambda p, kind=kind: p.surfaces[kind]) for name, kind in hot.items()}
 

@@ -12,8 +12,7 @@ from .._base._progress import piece
 from .._hybrid import Record
 from .._hybrid._arrays import Array
 from .._parts._band import LiningForces
-from .._physics._acting import AbstractBrakeSystem
-from .._physics._observe import columns, lining_forces, lining_margins, passing, surfaces
+from .._physics._observe import columns, lining_forces, lining_margins, look_at, passing, surfaces
 
 SAMPLES = 9  # per step, when a whole run is scanned
 LANES = 512  # times looked at in one call of the compiled probe
@@ -45,12 +44,12 @@ def probe(record: Record, index: Array, share: Array) -> Probe:
 
 
 def probe_at(record: Record, index: Array, h: Array) -> Probe:
-    system: AbstractBrakeSystem = record.system  # pyright: ignore
+    system: Any = record.system
     t, y = record.inside(index, h)
     mode = jax.vmap(record.flat.unpack_mode)(record.rows.mode[index])
 
     def look(t: Array, y: Any, mode: Any) -> Any:
-        q = system.forces.flows(t, y, mode)
+        q = look_at(system, t, y, mode)
         hot = surfaces(system, q)
         return (
             q,

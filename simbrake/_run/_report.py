@@ -13,8 +13,7 @@ from .._parts._driller import AbstractSpeedLever
 from .._parts._plausible import plausibility
 from .._parts._scene import warnings
 from .._physics._modes import BandMode, Label, slips
-from .._physics._observe import distribution, mark_names
-from .._physics._system import BrakeSystem
+from .._physics._observe import can_lock, distribution, locks_of, mark_names
 from ._choice import stiffness
 from ._log import Event, Phase, event_log, marks_passed
 from ._metrics import Peak, capacities_at, numbers, peaks_of, polish
@@ -128,8 +127,8 @@ class Report:
             found += [Event(float(t), *names[j]) for t, (_, j) in zip(times, crossings, strict=True)]
         modes: Any = self._record.modes
         found += self._contacts(modes)
-        if isinstance(system, BrakeSystem) and system.forces.grip.varies:
-            locks = np.asarray(modes.locks)[: int(self._record.count) + 1]
+        if can_lock(system):
+            locks = np.asarray(locks_of(modes))[: int(self._record.count) + 1]
             began = np.flatnonzero(np.diff(locks) > 0) + 1
             found += [Event(float(np.asarray(self._record.rows.t)[i]), "self_locking") for i in began]
         return found
@@ -202,12 +201,12 @@ class Report:
         scene = self.result.scene
         if scene.brake.bandage is None:
             return {}
-        stages, forces = self.stages, self.result.record.system.forces
+        stages, system = self.stages, self.result.record.system
         greatest, load = np.max(self._probe.flows.lever_tension), np.asarray(self._probe.flows.load_torque)[0]
         first = jax.tree.map(lambda column: jnp.asarray(column[0]), self._record.states)
-        hot = tuple(T for _, T in forces.laws(first.heat))
+        hot = system.hot(first.heat)
         seen = {stage.name for stage in stages}
-        absent = absent_stages(scene.brake, float(forces.inertia), float(load), seen, float(greatest), hot)
+        absent = absent_stages(scene.brake, float(system.inertia), float(load), seen, float(greatest), hot)
         return {"stages": [stage.as_dict() for stage in stages], "absent_stages": absent}
 
     def _worn(self) -> dict[str, Any]:
@@ -220,13 +219,13 @@ class Report:
         """Times before the end in which the load exceeded what the brake gives under its greatest slack tension."""
         p, t, flows = self._probe, np.asarray(self._probe.t), self._probe.flows
         system: Any = self._record.system
-        lever, pull = system.forces.lever, np.asarray(flows.lever_tension)
+        lever, pull = system.lever, np.asarray(flows.lever_tension)
         greatest = float(lever.greatest()) if isinstance(lever, AbstractSpeedLever) else np.max(pull)
         hardest = (pull > 0) & (pull >= (1 - _NEARLY) * greatest)
-        gains = np.sign(np.asarray(p.y.omega)) * np.asarray(flows.alpha) * float(system.forces.inertia)
+        gains = np.sign(np.asarray(p.y.omega)) * np.asarray(flows.alpha) * float(system.inertia)
         band, inner = np.asarray(p.mode.band), np.asarray(p.columns.get("internal_mode", 0))
         slides = slips(band) | ((band == BandMode.HELD) & (inner != 0))
-        if not np.any(hardest & slides & (gains > _ROUNDING * float(system.torque_scale))):
+        if not np.any(hardest & slides & (gains > _ROUNDING * float(system.sizes.torque))):
             return []  # nothing ever sped up a pulley whose brake slides: no need to look closer
         found = capacities_at(self._record, p, np.flatnonzero(hardest))
         short = np.zeros(len(t), bool)

@@ -179,9 +179,9 @@ class Result(eqx.Module):
     def end_temperatures(self) -> Array:
         """Temperatures (K) at the end of the nodes with capacity."""
         system: Any = self.record.system
-        if system.forces.thermal is None:
+        if system.thermal is None:
             raise ValueError("the scene has no heat")
-        return system.forces.thermal.temperatures(self.record.y_end.heat)
+        return system.thermal.temperatures(self.record.y_end.heat)
 
     @property
     def stored_heat(self) -> dict[str, Array]:

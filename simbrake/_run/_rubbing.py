@@ -14,7 +14,6 @@ from .._base._faults import Fault, InputError
 from .._base._quantity import as_number
 from .._hybrid import Record
 from .._hybrid._arrays import Array
-from .._physics._acting import AbstractBrakeSystem
 from ._integral import POINTS, as_tree, integral, is_traced
 from ._metrics import peak
 from ._probe import Probe
@@ -57,40 +56,30 @@ def rubbing(record: Record, p: Probe, *, pair: str = "external") -> Rubbing:
 
     Raises `ValueError` for an internal pair that the brake does not have.
     """
-    system: AbstractBrakeSystem = record.system  # pyright: ignore
-    forces = system.forces
+    system: Any = record.system
+    number = PAIRS.index(pair)
+    area = system.areas[number] if number < len(system.areas) else None
     if pair == "internal":
-        increment, normal, speed, area, place = _internal(system, p)
+        increment, normal, speed = _internal(system, p)
     else:
-        linings = forces.grip.linings
-        normal, area = p.linings.normal, linings.area
-        increment = jnp.abs(p.linings.friction) / jnp.cos(jnp.asarray(linings.angle) / 2)
+        normal = p.linings.normal
+        increment = jnp.abs(p.linings.friction) / jnp.cos(jnp.asarray(system.linings.angle) / 2)
         single = p.columns.get("lining_slip_speed")
         speed = p.flows.slip_speed[:, None] if single is None else single
-        place = forces.pair
     speed = jnp.broadcast_to(jnp.abs(speed), normal.shape)
-    T = None
-    if forces.thermal is not None and place is not None and place.sensor is not None:
-        T = jnp.broadcast_to(jax.vmap(lambda u: forces.sensed(place, u))(p.y.heat), normal.shape)
+    T = None if system.thermal is None else jax.vmap(lambda u: system.hot(u)[number])(p.y.heat)
+    T = None if T is None else jnp.broadcast_to(T, normal.shape)
     return Rubbing(increment, normal, speed, None if area is None else normal / jnp.asarray(area), T)
 
 
-def _internal(system: AbstractBrakeSystem, p: Probe) -> tuple[Any, ...]:
+def _internal(system: Any, p: Probe) -> tuple[Any, ...]:
     if not system.staged:
         raise ValueError("only a staged brake has an internal pair")
-    forces = system.forces
-    place = None if forces.thermal is None else forces.thermal.heat.friction
-    normal, bandage = p.columns["internal_load"], bandage_of(system)
+    normal = p.columns["internal_load"]
     if "lining_internal_torque" in p.columns:
-        force = jnp.abs(p.columns["lining_internal_torque"]) / forces.track_radius
-        return force, normal, p.columns["lining_internal_slip_speed"], bandage.area, place
-    return jnp.abs(p.flows.inner.friction), normal, p.columns["internal_slip_speed"][:, None], bandage.area, place
-
-
-def bandage_of(system: Any) -> Any:
-    """The bandage of a staged brake, rigid or resolved."""
-    internal = system.forces.internal
-    return getattr(internal, "bandage", internal)
+        force = jnp.abs(p.columns["lining_internal_torque"]) / system.forces.track_radius
+        return force, normal, p.columns["lining_internal_slip_speed"]
+    return jnp.abs(p.flows.inner.friction), normal, p.columns["internal_slip_speed"][:, None]
 
 
 # --- what is picked out of a probe: functions of the module, so that each compiles once ------------------------------
@@ -159,11 +148,9 @@ def _check(run: Any, *, pair: str, over: str = "time", quantity: str = "slip_spe
         found.append(Fault("over", f"{over!r} is no weight", f"there are: {', '.join(WEIGHTS)}"))
     if quantity not in QUANTITIES:
         found.append(Fault("quantity", f"{quantity!r} is none", f"there are: {', '.join(QUANTITIES)}"))
-    if (area or quantity == "pressure") and not found:
-        internal = pair == "internal"
-        if (bandage_of(system) if internal else system.forces.grip.linings).area is None:
-            path = "brake.bandage.area" if internal else "brake.linings.area"
-            found.append(Fault(path, "is missing", "a pressure is looked at"))
+    if (area or quantity == "pressure") and not found and system.areas[PAIRS.index(pair)] is None:
+        path = "brake.bandage.area" if pair == "internal" else "brake.linings.area"
+        found.append(Fault(path, "is missing", "a pressure is looked at"))
     if found:
         raise InputError(found)
 
@@ -230,7 +217,7 @@ def _peaks(record: Record, pair: str, quantity: str) -> Array:
 
         return peak(record, pick).value
 
-    return jax.vmap(of)(jnp.arange(record.system.forces.grip.linings.count, dtype=jnp.int32))  # pyright: ignore
+    return jax.vmap(of)(jnp.arange(record.system.linings.count, dtype=jnp.int32))  # pyright: ignore
 
 
 _peaks_compiled = DeviceJit(_peaks, static_argnames=("pair", "quantity"))

@@ -1,0 +1,422 @@
+"""A brake as a hybrid system: shaft, load and lever, heat, wear and ledger over whatever friction pairs there are."""
+
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Float
+
+from .._hybrid import CORE, QUADRATURE, AbstractSemiExplicitSystem, largest, smallest
+from .._hybrid._arrays import Array
+from .._parts._driller import AbstractSpeedLever
+from .._parts._duty import AbstractProfile, hides_nothing, next_known_time
+from .._parts._links import Surroundings
+from .._parts._loads import AbstractLoad
+from ._acting import AT_REST, Capacity, course_of_lever, course_of_load, course_of_profile
+from ._heat_flows import Deposit
+from ._mechanism import AbstractMechanism, Acting, Mode, Moment, Pair, Rub, Sizes
+from ._modes import BandMode
+from ._sliding import Grip
+from ._sparsity import couplings
+from ._state import BrakeCode, HeatLedger, Ledger
+from ._thermal import Thermal
+from ._wearing import Pressed, Wearing
+
+#: passes in which tension and temperature after a jump are settled; each leaves about 1e-3 of the one before it
+_PASSES = 4
+
+
+class State(NamedTuple):
+    """Angle `φ` (rad) and speed `ω` (rad/s) of the pulley, the states of the mechanism's own, the ledger, the heat
+    content of the thermal nodes over their capacity (K; `None` without heat), and the thickness worn off the linings
+    (`Worn`; `None` without wear)."""
+
+    phi: Any
+    omega: Any
+    own: Any
+    ledger: Ledger
+    heat: Any = None
+    worn: Any = None
+
+
+class ThermalNow(NamedTuple):
+    """The thermal network at one instant."""
+
+    T: Array  # temperatures of the nodes with capacity (K)
+    T_junctions: Array  # of those without, friction heat included
+    flows: Any  # HeatFlows, friction apart
+    deposits: tuple[Deposit, ...]  # of the friction heat of each pair (W)
+
+
+class BrakeNow(NamedTuple):
+    """Variables of a brake: what acts, its mechanism (`contact`), its pairs, and the thermal network if any."""
+
+    lever_tension: Float[Array, ""]  # T_0 (N), as the lever would give it
+    lever_rate: Float[Array, ""]  # its rate (N/s)
+    load_torque: Float[Array, ""]  # M_load (N·m)
+    contact: Any
+    rubs: tuple[Rub, ...]
+    thermal: ThermalNow | None
+
+    @property
+    def slack_tension(self) -> Array:
+        """`T_0` (N), as the contact has it."""
+        return self.contact.slack_tension
+
+    @property
+    def tight_tension(self) -> Array:
+        """`T_n` (N)."""
+        return self.contact.tight_tension
+
+    @property
+    def brake_torque(self) -> Array:
+        """`M_b` (N·m)."""
+        return self.contact.brake_torque
+
+    @property
+    def alpha(self) -> Array:
+        """`ω̇` (rad/s²)."""
+        return self.contact.alpha
+
+    @property
+    def slip_speed(self) -> Array:
+        """`v_s` (m/s), of linings that move by themselves the mean."""
+        return self.contact.slip_speed
+
+
+class BrakeSystem(AbstractSemiExplicitSystem):
+    """A brake: its mechanism under a lever and a load, with a thermal network and wear if the scene has them.
+
+        φ̇ = ω,   J ω̇ = M_load(t, ω) − M_b
+
+    The only place where physics couples: temperatures go into the friction of the pairs, their power `F v` into the
+    network, the ledger and the wear.
+
+    - `inertia` `J` (kg·m²) of all that turns with the shaft at the start;  `track_radius` (m), whose speed cools
+    """
+
+    mechanism: AbstractMechanism
+    inertia: Array
+    track_radius: Array
+    lever: AbstractProfile
+    load: AbstractLoad
+    thermal: Thermal | None
+    wearing: Wearing | None
+    angle: Float[Array, " n"]  # of the linings (rad), over which the heat of a jump is spread
+
+    @property
+    def sizes(self) -> Sizes:
+        """Typical slack tension, torque and speed."""
+        return self.mechanism.sizes
+
+    @property
+    def shares(self) -> Any:
+        """Shares of the friction power, if the scene splits it."""
+        return self.mechanism.grip.shares
+
+    @property
+    def grip(self) -> Grip:
+        """Friction of the linings under the band."""
+        return self.mechanism.grip
+
+    @property
+    def linings(self) -> Any:
+        """The linings under the band."""
+        return self.grip.linings
+
+    @property
+    def staged(self) -> bool:
+        """Whether there are two friction pairs in series."""
+        return len(self.mechanism.pairs) > 1
+
+    @property
+    def areas(self) -> tuple[Any, ...]:
+        """Areas of the linings in each friction pair, `None` where they are not given."""
+        return tuple(pair.area for pair in self.mechanism.pairs)
+
+    # --- what acts ------------------------------------------------------------------------------------------------
+
+    @property
+    def profiles(self) -> tuple[AbstractProfile, ...]:
+        """Given functions of time beside lever and load."""
+        return () if self.thermal is None else self.thermal.heat.profiles
+
+    @property
+    def guard_samples(self) -> int:
+        """Points inside a step at which the guards are evaluated: none where nothing short hides in what is given."""
+        plain = hides_nothing(self.lever, course_of_lever) and hides_nothing(self.load, course_of_load)
+        return 0 if plain and all(hides_nothing(profile, course_of_profile) for profile in self.profiles) else 15
+
+    def inertia_at(self, mode: Mode) -> Array:
+        """Inertia of all that turns and moves with the shaft (kg·m²)."""
+        more = self.load.added_inertia(mode.load_piece)
+        return self.inertia if more is None else self.inertia + more
+
+    def _around(self, omega: Array, mode: Mode) -> Surroundings:
+        """Speed of the track, and whether the linings touch it, as the links of the network see them."""
+        moving = jnp.where(self.mechanism.rests(mode), 0.0, jnp.abs(omega))
+        return Surroundings(moving * self.track_radius, jnp.where(mode.band == BandMode.OPEN, 0.0, 1.0))
+
+    def hot(self, u: Any) -> tuple[Any, ...]:
+        """Temperatures (K) that the law of each pair sees, (n,), for the heat contents `u`; `None` where there are none."""
+        if self.thermal is None or u is None:
+            return tuple(None for _ in self.mechanism.pairs)
+        return self._at_sensors(self.thermal.temperatures(u))
+
+    def _at_sensors(self, T: Array) -> tuple[Any, ...]:
+        """What of a value at every node the laws of the pairs see."""
+        assert self.thermal is not None
+        found = []
+        for pair in self.mechanism.pairs:
+            sensor = None if pair.heat is None else pair.heat.sensor
+            found.append(None if sensor is None else self.thermal.at(T, sensor, pair.count))
+        return tuple(found)
+
+    def lever_tension(
+        self, t: Array, omega: Array, mode: Mode, load: Array, hot: tuple[Any, ...]
+    ) -> tuple[Array, Array]:
+        """`T_0` (N) and its rate as the lever has them."""
+        piece = mode.lever_piece
+        given, rate = jax.jvp(lambda t: self.lever.value(t, piece), (t,), (jnp.ones_like(t),))
+        if not isinstance(self.lever, AbstractSpeedLever):
+            return given, rate
+        torque = self.lever.wanted_torque(t, omega, piece, load, jnp.asarray(self.inertia_at(mode)))
+        follows = self.lever.follows(piece)
+        gain = self.mechanism.gain(jnp.where(mode.sense > 0, omega, -omega), hot)
+        return jnp.where(follows, self.lever.holding(torque, gain), given), jnp.where(follows, 0.0, rate)
+
+    # --- all of it at one instant -----------------------------------------------------------------------------------
+
+    def variables(self, t, y, mode):
+        net, pairs, pieces = self.thermal, self.mechanism.pairs, mode.heat_pieces
+        load = self.load.torque(t, y.omega, mode.load_piece)
+        hot = self.hot(y.heat)
+        tension, pull = self.lever_tension(t, y.omega, mode, load, hot)
+
+        def still(forces: Any) -> tuple[Any, ...]:
+            return tuple(None for _ in pairs)
+
+        if net is None:
+            acting = Acting(t, tension, pull, load, self.inertia_at(mode), hot, still)
+            z = self.mechanism.variables(acting, y.omega, y.own, mode)
+            return BrakeNow(tension, pull, load, z, self.mechanism.rubs(acting, mode, z), None)
+        around, T = self._around(y.omega, mode), net.temperatures(y.heat)
+        T_J = net.junctions(T, t, around, pieces)
+        flows = net.flows(T, T_J, t, around, pieces)
+
+        def deposit(pair: Any, heat: Array) -> Deposit:
+            return net.deposit(pair.heat, T, T_J, t, around, heat, pieces)
+
+        def warming(forces: tuple[Array, ...] | None) -> tuple[Any, ...]:
+            if forces is None:
+                return self._at_sensors(net.rise(flows.into))
+            each = [deposit(pair, force).into for pair, force in zip(pairs, forces, strict=True)]
+            return self._at_sensors(net.rise(sum(each[1:], start=each[0])))
+
+        acting = Acting(t, tension, pull, load, self.inertia_at(mode), hot, warming)
+        z = self.mechanism.variables(acting, y.omega, y.own, mode)
+        rubs = self.mechanism.rubs(acting, mode, z)
+        deposits = []
+        for pair, rub in zip(pairs, rubs, strict=True):
+            # one slip speed for all linings: where the heat goes per unit of it is what the mechanism has asked for
+            one = jnp.ndim(rub.slip) == 0
+            found = deposit(pair, rub.force if one else rub.force * rub.slip)
+            deposits.append(jax.tree.map(lambda x, v=rub.slip: x * v, found) if one else found)
+        hot_junctions = sum((found.into_junctions for found in deposits), start=T_J)
+        return BrakeNow(tension, pull, load, z, rubs, ThermalNow(T, hot_junctions, flows, tuple(deposits)))
+
+    def rates(self, t, y, mode, z):
+        moving = jnp.where(self.mechanism.rests(mode), 0.0, y.omega)
+        powers = [jnp.sum(rub.force * rub.slip) for rub in z.rubs]
+        ledger = Ledger(
+            load_work=z.load_torque * moving,
+            lever_work=z.contact.lever_power,
+            friction_heat=powers[0],
+            internal_heat=powers[1] if len(powers) > 1 else None,
+        )
+        rates = State(moving, z.alpha, self.mechanism.own_rates(z.contact), ledger)
+        if self.wearing is not None:
+            hot = self.hot(y.heat)
+            rubs = [Pressed(rub.normal, rub.sense * rub.slip, T) for rub, T in zip(z.rubs, hot, strict=True)]
+            rates = rates._replace(worn=self.wearing.rates(t, rubs[0], rubs[1] if len(rubs) > 1 else None))
+        if self.thermal is None:
+            return rates
+        into, booked = z.thermal.flows.into, self._booked(z.thermal.deposits)
+        for deposit in z.thermal.deposits:
+            into = into + deposit.into
+        booked = booked._replace(lost=booked.lost + z.thermal.flows.lost, supplied=z.thermal.flows.supplied)
+        return rates._replace(ledger=ledger._replace(heat=booked), heat=self.thermal.rise(into))
+
+    def _booked(self, deposits: tuple[Deposit, ...]) -> HeatLedger:
+        """Where the friction heat went."""
+        found = [self._booked_of(pair, deposit) for pair, deposit in zip(self.mechanism.pairs, deposits, strict=True)]
+        return jax.tree.map(lambda *each: sum(each[1:], start=each[0]), *found)
+
+    def _booked_of(self, pair: Pair, deposit: Deposit) -> HeatLedger:
+        metal, none = deposit.to_metal, jnp.zeros_like(deposit.to_metal)
+        behind = none if deposit.beyond is None else deposit.beyond
+        metal, band = (behind, metal) if pair.on_band else (metal, none)
+        return HeatLedger(metal, deposit.to_linings, deposit.lost, 0.0, band if self._has_band else None)
+
+    @property
+    def _has_band(self) -> bool:
+        return any(pair.on_band for pair in self.mechanism.pairs)
+
+    # --- guards and changes of mode -----------------------------------------------------------------------------------
+
+    @property
+    def has_tables(self) -> bool:
+        """Whether a friction law ends at some temperature."""
+        return any(pair.law.temperature_range() is not None for pair in self.mechanism.pairs)
+
+    def _table_margin(self, u: Any) -> Array:
+        """By how much the temperatures are inside the tables of the friction laws, over 100 K."""
+        room = []
+        for pair, T in zip(self.mechanism.pairs, self.hot(u), strict=True):
+            bounds = pair.law.temperature_range()
+            if bounds is not None and T is not None:
+                room.append(jnp.minimum(smallest(T) - bounds[0], bounds[1] - largest(T)) / 100.0)
+        return room[0] if len(room) == 1 else jnp.minimum(*room)
+
+    def _acting(self, t: Array, mode: Mode, z: BrakeNow) -> Acting:
+        """What acts, for guards and changes of mode: these no longer ask for temperatures."""
+        return Acting(t, z.lever_tension, z.lever_rate, z.load_torque, self.inertia_at(mode), (), lambda forces: ())
+
+    def margins(self, t, y, mode, z):
+        found = self.mechanism.guards(self._acting(t, mode, z), y.omega, y.own, mode, z.contact)
+        return jnp.append(found, self._table_margin(y.heat)) if self.has_tables else found
+
+    def change(self, now, fired, at_stop):
+        t, y = now.t, now.y
+
+        def ask(mode: Mode, omega: Array) -> tuple[Acting, Any]:
+            z = self.variables(t, y._replace(omega=omega), mode)
+            return self._acting(t, mode, z), z.contact
+
+        acting = self._acting(t, now.mode, now.z)
+        moment = Moment(t, y.omega, y.own, now.mode, acting, now.z.contact, now.z_rate.contact)
+        new, code = self.mechanism.change(moment, self._next_pieces(now.mode, at_stop), fired, ask)
+        if self.has_tables:
+            code = jnp.where(fired[-1], int(BrakeCode.OUTSIDE_TABLE), code)
+        return new, code
+
+    def reset(self, t, y, before, after):
+        more = self.load.added_inertia(after.load_piece)
+        omega, own = self.mechanism.arrested(y.omega, y.own, before, after)
+        still = y._replace(omega=omega, own=own)
+        if more is not None:  # what comes onto the hook in motion brings its energy
+            brought = 0.5 * (self.inertia_at(after) - self.inertia_at(before)) * y.omega**2
+            still = still._replace(ledger=y.ledger._replace(load_work=y.ledger.load_work + brought))
+        if not self.mechanism.strains:
+            return still
+        z_before = self.variables(t, y, before).contact
+
+        def strained(heat: Any) -> tuple[Any, Any, tuple[Any, ...]]:
+            z = self.variables(t, still._replace(heat=heat), after).contact
+            return self.mechanism.strained(own, (before, z_before), (after, z))
+
+        if self.thermal is None:
+            return self._jumped(still, *strained(None))
+        per_joule = self._heat_of_a_jump(t, still, after)
+
+        def warmed(heats: tuple[Any, ...]) -> Array:
+            return still.heat + sum(E * rise for E, (rise, _) in zip(heats, per_joule, strict=True))
+
+        # the heat of the jump warms the linings, on which the tension after it depends: settled in a few passes
+        def settle(heat: Array, _: None) -> tuple[Array, Any]:
+            jump = strained(heat)
+            return warmed(jump[2]), jump
+
+        passes = _PASSES if self.mechanism.varies else 1
+        heat, jumps = jax.lax.scan(settle, still.heat, None, length=passes)
+        jumped = self._jumped(still._replace(heat=heat), *jax.tree.map(lambda each: each[-1], jumps))
+        booked = jumped.ledger.heat
+        for E, (_, shares) in zip(jax.tree.map(lambda each: each[-1], jumps[2]), per_joule, strict=True):
+            booked = jax.tree.map(lambda x, share, E=E: x + E * share, booked, shares)
+        return jumped._replace(ledger=jumped.ledger._replace(heat=booked))
+
+    def _jumped(self, y: State, own: Any, work: Array, heats: tuple[Any, ...]) -> State:
+        """The state after a jump of tension, its work and heat booked."""
+        old = y.ledger
+        ledger = old._replace(lever_work=old.lever_work + work, friction_heat=old.friction_heat + heats[0])
+        if len(heats) > 1:
+            ledger = ledger._replace(internal_heat=old.internal_heat + heats[1])
+        return y._replace(own=own, ledger=ledger)
+
+    def _heat_of_a_jump(self, t: Array, y: State, mode: Mode) -> list[tuple[Array, HeatLedger]]:
+        """What one joule of friction heat in a jump adds to the states of the network (K/J), and where it goes, for each
+        pair. It is spread over the linings by their angles, and through the depth of walls: no time passes."""
+        net, found = self.thermal, []
+        assert net is not None
+        around, T = self._around(y.omega, mode), net.temperatures(y.heat)
+        T_J = net.junctions(T, t, around, mode.heat_pieces)
+        for pair in self.mechanism.pairs:
+            share = self.angle / jnp.sum(self.angle) if pair.apart else jnp.ones(1)
+            given = net.deposit(pair.heat, T, T_J, t, around, share, mode.heat_pieces)
+            found.append((net.rise(net.soaked(given.into)), self._booked_of(pair, given)))
+        return found
+
+    def _next_known(self, mode: Mode) -> tuple[Any, list[Any]]:
+        """The next known time, and whether it is that of the lever, of the load, and of each profile of the heat.
+
+        A pulley at rest, and a lever that only begins to pull, must be held back by nothing that is over, and held by
+        nothing that is yet to come: where its tension falls, without going to 0, the lever comes after the load, and
+        also where it is to answer the load.
+        """
+        lever, piece = self.lever, jnp.asarray(mode.lever_piece, jnp.int32)
+
+        def waits(t: Array) -> Array:
+            before, after = lever.value(t, piece), lever.value(t, piece + 1)
+            answers = lever.follows(piece + 1) if isinstance(lever, AbstractSpeedLever) else False
+            return (mode.band == BandMode.OPEN) | answers | ((after < before) & (after > 0))
+
+        profiles = (lever, self.load.profile, *self.profiles)
+        return next_known_time(profiles, (piece, mode.load_piece, *mode.heat_pieces), waits)
+
+    def _next_pieces(self, mode: Mode, at_stop: Array) -> Mode:
+        """The mode on the piece that begins at a known time."""
+        _, turns = self._next_known(mode)
+        old = [jnp.asarray(piece, jnp.int32) for piece in (mode.lever_piece, mode.load_piece, *mode.heat_pieces)]
+        new = [piece + (at_stop & turn).astype(jnp.int32) for piece, turn in zip(old, turns, strict=True)]
+        return mode._replace(lever_piece=new[0], load_piece=new[1], heat_pieces=tuple(new[2:]))
+
+    def next_stop(self, mode):
+        return self._next_known(mode)[0]
+
+    # --- sizes ----------------------------------------------------------------------------------------------------
+
+    def _like(self, phi: Any, omega: Any, own: Any, quadrature: Any, heat: Any, worn: Any) -> State:
+        """What is like a state, with one value for every sum that no rate depends on."""
+        booked = None
+        if self.thermal is not None:
+            booked = HeatLedger(quadrature, quadrature, quadrature, quadrature, quadrature if self._has_band else None)
+        inner = quadrature if len(self.mechanism.pairs) > 1 else None
+        ledger = Ledger(quadrature, quadrature, quadrature, booked, inner)
+        return State(phi, omega, own, ledger, heat, None if self.wearing is None else self.wearing.each(worn))
+
+    def scales(self):
+        kelvin = None if self.thermal is None else jnp.full_like(self.thermal.capacity, 100.0)
+        worn = None if self.wearing is None else self.wearing.scale
+        mechanism = self.mechanism
+        return self._like(1.0, mechanism.sizes.speed, mechanism.own_sizes(), jnp.inf, kelvin, worn)
+
+    def couplings(self):
+        if self.thermal is None:
+            return None
+        own = jax.tree.map(lambda size: np.full(jnp.shape(size), CORE), self.mechanism.own_sizes())
+        worn = None if self.wearing is None else np.full(self.wearing.count, QUADRATURE)
+        core, quadrature = np.asarray(CORE), np.asarray(QUADRATURE)
+        return self._like(quadrature, core, own, quadrature, couplings(self.thermal.heat), worn)
+
+    # --- what it could hold ---------------------------------------------------------------------------------------
+
+    def capacity(self, t: Array, y: State, mode: Mode, start: Array) -> Capacity:
+        """Load and capacity of a turning brake at the time `t` of a run that began at `start`."""
+        T_0, rate = jax.jvp(lambda t: self.lever.value(t, mode.lever_piece), (t,), (jnp.ones_like(t),))
+        if isinstance(self.lever, AbstractSpeedLever):
+            follows = self.lever.follows(mode.lever_piece)
+            T_0, rate = jnp.where(follows, self.lever.greatest(), T_0), jnp.where(follows, 0.0, rate)
+        settled = self.lever.no_more_turns(t) & (jnp.abs(rate) * (t - start) <= AT_REST * T_0)
+        load = jnp.sign(y.omega) * self.load.torque(t, y.omega, mode.load_piece)
+        return Capacity(load, self.mechanism.capacity(T_0, y.omega, y.own, self.hot(y.heat)), settled)

@@ -1,0 +1,296 @@
+"""The elastic band: it follows the pulley until its linings slide, stores energy, and slides with what it stretches."""
+
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Bool, Float
+
+from .._hybrid._arrays import Array
+from ._mechanism import (
+    ROUNDING,
+    AbstractMechanism,
+    Acting,
+    Ask,
+    Locking,
+    Mode,
+    Moment,
+    Onset,
+    Pair,
+    Rub,
+    Sizes,
+    arrested,
+    onset,
+    sense_of,
+    settled_mode,
+)
+from ._modes import BandMode, slips
+from ._state import BrakeCode
+from ._wrap import MOBILISATION, Wrap
+
+
+class Stretched(NamedTuple):
+    """Elongation `x` (m) of the band."""
+
+    x: Any
+
+
+class ElasticNow(NamedTuple):
+    """Variables of an elastic band."""
+
+    slack_tension: Float[Array, ""]  # T_0 (N), as the band has it at its slack end
+    tight_tension: Float[Array, ""]  # T_n (N)
+    brake_torque: Float[Array, ""]  # R_b (T_n − T_0) (N·m)
+    alpha: Float[Array, ""]  # ω̇ (rad/s²)
+    slip_speed: Float[Array, ""]  # v_s (m/s)
+    band_speed: Float[Array, ""]  # ẋ (m/s)
+    lever_power: Float[Array, ""]  # T_0 ẋ (W)
+    upper: Float[Array, ""]  # limits of T_n (N)
+    lower: Float[Array, ""]
+    ratio: Float[Array, ""]  # Π of the linings at rest
+    fz: Float[Array, " n"]  # f_i z_i of the linings at the limit that counts
+    slope: Array  # of implicit coefficients
+    margin: Any  # 1 − max f_s z
+    snap: Any  # 1 + γ: by how much the band still follows the fade
+
+
+class ElasticBand(AbstractMechanism):
+    """An elastic band on a pulley (model §3).
+
+        J ω̇ = M_load − R_b (T_n − T_0),   T_n = C x while it sticks, T_0 Π^{±1} while it slides
+
+    While it slides the tension moves with the lever, the speed and the temperatures, and these with the heat of the slip
+    itself: `ẋ = Ṫ_n/C = ẋ_0 + γ v_s`, `v_s = (R_b ω − ẋ_0)/(1 + γ)`.
+
+    Guards: motion, upper limit, lower limit, lever; then what can change with heat: locking, snap, fold.
+    """
+
+    wrap: Wrap
+    stiffness: Float[Array, ""]
+    pairs: tuple[Pair, ...]
+    sizes: Sizes
+
+    @property
+    def codes(self) -> tuple[BrakeCode, ...]:
+        """Ends of the run that heat can bring about; each has a guard, the last ones."""
+        grip = self.wrap.grip
+        found = [BrakeCode.BAND_SNAP] if grip.reads.T else []
+        return (*found, BrakeCode.FLASH_FOLD) if grip.implicit else tuple(found)
+
+    def start(self, omega, elongation):
+        locks = self.wrap.locked.astype(jnp.int32) if self.wrap.grip.varies else None
+        return Stretched(elongation), Locking(locks)
+
+    def rests(self, mode):
+        return mode.band == BandMode.HELD
+
+    def _locked(self, mode: Mode) -> Bool[Array, ""]:
+        return self.wrap.locked if mode.own.locks is None else mode.own.locks > 0
+
+    def variables(self, acting, omega, own, mode):
+        band, R_b, C = mode.band, self.wrap.radius, self.stiffness
+        sliding, back, held = slips(band), band == BandMode.SLIP_BACK, band == BandMode.HELD
+        take_up = band == BandMode.TAKE_UP
+        T_0, speed, stretched = acting.tension, R_b * omega, C * own.x
+        hot = None if self.wrap.fixed is not None else acting.hot[0]
+
+        def limit(T_0: Array, omega: Array, hot: Any) -> tuple[Array, Any]:
+            v = jnp.where(mode.sense > 0, omega, -omega) * R_b
+            found = self.wrap.limit(T_0, v, hot, back, ~sliding)
+            return T_0 * found.ratio, found
+
+        # forward, or sliding: the tension at the limit, and how it moves with its arguments
+        upper, push, at_limit = jax.linearize(limit, T_0, omega, hot, has_aux=True)
+        lower = T_0 / at_limit.other
+        tight = jnp.where(take_up | (band == BandMode.ELASTIC), stretched, jnp.where(sliding, upper, 0.0))
+        tight = jnp.where(held, T_0 + acting.load / R_b, tight)
+        slack = jnp.where(take_up, stretched, jnp.where(band == BandMode.OPEN, 0.0, T_0))
+        torque = R_b * (tight - slack)
+        alpha = jnp.where(held, 0.0, (acting.load - torque) / acting.inertia)
+
+        snap = None
+        if self.wrap.fixed is not None:
+            growth = push(acting.pull, jnp.zeros_like(omega), None) / C
+        else:
+            growth = push(acting.pull, alpha, acting.warming(None)[0]) / C
+        slip = speed - growth
+        if self.wrap.grip.reads.T:
+            still = jnp.zeros_like(omega)
+            heated = acting.warming((self._friction(T_0, at_limit.fz, back, upper),))[0]
+            gamma = push(still, still, heated) / C
+            snap = 1 + gamma
+            slip = slip / jnp.where(snap > 0, snap, 1.0)
+            growth = growth + gamma * slip
+        carried = take_up | (band == BandMode.ELASTIC)
+        band_speed = jnp.where(carried, speed, jnp.where(sliding, growth, 0.0))
+        return ElasticNow(
+            slack_tension=slack,
+            tight_tension=tight,
+            brake_torque=torque,
+            alpha=alpha,
+            slip_speed=jnp.where(sliding, slip, 0.0),
+            band_speed=band_speed,
+            lever_power=slack * band_speed,
+            upper=jnp.where(take_up, T_0, upper),
+            lower=lower,
+            ratio=at_limit.other,
+            fz=at_limit.fz,
+            slope=at_limit.slope,
+            margin=at_limit.margin,
+            snap=snap,
+        )
+
+    def _friction(self, T_0: Array, fz: Array, back: Array, tight: Array) -> Float[Array, " k"]:
+        """Friction `T_i − T_{i−1}` of the linings while every one slides, or its sum."""
+        if not self.pairs[0].apart:
+            return (tight - T_0)[None]
+        along = self.wrap.along(T_0, fz, back)
+        return along - jnp.concatenate([T_0[None], along[:-1]])
+
+    def own_rates(self, z):
+        return Stretched(z.band_speed)
+
+    def rubs(self, acting, mode, z):
+        back = mode.band == BandMode.SLIP_BACK
+        along = self.wrap.along(z.slack_tension, z.fz, back)
+        before = jnp.concatenate([z.slack_tension[None], along[:-1]])
+        force = along - before if self.pairs[0].apart else (z.tight_tension - z.slack_tension)[None]
+        return (Rub(force, z.slip_speed, sense_of(mode), (along + before) * self.wrap.grip.sine),)
+
+    def guards(self, acting, omega, own, mode, z):
+        band, size = mode.band, self.sizes
+        forward, back, held = band == BandMode.SLIP, band == BandMode.SLIP_BACK, band == BandMode.HELD
+        is_open, take_up = band == BandMode.OPEN, band == BandMode.TAKE_UP
+        motion = jnp.where(mode.sense > 0, omega, -omega) / size.speed
+        motion = jnp.where(is_open | held, 1.0, motion)
+        # at rest a difference of tensions is one of torques
+        per_newton = jnp.where(held, self.wrap.radius / size.torque, 1 / size.tension)
+        bounded = (held | (band == BandMode.ELASTIC)) & ~self._locked(mode)
+        slip = z.slip_speed / (self.wrap.radius * size.speed)
+        high = jnp.where(bounded | take_up, (z.upper - z.tight_tension) * per_newton, jnp.where(forward, slip, 1.0))
+        low = jnp.where(bounded, (z.tight_tension - z.lower) * per_newton, jnp.where(back, -slip, 1.0))
+        lever = jnp.where(is_open, -acting.tension, acting.tension) / size.tension
+        more = [] if z.margin is None else [jnp.where(mode.own.locks > 0, -z.margin, z.margin)]
+        for code in self.codes:
+            more.append(jnp.where(slips(band), z.snap if code == BrakeCode.BAND_SNAP else z.slope, 1.0))
+        return jnp.stack([motion, high, low, lever, *more])
+
+    # --- changes of mode ------------------------------------------------------------------------------------------
+
+    def change(self, now, new, fired, ask):
+        old, size = now.mode, self.sizes
+        if new.own.locks is not None:
+            new = new._replace(own=Locking(jnp.where(fired[4], 1 - old.own.locks, old.own.locks).astype(jnp.int32)))
+        # at rest: does the band hold the load?
+        acting, rest = ask(new._replace(band=jnp.full_like(new.band, BandMode.HELD)), now.omega)
+        spare = ROUNDING * size.torque / self.wrap.radius
+        beyond = jnp.where(rest.tight_tension < rest.lower - spare, -1, 0)
+        beyond = jnp.where(rest.tight_tension > rest.upper + spare, 1, beyond)
+        found = onset(now, fired, acting, jnp.where(self._locked(new), 0, beyond), size)
+        new = new._replace(sense=settled_mode(now, new, found, old.band).sense)
+        new = settled_mode(now, new, found, self._taut(now, new, fired, ask, acting, rest, found))
+        code = jnp.asarray(0, jnp.int32)
+        for i, failure in enumerate(self.codes, 4 + (new.own.locks is not None)):
+            code = jnp.where(fired[i], int(failure), code)
+        return new, code
+
+    def _tension(self, own: Stretched, mode: Mode, z: ElasticNow) -> Array:
+        """`C x`, with the exact value where it follows from the slack tension."""
+        return jnp.where(slips(mode.band), z.tight_tension, self.stiffness * own.x)
+
+    def _taut(
+        self, now: Moment, new: Mode, fired: Array, ask: Ask, acting: Acting, rest: ElasticNow, found: Onset
+    ) -> Array:
+        """Mode of a band that the lever pulls on a pulley that moves or starts to."""
+        old, C, locked, T_0 = now.mode.band, self.stiffness, self._locked(new), acting.tension
+        rounding, speed = ROUNDING * self.sizes.tension, self.wrap.radius * found.omega
+        was_slack = (old == BandMode.OPEN) | (old == BandMode.TAKE_UP)
+        tension = self._tension(now.own, now.mode, now.z)
+        takes_up = jnp.where(found.rising, C * speed < acting.pull, tension < T_0 - rounding)
+        takes_up = was_slack & (found.omega > 0) & takes_up & ~((old == BandMode.TAKE_UP) & fired[1])
+        low, high = jnp.where(locked, 0.0, rest.lower), jnp.where(locked, jnp.inf, rest.upper)
+        # the lever itself draws a slack band tight on a pulley that does not run into it
+        tension = jnp.where(was_slack & (found.omega <= 0), jnp.maximum(tension, low), tension)
+        # late in a run the known times themselves are rounded
+        steepest = jnp.maximum(jnp.abs(acting.pull), jnp.abs(now.acting.pull))
+        rounding = rounding + 1e-15 * jnp.abs(now.t) * steepest * jnp.where(locked, 1.0, rest.ratio)
+        # at a limit of the tension it slides if the slip speed that it would have there has the right sign; with no slip
+        # speed yet, the direction in which the pulley starts decides
+        at_high, at_low = tension >= high - rounding, tension <= low + rounding
+        # where the lever only begins to pull both limits are 0, and Ṫ_0/C lies between the speeds of the band on them
+        lags = C * speed - acting.pull
+        lags = (lags < 0) | ((lags == 0) & (found.direction < 0))
+        back = jnp.where(at_high, at_low & lags, at_low | (old == BandMode.SLIP_BACK))
+        trial = jnp.where(back, BandMode.SLIP_BACK, BandMode.SLIP)
+        there = ask(new._replace(band=trial.astype(jnp.int32)), found.omega)[1]
+        # a band that slides stays at its kinetic limit; at rest and elastic the static one counts
+        past = jnp.where(back, there.tight_tension - tension, tension - there.tight_tension)
+        limited = jnp.where(back, at_low, at_high) | ((old == trial) & (past >= -rounding))
+        way = jnp.where(back, -1, 1)
+        runs = (way * there.slip_speed > 0) | ((there.slip_speed == 0) & (way * found.direction > 0))
+        mode = jnp.where(limited & runs, trial, BandMode.ELASTIC)
+        mode = jnp.where((old == BandMode.ELASTIC) & fired[1], BandMode.SLIP, mode)
+        mode = jnp.where((old == BandMode.ELASTIC) & fired[2], BandMode.SLIP_BACK, mode)
+        sticks = ((old == BandMode.SLIP) & fired[1]) | ((old == BandMode.SLIP_BACK) & fired[2])
+        mode = jnp.where(sticks, BandMode.ELASTIC, mode)
+        return jnp.where(takes_up, BandMode.TAKE_UP, mode)
+
+    def arrested(self, omega, own, before, after):
+        return arrested(omega, before, after), own
+
+    @property
+    def grip(self):
+        return self.wrap.grip
+
+    @property
+    def distribution(self):
+        return MOBILISATION
+
+    def linings(self, mode, z):
+        return self.wrap.linings(z.slack_tension, z.tight_tension, z.fz)
+
+    def lining_margins(self, mode, z):
+        mu = (1 + z.fz) / (1 - z.fz)
+        ahead = z.tight_tension - z.slack_tension * jnp.cumprod(mu)
+        back = z.slack_tension - z.tight_tension * jnp.cumprod(mu[::-1])[::-1]
+        margins = jnp.concatenate([ahead, back]) / self.sizes.tension
+        return jnp.where((mode.band == BandMode.ELASTIC) & ~self._locked(mode), margins, -1.0)
+
+    def columns(self, tension, omega, own, mode, hot, z):
+        found = {"elongation": own.x}
+        if self.pairs[0].heat is not None or hot[0] is not None:
+            found["friction_coefficient"] = self.wrap.kinetic(tension, omega, hot[0], mode)
+        return found
+
+    @property
+    def varies(self):
+        return self.wrap.grip.varies
+
+    @property
+    def strains(self):
+        return True
+
+    def strained(self, own, before, after):
+        (old, z_old), (new, z) = before, after
+        C, was_open, locked = self.stiffness, old.band == BandMode.OPEN, self._locked(new)
+        low, high = jnp.where(locked, 0.0, z.lower), jnp.where(locked, jnp.inf, z.upper)
+        tension, stretched = self._tension(own, old, z_old), C * own.x
+        drawn = jnp.where(was_open | (old.band == BandMode.TAKE_UP), jnp.maximum(tension, low), tension)
+        T_n = jnp.where(new.band == BandMode.ELASTIC, jnp.clip(drawn, low, high), z.tight_tension)
+        T_n = jnp.where(new.band == BandMode.HELD, drawn, T_n)
+        T_n = jnp.where(new.band == BandMode.TAKE_UP, stretched, T_n)
+        T_n = jnp.where(new.band == BandMode.OPEN, jnp.where(was_open, stretched, 0.0), T_n)
+        x, T_0 = T_n / C, z.slack_tension
+        heat = (own.x - x) * (0.5 * C * (own.x + x) - T_0)
+        return Stretched(x), T_0 * (x - own.x), (heat,)
+
+    # --- what it stores, what it could hold -------------------------------------------------------------------------
+
+    def stored(self, inertia, omega, own, mode):
+        return 0.5 * inertia * omega**2, 0.5 * self.stiffness * own.x**2
+
+    def own_sizes(self):
+        return Stretched(self.sizes.tension / self.stiffness)
+
+    def capacity(self, tension, omega, own, hot):
+        return self.wrap.torque(tension, omega, hot[0])[None]

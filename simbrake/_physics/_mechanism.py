@@ -1,0 +1,296 @@
+"""What a mechanism is: bodies that turn, the friction pairs between them, and how these stick and slide."""
+
+import abc
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Bool, Float
+
+from .._hybrid._arrays import Array
+from .._parts._band import LiningForces
+from .._parts._friction import AbstractFriction
+from .._parts._heat import FrictionHeat
+from .._parts._wear import AbstractWearRate
+from ._modes import BandMode
+from ._sliding import Grip
+
+
+class Pair(eqx.Module):
+    """What a friction pair has for good.
+
+    - `name`; `law` of friction; `area` (m²) of its linings;  `heat`: where its heat goes, `None`: it is only booked
+    - `wear`: its rate, `None`: none is followed;  `on_band`: whether the linings rub on the band, not on the rim
+    - `apart`: whether it matters for the heat which of the linings it comes from
+    """
+
+    name: str = eqx.field(static=True)
+    law: AbstractFriction
+    area: Array | None
+    heat: FrictionHeat | None
+    wear: AbstractWearRate | None
+    count: int = eqx.field(static=True)
+    on_band: bool = eqx.field(static=True, default=False)
+    apart: bool = eqx.field(static=True, default=False)
+
+
+class Rub(NamedTuple):
+    """A friction pair at one instant; its power is `force · slip`.
+
+    - `force` (N): friction at the radius of `slip`, signed like it: (n,), or the sum (1,) unless the pair is `apart`
+    - `slip` (m/s): (n,), or one for all linings; 0 while they stick
+    - `sense`: the way it slides (±1), 0 while it sticks, shaped like `slip`;  `normal` (n,): loads (N)
+    """
+
+    force: Float[Array, " k"]
+    slip: Array
+    sense: Array
+    normal: Float[Array, " n"]
+
+
+class Acting(NamedTuple):
+    """What acts on a mechanism at one instant.
+
+    - `tension` (N): what the lever gives, a slack tension or a force, and `pull` its rate;  `load` (N·m) on the shaft
+    - `inertia` (kg·m²) of the shaft and all that moves with it
+    - `hot`: temperatures (K) that the law of each pair sees, (n,), `None` where the scene has none
+    - `warming(forces)`: rates (K/s) of `hot`, for friction forces (n,) of each pair per unit of its slip speed; without
+      forces, of all else. Linear in the forces
+    """
+
+    t: Float[Array, ""]
+    tension: Float[Array, ""]
+    pull: Float[Array, ""]
+    load: Float[Array, ""]
+    inertia: Float[Array, ""]
+    hot: tuple[Any, ...]
+    warming: Callable[[tuple[Array, ...] | None], tuple[Any, ...]]
+
+
+class Mode(NamedTuple):
+    """What a brake does between two events.
+
+    - `band`: label of the whole (`BandMode`);  `sense`: direction in which the pulley moves or last moved, ±1
+    - `own`: what only its mechanism has;  pieces on which the given functions of time are: of the lever, the load and
+      the heat
+    """
+
+    band: Any
+    sense: Any
+    own: Any
+    lever_piece: Any
+    load_piece: Any
+    heat_pieces: tuple[Any, ...] = ()
+
+    @property
+    def slides(self) -> Any:
+        """The internal pair of a staged brake: 0 while it sticks (or there is none), else ±1."""
+        return self.own.slides(self.band)
+
+    @property
+    def contacts(self) -> dict[str, Any]:
+        """What every lining does for itself, (n,) each: nothing where they act as one."""
+        return self.own.contacts
+
+
+class Sizes(NamedTuple):
+    """Typical sizes: slack tension (N), torque (N·m), speed (rad/s)."""
+
+    tension: Float[Array, ""]
+    torque: Float[Array, ""]
+    speed: Float[Array, ""]
+
+
+class Moment(NamedTuple):
+    """A mechanism at one instant, as its changes of mode see it.
+
+    - `omega` (rad/s), `own` states, `mode`, variables `z` and their rates along the motion `z_rate`
+    """
+
+    t: Float[Array, ""]
+    omega: Float[Array, ""]
+    own: Any
+    mode: Mode
+    acting: Acting
+    z: Any
+    z_rate: Any
+
+
+#: `ask(mode, omega)`: what acts, and the variables, in another mode or at another speed at the same instant
+Ask = Callable[[Mode, Array], tuple[Acting, Any]]
+
+
+class AbstractMechanism(eqx.Module):
+    """Bodies that turn, stick and slide: start, rates, guards, changes of mode, stored energy, typical sizes.
+
+    A mechanism knows the shaft's speed `ω`, states and modes of its `own`, and what acts on it (`Acting`). It has
+    friction pairs, of which all else sees only names, forces and slip speeds: no heat, no wear, no ledger is in here.
+    Its variables `z` have at least the fields `alpha` (rad/s²), `brake_torque` (N·m), `slack_tension`, `tight_tension`
+    (N), `slip_speed` (m/s) and `lever_power` (W); `damping` (W) where it has dampers.
+    """
+
+    pairs: eqx.AbstractVar[tuple[Pair, ...]]
+    sizes: eqx.AbstractVar[Sizes]
+
+    @abc.abstractmethod
+    def start(self, omega: Array, elongation: Array) -> tuple[Any, Any]:
+        """Own states and modes at the start; the run settles the true first mode itself, as an event."""
+
+    @abc.abstractmethod
+    def variables(self, acting: Acting, omega: Array, own: Any, mode: Mode) -> Any:
+        """Everything algebraic at one instant."""
+
+    @abc.abstractmethod
+    def own_rates(self, z: Any) -> Any:
+        """Rates of the own states."""
+
+    @abc.abstractmethod
+    def rests(self, mode: Mode) -> Bool[Array, ""]:
+        """Whether the pulley is at rest."""
+
+    @abc.abstractmethod
+    def guards(self, acting: Acting, omega: Array, own: Any, mode: Mode, z: Any) -> Float[Array, " guard"]:
+        """Dimensionless margins, positive while the mode holds."""
+
+    @abc.abstractmethod
+    def change(self, now: Moment, new: Mode, fired: Bool[Array, " guard"], ask: Ask) -> tuple[Mode, Any]:
+        """The mode after an event, and a code; `new` is the old one on the pieces that begin at this instant."""
+
+    @abc.abstractmethod
+    def arrested(self, omega: Array, own: Any, before: Mode, after: Mode) -> tuple[Array, Any]:
+        """Speed and own states just after a change of mode: what sticks or rests from now on has exactly the speed of
+        what it sticks to."""
+
+    def strained(self, own: Any, before: tuple[Mode, Any], after: tuple[Mode, Any]) -> tuple[Any, Any, tuple[Any, ...]]:
+        """Own states after the jumps of tension in a change of mode, the work of the lever in them and the heat of each
+        pair (J); `before` and `after` are modes with their variables. By default nothing jumps."""
+        return own, 0.0, ()
+
+    @property
+    def strains(self) -> bool:
+        """Whether `strained` has anything to do."""
+        return False
+
+    @property
+    @abc.abstractmethod
+    def grip(self) -> Grip:
+        """Friction of the linings on which the lever acts."""
+
+    @property
+    @abc.abstractmethod
+    def distribution(self) -> str:
+        """How what rigid bodies leave undetermined among the linings is closed, in words."""
+
+    @abc.abstractmethod
+    def linings(self, mode: Mode, z: Any) -> LiningForces:
+        """Tension, friction and normal force at every lining."""
+
+    def lining_margins(self, mode: Mode, z: Any) -> Float[Array, " twice_n"]:
+        """By how much each lining is past its static limit while the band is elastic, over the reference tension.
+
+        The first `n` count from the slack end (`C x − T_0 Π_i`), the last `n` from the anchor for a band pulled the
+        other way (`T_0 − C x ∏_{j≥i} μ_j`); −1 in every other mode. Linings that slide by themselves have none.
+        """
+        return jnp.zeros(0)
+
+    @abc.abstractmethod
+    def columns(
+        self, tension: Array, omega: Array, own: Any, mode: Mode, hot: tuple[Any, ...], z: Any
+    ) -> dict[str, Array]:
+        """What only this mechanism has to show over time, by the names of `Series`; `tension` is the lever's."""
+
+    @property
+    @abc.abstractmethod
+    def varies(self) -> bool:
+        """Whether the friction of what sticks can change in a run."""
+
+    def gain(self, omega: Array, hot: tuple[Any, ...]) -> Float[Array, ""]:
+        """Torque (N·m) per newton of the lever while the pulley slides at the speed `omega` ≥ 0 (rad/s)."""
+        raise TypeError(f"the torque of {type(self).__name__} does not follow from the lever alone")
+
+    @abc.abstractmethod
+    def rubs(self, acting: Acting, mode: Mode, z: Any) -> tuple[Rub, ...]:
+        """The friction pairs at one instant."""
+
+    @abc.abstractmethod
+    def stored(self, inertia: Array, omega: Array, own: Any, mode: Mode) -> tuple[Array, Array]:
+        """Kinetic and elastic energy (J)."""
+
+    @abc.abstractmethod
+    def own_sizes(self) -> Any:
+        """Typical sizes of the own states."""
+
+    @abc.abstractmethod
+    def capacity(self, tension: Array, omega: Array, own: Any, hot: tuple[Any, ...]) -> Float[Array, " pairs"]:
+        """Greatest torque (N·m, ≥ 0) of each friction pair against the motion, sliding at the speed of the pulley."""
+
+
+#: tensions and torques that differ by less than this share of a typical one are equal
+ROUNDING = 1e-12
+
+
+class Locking(NamedTuple):
+    """Whether a lining locks itself (0, 1), where that can change in a run (else `None`)."""
+
+    locks: Any
+
+    def slides(self, band: Any) -> Any:
+        """There is one pair."""
+        return 0 * band
+
+    @property
+    def contacts(self) -> dict[str, Any]:
+        """The linings act as one."""
+        return {}
+
+
+class Onset(NamedTuple):
+    """How the motion goes on after an event of a contact that moves as one.
+
+    - `pulls`: whether the lever pulls, `rising`: whether it only begins to
+    - `stands`: whether the pulley stands at this instant;  `direction`: where it goes (±1), 0: it is held
+    - `omega`: its speed, exactly 0 where it stands
+    """
+
+    pulls: Bool[Array, ""]
+    rising: Bool[Array, ""]
+    stands: Bool[Array, ""]
+    direction: Any
+    omega: Array
+
+
+def onset(now: Moment, fired: Bool[Array, " guard"], acting: Acting, beyond: Any, sizes: Sizes) -> Onset:
+    """The motion after an event where the guards are motion, upper limit, lower limit, lever.
+
+    `beyond`: which limit of holding the load exceeds, 1 the upper, −1 the lower, else 0. A guard that fired has the
+    last word over such a comparison at rounding level. A pulley without speed in a mode of motion starts at this very
+    instant, the way that was found.
+    """
+    T_0, rounding = acting.tension, ROUNDING * sizes.tension
+    rising = (jnp.abs(T_0) <= rounding) & (acting.pull > 0)
+    was_open, was_held = now.mode.band == BandMode.OPEN, now.mode.band == BandMode.HELD
+    direction = jnp.where(was_held & fired[1], 1, jnp.where(was_held & fired[2], -1, beyond))
+    stands = was_held | (fired[0] & ~was_open) | ((now.omega == 0) & was_open)
+    moving = jnp.where(now.omega == 0, now.mode.sense, jnp.sign(now.omega).astype(jnp.int32))
+    direction = jnp.where(stands, direction, moving)
+    return Onset((rounding < T_0) | rising, rising, stands, direction, jnp.where(stands, 0.0, now.omega))
+
+
+def settled_mode(now: Moment, new: Mode, found: Onset, moving: Any) -> Mode:
+    """The mode after an event: held, open, or `moving`."""
+    band = jnp.where(found.stands & (found.direction == 0), BandMode.HELD, moving)
+    band = jnp.where(found.pulls, band, BandMode.OPEN)
+    sense = jnp.where(found.direction == 0, now.mode.sense, found.direction)
+    return new._replace(band=band.astype(jnp.int32), sense=sense.astype(jnp.int32))
+
+
+def arrested(omega: Array, before: Mode, after: Mode) -> Array:
+    """The speed just after a change of mode: exactly 0 where the pulley comes to rest or turns round."""
+    turned = (before.band != BandMode.OPEN) & (after.sense != before.sense)
+    return jnp.where((after.band == BandMode.HELD) | turned, 0.0, omega)
+
+
+def sense_of(mode: Mode) -> Array:
+    """The way in which a contact that moves as one slides: ±1, 0 while it sticks."""
+    return jnp.where(mode.band == BandMode.SLIP, 1.0, jnp.where(mode.band == BandMode.SLIP_BACK, -1.0, 0.0))

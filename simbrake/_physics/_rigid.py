@@ -1,0 +1,281 @@
+"""Rigid contact: the brake torque follows at once from the lever's force and from friction."""
+
+import abc
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Bool, Float
+
+from .._hybrid._arrays import Array
+from .._parts._band import LiningForces
+from ._mechanism import (
+    ROUNDING,
+    AbstractMechanism,
+    Locking,
+    Mode,
+    Pair,
+    Rub,
+    Sizes,
+    arrested,
+    onset,
+    sense_of,
+    settled_mode,
+)
+from ._modes import BandMode, rigid_mode, slips
+from ._sliding import Grip
+from ._state import BrakeCode
+from ._wrap import MOBILISATION, Wrap
+
+
+class Torques(NamedTuple):
+    """Greatest torques (N·m, ≥ 0) of linings that slide, or are about to, and what belongs to them.
+
+    - `ahead`, `back`: against a motion forwards and backwards;  `slope`: of implicit coefficients (1 where explicit)
+    - `margin`: by how much the linings are away from locking themselves, `None` where that cannot change
+    - `law`: what else the torque law has found
+    """
+
+    ahead: Float[Array, ""]
+    back: Float[Array, ""]
+    slope: Array
+    margin: Any
+    law: Any
+
+
+class AbstractTorqueLaw(eqx.Module):
+    """The greatest torque of a rigid contact as a function of the lever's force and of friction."""
+
+    @property
+    @abc.abstractmethod
+    def grip(self) -> Grip:
+        """Friction of the linings."""
+
+    @property
+    @abc.abstractmethod
+    def distribution(self) -> str:
+        """How the linings share the torque, in words."""
+
+    @abc.abstractmethod
+    def linings(self, slack: Array, tight: Array, mode: Mode, found: Torques) -> LiningForces:
+        """Forces at every lining."""
+
+    @abc.abstractmethod
+    def kinetic(self, force: Array, omega: Array, hot: Any, mode: Mode) -> Float[Array, " n"]:
+        """Coefficients of friction that the linings have when they slide."""
+
+    @property
+    @abc.abstractmethod
+    def radius(self) -> Float[Array, ""]:
+        """At which the linings slide (m)."""
+
+    @property
+    @abc.abstractmethod
+    def locked(self) -> Bool[Array, ""]:
+        """Whether the linings lock themselves at the start."""
+
+    @property
+    @abc.abstractmethod
+    def varies(self) -> bool:
+        """Whether the friction of sticking linings can change in a run."""
+
+    @property
+    @abc.abstractmethod
+    def implicit(self) -> bool:
+        """Whether coefficients of friction depend on the forces and heat that they give."""
+
+    @abc.abstractmethod
+    def torques(self, force: Array, v: Array, hot: Any, back: Array, static: Array) -> Torques:
+        """Torques for the `force` (N) of the lever.
+
+        - `v` (m/s): slip speed, signed by the sense;  `hot`: temperatures (K) that the law sees
+        - `back`: the pulley turns backwards;  `static`: the static coefficients count
+        """
+
+    @abc.abstractmethod
+    def rub(self, force: Array, torque: Array, slip: Array, mode: Mode, found: Torques, apart: bool) -> Rub:
+        """The pair at one instant, for the `force` of the lever and the brake `torque`."""
+
+    @abc.abstractmethod
+    def capacity(self, force: Array, omega: Array, hot: Any) -> Float[Array, ""]:
+        """Greatest torque (N·m, ≥ 0) against the motion at the speed `omega` of the pulley."""
+
+
+class BandTorque(AbstractTorqueLaw):
+    """A rigid band: `M = R_b T_0 (Π − 1)`, backwards `R_b T_0 (1 − 1/Π)` (Z-15…Z-18)."""
+
+    wrap: Wrap
+
+    @property
+    def grip(self):
+        return self.wrap.grip
+
+    @property
+    def distribution(self):
+        return MOBILISATION
+
+    def linings(self, slack, tight, mode, found):
+        return self.wrap.linings(slack, tight, found.law)
+
+    def kinetic(self, force, omega, hot, mode):
+        return self.wrap.kinetic(force, omega, hot, mode)
+
+    @property
+    def radius(self):
+        return self.wrap.radius
+
+    @property
+    def locked(self):
+        return self.wrap.locked
+
+    @property
+    def varies(self):
+        return self.wrap.grip.varies
+
+    @property
+    def implicit(self):
+        return self.wrap.grip.implicit
+
+    def torques(self, force, v, hot, back, static):
+        found, R_b = self.wrap.limit(force, v, hot, back, static), self.wrap.radius
+        # the limit the other way is asked for at rest, where the one found is that ahead
+        moving = R_b * (force * found.ratio - force)
+        return Torques(
+            moving, jnp.where(back, -moving, R_b * (force - force / found.other)), found.slope, found.margin, found.fz
+        )
+
+    def rub(self, force, torque, slip, mode, found, apart):
+        along = self.wrap.along(force, found.law, mode.band == BandMode.SLIP_BACK)
+        before = jnp.concatenate([force[None], along[:-1]])
+        friction = along - before if apart else (torque / self.wrap.radius)[None]
+        return Rub(friction, slip, sense_of(mode), (along + before) * self.wrap.grip.sine)
+
+    def capacity(self, force, omega, hot):
+        return self.wrap.torque(force, omega, hot)
+
+
+class RigidNow(NamedTuple):
+    """Variables of a rigid contact."""
+
+    slack_tension: Float[Array, ""]  # T_0 (N): the lever's force, 0 while it does not pull
+    tight_tension: Float[Array, ""]  # T_n (N)
+    brake_torque: Float[Array, ""]  # N·m
+    alpha: Float[Array, ""]  # ω̇ (rad/s²)
+    slip_speed: Float[Array, ""]  # m/s
+    lever_power: Float[Array, ""]  # W
+    torques: Torques
+
+
+class RigidContact(AbstractMechanism):
+    """A pulley and a contact without elasticity: `J ω̇ = M_load − M`, `|M|` up to the static limit while it is held.
+
+    Guards: motion, load below the upper limit, above the lower one, lever; then what can change with heat: locking and
+    the fold of implicit coefficients.
+    """
+
+    law: AbstractTorqueLaw
+    pairs: tuple[Pair, ...]
+    sizes: Sizes
+
+    @property
+    def codes(self) -> tuple[BrakeCode, ...]:
+        """Ends of the run that heat can bring about; each has a guard, the last ones."""
+        return (BrakeCode.FLASH_FOLD,) if self.law.implicit else ()
+
+    def start(self, omega, elongation):
+        return None, Locking(self.law.locked.astype(jnp.int32) if self.law.varies else None)
+
+    def rests(self, mode):
+        return mode.band == BandMode.HELD
+
+    def _locked(self, mode: Mode) -> Bool[Array, ""]:
+        return self.law.locked if mode.own.locks is None else mode.own.locks > 0
+
+    def variables(self, acting, omega, own, mode):
+        sliding, back, held = slips(mode.band), mode.band == BandMode.SLIP_BACK, mode.band == BandMode.HELD
+        force, speed = acting.tension, self.law.radius * omega
+        v = jnp.where(mode.sense > 0, speed, -speed)
+        found = self.law.torques(force, v, acting.hot[0], back, ~sliding)
+        torque = jnp.where(sliding, jnp.where(back, -found.back, found.ahead), jnp.where(held, acting.load, 0.0))
+        force = jnp.where(mode.band == BandMode.OPEN, 0.0, force)
+        return RigidNow(
+            slack_tension=force,
+            tight_tension=force + torque / self.law.radius,
+            brake_torque=torque,
+            alpha=jnp.where(held, 0.0, (acting.load - torque) / acting.inertia),
+            slip_speed=jnp.where(sliding, speed, 0.0),
+            lever_power=jnp.zeros_like(force),
+            torques=found,
+        )
+
+    def own_rates(self, z):
+        return None
+
+    def rubs(self, acting, mode, z):
+        apart = self.pairs[0].apart
+        return (self.law.rub(z.slack_tension, z.brake_torque, z.slip_speed, mode, z.torques, apart),)
+
+    def guards(self, acting, omega, own, mode, z):
+        band, size = mode.band, self.sizes
+        held, is_open = band == BandMode.HELD, band == BandMode.OPEN
+        motion = jnp.where(is_open | held, 1.0, jnp.where(mode.sense > 0, omega, -omega) / size.speed)
+        bounded = held & ~self._locked(mode)
+        high = jnp.where(bounded, (z.torques.ahead - acting.load) / size.torque, 1.0)
+        low = jnp.where(bounded, (acting.load + z.torques.back) / size.torque, 1.0)
+        lever = jnp.where(is_open, -acting.tension, acting.tension) / size.tension
+        margin = z.torques.margin
+        more = [] if margin is None else [jnp.where(mode.own.locks > 0, -margin, margin)]
+        more += [jnp.where(slips(band), z.torques.slope, 1.0) for _ in self.codes]
+        return jnp.stack([motion, high, low, lever, *more])
+
+    def change(self, now, new, fired, ask):
+        if new.own.locks is not None:
+            new = new._replace(own=Locking((new.own.locks ^ fired[4].astype(jnp.int32)).astype(jnp.int32)))
+        acting, rest = ask(new._replace(band=jnp.full_like(new.band, BandMode.HELD)), now.omega)
+        locked, spare = self._locked(new), ROUNDING * self.sizes.torque
+        beyond = jnp.where(acting.load < -rest.torques.back - spare, -1, 0)
+        beyond = jnp.where(acting.load > rest.torques.ahead + spare, 1, beyond)
+        found = onset(now, fired, acting, jnp.where(locked, 0, beyond), self.sizes)
+        code = jnp.where(locked & found.pulls, int(BrakeCode.SINGULAR_GEOMETRY), 0)
+        for i, failure in enumerate(self.codes, 4 + (new.own.locks is not None)):
+            code = jnp.where(fired[i], int(failure), code)
+        return settled_mode(now, new, found, rigid_mode(found.direction)), code
+
+    def arrested(self, omega, own, before, after):
+        return arrested(omega, before, after), own
+
+    def stored(self, inertia, omega, own, mode):
+        kinetic = 0.5 * inertia * omega**2
+        return kinetic, jnp.zeros_like(kinetic)
+
+    def own_sizes(self):
+        return None
+
+    @property
+    def grip(self):
+        return self.law.grip
+
+    @property
+    def distribution(self):
+        return self.law.distribution
+
+    def linings(self, mode, z):
+        return self.law.linings(z.slack_tension, z.tight_tension, mode, z.torques)
+
+    def lining_margins(self, mode, z):
+        return jnp.full(2 * self.pairs[0].count, -1.0)
+
+    def columns(self, tension, omega, own, mode, hot, z):
+        return {} if hot[0] is None else {"friction_coefficient": self.law.kinetic(tension, omega, hot[0], mode)}
+
+    @property
+    def varies(self):
+        return self.law.varies
+
+    def gain(self, omega, hot):
+        one = jnp.ones(())
+        no = jnp.asarray(False)
+        return self.law.torques(one, self.law.radius * omega, hot[0], no, no).ahead
+
+    def capacity(self, tension, omega, own, hot):
+        return self.law.capacity(tension, omega, hot[0])[None]
