@@ -7,7 +7,6 @@ from .._parts._worn import worn_scene
 from ._acting import AbstractBrakeSystem
 from ._assemble_band import assemble_band
 from ._assemble_bandage import assemble_bandage
-from ._assemble_brake import assemble_brake
 from ._assemble_chain import assemble_chain
 from ._brake import BrakeSystem
 
@@ -23,4 +22,4 @@ def assemble(scene: Scene) -> tuple[AbstractBrakeSystem | BrakeSystem, Any, Any]
     bandage = scene.brake.bandage
     if bandage is not None and bandage.spring is not None:
         return assemble_bandage(scene)
-    return assemble_band(scene) if bandage is None else assemble_brake(scene)
+    return assemble_band(scene)

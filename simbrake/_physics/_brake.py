@@ -159,7 +159,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         return Surroundings(moving * self.track_radius, jnp.where(mode.band == BandMode.OPEN, 0.0, 1.0))
 
     def hot(self, u: Any) -> tuple[Any, ...]:
-        """Temperatures (K) that the law of each pair sees, (n,), for the heat contents `u`; `None` where there are none."""
+        """Temperatures (K) that the law of each pair sees, (n,), for the heat contents `u`; `None`: there are none."""
         if self.thermal is None or u is None:
             return tuple(None for _ in self.mechanism.pairs)
         return self._at_sensors(self.thermal.temperatures(u))
@@ -211,7 +211,8 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         def warming(forces: tuple[Array, ...] | None) -> tuple[Any, ...]:
             if forces is None:
                 return self._at_sensors(net.rise(flows.into))
-            each = [deposit(pair, force).into for pair, force in zip(pairs, forces, strict=True)]
+            given = [(pair, force) for pair, force in zip(pairs, forces, strict=True) if force is not None]
+            each = [deposit(pair, force).into for pair, force in given]
             return self._at_sensors(net.rise(sum(each[1:], start=each[0])))
 
         acting = Acting(t, tension, pull, load, self.inertia_at(mode), hot, warming)
@@ -279,22 +280,23 @@ class BrakeSystem(AbstractSemiExplicitSystem):
                 room.append(jnp.minimum(smallest(T) - bounds[0], bounds[1] - largest(T)) / 100.0)
         return room[0] if len(room) == 1 else jnp.minimum(*room)
 
-    def _acting(self, t: Array, mode: Mode, z: BrakeNow) -> Acting:
-        """What acts, for guards and changes of mode: these no longer ask for temperatures."""
-        return Acting(t, z.lever_tension, z.lever_rate, z.load_torque, self.inertia_at(mode), (), lambda forces: ())
+    def _acting(self, t: Array, y: State, mode: Mode, z: BrakeNow) -> Acting:
+        """What acts, for guards and changes of mode: these no longer ask how temperatures change."""
+        inertia = self.inertia_at(mode)
+        return Acting(t, z.lever_tension, z.lever_rate, z.load_torque, inertia, self.hot(y.heat), lambda forces: ())
 
     def margins(self, t, y, mode, z):
-        found = self.mechanism.guards(self._acting(t, mode, z), y.omega, y.own, mode, z.contact)
+        found = self.mechanism.guards(self._acting(t, y, mode, z), y.omega, y.own, mode, z.contact)
         return jnp.append(found, self._table_margin(y.heat)) if self.has_tables else found
 
     def change(self, now, fired, at_stop):
         t, y = now.t, now.y
 
-        def ask(mode: Mode, omega: Array) -> tuple[Acting, Any]:
-            z = self.variables(t, y._replace(omega=omega), mode)
-            return self._acting(t, mode, z), z.contact
+        def ask(mode: Mode, omega: Array, own: Any) -> tuple[Acting, Any]:
+            z = self.variables(t, y._replace(omega=omega, own=own), mode)
+            return self._acting(t, y, mode, z), z.contact
 
-        acting = self._acting(t, now.mode, now.z)
+        acting = self._acting(t, y, now.mode, now.z)
         moment = Moment(t, y.omega, y.own, now.mode, acting, now.z.contact, now.z_rate.contact)
         new, code = self.mechanism.change(moment, self._next_pieces(now.mode, at_stop), fired, ask)
         if self.has_tables:
@@ -345,8 +347,10 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         return y._replace(own=own, ledger=ledger)
 
     def _heat_of_a_jump(self, t: Array, y: State, mode: Mode) -> list[tuple[Array, HeatLedger]]:
-        """What one joule of friction heat in a jump adds to the states of the network (K/J), and where it goes, for each
-        pair. It is spread over the linings by their angles, and through the depth of walls: no time passes."""
+        """What one joule of friction heat in a jump adds to the states of the network (K/J), and where it goes.
+
+        For each pair. It is spread over the linings by their angles, and through the depth of walls: no time passes.
+        """
         net, found = self.thermal, []
         assert net is not None
         around, T = self._around(y.omega, mode), net.temperatures(y.heat)

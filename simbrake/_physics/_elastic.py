@@ -1,5 +1,6 @@
 """The elastic band: it follows the pulley until its linings slide, stores energy, and slides with what it stretches."""
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import jax
@@ -11,7 +12,6 @@ from ._mechanism import (
     ROUNDING,
     AbstractMechanism,
     Acting,
-    Ask,
     Locking,
     Mode,
     Moment,
@@ -59,8 +59,8 @@ class ElasticBand(AbstractMechanism):
 
         J ω̇ = M_load − R_b (T_n − T_0),   T_n = C x while it sticks, T_0 Π^{±1} while it slides
 
-    While it slides the tension moves with the lever, the speed and the temperatures, and these with the heat of the slip
-    itself: `ẋ = Ṫ_n/C = ẋ_0 + γ v_s`, `v_s = (R_b ω − ẋ_0)/(1 + γ)`.
+    While it slides the tension moves with the lever, the speed and the temperatures, and these with the heat of the
+    slip itself: `ẋ = Ṫ_n/C = ẋ_0 + γ v_s`, `v_s = (R_b ω − ẋ_0)/(1 + γ)`.
 
     Guards: motion, upper limit, lower limit, lever; then what can change with heat: locking, snap, fold.
     """
@@ -84,7 +84,7 @@ class ElasticBand(AbstractMechanism):
     def rests(self, mode):
         return mode.band == BandMode.HELD
 
-    def _locked(self, mode: Mode) -> Bool[Array, ""]:
+    def locked_in(self, mode: Mode) -> Bool[Array, ""]:
         return self.wrap.locked if mode.own.locks is None else mode.own.locks > 0
 
     def variables(self, acting, omega, own, mode):
@@ -116,7 +116,7 @@ class ElasticBand(AbstractMechanism):
         slip = speed - growth
         if self.wrap.grip.reads.T:
             still = jnp.zeros_like(omega)
-            heated = acting.warming((self._friction(T_0, at_limit.fz, back, upper),))[0]
+            heated = acting.warming((self.friction(T_0, at_limit.fz, back, upper),))[0]
             gamma = push(still, still, heated) / C
             snap = 1 + gamma
             slip = slip / jnp.where(snap > 0, snap, 1.0)
@@ -140,7 +140,7 @@ class ElasticBand(AbstractMechanism):
             snap=snap,
         )
 
-    def _friction(self, T_0: Array, fz: Array, back: Array, tight: Array) -> Float[Array, " k"]:
+    def friction(self, T_0: Array, fz: Array, back: Array, tight: Array) -> Float[Array, " k"]:
         """Friction `T_i − T_{i−1}` of the linings while every one slides, or its sum."""
         if not self.pairs[0].apart:
             return (tight - T_0)[None]
@@ -158,22 +158,7 @@ class ElasticBand(AbstractMechanism):
         return (Rub(force, z.slip_speed, sense_of(mode), (along + before) * self.wrap.grip.sine),)
 
     def guards(self, acting, omega, own, mode, z):
-        band, size = mode.band, self.sizes
-        forward, back, held = band == BandMode.SLIP, band == BandMode.SLIP_BACK, band == BandMode.HELD
-        is_open, take_up = band == BandMode.OPEN, band == BandMode.TAKE_UP
-        motion = jnp.where(mode.sense > 0, omega, -omega) / size.speed
-        motion = jnp.where(is_open | held, 1.0, motion)
-        # at rest a difference of tensions is one of torques
-        per_newton = jnp.where(held, self.wrap.radius / size.torque, 1 / size.tension)
-        bounded = (held | (band == BandMode.ELASTIC)) & ~self._locked(mode)
-        slip = z.slip_speed / (self.wrap.radius * size.speed)
-        high = jnp.where(bounded | take_up, (z.upper - z.tight_tension) * per_newton, jnp.where(forward, slip, 1.0))
-        low = jnp.where(bounded, (z.tight_tension - z.lower) * per_newton, jnp.where(back, -slip, 1.0))
-        lever = jnp.where(is_open, -acting.tension, acting.tension) / size.tension
-        more = [] if z.margin is None else [jnp.where(mode.own.locks > 0, -z.margin, z.margin)]
-        for code in self.codes:
-            more.append(jnp.where(slips(band), z.snap if code == BrakeCode.BAND_SNAP else z.slope, 1.0))
-        return jnp.stack([motion, high, low, lever, *more])
+        return jnp.stack(band_guards(self, acting, omega, mode, z))
 
     # --- changes of mode ------------------------------------------------------------------------------------------
 
@@ -182,58 +167,21 @@ class ElasticBand(AbstractMechanism):
         if new.own.locks is not None:
             new = new._replace(own=Locking(jnp.where(fired[4], 1 - old.own.locks, old.own.locks).astype(jnp.int32)))
         # at rest: does the band hold the load?
-        acting, rest = ask(new._replace(band=jnp.full_like(new.band, BandMode.HELD)), now.omega)
+        acting, rest = ask(new._replace(band=jnp.full_like(new.band, BandMode.HELD)), now.omega, now.own)
         spare = ROUNDING * size.torque / self.wrap.radius
         beyond = jnp.where(rest.tight_tension < rest.lower - spare, -1, 0)
         beyond = jnp.where(rest.tight_tension > rest.upper + spare, 1, beyond)
-        found = onset(now, fired, acting, jnp.where(self._locked(new), 0, beyond), size)
+        found = onset(now, fired, acting, jnp.where(self.locked_in(new), 0, beyond), size)
         new = new._replace(sense=settled_mode(now, new, found, old.band).sense)
-        new = settled_mode(now, new, found, self._taut(now, new, fired, ask, acting, rest, found))
+
+        def there(mode: Mode) -> ElasticNow:
+            return ask(mode, found.omega, now.own)[1]
+
+        new = settled_mode(now, new, found, taut_mode(self, now, new, fired, there, acting, rest, found))
         code = jnp.asarray(0, jnp.int32)
         for i, failure in enumerate(self.codes, 4 + (new.own.locks is not None)):
             code = jnp.where(fired[i], int(failure), code)
         return new, code
-
-    def _tension(self, own: Stretched, mode: Mode, z: ElasticNow) -> Array:
-        """`C x`, with the exact value where it follows from the slack tension."""
-        return jnp.where(slips(mode.band), z.tight_tension, self.stiffness * own.x)
-
-    def _taut(
-        self, now: Moment, new: Mode, fired: Array, ask: Ask, acting: Acting, rest: ElasticNow, found: Onset
-    ) -> Array:
-        """Mode of a band that the lever pulls on a pulley that moves or starts to."""
-        old, C, locked, T_0 = now.mode.band, self.stiffness, self._locked(new), acting.tension
-        rounding, speed = ROUNDING * self.sizes.tension, self.wrap.radius * found.omega
-        was_slack = (old == BandMode.OPEN) | (old == BandMode.TAKE_UP)
-        tension = self._tension(now.own, now.mode, now.z)
-        takes_up = jnp.where(found.rising, C * speed < acting.pull, tension < T_0 - rounding)
-        takes_up = was_slack & (found.omega > 0) & takes_up & ~((old == BandMode.TAKE_UP) & fired[1])
-        low, high = jnp.where(locked, 0.0, rest.lower), jnp.where(locked, jnp.inf, rest.upper)
-        # the lever itself draws a slack band tight on a pulley that does not run into it
-        tension = jnp.where(was_slack & (found.omega <= 0), jnp.maximum(tension, low), tension)
-        # late in a run the known times themselves are rounded
-        steepest = jnp.maximum(jnp.abs(acting.pull), jnp.abs(now.acting.pull))
-        rounding = rounding + 1e-15 * jnp.abs(now.t) * steepest * jnp.where(locked, 1.0, rest.ratio)
-        # at a limit of the tension it slides if the slip speed that it would have there has the right sign; with no slip
-        # speed yet, the direction in which the pulley starts decides
-        at_high, at_low = tension >= high - rounding, tension <= low + rounding
-        # where the lever only begins to pull both limits are 0, and Ṫ_0/C lies between the speeds of the band on them
-        lags = C * speed - acting.pull
-        lags = (lags < 0) | ((lags == 0) & (found.direction < 0))
-        back = jnp.where(at_high, at_low & lags, at_low | (old == BandMode.SLIP_BACK))
-        trial = jnp.where(back, BandMode.SLIP_BACK, BandMode.SLIP)
-        there = ask(new._replace(band=trial.astype(jnp.int32)), found.omega)[1]
-        # a band that slides stays at its kinetic limit; at rest and elastic the static one counts
-        past = jnp.where(back, there.tight_tension - tension, tension - there.tight_tension)
-        limited = jnp.where(back, at_low, at_high) | ((old == trial) & (past >= -rounding))
-        way = jnp.where(back, -1, 1)
-        runs = (way * there.slip_speed > 0) | ((there.slip_speed == 0) & (way * found.direction > 0))
-        mode = jnp.where(limited & runs, trial, BandMode.ELASTIC)
-        mode = jnp.where((old == BandMode.ELASTIC) & fired[1], BandMode.SLIP, mode)
-        mode = jnp.where((old == BandMode.ELASTIC) & fired[2], BandMode.SLIP_BACK, mode)
-        sticks = ((old == BandMode.SLIP) & fired[1]) | ((old == BandMode.SLIP_BACK) & fired[2])
-        mode = jnp.where(sticks, BandMode.ELASTIC, mode)
-        return jnp.where(takes_up, BandMode.TAKE_UP, mode)
 
     def arrested(self, omega, own, before, after):
         return arrested(omega, before, after), own
@@ -254,7 +202,7 @@ class ElasticBand(AbstractMechanism):
         ahead = z.tight_tension - z.slack_tension * jnp.cumprod(mu)
         back = z.slack_tension - z.tight_tension * jnp.cumprod(mu[::-1])[::-1]
         margins = jnp.concatenate([ahead, back]) / self.sizes.tension
-        return jnp.where((mode.band == BandMode.ELASTIC) & ~self._locked(mode), margins, -1.0)
+        return jnp.where((mode.band == BandMode.ELASTIC) & ~self.locked_in(mode), margins, -1.0)
 
     def columns(self, tension, omega, own, mode, hot, z):
         found = {"elongation": own.x}
@@ -271,18 +219,8 @@ class ElasticBand(AbstractMechanism):
         return True
 
     def strained(self, own, before, after):
-        (old, z_old), (new, z) = before, after
-        C, was_open, locked = self.stiffness, old.band == BandMode.OPEN, self._locked(new)
-        low, high = jnp.where(locked, 0.0, z.lower), jnp.where(locked, jnp.inf, z.upper)
-        tension, stretched = self._tension(own, old, z_old), C * own.x
-        drawn = jnp.where(was_open | (old.band == BandMode.TAKE_UP), jnp.maximum(tension, low), tension)
-        T_n = jnp.where(new.band == BandMode.ELASTIC, jnp.clip(drawn, low, high), z.tight_tension)
-        T_n = jnp.where(new.band == BandMode.HELD, drawn, T_n)
-        T_n = jnp.where(new.band == BandMode.TAKE_UP, stretched, T_n)
-        T_n = jnp.where(new.band == BandMode.OPEN, jnp.where(was_open, stretched, 0.0), T_n)
-        x, T_0 = T_n / C, z.slack_tension
-        heat = (own.x - x) * (0.5 * C * (own.x + x) - T_0)
-        return Stretched(x), T_0 * (x - own.x), (heat,)
+        x, work, heat = strained(self, own.x, before, after)
+        return Stretched(x), work, (heat,)
 
     # --- what it stores, what it could hold -------------------------------------------------------------------------
 
@@ -294,3 +232,98 @@ class ElasticBand(AbstractMechanism):
 
     def capacity(self, tension, omega, own, hot):
         return self.wrap.torque(tension, omega, hot[0])[None]
+
+
+# --- what every elastic band has, whatever it lies on -----------------------------------------------------------------
+
+
+def band_guards(m: Any, acting: Acting, omega: Array, mode: Mode, z: Any) -> list[Array]:
+    """Guards of a band on what carries it with the speed `omega`: motion, upper limit, lower limit, lever, and codes.
+
+    `m` is a mechanism with `wrap`, `sizes` and `codes`.
+    """
+    band, size = mode.band, m.sizes
+    forward, back, held = band == BandMode.SLIP, band == BandMode.SLIP_BACK, band == BandMode.HELD
+    is_open, take_up = band == BandMode.OPEN, band == BandMode.TAKE_UP
+    motion = jnp.where(mode.sense > 0, omega, -omega) / size.speed
+    motion = jnp.where(is_open | held, 1.0, motion)
+    # at rest a difference of tensions is one of torques
+    per_newton = jnp.where(held, m.wrap.radius / size.torque, 1 / size.tension)
+    bounded = (held | (band == BandMode.ELASTIC)) & ~m.locked_in(mode)
+    slip = z.slip_speed / (m.wrap.radius * size.speed)
+    high = jnp.where(bounded | take_up, (z.upper - z.tight_tension) * per_newton, jnp.where(forward, slip, 1.0))
+    low = jnp.where(bounded, (z.tight_tension - z.lower) * per_newton, jnp.where(back, -slip, 1.0))
+    lever = jnp.where(is_open, -acting.tension, acting.tension) / size.tension
+    more = [] if z.margin is None else [jnp.where(mode.own.locks > 0, -z.margin, z.margin)]
+    for code in m.codes:
+        more.append(jnp.where(slips(band), z.snap if code == BrakeCode.BAND_SNAP else z.slope, 1.0))
+    return [motion, high, low, lever, *more]
+
+
+def tension_of(m: Any, x: Array, mode: Mode, z: Any) -> Array:
+    """`C x`, with the exact value where it follows from the slack tension."""
+    return jnp.where(slips(mode.band), z.tight_tension, m.stiffness * x)
+
+
+def taut_mode(
+    m: Any,
+    now: Moment,
+    new: Mode,
+    fired: Array,
+    there: Callable[[Mode], Any],
+    acting: Acting,
+    rest: Any,
+    found: Onset,
+) -> Array:
+    """Mode of an elastic band that the lever pulls, on a carrier that moves or starts to.
+
+    - `there(mode)`: the variables in another mode;  `rest`: those at rest
+    """
+    old, C, locked, T_0 = now.mode.band, m.stiffness, m.locked_in(new), acting.tension
+    rounding, speed = ROUNDING * m.sizes.tension, m.wrap.radius * found.omega
+    was_slack = (old == BandMode.OPEN) | (old == BandMode.TAKE_UP)
+    tension = tension_of(m, now.own.x, now.mode, now.z)
+    takes_up = jnp.where(found.rising, C * speed < acting.pull, tension < T_0 - rounding)
+    takes_up = was_slack & (found.omega > 0) & takes_up & ~((old == BandMode.TAKE_UP) & fired[1])
+    low, high = jnp.where(locked, 0.0, rest.lower), jnp.where(locked, jnp.inf, rest.upper)
+    # the lever itself draws a slack band tight on a pulley that does not run into it
+    tension = jnp.where(was_slack & (found.omega <= 0), jnp.maximum(tension, low), tension)
+    # late in a run the known times themselves are rounded
+    steepest = jnp.maximum(jnp.abs(acting.pull), jnp.abs(now.acting.pull))
+    rounding = rounding + 1e-15 * jnp.abs(now.t) * steepest * jnp.where(locked, 1.0, rest.ratio)
+    # at a limit of the tension it slides if the slip speed that it would have there has the right sign; with no slip
+    # speed yet, the direction in which the pulley starts decides
+    at_high, at_low = tension >= high - rounding, tension <= low + rounding
+    # where the lever only begins to pull both limits are 0, and Ṫ_0/C lies between the speeds of the band on them
+    lags = C * speed - acting.pull
+    lags = (lags < 0) | ((lags == 0) & (found.direction < 0))
+    back = jnp.where(at_high, at_low & lags, at_low | (old == BandMode.SLIP_BACK))
+    trial = jnp.where(back, BandMode.SLIP_BACK, BandMode.SLIP)
+    slid = there(new._replace(band=trial.astype(jnp.int32)))
+    # a band that slides stays at its kinetic limit; at rest and elastic the static one counts
+    past = jnp.where(back, slid.tight_tension - tension, tension - slid.tight_tension)
+    limited = jnp.where(back, at_low, at_high) | ((old == trial) & (past >= -rounding))
+    way = jnp.where(back, -1, 1)
+    runs = (way * slid.slip_speed > 0) | ((slid.slip_speed == 0) & (way * found.direction > 0))
+    mode = jnp.where(limited & runs, trial, BandMode.ELASTIC)
+    mode = jnp.where((old == BandMode.ELASTIC) & fired[1], BandMode.SLIP, mode)
+    mode = jnp.where((old == BandMode.ELASTIC) & fired[2], BandMode.SLIP_BACK, mode)
+    sticks = ((old == BandMode.SLIP) & fired[1]) | ((old == BandMode.SLIP_BACK) & fired[2])
+    mode = jnp.where(sticks, BandMode.ELASTIC, mode)
+    return jnp.where(takes_up, BandMode.TAKE_UP, mode)
+
+
+def strained(m: Any, x_old: Array, before: tuple[Mode, Any], after: tuple[Mode, Any]) -> tuple[Array, Array, Array]:
+    """Elongation after a change of mode, the work of the lever in it and the heat that it sets free (J)."""
+    (old, z_old), (new, z) = before, after
+    C, was_open, locked = m.stiffness, old.band == BandMode.OPEN, m.locked_in(new)
+    low, high = jnp.where(locked, 0.0, z.lower), jnp.where(locked, jnp.inf, z.upper)
+    tension, stretched = tension_of(m, x_old, old, z_old), C * x_old
+    drawn = jnp.where(was_open | (old.band == BandMode.TAKE_UP), jnp.maximum(tension, low), tension)
+    T_n = jnp.where(new.band == BandMode.ELASTIC, jnp.clip(drawn, low, high), z.tight_tension)
+    T_n = jnp.where(new.band == BandMode.HELD, drawn, T_n)
+    T_n = jnp.where(new.band == BandMode.TAKE_UP, stretched, T_n)
+    T_n = jnp.where(new.band == BandMode.OPEN, jnp.where(was_open, stretched, 0.0), T_n)
+    x, T_0 = T_n / C, z.slack_tension
+    heat = (x_old - x) * (0.5 * C * (x_old + x) - T_0)
+    return x, T_0 * (x - x_old), heat

@@ -55,8 +55,8 @@ class Acting(NamedTuple):
     - `tension` (N): what the lever gives, a slack tension or a force, and `pull` its rate;  `load` (N·m) on the shaft
     - `inertia` (kg·m²) of the shaft and all that moves with it
     - `hot`: temperatures (K) that the law of each pair sees, (n,), `None` where the scene has none
-    - `warming(forces)`: rates (K/s) of `hot`, for friction forces (n,) of each pair per unit of its slip speed; without
-      forces, of all else. Linear in the forces
+    - `warming(forces)`: rates (K/s) of `hot` by the friction forces of each pair (as in `Rub`; `None`: not this pair's)
+      per unit of its slip speed, linear in them; without forces, by all else
     """
 
     t: Float[Array, ""]
@@ -65,7 +65,7 @@ class Acting(NamedTuple):
     load: Float[Array, ""]
     inertia: Float[Array, ""]
     hot: tuple[Any, ...]
-    warming: Callable[[tuple[Array, ...] | None], tuple[Any, ...]]
+    warming: Callable[[tuple[Array | None, ...] | None], tuple[Any, ...]]
 
 
 class Mode(NamedTuple):
@@ -117,8 +117,8 @@ class Moment(NamedTuple):
     z_rate: Any
 
 
-#: `ask(mode, omega)`: what acts, and the variables, in another mode or at another speed at the same instant
-Ask = Callable[[Mode, Array], tuple[Acting, Any]]
+#: `ask(mode, omega, own)`: what acts, and the variables, in another mode, at other speeds, at the same instant
+Ask = Callable[[Mode, Array, Any], tuple[Acting, Any]]
 
 
 class AbstractMechanism(eqx.Module):

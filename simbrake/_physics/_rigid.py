@@ -231,7 +231,7 @@ class RigidContact(AbstractMechanism):
     def change(self, now, new, fired, ask):
         if new.own.locks is not None:
             new = new._replace(own=Locking((new.own.locks ^ fired[4].astype(jnp.int32)).astype(jnp.int32)))
-        acting, rest = ask(new._replace(band=jnp.full_like(new.band, BandMode.HELD)), now.omega)
+        acting, rest = ask(new._replace(band=jnp.full_like(new.band, BandMode.HELD)), now.omega, now.own)
         locked, spare = self._locked(new), ROUNDING * self.sizes.torque
         beyond = jnp.where(acting.load < -rest.torques.back - spare, -1, 0)
         beyond = jnp.where(acting.load > rest.torques.ahead + spare, 1, beyond)

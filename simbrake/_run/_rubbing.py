@@ -79,7 +79,7 @@ def _internal(system: Any, p: Probe) -> tuple[Any, ...]:
     if "lining_internal_torque" in p.columns:
         force = jnp.abs(p.columns["lining_internal_torque"]) / system.forces.track_radius
         return force, normal, p.columns["lining_internal_slip_speed"]
-    return jnp.abs(p.flows.inner.friction), normal, p.columns["internal_slip_speed"][:, None]
+    return jnp.abs(p.flows.contact.inner_friction), normal, p.columns["internal_slip_speed"][:, None]
 
 
 # --- what is picked out of a probe: functions of the module, so that each compiles once ------------------------------

@@ -1,0 +1,410 @@
+"""The staged brake: the band rubs on a bandage of linings, and the bandage on the rim; either pair sticks or slides."""
+
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Bool, Float, Int
+
+from .._hybrid._arrays import Array
+from .._parts._band import limit_tensions, piece_of, tensions_on
+from .._parts._internal import Held, InternalPair
+from ._elastic import ElasticNow, band_guards, strained, taut_mode, tension_of
+from ._mechanism import (
+    ROUNDING,
+    AbstractMechanism,
+    Acting,
+    Mode,
+    Moment,
+    Pair,
+    Rub,
+    Sizes,
+    onset,
+    sense_of,
+    settled_mode,
+)
+from ._modes import BandMode, rigid_mode, slips
+from ._state import BrakeCode
+from ._wrap import MOBILISATION, Wrap
+
+
+class Bandaged(NamedTuple):
+    """Elongation `x` of the band (m; `None` where it is rigid) and speed `ω_b` of the bandage (rad/s)."""
+
+    x: Any
+    omega_b: Any
+
+
+class Stages(NamedTuple):
+    """What a staged brake does beside its band.
+
+    - `inner`: 0 while the internal pair sticks, ±1 the sign of `ω − ω_b` while it slides
+    - `piece`: number of linings at their limit on the band, as `_band.piece_of` counts them
+    - `locks`: whether a lining locks itself, where that can change in a run (else `None`)
+    """
+
+    inner: Any
+    piece: Any
+    locks: Any
+
+    def slides(self, band: Any) -> Any:
+        """The internal pair: 0 while it sticks, else ±1."""
+        return self.inner
+
+    @property
+    def contacts(self) -> dict[str, Any]:
+        """The linings act as one."""
+        return {}
+
+
+class StagedNow(NamedTuple):
+    """Variables of a staged brake: those of its band, and of the internal pair."""
+
+    band: ElasticNow
+    alpha: Float[Array, ""]  # ω̇ (rad/s²)
+    alpha_b: Float[Array, ""]  # ω̇_b
+    drive: Float[Array, ""]  # Λ that the pulley gives to the bandage (N·m)
+    capacity: Float[Array, ""]  # M_int up to which it sticks, or with which it slides (N·m)
+    inner_slip: Float[Array, ""]  # R (ω − ω_b) while it slides (m/s)
+    inner_friction: Float[Array, " n"]  # greatest forces of the linings on the rim (N)
+    inner_normal: Float[Array, " n"]  # loads on the rim, preload included (N)
+
+    @property
+    def slack_tension(self) -> Array:
+        """`T_0` (N)."""
+        return self.band.slack_tension
+
+    @property
+    def tight_tension(self) -> Array:
+        """`T_n` (N)."""
+        return self.band.tight_tension
+
+    @property
+    def brake_torque(self) -> Array:
+        """`R_b (T_n − T_0)` (N·m)."""
+        return self.band.brake_torque
+
+    @property
+    def slip_speed(self) -> Array:
+        """Of the bandage under the band (m/s)."""
+        return self.band.slip_speed
+
+    @property
+    def lever_power(self) -> Array:
+        """`T_0 ẋ` (W)."""
+        return self.band.lever_power
+
+
+class StagedBrake(AbstractMechanism):
+    """A band on a bandage on a rim (model §4; K).
+
+        J ω̇ = M_load − Λ,   J_b ω̇_b = Λ − R_b (T_n − T_0)
+
+    The internal pair sticks (`ω = ω_b`) while `|Λ| ≤ M_int`, and slides with `Λ = ± M_int`, which depends on the
+    tensions along the band: on the number of linings at their limit there (`piece`).
+
+    Guards: those of the band on the bandage; grip or slip of the internal pair; a lining more at its limit, one less.
+    """
+
+    wrap: Wrap
+    stiffness: Float[Array, ""] | None
+    internal: InternalPair
+    pairs: tuple[Pair, ...]
+    sizes: Sizes
+
+    @property
+    def codes(self) -> tuple[BrakeCode, ...]:
+        """Ends of the run that heat can bring about, each with a guard."""
+        grip = self.wrap.grip
+        found = [BrakeCode.BAND_SNAP] if grip.reads.T and self.stiffness is not None else []
+        return (*found, BrakeCode.FLASH_FOLD) if grip.implicit else tuple(found)
+
+    @property
+    def _first(self) -> int:
+        """Where the guards of the internal pair begin."""
+        return 4 + self.varies + len(self.codes)
+
+    def start(self, omega, elongation):
+        zero = jnp.asarray(0, jnp.int32)
+        locks = self.wrap.locked.astype(jnp.int32) if self.varies else None
+        return Bandaged(None if self.stiffness is None else elongation, omega), Stages(zero, zero, locks)
+
+    def rests(self, mode):
+        return (mode.band == BandMode.HELD) & (mode.own.inner == 0)
+
+    def locked_in(self, mode: Mode) -> Bool[Array, ""]:
+        """Whether a lining locks itself."""
+        return self.wrap.locked if mode.own.locks is None else mode.own.locks > 0
+
+    # --- all of it at one instant -----------------------------------------------------------------------------------
+
+    def _rim(self, omega: Array, own: Bandaged, mode: Mode, hot: Any, static: Any) -> Held:
+        """What the friction of the internal pair depends on."""
+        v = self.internal.radius * jnp.where(mode.own.inner < 0, -1.0, 1.0) * (omega - own.omega_b)
+        return Held(v, hot, static)
+
+    def variables(self, acting, omega, own, mode):
+        band, R_b, inner = mode.band, self.wrap.radius, mode.own.inner
+        sliding, back, held, stuck = slips(band), band == BandMode.SLIP_BACK, band == BandMode.HELD, inner == 0
+        T_0, n = acting.tension, self.wrap.count
+        hot = None if self.wrap.fixed is not None else acting.hot[0]
+
+        def limit(T_0: Array, omega: Array, hot: Any) -> tuple[Array, Any]:
+            v = jnp.where(mode.sense > 0, omega, -omega) * R_b
+            found = self.wrap.limit(T_0, v, hot, back, ~sliding)
+            return T_0 * found.ratio, found
+
+        upper, push, at_limit = jax.linearize(limit, T_0, own.omega_b, hot, has_aux=True)
+        mu = (1 + at_limit.fz) / (1 - at_limit.fz)
+        rim = self._rim(omega, own, mode, acting.hot[1], stuck)
+        # a held bandage bears the load, or what the sliding internal pair gives
+        driven = self.internal.holding_tension(T_0, mu, mode.own.piece, inner, R_b, rim)
+        tight = jnp.where(held, jnp.where(stuck, T_0 + acting.load / R_b, driven), jnp.where(sliding, upper, 0.0))
+        slack, take_up = jnp.where(band == BandMode.OPEN, 0.0, T_0), band == BandMode.TAKE_UP
+        if self.stiffness is not None:
+            stretched = self.stiffness * own.x
+            tight = jnp.where(take_up | (band == BandMode.ELASTIC), stretched, tight)
+            slack = jnp.where(take_up, stretched, slack)
+        torque = R_b * (tight - slack)
+
+        full = jnp.where(back, -1 - n, n)
+        piece = jnp.where(sliding, full, jnp.where(stuck, piece_of(slack, tight, mu), mode.own.piece))
+        along = tensions_on(slack, tight, mu, piece.astype(jnp.int32))
+        friction = self.internal.friction(slack, along, rim)
+        capacity = self.internal.radius * jnp.sum(friction)
+        J, J_b = acting.inertia, jnp.asarray(self.internal.bandage.inertia)
+        common = jnp.where(held, 0.0, (acting.load - torque) / (J + J_b))
+        drive = jnp.where(stuck, acting.load - J * common, inner.astype(jnp.float64) * capacity)
+        alpha_b = jnp.where(stuck, common, jnp.where(held, 0.0, (drive - torque) / J_b))
+        inner_slip = jnp.where(stuck, 0.0, self.internal.radius * (omega - own.omega_b))
+
+        speed, snap = R_b * own.omega_b, None
+        band_speed, slip = jnp.zeros_like(speed), speed
+        if self.stiffness is not None:
+            C = self.stiffness
+            growth = push(acting.pull, jnp.zeros_like(speed), None) / C
+            if self.wrap.fixed is None:
+                pull = jnp.where(inner < 0, -1.0, 1.0) * friction * inner_slip
+                drift = _sum(acting.warming(None)[0], acting.warming((None, pull))[0])
+                growth = push(acting.pull, alpha_b, drift) / C
+            slip = speed - growth
+            if self.wrap.grip.reads.T:
+                still = jnp.zeros_like(speed)
+                gamma = push(still, still, acting.warming((self._outer(T_0, at_limit.fz, back, upper), None))[0]) / C
+                snap = 1 + gamma
+                slip = slip / jnp.where(snap > 0, snap, 1.0)
+                growth = growth + gamma * slip
+            carried = take_up | (band == BandMode.ELASTIC)
+            band_speed = jnp.where(carried, speed, jnp.where(sliding, growth, 0.0))
+        found = ElasticNow(
+            slack_tension=slack,
+            tight_tension=tight,
+            brake_torque=torque,
+            alpha=alpha_b,
+            slip_speed=jnp.where(sliding, slip, 0.0),
+            band_speed=band_speed,
+            lever_power=slack * band_speed,
+            upper=jnp.where(take_up, T_0, upper),
+            lower=T_0 / at_limit.other,
+            ratio=at_limit.other,
+            fz=at_limit.fz,
+            slope=at_limit.slope,
+            margin=at_limit.margin,
+            snap=snap,
+        )
+        return StagedNow(
+            band=found,
+            alpha=jnp.where(stuck, alpha_b, (acting.load - drive) / J),
+            alpha_b=alpha_b,
+            drive=drive,
+            capacity=capacity,
+            inner_slip=inner_slip,
+            inner_friction=friction,
+            inner_normal=self.internal.normal(slack, along),
+        )
+
+    def _outer(self, T_0: Array, fz: Array, back: Array, tight: Array) -> Float[Array, " k"]:
+        """Friction `T_i − T_{i−1}` of the linings while every one slides on the band, or its sum."""
+        if not self.pairs[0].apart:
+            return (tight - T_0)[None]
+        along = self.wrap.along(T_0, fz, back)
+        return along - jnp.concatenate([T_0[None], along[:-1]])
+
+    def own_rates(self, z):
+        return Bandaged(None if self.stiffness is None else z.band.band_speed, z.alpha_b)
+
+    def rubs(self, acting, mode, z):
+        band, inner = z.band, mode.own.inner
+        along = self.wrap.along(band.slack_tension, band.fz, mode.band == BandMode.SLIP_BACK)
+        before = jnp.concatenate([band.slack_tension[None], along[:-1]])
+        force = along - before if self.pairs[0].apart else (band.tight_tension - band.slack_tension)[None]
+        outer = Rub(force, band.slip_speed, sense_of(mode), (along + before) * self.wrap.grip.sine)
+        force = jnp.where(inner < 0, -1.0, 1.0) * z.inner_friction
+        force = force if self.pairs[1].apart else jnp.sum(force)[None]
+        return outer, Rub(force, z.inner_slip, inner.astype(jnp.float64), z.inner_normal)
+
+    # --- guards and changes of mode -----------------------------------------------------------------------------------
+
+    def guards(self, acting, omega, own, mode, z):
+        inner, n, size = mode.own.inner, self.wrap.count, self.sizes
+        stuck, piece = inner == 0, mode.own.piece
+        slip = inner.astype(jnp.float64) * (omega - own.omega_b) / size.speed
+        grip = jnp.where(stuck, (z.capacity - jnp.abs(z.drive)) / size.torque, slip)
+        # while the internal pair slides its torque depends on the linings at their limit on the band; the equations are
+        # smooth only while their number stays the same
+        counted = ~stuck & ((mode.band == BandMode.ELASTIC) | (mode.band == BandMode.HELD))
+        limits = limit_tensions(z.slack_tension, (1 + z.band.fz) / (1 - z.band.fz))
+        at = jnp.arange(2 * n + 1, dtype=jnp.int32) - n
+
+        def pick(i: Array) -> Array:
+            return jnp.sum(jnp.where(at == i, limits, 0.0))
+
+        above = (pick(piece + 1) - z.tight_tension) / size.tension
+        below = (z.tight_tension - pick(piece)) / size.tension
+        above = jnp.where(counted & (piece < n - 1), above, 1.0)
+        below = jnp.where(counted & (piece > -n), below, 1.0)
+        return jnp.stack([*band_guards(self, acting, own.omega_b, mode, z.band), grip, above, below])
+
+    def _drives(self, acting: Acting, omega: Array, own: Bandaged, mode: Mode, rest: ElasticNow, hot: Any) -> Any:
+        """Torques that drive the bandage, with the band at its upper and at its lower static limit."""
+        n, T_0, inner = self.wrap.count, acting.tension, mode.own.inner
+        rim, mu = self._rim(omega, own, mode, hot, False), (1 + rest.fz) / (1 - rest.fz)
+        full = [(rest.upper, n), (rest.lower, -1 - n)]
+        both = [
+            self.internal.capacity(T_0, tensions_on(T_0, T_n, mu, jnp.asarray(piece, jnp.int32)), rim)
+            for T_n, piece in full
+        ]
+        return [jnp.where(inner == 0, acting.load, inner.astype(jnp.float64) * M_int) for M_int in both]
+
+    def change(self, now, new, fired, ask):
+        old, size, R_b = now.mode, self.sizes, self.wrap.radius
+        locks = None if old.own.locks is None else (old.own.locks ^ fired[4].astype(jnp.int32)).astype(jnp.int32)
+        # the internal pair slides the way the torque acts that broke it loose
+        way = jnp.where(ask(new, now.omega, now.own)[1].drive < 0, -1, 1)
+        inner = jnp.where(fired[self._first], jnp.where(old.own.inner == 0, way, 0), old.own.inner).astype(jnp.int32)
+        new = new._replace(own=Stages(inner, old.own.piece, locks))
+        acting, rest = ask(new._replace(band=jnp.full_like(new.band, BandMode.HELD)), now.omega, now.own)
+        most, least = self._drives(acting, now.omega, now.own, new, rest.band, acting.hot[1])
+        T_0, spare = acting.tension, ROUNDING * size.torque
+        beyond = jnp.where(least < R_b * (rest.band.lower - T_0) - spare, -1, 0)
+        beyond = jnp.where(most > R_b * (rest.band.upper - T_0) + spare, 1, beyond)
+        locked = self.locked_in(new)
+        carrier = now._replace(omega=now.own.omega_b, z=now.z.band)
+        found = onset(carrier, fired, acting, jnp.where(locked, 0, beyond), size)
+        if self.stiffness is None:
+            moving = rigid_mode(found.direction)
+        else:
+            turned = new._replace(sense=settled_mode(carrier, new, found, old.band).sense)
+
+            def there(mode: Mode) -> ElasticNow:
+                return ask(mode, now.omega, now.own._replace(omega_b=found.omega))[1].band
+
+            moving = taut_mode(self, carrier, turned, fired, there, acting, rest.band, found)
+        new = settled_mode(carrier, new, found, moving)
+        piece = self._piece(now, new, fired, acting, rest.band)
+        code = jnp.asarray(0, jnp.int32)
+        for i, failure in enumerate(self.codes, 4 + (locks is not None)):
+            code = jnp.where(fired[i], int(failure), code)
+        return new._replace(own=new.own._replace(piece=piece)), jnp.where(
+            locked, int(BrakeCode.SINGULAR_GEOMETRY), code
+        )
+
+    def _piece(self, now: Moment, new: Mode, fired: Array, acting: Acting, rest: ElasticNow) -> Int[Array, ""]:
+        """Number of linings at their limit on the band after the event."""
+        first, n, old, R_b = self._first, self.wrap.count, now.mode, self.wrap.radius
+        # under a lever that only begins to pull everything is 0: take the first moment after
+        T_0 = jnp.maximum(acting.tension, 1e-9 * self.sizes.tension)
+        mu, ratio = (1 + rest.fz) / (1 - rest.fz), rest.ratio
+        rim = self._rim(now.omega, now.own, new, acting.hot[1], False)
+        driven = self.internal.holding_piece(T_0, mu, new.own.inner, R_b, rim)
+        counted = (old.band == new.band) & (old.own.inner == new.own.inner) & (old.own.inner != 0)
+        if self.stiffness is not None:
+            tension = jnp.clip(tension_of(self, now.own.x, old, now.z.band), T_0 / ratio, T_0 * ratio)
+            driven = jnp.where(new.band == BandMode.ELASTIC, piece_of(T_0, tension, mu), driven)
+        step = fired[first + 1].astype(jnp.int32) - fired[first + 2].astype(jnp.int32)
+        piece = jnp.where(counted & (step != 0), jnp.clip(old.own.piece + step, -n, n - 1), driven)
+        piece = jnp.where(new.band == BandMode.SLIP, n, jnp.where(new.band == BandMode.SLIP_BACK, -1 - n, piece))
+        slack = (new.band == BandMode.OPEN) | (new.band == BandMode.TAKE_UP)
+        return jnp.where(slack, 0, piece).astype(jnp.int32)
+
+    def arrested(self, omega, own, before, after):
+        turned = (before.band != BandMode.OPEN) & (after.sense != before.sense)
+        stopped, sticks = (after.band == BandMode.HELD) | turned, after.own.inner == 0
+        omega_b = jnp.where(stopped, 0.0, jnp.where(sticks, omega, own.omega_b))
+        return jnp.where(sticks & stopped, 0.0, omega), own._replace(omega_b=omega_b)
+
+    @property
+    def strains(self):
+        return self.stiffness is not None
+
+    def strained(self, own, before, after):
+        x, work, heat = strained(self, own.x, (before[0], before[1].band), (after[0], after[1].band))
+        return own._replace(x=x), work, (heat, jnp.zeros_like(heat))
+
+    # --- what one looks at ----------------------------------------------------------------------------------------------
+
+    @property
+    def grip(self):
+        return self.wrap.grip
+
+    @property
+    def varies(self):
+        return self.wrap.grip.varies
+
+    @property
+    def distribution(self):
+        return MOBILISATION
+
+    def linings(self, mode, z):
+        return self.wrap.linings(z.slack_tension, z.tight_tension, z.band.fz)
+
+    def lining_margins(self, mode, z):
+        mu = (1 + z.band.fz) / (1 - z.band.fz)
+        ahead = z.tight_tension - z.slack_tension * jnp.cumprod(mu)
+        back = z.slack_tension - z.tight_tension * jnp.cumprod(mu[::-1])[::-1]
+        margins = jnp.concatenate([ahead, back]) / self.sizes.tension
+        return jnp.where((mode.band == BandMode.ELASTIC) & ~self.locked_in(mode), margins, -1.0)
+
+    def columns(self, tension, omega, own, mode, hot, z):
+        found = {} if own.x is None else {"elongation": own.x}
+        if hot[0] is not None or hot[1] is not None:
+            found["friction_coefficient"] = self.wrap.kinetic(tension, own.omega_b, hot[0], mode)
+            f = self.internal.coefficients(z.inner_normal, self._rim(omega, own, mode, hot[1], False))
+            found["internal_friction_coefficient"] = jnp.broadcast_to(f, (self.wrap.count,))
+        return found | {
+            "bandage_speed": own.omega_b,
+            "internal_torque": z.drive,
+            "internal_capacity": z.capacity,
+            "internal_slip_speed": z.inner_slip,
+            "internal_mode": mode.own.inner,
+            "internal_sliding": jnp.abs(mode.own.inner) * self.wrap.count,
+            "internal_load": z.inner_normal,
+        }
+
+    # --- what it stores, what it could hold -------------------------------------------------------------------------
+
+    def stored(self, inertia, omega, own, mode):
+        kinetic = 0.5 * inertia * omega**2 + 0.5 * self.internal.bandage.inertia * own.omega_b**2
+        return kinetic, jnp.zeros_like(kinetic) if self.stiffness is None else 0.5 * self.stiffness * own.x**2
+
+    def own_sizes(self):
+        x = None if self.stiffness is None else self.sizes.tension / self.stiffness
+        return Bandaged(x, self.sizes.speed)
+
+    def capacity(self, tension, omega, own, hot):
+        outer, R_b = self.wrap.torque(tension, omega, hot[0]), self.wrap.radius
+        # a held bandage is braced by the static friction of the band; the rim slides in it with the pulley's speed
+        still, no = jnp.zeros_like(omega), jnp.asarray(False)
+        fz = self.wrap.limit(tension, still, hot[0], no, jnp.asarray(True)).fz
+        mu, speed = (1 + fz) / (1 - fz), self.internal.radius * jnp.abs(omega)
+        rim, sense = Held(speed, hot[1], no), jnp.where(omega < 0, -1, 1).astype(jnp.int32)
+        piece = self.internal.holding_piece(tension, mu, sense, R_b, rim)
+        T_n = self.internal.holding_tension(tension, mu, piece, sense, R_b, rim)
+        T_n = jnp.clip(T_n, tension / jnp.prod(mu), tension * jnp.prod(mu))
+        inner = self.internal.capacity(tension, tensions_on(tension, T_n, mu, piece), rim)
+        return jnp.stack([outer, inner])
+
+
+def _sum(a: Any, b: Any) -> Any:
+    """`a + b`, where either may be absent."""
+    return b if a is None else a if b is None else a + b
