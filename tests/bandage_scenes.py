@@ -9,7 +9,7 @@ import numpy as np
 from helpers import DOPRI8, settings, solve
 
 import simbrake as sb
-from simbrake._physics._assemble_bandage import assemble_bandage
+from simbrake._physics._assemble import assemble
 
 R, R_B = 0.59, 0.64
 HALF = math.radians(25)  # of each of three linings
@@ -55,7 +55,7 @@ def scene(
 
 
 def run(scene, rtol=1e-11, method=METHOD):
-    system, state, mode = assemble_bandage(scene)
+    system, state, mode = assemble(scene)
     how = settings(rtol, max_steps=4096)
     return solve(system, state, mode, scene.initial.time, jnp.asarray(scene.end_time, jnp.float64), how, method)
 
@@ -64,39 +64,39 @@ def changes(record):
     """Modes in order, each with the time from which it holds; those that last no time are left out."""
     n, m = int(record.count), record.modes
     t = np.asarray(record.rows.t)[: n + 1]
-    keys = np.column_stack([np.asarray(x)[: n + 1] for x in (m.band, m.outer, m.inner)])
+    keys = np.column_stack([np.asarray(x)[: n + 1] for x in (m.band, m.own.outer, m.own.inner)])
     found = []
     for i in range(n):
         if t[i + 1] > t[i] and not (found and np.array_equal(found[-1][1], keys[i])):
             found.append((t[i], keys[i]))
-    k = m.outer.shape[1]
+    k = m.own.outer.shape[1]
     return [(float(t), int(key[0]), key[1 : 1 + k], key[1 + k :]) for t, key in found]
 
 
 @functools.partial(jax.jit, static_argnums=0)
 def sampled(static, record, ts):
     y, modes = record.at(ts)
-    return y, modes, jax.vmap(record.system.forces.flows)(ts, y, modes)
+    return y, modes, jax.vmap(record.system.variables)(ts, y, modes).contact
 
 
 def check_conditions(record, count=300):
     """What every mode promises, at many times: capacities, directions, no push, no heat taken out."""
     ts = jnp.linspace(record.rows.t[0], record.t_end, count)
     y, m, q = sampled(0, record, ts)
-    outer, inner = np.asarray(m.outer), np.asarray(m.inner)
+    outer, inner = np.asarray(m.own.outer), np.asarray(m.own.inner)
     pulls = (np.asarray(m.band) != sb.BandMode.OPEN)[:, None]
     M, lam, slip = (
         np.asarray(q.capacity),
         np.asarray(q.inner_torque),
-        np.asarray(y.omega)[:, None] - np.asarray(y.speeds),
+        np.asarray(y.omega)[:, None] - np.asarray(y.own.speeds),
     )
-    T_scale, w_scale = float(record.system.tension_scale), float(record.system.speed_scale)
-    torque_scale = float(record.system.torque_scale)
+    T_scale, w_scale = float(record.system.sizes.tension), float(record.system.sizes.speed)
+    torque_scale = float(record.system.sizes.torque)
     assert np.all(np.where(inner == 0, np.abs(lam) <= M + 1e-9 * torque_scale, np.isclose(lam, inner * M)))
     assert np.all(np.where(inner == 0, np.abs(slip), -inner * slip) <= 1e-9 * w_scale)
     G, limit = np.asarray(q.outer_force), np.asarray(q.outer_limit)
     assert np.all(np.abs(G) <= limit * (1 + 1e-9) + 1e-9 * T_scale)
-    travel = np.where(outer == 0, np.abs(y.speeds), -outer * np.asarray(y.speeds))
+    travel = np.where(outer == 0, np.abs(y.own.speeds), -outer * np.asarray(y.own.speeds))
     assert np.all(np.where(pulls, travel, 0.0) <= 1e-9 * w_scale)
     assert np.min(q.tension) >= 0
     for heat in (y.ledger.friction_heat, y.ledger.internal_heat, y.ledger.damper_heat):

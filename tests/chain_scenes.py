@@ -11,7 +11,7 @@ from helpers import DOPRI8, settings
 
 import simbrake as sb
 from simbrake._hybrid import LANDED
-from simbrake._physics._assemble_chain import assemble_chain
+from simbrake._physics._assemble import assemble
 
 ARM = math.cos(math.radians(13.5))
 
@@ -62,7 +62,7 @@ def drawworks(n, K=1e7, m=3.5, end=1.5, law=None):
 
 
 def traced(scene, rtol, max_steps):
-    system, y0, mode0 = assemble_chain(scene)
+    system, y0, mode0 = assemble(scene)
     limits = settings(rtol, max_steps=max_steps, guard_samples=system.guard_samples)
     return sb.hybridsolve(system, y0, mode0, scene.initial.time, scene.end_time, DOPRI8, limits)
 
@@ -86,14 +86,14 @@ def stop_of(record) -> float:
 
 
 def full_slip_of(record) -> float:
-    return next(t for t, _, after in changes(record) if np.all(after.linings > 0))
+    return next(t for t, _, after in changes(record) if np.all(after.own.linings > 0))
 
 
 def first_slips(record) -> np.ndarray:
     """When each lining first let go."""
     found = changes(record)
-    n = found[0][1].linings.shape[0]
-    return np.asarray([next((t for t, _, after in found if after.linings[i] != 0), np.nan) for i in range(n)])
+    n = found[0][1].own.linings.shape[0]
+    return np.asarray([next((t for t, _, after in found if after.own.linings[i] != 0), np.nan) for i in range(n)])
 
 
 @functools.partial(eqx.filter_jit)
@@ -103,8 +103,8 @@ def looked(record):
 
     def at(t, y, mode):
         y, mode = flat.unpack_state(y), flat.unpack_mode(mode)
-        q = record.system.forces.flows(t, y, mode)
-        return q, record.system.forces.limit(y, q), sum(record.system.forces.stored(t, y, mode)), y, mode
+        q = record.system.variables(t, y, mode).contact
+        return q, q.limit, sum(record.system.stored(t, y, mode)), y, mode
 
     return jax.vmap(at)(record.rows.t, record.rows.y, record.rows.mode)
 

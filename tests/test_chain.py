@@ -26,7 +26,7 @@ from scipy.integrate import solve_ivp
 import simbrake as sb
 from simbrake import plot
 from simbrake._hybrid import INSTANT
-from simbrake._physics._chain import STRETCHED, TAUT, chain_lining_forces
+from simbrake._physics._chain import STRETCHED, TAUT
 
 Z_ANGLE = math.tan(math.radians(13.5))
 MU = (1 + 0.3 * Z_ANGLE) / (1 - 0.3 * Z_ANGLE)
@@ -118,13 +118,13 @@ def test_one_lining_is_a_single_shoe():
     record = run(scene, 1e-13)
     times, (omega, u, v, lever_work) = single_shoe(**given, m=0.05, D=0.03, end=8.0)
     found = changes(record)
-    switches = [t for t, before, after in found if before.linings[0] != after.linings[0]]
+    switches = [t for t, before, after in found if before.own.linings[0] != after.own.linings[0]]
     assert len(times) >= 6
     np.testing.assert_allclose(switches, times, rtol=0, atol=1e-9)
     end = record.y_end
-    np.testing.assert_allclose([end.omega, end.e[0], end.v[0]], [omega, u, v], rtol=0, atol=1e-9)
+    np.testing.assert_allclose([end.omega, end.own.e[0], end.own.v[0]], [omega, u, v], rtol=0, atol=1e-9)
     assert float(end.ledger.lever_work) == pytest.approx(lever_work, abs=1e-9)
-    assert {int(after.linings[0]) for _, _, after in found} == {-1, 0, 1}  # the pulley springs back after its stop
+    assert {int(after.own.linings[0]) for _, _, after in found} == {-1, 0, 1}  # the pulley springs back after its stop
 
 
 def test_a_whole_stop_of_26_linings():
@@ -134,33 +134,36 @@ def test_a_whole_stop_of_26_linings():
     k = int(record.count) + 1
     q, limit, _, y, mode = looked(record)
     assert closure(record) < 1e-9
-    scale = float(record.system.tension_scale)
+    scale = float(record.system.sizes.tension)
     assert np.all(np.diff(np.asarray(y.ledger.friction_heat)[:k]) >= -1e-9 * scale)
     assert np.all(np.diff(np.asarray(y.ledger.damper_heat)[:k]) >= -1e-9 * scale)
     assert np.min(np.asarray(q.tension)[:k]) >= 0
-    linings = np.asarray(mode.linings)[:k]
-    past = np.where(linings == 0, np.abs(np.asarray(q.grip)[:k]) - np.asarray(limit)[:k], -1.0)
+    linings = np.asarray(mode.own.linings)[:k]
+    past = np.where(linings == 0, np.abs(np.asarray(q.force)[:k]) - np.asarray(limit)[:k], -1.0)
     final = np.asarray(record.rows.kind)[:k] != INSTANT  # a mode that is not left again at the same instant
     assert np.max(past[final]) < 1e-9 * scale
     slides = linings * np.asarray(q.lining_slip)[:k]
     assert np.min(slides) > -1e-9
     # moment balance: all that brakes comes from the grip of the linings
-    alpha = (q.load_torque - q.brake_torque) / record.system.forces.inertia
+    load = drawworks(26).duty.load.torque(0.0, 0.0, jnp.asarray(0))
+    alpha = (load - q.brake_torque) / record.system.inertia
     np.testing.assert_allclose(np.asarray(q.alpha)[:k], np.asarray(alpha)[:k], atol=1e-9)
     # from the tight end on; near the slack end the rising lever draws the linings ahead of the pulley first
     first = first_slips(record)
     assert np.all(np.diff(first[6:]) < 0)
     for i in range(26):  # each lining sticks and slides by turns
-        own = [int(after.linings[i]) for _, before, after in changes(record) if after.linings[i] != before.linings[i]]
+        own = [
+            int(after.own.linings[i])
+            for _, before, after in changes(record)
+            if after.own.linings[i] != before.own.linings[i]
+        ]
         assert own[0] == (1 if i >= 6 else own[0])
         assert all((a == 0) != (b == 0) or 0 not in (a, b) for a, b in itertools.pairwise(own))
     bands = [int(after.band) for _, _, after in changes(record)]
     assert sb.BandMode.SLIP in bands
     assert bands[-1] == sb.BandMode.HELD
     i = int(np.argmax(np.all(linings == 1, axis=1)))
-    forces = chain_lining_forces(
-        record.system.forces, jax.tree.map(lambda x: x[i], mode), jax.tree.map(lambda x: x[i], q)
-    )
+    forces = record.system.mechanism.linings(*jax.tree.map(lambda x: x[i], (mode, q)))
     np.testing.assert_allclose(forces.friction, 0.35 * np.asarray(forces.normal), rtol=1e-12)
     s = record.stats
     print(f"26 linings: {int(s.events)} events, {int(record.count)} attempts, {int(s.retaken)} of them retaken")
@@ -199,7 +202,7 @@ def test_stribeck_friction_sticks_and_slips():
     assert int(record.code) == 0
     found = changes(record)
     for i in range(4):
-        own = [int(after.linings[i]) for _, before, after in found if after.linings[i] != before.linings[i]]
+        own = [int(after.own.linings[i]) for _, before, after in found if after.own.linings[i] != before.own.linings[i]]
         print("lining", i + 1, "slips ahead", own.count(1), "back", own.count(-1), "sticks", own.count(0))
         assert own.count(1) >= 3
         assert own.count(-1) >= 1
@@ -212,7 +215,7 @@ def test_segments_go_slack_and_taut_again():
     assert int(record.code) == 0
     found = changes(record)
     for bit in (TAUT, STRETCHED):
-        was = np.stack([after.segments & bit for _, _, after in found]) > 0
+        was = np.stack([after.own.segments & bit for _, _, after in found]) > 0
         gone = [i for i in range(4) if np.any(~was[:, i]) and was[-1, i]]
         print("bit", bit, "lost and regained by segments", [i + 1 for i in gone])
         assert gone
@@ -236,8 +239,8 @@ def test_linings_that_let_go_at_one_instant():
     found = changes(record)
     t = (J + n * m) * 2 * 0.3 * Z_ANGLE * 0.01 / m / rate
     assert found[0][0] == pytest.approx(t, rel=1e-10)
-    np.testing.assert_array_equal(found[0][1].linings, 0)
-    np.testing.assert_array_equal(found[0][2].linings, [1, 1, 1, 1, 0])
+    np.testing.assert_array_equal(found[0][1].own.linings, 0)
+    np.testing.assert_array_equal(found[0][2].own.linings, [1, 1, 1, 1, 0])
     assert found[0][1].band == sb.BandMode.HELD
     # and under a jump all of them
     jump = sb.TorqueLoad(sb.PiecewiseLinear([0.0, 0.1, 0.1, 1.0], [0.0, 0.0, 5.0, 5.0]))
@@ -246,8 +249,8 @@ def test_linings_that_let_go_at_one_instant():
     )
     found = changes(record)
     assert [t for t, _, _ in found[:3]] == [0.1, 0.1, 0.1]  # both corners of the jump, then the linings
-    np.testing.assert_array_equal(found[2][1].linings, 0)
-    np.testing.assert_array_equal(found[2][2].linings, 1)
+    np.testing.assert_array_equal(found[2][1].own.linings, 0)
+    np.testing.assert_array_equal(found[2][2].own.linings, 1)
     assert found[2][2].band == sb.BandMode.SLIP
 
 
@@ -280,7 +283,7 @@ def test_friction_heat_lands_where_it_arises():
     end = record.y_end.ledger
     assert float(end.heat.to_metal + end.heat.to_linings) == pytest.approx(float(end.friction_heat), rel=1e-12)
     assert closure(record) < 1e-10
-    T = np.asarray(record.system.forces.surface(record.y_end.heat))
+    T = np.asarray(record.system.hot(record.y_end.heat)[0])
     assert np.all(np.diff(T) > 0)  # the tight end does most of the work
     cold = run(chain(m=1e-2, damping=0.05))
     assert stop_of(record) > stop_of(cold)

@@ -12,9 +12,9 @@ import simbrake as sb
 from simbrake._base._event_names import EVENTS
 from simbrake._hybrid import Code
 from simbrake._physics import _modes
-from simbrake._physics._bandage_state import BandageMode
 from simbrake._physics._chain import ChainMode
 from simbrake._physics._modes import BAND_MODES, BandMode, Label, events_of_change
+from simbrake._physics._sprung import SprungMode
 from simbrake._physics._state import BrakeCode
 from simbrake._run import _report
 from simbrake._run._outcome import FAILURES, STATUS_MESSAGES, Status
@@ -63,7 +63,7 @@ def test_every_name_that_makes_an_event_has_a_row():
 
 def test_contacts_of_single_linings_have_rows():
     chain = ChainMode(*[None] * len(ChainMode._fields))
-    bandage = BandageMode(*[None] * len(BandageMode._fields))
+    bandage = SprungMode(*[None] * len(SprungMode._fields))
     names = {
         f"{contact}_{what}" for mode in (chain, bandage) for contact in mode.contacts for what in ("slip", "stick")
     }

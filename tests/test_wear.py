@@ -15,7 +15,6 @@ from helpers import stop_scene
 from scipy.integrate import quad
 
 import simbrake as sb
-from simbrake._physics._acting import AbstractBrakeSystem
 from simbrake._physics._assemble import assemble
 from simbrake._run._lining_view import lining_values
 
@@ -192,23 +191,20 @@ def test_a_band_turned_at_rest_wears_on_from_the_other_end():
 
 
 @pytest.mark.parametrize("scene", [stop_scene, lambda: staged_scenes.stop(), lambda: ws.stop(None, ws.lumps())])
-def test_a_scene_without_wear_is_assembled_and_compiled_as_if_there_was_none(scene, monkeypatch):
+def test_a_scene_without_wear_is_assembled_and_compiled_as_if_there_was_none(scene):
+    """The program of the other rates is the same without wear, to the letter, and wear is the only state more."""
     scene = scene()
 
-    def program():
+    def program(scene):
         system, y, mode = assemble(scene)
-        assert system.wearing is None
-        assert y.worn is None
-        return jax.jit(lambda t, y, mode: system.rhs(t, y, mode)).lower(
-            jnp.zeros(()), y, mode
-        ).as_text(), jax.tree.structure(y).num_leaves
+        rates = jax.jit(lambda t, y, mode: system.rhs(t, y, mode)._replace(worn=None))
+        return rates.lower(jnp.zeros(()), y, mode).as_text(), jax.tree.structure(y).num_leaves
 
-    text, leaves = program()
-    monkeypatch.setattr(AbstractBrakeSystem, "with_wear", lambda self, rates, *rest: rates)
-    monkeypatch.setattr(AbstractBrakeSystem, "with_worn", lambda self, like, value=None: like)
-    assert program() == (text, leaves)
-    y = assemble(ws.wearing(scene, sb.Wear(1e-14)))[1]
-    assert jax.tree.structure(y).num_leaves == leaves + 1
+    text, leaves = program(scene)
+    worn_text, worn_leaves = program(ws.wearing(scene, sb.Wear(1e-14)))
+    assert text == worn_text
+    assert worn_leaves == leaves + 1
+    assert assemble(scene)[0].wearing is None
     with pytest.raises(ValueError, match="no wear"):
         _ = sb.simulate(stop_scene()).worn_thickness
 

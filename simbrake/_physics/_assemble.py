@@ -1,25 +1,188 @@
-"""From a scene to its system of equations, initial state and first mode: which kind of brake it is."""
+"""From a scene to its system of equations, initial state and first mode."""
 
 from typing import Any
 
+import jax
+import jax.numpy as jnp
+
+from .._hybrid._arrays import Array
+from .._parts._band import grip, product, tension_ratio
+from .._parts._design import Bandage, Lining, stiffness_of, unloaded
+from .._parts._friction import Contact
+from .._parts._heat import FrictionHeat
+from .._parts._internal import InternalPair
 from .._parts._scene import Scene
-from .._parts._worn import worn_scene
-from ._acting import AbstractBrakeSystem
-from ._assemble_band import assemble_band
-from ._assemble_bandage import assemble_bandage
-from ._assemble_chain import assemble_chain
-from ._brake import BrakeSystem
+from .._parts._wear import AbstractWearRate
+from .._parts._worn import walls_left, worn_scene
+from ._brake import BrakeSystem, State
+from ._chain import Chain
+from ._elastic import ElasticBand
+from ._mechanism import AbstractMechanism, Mode, Pair, Sizes
+from ._rigid import BandTorque, RigidContact
+from ._sliding import Grip
+from ._sprung import SprungBandage
+from ._staged import StagedBrake
+from ._state import HeatLedger, Ledger
+from ._thermal import Thermal, assemble_thermal
+from ._wearing import assemble_wear
+from ._wrap import Wrap
 
 
-def assemble(scene: Scene) -> tuple[AbstractBrakeSystem | BrakeSystem, Any, Any]:
+def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
     """System, initial state and initial mode of a scene. The run settles the true first mode itself, as an event.
 
     With feedback of wear the brake is as worn as it is at the start of the run.
     """
     scene = worn_scene(scene)
-    if scene.brake.band.segments is not None:
-        return assemble_chain(scene)
-    bandage = scene.brake.bandage
+    brake, duty, initial, heat = scene.brake, scene.duty, scene.initial, scene.heat
+    thermal = u = None
+    if heat is not None:
+        thermal, u = assemble_thermal(heat, walls_left(scene), scene.power_shares)
+    pairs = _pairs(scene, thermal)
+    still = _at_the_start(brake.linings, pairs[0], thermal, u)
+    t_0, omega_0 = jnp.asarray(initial.time), jnp.asarray(initial.omega)
+    lever_piece, load_piece = duty.slack_tension.first_piece(t_0), duty.load.profile.first_piece(t_0)
+    sizes = _sizes(scene, still, omega_0, load_piece)
+    inertia = jnp.asarray(brake.pulley.inertia) + duty.load.inertia()
+    friction = Grip.of(
+        brake.linings, None if heat is None else heat.flash, scene.power_shares, heated=still.T is not None
+    )
+    mechanism = _mechanism(scene, pairs, sizes, friction, still)
+    wearing = assemble_wear(scene.wear, brake, 0.5 * inertia * sizes.speed**2 + sizes.torque)
+    system = BrakeSystem(
+        mechanism=mechanism,
+        inertia=inertia,
+        track_radius=jnp.asarray(brake.pulley.radius),
+        lever=duty.slack_tension,
+        load=duty.load,
+        thermal=thermal,
+        wearing=wearing,
+        angle=jnp.asarray(brake.linings.angle),
+    )
+    zero = jnp.zeros_like(omega_0)
+    on_band = zero if any(pair.on_band for pair in pairs) else None
+    booked = None if heat is None else HeatLedger(zero, zero, zero, zero, on_band)
+    inner, damped = zero if len(pairs) > 1 else None, zero if mechanism.damps else None
+    own, band, own_mode = mechanism.start(omega_0, jnp.asarray(initial.elongation) + zero)
+    worn = None if wearing is None else wearing.start
+    state = State(zero, omega_0, own, Ledger(zero, zero, zero, booked, inner, damped), u, worn)
+    pieces = tuple(profile.first_piece(t_0) for profile in system.profiles)
+    sense = jnp.where(omega_0 < 0, -1, 1).astype(jnp.int32)
+    return system, state, Mode(jnp.asarray(band), sense, own_mode, lever_piece, load_piece, pieces)
+
+
+def _pairs(scene: Scene, thermal: Thermal | None) -> tuple[Pair, ...]:
+    """The friction pairs of a scene: the one on which the lever acts, and the internal one of a staged brake."""
+    brake, heat, wear = scene.brake, scene.heat, scene.wear
+    bandage, staged = brake.bandage, brake.bandage is not None
+
+    def pair(name: str, part: Lining | Bandage, place: FrictionHeat | None, rate: AbstractWearRate | None) -> Pair:
+        return Pair(
+            name=name,
+            law=part.friction,
+            area=None if part.area is None else jnp.asarray(part.area),
+            heat=place,
+            wear=rate,
+            count=brake.linings.count,
+            on_band=staged and part is brake.linings,
+            apart=thermal is not None and thermal.tells_apart(place),
+        )
+
+    on_rim, on_band = (None, None) if heat is None else (heat.friction, heat.external)
+    rate, inner_rate = (None, None) if wear is None else (wear.rate, wear.internal)
+    if bandage is None:
+        return (pair("external", brake.linings, on_rim, rate),)
+    return pair("external", brake.linings, on_band, rate), pair("internal", bandage, on_rim, inner_rate)
+
+
+def _at_the_start(linings: Lining, pair: Pair, thermal: Thermal | None, u: Any) -> Contact:
+    """What the friction law of the linings sees at the start, without load."""
+    hot = None
+    if thermal is not None and u is not None and pair.heat is not None and pair.heat.sensor is not None:
+        hot = thermal.at(thermal.temperatures(u), pair.heat.sensor, pair.count)
+    return unloaded(linings, jnp.zeros(jnp.shape(linings.angle)), hot)
+
+
+def _sizes(scene: Scene, still: Contact, omega_0: Array, load_piece: Any) -> Sizes:
+    """Typical sizes: the largest slack tension; what the brake could hold, or its load; the speed at the start, or the
+    one that the largest torque could give in the run."""
+    brake, duty, t_0 = scene.brake, scene.duty, jnp.asarray(scene.initial.time)
+
+    def positive(x: Array) -> Array:
+        return jax.lax.stop_gradient(jnp.where(x > 0, x, 1.0))
+
+    mu = tension_ratio(grip(brake.linings.friction.static(still), jnp.asarray(brake.linings.angle)))[0]
+    tension = positive(duty.slack_tension.scale())
+    capacity = jnp.asarray(brake.band.radius) * tension * (product(mu) - 1)
+    load_0 = jnp.abs(duty.load.torque(t_0, omega_0, jnp.asarray(load_piece, jnp.int32)))
+    torque = positive(jnp.maximum(capacity, jnp.maximum(load_0, duty.load.profile.scale())))
+    inertia = jnp.asarray(brake.pulley.inertia) + duty.load.inertia()
+    # from rest 1 rad/s at most
+    reach = jnp.minimum(torque / inertia * (jnp.asarray(scene.end_time) - t_0), 1.0)
+    return Sizes(tension, torque, positive(jnp.where(omega_0 == 0, reach, jnp.abs(omega_0))))
+
+
+def _mechanism(
+    scene: Scene, pairs: tuple[Pair, ...], sizes: Sizes, friction: Grip, still: Contact
+) -> AbstractMechanism:
+    """Which bodies turn, stick and slide."""
+    brake = scene.brake
+    linings, bandage, radius, n = brake.linings, brake.bandage, jnp.asarray(brake.band.radius), brake.linings.count
+    stiffness = stiffness_of(brake, still.T)
+    if brake.band.segments is not None:
+        return _chain(scene, pairs, sizes, friction, stiffness)
     if bandage is not None and bandage.spring is not None:
-        return assemble_bandage(scene)
-    return assemble_band(scene)
+        return _sprung(scene, pairs, sizes, friction)
+    static, kinetic = (jnp.broadcast_to(f(still), (n,)) for f in (linings.friction.static, linings.friction.kinetic))
+    wrap = Wrap.of(radius, friction, static, kinetic)
+    if bandage is not None:
+        rim = InternalPair(bandage, jnp.asarray(brake.pulley.radius), friction.sine)
+        return StagedBrake(wrap=wrap, stiffness=stiffness, internal=rim, pairs=pairs, sizes=sizes)
+    if stiffness is None:
+        return RigidContact(law=BandTorque(wrap), pairs=pairs, sizes=sizes)
+    return ElasticBand(wrap=wrap, stiffness=stiffness, pairs=pairs, sizes=sizes)
+
+
+def _chain(scene: Scene, pairs: tuple[Pair, ...], sizes: Sizes, friction: Grip, anchor: Array | None) -> Chain:
+    """A chain, from the onset of slip on: all linings stick, all segments have the tension `C x_0`."""
+    brake, n = scene.brake, scene.brake.linings.count
+    segments = brake.band.segments
+    assert segments is not None
+    assert brake.linings.mass is not None
+    assert anchor is not None
+    mass = jnp.broadcast_to(jnp.asarray(brake.linings.mass), (n,))
+    between = jnp.broadcast_to(jnp.asarray(segments.stiffness), (n - 1,))
+    damping = 2 * jnp.asarray(segments.damping_ratio) * jnp.sqrt(between * 0.5 * (mass[1:] + mass[:-1]))
+    return Chain(
+        radius=jnp.asarray(brake.band.radius),
+        mass=mass,
+        stiffness=jnp.append(between, anchor),
+        damping=jnp.append(damping, jnp.asarray(segments.anchor_damping)),
+        preload=anchor * jnp.asarray(scene.initial.elongation),
+        cosine=jnp.cos(jnp.asarray(brake.linings.angle) / 2),
+        friction=friction,
+        pairs=pairs,
+        sizes=sizes,
+    )
+
+
+def _sprung(scene: Scene, pairs: tuple[Pair, ...], sizes: Sizes, friction: Grip) -> SprungBandage:
+    """A bandage on springs that are not stretched at the start."""
+    brake, n = scene.brake, scene.brake.linings.count
+    bandage, R_b = brake.bandage, jnp.asarray(brake.band.radius)
+    assert bandage is not None
+    inertias = jnp.asarray(bandage.inertia)
+    inertias = jnp.broadcast_to(inertias / n, (n,)) if inertias.ndim == 0 else inertias
+    stiffness = jnp.broadcast_to(jnp.asarray(bandage.spring), (n - 1,))
+    reduced = inertias[:-1] * inertias[1:] / ((inertias[:-1] + inertias[1:]) * R_b**2)
+    return SprungBandage(
+        inertias=inertias,
+        band_radius=R_b,
+        track_radius=jnp.asarray(brake.pulley.radius),
+        friction=friction,
+        bandage=bandage,
+        stiffness=stiffness,
+        damping=2 * jnp.asarray(bandage.spring_damping) * jnp.sqrt(stiffness * reduced),
+        pairs=pairs,
+        sizes=sizes,
+    )

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from .._hybrid import CORE, QUADRATURE, AbstractSemiExplicitSystem, largest, smallest
 from .._hybrid._arrays import Array
@@ -13,7 +13,6 @@ from .._parts._driller import AbstractSpeedLever
 from .._parts._duty import AbstractProfile, hides_nothing, next_known_time
 from .._parts._links import Surroundings
 from .._parts._loads import AbstractLoad
-from ._acting import AT_REST, Capacity, course_of_lever, course_of_load, course_of_profile
 from ._heat_flows import Deposit
 from ._mechanism import AbstractMechanism, Acting, Mode, Moment, Pair, Rub, Sizes
 from ._modes import BandMode
@@ -25,6 +24,50 @@ from ._wearing import Pressed, Wearing
 
 #: passes in which tension and temperature after a jump are settled; each leaves about 1e-3 of the one before it
 _PASSES = 4
+
+
+#: up to this share of the tension the lever may still move, at its present rate over the time of the run so far
+_AT_REST = 1e-3
+#: relative rounding of a torque that balances another one
+_ROUNDING = 1e-9
+
+
+class Capacity(NamedTuple):
+    """Load and sliding brake at one instant, or at many: torques (N·m) in the direction in which the pulley turns.
+
+    - `load`: load torque;  `pairs` (…, k): greatest torque of each friction pair with its kinetic friction at the speed
+      of the pulley and the temperatures of that instant: of a standard brake one, of a staged brake external, internal
+    - `settled`: whether the lever is at its last value
+    """
+
+    load: Float[Array, "*many"]
+    pairs: Float[Array, "*many pairs"]
+    settled: Bool[Array, "*many"]
+
+    @property
+    def torque(self) -> Float[Array, "*many"]:
+        """What the brake can hold: the torque of its weaker pair (N·m)."""
+        return self.pairs.min(axis=-1)
+
+    @property
+    def exceeded(self) -> Bool[Array, "*many"]:
+        """Whether the brake cannot hold the load, nor ever will by its lever."""
+        return self.settled & (self.load > 0) & (self.load >= self.torque * (1 - _ROUNDING))
+
+
+def course_of_profile(profile: AbstractProfile, t: Any, piece: Any) -> Any:
+    """A profile as a function of time."""
+    return profile.value(t, piece)
+
+
+def _course_of_lever(lever: AbstractProfile, t: Any, piece: Any) -> Any:
+    one = jnp.ones(())
+    follows = isinstance(lever, AbstractSpeedLever)
+    return lever.value(t, piece), lever.wanted_torque(t, one, piece, one, one) if follows else None
+
+
+def _course_of_load(load: AbstractLoad, t: Any, piece: Any) -> Any:
+    return load.torque(t, jnp.ones(()), piece)
 
 
 class State(NamedTuple):
@@ -145,7 +188,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
     @property
     def guard_samples(self) -> int:
         """Points inside a step at which the guards are evaluated: none where nothing short hides in what is given."""
-        plain = hides_nothing(self.lever, course_of_lever) and hides_nothing(self.load, course_of_load)
+        plain = hides_nothing(self.lever, _course_of_lever) and hides_nothing(self.load, _course_of_load)
         return 0 if plain and all(hides_nothing(profile, course_of_profile) for profile in self.profiles) else 15
 
     def inertia_at(self, mode: Mode) -> Array:
@@ -208,7 +251,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         def deposit(pair: Any, heat: Array) -> Deposit:
             return net.deposit(pair.heat, T, T_J, t, around, heat, pieces)
 
-        def warming(forces: tuple[Array, ...] | None) -> tuple[Any, ...]:
+        def warming(forces: tuple[Array | None, ...] | None) -> tuple[Any, ...]:
             if forces is None:
                 return self._at_sensors(net.rise(flows.into))
             given = [(pair, force) for pair, force in zip(pairs, forces, strict=True) if force is not None]
@@ -220,10 +263,13 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         rubs = self.mechanism.rubs(acting, mode, z)
         deposits = []
         for pair, rub in zip(pairs, rubs, strict=True):
-            # one slip speed for all linings: where the heat goes per unit of it is what the mechanism has asked for
-            one = jnp.ndim(rub.slip) == 0
-            found = deposit(pair, rub.force if one else rub.force * rub.slip)
-            deposits.append(jax.tree.map(lambda x, v=rub.slip: x * v, found) if one else found)
+            if jnp.ndim(rub.slip) == 0:
+                # one slip speed for all linings: where the heat goes per unit of it is what the mechanism has asked for
+                found = jax.tree.map(lambda x, v=rub.slip: x * v, deposit(pair, rub.force))
+            else:
+                power = rub.force * rub.slip
+                found = deposit(pair, power if pair.apart else jnp.sum(power)[None])
+            deposits.append(found)
         hot_junctions = sum((found.into_junctions for found in deposits), start=T_J)
         return BrakeNow(tension, pull, load, z, rubs, ThermalNow(T, hot_junctions, flows, tuple(deposits)))
 
@@ -235,6 +281,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             lever_work=z.contact.lever_power,
             friction_heat=powers[0],
             internal_heat=powers[1] if len(powers) > 1 else None,
+            damper_heat=z.contact.damping if self.mechanism.damps else None,
         )
         rates = State(moving, z.alpha, self.mechanism.own_rates(z.contact), ledger)
         if self.wearing is not None:
@@ -396,7 +443,8 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         if self.thermal is not None:
             booked = HeatLedger(quadrature, quadrature, quadrature, quadrature, quadrature if self._has_band else None)
         inner = quadrature if len(self.mechanism.pairs) > 1 else None
-        ledger = Ledger(quadrature, quadrature, quadrature, booked, inner)
+        damped = quadrature if self.mechanism.damps else None
+        ledger = Ledger(quadrature, quadrature, quadrature, booked, inner, damped)
         return State(phi, omega, own, ledger, heat, None if self.wearing is None else self.wearing.each(worn))
 
     def scales(self):
@@ -413,6 +461,10 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         core, quadrature = np.asarray(CORE), np.asarray(QUADRATURE)
         return self._like(quadrature, core, own, quadrature, couplings(self.thermal.heat), worn)
 
+    def stored(self, t: Array, y: State, mode: Mode) -> tuple[Array, Array]:
+        """Kinetic and elastic energy (J)."""
+        return self.mechanism.stored(self.inertia_at(mode), y.omega, y.own, mode)
+
     # --- what it could hold ---------------------------------------------------------------------------------------
 
     def capacity(self, t: Array, y: State, mode: Mode, start: Array) -> Capacity:
@@ -421,6 +473,6 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         if isinstance(self.lever, AbstractSpeedLever):
             follows = self.lever.follows(mode.lever_piece)
             T_0, rate = jnp.where(follows, self.lever.greatest(), T_0), jnp.where(follows, 0.0, rate)
-        settled = self.lever.no_more_turns(t) & (jnp.abs(rate) * (t - start) <= AT_REST * T_0)
+        settled = self.lever.no_more_turns(t) & (jnp.abs(rate) * (t - start) <= _AT_REST * T_0)
         load = jnp.sign(y.omega) * self.load.torque(t, y.omega, mode.load_piece)
         return Capacity(load, self.mechanism.capacity(T_0, y.omega, y.own, self.hot(y.heat)), settled)

@@ -1,59 +1,51 @@
-"""Forces in the resolved chain: linings that move for themselves on segments of the band (model §3.1)."""
+"""The resolved chain: linings that move for themselves on segments of the band, each sticks or slides (model §3.1)."""
 
 from typing import Any, NamedTuple
 
 import jax.numpy as jnp
-from jaxtyping import Float
+from jaxtyping import Bool, Float, Int
 
 from .._hybrid._arrays import Array
 from .._parts._band import LiningForces
-from .._parts._duty import AbstractProfile
 from .._parts._friction import Contact, continued
-from .._parts._links import Surroundings
-from .._parts._loads import AbstractLoad
-from ._acting import AbstractActing
+from ._mechanism import AbstractMechanism, Mode, Moment, Pair, Rub, Sizes
+from ._modes import BandMode
 from ._sliding import Grip
-from ._state import Ledger
-from ._thermal import Thermal
+from ._wrap import band_torque
 
 #: bits of a segment's mode: its tension is positive; its elastic part is
 TAUT, STRETCHED = 1, 2
+#: a lining this far past its limit (over the reference tension) breaks away together with one that fired
+_PAST = 1e-10
 
 
 class ChainState(NamedTuple):
-    """Angle `φ` (rad), speed `ω` (rad/s), elongation `e_i = u_i − u_{i+1}` (n,) of the segments (m), speed `v = u̇` (n,)
-    of the linings along the band circle (m/s), the ledger, the heat content of the thermal nodes over their capacity
-    (K; `None` without heat), and the thickness worn off the linings (`Worn`; `None` without wear).
+    """Elongation `e_i = u_i − u_{i+1}` (n,) of the segments (m), and speed `v = u̇` (n,) of the linings along the band
+    circle (m/s).
 
     Elongations instead of displacements `u`: on a stiff segment the tension would be a difference of two nearly equal
     displacements, with a rounding of `K` times that of `u`, in which events could no longer be located.
     """
 
-    phi: Any
-    omega: Any
     e: Any
     v: Any
-    ledger: Ledger
-    heat: Any = None
-    worn: Any = None
 
 
 class ChainMode(NamedTuple):
-    """Label of the whole band (`BandMode`), direction of motion (±1), pieces of the given profiles; what each lining
-    does (n,): 0 sticks, +1 the pulley slides ahead of it, −1 behind; bits `TAUT`, `STRETCHED` of each segment (n,)."""
+    """What each lining does (n,): 0 sticks, +1 the pulley slides ahead of it, −1 behind; bits `TAUT`, `STRETCHED` of
+    each segment (n,)."""
 
-    band: Any
-    sense: Any
-    lever_piece: Any
-    load_piece: Any
     linings: Any
     segments: Any
-    heat_pieces: tuple[Any, ...] = ()
+
+    def slides(self, mode: Any) -> Any:
+        """There is no internal pair."""
+        return 0 * mode.band
 
     @property
-    def slides(self) -> Any:
-        """There is no internal pair."""
-        return 0 * self.band
+    def locks(self) -> None:
+        """Linings that move by themselves do not lock."""
+        return None
 
     @property
     def contacts(self) -> dict[str, Any]:
@@ -61,36 +53,29 @@ class ChainMode(NamedTuple):
         return {"lining": self.linings}
 
 
-class ChainFlows(NamedTuple):
-    """Forces and rates at one instant."""
+class ChainNow(NamedTuple):
+    """Variables of a chain."""
 
     slack_tension: Float[Array, ""]  # T_0 (N)
-    lever_tension: Float[Array, ""]  # the same: the lever always pulls on lining 1
     tight_tension: Float[Array, ""]  # T_n (N)
-    load_torque: Float[Array, ""]  # M_load (N·m)
     brake_torque: Float[Array, ""]  # R_b Σ G_i (N·m)
     alpha: Float[Array, ""]  # ω̇ (rad/s²)
     slip_speed: Float[Array, ""]  # mean of the linings' (m/s)
+    lever_power: Float[Array, ""]  # T_0 u̇_1 (W)
+    damping: Float[Array, ""]  # of all segments (W)
     tension: Float[Array, " n"]  # T_i (N)
     elastic: Float[Array, " n"]  # T_i^0 + K_i e_i (N), below 0 where the segment is slack
     total: Float[Array, " n"]  # the same with the damper's part
-    grip: Float[Array, " n"]  # G_i (N)
+    force: Float[Array, " n"]  # G_i (N)
+    limit: Float[Array, " n"]  # f_s,i N_i/c_i (N): up to there a lining sticks
     normal: Float[Array, " n"]  # N_i (N)
-    displacement: Float[Array, " n"]  # u_i (m)
-    lining_speed: Float[Array, " n"]  # u̇_i (m/s)
     lining_slip: Float[Array, " n"]  # R_b ω − u̇_i (m/s)
     acceleration: Float[Array, " n"]  # ü_i (m/s²)
     stretching: Float[Array, " n"]  # ė_i (m/s)
-    thermal: Any = None  # ThermalNow, with heat only; its deposit is in W, for the friction heats of this instant
 
 
-def differences(x: Float[Array, " n"]) -> Float[Array, " n"]:
-    """`x_i − x_{i+1}` with `x_{n+1} = 0`, the anchor."""
-    return x - jnp.append(x[1:], 0.0)
-
-
-class ChainForces(AbstractActing):
-    """Forces in a chain of linings (model §3.1), counted from the slack end.
+class Chain(AbstractMechanism):
+    """A chain of linings on a pulley, counted from the slack end.
 
         T_i = max(0, T_i^0 + K_i e_i + D_i ė_i),   e_i = u_i − u_{i+1},  u_{n+1} = 0,  T_i^0 = C x_0
         m_i ü_i = G_i + T_{i−1} − T_i,   N_i = (T_i + T_{i−1}) sin(β_i/2),   J ω̇ = M_load − R_b Σ G_i
@@ -98,106 +83,181 @@ class ChainForces(AbstractActing):
         sticking:   u̇_i = R_b ω,  G_i = m_i R_b ω̇ + T_i − T_{i−1},
                     (J + R_b² Σ_stuck m_i) ω̇ = M_load − R_b [Σ_slip G_i + Σ_stuck (T_i − T_{i−1})]
 
+    Guards, in this order: one per lining (static limit less force while it sticks, slip speed while it slides), one per
+    segment for the sign of its tension, one per segment for the sign of the elastic part of it (where the rate of
+    damper heat has a kink), and the `motion` of the pulley until it is at rest.
+
+    The label of the band is `ELASTIC` while any lining sticks; a chain knows no `OPEN` and no `TAKE_UP`, as the lever
+    pulls on the first lining from the start.
+
     - `mass` `m_i` (kg); `stiffness` `K_i` (N/m), the last one `C`; `damping` `D_i` (N·s/m); `preload` `T_i^0` (N)
     - `cosine` of `β_i/2`
     """
 
-    inertia: Array
-    band_radius: Array
-    track_radius: Array
+    radius: Float[Array, ""]
     mass: Float[Array, " n"]
     stiffness: Float[Array, " n"]
     damping: Float[Array, " n"]
-    preload: Array
+    preload: Float[Array, ""]
     cosine: Float[Array, " n"]
-    grip: Grip
-    lever: AbstractProfile
-    load: AbstractLoad
-    thermal: Thermal | None
+    friction: Grip
+    pairs: tuple[Pair, ...]
+    sizes: Sizes
 
-    @property
-    def pair(self):
-        return None if self.thermal is None else self.thermal.heat.friction
+    def start(self, omega, elongation):
+        n = self.mass.shape[0]
+        still = jnp.zeros(n)
+        own = ChainState(still, still + self.radius * omega)
+        band = jnp.where(omega == 0, int(BandMode.HELD), int(BandMode.ELASTIC)).astype(jnp.int32)
+        return own, band, ChainMode(jnp.zeros(n, jnp.int32), jnp.full(n, TAUT | STRETCHED, jnp.int32))
 
-    def laws(self, u):
-        return [(self.grip.linings.friction, self.surface(u))]
+    def rests(self, mode):
+        # what sticks to a pulley without load torque still swings with it
+        return jnp.asarray(False)
 
-    def around(self, y: ChainState, mode: ChainMode) -> Surroundings:
-        return Surroundings(jnp.abs(y.omega) * self.track_radius, jnp.ones_like(y.omega))
+    def _contact(self, hot: Any, normal: Array, slip: Array) -> Contact:
+        area = self.pairs[0].area
+        return Contact(v=slip, T=hot, p=None if area is None else normal / area)
 
-    def _contact(self, y: ChainState, normal: Array, slip: Array) -> Contact:
-        linings = self.grip.linings
-        pressure = None if linings.area is None else normal / jnp.asarray(linings.area)
-        return Contact(v=slip, T=self.surface(y.heat), p=pressure)
-
-    def limit(self, y: ChainState, q: ChainFlows) -> Float[Array, " n"]:
-        """`f_s,i N_i/c_i` (N): up to there a lining sticks."""
-        contact = self._contact(y, q.normal, jnp.zeros_like(q.normal))
-        return self.grip.linings.friction.static(contact) * q.normal / self.cosine
-
-    def kinetic(self, y: ChainState, mode: ChainMode, q: ChainFlows) -> Float[Array, " n"]:
-        """Coefficients of friction that the linings have when they slide."""
-        slip = jnp.abs(q.lining_slip)
-        f = self.grip.linings.friction.kinetic(self._contact(y, q.normal, slip))
-        return jnp.broadcast_to(f, slip.shape)
-
-    def flows(self, t: Array, y: ChainState, mode: ChainMode) -> ChainFlows:
-        """Everything that acts at one instant."""
-        R_b, sign = self.band_radius, mode.linings.astype(y.v.dtype)
-        sticks, taut = mode.linings == 0, (mode.segments & TAUT) > 0
-        v = jnp.where(sticks, R_b * y.omega, y.v)
-        slip, stretching = R_b * y.omega - v, differences(v)
-        elastic = self.preload + self.stiffness * y.e
+    def variables(self, acting, omega, own, mode):
+        R_b, law, hot = self.radius, self.pairs[0].law, acting.hot[0]
+        sign, sticks = mode.own.linings.astype(own.v.dtype), mode.own.linings == 0
+        v = jnp.where(sticks, R_b * omega, own.v)
+        slip, stretching = R_b * omega - v, v - jnp.append(v[1:], 0.0)
+        elastic = self.preload + self.stiffness * own.e
         total = elastic + self.damping * stretching
-        tension = jnp.where(taut, total, 0.0)
-        T_0 = self.lever.value(t, mode.lever_piece)
-        before = jnp.append(T_0, tension[:-1])
-        normal = (tension + before) * self.grip.sine
-        contact = self._contact(y, normal, sign * slip)
-        f = continued(lambda v: self.grip.linings.friction.kinetic(contact._replace(v=v)), sign * slip)
+        tension = jnp.where((mode.own.segments & TAUT) > 0, total, 0.0)
+        before = jnp.append(acting.tension, tension[:-1])
+        normal = (tension + before) * self.friction.sine
+        contact = self._contact(hot, normal, sign * slip)
+        f = continued(lambda v: law.kinetic(contact._replace(v=v)), sign * slip)
         sliding = sign * f * normal / self.cosine
-        load = self.load.torque(t, y.omega, mode.load_piece)
         carried = jnp.sum(jnp.where(sticks, tension - before, sliding))
-        inertia = self.inertia_at(mode) + R_b**2 * jnp.sum(jnp.where(sticks, self.mass, 0.0))
-        alpha = (load - R_b * carried) / inertia
+        inertia = acting.inertia + R_b**2 * jnp.sum(jnp.where(sticks, self.mass, 0.0))
+        alpha = (acting.load - R_b * carried) / inertia
         G = jnp.where(sticks, self.mass * R_b * alpha + tension - before, sliding)
-        now = self.thermal_now(t, y, mode)
-        if now is not None:
-            deposit = self.deposit(t, y, mode, now, G * slip)
-            now = now._replace(T_junctions=now.T_junctions + deposit.into_junctions, deposit=deposit)
-        return ChainFlows(
-            slack_tension=T_0,
-            lever_tension=T_0,
+        still = law.static(contact._replace(v=jnp.zeros_like(normal)))
+        held = jnp.where((mode.own.segments & STRETCHED) > 0, elastic, 0.0)
+        return ChainNow(
+            slack_tension=acting.tension,
             tight_tension=tension[-1],
-            load_torque=load,
             brake_torque=R_b * jnp.sum(G),
             alpha=alpha,
             slip_speed=jnp.mean(slip),
+            lever_power=acting.tension * v[0],
+            damping=jnp.sum((tension - held) * stretching),
             tension=tension,
             elastic=elastic,
             total=total,
-            grip=G,
+            force=G,
+            limit=still * normal / self.cosine,
             normal=normal,
-            displacement=jnp.cumsum(y.e[::-1])[::-1],
-            lining_speed=v,
             lining_slip=slip,
             acceleration=jnp.where(sticks, R_b * alpha, (G + before - tension) / self.mass),
             stretching=stretching,
-            thermal=now,
         )
 
-    def pair_torques(self, T_0, y, mode):
-        # linings at rest on the band, the pulley sliding past all of them
-        return self.band_torque(T_0, y.omega, self.surface(y.heat))[None]
+    def own_rates(self, z):
+        return ChainState(z.stretching, z.acceleration)
 
-    def stored(self, t: Array, y: ChainState, mode: ChainMode) -> tuple[Array, Array]:
-        """Kinetic energy of pulley and linings and elastic energy `Σ T_el²/(2 K_i)` of the segments (J)."""
-        v = jnp.where(mode.linings == 0, self.band_radius * y.omega, y.v)
-        kinetic = 0.5 * self.inertia_at(mode) * y.omega**2 + 0.5 * jnp.sum(self.mass * v**2)
-        tension = jnp.maximum(self.preload + self.stiffness * y.e, 0.0)
+    def rubs(self, acting, mode, z):
+        return (Rub(z.force, z.lining_slip, mode.own.linings.astype(z.force.dtype), z.normal),)
+
+    # --- guards and changes of mode -----------------------------------------------------------------------------------
+
+    def guards(self, acting, omega, own, mode, z):
+        taut = jnp.where((mode.own.segments & TAUT) > 0, z.total, -z.total) / self.sizes.tension
+        stretched = jnp.where((mode.own.segments & STRETCHED) > 0, z.elastic, -z.elastic) / self.sizes.tension
+        motion = jnp.where(mode.sense > 0, omega, -omega) / self.sizes.speed
+        motion = jnp.where(mode.band == BandMode.HELD, 1.0, motion)
+        return jnp.concatenate([self._lining_guards(mode, z), taut, stretched, motion[None]])
+
+    def _lining_guards(self, mode: Mode, z: ChainNow) -> Float[Array, " n"]:
+        stuck = (z.limit - jnp.abs(z.force)) / self.sizes.tension
+        slides = mode.own.linings.astype(z.force.dtype) * z.lining_slip / (self.radius * self.sizes.speed)
+        return jnp.where(mode.own.linings == 0, stuck, slides)
+
+    def change(self, now, new, fired, ask):
+        old, n = now.mode, self.mass.shape[0]
+        linings = self._next_linings(now, fired[:n])
+        bits = fired[n : 3 * n].reshape(2, n).astype(jnp.int32)
+        segments = old.own.segments ^ (bits[0] * TAUT + bits[1] * STRETCHED)
+        changed = jnp.any(linings != old.own.linings)
+        ahead, back = jnp.all(linings > 0), jnp.all(linings < 0)
+        # at rest a pulley is held until, at a later instant, the last lining lets go
+        held = old.band == BandMode.HELD
+        restarts = held & (ahead | back) & changed
+        held = (held & ~restarts) | fired[3 * n]
+        band = jnp.where(ahead, BandMode.SLIP, jnp.where(back, BandMode.SLIP_BACK, BandMode.ELASTIC))
+        band = jnp.where(held, BandMode.HELD, band)
+        direction = jnp.where(now.omega < 0, -1, jnp.where(now.omega > 0, 1, jnp.where(back, -1, 1)))
+        return new._replace(
+            band=band.astype(jnp.int32),
+            sense=jnp.where(restarts, direction, old.sense).astype(jnp.int32),
+            own=ChainMode(linings, segments),
+        ), jnp.asarray(0, jnp.int32)
+
+    def _next_linings(self, now: Moment, fired: Bool[Array, " n"]) -> Int[Array, " n"]:
+        """What each lining does after those marked reached their limit or lost their slip.
+
+        Which way a lining breaks away is the sign of the force that would have held it: at equal static and kinetic
+        friction its relative acceleration is still 0. Where that force is 0 as well, as nothing presses yet, its rate
+        tells. A lining that loses its slip sticks; if the force to hold it is past the limit, it goes on the other way
+        by a second event at the same instant.
+        """
+        linings, force = now.mode.own.linings, now.z.force
+        pulls = jnp.where(jnp.abs(force) > 1e-12 * self.sizes.tension, force, now.z_rate.force)
+        leaves = (linings == 0) & (fired | (self._lining_guards(now.mode, now.z) < -_PAST))
+        after = jnp.where(leaves, jnp.where(pulls > 0, 1, -1), jnp.where(fired, 0, linings))
+        return after.astype(jnp.int32)
+
+    def arrested(self, omega, own, before, after):
+        # what sticks moves with the pulley, to the last digit
+        return omega, own._replace(v=jnp.where(after.own.linings == 0, self.radius * omega, own.v))
+
+    # --- what one looks at, what it stores, what it could hold ------------------------------------------------------
+
+    @property
+    def grip(self):
+        return self.friction
+
+    @property
+    def varies(self):
+        return self.friction.varies
+
+    @property
+    def resolved(self):
+        return True
+
+    @property
+    def damps(self):
+        return True
+
+    @property
+    def distribution(self):
+        return "every lining from its own balance"
+
+    def linings(self, mode, z):
+        return LiningForces(z.tension, z.force * self.cosine, z.normal, mode.own.linings != 0)
+
+    def columns(self, tension, omega, own, mode, hot, z):
+        displacement = jnp.cumsum(own.e[::-1])[::-1]
+        found = {"elongation": displacement[0], "displacement": displacement, "lining_slip_speed": z.lining_slip}
+        if hot[0] is not None:
+            f = self.pairs[0].law.kinetic(self._contact(hot[0], z.normal, jnp.abs(z.lining_slip)))
+            found["friction_coefficient"] = jnp.broadcast_to(f, z.normal.shape)
+        return found
+
+    def stored(self, inertia, omega, own, mode):
+        v = jnp.where(mode.own.linings == 0, self.radius * omega, own.v)
+        kinetic = 0.5 * inertia * omega**2 + 0.5 * jnp.sum(self.mass * v**2)
+        tension = jnp.maximum(self.preload + self.stiffness * own.e, 0.0)
         return kinetic, jnp.sum(tension**2 / (2 * self.stiffness))
 
+    def own_sizes(self):
+        size = self.sizes
+        return ChainState(size.tension / self.stiffness, jnp.ones_like(self.mass) * self.radius * size.speed)
 
-def chain_lining_forces(forces: ChainForces, mode: ChainMode, q: ChainFlows) -> LiningForces:
-    """Tension, circumferential force `F_i = G_i cos(β_i/2)`, normal force, and whether each lining slides."""
-    return LiningForces(q.tension, q.grip * forces.cosine, q.normal, mode.linings != 0)
+    def capacity(self, tension, omega, own, hot):
+        # linings at rest on the band, the pulley sliding past all of them
+        return band_torque(self.friction, self.radius, tension, omega, hot[0])[None]

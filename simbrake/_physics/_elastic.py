@@ -9,6 +9,7 @@ from jaxtyping import Bool, Float
 
 from .._hybrid._arrays import Array
 from ._mechanism import (
+    OPEN,
     ROUNDING,
     AbstractMechanism,
     Acting,
@@ -26,7 +27,7 @@ from ._mechanism import (
 )
 from ._modes import BandMode, slips
 from ._state import BrakeCode
-from ._wrap import MOBILISATION, Wrap
+from ._wrap import MOBILISATION, Wrap, band_torque
 
 
 class Stretched(NamedTuple):
@@ -79,7 +80,7 @@ class ElasticBand(AbstractMechanism):
 
     def start(self, omega, elongation):
         locks = self.wrap.locked.astype(jnp.int32) if self.wrap.grip.varies else None
-        return Stretched(elongation), Locking(locks)
+        return Stretched(elongation), OPEN, Locking(locks)
 
     def rests(self, mode):
         return mode.band == BandMode.HELD
@@ -231,7 +232,7 @@ class ElasticBand(AbstractMechanism):
         return Stretched(self.sizes.tension / self.stiffness)
 
     def capacity(self, tension, omega, own, hot):
-        return self.wrap.torque(tension, omega, hot[0])[None]
+        return band_torque(self.grip, self.wrap.radius, tension, omega, hot[0])[None]
 
 
 # --- what every elastic band has, whatever it lies on -----------------------------------------------------------------

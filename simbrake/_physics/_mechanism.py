@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Bool, Float
 
 from .._hybrid._arrays import Array
@@ -86,12 +87,17 @@ class Mode(NamedTuple):
     @property
     def slides(self) -> Any:
         """The internal pair of a staged brake: 0 while it sticks (or there is none), else ±1."""
-        return self.own.slides(self.band)
+        return self.own.slides(self)
 
     @property
     def contacts(self) -> dict[str, Any]:
         """What every lining does for itself, (n,) each: nothing where they act as one."""
         return self.own.contacts
+
+    @property
+    def locks(self) -> Any:
+        """Whether a lining locks itself, where that can change in a run (else `None`)."""
+        return self.own.locks
 
 
 class Sizes(NamedTuple):
@@ -117,6 +123,9 @@ class Moment(NamedTuple):
     z_rate: Any
 
 
+#: label of a brake whose lever does not pull yet
+OPEN = np.int32(BandMode.OPEN)
+
 #: `ask(mode, omega, own)`: what acts, and the variables, in another mode, at other speeds, at the same instant
 Ask = Callable[[Mode, Array, Any], tuple[Acting, Any]]
 
@@ -134,8 +143,9 @@ class AbstractMechanism(eqx.Module):
     sizes: eqx.AbstractVar[Sizes]
 
     @abc.abstractmethod
-    def start(self, omega: Array, elongation: Array) -> tuple[Any, Any]:
-        """Own states and modes at the start; the run settles the true first mode itself, as an event."""
+    def start(self, omega: Array, elongation: Array) -> tuple[Any, Any, Any]:
+        """Own states, label of the band and own modes at the start; the run settles the true first mode itself, as an
+        event."""
 
     @abc.abstractmethod
     def variables(self, acting: Acting, omega: Array, own: Any, mode: Mode) -> Any:
@@ -201,6 +211,16 @@ class AbstractMechanism(eqx.Module):
         """What only this mechanism has to show over time, by the names of `Series`; `tension` is the lever's."""
 
     @property
+    def resolved(self) -> bool:
+        """Whether single linings move by themselves."""
+        return False
+
+    @property
+    def damps(self) -> bool:
+        """Whether it has dampers; its variables then have `damping` (W)."""
+        return False
+
+    @property
     @abc.abstractmethod
     def varies(self) -> bool:
         """Whether the friction of what sticks can change in a run."""
@@ -235,9 +255,9 @@ class Locking(NamedTuple):
 
     locks: Any
 
-    def slides(self, band: Any) -> Any:
+    def slides(self, mode: Any) -> Any:
         """There is one pair."""
-        return 0 * band
+        return 0 * mode.band
 
     @property
     def contacts(self) -> dict[str, Any]:

@@ -4,7 +4,7 @@ import enum
 from typing import Any, NamedTuple
 
 import jax.numpy as jnp
-from jaxtyping import Float, Int
+from jaxtyping import Int
 
 from .._hybrid._arrays import Array
 
@@ -35,61 +35,6 @@ BAND_MODES = {
         "the load is within the static limits; of a staged brake: the internal torque is",
     ),
 }
-
-
-class Mode(NamedTuple):
-    """Band mode, direction of motion (±1), and the pieces on which the given profiles are.
-
-    `locks`: whether a lining locks itself, where that can change (else `None`); `heat_pieces`: of profiles in the heat.
-
-    A staged brake has `inner`: 0 while the internal pair sticks, ±1 the sign of `ω − ω_b` while it slides, and `piece`:
-    the number of linings at their limit, as `_band.piece_of` counts them. Its `band` is what the band does to the
-    bandage (`HELD`: the bandage is at rest).
-    """
-
-    band: Any
-    sense: Any
-    lever_piece: Any
-    load_piece: Any
-    locks: Any = None
-    heat_pieces: tuple[Any, ...] = ()
-    inner: Any = None
-    piece: Any = None
-
-    @property
-    def slides(self) -> Any:
-        """The internal pair of a staged brake: 0 while it sticks (or there is none), else ±1."""
-        return 0 * self.band if self.inner is None else self.inner
-
-    @property
-    def contacts(self) -> dict[str, Any]:
-        """What every lining does for itself, (n,) each: nothing where they act as one."""
-        return {}
-
-
-class Situation(NamedTuple):
-    """What decides on a mode at one instant; tensions in N, speeds of the band circle in m/s."""
-
-    tension: Float[Array, ""]  # of the tight end, as the elongation has it
-    high: Float[Array, ""]  # limits of that tension
-    low: Float[Array, ""]
-    slip_ahead: Float[Array, ""]  # slip speed if the band slid with the anchor end tight
-    slip_back: Float[Array, ""]  # the same with the lever end tight
-    tolerance: Float[Array, ""]  # tension differences below it are rounding
-
-
-def moving_mode(s: Situation, direction: Int[Array, ""]) -> Int[Array, ""]:
-    """Mode of an elastic band that is taut while the pulley moves, or starts to, in `direction`.
-
-    At a limit of the tension it slides if the slip speed it would have has the right sign; with no slip speed yet, the
-    direction in which the pulley starts decides. With `T_0 = 0` both limits are 0 and the speeds alone decide: this
-    is the answer for a ramp from exactly 0.
-    """
-    at_high = s.tension >= s.high - s.tolerance
-    at_low = s.tension <= s.low + s.tolerance
-    ahead = at_high & ((s.slip_ahead > 0) | ((s.slip_ahead == 0) & (direction > 0)))
-    back = at_low & ((s.slip_back < 0) | ((s.slip_back == 0) & (direction < 0)))
-    return jnp.where(ahead, BandMode.SLIP, jnp.where(back, BandMode.SLIP_BACK, BandMode.ELASTIC))
 
 
 def rigid_mode(direction: Int[Array, ""]) -> Int[Array, ""]:

@@ -10,6 +10,7 @@ from jaxtyping import Bool, Float
 from .._hybrid._arrays import Array
 from .._parts._band import LiningForces
 from ._mechanism import (
+    OPEN,
     ROUNDING,
     AbstractMechanism,
     Locking,
@@ -25,7 +26,7 @@ from ._mechanism import (
 from ._modes import BandMode, rigid_mode, slips
 from ._sliding import Grip
 from ._state import BrakeCode
-from ._wrap import MOBILISATION, Wrap
+from ._wrap import MOBILISATION, Wrap, band_torque
 
 
 class Torques(NamedTuple):
@@ -151,7 +152,7 @@ class BandTorque(AbstractTorqueLaw):
         return Rub(friction, slip, sense_of(mode), (along + before) * self.wrap.grip.sine)
 
     def capacity(self, force, omega, hot):
-        return self.wrap.torque(force, omega, hot)
+        return band_torque(self.grip, self.wrap.radius, force, omega, hot)
 
 
 class RigidNow(NamedTuple):
@@ -183,7 +184,7 @@ class RigidContact(AbstractMechanism):
         return (BrakeCode.FLASH_FOLD,) if self.law.implicit else ()
 
     def start(self, omega, elongation):
-        return None, Locking(self.law.locked.astype(jnp.int32) if self.law.varies else None)
+        return None, OPEN, Locking(self.law.locked.astype(jnp.int32) if self.law.varies else None)
 
     def rests(self, mode):
         return mode.band == BandMode.HELD

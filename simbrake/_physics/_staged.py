@@ -11,6 +11,7 @@ from .._parts._band import limit_tensions, piece_of, tensions_on
 from .._parts._internal import Held, InternalPair
 from ._elastic import ElasticNow, band_guards, strained, taut_mode, tension_of
 from ._mechanism import (
+    OPEN,
     ROUNDING,
     AbstractMechanism,
     Acting,
@@ -25,7 +26,7 @@ from ._mechanism import (
 )
 from ._modes import BandMode, rigid_mode, slips
 from ._state import BrakeCode
-from ._wrap import MOBILISATION, Wrap
+from ._wrap import MOBILISATION, Wrap, band_torque
 
 
 class Bandaged(NamedTuple):
@@ -47,7 +48,7 @@ class Stages(NamedTuple):
     piece: Any
     locks: Any
 
-    def slides(self, band: Any) -> Any:
+    def slides(self, mode: Any) -> Any:
         """The internal pair: 0 while it sticks, else ±1."""
         return self.inner
 
@@ -127,7 +128,7 @@ class StagedBrake(AbstractMechanism):
     def start(self, omega, elongation):
         zero = jnp.asarray(0, jnp.int32)
         locks = self.wrap.locked.astype(jnp.int32) if self.varies else None
-        return Bandaged(None if self.stiffness is None else elongation, omega), Stages(zero, zero, locks)
+        return Bandaged(None if self.stiffness is None else elongation, omega), OPEN, Stages(zero, zero, locks)
 
     def rests(self, mode):
         return (mode.band == BandMode.HELD) & (mode.own.inner == 0)
@@ -341,7 +342,7 @@ class StagedBrake(AbstractMechanism):
         x, work, heat = strained(self, own.x, (before[0], before[1].band), (after[0], after[1].band))
         return own._replace(x=x), work, (heat, jnp.zeros_like(heat))
 
-    # --- what one looks at ----------------------------------------------------------------------------------------------
+    # --- what one looks at ------------------------------------------------------------------------------------------
 
     @property
     def grip(self):
@@ -392,7 +393,7 @@ class StagedBrake(AbstractMechanism):
         return Bandaged(x, self.sizes.speed)
 
     def capacity(self, tension, omega, own, hot):
-        outer, R_b = self.wrap.torque(tension, omega, hot[0]), self.wrap.radius
+        outer, R_b = band_torque(self.grip, self.wrap.radius, tension, omega, hot[0]), self.wrap.radius
         # a held bandage is braced by the static friction of the band; the rim slides in it with the pulley's speed
         still, no = jnp.zeros_like(omega), jnp.asarray(False)
         fz = self.wrap.limit(tension, still, hot[0], no, jnp.asarray(True)).fz

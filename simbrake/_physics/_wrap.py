@@ -35,7 +35,7 @@ class Limit(NamedTuple):
     - `ratio`: `T_n/T_0`, `Π = ∏ (1 + f_i z_i)/(1 − f_i z_i)` while the anchor end is the tight one, else `1/Π`
     - `other`: `Π` the other way, which is another where the law looks at the pressure
     - `slope`: the least slope of implicit coefficients (1 where explicit)
-    - `margin`: by how much the lining nearest to locking is away from it, `1 − max f_s z`; `None` where it cannot change
+    - `margin`: by how much the lining nearest to locking is away from it, `1 − max f_s z`; `None`: it cannot change
     """
 
     fz: Float[Array, " n"]
@@ -115,14 +115,15 @@ class Wrap(eqx.Module):
         signed = jnp.where(back, -fz, fz)
         return T_0 * running_product((1 + signed) / (1 - signed))
 
-    def torque(self, T_0: Array, omega: Array, hot: Any) -> Float[Array, ""]:
-        """`R_b T_0 (Π − 1)`, in reverse `R_b T_0 (1 − 1/Π)`, of linings that slide on a band at rest.
 
-        A lining that locks itself makes it infinite; in reverse the tight end can only become slack: `R_b T_0`.
-        """
-        back = omega < 0
-        v = jnp.broadcast_to(jnp.abs(omega) * self.radius, (self.count,))
-        mu, margin = self.grip.ratios(self.grip.coefficients(T_0, v, hot, back, static=False).f)
-        growth = jnp.where(back, 1 - 1 / product(mu), product(mu) - 1)
-        growth = jnp.where(margin > 0, growth, jnp.where(back, 1.0, jnp.inf))
-        return jnp.where(T_0 > 0, self.radius * T_0 * growth, 0.0)
+def band_torque(grip: Grip, radius: Array, T_0: Array, omega: Array, hot: Any) -> Float[Array, ""]:
+    """`R_b T_0 (Π − 1)`, in reverse `R_b T_0 (1 − 1/Π)`, of linings that slide on a band at rest.
+
+    A lining that locks itself makes it infinite; in reverse the tight end can only become slack: `R_b T_0`.
+    """
+    back = omega < 0
+    v = jnp.broadcast_to(jnp.abs(omega) * radius, (grip.linings.count,))
+    mu, margin = grip.ratios(grip.coefficients(T_0, v, hot, back, static=False).f)
+    growth = jnp.where(back, 1 - 1 / product(mu), product(mu) - 1)
+    growth = jnp.where(margin > 0, growth, jnp.where(back, 1.0, jnp.inf))
+    return jnp.where(T_0 > 0, radius * T_0 * growth, 0.0)

@@ -11,7 +11,6 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Wedge
 from matplotlib.ticker import MaxNLocator
 
-from .._physics._observe import distribution
 from .._run._lining_view import Contact, lining_contacts, look
 from .._run._result import Result
 from .._run._series import times_within
@@ -81,7 +80,8 @@ def pulley(result: Result, time: float | int | None = None, *, figure: Figure | 
     title = f"tension of the band and normal load of the linings at t = {time:.6g} s{why}"
     title = f"{title}\nbrake torque {torque:.4g} kN·m"
     if np.any((pairs["external"] == Contact.STICKS) | (pairs["external"] == Contact.AT_LIMIT)):
-        title += "\n" + textwrap.fill(f"how linings that stick share it: {distribution(result.record.system)}", 100)
+        distribution = result.record.system.mechanism.distribution  # pyright: ignore
+        title += "\n" + textwrap.fill(f"how linings that stick share it: {distribution}", 100)
     figure.suptitle(title, fontsize=10)
     handles: list[Any] = [
         Line2D([], [], color=BLUE, marker="o", ms=3, label="tension T of the band, kN, outwards"),

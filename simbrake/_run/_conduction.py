@@ -29,7 +29,7 @@ from .._parts._duty import hides_nothing, next_known_time
 from .._parts._heat import Heat, node_names
 from .._parts._links import Surroundings
 from .._parts._network import Reservoir
-from .._physics._acting import course_of_profile
+from .._physics._brake import course_of_profile
 from .._physics._sparsity import couplings
 from .._physics._thermal import Thermal, assemble_thermal
 from ._choice import stiff_heat

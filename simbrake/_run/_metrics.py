@@ -10,10 +10,9 @@ import numpy as np
 from .._base._compiling import DeviceJit
 from .._hybrid import ADVANCED, LANDED, SKIPPED, Record, largest, smallest
 from .._hybrid._arrays import Array
-from .._physics._acting import Capacity
-from .._physics._chain_system import ChainSystem
+from .._physics._brake import BrakeSystem, Capacity
+from .._physics._chain import Chain
 from .._physics._modes import BandMode, slips
-from .._physics._observe import stored
 from ._probe import LANES, SAMPLES, Probe, probe
 
 _POINTS = 33  # of a finer grid around a peak
@@ -88,7 +87,7 @@ def _external_lock_time(record: Record, travel: Any) -> Any:
 
 def _first_lining_slip_time(record: Record, travel: Any) -> Any:
     c = _changes(record)
-    slides = (c.before.linings == 0) & (c.after.linings != 0)
+    slides = (c.before.own.linings == 0) & (c.after.own.linings != 0)
     return _first(c.event & slides.any(axis=1), record.rows.t)
 
 
@@ -164,7 +163,7 @@ WEAR_METRICS: dict[str, Callable[[Record, Any], Array]] = {
 def metrics_of(system: Any) -> dict[str, Callable[[Record, Any], Any]]:
     """Metrics that a system has, besides its greatest values."""
     found = METRICS if system.wearing is None else METRICS | WEAR_METRICS
-    if isinstance(system, ChainSystem):
+    if isinstance(system.mechanism, Chain):
         return found | CHAIN_METRICS
     return found | STAGED_METRICS if system.staged else found
 
@@ -180,10 +179,10 @@ def energies(record: Record) -> dict[str, Array]:
     `kinetic_change + elastic_change = load_work + lever_work − friction_heat − damper_heat` (model §1); where the
     scene has `power_shares`, `electrical_work` and `mechanical_work` of the friction go off as well (S-8…11)
     """
-    system: Any = record.system
+    system: BrakeSystem = record.system  # pyright: ignore
     ledger = record.y_end.ledger
     ends = [(record.rows.t[i], *_row_of(record, i)) for i in (jnp.zeros_like(record.count), record.count)]
-    (kinetic_0, elastic_0), (kinetic_1, elastic_1) = (stored(system, *end) for end in ends)
+    (kinetic_0, elastic_0), (kinetic_1, elastic_1) = (system.stored(*end) for end in ends)
     kinetic, elastic = kinetic_1 - kinetic_0, elastic_1 - elastic_0
     shares = system.shares
     work, hot, more = friction_work(ledger), 1.0 if shares is None else shares.heat, {}
@@ -221,7 +220,7 @@ def _closure(residual: Any, terms: list[Any]) -> Array:
 
 def stored_heat(record: Record) -> dict[str, Array]:
     """Heat stored in every body of the network since the start (J)."""
-    system: Any = record.system
+    system: BrakeSystem = record.system  # pyright: ignore
     thermal = system.thermal
     if thermal is None:
         return {}
@@ -236,7 +235,7 @@ def _heats(record: Record) -> dict[str, Array]:
     `heat_to_metal`, `heat_to_linings`, `heat_to_band`: where the friction heat entered (on a standard brake nothing
     rubs on the band); `heat_lost`: to the air and other reservoirs, and what goes to parts that are not modelled.
     """
-    system: Any = record.system
+    system: BrakeSystem = record.system  # pyright: ignore
     ledger = record.y_end.ledger
     booked = ledger.heat
     stored = sum(stored_heat(record).values(), start=jnp.zeros(()))

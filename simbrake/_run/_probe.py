@@ -12,7 +12,8 @@ from .._base._progress import piece
 from .._hybrid import Record
 from .._hybrid._arrays import Array
 from .._parts._band import LiningForces
-from .._physics._observe import columns, lining_forces, lining_margins, look_at, passing, surfaces
+from .._physics._brake import BrakeSystem
+from .._physics._observe import passing, surfaces
 
 SAMPLES = 9  # per step, when a whole run is scanned
 LANES = 512  # times looked at in one call of the compiled probe
@@ -44,20 +45,20 @@ def probe(record: Record, index: Array, share: Array) -> Probe:
 
 
 def probe_at(record: Record, index: Array, h: Array) -> Probe:
-    system: Any = record.system
+    system: BrakeSystem = record.system  # pyright: ignore
     t, y = record.inside(index, h)
     mode = jax.vmap(record.flat.unpack_mode)(record.rows.mode[index])
 
     def look(t: Array, y: Any, mode: Any) -> Any:
-        q = look_at(system, t, y, mode)
+        q, mechanism = system.variables(t, y, mode), system.mechanism
         hot = surfaces(system, q)
         return (
             q,
-            lining_forces(system, y, mode, q),
-            lining_margins(system, y, mode, q),
+            mechanism.linings(mode, q.contact),
+            mechanism.lining_margins(mode, q.contact),
             hot,
-            columns(system, y, mode, q),
-            passing(system, t, y, mode, q, hot),
+            mechanism.columns(q.lever_tension, y.omega, y.own, mode, system.hot(y.heat), q.contact),
+            passing(system, mode, q, hot),
         )
 
     flows, forces, margins, hot, own, passed = jax.vmap(look)(t, y, mode)

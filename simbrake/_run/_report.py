@@ -13,7 +13,7 @@ from .._parts._driller import AbstractSpeedLever
 from .._parts._plausible import plausibility
 from .._parts._scene import warnings
 from .._physics._modes import BandMode, Label, slips
-from .._physics._observe import can_lock, distribution, locks_of, mark_names
+from .._physics._observe import mark_names
 from ._choice import stiffness
 from ._log import Event, Phase, event_log, marks_passed
 from ._metrics import Peak, capacities_at, numbers, peaks_of, polish
@@ -127,8 +127,8 @@ class Report:
             found += [Event(float(t), *names[j]) for t, (_, j) in zip(times, crossings, strict=True)]
         modes: Any = self._record.modes
         found += self._contacts(modes)
-        if can_lock(system):
-            locks = np.asarray(locks_of(modes))[: int(self._record.count) + 1]
+        if modes.locks is not None:
+            locks = np.asarray(modes.locks)[: int(self._record.count) + 1]
             began = np.flatnonzero(np.diff(locks) > 0) + 1
             found += [Event(float(np.asarray(self._record.rows.t)[i]), "self_locking") for i in began]
         return found
@@ -276,7 +276,7 @@ class Report:
             },
             **self._staged(),
             **self._worn(),
-            "distribution": distribution(r.record.system),
+            "distribution": r.record.system.mechanism.distribution,
             "energy": {name: _finite(value) for name, value in self._numbers[1].items()},
             "solver": {
                 "method": r.method_name,

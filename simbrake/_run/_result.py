@@ -15,7 +15,7 @@ from .._hybrid import Record
 from .._hybrid._arrays import Array
 from .._parts._heat import node_names
 from .._parts._scene import Scene
-from .._physics._acting import Capacity
+from .._physics._brake import Capacity
 from ._log import Event
 from ._metrics import (
     CHAIN_METRICS,

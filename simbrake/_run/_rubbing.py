@@ -77,7 +77,7 @@ def _internal(system: Any, p: Probe) -> tuple[Any, ...]:
         raise ValueError("only a staged brake has an internal pair")
     normal = p.columns["internal_load"]
     if "lining_internal_torque" in p.columns:
-        force = jnp.abs(p.columns["lining_internal_torque"]) / system.forces.track_radius
+        force = jnp.abs(p.columns["lining_internal_torque"]) / system.track_radius
         return force, normal, p.columns["lining_internal_slip_speed"]
     return jnp.abs(p.flows.contact.inner_friction), normal, p.columns["internal_slip_speed"][:, None]
 

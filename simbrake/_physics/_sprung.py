@@ -1,0 +1,470 @@
+"""The bandage on springs: every lining of a staged brake a body of its own, held or sliding on band and rim."""
+
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Bool, Float
+
+from .._hybrid import largest
+from .._hybrid._arrays import Array
+from .._parts._band import LiningForces, affine_tensions, tension_ratio
+from .._parts._design import Bandage
+from .._parts._friction import AbstractFriction, Contact, continued, reads
+from ._at_rest import Resting, Shared, holding_range, resting_tensions, share_load, yields_on_band
+from ._mechanism import OPEN, ROUNDING, AbstractMechanism, Ask, Mode, Pair, Rub, Sizes
+from ._modes import BandMode
+from ._sliding import Grip
+from ._state import BrakeCode
+
+#: guards before those of the linings: lever, pulley (two)
+_FIRST = 3
+
+
+class SprungState(NamedTuple):
+    """Elongations `e_j` (n − 1,) of the springs at the band circle (m), speeds `ω_i` (n,) of the linings (rad/s)."""
+
+    stretch: Any
+    speeds: Any
+
+
+class SprungMode(NamedTuple):
+    """What every lining does.
+
+    - `outer` (n,): 0 while lining `i` is held on the band, else the sign of `ω_i` (of no meaning while open)
+    - `inner` (n,): 0 while it sticks on the rim, else the sign of `ω − ω_i`
+
+    Both 0 means that the lining is at rest on a pulley at rest. The label of the band is `OPEN` while the lever does
+    not pull, `HELD` while every lining rests on the band, else `SLIP`, or `SLIP_BACK` with the pulley in reverse.
+    Leaves may have leading axes (rows of a record).
+    """
+
+    outer: Any
+    inner: Any
+
+    @property
+    def fixed(self) -> Any:
+        """Linings that neither move on the band nor on the rim."""
+        return (self.outer == 0) & (self.inner == 0)
+
+    @property
+    def rests(self) -> Any:
+        """Whether the pulley is at rest: a lining that is fixed holds it."""
+        return jnp.any(self.fixed, axis=-1)
+
+    def slides(self, mode: Any) -> Any:
+        """The internal pair as a whole: 0 while every lining sticks on the rim, else the sense of the pulley (±1)."""
+        return jnp.where(jnp.all(self.inner == 0, axis=-1), 0, mode.sense)
+
+    @property
+    def locks(self) -> None:
+        """A lining that comes to lock itself ends the run."""
+        return None
+
+    @property
+    def contacts(self) -> dict[str, Any]:
+        """What every lining does for itself on the band and on the rim."""
+        return {"lining_external": self.outer, "lining_internal": self.inner}
+
+
+class Coefficients(NamedTuple):
+    """Tension ratios `μ_i` on the band and coefficients `f_i` on the rim, sticking and sliding."""
+
+    mu_static: Float[Array, " n"]
+    mu_kinetic: Float[Array, " n"]
+    grip_static: Float[Array, " n"]  # f_i tan(β_i/2) on the band
+    inner_static: Float[Array, " n"]
+    inner_kinetic: Float[Array, " n"]
+
+
+class SprungNow(NamedTuple):
+    """Variables of a bandage on springs."""
+
+    slack_tension: Float[Array, ""]  # T_0 (N), 0 while open
+    tight_tension: Float[Array, ""]  # T_n (N)
+    brake_torque: Float[Array, ""]  # R_b (T_n − T_0) (N·m)
+    alpha: Float[Array, ""]  # ω̇ (rad/s²)
+    slip_speed: Float[Array, ""]  # mean of R_b ω_i (m/s)
+    lever_power: Float[Array, ""]  # W
+    damping: Float[Array, ""]  # of all springs (W)
+    tension: Float[Array, " n"]  # T_i (N)
+    outer_force: Float[Array, " n"]  # G_i = T_i − T_{i−1}, by which the band holds lining i (N)
+    normal: Float[Array, " n"]  # N_i (N)
+    load: Float[Array, " n"]  # N_i + N_pre,i on the rim (N)
+    inner_torque: Float[Array, " n"]  # λ_i that the pulley gives to lining i (N·m)
+    capacity: Float[Array, " n"]  # M_i up to which it sticks, or with which it slides (N·m)
+    inner_slip: Float[Array, " n"]  # R (ω − ω_i) (m/s)
+    outer_slip: Float[Array, " n"]  # R_b ω_i (m/s)
+    accelerations: Float[Array, " n"]  # ω̇_i (rad/s²)
+    stretching: Float[Array, " springs"]  # ė_j (m/s)
+    spring_torque: Float[Array, " n"]  # Q_i (N·m)
+    spring_force: Float[Array, " springs"]  # S_j (N), damper included
+    outer_limit: Float[Array, " n"]  # greatest |G_i| up to which it is held (N), of the tensions there are
+    resting: Resting  # the linings as equations for the tensions
+    locking: Float[Array, ""]  # by how much the lining nearest to locking is away from it
+    share: Float[Array, ""]  # θ of a pulley at rest, else 0
+    least_hold: Float[Array, ""]  # load torques between which a pulley at rest stays there (N·m), else 0
+    most_hold: Float[Array, ""]
+
+
+class SprungBandage(AbstractMechanism):
+    """A staged brake on a rigid band whose linings are bodies of their own, with springs between neighbours (model §4).
+
+    Per lining (`G_i = T_i − T_{i−1}` from the band, `λ_i` from the rim, `Q_i` from the springs to its neighbours):
+
+        J ω̇ = M_load − Σ λ_i,  J_i ω̇_i = λ_i + Q_i − R_b G_i,  M_i = R f_i (N_i + N_pre,i),  N_i = (T_i + T_{i−1}) s_i
+        slides on the band:                     T_i = T_{i−1} μ_i^{±1}, ± = sign of ω_i
+        held on the band, slides on the rim:    R_b (T_i − T_{i−1}) = σ_i M_i + Q_i, linear in T_i
+        sticks on the rim, slides on the band:  λ_i = R_b G_i − Q_i + J_i ω̇, ω̇ common to pulley and such linings
+        neither moves (pulley at rest):         `_at_rest`
+
+    Springs: `S_j = K_j e_j + D_j ė_j`, `ė_j = R_b (ω_j − ω_{j+1})`, `Q_i = R_b (S_{i−1} − S_i)`.
+
+    Guards: lever, pulley (two), then two for each lining, `inner` and `outer`, and locking where friction fades:
+
+        sticks on the rim:      M_s,i − |λ_i|                             slides there: σ_i (ω − ω_i)
+        held on the band:       f_s,i z_i (T_i + T_{i−1}) − |T_i − T_{i−1}|     slides there: sgn(ω_i) ω_i
+        neither moves:          what both pairs could hold against its springs
+        pulley:                 its speed in motion; at rest how far the load is from both ends of what holds it
+
+    The second line is `T_{i−1}/μ_s ≤ T_i ≤ T_{i−1} μ_s`. Speeds that vanish together with the pulley's have no guard of
+    their own: its guard decides for all linings that come to rest with it.
+
+    - `inertias` `J_i` (kg·m²); `stiffness` `K_j` (N/m), `damping` `D_j` (N·s/m) of the n − 1 springs
+    """
+
+    inertias: Float[Array, " n"]
+    band_radius: Float[Array, ""]
+    track_radius: Float[Array, ""]
+    friction: Grip
+    bandage: Bandage
+    stiffness: Float[Array, " springs"]
+    damping: Float[Array, " springs"]
+    pairs: tuple[Pair, ...]
+    sizes: Sizes
+
+    @property
+    def count(self) -> int:
+        return self.inertias.shape[0]
+
+    @property
+    def fades(self) -> bool:
+        """Whether a coefficient of friction depends on temperatures that the scene has."""
+        inner = self.pairs[1]
+        return self.friction.reads.T or reads(inner.law, self.count, T=inner.heat is not None, p=False).T
+
+    def start(self, omega, elongation):
+        sense = jnp.where(omega < 0, -1, 1).astype(jnp.int32)
+        contacts = SprungMode(jnp.broadcast_to(sense, (self.count,)), jnp.zeros(self.count, jnp.int32))
+        return SprungState(jnp.zeros(self.count - 1), jnp.broadcast_to(omega, (self.count,))), OPEN, contacts
+
+    def rests(self, mode):
+        return mode.own.rests
+
+    # --- all of it at one instant -----------------------------------------------------------------------------------
+
+    def _coefficients(self, omega: Array, own: SprungState, mode: Mode, hot: tuple[Any, ...]) -> Coefficients:
+        """Friction of all linings; their own slip speeds, smooth past the end of the mode, decide while they slide."""
+        n, still = self.count, jnp.zeros(self.count)
+        outer_v = self.band_radius * mode.own.outer.astype(jnp.float64) * own.speeds
+        inner_v = self.track_radius * mode.own.inner.astype(jnp.float64) * (omega - own.speeds)
+
+        def each(f: Array) -> Array:
+            return jnp.broadcast_to(f, (n,))
+
+        outer, inner = (pair.law for pair in self.pairs)
+        grip_static = each(outer.static(Contact(still, hot[0]))) * self.friction.tangent
+        on_band = continued(lambda v: outer.kinetic(Contact(v, hot[0])), outer_v)
+        on_rim = continued(lambda v: inner.kinetic(Contact(v, hot[1])), inner_v)
+        return Coefficients(
+            mu_static=tension_ratio(grip_static)[0],
+            mu_kinetic=tension_ratio(each(on_band) * self.friction.tangent)[0],
+            grip_static=grip_static,
+            inner_static=each(inner.static(Contact(still, hot[1]))),
+            inner_kinetic=each(on_rim),
+        )
+
+    def _springs(self, own: SprungState) -> tuple[Array, Array, Array]:
+        """Forces `S_j` (N), their part from the dampers (N) and torques `Q_i` on the linings (N·m)."""
+        damped = -self.damping * self.band_radius * jnp.diff(own.speeds)
+        force = self.stiffness * own.stretch + damped
+        return force, damped, self.band_radius * (jnp.pad(force, (1, 0)) - jnp.pad(force, (0, 1)))
+
+    def _resting(self, mode: Mode, c: Coefficients, Q: Array) -> Resting:
+        """The linings as equations for the tensions along the band."""
+        stuck, held = mode.own.inner == 0, mode.own.outer == 0
+        sense, R_b = mode.own.inner.astype(jnp.float64), self.band_radius
+        f = jnp.where(stuck, c.inner_static, c.inner_kinetic)
+        grip = self.track_radius * f * self.friction.sine
+        floor = self.track_radius * f * jnp.asarray(self.bandage.preload)
+        sliding = jnp.where(mode.own.outer > 0, c.mu_kinetic, 1 / c.mu_kinetic)
+        gain = jnp.where(held, (R_b + sense * grip) / (R_b - sense * grip), sliding)
+        offset = jnp.where(held, (sense * floor + Q) / (R_b - sense * grip), 0.0)
+        return Resting(mode.own.fixed, R_b, c.mu_static, grip, floor, Q, gain, offset, sense)
+
+    def variables(self, acting, omega, own, mode):
+        R_b, stuck, held, rests = self.band_radius, mode.own.inner == 0, mode.own.outer == 0, mode.own.rests
+        T_0 = jnp.where(mode.band == BandMode.OPEN, 0.0, acting.tension)
+        c, (S, damped, Q) = self._coefficients(omega, own, mode, acting.hot), self._springs(own)
+        r = self._resting(mode, c, Q)
+
+        def at_rest() -> Shared:
+            return share_load(r, T_0, acting.load)
+
+        def in_motion() -> Shared:
+            zero = jnp.zeros_like(T_0)
+            return Shared(zero, affine_tensions(T_0, r.gain, r.offset), zero, zero)
+
+        shared = jax.lax.cond(rests, at_rest, in_motion)
+        along = shared.tension
+        before = jnp.concatenate([T_0[None], along[:-1]])
+        G, total = along - before, along + before
+        capacity = r.grip * total + r.floor
+        needed = R_b * G - Q
+        slid = r.sense * capacity
+        joined = jnp.sum(jnp.where(stuck, self.inertias, 0.0))
+        alpha = (acting.load - jnp.sum(jnp.where(stuck, needed, slid))) / (acting.inertia + joined)
+        alpha = jnp.where(rests, 0.0, alpha)
+        torque = jnp.where(stuck, needed + self.inertias * alpha, slid)
+        apart = jnp.where(held, 0.0, (torque - needed) / self.inertias)
+        stretching = -R_b * jnp.diff(own.speeds)
+        on_rim = self.track_radius * c.inner_static * self.friction.sine / R_b
+        return SprungNow(
+            slack_tension=T_0,
+            tight_tension=along[-1],
+            brake_torque=R_b * (along[-1] - T_0),
+            alpha=alpha,
+            slip_speed=R_b * jnp.mean(own.speeds),
+            lever_power=jnp.zeros_like(T_0),
+            damping=jnp.sum(damped * stretching),
+            tension=along,
+            outer_force=G,
+            normal=total * self.friction.sine,
+            load=total * self.friction.sine + jnp.asarray(self.bandage.preload),
+            inner_torque=torque,
+            capacity=capacity,
+            inner_slip=self.track_radius * (omega - own.speeds),
+            outer_slip=R_b * own.speeds,
+            accelerations=jnp.where(stuck, alpha, apart),
+            stretching=stretching,
+            spring_torque=Q,
+            spring_force=S,
+            outer_limit=c.grip_static * total,
+            resting=r,
+            locking=1 - jnp.maximum(largest(c.grip_static), largest(on_rim)),
+            share=shared.share,
+            least_hold=shared.least,
+            most_hold=shared.most,
+        )
+
+    def own_rates(self, z):
+        return SprungState(z.stretching, z.accelerations)
+
+    def rubs(self, acting, mode, z):
+        outer, inner = mode.own.outer, mode.own.inner
+        on_band = jnp.where(outer == 0, 0.0, z.outer_slip)
+        on_rim = jnp.where(inner == 0, 0.0, z.inner_slip)
+        return (
+            Rub(z.outer_force, on_band, outer.astype(jnp.float64), z.normal),
+            Rub(z.inner_torque / self.track_radius, on_rim, inner.astype(jnp.float64), z.load),
+        )
+
+    # --- guards ---------------------------------------------------------------------------------------------------
+
+    def guards(self, acting, omega, own, mode, z):
+        size, is_open, rests = self.sizes, mode.band == BandMode.OPEN, mode.own.rests
+        lever = jnp.where(is_open, -acting.tension, acting.tension) / size.tension
+        turning = jnp.where(is_open, 1.0, mode.sense.astype(jnp.float64) * omega / size.speed)
+        high = jnp.where(rests, (z.most_hold - acting.load) / size.torque, turning)
+        low = jnp.where(rests, (acting.load - z.least_hold) / size.torque, 1.0)
+        parts = [jnp.stack([lever, high, low]), *self._lining_guards(omega, own, mode, z)]
+        return jnp.concatenate([*parts, z.locking[None]] if self.fades else parts)
+
+    def _lining_guards(self, omega: Array, own: SprungState, mode: Mode, z: SprungNow) -> tuple[Array, Array]:
+        stuck, held = mode.own.inner == 0, mode.own.outer == 0
+        torque_scale = self.sizes.torque / self.count
+        slip = mode.own.inner.astype(jnp.float64) * (omega - own.speeds) / self.sizes.speed
+        inner = jnp.where(stuck, (z.capacity - jnp.abs(z.inner_torque)) / torque_scale, slip)
+        inner = jnp.where(held & ~stuck, 1.0, inner)  # its slip is the pulley's speed
+        inner = jnp.where(mode.own.fixed, self._spring_margin(z) / torque_scale, inner)
+        travel = mode.own.outer.astype(jnp.float64) * own.speeds / self.sizes.speed
+        outer = jnp.where(held, (z.outer_limit - jnp.abs(z.outer_force)) / self.sizes.tension, travel)
+        # fixed linings are bounded by their limits on the band; stuck ones move with the pulley
+        return inner, jnp.where(stuck | (mode.band == BandMode.OPEN), 1.0, outer)
+
+    def _spring_margin(self, z: SprungNow) -> Array:
+        """What both pairs of a fixed lining could hold, less what its springs pull (N·m)."""
+        r, Q = z.resting, z.spring_torque
+        before = jnp.concatenate([z.slack_tension[None], z.tension[:-1]])
+        most = jnp.where(Q > 0, before * r.mu, before / r.mu)
+        return r.grip * (most + before) + r.floor + self.band_radius * jnp.abs(most - before) - jnp.abs(Q)
+
+    # --- changes of mode ------------------------------------------------------------------------------------------
+
+    def change(self, now, new, fired, ask):
+        n, old, omega, own, size = self.count, now.mode, now.omega, now.own, self.sizes
+        acting, z = ask(new, omega, own)
+        T_0, rounding = acting.tension, ROUNDING * size.tension
+        pulls = (rounding < T_0) | ((jnp.abs(T_0) <= rounding) & (acting.pull > 0))
+        was_open, rests = old.band == BandMode.OPEN, old.own.rests
+        broke, gone = fired[_FIRST : _FIRST + n], fired[_FIRST + n : _FIRST + 2 * n]
+        new = new._replace(own=self._each_lining(omega, own, new, z, broke, gone))
+
+        # the lever begins to pull: what moves slides, what rests is held unless that proves too much
+        grips = was_open & pulls
+        starts = grips & (omega == 0)
+        sense = jnp.where(grips & (omega != 0), jnp.sign(omega).astype(jnp.int32), old.sense)
+        outer = jnp.where(grips, jnp.sign(own.speeds).astype(jnp.int32), new.own.outer)
+        new = new._replace(
+            own=new.own._replace(outer=outer), sense=sense, band=jnp.where(pulls, BandMode.HELD, BandMode.OPEN)
+        )
+
+        # pulley and linings come to rest together, start together, or pass through
+        stops = ~was_open & ~rests & fired[1]
+        breaks = rests & (fired[1] | fired[2])
+        with_pulley = (old.own.inner == 0) | (old.own.outer == 0) | broke | gone
+        together = jnp.where(breaks, old.own.fixed & ~broke, jnp.where(starts, own.speeds == 0, with_pulley))
+        forced = jnp.where(breaks, jnp.where(fired[1], 1, -1), 0)
+        settled = self._settled(omega, own, new, together, forced, ask)
+        decides = pulls & (stops | breaks | starts)
+        new = jax.tree.map(lambda a, b: jnp.where(decides, a, b).astype(jnp.int32), settled, new)
+
+        # while open, `outer` says nothing and no lining is held
+        outer = jnp.where(pulls, new.own.outer, new.sense).astype(jnp.int32)
+        moving = jnp.where(new.sense > 0, BandMode.SLIP, BandMode.SLIP_BACK)
+        band = jnp.where(pulls, jnp.where(jnp.all(outer == 0), BandMode.HELD, moving), BandMode.OPEN)
+        new = new._replace(own=new.own._replace(outer=outer), band=band.astype(jnp.int32))
+        locks = fired[_FIRST + 2 * n] if self.fades else jnp.asarray(False)
+        return new, jnp.where(locks, int(BrakeCode.SINGULAR_GEOMETRY), 0)
+
+    def _each_lining(
+        self, omega: Array, own: SprungState, mode: Mode, z: SprungNow, broke: Array, gone: Array
+    ) -> SprungMode:
+        """Every lining by itself: what it does after guards of its own fired.
+
+        What lets go slides the way of the force that was too great; what has come to rest is held for now: if that
+        takes too great a force, its guard is negative and fires at the same instant. A lining without speed on a
+        pulley without speed, which starts, goes with the stronger pair.
+        """
+        old = mode.own
+        stuck, held, fixed, rests = old.inner == 0, old.outer == 0, old.fixed, old.rests
+
+        def way(x: Array) -> Array:
+            return jnp.where(x < 0, -1, 1).astype(jnp.int32)
+
+        slides = ~stuck & ~held
+        still = slides & (gone | broke) & (own.speeds == 0) & (omega == 0)
+        band_yields = yields_on_band(z.resting, z.slack_tension, z.tension, mode.sense)
+        on_band = slides & jnp.where(still, ~band_yields, gone)
+        on_rim = slides & jnp.where(still, band_yields, broke & ~gone)
+        lost = stuck & ~fixed & broke
+        inner = jnp.where(lost, way(z.inner_torque), old.inner)
+        inner = jnp.where(on_band, jnp.where(rests, 0, mode.sense), jnp.where(on_rim, 0, inner))
+        outer = jnp.where(held & ~stuck & gone, way(z.outer_force), old.outer)
+        outer = jnp.where(on_band, 0, jnp.where(on_rim, jnp.where(rests, 0, mode.sense), outer))
+        # springs tear a lining off both: it moves against a pulley at rest
+        torn = fixed & broke
+        outer = jnp.where(torn, way(z.spring_torque), outer)
+        inner = jnp.where(torn, -way(z.spring_torque), inner)
+        return SprungMode(outer.astype(jnp.int32), inner.astype(jnp.int32))
+
+    def _settled(
+        self, omega: Array, own: SprungState, new: Mode, together: Bool[Array, " n"], forced: Array, ask: Ask
+    ) -> Mode:
+        """The mode where the pulley has no speed, and the linings named have none either.
+
+        They rest if the load is within what all of them hold (each at the limit of its weaker pair). Otherwise the
+        pulley starts the way of the load, or of the guard that fired (`forced`), and each lets go at its weaker pair.
+        """
+        trial = SprungMode(jnp.where(together, 0, new.own.outer), jnp.where(together, 0, new.own.inner))
+        trial = new._replace(own=trial)
+        load = ask(trial, jnp.zeros_like(omega), own)[0].load
+        acting, z = ask(trial, omega, own)
+        T_0, r = acting.tension, z.resting._replace(fixed=together)
+        least, most = holding_range(r, T_0)
+        slack = ROUNDING * self.sizes.torque
+        way = jnp.where(load > most + slack, 1, jnp.where(load < least - slack, -1, 0))
+        way = jnp.where(forced == 0, way, forced)
+        # nothing comes to rest: the pulley passes through zero
+        none = ~jnp.any(together)
+        way = jnp.where(none, -new.sense, way)
+        yields = yields_on_band(r, T_0, resting_tensions(r, T_0, way.astype(jnp.float64)), way)
+        outer = jnp.where(together, jnp.where(yields, way, 0), new.own.outer)
+        inner = jnp.where(together, jnp.where(yields, 0, way), new.own.inner)
+        return new._replace(own=SprungMode(outer, inner), sense=jnp.where(way == 0, new.sense, way))
+
+    def arrested(self, omega, own, before, after):
+        turned = (before.band != BandMode.OPEN) & (after.sense != before.sense)
+        omega = jnp.where(after.own.rests | turned, 0.0, omega)
+        speeds = jnp.where(after.own.outer == 0, 0.0, jnp.where(after.own.inner == 0, omega, own.speeds))
+        return omega, own._replace(speeds=speeds)
+
+    # --- what one looks at, what it stores, what it could hold ------------------------------------------------------
+
+    @property
+    def grip(self):
+        return self.friction
+
+    @property
+    def varies(self):
+        return self.friction.varies
+
+    @property
+    def resolved(self):
+        return True
+
+    @property
+    def damps(self):
+        return True
+
+    @property
+    def distribution(self):
+        return "every lining from its own balance; at rest all mobilise one share of their grip on the rim"
+
+    def linings(self, mode, z):
+        forces = z.outer_force * jnp.cos(jnp.asarray(self.friction.linings.angle) / 2)
+        return LiningForces(z.tension, forces, z.normal, mode.own.outer != 0)
+
+    def columns(self, tension, omega, own, mode, hot, z):
+        found = {
+            "bandage_speed": jnp.mean(own.speeds),
+            "internal_torque": jnp.sum(z.inner_torque),
+            "internal_capacity": jnp.sum(z.capacity),
+            "internal_slip_speed": jnp.mean(z.inner_slip),
+            "internal_mode": mode.slides,
+            "internal_sliding": jnp.sum(mode.own.inner != 0).astype(jnp.int32),
+            "internal_load": z.load,
+            "lining_speed": own.speeds,
+            "lining_slip_speed": z.outer_slip,
+            "lining_internal_slip_speed": z.inner_slip,
+            "lining_internal_torque": z.inner_torque,
+        }
+        if hot[0] is not None or hot[1] is not None:
+            c = self._coefficients(omega, own, mode, hot)
+            found["friction_coefficient"] = (c.mu_kinetic - 1) / (c.mu_kinetic + 1) / self.friction.tangent
+            found["internal_friction_coefficient"] = c.inner_kinetic
+        return found
+
+    def stored(self, inertia, omega, own, mode):
+        kinetic = 0.5 * inertia * omega**2 + 0.5 * jnp.sum(self.inertias * own.speeds**2)
+        return kinetic, 0.5 * jnp.sum(self.stiffness * own.stretch**2)
+
+    def own_sizes(self):
+        size = self.sizes
+        return SprungState(size.tension / self.stiffness, jnp.ones_like(self.inertias) * size.speed)
+
+    def capacity(self, tension, omega, own, hot):
+        # one sum: every lining in its weaker pair, as at the limit of a pulley at rest but with kinetic friction
+        n, speed = self.count, jnp.abs(omega)
+
+        def each(law: AbstractFriction, arm: Array, T: Array | None) -> Array:
+            return jnp.broadcast_to(law.kinetic(Contact(jnp.broadcast_to(arm * speed, (n,)), T)), (n,))
+
+        mu = tension_ratio(each(self.pairs[0].law, self.band_radius, hot[0]) * self.friction.tangent)[0]
+        on_rim = self.track_radius * each(self.pairs[1].law, self.track_radius, hot[1])
+        floor, none = on_rim * jnp.asarray(self.bandage.preload), jnp.zeros(n)
+        every = jnp.ones(n, bool)
+        _, _, Q = self._springs(own)
+        r = Resting(every, self.band_radius, mu, on_rim * self.friction.sine, floor, Q, none, none, none)
+        least, most = holding_range(r, tension)
+        return jnp.where(omega < 0, -least, most)[None]
