@@ -200,7 +200,8 @@ def _labels(result: Result) -> list[tuple[str, str]]:
             elif kind == "energy":
                 word = " ".join(names[1:]).replace("_", " ").replace("heat lost", "heat: lost") + " (J)"
             else:
-                word = words.get(names[0], names[0]) + (f" {i + 1}" if np.ndim(leaf) else "")
+                own = names[-1] if names[0] == "own" else names[0]
+                word = words.get(own, own) + (f" {i + 1}" if np.ndim(leaf) else "")
             found.append((word, kind))
     return found
 
