@@ -53,7 +53,7 @@ def _marked(scene: Scene) -> Scene:
     return eqx.tree_at(lambda s: s.initial.time, scene, start)
 
 
-def _of_numbers(packing: Packing, method: AbstractMethod, max_steps: int) -> Callable[[Any], Record]:
+def run_of_numbers(packing: Packing, method: AbstractMethod, max_steps: int) -> Callable[[Any], Record]:
     """The run of all scenes of one structure, a function of their numbers and of the limits."""
 
     def run(numbers: Any) -> Record:
@@ -67,7 +67,7 @@ def _of_numbers(packing: Packing, method: AbstractMethod, max_steps: int) -> Cal
 def _program(packing: Packing, method: AbstractMethod, max_steps: int, device: Any) -> Program:
     """The compiled run of all scenes of one structure."""
     # a scene is mostly run once or a few times: what makes the first of them wait longer is left to `prepare`
-    run = _of_numbers(packing, method, max_steps)
+    run = run_of_numbers(packing, method, max_steps)
     return compiled(run, np.ones(packing.size), longest=LONGEST, device=device)
 
 
@@ -75,7 +75,7 @@ def _program(packing: Packing, method: AbstractMethod, max_steps: int, device: A
 def _part(packing: Packing, method: AbstractMethod, max_steps: int) -> Callable[[Any], Record]:
     """The run as part of a larger program: as one function where XLA can do that, but not where it is differentiated
     or many of it run side by side, as nobody can tell there what XLA makes of it."""
-    run = jax.jit(_of_numbers(packing, method, max_steps))
+    run = jax.jit(run_of_numbers(packing, method, max_steps))
     if jax.default_backend() != "cpu" or not accelerators("cpu").one_function:
         return run
 
@@ -190,8 +190,7 @@ def simulate(
     check(scene)
     traced = any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves((scene, rtol)))
     solver = solver_of(scene, solver)
-    # with heat the equations are long: a program in which they stand once compiles and runs faster
-    method = _method(solver) if scene.heat is None else _method(solver).rolled()
+    method = method_of(scene, solver)
     name = type(solver).__name__
     rtol_, longest = np.asarray(rtol, np.float64) if np.isscalar(rtol) else rtol, np.asarray(max_step, np.float64)
     events = np.asarray(max_events, np.int32)
@@ -215,6 +214,12 @@ def solver_of(scene: Scene, solver: Any = None) -> Any:
         return solver
     traced = any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves(scene))
     return solver_for(scene.heat is not None if traced else stiffness(scene)[0])
+
+
+def method_of(scene: Scene, solver: Any) -> AbstractMethod:
+    """The method of a scene's run with a solver."""
+    # with heat the equations are long: a program in which they stand once compiles and runs faster
+    return _method(solver) if scene.heat is None else _method(solver).rolled()
 
 
 @functools.lru_cache
