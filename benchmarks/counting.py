@@ -125,6 +125,8 @@ def _inlined(body: Any, arguments: Iterable[Value], equations: list[Equation]) -
 
 def _equation(eqn: Any, inputs: tuple[Value, ...]) -> Equation:
     name, bodies = eqn.primitive.name, _bodies(eqn.params)
+    if name == "while":
+        bodies = [eqn.params["cond_jaxpr"], eqn.params["body_jaxpr"]]
     parts = tuple(program_of(body if isinstance(body, ClosedJaxpr) else ClosedJaxpr(body, ())) for body in bodies)
     if name == "scan":
         # what comes in and goes out along an axis of the loop has one dimension more than in its body

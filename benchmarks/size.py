@@ -9,7 +9,7 @@
 - **Processor time** to trace the run, to lower and compile it, and of a warm call: every scene in a fresh process,
   without a cache of compiled programs. An equation less is no gain if one of these rises.
 
-The one-state system is what the integrator costs alone. `--count` counts equations only, which compiles next to nothing.
+The one-state system is what the integrator costs alone. `--count` counts equations only and compiles no run.
 """
 
 import argparse
