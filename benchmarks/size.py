@@ -6,8 +6,8 @@
   equations removed (`benchmarks/counting.py`): those that a compiler has to deal with. In the parts the numbers of the
   scene are constants, in the run they are arguments, as in the program that `simulate` compiles.
 - **Lines** of StableHLO and **instructions** of the compiled program, compiled as `simulate` does it.
-- **Processor time** to trace the run, to lower and compile it, and of a warm call: every scene in a fresh process,
-  without a cache of compiled programs. An equation less is no gain if one of these rises.
+- **Processor time** to trace the run, to lower and compile it, and of warm calls, prepared runs too: every scene in
+  a fresh process, without a cache of compiled programs. An equation less is no gain if one of these rises.
 
 The one-state system is what the integrator costs alone. `--count` counts equations only and compiles no run.
 """
@@ -180,8 +180,8 @@ def costs(programs: Programs) -> dict[str, float]:
     _, trace = clocked(lambda: jax.make_jaxpr(programs.run)(programs.numbers))
     lowered, lower = clocked(lambda: jax.jit(programs.run).lower(programs.numbers))
     program, compile_ = clocked(lambda: compiled(programs.run, programs.numbers, longest=LONGEST))
-    code = int(program.call(programs.numbers).code)
-    if code:
+    record = program.call(programs.numbers)
+    if code := int(record.code):
         raise RuntimeError(f"the run ends with {sb.FAILURES[code][0]}")
     warm = interleaved({"run": lambda: jax.block_until_ready(program.call(programs.numbers))}, 1.0)["run"]
     return {
@@ -191,8 +191,16 @@ def costs(programs: Programs) -> dict[str, float]:
         "trace, CPU s": trace,
         "lower, CPU s": lower,
         "compile, CPU s": compile_ - lower,
+        "step attempts": int(record.count),
         "warm run, CPU µs": 1e6 * warm.cpu_median,
     }
+
+
+def warm_prepared(subject: Subject, attempts: int) -> float:
+    """Processor seconds of a prepared run, which gives a metric instead of the record of all attempts."""
+    run = sb.prepare(subject.scene(), ["stopping_time"], solver=subject.solver, rtol=_RTOL, max_steps=attempts)
+    numbers = np.append(run.numbers, run.rtol)
+    return interleaved({"run": lambda: np.asarray(run.program.call(numbers))}, 1.0)["run"].cpu_median
 
 
 def configure() -> None:
@@ -208,15 +216,22 @@ def measured(name: str, count: bool) -> dict[str, float]:
     programs = programs_of(name)
     # costs come first: to count would trace part of the run
     found = {} if count else costs(programs)
+    if not count and name in SCENES:
+        found["warm prepared run, CPU µs"] = 1e6 * warm_prepared(SCENES[name], int(1.25 * found["step attempts"]))
     return counts(programs) | found
+
+
+def _cell(value: float | None) -> str:
+    if value is None:
+        return ""
+    return f"{value:,}" if isinstance(value, int) else f"{value:.3g}" if value < 100 else f"{value:,.0f}"
 
 
 def table(found: dict[str, dict[str, float]]) -> str:
     """Scenes as columns."""
     lines = [["", *found]]
-    for key in next(iter(found.values())):
-        values = [row[key] for row in found.values()]
-        lines.append([key, *(f"{value:,}" if isinstance(value, int) else f"{value:.3g}" for value in values)])
+    for key in dict.fromkeys(key for row in found.values() for key in row):
+        lines.append([key, *(_cell(row.get(key)) for row in found.values())])
     widths = [max(len(line[i]) for line in lines) for i in range(len(lines[0]))]
     return "\n".join(
         "  ".join([line[0].ljust(widths[0]), *(x.rjust(w) for x, w in zip(line[1:], widths[1:], strict=True))])
