@@ -98,15 +98,16 @@ def wheel(session: nox.Session) -> None:
 
 @nox.session(python=FULL)
 def full(session: nox.Session) -> None:
-    """Style, format and types; every test, with the peers of the benchmarks; the docs; the notebooks."""
+    """Style, format and types; the docs; every test, with the peers of the benchmarks; the notebooks."""
     session.install("-e", ".[dev,bench]")
+    # first what keeps one core busy: `.ci/run` has other sessions beside this one
     check_source(session)
+    session.run("sphinx-build", "-q", "-W", "--keep-going", "-b", "html", "docs", "build/docs")
+    session.run("simbrake", "reproduce", silent=True)
     readme_line(session, install_and_run)
     readme_line(session, install_and_test)
     session.run("pytest", "-m", "slow", "--ignore", "tests/test_examples.py", env=NO_SKIPS)
     # the examples of the docs call nearly everything between them: here shapes and types of every call are checked
     checked = NO_SKIPS | {"SIMBRAKE_CHECK_TYPES": "1"}
     session.run("pytest", "-m", "slow", "--dist", "load", "tests/test_examples.py", env=checked)
-    session.run("sphinx-build", "-q", "-W", "--keep-going", "-b", "html", "docs", "build/docs")
     session.run("pytest", "--nbmake", "--nbmake-timeout=600", "notebooks")
-    session.run("simbrake", "reproduce", silent=True)
