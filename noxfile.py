@@ -47,6 +47,18 @@ def readme_line(session: nox.Session, find) -> None:
     session.run("bash", "-euo", "pipefail", "-c", line, external=True, env=NO_SKIPS)
 
 
+def of_the_tests(session: nox.Session) -> dict[str, str]:
+    """What lets processes beside the tests compile as `tests/conftest.py` does, and use what the tests have compiled."""
+    cache = ROOT / ".pytest_cache"
+    flags = session.run("python", "tests/compile_flags.py", str(cache), silent=True)
+    return {
+        "XLA_FLAGS": str(flags).strip(),
+        "JAX_COMPILATION_CACHE_DIR": str(cache / "programs"),
+        "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": "0",
+        "JAX_PERSISTENT_CACHE_MIN_ENTRY_SIZE_BYTES": "-1",
+    }
+
+
 def check_source(session: nox.Session) -> None:
     """Style, format and types."""
     session.run("ruff", "check", ".")
@@ -110,4 +122,4 @@ def full(session: nox.Session) -> None:
     # the examples of the docs call nearly everything between them: here shapes and types of every call are checked
     checked = NO_SKIPS | {"SIMBRAKE_CHECK_TYPES": "1"}
     session.run("pytest", "-m", "slow", "--dist", "load", "tests/test_examples.py", env=checked)
-    session.run("pytest", "--nbmake", "--nbmake-timeout=600", "notebooks")
+    session.run("pytest", "--nbmake", "--nbmake-timeout=600", "notebooks", env=of_the_tests(session))

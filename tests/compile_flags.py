@@ -47,3 +47,7 @@ def set_flags(folder: pathlib.Path) -> None:
     present = os.environ.get("XLA_FLAGS", "").split()
     if not set(present) & set(FLAGS):
         os.environ["XLA_FLAGS"] = " ".join(present + accepted_flags(folder))
+
+
+if __name__ == "__main__":
+    print(*accepted_flags(pathlib.Path(sys.argv[1])))
