@@ -48,7 +48,7 @@ def readme_line(session: nox.Session, find) -> None:
 
 
 def of_the_tests(session: nox.Session) -> dict[str, str]:
-    """What lets processes beside the tests compile as `tests/conftest.py` does, and use what the tests have compiled."""
+    """Variables by which other processes compile as the tests do, and use the programs that these have compiled."""
     cache = ROOT / ".pytest_cache"
     flags = session.run("python", "tests/compile_flags.py", str(cache), silent=True)
     return {
