@@ -1,10 +1,12 @@
 """What several tests need: quick solves, event lists; standard scenes and closed forms come from the package."""
 
 import functools
+from collections.abc import Callable
 from typing import Any
 
 import diffrax
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -26,6 +28,21 @@ def settings(rtol: float = 1e-12, max_events: int = 100_000, **kwargs: Any) -> s
 @functools.partial(eqx.filter_jit)
 def solve(system, y0, mode0, t0, t1, settings, method=DOPRI8):
     return sb.hybridsolve(system, y0, mode0, t0, t1, method, settings)
+
+
+def jacobians(f: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    """`x → f(x), its Jacobian forwards, its Jacobian backwards` of a vector, as one program: the run in `f` is traced
+    and compiled once."""
+
+    @jax.jit
+    def found(x):
+        value, slope = jax.linearize(f, x)
+        back = jax.linear_transpose(slope, x)
+        rows = jnp.eye(value.size).reshape(value.size, *value.shape)
+        backwards = jax.vmap(lambda row: back(row)[0])(rows).reshape(*value.shape, x.size)
+        return value, jax.vmap(slope, out_axes=-1)(jnp.eye(x.size)), backwards
+
+    return found
 
 
 def event_times(record) -> np.ndarray:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from chain_scenes import chain, first_and_stop
 from heat_scenes import BETA, T0, W0, J, N, R, fading, lump, rigid_stop
-from helpers import stop_scene
+from helpers import jacobians, stop_scene
 from scipy.integrate import quad
 from staged_scenes import stop as staged_stop
 
@@ -69,8 +69,7 @@ def test_stop_under_a_law_with_a_slope_at_rest_against_quadrature(name):
         return sb.simulate(scene, max_steps=256).stopping_time
 
     at = jnp.asarray([T0, 0.35, 0.25])
-    value, reverse = jax.jit(jax.value_and_grad(stopping_time))(at)
-    forward = jax.jit(jax.jacfwd(stopping_time))(at)
+    value, forward, reverse = jacobians(stopping_time)(at)
 
     def of_speed(w, part):
         s = share(R * w, 0.35, 0.25, v_s)
@@ -147,9 +146,10 @@ def test_breakpoints_at_one_instant_keep_their_own_derivatives():
     a = 4e3 * R * (ratio_and_slope(0.35)[0] - 1) / J
     cases = [([1.0, 1.0, 5.0], 0, [0.5, 0.0, 0.0]), ([1.0, 1.0, 1.0], 1, [0.0, 0.0, -a])]
     cases.append(([1.0, 1.0 + 2e-16, 5.0], 0, [0.5, 0.0, 0.0]))
-    for jacobian in (jax.jit(jax.jacfwd(run)), jax.jit(jax.jacrev(run))):
-        for at, row, exact in cases:
-            np.testing.assert_allclose(jacobian(jnp.asarray(at))[row], exact, rtol=1e-10, atol=1e-12)
+    both = jacobians(run)
+    for at, row, exact in cases:
+        for jacobian in map(np.asarray, both(np.asarray(at))[1:]):
+            np.testing.assert_allclose(jacobian[row], exact, rtol=1e-10, atol=1e-12)
 
 
 def test_the_next_known_time_is_that_of_one_profile():
@@ -195,12 +195,9 @@ def test_stop_through_a_blend_against_quadrature():
     C, slope, blend = 2e3, 2e-3, 11.0
     above = np.array([332.0, 338.0, 346.0])
 
-    def stopping_time(above, blend):
-        law = fading(slope=slope, above=above, blend=blend)
+    def stopping_time(x):
+        law = fading(slope=slope, above=x[0], blend=x[1])
         return sb.simulate(rigid_stop(law, lump(C)), rtol=1e-13, solver=diffrax.Dopri8(), max_steps=256).stopping_time
-
-    def batch(derivative):
-        return jax.jit(jax.vmap(derivative(stopping_time, (0, 1)), (0, None)))(above, blend)
 
     def excess(x):
         """`x₊` and its derivatives by the corner and by the blend."""
@@ -221,9 +218,9 @@ def test_stop_through_a_blend_against_quadrature():
         return sum(quad(integrand, a, b, epsabs=0.0, epsrel=1e-13)[0] for a, b in itertools.pairwise(points))
 
     truth = [np.array([exact(a, part) for a in above]) for part in (0, 1)]
-    for found in (batch(jax.grad), batch(jax.jacfwd)):
-        for got, wanted in zip(found, truth, strict=True):
-            np.testing.assert_allclose(got, wanted, rtol=0, atol=1e-8 * np.min(np.abs(truth[0])))
+    points = np.stack([above, np.full(3, blend)], axis=1)
+    for found in jax.jit(jax.vmap(jacobians(stopping_time)))(points)[1:]:
+        np.testing.assert_allclose(found, np.stack(truth, axis=1), rtol=0, atol=1e-8 * np.min(np.abs(truth[0])))
 
 
 def test_a_blend_has_four_continuous_derivatives():

@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from heat_scenes import BETA, T0, TRACK, W0, C, J, N, R, brake, fading, layered_stop, lump, rigid_stop
-from helpers import stop_scene
+from helpers import jacobians, stop_scene
 from scipy.integrate import quad, solve_ivp
 
 import simbrake as sb
@@ -158,14 +158,13 @@ def test_stop_with_an_adiabatic_lump_against_quadrature(solver):
 
 @pytest.mark.parametrize("solver", [diffrax.Dopri8(), pytest.param(sb.Rodas5P(), marks=pytest.mark.slow)])
 def test_gradients_with_fade_against_quadrature(solver):
-    def metrics(f, slope, capacity):
-        result = fade_stop(f, slope, capacity, solver)
+    def metrics(x):
+        result = fade_stop(*x, solver)
         return jnp.stack([result.stopping_time, result.end_temperatures[0]])
 
     at = (0.35, 2e-3, 2e4)
-    backward = jax.jit(jax.jacrev(metrics, (0, 1, 2)))(*at)
-    forward = jax.jit(jax.jacfwd(metrics, (0, 1, 2)))(*at)
-    np.testing.assert_allclose(np.asarray(backward), np.asarray(forward), rtol=1e-9, atol=1e-12)
+    _, forward, backward = map(np.asarray, jacobians(metrics)(np.asarray(at)))
+    np.testing.assert_allclose(backward, forward, rtol=1e-9, atol=1e-12)
     for i, size in enumerate((1e-3, 1e-5, 1e2)):
 
         def shifted(h, i=i):
@@ -173,8 +172,8 @@ def test_gradients_with_fade_against_quadrature(solver):
 
         # fourth-order differences of the quadrature
         exact = (8 * (shifted(size) - shifted(-size)) - (shifted(2 * size) - shifted(-2 * size))) / (12 * size)
-        assert float(backward[i][0]) == pytest.approx(exact, rel=1e-8)
-    assert float(backward[2][1]) == pytest.approx(-0.5 * J * W0**2 / 2e4**2, rel=1e-9)
+        assert backward[0, i] == pytest.approx(exact, rel=1e-8)
+    assert backward[1, 2] == pytest.approx(-0.5 * J * W0**2 / 2e4**2, rel=1e-9)
 
 
 def test_drag_holds_the_speed_and_the_lever_follows_the_fade():
