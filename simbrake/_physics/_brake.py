@@ -248,8 +248,8 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         T_J = net.junctions(T, t, around, pieces)
         flows = net.flows(T, T_J, t, around, pieces)
 
-        def deposit(pair: Any, heat: Array) -> Deposit:
-            return net.deposit(pair.heat, T, T_J, t, around, heat, pieces)
+        def deposit(pair: Pair, heat: Array) -> Deposit:
+            return net.deposit(pair.heat, T, T_J, t, around, jnp.atleast_1d(heat), pieces)
 
         def warming(forces: tuple[Array | None, ...] | None) -> tuple[Any, ...]:
             if forces is None:
@@ -268,14 +268,14 @@ class BrakeSystem(AbstractSemiExplicitSystem):
                 found = jax.tree.map(lambda x, v=rub.slip: x * v, deposit(pair, rub.force))
             else:
                 power = rub.force * rub.slip
-                found = deposit(pair, power if pair.apart else jnp.sum(power)[None])
+                found = deposit(pair, power if pair.apart else jnp.sum(power))
             deposits.append(found)
         hot_junctions = sum((found.into_junctions for found in deposits), start=T_J)
         return BrakeNow(tension, pull, load, z, rubs, ThermalNow(T, hot_junctions, flows, tuple(deposits)))
 
     def rates(self, t, y, mode, z):
         moving = jnp.where(self.mechanism.rests(mode), 0.0, y.omega)
-        powers = [jnp.sum(rub.force * rub.slip) for rub in z.rubs]
+        powers = [_total(rub.force * rub.slip) for rub in z.rubs]
         ledger = Ledger(
             load_work=z.load_torque * moving,
             lever_work=z.contact.lever_power,
@@ -476,3 +476,8 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         settled = self.lever.no_more_turns(t) & (jnp.abs(rate) * (t - start) <= _AT_REST * T_0)
         load = jnp.sign(y.omega) * self.load.torque(t, y.omega, mode.load_piece)
         return Capacity(load, self.mechanism.capacity(T_0, y.omega, y.own, self.hot(y.heat)), settled)
+
+
+def _total(power: Array) -> Array:
+    """Power of a pair, of which that of every lining may be known or their sum alone."""
+    return jnp.sum(power) if jnp.ndim(power) else power

@@ -9,6 +9,7 @@ from jaxtyping import Bool, Float
 
 from .._hybrid._arrays import Array
 from ._mechanism import (
+    HELD,
     OPEN,
     ROUNDING,
     AbstractMechanism,
@@ -25,7 +26,7 @@ from ._mechanism import (
     sense_of,
     settled_mode,
 )
-from ._modes import BandMode, slips
+from ._modes import BandMode, pick, slips
 from ._state import BrakeCode
 from ._wrap import MOBILISATION, Wrap, band_torque
 
@@ -103,11 +104,13 @@ class ElasticBand(AbstractMechanism):
         # forward, or sliding: the tension at the limit, and how it moves with its arguments
         upper, push, at_limit = jax.linearize(limit, T_0, omega, hot, has_aux=True)
         lower = T_0 / at_limit.other
-        tight = jnp.where(take_up | (band == BandMode.ELASTIC), stretched, jnp.where(sliding, upper, 0.0))
-        tight = jnp.where(held, T_0 + acting.load / R_b, tight)
-        slack = jnp.where(take_up, stretched, jnp.where(band == BandMode.OPEN, 0.0, T_0))
-        torque = R_b * (tight - slack)
-        alpha = jnp.where(held, 0.0, (acting.load - torque) / acting.inertia)
+        carried = (band == BandMode.ELASTIC) | take_up
+        pulling = pick(carried, stretched, pick(sliding, upper, 0.0))
+        slack = pick(take_up, stretched, T_0)
+        slack = pick(band == BandMode.OPEN, 0.0, slack)
+        alpha = pick(held, 0.0, (acting.load - R_b * (pulling - slack)) / acting.inertia)
+        # what is held bears the load
+        tight = pick(held, T_0 + acting.load / R_b, pulling)
 
         snap = None
         if self.wrap.fixed is not None:
@@ -122,17 +125,16 @@ class ElasticBand(AbstractMechanism):
             snap = 1 + gamma
             slip = slip / jnp.where(snap > 0, snap, 1.0)
             growth = growth + gamma * slip
-        carried = take_up | (band == BandMode.ELASTIC)
-        band_speed = jnp.where(carried, speed, jnp.where(sliding, growth, 0.0))
+        band_speed = pick(carried, speed, pick(sliding, growth, 0.0))
         return ElasticNow(
             slack_tension=slack,
             tight_tension=tight,
-            brake_torque=torque,
+            brake_torque=R_b * (tight - slack),
             alpha=alpha,
-            slip_speed=jnp.where(sliding, slip, 0.0),
+            slip_speed=pick(sliding, slip, 0.0),
             band_speed=band_speed,
             lever_power=slack * band_speed,
-            upper=jnp.where(take_up, T_0, upper),
+            upper=pick(take_up, T_0, upper),
             lower=lower,
             ratio=at_limit.other,
             fz=at_limit.fz,
@@ -141,10 +143,10 @@ class ElasticBand(AbstractMechanism):
             snap=snap,
         )
 
-    def friction(self, T_0: Array, fz: Array, back: Array, tight: Array) -> Float[Array, " k"]:
+    def friction(self, T_0: Array, fz: Array, back: Array, tight: Array) -> Float[Array, "*n"]:
         """Friction `T_i − T_{i−1}` of the linings while every one slides, or its sum."""
         if not self.pairs[0].apart:
-            return (tight - T_0)[None]
+            return tight - T_0
         along = self.wrap.along(T_0, fz, back)
         return along - jnp.concatenate([T_0[None], along[:-1]])
 
@@ -155,7 +157,7 @@ class ElasticBand(AbstractMechanism):
         back = mode.band == BandMode.SLIP_BACK
         along = self.wrap.along(z.slack_tension, z.fz, back)
         before = jnp.concatenate([z.slack_tension[None], along[:-1]])
-        force = along - before if self.pairs[0].apart else (z.tight_tension - z.slack_tension)[None]
+        force = along - before if self.pairs[0].apart else z.tight_tension - z.slack_tension
         return (Rub(force, z.slip_speed, sense_of(mode), (along + before) * self.wrap.grip.sine),)
 
     def guards(self, acting, omega, own, mode, z):
@@ -168,7 +170,7 @@ class ElasticBand(AbstractMechanism):
         if new.own.locks is not None:
             new = new._replace(own=Locking(jnp.where(fired[4], 1 - old.own.locks, old.own.locks).astype(jnp.int32)))
         # at rest: does the band hold the load?
-        acting, rest = ask(new._replace(band=jnp.full_like(new.band, BandMode.HELD)), now.omega, now.own)
+        acting, rest = ask(new._replace(band=HELD), now.omega, now.own)
         spare = ROUNDING * size.torque / self.wrap.radius
         beyond = jnp.where(rest.tight_tension < rest.lower - spare, -1, 0)
         beyond = jnp.where(rest.tight_tension > rest.upper + spare, 1, beyond)

@@ -39,12 +39,12 @@ class Pair(eqx.Module):
 class Rub(NamedTuple):
     """A friction pair at one instant; its power is `force · slip`.
 
-    - `force` (N): friction at the radius of `slip`, signed like it: (n,), or the sum (1,) unless the pair is `apart`
+    - `force` (N): friction at the radius of `slip`, signed like it: (n,), or the sum unless the pair is `apart`
     - `slip` (m/s): (n,), or one for all linings; 0 while they stick
     - `sense`: the way it slides (±1), 0 while it sticks, shaped like `slip`;  `normal` (n,): loads (N)
     """
 
-    force: Float[Array, " k"]
+    force: Float[Array, "*n"]
     slip: Array
     sense: Array
     normal: Float[Array, " n"]
@@ -123,8 +123,8 @@ class Moment(NamedTuple):
     z_rate: Any
 
 
-#: label of a brake whose lever does not pull yet
-OPEN = np.int32(BandMode.OPEN)
+#: labels known while tracing: of a brake whose lever does not pull yet, and of one at rest
+OPEN, HELD = np.int32(BandMode.OPEN), np.int32(BandMode.HELD)
 
 #: `ask(mode, omega, own)`: what acts, and the variables, in another mode, at other speeds, at the same instant
 Ask = Callable[[Mode, Array, Any], tuple[Acting, Any]]

@@ -4,6 +4,7 @@ import enum
 from typing import Any, NamedTuple
 
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Int
 
 from .._hybrid._arrays import Array
@@ -39,6 +40,13 @@ BAND_MODES = {
 
 def rigid_mode(direction: Int[Array, ""]) -> Int[Array, ""]:
     return jnp.where(direction > 0, BandMode.SLIP, BandMode.SLIP_BACK)
+
+
+def pick(condition: Any, yes: Any, no: Any) -> Any:
+    """`jnp.where`, decided while tracing where the condition is known: a label of a band that is asked about."""
+    if isinstance(condition, bool | np.bool_):
+        return yes if condition else no
+    return jnp.where(condition, yes, no)
 
 
 def slips(band: Any) -> Any:

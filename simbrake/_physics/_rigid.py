@@ -10,6 +10,7 @@ from jaxtyping import Bool, Float
 from .._hybrid._arrays import Array
 from .._parts._band import LiningForces
 from ._mechanism import (
+    HELD,
     OPEN,
     ROUNDING,
     AbstractMechanism,
@@ -23,7 +24,7 @@ from ._mechanism import (
     sense_of,
     settled_mode,
 )
-from ._modes import BandMode, rigid_mode, slips
+from ._modes import BandMode, pick, rigid_mode, slips
 from ._sliding import Grip
 from ._state import BrakeCode
 from ._wrap import MOBILISATION, Wrap, band_torque
@@ -148,7 +149,7 @@ class BandTorque(AbstractTorqueLaw):
     def rub(self, force, torque, slip, mode, found, apart):
         along = self.wrap.along(force, found.law, mode.band == BandMode.SLIP_BACK)
         before = jnp.concatenate([force[None], along[:-1]])
-        friction = along - before if apart else (torque / self.wrap.radius)[None]
+        friction = along - before if apart else torque / self.wrap.radius
         return Rub(friction, slip, sense_of(mode), (along + before) * self.wrap.grip.sine)
 
     def capacity(self, force, omega, hot):
@@ -197,14 +198,15 @@ class RigidContact(AbstractMechanism):
         force, speed = acting.tension, self.law.radius * omega
         v = jnp.where(mode.sense > 0, speed, -speed)
         found = self.law.torques(force, v, acting.hot[0], back, ~sliding)
-        torque = jnp.where(sliding, jnp.where(back, -found.back, found.ahead), jnp.where(held, acting.load, 0.0))
-        force = jnp.where(mode.band == BandMode.OPEN, 0.0, force)
+        pulling = pick(sliding, pick(back, -found.back, found.ahead), 0.0)
+        torque = pick(held, acting.load, pulling)
+        force = pick(mode.band == BandMode.OPEN, 0.0, force)
         return RigidNow(
             slack_tension=force,
             tight_tension=force + torque / self.law.radius,
             brake_torque=torque,
-            alpha=jnp.where(held, 0.0, (acting.load - torque) / acting.inertia),
-            slip_speed=jnp.where(sliding, speed, 0.0),
+            alpha=pick(held, 0.0, (acting.load - pulling) / acting.inertia),
+            slip_speed=pick(sliding, speed, 0.0),
             lever_power=jnp.zeros_like(force),
             torques=found,
         )
@@ -232,7 +234,7 @@ class RigidContact(AbstractMechanism):
     def change(self, now, new, fired, ask):
         if new.own.locks is not None:
             new = new._replace(own=Locking((new.own.locks ^ fired[4].astype(jnp.int32)).astype(jnp.int32)))
-        acting, rest = ask(new._replace(band=jnp.full_like(new.band, BandMode.HELD)), now.omega, now.own)
+        acting, rest = ask(new._replace(band=HELD), now.omega, now.own)
         locked, spare = self._locked(new), ROUNDING * self.sizes.torque
         beyond = jnp.where(acting.load < -rest.torques.back - spare, -1, 0)
         beyond = jnp.where(acting.load > rest.torques.ahead + spare, 1, beyond)

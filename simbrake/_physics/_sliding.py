@@ -6,6 +6,7 @@ from typing import NamedTuple
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Float
 
 from .._hybrid import largest, smallest
@@ -82,6 +83,7 @@ class Grip(eqx.Module):
         `static`: whether the linings stick, known while tracing or not; theirs are then the static coefficients.
         """
         law, n = self.linings.friction, self.linings.count
+        static = bool(static) if isinstance(static, np.bool_) else static
 
         def asked(contact: Contact) -> Array:
             """Of the two coefficients the one that counts."""

@@ -11,6 +11,7 @@ from .._parts._band import limit_tensions, piece_of, tensions_on
 from .._parts._internal import Held, InternalPair
 from ._elastic import ElasticNow, band_guards, strained, taut_mode, tension_of
 from ._mechanism import (
+    HELD,
     OPEN,
     ROUNDING,
     AbstractMechanism,
@@ -24,7 +25,7 @@ from ._mechanism import (
     sense_of,
     settled_mode,
 )
-from ._modes import BandMode, rigid_mode, slips
+from ._modes import BandMode, pick, rigid_mode, slips
 from ._state import BrakeCode
 from ._wrap import MOBILISATION, Wrap, band_torque
 
@@ -151,7 +152,7 @@ class StagedBrake(AbstractMechanism):
         hot = None if self.wrap.fixed is not None else acting.hot[0]
 
         def limit(T_0: Array, omega: Array, hot: Any) -> tuple[Array, Any]:
-            v = jnp.where(mode.sense > 0, omega, -omega) * R_b
+            v = pick(mode.sense > 0, omega, -omega) * R_b
             found = self.wrap.limit(T_0, v, hot, back, ~sliding)
             return T_0 * found.ratio, found
 
@@ -160,24 +161,24 @@ class StagedBrake(AbstractMechanism):
         rim = self._rim(omega, own, mode, acting.hot[1], stuck)
         # a held bandage bears the load, or what the sliding internal pair gives
         driven = self.internal.holding_tension(T_0, mu, mode.own.piece, inner, R_b, rim)
-        tight = jnp.where(held, jnp.where(stuck, T_0 + acting.load / R_b, driven), jnp.where(sliding, upper, 0.0))
-        slack, take_up = jnp.where(band == BandMode.OPEN, 0.0, T_0), band == BandMode.TAKE_UP
+        tight = pick(held, pick(stuck, T_0 + acting.load / R_b, driven), pick(sliding, upper, 0.0))
+        slack, take_up = pick(band == BandMode.OPEN, 0.0, T_0), band == BandMode.TAKE_UP
         if self.stiffness is not None:
             stretched = self.stiffness * own.x
-            tight = jnp.where(take_up | (band == BandMode.ELASTIC), stretched, tight)
-            slack = jnp.where(take_up, stretched, slack)
+            tight = pick(take_up | (band == BandMode.ELASTIC), stretched, tight)
+            slack = pick(take_up, stretched, slack)
         torque = R_b * (tight - slack)
 
         full = jnp.where(back, -1 - n, n)
-        piece = jnp.where(sliding, full, jnp.where(stuck, piece_of(slack, tight, mu), mode.own.piece))
+        piece = pick(sliding, full, pick(stuck, piece_of(slack, tight, mu), mode.own.piece))
         along = tensions_on(slack, tight, mu, piece.astype(jnp.int32))
         friction = self.internal.friction(slack, along, rim)
         capacity = self.internal.radius * jnp.sum(friction)
         J, J_b = acting.inertia, jnp.asarray(self.internal.bandage.inertia)
-        common = jnp.where(held, 0.0, (acting.load - torque) / (J + J_b))
-        drive = jnp.where(stuck, acting.load - J * common, inner.astype(jnp.float64) * capacity)
-        alpha_b = jnp.where(stuck, common, jnp.where(held, 0.0, (drive - torque) / J_b))
-        inner_slip = jnp.where(stuck, 0.0, self.internal.radius * (omega - own.omega_b))
+        common = pick(held, 0.0, (acting.load - torque) / (J + J_b))
+        drive = pick(stuck, acting.load - J * common, inner.astype(jnp.float64) * capacity)
+        alpha_b = pick(stuck, common, pick(held, 0.0, (drive - torque) / J_b))
+        inner_slip = pick(stuck, 0.0, self.internal.radius * (omega - own.omega_b))
 
         speed, snap = R_b * own.omega_b, None
         band_speed, slip = jnp.zeros_like(speed), speed
@@ -185,7 +186,7 @@ class StagedBrake(AbstractMechanism):
             C = self.stiffness
             growth = push(acting.pull, jnp.zeros_like(speed), None) / C
             if self.wrap.fixed is None:
-                pull = jnp.where(inner < 0, -1.0, 1.0) * friction * inner_slip
+                pull = pick(inner < 0, -1.0, 1.0) * friction * inner_slip
                 drift = _sum(acting.warming(None)[0], acting.warming((None, pull))[0])
                 growth = push(acting.pull, alpha_b, drift) / C
             slip = speed - growth
@@ -193,19 +194,19 @@ class StagedBrake(AbstractMechanism):
                 still = jnp.zeros_like(speed)
                 gamma = push(still, still, acting.warming((self._outer(T_0, at_limit.fz, back, upper), None))[0]) / C
                 snap = 1 + gamma
-                slip = slip / jnp.where(snap > 0, snap, 1.0)
+                slip = slip / pick(snap > 0, snap, 1.0)
                 growth = growth + gamma * slip
             carried = take_up | (band == BandMode.ELASTIC)
-            band_speed = jnp.where(carried, speed, jnp.where(sliding, growth, 0.0))
+            band_speed = pick(carried, speed, pick(sliding, growth, 0.0))
         found = ElasticNow(
             slack_tension=slack,
             tight_tension=tight,
             brake_torque=torque,
             alpha=alpha_b,
-            slip_speed=jnp.where(sliding, slip, 0.0),
+            slip_speed=pick(sliding, slip, 0.0),
             band_speed=band_speed,
             lever_power=slack * band_speed,
-            upper=jnp.where(take_up, T_0, upper),
+            upper=pick(take_up, T_0, upper),
             lower=T_0 / at_limit.other,
             ratio=at_limit.other,
             fz=at_limit.fz,
@@ -215,7 +216,7 @@ class StagedBrake(AbstractMechanism):
         )
         return StagedNow(
             band=found,
-            alpha=jnp.where(stuck, alpha_b, (acting.load - drive) / J),
+            alpha=pick(stuck, alpha_b, (acting.load - drive) / J),
             alpha_b=alpha_b,
             drive=drive,
             capacity=capacity,
@@ -224,10 +225,10 @@ class StagedBrake(AbstractMechanism):
             inner_normal=self.internal.normal(slack, along),
         )
 
-    def _outer(self, T_0: Array, fz: Array, back: Array, tight: Array) -> Float[Array, " k"]:
+    def _outer(self, T_0: Array, fz: Array, back: Array, tight: Array) -> Float[Array, "*n"]:
         """Friction `T_i − T_{i−1}` of the linings while every one slides on the band, or its sum."""
         if not self.pairs[0].apart:
-            return (tight - T_0)[None]
+            return tight - T_0
         along = self.wrap.along(T_0, fz, back)
         return along - jnp.concatenate([T_0[None], along[:-1]])
 
@@ -238,10 +239,10 @@ class StagedBrake(AbstractMechanism):
         band, inner = z.band, mode.own.inner
         along = self.wrap.along(band.slack_tension, band.fz, mode.band == BandMode.SLIP_BACK)
         before = jnp.concatenate([band.slack_tension[None], along[:-1]])
-        force = along - before if self.pairs[0].apart else (band.tight_tension - band.slack_tension)[None]
+        force = along - before if self.pairs[0].apart else band.tight_tension - band.slack_tension
         outer = Rub(force, band.slip_speed, sense_of(mode), (along + before) * self.wrap.grip.sine)
         force = jnp.where(inner < 0, -1.0, 1.0) * z.inner_friction
-        force = force if self.pairs[1].apart else jnp.sum(force)[None]
+        force = force if self.pairs[1].apart else jnp.sum(force)
         return outer, Rub(force, z.inner_slip, inner.astype(jnp.float64), z.inner_normal)
 
     # --- guards and changes of mode -----------------------------------------------------------------------------------
@@ -284,7 +285,7 @@ class StagedBrake(AbstractMechanism):
         way = jnp.where(ask(new, now.omega, now.own)[1].drive < 0, -1, 1)
         inner = jnp.where(fired[self._first], jnp.where(old.own.inner == 0, way, 0), old.own.inner).astype(jnp.int32)
         new = new._replace(own=Stages(inner, old.own.piece, locks))
-        acting, rest = ask(new._replace(band=jnp.full_like(new.band, BandMode.HELD)), now.omega, now.own)
+        acting, rest = ask(new._replace(band=HELD), now.omega, now.own)
         most, least = self._drives(acting, now.omega, now.own, new, rest.band, acting.hot[1])
         T_0, spare = acting.tension, ROUNDING * size.torque
         beyond = jnp.where(least < R_b * (rest.band.lower - T_0) - spare, -1, 0)

@@ -10,7 +10,7 @@ from .._hybrid import largest
 from .._hybrid._arrays import Array
 from .._parts._band import LiningForces, mobilised, product, running_product, sliding_ratio
 from ._mechanism import Mode
-from ._modes import BandMode
+from ._modes import BandMode, pick
 from ._sliding import Grip
 
 
@@ -85,14 +85,14 @@ class Wrap(eqx.Module):
         """
         if self.fixed is not None:
             one = self.fixed
-            ratio = jnp.where(static, one.ratio_static, one.ratio_kinetic)
-            signed = jnp.where(back, 1 / one.ratio_kinetic, ratio)
-            return Limit(jnp.where(static, one.static, one.kinetic), signed, ratio, jnp.ones(()), None)
+            ratio = pick(static, one.ratio_static, one.ratio_kinetic)
+            signed = pick(back, 1 / one.ratio_kinetic, ratio)
+            return Limit(pick(static, one.static, one.kinetic), signed, ratio, jnp.ones(()), None)
         grip, margin = self.grip, None
         v = jnp.broadcast_to(v, (self.count,))
         found = grip.coefficients(T_0, v, hot, back, static=static)
         fz = _unlocked(found.f * grip.tangent)
-        ratio = other = sliding_ratio(jnp.where(back, -fz, fz))
+        ratio = other = sliding_ratio(pick(back, -fz, fz))
         if grip.reads.p:
             falling = grip.coefficients(T_0, v, hot, ~back, static=static).f
             other = sliding_ratio(_unlocked(falling * grip.tangent))
@@ -112,7 +112,7 @@ class Wrap(eqx.Module):
 
     def along(self, T_0: Array, fz: Array, back: Array) -> Float[Array, " n"]:
         """Tensions `T_1…T_n` while every lining slides."""
-        signed = jnp.where(back, -fz, fz)
+        signed = pick(back, -fz, fz)
         return T_0 * running_product((1 + signed) / (1 - signed))
 
 
