@@ -36,25 +36,37 @@ class AbstractLink(eqx.Module):
         """`g` in W/K; `None` for perfect contact."""
 
 
-def is_nonlinear(link: AbstractLink, n_a: int, n_b: int) -> bool:
-    """Whether `g` of a link between places of `n_a` and `n_b` nodes depends on their temperatures.
+class Reads(NamedTuple):
+    """What the conductance of a link depends on, beside its own numbers."""
+
+    temperatures: bool
+    surroundings: bool
+
+
+def reads(link: AbstractLink, n_a: int, n_b: int) -> Reads:
+    """What `g` of a link between places of `n_a` and `n_b` nodes depends on.
 
     Found from the lowered program, once for each structure of a link; in doubt it depends on them (`read_by`).
     """
-    return _is_nonlinear(skeleton(link), n_a, n_b)
+    return _reads(skeleton(link), n_a, n_b)
+
+
+def is_nonlinear(link: AbstractLink, n_a: int, n_b: int) -> bool:
+    """Whether `g` of a link between places of `n_a` and `n_b` nodes depends on their temperatures."""
+    return reads(link, n_a, n_b).temperatures
 
 
 @functools.lru_cache(maxsize=1024)
-def _is_nonlinear(link: Skeleton, n_a: int, n_b: int) -> bool:
+def _reads(link: Skeleton, n_a: int, n_b: int) -> Reads:
     one = jax.ShapeDtypeStruct((), np.float64)
     ends = [jax.ShapeDtypeStruct((n,), np.float64) for n in (n_a, n_b)]
-    _, *found, _ = read_by(
+    _, *temperatures, around = read_by(
         lambda link, T_a, T_b, around: link.conductance(T_a, T_b, around),
         link.stand_in(),
         *ends,
         Surroundings(one, one),
     )
-    return any(found)
+    return Reads(any(temperatures), any(around))
 
 
 class Conductance(AbstractLink):
@@ -122,6 +134,11 @@ class TemperatureCoefficient(AbstractCoefficient):
         return self.at_one_kelvin * ((T - T_a) ** 2 + 1.0) ** (0.5 * self.exponent)
 
 
+def _uncovered(g: Any, covered: Any, around: Surroundings) -> Any:
+    """What of a conductance is left while linings cover a share of the area (`None`: never any)."""
+    return g if covered is None else g * (1 - covered * around.closed)
+
+
 class Convection(AbstractLink):
     """Convection from a surface: `g = h A (1 − κ)`, `κ` only while the band is closed.
 
@@ -134,15 +151,15 @@ class Convection(AbstractLink):
     area: Scalar = quantity("m^2", "area of the surface", positive=True)
     coefficient: AbstractCoefficient | Any = quantity("W/(m^2*K)", "heat transfer coefficient", low=0.0)
     b: str = eqx.field(static=True, default="air")
-    covered: Scalar = quantity(
-        "1", "share covered by the linings while the band is closed", low=0.0, high=1.0, default=0.0
+    covered: Scalar | None = quantity(
+        "1", "share covered by the linings while the band is closed", low=0.0, high=1.0, default=None
     )
 
     def conductance(self, T_a, T_b, around):
         h = self.coefficient
         if isinstance(h, AbstractCoefficient):
             h = h.value(jnp.asarray(around.speed), T_a, T_b)
-        return h * jnp.asarray(self.area) * (1 - self.covered * around.closed)
+        return _uncovered(h * jnp.asarray(self.area), self.covered, around)
 
 
 class Radiation(AbstractLink):
@@ -155,13 +172,13 @@ class Radiation(AbstractLink):
     area: Scalar = quantity("m^2", "area of the surface", positive=True)
     emissivity: Scalar = quantity("1", "emissivity", low=0.0, high=1.0)
     b: str = eqx.field(static=True, default="air")
-    covered: Scalar = quantity(
-        "1", "share covered by the linings while the band is closed", low=0.0, high=1.0, default=0.0
+    covered: Scalar | None = quantity(
+        "1", "share covered by the linings while the band is closed", low=0.0, high=1.0, default=None
     )
 
     def conductance(self, T_a, T_b, around):
         h = self.emissivity * STEFAN_BOLTZMANN * (T_a**2 + T_b**2) * (T_a + T_b)
-        return h * self.area * (1 - self.covered * around.closed)
+        return _uncovered(h * self.area, self.covered, around)
 
 
 def radiation_governs_above(coefficient: float, emissivity: float, ambient: float = ROOM) -> float:

@@ -15,7 +15,7 @@ from .._base._faults import Fault
 from .._base._quantity import Scalar, quantity, whole
 from .._hybrid._arrays import Array
 from ._duty import AbstractProfile
-from ._links import AbstractCoefficient, AbstractLink, Source, ThermalContact, is_nonlinear
+from ._links import AbstractCoefficient, AbstractLink, Source, ThermalContact, is_nonlinear, reads
 from ._material import ROOM, Material
 
 
@@ -112,9 +112,18 @@ def size_of(body: Body, face: str | None) -> int:
 
 def depends_on_temperatures(link: AbstractLink, bodies: tuple[Body, ...]) -> bool:
     """Whether the conductance of a link between two of the `bodies` depends on their temperatures."""
+    return is_nonlinear(link, *_sizes(link, bodies))
+
+
+def is_constant(link: AbstractLink, bodies: tuple[Body, ...]) -> bool:
+    """Whether the conductance of a link between two of the `bodies` depends on nothing that changes during a run."""
+    return not any(reads(link, *_sizes(link, bodies)))
+
+
+def _sizes(link: AbstractLink, bodies: tuple[Body, ...]) -> tuple[int, int]:
     by_name = {body.name: body for body in bodies}
     n_a, n_b = (size_of(by_name[name], face) for name, face in map(place_of, (link.a, link.b)))
-    return is_nonlinear(link, n_a, n_b)
+    return n_a, n_b
 
 
 def place_of(name: str) -> tuple[str, str | None]:

@@ -6,7 +6,7 @@ from jaxtyping import Float
 
 from .._hybrid._arrays import Array
 from .._parts._heat import Heat
-from .._parts._network import Junction, Reservoir
+from .._parts._network import Junction, Reservoir, nodes_at, place_of
 
 
 class Spans(NamedTuple):
@@ -26,6 +26,15 @@ def spans(heat: Heat) -> Spans:
         ends[store] = here.stop
         (found.stores if store else found.junctions)[body.name] = here
     return found
+
+
+def nodes_of(heat: Heat, where: Spans, place: str) -> slice:
+    """Which nodes a place has: of those with capacity, or of the junctions."""
+    name, face = place_of(place)
+    here = where.stores[name] if name in where.stores else where.junctions[name]
+    body = next(body for body in heat.bodies if body.name == name)
+    nodes = range(here.start, here.stop)[nodes_at(body, face)]
+    return slice(nodes.start, nodes.stop, nodes.step)
 
 
 class HeatFlows(NamedTuple):
@@ -48,10 +57,3 @@ class Deposit(NamedTuple):
     lost: Array
     faces: dict[str, Array]
     beyond: Any = None  # part of the heat to metal that went behind the linings
-
-
-class Landed(NamedTuple):
-    """A flow into a place: at the place's own nodes, and spread over all nodes of the body."""
-
-    place: Array
-    nodes: Array

@@ -4,8 +4,8 @@ import numpy as np
 
 from .._hybrid import CORE, LINEAR
 from .._parts._heat import Heat, shared_faces
-from .._parts._network import Wall, nodes_at, place_of
-from ._heat_flows import Spans, spans
+from .._parts._network import Wall, place_of
+from ._heat_flows import Spans, nodes_of, spans
 
 
 def couplings(heat: Heat) -> np.ndarray:
@@ -61,13 +61,11 @@ def _inside_plain_walls(heat: Heat) -> np.ndarray:
 
 def _nodes(heat: Heat, where: Spans, place: str) -> list[tuple[bool, int]]:
     """Nodes of a place: (has capacity, number)."""
-    name, face = place_of(place)
-    store = name in where.stores
-    here = where.stores.get(name) or where.junctions.get(name)
-    if here is None:
+    name, _ = place_of(place)
+    if name not in where.stores and name not in where.junctions:
         return []
-    body = next(body for body in heat.bodies if body.name == name)
-    return [(store, i) for i in range(here.start, here.stop)[nodes_at(body, face)]]
+    nodes = nodes_of(heat, where, place)
+    return [(name in where.stores, i) for i in range(nodes.start, nodes.stop, nodes.step)]
 
 
 def _neighbours(heat: Heat) -> list[set[int]]:

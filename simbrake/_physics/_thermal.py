@@ -1,6 +1,7 @@
 """A thermal network made ready for integration: temperatures, heat flows, and where friction heat lands."""
 
-from collections.abc import Mapping
+import functools
+from collections.abc import Callable
 from typing import Any
 
 import equinox as eqx
@@ -11,11 +12,11 @@ from jaxtyping import Float
 
 from .._hybrid._arrays import Array
 from .._parts._duty import AbstractProfile
-from .._parts._heat import FrictionHeat, Heat, shared_faces
-from .._parts._links import Surroundings
-from .._parts._network import Body, Lump, Reservoir, Wall, depends_on_temperatures, nodes_at, place_of, size_of
+from .._parts._heat import FrictionHeat, Heat, place_count, shared_faces
+from .._parts._links import AbstractLink, Surroundings
+from .._parts._network import Body, Lump, Reservoir, Wall, depends_on_temperatures, is_constant, place_of
 from .._parts._power_shares import PowerShares
-from ._heat_flows import Deposit, HeatFlows, Landed, Spans, spans
+from ._heat_flows import Deposit, HeatFlows, Spans, nodes_of, spans
 
 _FACES = 4  # passes over links that share a wall's face
 _NEWTON = 8  # iterations for junctions with radiation or free convection
@@ -34,13 +35,25 @@ class Thermal(eqx.Module):
     per_capacity: Float[Array, " k"]  # 1/C_r (K/J)
     slope: Float[Array, " k"] | None
     reference: Float[Array, " k"]
-    halves: dict[str, Array]  # thermal resistance of half a layer at the reference temperature (K/W)
-    between: dict[str, Array]  # conductance from layer to layer (W/K) of walls whose conductivity is constant
+    # of walls: thermal resistance of half a layer at the reference temperature (K/W), relative change of conductivity
+    # per kelvin, and, where no wall has such a change, conductance from one node to the next (W/K)
+    half: Float[Array, " k"] | None
+    bend: Float[Array, " k"] | None
+    between: Float[Array, " k-1"] | None
+    through: tuple[Array | None, ...]  # conductance of each link from node to node (W/K) where it cannot change
     shares: PowerShares | None = None  # of the friction power
 
     @property
     def spans(self) -> Spans:
         return spans(self.heat)
+
+    @property
+    def halves(self) -> dict[str, Array]:
+        """Thermal resistance of half a layer at the reference temperature (K/W), of each wall."""
+        walls = {body.name for body in self.heat.bodies if isinstance(body, Wall)}
+        return {
+            name: self.half[here] for name, here in self.spans.stores.items() if name in walls and self.half is not None
+        }
 
     def rise(self, heat: Float[Array, " k"]) -> Float[Array, " k"]:
         """What heat into each node (W, or J) adds to its state (K/s, or K)."""
@@ -57,134 +70,133 @@ class Thermal(eqx.Module):
         d = T - self.reference
         return d if self.slope is None else d + 0.5 * self.slope * d**2
 
-    def _all(self, T: Array, T_J: Array, t: Array, pieces: tuple[Any, ...]) -> dict[str, Array]:
-        where, left = self.spans, list(pieces)
-        found = {name: T[here] for name, here in where.stores.items()}
-        found |= {name: T_J[here] for name, here in where.junctions.items()}
-        for body in self.heat.bodies:
-            if isinstance(body, Reservoir):
-                found[body.name] = jnp.reshape(_value(body.temperature, t, left), (1,))
-        return found
-
-    def _half(self, place: str, T: Array) -> Array | None:
-        """Resistance between a wall's face and the middle of its first layer."""
-        name, face = place_of(place)
-        if face is None:
-            return None
-        return self._layer_halves(name, T)[nodes_at(self._body(name), face)]
-
     def _body(self, name: str) -> Body:
         return next(body for body in self.heat.bodies if body.name == name)
 
-    def _layer_halves(self, name: str, T: Array) -> Array:
-        wall = self._body(name)
-        assert isinstance(wall, Wall)
-        if wall.material.conductivity_slope is None:
-            return self.halves[name]
-        return self.halves[name] * (wall.material.conductivity / wall.material.conductivity_at(T))
+    def _given(self, t: Array, pieces: tuple[Any, ...]) -> tuple[dict[str, Array], list[Array]]:
+        """Temperatures of the reservoirs and powers of the sources at one instant."""
+        left = iter(pieces)
+
+        def value(given: Any) -> Array:
+            now = given.value(t, next(left)) if isinstance(given, AbstractProfile) else given
+            return jnp.reshape(jnp.asarray(now), (1,))
+
+        temperatures = {b.name: value(b.temperature) for b in self.heat.bodies if isinstance(b, Reservoir)}
+        return temperatures, [value(source.power) for source in self.heat.sources]
+
+    def _reader(self, T: Array, T_J: Array, reservoirs: dict[str, Array]) -> Callable[[str], Array]:
+        """Temperatures of a place (of a wall: in its outermost layer)."""
+        where = self.spans
+
+        def at(place: str) -> Array:
+            name, _ = place_of(place)
+            if name in reservoirs:
+                return reservoirs[name]
+            return (T if name in where.stores else T_J)[nodes_of(self.heat, where, place)]
+
+        return at
+
+    def _halves(self, T: Array) -> Array | None:
+        """Thermal resistance of half a layer at given temperatures (K/W)."""
+        if self.half is None or self.bend is None:
+            return self.half
+        return self.half / (1 + self.bend * (T - self.reference))
 
     def flows(self, T: Array, T_J: Array, t: Array, around: Surroundings, pieces: tuple[Any, ...] = ()) -> HeatFlows:
         """Heat flows at given temperatures, friction apart."""
-        temperature = self._all(T, T_J, t, pieces)
-        into: dict[str, Array] = {name: jnp.zeros_like(value) for name, value in temperature.items()}
-        faces: dict[str, Array] = {}
-        for body in self.heat.bodies:
-            if isinstance(body, Wall) and body.layers > 1:
-                into[body.name] = self._within(body, temperature[body.name])
-        supplied, left = jnp.zeros(()), list(pieces)[self._reservoir_profiles :]
-        for source in self.heat.sources:
-            power = jnp.reshape(_value(source.power, t, left), (1,))
-            name, face = place_of(source.a)
-            n = size_of(self._body(name), face)
-            landed = self._landing(jnp.broadcast_to(power / n, (n,)), name, face)
-            into[name] = into[name] + landed.nodes
-            if face:
-                faces[source.a] = faces.get(source.a, 0.0) + landed.place
-            supplied = supplied + power[0]
-        for link, flow in zip(self.heat.links, self._through(temperature, around, dict(faces)), strict=True):
-            for place, signed in ((link.a, -flow), (link.b, flow)):
-                name, face = place_of(place)
-                landed = self._landing(signed, name, face)
-                into[name] = into[name] + landed.nodes
-                if face:
-                    faces[place] = faces.get(place, 0.0) + landed.place
-        lost = sum((jnp.sum(into[b.name]) for b in self.heat.bodies if isinstance(b, Reservoir)), start=jnp.zeros(()))
-        where = self.spans
+        reservoirs, powers = self._given(t, pieces)
+        given: dict[str, Array] = {}
+        for source, power in zip(self.heat.sources, powers, strict=True):
+            self._enter(given, source.a, power / place_count(self.heat, source.a))
+        half = self._halves(T)
+        into = self._through(self._reader(T, T_J, reservoirs), half, around, given)
+        nodes = self._spread(into)
+        if half is not None:
+            q = (_between(self.heat, half) if self.between is None else self.between) * (T[:-1] - T[1:])
+            nodes = nodes + (jnp.concatenate([_nothing(1), q]) - jnp.concatenate([q, _nothing(1)]))
+        lost = [jnp.sum(into[name]) for name in reservoirs if name in into]
         return HeatFlows(
-            into=_joined(into, where.stores),
-            into_junctions=_joined(into, where.junctions),
-            lost=lost,
-            supplied=supplied,
-            faces=faces,
+            into=nodes,
+            into_junctions=self._into_junctions(into),
+            lost=sum(lost[1:], start=lost[0]) if lost else jnp.zeros(()),
+            supplied=sum((power[0] for power in powers[1:]), start=powers[0][0]) if powers else jnp.zeros(()),
+            faces={place: flow for place, flow in into.items() if place_of(place)[1]},
         )
 
-    def _within(self, wall: Wall, T: Array) -> Array:
-        """Flows into the layers of a wall from their neighbours."""
-        g = self.between.get(wall.name)
-        q = (_between(self._layer_halves(wall.name, T), wall) if g is None else g) * (T[:-1] - T[1:])
-        return jnp.pad(q, (1, 0)) - jnp.pad(q, (0, 1))
+    def _enter(self, into: dict[str, Array], place: str, flow: Array) -> None:
+        """Adds a flow to those into a place: node by node, or all of it into the only node."""
+        n = place_count(self.heat, place)
+        if flow.shape != (n,):
+            flow = jnp.sum(flow, keepdims=True) if n == 1 else jnp.broadcast_to(flow, (n,))
+        into[place] = into[place] + flow if place in into else flow
 
-    @property
-    def _reservoir_profiles(self) -> int:
-        bodies = self.heat.bodies
-        return sum(isinstance(b, Reservoir) and isinstance(b.temperature, AbstractProfile) for b in bodies)
+    def _spread(self, into: dict[str, Array]) -> Float[Array, " k"]:
+        """Flows into places, at all nodes with capacity."""
+        parts: list[Any] = []
+        for name in self.spans.stores:
+            body = self._body(name)
+            if not isinstance(body, Wall):
+                parts.append(into.get(name, _nothing(body.count)))
+                continue
+            front, back, between = into.get(f"{name}.front"), into.get(f"{name}.back"), body.layers - 1
+            if body.copies == 1 and between:
+                parts += [_nothing(1) if front is None else front, _nothing(between - 1), _nothing(1) if back is None else back]
+            else:  # wall by wall
+                zero = _nothing(body.count)
+                parts.append(
+                    (zero if front is None else jax.lax.pad(front, 0.0, [(0, between, between)]))
+                    + (zero if back is None else jax.lax.pad(back, 0.0, [(between, 0, between)]))
+                )
+        return jnp.concatenate(parts)
 
-    def _landing(self, flow: Array, name: str, face: str | None) -> "Landed":
-        """Flows into a place, node by node, or all of them into its only node."""
-        body = self._body(name)
-        n = size_of(body, face)
-        place = jnp.sum(flow)[None] if n == 1 else jnp.broadcast_to(flow, (n,))
-        if face is None or not isinstance(body, Wall):
-            return Landed(place, place)
-        before = 0 if face == "front" else body.layers - 1
-        spread = jnp.pad(place[:, None], ((0, 0), (before, body.layers - 1 - before)))
-        return Landed(place, spread.reshape(-1))
+    def _into_junctions(self, into: dict[str, Array]) -> Float[Array, " j"]:
+        where = self.spans.junctions
+        parts = [into.get(name, _nothing(here.stop - here.start)) for name, here in where.items()]
+        return jnp.concatenate(parts) if parts else jnp.zeros(0)
 
-    def _through(self, temperature: dict[str, Array], around: Surroundings, given: dict[str, Array]) -> list[Array]:
-        """Flow of every link from `a` to `b`; `given`: flows of sources into faces of walls.
+    def _through(
+        self, at: Callable[[str], Array], half: Array | None, around: Surroundings, given: dict[str, Array]
+    ) -> dict[str, Array]:
+        """Flows into all places: those that are `given`, and those of the links.
 
         A link that ends at a wall's face lies in series with half the first layer. What sources bring and other links
         take there, and the surface temperature that a law looks at, come from the pass before: each pass brings the
         error down by `g · half`, and heat is conserved in any case, as a flow that leaves one end enters the other.
         """
-        ends = [[self._end(place, temperature) for place in (link.a, link.b)] for link in self.heat.links]
-        shared = shared_faces(self.heat)
-        refine = bool(shared) or any(
-            any(half is not None for _, half in pair) and depends_on_temperatures(link, self.heat.bodies)
-            for link, pair in zip(self.heat.links, ends, strict=True)
-        )
-        flows: list[Array] = [jnp.zeros(1)] * len(ends)
-        leaving = {place: -flow for place, flow in given.items()}
-        for _ in range(_FACES if refine else 1):
-            new = []
-            for link, pair, flow in zip(self.heat.links, ends, flows, strict=True):
-                seen, surface = [], []
-                for (T, half), place, sign in zip(pair, (link.a, link.b), (1.0, -1.0), strict=True):
-                    total = leaving.get(place, jnp.zeros(1))
-                    own = sign * flow
-                    seen.append(T if half is None or place not in shared else T - half * (total - own))
-                    surface.append(T if half is None else T - half * total)
-                halves = [half for _, half in pair if half is not None]
-                g = link.conductance(surface[0], surface[1], around)
-                behind = sum(halves[1:], start=halves[0]) if halves else None
-                if g is None:
-                    assert behind is not None
-                    g = 1 / behind
-                elif behind is not None:
-                    g = g / (1 + g * behind)
-                new.append(g * (seen[0] - seen[1]))
-            flows, leaving = new, {place: -flow for place, flow in given.items()}
-            for link, flow in zip(self.heat.links, flows, strict=True):
-                for place, sign in ((link.a, 1.0), (link.b, -1.0)):
-                    name, face = place_of(place)
-                    if face:
-                        leaving[place] = leaving.get(place, 0.0) + self._landing(sign * flow, name, face).place
-        return flows
+        links, shared = self.heat.links, shared_faces(self.heat)
+        ends = [[(p, at(p), _half_at(self.heat, p, half)) for p in (link.a, link.b)] for link in links]
+        again = [
+            bool({link.a, link.b} & shared)
+            or (any(place_of(p)[1] for p in (link.a, link.b)) and depends_on_temperatures(link, self.heat.bodies))
+            for link in links
+        ]
+        flows: list[Array | None] = [None] * len(links)
+        into = given
+        for _ in range(_FACES if any(again) else 1):
+            flows = [
+                flow if flow is not None and not repeat else self._flow(i, ends[i], flow, into, shared, around)
+                for i, (flow, repeat) in enumerate(zip(flows, again, strict=True))
+            ]
+            into = dict(given)
+            for link, flow in zip(links, flows, strict=True):
+                self._enter(into, link.a, -flow)
+                self._enter(into, link.b, flow)
+        return into
 
-    def _end(self, place: str, temperature: dict[str, Array]) -> tuple[Array, Array | None]:
-        """Temperature where a link ends (of a wall: in its outermost layer), and the resistance from there."""
-        name, face = place_of(place)
-        return temperature[name][nodes_at(self._body(name), face)], self._half(place, temperature[name])
+    def _flow(self, i: int, ends: list[Any], own: Array | None, into: dict[str, Array], shared: set[str], around: Any):
+        """Flow through a link from `a` to `b`; `own`, `into`: the same flow and those into places, a pass before."""
+        seen, surface = [], []
+        for (place, T, half), sign in zip(ends, (-1.0, 1.0), strict=True):
+            total = None if half is None else into.get(place)
+            surface.append(T if total is None else T + half * total)
+            if place not in shared or total is None:
+                seen.append(T)
+            else:
+                seen.append(T + half * (total if own is None else total - sign * own))
+        g = self.through[i]
+        if g is None:
+            g = _in_series(self.heat.links[i].conductance(*surface, around), [half for _, _, half in ends])
+        return g * (seen[0] - seen[1])
 
     def junctions(self, T: Array, t: Array, around: Surroundings, pieces: tuple[Any, ...] = ()) -> Float[Array, " j"]:
         """Temperatures of the nodes without capacity, friction apart: no heat stays in them."""
@@ -217,14 +229,12 @@ class Thermal(eqx.Module):
 
     def at(self, T: Array, place: str, n: int) -> Float[Array, " n"]:
         """Temperature of a place with capacity (of a wall: its outermost layer) at each of `n` linings."""
-        name, face = place_of(place)
-        here = T[self.spans.stores[name]]
-        return jnp.broadcast_to(here[nodes_at(self._body(name), face)], (n,))
+        return jnp.broadcast_to(T[nodes_of(self.heat, self.spans, place)], (n,))
 
     def tells_apart(self, pair: FrictionHeat | None) -> bool:
         """Whether it matters which lining of a pair the friction heat comes from, or only how much it is."""
         places = () if pair is None else (pair.metal, pair.lining, pair.beyond, pair.sensor)
-        return any(size_of(self._body(place_of(p)[0]), place_of(p)[1]) > 1 for p in places if p is not None)
+        return any(place_count(self.heat, place) > 1 for place in places if place is not None)
 
     def deposit(
         self,
@@ -241,53 +251,39 @@ class Thermal(eqx.Module):
         Where `tells_apart` is false their sum alone will do, (1,).
         """
         n, P = P.shape[0], P if self.shares is None else self.shares.heat * P
-        zero, where = jnp.zeros(()), self.spans
-        into, rise, faces = jnp.zeros_like(T), jnp.zeros_like(T_J), {}
+        zero = jnp.zeros(())
         if pair is None:
-            return Deposit(into, rise, zero, zero, jnp.sum(P), faces)
-        known = self._all(T, T_J, t, pieces)
+            return Deposit(jnp.zeros_like(T), jnp.zeros_like(T_J), zero, zero, jnp.sum(P), {})
+        at = self._reader(T, T_J, self._given(t, pieces)[0])
 
         def temperature(place: str | None, other: str | None) -> Array:
-            name, face = place_of(place or other or pair.sensor or "")
-            here = known[name]
-            return jnp.broadcast_to(here[nodes_at(self._body(name), face)], (n,))
+            return jnp.broadcast_to(at(place or other or pair.sensor or ""), (n,))
 
-        share = jnp.broadcast_to(
-            pair.partition.share(temperature(pair.metal, pair.lining), temperature(pair.lining, pair.metal)),
-            (n,),
-        )
-        lost, heated = zero, jnp.zeros_like(T_J)
-        parts: list[tuple[str | None, Array]] = [(pair.metal, share * P), (pair.lining, (1 - share) * P)]
-        behind = None
-        if pair.beyond is not None and pair.beyond_share is not None:
-            behind = pair.beyond_share * P
-            parts = [parts[0], (pair.lining, (1 - share) * P - behind), (pair.beyond, behind)]
-        for place, part in parts:
-            if place is None:
-                lost = lost + jnp.sum(part)
-                continue
-            name, face = place_of(place)
-            here = (where.stores if name in where.stores else where.junctions)[name]
-            landed = self._landing(part, name, face)
-            landing = landed.nodes
-            if face:
-                faces[place] = faces.get(place, 0.0) + landed.place
-            if name in where.stores:
-                into = into + jnp.pad(landing, (here.start, T.shape[0] - here.stop))
-            else:
-                heated = heated + jnp.pad(landing, (here.start, T_J.shape[0] - here.stop))
-        if {place for place, _ in parts} & set(where.junctions):
+        T_metal, T_lining = temperature(pair.metal, pair.lining), temperature(pair.lining, pair.metal)
+        to_metal = jnp.broadcast_to(pair.partition.share(T_metal, T_lining), (n,)) * P
+        behind = None if pair.beyond_share is None else pair.beyond_share * P
+        to_lining = P - to_metal if behind is None else P - to_metal - behind
+        into: dict[str, Array] = {}
+        lost: list[Array] = []
+        for place, part in ((pair.metal, to_metal), (pair.lining, to_lining), (pair.beyond, behind)):
+            if part is not None and place is not None:
+                self._enter(into, place, part)
+            elif part is not None:
+                lost.append(jnp.sum(part))
+        nodes, rise, away = self._spread(into), jnp.zeros_like(T_J), sum(lost, start=zero)
+        faces = {place: flow for place, flow in into.items() if place_of(place)[1]}
+        if set(into) & set(self.spans.junctions):
 
             def flowing(T_J: Array) -> HeatFlows:
                 return self.flows(T, T_J, t, around, pieces)
 
+            heated = self._into_junctions(into)
             rise = -self._response(lambda T_J: flowing(T_J).into_junctions, T_J)(heated)
             change = jax.jvp(flowing, (T_J,), (rise,))[1]
-            into, lost = into + change.into, lost + change.lost
+            nodes, away = nodes + change.into, away + change.lost
             faces |= {place: faces.get(place, 0.0) + change.faces[place] for place in change.faces}
-        to_linings = jnp.sum(parts[1][1])
         beyond = None if behind is None else jnp.sum(behind)
-        return Deposit(into, rise, jnp.sum(share * P), to_linings, lost, faces, beyond)
+        return Deposit(nodes, rise, jnp.sum(to_metal), jnp.sum(to_lining), away, faces, beyond)
 
     def soaked(self, into: Float[Array, " k"]) -> Float[Array, " k"]:
         """The same heat, but through the whole depth of each wall: for heat that is set free in no time at all."""
@@ -295,36 +291,49 @@ class Thermal(eqx.Module):
         for name, here in self.spans.stores.items():
             part, body, C = into[here], self._body(name), self.capacity[here]
             if isinstance(body, Wall):
-                part, C = part.reshape(body.copies, body.layers), C.reshape(body.copies, body.layers)
-                part = jnp.sum(part, axis=1, keepdims=True) * C / jnp.sum(C, axis=1, keepdims=True)
+                depth = (body.layers,) if body.copies == 1 else (body.copies, body.layers)
+                part, C = part.reshape(depth), C.reshape(depth)
+                part = C * (jnp.sum(part, axis=-1, keepdims=True) / jnp.sum(C, axis=-1, keepdims=True))
             parts.append(part.reshape(-1))
         return jnp.concatenate(parts)
 
     def surface(self, place: str, T: Array, T_J: Array, faces: dict[str, Array]) -> Array:
         """Temperature of a place: of a wall's face, from its outermost layer and the heat that enters there."""
-        name, face = place_of(place)
-        where = self.spans
-        if name in where.junctions:
-            return T_J[where.junctions[name]]
-        here = T[where.stores[name]]
-        if face is None:
-            return here
-        half = self._half(place, here)
-        edge = here[nodes_at(self._body(name), face)]
-        assert half is not None
-        return edge + half * faces.get(place, 0.0)
+        here, half = self._reader(T, T_J, {})(place), _half_at(self.heat, place, self._halves(T))
+        return here if half is None else here + half * faces.get(place, 0.0)
 
 
-def _value(value: Any, t: Array, pieces: list[Any]) -> Array:
-    if isinstance(value, AbstractProfile):
-        return value.value(t, pieces.pop(0))
-    return jnp.asarray(value)
+@functools.cache
+def _nothing(n: int) -> Float[np.ndarray, " n"]:
+    """No flow into `n` nodes: one constant of the program for all of them."""
+    return np.zeros(n)
 
 
-def _between(half: Array, wall: Wall) -> Array:
-    """Conductances from layer to layer (W/K) for the resistances of half a layer; 0 from one copy into the next."""
-    g = 1 / (half[:-1] + half[1:])
-    return g if wall.copies == 1 else jnp.where(np.arange(1, wall.count) % wall.layers == 0, 0.0, g)
+def _half_at(heat: Heat, place: str, half: Array | None) -> Array | None:
+    """Resistance between a wall's face and the middle of its first layer."""
+    if half is None or place_of(place)[1] is None:
+        return None
+    return half[nodes_of(heat, spans(heat), place)]
+
+
+def _between(heat: Heat, half: Array) -> Float[Array, " k-1"]:
+    """Conductances from node to node (W/K) for the resistances of half a layer; 0 where no wall's layers touch."""
+    touching = np.zeros(half.shape[0] - 1)
+    for name, here in spans(heat).stores.items():
+        body = next(body for body in heat.bodies if body.name == name)
+        if isinstance(body, Wall):
+            touching[here.start : here.stop - 1] = np.arange(1, body.count) % body.layers != 0
+    return touching / (half[:-1] + half[1:])
+
+
+def _in_series(g: Array | None, halves: list[Array | None]) -> Array:
+    """Conductance of a link (`None`: perfect contact) with the resistances of half a layer at its ends."""
+    behind = [half for half in halves if half is not None]
+    if not behind:
+        assert g is not None
+        return g
+    R = sum(behind[1:], start=behind[0])
+    return 1 / R if g is None else g / (1 + g * R)
 
 
 def _each(per_metre: Array, wall: Wall) -> Array:
@@ -332,41 +341,47 @@ def _each(per_metre: Array, wall: Wall) -> Array:
     return (jnp.broadcast_to(per_metre, (wall.copies,))[:, None] * wall.steps[None, :]).reshape(-1)
 
 
-def _joined(into: Mapping[str, Array], where: dict[str, slice]) -> Array:
-    return jnp.concatenate([into[name] for name in where]) if where else jnp.zeros(0)
+def _numbers(body: Lump | Wall, left: Any) -> tuple[Any, ...]:
+    """Capacity, its slope, reference and start temperature, resistance of half a layer, slope of conductivity."""
+    if isinstance(body, Lump):
+        return body.capacity, body.capacity_slope, body.reference, body.temperature, None, None
+    m, area = body.material, jnp.asarray(body.area)
+    capacity = _each(m.density * m.specific_heat * area * left, body)
+    half = _each(left / (2 * area * m.conductivity), body)
+    return capacity, m.specific_heat_slope, m.reference, body.temperature, half, m.conductivity_slope
+
+
+def _joined(values: tuple[Any, ...], counts: list[int], absent: float = 0.0) -> Float[Array, " k"] | None:
+    """Numbers of all bodies, node by node; `None` where no body has any."""
+    if all(value is None for value in values):
+        return None
+    parts = zip(values, counts, strict=True)
+    return jnp.concatenate([jnp.broadcast_to(absent if x is None else jnp.asarray(x), (n,)) for x, n in parts])
+
+
+def _fixed(heat: Heat, link: AbstractLink, half: Array | None) -> Array | None:
+    """Conductance of a link between two nodes, if it cannot change during a run."""
+    ends = [place_of(place) for place in (link.a, link.b)]
+    walls = [body for body in heat.bodies if isinstance(body, Wall) and body.name in {name for name, _ in ends}]
+    if not is_constant(link, heat.bodies) or any(w.material.conductivity_slope is not None for w in walls):
+        return None
+    T_a, T_b = (jnp.zeros(place_count(heat, place)) for place in (link.a, link.b))
+    g = link.conductance(T_a, T_b, Surroundings())
+    return _in_series(g, [_half_at(heat, place, half) for place in (link.a, link.b)])
 
 
 def assemble_thermal(
     heat: Heat, left: dict[str, Array] | None = None, shares: PowerShares | None = None
 ) -> tuple[Thermal, Float[Array, " k"]]:
     """The network and its initial state; `left`: share of its thickness that each copy of a worn wall still has."""
-    left = left or {}
-    capacity, reference, slope, start, halves = [], [], [], [], {}
-    for body in heat.bodies:
-        if isinstance(body, Lump):
-            capacity.append(jnp.broadcast_to(jnp.asarray(body.capacity), (body.count,)))
-            slope.append(body.capacity_slope)
-            reference.append(jnp.broadcast_to(jnp.asarray(body.reference), (body.count,)))
-        elif isinstance(body, Wall):
-            m = body.material
-            area = jnp.asarray(body.area) if body.name not in left else jnp.asarray(body.area) * left[body.name]
-            capacity.append(_each(m.density * m.specific_heat * area, body))
-            slope.append(m.specific_heat_slope)
-            reference.append(jnp.broadcast_to(jnp.asarray(m.reference), (body.count,)))
-            across = 1 / (2 * jnp.asarray(body.area) * m.conductivity_at(jnp.asarray(m.reference)))
-            halves[body.name] = _each(across if body.name not in left else across * left[body.name], body)
-        else:
-            continue
-        start.append(jnp.broadcast_to(jnp.asarray(body.temperature), (body.count,)))
-    slopes = None
-    if any(value is not None for value in slope):
-        parts = zip(slope, capacity, strict=True)
-        slopes = jnp.concatenate([jnp.full(c.shape, 0.0 if b is None else b) for b, c in parts])
-    between = {
-        body.name: _between(halves[body.name], body)
-        for body in heat.bodies
-        if isinstance(body, Wall) and body.layers > 1 and body.material.conductivity_slope is None
-    }
-    C = jnp.concatenate(capacity)
-    thermal = Thermal(heat, C, 1 / C, slopes, jnp.concatenate(reference), halves, between, shares)
-    return thermal, thermal.contents(jnp.concatenate(start))
+    stores = [body for body in heat.bodies if isinstance(body, Lump | Wall)]
+    counts = [body.count for body in stores]
+    columns = list(zip(*(_numbers(body, (left or {}).get(body.name, 1.0)) for body in stores), strict=True))
+    C, slope, reference, start = (_joined(column, counts) for column in columns[:4])
+    half, bend = _joined(columns[4], counts, absent=1.0), _joined(columns[5], counts)
+    assert C is not None and reference is not None, "every network has a body with capacity"
+    assert start is not None
+    between = None if half is None or bend is not None else _between(heat, half)
+    through = tuple(_fixed(heat, link, half) for link in heat.links)
+    thermal = Thermal(heat, C, 1 / C, slope, reference, half, bend, between, through, shares)
+    return thermal, thermal.contents(start)
