@@ -113,13 +113,13 @@ class Thermal(eqx.Module):
         nodes = self._spread(into)
         if half is not None:
             q = (_between(self.heat, half) if self.between is None else self.between) * (T[:-1] - T[1:])
-            nodes = nodes + (jnp.concatenate([_nothing(1), q]) - jnp.concatenate([q, _nothing(1)]))
+            nodes = nodes + (jax.lax.pad(q, 0.0, [(1, 0, 0)]) - jax.lax.pad(q, 0.0, [(0, 1, 0)]))
         lost = [jnp.sum(into[name]) for name in reservoirs if name in into]
         return HeatFlows(
             into=nodes,
             into_junctions=self._into_junctions(into),
-            lost=sum(lost[1:], start=lost[0]) if lost else jnp.zeros(()),
-            supplied=sum((power[0] for power in powers[1:]), start=powers[0][0]) if powers else jnp.zeros(()),
+            lost=_total(lost),
+            supplied=_total([power[0] for power in powers]),
             faces={place: flow for place, flow in into.items() if place_of(place)[1]},
         )
 
@@ -140,13 +140,12 @@ class Thermal(eqx.Module):
                 continue
             front, back, between = into.get(f"{name}.front"), into.get(f"{name}.back"), body.layers - 1
             if body.copies == 1 and between:
-                parts += [_nothing(1) if front is None else front, _nothing(between - 1), _nothing(1) if back is None else back]
-            else:  # wall by wall
-                zero = _nothing(body.count)
-                parts.append(
-                    (zero if front is None else jax.lax.pad(front, 0.0, [(0, between, between)]))
-                    + (zero if back is None else jax.lax.pad(back, 0.0, [(between, 0, between)]))
-                )
+                edges = [_nothing(1) if flow is None else flow for flow in (front, back)]
+                parts += [edges[0], _nothing(between - 1), edges[1]]
+                continue
+            faces = [] if front is None else [jax.lax.pad(front, 0.0, [(0, between, between)])]
+            faces += [] if back is None else [jax.lax.pad(back, 0.0, [(between, 0, between)])]
+            parts.append(_total(faces) if faces else _nothing(body.count))
         return jnp.concatenate(parts)
 
     def _into_junctions(self, into: dict[str, Array]) -> Float[Array, " j"]:
@@ -179,14 +178,14 @@ class Thermal(eqx.Module):
             ]
             into = dict(given)
             for link, flow in zip(links, flows, strict=True):
-                self._enter(into, link.a, -flow)
-                self._enter(into, link.b, flow)
+                self._enter(into, link.a, flow)
+                self._enter(into, link.b, -flow)
         return into
 
     def _flow(self, i: int, ends: list[Any], own: Array | None, into: dict[str, Array], shared: set[str], around: Any):
-        """Flow through a link from `a` to `b`; `own`, `into`: the same flow and those into places, a pass before."""
+        """Flow through a link from `b` to `a`; `own`, `into`: the same flow and those into places, a pass before."""
         seen, surface = [], []
-        for (place, T, half), sign in zip(ends, (-1.0, 1.0), strict=True):
+        for (place, T, half), sign in zip(ends, (1.0, -1.0), strict=True):
             total = None if half is None else into.get(place)
             surface.append(T if total is None else T + half * total)
             if place not in shared or total is None:
@@ -196,7 +195,7 @@ class Thermal(eqx.Module):
         g = self.through[i]
         if g is None:
             g = _in_series(self.heat.links[i].conductance(*surface, around), [half for _, _, half in ends])
-        return g * (seen[0] - seen[1])
+        return g * (seen[1] - seen[0])
 
     def junctions(self, T: Array, t: Array, around: Surroundings, pieces: tuple[Any, ...] = ()) -> Float[Array, " j"]:
         """Temperatures of the nodes without capacity, friction apart: no heat stays in them."""
@@ -233,8 +232,11 @@ class Thermal(eqx.Module):
 
     def tells_apart(self, pair: FrictionHeat | None) -> bool:
         """Whether it matters which lining of a pair the friction heat comes from, or only how much it is."""
-        places = () if pair is None else (pair.metal, pair.lining, pair.beyond, pair.sensor)
-        return any(place_count(self.heat, place) > 1 for place in places if place is not None)
+        if pair is None:
+            return False
+        share = jax.eval_shape(pair.partition.share, jnp.zeros(1), jnp.zeros(1))
+        places = (pair.metal, pair.lining, pair.beyond, pair.sensor)
+        return share.size > 1 or any(place_count(self.heat, place) > 1 for place in places if place is not None)
 
     def deposit(
         self,
@@ -260,7 +262,7 @@ class Thermal(eqx.Module):
             return jnp.broadcast_to(at(place or other or pair.sensor or ""), (n,))
 
         T_metal, T_lining = temperature(pair.metal, pair.lining), temperature(pair.lining, pair.metal)
-        to_metal = jnp.broadcast_to(pair.partition.share(T_metal, T_lining), (n,)) * P
+        to_metal = jnp.broadcast_to(pair.partition.share(T_metal, T_lining) * P, (n,))
         behind = None if pair.beyond_share is None else pair.beyond_share * P
         to_lining = P - to_metal if behind is None else P - to_metal - behind
         into: dict[str, Array] = {}
@@ -270,7 +272,7 @@ class Thermal(eqx.Module):
                 self._enter(into, place, part)
             elif part is not None:
                 lost.append(jnp.sum(part))
-        nodes, rise, away = self._spread(into), jnp.zeros_like(T_J), sum(lost, start=zero)
+        nodes, rise, away = self._spread(into), jnp.zeros_like(T_J), _total(lost)
         faces = {place: flow for place, flow in into.items() if place_of(place)[1]}
         if set(into) & set(self.spans.junctions):
 
@@ -316,6 +318,10 @@ def _half_at(heat: Heat, place: str, half: Array | None) -> Array | None:
     return half[nodes_of(heat, spans(heat), place)]
 
 
+def _total(parts: list[Array]) -> Array:
+    return sum(parts[1:], start=parts[0]) if parts else jnp.zeros(())
+
+
 def _between(heat: Heat, half: Array) -> Float[Array, " k-1"]:
     """Conductances from node to node (W/K) for the resistances of half a layer; 0 where no wall's layers touch."""
     touching = np.zeros(half.shape[0] - 1)
@@ -332,7 +338,7 @@ def _in_series(g: Array | None, halves: list[Array | None]) -> Array:
     if not behind:
         assert g is not None
         return g
-    R = sum(behind[1:], start=behind[0])
+    R = _total(behind)
     return 1 / R if g is None else g / (1 + g * R)
 
 
