@@ -6,7 +6,7 @@ from jaxtyping import Float
 
 from .._hybrid._arrays import Array
 from .._parts._heat import Heat
-from .._parts._network import Junction, Reservoir, nodes_at, place_of
+from .._parts._network import Body, Junction, Reservoir, nodes_at, place_of
 
 
 class Spans(NamedTuple):
@@ -28,12 +28,15 @@ def spans(heat: Heat) -> Spans:
     return found
 
 
+def body_of(heat: Heat, name: str) -> Body:
+    return next(body for body in heat.bodies if body.name == name)
+
+
 def nodes_of(heat: Heat, where: Spans, place: str) -> slice:
     """Which nodes a place has: of those with capacity, or of the junctions."""
     name, face = place_of(place)
     here = where.stores[name] if name in where.stores else where.junctions[name]
-    body = next(body for body in heat.bodies if body.name == name)
-    nodes = range(here.start, here.stop)[nodes_at(body, face)]
+    nodes = range(here.start, here.stop)[nodes_at(body_of(heat, name), face)]
     return slice(nodes.start, nodes.stop, nodes.step)
 
 
@@ -57,3 +60,12 @@ class Deposit(NamedTuple):
     lost: Array
     faces: dict[str, Array]
     beyond: Any = None  # part of the heat to metal that went behind the linings
+
+
+class End(NamedTuple):
+    """Where a link ends: temperature (of a wall: of its outermost layer), resistance from there to the face."""
+
+    place: str
+    T: Array
+    half: Array | None
+    shared: bool  # with other links or a source

@@ -14,9 +14,9 @@ from .._hybrid._arrays import Array
 from .._parts._duty import AbstractProfile
 from .._parts._heat import FrictionHeat, Heat, place_count, shared_faces
 from .._parts._links import AbstractLink, Surroundings
-from .._parts._network import Body, Lump, Reservoir, Wall, depends_on_temperatures, is_constant, place_of
+from .._parts._network import Lump, Reservoir, Wall, depends_on_temperatures, is_constant, place_of
 from .._parts._power_shares import PowerShares
-from ._heat_flows import Deposit, HeatFlows, Spans, nodes_of, spans
+from ._heat_flows import Deposit, End, HeatFlows, Spans, body_of, nodes_of, spans
 
 _FACES = 4  # passes over links that share a wall's face
 _NEWTON = 8  # iterations for junctions with radiation or free convection
@@ -70,9 +70,6 @@ class Thermal(eqx.Module):
         d = T - self.reference
         return d if self.slope is None else d + 0.5 * self.slope * d**2
 
-    def _body(self, name: str) -> Body:
-        return next(body for body in self.heat.bodies if body.name == name)
-
     def _given(self, t: Array, pieces: tuple[Any, ...]) -> tuple[dict[str, Array], list[Array]]:
         """Temperatures of the reservoirs and powers of the sources at one instant."""
         left = iter(pieces)
@@ -111,7 +108,7 @@ class Thermal(eqx.Module):
         half = self._halves(T)
         into = self._through(self._reader(T, T_J, reservoirs), half, around, given)
         nodes = self._spread(into)
-        if half is not None:
+        if half is not None and any(isinstance(body, Wall) and body.layers > 1 for body in self.heat.bodies):
             q = (_between(self.heat, half) if self.between is None else self.between) * (T[:-1] - T[1:])
             nodes = nodes + (jax.lax.pad(q, 0.0, [(1, 0, 0)]) - jax.lax.pad(q, 0.0, [(0, 1, 0)]))
         lost = [jnp.sum(into[name]) for name in reservoirs if name in into]
@@ -134,7 +131,7 @@ class Thermal(eqx.Module):
         """Flows into places, at all nodes with capacity."""
         parts: list[Any] = []
         for name in self.spans.stores:
-            body = self._body(name)
+            body = body_of(self.heat, name)
             if not isinstance(body, Wall):
                 parts.append(into.get(name, _nothing(body.count)))
                 continue
@@ -163,38 +160,41 @@ class Thermal(eqx.Module):
         error down by `g · half`, and heat is conserved in any case, as a flow that leaves one end enters the other.
         """
         links, shared = self.heat.links, shared_faces(self.heat)
-        ends = [[(p, at(p), _half_at(self.heat, p, half)) for p in (link.a, link.b)] for link in links]
+        ends = [[End(p, at(p), _half_at(self.heat, p, half), p in shared) for p in (k.a, k.b)] for k in links]
         again = [
-            bool({link.a, link.b} & shared)
-            or (any(place_of(p)[1] for p in (link.a, link.b)) and depends_on_temperatures(link, self.heat.bodies))
-            for link in links
+            any(end.shared for end in pair)
+            or (any(end.half is not None for end in pair) and depends_on_temperatures(link, self.heat.bodies))
+            for link, pair in zip(links, ends, strict=True)
         ]
-        flows: list[Array | None] = [None] * len(links)
+        flows: dict[int, Array] = {}
         into = given
         for _ in range(_FACES if any(again) else 1):
-            flows = [
-                flow if flow is not None and not repeat else self._flow(i, ends[i], flow, into, shared, around)
-                for i, (flow, repeat) in enumerate(zip(flows, again, strict=True))
-            ]
+            flows = {
+                i: flows[i] if i in flows and not again[i] else self._flow(i, pair, flows.get(i), into, around)
+                for i, pair in enumerate(ends)
+            }
             into = dict(given)
-            for link, flow in zip(links, flows, strict=True):
+            for link, flow in zip(links, flows.values(), strict=True):
                 self._enter(into, link.a, flow)
                 self._enter(into, link.b, -flow)
         return into
 
-    def _flow(self, i: int, ends: list[Any], own: Array | None, into: dict[str, Array], shared: set[str], around: Any):
+    def _flow(self, i: int, ends: list[End], own: Array | None, into: dict[str, Array], around: Surroundings) -> Array:
         """Flow through a link from `b` to `a`; `own`, `into`: the same flow and those into places, a pass before."""
         seen, surface = [], []
-        for (place, T, half), sign in zip(ends, (1.0, -1.0), strict=True):
-            total = None if half is None else into.get(place)
-            surface.append(T if total is None else T + half * total)
-            if place not in shared or total is None:
+        for end, sign in zip(ends, (1.0, -1.0), strict=True):
+            T, half, total = end.T, end.half, into.get(end.place)
+            if half is None or total is None:
                 seen.append(T)
-            else:
-                seen.append(T + half * (total if own is None else total - sign * own))
+                surface.append(T)
+                continue
+            others = total if own is None else total - sign * own
+            seen.append(T + half * others if end.shared else T)
+            surface.append(T + half * total)
         g = self.through[i]
         if g is None:
-            g = _in_series(self.heat.links[i].conductance(*surface, around), [half for _, _, half in ends])
+            law = self.heat.links[i].conductance(surface[0], surface[1], around)
+            g = _in_series(law, [end.half for end in ends])
         return g * (seen[1] - seen[0])
 
     def junctions(self, T: Array, t: Array, around: Surroundings, pieces: tuple[Any, ...] = ()) -> Float[Array, " j"]:
@@ -291,7 +291,7 @@ class Thermal(eqx.Module):
         """The same heat, but through the whole depth of each wall: for heat that is set free in no time at all."""
         parts = []
         for name, here in self.spans.stores.items():
-            part, body, C = into[here], self._body(name), self.capacity[here]
+            part, body, C = into[here], body_of(self.heat, name), self.capacity[here]
             if isinstance(body, Wall):
                 depth = (body.layers,) if body.copies == 1 else (body.copies, body.layers)
                 part, C = part.reshape(depth), C.reshape(depth)
@@ -318,7 +318,7 @@ def _half_at(heat: Heat, place: str, half: Array | None) -> Array | None:
     return half[nodes_of(heat, spans(heat), place)]
 
 
-def _total(parts: list[Array]) -> Array:
+def _total(parts: list[Any]) -> Any:
     return sum(parts[1:], start=parts[0]) if parts else jnp.zeros(())
 
 
@@ -326,7 +326,7 @@ def _between(heat: Heat, half: Array) -> Float[Array, " k-1"]:
     """Conductances from node to node (W/K) for the resistances of half a layer; 0 where no wall's layers touch."""
     touching = np.zeros(half.shape[0] - 1)
     for name, here in spans(heat).stores.items():
-        body = next(body for body in heat.bodies if body.name == name)
+        body = body_of(heat, name)
         if isinstance(body, Wall):
             touching[here.start : here.stop - 1] = np.arange(1, body.count) % body.layers != 0
     return touching / (half[:-1] + half[1:])
@@ -357,7 +357,7 @@ def _numbers(body: Lump | Wall, left: Any) -> tuple[Any, ...]:
     return capacity, m.specific_heat_slope, m.reference, body.temperature, half, m.conductivity_slope
 
 
-def _joined(values: tuple[Any, ...], counts: list[int], absent: float = 0.0) -> Float[Array, " k"] | None:
+def _joined(values: tuple[Any, ...], counts: list[int], absent: float = 0.0) -> Any:
     """Numbers of all bodies, node by node; `None` where no body has any."""
     if all(value is None for value in values):
         return None
@@ -367,9 +367,9 @@ def _joined(values: tuple[Any, ...], counts: list[int], absent: float = 0.0) -> 
 
 def _fixed(heat: Heat, link: AbstractLink, half: Array | None) -> Array | None:
     """Conductance of a link between two nodes, if it cannot change during a run."""
-    ends = [place_of(place) for place in (link.a, link.b)]
-    walls = [body for body in heat.bodies if isinstance(body, Wall) and body.name in {name for name, _ in ends}]
-    if not is_constant(link, heat.bodies) or any(w.material.conductivity_slope is not None for w in walls):
+    ends = [body_of(heat, place_of(place)[0]) for place in (link.a, link.b)]
+    bends = any(isinstance(body, Wall) and body.material.conductivity_slope is not None for body in ends)
+    if bends or not is_constant(link, heat.bodies):
         return None
     T_a, T_b = (jnp.zeros(place_count(heat, place)) for place in (link.a, link.b))
     g = link.conductance(T_a, T_b, Surroundings())
@@ -385,8 +385,6 @@ def assemble_thermal(
     columns = list(zip(*(_numbers(body, (left or {}).get(body.name, 1.0)) for body in stores), strict=True))
     C, slope, reference, start = (_joined(column, counts) for column in columns[:4])
     half, bend = _joined(columns[4], counts, absent=1.0), _joined(columns[5], counts)
-    assert C is not None and reference is not None, "every network has a body with capacity"
-    assert start is not None
     between = None if half is None or bend is not None else _between(heat, half)
     through = tuple(_fixed(heat, link, half) for link in heat.links)
     thermal = Thermal(heat, C, 1 / C, slope, reference, half, bend, between, through, shares)
