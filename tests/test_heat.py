@@ -149,6 +149,18 @@ def stopping_time(f, slope, capacity):
     return quad(lambda w: J / torque(w), 0.0, W0, epsabs=1e-13, epsrel=1e-13)[0]
 
 
+def test_the_share_of_the_heat_may_differ_from_lining_to_lining_of_one_rim():
+    """The heat of a lining is in proportion to `T_i − T_{i−1}`, a geometric series along the band."""
+    shares, f = np.linspace(0.4, 0.9, N), 0.35
+    energy = sb.simulate(rigid_stop(sb.ConstantFriction(f), lump(share=shares, linings=1e4))).energy
+    mu = (1 + f * math.tan(BETA / 2)) / (1 - f * math.tan(BETA / 2))
+    along, work = np.diff(mu ** np.arange(N + 1.0)), 0.5 * J * W0**2
+    to_metal = work * float(shares @ along) / along.sum()
+    assert float(energy["heat_to_metal"]) == pytest.approx(to_metal, rel=1e-9)
+    assert float(energy["heat_to_linings"]) == pytest.approx(work - to_metal, rel=1e-9)
+    assert float(energy["heat_closure"]) < 1e-12
+
+
 @pytest.mark.parametrize("solver", [diffrax.Dopri8(), pytest.param(sb.Rodas5P(), marks=pytest.mark.slow)])
 def test_stop_with_an_adiabatic_lump_against_quadrature(solver):
     result = fade_stop(solver=solver)

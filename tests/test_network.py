@@ -356,3 +356,51 @@ def test_a_link_of_ones_own_against_its_closed_form():
     np.testing.assert_allclose(run.temperature[:, 0] - 300.0, 100.0 / np.sqrt(1 + 10.0 * t), rtol=1e-10)
     assert float(run.closure) < 1e-13
     assert [leaf.path for leaf in sb.leaves(heat, "heat") if "links" in leaf.path] == ["heat.links[0].growth"]
+
+
+@pytest.mark.parametrize("kind", [sb.Convection, sb.Radiation])
+def test_linings_cover_a_surface_while_the_band_is_closed(kind):
+    """A lump against 0 K: `T_0 e^(−h A t/C)`, or `(T_0⁻³ + 3 ε σ A t/C)^(−1/3)`, `A` the open area."""
+    h, emissivity, area, C, T_0, t = 20.0, 0.8, 0.7, 1e4, 900.0, 600.0
+
+    def end(closed, **covered):
+        heat = sb.Heat(
+            (sb.Lump("a", C, T_0), sb.Reservoir("air", 0.0)),
+            (kind("a", area, h if kind is sb.Convection else emissivity, **covered),),
+        )
+        return float(sb.simulate_heat(heat, [0.0, t], closed=closed, rtol=1e-11).temperature[-1, 0])
+
+    def truth(open_area):
+        if kind is sb.Convection:
+            return T_0 * math.exp(-h * open_area * t / C)
+        return (T_0**-3 + 3 * emissivity * 5.670374419e-8 * open_area * t / C) ** (-1 / 3)
+
+    assert end(1.0, covered=0.6) == pytest.approx(truth(0.4 * area), rel=1e-9)
+    assert end(0.0, covered=0.6) == pytest.approx(truth(area), rel=1e-9)
+    assert end(1.0) == pytest.approx(truth(area), rel=1e-9)
+
+
+def test_walls_side_by_side_and_lumps_between_them_exchange_no_heat():
+    """Three copies of a wall, a wall of one layer and lumps, each heated by itself: what each took stays in it."""
+    bodies = (
+        sb.Lump("before", 500.0),
+        sb.Wall("row", STEEL, 0.03, 1.0, 4, 1.2, copies=3),
+        sb.Lump("between", [300.0, 400.0], count=2),
+        wall("sheet", 1, 0.005),
+        wall("single", 5, 0.02),
+    )
+    powers = {"before": 1e3, "row.front": 3e3, "row.back": 6e3, "between": 500.0, "single.back": 2e3}
+    powers |= {"sheet.front": 800.0, "sheet.back": 400.0}
+    heat = sb.Heat(bodies, sources=tuple(sb.Source(place, power) for place, power in powers.items()))
+    run = sb.simulate_heat(heat, [0.0, 2.0])
+    stored = np.asarray(run.record.system.thermal.capacity) * (np.asarray(run.temperature[-1]) - sb.ROOM)
+    found = {name: stored[here] for name, here in run.record.system.thermal.spans.stores.items()}
+    np.testing.assert_allclose(found["row"].reshape(3, 4).sum(axis=1), 3 * [6e3], rtol=1e-9)
+    np.testing.assert_allclose(found["between"], [500.0, 500.0], rtol=1e-9)
+    for name, total in (("before", 2e3), ("sheet", 2.4e3), ("single", 4e3)):
+        assert found[name].sum() == pytest.approx(total, rel=1e-9)
+    assert np.all(np.diff(found["single"]) > 0)  # heated at its back
+    row = found["row"].reshape(3, 4) / np.asarray(bodies[1].steps)
+    assert np.all(row[:, 3] > row[:, 0])  # twice the power at the back
+    assert np.all(row[:, 0] > row[:, 1])
+    assert float(run.closure) < 1e-12

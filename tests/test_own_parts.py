@@ -15,7 +15,7 @@ import simbrake as sb
 from simbrake._parts._duty import hides_nothing
 from simbrake._parts._friction import reads
 from simbrake._parts._links import AbstractCoefficient, is_nonlinear
-from simbrake._parts._network import depends_on_temperatures
+from simbrake._parts._network import depends_on_temperatures, is_constant
 from simbrake._physics._acting import course_of_profile
 from simbrake._physics._assemble import assemble
 from simbrake._physics._modes import BandMode
@@ -307,23 +307,25 @@ def test_a_junction_behind_a_link_made_nonlinear():
 
 
 @pytest.mark.parametrize(
-    ("link", "nonlinear"),
+    ("link", "nonlinear", "constant"),
     [
-        (sb.Conductance("a", "b", 1.0), False),
-        (sb.ThermalContact("a", "b", 1.0), False),
-        (sb.Convection("a", 1.0, 10.0), False),
-        (sb.Convection("a", 1.0, sb.SpeedCoefficient(10.0, 5.0)), False),
-        (sb.Convection("a", 1.0, Cooling()), False),
-        (sb.Convection("a", 1.0, sb.TemperatureCoefficient(2.0)), True),
-        (sb.Radiation("a", 1.0, 0.8), True),
-        (Cubic("a", "b", 1.0), True),
+        (sb.Conductance("a", "b", 1.0), False, True),
+        (sb.ThermalContact("a", "b", 1.0), False, True),
+        (sb.Convection("a", 1.0, 10.0), False, True),
+        (sb.Convection("a", 1.0, 10.0, covered=0.5), False, False),
+        (sb.Convection("a", 1.0, sb.SpeedCoefficient(10.0, 5.0)), False, False),
+        (sb.Convection("a", 1.0, Cooling()), False, False),
+        (sb.Convection("a", 1.0, sb.TemperatureCoefficient(2.0)), True, False),
+        (sb.Radiation("a", 1.0, 0.8), True, False),
+        (Cubic("a", "b", 1.0), True, False),
     ],
 )
-def test_which_links_are_nonlinear(link, nonlinear):
+def test_what_the_conductance_of_a_link_depends_on(link, nonlinear, constant):
     assert is_nonlinear(link, 3, 1) is nonlinear
     assert is_nonlinear(link, 1, 1) is nonlinear
     bodies = (sb.Lump("a", 1.0, count=3), sb.Lump("b", 1.0), sb.Reservoir("air", 300.0))
     assert depends_on_temperatures(link, bodies) is nonlinear
+    assert is_constant(link, bodies) is constant
 
 
 # --- profiles ---------------------------------------------------------------------------------------------------------
