@@ -141,8 +141,8 @@ def layered_heat(
         raise ValueError("linings need their area")
     if band is not None and lining is None:
         raise ValueError("a band needs linings")
-    if covered is None:
-        covered = 0.0 if lining_area is None else lining_area / track_area
+    if covered is None and lining_area is not None:
+        covered = lining_area / track_area
     growth = 1.0 if rim_first is None else layer_growth(rim_first, rim_thickness, rim_layers)
     bodies: list[Body] = [
         Wall("rim", rim, rim_thickness, track_area, rim_layers, growth, temperature),

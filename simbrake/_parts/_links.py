@@ -144,7 +144,7 @@ class Convection(AbstractLink):
 
     - `area` (m²); `coefficient` `h` (W/(m²·K)): a number or a law
     - `covered` `κ`: share of the area that the linings cover (the overlap coefficient of a track, averaged over one
-      revolution: `q_net = κ a q − (1 − κ) h (T_s − T_a)`, S-16…S-21)
+      revolution: `q_net = κ a q − (1 − κ) h (T_s − T_a)`, S-16…S-21); `None`: 0, and no cost
     """
 
     a: str = eqx.field(static=True)

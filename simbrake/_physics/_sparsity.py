@@ -68,6 +68,15 @@ def _nodes(heat: Heat, where: Spans, place: str) -> list[tuple[bool, int]]:
     return [(name in where.stores, i) for i in range(nodes.start, nodes.stop, nodes.step)]
 
 
+def _linked(heat: Heat, where: Spans) -> list[tuple[tuple[bool, int], tuple[bool, int]]]:
+    """Pairs of nodes between which links run."""
+    found = []
+    for link in heat.links:
+        a, b = _nodes(heat, where, link.a), _nodes(heat, where, link.b)
+        found += zip(a, b, strict=True) if len(a) == len(b) else [(x, y) for x in a for y in b]
+    return found
+
+
 def _neighbours(heat: Heat) -> list[set[int]]:
     """Which nodes with capacity exchange heat, directly or through junctions."""
     where = spans(heat)
@@ -86,12 +95,9 @@ def _neighbours(heat: Heat) -> list[set[int]]:
             for i in range(here.start, here.stop - 1):
                 if (i + 1 - here.start) % body.layers:
                     join((True, i), (True, i + 1))
-    for link in heat.links:
-        a, b = _nodes(heat, where, link.a), _nodes(heat, where, link.b)
-        pairs = zip(a, b, strict=True) if len(a) == len(b) else [(x, y) for x in a for y in b]
-        for x, y in pairs:
-            if x != y:
-                join(x, y)
+    for x, y in _linked(heat, where):
+        if x != y:
+            join(x, y)
     for junction in [node for node in near if not node[0]]:  # eliminated: its neighbours see one another
         around = near.pop(junction)
         for x in around:
@@ -126,19 +132,16 @@ def _around_shared_faces(heat: Heat) -> set[int]:
 
 def _beside(heat: Heat, where: Spans, junction: int) -> set[int]:
     """Nodes with capacity that a junction reaches directly or through other junctions."""
+    joined = _linked(heat, where)
+    joined += [(y, x) for x, y in joined]
     reached, front = {junction}, [junction]
     found: set[int] = set()
     while front:
-        here = front.pop()
-        for link in heat.links:
-            a, b = _nodes(heat, where, link.a), _nodes(heat, where, link.b)
-            pairs = zip(a, b, strict=True) if len(a) == len(b) else [(x, y) for x in a for y in b]
-            for x, y in pairs:
-                for one, other in ((x, y), (y, x)):
-                    if one == (False, here):
-                        if other[0]:
-                            found.add(other[1])
-                        elif other[1] not in reached:
-                            reached.add(other[1])
-                            front.append(other[1])
+        here = (False, front.pop())
+        for store, i in (y for x, y in joined if x == here):
+            if store:
+                found.add(i)
+            elif i not in reached:
+                reached.add(i)
+                front.append(i)
     return found
