@@ -181,16 +181,15 @@ class Thermal(eqx.Module):
 
     def _flow(self, i: int, ends: list[End], own: Array | None, into: dict[str, Array], around: Surroundings) -> Array:
         """Flow through a link from `b` to `a`; `own`, `into`: the same flow and those into places, a pass before."""
-        seen, surface = [], []
-        for end, sign in zip(ends, (1.0, -1.0), strict=True):
-            T, half, total = end.T, end.half, into.get(end.place)
-            if half is None or total is None:
-                seen.append(T)
-                surface.append(T)
+        seen, surface = [end.T for end in ends], [end.T for end in ends]
+        for k, end in enumerate(ends):
+            if end.half is None or end.place not in into:
                 continue
-            others = total if own is None else total - sign * own
-            seen.append(T + half * others if end.shared else T)
-            surface.append(T + half * total)
+            surface[k] = end.T + end.half * into[end.place]
+            if end.shared:  # the half layer carries the link's own flow in series with it
+                seen[k] = surface[k]
+                if own is not None:
+                    seen[k] = surface[k] - end.half * own if k == 0 else surface[k] + end.half * own
         g = self.through[i]
         if g is None:
             law = self.heat.links[i].conductance(surface[0], surface[1], around)
