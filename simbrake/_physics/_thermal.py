@@ -233,7 +233,8 @@ class Thermal(eqx.Module):
         """Whether it matters which lining of a pair the friction heat comes from, or only how much it is."""
         if pair is None:
             return False
-        share = jax.eval_shape(pair.partition.share, jnp.zeros(1), jnp.zeros(1))
+        one = jax.ShapeDtypeStruct((1,), np.float64)
+        share = jax.eval_shape(pair.partition.share, one, one)
         places = (pair.metal, pair.lining, pair.beyond, pair.sensor)
         return share.size > 1 or any(place_count(self.heat, place) > 1 for place in places if place is not None)
 
