@@ -201,7 +201,7 @@ def limit_cycle_gradient() -> list[Value | Named]:
     def third(m, C, f_k, f_s, v):
         law = sb.ConstantFriction(f_k, f_s / f_k)
         record = sb.simulate(belt(law, m, C, v), rtol=1e-12, max_steps=256).record
-        modes = record.modes.linings[:, 0]
+        modes = record.modes.own.linings[:, 0]
         goes = (modes[:-1] == 0) & (modes[1:] != 0)
         return record.rows.t[jnp.flatnonzero(goes, size=3)[-1] + 1]
 

@@ -145,7 +145,7 @@ def test_a_whole_stop_of_26_linings():
     slides = linings * np.asarray(q.lining_slip)[:k]
     assert np.min(slides) > -1e-9
     # moment balance: all that brakes comes from the grip of the linings
-    load = drawworks(26).duty.load.torque(0.0, 0.0, jnp.asarray(0))
+    load = drawworks(26).duty.load.torque(0.0, 0.0, np.asarray(0))
     alpha = (load - q.brake_torque) / record.system.inertia
     np.testing.assert_allclose(np.asarray(q.alpha)[:k], np.asarray(alpha)[:k], atol=1e-9)
     # from the tight end on; near the slack end the rising lever draws the linings ahead of the pulley first

@@ -16,8 +16,8 @@ from simbrake._parts._duty import hides_nothing
 from simbrake._parts._friction import reads
 from simbrake._parts._links import AbstractCoefficient, is_nonlinear
 from simbrake._parts._network import depends_on_temperatures, is_constant
-from simbrake._physics._acting import course_of_profile
 from simbrake._physics._assemble import assemble
+from simbrake._physics._brake import course_of_profile
 from simbrake._physics._modes import BandMode
 
 N, BETA, R, J, T_0, SPEED = 20, math.radians(13.5), 0.725, 800.0, 8e3, 30.0

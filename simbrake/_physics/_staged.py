@@ -184,11 +184,11 @@ class StagedBrake(AbstractMechanism):
         band_speed, slip = jnp.zeros_like(speed), speed
         if self.stiffness is not None:
             C = self.stiffness
-            growth = push(acting.pull, jnp.zeros_like(speed), None) / C
-            if self.wrap.fixed is None:
-                pull = pick(inner < 0, -1.0, 1.0) * friction * inner_slip
-                drift = _sum(acting.warming(None)[0], acting.warming((None, pull))[0])
-                growth = push(acting.pull, alpha_b, drift) / C
+            if self.wrap.fixed is not None:
+                growth = push(acting.pull, jnp.zeros_like(speed), None) / C
+            else:
+                heated = acting.warming((None, pick(inner < 0, -1.0, 1.0) * friction * inner_slip))[0]
+                growth = push(acting.pull, alpha_b, _sum(acting.warming(None)[0], heated)) / C
             slip = speed - growth
             if self.wrap.grip.reads.T:
                 still = jnp.zeros_like(speed)
