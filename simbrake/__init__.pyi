@@ -81,8 +81,12 @@ from ._files._scene_file import scene_text as scene_text
 from ._files._scene_file import write_scene as write_scene
 from ._hybrid import AbstractHybridSystem as AbstractHybridSystem
 from ._hybrid import AbstractMethod as AbstractMethod
+from ._hybrid import AbstractSemiExplicitSystem as AbstractSemiExplicitSystem
 from ._hybrid import Code as Code
+from ._hybrid import EventKind as EventKind
 from ._hybrid import ExplicitRungeKutta as ExplicitRungeKutta
+from ._hybrid import HybridEvent as HybridEvent
+from ._hybrid import Instant as Instant
 from ._hybrid import Record as Record
 from ._hybrid import Rodas5P as Rodas5P
 from ._hybrid import Settings as Settings

@@ -15,6 +15,8 @@ from ._packing import Rows as Rows
 from ._places import largest as largest
 from ._places import smallest as smallest
 from ._rosenbrock import Rodas5P as Rodas5P
+from ._solve import EventKind as EventKind
+from ._solve import HybridEvent as HybridEvent
 from ._solve import Record as Record
 from ._solve import hybridsolve as hybridsolve
 from ._stretches import beginning as beginning

@@ -1,6 +1,7 @@
 """The front door of the integrator."""
 
-from typing import Any
+import enum
+from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
@@ -16,8 +17,28 @@ from ._carry import Stats
 from ._derivative import RowMap, advance, before_jump, no_tangent, pull_back, sweep
 from ._loop import Problem
 from ._method import AbstractMethod
-from ._packing import SKIPPED, Flat, Rows, flatten, pack_mode, ravel, unpack_rows, unravel
+from ._packing import INSTANT, LANDED, SKIPPED, STOPPED, Flat, Rows, flatten, pack_mode, ravel, unpack_rows, unravel
 from ._system import AbstractHybridSystem, Settings
+
+
+class EventKind(enum.IntEnum):
+    """What may change the mode: `GUARD`, a guard reached 0; `AT_ONCE`, a guard was negative just after an event, or at
+    the start, and no time passed; `KNOWN_TIME`, `next_stop` was reached."""
+
+    GUARD = LANDED
+    AT_ONCE = INSTANT
+    KNOWN_TIME = STOPPED
+
+
+class HybridEvent(NamedTuple):
+    """An event of a run: its time, its kind, the number of the guard that fired (`None` at a known time), and the modes
+    before and after it (they may be equal)."""
+
+    time: float
+    kind: EventKind
+    guard: int | None
+    before: PyTree
+    after: PyTree
 
 
 class Record(eqx.Module):
@@ -57,6 +78,22 @@ class Record(eqx.Module):
     @property
     def mode_end(self) -> PyTree:
         return unravel(self._end(self.rows.mode), self.mode_like)
+
+    @property
+    def events(self) -> list[HybridEvent]:
+        """All events of a concrete record in order of time; those of one instant in the order in which they happened.
+
+            record = sb.hybridsolve(system, y0, mode0, 0.0, 1.0, method, settings)
+            [event.time for event in record.events if event.kind == sb.EventKind.GUARD]
+        """
+        kinds, t = np.asarray(self.rows.kind)[: int(self.count)], np.asarray(self.rows.t)
+        modes, guards, found = np.asarray(self.rows.mode), np.asarray(self.rows.guard), []
+        for i in np.flatnonzero(kinds >= LANDED):
+            kind = EventKind(int(kinds[i]))
+            guard = None if kind == EventKind.KNOWN_TIME else int(guards[i])
+            before, after = (unravel(modes[j], self.mode_like) for j in (i, i + 1))
+            found.append(HybridEvent(float(t[i + 1]), kind, guard, before, after))
+        return found
 
     @property
     def modes(self) -> PyTree:

@@ -14,7 +14,7 @@ from .._parts._internal import InternalPair
 from .._parts._scene import Scene
 from .._parts._wear import AbstractWearRate
 from .._parts._worn import walls_left, worn_scene
-from ._brake import BrakeSystem, State
+from ._brake import BrakeSystem, State, first_piece
 from ._chain import Chain
 from ._elastic import ElasticBand
 from ._mechanism import AbstractMechanism, Mode, Pair, Sizes
@@ -41,8 +41,7 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
     pairs = _pairs(scene, thermal)
     still = _at_the_start(brake.linings, pairs[0], thermal, u)
     t_0, omega_0 = jnp.asarray(initial.time), jnp.asarray(initial.omega)
-    lever_piece, load_piece = duty.slack_tension.first_piece(t_0), duty.load.profile.first_piece(t_0)
-    sizes = _sizes(scene, still, omega_0, load_piece)
+    sizes = _sizes(scene, still, omega_0)
     inertia = jnp.asarray(brake.pulley.inertia) + duty.load.inertia()
     friction = Grip.of(
         brake.linings, None if heat is None else heat.flash, scene.power_shares, heated=still.T is not None
@@ -66,9 +65,10 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
     own, band, own_mode = mechanism.start(omega_0, jnp.asarray(initial.elongation) + zero)
     worn = None if wearing is None else wearing.start
     state = State(zero, omega_0, own, Ledger(zero, zero, zero, booked, inner, damped), u, worn)
-    pieces = tuple(profile.first_piece(t_0) for profile in system.profiles)
+    given = (duty.slack_tension, duty.load.profile, *system.profiles)
+    lever, load, *pieces = (first_piece(profile, t_0) for profile in given)
     sense = jnp.where(omega_0 < 0, -1, 1).astype(jnp.int32)
-    return system, state, Mode(jnp.asarray(band), sense, own_mode, lever_piece, load_piece, pieces)
+    return system, state, Mode(jnp.asarray(band), sense, own_mode, lever, load, tuple(pieces))
 
 
 def _pairs(scene: Scene, thermal: Thermal | None) -> tuple[Pair, ...]:
@@ -103,7 +103,7 @@ def _at_the_start(linings: Lining, pair: Pair, thermal: Thermal | None, u: Any) 
     return unloaded(linings, jnp.zeros(jnp.shape(linings.angle)), hot)
 
 
-def _sizes(scene: Scene, still: Contact, omega_0: Array, load_piece: Any) -> Sizes:
+def _sizes(scene: Scene, still: Contact, omega_0: Array) -> Sizes:
     """Typical sizes: the largest slack tension; what the brake could hold, or its load; the speed at the start, or the
     one that the largest torque could give in the run."""
     brake, duty, t_0 = scene.brake, scene.duty, jnp.asarray(scene.initial.time)
@@ -114,7 +114,8 @@ def _sizes(scene: Scene, still: Contact, omega_0: Array, load_piece: Any) -> Siz
     mu = tension_ratio(grip(brake.linings.friction.static(still), jnp.asarray(brake.linings.angle)))[0]
     tension = positive(duty.slack_tension.scale())
     capacity = jnp.asarray(brake.band.radius) * tension * (product(mu) - 1)
-    load_0 = jnp.abs(duty.load.torque(t_0, omega_0, jnp.asarray(load_piece, jnp.int32)))
+    piece = jnp.asarray(duty.load.profile.first_piece(t_0), jnp.int32)
+    load_0 = jnp.abs(duty.load.torque(t_0, omega_0, piece))
     torque = positive(jnp.maximum(capacity, jnp.maximum(load_0, duty.load.profile.scale())))
     inertia = jnp.asarray(brake.pulley.inertia) + duty.load.inertia()
     # from rest 1 rad/s at most

@@ -193,7 +193,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
 
     def inertia_at(self, mode: Mode) -> Array:
         """Inertia of all that turns and moves with the shaft (kg·m²)."""
-        more = self.load.added_inertia(mode.load_piece)
+        more = self.load.added_inertia(_piece(mode.load_piece))
         return self.inertia if more is None else self.inertia + more
 
     def _around(self, omega: Array, mode: Mode) -> Surroundings:
@@ -220,7 +220,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         self, t: Array, omega: Array, mode: Mode, load: Array, hot: tuple[Any, ...]
     ) -> tuple[Array, Array]:
         """`T_0` (N) and its rate as the lever has them."""
-        piece = mode.lever_piece
+        piece = _piece(mode.lever_piece)
         given, rate = jax.jvp(lambda t: self.lever.value(t, piece), (t,), (jnp.ones_like(t),))
         if not isinstance(self.lever, AbstractSpeedLever):
             return given, rate
@@ -232,8 +232,8 @@ class BrakeSystem(AbstractSemiExplicitSystem):
     # --- all of it at one instant -----------------------------------------------------------------------------------
 
     def variables(self, t, y, mode):
-        net, pairs, pieces = self.thermal, self.mechanism.pairs, mode.heat_pieces
-        load = self.load.torque(t, y.omega, mode.load_piece)
+        net, pairs, pieces = self.thermal, self.mechanism.pairs, tuple(map(_piece, mode.heat_pieces))
+        load = self.load.torque(t, y.omega, _piece(mode.load_piece))
         hot = self.hot(y.heat)
         tension, pull = self.lever_tension(t, y.omega, mode, load, hot)
 
@@ -351,7 +351,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         return new, code
 
     def reset(self, t, y, before, after):
-        more = self.load.added_inertia(after.load_piece)
+        more = self.load.added_inertia(_piece(after.load_piece))
         omega, own = self.mechanism.arrested(y.omega, y.own, before, after)
         still = y._replace(omega=omega, own=own)
         if more is not None:  # what comes onto the hook in motion brings its energy
@@ -359,29 +359,28 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             still = still._replace(ledger=y.ledger._replace(load_work=y.ledger.load_work + brought))
         if not self.mechanism.strains:
             return still
-        z_before = self.variables(t, y, before).contact
-
-        def strained(heat: Any) -> tuple[Any, Any, tuple[Any, ...]]:
-            z = self.variables(t, still._replace(heat=heat), after).contact
-            return self.mechanism.strained(own, (before, z_before), (after, z))
-
+        z, hot = self.variables(t, y, before).contact, self.hot(y.heat)
+        load = self.load.torque(t, omega, _piece(after.load_piece))
+        tension = self.lever_tension(t, omega, after, load, hot)[0]
+        strained = self.mechanism.strained(omega, own, (before, z), (after, tension))
         if self.thermal is None:
-            return self._jumped(still, *strained(None))
+            return self._jumped(still, *strained(hot))
         per_joule = self._heat_of_a_jump(t, still, after)
 
         def warmed(heats: tuple[Any, ...]) -> Array:
             return still.heat + sum(E * rise for E, (rise, _) in zip(heats, per_joule, strict=True))
 
         # the heat of the jump warms the linings, on which the tension after it depends: settled in a few passes
-        def settle(heat: Array, _: None) -> tuple[Array, Any]:
-            jump = strained(heat)
-            return warmed(jump[2]), jump
+        def settle(jump: Any, _: None) -> tuple[Any, None]:
+            return strained(self.hot(warmed(jump[2]))), None
 
+        zero = jnp.zeros_like(omega)
+        jump: Any = (own, zero, tuple(zero for _ in per_joule))
         passes = _PASSES if self.mechanism.varies else 1
-        heat, jumps = jax.lax.scan(settle, still.heat, None, length=passes)
-        jumped = self._jumped(still._replace(heat=heat), *jax.tree.map(lambda each: each[-1], jumps))
+        jump = jax.lax.scan(settle, jump, None, length=passes)[0]
+        jumped = self._jumped(still._replace(heat=warmed(jump[2])), *jump)
         booked = jumped.ledger.heat
-        for E, (_, shares) in zip(jax.tree.map(lambda each: each[-1], jumps[2]), per_joule, strict=True):
+        for E, (_, shares) in zip(jump[2], per_joule, strict=True):
             booked = jax.tree.map(lambda x, share, E=E: x + E * share, booked, shares)
         return jumped._replace(ledger=jumped.ledger._replace(heat=booked))
 
@@ -401,10 +400,10 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         net, found = self.thermal, []
         assert net is not None
         around, T = self._around(y.omega, mode), net.temperatures(y.heat)
-        T_J = net.junctions(T, t, around, mode.heat_pieces)
+        T_J = net.junctions(T, t, around, tuple(map(_piece, mode.heat_pieces)))
         for pair in self.mechanism.pairs:
             share = self.angle / jnp.sum(self.angle) if pair.apart else jnp.ones(1)
-            given = net.deposit(pair.heat, T, T_J, t, around, share, mode.heat_pieces)
+            given = net.deposit(pair.heat, T, T_J, t, around, share, tuple(map(_piece, mode.heat_pieces)))
             found.append((net.rise(net.soaked(given.into)), self._booked_of(pair, given)))
         return found
 
@@ -415,7 +414,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         nothing that is yet to come: where its tension falls, without going to 0, the lever comes after the load, and
         also where it is to answer the load.
         """
-        lever, piece = self.lever, jnp.asarray(mode.lever_piece, jnp.int32)
+        lever, piece = self.lever, jnp.asarray(_piece(mode.lever_piece), jnp.int32)
 
         def waits(t: Array) -> Array:
             before, after = lever.value(t, piece), lever.value(t, piece + 1)
@@ -423,13 +422,17 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             return (mode.band == BandMode.OPEN) | answers | ((after < before) & (after > 0))
 
         profiles = (lever, self.load.profile, *self.profiles)
-        return next_known_time(profiles, (piece, mode.load_piece, *mode.heat_pieces), waits)
+        pieces = (piece, *map(_piece, (mode.load_piece, *mode.heat_pieces)))
+        return next_known_time(profiles, pieces, waits)
 
     def _next_pieces(self, mode: Mode, at_stop: Array) -> Mode:
         """The mode on the piece that begins at a known time."""
         _, turns = self._next_known(mode)
-        old = [jnp.asarray(piece, jnp.int32) for piece in (mode.lever_piece, mode.load_piece, *mode.heat_pieces)]
-        new = [piece + (at_stop & turn).astype(jnp.int32) for piece, turn in zip(old, turns, strict=True)]
+        old = (mode.lever_piece, mode.load_piece, *mode.heat_pieces)
+        new = [
+            None if piece is None else jnp.asarray(piece, jnp.int32) + (at_stop & turn).astype(jnp.int32)
+            for piece, turn in zip(old, turns, strict=True)
+        ]
         return mode._replace(lever_piece=new[0], load_piece=new[1], heat_pieces=tuple(new[2:]))
 
     def next_stop(self, mode):
@@ -469,15 +472,25 @@ class BrakeSystem(AbstractSemiExplicitSystem):
 
     def capacity(self, t: Array, y: State, mode: Mode, start: Array) -> Capacity:
         """Load and capacity of a turning brake at the time `t` of a run that began at `start`."""
-        T_0, rate = jax.jvp(lambda t: self.lever.value(t, mode.lever_piece), (t,), (jnp.ones_like(t),))
+        T_0, rate = jax.jvp(lambda t: self.lever.value(t, _piece(mode.lever_piece)), (t,), (jnp.ones_like(t),))
         if isinstance(self.lever, AbstractSpeedLever):
-            follows = self.lever.follows(mode.lever_piece)
+            follows = self.lever.follows(_piece(mode.lever_piece))
             T_0, rate = jnp.where(follows, self.lever.greatest(), T_0), jnp.where(follows, 0.0, rate)
         settled = self.lever.no_more_turns(t) & (jnp.abs(rate) * (t - start) <= _AT_REST * T_0)
-        load = jnp.sign(y.omega) * self.load.torque(t, y.omega, mode.load_piece)
+        load = jnp.sign(y.omega) * self.load.torque(t, y.omega, _piece(mode.load_piece))
         return Capacity(load, self.mechanism.capacity(T_0, y.omega, y.own, self.hot(y.heat)), settled)
 
 
 def _total(power: Array) -> Array:
     """Power of a pair, of which that of every lining may be known or their sum alone."""
     return jnp.sum(power) if jnp.ndim(power) else power
+
+
+def _piece(piece: Any) -> Any:
+    """The piece on which a given function of time is; one without known times has no other."""
+    return jnp.asarray(0, jnp.int32) if piece is None else piece
+
+
+def first_piece(profile: AbstractProfile, t: Any) -> Any:
+    """The piece of a profile at the start of a run, `None` of one without known times: it is no part of the mode."""
+    return None if isinstance(profile.next_knot(jnp.asarray(0, jnp.int32)), float) else profile.first_piece(t)

@@ -54,6 +54,7 @@ class ElasticNow(NamedTuple):
     slope: Array  # of implicit coefficients
     margin: Any  # 1 − max f_s z
     snap: Any  # 1 + γ: by how much the band still follows the fade
+    lead: Float[Array, ""]  # R_b ω − ẋ_0 (m/s): the slip speed but for the factor 1 + γ > 0
 
 
 class ElasticBand(AbstractMechanism):
@@ -117,13 +118,13 @@ class ElasticBand(AbstractMechanism):
             growth = push(acting.pull, jnp.zeros_like(omega), None) / C
         else:
             growth = push(acting.pull, alpha, acting.warming(None)[0]) / C
-        slip = speed - growth
+        slip = lead = speed - growth
         if self.wrap.grip.reads.T:
             still = jnp.zeros_like(omega)
             heated = acting.warming((self.friction(T_0, at_limit.fz, back, upper),))[0]
             gamma = push(still, still, heated) / C
             snap = 1 + gamma
-            slip = slip / jnp.where(snap > 0, snap, 1.0)
+            slip = lead / jnp.where(snap > 0, snap, 1.0)
             growth = growth + gamma * slip
         band_speed = pick(carried, speed, pick(sliding, growth, 0.0))
         return ElasticNow(
@@ -141,6 +142,7 @@ class ElasticBand(AbstractMechanism):
             slope=at_limit.slope,
             margin=at_limit.margin,
             snap=snap,
+            lead=pick(sliding, lead, 0.0),
         )
 
     def friction(self, T_0: Array, fz: Array, back: Array, tight: Array) -> Float[Array, "*n"]:
@@ -221,9 +223,14 @@ class ElasticBand(AbstractMechanism):
     def strains(self):
         return True
 
-    def strained(self, own, before, after):
-        x, work, heat = strained(self, own.x, before, after)
-        return Stretched(x), work, (heat,)
+    def strained(self, omega, own, before, after):
+        jump = strained(self, omega, own.x, before, after)
+
+        def of(hot: tuple[Any, ...]) -> tuple[Stretched, Array, tuple[Array, ...]]:
+            x, work, heat = jump(hot[0])
+            return Stretched(x), work, (heat,)
+
+        return of
 
     # --- what it stores, what it could hold -------------------------------------------------------------------------
 
@@ -253,9 +260,9 @@ def band_guards(m: Any, acting: Acting, omega: Array, mode: Mode, z: Any) -> lis
     # at rest a difference of tensions is one of torques
     per_newton = jnp.where(held, m.wrap.radius / size.torque, 1 / size.tension)
     bounded = (held | (band == BandMode.ELASTIC)) & ~m.locked_in(mode)
-    slip = z.slip_speed / (m.wrap.radius * size.speed)
-    high = jnp.where(bounded | take_up, (z.upper - z.tight_tension) * per_newton, jnp.where(forward, slip, 1.0))
-    low = jnp.where(bounded, (z.tight_tension - z.lower) * per_newton, jnp.where(back, -slip, 1.0))
+    lead = z.lead / (m.wrap.radius * size.speed)
+    high = jnp.where(bounded | take_up, (z.upper - z.tight_tension) * per_newton, jnp.where(forward, lead, 1.0))
+    low = jnp.where(bounded, (z.tight_tension - z.lower) * per_newton, jnp.where(back, -lead, 1.0))
     lever = jnp.where(is_open, -acting.tension, acting.tension) / size.tension
     more = [] if z.margin is None else [jnp.where(mode.own.locks > 0, -z.margin, z.margin)]
     for code in m.codes:
@@ -291,9 +298,9 @@ def taut_mode(
     low, high = jnp.where(locked, 0.0, rest.lower), jnp.where(locked, jnp.inf, rest.upper)
     # the lever itself draws a slack band tight on a pulley that does not run into it
     tension = jnp.where(was_slack & (found.omega <= 0), jnp.maximum(tension, low), tension)
-    # late in a run the known times themselves are rounded
-    steepest = jnp.maximum(jnp.abs(acting.pull), jnp.abs(now.acting.pull))
-    rounding = rounding + 1e-15 * jnp.abs(now.t) * steepest * jnp.where(locked, 1.0, rest.ratio)
+    if new.lever_piece is not None:  # late in a run the known times themselves are rounded
+        steepest = jnp.maximum(jnp.abs(acting.pull), jnp.abs(now.acting.pull))
+        rounding = rounding + 1e-15 * jnp.abs(now.t) * steepest * jnp.where(locked, 1.0, rest.ratio)
     # at a limit of the tension it slides if the slip speed that it would have there has the right sign; with no slip
     # speed yet, the direction in which the pulley starts decides
     at_high, at_low = tension >= high - rounding, tension <= low + rounding
@@ -307,7 +314,7 @@ def taut_mode(
     past = jnp.where(back, slid.tight_tension - tension, tension - slid.tight_tension)
     limited = jnp.where(back, at_low, at_high) | ((old == trial) & (past >= -rounding))
     way = jnp.where(back, -1, 1)
-    runs = (way * slid.slip_speed > 0) | ((slid.slip_speed == 0) & (way * found.direction > 0))
+    runs = (way * slid.lead > 0) | ((slid.lead == 0) & (way * found.direction > 0))
     mode = jnp.where(limited & runs, trial, BandMode.ELASTIC)
     mode = jnp.where((old == BandMode.ELASTIC) & fired[1], BandMode.SLIP, mode)
     mode = jnp.where((old == BandMode.ELASTIC) & fired[2], BandMode.SLIP_BACK, mode)
@@ -316,17 +323,28 @@ def taut_mode(
     return jnp.where(takes_up, BandMode.TAKE_UP, mode)
 
 
-def strained(m: Any, x_old: Array, before: tuple[Mode, Any], after: tuple[Mode, Any]) -> tuple[Array, Array, Array]:
-    """Elongation after a change of mode, the work of the lever in it and the heat that it sets free (J)."""
-    (old, z_old), (new, z) = before, after
-    C, was_open, locked = m.stiffness, old.band == BandMode.OPEN, m.locked_in(new)
-    low, high = jnp.where(locked, 0.0, z.lower), jnp.where(locked, jnp.inf, z.upper)
-    tension, stretched = tension_of(m, x_old, old, z_old), C * x_old
-    drawn = jnp.where(was_open | (old.band == BandMode.TAKE_UP), jnp.maximum(tension, low), tension)
-    T_n = jnp.where(new.band == BandMode.ELASTIC, jnp.clip(drawn, low, high), z.tight_tension)
-    T_n = jnp.where(new.band == BandMode.HELD, drawn, T_n)
-    T_n = jnp.where(new.band == BandMode.TAKE_UP, stretched, T_n)
-    T_n = jnp.where(new.band == BandMode.OPEN, jnp.where(was_open, stretched, 0.0), T_n)
-    x, T_0 = T_n / C, z.slack_tension
-    heat = (x_old - x) * (0.5 * C * (x_old + x) - T_0)
-    return x, T_0 * (x - x_old), heat
+def strained(
+    m: Any, omega: Array, x: Array, before: tuple[Mode, Any], after: tuple[Mode, Array]
+) -> Callable[[Any], tuple[Array, Array, Array]]:
+    """Elongation after a change of mode, the work of the lever in it and the heat that it sets free (J), as a function
+    of the temperatures of the linings; `omega` is the speed of what carries the band."""
+    (old, z), (new, T_0), C = before, after, m.stiffness
+    was_open, locked, sliding = old.band == BandMode.OPEN, m.locked_in(new), slips(new.band)
+    is_open, held, elastic = new.band == BandMode.OPEN, new.band == BandMode.HELD, new.band == BandMode.ELASTIC
+    T_0 = jnp.where(is_open, 0.0, T_0)
+    v = jnp.where(new.sense > 0, omega, -omega) * m.wrap.radius
+    back, tension = new.band == BandMode.SLIP_BACK, tension_of(m, x, old, z)
+    drawn_tight = was_open | (old.band == BandMode.TAKE_UP)
+    # what neither slides nor is held by friction keeps its elongation; a band that is let go springs back
+    kept = jnp.where(is_open & ~was_open, 0.0, C * x)
+
+    def of(hot: Any) -> tuple[Array, Array, Array]:
+        limit = m.wrap.limit(T_0, v, hot, back, ~sliding)
+        upper = T_0 * limit.ratio
+        low, high = jnp.where(locked, 0.0, T_0 / limit.other), jnp.where(locked, jnp.inf, upper)
+        drawn = jnp.where(drawn_tight, jnp.maximum(tension, low), tension)
+        T_n = jnp.where(elastic, jnp.clip(drawn, low, high), jnp.where(held, drawn, jnp.where(sliding, upper, kept)))
+        after = T_n / C
+        return after, T_0 * (after - x), (x - after) * (0.5 * C * (x + after) - T_0)
+
+    return of

@@ -74,7 +74,7 @@ class Mode(NamedTuple):
 
     - `band`: label of the whole (`BandMode`);  `sense`: direction in which the pulley moves or last moved, ±1
     - `own`: what only its mechanism has;  pieces on which the given functions of time are: of the lever, the load and
-      the heat
+      the heat, `None` of those without known times
     """
 
     band: Any
@@ -172,10 +172,15 @@ class AbstractMechanism(eqx.Module):
         """Speed and own states just after a change of mode: what sticks or rests from now on has exactly the speed of
         what it sticks to."""
 
-    def strained(self, own: Any, before: tuple[Mode, Any], after: tuple[Mode, Any]) -> tuple[Any, Any, tuple[Any, ...]]:
-        """Own states after the jumps of tension in a change of mode, the work of the lever in them and the heat of each
-        pair (J); `before` and `after` are modes with their variables. By default nothing jumps."""
-        return own, 0.0, ()
+    def strained(
+        self, omega: Array, own: Any, before: tuple[Mode, Any], after: tuple[Mode, Array]
+    ) -> Callable[[tuple[Any, ...]], tuple[Any, Array, tuple[Array, ...]]]:
+        """The jumps of tension in a change of mode, as a function of the temperatures that the laws of the pairs see.
+
+        It gives the own states after them, the work of the lever and the heat of each pair (J). `before`: the mode with
+        its variables, `after` with the tension of the lever;  `omega`, `own` as they are after `arrested`.
+        """
+        raise TypeError(f"nothing jumps in {type(self).__name__}")
 
     @property
     def strains(self) -> bool:

@@ -181,7 +181,7 @@ class StagedBrake(AbstractMechanism):
         inner_slip = pick(stuck, 0.0, self.internal.radius * (omega - own.omega_b))
 
         speed, snap = R_b * own.omega_b, None
-        band_speed, slip = jnp.zeros_like(speed), speed
+        band_speed, slip, lead = jnp.zeros_like(speed), speed, speed
         if self.stiffness is not None:
             C = self.stiffness
             if self.wrap.fixed is not None:
@@ -189,12 +189,12 @@ class StagedBrake(AbstractMechanism):
             else:
                 heated = acting.warming((None, pick(inner < 0, -1.0, 1.0) * friction * inner_slip))[0]
                 growth = push(acting.pull, alpha_b, _sum(acting.warming(None)[0], heated)) / C
-            slip = speed - growth
+            slip = lead = speed - growth
             if self.wrap.grip.reads.T:
                 still = jnp.zeros_like(speed)
                 gamma = push(still, still, acting.warming((self._outer(T_0, at_limit.fz, back, upper), None))[0]) / C
                 snap = 1 + gamma
-                slip = slip / pick(snap > 0, snap, 1.0)
+                slip = lead / pick(snap > 0, snap, 1.0)
                 growth = growth + gamma * slip
             carried = take_up | (band == BandMode.ELASTIC)
             band_speed = pick(carried, speed, pick(sliding, growth, 0.0))
@@ -213,6 +213,7 @@ class StagedBrake(AbstractMechanism):
             slope=at_limit.slope,
             margin=at_limit.margin,
             snap=snap,
+            lead=pick(sliding, lead, 0.0),
         )
         return StagedNow(
             band=found,
@@ -339,9 +340,14 @@ class StagedBrake(AbstractMechanism):
     def strains(self):
         return self.stiffness is not None
 
-    def strained(self, own, before, after):
-        x, work, heat = strained(self, own.x, (before[0], before[1].band), (after[0], after[1].band))
-        return own._replace(x=x), work, (heat, jnp.zeros_like(heat))
+    def strained(self, omega, own, before, after):
+        jump = strained(self, own.omega_b, own.x, (before[0], before[1].band), after)
+
+        def of(hot: tuple[Any, ...]) -> tuple[Bandaged, Array, tuple[Array, ...]]:
+            x, work, heat = jump(hot[0])
+            return own._replace(x=x), work, (heat, jnp.zeros_like(heat))
+
+        return of
 
     # --- what one looks at ------------------------------------------------------------------------------------------
 
