@@ -239,7 +239,9 @@ def scipy_belt(law, end: float, smoothing: float | None = None) -> np.ndarray:
 
 
 def let_go(result: sb.Result) -> np.ndarray:
-    return np.array([t for t, before, after in changes(result.record) if before.own.linings[0] == 0 != after.own.linings[0]])
+    return np.array(
+        [t for t, before, after in changes(result.record) if before.own.linings[0] == 0 != after.own.linings[0]]
+    )
 
 
 def limit_cycle() -> list[Value | Named]:

@@ -1,0 +1,124 @@
+"""Systems that share their algebra: the same run as one that writes it out, closed forms, derivatives, kinds of events."""
+
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from helpers import DOPRI8, settings
+
+import simbrake as sb
+
+#: mass, static and kinetic friction (N), rate of the pull (N/s), and when it ends
+M, F_S, F_K, RATE, UNTIL, END = 2.0, 3.0, 2.0, 1.5, 4.0, 8.0
+
+
+class Block(NamedTuple):
+    x: Any
+    v: Any
+
+
+class Forces(NamedTuple):
+    pull: Any
+    spare: Any  # of the static friction
+    a: Any
+
+
+def forces(m, t, y, mode):
+    pull = jnp.where(mode[1] == 0, RATE * t, 0.0)
+    slides = mode[0] == 1
+    return Forces(pull, F_S - pull, jnp.where(slides, (pull - F_K) / m, 0.0))
+
+
+class Common:
+    """A block on a plane under a pull that grows up to a known time and then is gone; mode (slides, pull is over)."""
+
+    def reset(self, t, y, before, after):
+        return Block(y.x, jnp.where(after[0] == 0, 0.0, y.v))
+
+    def next_stop(self, mode):
+        return jnp.where(mode[1] == 0, UNTIL, jnp.inf)
+
+    def scales(self):
+        return Block(1.0, 1.0)
+
+
+class Plain(Common, sb.AbstractHybridSystem):
+    m: Any
+
+    def rhs(self, t, y, mode):
+        return Block(y.v, forces(self.m, t, y, mode).a)
+
+    def guards(self, t, y, mode):
+        return jnp.where(mode[0] == 0, forces(self.m, t, y, mode).spare, y.v)[None]
+
+    def transition(self, t, y, mode, fired, at_stop):
+        return jnp.stack([mode[0] ^ fired[0].astype(jnp.int32), mode[1] | at_stop.astype(jnp.int32)]), 0
+
+
+class Shared(Common, sb.AbstractSemiExplicitSystem):
+    m: Any
+
+    def variables(self, t, y, mode):
+        return forces(self.m, t, y, mode)
+
+    def rates(self, t, y, mode, z):
+        return Block(y.v, z.a)
+
+    def margins(self, t, y, mode, z):
+        return jnp.where(mode[0] == 0, z.spare, y.v)[None]
+
+    def change(self, now, fired, at_stop):
+        # the rate of a variable along the motion decides: the pull must grow where the block lets go
+        lets_go = fired[0] & ((now.mode[0] == 1) | (now.z_rate.spare < 0))
+        return jnp.stack([now.mode[0] ^ lets_go.astype(jnp.int32), now.mode[1] | at_stop.astype(jnp.int32)]), 0
+
+
+def run(kind, m=M):
+    start, mode = Block(jnp.zeros(()), jnp.zeros(())), jnp.zeros(2, jnp.int32)
+    return sb.hybridsolve(kind(jnp.asarray(m)), start, mode, 0.0, END, DOPRI8, settings(1e-11, max_steps=128))
+
+
+def closed_form(m):
+    """Time of letting go, of the stop, and the distance: m v̇ = r t − F_k, then −F_k."""
+    t0 = F_S / RATE
+    dv = (RATE * (UNTIL**2 - t0**2) / 2 - F_K * (UNTIL - t0)) / m
+    dx = (RATE * ((UNTIL**3 - t0**3) / 6 - t0**2 * (UNTIL - t0) / 2) - F_K * (UNTIL - t0) ** 2 / 2) / m
+    return t0, UNTIL + m * dv / F_K, dx + m * dv**2 / (2 * F_K)
+
+
+@pytest.fixture(scope="module")
+def records():
+    return {kind: jax.jit(lambda kind=kind: run(kind))() for kind in (Plain, Shared)}
+
+
+def test_both_ways_are_the_same_run(records):
+    one, two = records[Plain], records[Shared]
+    n = int(one.count)
+    assert n == int(two.count)
+    np.testing.assert_array_equal(one.rows.kind, two.rows.kind)
+    np.testing.assert_allclose(np.asarray(one.rows.y)[: n + 1], np.asarray(two.rows.y)[: n + 1], rtol=0, atol=1e-14)
+
+
+def test_events_have_kinds_times_and_modes(records):
+    let_go, stop, _ = closed_form(M)
+    events = [event for event in records[Shared].events if event.time > 0]
+    assert [event.kind for event in events] == [sb.EventKind.GUARD, sb.EventKind.KNOWN_TIME, sb.EventKind.GUARD]
+    np.testing.assert_allclose([event.time for event in events], [let_go, UNTIL, stop], rtol=1e-11)
+    assert [event.guard for event in events] == [0, None, 0]
+    assert [tuple(event.before) for event in events] == [(0, 0), (1, 0), (1, 1)]
+    assert [tuple(event.after) for event in events] == [(1, 0), (1, 1), (0, 1)]
+
+
+def test_derivatives_forwards_and_backwards_are_those_of_the_closed_form(records):
+    distance = float(records[Shared].y_end.x)
+    assert distance == pytest.approx(closed_form(M)[2], rel=1e-10)
+
+    def end(m):
+        return run(Shared, m).y_end.x
+
+    forwards, backwards = jax.jit(lambda m: (jax.jvp(end, (m,), (jnp.ones(()),))[1], jax.grad(end)(m)))(jnp.asarray(M))
+    # dx ∝ 1/m, and so is v² m
+    assert float(forwards) == pytest.approx(-distance / M, rel=1e-9)
+    assert float(backwards) == pytest.approx(float(forwards), rel=1e-12)
