@@ -1,4 +1,4 @@
-"""Systems that share their algebra: the same run as one that writes it out, closed forms, derivatives, kinds of events."""
+"""Systems that share their algebra: the same run as one that writes it out, closed forms, derivatives, events."""
 
 from typing import Any, NamedTuple
 
