@@ -1,0 +1,107 @@
+"""What every kind of brake can do: derivatives both ways, runs side by side and prepared, heat, wear, files."""
+
+import math
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from helpers import jacobians
+
+import simbrake as sb
+
+N, BETA, R, R_B, AREA, CAPACITY = 3, math.radians(70.0), 0.59, 0.64, 0.03, (2e4, 1e3, 5e3)
+BANDAGE = sb.Bandage(45.0, sb.ConstantFriction(0.22), 900.0, AREA)
+SPRUNG = sb.Bandage(np.full(N, 15.0), sb.ConstantFriction(0.22), 900.0, AREA, spring=2e5)
+#: stiffness of the band, its segments, the bandage
+KINDS = {
+    "rigid band": (None, None, None),
+    "elastic band": (2e5, None, None),
+    "staged, rigid band": (None, None, BANDAGE),
+    "staged, elastic band": (2e5, None, BANDAGE),
+    "chain": (2e5, sb.Segments(4e5, 0.3, 2e3), None),
+    "bandage on springs": (None, None, SPRUNG),
+}
+
+
+def scene(kind, hot=False):
+    """A stop under a ramp of the lever, with a load; `hot`: lumps, fade and wear."""
+    stiffness, segments, bandage = KINDS[kind]
+    law = sb.ConstantFriction(0.4)
+    heat = wear = None
+    if hot:
+        law = sb.ProductFriction(law, (sb.LinearFade(2e-4, 293.15),))
+        rim, linings, band = (sb.Lump(name, C) for name, C in zip(("rim", "linings", "band"), CAPACITY, strict=True))
+        outer = sb.FrictionHeat("band", "linings", sb.ConstantPartition(0.6))
+        heat = sb.Heat(
+            bodies=(rim, linings, band, sb.Reservoir("air")),
+            links=(sb.Convection("rim", 2.0, 30.0), sb.Convection("band", 1.0, 10.0)),
+            friction=sb.FrictionHeat("rim", "linings", sb.ConstantPartition(0.8)),
+            external=None if bandage is None else outer,
+            linings="linings",
+        )
+        inner = None if bandage is None else sb.ConstantWear(2e-14)
+        wear = sb.Wear(sb.ConstantWear(1e-14), internal=inner)
+    mass = None if segments is None else 40.0
+    brake = sb.Brake(
+        sb.Pulley(R, 900.0), sb.Band(R_B, stiffness, segments), sb.Lining(law, np.full(N, BETA), AREA, mass), bandage
+    )
+    lever = sb.PiecewiseLinear([0.0, 4.0], [500.0, 9e3])
+    duty = sb.Duty(lever, sb.TorqueLoad(sb.Constant(300.0), 2.0))
+    return sb.Scene(brake, duty, sb.Initial(20.0, 500.0 / 2e5 if stiffness else 0.0), 9.0, heat, wear=wear)
+
+
+PATHS = ("initial.omega", "brake.pulley.inertia", "brake.linings.friction.coefficient")
+
+
+def answers(kind, values):
+    run = sb.simulate(sb.with_values(scene(kind), dict(zip(PATHS, values, strict=True))), rtol=1e-9, max_steps=2048)
+    work = run.energy
+    return jnp.stack([run.stopping_time, run.stopping_angle, work["friction_heat"] / 1e5]), work["closure"], run.code
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_derivatives_both_ways_and_runs_side_by_side(kind):
+    start = np.asarray([20.0, 900.0, 0.4])
+    value, forwards, backwards = jacobians(lambda x: answers(kind, x)[0])(jnp.asarray(start))
+    assert np.all(np.isfinite(value))
+    np.testing.assert_allclose(forwards, backwards, rtol=1e-10, atol=1e-12 * np.max(np.abs(forwards)))
+    assert np.all(forwards[0, :2] > 0)  # a faster, heavier pulley stops later
+    two = jnp.asarray([start, start * [1.05, 1.0, 1.0]])
+    side, closure, code = jax.jit(jax.vmap(lambda x: answers(kind, x)))(two)
+    assert not np.any(code)
+    assert np.max(closure) < 1e-9
+    np.testing.assert_allclose(side[0], value, rtol=1e-12)
+    # a chord over 5 % of the speed has the mean of the slopes at its ends: the first of them within the bend
+    chord = (side[1, 0] - side[0, 0]) / (0.05 * start[0])
+    assert float(chord) == pytest.approx(float(forwards[0, 0]), rel=0.05)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_heat_wear_prepared_runs_and_files(kind, tmp_path):
+    hot = scene(kind, hot=True)
+    result = sb.simulate(hot, rtol=1e-9)
+    assert result.status == "stopped"
+    energy = {name: float(value) for name, value in result.energy.items()}
+    assert energy["closure"] < 1e-9
+    assert energy["heat_closure"] < 1e-12
+    stored = np.asarray(CAPACITY) * (np.asarray(result.end_temperatures) - sb.ROOM)
+    assert energy["heat_stored"] == pytest.approx(stored.sum(), rel=1e-12)
+    # V = k W/f of each pair: Archard's law does not ask how the load is spread
+    worn = result.record.y_end.worn
+    f = 0.4 * np.asarray([1.0, 1 - 2e-4 * (float(np.max(result.end_temperatures)) - 293.15)])
+    volume = AREA * float(np.sum(worn.outer)) / math.cos(BETA / 2)
+    outer = energy.get("heat_external", energy["friction_heat"])
+    assert 1e-14 * outer / f[0] * (1 - 1e-6) <= volume <= 1e-14 * outer / f[1] * (1 + 1e-6)
+    if "heat_internal" in energy:
+        assert AREA * float(np.sum(worn.inner)) == pytest.approx(2e-14 * energy["heat_internal"] / 0.22, rel=1e-6)
+
+    answer = sb.prepare(hot, ["stopping_time", "energy.friction_heat"], rtol=1e-9, solver=sb.Rodas5P())()
+    assert answer.metrics["stopping_time"] == pytest.approx(float(result.stopping_time), rel=1e-6)
+    assert answer.metrics["energy.friction_heat"] == pytest.approx(energy["friction_heat"], rel=1e-6)
+    kept = sb.load(sb.save(result, tmp_path / "run.csv"))
+    # a chain swings on its segments; all else is held, exactly
+    end = float(result.record.y_end.omega)
+    assert end == 0.0 or kind == "chain"
+    np.testing.assert_allclose(kept["omega"].values[-1], end, rtol=1e-9)
+    np.testing.assert_allclose(np.sum(kept["worn_thickness"].values[-1]), np.sum(result.worn_thickness), rtol=1e-9)
