@@ -90,11 +90,11 @@ def test_heat_wear_prepared_runs_and_files(kind, tmp_path):
     # V = k W/f of each pair: Archard's law does not ask how the load is spread
     worn = result.record.y_end.worn
     f = 0.4 * np.asarray([1.0, 1 - 2e-4 * (float(np.max(result.end_temperatures)) - 293.15)])
-    volume = AREA * float(np.sum(worn.outer)) / math.cos(BETA / 2)
+    volume = AREA * float(np.sum(worn[0])) / math.cos(BETA / 2)
     outer = energy.get("heat_external", energy["friction_heat"])
     assert 1e-14 * outer / f[0] * (1 - 1e-6) <= volume <= 1e-14 * outer / f[1] * (1 + 1e-6)
     if "heat_internal" in energy:
-        assert AREA * float(np.sum(worn.inner)) == pytest.approx(2e-14 * energy["heat_internal"] / 0.22, rel=1e-6)
+        assert AREA * float(np.sum(worn[1])) == pytest.approx(2e-14 * energy["heat_internal"] / 0.22, rel=1e-6)
 
     answer = sb.prepare(hot, ["stopping_time", "energy.friction_heat"], rtol=1e-9, solver=sb.Rodas5P())()
     assert answer.metrics["stopping_time"] == pytest.approx(float(result.stopping_time), rel=1e-6)

@@ -160,15 +160,13 @@ def test_the_states_are_the_integrals_over_the_run(scene):
     inner = None if scene.brake.bandage is None else 3e-14
     result = sb.simulate(ws.wearing(scene, sb.Wear(1e-14, internal=inner)))
     worn = result.record.y_end.worn
-    np.testing.assert_allclose(np.asarray(worn.outer), np.asarray(sb.wear(result, 1e-14)), rtol=1e-9)
-    assert np.min(worn.outer) > 0
+    np.testing.assert_allclose(np.asarray(worn[0]), np.asarray(sb.wear(result, 1e-14)), rtol=1e-9)
+    assert np.min(worn[0]) > 0
     if inner is not None:
-        np.testing.assert_allclose(
-            np.asarray(worn.inner), np.asarray(sb.wear(result, inner, pair="internal")), rtol=1e-9
-        )
-        np.testing.assert_allclose(np.asarray(result.worn_thickness), np.asarray(worn.outer + worn.inner), rtol=1e-15)
+        np.testing.assert_allclose(np.asarray(worn[1]), np.asarray(sb.wear(result, inner, pair="internal")), rtol=1e-9)
+        np.testing.assert_allclose(np.asarray(result.worn_thickness), np.asarray(worn[0] + worn[1]), rtol=1e-15)
         last = result.series([float(result.record.t_end)])
-        np.testing.assert_allclose(np.asarray(last.internal_worn_thickness)[0], np.asarray(worn.inner), rtol=1e-9)
+        np.testing.assert_allclose(np.asarray(last.internal_worn_thickness)[0], np.asarray(worn[1]), rtol=1e-9)
 
 
 def test_a_band_turned_at_rest_wears_on_from_the_other_end():

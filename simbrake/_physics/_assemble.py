@@ -47,7 +47,7 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
         brake.linings, None if heat is None else heat.flash, scene.power_shares, heated=still.T is not None
     )
     mechanism = _mechanism(scene, pairs, sizes, friction, still)
-    wearing = assemble_wear(scene.wear, brake, 0.5 * inertia * sizes.speed**2 + sizes.torque)
+    wearing = assemble_wear(scene.wear, pairs, 0.5 * inertia * sizes.speed**2 + sizes.torque)
     system = BrakeSystem(
         mechanism=mechanism,
         inertia=inertia,

@@ -20,7 +20,7 @@ from ._sliding import Grip
 from ._sparsity import couplings
 from ._state import BrakeCode, HeatLedger, Ledger
 from ._thermal import Thermal
-from ._wearing import Pressed, Wearing
+from ._wearing import Wearing
 
 #: passes in which tension and temperature after a jump are settled; each leaves about 1e-3 of the one before it
 _PASSES = 4
@@ -73,7 +73,7 @@ def _course_of_load(load: AbstractLoad, t: Any, piece: Any) -> Any:
 class State(NamedTuple):
     """Angle `φ` (rad) and speed `ω` (rad/s) of the pulley, the states of the mechanism's own, the ledger, the heat
     content of the thermal nodes over their capacity (K; `None` without heat), and the thickness worn off the linings
-    (`Worn`; `None` without wear)."""
+    of each pair (m; `None` without wear)."""
 
     phi: Any
     omega: Any
@@ -285,9 +285,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         )
         rates = State(moving, z.alpha, self.mechanism.own_rates(z.contact), ledger)
         if self.wearing is not None:
-            hot = self.hot(y.heat)
-            rubs = [Pressed(rub.normal, rub.sense * rub.slip, T) for rub, T in zip(z.rubs, hot, strict=True)]
-            rates = rates._replace(worn=self.wearing.rates(t, rubs[0], rubs[1] if len(rubs) > 1 else None))
+            rates = rates._replace(worn=self.wearing.rates(t, self.mechanism.pairs, z.rubs, self.hot(y.heat)))
         if self.thermal is None:
             return rates
         into, booked = z.thermal.flows.into, self._booked(z.thermal.deposits)

@@ -127,7 +127,7 @@ def lining_values(result: Result, quantity: str, edges: Any, *, pair: str = "ext
     if quantity == "tension":
         return np.asarray(p.linings.tension)
     if quantity == "worn_thickness":
-        return np.asarray(p.y.worn.inner if inner else p.y.worn.outer)
+        return np.asarray(p.y.worn[1 if inner else 0])
     if quantity == "friction_force":
         return np.asarray(p.linings.friction)
     return np.asarray(p.columns[f"internal_{quantity}" if inner and quantity == "friction_coefficient" else quantity])

@@ -125,7 +125,7 @@ CHAIN_METRICS: dict[str, Callable[[Record, Any], Any]] = {"first_lining_slip_tim
 
 def thickness(worn: Any) -> Any:
     """Thickness that linings have lost, at both faces of a staged brake (m)."""
-    return worn.outer if worn.inner is None else worn.outer + worn.inner
+    return sum(worn[1:], start=worn[0])
 
 
 def worn_thickness(record: Record) -> Any:

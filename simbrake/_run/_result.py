@@ -274,7 +274,7 @@ class Result(eqx.Module):
             normal_load=p.linings.normal,
             friction_force=p.linings.friction,
             worn_thickness=None if worn is None else thickness(worn),
-            internal_worn_thickness=None if worn is None else worn.inner,
+            internal_worn_thickness=None if worn is None or len(worn) < 2 else worn[1],
             **self._thermal_columns(p),
             **p.columns,
         )
