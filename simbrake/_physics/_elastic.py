@@ -28,7 +28,7 @@ from ._mechanism import (
 )
 from ._modes import BandMode, pick, slips
 from ._state import BrakeCode
-from ._wrap import MOBILISATION, Wrap, band_torque
+from ._wrap import MOBILISATION, Limit, Wrap, band_torque
 
 
 class Stretched(NamedTuple):
@@ -95,15 +95,7 @@ class ElasticBand(AbstractMechanism):
         sliding, back, held = slips(band), band == BandMode.SLIP_BACK, band == BandMode.HELD
         take_up = band == BandMode.TAKE_UP
         T_0, speed, stretched = acting.tension, R_b * omega, C * own.x
-        hot = None if self.wrap.fixed is not None else acting.hot[0]
-
-        def limit(T_0: Array, omega: Array, hot: Any) -> tuple[Array, Any]:
-            v = jnp.where(mode.sense > 0, omega, -omega) * R_b
-            found = self.wrap.limit(T_0, v, hot, back, ~sliding)
-            return T_0 * found.ratio, found
-
-        # forward, or sliding: the tension at the limit, and how it moves with its arguments
-        upper, push, at_limit = jax.linearize(limit, T_0, omega, hot, has_aux=True)
+        upper, push, at_limit = limit_of(self, acting, omega, mode)
         lower = T_0 / at_limit.other
         carried = (band == BandMode.ELASTIC) | take_up
         pulling = pick(carried, stretched, pick(sliding, upper, 0.0))
@@ -113,26 +105,16 @@ class ElasticBand(AbstractMechanism):
         # what is held bears the load
         tight = pick(held, T_0 + acting.load / R_b, pulling)
 
-        snap = None
-        if self.wrap.fixed is not None:
-            growth = push(acting.pull, jnp.zeros_like(omega), None) / C
-        else:
-            growth = push(acting.pull, alpha, acting.warming(None)[0]) / C
-        slip = lead = speed - growth
-        if self.wrap.grip.reads.T:
-            still = jnp.zeros_like(omega)
-            heated = acting.warming((self.friction(T_0, at_limit.fz, back, upper),))[0]
-            gamma = push(still, still, heated) / C
-            snap = 1 + gamma
-            slip = lead / jnp.where(snap > 0, snap, 1.0)
-            growth = growth + gamma * slip
-        band_speed = pick(carried, speed, pick(sliding, growth, 0.0))
+        drift = None if self.wrap.fixed is not None else acting.warming(None)[0]
+        friction = (friction_of(self, T_0, at_limit.fz, back, upper),)
+        slide = slide_of(self, push, acting, speed, alpha, drift, friction)
+        band_speed = pick(carried, speed, pick(sliding, slide.growth, 0.0))
         return ElasticNow(
             slack_tension=slack,
             tight_tension=tight,
             brake_torque=R_b * (tight - slack),
             alpha=alpha,
-            slip_speed=pick(sliding, slip, 0.0),
+            slip_speed=pick(sliding, slide.slip, 0.0),
             band_speed=band_speed,
             lever_power=slack * band_speed,
             upper=pick(take_up, T_0, upper),
@@ -141,16 +123,9 @@ class ElasticBand(AbstractMechanism):
             fz=at_limit.fz,
             slope=at_limit.slope,
             margin=at_limit.margin,
-            snap=snap,
-            lead=pick(sliding, lead, 0.0),
+            snap=slide.snap,
+            lead=pick(sliding, slide.lead, 0.0),
         )
-
-    def friction(self, T_0: Array, fz: Array, back: Array, tight: Array) -> Float[Array, "*n"]:
-        """Friction `T_i − T_{i−1}` of the linings while every one slides, or its sum."""
-        if not self.pairs[0].apart:
-            return tight - T_0
-        along = self.wrap.along(T_0, fz, back)
-        return along - jnp.concatenate([T_0[None], along[:-1]])
 
     def own_rates(self, z):
         return Stretched(z.band_speed)
@@ -245,13 +220,67 @@ class ElasticBand(AbstractMechanism):
 
 
 # --- what every elastic band has, whatever it lies on -----------------------------------------------------------------
+#
+# `m` is a mechanism with `wrap`, `stiffness`, `pairs`, `sizes`, `codes` and `locked_in`; `omega` the speed of what
+# carries the band.
+
+
+class Slide(NamedTuple):
+    """A band that slides: `ẋ = ẋ_0 + γ v_s` (`growth`), `v_s` (`slip`), `R_b ω − ẋ_0` (`lead`), `1 + γ` (`snap`)."""
+
+    growth: Array
+    slip: Array
+    lead: Array
+    snap: Any
+
+
+def limit_of(m: Any, acting: Acting, omega: Array, mode: Mode) -> tuple[Array, Callable[..., Array], Limit]:
+    """The tension at the limit forwards, or of the way it slides; how that moves with the rates of slack tension, speed
+    and temperatures; and the linings there."""
+    sliding, back = slips(mode.band), mode.band == BandMode.SLIP_BACK
+
+    def tension(T_0: Array, omega: Array, hot: Any) -> tuple[Array, Limit]:
+        v = jnp.where(mode.sense > 0, omega, -omega) * m.wrap.radius
+        found = m.wrap.limit(T_0, v, hot, back, ~sliding)
+        return T_0 * found.ratio, found
+
+    hot = None if m.wrap.fixed is not None else acting.hot[0]
+    return jax.linearize(tension, acting.tension, omega, hot, has_aux=True)
+
+
+def friction_of(m: Any, T_0: Array, fz: Array, back: Any, tight: Array) -> Float[Array, "*n"]:
+    """Friction `T_i − T_{i−1}` of the linings while every one slides, or its sum."""
+    if not m.pairs[0].apart:
+        return tight - T_0
+    along = m.wrap.along(T_0, fz, back)
+    return along - jnp.concatenate([T_0[None], along[:-1]])
+
+
+def slide_of(
+    m: Any,
+    push: Callable[..., Array],
+    acting: Acting,
+    speed: Array,
+    alpha: Array,
+    drift: Any,
+    friction: tuple[Array | None, ...],
+) -> Slide:
+    """The band in full slip: `x = T_n/C` moves with the lever, with the speed and with the temperatures.
+
+    `speed` (m/s) and `alpha` (rad/s²) of its carrier;  `drift`: rates of the temperatures but for the heat of this slip
+    """
+    still = jnp.zeros_like(speed)
+    growth = push(acting.pull, still if m.wrap.fixed is not None else alpha, drift) / m.stiffness
+    lead = speed - growth
+    if not m.wrap.grip.reads.T:
+        return Slide(growth, lead, lead, None)
+    gamma = push(still, still, acting.warming(friction)[0]) / m.stiffness
+    slip = lead / jnp.where(1 + gamma > 0, 1 + gamma, 1.0)
+    return Slide(growth + gamma * slip, slip, lead, 1 + gamma)
 
 
 def band_guards(m: Any, acting: Acting, omega: Array, mode: Mode, z: Any) -> list[Array]:
-    """Guards of a band on what carries it with the speed `omega`: motion, upper limit, lower limit, lever, and codes.
-
-    `m` is a mechanism with `wrap`, `sizes` and `codes`.
-    """
+    """Guards of a band: motion, upper limit, lower limit, lever, and codes."""
     band, size = mode.band, m.sizes
     forward, back, held = band == BandMode.SLIP, band == BandMode.SLIP_BACK, band == BandMode.HELD
     is_open, take_up = band == BandMode.OPEN, band == BandMode.TAKE_UP
@@ -327,7 +356,7 @@ def strained(
     m: Any, omega: Array, x: Array, before: tuple[Mode, Any], after: tuple[Mode, Array]
 ) -> Callable[[Any], tuple[Array, Array, Array]]:
     """Elongation after a change of mode, the work of the lever in it and the heat that it sets free (J), as a function
-    of the temperatures of the linings; `omega` is the speed of what carries the band."""
+    of the temperatures of the linings."""
     (old, z), (new, T_0), C = before, after, m.stiffness
     was_open, locked, sliding = old.band == BandMode.OPEN, m.locked_in(new), slips(new.band)
     is_open, held, elastic = new.band == BandMode.OPEN, new.band == BandMode.HELD, new.band == BandMode.ELASTIC

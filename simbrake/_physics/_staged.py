@@ -2,14 +2,23 @@
 
 from typing import Any, NamedTuple
 
-import jax
 import jax.numpy as jnp
 from jaxtyping import Bool, Float, Int
 
 from .._hybrid._arrays import Array
 from .._parts._band import limit_tensions, piece_of, tensions_on
 from .._parts._internal import Held, InternalPair
-from ._elastic import ElasticNow, band_guards, strained, taut_mode, tension_of
+from ._elastic import (
+    ElasticNow,
+    Slide,
+    band_guards,
+    friction_of,
+    limit_of,
+    slide_of,
+    strained,
+    taut_mode,
+    tension_of,
+)
 from ._mechanism import (
     HELD,
     OPEN,
@@ -149,14 +158,7 @@ class StagedBrake(AbstractMechanism):
         band, R_b, inner = mode.band, self.wrap.radius, mode.own.inner
         sliding, back, held, stuck = slips(band), band == BandMode.SLIP_BACK, band == BandMode.HELD, inner == 0
         T_0, n = acting.tension, self.wrap.count
-        hot = None if self.wrap.fixed is not None else acting.hot[0]
-
-        def limit(T_0: Array, omega: Array, hot: Any) -> tuple[Array, Any]:
-            v = pick(mode.sense > 0, omega, -omega) * R_b
-            found = self.wrap.limit(T_0, v, hot, back, ~sliding)
-            return T_0 * found.ratio, found
-
-        upper, push, at_limit = jax.linearize(limit, T_0, own.omega_b, hot, has_aux=True)
+        upper, push, at_limit = limit_of(self, acting, own.omega_b, mode)
         mu = (1 + at_limit.fz) / (1 - at_limit.fz)
         rim = self._rim(omega, own, mode, acting.hot[1], stuck)
         # a held bandage bears the load, or what the sliding internal pair gives
@@ -180,30 +182,23 @@ class StagedBrake(AbstractMechanism):
         alpha_b = pick(stuck, common, pick(held, 0.0, (drive - torque) / J_b))
         inner_slip = pick(stuck, 0.0, self.internal.radius * (omega - own.omega_b))
 
-        speed, snap = R_b * own.omega_b, None
-        band_speed, slip, lead = jnp.zeros_like(speed), speed, speed
+        speed, zero = R_b * own.omega_b, jnp.zeros_like(T_0)
+        slide = Slide(zero, speed, speed, None)
         if self.stiffness is not None:
-            C = self.stiffness
-            if self.wrap.fixed is not None:
-                growth = push(acting.pull, jnp.zeros_like(speed), None) / C
-            else:
+            drift = None
+            if self.wrap.fixed is None:
                 heated = acting.warming((None, pick(inner < 0, -1.0, 1.0) * friction * inner_slip))[0]
-                growth = push(acting.pull, alpha_b, _sum(acting.warming(None)[0], heated)) / C
-            slip = lead = speed - growth
-            if self.wrap.grip.reads.T:
-                still = jnp.zeros_like(speed)
-                gamma = push(still, still, acting.warming((self._outer(T_0, at_limit.fz, back, upper), None))[0]) / C
-                snap = 1 + gamma
-                slip = lead / pick(snap > 0, snap, 1.0)
-                growth = growth + gamma * slip
-            carried = take_up | (band == BandMode.ELASTIC)
-            band_speed = pick(carried, speed, pick(sliding, growth, 0.0))
+                drift = _sum(acting.warming(None)[0], heated)
+            rubs = (friction_of(self, T_0, at_limit.fz, back, upper), None)
+            slide = slide_of(self, push, acting, speed, alpha_b, drift, rubs)
+        carried = take_up | (band == BandMode.ELASTIC)
+        band_speed = pick(carried, speed, pick(sliding, slide.growth, 0.0)) if self.stiffness is not None else zero
         found = ElasticNow(
             slack_tension=slack,
             tight_tension=tight,
             brake_torque=torque,
             alpha=alpha_b,
-            slip_speed=pick(sliding, slip, 0.0),
+            slip_speed=pick(sliding, slide.slip, 0.0),
             band_speed=band_speed,
             lever_power=slack * band_speed,
             upper=pick(take_up, T_0, upper),
@@ -212,8 +207,8 @@ class StagedBrake(AbstractMechanism):
             fz=at_limit.fz,
             slope=at_limit.slope,
             margin=at_limit.margin,
-            snap=snap,
-            lead=pick(sliding, lead, 0.0),
+            snap=slide.snap,
+            lead=pick(sliding, slide.lead, 0.0),
         )
         return StagedNow(
             band=found,
@@ -225,13 +220,6 @@ class StagedBrake(AbstractMechanism):
             inner_friction=friction,
             inner_normal=self.internal.normal(slack, along),
         )
-
-    def _outer(self, T_0: Array, fz: Array, back: Array, tight: Array) -> Float[Array, "*n"]:
-        """Friction `T_i − T_{i−1}` of the linings while every one slides on the band, or its sum."""
-        if not self.pairs[0].apart:
-            return tight - T_0
-        along = self.wrap.along(T_0, fz, back)
-        return along - jnp.concatenate([T_0[None], along[:-1]])
 
     def own_rates(self, z):
         return Bandaged(None if self.stiffness is None else z.band.band_speed, z.alpha_b)
