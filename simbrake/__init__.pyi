@@ -193,8 +193,16 @@ from ._parts._network import Wall as Wall
 from ._parts._power_shares import PowerShares as PowerShares
 from ._parts._power_shares import PowerSplit as PowerSplit
 from ._parts._power_shares import shares_of_S as shares_of_S
+from ._parts._pressed import AbstractPadPressure as AbstractPadPressure
+from ._parts._pressed import DiscBrake as DiscBrake
+from ._parts._pressed import Pads as Pads
+from ._parts._pressed import ShoeBrake as ShoeBrake
+from ._parts._pressed import Shoes as Shoes
+from ._parts._pressed import UniformPressure as UniformPressure
+from ._parts._pressed import UniformWear as UniformWear
 from ._parts._programme import programme_scene as programme_scene
 from ._parts._scene import Duty as Duty
+from ._parts._scene import ForceDuty as ForceDuty
 from ._parts._scene import Initial as Initial
 from ._parts._scene import Scene as Scene
 from ._parts._scene import check as check

@@ -9,6 +9,7 @@ import numpy as np
 
 from .._base._faults import Fault, InputError
 from .._base._quantity import Quantity, Whole, leaves
+from .._parts._design import Brake
 from .._parts._scene import Scene
 from ._schema import Part, all_makers, makers_of, parts_of, short_of
 
@@ -50,10 +51,14 @@ def numbers_text(scene: Scene) -> str:
 def count_text(scene: Scene) -> str:
     """What a scene has, in a few words."""
     n, found = scene.brake.linings.count, leaves(scene)
-    words = [f"{sum(np.size(leaf.value) for leaf in found)} numbers in {len(found)} fields", f"{n} linings"]
-    if scene.brake.band.segments is not None:
+    words = [
+        f"{sum(np.size(leaf.value) for leaf in found)} numbers in {len(found)} fields",
+        f"{n} {scene.brake.words.lining}s",
+    ]
+    brake = scene.brake
+    if isinstance(brake, Brake) and brake.band.segments is not None:
         words.append("each on its own segment of the band")
-    if scene.brake.bandage is not None:
+    if brake.staged:
         words.append("staged")
     if scene.heat is not None:
         words.append(f"{sum(body.count for body in scene.heat.bodies)} thermal nodes")

@@ -17,14 +17,14 @@ import equinox as eqx
 from .._base._quantity import Quantity, Whole, about_of, unit_below
 from .._parts._builders import layered_heat, lumped_heat, with_external_pair, with_pulley_structure
 from .._parts._compliance import AbstractStiffness, GivenStiffness
-from .._parts._design import Lining, uniform_linings
+from .._parts._design import AbstractBrake, Lining, uniform_linings
 from .._parts._duty import AbstractProfile, Constant, ramp
 from .._parts._friction import AbstractFriction, ConstantFriction
 from .._parts._heat import AbstractPartition, ConstantPartition, Heat
 from .._parts._lever import Lever
 from .._parts._loads import AbstractLoad, TorqueLoad
 from .._parts._programme import programme_scene
-from .._parts._scene import Scene
+from .._parts._scene import AbstractDuty, Scene
 from .._parts._wear import AbstractWearRate, ConstantWear
 from ._history import history
 
@@ -44,6 +44,8 @@ SHORT: dict[type, Callable[..., Any]] = {
     AbstractLoad: TorqueLoad,
     AbstractWearRate: ConstantWear,
 }
+#: families whose classes have no keys that would do for another one of them
+TOLD_BY_KEYS: set[type] = {AbstractBrake, AbstractDuty}
 assert Lever  # its class is found as a subclass of a profile only if its module is loaded
 
 
@@ -149,6 +151,8 @@ def makers_of(wanted: tuple[type, ...]) -> dict[str, Callable[..., Any]]:
 
 def several(wanted: tuple[type, ...]) -> bool:
     """Whether a table of one of the `wanted` classes must name its own; builders are told by their keys."""
+    if set(wanted) <= TOLD_BY_KEYS:
+        return False
     return sum(isinstance(maker, type) for maker in makers_of(wanted).values()) > 1
 
 

@@ -39,7 +39,7 @@ def _heated(result: Result) -> bool:
 
 
 def _staged(result: Result) -> bool:
-    return result.scene.brake.bandage is not None
+    return result.scene.brake.staged
 
 
 def _resolved(result: Result) -> bool:

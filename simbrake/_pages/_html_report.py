@@ -146,8 +146,10 @@ def contents(
 
 
 def _name(scene: Scene) -> str:
-    kind = "staged" if scene.brake.bandage is not None else "resolved" if scene.brake.resolved else "standard"
-    return f"A run of a {kind} brake with {scene.brake.linings.count} linings"
+    brake, words = scene.brake, scene.brake.words
+    kind = "staged brake" if brake.staged else "resolved brake" if brake.resolved else "standard brake"
+    kind = kind if brake.banded else words.brake
+    return f"A run of a {kind} with {brake.linings.count} {words.lining}s"
 
 
 def _provenance(result: Result) -> Mapping[str, Any]:

@@ -19,6 +19,10 @@ from .._parts._scene import Scene
 _WORDS = {"Scene": "One run of a brake.", "Lining": "The linings, counted from the slack to the tight end."}
 
 
+#: what the lever gives, by the field of the duty
+_LEVER = {"slack_tension": "Lever, slack tension", "force": "Actuator, force on each pad or shoe"}
+
+
 class Row(NamedTuple):
     """One field of a part: its path in the scene, what it means, and its value."""
 
@@ -198,7 +202,7 @@ def duty_words(scene: Scene) -> list[tuple[str, str]]:
     """Lever, load, start and end of a run: what, and in words."""
     start, wraps = scene.initial, "" if float(scene.initial.omega) else ", at rest"
     return [
-        ("Lever, slack tension", profile_words(scene.duty.slack_tension, "N")),
+        (_LEVER[scene.duty.lever_field], profile_words(scene.duty.lever, "N")),
         ("Load", load_words(scene.duty.load)),
         ("Start", f"{number(start.omega, 'rad/s')} at {digits(float(start.time))} s{wraps}"),
         ("End", f"at {digits(float(scene.end_time))} s"),

@@ -5,7 +5,7 @@ Tag Z: Zhuravlov et al., *Dynamics of friction couples of a band-shoe brake*.
 """
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -93,9 +93,12 @@ def capstan_ratio(f: Float[Array, ""], wrap: Float[Array, ""]) -> Float[Array, "
 
 
 class LiningForces(NamedTuple):
-    """Forces at every lining: tension behind it `T_i`, circumferential and normal force `F_i`, `N_i` (N)."""
+    """Forces at every lining: tension behind it `T_i`, circumferential and normal force `F_i`, `N_i` (N).
 
-    tension: Float[Array, " n"]
+    `tension` is `None` where no band presses the linings.
+    """
+
+    tension: Any
     friction: Float[Array, " n"]
     normal: Float[Array, " n"]
     at_limit: Bool[Array, " n"]

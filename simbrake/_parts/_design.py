@@ -1,8 +1,9 @@
 """The parts of a brake: what could be weighed."""
 
+import abc
 import functools
 import math
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar, NamedTuple
 
 import equinox as eqx
 import jax
@@ -14,6 +15,7 @@ from .._base._dependence import Skeleton, skeleton
 from .._base._faults import Fault
 from .._base._quantity import Scalar, Whole, positive, quantity
 from .._hybrid._arrays import Array
+from ._band import grip, product, tension_ratio
 from ._compliance import AbstractStiffness, ParallelBands
 from ._friction import AbstractFriction, Contact, needs, reads
 
@@ -64,7 +66,27 @@ class Band(eqx.Module):
     segments: Segments | None = None
 
 
-class Lining(eqx.Module):
+class AbstractLinings(eqx.Module):
+    """What rubs: `n` linings of one brake, whatever they are called. Arrays over them have `n` entries.
+
+    - `friction`: the law of all of them, with numbers for all or per lining;  `area` `A_i` (m²), `None`: not given
+    """
+
+    friction: eqx.AbstractVar[AbstractFriction]
+    area: eqx.AbstractVar[Any]
+
+    @property
+    @abc.abstractmethod
+    def count(self) -> int:
+        """Number of linings."""
+
+    @property
+    @abc.abstractmethod
+    def weights(self) -> Float[Array, " n"]:
+        """Sizes by which linings count in a mean over all of them."""
+
+
+class Lining(AbstractLinings):
     """`n` linings as one object with a leading axis, counted from the slack to the tight end.
 
     - `angle` `β_i` (n,) in rad: central angle of each;  `friction`: its law, with numbers for all or per lining
@@ -79,7 +101,11 @@ class Lining(eqx.Module):
 
     @property
     def count(self) -> int:
-        return int(jnp.shape(self.angle)[0])
+        return int((*jnp.shape(self.angle), 1)[0])
+
+    @property
+    def weights(self) -> Float[Array, " n"]:
+        return jnp.asarray(self.angle)
 
     @property
     def wrap(self) -> Float[Array, ""]:
@@ -126,7 +152,7 @@ class Bandage(eqx.Module):
     spring_damping: Scalar = quantity("1", "share of critical damping of the springs", low=0.0, many=True, default=0.05)
 
 
-def unloaded(pair: Lining | Bandage, v: Any, T: Any) -> Contact:
+def unloaded(pair: AbstractLinings | Bandage, v: Any, T: Any) -> Contact:
     """The contact of surfaces without load, at slip speeds `v` (n,) and temperatures `T` (K; `None`: none known).
 
     As in a run it has a pressure only where the pair has areas; or where the law cannot do without one.
@@ -135,13 +161,115 @@ def unloaded(pair: Lining | Bandage, v: Any, T: Any) -> Contact:
     return Contact(v=v, T=T, p=jnp.zeros_like(v) if pressed else None)
 
 
-class Brake(eqx.Module):
+class BrakeWords(NamedTuple):
+    """What a kind of brake, its linings and the body on which they rub are called.
+
+    - `locking`: what is so where it locks itself, and `unlocking`, what helps
+    """
+
+    brake: str
+    lining: str
+    body: str
+    locking: str = ""
+    unlocking: str = ""
+
+
+class AbstractBrake(eqx.Module):
+    """What a scene knows of any kind of brake.
+
+    - `linings`;  `inertia` `J` (kg·m²) of all that turns with the shaft, hook load not
+    """
+
+    linings: eqx.AbstractVar[AbstractLinings]
+    inertia: eqx.AbstractVar[Any]
+    words: eqx.AbstractClassVar[BrakeWords]
+
+    @property
+    @abc.abstractmethod
+    def track_radius(self) -> Any:
+        """Radius (m) of the friction track: its speed is that of what cools it."""
+
+    @property
+    @abc.abstractmethod
+    def radius(self) -> Any:
+        """Radius (m) at which the friction of the linings acts."""
+
+    @property
+    def resolved(self) -> bool:
+        """Whether single linings move by themselves."""
+        return False
+
+    @property
+    def staged(self) -> bool:
+        """Whether there are two friction pairs in series."""
+        return False
+
+    @property
+    def banded(self) -> bool:
+        """Whether a band presses the linings, which then has tensions."""
+        return False
+
+    @abc.abstractmethod
+    def torque(self, force: Any, f: Float[Array, " n"]) -> Float[Array, ""]:
+        """Torque (N·m) of linings that slide ahead with the coefficients `f` under the `force` (N) of the lever."""
+
+    @abc.abstractmethod
+    def self_locking(self, f: Float[Array, " n"]) -> Float[Array, " n"]:
+        """How near each lining is to locking itself with the coefficients `f`: it does so from 1 on."""
+
+    @abc.abstractmethod
+    def locking_words(self, i: int, share: float) -> str:
+        """Why lining `i` (from 1) locks itself, whose `self_locking` is `share`."""
+
+    @abc.abstractmethod
+    def faults(self, path: str) -> list[Fault]:
+        """What does not fit together, beyond the ranges of single numbers (concrete values only)."""
+
+
+class Brake(AbstractBrake):
     """A band-shoe brake: pulley, band and linings; staged where the linings ride on the pulley as a `bandage`."""
 
     pulley: Pulley
     band: Band
     linings: Lining
     bandage: Bandage | None = None
+    words: ClassVar[BrakeWords] = BrakeWords(
+        "band brake",
+        "lining",
+        "pulley",
+        "f·tan(β/2) ≥ 1 on a rigid band, the band locks itself",
+        "shorten the lining, lower its friction, or give the band a stiffness",
+    )
+
+    @property
+    def inertia(self) -> Any:
+        return self.pulley.inertia
+
+    @property
+    def track_radius(self) -> Any:
+        return self.pulley.radius
+
+    @property
+    def radius(self) -> Any:
+        return self.band.radius
+
+    @property
+    def staged(self) -> bool:
+        return self.bandage is not None
+
+    @property
+    def banded(self) -> bool:
+        return True
+
+    def torque(self, force, f):
+        mu = tension_ratio(grip(f, jnp.asarray(self.linings.angle)))[0]
+        return jnp.asarray(self.band.radius) * force * (product(mu) - 1)
+
+    def self_locking(self, f):
+        return grip(f, jnp.asarray(self.linings.angle))
+
+    def locking_words(self, i, share):
+        return f"lining {i}: f·tan(β/2) = {share:.4g} ≥ 1, the band locks itself"
 
     @property
     def resolved(self) -> bool:
@@ -167,7 +295,7 @@ class Brake(eqx.Module):
             )
         if self.linings.area is None and needs(self.linings.friction, angle.size).p:
             found.append(Fault(f"{path}.linings.area", "is missing", "the friction law looks at the pressure"))
-        found += _faults_of_shapes(self.linings.friction, f"{path}.linings.friction", angle.size)
+        found += faults_of_law(self.linings.friction, f"{path}.linings.friction", angle.size)
         if self.bandage is not None:
             found += _faults_of_bandage(self.bandage, f"{path}.bandage", angle.size)
             found += _faults_of_springs(self, path, angle.size)
@@ -201,7 +329,7 @@ def _faults_of_bandage(bandage: Bandage, path: str, n: int) -> list[Fault]:
     found = bandage.friction.faults(f"{path}.friction")
     if bandage.area is None and needs(bandage.friction, n).p:
         found.append(Fault(f"{path}.area", "is missing", "the friction law of the internal pair looks at the pressure"))
-    found += _faults_of_shapes(bandage.friction, f"{path}.friction", n)
+    found += faults_of_law(bandage.friction, f"{path}.friction", n)
     for name in ("preload", "area"):
         if np.shape(getattr(bandage, name)) not in ((), (n,)) and getattr(bandage, name) is not None:
             found.append(Fault(f"{path}.{name}", f"does not fit {n} linings", f"give one number, or a list of {n}"))
@@ -252,7 +380,8 @@ def _faults_of_wrap(stiffness: Any, angle: np.ndarray, where: str, path: str) ->
     return []
 
 
-def _faults_of_shapes(law: AbstractFriction, path: str, n: int) -> list[Fault]:
+def faults_of_law(law: AbstractFriction, path: str, n: int) -> list[Fault]:
+    """Numbers of a law that are neither one for all nor one for each of `n` linings."""
     if _fits(skeleton(law), n):
         return []
     return [Fault(path, f"its numbers do not fit {n} linings", f"give one number, or a list of {n}")]

@@ -6,6 +6,7 @@ import numpy as np
 from jax.core import Tracer
 
 from .._base._quantity import leaves
+from ._design import Brake
 from ._network import Wall, place_of
 from ._scene import Scene, static_friction
 
@@ -38,6 +39,8 @@ def plausibility(scene: Scene, peak_rim: float | None = None) -> list[str]:
 
 def _of_brake(scene: Scene) -> list[str]:
     brake, found = scene.brake, []
+    if not isinstance(brake, Brake):
+        return []  # the sources are about band brakes
     n, f = brake.linings.count, static_friction(scene)
     if _outside(f.min(), FRICTION) or _outside(f.max(), FRICTION):
         values = f"{f.min():.4g}" if np.ptp(f) < 1e-12 else f"{f.min():.4g}…{f.max():.4g}"

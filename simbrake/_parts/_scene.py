@@ -1,6 +1,7 @@
 """One run: a brake, what acts on it, how it starts and when it ends."""
 
-from typing import Any
+import abc
+from typing import Any, ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -11,9 +12,8 @@ from .._base._compiling import DeviceJit
 from .._base._faults import Fault, InputError
 from .._base._quantity import Scalar, faults_of_values, holding, leaves, quantity
 from .._hybrid._arrays import Array
-from ._band import grip
 from ._compliance import ParallelBands
-from ._design import Brake, Lining, tension_shares, unloaded
+from ._design import AbstractBrake, AbstractLinings, Brake, tension_shares, unloaded
 from ._driller import AbstractSpeedLever
 from ._duty import AbstractProfile
 from ._friction import AbstractFriction, Reads, needs, reads
@@ -25,14 +25,50 @@ from ._wear import Wear
 from ._worn import faults_of_wear
 
 
-class Duty(eqx.Module):
-    """What acts on the brake.
+class AbstractDuty(eqx.Module):
+    """What acts on a brake: the load, and what its lever gives.
+
+    - `load`: `M_load(t, ω)`;  `lever_field`: name of the field that holds the profile of the lever
+    """
+
+    load: eqx.AbstractVar[AbstractLoad]
+    lever_field: eqx.AbstractClassVar[str]
+
+    @property
+    @abc.abstractmethod
+    def lever(self) -> AbstractProfile:
+        """What the lever gives over time (N)."""
+
+
+class Duty(AbstractDuty):
+    """What acts on a band brake.
 
     - `slack_tension`: `T_0(t) ≥ 0` in N, set by the lever at the slack end;  `load`: `M_load(t, ω)`
     """
 
     slack_tension: AbstractProfile = holding("N")
     load: AbstractLoad  # pyright: ignore
+    lever_field: ClassVar[str] = "slack_tension"
+
+    @property
+    def lever(self):
+        return self.slack_tension
+
+
+class ForceDuty(AbstractDuty):
+    """What acts on a disc brake or a double-shoe brake.
+
+    - `force`: `F(t) ≥ 0` in N, with which the actuator presses each pad, or each shoe at its arm
+    - `load`: `M_load(t, ω)`
+    """
+
+    force: AbstractProfile = holding("N")
+    load: AbstractLoad  # pyright: ignore
+    lever_field: ClassVar[str] = "force"
+
+    @property
+    def lever(self):
+        return self.force
 
 
 class Initial(eqx.Module):
@@ -48,7 +84,9 @@ class Initial(eqx.Module):
 
 
 class Scene(eqx.Module):
-    """One run of a brake. Every number is an array leaf in SI units; `None` means that a piece of physics is absent.
+    """One run of a brake: a band brake under a `Duty`, a disc or double-shoe brake under a `ForceDuty`.
+
+    Every number is an array leaf in SI units; `None` means that a piece of physics is absent.
 
     - `end_time` (s): the run goes on to here, also after the stop
     - `heat`: the thermal network, `None` where temperatures do not matter
@@ -56,8 +94,8 @@ class Scene(eqx.Module):
     - `power_shares`: how the friction power splits into heat, electrical and mechanical power; `None`: all is heat
     """
 
-    brake: Brake
-    duty: Duty
+    brake: AbstractBrake
+    duty: AbstractDuty
     initial: Initial
     end_time: Scalar = quantity("s", "end of the run")
     heat: Heat | None = None
@@ -65,33 +103,66 @@ class Scene(eqx.Module):
     power_shares: PowerShares | None = None
 
 
+def band_brake(scene: Scene, what: str) -> Brake:
+    """The brake of a scene where only a band brake will do. Raises `InputError` for another kind.
+
+    - `what`: what is only for band brakes, in words
+    """
+    if not isinstance(scene.brake, Brake):
+        problem = f"is a {scene.brake.words.brake}: {what} only of band brakes"
+        raise InputError([Fault("brake", problem, "take a scene with a `Brake`")])
+    return scene.brake
+
+
 def faults(scene: Scene) -> list[Fault]:
     """Everything wrong with a scene, at once. Traced numbers cannot be looked at and pass."""
-    found = faults_of_values(scene)
+    found = faults_of_values(scene) + _faults_of_kinds(scene)
     if found or any(isinstance(leaf.value, Tracer) for leaf in leaves(scene)):
         return found
-    found += scene.brake.faults("brake")
+    brake, duty, lever = scene.brake, scene.duty, f"duty.{scene.duty.lever_field}"
+    found += brake.faults("brake")
     found += _faults_of_heat(scene)
     found += [] if scene.power_shares is None else scene.power_shares.faults("power_shares")
     found += faults_of_wear(scene)
-    if isinstance(scene.duty.slack_tension, AbstractSpeedLever):
-        if scene.brake.band.stiffness is not None:
+    if isinstance(duty.lever, AbstractSpeedLever):
+        if isinstance(brake, Brake) and brake.band.stiffness is not None:
             found.append(
                 Fault("brake.band.stiffness", "a lever that holds the speed needs a rigid band", "leave it out")
             )
         if read_by_linings(scene).p or (scene.heat is not None and scene.heat.flash is not None):
-            found.append(Fault("duty.slack_tension", "cannot hold the speed with an implicit coefficient of friction"))
-    found += scene.duty.slack_tension.faults("duty.slack_tension", 0.0)
-    found += scene.duty.load.profile.faults("duty.load.profile", None)
+            found.append(Fault(lever, "cannot hold the speed with an implicit coefficient of friction"))
+    found += duty.lever.faults(lever, 0.0)
+    found += duty.load.profile.faults("duty.load.profile", None)
     if not np.asarray(scene.end_time) > np.asarray(scene.initial.time):
         found.append(Fault("end_time", f"{float(scene.end_time):g} s is not after the start", "it must be later"))
     if found:
         return found
-    if scene.brake.bandage is not None:
+    if isinstance(brake, Brake):
+        return _faults_of_band(scene, brake)
+    if float(scene.initial.elongation) != 0.0:
+        found.append(Fault("initial.elongation", f"a {brake.words.brake} has no band", "leave it out"))
+    return found
+
+
+def _faults_of_kinds(scene: Scene) -> list[Fault]:
+    """Whether brake and duty belong to each other."""
+    name, pressed = scene.brake.words.brake, not scene.brake.banded
+    if pressed and isinstance(scene.duty, Duty):
+        what = f"a {name} has no band"
+        return [Fault("duty.slack_tension", what, "give the force of its actuator: `ForceDuty`, key `force`")]
+    if not pressed and isinstance(scene.duty, ForceDuty):
+        what = f"a {name} is pressed by its band"
+        return [Fault("duty.force", what, "give the tension of its slack end: `Duty`, key `slack_tension`")]
+    return []
+
+
+def _faults_of_band(scene: Scene, brake: Brake) -> list[Fault]:
+    found = []
+    if brake.staged:
         found += _faults_of_staged(scene)
-    elif scene.brake.band.stiffness is None:
+    elif brake.band.stiffness is None:
         found += [Fault(f"brake.linings.angle[{i - 1}]", locking_message(scene, i), _LOCK_HINT) for i in locked(scene)]
-    if scene.brake.band.stiffness is None and float(scene.initial.elongation) != 0.0:
+    if brake.band.stiffness is None and float(scene.initial.elongation) != 0.0:
         found.append(Fault("initial.elongation", "a rigid band has no elongation", "give brake.band.stiffness"))
     return found
 
@@ -99,7 +170,7 @@ def faults(scene: Scene) -> list[Fault]:
 def _faults_of_staged(scene: Scene) -> list[Fault]:
     where, hint = "brake.linings", "a staged brake cannot have it: make the lining shorter, or lower its friction"
     found = [Fault(f"{where}.angle[{i - 1}]", locking_message(scene, i), hint) for i in locked(scene)]
-    if isinstance(scene.duty.slack_tension, AbstractSpeedLever):
+    if isinstance(scene.duty.lever, AbstractSpeedLever):
         found.append(Fault("duty.slack_tension", "cannot hold the speed of a staged brake", "give the slack tension"))
     if scene.heat is not None and scene.heat.flash is not None:
         found.append(Fault("heat.flash", "is not available for a staged brake", "leave it out"))
@@ -120,13 +191,15 @@ def warnings(scene: Scene) -> list[str]:
     """What a user should know of a scene that is no fault."""
     if any(isinstance(leaf.value, Tracer) for leaf in leaves(scene)):
         return []
-    found = [f"self_locking: {locking_message(scene, i)}; it never slips as long as that lasts" for i in locked(scene)]
-    if not isinstance(scene.brake.band.stiffness, ParallelBands):
+    then = "it never slips as long as that lasts" if scene.brake.banded else "a run ends as soon as its force acts"
+    found = [f"self_locking: {locking_message(scene, i)}; {then}" for i in locked(scene)]
+    brake = scene.brake
+    if not (isinstance(brake, Brake) and isinstance(brake.band.stiffness, ParallelBands)):
         return found
     read = read_by_linings(scene)
     if not (read.T or read.p):
         return found
-    shares = np.asarray(tension_shares(scene.brake, sensed_at_start(scene)))
+    shares = np.asarray(tension_shares(brake, sensed_at_start(scene)))
     if np.ptp(shares) > 1e-9:
         text = ", ".join(f"{share:.4g}" for share in shares)
         found.append(
@@ -150,17 +223,17 @@ _MISSING_PAIR = {
 
 
 def _faults_of_heat(scene: Scene) -> list[Fault]:
-    heat, n = scene.heat, int(np.size(scene.brake.linings.angle))
+    heat, n = scene.heat, scene.brake.linings.count
     found = [] if heat is None else heat.faults("heat", n)
     if found:
         return found
-    if heat is not None and heat.external is not None and scene.brake.bandage is None:
+    if heat is not None and heat.external is not None and not scene.brake.staged:
         found.append(
             Fault("heat.external", "has no effect", "only a staged brake (`brake.bandage`) has an external pair")
         )
     for law, pair, where, field in _pairs(scene):
         if pair is None:
-            if heat is not None and scene.brake.bandage is not None:
+            if heat is not None and scene.brake.staged:
                 # its heat would leave the network, counted as lost, and warm nothing
                 found.append(Fault(f"heat.{field}", *_MISSING_PAIR[field]))
             elif needs(law, n).T:
@@ -173,6 +246,9 @@ def _faults_of_heat(scene: Scene) -> list[Fault]:
             what = f"the table of {table} does not cover the start at {T.min():g}…{T.max():g} K"
             found.append(Fault(where, what, "extend the table; it is not extrapolated"))
     if heat is not None and heat.flash is not None:
+        if not isinstance(scene.brake, Brake):
+            what = f"is not available for a {scene.brake.words.brake}"
+            return [*found, Fault("heat.flash", what, "leave it out")]
         if scene.brake.band.segments is not None:
             found.append(Fault("heat.flash", "is not modelled for a band in segments", "leave out one of the two"))
         if not read_by_linings(scene).T:
@@ -186,7 +262,7 @@ def _pairs(scene: Scene) -> list[tuple[AbstractFriction, FrictionHeat | None, st
     """Friction laws with the places of their heat, their paths, and the field of the heat part that names these."""
     heat, brake, law = scene.heat, scene.brake, scene.brake.linings.friction
     friction, external = (None, None) if heat is None else (heat.friction, heat.external)
-    if brake.bandage is None:
+    if not (isinstance(brake, Brake) and brake.bandage is not None):
         return [(law, friction, "brake.linings.friction", "friction")]
     return [
         (law, external, "brake.linings.friction", "external"),
@@ -203,13 +279,13 @@ def read_by_linings(scene: Scene) -> Reads:
 
 def sensed_at_start(scene: Scene) -> np.ndarray | None:
     """Temperatures that the linings' friction law on the band (staged), else on the rim, sees at the start (K)."""
-    pair, n = _pairs(scene)[0][1], int(np.size(scene.brake.linings.angle))
+    pair, n = _pairs(scene)[0][1], scene.brake.linings.count
     return None if pair is None else _sensed_at_start(scene.heat, pair, n)
 
 
 def sensed_on_rim_at_start(scene: Scene) -> np.ndarray | None:
     """Temperatures that the law of the pair of linings and rim sees at the start (K); `None` without one."""
-    heat, n = scene.heat, int(np.size(scene.brake.linings.angle))
+    heat, n = scene.heat, scene.brake.linings.count
     return None if heat is None or heat.friction is None else _sensed_at_start(heat, heat.friction, n)
 
 
@@ -223,25 +299,31 @@ def _sensed_at_start(heat: Heat | None, pair: FrictionHeat, n: int) -> np.ndarra
 
 
 @DeviceJit
-def _static_grip(linings: Lining, T: Any) -> Array:
+def _static_friction(linings: AbstractLinings, T: Any) -> Array:
     f = linings.friction.static(unloaded(linings, jnp.zeros(linings.count), T))
-    return jnp.broadcast_to(grip(f, jnp.asarray(linings.angle)), (linings.count,))
+    return jnp.broadcast_to(f, (linings.count,))
 
 
 def static_friction(scene: Scene) -> np.ndarray:
     """Coefficient up to which each lining sticks at the start, on the rim, or on the band of a staged brake."""
-    fz = np.asarray(_static_grip(scene.brake.linings, sensed_at_start(scene)))
-    return fz / np.tan(np.asarray(scene.brake.linings.angle) / 2)
+    return np.asarray(_static_friction(scene.brake.linings, sensed_at_start(scene)))
+
+
+@DeviceJit
+def _self_locking(brake: AbstractBrake, f: Any) -> Array:
+    return brake.self_locking(f)
+
+
+def _locking(scene: Scene) -> np.ndarray:
+    """How near each lining is to locking itself with its static friction at the start."""
+    return np.asarray(_self_locking(scene.brake, static_friction(scene)))
 
 
 def locked(scene: Scene) -> list[int]:
-    """Numbers (from 1) of the linings that lock themselves with their static friction, `f tan(β/2) ≥ 1`."""
-    return [
-        int(i) + 1 for i in np.flatnonzero(np.asarray(_static_grip(scene.brake.linings, sensed_at_start(scene))) >= 1.0)
-    ]
+    """Numbers (from 1) of the linings that lock themselves with their static friction: of a band `f tan(β/2) ≥ 1`."""
+    return [int(i) + 1 for i in np.flatnonzero(_locking(scene) >= 1.0)]
 
 
 def locking_message(scene: Scene, i: int) -> str:
     """Why lining `i` (from 1) locks itself, in words."""
-    fz = np.asarray(_static_grip(scene.brake.linings, sensed_at_start(scene)))[i - 1]
-    return f"lining {i}: f·tan(β/2) = {fz:.4g} ≥ 1, the band locks itself"
+    return scene.brake.locking_words(i, float(_locking(scene)[i - 1]))

@@ -61,9 +61,9 @@ def feeds_back(scene: Any) -> bool:
 
 
 def _worn(scene: Any) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
-    """Thickness worn off before the run, and the angles of the linings."""
-    angle = jnp.asarray(scene.brake.linings.angle)
-    return jnp.broadcast_to(jnp.asarray(scene.wear.worn), angle.shape), angle
+    """Thickness worn off before the run, and the sizes of the linings: under a band their angles."""
+    weights = scene.brake.linings.weights
+    return jnp.broadcast_to(jnp.asarray(scene.wear.worn), weights.shape), weights
 
 
 def worn_scene(scene: Any) -> Any:
@@ -148,7 +148,11 @@ def faults_of_wear(scene: Any) -> list[Fault]:
     wear, brake = scene.wear, scene.brake
     if wear is None:
         return []
-    found, bandage = wear.faults("wear", brake.linings.count), brake.bandage
+    found = wear.faults("wear", brake.linings.count)
+    if not brake.banded:
+        found += _faults_without_band(wear, brake.words.brake)
+        return found + (_faults_of_thickness(scene) if wear.heat and not found else [])
+    bandage = brake.bandage
     if brake.linings.area is None:
         found.append(Fault("brake.linings.area", "is missing", "wear looks at the pressure"))
     if wear.internal is not None and bandage is None:
@@ -157,9 +161,16 @@ def faults_of_wear(scene: Any) -> list[Fault]:
         found.append(Fault("brake.bandage.area", "is missing", "wear of the inner faces looks at the pressure"))
     if wear.turned_at is not None:
         found += _faults_of_turning(brake)
-    if wear.take_up_speed is not None and isinstance(scene.duty.slack_tension, AbstractSpeedLever):
+    if wear.take_up_speed is not None and isinstance(scene.duty.lever, AbstractSpeedLever):
         found.append(Fault("wear.take_up_speed", "has no effect on a lever that answers the speed", "leave it out"))
     return found + (_faults_of_thickness(scene) if wear.heat and not found else [])
+
+
+def _faults_without_band(wear: Any, name: str) -> list[Fault]:
+    """What of the wear is of the band alone."""
+    given = {"internal": wear.internal is not None, "geometry": wear.geometry}
+    given |= {"take_up_speed": wear.take_up_speed is not None, "turned_at": wear.turned_at is not None}
+    return [Fault(f"wear.{field}", f"has no effect on a {name}", "leave it out") for field, is_ in given.items() if is_]
 
 
 def _faults_of_turning(brake: Any) -> list[Fault]:
@@ -201,7 +212,9 @@ def turned_scene(scene: Any) -> Any:
     band. Raises `InputError` for a staged brake, whose linings ride on the pulley.
     """
     brake, n = scene.brake, scene.brake.linings.count
-    if brake.bandage is not None:
+    if not brake.banded:
+        raise InputError([Fault("brake", f"is a {brake.words.brake}: only a band is turned end for end")])
+    if brake.staged:
         raise InputError(_faults_of_turning(brake))
 
     def reverse(part: Any) -> Any:

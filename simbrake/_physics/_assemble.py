@@ -6,11 +6,11 @@ import jax
 import jax.numpy as jnp
 
 from .._hybrid._arrays import Array
-from .._parts._band import grip, product, tension_ratio
-from .._parts._design import Bandage, Lining, stiffness_of, unloaded
+from .._parts._design import AbstractLinings, Bandage, Brake, stiffness_of, unloaded
 from .._parts._friction import Contact
 from .._parts._heat import FrictionHeat
 from .._parts._internal import InternalPair
+from .._parts._pressed import AbstractPressedBrake
 from .._parts._scene import Scene
 from .._parts._wear import AbstractWearRate
 from .._parts._worn import walls_left, worn_scene
@@ -18,8 +18,8 @@ from ._brake import BrakeSystem, State, first_piece
 from ._chain import Chain
 from ._elastic import ElasticBand
 from ._mechanism import AbstractMechanism, Mode, Pair, Sizes
-from ._rigid import BandTorque, RigidContact
-from ._sliding import Grip
+from ._rigid import BandTorque, PressedTorque, RigidContact
+from ._sliding import FaceGrip, Grip
 from ._sprung import SprungBandage
 from ._staged import StagedBrake
 from ._state import HeatLedger, Ledger
@@ -42,21 +42,18 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
     still = _at_the_start(brake.linings, pairs[0], thermal, u)
     t_0, omega_0 = jnp.asarray(initial.time), jnp.asarray(initial.omega)
     sizes = _sizes(scene, still, omega_0)
-    inertia = jnp.asarray(brake.pulley.inertia) + duty.load.inertia()
-    friction = Grip.of(
-        brake.linings, None if heat is None else heat.flash, scene.power_shares, heated=still.T is not None
-    )
-    mechanism = _mechanism(scene, pairs, sizes, friction, still)
+    inertia = jnp.asarray(brake.inertia) + duty.load.inertia()
+    mechanism = _mechanism(scene, pairs, sizes, still)
     wearing = assemble_wear(scene.wear, pairs, 0.5 * inertia * sizes.speed**2 + sizes.torque)
     system = BrakeSystem(
         mechanism=mechanism,
         inertia=inertia,
-        track_radius=jnp.asarray(brake.pulley.radius),
-        lever=duty.slack_tension,
+        track_radius=jnp.asarray(brake.track_radius),
+        lever=duty.lever,
         load=duty.load,
         thermal=thermal,
         wearing=wearing,
-        angle=jnp.asarray(brake.linings.angle),
+        weights=brake.linings.weights,
     )
     zero = jnp.zeros_like(omega_0)
     on_band = zero if any(pair.on_band for pair in pairs) else None
@@ -74,9 +71,12 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
 def _pairs(scene: Scene, thermal: Thermal | None) -> tuple[Pair, ...]:
     """The friction pairs of a scene: the one on which the lever acts, and the internal one of a staged brake."""
     brake, heat, wear = scene.brake, scene.heat, scene.wear
-    bandage, staged = brake.bandage, brake.bandage is not None
+    bandage = brake.bandage if isinstance(brake, Brake) else None
+    staged = brake.staged
 
-    def pair(name: str, part: Lining | Bandage, place: FrictionHeat | None, rate: AbstractWearRate | None) -> Pair:
+    def pair(
+        name: str, part: AbstractLinings | Bandage, place: FrictionHeat | None, rate: AbstractWearRate | None
+    ) -> Pair:
         return Pair(
             name=name,
             law=part.friction,
@@ -95,12 +95,12 @@ def _pairs(scene: Scene, thermal: Thermal | None) -> tuple[Pair, ...]:
     return pair("external", brake.linings, on_band, rate), pair("internal", bandage, on_rim, inner_rate)
 
 
-def _at_the_start(linings: Lining, pair: Pair, thermal: Thermal | None, u: Any) -> Contact:
+def _at_the_start(linings: AbstractLinings, pair: Pair, thermal: Thermal | None, u: Any) -> Contact:
     """What the friction law of the linings sees at the start, without load."""
     hot = None
     if thermal is not None and u is not None and pair.heat is not None and pair.heat.sensor is not None:
         hot = thermal.at(thermal.temperatures(u), pair.heat.sensor, pair.count)
-    return unloaded(linings, jnp.zeros(jnp.shape(linings.angle)), hot)
+    return unloaded(linings, jnp.zeros(linings.count), hot)
 
 
 def _sizes(scene: Scene, still: Contact, omega_0: Array) -> Sizes:
@@ -111,29 +111,44 @@ def _sizes(scene: Scene, still: Contact, omega_0: Array) -> Sizes:
     def positive(x: Array) -> Array:
         return jax.lax.stop_gradient(jnp.where(x > 0, x, 1.0))
 
-    mu = tension_ratio(grip(brake.linings.friction.static(still), jnp.asarray(brake.linings.angle)))[0]
-    tension = positive(duty.slack_tension.scale())
-    capacity = jnp.asarray(brake.band.radius) * tension * (product(mu) - 1)
+    tension = positive(duty.lever.scale())
+    capacity = brake.torque(tension, brake.linings.friction.static(still))
     piece = jnp.asarray(duty.load.profile.first_piece(t_0), jnp.int32)
     load_0 = jnp.abs(duty.load.torque(t_0, omega_0, piece))
     torque = positive(jnp.maximum(capacity, jnp.maximum(load_0, duty.load.profile.scale())))
-    inertia = jnp.asarray(brake.pulley.inertia) + duty.load.inertia()
+    inertia = jnp.asarray(brake.inertia) + duty.load.inertia()
     # from rest 1 rad/s at most
     reach = jnp.minimum(torque / inertia * (jnp.asarray(scene.end_time) - t_0), 1.0)
     return Sizes(tension, torque, positive(jnp.where(omega_0 == 0, reach, jnp.abs(omega_0))))
 
 
-def _mechanism(
-    scene: Scene, pairs: tuple[Pair, ...], sizes: Sizes, friction: Grip, still: Contact
-) -> AbstractMechanism:
+def _mechanism(scene: Scene, pairs: tuple[Pair, ...], sizes: Sizes, still: Contact) -> AbstractMechanism:
     """Which bodies turn, stick and slide."""
-    brake = scene.brake
+    brake, heated = scene.brake, still.T is not None
+    if isinstance(brake, AbstractPressedBrake):
+        f = jnp.broadcast_to(brake.linings.friction.static(still), (brake.linings.count,))
+        law = PressedTorque(
+            brake=brake,
+            grip=FaceGrip(brake.linings, scene.power_shares, heated),
+            locked=jnp.any(brake.self_locking(f) >= 1),
+        )
+        return RigidContact(law=law, pairs=pairs, sizes=sizes)
+    assert isinstance(brake, Brake)
+    flash = None if scene.heat is None else scene.heat.flash
+    friction = Grip.of(brake.linings, flash, scene.power_shares, heated=heated)
+    return _under_a_band(scene, brake, pairs, sizes, friction, still)
+
+
+def _under_a_band(
+    scene: Scene, brake: Brake, pairs: tuple[Pair, ...], sizes: Sizes, friction: Grip, still: Contact
+) -> AbstractMechanism:
+    """The mechanism of a band brake."""
     linings, bandage, radius, n = brake.linings, brake.bandage, jnp.asarray(brake.band.radius), brake.linings.count
     stiffness = stiffness_of(brake, still.T)
     if brake.band.segments is not None:
-        return _chain(scene, pairs, sizes, friction, stiffness)
+        return _chain(scene, brake, pairs, sizes, friction, stiffness)
     if bandage is not None and bandage.spring is not None:
-        return _sprung(scene, pairs, sizes, friction)
+        return _sprung(brake, pairs, sizes, friction)
     static, kinetic = (jnp.broadcast_to(f(still), (n,)) for f in (linings.friction.static, linings.friction.kinetic))
     wrap = Wrap.of(radius, friction, static, kinetic)
     if bandage is not None:
@@ -144,9 +159,11 @@ def _mechanism(
     return ElasticBand(wrap=wrap, stiffness=stiffness, pairs=pairs, sizes=sizes)
 
 
-def _chain(scene: Scene, pairs: tuple[Pair, ...], sizes: Sizes, friction: Grip, anchor: Array | None) -> Chain:
+def _chain(
+    scene: Scene, brake: Brake, pairs: tuple[Pair, ...], sizes: Sizes, friction: Grip, anchor: Array | None
+) -> Chain:
     """A chain, from the onset of slip on: all linings stick, all segments have the tension `C x_0`."""
-    brake, n = scene.brake, scene.brake.linings.count
+    n = brake.linings.count
     segments = brake.band.segments
     assert segments is not None
     assert brake.linings.mass is not None
@@ -167,9 +184,9 @@ def _chain(scene: Scene, pairs: tuple[Pair, ...], sizes: Sizes, friction: Grip, 
     )
 
 
-def _sprung(scene: Scene, pairs: tuple[Pair, ...], sizes: Sizes, friction: Grip) -> SprungBandage:
+def _sprung(brake: Brake, pairs: tuple[Pair, ...], sizes: Sizes, friction: Grip) -> SprungBandage:
     """A bandage on springs that are not stretched at the start."""
-    brake, n = scene.brake, scene.brake.linings.count
+    n = brake.linings.count
     bandage, R_b = brake.bandage, jnp.asarray(brake.band.radius)
     assert bandage is not None
     inertias = jnp.asarray(bandage.inertia)

@@ -16,7 +16,7 @@ from .._parts._loads import AbstractLoad
 from ._heat_flows import Deposit
 from ._mechanism import AbstractMechanism, Acting, Mode, Moment, Pair, Rub, Sizes
 from ._modes import BandMode
-from ._sliding import Grip
+from ._sliding import AbstractGrip
 from ._sparsity import couplings
 from ._state import BrakeCode, HeatLedger, Ledger
 from ._thermal import Thermal
@@ -146,7 +146,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
     load: AbstractLoad
     thermal: Thermal | None
     wearing: Wearing | None
-    angle: Float[Array, " n"]  # of the linings (rad), over which the heat of a jump is spread
+    weights: Float[Array, " n"]  # of the linings, over which the heat of a jump is spread
 
     @property
     def sizes(self) -> Sizes:
@@ -159,7 +159,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         return self.mechanism.grip.shares
 
     @property
-    def grip(self) -> Grip:
+    def grip(self) -> AbstractGrip:
         """Friction of the linings under the band."""
         return self.mechanism.grip
 
@@ -393,14 +393,14 @@ class BrakeSystem(AbstractSemiExplicitSystem):
     def _heat_of_a_jump(self, t: Array, y: State, mode: Mode) -> list[tuple[Array, HeatLedger]]:
         """What one joule of friction heat in a jump adds to the states of the network (K/J), and where it goes.
 
-        For each pair. It is spread over the linings by their angles, and through the depth of walls: no time passes.
+        For each pair. It is spread over the linings by their sizes, and through the depth of walls: no time passes.
         """
         net, found = self.thermal, []
         assert net is not None
         around, T = self._around(y.omega, mode), net.temperatures(y.heat)
         T_J = net.junctions(T, t, around, tuple(map(_piece, mode.heat_pieces)))
         for pair in self.mechanism.pairs:
-            share = self.angle / jnp.sum(self.angle) if pair.apart else jnp.ones(1)
+            share = self.weights / jnp.sum(self.weights) if pair.apart else jnp.ones(1)
             given = net.deposit(pair.heat, T, T_J, t, around, share, tuple(map(_piece, mode.heat_pieces)))
             found.append((net.rise(net.soaked(given.into)), self._booked_of(pair, given)))
         return found

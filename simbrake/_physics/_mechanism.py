@@ -15,7 +15,7 @@ from .._parts._friction import AbstractFriction
 from .._parts._heat import FrictionHeat
 from .._parts._wear import AbstractWearRate
 from ._modes import BandMode
-from ._sliding import Grip
+from ._sliding import AbstractGrip
 
 
 class Pair(eqx.Module):
@@ -189,7 +189,7 @@ class AbstractMechanism(eqx.Module):
 
     @property
     @abc.abstractmethod
-    def grip(self) -> Grip:
+    def grip(self) -> AbstractGrip:
         """Friction of the linings on which the lever acts."""
 
     @property
@@ -214,6 +214,11 @@ class AbstractMechanism(eqx.Module):
         self, tension: Array, omega: Array, own: Any, mode: Mode, hot: tuple[Any, ...], z: Any
     ) -> dict[str, Array]:
         """What only this mechanism has to show over time, by the names of `Series`; `tension` is the lever's."""
+
+    @property
+    def banded(self) -> bool:
+        """Whether the linings are under a band, which has tensions."""
+        return True
 
     @property
     def resolved(self) -> bool:

@@ -9,6 +9,7 @@ from jaxtyping import Bool, Float
 
 from .._hybrid._arrays import Array
 from .._parts._band import LiningForces
+from .._parts._pressed import AbstractPressedBrake
 from ._mechanism import (
     HELD,
     OPEN,
@@ -25,7 +26,7 @@ from ._mechanism import (
     settled_mode,
 )
 from ._modes import BandMode, pick, rigid_mode, slips
-from ._sliding import Grip
+from ._sliding import AbstractGrip, FaceGrip
 from ._state import BrakeCode
 from ._wrap import MOBILISATION, Wrap, band_torque
 
@@ -46,12 +47,13 @@ class Torques(NamedTuple):
 
 
 class AbstractTorqueLaw(eqx.Module):
-    """The greatest torque of a rigid contact as a function of the lever's force and of friction."""
+    """The greatest torque of a rigid contact as a function of the lever's force and of friction.
 
-    @property
-    @abc.abstractmethod
-    def grip(self) -> Grip:
-        """Friction of the linings."""
+    - `grip`: friction of the linings;  `locked`: whether they lock themselves at the start
+    """
+
+    grip: eqx.AbstractVar[AbstractGrip]
+    locked: eqx.AbstractVar[Bool[Array, ""]]
 
     @property
     @abc.abstractmethod
@@ -73,13 +75,18 @@ class AbstractTorqueLaw(eqx.Module):
 
     @property
     @abc.abstractmethod
-    def locked(self) -> Bool[Array, ""]:
-        """Whether the linings lock themselves at the start."""
+    def varies(self) -> bool:
+        """Whether the friction of sticking linings can change in a run."""
 
     @property
     @abc.abstractmethod
-    def varies(self) -> bool:
-        """Whether the friction of sticking linings can change in a run."""
+    def locking_varies(self) -> bool:
+        """Whether linings can come to lock themselves in a run, or cease to."""
+
+    @property
+    def banded(self) -> bool:
+        """Whether the linings are under a band."""
+        return False
 
     @property
     @abc.abstractmethod
@@ -135,6 +142,14 @@ class BandTorque(AbstractTorqueLaw):
         return self.wrap.grip.varies
 
     @property
+    def locking_varies(self):
+        return self.wrap.grip.varies
+
+    @property
+    def banded(self):
+        return True
+
+    @property
     def implicit(self):
         return self.wrap.grip.implicit
 
@@ -154,6 +169,85 @@ class BandTorque(AbstractTorqueLaw):
 
     def capacity(self, force, omega, hot):
         return band_torque(self.grip, self.wrap.radius, force, omega, hot)
+
+
+class Pressing(NamedTuple):
+    """Linings that slide, or are about to: coefficients (n,), and the greatest friction forces (N) either way."""
+
+    f: Float[Array, " n"]
+    ahead: Float[Array, " n"]
+    back: Float[Array, " n"]
+
+
+class PressedTorque(AbstractTorqueLaw):
+    """Linings that a force presses on a turning face, as pads and shoes: `M = r Σ f_i N_i`.
+
+    - `brake`: says how the normal forces `N_i` follow from the force of the lever and from friction
+    """
+
+    brake: AbstractPressedBrake
+    grip: FaceGrip
+    locked: Bool[Array, ""]
+
+    @property
+    def distribution(self):
+        return "linings that stick share the torque as the greatest friction that each can give"
+
+    @property
+    def radius(self):
+        return jnp.asarray(self.brake.radius)
+
+    @property
+    def varies(self):
+        return self.grip.varies
+
+    @property
+    def locking_varies(self):
+        return self.brake.can_lock and self.grip.varies
+
+    @property
+    def implicit(self):
+        return False
+
+    def _coefficients(self, force: Array, v: Array, hot: Any, static: Any) -> Float[Array, " n"]:
+        n = self.brake.linings.count
+        # only where no friction presses a lining on may its law look at the pressure
+        N = None if self.brake.can_lock else self.brake.normal(force, jnp.zeros(n), False)
+        return self.grip.coefficients(jnp.broadcast_to(v, (n,)), hot, N, static)
+
+    def torques(self, force, v, hot, back, static):
+        f = self._coefficients(force, v, hot, static)
+        found = Pressing(f, f * self.brake.normal(force, f, False), f * self.brake.normal(force, f, True))
+        margin = None
+        if self.locking_varies:
+            still = self._coefficients(force, jnp.zeros_like(v), hot, True)
+            margin = 1 - jnp.max(self.brake.self_locking(still))
+        ahead, behind = self.radius * jnp.sum(found.ahead), self.radius * jnp.sum(found.back)
+        return Torques(ahead, behind, jnp.ones(()), margin, found)
+
+    def linings(self, slack, tight, mode, found):
+        most = jnp.where(mode.band == BandMode.SLIP_BACK, found.law.back, found.law.ahead)
+        whole = jnp.sum(most)
+        share = (tight - slack) / jnp.where(whole > 0, whole, 1.0)
+        friction = share * most
+        at_limit = jnp.broadcast_to((jnp.abs(share) >= 1 - 1e-12) & (slack > 0), friction.shape)
+        return LiningForces(None, friction, self.brake.normal_under(slack, friction), at_limit)
+
+    def kinetic(self, force, omega, hot, mode):
+        return self._coefficients(force, jnp.where(mode.sense > 0, omega, -omega) * self.radius, hot, False)
+
+    def rub(self, force, torque, slip, mode, found, apart):
+        back, sense = mode.band == BandMode.SLIP_BACK, sense_of(mode)
+        normal = jnp.where(mode.band == BandMode.OPEN, 0.0, self.brake.normal(force, found.law.f, back))
+        friction = sense * jnp.where(back, found.law.back, found.law.ahead)
+        return Rub(friction if apart else (torque / self.radius)[None], slip, sense, normal)
+
+    def capacity(self, force, omega, hot):
+        no = jnp.asarray(False)
+        found = self.torques(force, jnp.abs(omega) * self.radius, hot, no, no)
+        torque = jnp.where(omega < 0, found.back, found.ahead)
+        locks = jnp.max(self.brake.self_locking(found.law.f)) >= 1
+        return jnp.where(force > 0, jnp.where(locks, jnp.inf, torque), 0.0)
 
 
 class RigidNow(NamedTuple):
@@ -185,7 +279,7 @@ class RigidContact(AbstractMechanism):
         return (BrakeCode.FLASH_FOLD,) if self.law.implicit else ()
 
     def start(self, omega, elongation):
-        return None, OPEN, Locking(self.law.locked.astype(jnp.int32) if self.law.varies else None)
+        return None, OPEN, Locking(self.law.locked.astype(jnp.int32) if self.law.locking_varies else None)
 
     def rests(self, mode):
         return mode.band == BandMode.HELD
@@ -259,6 +353,10 @@ class RigidContact(AbstractMechanism):
         return self.law.grip
 
     @property
+    def banded(self):
+        return self.law.banded
+
+    @property
     def distribution(self):
         return self.law.distribution
 
@@ -266,7 +364,7 @@ class RigidContact(AbstractMechanism):
         return self.law.linings(z.slack_tension, z.tight_tension, mode, z.torques)
 
     def lining_margins(self, mode, z):
-        return jnp.full(2 * self.pairs[0].count, -1.0)
+        return jnp.full(2 * self.pairs[0].count, -1.0) if self.law.banded else jnp.zeros(0)
 
     def columns(self, tension, omega, own, mode, hot, z):
         return {} if hot[0] is None else {"friction_coefficient": self.law.kinetic(tension, omega, hot[0], mode)}

@@ -1,7 +1,8 @@
 """Coefficients of friction of all linings at one instant, also where they depend on their own heat and load."""
 
+import abc
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
@@ -12,7 +13,7 @@ from jaxtyping import Float
 from .._hybrid import largest, smallest
 from .._hybrid._arrays import Array
 from .._parts._band import tension_ratio
-from .._parts._design import Lining
+from .._parts._design import AbstractLinings, Lining
 from .._parts._friction import Contact, Reads, continued, reads
 from .._parts._heat import FlashTemperature
 from .._parts._power_shares import PowerShares
@@ -30,7 +31,60 @@ class Coefficients(NamedTuple):
     slope: Array
 
 
-class Grip(eqx.Module):
+class AbstractGrip(eqx.Module):
+    """Friction of the linings of a brake.
+
+    - `linings`;  `shares` of the friction power;  `heated`: whether the scene has the linings' temperatures
+    """
+
+    linings: eqx.AbstractVar[AbstractLinings]
+    shares: eqx.AbstractVar[PowerShares | None]
+    heated: eqx.AbstractVar[bool]
+
+    @property
+    def reads(self) -> Reads:
+        """What the law reads of what there is."""
+        return reads(self.linings.friction, self.linings.count, T=self.heated, p=self.linings.area is not None)
+
+    @property
+    def varies(self) -> bool:
+        """Whether the coefficients of sticking linings can change in a run."""
+        read = self.reads
+        return read.T or read.p
+
+    @property
+    @abc.abstractmethod
+    def cosine(self) -> Any:
+        """Friction of a lining over the force that it makes at the radius of the slip."""
+
+
+class FaceGrip(AbstractGrip):
+    """Friction of linings that are pressed on a turning face: their normal forces do not hang on those of others."""
+
+    linings: AbstractLinings
+    shares: PowerShares | None = None
+    heated: bool = eqx.field(static=True, default=False)
+
+    @property
+    def cosine(self) -> Any:
+        return 1.0
+
+    def coefficients(self, v: Array, T: Any, N: Any, static: Any) -> Float[Array, " n"]:
+        """`f_i` at slip speeds `v` (n,) signed by the sense, temperatures `T` (n,), under the normal forces `N` (n,).
+
+        `N` is `None` for a law that does not look at the pressure; `static`: the linings stick.
+        """
+        law, p = self.linings.friction, None
+        if self.linings.area is not None:
+            p = jnp.zeros_like(v) if N is None else N / jnp.asarray(self.linings.area)
+
+        def asked(v: Array) -> Array:
+            return law.governing(Contact(v=v, T=T, p=p), static)
+
+        return jnp.broadcast_to(continued(asked, v) if self.reads.v else asked(v), v.shape)
+
+
+class Grip(AbstractGrip):
     """Friction of the linings: `f_i(v, T_i, p_i)`.
 
     Where the law looks at the pressure `p_i = N_i/A_i`, or there is a flash temperature, `f_i` is implicit (an index-1
@@ -46,9 +100,8 @@ class Grip(eqx.Module):
     heated: bool = eqx.field(static=True, default=False)  # whether the scene has the linings' temperatures
 
     @property
-    def reads(self) -> Reads:
-        """What the law reads of what there is."""
-        return reads(self.linings.friction, self.linings.count, T=self.heated, p=self.linings.area is not None)
+    def cosine(self) -> Any:
+        return jnp.cos(jnp.asarray(self.linings.angle) / 2)
 
     @classmethod
     def of(
@@ -66,12 +119,6 @@ class Grip(eqx.Module):
     @property
     def implicit(self) -> bool:
         return self.flash is not None or self.reads.p
-
-    @property
-    def varies(self) -> bool:
-        """Whether the coefficients of sticking linings can change in a run."""
-        read = self.reads
-        return read.T or read.p
 
     def _continued(self, coefficient: Callable[[Array], Array], v: Array) -> Array:
         """`continued` past the end of a slide, where the speed matters at all."""

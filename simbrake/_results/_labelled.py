@@ -171,7 +171,7 @@ def _events(result: Result) -> dict[str, Any]:
 
 
 def _stages(result: Result) -> dict[str, Any]:
-    if result.scene.brake.bandage is None:
+    if not result.scene.brake.staged:
         return {}
     stages = result.stages
     found = {"stage_name": ("stage", np.asarray([s.name for s in stages], dtype=str), _about("1", "name of the stage"))}

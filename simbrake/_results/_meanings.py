@@ -18,6 +18,7 @@ SERIES_MEANINGS = {
     "lever_work": "work of the lever since the start",
     "friction_heat": "friction heat since the start",
     "tension": "tension of the band behind each lining, counted from the slack end",
+    "lever_force": "force of the actuator on each pad or shoe",
     "normal_load": "normal load on each lining",
     "friction_force": "friction force on each lining",
     "elongation": "elongation x of the band",

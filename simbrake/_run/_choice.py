@@ -88,7 +88,7 @@ def stiffness(scene: Scene) -> tuple[bool, str]:
 
 def _stiff_drag(scene: Scene, span: float) -> tuple[bool, str] | None:
     """Whether drag brings the speed to its balance much faster than the run lasts."""
-    rate = float(getattr(scene.duty.load, "drag", 0.0)) / float(scene.brake.pulley.inertia)
+    rate = float(getattr(scene.duty.load, "drag", 0.0)) / float(scene.brake.inertia)
     if rate * span / _REACH <= _PATIENCE_COLD:
         return None
     how = f"drag balances the speed within {1 / rate:.2g} s"

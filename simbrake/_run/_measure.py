@@ -9,8 +9,9 @@ import numpy as np
 
 from .._base._faults import Fault, InputError
 from .._hybrid._arrays import Array
+from .._parts._design import Brake
 from .._parts._scene import Scene
-from ._metrics import CHAIN_METRICS, HOT_PLACES, METRICS, PEAKS, STAGED_METRICS, WEAR_METRICS
+from ._metrics import BAND_PEAKS, CHAIN_METRICS, HOT_PLACES, METRICS, PEAKS, STAGED_METRICS, WEAR_METRICS
 from ._result import Result
 
 #: a metric's name, the name of an energy (`energy.friction_heat`), or a function of a `Result` to a number
@@ -40,12 +41,12 @@ _HEATS = ("heat_to_metal", "heat_to_linings", "heat_to_band", "heat_supplied", "
 def metric_names(scene: Scene) -> tuple[str, ...]:
     """Names of everything that a run of the scene has as one number, energies as `energy.…`."""
     brake, heat = scene.brake, scene.heat
-    names: list[str] = [*METRICS, *PEAKS]
+    names: list[str] = [*METRICS, *(BAND_PEAKS if brake.banded else ()), *PEAKS]
     energies: list[str] = [*_ENERGIES]
-    if brake.bandage is not None:
+    if brake.staged:
         names += STAGED_METRICS
         energies += ["heat_external", "heat_internal"]
-    if brake.band.segments is not None:
+    if isinstance(brake, Brake) and brake.band.segments is not None:
         names += CHAIN_METRICS
     if scene.wear is not None:
         names += WEAR_METRICS

@@ -301,10 +301,10 @@ def numbers(record: Record, travel: Any) -> tuple[dict[str, Any], dict[str, Arra
 
 
 #: quantities per lining, (m, n), of which the greatest value over the run is a metric
-PEAKS: dict[str, Callable[[Probe], Array]] = {
-    "max_tension": lambda p: p.greater_tension,
-    "max_normal_load": lambda p: p.linings.normal,
-}
+PEAKS: dict[str, Callable[[Probe], Array]] = {"max_normal_load": lambda p: p.linings.normal}
+
+#: those that only a band has
+BAND_PEAKS: dict[str, Callable[[Probe], Array]] = {"max_tension": lambda p: p.greater_tension}
 
 
 #: places whose greatest temperature (K) is a metric, where the scene names them
@@ -318,11 +318,12 @@ HOT_PLACES = {
 
 def peaks_of(system: Any) -> dict[str, Callable[[Probe], Array]]:
     """Everything of which a scene has a greatest value: tensions, loads, and temperatures where it has them."""
+    peaks = BAND_PEAKS | PEAKS if system.mechanism.banded else PEAKS
     if system.thermal is None:
-        return PEAKS
+        return peaks
     places = system.thermal.heat.hot_places
     hot = {name: kind for name, kind in HOT_PLACES.items() if kind in places}
-    return PEAKS | {name: (lambda p, kind=kind: p.surfaces[kind]) for name, kind in hot.items()}
+    return peaks | {name: (lambda p, kind=kind: p.surfaces[kind]) for name, kind in hot.items()}
 
 
 def polish(look: Callable[[Any, Any], Any], xp: Any, row: Any, share: Any, after: Any) -> tuple[Any, Any]:

@@ -4,6 +4,7 @@ import enum
 from collections.abc import Callable
 
 from .._hybrid import Code
+from .._parts._design import Brake, BrakeWords
 from .._physics._modes import BandMode, Label
 from .._physics._state import BrakeCode
 
@@ -33,8 +34,8 @@ FAILURES = {
     ),
     BrakeCode.SINGULAR_GEOMETRY: (
         "singular_geometry",
-        "f·tan(β/2) ≥ 1 on a rigid band, the band locks itself",
-        "shorten the lining, lower its friction, or give the band a stiffness",
+        Brake.words.locking,
+        Brake.words.unlocking,
     ),
     BrakeCode.BAND_SNAP: (
         "band_snap",
@@ -52,6 +53,12 @@ FAILURES = {
         "extend the table; it is not extrapolated",
     ),
 }
+
+
+def failure_of(code: int, words: BrakeWords) -> tuple[str, str]:
+    """What a failure code means for a kind of brake, and what to do."""
+    _, what, hint = FAILURES[code]  # pyright: ignore
+    return (words.locking, words.unlocking) if code == BrakeCode.SINGULAR_GEOMETRY else (what, hint)
 
 
 class SimulationError(RuntimeError):
@@ -77,7 +84,7 @@ STATUS_MESSAGES = {
     Status.HELD: "the pulley was at rest from the start and is held",
     Status.NOT_STOPPED: "the pulley still turns at the end time",
     Status.RUNAWAY: "the brake cannot hold this load",
-    Status.RELEASED: "the band is open at the end time",
+    Status.RELEASED: "the brake is open at the end time",
 }
 
 

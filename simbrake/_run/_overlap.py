@@ -9,6 +9,7 @@ from jaxtyping import Float
 
 from .._base._quantity import Scalar, quantity
 from .._parts._design import Brake
+from .._parts._scene import band_brake
 from .._physics._modes import BandMode, slips
 from ._result import Result
 
@@ -61,9 +62,9 @@ def geometric_overlap(brake: Brake) -> tuple[float | None, float]:
 def overlap(result: Result, ts: Any, running_in: RunningIn | None = None) -> Overlap:
     """Overlap coefficients of a concrete result at the times `ts` (m,), optionally with contact that grows by wear.
 
-    Raises `InputError` for times outside the run.
+    Raises `InputError` for times outside the run, and for a brake without a band.
     """
-    s, (outer, inner) = result.series(ts), geometric_overlap(result.scene.brake)
+    s, (outer, inner) = result.series(ts), geometric_overlap(band_brake(result.scene, "there are overlap coefficients"))
     modes: Any = result.record.modes
     n, touches = result.scene.brake.linings.count, np.asarray(s.band_mode) != BandMode.OPEN
     # linings that move for themselves are counted; a band as a whole slides on all of them or on none

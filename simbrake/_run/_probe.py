@@ -28,7 +28,7 @@ class Probe(NamedTuple):
     flows: Any
     linings: LiningForces
     margins: Array
-    greater_tension: Array  # of the two sides of each lining
+    greater_tension: Any  # of the two sides of each lining; None without a band
     surfaces: dict[str, Array]  # surface temperatures of rim, linings, band (m, nodes), where the scene has them
     columns: dict[str, Array]  # what only this kind of brake has, by the names of a Series
     passing: Array  # (m, marks): by how much marks that only heat can pass are passed (see `mark_names`)
@@ -62,8 +62,11 @@ def probe_at(record: Record, index: Array, h: Array) -> Probe:
         )
 
     flows, forces, margins, hot, own, passed = jax.vmap(look)(t, y, mode)
-    before = jnp.concatenate([flows.slack_tension[:, None], forces.tension[:, :-1]], axis=1)
-    return Probe(t, y, mode, flows, forces, margins, jnp.maximum(forces.tension, before), hot, own, passed)
+    greater = None
+    if forces.tension is not None:
+        before = jnp.concatenate([flows.slack_tension[:, None], forces.tension[:, :-1]], axis=1)
+        greater = jnp.maximum(forces.tension, before)
+    return Probe(t, y, mode, flows, forces, margins, greater, hot, own, passed)
 
 
 _probe_compiled = DeviceJit(probe_at)

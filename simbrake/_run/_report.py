@@ -199,7 +199,7 @@ class Report:
     def _staged(self) -> dict[str, Any]:
         """The stages of a staged brake, and why one is missing."""
         scene = self.result.scene
-        if scene.brake.bandage is None:
+        if not scene.brake.staged:
             return {}
         stages, system = self.stages, self.result.record.system
         greatest, load = np.max(self._probe.flows.lever_tension), np.asarray(self._probe.flows.load_torque)[0]
@@ -208,6 +208,11 @@ class Report:
         seen = {stage.name for stage in stages}
         absent = absent_stages(scene.brake, float(system.inertia), float(load), seen, float(greatest), hot)
         return {"stages": [stage.as_dict() for stage in stages], "absent_stages": absent}
+
+    def _kind(self) -> dict[str, Any]:
+        """What a brake without a band and its linings are called."""
+        brake = self.result.scene.brake
+        return {} if brake.banded else {"brake": brake.words.brake, "lining": brake.words.lining}
 
     def _worn(self) -> dict[str, Any]:
         """The thickness that the linings lost."""
@@ -275,6 +280,7 @@ class Report:
                 **{f"{name}_lining": int(p.lining) for name, p in self.peaks.items() if self._per_lining(name)},
             },
             **self._staged(),
+            **self._kind(),
             **self._worn(),
             "distribution": r.record.system.mechanism.distribution,
             "energy": {name: _finite(value) for name, value in self._numbers[1].items()},

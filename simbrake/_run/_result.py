@@ -34,7 +34,7 @@ from ._metrics import (
     thickness,
     worn_thickness,
 )
-from ._outcome import FAILURES, STATUS_MESSAGES, Status, status_of
+from ._outcome import FAILURES, STATUS_MESSAGES, Status, failure_of, status_of
 from ._probe import Probe, probe_at, probe_many
 from ._report import Report, labels_of
 from ._series import Series, array_of_times, fault_of_times, outside
@@ -252,12 +252,13 @@ class Result(eqx.Module):
         shares, internal, worn = self.scene.power_shares, p.y.ledger.internal_heat, p.y.worn
         work = friction_work(p.y.ledger)
         hot = 1.0 if shares is None else shares.heat
+        banded = p.linings.tension is not None
         return Series(
             t=p.t,
             phi=p.y.phi,
             omega=p.y.omega,
-            slack_tension=p.flows.slack_tension,
-            tight_tension=p.flows.tight_tension,
+            slack_tension=p.flows.slack_tension if banded else None,
+            tight_tension=p.flows.tight_tension if banded else None,
             load_torque=p.flows.load_torque,
             brake_torque=p.flows.brake_torque,
             slip_speed=p.flows.slip_speed,
@@ -271,6 +272,7 @@ class Result(eqx.Module):
             mechanical_work=None if shares is None else shares.mechanical * work,
             damper_heat=p.y.ledger.damper_heat,
             tension=p.linings.tension,
+            lever_force=None if banded else p.flows.slack_tension,
             normal_load=p.linings.normal,
             friction_force=p.linings.friction,
             worn_thickness=None if worn is None else thickness(worn),
@@ -318,12 +320,12 @@ class Result(eqx.Module):
         """The status in words, with what to do next where it failed."""
         if self.ok:
             status = Status(self.status)
-            words = STATUS_MESSAGES[status]
+            words = STATUS_MESSAGES[status].replace("the pulley", f"the {self.scene.brake.words.body}")
             if status is Status.RUNAWAY:
                 return f"{words}: {_torques(self.end_capacity)}"
             swings = status is Status.STOPPED and float(self.record.y_end.omega) != 0.0
             return words.replace("and holds it", "and holds it on the springs of its band") if swings else words
-        _, what, hint = FAILURES[int(self.code)]  # pyright: ignore
+        what, hint = failure_of(int(self.code), self.scene.brake.words)
         labels = labels_of(self.record)
         changes = [label for i, label in enumerate(labels) if i == 0 or label != labels[i - 1]][-4:]
         words = " → ".join(str(label) for label in changes)
@@ -345,7 +347,7 @@ class Result(eqx.Module):
     @property
     def stages(self) -> list[Stage]:
         """Stages of a staged brake in order: name, times, heat of both pairs, work of lever and load."""
-        if self.scene.brake.bandage is None:
+        if not self.scene.brake.staged:
             raise ValueError("only a staged brake (with a bandage) has stages")
         return self.report().stages
 

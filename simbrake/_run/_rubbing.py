@@ -63,7 +63,7 @@ def rubbing(record: Record, p: Probe, *, pair: str = "external") -> Rubbing:
         increment, normal, speed = _internal(system, p)
     else:
         normal = p.linings.normal
-        increment = jnp.abs(p.linings.friction) / jnp.cos(jnp.asarray(system.linings.angle) / 2)
+        increment = jnp.abs(p.linings.friction) / system.grip.cosine
         single = p.columns.get("lining_slip_speed")
         speed = p.flows.slip_speed[:, None] if single is None else single
     speed = jnp.broadcast_to(jnp.abs(speed), normal.shape)

@@ -15,8 +15,8 @@ class Series(NamedTuple):
     t: Float[Array, " m"]
     phi: Float[Array, " m"]  # angle, rad
     omega: Float[Array, " m"]  # speed, rad/s
-    slack_tension: Float[Array, " m"]  # T_0, N
-    tight_tension: Float[Array, " m"]  # T_n, N
+    slack_tension: Any  # T_0 (m,), N; None without a band
+    tight_tension: Any  # T_n (m,), N; None without a band
     load_torque: Float[Array, " m"]  # N·m
     brake_torque: Float[Array, " m"]  # N·m
     slip_speed: Float[Array, " m"]  # m/s
@@ -25,9 +25,10 @@ class Series(NamedTuple):
     load_work: Float[Array, " m"]  # J
     lever_work: Float[Array, " m"]  # J
     friction_heat: Float[Array, " m"]  # J
-    tension: Float[Array, "m n"]  # behind each lining, N
+    tension: Any  # (m, n) behind each lining, N; None without a band
     normal_load: Float[Array, "m n"]  # N
     friction_force: Float[Array, "m n"]  # N
+    lever_force: Float[Array, " m"] | None = None  # F on every pad or shoe of a brake without a band, N
     elongation: Float[Array, " m"] | None = None  # x, m; None for a rigid band
     temperature: Float[Array, "m k"] | None = None  # of every thermal node (`Result.nodes`), K; None without heat
     rim_temperature: Float[Array, "m r"] | None = None  # surface of the rim, K; None where the scene names none
@@ -115,6 +116,7 @@ SERIES_UNITS = {
     "lever_work": "J",
     "friction_heat": "J",
     "tension": "N",
+    "lever_force": "N",
     "normal_load": "N",
     "friction_force": "N",
     "temperature": "K",

@@ -134,7 +134,7 @@ def step_limits(scene: Scene, max_steps: int | None) -> tuple[int, ...]:
     """Limits of the step attempts, tried one after the other; a scene of many events begins with the second."""
     if max_steps:
         return (max_steps,)
-    many = scene.brake.resolved or getattr(scene.duty.slack_tension, "knot_count", 0) > 40
+    many = scene.brake.resolved or getattr(scene.duty.lever, "knot_count", 0) > 40
     return _STEPS[many:]
 
 

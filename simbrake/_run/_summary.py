@@ -86,16 +86,26 @@ def _staged_lines(summary: dict[str, Any]) -> list[str]:
     return lines + [f"         no {stage['name']}: {stage['reason']}" for stage in summary["absent_stages"]]
 
 
+def _tension_lines(summary: dict[str, Any]) -> list[str]:
+    m, at = summary["metrics"], summary["at"]
+    if "max_tension" not in m:
+        return []
+    return [
+        f"tension  at most {_kilo(m['max_tension'], 'kN')} behind lining {at['max_tension_lining']} "
+        f"at {_number(at['max_tension_time'], 's')}"
+    ]
+
+
 def _wear_lines(summary: dict[str, Any]) -> list[str]:
     worn, m = summary.get("worn_thickness"), summary["metrics"]
     if worn is None or m["greatest_wear"] is None:
         return []
     where = worn.index(max(worn)) + 1
     if m["wear_over_mean"] is None:
-        return ["wear     none: no lining slid"]
+        return [f"wear     none: no {summary.get('lining', 'lining')} slid"]
     least = "" if m["wear_over_least"] is None else f", {m['wear_over_least']:.4g} times the least"
     return [
-        f"wear     at most {1e6 * m['greatest_wear']:.5g} µm on lining {where}, "
+        f"wear     at most {1e6 * m['greatest_wear']:.5g} µm on {summary.get('lining', 'lining')} {where}, "
         f"{m['wear_over_mean']:.4g} times the mean{least}"
     ]
 
@@ -112,9 +122,8 @@ def text(summary: dict[str, Any]) -> str:
         f"stop     after {_number(m['stopping_time'], 's')}, {_number(m['stopping_angle'], 'rad')}"
         + ("" if m["hook_travel"] is None else f", hook travel {_number(m['hook_travel'], 'm')}"),
         *_staged_lines(summary),
-        f"tension  at most {_kilo(m['max_tension'], 'kN')} behind lining {at['max_tension_lining']} "
-        f"at {_number(at['max_tension_time'], 's')}",
-        f"load     at most {_kilo(normal, 'kN')} on lining {at['max_normal_load_lining']} "
+        *_tension_lines(summary),
+        f"load     at most {_kilo(normal, 'kN')} on {summary.get('lining', 'lining')} {at['max_normal_load_lining']} "
         f"at {_number(at['max_normal_load_time'], 's')}",
         f"energy   load {_kilo(e['load_work'], 'kJ')} + lever {_kilo(e['lever_work'], 'kJ')} "
         + ("" if gains else f"+ kinetic {_kilo(e['kinetic_change'], 'kJ', sign=-1)} ")
