@@ -8,6 +8,7 @@ import numpy as np
 
 from .._classical._reproduce import Cell, cells
 from .._parts._layout import equal_increment_angles
+from .._parts._scene import band_brake
 from .._run._simulate import simulate
 from ._validation import Case
 from ._validation_brakes import scene_of
@@ -40,9 +41,10 @@ def stop_cases() -> list[Case]:
         @functools.cache
         def run(f: float = f, angle: Any = angle, w_0: float = w_0) -> Any:
             scene = scene_of(1.0, n=n, f=f, R=1.0, J=lam / w_0**2, C=lam, w0=1.0, end=30.0)
-            lining = scene.brake.linings
+            own = band_brake(scene)
+            lining = own.linings
             angles = type(lining)(lining.friction, np.asarray(angle))
-            brake = type(scene.brake)(scene.brake.pulley, scene.brake.band, angles)
+            brake = type(own)(own.pulley, own.band, angles)
             return simulate(type(scene)(brake, scene.duty, scene.initial, scene.end_time), rtol=1e-12)
 
         name, source = f"Z table {table}, k = {k}, {scheme}", f"{_TITLES['Z']}, table {table}"

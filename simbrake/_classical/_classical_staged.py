@@ -9,7 +9,7 @@ from .._parts._band import grip, running_product, tension_ratio
 from .._parts._design import unloaded
 from .._parts._driller import AbstractSpeedLever
 from .._parts._internal import Held, InternalPair
-from .._parts._scene import Scene, sensed_at_start, sensed_on_rim_at_start
+from .._parts._scene import Scene, band_brake, sensed_at_start, sensed_on_rim_at_start
 from .._run._stages import internal_slip_tension
 from ._classical_stop import friction_at_start, load_and_inertia
 
@@ -50,9 +50,9 @@ class StagedStop(NamedTuple):
 
 def internal_friction_at_start(scene: Scene) -> np.ndarray:
     """Sliding coefficient (n,) of linings and rim at the initial speed and temperatures, without pressure."""
-    n, bandage = scene.brake.linings.count, scene.brake.bandage
+    n, bandage = scene.brake.linings.count, band_brake(scene).bandage
     assert bandage is not None
-    v = abs(float(scene.brake.pulley.radius) * float(scene.initial.omega))
+    v = abs(float(band_brake(scene).pulley.radius) * float(scene.initial.omega))
     contact = unloaded(bandage, jnp.full(n, v), sensed_on_rim_at_start(scene))
     return np.broadcast_to(np.asarray(bandage.friction.kinetic(contact)), (n,))
 
@@ -73,7 +73,7 @@ def classical_staged_stop(scene: Scene) -> StagedStop | None:
     There is none without speed at the start, with a lever that holds the speed, where a lining locks itself, or where
     the load outweighs what brakes the pulley.
     """
-    brake, lever, omega = scene.brake, scene.duty.slack_tension, float(scene.initial.omega)
+    brake, lever, omega = band_brake(scene), scene.duty.lever, float(scene.initial.omega)
     assert brake.bandage is not None
     if omega <= 0 or isinstance(lever, AbstractSpeedLever):
         return None

@@ -7,7 +7,7 @@ import numpy as np
 
 from .._parts._design import unloaded
 from .._parts._driller import AbstractSpeedLever
-from .._parts._scene import Scene, sensed_at_start
+from .._parts._scene import Scene, band_brake, sensed_at_start
 
 
 class ClassicalStop(NamedTuple):
@@ -24,7 +24,7 @@ class ClassicalStop(NamedTuple):
 def friction_at_start(scene: Scene) -> np.ndarray:
     """Sliding coefficient (n,) at the initial speed and temperatures, without pressure."""
     n, linings = scene.brake.linings.count, scene.brake.linings
-    v = abs(float(scene.brake.band.radius) * float(scene.initial.omega))
+    v = abs(float(band_brake(scene).band.radius) * float(scene.initial.omega))
     contact = unloaded(linings, jnp.full(n, v), sensed_at_start(scene))
     return np.broadcast_to(np.asarray(linings.friction.kinetic(contact)), (n,))
 
@@ -35,7 +35,7 @@ def load_and_inertia(scene: Scene) -> tuple[float, float]:
     start = jnp.asarray(float(scene.initial.time))
     piece: Any = jnp.asarray(load.profile.first_piece(start), jnp.int32)
     more = load.added_inertia(piece)
-    inertia = float(scene.brake.pulley.inertia) + float(load.inertia()) + (0.0 if more is None else float(more))
+    inertia = float(scene.brake.inertia) + float(load.inertia()) + (0.0 if more is None else float(more))
     return float(load.torque(start, jnp.asarray(float(scene.initial.omega) / 2), piece)), inertia
 
 
@@ -49,7 +49,7 @@ def classical_stop(scene: Scene) -> ClassicalStop | None:
     half the speed). There is none without speed at the start, with a lever that holds the speed, where a lining locks
     itself, or where the load outweighs the brake.
     """
-    brake, lever, omega = scene.brake, scene.duty.slack_tension, float(scene.initial.omega)
+    brake, lever, omega = band_brake(scene), scene.duty.lever, float(scene.initial.omega)
     f = friction_at_start(scene)
     if omega <= 0 or isinstance(lever, AbstractSpeedLever):
         return None

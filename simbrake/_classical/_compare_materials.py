@@ -14,7 +14,7 @@ from .._base._progress import Progress
 from .._base._quantity import leaves
 from .._parts._exchange import named_materials, with_materials
 from .._parts._material import Material
-from .._parts._scene import Scene, check
+from .._parts._scene import Scene, band_brake, check
 from .._run._choice import stiffness
 from .._run._edit import with_values
 from .._run._result import Result
@@ -106,7 +106,7 @@ def compare_materials(
 def _require(scene: Scene) -> None:
     if any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves(scene)):
         raise InputError([Fault("scene", "is traced", "give a scene with values")])
-    if scene.brake.bandage is not None:
+    if band_brake(scene).bandage is not None:
         raise InputError([Fault("brake.bandage", "is not for this comparison", "it is of a brake with one pair")])
 
 
@@ -209,8 +209,8 @@ class _Study:
             scene = eqx.tree_at(lambda s: s.brake.linings.area, scene, area, is_leaf=lambda x: x is None)
         if self.inertia:
             b = self._basis(scene, rim, lining, None, None)
-            more = ring_inertia(rim_mass(b) - self._own_mass, float(scene.brake.pulley.radius), b.rim_thickness)
-            scene = with_values(scene, {"brake.pulley.inertia": float(scene.brake.pulley.inertia) + more})
+            more = ring_inertia(rim_mass(b) - self._own_mass, float(band_brake(scene).pulley.radius), b.rim_thickness)
+            scene = with_values(scene, {"brake.pulley.inertia": float(band_brake(scene).pulley.inertia) + more})
             check(scene)
         return scene
 

@@ -1,7 +1,7 @@
 """Engineering estimates of a scene or of a run: the classical formulas beside the simulation."""
 
 from .._base._faults import Fault, InputError
-from .._parts._scene import Scene, check
+from .._parts._scene import Scene, band_brake, check
 from .._run._result import Result
 from ._classical_staged import StagedStop, classical_staged_stop
 from ._classical_stop import ClassicalStop, classical_stop
@@ -47,7 +47,7 @@ def estimates(run: Scene | Result, data: EstimateData | None = None) -> Engineer
     slides, and a traced or batched one.
     """
     basis, stages, about = basis_of(run, data)
-    staged = basis.scene.brake.bandage is not None
+    staged = basis.scene.brake.staged
     rows = staged_rows(basis, stages) if staged else [row for group in _GROUPS for row in group(basis)]
     return EngineeringEstimates(f"engineering estimates{about}", tuple(basis.inputs.values()), tuple(rows))
 
@@ -62,7 +62,8 @@ def basis_of(run: Scene | Result, data: EstimateData | None) -> tuple[Basis, Sta
     if result is not None and not result.concrete:
         raise InputError([Fault("run", "is traced or a batch", "give one result with values")])
     check(scene)
-    inputs, staged = settle(scene, data), scene.brake.bandage is not None
+    band_brake(scene)
+    inputs, staged = settle(scene, data), scene.brake.staged
     stop = None if staged else classical_stop(scene)
     stages = classical_staged_stop(scene) if staged else None
     if result is None:

@@ -7,7 +7,7 @@ import numpy as np
 
 from .._parts._material import Material
 from .._parts._power_shares import PowerShares
-from .._parts._scene import Scene
+from .._parts._scene import Scene, band_brake
 from .._run._result import Result
 from ._classical_staged import internal_friction_at_start
 from ._classical_stop import ClassicalStop, friction_at_start
@@ -81,7 +81,7 @@ class Basis:
     @property
     def speed(self) -> float:
         """Sliding speed at first (m/s)."""
-        brake = self.scene.brake
+        brake = band_brake(self.scene)
         return self.omega * float(brake.band.radius if self.part == "band" else brake.pulley.radius)
 
     @property
@@ -94,7 +94,7 @@ class Basis:
     @property
     def arm(self) -> float:
         """Radius (m) at which the way is counted."""
-        brake = self.scene.brake
+        brake = band_brake(self.scene)
         return float(brake.pulley.radius if self.pair == "internal" else brake.band.radius)
 
     @property

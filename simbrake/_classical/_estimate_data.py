@@ -12,7 +12,7 @@ from .._parts._links import AbstractCoefficient, Convection, Radiation
 from .._parts._material import ROOM, Material, effusivity_share, material
 from .._parts._network import Lump, Reservoir, Wall, place_of
 from .._parts._power_shares import PowerShares
-from .._parts._scene import Scene
+from .._parts._scene import Scene, band_brake
 from ._contact_estimates import polished_surface
 from ._thermal_stress import ElasticMaterial
 
@@ -134,13 +134,13 @@ def _of_walls(scene: Scene, found: dict[str, Any]) -> None:
 
 def _faces(scene: Scene) -> dict[str, Any]:
     """Areas of the linings' faces, of one lining or of each: on a staged brake those on the rim and on the band."""
-    outer, bandage = scene.brake.linings.area, scene.brake.bandage
+    outer, bandage = scene.brake.linings.area, band_brake(scene).bandage
     return {"lining_area": outer} if bandage is None else {"lining_area": bandage.area, "outer_area": outer}
 
 
 def _from_scene(scene: Scene) -> dict[str, Any]:
     found: dict[str, Any] = {"power": scene.power_shares}
-    brake, heat = scene.brake, scene.heat
+    brake, heat = band_brake(scene), scene.heat
     if brake.pulley.width is not None:
         found["track_area"] = float(polished_surface(float(brake.pulley.radius), float(brake.pulley.width)))
     for name, areas in _faces(scene).items():
@@ -178,7 +178,7 @@ def settle(scene: Scene, data: EstimateData | None) -> dict[str, Input]:
     Raises `InputError` where linings would cover more than the track, or for numbers of a staged brake on another.
     """
     given, own = dict(vars(data or EstimateData())), _from_scene(scene)
-    if scene.brake.bandage is None:
+    if not scene.brake.staged:
         for name in _STAGED_UNITS:
             if given.pop(name) is not None:
                 raise InputError([Fault(name, "has no effect", "only a staged brake has an external pair")])
@@ -192,16 +192,16 @@ def settle(scene: Scene, data: EstimateData | None) -> dict[str, Input]:
         elif name in _ASSUMED:
             found[name] = Input(name, *_ASSUMED[name])
     if "track_area" not in found:
-        area = polished_surface(float(scene.brake.pulley.radius), 0.220)
+        area = polished_surface(float(band_brake(scene).pulley.radius), 0.220)
         found["track_area"] = Input("track_area", area, "m^2", "one rim, 0.220 m wide (V)")
     if "lining_area" not in found:
-        wrap = float(np.sum(np.asarray(scene.brake.linings.angle)))
+        wrap = float(np.sum(np.asarray(band_brake(scene).linings.angle)))
         area = min(1.0, wrap / (2 * np.pi)) * found["track_area"].value
         found["lining_area"] = Input("lining_area", area, "m^2", "linings as wide as the track")
     if "share" not in found:
         share = float(effusivity_share(found["rim"].value, found["lining"].value))
         found["share"] = Input("share", share, "1", "effusivities (Charron)")
-    if scene.brake.bandage is not None:
+    if scene.brake.staged:
         _settle_external(scene, found)
     if found["matte_area"].value is None:
         found["matte_area"] = Input("matte_area", found["track_area"].value, "m^2", "assumption: the rim's bore alone")
@@ -218,7 +218,9 @@ def settle(scene: Scene, data: EstimateData | None) -> dict[str, Input]:
 def _settle_external(scene: Scene, found: dict[str, Input]) -> None:
     """What the pair of band and linings needs beside the rest."""
     if "outer_area" not in found:
-        area = found["lining_area"].value * float(scene.brake.band.radius) / float(scene.brake.pulley.radius)
+        area = (
+            found["lining_area"].value * float(band_brake(scene).band.radius) / float(band_brake(scene).pulley.radius)
+        )
         found["outer_area"] = Input("outer_area", area, "m^2", "inner faces, larger by the radius")
     if "external_share" not in found:
         share = float(effusivity_share(found["band"].value, found["lining"].value))

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._parts._material import effusivity_share
-from .._parts._scene import Scene
+from .._parts._scene import Scene, band_brake
 from .._run._result import Result
 from .._run._rubbing import wear
 from ._estimate_basis import Basis
@@ -121,7 +121,7 @@ def wear_of(case: Case, surface: float) -> float:
     """Mean depth (m) worn off the linings over all brakings, each as hot as the hardest."""
     b = case.basis
     work = b.work if b.run is None else b.run.total_work
-    cosine = float(np.mean(np.cos(np.asarray(b.scene.brake.linings.angle) / 2)))
+    cosine = float(np.mean(np.cos(np.asarray(band_brake(b.scene).linings.angle) / 2)))
     load_way = work * cosine / (b.friction * b.lining_area)  # ∫ p v dt, as the friction f N acts at R_b/cos(β/2)
     speed = jnp.asarray(b.travel / b.time)
     rate = case.lining.wear(jnp.asarray(load_way) / b.travel, speed, jnp.asarray(surface))
@@ -147,7 +147,7 @@ def estimated(case: Case) -> dict[str, float]:
         "stress_ratio": abs(stress) / b.elastic.permissible,
         "wear": wear_of(case, T["surface"]),
         "mass": mass,
-        "inertia": ring_inertia(mass, float(b.scene.brake.pulley.radius), b.rim_thickness),
+        "inertia": ring_inertia(mass, float(band_brake(b.scene).pulley.radius), b.rim_thickness),
     }
     return {name: float(found[name]) for name in QUANTITIES}
 

@@ -2,7 +2,7 @@
 
 from .._base._faults import Fault, InputError
 from .._parts._heat import AbstractPartition
-from .._parts._scene import Scene, faults
+from .._parts._scene import Scene, band_brake, faults
 from .._run._result import Result
 from ._engineering import basis_of
 from ._estimate_data import EstimateData
@@ -70,7 +70,7 @@ def synthesize(
 def faults_of_synthesis(scene: Scene, data: EstimateData | None, limits: Permissible) -> list[Fault]:
     """All that stands against a synthesis before anything is simulated."""
     found = [*faults(scene), *faults_of_data(data, limits)]
-    if scene.brake.bandage is not None:
+    if band_brake(scene).bandage is not None:
         found.append(
             Fault(
                 "brake.bandage",

@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 
+from .._parts._scene import band_brake
 from .._run._limits import LimitVerdict
 from .._run._series import Series
 from ._estimate_basis import Basis
@@ -30,7 +31,7 @@ def balance_steps(c: Chain) -> list[SynthesisRow]:
         return rows
     time, gained = _revolutions(c)
     flux = None if kept is None else kept / (b.track_area * b.time)
-    omega = b.travel / (float(b.scene.brake.band.radius) * b.time)
+    omega = b.travel / (float(band_brake(b.scene).band.radius) * b.time)
     kappa, h = ("κ", b.overlap, "1"), ("h", b.coefficient, "W/(m^2*K)")
     air = [("ε", b.emissivity, "1"), ("T", b.start_now, "K"), ("T_a", b.ambient, "K")]
     q = ("q_1", b.flux / b.overlap, "W/m^2")
@@ -93,7 +94,7 @@ def operating_rows(c: Chain) -> list[SynthesisRow]:
 def _stop(c: Chain) -> list[SynthesisRow]:
     b, stop, run = c.before, c.stop, c.before.run
     if stop is None:  # a lever that holds the speed, a load that outweighs the brake: no stop by statics
-        torque = b.work * float(b.scene.brake.band.radius) / b.travel if b.travel > 0 else math.nan
+        torque = b.work * float(band_brake(b.scene).band.radius) / b.travel if b.travel > 0 else math.nan
         mean = EstimateRow("mean brake torque", "W/φ", torque, "N*m", "energy")
         work = EstimateRow("friction work", "of the braking", b.work, "J", "run")
         found = [SynthesisRow.of(12, mean, ("W", b.work, "J")), SynthesisRow.of(12, work, ("τ", b.time, "s"))]
@@ -102,7 +103,7 @@ def _stop(c: Chain) -> list[SynthesisRow]:
     if run is not None and run.brakings > 1:
         rows = _of_braking(b, rows)
     scene, duty = b.scene, b.scene.duty
-    T_0, R_b = float(duty.slack_tension.scale()), float(scene.brake.band.radius)
+    T_0, R_b = float(duty.lever.scale()), float(band_brake(scene).band.radius)
     fz = [("f", b.friction, "1"), ("n", float(scene.brake.linings.count), "1")]
     omega = ("ω_0", b.omega, "rad/s")
     numbers = {
@@ -139,7 +140,7 @@ def _ends(c: Chain, T_0: float, rows: dict[str, EstimateRow]) -> list[SynthesisR
     b, stop, seen = c.before, c.stop, c.seen
     assert stop is not None
     ratio, angle = stop.ratio, rows["stopping angle"].simulated
-    R_b, load = float(b.scene.brake.band.radius), b.scene.duty.load
+    R_b, load = float(band_brake(b.scene).band.radius), b.scene.duty.load
     slack = None if seen is None else float(np.max(np.asarray(seen.series.slack_tension)))
     tight = None if seen is None else float(np.max(np.asarray(seen.series.tight_tension)))
     slid = "as the stopping angle; a band that is stretched meanwhile slides less"

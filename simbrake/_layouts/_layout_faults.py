@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from .._base._faults import Fault
-from .._parts._scene import Scene, faults, read_by_linings
+from .._parts._scene import Scene, band_brake, faults, read_by_linings
 from .._run._rubbing import PAIRS
 from ._layout_targets import TARGETS, Target
 
@@ -27,7 +27,7 @@ def faults_of_wish(
         found.append(Fault("free", f"{free!r} cannot be freed", f"there are: {', '.join(FREE)}"))
     if over not in OVER:
         found.append(Fault("over", f"{over!r} is unknown", f"there are: {', '.join(OVER)}"))
-    if pair not in PAIRS or (pair == "internal" and scene.brake.bandage is None):
+    if pair not in PAIRS or (pair == "internal" and band_brake(scene).bandage is None):
         found.append(Fault("pair", f"the brake has no {pair!r} pair", "the internal one is a staged brake's"))
     elif pair == "internal" and over == "static":
         found.append(Fault("pair", "statics are those of the band on the linings", 'give over="braking"'))
@@ -47,7 +47,8 @@ def faults_of_wish(
 
 
 def _faults_of_areas(scene: Scene, targets: tuple[Target, ...], free: str, pair: str) -> list[Fault]:
-    linings, bandage, found = scene.brake.linings, scene.brake.bandage, []
+    brake, found = band_brake(scene), []
+    linings, bandage = brake.linings, brake.bandage
     n = int(np.size(linings.angle))
     if n < 2:
         found.append(Fault("brake.linings.angle", "one lining has no layout", "give two or more"))

@@ -11,8 +11,9 @@ from .._base._compiling import DeviceJit
 from .._hybrid._arrays import Array
 from .._parts._band import running_product
 from .._parts._layout import InfeasibleLayout, equal_increment_angles, equal_load_angles
-from .._parts._scene import Scene
+from .._parts._scene import Scene, band_brake
 from .._physics._assemble import assemble
+from .._physics._sliding import Grip
 from .._run._result import Result
 from .._run._rubbing import Rubbing, friction_work, lining_mean, quantity_of, wear, wearing
 
@@ -38,8 +39,9 @@ def full_slip(scene: Scene) -> tuple[Rubbing, Array]:
     """
     system, y, _ = assemble(scene)
     grip, linings = system.grip, scene.brake.linings
-    T_0 = jnp.asarray(scene.duty.slack_tension.scale())
-    v = jnp.full(linings.count, jnp.abs(jnp.asarray(scene.brake.band.radius) * jnp.asarray(scene.initial.omega)))
+    assert isinstance(grip, Grip)
+    T_0 = jnp.asarray(scene.duty.lever.scale())
+    v = jnp.full(linings.count, jnp.abs(jnp.asarray(scene.brake.radius) * jnp.asarray(scene.initial.omega)))
     T = system.hot(y.heat)[0]
     f = grip.coefficients(T_0, v, T, jnp.asarray(False), static=False).f
     along = T_0 * running_product(grip.ratios(f)[0])
@@ -83,7 +85,7 @@ def closed_form(scene: Scene, target: Target, *, areas: bool = True) -> tuple[Fl
     without `areas` the areas are free, and angles need not level what they can.
     """
     n = scene.brake.linings.count
-    f, wrap = friction_at_start(scene), float(np.sum(np.asarray(scene.brake.linings.angle)))
+    f, wrap = friction_at_start(scene), float(np.sum(np.asarray(band_brake(scene).linings.angle)))
     area = scene.brake.linings.area
     try:
         if target in ("tension_increment", "friction_work"):

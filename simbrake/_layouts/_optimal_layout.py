@@ -16,7 +16,7 @@ from .._base._progress import Line, duration
 from .._base._quantity import as_number
 from .._hybrid import Code
 from .._parts._layout import InfeasibleLayout
-from .._parts._scene import Scene
+from .._parts._scene import Scene, band_brake
 from .._run._integral import as_tree
 from .._run._measure import name_of
 from .._run._outcome import FAILURES, SimulationError
@@ -137,7 +137,7 @@ class _Search:
 
 def _start(scene: Scene, targets: tuple[Target, ...], free: str) -> tuple[Any, Any, str]:
     """Angles and areas in closed form (the scene's own where there is none), and why there is none."""
-    linings = scene.brake.linings
+    linings = band_brake(scene).linings
     angle = np.asarray(linings.angle, float)
     area = None if linings.area is None else np.broadcast_to(np.asarray(linings.area, float), angle.shape)
     note = ""
@@ -159,7 +159,7 @@ def _prepared(scene: Scene, spec: _Spec, rate: Any, start: str) -> tuple[_Search
     angle, area, note = _start(scene, spec.targets, spec.free)
     closed = None if note else _placed(scene, angle, area)
     if start == "given":
-        linings = scene.brake.linings
+        linings = band_brake(scene).linings
         angle = np.asarray(linings.angle, float)
         area = None if area is None else np.broadcast_to(np.asarray(linings.area, float), angle.shape)
     return _Search(scene, angle, area, rate, spec, friction_at_start(scene)), closed, note
@@ -274,7 +274,7 @@ def _row(name: str, scene: Scene | None, search: _Search, w: np.ndarray | None =
     """One layout with its targets: that of a scene, or the one of the unknowns `w`."""
     base, angle, area, rate = search.arguments
     if scene is not None:
-        angle, own = np.asarray(scene.brake.linings.angle, float), scene.brake.linings.area
+        angle, own = np.asarray(band_brake(scene).linings.angle, float), scene.brake.linings.area
         area = None if own is None else np.broadcast_to(np.asarray(own, float), angle.shape)
         at = _Search(base, angle, area, rate, search.spec, search.friction)
         w = np.zeros((2 if at.spec.free == "both" else 1) * (len(angle) - 1))

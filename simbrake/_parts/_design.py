@@ -3,7 +3,7 @@
 import abc
 import functools
 import math
-from typing import Annotated, Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple
 
 import equinox as eqx
 import jax
@@ -72,8 +72,16 @@ class AbstractLinings(eqx.Module):
     - `friction`: the law of all of them, with numbers for all or per lining;  `area` `A_i` (m²), `None`: not given
     """
 
-    friction: eqx.AbstractVar[AbstractFriction]
-    area: eqx.AbstractVar[Any]
+    if TYPE_CHECKING:  # (fields of an abstract class would come first among those of its kinds)
+
+        @property
+        def friction(self) -> AbstractFriction: ...
+
+        @property
+        def area(self) -> Any: ...
+    else:
+        friction: eqx.AbstractVar[AbstractFriction]
+        area: eqx.AbstractVar[Any]
 
     @property
     @abc.abstractmethod
@@ -180,9 +188,17 @@ class AbstractBrake(eqx.Module):
     - `linings`;  `inertia` `J` (kg·m²) of all that turns with the shaft, hook load not
     """
 
-    linings: eqx.AbstractVar[AbstractLinings]
-    inertia: eqx.AbstractVar[Any]
     words: eqx.AbstractClassVar[BrakeWords]
+    if TYPE_CHECKING:
+
+        @property
+        def linings(self) -> AbstractLinings: ...
+
+        @property
+        def inertia(self) -> Any: ...
+    else:
+        linings: eqx.AbstractVar[AbstractLinings]
+        inertia: eqx.AbstractVar[Any]
 
     @property
     @abc.abstractmethod

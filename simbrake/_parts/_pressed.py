@@ -63,7 +63,9 @@ class AbstractPadPressure(eqx.Module):
 
 
 class UniformWear(AbstractPadPressure):
-    """A pad that has run in and wears evenly: `p r` is constant, `r_e = (r_o + r_i)/2`, `p_max/p̄ = (r_o + r_i)/(2 r_i)`.
+    """A pad that has run in and wears evenly, so that `p r` is constant: `r_e = (r_o + r_i)/2`.
+
+    Its greatest pressure is `(r_o + r_i)/(2 r_i)` times the mean one.
 
     Reference: R. G. Budynas, J. K. Nisbett, *Shigley's Mechanical Engineering Design*, calliper brakes.
     """
@@ -244,7 +246,7 @@ class ShoeBrake(AbstractPressedBrake):
         "double-shoe brake",
         "shoe",
         "drum",
-        "M_F ≥ M_N: the friction of a leading shoe presses it on harder than its pressure lifts it, the shoe locks itself",
+        "M_F ≥ M_N: the friction of a leading shoe presses it on by itself, it locks itself",
         "lower its friction, shorten its lining, or move the pins away from the shaft",
     )
 

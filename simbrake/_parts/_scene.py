@@ -1,7 +1,7 @@
 """One run: a brake, what acts on it, how it starts and when it ends."""
 
 import abc
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -31,8 +31,13 @@ class AbstractDuty(eqx.Module):
     - `load`: `M_load(t, ω)`;  `lever_field`: name of the field that holds the profile of the lever
     """
 
-    load: eqx.AbstractVar[AbstractLoad]
     lever_field: eqx.AbstractClassVar[str]
+    if TYPE_CHECKING:  # (as in `AbstractBrake`)
+
+        @property
+        def load(self) -> AbstractLoad: ...
+    else:
+        load: eqx.AbstractVar[AbstractLoad]
 
     @property
     @abc.abstractmethod
@@ -103,13 +108,10 @@ class Scene(eqx.Module):
     power_shares: PowerShares | None = None
 
 
-def band_brake(scene: Scene, what: str) -> Brake:
-    """The brake of a scene where only a band brake will do. Raises `InputError` for another kind.
-
-    - `what`: what is only for band brakes, in words
-    """
+def band_brake(scene: Scene) -> Brake:
+    """The brake of a scene where only a band brake will do. Raises `InputError` for another kind."""
     if not isinstance(scene.brake, Brake):
-        problem = f"is a {scene.brake.words.brake}: {what} only of band brakes"
+        problem = f"is a {scene.brake.words.brake}: this is only for band brakes"
         raise InputError([Fault("brake", problem, "take a scene with a `Brake`")])
     return scene.brake
 

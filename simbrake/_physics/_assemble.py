@@ -129,8 +129,8 @@ def _mechanism(scene: Scene, pairs: tuple[Pair, ...], sizes: Sizes, still: Conta
         f = jnp.broadcast_to(brake.linings.friction.static(still), (brake.linings.count,))
         law = PressedTorque(
             brake=brake,
-            grip=FaceGrip(brake.linings, scene.power_shares, heated),
-            locked=jnp.any(brake.self_locking(f) >= 1),
+            friction=FaceGrip(brake.linings, scene.power_shares, heated),
+            locks=jnp.any(brake.self_locking(f) >= 1),
         )
         return RigidContact(law=law, pairs=pairs, sizes=sizes)
     assert isinstance(brake, Brake)

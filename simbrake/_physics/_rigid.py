@@ -47,13 +47,17 @@ class Torques(NamedTuple):
 
 
 class AbstractTorqueLaw(eqx.Module):
-    """The greatest torque of a rigid contact as a function of the lever's force and of friction.
+    """The greatest torque of a rigid contact as a function of the lever's force and of friction."""
 
-    - `grip`: friction of the linings;  `locked`: whether they lock themselves at the start
-    """
+    @property
+    @abc.abstractmethod
+    def grip(self) -> AbstractGrip:
+        """Friction of the linings."""
 
-    grip: eqx.AbstractVar[AbstractGrip]
-    locked: eqx.AbstractVar[Bool[Array, ""]]
+    @property
+    @abc.abstractmethod
+    def locked(self) -> Bool[Array, ""]:
+        """Whether the linings lock themselves at the start."""
 
     @property
     @abc.abstractmethod
@@ -183,11 +187,20 @@ class PressedTorque(AbstractTorqueLaw):
     """Linings that a force presses on a turning face, as pads and shoes: `M = r Σ f_i N_i`.
 
     - `brake`: says how the normal forces `N_i` follow from the force of the lever and from friction
+    - `friction`: its coefficients;  `locks`: whether a lining locks itself at the start
     """
 
     brake: AbstractPressedBrake
-    grip: FaceGrip
-    locked: Bool[Array, ""]
+    friction: FaceGrip
+    locks: Bool[Array, ""]
+
+    @property
+    def grip(self):
+        return self.friction
+
+    @property
+    def locked(self):
+        return self.locks
 
     @property
     def distribution(self):
@@ -199,11 +212,11 @@ class PressedTorque(AbstractTorqueLaw):
 
     @property
     def varies(self):
-        return self.grip.varies
+        return self.friction.varies
 
     @property
     def locking_varies(self):
-        return self.brake.can_lock and self.grip.varies
+        return self.brake.can_lock and self.friction.varies
 
     @property
     def implicit(self):
@@ -213,7 +226,7 @@ class PressedTorque(AbstractTorqueLaw):
         n = self.brake.linings.count
         # only where no friction presses a lining on may its law look at the pressure
         N = None if self.brake.can_lock else self.brake.normal(force, jnp.zeros(n), False)
-        return self.grip.coefficients(jnp.broadcast_to(v, (n,)), hot, N, static)
+        return self.friction.coefficients(jnp.broadcast_to(v, (n,)), hot, N, static)
 
     def torques(self, force, v, hot, back, static):
         f = self._coefficients(force, v, hot, static)

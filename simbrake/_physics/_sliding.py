@@ -37,9 +37,9 @@ class AbstractGrip(eqx.Module):
     - `linings`;  `shares` of the friction power;  `heated`: whether the scene has the linings' temperatures
     """
 
-    linings: eqx.AbstractVar[AbstractLinings]
-    shares: eqx.AbstractVar[PowerShares | None]
-    heated: eqx.AbstractVar[bool]
+    linings: AbstractLinings
+    shares: PowerShares | None
+    heated: bool = eqx.field(static=True)
 
     @property
     def reads(self) -> Reads:
@@ -60,10 +60,6 @@ class AbstractGrip(eqx.Module):
 
 class FaceGrip(AbstractGrip):
     """Friction of linings that are pressed on a turning face: their normal forces do not hang on those of others."""
-
-    linings: AbstractLinings
-    shares: PowerShares | None = None
-    heated: bool = eqx.field(static=True, default=False)
 
     @property
     def cosine(self) -> Any:
@@ -92,12 +88,10 @@ class Grip(AbstractGrip):
     the slack end upwards, on the branch that starts at the coefficient without flash.
     """
 
-    linings: Lining
+    linings: Lining  # pyright: ignore
     tangent: Float[Array, " n"]  # z_i = tan(β_i/2)
     sine: Float[Array, " n"]  # sin(β_i/2)
     flash: FlashTemperature | None
-    shares: PowerShares | None = None  # of the friction power
-    heated: bool = eqx.field(static=True, default=False)  # whether the scene has the linings' temperatures
 
     @property
     def cosine(self) -> Any:
@@ -114,7 +108,7 @@ class Grip(AbstractGrip):
     ) -> "Grip":
         """The friction of given linings, with what depends on their angles alone formed once for the whole run."""
         half = jnp.asarray(linings.angle) / 2
-        return cls(linings, jnp.tan(half), jnp.sin(half), flash, shares, heated)
+        return cls(linings, shares, heated, jnp.tan(half), jnp.sin(half), flash)
 
     @property
     def implicit(self) -> bool:

@@ -24,6 +24,7 @@ from .._base._faults import Fault, InputError
 from .._base._progress import Progress
 from .._base._quantity import as_number
 from .._base._whole import whole_file
+from .._parts._scene import band_brake
 from .._run._lining_view import lining_contacts, look
 from .._run._result import Result
 from ._plot_film import SHARE, Film, film_of, ticks, words_of_rate
@@ -175,7 +176,7 @@ class Scenery:
         return axes.axvline(film.run[0], color="k", lw=1.2)
 
     def _wheel(self, axes: Axes, result: Result) -> None:
-        angles = on_circle(lining_edges(result.scene.brake))
+        angles = on_circle(lining_edges(band_brake(result.scene)))
         axes.add_patch(Wedge((0, 0), RIM, 0, 360, width=0.06, color="0.6"))
         self.rim = axes.add_patch(Wedge((0, 0), 0.93, 0, 360, width=0.09, color="0.8"))
         axes.add_patch(Circle((0, 0), 0.12, color="0.6"))

@@ -12,7 +12,7 @@ from .._base._faults import Fault, InputError
 from .._layouts._layout_report import LayoutDesign, LayoutRow
 from .._parts._design import Brake, Lining
 from .._parts._layout import InfeasibleLayout, Layout, chord_equal_load_angles
-from .._parts._scene import Scene
+from .._parts._scene import Scene, band_brake
 from ._plot_shared import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION, finish
 from ._plot_wheel import lining_edges
 
@@ -82,7 +82,7 @@ def _named(given: Any) -> dict[str, Any]:
 def _edges(one: Any) -> Float[np.ndarray, "n 2"]:
     """Angles (rad) at which each lining begins and ends."""
     if isinstance(one, Scene):
-        return lining_edges(one.brake)
+        return lining_edges(band_brake(one))
     if isinstance(one, Brake):
         return lining_edges(one)
     angle = one.angle if isinstance(one, Layout | LayoutRow | Lining) else one

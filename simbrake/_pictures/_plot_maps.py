@@ -155,9 +155,10 @@ def lining_map(
         panel.yaxis.set_major_locator(MaxNLocator(integer=True))
         time_axis(panel, milliseconds=i == 1 and bool(top - start < 0.5))
         panel.set_title("up to full slip, enlarged" if i else "whole run", fontsize=10)
-    panels[0].set_ylabel("lining, from the slack to the tight end")
+    brake = result.scene.brake
+    panels[0].set_ylabel("lining, from the slack to the tight end" if brake.banded else brake.words.lining)
     where = {"external": "band on linings: ", "internal": "linings on rim: "}[pair]
-    where = where if result.scene.brake.bandage is not None else ""
+    where = where if result.scene.brake.staged else ""
     alike = " (one surface for all linings)" if parts[0][1].shape[1] == 1 < n and quantity == "temperature" else ""
     figure.suptitle(f"{where}{view.words}, lining by lining{alike}", fontsize=11)
     return figure

@@ -64,7 +64,7 @@ def overlap(result: Result, ts: Any, running_in: RunningIn | None = None) -> Ove
 
     Raises `InputError` for times outside the run, and for a brake without a band.
     """
-    s, (outer, inner) = result.series(ts), geometric_overlap(band_brake(result.scene, "there are overlap coefficients"))
+    s, (outer, inner) = result.series(ts), geometric_overlap(band_brake(result.scene))
     modes: Any = result.record.modes
     n, touches = result.scene.brake.linings.count, np.asarray(s.band_mode) != BandMode.OPEN
     # linings that move for themselves are counted; a band as a whole slides on all of them or on none
