@@ -8,6 +8,7 @@ from ._pictures._plot_layouts import layouts as layouts
 from ._pictures._plot_maps import depth as depth
 from ._pictures._plot_maps import lining_map as lining_map
 from ._pictures._plot_materials import materials as materials
+from ._pictures._plot_pressed import pressed as pressed
 from ._pictures._plot_published import published as published
 from ._pictures._plot_pulley import pulley as pulley
 from ._pictures._plot_runs import contacts as contacts

@@ -88,6 +88,7 @@ def test_only_plot_modules_import_matplotlib():
         "layouts",
         "maps",
         "materials",
+        "pressed",
         "published",
         "pulley",
         "runs",

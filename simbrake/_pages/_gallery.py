@@ -38,6 +38,14 @@ def _heated(result: Result) -> bool:
     return result.scene.heat is not None
 
 
+def _banded(result: Result) -> bool:
+    return result.scene.brake.banded
+
+
+def _pressed(result: Result) -> bool:
+    return not result.scene.brake.banded
+
+
 def _staged(result: Result) -> bool:
     return result.scene.brake.staged
 
@@ -61,14 +69,15 @@ def _lining_by_lining(result: Result) -> bool:
 DUTY = Picture(
     "duty",
     "What acts on the brake",
-    "Slack tension that the lever gives, and torque with which the load drives the shaft, over the whole run.",
+    "What the lever gives, and torque with which the load drives the shaft, over the whole run.",
 )
 #: the pictures of a run in the order of the page; a new one is one line
 PICTURES = (
     Picture(
         "stop",
         "The run over time",
-        "From above: speed of the pulley, torques of brake and load, tensions at the two ends of the band, number of "
+        "From above: speed of the pulley, torques of brake and load, tensions at the two ends of the band "
+        "or forces on the linings, number of "
         "linings at their friction limit. Dashed lines are events; where there are two columns, the right one "
         "enlarges the onset of slip.",
     ),
@@ -77,11 +86,20 @@ PICTURES = (
         "Tensions and loads on the pulley's circle",
         "At the time of the greatest tension: outwards the tension of the band at the ends of the linings, inwards the "
         "normal load of each; linings at their true angles, coloured by what they do.",
+        _banded,
+    ),
+    Picture(
+        "pressed",
+        "What presses the linings",
+        "At the time of the greatest load: pads on their disc, or shoes in their drum, at their true angles, with the "
+        "pressure on a lining, and its forces.",
+        _pressed,
     ),
     Picture(
         "lining_map",
         "Normal load of every lining",
-        "Linings from the slack to the tight end over time, coloured by their normal load; lines are events.",
+        "Linings in their order, those of a band from the slack to the tight end, over time, coloured by their normal "
+        "load; lines are events.",
         options=("normal_load",),
     ),
     Picture(

@@ -59,7 +59,11 @@ class AbstractPadPressure(eqx.Module):
 
     @abc.abstractmethod
     def peak(self, inner: Any, outer: Any) -> Float[Array, ""]:
-        """Greatest pressure over the mean `N/A`."""
+        """Greatest pressure over the mean `N/A`; it is that at `r_i`."""
+
+    @abc.abstractmethod
+    def share(self, radius: Any, inner: Any) -> Float[Array, "..."]:
+        """Pressure at a radius over that at `r_i`."""
 
 
 class UniformWear(AbstractPadPressure):
@@ -76,6 +80,9 @@ class UniformWear(AbstractPadPressure):
     def peak(self, inner, outer):
         return (jnp.asarray(outer) + inner) / (2 * jnp.asarray(inner))
 
+    def share(self, radius, inner):
+        return jnp.asarray(inner) / jnp.asarray(radius)
+
 
 class UniformPressure(AbstractPadPressure):
     """A new pad, pressed evenly: `r_e = ⅔ (r_o³ − r_i³)/(r_o² − r_i²)`.
@@ -90,6 +97,9 @@ class UniformPressure(AbstractPadPressure):
 
     def peak(self, inner, outer):
         return jnp.ones(())
+
+    def share(self, radius, inner):
+        return jnp.ones_like(jnp.asarray(radius))
 
 
 class Pads(AbstractLinings):

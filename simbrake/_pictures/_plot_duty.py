@@ -9,8 +9,8 @@ from ._plot_shared import dense_grid, finish
 
 
 def duty(result: Result, *, figure: Figure | None = None) -> Figure:
-    """Slack tension that the lever gives and torque of the load over the whole run, with the mass on the hook below
-    where it changes."""
+    """Slack tension or force that the lever gives and torque of the load over the whole run, with the mass on the hook
+    below where it changes."""
     record = result.record
     times = np.asarray(record.rows.t)[: int(record.count) + 1]
     knots = [e for e in result.events if e.name in ("slip_onset", "full_slip", "stop", "restart", "release")]
@@ -28,8 +28,10 @@ def duty(result: Result, *, figure: Figure | None = None) -> Figure:
     rows = 3 if isinstance(load, TrippingLoad) else 2
     figure = Figure(figsize=(9.0, 1.9 * rows + 0.6), layout="constrained") if figure is None else figure
     panels = figure.subplots(rows, 1, sharex=True)
-    panels[0].plot(t, merged("slack_tension") / 1e3, color="tab:blue", label="slack tension T₀")
-    panels[0].set_ylabel("tension, kN")
+    banded = result.scene.brake.banded
+    lever = merged("slack_tension" if banded else "lever_force") / 1e3
+    panels[0].plot(t, lever, color="tab:blue", label="slack tension T₀" if banded else "force of the actuator F")
+    panels[0].set_ylabel("tension, kN" if banded else "force, kN")
     panels[1].plot(t, merged("load_torque") / 1e3, color="tab:red", label="load torque on the shaft")
     panels[1].set_ylabel("torque, kN·m")
     if isinstance(load, TrippingLoad):

@@ -11,6 +11,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Wedge
 from matplotlib.ticker import MaxNLocator
 
+from .._parts._scene import band_brake
 from .._run._lining_view import Contact, lining_contacts, look
 from .._run._result import Result
 from .._run._series import times_within
@@ -41,12 +42,13 @@ def pulley(result: Result, time: float | int | None = None, *, figure: Figure | 
 
     - `time` (s): default that of the greatest tension; at an event the values after it
 
-    Raises `InputError` for a time outside the run and for a batch of runs.
+    Raises `InputError` for a time outside the run, for a batch of runs and for a brake without a band (`pressed`).
     """
     one_run(result)
+    band_brake(result.scene)
     time, why, p = _moment(result, time)
     pairs = lining_contacts(result, p)
-    edges = lining_edges(result.scene.brake)
+    edges = lining_edges(band_brake(result.scene))
     angles = on_circle(edges)
     T0, inner = float(p.flows.slack_tension[0]), p.columns.get("internal_load")
     tension = np.append(T0, np.asarray(p.linings.tension)[0]) / 1e3

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
+from .._parts._design import BrakeWords
 from .._run._lining_view import WORDS, Contact
 from .._run._overlap import RunningIn, overlap
 from .._run._result import Result
@@ -25,7 +26,7 @@ _CONTACTS = {
 
 
 def stop(result: Result, *, figure: Figure | None = None) -> Figure:
-    """Speed, torques, tensions and number of linings at their limit over time, with the onset of slip enlarged.
+    """Speed, torques, tensions or forces, and number of linings at their limit over time, the onset of slip enlarged.
 
     Left the whole motion (a run that goes on at rest is cut shortly after the stop), right the time up to full slip.
     """
@@ -37,7 +38,7 @@ def stop(result: Result, *, figure: Figure | None = None) -> Figure:
     axes = figure.subplots(4, columns, squeeze=False, sharex="col", width_ratios=[1.5, 1][:columns])
     for column, top in enumerate([end, zoom][:columns]):
         t, s = dense_grid(result, start, top, events)
-        _panels(axes[:, column], t, s, compact=column == 1)
+        _panels(axes[:, column], t, s, result.scene.brake.words, compact=column == 1)
         for row in range(4):
             marks(axes[row, column], events, start, top, named=row == 0)
         time_axis(axes[3, column], milliseconds=column == 1 and bool(top - start < 0.5))
@@ -229,18 +230,25 @@ def _profile(axes: Axes, result: Result, wall: Any, T: np.ndarray, time: float) 
     axes.set_ylabel("temperature, °C")
 
 
-def _panels(axes: Any, t: np.ndarray, s: Any, *, compact: bool) -> None:
+def _panels(axes: Any, t: np.ndarray, s: Any, words: BrakeWords, *, compact: bool) -> None:
     speed, torque, tension, linings = axes
-    speed.plot(t, s.omega, color="k", label="pulley speed ω")
+    speed.plot(t, s.omega, color="k", label=f"{words.body} speed ω")
     if np.ptp(s.omega) <= 1e-6 * np.abs(s.omega).max():  # constant but for rounding, which is not worth a picture
         speed.set_ylim(sorted((0.0, 1.2 * float(s.omega[0]) or 1.0)))
     torque.plot(t, s.brake_torque / 1e3, color="tab:blue", label="brake M_b")
     torque.plot(t, s.load_torque / 1e3, color="tab:brown", ls="-.", label="load M_load")
-    tension.plot(t, s.tight_tension / 1e3, color="tab:blue", label="tight end T_n")
-    tension.plot(t, s.slack_tension / 1e3, color="tab:cyan", label="slack end T_0")
-    linings.plot(t, s.at_limit, color="tab:orange", drawstyle="steps-post", label="linings at their limit k")
-    linings.set_ylim(-0.5, s.tension.shape[1] + 0.5)
-    names = ("ω, rad/s", "torque, kN·m", "tension, kN", f"k of {s.tension.shape[1]}")
+    n = s.normal_load.shape[1]
+    if s.lever_force is None:
+        tension.plot(t, s.tight_tension / 1e3, color="tab:blue", label="tight end T_n")
+        tension.plot(t, s.slack_tension / 1e3, color="tab:cyan", label="slack end T_0")
+    else:
+        tension.plot(t, s.lever_force / 1e3, color="tab:cyan", label="actuator F")
+        for i in range(n if np.ptp(s.normal_load, axis=1).max() > 0 else 1):
+            which = f" on {words.lining} {i + 1}" if np.ptp(s.normal_load, axis=1).max() > 0 else ""
+            tension.plot(t, s.normal_load[:, i] / 1e3, ls="--", label=f"normal force N{which}")
+    linings.plot(t, s.at_limit, color="tab:orange", drawstyle="steps-post", label=f"{words.lining}s at their limit k")
+    linings.set_ylim(-0.5, n + 0.5)
+    names = ("ω, rad/s", "torque, kN·m", "force, kN" if s.tension is None else "tension, kN", f"k of {n}")
     for panel, name in zip(axes, names, strict=True):
         panel.grid(alpha=0.3)
         panel.margins(x=0)

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._base._faults import Fault, InputError
-from .._parts._scene import band_brake
+from .._parts._design import Brake
 from .._physics._modes import BandMode
 from ._probe import Probe, probe_many
 from ._result import Result
@@ -161,8 +161,11 @@ def _check(result: Result, quantity: str, pair: str) -> None:
         found.append(Fault("quantity", why, "there are no temperatures of linings to draw"))
     if quantity == "friction_coefficient" and heat is None:
         found.append(Fault("quantity", "the scene has no heat", "the coefficient of friction is drawn where it fades"))
-    if quantity == "displacement" and band_brake(result.scene).band.segments is None:
+    brake = result.scene.brake
+    if quantity == "displacement" and not (isinstance(brake, Brake) and brake.band.segments is not None):
         found.append(Fault("quantity", "only linings of a chain have a displacement", "give brake.band.segments"))
+    if quantity == "tension" and not result.scene.brake.banded:
+        found.append(Fault("quantity", f"a {result.scene.brake.words.brake} has no band", "look at its normal_load"))
     wear = result.scene.wear
     if quantity == "worn_thickness" and (wear is None or (pair == "internal" and wear.internal is None)):
         found.append(Fault("quantity", "the scene has no wear of that pair", "give it a `Wear`"))
