@@ -30,11 +30,10 @@ def pressed(result: Result, time: float | int | None = None, *, figure: Figure |
     brake = result.scene.brake
     if not isinstance(brake, DiscBrake | ShoeBrake):
         raise InputError([Fault("brake", f"is a {brake.words.brake}", "draw it with `plot.pulley`")])
-    t = float(
-        result.report().peaks["max_normal_load"].time
-        if time is None
-        else times_within([time], *span(result), "time")[0]
-    )
+    if time is None:
+        t = float(result.report().peaks["max_normal_load"].time)
+    else:
+        t = float(times_within([time], *span(result), "time")[0])
     p = look(result, t)
     states = lining_contacts(result, p)["external"]
     normal, friction = np.asarray(p.linings.normal)[0], np.asarray(p.linings.friction)[0]
@@ -64,7 +63,7 @@ def pressed(result: Result, time: float | int | None = None, *, figure: Figure |
         fontsize=11,
     )
     draw_rotation(wheel, float(p.y.omega[0]), 0.2 * float(brake.radius))
-    figure.legend(handles=contact_legend([states]), loc="outside lower center", ncols=3, fontsize=8)
+    figure.legend(handles=contact_legend([states], brake.words.lining), loc="outside lower center", ncols=3, fontsize=8)
     return figure
 
 
@@ -81,9 +80,8 @@ def _disc(wheel: Axes, course: Axes, brake: DiscBrake, normal: np.ndarray, colou
         place = {"theta1": middle - angle / 2, "theta2": middle + angle / 2, "width": outer - inner}
         wheel.add_patch(Wedge((0, 0), outer, fc=colours[2 * i], ec="0.3", gid="pad", zorder=2, **place))
         x, y = spot(0.5 * (inner + outer), math.radians(middle))
-        wheel.text(
-            x, y, f"{2 * i + 1}, {2 * i + 2}" if 2 * i + 1 < pads.count else f"{2 * i + 1}", ha="center", zorder=3
-        )
+        words = ", ".join(str(k) for k in (2 * i + 1, 2 * i + 2) if k <= pads.count)
+        wheel.text(x, y, words, ha="center", va="center", zorder=3)
     turn = np.linspace(0, 2 * math.pi, 200)
     wheel.plot(*spot(float(brake.radius), turn).T, color=BLUE, ls="--", lw=1.0, zorder=4)
     wheel.set_xlim(-1.1 * edge, 1.1 * edge)
@@ -94,14 +92,13 @@ def _disc(wheel: Axes, course: Axes, brake: DiscBrake, normal: np.ndarray, colou
     course.plot(1e3 * radius, 1e-6 * highest * share, color=GREEN, label="pressure on a pad")
     mean = 1e-6 * float(normal.max()) / float(pads.area)
     course.axhline(mean, color="0.5", ls=":", label=f"mean {mean:.4g} MPa")
-    course.axvline(
-        1e3 * float(brake.radius), color=BLUE, ls="--", label=f"effective radius {1e3 * float(brake.radius):.4g} mm"
-    )
+    effective = 1e3 * float(brake.radius)
+    course.axvline(effective, color=BLUE, ls="--", label=f"effective radius {effective:.4g} mm")
     course.set_xlabel("radius, mm")
 
 
 def _drum(wheel: Axes, course: Axes, brake: ShoeBrake, normal: np.ndarray, colours: list[str]) -> None:
-    """Shoes with their pins at the bottom, the leading one at the right: the drum turns counter-clockwise."""
+    """Shoes with their pins at the bottom; left the leading one, as the drum turns counter-clockwise, to its pin."""
     shoes = brake.linings
     r, start, end = float(shoes.radius), float(shoes.start), float(shoes.end)
     wheel.add_patch(Wedge((0, 0), 1.08 * r, 0, 360, width=0.06 * r, color="0.75", zorder=1))
@@ -109,7 +106,7 @@ def _drum(wheel: Axes, course: Axes, brake: ShoeBrake, normal: np.ndarray, colou
     theta = np.linspace(start, end, 200)
     top = float(np.max([brake.greatest_pressure(N) for N in normal])) or 1.0
     highest = math.sin(min(max(0.5 * math.pi, start), end))
-    for i, (N, side) in enumerate(zip(normal, (1.0, -1.0), strict=True)):
+    for i, (N, side) in enumerate(zip(normal, (-1.0, 1.0), strict=True)):
         # a pin a little beside the vertical through the shaft; angles count from it, up along the shoe's side
         pin = -0.5 * math.pi + side * 0.12
         ends = np.degrees(pin + side * np.array([start, end]))

@@ -96,7 +96,7 @@ def draw_rotation(axes: Axes, omega: float, radius: float) -> None:
     axes.text(0, 0, words, ha="center", va="center", fontsize=8)
 
 
-def contact_legend(found: list[np.ndarray]) -> list[Patch]:
+def contact_legend(found: list[np.ndarray], lining: str = "lining") -> list[Patch]:
     """Patches for the contacts that occur."""
     present = set(np.unique(np.concatenate([states.ravel() for states in found])).tolist())
-    return [Patch(color=CONTACT_COLOURS[c], label=f"lining {words}") for c, words in WORDS.items() if c in present]
+    return [Patch(color=CONTACT_COLOURS[c], label=f"{lining} {words}") for c, words in WORDS.items() if c in present]

@@ -210,9 +210,9 @@ class Report:
         return {"stages": [stage.as_dict() for stage in stages], "absent_stages": absent}
 
     def _kind(self) -> dict[str, Any]:
-        """What a brake without a band and its linings are called."""
-        brake = self.result.scene.brake
-        return {} if brake.banded else {"brake": brake.words.brake, "lining": brake.words.lining}
+        """What a brake without a band, its linings and the body on which they rub are called."""
+        brake, words = self.result.scene.brake, self.result.scene.brake.words
+        return {} if brake.banded else {"brake": words.brake, "lining": words.lining, "body": words.body}
 
     def _worn(self) -> dict[str, Any]:
         """The thickness that the linings lost."""

@@ -49,7 +49,8 @@ def _heat_lines(summary: dict[str, Any]) -> list[str]:
     m, e, at = summary["metrics"], summary["energy"], summary["at"]
     if "heat_stored" not in e:
         return []
-    names = {"peak_rim_temperature": "rim", "peak_lining_temperature": "linings", "peak_band_temperature": "band"}
+    body, linings = summary.get("body", "rim"), f"{summary.get('lining', 'lining')}s"
+    names = {"peak_rim_temperature": body, "peak_lining_temperature": linings, "peak_band_temperature": "band"}
     names["peak_lining_outer_temperature"] = "linings outside"
     hot = [f"{w} {m[k] - 273.15:.5g} °C at {at[f'{k}_time']:.6g} s" for k, w in names.items() if m.get(k) is not None]
     marks = []
