@@ -10,6 +10,7 @@ from matplotlib.patches import Circle, Wedge
 from .._base._faults import Fault, InputError
 from .._parts._pressed import DiscBrake, ShoeBrake
 from .._run._lining_view import lining_contacts, look
+from .._run._probe import Probe
 from .._run._result import Result
 from .._run._series import times_within
 from ._plot_shared import BLUE, GREEN, one_run, span
@@ -30,11 +31,7 @@ def pressed(result: Result, time: float | int | None = None, *, figure: Figure |
     brake = result.scene.brake
     if not isinstance(brake, DiscBrake | ShoeBrake):
         raise InputError([Fault("brake", f"is a {brake.words.brake}", "draw it with `plot.pulley`")])
-    if time is None:
-        t = float(result.report().peaks["max_normal_load"].time)
-    else:
-        t = float(times_within([time], *span(result), "time")[0])
-    p = look(result, t)
+    t, p = _moment(result, time)
     states = lining_contacts(result, p)["external"]
     normal, friction = np.asarray(p.linings.normal)[0], np.asarray(p.linings.friction)[0]
     if figure is None:
@@ -65,6 +62,17 @@ def pressed(result: Result, time: float | int | None = None, *, figure: Figure |
     draw_rotation(wheel, float(p.y.omega[0]), 0.2 * float(brake.radius))
     figure.legend(handles=contact_legend([states], brake.words.lining), loc="outside lower center", ncols=3, fontsize=8)
     return figure
+
+
+def _moment(result: Result, time: float | int | None) -> tuple[float, Probe]:
+    """The time to draw, and the run there."""
+    if time is not None:
+        t = float(times_within([time], *span(result), "time")[0])
+        return t, look(result, t)
+    t = float(result.report().peaks["max_normal_load"].time)
+    after, before = look(result, t), look(result, t, left=True)
+    # a force that jumps at an event is greatest on one side of it
+    return t, before if np.max(before.linings.normal) > np.max(after.linings.normal) else after
 
 
 def _disc(wheel: Axes, course: Axes, brake: DiscBrake, normal: np.ndarray, colours: list[str]) -> None:

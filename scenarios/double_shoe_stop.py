@@ -1,0 +1,71 @@
+"""Stop and hold of a winch drum by a double-shoe brake, in both directions, and the friction at which it locks itself.
+
+Geometry of the shoes: an example of internal expanding shoes in the book (Shigley: Budynas & Nisbett, *Shigley's
+Mechanical Engineering Design*). What no source gives is an assumption and says so beside its value.
+"""
+
+import math
+
+import numpy as np
+
+import simbrake as sb
+
+
+def scene(omega: float = 25.0, load: float = 250.0) -> sb.Scene:
+    """The scene that `simbrake run` integrates."""
+    friction = sb.ProductFriction(
+        sb.ConstantFriction(0.32, static_ratio=1.1),  # Shigley; the ratio is an assumption
+        (sb.LinearFade(slope=1.5e-3, above=373.15, floor=0.4, blend=10.0),),  # assumption
+    )
+    return sb.Scene(
+        brake=sb.ShoeBrake(
+            inertia=12.0,  # kg·m²; assumption: drum and what it winds
+            linings=sb.Shoes(
+                friction,
+                radius=0.150,  # m; this and the following by Shigley
+                width=0.032,
+                start=0.0,
+                end=math.radians(126.0),
+            ),
+            pin=0.1123,
+            arm=0.212,
+        ),
+        duty=sb.ForceDuty(
+            force=sb.PiecewiseLinear(times=[0.0, 0.15, 3.0, 3.5], values=[0.0, 2.2e3, 2.2e3, 0.0]),  # N; assumption
+            load=sb.TorqueLoad(sb.Constant(load)),  # N·m; assumption: what hangs on the rope
+        ),
+        initial=sb.Initial(omega=omega),
+        end_time=4.0,
+        heat=sb.Heat(
+            bodies=(
+                sb.Lump("drum", 4.0e3),  # J/K; assumption: some 8 kg of iron
+                sb.Lump("shoes", 250.0, count=2),  # assumption: what of the linings takes heat in one stop
+                sb.Reservoir("air", 293.15),
+            ),
+            links=(sb.Conductance("drum", "air", 8.0), sb.Conductance("shoes", "drum", 2.0)),
+            friction=sb.FrictionHeat("drum", "shoes", sb.ConstantPartition(0.85)),
+            rim="drum",
+            linings="shoes",
+        ),
+        wear=sb.Wear(5e-14),
+    )
+
+
+def main() -> None:
+    import jax
+
+    jax.config.update("jax_enable_x64", True)
+    result = sb.simulate(scene())
+    print(result)
+    back = sb.simulate(scene(-25.0, -250.0))
+    worn = np.asarray(result.worn_thickness)
+    print(f"\nthe other way round it stops after the same time: {float(back.stopping_time):.6f} s")
+    print(f"the leading shoe wears {worn[0] / worn[1]:.3f} times as much as the trailing one")
+    brake = scene().brake
+    assert isinstance(brake, sb.ShoeBrake)
+    locks = float(brake.normal_moment / brake.friction_moment)
+    print(f"a leading shoe locks itself from a coefficient of friction of {locks:.4f} on")
+
+
+if __name__ == "__main__":
+    main()
