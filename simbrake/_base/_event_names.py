@@ -27,7 +27,7 @@ EVENTS = {
     "restart": EventMeaning(
         "the load exceeded the static limit of a brake at rest, or the grip fell below the load", _ANY
     ),
-    "release": EventMeaning("`T_0` fell to 0, the band is open", _NO_CHAIN),
+    "release": EventMeaning("the force of the lever fell to 0, the brake is open", _NO_CHAIN),
     "internal_slip": EventMeaning("the linings begin to slide on the rim", _STAGED),
     "internal_restick": EventMeaning("the linings stick to the turning rim again, `ω_b = ω`", _STAGED),
     "external_lock": EventMeaning("the bandage comes to rest on a turning pulley, `ω_b = 0`", _STAGED),

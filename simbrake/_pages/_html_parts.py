@@ -21,7 +21,7 @@ EVENTS = {
     "restick": "the slip ended while the pulley turns",
     "stop": "the pulley came to rest",
     "restart": "the load exceeded what the brake at rest can hold",
-    "release": "the lever let go, the band is open",
+    "release": "the lever let go, the brake is open",
     "internal_slip": "the linings begin to slide on the rim",
     "internal_restick": "the linings stick to the rim again",
     "external_lock": "the bandage came to rest, the pulley turns in it",

@@ -70,6 +70,7 @@ def animate(
     """
     file = Path(path)
     duration, fps = _numbers(file, duration, fps)
+    band_brake(result.scene)
     film = film_of(one_run(result), duration, start, end)
     count = max(2, round(duration * fps))
     told = Progress(count, progress, what="frames", after=2.0)

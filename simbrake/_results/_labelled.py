@@ -57,7 +57,7 @@ def dataset(result: Result, times: Any = None) -> Any:
     coords: dict[str, Any] = {
         "time": ("time", t, _about("s", SERIES_MEANINGS["t"])),
         "side": ("time", side, _about("1", "-1 just before an event, +1 just after it, 0 elsewhere")),
-        "lining": ("lining", np.arange(series.tension.shape[1]) + 1, _about("1", "lining, from the slack end")),
+        "lining": ("lining", np.arange(series.normal_load.shape[1]) + 1, _about("1", "lining, of a band from the slack end")),
     }
     data = _columns(series)
     if series.temperature is not None:
@@ -111,7 +111,7 @@ def _sampled(result: Result, times: Any) -> tuple[Series, np.ndarray, np.ndarray
 
 def _columns(series: Series) -> dict[str, Any]:
     """Columns of a series as variables; a place of one node has no dimension beside the time."""
-    n, data = series.tension.shape[1], {}
+    n, data = series.normal_load.shape[1], {}
     for field in Series._fields:
         value = getattr(series, field)
         if value is None or field == "t":
