@@ -20,10 +20,11 @@ def lanes_of_cases() -> list[list[Case]]:
     from . import _validation_events as events
     from . import _validation_heat as heat
     from . import _validation_invariants as invariants
+    from . import _validation_pressed as pressed
     from . import _validation_staged as staged
     from . import _validation_tables as tables
 
-    lanes = ((events, heat), (brakes, staged, invariants, tables))
+    lanes = ((events, heat), (brakes, pressed, staged, invariants, tables))
     return [[case for subject in lane for case in subject.cases()] for lane in lanes]
 
 

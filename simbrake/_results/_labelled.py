@@ -57,7 +57,11 @@ def dataset(result: Result, times: Any = None) -> Any:
     coords: dict[str, Any] = {
         "time": ("time", t, _about("s", SERIES_MEANINGS["t"])),
         "side": ("time", side, _about("1", "-1 just before an event, +1 just after it, 0 elsewhere")),
-        "lining": ("lining", np.arange(series.normal_load.shape[1]) + 1, _about("1", "lining, of a band from the slack end")),
+        "lining": (
+            "lining",
+            np.arange(series.normal_load.shape[1]) + 1,
+            _about("1", "lining, of a band from the slack end"),
+        ),
     }
     data = _columns(series)
     if series.temperature is not None:
