@@ -27,7 +27,7 @@ def scene(omega: float = 25.0, load: float = 250.0) -> sb.Scene:
                 start=0.0,
                 end=math.radians(126.0),
             ),
-            pin=0.1123,
+            pin=0.1227,
             arm=0.212,
         ),
         duty=sb.ForceDuty(

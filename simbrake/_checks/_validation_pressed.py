@@ -34,9 +34,9 @@ def disc(pressure: AbstractPadPressure, inertia: float = 400.0, f: Any = _F, rat
 
 
 def drum(f: Any = 0.32, inertia: float = 12.0, ratio: float = 1.0) -> ShoeBrake:
-    """The double-shoe brake of the cases: drum 300 mm, linings 32 mm wide from 0 to 126°, pins at 112.3 mm."""
+    """The double-shoe brake of the cases: drum 300 mm, linings 32 mm wide from 0 to 126°, pins at 122.7 mm."""
     shoes = Shoes(ConstantFriction(f, ratio), 0.150, 0.032, 0.0, math.radians(126.0))
-    return ShoeBrake(inertia, shoes, 0.1123, 0.212)
+    return ShoeBrake(inertia, shoes, 0.1227, 0.212)
 
 
 def stop_of(
@@ -185,7 +185,7 @@ def snub_cases() -> list[Case]:
 
 def shoe_moments(f: float) -> tuple[float, float, float]:
     """`M_N`, `M_F` and `M` (N·m) of a shoe of the cases under a greatest pressure of 1 MPa, by quadrature."""
-    p, b, r, a, end = 1e6, 0.032, 0.150, 0.1123, math.radians(126.0)
+    p, b, r, a, end = 1e6, 0.032, 0.150, 0.1227, math.radians(126.0)
     tight = {"epsabs": 0.0, "epsrel": 1e-13}
     normal = p * b * r * a * quad(lambda x: math.sin(x) ** 2, 0.0, end, **tight)[0]
     friction = f * p * b * r * quad(lambda x: math.sin(x) * (r - a * math.cos(x)), 0.0, end, **tight)[0]

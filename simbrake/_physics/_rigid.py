@@ -175,6 +175,10 @@ class BandTorque(AbstractTorqueLaw):
         return band_torque(self.grip, self.wrap.radius, force, omega, hot)
 
 
+#: a lining that is so near to locking itself does: its friction would be without bounds, and no step cross the end
+_NEARLY = 1e-6
+
+
 class Pressing(NamedTuple):
     """Linings that slide, or are about to: coefficients (n,), and the greatest friction forces (N) either way."""
 
@@ -234,7 +238,7 @@ class PressedTorque(AbstractTorqueLaw):
         margin = None
         if self.locking_varies:
             still = self._coefficients(force, jnp.zeros_like(v), hot, True)
-            margin = 1 - jnp.max(self.brake.self_locking(still))
+            margin = 1 - _NEARLY - jnp.max(self.brake.self_locking(still))
         ahead, behind = self.radius * jnp.sum(found.ahead), self.radius * jnp.sum(found.back)
         return Torques(ahead, behind, jnp.ones(()), margin, found)
 
