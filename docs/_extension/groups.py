@@ -21,7 +21,7 @@ PAGES: dict[str, tuple[str, ...]] = {
         "_validate",
         "_cross_check",
     ),
-    "brake": ("_design", "_compliance"),
+    "brake": ("_design", "_compliance", "_pressed"),
     "duty": ("_duty", "_driller", "_lever", "_loads", "_history"),
     "friction": ("_friction", "_fade"),
     "heat": ("_heat", "_network", "_links", "_material", "_exchange", "_builders", "_conduction", "_cyclic"),
