@@ -16,7 +16,9 @@ _CHAIN, _RESOLVED, _HEAT = "resolved chain", "resolved bandage", "any brake with
 
 #: every name that an `Event` can have; a lining is named beside it where the event concerns one
 EVENTS = {
-    "slip_onset": EventMeaning("t0: the band is taut, `C x = T_0` (a rigid band, pads, shoes: the lever pulls)", _NO_CHAIN),
+    "slip_onset": EventMeaning(
+        "t0: the band is taut, `C x = T_0` (rigid band, pads, shoes: the lever pulls)", _NO_CHAIN
+    ),
     "lining_limit": EventMeaning(
         "lining `i` reaches its friction limit, `T_n/T_0 = Π_i` (reversed: counted from the anchor); a mark",
         _BAND,

@@ -186,10 +186,13 @@ def snub_cases() -> list[Case]:
 def shoe_moments(f: float) -> tuple[float, float, float]:
     """`M_N`, `M_F` and `M` (N·m) of a shoe of the cases under a greatest pressure of 1 MPa, by quadrature."""
     p, b, r, a, end = 1e6, 0.032, 0.150, 0.1227, math.radians(126.0)
-    tight = {"epsabs": 0.0, "epsrel": 1e-13}
-    normal = p * b * r * a * quad(lambda x: math.sin(x) ** 2, 0.0, end, **tight)[0]
-    friction = f * p * b * r * quad(lambda x: math.sin(x) * (r - a * math.cos(x)), 0.0, end, **tight)[0]
-    return normal, friction, f * p * b * r**2 * quad(math.sin, 0.0, end, **tight)[0]
+
+    def over(function: Callable[[float], float]) -> float:
+        return quad(function, 0.0, end, epsabs=0.0, epsrel=1e-13)[0]
+
+    normal = p * b * r * a * over(lambda x: math.sin(x) ** 2)
+    friction = f * p * b * r * over(lambda x: math.sin(x) * (r - a * math.cos(x)))
+    return normal, friction, f * p * b * r**2 * over(math.sin)
 
 
 def shoe_cases() -> list[Case]:
