@@ -146,14 +146,15 @@ class Figure(NamedTuple):
 def key_figures(summary: dict[str, Any], units: Any) -> list[Figure]:
     """Metrics of the run with their time and lining; `units` gives the SI unit of a metric."""
     found = []
-    at = summary["at"]
-    for name, words in METRICS.items():
+    at, lining, body = summary["at"], summary.get("lining", "lining"), summary.get("body", "rim")
+    for name, general in METRICS.items():
         value = summary["metrics"].get(name)
         if value is None:
             continue
+        words = general.replace("lining", lining).replace("rim ", f"{body} ")
         notes = []
         if f"{name}_lining" in at:
-            notes.append(f"lining {at[f'{name}_lining']}")
+            notes.append(f"{lining} {at[f'{name}_lining']}")
         if f"{name}_time" in at:
             notes.append(f"at {number(at[f'{name}_time'], 's', count=4)}")
         found.append(Figure(words, number(value, units(name), count=5), ", ".join(notes)))

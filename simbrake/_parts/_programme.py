@@ -118,8 +118,10 @@ def programme_scene(
     The run begins at rest under the `pull`. Times are planned with the friction at the start: where it fades, the stop
     comes later than planned, and the rest that follows is shorter by as much. Raises `InputError` with every line that
     is not understood or cannot be done, and with everything that is wrong with the brake, the load or the heat in any
-    scene: as where friction depends on the temperature and there is no heat.
+    scene: as where friction depends on the temperature and there is no heat; and for a brake without a band.
     """
+    if not isinstance(brake, Brake):
+        raise InputError([Fault("brake", f"is a {brake.words.brake}: programmes are only for band brakes")])
     steps, count = parse_programme(programme)
     reader = NumberReader()
     if not isinstance(load, HookLoad):

@@ -170,6 +170,12 @@ def temperatures(result: Result, *, figure: Figure | None = None) -> Figure:
     if figure is None:
         figure = Figure(figsize=(11.5 if walls else 7.5, 6.5), layout="constrained")
     axes = figure.subplots(2, 2 if walls else 1, squeeze=False, width_ratios=[1.6, 1][: 2 if walls else 1])
+    brake = result.scene.brake
+    own = {} if brake.banded else {"rim": brake.words.body, "linings": f"{brake.words.lining}s"}
+
+    def called(place: str) -> str:
+        return own.get(place, place)
+
     for name, T in shown.items():
         colour = _HOT.get(name, "tab:gray")
         # the rim broader, as the faces of linings are often as hot
@@ -178,10 +184,10 @@ def temperatures(result: Result, *, figure: Figure | None = None) -> Figure:
             T.max(axis=1),
             color=colour,
             lw=3.0 if name == "rim" else 1.3,
-            label=name if T.shape[1] == 1 else f"{name}, hottest",
+            label=called(name) if T.shape[1] == 1 else f"{called(name)}, hottest",
         )
         if T.shape[1] > 1:
-            axes[0, 0].plot(t, T.min(axis=1), color=colour, ls=":", label=f"{name}, coolest")
+            axes[0, 0].plot(t, T.min(axis=1), color=colour, ls=":", label=f"{called(name)}, coolest")
     if heat.permissible is not None:
         limit = float(np.asarray(heat.permissible)) - ZERO
         low, high = min(T.min() for T in shown.values()), max(T.max() for T in shown.values())

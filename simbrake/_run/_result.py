@@ -390,7 +390,8 @@ def _metric(result: Result, name: str) -> Any:
     if name.startswith(("max_", "peak_")):
         known = peaks_of(result.record.system)
         if name not in known:
-            raise ValueError(f"the scene has no {name}: its heat part names no such place")
+            why = "its heat part names no such place" if name.startswith("peak_") else "its brake has no band"
+            raise ValueError(f"the scene has no {name}: {why}")
         return result.report().peaks[name] if _concrete(result) else peak(result.record, known[name])
     if _concrete(result):
         record = result.record.compact()
