@@ -62,7 +62,7 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
     own, band, own_mode = mechanism.start(omega_0, jnp.asarray(initial.elongation) + zero)
     worn = None if wearing is None else wearing.start
     state = State(zero, omega_0, own, Ledger(zero, zero, zero, booked, inner, damped), u, worn)
-    given = (duty.slack_tension, duty.load.profile, *system.profiles)
+    given = (duty.lever, duty.load.profile, *system.profiles)
     lever, load, *pieces = (first_piece(profile, t_0) for profile in given)
     sense = jnp.where(omega_0 < 0, -1, 1).astype(jnp.int32)
     return system, state, Mode(jnp.asarray(band), sense, own_mode, lever, load, tuple(pieces))
