@@ -22,11 +22,16 @@ KINDS = {
     "chain": (2e5, sb.Segments(4e5, 0.3, 2e3), None),
     "bandage on springs": (None, None, SPRUNG),
 }
+#: brakes without a band, by the law of their linings
+PRESSED = {
+    "disc brake": lambda law: sb.DiscBrake(900.0, sb.Pads(law, 0.5, 0.6, 1.0, N)),
+    "double-shoe brake": lambda law: sb.ShoeBrake(900.0, sb.Shoes(law, R, 0.1, 0.2, 2.0), 0.5, 0.8),
+}
 
 
 def scene(kind, hot=False):
     """A stop under a ramp of the lever, with a load; `hot`: lumps, fade and wear."""
-    stiffness, segments, bandage = KINDS[kind]
+    stiffness, segments, bandage = KINDS.get(kind, (None, None, None))
     law = sb.ConstantFriction(0.4)
     heat = wear = None
     if hot:
@@ -42,25 +47,27 @@ def scene(kind, hot=False):
         )
         inner = None if bandage is None else sb.ConstantWear(2e-14)
         wear = sb.Wear(sb.ConstantWear(1e-14), internal=inner)
+    lever, load = sb.PiecewiseLinear([0.0, 4.0], [500.0, 9e3]), sb.TorqueLoad(sb.Constant(300.0), 2.0)
+    if kind in PRESSED:
+        return sb.Scene(PRESSED[kind](law), sb.ForceDuty(lever, load), sb.Initial(20.0), 9.0, heat, wear=wear)
     mass = None if segments is None else 40.0
     brake = sb.Brake(
         sb.Pulley(R, 900.0), sb.Band(R_B, stiffness, segments), sb.Lining(law, np.full(N, BETA), AREA, mass), bandage
     )
-    lever = sb.PiecewiseLinear([0.0, 4.0], [500.0, 9e3])
-    duty = sb.Duty(lever, sb.TorqueLoad(sb.Constant(300.0), 2.0))
-    return sb.Scene(brake, duty, sb.Initial(20.0, 500.0 / 2e5 if stiffness else 0.0), 9.0, heat, wear=wear)
-
-
-PATHS = ("initial.omega", "brake.pulley.inertia", "brake.linings.friction.coefficient")
+    return sb.Scene(
+        brake, sb.Duty(lever, load), sb.Initial(20.0, 500.0 / 2e5 if stiffness else 0.0), 9.0, heat, wear=wear
+    )
 
 
 def answers(kind, values):
-    run = sb.simulate(sb.with_values(scene(kind), dict(zip(PATHS, values, strict=True))), rtol=1e-9, max_steps=2048)
+    inertia = "brake.inertia" if kind in PRESSED else "brake.pulley.inertia"
+    paths = ("initial.omega", inertia, "brake.linings.friction.coefficient")
+    run = sb.simulate(sb.with_values(scene(kind), dict(zip(paths, values, strict=True))), rtol=1e-9, max_steps=2048)
     work = run.energy
     return jnp.stack([run.stopping_time, run.stopping_angle, work["friction_heat"] / 1e5]), work["closure"], run.code
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", [*KINDS, *PRESSED])
 def test_derivatives_both_ways_and_runs_side_by_side(kind):
     start = np.asarray([20.0, 900.0, 0.4])
     value, forwards, backwards = jacobians(lambda x: answers(kind, x)[0])(jnp.asarray(start))
@@ -77,7 +84,7 @@ def test_derivatives_both_ways_and_runs_side_by_side(kind):
     assert float(chord) == pytest.approx(float(forwards[0, 0]), rel=0.05)
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", [*KINDS, *PRESSED])
 def test_heat_wear_prepared_runs_and_files(kind, tmp_path):
     hot = scene(kind, hot=True)
     result = sb.simulate(hot, rtol=1e-9)
@@ -90,7 +97,8 @@ def test_heat_wear_prepared_runs_and_files(kind, tmp_path):
     # V = k W/f of each pair: Archard's law does not ask how the load is spread
     worn = result.record.y_end.worn
     f = 0.4 * np.asarray([1.0, 1 - 2e-4 * (float(np.max(result.end_temperatures)) - 293.15)])
-    volume = AREA * float(np.sum(worn[0])) / math.cos(BETA / 2)
+    cosine = 1.0 if kind in PRESSED else math.cos(BETA / 2)
+    volume = float(hot.brake.linings.area) * float(np.sum(worn[0])) / cosine
     outer = energy.get("heat_external", energy["friction_heat"])
     assert 1e-14 * outer / f[0] * (1 - 1e-6) <= volume <= 1e-14 * outer / f[1] * (1 + 1e-6)
     if "heat_internal" in energy:
