@@ -7,6 +7,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Bool, Float
 
+from .._hybrid import largest
 from .._hybrid._arrays import Array
 from .._parts._band import LiningForces
 from .._parts._pressed import AbstractPressedBrake
@@ -238,7 +239,7 @@ class PressedTorque(AbstractTorqueLaw):
         margin = None
         if self.locking_varies:
             still = self._coefficients(force, jnp.zeros_like(v), hot, True)
-            margin = 1 - _NEARLY - jnp.max(self.brake.self_locking(still))
+            margin = 1 - _NEARLY - largest(self.brake.self_locking(still))
         ahead, behind = self.radius * jnp.sum(found.ahead), self.radius * jnp.sum(found.back)
         return Torques(ahead, behind, jnp.ones(()), margin, found)
 
@@ -257,7 +258,7 @@ class PressedTorque(AbstractTorqueLaw):
         back, sense = mode.band == BandMode.SLIP_BACK, sense_of(mode)
         normal = jnp.where(mode.band == BandMode.OPEN, 0.0, self.brake.normal(force, found.law.f, back))
         friction = sense * jnp.where(back, found.law.back, found.law.ahead)
-        return Rub(friction if apart else (torque / self.radius)[None], slip, sense, normal)
+        return Rub(friction if apart else torque / self.radius, slip, sense, normal)
 
     def capacity(self, force, omega, hot):
         no = jnp.asarray(False)
