@@ -114,6 +114,7 @@ def test_uniform_pressure_has_the_greater_radius():
         assert float(pads.radius) == pytest.approx(moment / force, rel=1e-13)
         greatest = F / (0.7 * force) * profile(R_I * np.ones(1))[0]
         assert float(pads.greatest_pressure(F)) == pytest.approx(greatest, rel=1e-13)
+        np.testing.assert_allclose(pressure.share(r, R_I), profile(r) / profile(R_I * np.ones(1)), rtol=1e-13)
 
 
 def test_restart_where_the_load_exceeds_the_static_limit_and_release():
@@ -278,6 +279,38 @@ def test_a_file_holds_it_and_a_result_is_saved(faded, tmp_path):
     assert float(data["stopping_time"]) == float(faded.stopping_time)
     assert "slack_tension" not in data
     np.testing.assert_allclose(data["lever_force"], F)
+
+
+GOOD = """
+format = "simbrake scene 1"
+end_time = "4 s"
+[brake]
+inertia = "400 kg*m^2"
+[brake.linings]
+friction = 0.4
+inner_radius = "30 cm"
+outer_radius = "50 cm"
+angle = "40 deg"
+faces = 4
+[duty]
+force = "20 kN"
+load = "1.5 kN*m"
+[initial]
+omega = "30 rad/s"
+"""
+
+
+def test_a_file_by_hand():
+    result = sb.simulate(sb.scene_from_text(GOOD))
+    assert float(result.stopping_time) == pytest.approx(J * W0 / (TORQUE - LOAD), rel=1e-12)
+    bad = GOOD.replace("400 kg*m^2", "400 m").replace("outer_radius", "outer_radus").replace("0.4", "-0.4")
+    with pytest.raises(sb.InputError) as caught:
+        sb.scene_from_text(bad.replace("faces = 4", "faces = 0"))
+    text = str(caught.value)
+    for path in ("brake.inertia", "linings.outer_radus", "linings.outer_radius", "linings.friction", "linings.faces"):
+        assert path in text
+    with pytest.raises(sb.InputError, match="a disc brake has no band"):
+        sb.check(sb.scene_from_text(GOOD.replace("force =", "slack_tension =")))
 
 
 def test_figures_and_page(faded):
