@@ -161,7 +161,8 @@ class Heat(eqx.Module):
     - `bodies`, `links`, `sources`: the network;  `friction`: where the friction heat of linings and rim goes (`None`:
       it is only booked);  `external`: the same for band and linings of a staged brake
     - `flash`: flash temperature for the friction law
-    - `rim`, `linings`, `band`: places whose temperatures are reported as those of rim, linings and band
+    - `rim`, `linings`, `band`: places whose temperatures are reported as those of rim, linings and band; `rim` is the
+      body on which the linings rub, a disc or drum as well
     - `permissible` (K): permissible temperature of the linings; passing it is an event
     """
 
