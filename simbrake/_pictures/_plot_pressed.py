@@ -5,7 +5,7 @@ import math
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle, Wedge
+from matplotlib.patches import Wedge
 
 from .._base._faults import Fault, InputError
 from .._parts._pressed import DiscBrake, ShoeBrake
@@ -81,7 +81,6 @@ def _disc(wheel: Axes, course: Axes, brake: DiscBrake, normal: np.ndarray, colou
     inner, outer, angle = float(pads.inner_radius), float(pads.outer_radius), math.degrees(float(pads.angle))
     edge = 1.06 * outer
     wheel.add_patch(Wedge((0, 0), edge, 0, 360, width=edge - 0.9 * inner, color="0.85", zorder=1))
-    wheel.add_patch(Circle((0, 0), 0.05 * outer, color="0.4"))
     callipers = -(-pads.count // 2)
     for i in range(callipers):
         middle = 90.0 + 360.0 * i / callipers
@@ -110,7 +109,6 @@ def _drum(wheel: Axes, course: Axes, brake: ShoeBrake, normal: np.ndarray, colou
     shoes = brake.linings
     r, start, end = float(shoes.radius), float(shoes.start), float(shoes.end)
     wheel.add_patch(Wedge((0, 0), 1.08 * r, 0, 360, width=0.06 * r, color="0.75", zorder=1))
-    wheel.add_patch(Circle((0, 0), 0.05 * r, color="0.4"))
     theta = np.linspace(start, end, 200)
     top = float(np.max([brake.greatest_pressure(N) for N in normal])) or 1.0
     highest = math.sin(min(max(0.5 * math.pi, start), end))
