@@ -219,7 +219,7 @@ def _times(made):
     record = run(made)
     m, start = record.modes, record.rows.t
     inside = jnp.arange(start.shape[0], dtype=jnp.int32) <= record.count
-    slip = jnp.argmax(inside & jnp.any(m.inner != 0, axis=1)).astype(jnp.int32)
+    slip = jnp.argmax(inside & jnp.any(m.own.inner != 0, axis=1)).astype(jnp.int32)
     stop = jnp.argmax(inside & m.own.rests & (record.states.omega == 0.0)).astype(jnp.int32)
     return jnp.stack([start[slip], start[stop]])
 
