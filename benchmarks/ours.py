@@ -57,7 +57,7 @@ def final_state(result: Any) -> Any:
     if result.scene.brake.bandage is not None:
         return jnp.stack([y.phi, y.ledger.friction_heat, y.ledger.internal_heat])
     if result.scene.brake.band.segments is not None:
-        return jnp.concatenate([jnp.stack([y.phi, y.omega]), y.e, y.v])
+        return jnp.concatenate([jnp.stack([y.phi, y.omega]), y.own.e, y.own.v])
     heat = jnp.zeros(0) if result.scene.heat is None else result.end_temperatures - ROOM
     elongation = [] if result.scene.brake.band.stiffness is None else [y.own.x]
     return jnp.concatenate([jnp.stack([y.phi, *elongation]), heat])
@@ -101,8 +101,8 @@ def _first_slips(result: Any) -> list[Any]:
     import jax.numpy as jnp
 
     record = result.record
-    used = jnp.arange(record.modes.linings.shape[0], dtype=jnp.int32) <= record.count
-    slides = used[:, None] & (record.modes.linings != 0)
+    used = jnp.arange(record.modes.own.linings.shape[0], dtype=jnp.int32) <= record.count
+    slides = used[:, None] & (record.modes.own.linings != 0)
     return list(jnp.min(jnp.where(slides, record.rows.t[:, None], jnp.inf), axis=0)[::-1])
 
 
