@@ -23,6 +23,7 @@ _SYMBOLS = {
     "…": "...",
     "→": "->",
     "½": "1/2",
+    "⅔": "2/3",
     "±": "+/-",
     "∓": "-/+",
     "≤": "<=",
@@ -48,6 +49,7 @@ _SYMBOLS = {
     "\N{NO-BREAK SPACE}": " ",
     "\N{COMBINING DOT ABOVE}": "'",
     "\N{COMBINING MACRON}": "",
+    "\N{COMBINING CIRCUMFLEX ACCENT}": "",
 }
 
 
