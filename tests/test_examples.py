@@ -106,6 +106,6 @@ def test_examples_of(page, folder, capsys):
         with pytest.raises(SystemExit) as stop:
             main(shlex.split(text, comments=True)[1:])
         out, err = capsys.readouterr()
-        assert stop.value.code == 0, f"{text}: {err}"
+        assert stop.value.code == 0, f"{text}: {out} {err}"
         assert out, text
         assert all(os.listdir(folder / name) for name in re.findall(r"--out (\S+)", text)), text

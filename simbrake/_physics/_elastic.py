@@ -261,7 +261,7 @@ def slide_of(
     push: Callable[..., Array],
     acting: Acting,
     speed: Array,
-    alpha: Array,
+    alpha: Array | float,
     drift: Any,
     friction: tuple[Array | None, ...],
 ) -> Slide:

@@ -39,7 +39,7 @@ class Thermal(eqx.Module):
     # per kelvin, and, where no wall has such a change, conductance from one node to the next (W/K)
     half: Float[Array, " k"] | None
     bend: Float[Array, " k"] | None
-    between: Float[Array, " k-1"] | None
+    between: Float[Array, " interfaces"] | None
     through: tuple[Array | None, ...]  # conductance of each link from node to node (W/K) where it cannot change
     shares: PowerShares | None = None  # of the friction power
 
@@ -322,7 +322,7 @@ def _total(parts: list[Any]) -> Any:
     return sum(parts[1:], start=parts[0]) if parts else jnp.zeros(())
 
 
-def _between(heat: Heat, half: Array) -> Float[Array, " k-1"]:
+def _between(heat: Heat, half: Array) -> Float[Array, " interfaces"]:
     """Conductances from node to node (W/K) for the resistances of half a layer; 0 where no wall's layers touch."""
     touching = np.zeros(half.shape[0] - 1)
     for name, here in spans(heat).stores.items():
