@@ -151,9 +151,8 @@ def counts(programs: Programs) -> dict[str, int]:
         f = flat.rhs(t, y, mode)
         return f, jax.jvp(lambda t, y: flat.guards(t, y, mode), (t, y), (jnp.ones_like(t), f))
 
-    def event(t, y, mode, fired, stop):
-        after, code = flat.transition(t, y, mode, fired, stop)
-        return after, code, flat.reset(t, y, mode, after)
+    def transition(t, y, mode, fired, stop):
+        return flat.jump(t, y, mode, fired, stop)[1:]
 
     rhs = size(flat.rhs, t, y, mode)
     return {
@@ -161,9 +160,9 @@ def counts(programs: Programs) -> dict[str, int]:
         "guards": size(flat.guards, t, y, mode),
         "guards beyond rhs": size(both, t, y, mode) - rhs,
         "rhs, guards, rates": size(with_rates, t, y, mode),
-        "transition": size(flat.transition, t, y, mode, fired, stop),
+        "transition": size(transition, t, y, mode, fired, stop),
         "reset": size(flat.reset, t, y, mode, mode),
-        "transition, reset": size(event, t, y, mode, fired, stop),
+        "transition, reset": size(flat.jump, t, y, mode, fired, stop),
         "run": size(programs.run, programs.numbers),
     }
 

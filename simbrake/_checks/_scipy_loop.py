@@ -58,8 +58,7 @@ class _Compiled(NamedTuple):
     guards: Callable[..., Any]
     rates: Callable[..., Any]
     jacobian: Callable[..., Any]
-    transition: Callable[..., Any]
-    reset: Callable[..., Any]
+    jump: Callable[..., Any]
     next_stop: Callable[..., Any]
 
 
@@ -70,8 +69,7 @@ def _compiled(record: Record) -> _Compiled:
         guards=DeviceJit(flat.guards),
         rates=DeviceJit(lambda t, y, mode: flat.rates(t, y, mode)[1]),
         jacobian=DeviceJit(lambda t, y, mode: jax.jacfwd(flat.rhs, argnums=1)(t, y, mode)),
-        transition=DeviceJit(flat.transition),
-        reset=DeviceJit(flat.reset),
+        jump=DeviceJit(flat.jump),
         next_stop=DeviceJit(flat.next_stop),
     )
 
@@ -97,12 +95,10 @@ class _Run:
 
     def jump(self, fired: np.ndarray, at_stop: bool) -> str:
         """Changes the mode at this instant; what went wrong, or nothing."""
-        after, code = self.do.transition(self.t, self.y, self.mode, fired, np.asarray(at_stop))
+        y, after, code = self.do.jump(self.t, self.y, self.mode, fired, np.asarray(at_stop))
         if int(code) != 0:
             return f"the system ended the run with code {int(code)}"
-        after = np.asarray(after, np.int32)
-        self.y = np.asarray(self.do.reset(self.t, self.y, self.mode, after))
-        self.mode = after
+        self.y, self.mode = np.asarray(y), np.asarray(after, np.int32)
         self._chain = self._chain + 1 if self.changes[-1].t == self.t else 0
         self.changes.append(Change(self.t, self.mode))
         return "the modes change again and again at one instant" if self._chain > _CHAIN else ""

@@ -247,8 +247,7 @@ def _jumped(p: Problem, c: Carry, a: Attempt, v: Verdict) -> Carry:
     # the guards at the landing, one move along their rates from the end of the step
     reached = c.armed & (a.g1 + v.delta * a.rate1 <= tol)
     fired = jnp.where(v.instant, here, reached | (here & v.land))
-    mode, code = p.flat.transition(t, y, c.mode, fired, v.stop)
-    y = p.flat.reset(t, y, c.mode, mode)
+    y, mode, code = p.flat.jump(t, y, c.mode, fired, v.stop)
     moved = ~v.instant & (a.h > 0)
 
     guarded = ~v.stop

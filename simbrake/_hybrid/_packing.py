@@ -24,7 +24,7 @@ class Flat(NamedTuple):
     guards: Callable[[Any, Any, Any], Array]
     look: Callable[[Any, Any, Any], tuple[Array, Array, Array]]  # rates of the states, guards and their rates
     rates: Callable[[Any, Any, Any], tuple[Array, Array]]  # those of states and guards, without derivatives
-    transition: Callable[..., tuple[Array, Array]]
+    jump: Callable[..., tuple[Array, Array, Array]]  # state, mode and code just after an event
     reset: Callable[..., Array]
     next_stop: Callable[[Array], Array]
     unpack_state: Callable[[Array], PyTree]
@@ -62,9 +62,11 @@ def flatten(system: AbstractHybridSystem, y0: PyTree, mode0: PyTree) -> Flat:
     def state(y: PyTree) -> Array:
         return ravel(y, jnp.float64)
 
-    def transition(t, y, mode, fired, at_stop):
-        after, code = system.transition(t, unpack_state(y), unpack_mode(mode), fired, at_stop)
-        return pack_mode(after), jnp.asarray(code, jnp.int32)
+    def jump(t, y, mode, fired, at_stop):
+        y, before = unpack_state(y), unpack_mode(mode)
+        after, code = system.transition(t, y, before, fired, at_stop)
+        after = jax.tree.map(lambda label: jnp.asarray(label, jnp.int32), after)
+        return state(system.reset(t, y, before, after)), pack_mode(after), jnp.asarray(code, jnp.int32)
 
     # traced once each, however often a program asks for them or for their derivatives
     @jax.jit
@@ -96,7 +98,7 @@ def flatten(system: AbstractHybridSystem, y0: PyTree, mode0: PyTree) -> Flat:
         guards=guards,
         look=functools.partial(look_at, system),
         rates=rates,
-        transition=transition,
+        jump=jump,
         reset=lambda t, y, before, after: state(
             system.reset(t, unpack_state(y), unpack_mode(before), unpack_mode(after))
         ),

@@ -198,8 +198,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
 
     def _around(self, omega: Array, mode: Mode) -> Surroundings:
         """Speed of the track, and whether the linings touch it, as the links of the network see them."""
-        moving = jnp.where(self.mechanism.rests(mode), 0.0, jnp.abs(omega))
-        return Surroundings(moving * self.track_radius, jnp.where(mode.band == BandMode.OPEN, 0.0, 1.0))
+        return Surroundings(jnp.abs(omega) * self.track_radius, jnp.where(mode.band == BandMode.OPEN, 0.0, 1.0))
 
     def hot(self, u: Any) -> tuple[Any, ...]:
         """Temperatures (K) that the law of each pair sees, (n,), for the heat contents `u`; `None`: there are none."""
@@ -274,16 +273,15 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         return BrakeNow(tension, pull, load, z, rubs, ThermalNow(T, hot_junctions, flows, tuple(deposits)))
 
     def rates(self, t, y, mode, z):
-        moving = jnp.where(self.mechanism.rests(mode), 0.0, y.omega)
         powers = [_total(rub.force * rub.slip) for rub in z.rubs]
         ledger = Ledger(
-            load_work=z.load_torque * moving,
+            load_work=z.load_torque * y.omega,
             lever_work=z.contact.lever_power,
             friction_heat=powers[0],
             internal_heat=powers[1] if len(powers) > 1 else None,
             damper_heat=z.contact.damping if self.mechanism.damps else None,
         )
-        rates = State(moving, z.alpha, self.mechanism.own_rates(z.contact), ledger)
+        rates = State(y.omega, z.alpha, self.mechanism.own_rates(z.contact), ledger)
         if self.wearing is not None:
             rates = rates._replace(worn=self.wearing.rates(t, self.mechanism.pairs, z.rubs, self.hot(y.heat)))
         if self.thermal is None:
@@ -366,7 +364,10 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         per_joule = self._heat_of_a_jump(t, still, after)
 
         def warmed(heats: tuple[Any, ...]) -> Array:
-            return still.heat + sum(E * rise for E, (rise, _) in zip(heats, per_joule, strict=True))
+            heat = still.heat
+            for E, (rise, _) in zip(heats, per_joule, strict=True):
+                heat = heat + E * rise
+            return heat
 
         # the heat of the jump warms the linings, on which the tension after it depends: settled in a few passes
         def settle(jump: Any, _: None) -> tuple[Any, None]:
@@ -380,6 +381,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         booked = jumped.ledger.heat
         for E, (_, shares) in zip(jump[2], per_joule, strict=True):
             booked = jax.tree.map(lambda x, share, E=E: x + E * share, booked, shares)
+        booked = booked._replace(supplied=jumped.ledger.heat.supplied)
         return jumped._replace(ledger=jumped.ledger._replace(heat=booked))
 
     def _jumped(self, y: State, own: Any, work: Array, heats: tuple[Any, ...]) -> State:
@@ -400,9 +402,9 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         around, T = self._around(y.omega, mode), net.temperatures(y.heat)
         T_J = net.junctions(T, t, around, tuple(map(_piece, mode.heat_pieces)))
         for pair in self.mechanism.pairs:
-            share = self.weights / jnp.sum(self.weights) if pair.apart else jnp.ones(1)
+            share = self.weights / jnp.sum(self.weights) if pair.apart else np.ones(1)
             given = net.deposit(pair.heat, T, T_J, t, around, share, tuple(map(_piece, mode.heat_pieces)))
-            found.append((net.rise(net.soaked(given.into)), self._booked_of(pair, given)))
+            found.append((net.rise_at_once(given.into), self._booked_of(pair, given)))
         return found
 
     def _next_known(self, mode: Mode) -> tuple[Any, list[Any]]:

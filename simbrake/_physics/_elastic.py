@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Bool, Float
 
 from .._hybrid._arrays import Array
@@ -42,6 +43,7 @@ class ElasticNow(NamedTuple):
 
     slack_tension: Float[Array, ""]  # T_0 (N), as the band has it at its slack end
     tight_tension: Float[Array, ""]  # T_n (N)
+    drag: Float[Array, ""]  # T_n − T_0 (N) against the motion, 0 on a pulley at rest: what rates need of the tensions
     brake_torque: Float[Array, ""]  # R_b (T_n − T_0) (N·m)
     alpha: Float[Array, ""]  # ω̇ (rad/s²)
     slip_speed: Float[Array, ""]  # v_s (m/s)
@@ -97,22 +99,24 @@ class ElasticBand(AbstractMechanism):
         T_0, speed, stretched = acting.tension, R_b * omega, C * own.x
         upper, push, at_limit = limit_of(self, acting, omega, mode)
         lower = T_0 / at_limit.other
-        carried = (band == BandMode.ELASTIC) | take_up
-        pulling = pick(carried, stretched, pick(sliding, upper, 0.0))
+        elastic = band == BandMode.ELASTIC
+        carried = elastic | take_up
+        drag = pick(sliding, upper - T_0, pick(elastic, stretched - T_0, 0.0))
+        alpha = pick(held, 0.0, (acting.load - R_b * drag) / acting.inertia)
         slack = pick(take_up, stretched, T_0)
-        slack = pick(band == BandMode.OPEN, 0.0, slack)
-        alpha = pick(held, 0.0, (acting.load - R_b * (pulling - slack)) / acting.inertia)
         # what is held bears the load
-        tight = pick(held, T_0 + acting.load / R_b, pulling)
+        tight = pick(held, T_0 + acting.load / R_b, pick(carried, stretched, pick(sliding, upper, 0.0)))
+        shown = pick(band == BandMode.OPEN, 0.0, slack)
 
         drift = None if self.wrap.fixed is not None else acting.warming(None)[0]
         friction = (friction_of(self, T_0, at_limit.fz, back, upper),)
         slide = slide_of(self, push, acting, speed, alpha, drift, friction)
         band_speed = pick(carried, speed, pick(sliding, slide.growth, 0.0))
         return ElasticNow(
-            slack_tension=slack,
+            slack_tension=shown,
             tight_tension=tight,
-            brake_torque=R_b * (tight - slack),
+            drag=drag,
+            brake_torque=R_b * (tight - shown),
             alpha=alpha,
             slip_speed=pick(sliding, slide.slip, 0.0),
             band_speed=band_speed,
@@ -134,7 +138,7 @@ class ElasticBand(AbstractMechanism):
         back = mode.band == BandMode.SLIP_BACK
         along = self.wrap.along(z.slack_tension, z.fz, back)
         before = jnp.concatenate([z.slack_tension[None], along[:-1]])
-        force = along - before if self.pairs[0].apart else z.tight_tension - z.slack_tension
+        force = along - before if self.pairs[0].apart else z.drag
         return (Rub(force, z.slip_speed, sense_of(mode), (along + before) * self.wrap.grip.sine),)
 
     def guards(self, acting, omega, own, mode, z):
@@ -223,6 +227,9 @@ class ElasticBand(AbstractMechanism):
 #
 # `m` is a mechanism with `wrap`, `stiffness`, `pairs`, `sizes`, `codes` and `locked_in`; `omega` the speed of what
 # carries the band.
+
+
+_AHEAD, _BACK = np.int32(BandMode.SLIP), np.int32(BandMode.SLIP_BACK)
 
 
 class Slide(NamedTuple):
@@ -322,7 +329,9 @@ def taut_mode(
     rounding, speed = ROUNDING * m.sizes.tension, m.wrap.radius * found.omega
     was_slack = (old == BandMode.OPEN) | (old == BandMode.TAKE_UP)
     tension = tension_of(m, now.own.x, now.mode, now.z)
-    takes_up = jnp.where(found.rising, C * speed < acting.pull, tension < T_0 - rounding)
+    # where the lever only begins to pull both limits are 0, and Ṫ_0/C lies between the speeds of the band on them
+    lags = C * speed < acting.pull
+    takes_up = jnp.where(found.rising, lags, tension < T_0 - rounding)
     takes_up = was_slack & (found.omega > 0) & takes_up & ~((old == BandMode.TAKE_UP) & fired[1])
     low, high = jnp.where(locked, 0.0, rest.lower), jnp.where(locked, jnp.inf, rest.upper)
     # the lever itself draws a slack band tight on a pulley that does not run into it
@@ -333,20 +342,17 @@ def taut_mode(
     # at a limit of the tension it slides if the slip speed that it would have there has the right sign; with no slip
     # speed yet, the direction in which the pulley starts decides
     at_high, at_low = tension >= high - rounding, tension <= low + rounding
-    # where the lever only begins to pull both limits are 0, and Ṫ_0/C lies between the speeds of the band on them
-    lags = C * speed - acting.pull
-    lags = (lags < 0) | ((lags == 0) & (found.direction < 0))
+    lags = lags | ((C * speed == acting.pull) & (found.direction < 0))
     back = jnp.where(at_high, at_low & lags, at_low | (old == BandMode.SLIP_BACK))
-    trial = jnp.where(back, BandMode.SLIP_BACK, BandMode.SLIP)
-    slid = there(new._replace(band=trial.astype(jnp.int32)))
+    trial, way = jnp.where(back, _BACK, _AHEAD), jnp.where(back, -1.0, 1.0)
+    slid = there(new._replace(band=trial))
     # a band that slides stays at its kinetic limit; at rest and elastic the static one counts
-    past = jnp.where(back, slid.tight_tension - tension, tension - slid.tight_tension)
+    past = way * (tension - slid.tight_tension)
     limited = jnp.where(back, at_low, at_high) | ((old == trial) & (past >= -rounding))
-    way = jnp.where(back, -1, 1)
-    runs = (way * slid.lead > 0) | ((slid.lead == 0) & (way * found.direction > 0))
+    runs = (way * slid.lead > 0) | ((slid.lead == 0) & jnp.where(back, found.direction < 0, found.direction > 0))
     mode = jnp.where(limited & runs, trial, BandMode.ELASTIC)
-    mode = jnp.where((old == BandMode.ELASTIC) & fired[1], BandMode.SLIP, mode)
-    mode = jnp.where((old == BandMode.ELASTIC) & fired[2], BandMode.SLIP_BACK, mode)
+    mode = jnp.where((old == BandMode.ELASTIC) & fired[1], _AHEAD, mode)
+    mode = jnp.where((old == BandMode.ELASTIC) & fired[2], _BACK, mode)
     sticks = ((old == BandMode.SLIP) & fired[1]) | ((old == BandMode.SLIP_BACK) & fired[2])
     mode = jnp.where(sticks, BandMode.ELASTIC, mode)
     return jnp.where(takes_up, BandMode.TAKE_UP, mode)
@@ -371,9 +377,11 @@ def strained(
         limit = m.wrap.limit(T_0, v, hot, back, ~sliding)
         upper = T_0 * limit.ratio
         low, high = jnp.where(locked, 0.0, T_0 / limit.other), jnp.where(locked, jnp.inf, upper)
-        drawn = jnp.where(drawn_tight, jnp.maximum(tension, low), tension)
-        T_n = jnp.where(elastic, jnp.clip(drawn, low, high), jnp.where(held, drawn, jnp.where(sliding, upper, kept)))
+        drawn = jnp.maximum(tension, low)
+        resting = jnp.where(held, jnp.where(drawn_tight, drawn, tension), jnp.where(sliding, upper, kept))
+        T_n = jnp.where(elastic, jnp.minimum(drawn, high), resting)
         after = T_n / C
-        return after, T_0 * (after - x), (x - after) * (0.5 * C * (x + after) - T_0)
+        drift = after - x
+        return after, T_0 * drift, drift * (T_0 - 0.5 * (C * x + T_n))
 
     return of

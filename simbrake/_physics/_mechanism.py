@@ -301,7 +301,7 @@ def onset(now: Moment, fired: Bool[Array, " guard"], acting: Acting, beyond: Any
     rising = (jnp.abs(T_0) <= rounding) & (acting.pull > 0)
     was_open, was_held = now.mode.band == BandMode.OPEN, now.mode.band == BandMode.HELD
     direction = jnp.where(was_held & fired[1], 1, jnp.where(was_held & fired[2], -1, beyond))
-    stands = was_held | (fired[0] & ~was_open) | ((now.omega == 0) & was_open)
+    stands = was_held | fired[0] | ((now.omega == 0) & was_open)
     moving = jnp.where(now.omega == 0, now.mode.sense, jnp.sign(now.omega).astype(jnp.int32))
     direction = jnp.where(stands, direction, moving)
     return Onset((rounding < T_0) | rising, rising, stands, direction, jnp.where(stands, 0.0, now.omega))

@@ -169,7 +169,8 @@ class StagedBrake(AbstractMechanism):
             stretched = self.stiffness * own.x
             tight = pick(take_up | (band == BandMode.ELASTIC), stretched, tight)
             slack = pick(take_up, stretched, slack)
-        torque = R_b * (tight - slack)
+        drag = tight - slack
+        torque = R_b * drag
 
         full = jnp.where(back, -1 - n, n)
         piece = pick(sliding, full, pick(stuck, piece_of(slack, tight, mu), mode.own.piece))
@@ -196,6 +197,7 @@ class StagedBrake(AbstractMechanism):
         found = ElasticNow(
             slack_tension=slack,
             tight_tension=tight,
+            drag=drag,
             brake_torque=torque,
             alpha=alpha_b,
             slip_speed=pick(sliding, slide.slip, 0.0),
@@ -228,7 +230,7 @@ class StagedBrake(AbstractMechanism):
         band, inner = z.band, mode.own.inner
         along = self.wrap.along(band.slack_tension, band.fz, mode.band == BandMode.SLIP_BACK)
         before = jnp.concatenate([band.slack_tension[None], along[:-1]])
-        force = along - before if self.pairs[0].apart else band.tight_tension - band.slack_tension
+        force = along - before if self.pairs[0].apart else band.drag
         outer = Rub(force, band.slip_speed, sense_of(mode), (along + before) * self.wrap.grip.sine)
         force = jnp.where(inner < 0, -1.0, 1.0) * z.inner_friction
         force = force if self.pairs[1].apart else jnp.sum(force)

@@ -287,15 +287,17 @@ class Thermal(eqx.Module):
         beyond = None if behind is None else jnp.sum(behind)
         return Deposit(nodes, rise, jnp.sum(to_metal), jnp.sum(to_lining), away, faces, beyond)
 
-    def soaked(self, into: Float[Array, " k"]) -> Float[Array, " k"]:
-        """The same heat, but through the whole depth of each wall: for heat that is set free in no time at all."""
+    def rise_at_once(self, into: Float[Array, " k"]) -> Float[Array, " k"]:
+        """Temperature rise (K) by heat (J) set free in no time at all: in walls it goes through their depth."""
         parts = []
         for name, here in self.spans.stores.items():
-            part, body, C = into[here], body_of(self.heat, name), self.capacity[here]
+            part, body = into[here], body_of(self.heat, name)
             if isinstance(body, Wall):
                 depth = (body.layers,) if body.copies == 1 else (body.copies, body.layers)
-                part, C = part.reshape(depth), C.reshape(depth)
-                part = C * (jnp.sum(part, axis=-1, keepdims=True) / jnp.sum(C, axis=-1, keepdims=True))
+                C = jnp.sum(self.capacity[here].reshape(depth), axis=-1, keepdims=True)
+                part = jnp.broadcast_to(jnp.sum(part.reshape(depth), axis=-1, keepdims=True) / C, depth)
+            else:
+                part = part * self.per_capacity[here]
             parts.append(part.reshape(-1))
         return jnp.concatenate(parts)
 
