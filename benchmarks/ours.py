@@ -54,8 +54,8 @@ def final_state(result: Any) -> Any:
     import jax.numpy as jnp
 
     y = result.record.y_end
-    if result.scene.brake.bandage is not None:
-        return jnp.stack([y.phi, y.ledger.friction_heat, y.ledger.internal_heat])
+    if len(y.ledger.friction) > 1:
+        return jnp.stack([y.phi, *y.ledger.friction])
     if result.scene.brake.band.segments is not None:
         return jnp.concatenate([jnp.stack([y.phi, y.omega]), y.own.e, y.own.v])
     heat = jnp.zeros(0) if result.scene.heat is None else result.end_temperatures - ROOM

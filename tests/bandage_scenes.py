@@ -99,7 +99,7 @@ def check_conditions(record, count=300):
     travel = np.where(outer == 0, np.abs(y.own.speeds), -outer * np.asarray(y.own.speeds))
     assert np.all(np.where(pulls, travel, 0.0) <= 1e-9 * w_scale)
     assert np.min(q.tension) >= 0
-    for heat in (y.ledger.friction_heat, y.ledger.internal_heat, y.ledger.damper_heat):
+    for heat in (*y.ledger.friction, y.ledger.damper_heat):
         assert np.min(np.diff(np.asarray(heat))) >= -1e-12 * max(1.0, float(np.max(heat)))
 
 

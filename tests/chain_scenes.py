@@ -114,8 +114,8 @@ def closure(record) -> float:
     k = int(record.count) + 1
     _, _, stored, y, _ = looked(record)
     work, stored = y.ledger, np.asarray(stored)[:k]
-    given = np.asarray(work.load_work + work.lever_work - work.friction_heat - work.damper_heat)[:k]
-    parts = (work.load_work, work.lever_work, work.friction_heat, work.damper_heat)
+    given = np.asarray(work.load_work + work.lever_work - work.friction[0] - work.damper_heat)[:k]
+    parts = (work.load_work, work.lever_work, *work.friction, work.damper_heat)
     largest = max(np.max(np.abs(np.asarray(leaf)[:k])) for leaf in (*parts, stored))
     return float(np.max(np.abs(stored - stored[0] - given)) / largest)
 

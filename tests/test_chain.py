@@ -135,7 +135,7 @@ def test_a_whole_stop_of_26_linings():
     q, limit, _, y, mode = looked(record)
     assert closure(record) < 1e-9
     scale = float(record.system.sizes.tension)
-    assert np.all(np.diff(np.asarray(y.ledger.friction_heat)[:k]) >= -1e-9 * scale)
+    assert np.all(np.diff(np.asarray(y.ledger.friction[0])[:k]) >= -1e-9 * scale)
     assert np.all(np.diff(np.asarray(y.ledger.damper_heat)[:k]) >= -1e-9 * scale)
     assert np.min(np.asarray(q.tension)[:k]) >= 0
     linings = np.asarray(mode.own.linings)[:k]
@@ -163,8 +163,9 @@ def test_a_whole_stop_of_26_linings():
     assert sb.BandMode.SLIP in bands
     assert bands[-1] == sb.BandMode.HELD
     i = int(np.argmax(np.all(linings == 1, axis=1)))
-    forces = record.system.mechanism.linings(*jax.tree.map(lambda x: x[i], (mode, q)))
-    np.testing.assert_allclose(forces.friction, 0.35 * np.asarray(forces.normal), rtol=1e-12)
+    z, m, state = jax.tree.map(lambda x: x[i], (q, mode, y))
+    (pair,) = record.system.mechanism.shown(z.slack_tension, state.omega, state.own, m, (None,), z).pairs
+    np.testing.assert_allclose(pair.friction, 0.35 * np.asarray(pair.normal), rtol=1e-12)
     s = record.stats
     print(f"26 linings: {int(s.events)} events, {int(record.count)} attempts, {int(s.retaken)} of them retaken")
 
@@ -280,7 +281,7 @@ def test_friction_heat_lands_where_it_arises():
     record = run(chain(law=fade, m=1e-2, damping=0.05, heat=heat), 1e-10)
     assert int(record.code) == 0
     end = record.y_end.ledger
-    assert float(end.heat.to_metal + end.heat.to_linings) == pytest.approx(float(end.friction_heat), rel=1e-12)
+    assert float(end.heat.to_metal + end.heat.to_linings) == pytest.approx(float(end.friction[0]), rel=1e-12)
     assert closure(record) < 1e-10
     T = np.asarray(record.system.hot(record.y_end.heat)[0])
     assert np.all(np.diff(T) > 0)  # the tight end does most of the work
@@ -324,7 +325,7 @@ def test_a_chain_runs_through_the_front_door():
     assert "lining_limit" not in names
     assert names.index("full_slip") < names.index("stop")
     s = result.series(np.linspace(0.0, float(scene.end_time), 50))
-    assert s.displacement.shape == s.lining_slip_speed.shape == (50, scene.brake.linings.count)
+    assert s.displacement.shape == s.pairs["external"].slip_speed.shape == (50, scene.brake.linings.count)
     assert np.all(np.diff(np.asarray(s.damper_heat)) >= -1e-9)
     np.testing.assert_allclose(s.elongation, np.asarray(s.displacement)[:, 0], rtol=1e-12)
     assert "damper_heat" in result.energy

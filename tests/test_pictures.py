@@ -174,8 +174,8 @@ def test_lining_map_refuses_what_the_run_has_not(plain, staged):
         ("pressure", "external", "brake.linings.area"),
         ("displacement", "external", "chain"),
         ("friction_coefficient", "external", "no heat"),
-        ("slip_speed", "internal", "only a staged brake"),
-        ("slip_speed", "middle", "is no pair"),
+        ("slip_speed", "internal", "the brake has no 'internal' pair — it has: external"),
+        ("slip_speed", "middle", "the brake has no 'middle' pair — it has: external"),
     ):
         with pytest.raises(sb.InputError, match=words):
             plot.lining_map(plain, quantity, pair=pair)

@@ -13,7 +13,7 @@ from staged_scenes import stop as staged_stop
 import simbrake as sb
 from simbrake._results import _meanings, _result_file
 from simbrake._run._measure import METRIC_UNITS
-from simbrake._run._series import SERIES_UNITS, Series
+from simbrake._run._series import PAIR_COLUMNS, SERIES_UNITS, PairSeries, Series
 
 
 @pytest.fixture(scope="module")
@@ -42,13 +42,23 @@ def test_every_variable_says_unit_and_meaning(result):
     for name, variable in data.variables.items():
         assert variable.attrs["units"], name
         assert len(variable.attrs["meaning"]) >= 4, name
-    for field in Series._fields[1:]:
-        column = getattr(result.series([0.0]), field)
-        assert (field in data) == (column is not None)
-        if column is not None:
+    series = result.series([0.0])
+    apart = len(series.pairs) > 1
+    for field in SERIES_UNITS:
+        column = getattr(series, field)
+        assert field == "t" or (field in data) == (column is not None)
+        if column is not None and field != "t":
             assert data[field].attrs["units"] == (SERIES_UNITS[field] or "1")
             assert data[field].dims[0] == "time"
-    assert set(_meanings.SERIES_MEANINGS) == set(Series._fields) == set(SERIES_UNITS)
+    for pair, columns in series.pairs.items():
+        for field, about in PAIR_COLUMNS.items():
+            name, column = f"{pair}_{field}", getattr(columns, field)
+            assert (name in data) == (apart and column is not None)
+            if name in data:
+                assert data[name].attrs == {"units": about.unit or "1", "meaning": f"{pair} pair: {about.meaning}"}
+                assert data[name].dims == ("time", "lining")[: column.ndim]
+    assert set(_meanings.SERIES_MEANINGS) == set(Series._fields) - {"pairs"} == set(SERIES_UNITS)
+    assert set(PAIR_COLUMNS) == set(PairSeries._fields)
     assert set(_meanings.METRIC_MEANINGS) == set(METRIC_UNITS)
 
 
@@ -63,9 +73,13 @@ def test_values_are_those_of_the_series_on_both_sides_of_events(result):
         assert np.unique(at).size == at.size
     for left, rows in ((True, data["side"] == -1), (False, data["side"] >= 0)):
         part, series = data.isel(time=np.flatnonzero(rows)), result.series(times[rows], left=left)
-        for name in set(Series._fields[1:]) & set(data.data_vars):
+        columns = {name: getattr(series, name) for name in SERIES_UNITS}
+        for pair, found in series.pairs.items():
+            columns |= {f"{pair}_{name}": column for name, column in found._asdict().items()}
+        assert ("internal_torque" in data) == (len(series.pairs) > 1)
+        for name in set(columns) & set(data.data_vars):
             np.testing.assert_array_equal(
-                part[name].values.reshape(part.time.size, -1), np.reshape(getattr(series, name), (part.time.size, -1))
+                part[name].values.reshape(part.time.size, -1), np.reshape(columns[name], (part.time.size, -1))
             )
     once = data.isel(time=data.side >= 0)
     assert np.all(np.diff(once["time"]) > 0)

@@ -183,13 +183,13 @@ def test_random_duties_keep_their_energy_and_only_dissipate(duties):
         assert float(result.energy["closure"]) <= 1e-9
         s = result.series(np.linspace(0.0, 9.0, 300))
         scale = 1e-9 * max(1.0, float(result.energy["friction_heat"]))
-        internal, total = np.asarray(s.internal_heat), np.asarray(s.friction_heat)
-        assert np.all(np.diff(internal) >= -scale)
-        assert np.all(np.diff(total - internal) >= -scale)
-        sticks = np.asarray(s.internal_mode) == 0
-        slack = 1e-6 * np.abs(s.internal_capacity) + 1e-3
-        assert np.all(np.abs(s.internal_torque)[sticks] <= (s.internal_capacity + slack)[sticks])
-        wrong = np.asarray(s.internal_mode) * np.asarray(s.internal_slip_speed) < -1e-8
+        pair, total = s.pairs["internal"], np.asarray(s.friction_heat)
+        assert np.all(np.diff(pair.heat) >= -scale)
+        assert np.all(np.diff(total - pair.heat) >= -scale)
+        sticks = np.all(np.asarray(pair.sense) == 0, axis=1)
+        slack = 1e-6 * np.abs(pair.capacity) + 1e-3
+        assert np.all(np.abs(pair.torque)[sticks] <= (pair.capacity + slack)[sticks])
+        wrong = np.asarray(pair.sense) * np.asarray(pair.slip_speed) < -1e-8
         assert not np.any(wrong)
         seen |= set(names(result))
     assert {"internal_slip", "external_lock", "external_release", "internal_restick", "restart", "release"} <= seen

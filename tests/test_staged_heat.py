@@ -107,7 +107,7 @@ def test_heated_staged_stop_against_scipy():
     np.testing.assert_allclose(end.temperature[0], y[2:], rtol=1e-9)
     left = 1 - 4e-4 * (y[3] - 293.15)
     np.testing.assert_allclose(end.friction_coefficient[0], staged.F_EXT * left, rtol=1e-9)
-    np.testing.assert_allclose(end.internal_friction_coefficient[0], staged.F_INT * left, rtol=1e-9)
+    np.testing.assert_allclose(end.pairs["internal"].friction_coefficient[0], staged.F_INT * left, rtol=1e-9)
 
 
 @pytest.mark.parametrize("temperature_dependent", [False, True])

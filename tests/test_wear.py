@@ -71,7 +71,8 @@ def test_metrics_series_and_words_of_the_wear(cold):
     series = cold.series([0.0, 0.5, 8.0])
     share = np.asarray(series.phi) / float(series.phi[-1])
     np.testing.assert_allclose(np.asarray(series.worn_thickness), np.outer(share, cold.worn_thickness), rtol=1e-10)
-    assert series.internal_worn_thickness is None
+    assert list(series.pairs) == ["external"]
+    np.testing.assert_array_equal(series.pairs["external"].worn_thickness, series.worn_thickness)
     line = next(line for line in str(cold).splitlines() if line.startswith("wear"))
     assert f"{1e6 * m['greatest_wear']:.5g} µm on lining 4" in line
     assert f"{m['wear_over_least']:.4g} times the least" in line
@@ -166,7 +167,7 @@ def test_the_states_are_the_integrals_over_the_run(scene):
         np.testing.assert_allclose(np.asarray(worn[1]), np.asarray(sb.wear(result, inner, pair="internal")), rtol=1e-9)
         np.testing.assert_allclose(np.asarray(result.worn_thickness), np.asarray(worn[0] + worn[1]), rtol=1e-15)
         last = result.series([float(result.record.t_end)])
-        np.testing.assert_allclose(np.asarray(last.internal_worn_thickness)[0], np.asarray(worn[1]), rtol=1e-9)
+        np.testing.assert_allclose(np.asarray(last.pairs["internal"].worn_thickness)[0], np.asarray(worn[1]), rtol=1e-9)
 
 
 def test_a_band_turned_at_rest_wears_on_from_the_other_end():

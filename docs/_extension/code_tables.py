@@ -11,7 +11,7 @@ from simbrake._base._event_names import EVENTS
 from simbrake._physics import _modes
 from simbrake._run import _metrics, _outcome, _stages
 from simbrake._run._result import Result
-from simbrake._run._series import SERIES_UNITS
+from simbrake._run._series import PAIR_COLUMNS, SERIES_UNITS
 
 
 def _table(head: str, rows: list[tuple[object, ...]]) -> list[str]:
@@ -64,6 +64,14 @@ def series() -> list[str]:
     return _table("column | unit", rows)
 
 
+def pairs() -> list[str]:
+    """Columns of a friction pair."""
+    rows: list[tuple[object, ...]] = [
+        (f"`{name}`", about.unit.replace("*", "·"), about.meaning) for name, about in PAIR_COLUMNS.items()
+    ]
+    return _table("column | unit | meaning", rows)
+
+
 TABLES: dict[str, Callable[[], list[str]]] = {
     "events": events,
     "modes": modes,
@@ -72,6 +80,7 @@ TABLES: dict[str, Callable[[], list[str]]] = {
     "codes": codes,
     "metrics": metrics,
     "series": series,
+    "pairs": pairs,
 }
 
 

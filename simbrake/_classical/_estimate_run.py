@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from .._base._faults import Fault, InputError
-from .._parts._power_shares import PowerShares
 from .._run._result import Result
+from .._run._series import Series
 from ._schmidt import SchmidtCourse, schmidt
 from ._thermal_stress import ElasticMaterial, StressHistory, stress_over_time
 from ._wall_course import wall_course
@@ -82,27 +81,18 @@ def _brakings(t: Any, work: Any) -> list[tuple[int, int]]:
     return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
 
 
-def _work(s: Any, pair: str, shares: PowerShares | None) -> np.ndarray:
+def _work(s: Series, pair: str) -> np.ndarray:
     """Friction work (J) of a pair, `""`: of all."""
-    whole = np.asarray(s.friction_work)
-    if not pair:
-        return whole
-    hot = 1.0 if shares is None else float(shares.heat)
-    if hot <= 0:
-        raise InputError(
-            [Fault("power_shares", "leave no heat", "by their heat the works of two pairs are told apart")]
-        )
-    inner = np.asarray(s.internal_heat) / hot
-    return inner if pair == "internal" else whole - inner
+    return np.asarray(s.pairs[pair].friction_work if pair else s.friction_work)
 
 
-def _sliding(s: Any, pair: str) -> tuple[np.ndarray, np.ndarray]:
+def _sliding(s: Series, pair: str) -> tuple[np.ndarray, np.ndarray]:
     """Speed (rad/s) of one body of a pair in the other, and the torque between them (N·m)."""
     omega, torque = np.asarray(s.omega), np.asarray(s.brake_torque)
     if not pair:
         return omega, torque
-    carried = np.asarray(s.bandage_speed)
-    return (carried, torque) if pair == "external" else (omega - carried, np.abs(np.asarray(s.internal_torque)))
+    carried, torque = np.asarray(s.bandage_speed), np.asarray(s.pairs[pair].torque)
+    return (carried, torque) if pair == "external" else (omega - carried, np.abs(torque))
 
 
 def _hardest(t: np.ndarray, work: np.ndarray) -> tuple[int, int, int] | None:
@@ -121,8 +111,7 @@ def run_values(result: Result, pair: str = "", *, looks: int = _LOOKS) -> RunVal
     start, end = float(result.scene.initial.time), float(result.record.t_end)
     known = [event.time for event in result.events]
     s = result.series(np.unique(np.concatenate([np.linspace(start, end, looks), known])))
-    shares = result.scene.power_shares
-    t, work = np.asarray(s.t), _work(s, pair, shares)
+    t, work = np.asarray(s.t), _work(s, pair)
     found = _hardest(t, np.asarray(s.friction_work))
     if found is None:
         return None
@@ -133,7 +122,7 @@ def run_values(result: Result, pair: str = "", *, looks: int = _LOOKS) -> RunVal
             return None
         first, last = first + own[0], first + own[1]
     s = result.series(np.linspace(t[first], t[last], looks))
-    inside, (omega, torque) = _work(s, pair, shares), _sliding(s, pair)
+    inside, (omega, torque) = _work(s, pair), _sliding(s, pair)
     inside = inside - inside[0]
     other = None
     if pair:

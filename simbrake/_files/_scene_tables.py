@@ -9,7 +9,6 @@ import numpy as np
 
 from .._base._faults import Fault, InputError
 from .._base._quantity import Quantity, Whole, leaves
-from .._parts._design import Brake
 from .._parts._scene import Scene
 from ._schema import Part, all_makers, makers_of, parts_of, short_of
 
@@ -54,12 +53,8 @@ def count_text(scene: Scene) -> str:
     words = [
         f"{sum(np.size(leaf.value) for leaf in found)} numbers in {len(found)} fields",
         f"{n} {scene.brake.words.lining}s",
+        *scene.brake.features,
     ]
-    brake = scene.brake
-    if isinstance(brake, Brake) and brake.band.segments is not None:
-        words.append("each on its own segment of the band")
-    if brake.staged:
-        words.append("staged")
     if scene.heat is not None:
         words.append(f"{sum(body.count for body in scene.heat.bodies)} thermal nodes")
     return ", ".join(words)

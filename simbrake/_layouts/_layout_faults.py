@@ -6,7 +6,7 @@ import numpy as np
 
 from .._base._faults import Fault
 from .._parts._scene import Scene, band_brake, faults, read_by_linings
-from .._run._rubbing import PAIRS
+from .._run._rubbing import fault_of_pair
 from ._layout_targets import TARGETS, Target
 
 FREE = ("angle", "area", "both")
@@ -27,9 +27,10 @@ def faults_of_wish(
         found.append(Fault("free", f"{free!r} cannot be freed", f"there are: {', '.join(FREE)}"))
     if over not in OVER:
         found.append(Fault("over", f"{over!r} is unknown", f"there are: {', '.join(OVER)}"))
-    if pair not in PAIRS or (pair == "internal" and band_brake(scene).bandage is None):
-        found.append(Fault("pair", f"the brake has no {pair!r} pair", "the internal one is a staged brake's"))
-    elif pair == "internal" and over == "static":
+    pairs = list(band_brake(scene).pairs)
+    if missing := fault_of_pair(pair, pairs):
+        found.append(missing)
+    elif pair != pairs[0] and over == "static":
         found.append(Fault("pair", "statics are those of the band on the linings", 'give over="braking"'))
     for one in targets:
         if isinstance(one, str) and one not in TARGETS:
@@ -48,18 +49,17 @@ def faults_of_wish(
 
 def _faults_of_areas(scene: Scene, targets: tuple[Target, ...], free: str, pair: str) -> list[Fault]:
     brake, found = band_brake(scene), []
-    linings, bandage = brake.linings, brake.bandage
-    n = int(np.size(linings.angle))
+    n = int(np.size(brake.linings.angle))
     if n < 2:
         found.append(Fault("brake.linings.angle", "one lining has no layout", "give two or more"))
-    looked_at = free in ("area", "both") or (pair == "external" and any(one in NEEDS_AREA for one in targets))
-    if looked_at and linings.area is None:
-        found.append(Fault("brake.linings.area", "is missing", "it is looked at"))
-    if pair == "internal" and bandage is not None:
-        if bandage.area is None and any(one in NEEDS_AREA for one in targets):
-            found.append(Fault("brake.bandage.area", "is missing", "the pressure is looked at"))
-        if free != "angle":
-            found.append(Fault("free", "the areas that can be freed are those towards the band", 'free="angle"'))
+    fields = {"linings"} if free in ("area", "both") else set()
+    if pair in brake.pairs and any(one in NEEDS_AREA for one in targets):
+        fields.add(brake.pairs[pair].field)
+    for field in sorted(fields):
+        if getattr(brake, field).area is None:
+            found.append(Fault(f"brake.{field}.area", "is missing", "the areas are looked at"))
+    if free != "angle" and pair in list(brake.pairs)[1:]:
+        found.append(Fault("free", "the areas that can be freed are those towards the band", 'free="angle"'))
     if free == "area" and not read_by_linings(scene).p:
         for one in targets:
             if isinstance(one, str) and one in TARGETS and one not in NEEDS_AREA:

@@ -13,7 +13,7 @@ from .._base._whole import whole_folder
 from .._results._result_file import save
 from .._run._limits import LimitCheck, limit_checks, summary_with_limits, text_with_limits
 from .._run._result import Result
-from .._run._series import SERIES_UNITS
+from .._run._series import flat, unit_of_column
 from .._studies._sensitivity import Sensitivity, SensitivityTable
 from ._gallery import pictures_of
 
@@ -29,12 +29,10 @@ def series_table(result: Result, count: int = 1001) -> tuple[list[str], np.ndarr
         series = [result.series(grid)]
     names: list[str] = []
     columns: list[np.ndarray] = []
-    for field in series[0]._fields:
-        parts = [getattr(s, field) for s in series]
-        if parts[0] is None:
-            continue
-        values = np.concatenate([np.asarray(part) for part in parts])
-        unit = f" [{SERIES_UNITS[field]}]" if SERIES_UNITS[field] else ""
+    tables = [flat(s, pairs=result.tells_pairs_apart) for s in series]
+    for field in tables[0]:
+        values = np.concatenate([np.asarray(one[field]) for one in tables])
+        unit = f" [{unit_of_column(field)}]" if unit_of_column(field) else ""
         if values.ndim == 1:
             names.append(field + unit)
             columns.append(values)

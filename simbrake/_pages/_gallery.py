@@ -8,6 +8,7 @@ import numpy as np
 from .._parts._heat import place_count
 from .._parts._network import Wall
 from .._run._result import Result
+from .._run._stages import has_stages
 
 
 class Picture(NamedTuple):
@@ -47,7 +48,7 @@ def _pressed(result: Result) -> bool:
 
 
 def _staged(result: Result) -> bool:
-    return result.scene.brake.staged
+    return has_stages(result.scene.brake)
 
 
 def _resolved(result: Result) -> bool:

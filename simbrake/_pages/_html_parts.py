@@ -302,13 +302,10 @@ def ledgers(result: Result, summary: dict[str, Any]) -> list[Ledger]:
         "Work of the lever": e["lever_work"],
         "Kinetic energy given up": -e["kinetic_change"],
     }
-    if "heat_external" in e:
-        out = {
-            "Friction heat, band on linings": e["heat_external"],
-            "Friction heat, linings on rim": e["heat_internal"],
-        }
-    else:
-        out = {"Friction heat": e["friction_heat"]}
+    pairs = result.scene.brake.pairs
+    out = {"Friction heat": e["friction_heat"]}
+    if len(pairs) > 1:
+        out = {f"Friction heat, {place.words}": e[f"heat_{pair}"] for pair, place in pairs.items()}
     for name, words in (
         ("electrical_work", "Electrical work of friction"),
         ("mechanical_work", "Mechanical work of friction"),

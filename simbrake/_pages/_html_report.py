@@ -146,10 +146,8 @@ def contents(
 
 
 def _name(scene: Scene) -> str:
-    brake, words = scene.brake, scene.brake.words
-    kind = "staged brake" if brake.staged else "resolved brake" if brake.resolved else "standard brake"
-    kind = kind if brake.banded else words.brake
-    return f"A run of a {kind} with {brake.linings.count} {words.lining}s"
+    brake = scene.brake
+    return f"A run of a {brake.kind} with {brake.linings.count} {brake.words.lining}s"
 
 
 def _provenance(result: Result) -> Mapping[str, Any]:

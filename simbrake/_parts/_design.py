@@ -182,6 +182,13 @@ class BrakeWords(NamedTuple):
     unlocking: str = ""
 
 
+class PairPlace(NamedTuple):
+    """Where a friction pair is described: the `field` of the brake that holds its linings, and what rubs, in words."""
+
+    field: str
+    words: str
+
+
 class AbstractBrake(eqx.Module):
     """What a scene knows of any kind of brake.
 
@@ -216,9 +223,24 @@ class AbstractBrake(eqx.Module):
         return False
 
     @property
+    def pairs(self) -> dict[str, PairPlace]:
+        """Friction pairs by name, first the one on which the lever acts."""
+        return {"external": PairPlace("linings", f"{self.words.lining}s on {self.words.body}")}
+
+    @property
     def staged(self) -> bool:
         """Whether there are two friction pairs in series."""
-        return False
+        return len(self.pairs) > 1
+
+    @property
+    def kind(self) -> str:
+        """What a brake of this build is called."""
+        return self.words.brake
+
+    @property
+    def features(self) -> tuple[str, ...]:
+        """What a brake of this build has that others of its class lack, in words."""
+        return ()
 
     @property
     def banded(self) -> bool:
@@ -270,8 +292,22 @@ class Brake(AbstractBrake):
         return self.band.radius
 
     @property
-    def staged(self) -> bool:
-        return self.bandage is not None
+    def pairs(self):
+        if self.bandage is None:
+            return super().pairs
+        return {
+            "external": PairPlace("linings", "band on linings"),
+            "internal": PairPlace("bandage", "linings on rim"),
+        }
+
+    @property
+    def kind(self):
+        return "staged brake" if self.staged else "resolved brake" if self.resolved else "standard brake"
+
+    @property
+    def features(self):
+        found = () if self.band.segments is None else ("each on its own segment of the band",)
+        return (*found, "staged") if self.staged else found
 
     @property
     def banded(self) -> bool:

@@ -58,10 +58,10 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
     zero = jnp.zeros_like(omega_0)
     on_band = zero if any(pair.on_band for pair in pairs) else None
     booked = None if heat is None else HeatLedger(zero, zero, zero, zero, on_band)
-    inner, damped = zero if len(pairs) > 1 else None, zero if mechanism.damps else None
+    friction, damped = tuple(zero for _ in pairs), zero if mechanism.damps else None
     own, band, own_mode = mechanism.start(omega_0, jnp.asarray(initial.elongation) + zero)
     worn = None if wearing is None else wearing.start
-    state = State(zero, omega_0, own, Ledger(zero, zero, zero, booked, inner, damped), u, worn)
+    state = State(zero, omega_0, own, Ledger(zero, zero, friction, booked, damped), u, worn)
     given = (duty.lever, duty.load.profile, *system.profiles)
     lever, load, *pieces = (first_piece(profile, t_0) for profile in given)
     sense = jnp.where(omega_0 < 0, -1, 1).astype(jnp.int32)
@@ -69,30 +69,32 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
 
 
 def _pairs(scene: Scene, thermal: Thermal | None) -> tuple[Pair, ...]:
-    """The friction pairs of a scene: the one on which the lever acts, and the internal one of a staged brake."""
+    """The friction pairs of a scene: what each law is, where its heat goes, and what wears there."""
     brake, heat, wear = scene.brake, scene.heat, scene.wear
-    bandage = brake.bandage if isinstance(brake, Brake) else None
-    staged = brake.staged
+    several = len(brake.pairs) > 1
+    on_rim, on_band = (None, None) if heat is None else (heat.friction, heat.external)
+    rate, inner_rate = (None, None) if wear is None else (wear.rate, wear.internal)
+    given: dict[str, tuple[FrictionHeat | None, AbstractWearRate | None]] = {
+        "external": (on_band if several else on_rim, rate),
+        "internal": (on_rim, inner_rate),
+    }
 
-    def pair(
-        name: str, part: AbstractLinings | Bandage, place: FrictionHeat | None, rate: AbstractWearRate | None
-    ) -> Pair:
+    def pair(name: str, field: str) -> Pair:
+        part: AbstractLinings | Bandage = getattr(brake, field)
+        place, worn = given[name]
         return Pair(
             name=name,
+            field=field,
             law=part.friction,
             area=None if part.area is None else jnp.asarray(part.area),
             heat=place,
-            wear=rate,
+            wear=worn,
             count=brake.linings.count,
-            on_band=staged and part is brake.linings,
+            on_band=several and part is brake.linings,
             apart=thermal is not None and thermal.tells_apart(place),
         )
 
-    on_rim, on_band = (None, None) if heat is None else (heat.friction, heat.external)
-    rate, inner_rate = (None, None) if wear is None else (wear.rate, wear.internal)
-    if bandage is None:
-        return (pair("external", brake.linings, on_rim, rate),)
-    return pair("external", brake.linings, on_band, rate), pair("internal", bandage, on_rim, inner_rate)
+    return tuple(pair(name, place.field) for name, place in brake.pairs.items())
 
 
 def _at_the_start(linings: AbstractLinings, pair: Pair, thermal: Thermal | None, u: Any) -> Contact:

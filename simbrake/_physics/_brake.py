@@ -73,7 +73,7 @@ def _course_of_load(load: AbstractLoad, t: Any, piece: Any) -> Any:
 class State(NamedTuple):
     """Angle `φ` (rad) and speed `ω` (rad/s) of the pulley, the states of the mechanism's own, the ledger, the heat
     content of the thermal nodes over their capacity (K; `None` without heat), and the thickness worn off the linings
-    of each pair (m; `None` without wear)."""
+    of each pair (m; `None` without wear, and of a pair without)."""
 
     phi: Any
     omega: Any
@@ -169,14 +169,9 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         return self.grip.linings
 
     @property
-    def staged(self) -> bool:
-        """Whether there are two friction pairs in series."""
-        return len(self.mechanism.pairs) > 1
-
-    @property
-    def areas(self) -> tuple[Any, ...]:
-        """Areas of the linings in each friction pair, `None` where they are not given."""
-        return tuple(pair.area for pair in self.mechanism.pairs)
+    def pair_names(self) -> tuple[str, ...]:
+        """Names of the friction pairs, first the one on which the lever acts."""
+        return tuple(pair.name for pair in self.mechanism.pairs)
 
     # --- what acts ------------------------------------------------------------------------------------------------
 
@@ -273,12 +268,10 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         return BrakeNow(tension, pull, load, z, rubs, ThermalNow(T, hot_junctions, flows, tuple(deposits)))
 
     def rates(self, t, y, mode, z):
-        powers = [_total(rub.force * rub.slip) for rub in z.rubs]
         ledger = Ledger(
             load_work=z.load_torque * y.omega,
             lever_work=z.contact.lever_power,
-            friction_heat=powers[0],
-            internal_heat=powers[1] if len(powers) > 1 else None,
+            friction=tuple(_total(rub.force * rub.slip) for rub in z.rubs),
             damper_heat=z.contact.damping if self.mechanism.damps else None,
         )
         rates = State(y.omega, z.alpha, self.mechanism.own_rates(z.contact), ledger)
@@ -387,9 +380,8 @@ class BrakeSystem(AbstractSemiExplicitSystem):
     def _jumped(self, y: State, own: Any, work: Array, heats: tuple[Any, ...]) -> State:
         """The state after a jump of tension, its work and heat booked."""
         old = y.ledger
-        ledger = old._replace(lever_work=old.lever_work + work, friction_heat=old.friction_heat + heats[0])
-        if len(heats) > 1:
-            ledger = ledger._replace(internal_heat=old.internal_heat + heats[1])
+        friction = tuple(one + heat for one, heat in zip(old.friction, heats, strict=True))
+        ledger = old._replace(lever_work=old.lever_work + work, friction=friction)
         return y._replace(own=own, ledger=ledger)
 
     def _heat_of_a_jump(self, t: Array, y: State, mode: Mode) -> list[tuple[Array, HeatLedger]]:
@@ -445,9 +437,9 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         booked = None
         if self.thermal is not None:
             booked = HeatLedger(quadrature, quadrature, quadrature, quadrature, quadrature if self._has_band else None)
-        inner = quadrature if len(self.mechanism.pairs) > 1 else None
+        friction = tuple(quadrature for _ in self.mechanism.pairs)
         damped = quadrature if self.mechanism.damps else None
-        ledger = Ledger(quadrature, quadrature, quadrature, booked, inner, damped)
+        ledger = Ledger(quadrature, quadrature, friction, booked, damped)
         return State(phi, omega, own, ledger, heat, None if self.wearing is None else self.wearing.each(worn))
 
     def scales(self):

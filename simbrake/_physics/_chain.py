@@ -6,9 +6,8 @@ import jax.numpy as jnp
 from jaxtyping import Bool, Float, Int
 
 from .._hybrid._arrays import Array
-from .._parts._band import LiningForces
 from .._parts._friction import Contact, continued
-from ._mechanism import AbstractMechanism, Mode, Moment, Pair, Rub, Sizes
+from ._mechanism import AbstractMechanism, Mode, Moment, Pair, PairNow, Rub, Shown, Sizes
 from ._modes import BandMode
 from ._sliding import Grip
 from ._wrap import band_torque
@@ -237,16 +236,22 @@ class Chain(AbstractMechanism):
     def distribution(self):
         return "every lining from its own balance"
 
-    def linings(self, mode, z):
-        return LiningForces(z.tension, z.force * self.cosine, z.normal, mode.own.linings != 0)
-
-    def columns(self, tension, omega, own, mode, hot, z):
-        displacement = jnp.cumsum(own.e[::-1])[::-1]
-        found = {"elongation": displacement[0], "displacement": displacement, "lining_slip_speed": z.lining_slip}
-        if hot[0] is not None:
+    def shown(self, tension, omega, own, mode, hot, z):
+        f, displacement = None, jnp.cumsum(own.e[::-1])[::-1]
+        if self.heated:
             f = self.pairs[0].law.kinetic(self._contact(hot[0], z.normal, jnp.abs(z.lining_slip)))
-            found["friction_coefficient"] = jnp.broadcast_to(f, z.normal.shape)
-        return found
+            f = jnp.broadcast_to(f, z.normal.shape)
+        pair = PairNow(
+            force=z.force,
+            friction=z.force * self.cosine,
+            normal=z.normal,
+            slip=z.lining_slip,
+            sense=mode.own.linings,
+            at_limit=mode.own.linings != 0,
+            torque=z.brake_torque,
+            coefficient=f,
+        )
+        return Shown((pair,), z.tension, elongation=displacement[0], displacement=displacement)
 
     def stored(self, inertia, omega, own, mode):
         v = jnp.where(mode.own.linings == 0, self.radius * omega, own.v)

@@ -21,8 +21,10 @@ from ._mechanism import (
     Onset,
     Pair,
     Rub,
+    Shown,
     Sizes,
     arrested,
+    moving_as_one,
     onset,
     sense_of,
     settled_mode,
@@ -178,9 +180,6 @@ class ElasticBand(AbstractMechanism):
     def distribution(self):
         return MOBILISATION
 
-    def linings(self, mode, z):
-        return self.wrap.linings(z.slack_tension, z.tight_tension, z.fz)
-
     def lining_margins(self, mode, z):
         mu = (1 + z.fz) / (1 - z.fz)
         ahead = z.tight_tension - z.slack_tension * jnp.cumprod(mu)
@@ -188,11 +187,10 @@ class ElasticBand(AbstractMechanism):
         margins = jnp.concatenate([ahead, back]) / self.sizes.tension
         return jnp.where((mode.band == BandMode.ELASTIC) & ~self.locked_in(mode), margins, -1.0)
 
-    def columns(self, tension, omega, own, mode, hot, z):
-        found = {"elongation": own.x}
-        if self.pairs[0].heat is not None or hot[0] is not None:
-            found["friction_coefficient"] = self.wrap.kinetic(tension, omega, hot[0], mode)
-        return found
+    def shown(self, tension, omega, own, mode, hot, z):
+        forces = self.wrap.linings(z.slack_tension, z.tight_tension, z.fz)
+        f = self.wrap.kinetic(tension, omega, hot[0], mode) if self.heated else None
+        return Shown((moving_as_one(forces, self.grip.cosine, mode, z, f),), forces.tension, elongation=own.x)
 
     @property
     def varies(self):

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 
 from .._hybrid._arrays import Array
 from .._parts._band import LiningForces
@@ -21,12 +21,14 @@ from ._sliding import AbstractGrip
 class Pair(eqx.Module):
     """What a friction pair has for good.
 
-    - `name`; `law` of friction; `area` (m²) of its linings;  `heat`: where its heat goes, `None`: it is only booked
+    - `name`; `field` of the brake that describes its linings; `law` of friction; `area` (m²) of the linings
+    - `heat`: where its heat goes, `None`: it is only booked
     - `wear`: its rate, `None`: none is followed;  `on_band`: whether the linings rub on the band, not on the rim
     - `apart`: whether it matters for the heat which of the linings it comes from
     """
 
     name: str = eqx.field(static=True)
+    field: str = eqx.field(static=True)
     law: AbstractFriction
     area: Array | None
     heat: FrictionHeat | None
@@ -48,6 +50,44 @@ class Rub(NamedTuple):
     slip: Array
     sense: Array
     normal: Float[Array, " n"]
+
+
+class PairNow(NamedTuple):
+    """A friction pair at one instant as results show it; its power is `force · slip`. No run needs it.
+
+    - of every lining (n,): `force` (N) along the slip, at its radius;  `friction` (N) at the face of the lining, at the
+      limit `f N`;  `normal` load (N);  `slip` speed (m/s);  `sense`: the way it slides (±1), 0 while it sticks;
+      `at_limit`: whether its friction is used up
+    - `torque` (N·m) that the pair passes on;  `capacity` (N·m): up to which it sticks, or with which it slides, `None`
+      where the mechanism does not tell
+    - `coefficient` (n,) of friction when it slides, `None` in a scene without heat
+    """
+
+    force: Float[Array, " n"]
+    friction: Float[Array, " n"]
+    normal: Float[Array, " n"]
+    slip: Float[Array, " n"]
+    sense: Int[Array, " n"]
+    at_limit: Bool[Array, " n"]
+    torque: Float[Array, ""]
+    coefficient: Any
+    capacity: Any = None
+
+
+class Shown(NamedTuple):
+    """What results show of a mechanism beside its variables. No run needs it.
+
+    - `pairs`;  `tension` (n,) of the band behind every lining (N), `None` without a band
+    - `None` where there is no such thing: `elongation` of the band (m), `displacement` (n,) of linings along the band
+      circle (m), `bandage_speed` (rad/s), `lining_speed` (n,) (rad/s)
+    """
+
+    pairs: tuple[PairNow, ...]
+    tension: Any
+    elongation: Any = None
+    displacement: Any = None
+    bandage_speed: Any = None
+    lining_speed: Any = None
 
 
 class Acting(NamedTuple):
@@ -197,10 +237,6 @@ class AbstractMechanism(eqx.Module):
     def distribution(self) -> str:
         """How what rigid bodies leave undetermined among the linings is closed, in words."""
 
-    @abc.abstractmethod
-    def linings(self, mode: Mode, z: Any) -> LiningForces:
-        """Tension, friction and normal force at every lining."""
-
     def lining_margins(self, mode: Mode, z: Any) -> Float[Array, " twice_n"]:
         """By how much each lining is past its static limit while the band is elastic, over the reference tension.
 
@@ -210,10 +246,13 @@ class AbstractMechanism(eqx.Module):
         return jnp.zeros(0)
 
     @abc.abstractmethod
-    def columns(
-        self, tension: Array, omega: Array, own: Any, mode: Mode, hot: tuple[Any, ...], z: Any
-    ) -> dict[str, Array]:
-        """What only this mechanism has to show over time, by the names of `Series`; `tension` is the lever's."""
+    def shown(self, tension: Array, omega: Array, own: Any, mode: Mode, hot: tuple[Any, ...], z: Any) -> Shown:
+        """What results show of it at one instant; `tension` is the lever's."""
+
+    @property
+    def heated(self) -> bool:
+        """Whether friction heats bodies of the scene, so that coefficients of friction are shown."""
+        return any(pair.heat is not None for pair in self.pairs)
 
     @property
     def banded(self) -> bool:
@@ -224,6 +263,11 @@ class AbstractMechanism(eqx.Module):
     def resolved(self) -> bool:
         """Whether single linings move by themselves."""
         return False
+
+    @property
+    def tells_pairs_apart(self) -> bool:
+        """Whether its pairs show more than the brake as a whole: several, or one whose linings move by themselves."""
+        return len(self.pairs) > 1 or self.resolved
 
     @property
     def damps(self) -> bool:
@@ -324,3 +368,18 @@ def arrested(omega: Array, before: Mode, after: Mode) -> Array:
 def sense_of(mode: Mode) -> Array:
     """The way in which a contact that moves as one slides: ±1, 0 while it sticks."""
     return jnp.where(mode.band == BandMode.SLIP, 1.0, jnp.where(mode.band == BandMode.SLIP_BACK, -1.0, 0.0))
+
+
+def moving_as_one(forces: LiningForces, cosine: Any, mode: Mode, z: Any, coefficient: Any) -> PairNow:
+    """The pair of a contact that moves as one; `cosine`: friction at the face over the force along the slip."""
+    n = forces.normal.shape
+    return PairNow(
+        force=forces.friction / cosine,
+        friction=forces.friction,
+        normal=forces.normal,
+        slip=jnp.broadcast_to(z.slip_speed, n),
+        sense=jnp.broadcast_to(sense_of(mode).astype(jnp.int32), n),
+        at_limit=forces.at_limit,
+        torque=z.brake_torque,
+        coefficient=coefficient,
+    )

@@ -27,7 +27,7 @@ def surfaces(system: BrakeSystem, q: BrakeNow) -> dict[str, Array]:
 
 def _can_lose_grip(system: BrakeSystem) -> bool:
     """Whether fade can leave a sliding brake of one pair, whose linings act as one, weaker than its load."""
-    return system.grip.reads.T and not system.staged and not system.mechanism.resolved
+    return system.grip.reads.T and len(system.mechanism.pairs) == 1 and not system.mechanism.resolved
 
 
 def mark_names(system: BrakeSystem) -> list[tuple[str, int | None]]:

@@ -20,8 +20,10 @@ from ._mechanism import (
     Mode,
     Pair,
     Rub,
+    Shown,
     Sizes,
     arrested,
+    moving_as_one,
     onset,
     sense_of,
     settled_mode,
@@ -378,14 +380,13 @@ class RigidContact(AbstractMechanism):
     def distribution(self):
         return self.law.distribution
 
-    def linings(self, mode, z):
-        return self.law.linings(z.slack_tension, z.tight_tension, mode, z.torques)
-
     def lining_margins(self, mode, z):
         return jnp.full(2 * self.pairs[0].count, -1.0) if self.law.banded else jnp.zeros(0)
 
-    def columns(self, tension, omega, own, mode, hot, z):
-        return {} if hot[0] is None else {"friction_coefficient": self.law.kinetic(tension, omega, hot[0], mode)}
+    def shown(self, tension, omega, own, mode, hot, z):
+        forces = self.law.linings(z.slack_tension, z.tight_tension, mode, z.torques)
+        f = self.law.kinetic(tension, omega, hot[0], mode) if self.heated else None
+        return Shown((moving_as_one(forces, self.grip.cosine, mode, z, f),), forces.tension)
 
     @property
     def varies(self):

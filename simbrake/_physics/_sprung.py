@@ -8,11 +8,11 @@ from jaxtyping import Bool, Float
 
 from .._hybrid import largest
 from .._hybrid._arrays import Array
-from .._parts._band import LiningForces, affine_tensions, tension_ratio
+from .._parts._band import affine_tensions, tension_ratio
 from .._parts._design import Bandage
 from .._parts._friction import AbstractFriction, Contact, continued, reads
 from ._at_rest import Resting, Shared, holding_range, resting_tensions, share_load, yields_on_band
-from ._mechanism import OPEN, ROUNDING, AbstractMechanism, Ask, Mode, Pair, Rub, Sizes
+from ._mechanism import OPEN, ROUNDING, AbstractMechanism, Ask, Mode, Pair, PairNow, Rub, Shown, Sizes
 from ._modes import BandMode
 from ._sliding import Grip
 from ._state import BrakeCode
@@ -421,29 +421,37 @@ class SprungBandage(AbstractMechanism):
     def distribution(self):
         return "every lining from its own balance; at rest all mobilise one share of their grip on the rim"
 
-    def linings(self, mode, z):
-        forces = z.outer_force * jnp.cos(jnp.asarray(self.friction.linings.angle) / 2)
-        return LiningForces(z.tension, forces, z.normal, mode.own.outer != 0)
-
-    def columns(self, tension, omega, own, mode, hot, z):
-        found = {
-            "bandage_speed": jnp.mean(own.speeds),
-            "internal_torque": jnp.sum(z.inner_torque),
-            "internal_capacity": jnp.sum(z.capacity),
-            "internal_slip_speed": jnp.mean(z.inner_slip),
-            "internal_mode": mode.slides,
-            "internal_sliding": jnp.sum(mode.own.inner != 0).astype(jnp.int32),
-            "internal_load": z.load,
-            "lining_speed": own.speeds,
-            "lining_slip_speed": z.outer_slip,
-            "lining_internal_slip_speed": z.inner_slip,
-            "lining_internal_torque": z.inner_torque,
-        }
-        if hot[0] is not None or hot[1] is not None:
+    def shown(self, tension, omega, own, mode, hot, z):
+        on_band = on_rim = None
+        if self.heated:
             c = self._coefficients(omega, own, mode, hot)
-            found["friction_coefficient"] = (c.mu_kinetic - 1) / (c.mu_kinetic + 1) / self.friction.tangent
-            found["internal_friction_coefficient"] = c.inner_kinetic
-        return found
+            on_band = (c.mu_kinetic - 1) / (c.mu_kinetic + 1) / self.friction.tangent
+            on_rim = c.inner_kinetic
+        outer, inner = jnp.where(mode.band == BandMode.OPEN, 0, mode.own.outer), mode.own.inner
+        external = PairNow(
+            force=z.outer_force,
+            friction=z.outer_force * self.friction.cosine,
+            normal=z.normal,
+            slip=z.outer_slip,
+            sense=outer,
+            at_limit=outer != 0,
+            torque=z.brake_torque,
+            coefficient=on_band,
+        )
+        on_track = z.inner_torque / self.track_radius
+        internal = PairNow(
+            force=on_track,
+            friction=on_track,
+            normal=z.load,
+            slip=z.inner_slip,
+            sense=inner,
+            at_limit=inner != 0,
+            torque=jnp.sum(z.inner_torque),
+            coefficient=on_rim,
+            capacity=jnp.sum(z.capacity),
+        )
+        mean = jnp.mean(own.speeds)
+        return Shown((external, internal), z.tension, bandage_speed=mean, lining_speed=own.speeds)
 
     def stored(self, inertia, omega, own, mode):
         kinetic = 0.5 * inertia * omega**2 + 0.5 * jnp.sum(self.inertias * own.speeds**2)

@@ -28,8 +28,11 @@ from ._mechanism import (
     Mode,
     Moment,
     Pair,
+    PairNow,
     Rub,
+    Shown,
     Sizes,
+    moving_as_one,
     onset,
     sense_of,
     settled_mode,
@@ -353,9 +356,6 @@ class StagedBrake(AbstractMechanism):
     def distribution(self):
         return MOBILISATION
 
-    def linings(self, mode, z):
-        return self.wrap.linings(z.slack_tension, z.tight_tension, z.band.fz)
-
     def lining_margins(self, mode, z):
         mu = (1 + z.band.fz) / (1 - z.band.fz)
         ahead = z.tight_tension - z.slack_tension * jnp.cumprod(mu)
@@ -363,21 +363,29 @@ class StagedBrake(AbstractMechanism):
         margins = jnp.concatenate([ahead, back]) / self.sizes.tension
         return jnp.where((mode.band == BandMode.ELASTIC) & ~self.locked_in(mode), margins, -1.0)
 
-    def columns(self, tension, omega, own, mode, hot, z):
-        found = {} if own.x is None else {"elongation": own.x}
-        if hot[0] is not None or hot[1] is not None:
-            found["friction_coefficient"] = self.wrap.kinetic(tension, own.omega_b, hot[0], mode)
-            f = self.internal.coefficients(z.inner_normal, self._rim(omega, own, mode, hot[1], False))
-            found["internal_friction_coefficient"] = jnp.broadcast_to(f, (self.wrap.count,))
-        return found | {
-            "bandage_speed": own.omega_b,
-            "internal_torque": z.drive,
-            "internal_capacity": z.capacity,
-            "internal_slip_speed": z.inner_slip,
-            "internal_mode": mode.own.inner,
-            "internal_sliding": jnp.abs(mode.own.inner) * self.wrap.count,
-            "internal_load": z.inner_normal,
-        }
+    def shown(self, tension, omega, own, mode, hot, z):
+        forces = self.wrap.linings(z.slack_tension, z.tight_tension, z.band.fz)
+        inner, n, on_band, on_rim = mode.own.inner, (self.wrap.count,), None, None
+        if self.heated:
+            on_band = self.wrap.kinetic(tension, own.omega_b, hot[0], mode)
+            held = self._rim(omega, own, mode, hot[1], False)
+            on_rim = jnp.broadcast_to(self.internal.coefficients(z.inner_normal, held), n)
+        # linings that stick to the rim share the torque as the greatest friction that each can give
+        share = z.drive / jnp.where(z.capacity > 0, z.capacity, 1.0)
+        friction = pick(inner == 0, share, inner.astype(jnp.float64)) * z.inner_friction
+        internal = PairNow(
+            force=friction,
+            friction=friction,
+            normal=z.inner_normal,
+            slip=jnp.broadcast_to(z.inner_slip, n),
+            sense=jnp.broadcast_to(inner, n),
+            at_limit=jnp.broadcast_to(inner != 0, n),
+            torque=z.drive,
+            coefficient=on_rim,
+            capacity=z.capacity,
+        )
+        external = moving_as_one(forces, self.grip.cosine, mode, z, on_band)
+        return Shown((external, internal), forces.tension, elongation=own.x, bandage_speed=own.omega_b)
 
     # --- what it stores, what it could hold -------------------------------------------------------------------------
 

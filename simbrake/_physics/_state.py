@@ -22,15 +22,15 @@ class HeatLedger(NamedTuple):
     to_linings: Any
     lost: Any
     supplied: Any
-    to_band: Any = None  # staged brakes only
+    to_band: Any = None  # where linings rub on the band
 
 
 class Ledger(NamedTuple):
-    """Energies in J since the start: work of load and lever, friction heat, and what became of it (`None`: no heat)."""
+    """Energies in J since the start: work of load and lever, friction work of every pair, and what became of its heat
+    (`None`: no heat)."""
 
     load_work: Any
     lever_work: Any
-    friction_heat: Any  # of the pair on which the band acts
+    friction: tuple[Any, ...]  # of each pair, in the order of the mechanism
     heat: Any = None
-    internal_heat: Any = None  # of the internal pair of a staged brake
     damper_heat: Any = None  # of dampers in the band or the bandage

@@ -15,7 +15,7 @@ from ._mechanism import Pair, Rub
 class Wearing(eqx.Module):
     """`ḣ_i = I(T_i) p_i v_i`, `p_i = N_i/A_i` (model §7). No rate depends on the thickness: it is a quadrature.
 
-    The thickness worn off (m) is a tuple of (n,), one for each pair with a rate of wear.
+    The thickness worn off (m) is a tuple of (n,), one for each pair, `None` of one without a rate of wear.
 
     - `turned_at`: times at which the band is turned end for end. `h_i` of the first pair stays that of the lining which
       was the `i`-th at the start; after an odd number of turns it rubs where the `(n + 1 − i)`-th did
@@ -25,13 +25,14 @@ class Wearing(eqx.Module):
     scale: Float[Array, ""]
     turned_at: Array | None
     count: int = eqx.field(static=True)
-    worn_pairs: int = eqx.field(static=True)
+    followed: tuple[bool, ...] = eqx.field(static=True)
 
     def rates(self, t: Array, pairs: tuple[Pair, ...], rubs: tuple[Rub, ...], hot: tuple[Any, ...]) -> tuple[Any, ...]:
         """Rates of wear (m/s) of the linings as they were counted at the start."""
         found = []
         for pair, rub, T in zip(pairs, rubs, hot, strict=True):
             if pair.wear is None or pair.area is None:
+                found.append(None)
                 continue
             p, v = rub.normal / pair.area, rub.sense * rub.slip
             rate = jnp.broadcast_to(pair.wear(p, v, T) * p * v, (self.count,))
@@ -43,7 +44,7 @@ class Wearing(eqx.Module):
 
     def each(self, value: Any) -> tuple[Any, ...]:
         """One value for every thickness."""
-        return (value,) * self.worn_pairs
+        return tuple(value if followed else None for followed in self.followed)
 
     @property
     def start(self) -> tuple[Any, ...]:
@@ -62,5 +63,5 @@ def assemble_wear(wear: Wear | None, pairs: tuple[Pair, ...], energy: Array) -> 
         scale=jnp.where(scale > 0, scale, 1.0),
         turned_at=None if wear.turned_at is None else jnp.asarray(wear.turned_at),
         count=pairs[0].count,
-        worn_pairs=sum(pair.wear is not None and pair.area is not None for pair in pairs),
+        followed=tuple(pair.wear is not None and pair.area is not None for pair in pairs),
     )

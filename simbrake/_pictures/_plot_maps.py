@@ -125,7 +125,7 @@ def lining_map(
     - `quantity`: `temperature` (°C), `normal_load`, `tension` behind the lining, `tension_increment`, `friction_force`
       (kN), `pressure` (MPa), `slip_speed` (m/s), `friction_power` (kW), `friction_heat` since the start (kJ),
       `friction_coefficient`, `displacement` of a chain (mm)
-    - `pair`: of a staged brake `external` is band on linings, `internal` linings on rim
+    - `pair`: name of a friction pair; of a staged brake `external` is band on linings, `internal` linings on rim
 
     Raises `InputError` for what the run does not have.
     """
@@ -157,8 +157,7 @@ def lining_map(
         panel.set_title("up to full slip, enlarged" if i else "whole run", fontsize=10)
     brake = result.scene.brake
     panels[0].set_ylabel("lining, from the slack to the tight end" if brake.banded else brake.words.lining)
-    where = {"external": "band on linings: ", "internal": "linings on rim: "}[pair]
-    where = where if result.scene.brake.staged else ""
+    where = f"{brake.pairs[pair].words}: " if len(brake.pairs) > 1 else ""
     alike = " (one surface for all linings)" if parts[0][1].shape[1] == 1 < n and quantity == "temperature" else ""
     figure.suptitle(f"{where}{view.words}, lining by lining{alike}", fontsize=11)
     return figure

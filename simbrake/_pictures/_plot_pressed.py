@@ -32,8 +32,8 @@ def pressed(result: Result, time: float | int | None = None, *, figure: Figure |
     if not isinstance(brake, DiscBrake | ShoeBrake):
         raise InputError([Fault("brake", f"is a {brake.words.brake}", "draw it with `plot.pulley`")])
     t, p = _moment(result, time)
-    states = lining_contacts(result, p)["external"]
-    normal, friction = np.asarray(p.linings.normal)[0], np.asarray(p.linings.friction)[0]
+    (states,), (pair,) = lining_contacts(result, p).values(), p.shown.pairs
+    normal, friction = np.asarray(pair.normal)[0], np.asarray(pair.friction)[0]
     if figure is None:
         figure = Figure(figsize=(11.0, 5.8), layout="constrained")
     wheel, course = figure.subplots(1, 2, width_ratios=[1.3, 1])
@@ -72,7 +72,8 @@ def _moment(result: Result, time: float | int | None) -> tuple[float, Probe]:
     t = float(result.report().peaks["max_normal_load"].time)
     after, before = look(result, t), look(result, t, left=True)
     # a force that jumps at an event is greatest on one side of it
-    return t, before if np.max(before.linings.normal) > np.max(after.linings.normal) else after
+    before_it, after_it = (float(np.max(p.shown.pairs[0].normal)) for p in (before, after))
+    return t, before if before_it > after_it else after
 
 
 def _disc(wheel: Axes, course: Axes, brake: DiscBrake, normal: np.ndarray, colours: list[str]) -> None:

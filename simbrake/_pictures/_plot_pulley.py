@@ -50,9 +50,8 @@ def pulley(result: Result, time: float | int | None = None, *, figure: Figure | 
     pairs = lining_contacts(result, p)
     edges = lining_edges(band_brake(result.scene))
     angles = on_circle(edges)
-    T0, inner = float(p.flows.slack_tension[0]), p.columns.get("internal_load")
-    tension = np.append(T0, np.asarray(p.linings.tension)[0]) / 1e3
-    load = np.asarray(p.linings.normal)[0] / 1e3
+    tension = np.append(float(p.flows.slack_tension[0]), np.asarray(p.shown.tension)[0]) / 1e3
+    loads = [np.asarray(pair.normal)[0] / 1e3 for pair in p.shown.pairs]
     if figure is None:
         figure = Figure(figsize=(9.0, 9.4), layout="constrained")
     axes = figure.subplots()
@@ -65,7 +64,7 @@ def pulley(result: Result, time: float | int | None = None, *, figure: Figure | 
         x, y = spot(np.mean(halves[-2:]), angle)
         axes.text(x, y, str(i + 1), ha="center", va="center", fontsize=7, zorder=4)
     _draw_tension(axes, tension, angles)
-    _draw_load(axes, load, None if inner is None else np.asarray(inner)[0] / 1e3, angles)
+    _draw_load(axes, loads, angles)
     reverse = tension[-1] < tension[0]
     names = ("lever end, now tight", "anchor end, now slack") if reverse else ("slack end", "tight end")
     draw_band(
@@ -81,7 +80,8 @@ def pulley(result: Result, time: float | int | None = None, *, figure: Figure | 
     torque = float(p.flows.brake_torque[0]) / 1e3
     title = f"tension of the band and normal load of the linings at t = {time:.6g} s{why}"
     title = f"{title}\nbrake torque {torque:.4g} kN·m"
-    if np.any((pairs["external"] == Contact.STICKS) | (pairs["external"] == Contact.AT_LIMIT)):
+    under_band = next(iter(pairs.values()))
+    if np.any((under_band == Contact.STICKS) | (under_band == Contact.AT_LIMIT)):
         distribution = result.record.system.mechanism.distribution  # pyright: ignore
         title += "\n" + textwrap.fill(f"how linings that stick share it: {distribution}", 100)
     figure.suptitle(title, fontsize=10)
@@ -89,7 +89,7 @@ def pulley(result: Result, time: float | int | None = None, *, figure: Figure | 
         Line2D([], [], color=BLUE, marker="o", ms=3, label="tension T of the band, kN, outwards"),
         Patch(color=GREEN, alpha=0.75, label="normal load N of a lining, kN, inwards"),
     ]
-    if inner is not None:
+    if len(pairs) > 1:
         handles.append(Patch(fill=False, ec="0.3", label="load of a lining on the rim, preload included, kN"))
     handles += contact_legend(list(pairs.values()))
     title = "outer half of a lining: band on lining; inner half: lining on rim" if len(pairs) > 1 else None
@@ -106,7 +106,7 @@ def _moment(result: Result, time: float | int | None) -> tuple[float, str, Any]:
     t = float(result.report().peaks["max_tension"].time)
     after, before = look(result, t), look(result, t, left=True)
     # a tension that jumps at an event is greatest on one side of it
-    drops = np.max(before.linings.tension) > np.max(after.linings.tension)
+    drops = np.max(before.shown.tension) > np.max(after.shown.tension)
     return t, ", when the tension is greatest", before if drops else after
 
 
@@ -171,17 +171,18 @@ def _draw_tension(axes: Axes, tension: np.ndarray, angles: np.ndarray) -> None:
             _radial(axes, radius[i] + 0.04, angle, words, outwards=True, gid="T", colour=BLUE)
 
 
-def _draw_load(axes: Axes, load: np.ndarray, inner: np.ndarray | None, angles: np.ndarray) -> None:
-    most = max(float(load.max()), 0.0 if inner is None else float(inner.max()))
-    top = _rings(axes, most, 3, _LOAD, angles, "load scale")
+def _draw_load(axes: Axes, loads: list[np.ndarray], angles: np.ndarray) -> None:
+    """Loads of the linings inwards: filled those of the first friction pair, as outlines those of the others."""
+    load, *others = loads
+    top = _rings(axes, max(float(each.max()) for each in loads), 3, _LOAD, angles, "load scale")
     step = -(-len(angles) // 30)
     for i, (begin, end) in enumerate(np.degrees(angles)):
         middle, width = (begin + end) / 2, 0.36 * (begin - end)
         depth = -_LOAD[1] * load[i] / top
         place = {"theta1": middle - width, "theta2": middle + width}
         axes.add_patch(Wedge((0, 0), _LOAD[0], width=depth, fc=GREEN, alpha=0.75, gid="load", zorder=2, **place))
-        if inner is not None:
-            depth = -_LOAD[1] * inner[i] / top
+        for other in others:
+            depth = -_LOAD[1] * other[i] / top
             axes.add_patch(Wedge((0, 0), _LOAD[0], width=depth, fill=False, ec="0.3", lw=0.7, gid="rim load", **place))
         if i % step == 0:
             _radial(axes, 0.92, math.radians(middle), f"{load[i]:.3g}", outwards=False, gid="N", colour="#00604a")

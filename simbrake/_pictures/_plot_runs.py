@@ -71,12 +71,13 @@ def stages(result: Result, *, running_in: RunningIn | None = None, figure: Figur
     speed.plot(t, s.omega, color="k", label="pulley ω")
     speed.plot(t, s.bandage_speed, color="tab:green", ls="--", label="bandage ω_b")
     speed.set_ylabel("speed, rad/s")
-    torque.plot(t, s.brake_torque / 1e3, color="tab:green", label="band on bandage M_ext")
-    torque.plot(t, s.internal_torque / 1e3, color="tab:blue", label="pulley on bandage Λ")
-    torque.plot(t, s.internal_capacity / 1e3, color="tab:blue", ls=":", label="up to which it sticks M_int")
+    external, internal = s.pairs["external"], s.pairs["internal"]
+    torque.plot(t, external.torque / 1e3, color="tab:green", label="band on bandage M_ext")
+    torque.plot(t, internal.torque / 1e3, color="tab:blue", label="pulley on bandage Λ")
+    torque.plot(t, internal.capacity / 1e3, color="tab:blue", ls=":", label="up to which it sticks M_int")
     torque.set_ylabel("torque, kN·m")
-    heat.plot(t, (s.friction_heat - s.internal_heat) / 1e3, color="tab:green", label="external pair")
-    heat.plot(t, s.internal_heat / 1e3, color="tab:blue", label="internal pair")
+    heat.plot(t, external.heat / 1e3, color="tab:green", label="external pair")
+    heat.plot(t, internal.heat / 1e3, color="tab:blue", label="internal pair")
     heat.set_ylabel("friction heat, kJ")
     o = overlap(result, t, running_in)
     shares = {outer: (o.external_dynamic, o.external_static), inner: (o.internal_dynamic, o.internal_static)}
@@ -196,14 +197,10 @@ def temperatures(result: Result, *, figure: Figure | None = None) -> Figure:
         else:
             axes[0, 0].plot([], [], " ", label=f"permissible (linings) {limit:g} °C, far above")
     axes[0, 0].set_ylabel("surface temperature, °C")
-    inner = s.internal_friction_coefficient
-    laws = (
-        {"when sliding": s.friction_coefficient}
-        if inner is None
-        else {"external": s.friction_coefficient, "internal": inner}
-    )
-    for (words, law), colour in zip(laws.items(), ("tab:green", "tab:blue"), strict=False):
-        f = np.asarray(law)
+    for (name, pair), colour in zip(s.pairs.items(), ("tab:green", "tab:blue"), strict=False):
+        if pair.friction_coefficient is None:
+            continue
+        f, words = np.asarray(pair.friction_coefficient), name if len(s.pairs) > 1 else "when sliding"
         axes[1, 0].plot(t, f.max(axis=1), color=colour, label=f"coefficient of friction, {words}")
         if np.ptp(f, axis=1).max() > 1e-9:
             axes[1, 0].plot(t, f.min(axis=1), color=colour, ls=":", label="of the lining with the least")

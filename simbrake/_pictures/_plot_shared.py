@@ -2,6 +2,7 @@
 
 from typing import Any
 
+import jax
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import FuncFormatter
@@ -102,9 +103,9 @@ def dense_grid(result: Result, low: float, high: float, events: list[Event]) -> 
     order = np.argsort(np.concatenate([np.asarray(left.t), np.asarray(right.t)]), kind="stable")
 
     def merged(a: Any, b: Any) -> Any:
-        return None if a is None else np.concatenate([np.asarray(a), np.asarray(b)])[order]
+        return np.concatenate([np.asarray(a), np.asarray(b)])[order]
 
-    series = type(right)(*(merged(a, b) for a, b in zip(left, right, strict=True)))
+    series = jax.tree.map(merged, left, right)
     return series.t, series
 
 

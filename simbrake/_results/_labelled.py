@@ -4,13 +4,15 @@ import json
 import re
 from typing import Any
 
+import jax
 import numpy as np
 
 from .._hybrid import LANDED
 from .._parts._network import Junction, Reservoir, Wall
 from .._run._result import Result
-from .._run._series import SERIES_UNITS, Series, times_within
-from ._meanings import SERIES_MEANINGS, about_energy, about_metric
+from .._run._series import Series, flat, times_within, unit_of_column
+from .._run._stages import has_stages
+from ._meanings import SERIES_MEANINGS, about_energy, about_metric, meaning_of_column
 from ._provenance import provenance
 
 #: of the data set, in its attribute `format`; a number that grows when the layout changes
@@ -37,7 +39,8 @@ _COUNTS = {
 def dataset(result: Result, times: Any = None) -> Any:
     """A concrete result as an `xarray.Dataset`; every variable has its `units` (SI, `1`: none) and `meaning`.
 
-    - over `time`: all columns of `Series`, those of single linings also over `lining` (from 1, from the slack end),
+    - over `time`: all columns of `Series`, those of single linings also over `lining` (from 1, from the slack end), and
+      those of each friction pair, as `internal_torque`, where there are several or linings move by themselves;
       `temperature` over `node`; of a wall `<wall>_layer_temperature` over `<wall>_layer` with the depth of the layers'
       centres `<wall>_depth` (m), and over `<wall>_copy` where there are several
     - `side`: at an event, and where a given profile has a corner or a jump, a time occurs twice: with the values
@@ -63,7 +66,7 @@ def dataset(result: Result, times: Any = None) -> Any:
             _about("1", "lining, of a band from the slack end"),
         ),
     }
-    data = _columns(series)
+    data = _columns(result, series)
     if series.temperature is not None:
         coords["node"] = ("node", np.asarray(result.nodes), _about("1", "thermal node"))
         _add_walls(result, np.asarray(series.temperature), coords, data)
@@ -108,25 +111,24 @@ def _sampled(result: Result, times: Any) -> tuple[Series, np.ndarray, np.ndarray
     order = np.lexsort((side, t))
 
     def joined(a: Any, b: Any) -> Any:
-        return None if a is None else np.concatenate([np.asarray(a), np.asarray(b)])[order]
+        return np.concatenate([np.asarray(a), np.asarray(b)])[order]
 
-    return Series(*(joined(a, b) for a, b in zip(after, before, strict=True))), t[order], side[order]
+    return jax.tree.map(joined, after, before), t[order], side[order]
 
 
-def _columns(series: Series) -> dict[str, Any]:
+def _columns(result: Result, series: Series) -> dict[str, Any]:
     """Columns of a series as variables; a place of one node has no dimension beside the time."""
     n, data = series.normal_load.shape[1], {}
-    for field in Series._fields:
-        value = getattr(series, field)
-        if value is None or field == "t":
+    for field, values in flat(series, pairs=result.tells_pairs_apart).items():
+        if field == "t":
             continue
-        value = np.asarray(value)
+        value = np.asarray(values)
         if np.issubdtype(value.dtype, np.integer):
             value = value.astype(np.int64)
         dims = ("time",) if value.ndim == 1 else ("time", "node" if field == "temperature" else "lining")
         if value.ndim == 2 and field.endswith("_temperature") and value.shape[1] != n:
             dims, value = ("time",), value[:, 0]
-        data[field] = (dims, value, _about(SERIES_UNITS[field], SERIES_MEANINGS[field]))
+        data[field] = (dims, value, _about(unit_of_column(field), meaning_of_column(field)))
     return data
 
 
@@ -175,7 +177,7 @@ def _events(result: Result) -> dict[str, Any]:
 
 
 def _stages(result: Result) -> dict[str, Any]:
-    if not result.scene.brake.staged:
+    if not has_stages(result.scene.brake):
         return {}
     stages = result.stages
     found = {"stage_name": ("stage", np.asarray([s.name for s in stages], dtype=str), _about("1", "name of the stage"))}

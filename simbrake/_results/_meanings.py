@@ -1,8 +1,9 @@
 """What every column and number of a run is, in words and with its unit: attributes of labelled data."""
 
 from .._run._measure import METRIC_UNITS
+from .._run._series import PAIR_COLUMNS, pair_column
 
-#: of the columns of a `Series`; units are in `SERIES_UNITS`
+#: of the columns of a `Series`; units are in `SERIES_UNITS`, those of friction pairs in `PAIR_COLUMNS`
 SERIES_MEANINGS = {
     "t": "time",
     "phi": "angle of the pulley since the start",
@@ -30,24 +31,12 @@ SERIES_MEANINGS = {
     "heat_lost": "heat lost to the surroundings since the start",
     "friction_coefficient": "coefficient of friction of each lining, sliding",
     "bandage_speed": "speed of the bandage (the mean of the linings where each has its own)",
-    "internal_torque": "torque from the pulley to the bandage",
-    "internal_capacity": "greatest torque that the internal friction pair can pass on",
-    "internal_slip_speed": "speed of the track past the bandage",
-    "internal_mode": "0 the internal pair sticks, +1 and -1 it slides",
-    "internal_sliding": "number of linings that slide on the rim",
-    "internal_heat": "friction heat of the internal pair since the start, part of friction_heat",
-    "internal_friction_coefficient": "coefficient of friction of each lining on the rim, sliding",
-    "internal_load": "normal load of each lining on the rim, preload included",
-    "lining_slip_speed": "slip speed of each lining",
     "lining_speed": "speed of each lining",
-    "lining_internal_slip_speed": "speed of the track past each lining",
-    "lining_internal_torque": "torque from the pulley to each lining",
     "displacement": "displacement of each lining along the band circle",
     "damper_heat": "heat of dampers since the start",
     "electrical_work": "electrical part of the friction work since the start",
     "mechanical_work": "mechanical part of the friction work since the start",
     "worn_thickness": "thickness that each lining lost since the start",
-    "internal_worn_thickness": "thickness that each lining lost on the rim since the start, part of worn_thickness",
 }
 
 #: of the metrics; times that never come are infinite
@@ -76,8 +65,6 @@ ENERGY_MEANINGS = {
     "load_work": "work of the load",
     "lever_work": "work of the lever",
     "friction_heat": "friction heat",
-    "heat_external": "friction heat of the external pair",
-    "heat_internal": "friction heat of the internal pair",
     "damper_heat": "heat of dampers",
     "electrical_work": "electrical part of the friction work",
     "mechanical_work": "mechanical part of the friction work",
@@ -103,6 +90,16 @@ def about_metric(name: str) -> dict[str, str]:
     return {"units": unit, "meaning": f"{words} of the {METRIC_MEANINGS[peak]}"}
 
 
+def meaning_of_column(name: str) -> str:
+    """Meaning of a column of a `Series`, or of one of its friction pairs."""
+    of_pair = pair_column(name)
+    if of_pair is None:
+        return SERIES_MEANINGS[name]
+    pair, column = of_pair
+    return f"{pair} pair: {PAIR_COLUMNS[column].meaning}"
+
+
 def about_energy(name: str) -> dict[str, str]:
-    """Unit and meaning of an energy over the run."""
-    return {"units": "1" if name.endswith("closure") else "J", "meaning": ENERGY_MEANINGS[name]}
+    """Unit and meaning of an energy over the run; `heat_…` of a friction pair is its friction heat."""
+    meaning = ENERGY_MEANINGS.get(name, f"friction heat of the {name.removeprefix('heat_')} pair")
+    return {"units": "1" if name.endswith("closure") else "J", "meaning": meaning}

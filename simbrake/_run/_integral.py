@@ -51,8 +51,8 @@ def integral(run: Any, pick: Callable[[Probe], Any], *, points: int = POINTS) ->
 
     - `run`: a `Result` or its record, concrete or traced; under `vmap` map the call, not a batch of results
     - `pick`: function of a probe of `m` times to an array (m, …), or a PyTree of such: what is looked at there are
-      `p.t`, `p.y`, `p.mode`, `p.flows`, `p.linings`, `p.surfaces`, `p.columns`. Use one function again, or a
-      `jax.tree_util.Partial` of one: a new function compiles anew
+      `p.t`, `p.y`, `p.mode`, `p.flows`, `p.shown` (friction pairs, tensions), `p.surfaces`. Use one function again, or
+      a `jax.tree_util.Partial` of one: a new function compiles anew
 
     Between two events a run is smooth and its states inside a step are those of the method itself, so that the error
     is that of the integration. What is not smooth inside a step (linings that come to their limit one by one while a

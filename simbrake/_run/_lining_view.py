@@ -8,12 +8,11 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._base._faults import Fault, InputError
-from .._parts._design import Brake
-from .._physics._modes import BandMode
+from .._physics._mechanism import PairNow
 from ._probe import Probe, probe_many
 from ._result import Result
-from ._rubbing import PAIRS, quantity_of, rubbing
 from ._rubbing import QUANTITIES as RUBBING
+from ._rubbing import fault_of_pair, faults_of_area, quantity_of, rubbing
 from ._series import times_within
 
 
@@ -75,33 +74,20 @@ def look(result: Result, times: Any, *, left: bool = False) -> Probe:
 
 
 def lining_contacts(result: Result, p: Probe) -> dict[str, np.ndarray]:
-    """Contact of every lining of each of its pairs, (m, n) `Contact`s by the names `external` and `internal`.
+    """Contact of every lining in each friction pair, (m, n) `Contact`s by the names of the pairs.
 
-    A standard brake has the pair `external` alone, linings on the rim. Where the linings act as one, those at their
-    limit while the band is elastic follow from the mobilisation rule (model §3).
+    Where the linings act as one, those at their limit while the band is elastic follow from the mobilisation rule
+    (model §3).
     """
-    shape = np.shape(p.linings.normal)
-    own = p.mode.contacts
-    found = {}
-    if own:
-        inner = "lining_internal" in own
-        outer = np.asarray(own["lining_external" if inner else "lining"])
-        found["external"] = _of_signs(outer)
-        if inner:
-            found["internal"] = _of_signs(np.asarray(own["lining_internal"]))
-    else:
-        band = np.asarray(p.mode.band)[:, None]
-        stays = np.where(np.asarray(p.linings.at_limit), Contact.AT_LIMIT, Contact.STICKS)
-        slides = np.where(band == BandMode.SLIP, Contact.SLIDES, Contact.SLIDES_BACK)
-        found["external"] = np.where((band == BandMode.SLIP) | (band == BandMode.SLIP_BACK), slides, stays)
-        if "internal_mode" in p.columns:
-            found["internal"] = np.broadcast_to(_of_signs(np.asarray(p.columns["internal_mode"]))[:, None], shape)
-    loads = {"external": p.linings.normal, "internal": p.columns.get("internal_load")}
-    return {pair: np.where(np.asarray(loads[pair]) > 0, states, Contact.FREE) for pair, states in found.items()}
+    system: Any = result.record.system
+    return {name: _contacts(now) for name, now in zip(system.pair_names, p.shown.pairs, strict=True)}
 
 
-def _of_signs(signs: np.ndarray) -> np.ndarray:
-    return np.choose(signs + 1, [Contact.SLIDES_BACK, Contact.STICKS, Contact.SLIDES])
+def _contacts(now: PairNow) -> np.ndarray:
+    sense, normal, used_up = (np.asarray(x) for x in (now.sense, now.normal, now.at_limit))
+    stays = np.where(used_up, Contact.AT_LIMIT, Contact.STICKS)
+    moves = np.where(sense > 0, Contact.SLIDES, Contact.SLIDES_BACK)
+    return np.where(normal > 0, np.where(sense == 0, stays, moves), Contact.FREE)
 
 
 def lining_values(result: Result, quantity: str, edges: Any, *, pair: str = "external") -> np.ndarray:
@@ -115,64 +101,70 @@ def lining_values(result: Result, quantity: str, edges: Any, *, pair: str = "ext
     edges = np.asarray(edges, np.float64)
     _check(result, quantity, pair)
     p = look(result, 0.5 * (edges[1:] + edges[:-1]))
-    inner = pair == "internal"
-    if quantity == "temperature":
-        return np.asarray(p.surfaces["outer" if _outer(p, pair) else "linings"])
     if quantity == "friction_heat":
         power = _rubs(result, p, "friction_power", pair)
         shares = result.scene.power_shares
         hot = 1.0 if shares is None else float(shares.heat)
         return hot * np.cumsum(power * np.diff(edges)[:, None], axis=0)
-    if quantity in RUBBING:
-        return _rubs(result, p, quantity, pair)
-    if quantity == "tension":
-        return np.asarray(p.linings.tension)
-    if quantity == "worn_thickness":
-        return np.asarray(p.y.worn[1 if inner else 0])
-    if quantity == "friction_force":
-        return np.asarray(p.linings.friction)
-    return np.asarray(p.columns[f"internal_{quantity}" if inner and quantity == "friction_coefficient" else quantity])
+    found = _rubs(result, p, quantity, pair) if quantity in RUBBING else _seen(result, p, quantity, pair)
+    if found is None:
+        raise InputError([_absent(result, quantity)])
+    return np.asarray(found)
 
 
 def _rubs(result: Result, p: Probe, quantity: str, pair: str) -> np.ndarray:
     return np.asarray(quantity_of(quantity, jax.tree.map(jnp.asarray, rubbing(result.record, p, pair=pair))))
 
 
-def _outer(p: Any, pair: str) -> bool:
-    return pair == "external" and "outer" in p.surfaces
+def _seen(result: Result, p: Any, quantity: str, pair: str) -> Any:
+    """A quantity that is not of the rubbing itself, `None` where the run does not have it."""
+    system: Any = result.record.system
+    number = system.pair_names.index(pair)
+    now = p.shown.pairs[number]
+    outside = system.mechanism.pairs[number].on_band and "outer" in p.surfaces
+    values = {
+        "temperature": p.surfaces.get("outer" if outside else "linings"),
+        "tension": p.shown.tension,
+        "displacement": p.shown.displacement,
+        "friction_force": now.friction,
+        "friction_coefficient": now.coefficient,
+        "worn_thickness": None if p.y.worn is None else p.y.worn[number],
+    }
+    return values[quantity]
+
+
+#: quantities of the band, not of a friction pair
+_OF_BAND = ("tension", "displacement")
 
 
 def _check(result: Result, quantity: str, pair: str) -> None:
     system: Any = result.record.system
-    found = []
+    missing = fault_of_pair(pair, system.pair_names)
+    found = [] if missing is None else [missing]
     if quantity not in VIEWS:
         found.append(Fault("quantity", f"{quantity!r} is none", f"there are: {', '.join(VIEWS)}"))
-    if pair not in PAIRS:
-        found.append(Fault("pair", f"{pair!r} is no pair", "there are: external, internal"))
-    elif pair == "internal" and not system.staged:
-        found.append(Fault("pair", "only a staged brake has an internal pair", "leave it out"))
-    elif pair == "internal" and quantity in ("tension", "friction_force", "displacement"):
-        found.append(Fault("pair", f"{quantity} is of the band, not of the internal pair", "leave it out"))
+    if missing is None and quantity in _OF_BAND and pair != system.pair_names[0]:
+        found.append(Fault("pair", f"{quantity} is of the band, not of the {pair} pair", "leave it out"))
+    if quantity == "pressure" and not found:
+        found += faults_of_area(system, pair)
     if found:
         raise InputError(found)
-    heat = result.scene.heat
-    if quantity == "temperature" and (heat is None or heat.linings is None):
-        why = "the scene has no heat" if heat is None else "the heat of the scene names no linings"
-        found.append(Fault("quantity", why, "there are no temperatures of linings to draw"))
-    if quantity == "friction_coefficient" and heat is None:
-        found.append(Fault("quantity", "the scene has no heat", "the coefficient of friction is drawn where it fades"))
-    brake = result.scene.brake
-    if quantity == "displacement" and not (isinstance(brake, Brake) and brake.band.segments is not None):
-        found.append(Fault("quantity", "only linings of a chain have a displacement", "give brake.band.segments"))
-    if quantity == "tension" and not result.scene.brake.banded:
-        found.append(Fault("quantity", f"a {result.scene.brake.words.brake} has no band", "look at its normal_load"))
-    wear = result.scene.wear
-    if quantity == "worn_thickness" and (wear is None or (pair == "internal" and wear.internal is None)):
-        found.append(Fault("quantity", "the scene has no wear of that pair", "give it a `Wear`"))
-    if quantity == "pressure":
-        area = system.areas[PAIRS.index(pair)]
-        if area is None:
-            path = "brake.bandage.area" if pair == "internal" else "brake.linings.area"
-            found.append(Fault(path, "is missing", "a pressure is looked at"))
-    if found:
-        raise InputError(found)
+
+
+def _absent(result: Result, quantity: str) -> Fault:
+    """Why a run has no such quantity."""
+    cold = result.scene.heat is None
+    why = {
+        "temperature": (
+            "the scene has no heat" if cold else "the heat of the scene names no linings",
+            "there are no temperatures of linings to draw",
+        ),
+        "friction_coefficient": (
+            "the scene has no heat" if cold else "no friction heats a body of the scene",
+            "the coefficient of friction is drawn where it fades",
+        ),
+        "displacement": ("only linings of a chain have a displacement", "give brake.band.segments"),
+        "tension": (f"a {result.scene.brake.words.brake} has no band", "look at its normal_load"),
+        "worn_thickness": ("the scene has no wear of that pair", "give it a `Wear`"),
+    }
+    return Fault("quantity", *why[quantity])

@@ -9,9 +9,8 @@ import numpy as np
 
 from .._base._faults import Fault, InputError
 from .._hybrid._arrays import Array
-from .._parts._design import Brake
 from .._parts._scene import Scene
-from ._metrics import BAND_PEAKS, CHAIN_METRICS, HOT_PLACES, METRICS, PEAKS, STAGED_METRICS, WEAR_METRICS
+from ._metrics import BAND_PEAKS, HOT_PLACES, METRICS, PEAKS, special_metrics
 from ._result import Result
 
 #: a metric's name, the name of an energy (`energy.friction_heat`), or a function of a `Result` to a number
@@ -43,13 +42,9 @@ def metric_names(scene: Scene) -> tuple[str, ...]:
     brake, heat = scene.brake, scene.heat
     names: list[str] = [*METRICS, *(BAND_PEAKS if brake.banded else ()), *PEAKS]
     energies: list[str] = [*_ENERGIES]
-    if brake.staged:
-        names += STAGED_METRICS
-        energies += ["heat_external", "heat_internal"]
-    if isinstance(brake, Brake) and brake.band.segments is not None:
-        names += CHAIN_METRICS
-    if scene.wear is not None:
-        names += WEAR_METRICS
+    if len(brake.pairs) > 1:
+        energies += [f"heat_{pair}" for pair in brake.pairs]
+    names += special_metrics(len(brake.pairs), resolved=brake.resolved, wears=scene.wear is not None)
     if brake.resolved:
         energies.append("damper_heat")
     if scene.power_shares is not None:

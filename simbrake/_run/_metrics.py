@@ -11,7 +11,6 @@ from .._base._compiling import DeviceJit
 from .._hybrid import ADVANCED, LANDED, SKIPPED, Record, largest, smallest
 from .._hybrid._arrays import Array
 from .._physics._brake import BrakeSystem, Capacity
-from .._physics._chain import Chain
 from .._physics._modes import BandMode, slips
 from ._probe import LANES, SAMPLES, Probe, probe
 
@@ -112,7 +111,8 @@ METRICS: dict[str, Callable[[Record, Any], Any]] = {
     "hook_travel": _hook_travel,
 }
 
-#: metrics that only a staged brake has: first slip of the internal pair, first rest of the bandage on a turning pulley
+#: metrics that only a brake with two friction pairs has: first slip of the internal one, first rest of the bandage on
+#: a turning pulley
 STAGED_METRICS: dict[str, Callable[[Record, Any], Any]] = {
     "internal_slip_time": _internal_slip_time,
     "external_lock_time": _external_lock_time,
@@ -124,8 +124,9 @@ CHAIN_METRICS: dict[str, Callable[[Record, Any], Any]] = {"first_lining_slip_tim
 
 
 def thickness(worn: Any) -> Any:
-    """Thickness that linings have lost, at both faces of a staged brake (m)."""
-    return sum(worn[1:], start=worn[0])
+    """Thickness that linings have lost at all their faces (m)."""
+    first, *more = (one for one in worn if one is not None)
+    return sum(more, start=first)
 
 
 def worn_thickness(record: Record) -> Any:
@@ -160,17 +161,23 @@ WEAR_METRICS: dict[str, Callable[[Record, Any], Array]] = {
 }
 
 
+def special_metrics(pairs: int, *, resolved: bool, wears: bool) -> dict[str, Callable[[Record, Any], Any]]:
+    """Metrics that not every brake has: by the number of its friction pairs, whether single linings move by themselves,
+    and whether the scene has wear."""
+    of_pairs = STAGED_METRICS if pairs > 1 else CHAIN_METRICS if resolved else {}
+    return of_pairs | WEAR_METRICS if wears else of_pairs
+
+
 def metrics_of(system: Any) -> dict[str, Callable[[Record, Any], Any]]:
     """Metrics that a system has, besides its greatest values."""
-    found = METRICS if system.wearing is None else METRICS | WEAR_METRICS
-    if isinstance(system.mechanism, Chain):
-        return found | CHAIN_METRICS
-    return found | STAGED_METRICS if system.staged else found
+    mechanism = system.mechanism
+    wears = system.wearing is not None
+    return METRICS | special_metrics(len(mechanism.pairs), resolved=mechanism.resolved, wears=wears)
 
 
 def friction_work(ledger: Any) -> Any:
     """Work of all friction pairs in a ledger (J)."""
-    return ledger.friction_heat if ledger.internal_heat is None else ledger.friction_heat + ledger.internal_heat
+    return sum(ledger.friction[1:], start=ledger.friction[0])
 
 
 def energies(record: Record) -> dict[str, Array]:
@@ -186,8 +193,9 @@ def energies(record: Record) -> dict[str, Array]:
     kinetic, elastic = kinetic_1 - kinetic_0, elastic_1 - elastic_0
     shares = system.shares
     work, hot, more = friction_work(ledger), 1.0 if shares is None else shares.heat, {}
-    if ledger.internal_heat is not None:
-        more = {"heat_external": hot * ledger.friction_heat, "heat_internal": hot * ledger.internal_heat}
+    if len(ledger.friction) > 1:
+        pairs = zip(system.pair_names, ledger.friction, strict=True)
+        more = {f"heat_{pair}": hot * friction for pair, friction in pairs}
     if shares is not None:
         split = shares.split(work)
         more |= {"electrical_work": split.electrical, "mechanical_work": split.mechanical}
@@ -301,7 +309,7 @@ def numbers(record: Record, travel: Any) -> tuple[dict[str, Any], dict[str, Arra
 
 
 #: quantities per lining, (m, n), of which the greatest value over the run is a metric
-PEAKS: dict[str, Callable[[Probe], Array]] = {"max_normal_load": lambda p: p.linings.normal}
+PEAKS: dict[str, Callable[[Probe], Array]] = {"max_normal_load": lambda p: p.shown.pairs[0].normal}
 
 #: those that only a band has
 BAND_PEAKS: dict[str, Callable[[Probe], Array]] = {"max_tension": lambda p: p.greater_tension}

@@ -10,7 +10,6 @@ from jaxtyping import Float
 from .._base._quantity import Scalar, quantity
 from .._parts._design import Brake
 from .._parts._scene import band_brake
-from .._physics._modes import BandMode, slips
 from ._result import Result
 
 
@@ -30,7 +29,7 @@ class RunningIn(eqx.Module):
 
 
 class Overlap(NamedTuple):
-    """Overlap coefficients at the times `t` (s); `None` for the external pair of a standard brake.
+    """Overlap coefficients at the times `t` (s); a standard brake has only those of linings on rim, the internal ones.
 
     Dynamic: share of the track area whose pair slides; static: share whose pair sticks (K, Fig. 5, in our reading).
     """
@@ -54,9 +53,10 @@ def geometric_overlap(brake: Brake) -> tuple[float | None, float]:
             return wrap
         return float(np.sum(np.broadcast_to(np.asarray(area), (n,))) / (2 * math.pi * radius * np.asarray(width)))
 
-    if brake.bandage is None:
-        return None, share(brake.linings.area, brake.pulley.radius)
-    return share(brake.linings.area, brake.band.radius), share(brake.bandage.area, brake.pulley.radius)
+    # the last pair rubs on the rim, one before it on the band
+    *outer, inner = (getattr(brake, place.field).area for place in brake.pairs.values())
+    external = [share(area, brake.band.radius) for area in outer]
+    return (*external, None)[0], share(inner, brake.pulley.radius)
 
 
 def overlap(result: Result, ts: Any, running_in: RunningIn | None = None) -> Overlap:
@@ -64,27 +64,14 @@ def overlap(result: Result, ts: Any, running_in: RunningIn | None = None) -> Ove
 
     Raises `InputError` for times outside the run, and for a brake without a band.
     """
-    s, (outer, inner) = result.series(ts), geometric_overlap(band_brake(result.scene))
-    modes: Any = result.record.modes
-    n, touches = result.scene.brake.linings.count, np.asarray(s.band_mode) != BandMode.OPEN
-    # linings that move for themselves are counted; a band as a whole slides on all of them or on none
-    slides = np.asarray(s.at_limit) / n if modes.contacts else 1.0 * np.asarray(slips(np.asarray(s.band_mode)))
-    work = np.asarray(s.friction_work)
-
-    def grown(W: Any) -> Any:
-        return 1.0 if running_in is None else running_in.share(W)
-
-    if outer is None or s.internal_sliding is None:
-        share = inner * grown(work) * touches
-        return Overlap(np.asarray(s.t), None, None, share * slides, share * (1 - slides))
-    internal, loose = np.asarray(s.internal_heat), np.asarray(s.internal_sliding) / n
-    # a bandage without interference rests on the rim only while the band presses it
-    pressed = np.any(np.asarray(s.internal_load) > 0, axis=1)
-    outer_share, inner_share = outer * grown(work - internal) * touches, inner * grown(internal) * pressed
-    return Overlap(
-        np.asarray(s.t),
-        outer_share * slides,
-        outer_share * (1 - slides),
-        inner_share * loose,
-        inner_share * (1 - loose),
-    )
+    s, nominal = result.series(ts), geometric_overlap(band_brake(result.scene))
+    found = []
+    for pair, share in zip(s.pairs.values(), (one for one in nominal if one is not None), strict=True):
+        grown = 1.0 if running_in is None else running_in.share(pair.friction_work)
+        # a bandage without interference rests on the rim only while the band presses it
+        share = share * grown * np.any(np.asarray(pair.normal_load) > 0, axis=1)
+        slides = np.mean(np.asarray(pair.sense) != 0, axis=1)
+        found.append((share * slides, share * (1 - slides)))
+    *outer, inner = found
+    external = outer[0] if outer else (None, None)
+    return Overlap(np.asarray(s.t), *external, *inner)

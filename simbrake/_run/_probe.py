@@ -11,8 +11,8 @@ from .._base._compiling import DeviceJit
 from .._base._progress import piece
 from .._hybrid import Record
 from .._hybrid._arrays import Array
-from .._parts._band import LiningForces
 from .._physics._brake import BrakeSystem
+from .._physics._mechanism import Shown
 from .._physics._observe import passing, surfaces
 
 SAMPLES = 9  # per step, when a whole run is scanned
@@ -26,11 +26,10 @@ class Probe(NamedTuple):
     y: Any
     mode: Any
     flows: Any
-    linings: LiningForces
+    shown: Shown
     margins: Array
     greater_tension: Any  # of the two sides of each lining; None without a band
     surfaces: dict[str, Array]  # surface temperatures of rim, linings, band (m, nodes), where the scene has them
-    columns: dict[str, Array]  # what only this kind of brake has, by the names of a Series
     passing: Array  # (m, marks): by how much marks that only heat can pass are passed (see `mark_names`)
 
 
@@ -54,19 +53,18 @@ def probe_at(record: Record, index: Array, h: Array) -> Probe:
         hot = surfaces(system, q)
         return (
             q,
-            mechanism.linings(mode, q.contact),
+            mechanism.shown(q.lever_tension, y.omega, y.own, mode, system.hot(y.heat), q.contact),
             mechanism.lining_margins(mode, q.contact),
             hot,
-            mechanism.columns(q.lever_tension, y.omega, y.own, mode, system.hot(y.heat), q.contact),
             passing(system, mode, q, hot),
         )
 
-    flows, forces, margins, hot, own, passed = jax.vmap(look)(t, y, mode)
+    flows, shown, margins, hot, passed = jax.vmap(look)(t, y, mode)
     greater = None
-    if forces.tension is not None:
-        before = jnp.concatenate([flows.slack_tension[:, None], forces.tension[:, :-1]], axis=1)
-        greater = jnp.maximum(forces.tension, before)
-    return Probe(t, y, mode, flows, forces, margins, greater, hot, own, passed)
+    if shown.tension is not None:
+        before = jnp.concatenate([flows.slack_tension[:, None], shown.tension[:, :-1]], axis=1)
+        greater = jnp.maximum(shown.tension, before)
+    return Probe(t, y, mode, flows, shown, margins, greater, hot, passed)
 
 
 _probe_compiled = DeviceJit(probe_at)

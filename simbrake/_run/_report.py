@@ -19,7 +19,7 @@ from ._log import Event, Phase, event_log, marks_passed
 from ._metrics import Peak, capacities_at, numbers, peaks_of, polish
 from ._outcome import Status
 from ._probe import SAMPLES, Probe, probe_many
-from ._stages import Stage, absent_stages, stages_of
+from ._stages import Stage, absent_stages, has_stages, stages_of
 
 #: the lever pulls hardest from this far below its greatest tension on
 _NEARLY = 1e-3
@@ -199,7 +199,7 @@ class Report:
     def _staged(self) -> dict[str, Any]:
         """The stages of a staged brake, and why one is missing."""
         scene = self.result.scene
-        if not scene.brake.staged:
+        if not has_stages(scene.brake):
             return {}
         stages, system = self.stages, self.result.record.system
         greatest, load = np.max(self._probe.flows.lever_tension), np.asarray(self._probe.flows.load_torque)[0]
@@ -228,8 +228,8 @@ class Report:
         greatest = float(lever.greatest()) if isinstance(lever, AbstractSpeedLever) else np.max(pull)
         hardest = (pull > 0) & (pull >= (1 - _NEARLY) * greatest)
         gains = np.sign(np.asarray(p.y.omega)) * np.asarray(flows.alpha) * float(system.inertia)
-        band, inner = np.asarray(p.mode.band), np.asarray(p.columns.get("internal_mode", 0))
-        slides = slips(band) | ((band == BandMode.HELD) & (inner != 0))
+        band = np.asarray(p.mode.band)
+        slides = slips(band) | ((band == BandMode.HELD) & (np.asarray(p.mode.slides) != 0))
         if not np.any(hardest & slides & (gains > _ROUNDING * float(system.sizes.torque))):
             return []  # nothing ever sped up a pulley whose brake slides: no need to look closer
         found = capacities_at(self._record, p, np.flatnonzero(hardest))

@@ -37,8 +37,8 @@ from ._metrics import (
 from ._outcome import FAILURES, STATUS_MESSAGES, Status, failure_of, status_of
 from ._probe import Probe, probe_at, probe_many
 from ._report import Report, labels_of
-from ._series import Series, array_of_times, fault_of_times, outside
-from ._stages import Stage
+from ._series import PairSeries, Series, array_of_times, fault_of_times, outside
+from ._stages import Stage, has_stages
 from ._summary import text
 
 _last_report: Report | None = None
@@ -238,21 +238,18 @@ class Result(eqx.Module):
             return found
 
         def blank(column: Any) -> Any:
-            if column is None:
-                return None
             gone = away.reshape(-1, *(1,) * (column.ndim - 1))
             if xp.issubdtype(column.dtype, np.integer) and not fill:
                 return xp.where(gone, np.iinfo(column.dtype).min, column)
             return xp.where(gone, np.nan, xp.asarray(column, np.float64))
 
-        blanked = {name: blank(column) for name, column in found._asdict().items()}
-        return Series(**blanked | {"t": xp.where(away, ts, found.t)})
+        return jax.tree.map(blank, found)._replace(t=xp.where(away, ts, found.t))
 
     def _columns(self, p: Probe) -> Series:
-        shares, internal, worn = self.scene.power_shares, p.y.ledger.internal_heat, p.y.worn
-        work = friction_work(p.y.ledger)
+        shares, worn, shown = self.scene.power_shares, p.y.worn, p.shown
+        work, first = friction_work(p.y.ledger), shown.pairs[0]
         hot = 1.0 if shares is None else shares.heat
-        banded = p.linings.tension is not None
+        banded = shown.tension is not None
         return Series(
             t=p.t,
             phi=p.y.phi,
@@ -262,24 +259,47 @@ class Result(eqx.Module):
             load_torque=p.flows.load_torque,
             brake_torque=p.flows.brake_torque,
             slip_speed=p.flows.slip_speed,
-            at_limit=p.linings.at_limit.sum(axis=1),
+            at_limit=first.at_limit.sum(axis=1),
             band_mode=p.mode.band,  # pyright: ignore
             load_work=p.y.ledger.load_work,
             lever_work=p.y.ledger.lever_work,
             friction_heat=hot * work,
-            internal_heat=None if internal is None else hot * internal,
             electrical_work=None if shares is None else shares.electrical * work,
             mechanical_work=None if shares is None else shares.mechanical * work,
             damper_heat=p.y.ledger.damper_heat,
-            tension=p.linings.tension,
+            tension=shown.tension,
             lever_force=None if banded else p.flows.slack_tension,
-            normal_load=p.linings.normal,
-            friction_force=p.linings.friction,
+            normal_load=first.normal,
+            friction_force=first.friction,
+            friction_coefficient=first.coefficient,
+            pairs=self._pairs(p, hot),
+            elongation=shown.elongation,
+            displacement=shown.displacement,
+            bandage_speed=shown.bandage_speed,
+            lining_speed=shown.lining_speed,
             worn_thickness=None if worn is None else thickness(worn),
-            internal_worn_thickness=None if worn is None or len(worn) < 2 else worn[1],
             **self._thermal_columns(p),
-            **p.columns,
         )
+
+    def _pairs(self, p: Probe, hot: Any) -> dict[str, PairSeries]:
+        """The columns of every friction pair; `hot`: share of the friction work that is heat."""
+        system: Any = self.record.system
+        found = {}
+        for i, (name, now) in enumerate(zip(system.pair_names, p.shown.pairs, strict=True)):
+            work = p.y.ledger.friction[i]
+            found[name] = PairSeries(
+                normal_load=now.normal,
+                friction_force=now.friction,
+                slip_speed=now.slip,
+                sense=now.sense,
+                torque=now.torque,
+                friction_work=work,
+                heat=hot * work,
+                capacity=now.capacity,
+                friction_coefficient=now.coefficient,
+                worn_thickness=None if p.y.worn is None else p.y.worn[i],
+            )
+        return found
 
     def _thermal_columns(self, p: Probe) -> dict[str, Any]:
         now = p.flows.thermal
@@ -294,6 +314,13 @@ class Result(eqx.Module):
             "lining_outer_temperature": p.surfaces.get("outer"),
             "heat_lost": p.y.ledger.heat.lost,
         }
+
+    @property
+    def tells_pairs_apart(self) -> bool:
+        """Whether files and tables have the columns of each friction pair: of a brake with several pairs, or whose
+        linings move by themselves."""
+        system: Any = self.record.system
+        return system.mechanism.tells_pairs_apart
 
     # --- for people: concrete results only ---------------------------------------------------------------------
 
@@ -322,7 +349,7 @@ class Result(eqx.Module):
             status = Status(self.status)
             words = STATUS_MESSAGES[status].replace("the pulley", f"the {self.scene.brake.words.body}")
             if status is Status.RUNAWAY:
-                return f"{words}: {_torques(self.end_capacity)}"
+                return f"{words}: {_torques(self.end_capacity, list(self.scene.brake.pairs))}"
             swings = status is Status.STOPPED and float(self.record.y_end.omega) != 0.0
             return words.replace("and holds it", "and holds it on the springs of its band") if swings else words
         what, hint = failure_of(int(self.code), self.scene.brake.words)
@@ -347,7 +374,7 @@ class Result(eqx.Module):
     @property
     def stages(self) -> list[Stage]:
         """Stages of a staged brake in order: name, times, heat of both pairs, work of lever and load."""
-        if not self.scene.brake.staged:
+        if not has_stages(self.scene.brake):
             raise ValueError("only a staged brake (with a bandage) has stages")
         return self.report().stages
 
@@ -369,12 +396,12 @@ class Result(eqx.Module):
         return str(self)
 
 
-def _torques(found: Capacity) -> str:
-    """Load torque and capacity of a brake in words; of a staged brake, which pair is the weaker one."""
+def _torques(found: Capacity, names: list[str]) -> str:
+    """Load torque and capacity of a brake in words; of one with several pairs, which is the weakest."""
     load, most = number(found.load, "N*m"), number(found.torque, "N*m")
     weaker = ""
     if len(found.pairs) > 1:
-        weaker = f", limited by its {('external', 'internal')[int(np.argmin(found.pairs))]} pair"
+        weaker = f", limited by its {names[int(np.argmin(found.pairs))]} pair"
     return f"load torque {load}, the sliding brake gives {most} at the end time{weaker}"
 
 

@@ -1,7 +1,7 @@
 """What rubs at every lining, and what of it adds up over a run: friction work, wear, means and greatest values."""
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple
 
 import jax
@@ -30,16 +30,15 @@ QUANTITIES = {
     "friction_power": "W",
 }
 
-PAIRS = ("external", "internal")
 WEIGHTS = ("time", "slip", "work")
 
 
 class Rubbing(NamedTuple):
     """One friction pair of every lining at one or many instants, (m, n) or (n,).
 
-    `increment` is the difference of tensions that friction makes, `|T_i − T_{i−1}| = f_i N_i/cos(β_i/2)`: the friction
-    `f_i N_i` acts where the band's ends meet, at `R_b/cos(β_i/2)`, so that its power is `|T_i − T_{i−1}| v_i` (model
-    §1). Of an internal pair it is the friction force itself.
+    `increment` is the friction at the radius of the slip: its power is `increment · v_i`. Under a band it is the
+    difference of tensions, `|T_i − T_{i−1}| = f_i N_i/cos(β_i/2)`: the friction `f_i N_i` acts where the band's ends
+    meet, at `R_b/cos(β_i/2)` (model §1).
     """
 
     increment: Array
@@ -49,37 +48,29 @@ class Rubbing(NamedTuple):
     temperature: Any  # that the pair's friction law sees, `None` where the scene has none
 
 
+def fault_of_pair(pair: str, known: Iterable[str]) -> Fault | None:
+    """What is wrong with the name of a friction pair in a brake with the pairs `known`."""
+    names = list(known)
+    return None if pair in names else Fault("pair", f"the brake has no {pair!r} pair", f"it has: {', '.join(names)}")
+
+
 def rubbing(record: Record, p: Probe, *, pair: str = "external") -> Rubbing:
     """Forces, slip speeds, pressures and temperatures of the linings in a probe.
 
-    - `pair`: of a staged brake `external` is band on linings, `internal` linings on rim; other brakes have one pair
+    - `pair`: its name; `external` is the one on which the lever acts, of a staged brake band on linings, beside
+      `internal`, linings on rim
 
-    Raises `ValueError` for an internal pair that the brake does not have.
+    Raises `InputError` for a pair that the brake does not have.
     """
     system: Any = record.system
-    number = PAIRS.index(pair)
-    area = system.areas[number] if number < len(system.areas) else None
-    if pair == "internal":
-        increment, normal, speed = _internal(system, p)
-    else:
-        normal = p.linings.normal
-        increment = jnp.abs(p.linings.friction) / system.grip.cosine
-        single = p.columns.get("lining_slip_speed")
-        speed = p.flows.slip_speed[:, None] if single is None else single
-    speed = jnp.broadcast_to(jnp.abs(speed), normal.shape)
+    if fault := fault_of_pair(pair, system.pair_names):
+        raise InputError([fault])
+    number = system.pair_names.index(pair)
+    now, area = p.shown.pairs[number], system.mechanism.pairs[number].area
     T = None if system.thermal is None else jax.vmap(lambda u: system.hot(u)[number])(p.y.heat)
-    T = None if T is None else jnp.broadcast_to(T, normal.shape)
-    return Rubbing(increment, normal, speed, None if area is None else normal / jnp.asarray(area), T)
-
-
-def _internal(system: Any, p: Probe) -> tuple[Any, ...]:
-    if not system.staged:
-        raise ValueError("only a staged brake has an internal pair")
-    normal = p.columns["internal_load"]
-    if "lining_internal_torque" in p.columns:
-        force = jnp.abs(p.columns["lining_internal_torque"]) / system.track_radius
-        return force, normal, p.columns["lining_internal_slip_speed"]
-    return jnp.abs(p.flows.contact.inner_friction), normal, p.columns["internal_slip_speed"][:, None]
+    T = None if T is None else jnp.broadcast_to(T, now.normal.shape)
+    pressure = None if area is None else now.normal / jnp.asarray(area)
+    return Rubbing(jnp.abs(now.force), now.normal, jnp.abs(now.slip), pressure, T)
 
 
 # --- what is picked out of a probe: functions of the module, so that each compiles once ------------------------------
@@ -139,20 +130,22 @@ def _compact(run: Any) -> Record:
 def _check(run: Any, *, pair: str, over: str = "time", quantity: str = "slip_speed", area: bool = False) -> None:
     record: Record = getattr(run, "record", run)
     system: Any = record.system
-    found = []
-    if pair not in PAIRS:
-        found.append(Fault("pair", f"{pair!r} is no pair", "there are: external, internal"))
-    elif pair == "internal" and not system.staged:
-        found.append(Fault("pair", "only a staged brake has an internal pair", "leave it out"))
+    missing = fault_of_pair(pair, system.pair_names)
+    found = [] if missing is None else [missing]
     if over not in WEIGHTS:
         found.append(Fault("over", f"{over!r} is no weight", f"there are: {', '.join(WEIGHTS)}"))
     if quantity not in QUANTITIES:
         found.append(Fault("quantity", f"{quantity!r} is none", f"there are: {', '.join(QUANTITIES)}"))
-    if (area or quantity == "pressure") and not found and system.areas[PAIRS.index(pair)] is None:
-        path = "brake.bandage.area" if pair == "internal" else "brake.linings.area"
-        found.append(Fault(path, "is missing", "a pressure is looked at"))
+    if (area or quantity == "pressure") and not found:
+        found += faults_of_area(system, pair)
     if found:
         raise InputError(found)
+
+
+def faults_of_area(system: Any, pair: str) -> list[Fault]:
+    """The fault of a pair whose pressure is asked for and whose linings have no areas."""
+    one = system.mechanism.pairs[system.pair_names.index(pair)]
+    return [] if one.area is not None else [Fault(f"brake.{one.field}.area", "is missing", "a pressure is looked at")]
 
 
 def friction_work(run: Any, *, pair: str = "external", points: int = POINTS) -> Float[Array, " n"]:
@@ -217,7 +210,8 @@ def _peaks(record: Record, pair: str, quantity: str) -> Array:
 
         return peak(record, pick).value
 
-    return jax.vmap(of)(jnp.arange(record.system.linings.count, dtype=jnp.int32))  # pyright: ignore
+    system: Any = record.system
+    return jax.vmap(of)(jnp.arange(system.linings.count, dtype=jnp.int32))
 
 
 _peaks_compiled = DeviceJit(_peaks, static_argnames=("pair", "quantity"))

@@ -1,5 +1,6 @@
-"""The columns of a run over time, with their units."""
+"""The columns of a run over time, and of each friction pair, with their units."""
 
+import re
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -9,8 +10,27 @@ from .._base._faults import Fault, InputError
 from .._hybrid._arrays import Array
 
 
+class PairSeries(NamedTuple):
+    """One friction pair at the times of a `Series`, SI units; arrays over its linings are (m, n)."""
+
+    normal_load: Float[Array, "m n"]  # N, preload included
+    friction_force: Float[Array, "m n"]  # at the faces of the linings, f N at their limit, N
+    slip_speed: Float[Array, "m n"]  # m/s
+    sense: Int[Array, "m n"]  # 0: the lining sticks, ±1: it slides
+    torque: Float[Array, " m"]  # that the pair passes on, N·m
+    friction_work: Float[Array, " m"]  # J
+    heat: Float[Array, " m"]  # friction heat, J
+    capacity: Float[Array, " m"] | None = None  # torque up to which it sticks, or with which it slides, N·m
+    friction_coefficient: Float[Array, "m n"] | None = None  # of every lining, sliding; None without heat
+    worn_thickness: Float[Array, "m n"] | None = None  # since the start, m; None without wear of the pair
+
+
 class Series(NamedTuple):
-    """States and forces at the times `t` (m,), SI units; arrays over linings are (m, n)."""
+    """States and forces at the times `t` (m,), SI units; arrays over linings are (m, n).
+
+    `pairs` has each friction pair by its name: `external` is that on which the lever acts, of which normal loads,
+    friction forces and coefficients are columns here as well; a staged brake has `internal` beside it.
+    """
 
     t: Float[Array, " m"]
     phi: Float[Array, " m"]  # angle, rad
@@ -28,6 +48,7 @@ class Series(NamedTuple):
     tension: Any  # (m, n) behind each lining, N; None without a band
     normal_load: Float[Array, "m n"]  # N
     friction_force: Float[Array, "m n"]  # N
+    pairs: dict[str, PairSeries]
     lever_force: Float[Array, " m"] | None = None  # F on every pad or shoe of a brake without a band, N
     elongation: Float[Array, " m"] | None = None  # x, m; None for a rigid band
     temperature: Float[Array, "m k"] | None = None  # of every thermal node (`Result.nodes`), K; None without heat
@@ -38,24 +59,12 @@ class Series(NamedTuple):
     heat_lost: Float[Array, " m"] | None = None  # J
     friction_coefficient: Float[Array, "m n"] | None = None  # of every lining, sliding; None without heat
     bandage_speed: Float[Array, " m"] | None = None  # ω_b of a staged brake, rad/s; None without a bandage
-    internal_torque: Float[Array, " m"] | None = None  # Λ from the pulley to the bandage, N·m
-    internal_capacity: Float[Array, " m"] | None = None  # M_int, N·m
-    internal_slip_speed: Float[Array, " m"] | None = None  # R (ω − ω_b), m/s
-    internal_mode: Int[Array, " m"] | None = None  # 0: the internal pair sticks, ±1: it slides
-    internal_sliding: Int[Array, " m"] | None = None  # number of linings that slide on the rim
-    internal_heat: Float[Array, " m"] | None = None  # of the internal pair, part of friction_heat, J
-    internal_friction_coefficient: Float[Array, "m n"] | None = None  # on the rim; None without heat
-    internal_load: Float[Array, "m n"] | None = None  # of every lining on the rim, preload included, N
-    lining_slip_speed: Float[Array, "m n"] | None = None  # of every lining that moves for itself, m/s
     lining_speed: Float[Array, "m n"] | None = None  # ω_i of every lining of a resolved bandage, rad/s
-    lining_internal_slip_speed: Float[Array, "m n"] | None = None  # R (ω − ω_i), m/s
-    lining_internal_torque: Float[Array, "m n"] | None = None  # λ_i from the pulley to every lining, N·m
     displacement: Float[Array, "m n"] | None = None  # u of every lining of a chain along the band circle, m
     damper_heat: Float[Array, " m"] | None = None  # of dampers in a chain or between linings, J
     electrical_work: Float[Array, " m"] | None = None  # of the friction, J; None where all of it is heat
     mechanical_work: Float[Array, " m"] | None = None  # J
-    worn_thickness: Float[Array, "m n"] | None = None  # of every lining since the start, m; None without wear
-    internal_worn_thickness: Float[Array, "m n"] | None = None  # part of it at faces on the rim of a staged brake, m
+    worn_thickness: Float[Array, "m n"] | None = None  # of every lining since the start, at all faces, m; or no wear
 
     @property
     def friction_work(self) -> Any:
@@ -126,23 +135,58 @@ SERIES_UNITS = {
     "heat_lost": "J",
     "friction_coefficient": "",
     "lining_outer_temperature": "K",
-    "internal_friction_coefficient": "",
     "bandage_speed": "rad/s",
-    "internal_torque": "N*m",
-    "internal_capacity": "N*m",
-    "internal_slip_speed": "m/s",
-    "internal_mode": "",
-    "internal_sliding": "",
-    "internal_heat": "J",
-    "internal_load": "N",
-    "lining_slip_speed": "m/s",
     "lining_speed": "rad/s",
-    "lining_internal_slip_speed": "m/s",
-    "lining_internal_torque": "N*m",
     "displacement": "m",
     "damper_heat": "J",
     "electrical_work": "J",
     "mechanical_work": "J",
     "worn_thickness": "m",
-    "internal_worn_thickness": "m",
 }
+
+
+class About(NamedTuple):
+    """Unit of a column, "" where there is none, and its meaning."""
+
+    unit: str
+    meaning: str
+
+
+#: of the columns of a `PairSeries`
+PAIR_COLUMNS = {
+    "normal_load": About("N", "normal load on each lining, preload included"),
+    "friction_force": About("N", "friction force on each lining"),
+    "slip_speed": About("m/s", "slip speed of each lining"),
+    "sense": About("", "0 the lining sticks, +1 and -1 it slides"),
+    "torque": About("N*m", "torque that the pair passes on"),
+    "friction_work": About("J", "friction work since the start"),
+    "heat": About("J", "friction heat since the start"),
+    "capacity": About("N*m", "torque up to which the pair sticks, or with which it slides"),
+    "friction_coefficient": About("", "coefficient of friction of each lining, sliding"),
+    "worn_thickness": About("m", "thickness that each lining lost since the start"),
+}
+_OF_PAIR = re.compile(rf"(?P<pair>[a-z][a-z_]*?)_(?P<column>{'|'.join(PAIR_COLUMNS)})")
+
+
+def pair_column(name: str) -> tuple[str, str] | None:
+    """Friction pair and column of a name as `internal_torque`; `None` of any other name."""
+    match = None if name in SERIES_UNITS else _OF_PAIR.fullmatch(name)
+    return None if match is None else (match["pair"], match["column"])
+
+
+def unit_of_column(name: str) -> str:
+    """Unit of a column of `flat`, "" where it has none."""
+    of_pair = pair_column(name)
+    return SERIES_UNITS[name] if of_pair is None else PAIR_COLUMNS[of_pair[1]].unit
+
+
+def flat(series: Series, *, pairs: bool) -> dict[str, Any]:
+    """The columns of a series by name, those that it does not have left out.
+
+    - `pairs`: with those of every friction pair, called as `internal_torque`
+    """
+    found = {name: getattr(series, name) for name in SERIES_UNITS}
+    if pairs:
+        for pair, columns in series.pairs.items():
+            found |= {f"{pair}_{name}": values for name, values in columns._asdict().items()}
+    return {name: values for name, values in found.items() if values is not None}

@@ -10,7 +10,7 @@ from jaxtyping import Float
 from .._hybrid import Record
 from .._hybrid._arrays import Array
 from .._parts._band import grip, product, running_product, tension_ratio
-from .._parts._design import Brake, unloaded
+from .._parts._design import AbstractBrake, Brake, unloaded
 from .._physics._modes import BandMode, Label
 
 
@@ -41,6 +41,11 @@ STAGES = {
     "stage_3": "the bandage is at rest, the pulley slides in it",
     "held": "both pairs stick, the pulley is at rest",
 }
+
+
+def has_stages(brake: AbstractBrake) -> bool:
+    """Whether a brake has stages: two friction pairs in series."""
+    return len(brake.pairs) > 1
 
 
 def stage_of(label: Label) -> str:
@@ -111,12 +116,13 @@ def stages_of(record: Record, labels: list[Label]) -> list[Stage]:
     shares = system.shares
     hot = 1.0 if shares is None else float(shares.heat)
     names = [stage_of(label) for label in labels]
+    heats = [hot * friction for friction in ledger.friction]
     found: list[Stage] = []
     start, at_once = 0, np.zeros(4)  # heat and work of jumps
     for i in range(1, n + 1):
         if names[i] == names[start] and i < n:
             continue
-        work = [hot * ledger.friction_heat, hot * ledger.internal_heat, ledger.lever_work, ledger.load_work]
+        work = [*heats, ledger.lever_work, ledger.load_work]
         spent = at_once + np.array([each[i] - each[start] for each in work])
         at_once = np.zeros(4)
         if i < n and (t[i] == t[start] or names[start] == "held"):

@@ -206,8 +206,8 @@ def lining_life(
     """
     scene, limit = _wearing(run, permissible)
     turns, best = _turns(turn_at), turn_at == "best"
-    if (turns or best) and (scene.brake.staged or not scene.brake.banded):
-        turned_scene(scene)  # says why not
+    if turns or best:
+        turned_scene(scene)  # refuses a brake whose linings no turn of a band moves
     faults = [] if step is None or step >= 1 else [Fault("step", f"{step:g} brakings", "at least 1")]
     faults += [] if 0 < tolerance < 1 else [Fault("tolerance", f"{tolerance:g} is not admissible", "between 0 and 1")]
     if faults:

@@ -12,10 +12,10 @@ from .._base._faults import Fault, InputError
 from .._parts._scene import Scene
 from .._run._measure import Metric, check_metrics, name_of, unit_of
 from .._run._result import Result
-from .._run._series import SERIES_UNITS, outside
+from .._run._series import SERIES_UNITS, flat, outside, pair_column, unit_of_column
 
 #: columns that count or name something: a fit has no derivative of them
-_WHOLE = ("at_limit", "band_mode", "internal_mode", "internal_sliding")
+_WHOLE = ("at_limit", "band_mode", "sense")
 COLUMNS = tuple(name for name in SERIES_UNITS if name != "t" and name not in _WHOLE)
 #: columns with an entry per lining or per place
 _INDEXED = re.compile(r"^(?P<base>[a-z_]+?)\[(?P<entry>.+)\]$")
@@ -25,7 +25,8 @@ _INDEXED = re.compile(r"^(?P<base>[a-z_]+?)\[(?P<entry>.+)\]$")
 class Points:
     """One measured column in SI units: `value` (m,) at the times `t` (m,) with standard deviations `sigma` (m,).
 
-    `column` is a field of `Series`, `entry` the lining or place (from 1), or a node's name, where it has several.
+    `column` is a field of `Series`, or of one of its friction pairs as `internal_torque`, `entry` the lining or place
+    (from 1), or a node's name, where it has several.
     `sigma` is `None` where nobody knows it.
     """
 
@@ -41,7 +42,7 @@ class Points:
 
     @property
     def unit(self) -> str:
-        return SERIES_UNITS[self.column]
+        return unit_of_column(self.column)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -131,21 +132,32 @@ def _spread(sigma: Any) -> str:
 
 
 def column_of(name: str) -> tuple[str, str | None] | None:
-    """Field of `Series` and entry that a header names: `omega`, `tension[3]`, or `tension_3` as `--out` writes it."""
-    if name in COLUMNS:
+    """Column and entry that a header names: `omega`, `internal_torque`, `tension[3]`, or `tension_3` as `--out` writes
+    it."""
+    if _is_column(name):
         return name, None
     match = _INDEXED.match(name)
-    if match is not None and match["base"] in COLUMNS:
+    if match is not None and _is_column(match["base"]):
         return match["base"], match["entry"]
+    base, _, entry = name.rpartition("_")
+    if entry.isdigit() and _is_column(base):
+        return base, entry
     for base in sorted(COLUMNS, key=len, reverse=True):
         if name.startswith(f"{base}_") and (base == "temperature" or name[len(base) + 1 :].isdigit()):
             return base, name[len(base) + 1 :]
     return None
 
 
+def _is_column(name: str) -> bool:
+    """Whether a run can have such a column of real numbers."""
+    of_pair = pair_column(name)
+    return name in COLUMNS if of_pair is None else of_pair[1] not in _WHOLE
+
+
 def unknown_column(where: str, name: str) -> Fault:
     """The fault of a header that names no column, with the nearest names."""
-    if name in _WHOLE:
+    of_pair = pair_column(name)
+    if name in _WHOLE or of_pair is not None:
         return Fault(where, f"{name} cannot be fitted", "it is a whole number without a derivative")
     near = difflib.get_close_matches(re.sub(r"\[.*", "", name), COLUMNS, n=3, cutoff=0.5)
     hint = f"nearest: {', '.join(near)}" if near else f"there are: t, {', '.join(COLUMNS)}"
@@ -203,15 +215,18 @@ def check_measured(data: Measured, scene: Scene) -> None:
 
 def pick(result: Result, series: Any, column: str, entry: str | None) -> Any | Fault:
     """The values (m,) of a measured column in a series of a run, or what is wrong with the column."""
-    name, values = column if entry is None else f"{column}[{entry}]", getattr(series, column)
+    known = flat(series, pairs=True)
+    name, values = column if entry is None else f"{column}[{entry}]", known.get(column)
     if values is None:
-        return Fault(name, "is not in a run of this scene", "its brake or heat part has no such thing")
+        near = difflib.get_close_matches(column, known, n=3, cutoff=0.7)
+        hint = f"nearest: {', '.join(near)}" if near else "its brake or heat part has no such thing"
+        return Fault(name, "is not in a run of this scene", hint)
     if values.ndim == 1:
         return values if entry is None else Fault(name, f"{column} has no entries", f"call it {column}")
     labels = result.nodes if column == "temperature" else [str(i + 1) for i in range(values.shape[1])]
     if entry is None and len(labels) > 1:
-        known = ", ".join(f"{column}[{label}]" for label in labels[:4])
-        return Fault(name, f"has {len(labels)} entries", f"say which one was measured: {known}, …")
+        which = ", ".join(f"{column}[{label}]" for label in labels[:4])
+        return Fault(name, f"has {len(labels)} entries", f"say which one was measured: {which}, …")
     if entry is not None and entry not in labels:
         return Fault(name, f"there is no entry {entry}", f"there are: {', '.join(labels)}")
     return values[:, 0 if entry is None else labels.index(entry)]

@@ -11,7 +11,7 @@ import numpy as np
 from .._base._faults import Fault, InputError
 from .._base._units import Unit, spelled, to_si, unit
 from .._run._measure import METRIC_UNITS, unit_of
-from .._run._series import SERIES_UNITS
+from .._run._series import unit_of_column
 from ._measured import COLUMNS, Measured, Points, Single, column_of, unknown_column
 
 #: faults of values listed in full; a broken logger makes thousands
@@ -25,12 +25,12 @@ def read_measured(
     """Measured data from CSV files.
 
     A file of **series** has a column `t` and columns named as in `Series` (`omega`, `rim_temperature`,
-    `lining_temperature[3]`, linings from 1), standard deviations in columns such as `omega_sigma`. A file of
-    **events** has the columns `event, time, sigma` (or `event, value, unit, sigma`), an event being the name of a
-    metric (`stopping_time`, `max_tension`, `energy.friction_heat`). Units stand in the header, `omega [rpm]`,
-    `rim_temperature [degC]`, `t [ms]`; without one they are SI, and a standard deviation has its column's. Empty cells
-    were not measured, lines that begin with `#` are passed over, columns are separated by commas, semicolons (then
-    numbers may have decimal commas) or tabs.
+    `lining_temperature[3]`, linings from 1) or of one of its friction pairs (`internal_torque`), standard deviations in
+    columns such as `omega_sigma`. A file of **events** has the columns `event, time, sigma` (or
+    `event, value, unit, sigma`), an event being the name of a metric (`stopping_time`, `max_tension`,
+    `energy.friction_heat`). Units stand in the header, `omega [rpm]`, `rim_temperature [degC]`, `t [ms]`; without one
+    they are SI, and a standard deviation has its column's. Empty cells were not measured, lines that begin with `#` are
+    passed over, columns are separated by commas, semicolons (then numbers may have decimal commas) or tabs.
 
     - `sigma`: standard deviations (SI) of columns and events that have none in the files
     - `columns`: which columns of series to take; the others are not looked at
@@ -145,7 +145,7 @@ class CsvFile:
                 found = unknown_column(f"{self.path} header, column {self.heads[i].text}", name)
                 self.fault(" header, column " + self.heads[i].text, found.problem, found.hint)
                 continue
-            si = SERIES_UNITS[where[0]]
+            si = unit_of_column(where[0])
             value, error = self.column(i, si), None
             if name + _SIGMA in names:
                 error = self.column(names[name + _SIGMA], si, of_column=i)
