@@ -74,4 +74,4 @@ def overlap(result: Result, ts: Any, running_in: RunningIn | None = None) -> Ove
         found.append((share * slides, share * (1 - slides)))
     *outer, inner = found
     external = outer[0] if outer else (None, None)
-    return Overlap(np.asarray(s.t), *external, *inner)
+    return Overlap(np.asarray(s.t), external[0], external[1], inner[0], inner[1])
