@@ -116,6 +116,10 @@ def test_names_of_columns_are_those_that_a_run_writes():
     assert column_of("lining_outer_temperature_2") == ("lining_outer_temperature", "2")
     assert all(column_of(name) == (name, None) for name in COLUMNS)
     assert column_of("tension_sigma") is None
+    # of friction pairs
+    assert column_of("internal_torque") == ("internal_torque", None)
+    assert column_of("external_slip_speed[3]") == column_of("external_slip_speed_3") == ("external_slip_speed", "3")
+    assert column_of("internal_sense") is column_of("internal_load") is None
     assert unit("kN·m", "N*m").factor == 1e3
     with pytest.raises(ValueError, match="known here"):
         unit("rpm", "N")

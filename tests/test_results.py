@@ -11,9 +11,10 @@ from result_scenes import SUFFIXES, heated_stop
 from staged_scenes import stop as staged_stop
 
 import simbrake as sb
-from simbrake._results import _meanings, _result_file
+from simbrake._results import _columns, _meanings, _result_file
 from simbrake._run._measure import METRIC_UNITS
 from simbrake._run._series import PAIR_COLUMNS, SERIES_UNITS, PairSeries, Series
+from simbrake._studies._measured import pick
 
 
 @pytest.fixture(scope="module")
@@ -267,3 +268,30 @@ def test_without_pyarrow_the_command_is_named(plain, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     with pytest.raises(sb.InputError, match=r"pip install 'simbrake\[tables\]'"):
         sb.save(plain, tmp_path / "x.parquet")
+
+
+def test_columns_of_pairs_can_be_measured(plain, staged):
+    series = staged.series([0.1, 0.5])
+    inner = series.pairs["internal"]
+    np.testing.assert_array_equal(pick(staged, series, "internal_torque", None), inner.torque)
+    np.testing.assert_array_equal(pick(staged, series, "internal_slip_speed", "3"), inner.slip_speed[:, 2])
+    assert "say which one was measured: internal_slip_speed[1]" in str(pick(staged, series, "internal_slip_speed", None))
+    # a pair that the brake does not have
+    fault = str(pick(plain, plain.series([0.1]), "internal_torque", None))
+    assert "internal_torque: is not in a run of this scene — nearest: external_torque" in fault
+
+
+def test_a_file_with_columns_of_an_older_release_is_read_as_it_is(staged, tmp_path):
+    now = sb.dataset(staged)
+    old = now.rename({"internal_normal_load": "internal_load", "internal_sense": "internal_mode"})
+    old["internal_slip_speed"] = old.internal_slip_speed.isel(lining=0, drop=True)
+    kept = sb.load(sb.save(old, tmp_path / "old.csv"))
+    assert kept.equals(_columns.normalised(old))
+    found = {change.name: change.place for change in sb.compare(kept, now).series if change.absolute is None}
+    assert found == {
+        "internal_load": "only in a",
+        "internal_normal_load": "only in b",
+        "internal_mode": "only in a",
+        "internal_sense": "only in b",
+        "internal_slip_speed": "of another shape",
+    }

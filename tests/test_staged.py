@@ -195,6 +195,34 @@ def test_random_duties_keep_their_energy_and_only_dissipate(duties):
     assert {"internal_slip", "external_lock", "external_release", "internal_restick", "restart", "release"} <= seen
 
 
+def test_forces_of_the_linings_in_both_pairs_are_those_of_statics():
+    """In every stage, by hand; linings that stick to the rim share its torque as the friction that each can give."""
+    result = sb.simulate(staged.stop())
+    middles = [0.5 * (stage.start + stage.end) for stage in result.stages]
+    assert [stage.name for stage in result.stages] == ["stage_1", "stage_2", "stage_3", "held"]
+    s = result.series(middles)
+    outer, inner = s.pairs["external"], s.pairs["internal"]
+    z = math.tan(staged.BETA / 2)
+    mu = np.full(staged.N, (1 + staged.F_EXT * z) / (1 - staged.F_EXT * z))
+    for i, stage in enumerate(result.stages):
+        T = staged.tensions(s.slack_tension[i], s.tight_tension[i], mu)
+        on_rim = (T[1:] + T[:-1]) * math.sin(staged.BETA / 2) + staged.PRELOAD
+        M_ext, M_int = staged.R_B * (T[-1] - T[0]), staged.R * staged.F_INT * on_rim.sum()
+        carried = 300.0 - staged.J * (300.0 - M_ext) / (staged.J + staged.J_B)
+        drive = {"stage_1": carried, "held": 300.0}.get(stage.name, M_int)
+        np.testing.assert_allclose(inner.normal_load[i], on_rim, rtol=1e-11)
+        np.testing.assert_allclose([outer.torque[i], inner.torque[i]], [M_ext, drive], rtol=1e-11)
+        np.testing.assert_allclose(inner.capacity[i], M_int, rtol=1e-11)
+        np.testing.assert_allclose(outer.friction_force[i], np.diff(T) * math.cos(staged.BETA / 2), atol=1e-8)
+        np.testing.assert_allclose(inner.friction_force[i], drive / staged.R * on_rim / on_rim.sum(), rtol=1e-11)
+        slip = staged.R_B * s.bandage_speed[i], staged.R * (s.omega[i] - s.bandage_speed[i])
+        for pair, v, slides in zip((outer, inner), slip, ("stage_1 stage_2", "stage_2 stage_3"), strict=True):
+            np.testing.assert_allclose(pair.slip_speed[i], v if stage.name in slides else 0.0, rtol=1e-12)
+            assert set(pair.sense[i]) == {int(stage.name in slides)}
+    np.testing.assert_allclose(outer.heat + inner.heat, s.friction_heat, rtol=1e-13)
+    assert inner.heat[-1] == pytest.approx(float(result.energy["heat_internal"]), rel=1e-12)
+
+
 def test_scaling_inertias_and_torques_together_leaves_the_motion():
     def times(k):
         scene = staged.stop(J=k * staged.J, J_b=k * staged.J_B, preload=k * staged.PRELOAD, load=k * 300.0)
