@@ -83,7 +83,7 @@ def test_a_run_as_the_estimate_assumes_agrees(run):
 
 @pytest.mark.slow
 def test_shares_of_the_power_in_a_run_leave_the_friction_work_as_it_is(run):
-    """The series have heats; the works of the pairs are those of the run without shares."""
+    """The works of the pairs are those of the run without shares, also where none of it is heat."""
     shared = dataclasses.replace(constant(3e3), power_shares=sb.PowerShares(electrical=0.1, mechanical=0.2))
     table, plain = sb.estimates(sb.simulate(shared)), sb.estimates(run)
     for pair in ("external", "internal"):
@@ -93,8 +93,11 @@ def test_shares_of_the_power_in_a_run_leave_the_friction_work_as_it_is(run):
         assert table[name].value - 293.15 == pytest.approx(0.7 * (plain[name].value - 293.15), rel=1e-9)
     assert table["work into heat"].simulated == pytest.approx(0.7 * plain["friction work"].simulated, rel=1e-9)
     alone = dataclasses.replace(shared, power_shares=sb.PowerShares(mechanical=1.0))
-    with pytest.raises(sb.InputError, match="leave no heat"):
-        sb.estimates(sb.simulate(alone))
+    cold = sb.estimates(sb.simulate(alone))
+    for pair in ("external", "internal"):
+        name = f"friction work, {pair} pair"
+        assert cold[name].simulated == pytest.approx(plain[name].simulated, rel=1e-9)
+        assert cold[f"surface temperature, falling flux, {pair} pair"].value == 293.15
 
 
 def test_a_brake_below_the_onset_rides_to_the_end():
