@@ -103,6 +103,16 @@ def test_heat_wear_prepared_runs_and_files(kind, tmp_path):
     assert 1e-14 * outer / f[0] * (1 - 1e-6) <= volume <= 1e-14 * outer / f[1] * (1 + 1e-6)
     if "heat_internal" in energy:
         assert AREA * float(np.sum(worn[1])) == pytest.approx(2e-14 * energy["heat_internal"] / 0.22, rel=1e-6)
+    # every pair passes on what its linings give at its radius, and only takes energy
+    s, radii = result.series(np.linspace(0.0, 9.0, 40)), (hot.brake.radius, hot.brake.track_radius)
+    for pair, radius, tilt in zip(s.pairs.values(), radii, (cosine, 1.0), strict=False):
+        given = radius * np.sum(pair.friction_force, axis=1) / tilt
+        np.testing.assert_allclose(given, pair.torque, rtol=1e-9, atol=1e-9 * np.max(np.abs(pair.torque)))
+        assert np.min(pair.sense * pair.slip_speed) >= 0.0
+        assert np.min(np.diff(pair.heat)) >= -1e-12 * energy["friction_heat"]
+        assert np.all(np.abs(pair.friction_force) <= (1 + 1e-9) * pair.friction_coefficient * pair.normal_load + 1e-9)
+    np.testing.assert_array_equal(sum(pair.heat for pair in s.pairs.values()), s.friction_heat)
+    np.testing.assert_array_equal(sum(pair.worn_thickness for pair in s.pairs.values()), s.worn_thickness)
 
     answer = sb.prepare(hot, ["stopping_time", "energy.friction_heat"], rtol=1e-9, solver=sb.Rodas5P())()
     assert answer.metrics["stopping_time"] == pytest.approx(float(result.stopping_time), rel=1e-6)

@@ -275,7 +275,9 @@ def test_columns_of_pairs_can_be_measured(plain, staged):
     inner = series.pairs["internal"]
     np.testing.assert_array_equal(pick(staged, series, "internal_torque", None), inner.torque)
     np.testing.assert_array_equal(pick(staged, series, "internal_slip_speed", "3"), inner.slip_speed[:, 2])
-    assert "say which one was measured: internal_slip_speed[1]" in str(pick(staged, series, "internal_slip_speed", None))
+    assert "say which one was measured: internal_slip_speed[1]" in str(
+        pick(staged, series, "internal_slip_speed", None)
+    )
     # a pair that the brake does not have
     fault = str(pick(plain, plain.series([0.1]), "internal_torque", None))
     assert "internal_torque: is not in a run of this scene — nearest: external_torque" in fault

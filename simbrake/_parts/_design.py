@@ -225,7 +225,7 @@ class AbstractBrake(eqx.Module):
     @property
     def pairs(self) -> dict[str, PairPlace]:
         """Friction pairs by name, first the one on which the lever acts."""
-        return {"external": PairPlace("linings", f"{self.words.lining}s on {self.words.body}")}
+        return {"external": PairPlace("linings", f"{self.words.lining}s on the {self.words.body}")}
 
     @property
     def staged(self) -> bool:
@@ -293,12 +293,10 @@ class Brake(AbstractBrake):
 
     @property
     def pairs(self):
+        on_rim = "linings on the rim"
         if self.bandage is None:
-            return super().pairs
-        return {
-            "external": PairPlace("linings", "band on linings"),
-            "internal": PairPlace("bandage", "linings on rim"),
-        }
+            return {"external": PairPlace("linings", on_rim)}
+        return {"external": PairPlace("linings", "band on linings"), "internal": PairPlace("bandage", on_rim)}
 
     @property
     def kind(self):

@@ -18,12 +18,6 @@ from ._plot_wheel import CONTACT_COLOURS
 
 _HOT = {"rim": VERMILLION, "linings": ORANGE, "band": BLUE, "linings, outer face": GREEN}
 
-_CONTACTS = {
-    "lining": "linings on the rim",
-    "lining_external": "band on linings (external)",
-    "lining_internal": "linings on the rim (internal)",
-}
-
 
 def stop(result: Result, *, figure: Figure | None = None) -> Figure:
     """Speed, torques, tensions or forces, and number of linings at their limit over time, the onset of slip enlarged.
@@ -127,8 +121,9 @@ def contacts(result: Result, *, figure: Figure | None = None) -> Figure:
     axes = figure.subplots(len(modes.contacts), len(ends), squeeze=False, sharex="col")
     kinds = (Contact.SLIDES_BACK, Contact.STICKS, Contact.SLIDES)
     colours = ListedColormap([CONTACT_COLOURS[kind] for kind in kinds])
-    for row, (name, states) in enumerate(modes.contacts.items()):
-        states = np.asarray(states)[: n + 1]
+    pairs = result.scene.brake.pairs
+    for row, ((pair, place), states) in enumerate(zip(pairs.items(), modes.contacts.values(), strict=True)):
+        states, name = np.asarray(states)[: n + 1], place.words if len(pairs) == 1 else f"{place.words} ({pair})"
         changes = np.append(True, np.any(states[1:] != states[:-1], axis=1))
         edges = np.append(t[changes], t[-1])
         for column, end in enumerate(ends):
@@ -137,7 +132,7 @@ def contacts(result: Result, *, figure: Figure | None = None) -> Figure:
             panel.pcolormesh(edges, linings, states[changes].T, cmap=colours, vmin=-1, vmax=1)
             panel.set_xlim(t[0], end)
             panel.yaxis.set_major_locator(MaxNLocator(integer=True))
-            panel.set_title(f"{_CONTACTS[name]}{', enlarged' if column else ''}", fontsize=10)
+            panel.set_title(f"{name}{', enlarged' if column else ''}", fontsize=10)
             if column == 0:
                 panel.set_ylabel("lining, from the slack end")
     for column in range(len(ends)):
