@@ -249,6 +249,7 @@ from ._run._rubbing import lining_mean as lining_mean
 from ._run._rubbing import lining_peak as lining_peak
 from ._run._rubbing import rubbing as rubbing
 from ._run._rubbing import wear as wear
+from ._run._series import PairSeries as PairSeries
 from ._run._series import Series as Series
 from ._run._simulate import simulate as simulate
 from ._run._stages import Stage as Stage

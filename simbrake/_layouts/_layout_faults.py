@@ -52,13 +52,13 @@ def _faults_of_areas(scene: Scene, targets: tuple[Target, ...], free: str, pair:
     n = int(np.size(brake.linings.angle))
     if n < 2:
         found.append(Fault("brake.linings.angle", "one lining has no layout", "give two or more"))
-    fields = {"linings"} if free in ("area", "both") else set()
-    if pair in brake.pairs and any(one in NEEDS_AREA for one in targets):
-        fields.add(brake.pairs[pair].field)
-    for field in sorted(fields):
-        if getattr(brake, field).area is None:
-            found.append(Fault(f"brake.{field}.area", "is missing", "the areas are looked at"))
-    if free != "angle" and pair in list(brake.pairs)[1:]:
+    first, *others = brake.pairs
+    looked_at = {pair} & set(brake.pairs) if any(one in NEEDS_AREA for one in targets) else set()
+    looked_at |= {first} if free in ("area", "both") else set()
+    for one in sorted(looked_at):
+        if brake.rubbing_part(one).area is None:
+            found.append(Fault(f"brake.{brake.pairs[one].field}.area", "is missing", "the areas are looked at"))
+    if free != "angle" and pair in others:
         found.append(Fault("free", "the areas that can be freed are those towards the band", 'free="angle"'))
     if free == "area" and not read_by_linings(scene).p:
         for one in targets:

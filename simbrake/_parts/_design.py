@@ -227,6 +227,10 @@ class AbstractBrake(eqx.Module):
         """Friction pairs by name, first the one on which the lever acts."""
         return {"external": PairPlace("linings", f"{self.words.lining}s on the {self.words.body}")}
 
+    def rubbing_part(self, pair: str) -> Any:
+        """The part that describes the linings of a friction pair: their law, their areas."""
+        return getattr(self, self.pairs[pair].field)
+
     @property
     def staged(self) -> bool:
         """Whether there are two friction pairs in series."""

@@ -80,7 +80,7 @@ def _pairs(scene: Scene, thermal: Thermal | None) -> tuple[Pair, ...]:
     }
 
     def pair(name: str, field: str) -> Pair:
-        part: AbstractLinings | Bandage = getattr(brake, field)
+        part: AbstractLinings | Bandage = brake.rubbing_part(name)
         place, worn = given[name]
         return Pair(
             name=name,

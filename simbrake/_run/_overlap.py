@@ -54,9 +54,8 @@ def geometric_overlap(brake: Brake) -> tuple[float | None, float]:
         return float(np.sum(np.broadcast_to(np.asarray(area), (n,))) / (2 * math.pi * radius * np.asarray(width)))
 
     # the last pair rubs on the rim, one before it on the band
-    *outer, inner = (getattr(brake, place.field).area for place in brake.pairs.values())
-    external = [share(area, brake.band.radius) for area in outer]
-    return (*external, None)[0], share(inner, brake.pulley.radius)
+    *outer, inner = (brake.rubbing_part(pair).area for pair in brake.pairs)
+    return share(outer[0], brake.band.radius) if outer else None, share(inner, brake.pulley.radius)
 
 
 def overlap(result: Result, ts: Any, running_in: RunningIn | None = None) -> Overlap:
