@@ -63,7 +63,7 @@ def _heat_lines(summary: dict[str, Any]) -> list[str]:
         *([f"marks    {', '.join(marks)}"] if marks else []),
         f"hottest  {', '.join(hot)}" if hot else "hottest  the scene names no rim, linings or band",
         f"heat     to metal {_kilo(e['heat_to_metal'], 'kJ')} + to linings {_kilo(e['heat_to_linings'], 'kJ')}"
-        + (f" + to band {_kilo(e['heat_to_band'], 'kJ')}" if "heat_external" in e else "")
+        + (f" + to band {_kilo(e['heat_to_band'], 'kJ')}" if e["heat_to_band"] else "")
         + (f" + supplied {_kilo(e['heat_supplied'], 'kJ')}" if e["heat_supplied"] else "")
         + f" = stored {_kilo(e['heat_stored'], 'kJ')} + lost {_kilo(e['heat_lost'], 'kJ')}"
         f" (closure {_share(e['heat_closure'])})",
@@ -72,7 +72,7 @@ def _heat_lines(summary: dict[str, Any]) -> list[str]:
 
 def _staged_lines(summary: dict[str, Any]) -> list[str]:
     m, e = summary["metrics"], summary["energy"]
-    if "heat_internal" not in e:
+    if "stages" not in summary:
         return []
     lines = [
         f"staged   internal slip {_number(m['internal_slip_time'], 's')}, "
