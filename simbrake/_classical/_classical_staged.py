@@ -8,6 +8,7 @@ import numpy as np
 from .._parts._band import grip, running_product, tension_ratio
 from .._parts._design import unloaded
 from .._parts._driller import AbstractSpeedLever
+from .._parts._friction import SurfaceState, memory_at_start
 from .._parts._internal import Held, InternalPair
 from .._parts._scene import Scene, band_brake, sensed_at_start, sensed_on_rim_at_start
 from .._run._stages import internal_slip_tension
@@ -85,11 +86,13 @@ def classical_staged_stop(scene: Scene) -> StagedStop | None:
     T_0, J_b = jnp.asarray(float(lever.scale())), float(np.sum(np.asarray(brake.bandage.inertia)))
     pair = InternalPair(brake.bandage, jnp.asarray(brake.pulley.radius), jnp.sin(angle / 2))
     T_inner, sliding = sensed_on_rim_at_start(scene), jnp.asarray(float(brake.pulley.radius) * omega)
-    held = Held(sliding, None if T_inner is None else jnp.asarray(T_inner), jnp.asarray(False))
+    T_inner = None if T_inner is None else jnp.asarray(T_inner)
+    surface = SurfaceState(T_inner, memory_at_start(brake.bandage.friction, pair.count))
+    held = Held(sliding, surface, jnp.asarray(False))
     arm, Pi = jnp.asarray(brake.band.radius), running_product(mu)
     M_ext = float(arm * T_0 * (Pi[-1] - 1))
     M_int = float(pair.capacity(T_0, T_0 * Pi, held))
-    onset = float(internal_slip_tension(brake, J, load, sensed_at_start(scene), held.T))
+    onset = float(internal_slip_tension(brake, J, load, sensed_at_start(scene), T_inner))
     known = (float(Pi[-1]), onset, M_ext, M_int)
     if float(T_0) <= onset:
         return _riding(known, load, J + J_b, omega)

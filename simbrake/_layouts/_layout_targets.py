@@ -42,13 +42,13 @@ def full_slip(scene: Scene) -> tuple[Rubbing, Array]:
     assert isinstance(grip, Grip)
     T_0 = jnp.asarray(scene.duty.lever.scale())
     v = jnp.full(linings.count, jnp.abs(jnp.asarray(scene.brake.radius) * jnp.asarray(scene.initial.omega)))
-    T = system.hot(y.heat)[0]
-    f = grip.coefficients(T_0, v, T, jnp.asarray(False), static=False).f
+    hot = system.surfaces(y)[0]
+    f = grip.coefficients(T_0, v, hot, jnp.asarray(False), static=False).f
     along = T_0 * running_product(grip.ratios(f)[0])
     before = jnp.concatenate([T_0[None], along[:-1]])
     normal = (along + before) * grip.sine
     pressure = None if linings.area is None else normal / jnp.asarray(linings.area)
-    return Rubbing(along - before, normal, v, pressure, T), f
+    return Rubbing(along - before, normal, v, pressure, None if hot is None else hot.T), f
 
 
 _full_slip_compiled = DeviceJit(full_slip)

@@ -17,7 +17,16 @@ from .._base._quantity import Scalar, Whole, positive, quantity
 from .._hybrid._arrays import Array
 from ._band import grip, product, tension_ratio
 from ._compliance import AbstractStiffness, ParallelBands
-from ._friction import AbstractFriction, Contact, needs, reads
+from ._friction import (
+    AbstractFriction,
+    Contact,
+    SurfaceState,
+    contact_like,
+    faults_of_memory,
+    memory_at_start,
+    needs,
+    reads,
+)
 
 
 class Pulley(eqx.Module):
@@ -163,10 +172,12 @@ class Bandage(eqx.Module):
 def unloaded(pair: AbstractLinings | Bandage, v: Any, T: Any) -> Contact:
     """The contact of surfaces without load, at slip speeds `v` (n,) and temperatures `T` (K; `None`: none known).
 
-    As in a run it has a pressure only where the pair has areas; or where the law cannot do without one.
+    As in a run it has a pressure only where the pair has areas; or where the law cannot do without one. States of the
+    law are those of the start.
     """
-    pressed = pair.area is not None or needs(pair.friction, np.size(v)).p
-    return Contact(v=v, T=T, p=jnp.zeros_like(v) if pressed else None)
+    law, n = pair.friction, np.size(v)
+    pressed = pair.area is not None or needs(law, n).p
+    return SurfaceState(T, memory_at_start(law, n)).contact(v, jnp.zeros_like(v) if pressed else None)
 
 
 class BrakeWords(NamedTuple):
@@ -413,7 +424,7 @@ def _faults_of_springs(brake: Brake, path: str, n: int) -> list[Fault]:
                 Fault(f"{where}.friction", "cannot look at the pressure in a bandage with springs", "leave it out")
             )
         elif where == here and not reads(law, n, T=True, p=False).T:
-            still = Contact(v=jnp.zeros(n), T=None, p=None)
+            still = unloaded(pair, jnp.zeros(n), None)
             turns = brake.pulley.radius * np.asarray(law.static(still)) * np.sin(np.asarray(brake.linings.angle) / 2)
             if np.any(turns >= brake.band.radius):
                 found.append(Fault(f"{where}.friction", "a lining held by the band could not slide on the rim"))
@@ -436,17 +447,16 @@ def _faults_of_wrap(stiffness: Any, angle: np.ndarray, where: str, path: str) ->
 
 def faults_of_law(law: AbstractFriction, path: str, n: int) -> list[Fault]:
     """Numbers of a law that are neither one for all nor one for each of `n` linings."""
-    if _fits(skeleton(law), n):
-        return []
-    return [Fault(path, f"its numbers do not fit {n} linings", f"give one number, or a list of {n}")]
+    if not _fits(skeleton(law), n):
+        return [Fault(path, f"its numbers do not fit {n} linings", f"give one number, or a list of {n}")]
+    return faults_of_memory(law, path, n)
 
 
 @functools.lru_cache(maxsize=1024)
 def _fits(law: Skeleton, n: int) -> bool:
     """Whether a law with numbers of these shapes gives one coefficient for each of `n` linings."""
-    one = jax.ShapeDtypeStruct((n,), np.float64)
     try:
-        contact = Contact(v=one, T=one, p=one)
+        contact, _ = contact_like(law, n)
         shape = jax.eval_shape(lambda law, contact: law.kinetic(contact), law.stand_in(), contact).shape
         return np.broadcast_shapes(shape, (n,)) == (n,)
     except jax.errors.TracerArrayConversionError:

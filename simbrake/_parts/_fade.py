@@ -122,7 +122,7 @@ class PressureFactor(AbstractFactor):
 
 
 class ProductFriction(AbstractFriction):
-    """`f(T, v, p) = f_base(v) · ∏ factors(T, p)`, sliding and sticking alike."""
+    """`f(T, v, p) = f_base(v) · ∏ factors(T, p)`, sliding and sticking alike. States are those of the base law."""
 
     base: AbstractFriction
     factors: tuple[AbstractFactor, ...]
@@ -141,6 +141,15 @@ class ProductFriction(AbstractFriction):
 
     def static(self, contact):
         return self.base.static(contact) * self._product(contact)
+
+    def start(self, n):
+        return self.base.start(n)
+
+    def rates(self, contact):
+        return self.base.rates(contact)
+
+    def sizes(self):
+        return self.base.sizes()
 
     def faults(self, path):
         found = self.base.faults(f"{path}.base")

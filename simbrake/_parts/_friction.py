@@ -20,12 +20,45 @@ from .._hybrid._arrays import Array
 class Contact(NamedTuple):
     """What a friction law sees: slip speed `v` (m/s), surface temperature `T` (K) and pressure `p` (Pa).
 
-    Each broadcasts over the linings; `None` where the scene does not model it.
+    Each broadcasts over the linings; `None` where the scene does not model it. A law with states has them in `memory`;
+    their rates also see `q` (W/m²), the friction power per area of a lining.
     """
 
     v: Any
     T: Any = None
     p: Any = None
+
+    @property
+    def memory(self) -> Any:
+        """States of the law, as `start` gives them, (n,) each; `None` without."""
+        return None
+
+    @property
+    def q(self) -> Any:
+        """Friction power per area `f p v` (W/m²), for rates of states only; `None` without areas."""
+        return None
+
+
+class _ContactWithMemory(NamedTuple):
+    """A `Contact` of a law with states."""
+
+    v: Any
+    T: Any
+    p: Any
+    memory: Any
+    q: Any = None
+
+
+class SurfaceState(NamedTuple):
+    """What the law of a pair sees of its surfaces beside their motion: temperatures `T` (K) and its own `memory`, (n,)
+    each; `None` where there is none."""
+
+    T: Any = None
+    memory: Any = None
+
+    def contact(self, v: Any, p: Any = None, q: Any = None) -> Any:
+        """The contact at slip speeds `v`, pressures `p` and friction powers per area `q`."""
+        return Contact(v, self.T, p) if self.memory is None else _ContactWithMemory(v, self.T, p, self.memory, q)
 
 
 def continued(coefficient: Callable[[Array], Array], v: Array) -> Array:
@@ -48,6 +81,14 @@ class AbstractFriction(eqx.Module):
     A law is smooth enough to differentiate, never negative, and `kinetic ≤ static`. It is asked for `v ≥ 0` only; what
     lies just past the end of a slide follows from that (`continued`). It reads from the `Contact` what it needs; what
     its coefficients do not depend on costs nothing in the integration (`reads`).
+
+    A law may have states of its own, one value per lining each: friction that fades and recovers, or that runs in.
+
+        ċ_i = rates(v_i, T_i, p_i, q_i, c_i),   c_i = start at the start of the run
+
+    It then gives `start` and `rates`, and finds the states in `contact.memory`. The rates see the slip speed of the
+    surfaces, 0 while they stick or do not touch (the coefficients of a band as a whole see `R_b ω`). In a jump of the
+    tension no time passes, and the states stay as they are.
     """
 
     @abc.abstractmethod
@@ -66,6 +107,24 @@ class AbstractFriction(eqx.Module):
         still = contact._replace(v=jnp.zeros_like(contact.v))
         return jnp.where(static, self.static(still), self.kinetic(contact))
 
+    def start(self, n: int) -> Any:
+        """States of the law at the start of a run: a PyTree of numbers for all or for each of `n` linings.
+
+        `None`: it has no states.
+        """
+        return None
+
+    def rates(self, contact: Contact) -> Any:
+        """Rates (1/s times the unit of each state) of the states `contact.memory`, a PyTree like that.
+
+        They must be smooth in `v ≥ 0`. `contact.q` is the friction power per area (W/m²).
+        """
+        raise NotImplementedError(f"{type(self).__name__} has states and no `rates`")
+
+    def sizes(self) -> Any:
+        """Typical size of each state, a number or a PyTree like that of `start`: tolerances are in proportion to it."""
+        return 1.0
+
     def faults(self, path: str) -> list[Fault]:
         """What cannot be right in this law, beyond the ranges of single numbers; a law of one's own may say nothing."""
         return []
@@ -73,6 +132,69 @@ class AbstractFriction(eqx.Module):
     def temperature_range(self) -> tuple[Any, Any] | None:
         """Temperatures (K) between which the law holds, `None` without bounds; a run ends where it leaves them."""
         return None
+
+
+def memory_at_start(law: AbstractFriction, n: int) -> Any:
+    """States of a law at the start, (n,) each; `None` of a law without."""
+    found = law.start(n)
+    if not jax.tree.leaves(found):
+        return None
+    return jax.tree.map(lambda x: jnp.broadcast_to(jnp.asarray(x, jnp.float64), (n,)), found)
+
+
+def memory_sizes(law: AbstractFriction, memory: Any) -> Any:
+    """Typical sizes of the states `memory` (n,) of a law."""
+    sizes = law.sizes()
+    if jax.tree.structure(sizes) == jax.tree.structure(0):  # one for all
+        sizes = jax.tree.map(lambda _: sizes, memory)
+    return jax.tree.map(lambda x, old: jnp.broadcast_to(jnp.asarray(x, jnp.float64), old.shape), sizes, memory)
+
+
+def remembers(law: AbstractFriction) -> bool:
+    """Whether a law has states."""
+    return _memory_like(skeleton(law), 1) is not None
+
+
+@functools.lru_cache(maxsize=1024)
+def _memory_like(law: Skeleton, n: int) -> Any:
+    """Shapes of the states of a law of `n` linings."""
+    try:
+        return jax.eval_shape(lambda law: memory_at_start(law, n), law.stand_in())
+    except Exception:  # a mistake, which `faults_of_memory` names, and the run itself
+        return None
+
+
+def faults_of_memory(law: AbstractFriction, path: str, n: int) -> list[Fault]:
+    """What is wrong with the states of a law of `n` linings, their rates or sizes (concrete values only)."""
+    try:
+        start, sizes = law.start(n), law.sizes()
+    except Exception as error:  # whatever a law of somebody else raises
+        return [Fault(path, f"its states at the start cannot be found: {error}")]
+    like, found = jax.tree.structure(start), []
+    if like.num_leaves == 0:
+        return found
+    each = f"give one number, or a list of {n}"
+    for name, tree in (("state", start), ("size", sizes)):
+        for x in map(np.asarray, jax.tree.leaves(tree)):
+            if x.shape not in ((), (n,)):
+                found.append(Fault(path, f"a {name} of the shape {x.shape} does not fit {n} linings", each))
+            elif not np.all(np.isfinite(x)) or (name == "size" and np.any(x <= 0)):
+                found.append(Fault(path, f"a {name} of {x} is out of range", "finite numbers; sizes > 0"))
+    if jax.tree.structure(sizes) not in (like, jax.tree.structure(0)):
+        found.append(Fault(path, "`sizes` has another structure than `start`", "give one size for each state"))
+    return found or _faults_of_rates(law, path, n)
+
+
+def _faults_of_rates(law: AbstractFriction, path: str, n: int) -> list[Fault]:
+    contact = contact_like(skeleton(law), n)[1]
+    try:
+        rates = jax.eval_shape(_rates, law, contact)
+    except Exception as error:
+        return [Fault(path, f"its `rates` cannot be found: {error}", "they see v, T, p, q and the memory of a contact")]
+    if jax.tree.structure(rates) != jax.tree.structure(contact.memory):
+        return [Fault(path, "`rates` has another structure than `start`", "give one rate for each state")]
+    shapes = {x.shape for x in jax.tree.leaves(rates)} - {(), (n,)}
+    return [Fault(path, f"a rate of the shape {shape} does not fit {n} linings") for shape in shapes]
 
 
 class Reads(NamedTuple):
@@ -88,9 +210,17 @@ def _coefficients(law: AbstractFriction, contact: Contact) -> tuple[Array, Array
     return law.kinetic(contact), law.static(contact._replace(v=jnp.zeros_like(contact.v)))
 
 
-def _whole_contact(n: int) -> Contact:
+def _rates(law: AbstractFriction, contact: Contact) -> Any:
+    return law.rates(contact)
+
+
+def contact_like(law: Skeleton, n: int, *, T: bool = True, p: bool = True) -> tuple[Any, Any]:
+    """Shapes of the contact of `n` linings for the coefficients of a law, and for the rates of its states (`None`: it
+    has none); with or without temperatures and pressures."""
     one = jax.ShapeDtypeStruct((n,), np.float64)
-    return Contact(one, one, one)
+    surface, pressure = SurfaceState(one if T else None, _memory_like(law, n)), one if p else None
+    rates = None if surface.memory is None else surface.contact(one, pressure, pressure)
+    return surface.contact(one, pressure), rates
 
 
 def reads(law: AbstractFriction, n: int, *, T: bool, p: bool) -> Reads:
@@ -105,10 +235,36 @@ def reads(law: AbstractFriction, n: int, *, T: bool, p: bool) -> Reads:
 
 @functools.lru_cache(maxsize=1024)
 def _reads(law: Skeleton, n: int, T: bool, p: bool) -> Reads:
-    whole = _whole_contact(n)
-    contact = Contact(whole.v, whole.T if T else None, whole.p if p else None)
-    _, found = read_by(_coefficients, law.stand_in(), contact)
+    _, found = read_by(_coefficients, law.stand_in(), contact_like(law, n, T=T, p=p)[0])
     return Reads(found.v, bool(found.T), bool(found.p))
+
+
+class RatesRead(NamedTuple):
+    """What the rates of a law's states depend on: slip speed, temperature, pressure, friction power per area."""
+
+    v: bool
+    T: bool
+    p: bool
+    q: bool
+
+    @property
+    def slip(self) -> bool:
+        """Whether they depend on how fast the linings slide."""
+        return self.v or self.q
+
+
+def rates_read(law: AbstractFriction, n: int, *, T: bool, p: bool) -> RatesRead | None:
+    """The same of the rates of its states; `None` of a law without."""
+    return _rates_read(skeleton(law), n, T, p)
+
+
+@functools.lru_cache(maxsize=1024)
+def _rates_read(law: Skeleton, n: int, T: bool, p: bool) -> RatesRead | None:
+    contact = contact_like(law, n, T=T, p=p)[1]
+    if contact is None:
+        return None
+    _, found = read_by(_rates, law.stand_in(), contact)
+    return RatesRead(found.v, bool(found.T), bool(found.p), bool(found.q))
 
 
 def needs(law: AbstractFriction, n: int) -> Reads:
@@ -118,18 +274,19 @@ def needs(law: AbstractFriction, n: int) -> Reads:
 
 @functools.lru_cache(maxsize=1024)
 def _needs(law: Skeleton, n: int) -> Reads:
-    whole = _whole_contact(n)
-
-    def fails(contact: Contact) -> bool:
+    def fails(T: bool = True, p: bool = True) -> bool:
         try:
+            contact, lasting = contact_like(law, n, T=T, p=p)
             jax.eval_shape(_coefficients, law.stand_in(), contact)
+            if lasting is not None:
+                jax.eval_shape(_rates, law.stand_in(), lasting)
         except Exception:  # whatever None raises in a law
             return True
         return False
 
-    if fails(whole):  # another mistake, which the run itself will name
+    if fails():  # another mistake, which the run itself will name
         return Reads(v=True, T=False, p=False)
-    return Reads(v=True, T=fails(whole._replace(T=None)), p=fails(whole._replace(p=None)))
+    return Reads(v=True, T=fails(T=False), p=fails(p=False))
 
 
 class ConstantFriction(AbstractFriction):

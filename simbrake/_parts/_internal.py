@@ -10,17 +10,17 @@ from jaxtyping import Float, Int
 from .._hybrid._arrays import Array
 from ._band import limit_tensions, tensions_on
 from ._design import Bandage
-from ._friction import Contact, continued, reads
+from ._friction import SurfaceState, continued, reads
 
 _NEWTON = 8  # iterations for a tension under a law that looks at the pressure; otherwise it is linear: one is exact
 
 
 class Held(eqx.Module):
-    """What the friction of the internal pair depends on at one instant: speed `v` (m/s), signed by the sense,
-    and temperatures (K)."""
+    """What the friction of the internal pair depends on at one instant: speed `v` (m/s), signed by the sense, and the
+    state of the surfaces (`None`: the scene has none)."""
 
     v: Array
-    T: Any
+    surface: SurfaceState | None
     static: Any  # whether the pair sticks
 
 
@@ -47,7 +47,7 @@ class InternalPair(eqx.Module):
         """Coefficients of friction `f_i`, or one for all, between linings and rim under the loads `N` (N)."""
         law = self.bandage.friction
         p = None if self.bandage.area is None else N / jnp.asarray(self.bandage.area)
-        still = Contact(v=jnp.zeros(self.count), T=held.T, p=p)
+        still = (held.surface or SurfaceState()).contact(jnp.zeros(self.count), p)
         v = jnp.broadcast_to(held.v, (self.count,))
         kinetic = continued(lambda v: law.kinetic(still._replace(v=v)), v)
         return jnp.where(held.static, law.static(still), kinetic)
@@ -80,7 +80,8 @@ class InternalPair(eqx.Module):
             return T_n - value / jnp.where(slope == 0, 1.0, slope), None
 
         pressed = self.bandage.area is not None
-        if not reads(self.bandage.friction, self.count, T=held.T is not None, p=pressed).p:
+        heated = held.surface is not None and held.surface.T is not None
+        if not reads(self.bandage.friction, self.count, T=heated, p=pressed).p:
             return improve(T_0, None)[0]
         # Newton from the start of the piece runs along a concave curve to its root there
         limits = limit_tensions(T_0, mu)

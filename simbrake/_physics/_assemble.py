@@ -7,7 +7,7 @@ import jax.numpy as jnp
 
 from .._hybrid._arrays import Array
 from .._parts._design import AbstractLinings, Bandage, Brake, stiffness_of, unloaded
-from .._parts._friction import Contact
+from .._parts._friction import Contact, rates_read
 from .._parts._heat import FrictionHeat
 from .._parts._internal import InternalPair
 from .._parts._pressed import AbstractPressedBrake
@@ -18,6 +18,7 @@ from ._brake import BrakeSystem, State, first_piece
 from ._chain import Chain
 from ._elastic import ElasticBand
 from ._mechanism import AbstractMechanism, Mode, Pair, Sizes
+from ._memory import start_of_memory
 from ._rigid import BandTorque, PressedTorque, RigidContact
 from ._sliding import FaceGrip, Grip
 from ._sprung import SprungBandage
@@ -61,7 +62,8 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
     friction, damped = tuple(zero for _ in pairs), zero if mechanism.damps else None
     own, band, own_mode = mechanism.start(omega_0, jnp.asarray(initial.elongation) + zero)
     worn = None if wearing is None else wearing.start
-    state = State(zero, omega_0, own, Ledger(zero, zero, friction, booked, damped), u, worn)
+    ledger = Ledger(zero, zero, friction, booked, damped)
+    state = State(zero, omega_0, own, ledger, u, worn, start_of_memory(pairs))
     given = (duty.lever, duty.load.profile, *system.profiles)
     lever, load, *pieces = (first_piece(profile, t_0) for profile in given)
     sense = jnp.where(omega_0 < 0, -1, 1).astype(jnp.int32)
@@ -81,7 +83,10 @@ def _pairs(scene: Scene, thermal: Thermal | None) -> tuple[Pair, ...]:
 
     def pair(name: str, field: str) -> Pair:
         part: AbstractLinings | Bandage = brake.rubbing_part(name)
-        place, worn = given[name]
+        n, (place, worn) = brake.linings.count, given[name]
+        seen = place is not None and place.sensor is not None
+        memory = rates_read(part.friction, n, T=seen, p=part.area is not None)
+        apart = thermal is not None and thermal.tells_apart(place)
         return Pair(
             name=name,
             field=field,
@@ -89,9 +94,10 @@ def _pairs(scene: Scene, thermal: Thermal | None) -> tuple[Pair, ...]:
             area=None if part.area is None else jnp.asarray(part.area),
             heat=place,
             wear=worn,
-            count=brake.linings.count,
+            count=n,
             on_band=several and part is brake.linings,
-            apart=thermal is not None and thermal.tells_apart(place),
+            apart=apart or (memory is not None and memory.q),
+            memory=memory,
         )
 
     return tuple(pair(name, place.field) for name, place in brake.pairs.items())

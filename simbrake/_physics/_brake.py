@@ -11,10 +11,12 @@ from .._hybrid import CORE, QUADRATURE, AbstractSemiExplicitSystem, largest, sma
 from .._hybrid._arrays import Array
 from .._parts._driller import AbstractSpeedLever
 from .._parts._duty import AbstractProfile, hides_nothing, next_known_time
+from .._parts._friction import SurfaceState
 from .._parts._links import Surroundings
 from .._parts._loads import AbstractLoad
 from ._heat_flows import Deposit
 from ._mechanism import AbstractMechanism, Acting, Mode, Moment, Pair, Rub, Sizes
+from ._memory import couplings_of_memory, rates_of_memory, sizes_of_memory
 from ._modes import BandMode
 from ._sliding import AbstractGrip
 from ._sparsity import couplings
@@ -72,8 +74,9 @@ def _course_of_load(load: AbstractLoad, t: Any, piece: Any) -> Any:
 
 class State(NamedTuple):
     """Angle `φ` (rad) and speed `ω` (rad/s) of the pulley, the states of the mechanism's own, the ledger, the heat
-    content of the thermal nodes over their capacity (K; `None` without heat), and the thickness worn off the linings
-    of each pair (m; `None` without wear, and of a pair without)."""
+    content of the thermal nodes over their capacity (K; `None` without heat), the thickness worn off the linings of
+    each pair (m; `None` without wear, and of a pair without), and the states of the friction law of each pair (`None`
+    without any)."""
 
     phi: Any
     omega: Any
@@ -81,6 +84,7 @@ class State(NamedTuple):
     ledger: Ledger
     heat: Any = None
     worn: Any = None
+    memory: Any = None
 
 
 class ThermalNow(NamedTuple):
@@ -201,6 +205,12 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             return tuple(None for _ in self.mechanism.pairs)
         return self._at_sensors(self.thermal.temperatures(u))
 
+    def surfaces(self, y: State) -> tuple[SurfaceState | None, ...]:
+        """What the law of each pair sees of its surfaces in the state `y`; `None`: nothing."""
+        memory = tuple(None for _ in self.mechanism.pairs) if y.memory is None else y.memory
+        each = zip(self.hot(y.heat), memory, strict=True)
+        return tuple(None if T is None and own is None else SurfaceState(T, own) for T, own in each)
+
     def _at_sensors(self, T: Array) -> tuple[Any, ...]:
         """What of a value at every node the laws of the pairs see."""
         assert self.thermal is not None
@@ -228,7 +238,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
     def variables(self, t, y, mode):
         net, pairs, pieces = self.thermal, self.mechanism.pairs, tuple(map(_piece, mode.heat_pieces))
         load = self.load.torque(t, y.omega, _piece(mode.load_piece))
-        hot = self.hot(y.heat)
+        hot = self.surfaces(y)
         tension, pull = self.lever_tension(t, y.omega, mode, load, hot)
 
         def still(forces: Any) -> tuple[Any, ...]:
@@ -277,6 +287,8 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         rates = State(y.omega, z.alpha, self.mechanism.own_rates(z.contact), ledger)
         if self.wearing is not None:
             rates = rates._replace(worn=self.wearing.rates(t, self.mechanism.pairs, z.rubs, self.hot(y.heat)))
+        if y.memory is not None:
+            rates = rates._replace(memory=self._memory_rates(y, mode, z))
         if self.thermal is None:
             return rates
         into, booked = z.thermal.flows.into, self._booked(z.thermal.deposits)
@@ -284,6 +296,21 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             into = into + deposit.into
         booked = booked._replace(lost=booked.lost + z.thermal.flows.lost, supplied=z.thermal.flows.supplied)
         return rates._replace(ledger=ledger._replace(heat=booked), heat=self.thermal.rise(into))
+
+    def _memory_rates(self, y: State, mode: Mode, z: BrakeNow) -> tuple[Any, ...]:
+        """Rates of the states of the friction laws."""
+        found, is_open = [], mode.band == BandMode.OPEN
+        for i, (pair, rub, hot) in enumerate(zip(self.mechanism.pairs, z.rubs, self.surfaces(y), strict=True)):
+            if pair.memory is None or hot is None:
+                found.append(None)
+                continue
+            v, power, normal = rub.sense * rub.slip, rub.force * rub.slip, rub.normal
+            if i == 0:  # on which the lever acts: it may be open, and what sticks shares its load by a rule
+                v, power = jnp.where(is_open, 0.0, v), jnp.where(is_open, 0.0, power)
+                if pair.memory.p:
+                    normal = jnp.where(rub.sense == 0, self.mechanism.linings(mode, z.contact).normal, normal)
+            found.append(rates_of_memory(pair, hot, v, normal, power))
+        return tuple(found)
 
     def _booked(self, deposits: tuple[Deposit, ...]) -> HeatLedger:
         """Where the friction heat went."""
@@ -319,7 +346,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
     def _acting(self, t: Array, y: State, mode: Mode, z: BrakeNow) -> Acting:
         """What acts, for guards and changes of mode: these no longer ask how temperatures change."""
         inertia = self.inertia_at(mode)
-        return Acting(t, z.lever_tension, z.lever_rate, z.load_torque, inertia, self.hot(y.heat), lambda forces: ())
+        return Acting(t, z.lever_tension, z.lever_rate, z.load_torque, inertia, self.surfaces(y), lambda forces: ())
 
     def margins(self, t, y, mode, z):
         found = self.mechanism.guards(self._acting(t, y, mode, z), y.omega, y.own, mode, z.contact)
@@ -348,7 +375,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             still = still._replace(ledger=y.ledger._replace(load_work=y.ledger.load_work + brought))
         if not self.mechanism.strains:
             return still
-        z, hot = self.variables(t, y, before).contact, self.hot(y.heat)
+        z, hot = self.variables(t, y, before).contact, self.surfaces(y)
         load = self.load.torque(t, omega, _piece(after.load_piece))
         tension = self.lever_tension(t, omega, after, load, hot)[0]
         strained = self.mechanism.strained(omega, own, (before, z), (after, tension))
@@ -364,7 +391,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
 
         # the heat of the jump warms the linings, on which the tension after it depends: settled in a few passes
         def settle(jump: Any, _: None) -> tuple[Any, None]:
-            return strained(self.hot(warmed(jump[2]))), None
+            return strained(self.surfaces(still._replace(heat=warmed(jump[2])))), None
 
         zero = jnp.zeros_like(omega)
         jump: Any = (own, zero, tuple(zero for _ in per_joule))
@@ -432,7 +459,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
 
     # --- sizes ----------------------------------------------------------------------------------------------------
 
-    def _like(self, phi: Any, omega: Any, own: Any, quadrature: Any, heat: Any, worn: Any) -> State:
+    def _like(self, phi: Any, omega: Any, own: Any, quadrature: Any, heat: Any, worn: Any, memory: Any) -> State:
         """What is like a state, with one value for every sum that no rate depends on."""
         booked = None
         if self.thermal is not None:
@@ -440,21 +467,24 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         friction = tuple(quadrature for _ in self.mechanism.pairs)
         damped = quadrature if self.mechanism.damps else None
         ledger = Ledger(quadrature, quadrature, friction, booked, damped)
-        return State(phi, omega, own, ledger, heat, None if self.wearing is None else self.wearing.each(worn))
+        return State(phi, omega, own, ledger, heat, None if self.wearing is None else self.wearing.each(worn), memory)
 
     def scales(self):
         kelvin = None if self.thermal is None else jnp.full_like(self.thermal.capacity, 100.0)
         worn = None if self.wearing is None else self.wearing.scale
         mechanism = self.mechanism
-        return self._like(1.0, mechanism.sizes.speed, mechanism.own_sizes(), jnp.inf, kelvin, worn)
+        memory = sizes_of_memory(mechanism.pairs)
+        return self._like(1.0, mechanism.sizes.speed, mechanism.own_sizes(), jnp.inf, kelvin, worn, memory)
 
     def couplings(self):
-        if self.thermal is None:
+        memory = couplings_of_memory(self.mechanism.pairs)
+        if self.thermal is None and memory is None:
             return None
+        heat = None if self.thermal is None else couplings(self.thermal.heat)
         own = jax.tree.map(lambda size: np.full(jnp.shape(size), CORE), self.mechanism.own_sizes())
         worn = None if self.wearing is None else np.full(self.wearing.count, QUADRATURE)
         core, quadrature = np.asarray(CORE), np.asarray(QUADRATURE)
-        return self._like(quadrature, core, own, quadrature, couplings(self.thermal.heat), worn)
+        return self._like(quadrature, core, own, quadrature, heat, worn, memory)
 
     def stored(self, t: Array, y: State, mode: Mode) -> tuple[Array, Array]:
         """Kinetic and elastic energy (J)."""
@@ -470,7 +500,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             T_0, rate = jnp.where(follows, self.lever.greatest(), T_0), jnp.where(follows, 0.0, rate)
         settled = self.lever.no_more_turns(t) & (jnp.abs(rate) * (t - start) <= _AT_REST * T_0)
         load = jnp.sign(y.omega) * self.load.torque(t, y.omega, _piece(mode.load_piece))
-        return Capacity(load, self.mechanism.capacity(T_0, y.omega, y.own, self.hot(y.heat)), settled)
+        return Capacity(load, self.mechanism.capacity(T_0, y.omega, y.own, self.surfaces(y)), settled)
 
 
 def _total(power: Array) -> Array:

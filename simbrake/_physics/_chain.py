@@ -6,7 +6,7 @@ import jax.numpy as jnp
 from jaxtyping import Bool, Float, Int
 
 from .._hybrid._arrays import Array
-from .._parts._friction import Contact, continued
+from .._parts._friction import SurfaceState, continued
 from ._mechanism import AbstractMechanism, Mode, Moment, Pair, PairNow, Rub, Shown, Sizes
 from ._modes import BandMode
 from ._sliding import Grip
@@ -114,9 +114,9 @@ class Chain(AbstractMechanism):
         # what sticks to a pulley without load torque still swings with it
         return jnp.asarray(False)
 
-    def _contact(self, hot: Any, normal: Array, slip: Array) -> Contact:
+    def _contact(self, hot: SurfaceState | None, normal: Array, slip: Array) -> Any:
         area = self.pairs[0].area
-        return Contact(v=slip, T=hot, p=None if area is None else normal / area)
+        return (hot or SurfaceState()).contact(slip, None if area is None else normal / area)
 
     def variables(self, acting, omega, own, mode):
         R_b, law, hot = self.radius, self.pairs[0].law, acting.hot[0]

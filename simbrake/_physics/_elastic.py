@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from .._hybrid._arrays import Array
+from .._parts._friction import SurfaceState
 from ._mechanism import (
     HELD,
     OPEN,
@@ -29,9 +30,13 @@ from ._mechanism import (
     sense_of,
     settled_mode,
 )
+from ._memory import rates_of_memory
 from ._modes import BandMode, pick, slips
 from ._state import BrakeCode
 from ._wrap import MOBILISATION, Limit, Wrap, band_torque
+
+#: Newton iterations of a slip speed under states of the law, before those that carry derivatives
+_SEARCH, _CARRY = 6, 2
 
 
 class Stretched(NamedTuple):
@@ -67,7 +72,8 @@ class ElasticBand(AbstractMechanism):
         J ω̇ = M_load − R_b (T_n − T_0),   T_n = C x while it sticks, T_0 Π^{±1} while it slides
 
     While it slides the tension moves with the lever, the speed and the temperatures, and these with the heat of the
-    slip itself: `ẋ = Ṫ_n/C = ẋ_0 + γ v_s`, `v_s = (R_b ω − ẋ_0)/(1 + γ)`.
+    slip itself: `ẋ = Ṫ_n/C = ẋ_0 + γ v_s`, `v_s = (R_b ω − ẋ_0)/(1 + γ)`. States of the friction law whose rates depend
+    on the slip make `ẋ(v_s)` a curve; `1 + γ` is then `1 + dẋ/dv_s`.
 
     Guards: motion, upper limit, lower limit, lever; then what can change with heat: locking, snap, fold.
     """
@@ -81,7 +87,7 @@ class ElasticBand(AbstractMechanism):
     def codes(self) -> tuple[BrakeCode, ...]:
         """Ends of the run that heat can bring about; each has a guard, the last ones."""
         grip = self.wrap.grip
-        found = [BrakeCode.BAND_SNAP] if grip.reads.T else []
+        found = [BrakeCode.BAND_SNAP] if grip.follows_slip else []
         return (*found, BrakeCode.FLASH_FOLD) if grip.implicit else tuple(found)
 
     def start(self, omega, elongation):
@@ -112,7 +118,8 @@ class ElasticBand(AbstractMechanism):
 
         drift = None if self.wrap.fixed is not None else acting.warming(None)[0]
         friction = (friction_of(self, T_0, at_limit.fz, back, upper),)
-        slide = slide_of(self, push, acting, speed, alpha, drift, friction)
+        ageing = ageing_of(self, acting, T_0, at_limit.fz, back, friction[0])
+        slide = slide_of(self, push, acting, speed, alpha, drift, friction, ageing)
         band_speed = pick(carried, speed, pick(sliding, slide.growth, 0.0))
         return ElasticNow(
             slack_tension=shown,
@@ -241,7 +248,7 @@ class Slide(NamedTuple):
 
 def limit_of(m: Any, acting: Acting, omega: Array, mode: Mode) -> tuple[Array, Callable[..., Array], Limit]:
     """The tension at the limit forwards, or of the way it slides; how that moves with the rates of slack tension, speed
-    and temperatures; and the linings there."""
+    and surfaces; and the linings there."""
     sliding, back = slips(mode.band), mode.band == BandMode.SLIP_BACK
 
     def tension(T_0: Array, omega: Array, hot: Any) -> tuple[Array, Limit]:
@@ -261,6 +268,25 @@ def friction_of(m: Any, T_0: Array, fz: Array, back: Any, tight: Array) -> Float
     return along - jnp.concatenate([T_0[None], along[:-1]])
 
 
+def ageing_of(
+    m: Any, acting: Acting, T_0: Array, fz: Array, back: Any, friction: Array
+) -> Callable[[Array], Any] | None:
+    """Rates of the states of the law of linings that all slide, as a function of their slip speed; `None`: no states.
+
+    - `friction`: that of `friction_of`
+    """
+    pair = m.pairs[0]
+    if pair.memory is None:
+        return None
+    along = m.wrap.along(T_0, fz, back)
+    normal = (along + jnp.concatenate([T_0[None], along[:-1]])) * m.wrap.grip.sine
+
+    def rates(slip: Array) -> Any:
+        return rates_of_memory(pair, acting.hot[0], pick(back, -slip, slip), normal, friction * slip)
+
+    return rates
+
+
 def slide_of(
     m: Any,
     push: Callable[..., Array],
@@ -269,19 +295,53 @@ def slide_of(
     alpha: Array | float,
     drift: Any,
     friction: tuple[Array | None, ...],
+    ageing: Callable[[Array], Any] | None,
 ) -> Slide:
-    """The band in full slip: `x = T_n/C` moves with the lever, with the speed and with the temperatures.
+    """The band in full slip: `x = T_n/C` moves with the lever, the speed, the temperatures and states of the law.
 
     `speed` (m/s) and `alpha` (rad/s²) of its carrier;  `drift`: rates of the temperatures but for the heat of this slip
     """
-    still = jnp.zeros_like(speed)
-    growth = push(acting.pull, still if m.wrap.fixed is not None else alpha, drift) / m.stiffness
+    still, grip, fixed = jnp.zeros_like(speed), m.wrap.grip, m.wrap.fixed is not None
+
+    def stretch(pull: Array, alpha: Any, T_rate: Any, memory_rate: Any) -> Array:
+        none = fixed or acting.hot[0] is None
+        return push(pull, alpha, None if none else SurfaceState(T_rate, memory_rate)) / m.stiffness
+
+    at_rest = None if ageing is None else ageing(still)
+    growth = stretch(acting.pull, still if fixed else alpha, drift, at_rest)
     lead = speed - growth
-    if not m.wrap.grip.reads.T:
+    if not grip.follows_slip:
         return Slide(growth, lead, lead, None)
-    gamma = push(still, still, acting.warming(friction)[0]) / m.stiffness
+    heating = acting.warming(friction)[0]
+    if ageing is not None and m.pairs[0].memory.slip:
+
+        def more(slip: Array) -> Array:
+            change = jax.tree.map(jnp.subtract, ageing(slip), at_rest)
+            return stretch(still, still, None if heating is None else slip * heating, change)
+
+        slip, snap = _slip_of(more, lead, m.wrap.radius * m.sizes.speed)
+        return Slide(speed - slip, slip, lead, snap)
+    gamma = stretch(still, still, heating, jax.tree.map(jnp.zeros_like, at_rest))
     slip = lead / jnp.where(1 + gamma > 0, 1 + gamma, 1.0)
     return Slide(growth + gamma * slip, slip, lead, 1 + gamma)
+
+
+def _slip_of(more: Callable[[Array], Array], lead: Array, size: Array) -> tuple[Array, Array]:
+    """The slip speed `v` with `v + more(v) = lead`, `more(0) = 0`, and `1 + more′(v)`, which is negative where there is
+    no such speed; `size`: a typical one."""
+
+    def residual(v: Array) -> tuple[Array, Array]:
+        return jax.jvp(lambda v: v + more(v) - lead, (v,), (jnp.ones_like(v),))
+
+    def newton(v: Array, _: None) -> tuple[Array, None]:
+        r, slope = residual(v)
+        return v - r / jnp.where(slope > 0, slope, 1.0), None
+
+    v = jax.lax.stop_gradient(jax.lax.scan(newton, jax.lax.stop_gradient(lead), None, length=_SEARCH)[0])
+    for _ in range(_CARRY):  # each carries derivatives one order further
+        v = newton(v, None)[0]
+    r, slope = residual(v)
+    return v, jnp.where(jnp.abs(r) > 1e-9 * size, -jnp.abs(r) / size, slope)
 
 
 def band_guards(m: Any, acting: Acting, omega: Array, mode: Mode, z: Any) -> list[Array]:
@@ -360,7 +420,7 @@ def strained(
     m: Any, omega: Array, x: Array, before: tuple[Mode, Any], after: tuple[Mode, Array]
 ) -> Callable[[Any], tuple[Array, Array, Array]]:
     """Elongation after a change of mode, the work of the lever in it and the heat that it sets free (J), as a function
-    of the temperatures of the linings."""
+    of the surfaces of the linings."""
     (old, z), (new, T_0), C = before, after, m.stiffness
     was_open, locked, sliding = old.band == BandMode.OPEN, m.locked_in(new), slips(new.band)
     is_open, held, elastic = new.band == BandMode.OPEN, new.band == BandMode.HELD, new.band == BandMode.ELASTIC

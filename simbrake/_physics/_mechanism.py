@@ -11,7 +11,7 @@ from jaxtyping import Bool, Float, Int
 
 from .._hybrid._arrays import Array
 from .._parts._band import LiningForces
-from .._parts._friction import AbstractFriction
+from .._parts._friction import AbstractFriction, RatesRead
 from .._parts._heat import FrictionHeat
 from .._parts._wear import AbstractWearRate
 from ._modes import BandMode
@@ -24,7 +24,8 @@ class Pair(eqx.Module):
     - `name`; `field` of the brake that describes its linings; `law` of friction; `area` (m²) of the linings
     - `heat`: where its heat goes, `None`: it is only booked
     - `wear`: its rate, `None`: none is followed;  `on_band`: whether the linings rub on the band, not on the rim
-    - `apart`: whether it matters for the heat which of the linings it comes from
+    - `apart`: whether it matters for the heat, or for states of the law, which of the linings it comes from
+    - `memory`: what the rates of the law's states depend on, `None`: it has none
     """
 
     name: str = eqx.field(static=True)
@@ -36,6 +37,7 @@ class Pair(eqx.Module):
     count: int = eqx.field(static=True)
     on_band: bool = eqx.field(static=True, default=False)
     apart: bool = eqx.field(static=True, default=False)
+    memory: RatesRead | None = eqx.field(static=True, default=None)
 
 
 class Rub(NamedTuple):
@@ -95,9 +97,10 @@ class Acting(NamedTuple):
 
     - `tension` (N): what the lever gives, a slack tension or a force, and `pull` its rate;  `load` (N·m) on the shaft
     - `inertia` (kg·m²) of the shaft and all that moves with it
-    - `hot`: temperatures (K) that the law of each pair sees, (n,), `None` where the scene has none
-    - `warming(forces)`: rates (K/s) of `hot` by the friction forces of each pair (as in `Rub`; `None`: not this pair's)
-      per unit of its slip speed, linear in them; without forces, by all else
+    - `hot`: state of the surfaces that the law of each pair sees: temperatures (K) and the law's own states, (n,);
+      `None` where the scene has neither
+    - `warming(forces)`: rates (K/s) of these temperatures by the friction forces of each pair (as in `Rub`; `None`: not
+      this pair's) per unit of its slip speed, linear in them; without forces, by all else
     """
 
     t: Float[Array, ""]
@@ -215,7 +218,7 @@ class AbstractMechanism(eqx.Module):
     def strained(
         self, omega: Array, own: Any, before: tuple[Mode, Any], after: tuple[Mode, Array]
     ) -> Callable[[tuple[Any, ...]], tuple[Any, Array, tuple[Array, ...]]]:
-        """The jumps of tension in a change of mode, as a function of the temperatures that the laws of the pairs see.
+        """The jumps of tension in a change of mode, as a function of the surfaces that the laws of the pairs see.
 
         It gives the own states after them, the work of the lever and the heat of each pair (J). `before`: the mode with
         its variables, `after` with the tension of the lever;  `omega`, `own` as they are after `arrested`.

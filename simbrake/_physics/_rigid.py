@@ -104,7 +104,7 @@ class AbstractTorqueLaw(eqx.Module):
     def torques(self, force: Array, v: Array, hot: Any, back: Array, static: Array) -> Torques:
         """Torques for the `force` (N) of the lever.
 
-        - `v` (m/s): slip speed, signed by the sense;  `hot`: temperatures (K) that the law sees
+        - `v` (m/s): slip speed, signed by the sense;  `hot`: state of the surfaces
         - `back`: the pulley turns backwards;  `static`: the static coefficients count
         """
 

@@ -14,7 +14,7 @@ from .._hybrid import largest, smallest
 from .._hybrid._arrays import Array
 from .._parts._band import tension_ratio
 from .._parts._design import AbstractLinings, Lining
-from .._parts._friction import Contact, Reads, continued, reads
+from .._parts._friction import RatesRead, Reads, SurfaceState, continued, rates_read, reads, remembers
 from .._parts._heat import FlashTemperature
 from .._parts._power_shares import PowerShares
 
@@ -47,10 +47,26 @@ class AbstractGrip(eqx.Module):
         return reads(self.linings.friction, self.linings.count, T=self.heated, p=self.linings.area is not None)
 
     @property
+    def remembers(self) -> bool:
+        """Whether the law has states of its own."""
+        return remembers(self.linings.friction)
+
+    @property
     def varies(self) -> bool:
         """Whether the coefficients of sticking linings can change in a run."""
         read = self.reads
-        return read.T or read.p
+        return read.T or read.p or self.remembers
+
+    @property
+    def rates_read(self) -> RatesRead | None:
+        """What the rates of the law's states depend on; `None` of a law without."""
+        return rates_read(self.linings.friction, self.linings.count, T=self.heated, p=self.linings.area is not None)
+
+    @property
+    def follows_slip(self) -> bool:
+        """Whether the coefficients change by the slip itself, with its heat or with states of the law."""
+        rates = self.rates_read
+        return self.reads.T or (rates is not None and rates.slip)
 
     @property
     @abc.abstractmethod
@@ -65,17 +81,18 @@ class FaceGrip(AbstractGrip):
     def cosine(self) -> Any:
         return 1.0
 
-    def coefficients(self, v: Array, T: Any, N: Any, static: Any) -> Float[Array, " n"]:
-        """`f_i` at slip speeds `v` (n,) signed by the sense, temperatures `T` (n,), under the normal forces `N` (n,).
+    def coefficients(self, v: Array, hot: SurfaceState | None, N: Any, static: Any) -> Float[Array, " n"]:
+        """`f_i` at slip speeds `v` (n,) signed by the sense, under the normal forces `N` (n,).
 
-        `N` is `None` for a law that does not look at the pressure; `static`: the linings stick.
+        `N` is `None` for a law that does not look at the pressure;  `hot`: state of the surfaces;  `static`: the
+        linings stick.
         """
-        law, p = self.linings.friction, None
+        law, surface, p = self.linings.friction, hot or SurfaceState(), None
         if self.linings.area is not None:
             p = jnp.zeros_like(v) if N is None else N / jnp.asarray(self.linings.area)
 
         def asked(v: Array) -> Array:
-            return law.governing(Contact(v=v, T=T, p=p), static)
+            return law.governing(surface.contact(v, p), static)
 
         return jnp.broadcast_to(continued(asked, v) if self.reads.v else asked(v), v.shape)
 
@@ -118,22 +135,24 @@ class Grip(AbstractGrip):
         """`continued` past the end of a slide, where the speed matters at all."""
         return continued(coefficient, v) if self.reads.v or self.flash is not None else coefficient(v)
 
-    def coefficients(self, T_0: Array, v: Array, T: Array | None, back: Array, *, static: bool | Array) -> Coefficients:
-        """All `f_i`; `v` (n,) slip speeds signed by the sense, `T` (n,) surface temperatures, `back`: tensions fall.
+    def coefficients(
+        self, T_0: Array, v: Array, hot: SurfaceState | None, back: Array, *, static: bool | Array
+    ) -> Coefficients:
+        """All `f_i`; `v` (n,) slip speeds signed by the sense, `hot` state of the surfaces, `back`: tensions fall.
 
         `static`: whether the linings stick, known while tracing or not; theirs are then the static coefficients.
         """
-        law, n = self.linings.friction, self.linings.count
+        law, n, surface = self.linings.friction, self.linings.count, hot or SurfaceState()
         static = bool(static) if isinstance(static, np.bool_) else static
 
-        def asked(contact: Contact) -> Array:
+        def asked(contact: Any) -> Array:
             """Of the two coefficients the one that counts."""
             if isinstance(static, bool):
                 return law.static(contact._replace(v=jnp.zeros_like(v))) if static else law.kinetic(contact)
             return law.governing(contact, static)
 
         if not self.implicit or (static is True and not self.reads.p):
-            f = self._continued(lambda v: asked(Contact(v=v, T=T, p=None)), v)
+            f = self._continued(lambda v: asked(surface.contact(v)), v)
             return Coefficients(jnp.broadcast_to(f, (n,)), jnp.ones(()))
 
         def at(f: Array, before: Array, i: Array) -> Array:
@@ -143,14 +162,14 @@ class Grip(AbstractGrip):
             p = None if self.linings.area is None else N / jnp.asarray(self.linings.area)
 
             def pressed(v: Array) -> Array:
-                hot = T
+                T, here = surface.T, surface
                 if self.flash is not None and T is not None:
                     spots = p if self.flash.hardness is None else self.flash.hardness
                     assert spots is not None
                     heat = 1.0 if self.shares is None else self.shares.heat
-                    hot = T + self.flash.rise(heat * f * spots * v, v)
-                    hot = hot if static is False else jnp.where(static, T, hot)
-                return asked(Contact(v=v, T=hot, p=p))
+                    flashing = T + self.flash.rise(heat * f * spots * v, v)
+                    here = surface._replace(T=flashing if static is False else jnp.where(static, T, flashing))
+                return asked(here.contact(v, p))
 
             F = self._continued(pressed, v)
             return jnp.sum(jnp.where(jnp.arange(n, dtype=jnp.int32) == i, f - F, 0.0))

@@ -10,7 +10,7 @@ from .._hybrid import largest
 from .._hybrid._arrays import Array
 from .._parts._band import affine_tensions, tension_ratio
 from .._parts._design import Bandage
-from .._parts._friction import AbstractFriction, Contact, continued, reads
+from .._parts._friction import AbstractFriction, SurfaceState, continued, reads
 from ._at_rest import Resting, Shared, holding_range, resting_tensions, share_load, yields_on_band
 from ._mechanism import OPEN, ROUNDING, AbstractMechanism, Ask, Mode, Pair, PairNow, Rub, Shown, Sizes
 from ._modes import BandMode
@@ -149,8 +149,10 @@ class SprungBandage(AbstractMechanism):
 
     @property
     def fades(self) -> bool:
-        """Whether a coefficient of friction depends on temperatures that the scene has."""
+        """Whether a coefficient of friction depends on temperatures that the scene has, or on states of its law."""
         inner = self.pairs[1]
+        if any(pair.memory is not None for pair in self.pairs):
+            return True
         return self.friction.reads.T or reads(inner.law, self.count, T=inner.heat is not None, p=False).T
 
     def start(self, omega, elongation):
@@ -172,15 +174,15 @@ class SprungBandage(AbstractMechanism):
         def each(f: Array) -> Array:
             return jnp.broadcast_to(f, (n,))
 
-        outer, inner = (pair.law for pair in self.pairs)
-        grip_static = each(outer.static(Contact(still, hot[0]))) * self.friction.tangent
-        on_band = continued(lambda v: outer.kinetic(Contact(v, hot[0])), outer_v)
-        on_rim = continued(lambda v: inner.kinetic(Contact(v, hot[1])), inner_v)
+        (outer, inner), (band, rim) = (pair.law for pair in self.pairs), (one or SurfaceState() for one in hot)
+        grip_static = each(outer.static(band.contact(still))) * self.friction.tangent
+        on_band = continued(lambda v: outer.kinetic(band.contact(v)), outer_v)
+        on_rim = continued(lambda v: inner.kinetic(rim.contact(v)), inner_v)
         return Coefficients(
             mu_static=tension_ratio(grip_static)[0],
             mu_kinetic=tension_ratio(each(on_band) * self.friction.tangent)[0],
             grip_static=grip_static,
-            inner_static=each(inner.static(Contact(still, hot[1]))),
+            inner_static=each(inner.static(rim.contact(still))),
             inner_kinetic=each(on_rim),
         )
 
@@ -465,8 +467,9 @@ class SprungBandage(AbstractMechanism):
         # one sum: every lining in its weaker pair, as at the limit of a pulley at rest but with kinetic friction
         n, speed = self.count, jnp.abs(omega)
 
-        def each(law: AbstractFriction, arm: Array, T: Array | None) -> Array:
-            return jnp.broadcast_to(law.kinetic(Contact(jnp.broadcast_to(arm * speed, (n,)), T)), (n,))
+        def each(law: AbstractFriction, arm: Array, surface: SurfaceState | None) -> Array:
+            contact = (surface or SurfaceState()).contact(jnp.broadcast_to(arm * speed, (n,)))
+            return jnp.broadcast_to(law.kinetic(contact), (n,))
 
         mu = tension_ratio(each(self.pairs[0].law, self.band_radius, hot[0]) * self.friction.tangent)[0]
         on_rim = self.track_radius * each(self.pairs[1].law, self.track_radius, hot[1])

@@ -11,6 +11,7 @@ from .._parts._internal import Held, InternalPair
 from ._elastic import (
     ElasticNow,
     Slide,
+    ageing_of,
     band_guards,
     friction_of,
     limit_of,
@@ -130,7 +131,7 @@ class StagedBrake(AbstractMechanism):
     def codes(self) -> tuple[BrakeCode, ...]:
         """Ends of the run that heat can bring about, each with a guard."""
         grip = self.wrap.grip
-        found = [BrakeCode.BAND_SNAP] if grip.reads.T and self.stiffness is not None else []
+        found = [BrakeCode.BAND_SNAP] if grip.follows_slip and self.stiffness is not None else []
         return (*found, BrakeCode.FLASH_FOLD) if grip.implicit else tuple(found)
 
     @property
@@ -194,7 +195,8 @@ class StagedBrake(AbstractMechanism):
                 heated = acting.warming((None, pick(inner < 0, -1.0, 1.0) * friction * inner_slip))[0]
                 drift = _sum(acting.warming(None)[0], heated)
             rubs = (friction_of(self, T_0, at_limit.fz, back, upper), None)
-            slide = slide_of(self, push, acting, speed, alpha_b, drift, rubs)
+            ageing = ageing_of(self, acting, T_0, at_limit.fz, back, rubs[0])
+            slide = slide_of(self, push, acting, speed, alpha_b, drift, rubs, ageing)
         carried = take_up | (band == BandMode.ELASTIC)
         band_speed = pick(carried, speed, pick(sliding, slide.growth, 0.0)) if self.stiffness is not None else zero
         found = ElasticNow(

@@ -80,7 +80,7 @@ class Wrap(eqx.Module):
     def limit(self, T_0: Array, v: Array, hot: Any, back: Array, static: Array) -> Limit:
         """The limit at the slack tension `T_0`.
 
-        - `v`: slip speed (m/s) signed by the sense;  `hot` (n,): temperatures that the law sees
+        - `v`: slip speed (m/s) signed by the sense;  `hot`: state of the surfaces
         - `back`: the lever end is the tight one;  `static`: the static coefficients count
         """
         if self.fixed is not None:

@@ -53,7 +53,7 @@ def probe_at(record: Record, index: Array, h: Array) -> Probe:
         hot = surfaces(system, q)
         return (
             q,
-            mechanism.shown(q.lever_tension, y.omega, y.own, mode, system.hot(y.heat), q.contact),
+            mechanism.shown(q.lever_tension, y.omega, y.own, mode, system.surfaces(y), q.contact),
             mechanism.lining_margins(mode, q.contact),
             hot,
             passing(system, mode, q, hot),

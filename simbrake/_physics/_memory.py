@@ -1,0 +1,57 @@
+"""States of friction laws made ready for integration: how fast they change with slip, heat and load."""
+
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Float
+
+from .._hybrid import CORE
+from .._hybrid._arrays import Array
+from .._parts._friction import SurfaceState, memory_at_start, memory_sizes, remembers
+from ._mechanism import Pair
+
+
+def rates_of_memory(
+    pair: Pair, hot: SurfaceState, v: Array, normal: Float[Array, " n"], power: Float[Array, " n"]
+) -> Any:
+    """Rates of the states of a pair's law, (n,) each.
+
+    - `v` (m/s): slip speed signed by the sense, `power` (W) of the friction of each lining: (n,) or one for all
+
+    Past the end of a slide, where both are below 0, a rate `g` goes on with the slope that it has, `2 g(0) − g(|v|)`.
+    """
+    law, still = pair.law, jnp.zeros(pair.count)
+    p = None if pair.area is None else normal / pair.area
+    v, q = v + still, None if pair.area is None else power / pair.area + still
+
+    def at(v: Array, q: Any) -> Any:
+        return jax.tree.map(lambda rate: rate + still, law.rates(hot.contact(v, p, q)))
+
+    at_rest = at(still, None if q is None else still)
+    if pair.memory is None or not pair.memory.slip:
+        return at_rest
+    past = v < 0
+    found = at(jnp.where(past, -v, v), None if q is None else jnp.where(past, -q, q))
+    return jax.tree.map(lambda rate, still: jnp.where(past, 2 * still - rate, rate), found, at_rest)
+
+
+def start_of_memory(pairs: tuple[Pair, ...]) -> Any:
+    """States of the laws at the start, one PyTree for each pair (`None`: its law has none); `None` without any."""
+    return _each(pairs, lambda pair: memory_at_start(pair.law, pair.count))
+
+
+def sizes_of_memory(pairs: tuple[Pair, ...]) -> Any:
+    """Typical sizes of these states."""
+    return _each(pairs, lambda pair: memory_sizes(pair.law, memory_at_start(pair.law, pair.count)))
+
+
+def couplings_of_memory(pairs: tuple[Pair, ...]) -> Any:
+    """Places of these states in the Jacobian: friction depends on them, and they on load, slip and temperature."""
+    return jax.tree.map(lambda state: np.full(state.shape, CORE), start_of_memory(pairs))
+
+
+def _each(pairs: tuple[Pair, ...], of: Any) -> Any:
+    found = tuple(of(pair) if remembers(pair.law) else None for pair in pairs)
+    return None if all(one is None for one in found) else found
