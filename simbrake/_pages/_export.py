@@ -37,9 +37,10 @@ def series_table(result: Result, count: int = 1001) -> tuple[list[str], np.ndarr
             names.append(field + unit)
             columns.append(values)
         else:
-            labels = result.nodes if field == "temperature" else [str(i + 1) for i in range(values.shape[1])]
+            each = ["_".join(str(i + 1) for i in place) for place in np.ndindex(values.shape[1:])]
+            labels = result.nodes if field == "temperature" else each
             names += [f"{field}_{label}{unit}" for label in labels]
-            columns += list(values.T)
+            columns += list(values.reshape(len(values), -1).T)
     table = np.stack(columns, axis=1)
     # in order of time, at an event the left value first
     before = np.append(np.ones(len(grid) + len(times)), np.zeros(len(times))) if times.size else np.ones(len(grid))

@@ -446,10 +446,11 @@ def _faults_of_wrap(stiffness: Any, angle: np.ndarray, where: str, path: str) ->
 
 
 def faults_of_law(law: AbstractFriction, path: str, n: int) -> list[Fault]:
-    """Numbers of a law that are neither one for all nor one for each of `n` linings."""
-    if not _fits(skeleton(law), n):
-        return [Fault(path, f"its numbers do not fit {n} linings", f"give one number, or a list of {n}")]
-    return faults_of_memory(law, path, n)
+    """Numbers or states of a law that are neither one for all nor one for each of `n` linings."""
+    found = faults_of_memory(law, path, n)
+    if found or _fits(skeleton(law), n):
+        return found
+    return [Fault(path, f"its numbers do not fit {n} linings", f"give one number, or a list of {n}")]
 
 
 @functools.lru_cache(maxsize=1024)

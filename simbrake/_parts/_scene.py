@@ -16,7 +16,7 @@ from ._compliance import ParallelBands
 from ._design import AbstractBrake, AbstractLinings, Brake, tension_shares, unloaded
 from ._driller import AbstractSpeedLever
 from ._duty import AbstractProfile
-from ._friction import AbstractFriction, Reads, needs, reads
+from ._friction import AbstractFriction, Reads, needs, reads, remembers
 from ._heat import FrictionHeat, Heat
 from ._loads import AbstractLoad
 from ._network import nodes_at, place_of
@@ -199,7 +199,7 @@ def warnings(scene: Scene) -> list[str]:
     if not (isinstance(brake, Brake) and isinstance(brake.band.stiffness, ParallelBands)):
         return found
     read = read_by_linings(scene)
-    if not (read.T or read.p):
+    if not (read.T or read.p or remembers(brake.linings.friction)):
         return found
     shares = np.asarray(tension_shares(brake, sensed_at_start(scene)))
     if np.ptp(shares) > 1e-9:
@@ -233,7 +233,7 @@ def _faults_of_heat(scene: Scene) -> list[Fault]:
         found.append(
             Fault("heat.external", "has no effect", "only a staged brake (`brake.bandage`) has an external pair")
         )
-    for law, pair, where, field in _pairs(scene):
+    for law, pair, where, field in pairs_of(scene):
         if pair is None:
             if heat is not None and scene.brake.staged:
                 # its heat would leave the network, counted as lost, and warm nothing
@@ -260,7 +260,7 @@ def _faults_of_heat(scene: Scene) -> list[Fault]:
     return found
 
 
-def _pairs(scene: Scene) -> list[tuple[AbstractFriction, FrictionHeat | None, str, str]]:
+def pairs_of(scene: Scene) -> list[tuple[AbstractFriction, FrictionHeat | None, str, str]]:
     """Friction laws with the places of their heat, their paths, and the field of the heat part that names these."""
     heat, brake, law = scene.heat, scene.brake, scene.brake.linings.friction
     friction, external = (None, None) if heat is None else (heat.friction, heat.external)
@@ -274,14 +274,14 @@ def _pairs(scene: Scene) -> list[tuple[AbstractFriction, FrictionHeat | None, st
 
 def read_by_linings(scene: Scene) -> Reads:
     """What the linings' friction law reads on the band (staged), else on the rim, of what the scene has."""
-    (law, pair, *_), *_ = _pairs(scene)
+    (law, pair, *_), *_ = pairs_of(scene)
     linings = scene.brake.linings
     return reads(law, linings.count, T=pair is not None, p=linings.area is not None)
 
 
 def sensed_at_start(scene: Scene) -> np.ndarray | None:
     """Temperatures that the linings' friction law on the band (staged), else on the rim, sees at the start (K)."""
-    pair, n = _pairs(scene)[0][1], scene.brake.linings.count
+    pair, n = pairs_of(scene)[0][1], scene.brake.linings.count
     return None if pair is None else _sensed_at_start(scene.heat, pair, n)
 
 

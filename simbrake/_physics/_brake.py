@@ -177,6 +177,11 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         """Names of the friction pairs, first the one on which the lever acts."""
         return tuple(pair.name for pair in self.mechanism.pairs)
 
+    @property
+    def remembers(self) -> bool:
+        """Whether a friction law has states of its own."""
+        return any(pair.memory is not None for pair in self.mechanism.pairs)
+
     # --- what acts ------------------------------------------------------------------------------------------------
 
     @property

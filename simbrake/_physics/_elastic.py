@@ -35,8 +35,10 @@ from ._modes import BandMode, pick, slips
 from ._state import BrakeCode
 from ._wrap import MOBILISATION, Limit, Wrap, band_torque
 
-#: Newton iterations of a slip speed under states of the law, before those that carry derivatives
-_SEARCH, _CARRY = 6, 2
+#: Newton iterations of a slip speed under states of the law, and those after them that carry derivatives
+_SEARCH, _CARRY = 8, 2
+#: how far they may look, and what is no solution, over typical speeds
+_FAR, _OFF = 1e3, 1e-9
 
 
 class Stretched(NamedTuple):
@@ -327,8 +329,10 @@ def slide_of(
 
 
 def _slip_of(more: Callable[[Array], Array], lead: Array, size: Array) -> tuple[Array, Array]:
-    """The slip speed `v` with `v + more(v) = lead`, `more(0) = 0`, and `1 + more′(v)`, which is negative where there is
-    no such speed; `size`: a typical one."""
+    """The slip speed `v` with `v + more(v) = lead`, `more(0) = 0`, and `1 + more′(v)`.
+
+    Where there is none it is `lead`, and the slope negative.  `size`: a typical speed
+    """
 
     def residual(v: Array) -> tuple[Array, Array]:
         return jax.jvp(lambda v: v + more(v) - lead, (v,), (jnp.ones_like(v),))
@@ -337,11 +341,16 @@ def _slip_of(more: Callable[[Array], Array], lead: Array, size: Array) -> tuple[
         r, slope = residual(v)
         return v - r / jnp.where(slope > 0, slope, 1.0), None
 
-    v = jax.lax.stop_gradient(jax.lax.scan(newton, jax.lax.stop_gradient(lead), None, length=_SEARCH)[0])
+    def search(v: Array, _: None) -> tuple[Array, None]:
+        return jnp.clip(newton(v, None)[0], -far, far), None
+
+    far = jax.lax.stop_gradient(_FAR * (jnp.abs(lead) + size))
+    v = jax.lax.stop_gradient(jax.lax.scan(search, jax.lax.stop_gradient(lead), None, length=_SEARCH)[0])
     for _ in range(_CARRY):  # each carries derivatives one order further
         v = newton(v, None)[0]
     r, slope = residual(v)
-    return v, jnp.where(jnp.abs(r) > 1e-9 * size, -jnp.abs(r) / size, slope)
+    off = jnp.abs(r) / size
+    return jnp.where(off > _OFF, lead, v), jnp.where(off > _OFF, -jnp.minimum(off, 1.0), slope)
 
 
 def band_guards(m: Any, acting: Acting, omega: Array, mode: Mode, z: Any) -> list[Array]:

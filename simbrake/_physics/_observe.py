@@ -27,17 +27,16 @@ def surfaces(system: BrakeSystem, q: BrakeNow) -> dict[str, Array]:
 
 def _can_lose_grip(system: BrakeSystem) -> bool:
     """Whether fade can leave a sliding brake of one pair, whose linings act as one, weaker than its load."""
-    return system.grip.reads.T and len(system.mechanism.pairs) == 1 and not system.mechanism.resolved
+    reads = system.grip.reads.T or system.grip.remembers
+    return reads and len(system.mechanism.pairs) == 1 and not system.mechanism.resolved
 
 
 def mark_names(system: BrakeSystem) -> list[tuple[str, int | None]]:
-    """Marks that heat can pass, as names of events with the lining (from 1) that they concern."""
+    """Marks that heat or fade can pass, as names of events with the lining (from 1) that they concern."""
+    names: list[tuple[str, int | None]] = [("grip_lost", None)] if _can_lose_grip(system) else []
     if system.thermal is None:
-        return []
+        return names
     heat, n = system.thermal.heat, system.linings.count
-    names: list[tuple[str, int | None]] = []
-    if _can_lose_grip(system):
-        names.append(("grip_lost", None))
     if heat.permissible is not None and heat.linings is not None:
         per_lining = place_count(heat, heat.linings) == n and n > 1
         names += [("permissible_temperature", i + 1 if per_lining else None) for i in range(n if per_lining else 1)]
@@ -47,15 +46,13 @@ def mark_names(system: BrakeSystem) -> list[tuple[str, int | None]]:
 def passing(system: BrakeSystem, mode: Mode, q: BrakeNow, hot: dict[str, Array]) -> Array:
     """By how much each of `mark_names` is passed, relative to a typical size."""
     found: list[Any] = []
-    if system.thermal is None:
-        return jnp.zeros(0)
-    heat = system.thermal.heat
     if _can_lose_grip(system):
         # sliding ahead, the brake no longer outweighs the load (a lever that holds the speed balances it to rounding)
         short = (q.load_torque - q.brake_torque) / system.sizes.torque - 1e-9
         # a lever that is being released lets go on purpose: that is no loss of grip
         pulls = q.lever_rate >= 0
         found.append(jnp.where((mode.band == BandMode.SLIP) & (mode.sense > 0) & pulls, short, -1.0)[None])
-    if heat.permissible is not None and heat.linings is not None:
+    heat = None if system.thermal is None else system.thermal.heat
+    if heat is not None and heat.permissible is not None and heat.linings is not None:
         found.append((hot["linings"] - heat.permissible) / 100.0)
     return jnp.concatenate(found) if found else jnp.zeros(0)

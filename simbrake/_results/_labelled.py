@@ -67,6 +67,9 @@ def dataset(result: Result, times: Any = None) -> Any:
         ),
     }
     data = _columns(result, series)
+    for field, (dims, values, _) in data.items():
+        if f"{field}_state" in dims:
+            coords[dims[1]] = (dims[1], np.arange(values.shape[1]) + 1, _about("1", "which state of the friction law"))
     if series.temperature is not None:
         coords["node"] = ("node", np.asarray(result.nodes), _about("1", "thermal node"))
         _add_walls(result, np.asarray(series.temperature), coords, data)
@@ -125,7 +128,8 @@ def _columns(result: Result, series: Series) -> dict[str, Any]:
         value = np.asarray(values)
         if np.issubdtype(value.dtype, np.integer):
             value = value.astype(np.int64)
-        dims = ("time",) if value.ndim == 1 else ("time", "node" if field == "temperature" else "lining")
+        last = "node" if field == "temperature" else "lining"
+        dims = ("time", *(() if value.ndim == 1 else (last,) if value.ndim == 2 else (f"{field}_state", last)))
         if value.ndim == 2 and field.endswith("_temperature") and value.shape[1] != n:
             dims, value = ("time",), value[:, 0]
         data[field] = (dims, value, _about(unit_of_column(field), meaning_of_column(field)))

@@ -37,6 +37,7 @@ SERIES_MEANINGS = {
     "electrical_work": "electrical part of the friction work since the start",
     "mechanical_work": "mechanical part of the friction work since the start",
     "worn_thickness": "thickness that each lining lost since the start",
+    "friction_memory": "state of the friction law of each lining (several: over state, in the order of its PyTree)",
 }
 
 #: of the metrics; times that never come are infinite

@@ -1,14 +1,22 @@
 """Which method integrates a scene, and why."""
 
+from typing import Any
+
+import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.flatten_util import ravel_pytree
 
+from .._base._compiling import DeviceJit
+from .._hybrid._arrays import Array
+from .._parts._design import Brake, unloaded
 from .._parts._duty import AbstractProfile
+from .._parts._friction import AbstractFriction, remembers
 from .._parts._heat import Heat
 from .._parts._links import AbstractLink, Conductance, Convection, Radiation, Surroundings, ThermalContact
 from .._parts._material import ROOM
 from .._parts._network import Body, Junction, Lump, Reservoir, Wall, place_of
-from .._parts._scene import Scene
+from .._parts._scene import Scene, pairs_of, sensed_at_start, sensed_on_rim_at_start
 
 #: length of the real stability interval of Dopri8, roughly
 _REACH = 6.0
@@ -83,7 +91,9 @@ def stiffness(scene: Scene) -> tuple[bool, str]:
     span = float(scene.end_time) - float(scene.initial.time)
     found = (False, "nothing in the scene is stiff") if scene.heat is None else stiff_heat(scene.heat, span)
     # linings that swing one by one have to be followed in any case
-    return found if found[0] or scene.brake.resolved else _stiff_drag(scene, span) or found
+    if found[0] or scene.brake.resolved:
+        return found
+    return _stiff_drag(scene, span) or _stiff_memory(scene, span) or found
 
 
 def _stiff_drag(scene: Scene, span: float) -> tuple[bool, str] | None:
@@ -93,6 +103,36 @@ def _stiff_drag(scene: Scene, span: float) -> tuple[bool, str] | None:
         return None
     how = f"drag balances the speed within {1 / rate:.2g} s"
     return True, f"{how}: an explicit method would need at least {rate * span / _REACH:.2g} steps to stay stable"
+
+
+def _stiff_memory(scene: Scene, span: float) -> tuple[bool, str] | None:
+    """Whether a friction law has a state that follows much faster than the run lasts, at the start."""
+    v = abs(float(scene.brake.radius) * float(scene.initial.omega))
+    parts = [scene.brake.linings, *([scene.brake.bandage] if isinstance(scene.brake, Brake) else [])]
+    fastest = 0.0
+    for part, (law, *_) in zip(parts, pairs_of(scene), strict=False):
+        if part is not None and remembers(law):
+            T = sensed_at_start(scene) if part is parts[0] else sensed_on_rim_at_start(scene)
+            contact = unloaded(part, jnp.full(scene.brake.linings.count, v), None if T is None else jnp.asarray(T))
+            fastest = max(fastest, float(_fastest_state(law, contact)))
+    if fastest * span / _REACH <= (_PATIENCE_COLD if scene.heat is None else _PATIENCE):
+        return None
+    how = f"a state of a friction law follows within {1 / fastest:.2g} s"
+    return True, f"{how}: an explicit method would need at least {fastest * span / _REACH:.2g} steps to stay stable"
+
+
+@DeviceJit
+def _fastest_state(law: AbstractFriction, contact: Any) -> Array:
+    """Largest rate (1/s) by which a change of the law's states decays, after Gershgorin."""
+    memory: Any
+    memory, back = ravel_pytree(contact.memory)
+    still = None if contact.p is None else jnp.zeros_like(contact.p)
+
+    def rates(memory: Any) -> Any:
+        found = law.rates(contact._replace(memory=back(memory), q=still))
+        return ravel_pytree(jax.tree.map(lambda x, y: x + 0.0 * y, found, back(memory)))[0]
+
+    return jnp.max(jnp.sum(jnp.abs(jax.jacfwd(rates)(memory)), axis=1))
 
 
 def stiff_heat(heat: Heat, span: float) -> tuple[bool, str]:

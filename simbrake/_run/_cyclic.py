@@ -6,9 +6,10 @@ import equinox as eqx
 import numpy as np
 
 from .._base._faults import Fault, InputError
+from .._parts._friction import remembers
 from .._parts._heat import Heat, initial_temperatures
 from .._parts._network import Junction, Reservoir
-from .._parts._scene import Scene
+from .._parts._scene import Scene, pairs_of
 from ._result import Result
 from ._simulate import simulate
 
@@ -48,12 +49,15 @@ def cyclic_steady_state(
     The root of `P(T) − T`, `P` being one cycle, by Newton's method on a Krylov space (scipy's `newton_krylov`): a cycle
     that changes the temperatures by 1 % of what is still missing takes hundreds of runs in a row, here some dozens.
 
-    Raises `InputError` if the scene has no heat, `RuntimeError` if no state is found within `limit` runs.
+    Raises `InputError` if the scene has no heat, or a friction law with states; `RuntimeError` if no state is found
+    within `limit` runs.
     """
     from scipy.optimize import NoConvergence, newton_krylov  # imported where it is used: half a second of start-up
 
     if scene.heat is None:
         raise InputError([Fault("heat", "is missing", "a cyclic steady state is one of temperatures")])
+    if any(remembers(law) for law, *_ in pairs_of(scene)):
+        raise InputError([Fault("brake", "has a friction law with states", "run the cycles one after the other")])
     heat, runs = scene.heat, 0
 
     def starting(T: np.ndarray) -> Scene:

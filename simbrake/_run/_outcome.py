@@ -40,7 +40,8 @@ FAILURES = {
     BrakeCode.BAND_SNAP: (
         "band_snap",
         "1 + γ fell to 0: friction fades faster than the elastic band can follow, and its tension would jump",
-        "give the surface that the friction law senses a larger capacity, or the band a higher stiffness",
+        "give the surface that the friction law senses a larger capacity, states of the law slower rates, "
+        "or the band a higher stiffness",
     ),
     BrakeCode.FLASH_FOLD: (
         "flash_fold",

@@ -37,7 +37,7 @@ from ._metrics import (
 from ._outcome import FAILURES, STATUS_MESSAGES, Status, failure_of, status_of
 from ._probe import Probe, probe_at, probe_many
 from ._report import Report, labels_of
-from ._series import PairSeries, Series, array_of_times, fault_of_times, outside
+from ._series import PairSeries, Series, array_of_times, fault_of_times, memory_column, outside
 from ._stages import Stage, has_stages
 from ._summary import text
 
@@ -278,6 +278,7 @@ class Result(eqx.Module):
             bandage_speed=shown.bandage_speed,
             lining_speed=shown.lining_speed,
             worn_thickness=None if worn is None else thickness(worn),
+            friction_memory=memory_column(p.y.memory and p.y.memory[0]),
             **self._thermal_columns(p),
         )
 
@@ -298,6 +299,7 @@ class Result(eqx.Module):
                 capacity=now.capacity,
                 friction_coefficient=now.coefficient,
                 worn_thickness=None if p.y.worn is None else p.y.worn[i],
+                friction_memory=memory_column(p.y.memory and p.y.memory[i]),
             )
         return found
 

@@ -3,6 +3,8 @@
 import re
 from typing import Any, NamedTuple
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float, Int
 
@@ -23,6 +25,7 @@ class PairSeries(NamedTuple):
     capacity: Float[Array, " m"] | None = None  # torque up to which it sticks, or with which it slides, N·m
     friction_coefficient: Float[Array, "m n"] | None = None  # of every lining, sliding; None without heat
     worn_thickness: Float[Array, "m n"] | None = None  # since the start, m; None without wear of the pair
+    friction_memory: Any = None  # state of the friction law (m, n), of several (m, s, n); None of a law without
 
 
 class Series(NamedTuple):
@@ -65,6 +68,7 @@ class Series(NamedTuple):
     electrical_work: Float[Array, " m"] | None = None  # of the friction, J; None where all of it is heat
     mechanical_work: Float[Array, " m"] | None = None  # J
     worn_thickness: Float[Array, "m n"] | None = None  # of every lining since the start, at all faces, m; or no wear
+    friction_memory: Any = None  # state of the friction law (m, n), of several (m, s, n); None of a law without
 
     @property
     def friction_work(self) -> Any:
@@ -72,6 +76,14 @@ class Series(NamedTuple):
         if self.electrical_work is None or self.mechanical_work is None:
             return self.friction_heat
         return self.friction_heat + self.electrical_work + self.mechanical_work
+
+
+def memory_column(memory: Any) -> Any:
+    """The column of the states of one friction law, a PyTree of (m, n)."""
+    states = jax.tree.leaves(memory)
+    if len(states) < 2:
+        return states[0] if states else None
+    return (np if isinstance(states[0], np.ndarray) else jnp).stack(states, axis=1)
 
 
 def outside(ts: Any, start: Any, end: Any) -> Any:
@@ -142,6 +154,7 @@ SERIES_UNITS = {
     "electrical_work": "J",
     "mechanical_work": "J",
     "worn_thickness": "m",
+    "friction_memory": "",
 }
 
 
@@ -164,6 +177,7 @@ PAIR_COLUMNS = {
     "capacity": About("N*m", "torque up to which the pair sticks, or with which it slides"),
     "friction_coefficient": About("", "coefficient of friction of each lining, sliding"),
     "worn_thickness": About("m", "thickness that each lining lost since the start"),
+    "friction_memory": About("", "state of the friction law of each lining (several: in the order of its PyTree)"),
 }
 _OF_PAIR = re.compile(rf"(?P<pair>[a-z][a-z_]*?)_(?P<column>{'|'.join(PAIR_COLUMNS)})")
 
