@@ -419,6 +419,7 @@ def test_what_the_rates_read():
     assert of(sb.ConstantFriction(0.3)) is None
     assert of(Timed()) == RatesRead(v=False, T=False, p=False, q=False)
     assert of(Travelled()) == RatesRead(v=True, T=False, p=False, q=False)
+    assert of(Travelled(power=2)) == RatesRead(v=True, T=False, p=False, q=False, bends=True)
     assert of(RunningIn()) == RatesRead(v=False, T=False, p=False, q=True)
     assert of(Recovering()) == RatesRead(v=False, T=True, p=False, q=False)
     assert of(sb.ProductFriction(Pressed(), ())) == RatesRead(v=False, T=False, p=True, q=False)

@@ -240,12 +240,16 @@ def _reads(law: Skeleton, n: int, T: bool, p: bool) -> Reads:
 
 
 class RatesRead(NamedTuple):
-    """What the rates of a law's states depend on: slip speed, temperature, pressure, friction power per area."""
+    """What the rates of a law's states depend on: slip speed, temperature, pressure, friction power per area.
+
+    - `bends`: whether they are no straight lines over slip speed and power
+    """
 
     v: bool
     T: bool
     p: bool
     q: bool
+    bends: bool = False
 
     @property
     def slip(self) -> bool:
@@ -264,7 +268,15 @@ def _rates_read(law: Skeleton, n: int, T: bool, p: bool) -> RatesRead | None:
     if contact is None:
         return None
     _, found = read_by(_rates, law.stand_in(), contact)
-    return RatesRead(found.v, bool(found.T), bool(found.p), bool(found.q))
+    _, slope = read_by(_slopes, law.stand_in(), contact)
+    return RatesRead(found.v, bool(found.T), bool(found.p), bool(found.q), slope.v or bool(slope.q))
+
+
+def _slopes(law: AbstractFriction, contact: Any) -> Any:
+    """How the rates of a law's states change with slip speed and power together."""
+    slip = (contact.v, contact.q)
+    along = jax.tree.map(jnp.ones_like, slip)
+    return jax.jvp(lambda slip: law.rates(contact._replace(v=slip[0], q=slip[1])), (slip,), (along,))[1]
 
 
 def needs(law: AbstractFriction, n: int) -> Reads:

@@ -314,16 +314,19 @@ def slide_of(
     lead = speed - growth
     if not grip.follows_slip:
         return Slide(growth, lead, lead, None)
-    heating = acting.warming(friction)[0]
-    if ageing is not None and m.pairs[0].memory.slip:
+    heating, rates = acting.warming(friction)[0], m.pairs[0].memory
+
+    def change(slip: Array) -> Any:
+        return None if ageing is None else jax.tree.map(jnp.subtract, ageing(slip), at_rest)
+
+    if rates is not None and rates.bends:
 
         def more(slip: Array) -> Array:
-            change = jax.tree.map(jnp.subtract, ageing(slip), at_rest)
-            return stretch(still, still, None if heating is None else slip * heating, change)
+            return stretch(still, still, None if heating is None else slip * heating, change(slip))
 
         slip, snap = _slip_of(more, lead, m.wrap.radius * m.sizes.speed)
         return Slide(speed - slip, slip, lead, snap)
-    gamma = stretch(still, still, heating, jax.tree.map(jnp.zeros_like, at_rest))
+    gamma = stretch(still, still, heating, change(jnp.ones_like(still)))
     slip = lead / jnp.where(1 + gamma > 0, 1 + gamma, 1.0)
     return Slide(growth + gamma * slip, slip, lead, 1 + gamma)
 
