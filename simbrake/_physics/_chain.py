@@ -229,6 +229,10 @@ class Chain(AbstractMechanism):
         return True
 
     @property
+    def couples_loads(self):
+        return False  # tensions are those of the segments
+
+    @property
     def damps(self):
         return True
 

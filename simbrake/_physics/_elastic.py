@@ -206,6 +206,10 @@ class ElasticBand(AbstractMechanism):
         return self.wrap.grip.varies
 
     @property
+    def couples_slip(self):
+        return True
+
+    @property
     def strains(self):
         return True
 

@@ -273,6 +273,16 @@ class AbstractMechanism(eqx.Module):
         return len(self.pairs) > 1 or self.resolved
 
     @property
+    def couples_loads(self) -> bool:
+        """Whether the load of a lining depends on the friction of others at the same instant."""
+        return True
+
+    @property
+    def couples_slip(self) -> bool:
+        """Whether slip speeds depend on how fast the friction changes."""
+        return False
+
+    @property
     def damps(self) -> bool:
         """Whether it has dampers; its variables then have `damping` (W)."""
         return False

@@ -1,5 +1,6 @@
 """States of friction laws made ready for integration: how fast they change with slip, heat and load."""
 
+import itertools
 from typing import Any
 
 import jax
@@ -10,7 +11,7 @@ from jaxtyping import Float
 from .._hybrid import CORE
 from .._hybrid._arrays import Array
 from .._parts._friction import SurfaceState, memory_at_start, memory_sizes, remembers
-from ._mechanism import Pair
+from ._mechanism import AbstractMechanism, Pair
 
 
 def rates_of_memory(
@@ -47,9 +48,28 @@ def sizes_of_memory(pairs: tuple[Pair, ...]) -> Any:
     return _each(pairs, lambda pair: memory_sizes(pair.law, memory_at_start(pair.law, pair.count)))
 
 
-def couplings_of_memory(pairs: tuple[Pair, ...]) -> Any:
-    """Places of these states in the Jacobian: friction depends on them, and they on load, slip and temperature."""
-    return jax.tree.map(lambda state: np.full(state.shape, CORE), start_of_memory(pairs))
+def couplings_of_memory(mechanism: AbstractMechanism, first: int) -> Any:
+    """Places of these states in the Jacobian, those in the chain from `first` on.
+
+    A state of a lining stands in the chain, without neighbours, where its rate depends on the core alone (speeds,
+    temperatures) and on the states of that lining; else it is one of the core, as all linings are coupled there.
+    """
+    places = itertools.count(first)
+
+    def of(pair: Pair) -> Any:
+        states, tree = jax.tree.flatten(memory_at_start(pair.law, pair.count))
+        if len(states) > 1 or _couples(mechanism, pair):
+            return tree.unflatten([np.full(state.shape, CORE) for state in states])
+        return tree.unflatten([np.fromiter(itertools.islice(places, pair.count), int)])
+
+    return _each(mechanism.pairs, of)
+
+
+def _couples(mechanism: AbstractMechanism, pair: Pair) -> bool:
+    """Whether the rate of one lining's state depends on the states of others at the same instant."""
+    rates = pair.memory
+    assert rates is not None
+    return (mechanism.couples_loads and (rates.p or rates.q)) or (mechanism.couples_slip and rates.slip)
 
 
 def _each(pairs: tuple[Pair, ...], of: Any) -> Any:

@@ -96,6 +96,11 @@ class AbstractTorqueLaw(eqx.Module):
         return False
 
     @property
+    def couples_loads(self) -> bool:
+        """Whether the load of a lining depends on the friction of others."""
+        return True
+
+    @property
     @abc.abstractmethod
     def implicit(self) -> bool:
         """Whether coefficients of friction depend on the forces and heat that they give."""
@@ -220,6 +225,10 @@ class PressedTorque(AbstractTorqueLaw):
     @property
     def varies(self):
         return self.friction.varies
+
+    @property
+    def couples_loads(self):
+        return False  # that of a shoe depends on its own friction alone
 
     @property
     def locking_varies(self):
@@ -379,6 +388,10 @@ class RigidContact(AbstractMechanism):
     @property
     def distribution(self):
         return self.law.distribution
+
+    @property
+    def couples_loads(self):
+        return self.law.couples_loads
 
     def lining_margins(self, mode, z):
         return jnp.full(2 * self.pairs[0].count, -1.0) if self.law.banded else jnp.zeros(0)

@@ -332,6 +332,10 @@ class StagedBrake(AbstractMechanism):
         return jnp.where(sticks & stopped, 0.0, omega), own._replace(omega_b=omega_b)
 
     @property
+    def couples_slip(self):
+        return self.stiffness is not None
+
+    @property
     def strains(self):
         return self.stiffness is not None
 
