@@ -30,10 +30,9 @@ def rates_of_memory(
     def at(v: Array, q: Any) -> Any:
         return jax.tree.map(lambda rate: rate + still, law.rates(hot.contact(v, p, q)))
 
-    at_rest = at(still, None if q is None else still)
-    if pair.memory is None or not pair.memory.slip:
-        return at_rest
-    past = v < 0
+    if pair.memory is None or not pair.memory.bends:
+        return at(v, q)  # a straight line goes on by itself
+    past, at_rest = v < 0, at(still, None if q is None else still)
     found = at(jnp.where(past, -v, v), None if q is None else jnp.where(past, -q, q))
     return jax.tree.map(lambda rate, still: jnp.where(past, 2 * still - rate, rate), found, at_rest)
 
