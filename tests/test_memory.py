@@ -10,14 +10,17 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from helpers import jacobians
+from jax.flatten_util import ravel_pytree
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from test_every_mechanism import KINDS, PRESSED, scene
 
 import simbrake as sb
+from simbrake._hybrid import QUADRATURE
 from simbrake._pages._export import series_table
 from simbrake._parts._friction import RatesRead, rates_read, reads
 from simbrake._physics._assemble import assemble
+from simbrake._physics._modes import BandMode
 
 J, OMEGA, F, CAPACITY = 900.0, 20.0, 0.4, 3e4
 #: pads: force, count, effective radius by uniform wear, area, torque of the brake at the start
@@ -473,3 +476,26 @@ def test_wrong_states_are_input_errors(law, words):
         sb.simulate(eqx.tree_at(lambda s: s.end_time, band(law), np.asarray(-1.0)))
     assert {fault.path for fault in caught.value.faults} == {"brake.linings.friction", "end_time"}
     assert words in str(caught.value)
+
+
+@pytest.mark.parametrize("kind", ["rigid band", "elastic band", "chain", "disc brake"])
+@pytest.mark.parametrize("law", [Timed(), Travelled(), RunningIn()], ids=lambda law: type(law).__name__)
+def test_the_jacobian_has_nothing_where_none_is_declared(kind, law):
+    system, y, mode = assemble(eqx.tree_at(lambda s: s.brake.linings.friction, scene(kind), law))
+    sliding = jax.tree.map(jnp.asarray, mode._replace(band=int(BandMode.SLIP)))
+    if kind == "chain":
+        sliding = sliding._replace(own=sliding.own._replace(linings=jnp.ones(3, jnp.int32)))
+        y = y._replace(own=y.own._replace(v=jnp.asarray([1.0, 2.0, 3.0])))
+    y = y._replace(omega=jnp.asarray(18.0), memory=(jnp.asarray([0.9, 0.8, 0.7]),))
+    flat, back = ravel_pytree(y)
+    slope = jax.jit(jax.jacfwd(lambda x: ravel_pytree(system.rhs(jnp.asarray(1.0), back(x), sliding))[0]))(flat)
+    kinds = np.concatenate([np.ravel(kind) for kind in jax.tree.leaves(system.couplings())])
+    chained = np.flatnonzero(kinds >= 0)
+    # not where loads depend on the friction of others, nor where the slip does; nor beside a core that is larger
+    loads, slips = isinstance(law, RunningIn) and "band" in kind, isinstance(law, Travelled) and kind == "elastic band"
+    coupled = loads or slips
+    assert len(chained) == (0 if coupled or kind == "chain" else 3)
+    block = np.asarray(slope)[np.ix_(chained, chained)]
+    assert np.all(np.diag(block) != 0)
+    assert np.count_nonzero(block) == len(chained)
+    assert not np.any(np.asarray(slope)[:, kinds == QUADRATURE])

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float
 
-from .._hybrid import CORE, LINEAR, QUADRATURE, AbstractSemiExplicitSystem, largest, smallest
+from .._hybrid import CORE, QUADRATURE, AbstractSemiExplicitSystem, largest, smallest
 from .._hybrid._arrays import Array
 from .._parts._driller import AbstractSpeedLever
 from .._parts._duty import AbstractProfile, hides_nothing, next_known_time
@@ -485,11 +485,11 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         if self.thermal is None and not self.remembers:
             return None
         heat = None if self.thermal is None else couplings(self.thermal.heat)
-        chain = -1 if heat is None else np.max(np.where(heat < 0, -1, heat % LINEAR), initial=-1)
-        memory = couplings_of_memory(self.mechanism, int(chain) + 1)
         own = jax.tree.map(lambda size: np.full(jnp.shape(size), CORE), self.mechanism.own_sizes())
         worn = None if self.wearing is None else np.full(self.wearing.count, QUADRATURE)
         core, quadrature = np.asarray(CORE), np.asarray(QUADRATURE)
+        others = np.concatenate([np.ravel(kind) for kind in jax.tree.leaves((core, own, heat))])
+        memory = couplings_of_memory(self.mechanism, others)
         return self._like(quadrature, core, own, quadrature, heat, worn, memory)
 
     def stored(self, t: Array, y: State, mode: Mode) -> tuple[Array, Array]:

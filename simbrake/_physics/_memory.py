@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from .._hybrid import CORE
+from .._hybrid import CORE, LINEAR
 from .._hybrid._arrays import Array
 from .._parts._friction import SurfaceState, memory_at_start, memory_sizes, remembers
 from ._mechanism import AbstractMechanism, Pair
@@ -47,17 +47,19 @@ def sizes_of_memory(pairs: tuple[Pair, ...]) -> Any:
     return _each(pairs, lambda pair: memory_sizes(pair.law, memory_at_start(pair.law, pair.count)))
 
 
-def couplings_of_memory(mechanism: AbstractMechanism, first: int) -> Any:
-    """Places of these states in the Jacobian, those in the chain from `first` on.
+def couplings_of_memory(mechanism: AbstractMechanism, others: np.ndarray) -> Any:
+    """Places of these states in the Jacobian, beside those of all `others`.
 
     A state of a lining stands in the chain, without neighbours, where its rate depends on the core alone (speeds,
-    temperatures) and on the states of that lining; else it is one of the core, as all linings are coupled there.
+    temperatures) and on itself; else it is one of the core, as all linings are coupled there. A chain of them alone is
+    worth its border only while that is the smaller part.
     """
-    places = itertools.count(first)
+    places, core = itertools.count(1 + max((kind % LINEAR for kind in others if kind >= 0), default=-1)), others == CORE
+    chained = bool(np.any(others >= 0))
 
     def of(pair: Pair) -> Any:
         states, tree = jax.tree.flatten(memory_at_start(pair.law, pair.count))
-        if len(states) > 1 or _couples(mechanism, pair):
+        if len(states) > 1 or _couples(mechanism, pair) or not (chained or np.sum(core) < pair.count):
             return tree.unflatten([np.full(state.shape, CORE) for state in states])
         return tree.unflatten([np.fromiter(itertools.islice(places, pair.count), int)])
 
