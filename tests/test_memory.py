@@ -367,7 +367,9 @@ def test_one_state_is_one_column_per_lining(tmp_path):
     plain = sb.simulate(band(sb.ConstantFriction(F), bandage=bandage))
     series = plain.series([0.0, 3.0])
     assert series.friction_memory is None
-    np.testing.assert_allclose(series.pairs["internal"].friction_memory[:, 0], towards(0.5, np.asarray([0.0, 3.0]) / 2.0))
+    np.testing.assert_allclose(
+        series.pairs["internal"].friction_memory[:, 0], towards(0.5, np.asarray([0.0, 3.0]) / 2.0)
+    )
     table = sb.load(sb.save(plain, tmp_path / "run.nc"))
     assert table["internal_friction_memory"].dims == ("time", "lining")
     heat = sb.Heat((sb.Lump("rim", 1e4),), friction=sb.FrictionHeat("rim", None, sb.ConstantPartition(1.0)))

@@ -313,7 +313,8 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             if i == 0:  # on which the lever acts: it may be open, and what sticks shares its load by a rule
                 v, power = jnp.where(is_open, 0.0, v), jnp.where(is_open, 0.0, power)
                 if pair.memory.p:
-                    normal = jnp.where(rub.sense == 0, self.mechanism.linings(mode, z.contact).normal, normal)
+                    seen = (z.lever_tension, y.omega, y.own, mode, self.surfaces(y), z.contact)
+                    normal = jnp.where(rub.sense == 0, self.mechanism.shown(*seen).pairs[0].normal, normal)
             found.append(rates_of_memory(pair, hot, v, normal, power))
         return tuple(found)
 

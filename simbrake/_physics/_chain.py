@@ -242,7 +242,7 @@ class Chain(AbstractMechanism):
 
     def shown(self, tension, omega, own, mode, hot, z):
         f, displacement = None, jnp.cumsum(own.e[::-1])[::-1]
-        if self.heated:
+        if self.shows_friction:
             f = self.pairs[0].law.kinetic(self._contact(hot[0], z.normal, jnp.abs(z.lining_slip)))
             f = jnp.broadcast_to(f, z.normal.shape)
         pair = PairNow(

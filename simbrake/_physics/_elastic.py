@@ -198,7 +198,7 @@ class ElasticBand(AbstractMechanism):
 
     def shown(self, tension, omega, own, mode, hot, z):
         forces = self.wrap.linings(z.slack_tension, z.tight_tension, z.fz)
-        f = self.wrap.kinetic(tension, omega, hot[0], mode) if self.heated else None
+        f = self.wrap.kinetic(tension, omega, hot[0], mode) if self.shows_friction else None
         return Shown((moving_as_one(forces, self.grip.cosine, mode, z, f),), forces.tension, elongation=own.x)
 
     @property

@@ -253,9 +253,9 @@ class AbstractMechanism(eqx.Module):
         """What results show of it at one instant; `tension` is the lever's."""
 
     @property
-    def heated(self) -> bool:
-        """Whether friction heats bodies of the scene, so that coefficients of friction are shown."""
-        return any(pair.heat is not None for pair in self.pairs)
+    def shows_friction(self) -> bool:
+        """Whether coefficients of friction are shown: friction heats bodies of the scene, or its laws have states."""
+        return any(pair.heat is not None or pair.memory is not None for pair in self.pairs)
 
     @property
     def banded(self) -> bool:

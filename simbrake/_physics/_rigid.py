@@ -398,7 +398,7 @@ class RigidContact(AbstractMechanism):
 
     def shown(self, tension, omega, own, mode, hot, z):
         forces = self.law.linings(z.slack_tension, z.tight_tension, mode, z.torques)
-        f = self.law.kinetic(tension, omega, hot[0], mode) if self.heated else None
+        f = self.law.kinetic(tension, omega, hot[0], mode) if self.shows_friction else None
         return Shown((moving_as_one(forces, self.grip.cosine, mode, z, f),), forces.tension)
 
     @property

@@ -425,7 +425,7 @@ class SprungBandage(AbstractMechanism):
 
     def shown(self, tension, omega, own, mode, hot, z):
         on_band = on_rim = None
-        if self.heated:
+        if self.shows_friction:
             c = self._coefficients(omega, own, mode, hot)
             on_band = (c.mu_kinetic - 1) / (c.mu_kinetic + 1) / self.friction.tangent
             on_rim = c.inner_kinetic

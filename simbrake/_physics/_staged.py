@@ -372,7 +372,7 @@ class StagedBrake(AbstractMechanism):
     def shown(self, tension, omega, own, mode, hot, z):
         forces = self.wrap.linings(z.slack_tension, z.tight_tension, z.band.fz)
         inner, n, on_band, on_rim = mode.own.inner, (self.wrap.count,), None, None
-        if self.heated:
+        if self.shows_friction:
             on_band = self.wrap.kinetic(tension, own.omega_b, hot[0], mode)
             held = self._rim(omega, own, mode, hot[1], False)
             on_rim = jnp.broadcast_to(self.internal.coefficients(z.inner_normal, held), n)
