@@ -263,16 +263,15 @@ class StagedBrake(AbstractMechanism):
         below = jnp.where(counted & (piece > -n), below, 1.0)
         return jnp.stack([*band_guards(self, acting, own.omega_b, mode, z.band), grip, above, below])
 
-    def _drives(self, acting: Acting, omega: Array, own: Bandaged, mode: Mode, rest: ElasticNow, hot: Any) -> Any:
-        """Torques that drive the bandage, with the band at its upper and at its lower static limit."""
-        n, T_0, inner = self.wrap.count, acting.tension, mode.own.inner
-        rim, mu = self._rim(omega, own, mode, hot, False), (1 + rest.fz) / (1 - rest.fz)
+    def _grips(self, acting: Acting, omega: Array, own: Bandaged, mode: Mode, rest: ElasticNow, hot: Any) -> Any:
+        """`M_int` (N·m) with the band at its upper and at its lower static limit."""
+        n, T_0 = self.wrap.count, acting.tension
+        rim, mu = self._rim(omega, own, mode, hot, mode.own.inner == 0), (1 + rest.fz) / (1 - rest.fz)
         full = [(rest.upper, n), (rest.lower, -1 - n)]
-        both = [
+        return [
             self.internal.capacity(T_0, tensions_on(T_0, T_n, mu, jnp.asarray(piece, jnp.int32)), rim)
             for T_n, piece in full
         ]
-        return [jnp.where(inner == 0, acting.load, inner.astype(jnp.float64) * M_int) for M_int in both]
 
     def change(self, now, new, fired, ask):
         old, size, R_b = now.mode, self.sizes, self.wrap.radius
@@ -282,11 +281,18 @@ class StagedBrake(AbstractMechanism):
         inner = jnp.where(fired[self._first], jnp.where(old.own.inner == 0, way, 0), old.own.inner).astype(jnp.int32)
         new = new._replace(own=Stages(inner, old.own.piece, locks))
         acting, rest = ask(new._replace(band=HELD), now.omega, now.own)
-        most, least = self._drives(acting, now.omega, now.own, new, rest.band, acting.hot[1])
-        T_0, spare = acting.tension, ROUNDING * size.torque
-        beyond = jnp.where(least < R_b * (rest.band.lower - T_0) - spare, -1, 0)
-        beyond = jnp.where(most > R_b * (rest.band.upper - T_0) + spare, 1, beyond)
-        locked = self.locked_in(new)
+        T_0, spare, locked = acting.tension, ROUNDING * size.torque, self.locked_in(new)
+        high, low = R_b * (rest.band.upper - T_0), R_b * (rest.band.lower - T_0)
+        grips = self._grips(acting, now.omega, now.own, new, rest.band, acting.hot[1])
+        most, least = (jnp.where(inner == 0, acting.load, inner.astype(jnp.float64) * M_int) for M_int in grips)
+        beyond = jnp.where(least < low - spare, -1, 0)
+        beyond = jnp.where(most > high + spare, 1, beyond)
+        # at rest on both pairs a load beyond the band breaks the rim loose where that is weaker, and the band stays
+        stands = (old.band == BandMode.HELD) | fired[0] | (now.own.omega_b == 0)
+        weak = self._at_limit(now, rest.band, beyond) & jnp.where(beyond > 0, grips[0] < high, grips[1] < -low)
+        loose = stands & (inner == 0) & (beyond != 0) & weak & ~locked
+        inner = jnp.where(loose, jnp.where(acting.load < 0, -1, 1), inner).astype(jnp.int32)
+        beyond, new = jnp.where(loose, 0, beyond), new._replace(own=new.own._replace(inner=inner))
         carrier = now._replace(omega=now.own.omega_b, z=now.z.band)
         found = onset(carrier, fired, acting, jnp.where(locked, 0, beyond), size)
         if self.stiffness is None:
@@ -306,6 +312,13 @@ class StagedBrake(AbstractMechanism):
         return new._replace(own=new.own._replace(piece=piece)), jnp.where(
             locked, int(BrakeCode.SINGULAR_GEOMETRY), code
         )
+
+    def _at_limit(self, now: Moment, rest: ElasticNow, beyond: Array) -> Any:
+        """Whether a band that is to be moved that way slides at once: an elastic one does where it is at its limit."""
+        if self.stiffness is None:
+            return True
+        tension, rounding = tension_of(self, now.own.x, now.mode, now.z.band), ROUNDING * self.sizes.tension
+        return jnp.where(beyond > 0, tension >= rest.upper - rounding, tension <= rest.lower + rounding)
 
     def _piece(self, now: Moment, new: Mode, fired: Array, acting: Acting, rest: ElasticNow) -> Int[Array, ""]:
         """Number of linings at their limit on the band after the event."""
