@@ -1,0 +1,197 @@
+"""What every brake has, whatever its kind: shaft, load and lever, heat, wear, ledger."""
+
+import abc
+import copy
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from benchmarks.independent.stepping import AbstractModel, Law, Lines, Logged, Lumps
+
+#: sizes below this share of a typical one are rounding
+ROUNDING = 1e-11
+OPEN, TAKE_UP, ELASTIC, SLIP, BACK, HELD = "open", "take up", "elastic", "slip", "slip back", "held"
+
+
+class Pair:
+    """A friction pair at one instant: friction power (W) and load (N) of each lining, slip speed (m/s)."""
+
+    def __init__(self, power: np.ndarray, normal: np.ndarray, slip: Any):
+        self.power, self.normal, self.slip = power, normal, np.abs(slip) + 0 * normal
+
+
+class Brake(AbstractModel):
+    """A brake with the states `φ, ω`, those of its own, works and heats, temperatures, wear of each pair.
+
+    `p`: the numbers of the scene;  `pairs`: number of its friction pairs;  `own`: sizes of the states of its own
+    """
+
+    def __init__(self, p: dict[str, Any], pairs: int, own: list[float]):
+        self.p, self.n, self.log, self.modes = p, p["n"], [], []
+        self.start, self.end = 0.0, p["end"]
+        self.lever, self.load, self.drag = copy.deepcopy(p["lever"]), copy.deepcopy(p["load"]), p["drag"]
+        self.J, self.law = p["J"] + p["hook_inertia"], law_of(p["law"], p.get("fade"))
+        self.heat = None if p["heat"] is None else Lumps(p["heat"], self.n)
+        self.pairs, self.wears = pairs, p["wear"]
+        self.force = self.lever.largest()
+        self.torque = max(self.J * abs(p["omega"]), self.load.largest() + abs(p["hook_torque"]), 1.0)
+        self.speed, self.mode, self.first = max(abs(p["omega"]), 1.0), OPEN, True
+        self.pulls = self.empties = False
+        nodes, worn = (0 if self.heat is None else self.n + 2), (0 if self.wears is None else self.n * pairs)
+        work = 0.5 * self.J * self.speed**2 + 1.0
+        parts = [[1.0, self.speed], own, [work] * (3 + pairs), [10.0] * nodes, [1e-7] * worn]
+        self.sizes = np.concatenate(parts)
+        ends = np.cumsum([0, *map(len, parts)])
+        _, self.OWN, self.WORK, self.T, self.WORN = (slice(a, b) for a, b in pairwise(ends))
+        self.y = np.zeros(len(self.sizes))
+        self.y[1] = p["omega"]
+        if p["heat"] is not None:
+            self.y[self.T] = p["heat"]["start"]
+
+    def knots(self):
+        return [*self.lever.knots(), *self.load.knots()]
+
+    def enter(self, begin, end):
+        # a lever that comes down to nothing lets go, also where it pulls again from the same instant on
+        self.empties = begin > self.start and self.pulls and abs(self.lever(begin)) <= ROUNDING * self.force
+        self.lever.enter(begin, end)
+        self.load.enter(begin, end)
+        self.begin, self.pulls = begin, self.lever.positive()
+
+    @abc.abstractmethod
+    def change(self, t: float, y: np.ndarray, fired: list[str]) -> np.ndarray:
+        """Find the mode at this instant, log it, and return the states after it."""
+
+    def settle(self, t, y, fired):
+        if not fired and self.empties and self.pulls:
+            self.pulls = False
+            y = self.change(t, y, [])
+            self.pulls = True
+        y = self.change(t, y, fired)
+        self.modes.append((t, self.label()))
+        return y
+
+    def label(self) -> tuple[Any, ...]:
+        """The mode, as it is compared."""
+        return (self.mode,)
+
+    def lining_temperatures(self, y: np.ndarray) -> Any:
+        return None if self.heat is None else y[self.T][1:-1]
+
+    def driving(self, t: float, omega: float) -> float:
+        """`M_load` (N·m)."""
+        return self.load(t) + self.p["hook_torque"] - self.drag * omega
+
+    def note(self, t: float, name: str, lining: int | None = None) -> None:
+        self.log.append(Logged(t, name, lining))
+
+    def friction_heat(self, pairs: list[Pair]) -> np.ndarray:
+        """Heat flows (W) into the nodes."""
+        assert self.heat is not None
+        if len(pairs) == 1:
+            return self.heat.into(pairs[0].power, self.p["heat"]["metal"], 0)
+        return self.heat.into(pairs[0].power, self.p["heat"]["metal_out"], -1) + self.heat.into(
+            pairs[1].power, self.p["heat"]["metal"], 0
+        )
+
+    def warming(self, y: np.ndarray, omega: float, flows: np.ndarray) -> np.ndarray:
+        """Rates (K/s) of the nodes under the heat flows."""
+        assert self.heat is not None
+        closed = self.mode != OPEN
+        return self.heat.rates(y[self.T], abs(omega) * self.p["track"], closed, flows)
+
+    def assembled(
+        self,
+        t: float,
+        y: np.ndarray,
+        alpha: float,
+        own: Any,
+        pairs: list[Pair],
+        lever_power: float = 0.0,
+        damping: float = 0.0,
+        omega: float | None = None,
+    ) -> np.ndarray:
+        """Rates of all states; `omega`: the speed where it is known better than by the state."""
+        omega = float(y[1]) if omega is None else omega
+        rates = np.zeros_like(y)
+        rates[0], rates[1], rates[self.OWN] = omega, alpha, own
+        works = [self.driving(t, omega) * omega, lever_power, damping, *(float(np.sum(k.power)) for k in pairs)]
+        rates[self.WORK] = works
+        if self.heat is not None:
+            rates[self.T] = self.warming(y, omega, self.friction_heat(pairs))
+        if self.wears is not None:
+            T, worn = self.lining_temperatures(y), []
+            for k, pair, area in zip(self.wears, pairs, self.p["areas"], strict=True):
+                rate = k["k"] * (1 if T is None else np.maximum(1 + k["slope"] * (T - k["at"]), 0.0))
+                worn.append(rate * pair.normal / area * pair.slip)
+            rates[self.WORN] = np.concatenate(worn)
+        return rates
+
+    def kinetic_energy(self, y: np.ndarray) -> float:
+        return 0.5 * self.J * float(y[1]) ** 2
+
+    def stored(self, y: np.ndarray) -> float:
+        """Elastic energy (J)."""
+        return 0.0
+
+    def stands_or_goes(self, low: float, torque: float, high: float, fired: list[str]) -> int:
+        """Which way a brake at rest starts under the torque, 0: it is held between the limits."""
+        if self.mode == HELD and "above" in fired:
+            return 1
+        if self.mode == HELD and "below" in fired:
+            return -1
+        spare = ROUNDING * self.torque
+        return 1 if torque > high + spare else -1 if torque < low - spare else 0
+
+
+def law_of(p: dict[str, Any], fade: dict[str, float] | None) -> Law:
+    """The friction law of a pair from its numbers."""
+    return Law(p["kinetic"], p["static"], p.get("speed"), fade)
+
+
+def answers(model: Brake, y: np.ndarray) -> dict[str, Any]:
+    """What is compared at the end of a run."""
+    first = model.y
+    work = y[model.WORK]
+    found: dict[str, Any] = {
+        "angle": float(y[0]),
+        "speed": float(y[1]),
+        "load work": float(work[0]),
+        "lever work": float(work[1]),
+        "damper heat": float(work[2]),
+        "friction heat": float(work[3]),
+        "kinetic change": model.kinetic_energy(y) - model.kinetic_energy(first),
+        "elastic change": model.stored(y) - model.stored(first),
+    }
+    if model.pairs > 1:
+        found["internal heat"] = float(work[4])
+    if model.heat is not None:
+        found["temperatures"] = y[model.T].copy()
+    if model.wears is not None:
+        found["worn"] = y[model.WORN].copy()
+    return found
+
+
+def names_of_change(before: str, after: str, first: bool) -> list[str]:
+    """Names of the events in a change of mode of what a lever acts on, as docs/signs.md has them."""
+    if before == after:
+        return []
+    if after == OPEN:
+        return ["release"]
+    if after == HELD:
+        return [] if first or before == OPEN else ["stop"]
+    found = []
+    if after in (ELASTIC, SLIP, BACK):
+        if before == HELD:
+            found.append("restart")
+        elif before in (OPEN, TAKE_UP):
+            found.append("slip_onset")
+        elif after == ELASTIC:
+            found.append("restick")
+        if after != ELASTIC:
+            found.append("full_slip")
+    return found
+
+
+__all__ = ["BACK", "ELASTIC", "HELD", "OPEN", "ROUNDING", "SLIP", "TAKE_UP", "Brake", "Lines", "Pair", "answers"]

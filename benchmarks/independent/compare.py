@@ -1,0 +1,157 @@
+"""A scene run by simbrake and by the independent model, side by side: modes, events, states and energies."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+import simbrake as sb
+from benchmarks.independent import base, draws
+from benchmarks.independent.banded import Banded
+from benchmarks.independent.chain import Chain
+from benchmarks.independent.pressed import Pressed
+from benchmarks.independent.stepping import Logged, integrate
+
+RTOL = 1e-11
+#: relative differences allowed: of times over 1 s, of states and energies; linings that slip and stick one by one, some
+#: hundred times in a run, make errors of integration grow
+ALLOWED = {"chain": 1e-6}
+USUALLY = 5e-8
+#: marks of heat, which change no mode
+MARKS = ("grip_lost", "permissible_temperature", "self_locking")
+#: events nearer than this are at one instant
+_INSTANT = 2e-7
+#: a mode that lasts less (s) counts as one that lasts no time
+_BRIEF = 1e-9
+_BANDS = {
+    sb.BandMode.OPEN: base.OPEN,
+    sb.BandMode.TAKE_UP: base.TAKE_UP,
+    sb.BandMode.ELASTIC: base.ELASTIC,
+    sb.BandMode.SLIP: base.SLIP,
+    sb.BandMode.SLIP_BACK: base.BACK,
+    sb.BandMode.HELD: base.HELD,
+}
+Modes = list[tuple[float, tuple[Any, ...]]]
+
+
+class Course(NamedTuple):
+    """A run: the modes that last, with the times from which they hold; events; what there is at the end.
+
+    - `passing`: instants at which a mode lasted no time
+    """
+
+    modes: Modes
+    events: list[Logged]
+    end: dict[str, Any]
+    passing: list[float]
+
+
+class Comparison(NamedTuple):
+    """Both runs of a scene: what differs (empty: nothing), largest differences, numbers of modes and events."""
+
+    name: str
+    differs: str
+    times: float
+    states: float
+    modes: int
+    events: int
+
+
+def _lasting(changes: Modes, end: float) -> tuple[Modes, list[float]]:
+    found: Modes = []
+    passing = []
+    for (t, mode), (after, _) in zip(changes, [*changes[1:], (end, ())], strict=True):
+        if after <= t + _BRIEF:
+            passing.append(t)
+        elif not found or found[-1][1] != mode:
+            found.append((t, mode))
+    return found, passing
+
+
+def ours(p: dict[str, Any]) -> Course:
+    """simbrake's run."""
+    result = sb.simulate(draws.scene(p), rtol=RTOL, max_steps=16384)
+    record, energy, y = result.record, {k: float(v) for k, v in result.energy.items()}, result.record.y_end
+    n = int(record.count)
+    times, modes = np.asarray(record.rows.t)[: n + 1], record.modes
+    parts = [getattr(modes.own, name) for name in ("inner", "linings") if hasattr(modes.own, name)]
+    columns = [np.asarray(x)[: n + 1].reshape(n + 1, -1) for x in (modes.band, *parts)]
+    rows = np.column_stack(columns).astype(int)
+    changes = [
+        (float(t), (_BANDS[sb.BandMode(row[0])], *map(int, row[1:]))) for t, row in zip(times, rows, strict=True)
+    ]
+    lasting, passing = _lasting(changes[:-1], float(times[-1]))
+    end: dict[str, Any] = {
+        "angle": float(y.phi),
+        "speed": float(y.omega),
+        "load work": energy["load_work"],
+        "lever work": energy.get("lever_work", 0.0),
+        "damper heat": energy.get("damper_heat", 0.0),
+        "friction heat": energy.get("heat_external", energy.get("friction_heat")),
+        "kinetic change": energy["kinetic_change"],
+        "elastic change": energy["elastic_change"],
+    }
+    if "heat_internal" in energy:
+        end["internal heat"] = energy["heat_internal"]
+    if y.heat is not None:
+        end["temperatures"] = np.asarray(result.end_temperatures)
+    if y.worn is not None:
+        end["worn"] = np.concatenate([np.ravel(np.asarray(worn)) for worn in y.worn])
+    events = [Logged(e.time, e.name, e.lining) for e in result.events if e.name not in MARKS]
+    if p["bandage"] is not None:
+        events = [e for e in events if e.name != "lining_limit"]
+    return Course(lasting, events, end, passing)
+
+
+def theirs(p: dict[str, Any]) -> Course:
+    """The independent model's run."""
+    kinds = {"disc": Pressed, "shoe": Pressed, "chain": Chain}
+    model = kinds.get(p["kind"], Banded)(p)
+    y = integrate(model)
+    lasting, passing = _lasting(model.modes, model.end)
+    return Course(lasting, model.log, base.answers(model, y), passing)
+
+
+def _ordered(events: list[Logged], passing: list[float]) -> list[Logged]:
+    """Events in order, those at one instant by name; without those of an instant at which a mode lasted no time.
+
+    Which modes a log passes through at such an instant is a matter of the order in which conditions are looked at.
+    """
+    kept = [e for e in events if all(abs(e.time - t) > _INSTANT for t in passing)]
+    kept = sorted(kept, key=lambda e: e.time)
+    groups: list[list[Logged]] = []
+    for event in kept:
+        if groups and event.time - groups[-1][0].time < _INSTANT:
+            groups[-1].append(event)
+        else:
+            groups.append([event])
+    return [e for group in groups for e in sorted(group, key=lambda e: (e.name, e.lining or 0))]
+
+
+def compare(kind: str, flavour: str, seed: int) -> Comparison:
+    """Run one scene both ways."""
+    name, p = f"{kind}, {flavour}, seed {seed}", draws.draw(kind, flavour, seed)
+    a, b = ours(p), theirs(p)
+    staged = p["bandage"] is not None
+    passing = [*a.passing, *b.passing] if staged else []
+    events, others = _ordered(a.events, passing), _ordered(b.events, passing)
+    at = [abs(x[0] - y[0]) for x, y in zip(a.modes, b.modes, strict=False)]
+    at += [abs(x.time - y.time) for x, y in zip(events, others, strict=False)]
+    works = ("load work", "kinetic change", "friction heat")
+    energy = max(1.0, *(abs(b.end[k]) for k in works))
+    worst, which = 0.0, ""
+    for key, value in b.end.items():
+        size = {"angle": 1.0, "speed": 1.0, "temperatures": 1.0}.get(key, energy)
+        size = max(1e-15, float(np.max(np.abs(value)))) if key == "worn" else size
+        gap = float(np.max(np.abs(np.asarray(a.end[key]) - value))) / size
+        if not gap <= worst:
+            worst, which = gap, key
+    allowed, differs = ALLOWED.get(kind, USUALLY), ""
+    if [mode for _, mode in a.modes] != [mode for _, mode in b.modes]:
+        differs = "modes"
+    elif [(e.name, e.lining) for e in events] != [(e.name, e.lining) for e in others]:
+        differs = "events"
+    elif max(at, default=0.0) > allowed:
+        differs = "times"
+    elif not worst <= allowed:
+        differs = which
+    return Comparison(name, differs, max(at, default=0.0), worst, len(a.modes), len(events))

@@ -1,0 +1,94 @@
+"""Disc and double-shoe brakes: the torque follows from the force; moments of the shoes by quadrature."""
+
+from typing import Any
+
+import numpy as np
+from scipy.integrate import quad
+
+from benchmarks.independent.base import BACK, HELD, OPEN, SLIP, Brake, Pair, names_of_change
+
+
+def effective_radius(p: dict[str, Any]) -> float:
+    """`r_e` (m) of a pad: `∫ p r² dr/∫ p r dr` over its face."""
+    pressure = (lambda r: 1 / r) if p["worn_in"] else (lambda r: 1.0)
+    (a, b) = p["radii"]
+    return quad(lambda r: pressure(r) * r**2, a, b)[0] / quad(lambda r: pressure(r) * r, a, b)[0]
+
+
+def shoe_arms(p: dict[str, Any]) -> tuple[float, float]:
+    """`M_N/N` and `M_F/(f N)` (m) of a shoe about its pin."""
+    (begin, end), a, r = p["angles"], p["pin"], p["radius"]
+    normal = quad(np.sin, begin, end)[0]
+    M_N = a * quad(lambda x: np.sin(x) ** 2, begin, end)[0]
+    M_F = quad(lambda x: np.sin(x) * (r - a * np.cos(x)), begin, end)[0]
+    return M_N / normal, M_F / normal
+
+
+class Pressed(Brake):
+    """`J ω̇ = M_load − M`, `M = ± r Σ f_i N_i`, up to the static limits while at rest."""
+
+    def __init__(self, p: dict[str, Any]):
+        super().__init__(p, 1, [])
+        self.shoes = p["kind"] == "shoe"
+        if self.shoes:
+            self.radius, self.arms = p["radius"], shoe_arms(p)
+        else:
+            self.radius = effective_radius(p)
+
+    def loads(self, force: float, f: np.ndarray, back: bool) -> np.ndarray:
+        """Normal forces (N) on linings that slide."""
+        if not self.shoes:
+            return np.full(self.n, force)
+        leads = np.array([-1.0, 1.0]) if back else np.array([1.0, -1.0])
+        return force * self.p["arm"] / (self.arms[0] - leads * f * self.arms[1])
+
+    def limits(self, t: float, y: np.ndarray) -> tuple[float, float]:
+        """Least and largest torque (N·m) of a brake at rest."""
+        f, F = np.broadcast_to(self.law.static(self.lining_temperatures(y)), (self.n,)), self.lever(t)
+        return (
+            -self.radius * float(np.sum(f * self.loads(F, f, True))),
+            self.radius * float(np.sum(f * self.loads(F, f, False))),
+        )
+
+    def change(self, t, y, fired):
+        y, old = y.copy(), self.mode
+        if "motion" in fired:
+            y[1] = 0.0
+        if not self.pulls:
+            self.mode = OPEN
+        elif y[1] != 0:
+            self.mode = SLIP if y[1] > 0 else BACK
+        else:
+            low, high = self.limits(t, y)
+            direction = self.stands_or_goes(low, self.driving(t, 0.0), high, fired)
+            self.mode = {0: HELD, 1: SLIP, -1: BACK}[direction]
+        for name in names_of_change(old, self.mode, self.first):
+            self.note(t, name)
+        self.first = False
+        return y
+
+    def _sliding(self, t: float, y: np.ndarray) -> tuple[Pair, float]:
+        """The pair while it slides, and the brake torque (N·m)."""
+        back = self.mode == BACK
+        v = (-1 if back else 1) * float(y[1]) * self.radius
+        f = self.law.kinetic(np.full(self.n, v), self.lining_temperatures(y))
+        N = self.loads(self.lever(t), f, back)
+        return Pair(f * N * v, N, v), (-1 if back else 1) * self.radius * float(np.sum(f * N))
+
+    def rates(self, t, y):
+        nothing = Pair(np.zeros(self.n), np.zeros(self.n), 0.0)
+        M = self.driving(t, float(y[1]))
+        if self.mode == HELD:
+            return self.assembled(t, y, 0.0, [], [nothing], omega=0.0)
+        if self.mode == OPEN:
+            return self.assembled(t, y, M / self.J, [], [nothing])
+        pair, torque = self._sliding(t, y)
+        return self.assembled(t, y, (M - torque) / self.J, [], [pair])
+
+    def guards(self, t, y):
+        if self.mode == HELD:
+            (low, high), M = self.limits(t, y), self.driving(t, 0.0)
+            return {"above": (high - M) / self.torque, "below": (M - low) / self.torque}
+        if self.mode == OPEN:
+            return {}
+        return {"motion": (1 if self.mode == SLIP else -1) * float(y[1]) / self.speed}

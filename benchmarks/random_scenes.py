@@ -1,0 +1,71 @@
+"""Random scenes of every kind of brake, run by simbrake and by an independent model, and compared.
+
+`python benchmarks/random_scenes.py [--seeds 4] [--first 0] [--kinds "disc;shoe"] [--flavours plain,hot] [--json F]`
+
+The independent models (`benchmarks/independent`) are NumPy and SciPy, written from the equations of docs/theory: they
+share the numbers of a scene with simbrake and nothing else. A scene is drawn by its kind, flavour and seed:
+
+- `plain`: a lever of straight lines with jumps and releases, a load torque of both signs, static above kinetic friction
+- `hot`: the same with lumps for rim, linings and band, convection and radiation, Stribeck friction that fades, wear
+- `fill`: a filling actuator, a load on the hook, Stribeck friction
+
+Compared are the modes that last and the events, their times, and at the end states, energies, temperatures and wear.
+Exit code 1 where anything differs.
+"""
+
+import argparse
+import json
+import os
+import pathlib
+import sys
+import time
+
+os.environ.setdefault("JAX_PLATFORMS", "cpu")
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT))
+
+import jax  # noqa: E402
+
+jax.config.update("jax_enable_x64", True)
+
+from benchmarks.independent.compare import Comparison, compare  # noqa: E402
+from benchmarks.independent.draws import FLAVOURS, KINDS  # noqa: E402
+
+
+def row(one: Comparison) -> str:
+    """A line about a scene."""
+    verdict = f"DIFFERS: {one.differs}" if one.differs else "agrees"
+    return f"{one.name:36} {one.modes:4} modes {one.events:4} events  {one.times:8.1e} s {one.states:8.1e}  {verdict}"
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seeds", type=int, default=4, help="scenes of each kind and flavour")
+    parser.add_argument("--first", type=int, default=0, help="the first seed")
+    parser.add_argument("--kinds", default=";".join(KINDS), help="separated by semicolons; default: all")
+    parser.add_argument("--flavours", default=",".join(FLAVOURS), help="default: all")
+    parser.add_argument("--json", help="file for the numbers")
+    options = parser.parse_args()
+    kinds, flavours = options.kinds.split(";"), options.flavours.split(",")
+    if unknown := [*(set(kinds) - set(KINDS)), *(set(flavours) - set(FLAVOURS))]:
+        parser.error(f"unknown: {', '.join(unknown)}; there are {'; '.join(KINDS)} and {', '.join(FLAVOURS)}")
+    found, start = [], time.process_time()
+    for kind in kinds:
+        for flavour in flavours:
+            for seed in range(options.first, options.first + options.seeds):
+                found.append(compare(kind, flavour, seed))
+                print(row(found[-1]), flush=True)
+    wrong = [one for one in found if one.differs]
+    events, modes = sum(one.events for one in found), sum(one.modes for one in found)
+    print(
+        f"{len(found)} scenes, {len(found) - len(wrong)} agree; {modes} modes, {events} events; largest difference of a"
+        f" time {max(one.times for one in found):.1e} s, of states and energies {max(one.states for one in found):.1e};"
+        f" {time.process_time() - start:.0f} CPU s"
+    )
+    if options.json:
+        pathlib.Path(options.json).write_text(json.dumps([one._asdict() for one in found], indent=1), "utf-8")
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
