@@ -52,6 +52,8 @@ def main(measured: list[str]) -> None:
     }
     save(plot.angles(layouts), "angles")
     save(plot.chord_angles(7, (0.1, 0.3, 0.5)), "chord_angles")
+    save(plot.pressed(sb.simulate(scenario("disc_stop").scene())), "pressed_disc")
+    save(plot.pressed(sb.simulate(scenario("double_shoe_stop").scene())), "pressed_shoe")
     save(plot.contacts(sb.simulate(scenario("slip_onset_chain").scene())), "contacts")
     staged = sb.simulate(scenario("staged_vs_standard").scene())
     save(plot.stages(staged), "stages")

@@ -88,6 +88,10 @@ def test_names_of_a_band_are_not_there(stopped):
     with pytest.raises(sb.InputError, match="max_tension: is no metric of this scene"):
         sb.sensitivity(["max_tension"], stopped.scene)
     assert "tension" not in str(stopped)
+    assert "elastic_change" not in stopped.energy
+    assert "elastic" not in str(stopped)
+    with pytest.raises(sb.InputError, match="energy.elastic_change: is no metric of this scene"):
+        sb.sensitivity(["energy.elastic_change"], stopped.scene)
     assert "disc to rest" in str(stopped)
     assert "on pad 1" in str(stopped)
 
@@ -232,6 +236,15 @@ def test_studies_take_a_disc_brake():
     assert float(fast({"initial.omega": 15.0})[0]["stopping_time"]) == pytest.approx(truth[0], rel=1e-11)
 
 
+def test_the_least_normal_load_that_stops_in_time():
+    """`t = J ω_0/(n f F r_e − M)`, so that the force follows from the time allowed."""
+    scene, allowed = disc_scene(force=sb.Constant(F)), 1.5
+    found = sb.least_tension(scene, allowed, {"duty.force.level": (1e4, 4e4)}, objective="max_normal_load")
+    wanted = (J * W0 / allowed + LOAD) * F / TORQUE
+    assert found.success
+    assert found.value == pytest.approx(wanted, rel=1e-8)
+
+
 def test_all_faults_at_once():
     bad = disc_scene(friction=FADE, wear=sb.Wear(1e-13, geometry=True, take_up_speed=0.1))
     bad = sb.with_values(bad, {"brake.linings.outer_radius": 0.2, "end_time": -1.0})
@@ -260,7 +273,14 @@ def test_all_faults_at_once():
         lambda scene, run: sb.synthesize(scene),
         lambda scene, run: sb.equal_layout(scene, "pressure"),
         lambda scene, run: sb.overlap(run, [0.1]),
+        lambda scene, run: sb.geometric_overlap(scene.brake),
+        lambda scene, run: sb.stiffness_of(scene.brake),
+        lambda scene, run: sb.tension_shares(scene.brake),
+        lambda scene, run: sb.internal_slip_tension(scene.brake, 1.0),
+        lambda scene, run: sb.programme_scene(scene.brake, ("brake to rest",), sb.HookLoad(1e4, 0.4, 8.0), F),
+        lambda scene, run: sb.turned_scene(scene),
         lambda scene, run: plot.pulley(run),
+        lambda scene, run: plot.animate(run, "film.gif"),
     ],
 )
 def test_what_is_of_a_band_says_so(stopped, feature):
@@ -311,6 +331,8 @@ def test_a_file_by_hand():
         assert path in text
     with pytest.raises(sb.InputError, match="a disc brake has no band"):
         sb.check(sb.scene_from_text(GOOD.replace("force =", "slack_tension =")))
+    with pytest.raises(sb.InputError, match=r"Duty \(key slack_tension\), ForceDuty \(key force\)"):
+        sb.scene_from_text(GOOD.replace('force = "20 kN"\n', ""))
 
 
 def test_figures_and_page(faded):

@@ -88,7 +88,7 @@ def ours(p: dict[str, Any]) -> Course:
         "damper heat": energy.get("damper_heat", 0.0),
         "friction heat": energy.get("heat_external", energy.get("friction_heat")),
         "kinetic change": energy["kinetic_change"],
-        "elastic change": energy["elastic_change"],
+        "elastic change": energy.get("elastic_change", 0.0),
     }
     if "heat_internal" in energy:
         end["internal heat"] = energy["heat_internal"]

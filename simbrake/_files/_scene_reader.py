@@ -12,6 +12,10 @@ from .._parts._material import LIBRARY, material
 from ._schema import Part, makers_of, parts_of, short_of
 
 
+#: so many kinds are told apart by their keys in a hint
+_FEW = 3
+
+
 class SceneReader(NumberReader):
     """Reads objects by the description of `_schema`. `folder`: where files are sought that the tables name."""
 
@@ -61,7 +65,7 @@ class SceneReader(NumberReader):
             if len(fits) == 1:
                 return makers[fits[0]]
         fits = whole or partly or closest or list(makers)
-        hint = f"one of: {', '.join(fits)}"
+        hint = f"one of: {', '.join(_told_by(name, fits, needed) for name in fits)}"
         self.fault(f"{path}.type".lstrip("."), "is missing: the keys do not tell which kind is meant", hint)
         return None
 
@@ -142,6 +146,12 @@ def _of(makers: dict[str, Callable[..., Any]]) -> str:
     if len(makers) > 1:
         return f"the keys of one of: {', '.join(makers)}"
     return "the keys " + ", ".join(part.name for maker in makers.values() for part in parts_of(maker))
+
+
+def _told_by(name: str, fits: list[str], needed: dict[str, set[str]]) -> str:
+    """A kind with the keys that it needs and no other that may be meant does."""
+    own = needed[name] - set().union(*(needed[other] for other in fits if other != name))
+    return f"{name} (key {', '.join(sorted(own))})" if own and len(fits) <= _FEW else name
 
 
 def _wish(part: Part, unit: str) -> str:

@@ -312,7 +312,9 @@ def ledgers(result: Result, summary: dict[str, Any]) -> list[Ledger]:
     ):
         if name in e:
             out[words] = e[name]
-    out |= {"Heat of dampers": e.get("damper_heat", 0.0), "Elastic energy of the band": e["elastic_change"]}
+    out["Heat of dampers"] = e.get("damper_heat", 0.0)
+    if "elastic_change" in e:
+        out["Elastic energy of the band"] = e["elastic_change"]
     found = [ledger("Mechanical energy", into, out, e["closure"])]
     if "heat_stored" in e:
         stored = {f"Stored in {name}": float(value) for name, value in result.stored_heat.items()}

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float
 
 from .._base._dependence import Skeleton, skeleton
-from .._base._faults import Fault
+from .._base._faults import Fault, InputError
 from .._base._quantity import Scalar, Whole, positive, quantity
 from .._hybrid._arrays import Array
 from ._band import grip, product, tension_ratio
@@ -466,6 +466,14 @@ def _fits(law: Skeleton, n: int) -> bool:
         return False
 
 
+def under_a_band(brake: AbstractBrake) -> Brake:
+    """The brake where only a band brake will do. Raises `InputError` for another kind."""
+    if not isinstance(brake, Brake):
+        problem = f"is a {brake.words.brake}: this is only for band brakes"
+        raise InputError([Fault("brake", problem, "take a `Brake`, with band and linings")])
+    return brake
+
+
 def _still_friction(linings: Lining, temperature: Any) -> Float[Array, " n"]:
     law, n = linings.friction, linings.count
     if temperature is None and needs(law, n).T:
@@ -479,9 +487,9 @@ def stiffness_of(brake: Brake, temperature: Any = None) -> Float[Array, ""] | No
 
     The friction along a geometry is the linings' kinetic coefficient at zero speed, without pressure, and at the
     `temperature` (K, a number or (n,)) if the law looks at it: in a scene that of the start. It then stays in the run.
-    Raises `ValueError` if that temperature is needed and missing.
+    Raises `ValueError` if that temperature is needed and missing, `InputError` for a brake without a band.
     """
-    stiffness = brake.band.stiffness
+    stiffness = under_a_band(brake).band.stiffness
     if not isinstance(stiffness, AbstractStiffness):
         return None if stiffness is None else jnp.asarray(stiffness)
     f = _still_friction(brake.linings, temperature)
@@ -489,8 +497,11 @@ def stiffness_of(brake: Brake, temperature: Any = None) -> Float[Array, ""] | No
 
 
 def tension_shares(brake: Brake, temperature: Any = None) -> Float[Array, " k"]:
-    """Share of every tension that each of a brake's parallel bands has (K-8); `[1]` where there is one band."""
-    stiffness = brake.band.stiffness
+    """Share of every tension that each of a brake's parallel bands has (K-8); `[1]` where there is one band.
+
+    Raises `InputError` for a brake without a band.
+    """
+    stiffness = under_a_band(brake).band.stiffness
     if not isinstance(stiffness, ParallelBands):
         return jnp.ones(1)
     f = _still_friction(brake.linings, temperature)

@@ -13,7 +13,7 @@ from .._base._faults import Fault, InputError
 from .._base._quantity import Scalar, faults_of_values, holding, leaves, quantity
 from .._hybrid._arrays import Array
 from ._compliance import ParallelBands
-from ._design import AbstractBrake, AbstractLinings, Brake, tension_shares, unloaded
+from ._design import AbstractBrake, AbstractLinings, Brake, tension_shares, under_a_band, unloaded
 from ._driller import AbstractSpeedLever
 from ._duty import AbstractProfile
 from ._friction import AbstractFriction, Reads, needs, reads, remembers
@@ -110,10 +110,7 @@ class Scene(eqx.Module):
 
 def band_brake(scene: Scene) -> Brake:
     """The brake of a scene where only a band brake will do. Raises `InputError` for another kind."""
-    if not isinstance(scene.brake, Brake):
-        problem = f"is a {scene.brake.words.brake}: this is only for band brakes"
-        raise InputError([Fault("brake", problem, "take a scene with a `Brake`")])
-    return scene.brake
+    return under_a_band(scene.brake)
 
 
 def faults(scene: Scene) -> list[Fault]:

@@ -33,7 +33,7 @@ METRIC_UNITS = {
     **dict.fromkeys(HOT_PLACES, "K"),
 }
 
-_ENERGIES = ("load_work", "lever_work", "friction_heat", "kinetic_change", "elastic_change")
+_ENERGIES = ("load_work", "lever_work", "friction_heat", "kinetic_change")
 _HEATS = ("heat_to_metal", "heat_to_linings", "heat_to_band", "heat_supplied", "heat_stored", "heat_lost")
 
 
@@ -41,7 +41,7 @@ def metric_names(scene: Scene) -> tuple[str, ...]:
     """Names of everything that a run of the scene has as one number, energies as `energy.…`."""
     brake, heat = scene.brake, scene.heat
     names: list[str] = [*METRICS, *(BAND_PEAKS if brake.banded else ()), *PEAKS]
-    energies: list[str] = [*_ENERGIES]
+    energies: list[str] = [*_ENERGIES, *(("elastic_change",) if brake.banded else ())]
     if len(brake.pairs) > 1:
         energies += [f"heat_{pair}" for pair in brake.pairs]
     names += special_metrics(len(brake.pairs), resolved=brake.resolved, wears=scene.wear is not None)

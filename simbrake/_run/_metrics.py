@@ -183,7 +183,8 @@ def friction_work(ledger: Any) -> Any:
 def energies(record: Record) -> dict[str, Array]:
     """Energies over the run in J, and the closure of their balance as a share of the largest exchanged.
 
-    `kinetic_change + elastic_change = load_work + lever_work − friction_heat − damper_heat` (model §1); where the
+    `kinetic_change + elastic_change = load_work + lever_work − friction_heat − damper_heat` (model §1); without a band
+    there is no `elastic_change`; where the
     scene has `power_shares`, `electrical_work` and `mechanical_work` of the friction go off as well (S-8…11)
     """
     system: BrakeSystem = record.system  # pyright: ignore
@@ -210,7 +211,7 @@ def energies(record: Record) -> dict[str, Array]:
         "friction_heat": hot * work,
         **more,
         "kinetic_change": kinetic,
-        "elastic_change": elastic,
+        **({"elastic_change": elastic} if system.mechanism.banded else {}),
         "closure": _closure(residual, terms),
     }
     return found if system.thermal is None else found | _heats(record)

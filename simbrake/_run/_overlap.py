@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from .._base._quantity import Scalar, quantity
-from .._parts._design import Brake
+from .._parts._design import Brake, under_a_band
 from .._parts._scene import band_brake
 from ._result import Result
 
@@ -44,8 +44,10 @@ class Overlap(NamedTuple):
 def geometric_overlap(brake: Brake) -> tuple[float | None, float]:
     """`Σ A_i/A_track` of the external pair (`None` on a standard brake) and of linings and rim; about 0.75 (S).
 
-    Without areas or the rim's width the linings are taken to be as wide as the track: `Σ β_i/2π`.
+    Without areas or the rim's width the linings are taken to be as wide as the track: `Σ β_i/2π`. Raises `InputError`
+    for a brake without a band.
     """
+    brake = under_a_band(brake)
     n, width, wrap = brake.linings.count, brake.pulley.width, float(brake.linings.wrap) / (2 * math.pi)
 
     def share(area: Any, radius: Any) -> float:

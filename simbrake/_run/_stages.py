@@ -10,7 +10,7 @@ from jaxtyping import Float
 from .._hybrid import Record
 from .._hybrid._arrays import Array
 from .._parts._band import grip, product, running_product, tension_ratio
-from .._parts._design import AbstractBrake, Brake, unloaded
+from .._parts._design import AbstractBrake, Brake, under_a_band, unloaded
 from .._physics._modes import BandMode, Label
 
 
@@ -89,8 +89,9 @@ def internal_slip_tension(
     - `T_external`, `T_internal`: temperatures (K) for laws that look at them; laws are taken at slip speed 0
 
     `inf` where the bracket is not positive: the bandage then turns with the pulley to the end. From model §4 (after K).
+    Raises `InputError` for a brake without a band, `ValueError` for one without a bandage.
     """
-    bandage = brake.bandage
+    bandage = under_a_band(brake).bandage
     if bandage is None:
         raise ValueError("only a staged brake (with a bandage) has an internal pair")
     still = jnp.zeros(brake.linings.count)

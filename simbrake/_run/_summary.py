@@ -128,11 +128,11 @@ def text(summary: dict[str, Any]) -> str:
         f"at {_number(at['max_normal_load_time'], 's')}",
         f"energy   load {_kilo(e['load_work'], 'kJ')} + lever {_kilo(e['lever_work'], 'kJ')} "
         + ("" if gains else f"+ kinetic {_kilo(e['kinetic_change'], 'kJ', sign=-1)} ")
-        + f"= friction heat {_kilo(e['friction_heat'], 'kJ')} "
-        + (f"+ dampers {_kilo(e['damper_heat'], 'kJ')} " if "damper_heat" in e else "")
-        + (f"+ electrical {_kilo(e['electrical_work'], 'kJ')} " if "electrical_work" in e else "")
-        + (f"+ mechanical {_kilo(e['mechanical_work'], 'kJ')} " if "mechanical_work" in e else "")
-        + f"+ elastic {_kilo(e['elastic_change'], 'kJ')}"
+        + f"= friction heat {_kilo(e['friction_heat'], 'kJ')}"
+        + (f" + dampers {_kilo(e['damper_heat'], 'kJ')}" if "damper_heat" in e else "")
+        + (f" + electrical {_kilo(e['electrical_work'], 'kJ')}" if "electrical_work" in e else "")
+        + (f" + mechanical {_kilo(e['mechanical_work'], 'kJ')}" if "mechanical_work" in e else "")
+        + (f" + elastic {_kilo(e['elastic_change'], 'kJ')}" if "elastic_change" in e else "")
         + (f" + kinetic energy gained {_kilo(e['kinetic_change'], 'kJ')}" if gains else ""),
         *_heat_lines(summary),
         *_wear_lines(summary),
