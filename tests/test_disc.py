@@ -90,7 +90,7 @@ def test_names_of_a_band_are_not_there(stopped):
     assert "tension" not in str(stopped)
     assert "elastic_change" not in stopped.energy
     assert "elastic" not in str(stopped)
-    with pytest.raises(sb.InputError, match="energy.elastic_change: is no metric of this scene"):
+    with pytest.raises(sb.InputError, match=r"energy\.elastic_change: is no metric of this scene"):
         sb.sensitivity(["energy.elastic_change"], stopped.scene)
     assert "disc to rest" in str(stopped)
     assert "on pad 1" in str(stopped)

@@ -215,7 +215,7 @@ class Banded(Brake):
         if self.mode in SLIDES and self.C is not None:
             found["stick"] = (1 if self.mode == SLIP else -1) * now.lead / (self.R_b * self.speed)
         if self.mode in (ELASTIC, TAKE_UP):
-            tension, mu = self.C * self.stretch(y), self.static_ratios(y)
+            tension, mu = self.C * self.stretch(y), self.static_ratios(y)  # pyright: ignore
             if self.mode == TAKE_UP:
                 found["upper"] = (T_0 - tension) / self.force
             else:

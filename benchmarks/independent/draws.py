@@ -26,7 +26,7 @@ def draw(kind: str, flavour: str, seed: int) -> dict[str, Any]:
     if seed % 3 == 0:
         t[3], at[2] = t[2], at[1]  # jumps
     p["lever_points"], p["load_points"], p["filling"] = (t, pull), (at, load), None
-    p["lever"], p["load"] = Lines(t, pull), Lines(at, load)
+    p["lever"], p["load"] = Lines(list(t), list(pull)), Lines(list(at), list(load))
     p["hook_inertia"] = p["hook_torque"] = p["mass"] = 0.0
     if flavour == "fill":
         p["filling"] = (rng.uniform(1e3, 6e3), rng.uniform(0.1, 0.6), rng.uniform(0.05, 0.8))
@@ -121,7 +121,7 @@ def _law(p: dict[str, Any], law: dict[str, Any], ratio: float) -> sb.AbstractFri
 def _brake(p: dict[str, Any]) -> Any:
     law, kind, n = _law(p, p["law"], p["ratios"][0]), p["kind"], p["n"]
     if kind == "disc":
-        return sb.DiscBrake(p["J"], sb.Pads(law, *p["radii"], p["angle"], n))
+        return sb.DiscBrake(p["J"], sb.Pads(law, *p["radii"], p["angle"], n))  # pyright: ignore
     if kind == "shoe":
         return sb.ShoeBrake(p["J"], sb.Shoes(law, p["radius"], p["width"], *p["angles"]), p["pin"], p["arm"])
     segments = bandage = mass = None
@@ -153,7 +153,7 @@ def _thermal(p: dict[str, Any]) -> tuple[sb.Heat | None, sb.Wear | None]:
             sb.Convection("rim", q["rim_area"], h, covered=q["covered"]),
             sb.Radiation("rim", q["rim_area"], q["emissivity"], covered=q["covered"]),
             sb.Conductance("linings", "band", q["conductance"]),
-            sb.Convection("band", 1.0, q["band_loss"]),
+            sb.Convection("band", 1.0, q["band_loss"]),  # pyright: ignore
         ),
         friction=sb.FrictionHeat("rim", "linings", sb.ConstantPartition(q["metal"])),
         external=sb.FrictionHeat("band", "linings", sb.ConstantPartition(q["metal_out"])) if staged else None,

@@ -90,7 +90,7 @@ def _land(
     def value(s: float) -> float:
         return model.guards(s, dense(s))[name]
 
-    root = float(brentq(value, low, high, xtol=1e-15, rtol=1e-14)) if value(low) > 0 else low
+    root = float(brentq(value, low, high, xtol=1e-15, rtol=1e-14)) if value(low) > 0 else low  # pyright: ignore
     reach = max(1e-6 * (high - low), 1e-13 * max(1.0, abs(high)))
     slope = (value(root + reach) - value(root - reach)) / (2 * reach)
     at = _exactly(model, t, y, root)
@@ -108,7 +108,8 @@ def _land(
 def _advance(model: AbstractModel, t: float, y: np.ndarray, until: float) -> _Found:
     """Integrate to the first guard or to `until`."""
     longest = (model.end - model.start) / _STEPS
-    solver = DOP853(model.rates, t, y, until, rtol=RTOL, atol=RTOL * model.sizes, max_step=longest)
+    atol: Any = RTOL * model.sizes
+    solver = DOP853(model.rates, t, y, until, rtol=RTOL, atol=atol, max_step=longest)
     names = list(model.guards(t, y))
     last = np.array(list(model.guards(t, y).values()))
     armed, at = last > _TOGETHER, t

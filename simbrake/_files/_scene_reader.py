@@ -11,7 +11,6 @@ from .._base._quantity import Quantity, Whole
 from .._parts._material import LIBRARY, material
 from ._schema import Part, makers_of, parts_of, short_of
 
-
 #: so many kinds are told apart by their keys in a hint
 _FEW = 3
 
