@@ -120,9 +120,11 @@ from ._parts._compliance import LiningsOnPlates as LiningsOnPlates
 from ._parts._compliance import ParallelBands as ParallelBands
 from ._parts._compliance import lever_split as lever_split
 from ._parts._compliance import tension_rise as tension_rise
+from ._parts._design import AbstractLinings as AbstractLinings
 from ._parts._design import Band as Band
 from ._parts._design import Bandage as Bandage
 from ._parts._design import Brake as Brake
+from ._parts._design import BrakeWords as BrakeWords
 from ._parts._design import Lining as Lining
 from ._parts._design import Pulley as Pulley
 from ._parts._design import Segments as Segments
@@ -194,6 +196,7 @@ from ._parts._power_shares import PowerShares as PowerShares
 from ._parts._power_shares import PowerSplit as PowerSplit
 from ._parts._power_shares import shares_of_S as shares_of_S
 from ._parts._pressed import AbstractPadPressure as AbstractPadPressure
+from ._parts._pressed import AbstractPressedBrake as AbstractPressedBrake
 from ._parts._pressed import DiscBrake as DiscBrake
 from ._parts._pressed import Pads as Pads
 from ._parts._pressed import ShoeBrake as ShoeBrake

@@ -12,6 +12,7 @@ from helpers import closed_form, stop_scene
 from scipy.integrate import quad, solve_ivp
 
 import simbrake as sb
+from simbrake import plot
 from simbrake._parts._duty import hides_nothing
 from simbrake._parts._friction import reads
 from simbrake._parts._links import AbstractCoefficient, is_nonlinear
@@ -404,3 +405,76 @@ def test_points_inside_steps_are_looked_at_only_where_something_can_hide():
     assert samples() == 0
     assert samples(lever=Bump(T_0)) > 0
     assert samples(load=Surging()) > 0
+
+
+# --- another kind of brake --------------------------------------------------------------------------------------------
+
+
+class ConeLining(sb.AbstractLinings):
+    """The lining of a cone."""
+
+    friction: sb.AbstractFriction
+    inner_radius: Any = sb.quantity("m", "inner radius", positive=True)
+    outer_radius: Any = sb.quantity("m", "outer radius", positive=True)
+    half_angle: Any = sb.quantity("rad", "half of the angle of the cone", positive=True, high=math.pi / 2)
+
+    @property
+    def count(self):
+        return 1
+
+    @property
+    def area(self):
+        return jnp.pi * (jnp.asarray(self.outer_radius) ** 2 - self.inner_radius**2) / jnp.sin(self.half_angle)
+
+    @property
+    def weights(self):
+        return jnp.ones(1)
+
+
+class ConeBrake(sb.AbstractPressedBrake):
+    """`M = f F (r_i + r_o)/(2 sin α)`."""
+
+    inertia: Any = sb.quantity("kg*m^2", "inertia about the shaft", positive=True)
+    linings: ConeLining
+    words: ClassVar[sb.BrakeWords] = sb.BrakeWords("cone brake", "lining", "cone")
+
+    @property
+    def radius(self):
+        return 0.5 * (jnp.asarray(self.linings.inner_radius) + self.linings.outer_radius)
+
+    def normal(self, force, f, back):
+        return jnp.broadcast_to(force / jnp.sin(self.linings.half_angle), (1,))
+
+
+def test_a_cone_brake_of_a_user_has_all_that_a_brake_has():
+    f, F, r_i, r_o, alpha, inertia, omega, load = 0.3, 2e3, 0.20, 0.26, math.radians(12.5), 50.0, 60.0, 50.0
+    rim, linings = sb.Lump("rim", 5e3), sb.Lump("linings", 500.0)
+    heat = sb.Heat((rim, linings), (), sb.FrictionHeat("rim", "linings", sb.ConstantPartition(0.8)), linings="linings")
+    brake = ConeBrake(inertia, ConeLining(sb.ConstantFriction(f, 1.2), r_i, r_o, alpha))
+    duty = sb.ForceDuty(sb.Constant(F), sb.TorqueLoad(sb.Constant(load)))
+    scene = sb.Scene(brake, duty, sb.Initial(omega), 12.0, heat, wear=sb.Wear(sb.ConstantWear(1e-14)))
+    run = sb.simulate(scene)
+    N, r = F / math.sin(alpha), 0.5 * (r_i + r_o)
+    stop = inertia * omega / (f * N * r - load)
+    assert float(run.stopping_time) == pytest.approx(stop, rel=1e-11)
+    assert [event.name for event in run.events] == ["slip_onset", "full_slip", "stop"]
+    assert run.status == "stopped"
+    assert "brought the cone to rest" in str(run)
+    friction = f * N * r * omega * stop / 2
+    assert float(run.energy["friction_heat"]) == pytest.approx(friction, rel=1e-11)
+    assert run.end_temperatures[1] - sb.ROOM == pytest.approx(0.2 * friction / 500.0, rel=1e-9)
+    worn = 1e-14 * N * r * omega * stop / 2 / float(brake.linings.area)
+    np.testing.assert_allclose(run.worn_thickness, worn, rtol=1e-9)
+
+    (table,) = sb.sensitivity(["stopping_time"], scene, ["brake.linings.half_angle"], span=None)
+    slope = stop**2 * f * r * N / math.tan(alpha) / (inertia * omega)
+    assert table.rows[0].derivative == pytest.approx(slope, rel=1e-9)
+    swept = sb.sweep(scene, {"initial.omega": [30.0, 60.0]}, ["stopping_time"])
+    np.testing.assert_allclose(swept["stopping_time"], [stop / 2, stop], rtol=1e-9)
+    page = sb.report(run)
+    assert "cone brake" in page
+    assert "What presses the linings" not in page
+    with pytest.raises(sb.InputError, match="is a cone brake: this draws discs and drums"):
+        plot.pressed(run)
+    with pytest.raises(sb.InputError, match="half_angle"):
+        sb.simulate(sb.with_values(scene, {"brake.linings.half_angle": 2.0}))

@@ -7,6 +7,7 @@ import numpy as np
 
 from .._parts._heat import place_count
 from .._parts._network import Wall
+from .._parts._pressed import DiscBrake, ShoeBrake
 from .._run._result import Result
 from .._run._stages import has_stages
 
@@ -44,7 +45,7 @@ def _banded(result: Result) -> bool:
 
 
 def _pressed(result: Result) -> bool:
-    return not result.scene.brake.banded
+    return isinstance(result.scene.brake, DiscBrake | ShoeBrake)
 
 
 def _staged(result: Result) -> bool:

@@ -19,21 +19,35 @@ from ._friction import AbstractFriction, reads
 class AbstractPressedBrake(AbstractBrake):
     """A brake of rigid linings, each pressed by the force `F` of its actuator; friction acts at one radius `r`.
 
-    M = r Σ f_i N_i,   N_i = n_i(F, f_i)
+        M = r Σ f_i N_i,   N_i = n_i(F, f_i)
+
+    Another kind of brake is a class of this one with `inertia`, `linings` (`AbstractLinings`), `words`, `radius` and
+    `normal`. Where friction presses a lining on, so that `N_i` depends on `f_i`, it also has `can_lock`,
+    `normal_under`, `self_locking` and `locking_words`.
     """
+
+    @property
+    def track_radius(self) -> Any:
+        return self.radius
 
     @abc.abstractmethod
     def normal(self, force: Any, f: Float[Array, " n"], back: Any) -> Float[Array, " n"]:
         """Normal forces `N_i` (N) on linings that slide with the coefficients `f`, the other way where `back`."""
 
-    @abc.abstractmethod
     def normal_under(self, force: Any, friction: Float[Array, " n"]) -> Float[Array, " n"]:
         """Normal forces (N) on linings that carry the `friction` (N), > 0 against a motion ahead."""
+        return self.normal(force, jnp.zeros(self.linings.count), False)
 
     @property
-    @abc.abstractmethod
     def can_lock(self) -> bool:
         """Whether friction presses a lining on, so that it can lock itself."""
+        return False
+
+    def self_locking(self, f):
+        return jnp.zeros(self.linings.count)
+
+    def locking_words(self, i, share):
+        return f"{self.words.lining} {i} does not lock itself"
 
     def torque(self, force, f):
         return jnp.asarray(self.radius) * jnp.sum(f * self.normal(force, f, False))
@@ -42,9 +56,9 @@ class AbstractPressedBrake(AbstractBrake):
         n, law, where = self.linings.count, self.linings.friction, f"{path}.linings.friction"
         return [*law.faults(where), *faults_of_law(law, where, n), *self.faults_of_shape(path)]
 
-    @abc.abstractmethod
     def faults_of_shape(self, path: str) -> list[Fault]:
         """What does not fit together in the geometry."""
+        return []
 
 
 # --- disc brake -------------------------------------------------------------------------------------------------------
@@ -157,25 +171,8 @@ class DiscBrake(AbstractPressedBrake):
     def radius(self) -> Float[Array, ""]:
         return self.linings.radius
 
-    @property
-    def track_radius(self) -> Float[Array, ""]:
-        return self.linings.radius
-
-    @property
-    def can_lock(self) -> bool:
-        return False
-
     def normal(self, force, f, back):
         return jnp.broadcast_to(force, (self.linings.count,))
-
-    def normal_under(self, force, friction):
-        return jnp.broadcast_to(force, (self.linings.count,))
-
-    def self_locking(self, f):
-        return jnp.zeros(self.linings.count)
-
-    def locking_words(self, i, share):
-        return f"pad {i}: a pad does not lock itself"
 
     def faults_of_shape(self, path):
         pads, where = self.linings, f"{path}.linings"
@@ -264,10 +261,6 @@ class ShoeBrake(AbstractPressedBrake):
 
     @property
     def radius(self) -> Any:
-        return self.linings.radius
-
-    @property
-    def track_radius(self) -> Any:
         return self.linings.radius
 
     @property

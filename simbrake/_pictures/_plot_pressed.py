@@ -25,12 +25,13 @@ def pressed(result: Result, time: float | int | None = None, *, figure: Figure |
 
     - `time` (s): default that of the greatest normal force; at an event the values after it
 
-    Raises `InputError` for a time outside the run, for a batch of runs and for a band brake (`pulley`).
+    Raises `InputError` for a time outside the run, for a batch of runs and for another kind of brake.
     """
     one_run(result)
     brake = result.scene.brake
     if not isinstance(brake, DiscBrake | ShoeBrake):
-        raise InputError([Fault("brake", f"is a {brake.words.brake}", "draw it with `plot.pulley`")])
+        hint = "draw it with `plot.pulley`" if brake.banded else "`plot.stop` and `plot.lining_map` show its forces"
+        raise InputError([Fault("brake", f"is a {brake.words.brake}: this draws discs and drums", hint)])
     t, p = _moment(result, time)
     (states,), (pair,) = lining_contacts(result, p).values(), p.shown.pairs
     normal, friction = np.asarray(pair.normal)[0], np.asarray(pair.friction)[0]
