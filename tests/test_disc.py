@@ -291,6 +291,7 @@ def test_what_is_of_a_band_says_so(stopped, feature):
 def test_a_file_holds_it_and_a_result_is_saved(faded, tmp_path):
     text = sb.scene_text(faded.scene)
     assert 'inertia = "400.0 kg*m^2"' in text
+    assert "elongation" not in text
     again = sb.scene_from_text(text)
     assert sb.scene_text(again) == text
     assert float(sb.simulate(again, rtol=1e-11).stopping_time) == float(faded.stopping_time)
@@ -346,3 +347,5 @@ def test_figures_and_page(faded):
     page = sb.report(faded, check=False)
     assert "A run of a disc brake with 4 pads" in page
     assert "What presses the linings" in page
+    assert "elongation" not in page
+    assert "Elastic energy" not in page

@@ -14,7 +14,7 @@ from .._base._faults import Fault, InputError
 from .._base._quantity import Quantity
 from .._base._whole import whole_file
 from .._parts._material import LIBRARY, Material, material
-from .._parts._scene import Scene, check
+from .._parts._scene import Scene, check, paths_without_meaning
 from ._scene_reader import SceneReader
 from ._schema import Part, makers_of, parts_of, several
 
@@ -76,7 +76,7 @@ def scene_text(scene: Scene) -> str:
     """
     import tomli_w
 
-    writer = _Writer()
+    writer = _Writer(paths_without_meaning(scene))
     tables = writer.table(scene, (Scene,), "", "SI")
     if writer.faults:
         raise InputError(writer.faults)
@@ -93,8 +93,9 @@ def write_scene(scene: Scene, path: str | Path) -> None:
 class _Writer:
     """Goes through a scene by the same description that the reader has."""
 
-    def __init__(self) -> None:
+    def __init__(self, left_out: tuple[str, ...]) -> None:
         self.faults: list[Fault] = []
+        self.left_out = left_out
 
     def table(self, node: Any, wanted: tuple[type, ...], path: str, unit: str) -> dict[str, Any]:
         makers = makers_of(wanted)
@@ -111,7 +112,7 @@ class _Writer:
         for part in parts_of(maker):
             value = getattr(node, part.name)
             here = f"{path}.{part.name}" if path else part.name
-            if value is not None:
+            if value is not None and here not in self.left_out:
                 entries[part.name] = self._value(value, part, here, unit if part.unit == "SI" else part.unit)
         return entries
 

@@ -10,7 +10,7 @@ from .._base._handy import Number, digits, number, pretty
 from .._base._progress import Waiting, waiting
 from .._base._whole import whole_file
 from .._files._scene_file import scene_text
-from .._parts._scene import Scene
+from .._parts._scene import Scene, paths_without_meaning
 from .._results._error_estimate import Repeat, repeat
 from .._results._provenance import provenance
 from .._run._limits import limit_checks, read_limits
@@ -112,7 +112,9 @@ def contents(
     """Everything that a page shows of one result."""
     told.now("sums up")
     scene, summary = result.scene, result.summary()
-    parts = [part for part in parts_of(scene) if part.rows]
+    absent = paths_without_meaning(scene)
+    parts = [part._replace(rows=tuple(row for row in part.rows if row.path not in absent)) for part in parts_of(scene)]
+    parts = [part for part in parts if part.rows]
     events, checks = event_rows(result.events), limit_checks(result, limits)
     return {
         "title": title or _name(scene),

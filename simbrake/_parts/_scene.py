@@ -108,6 +108,11 @@ class Scene(eqx.Module):
     power_shares: PowerShares | None = None
 
 
+def paths_without_meaning(scene: Scene) -> tuple[str, ...]:
+    """Paths of numbers that the scene's kind of brake does not have; they are neither shown nor written."""
+    return () if scene.brake.banded else ("initial.elongation",)
+
+
 def band_brake(scene: Scene) -> Brake:
     """The brake of a scene where only a band brake will do. Raises `InputError` for another kind."""
     return under_a_band(scene.brake)
