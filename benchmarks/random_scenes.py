@@ -1,6 +1,6 @@
 """Random scenes of every kind of brake, run by simbrake and by an independent model, and compared.
 
-`python benchmarks/random_scenes.py [--seeds 4] [--first 0] [--kinds "disc;shoe"] [--flavours plain,hot] [--json F]`
+`python benchmarks/random_scenes.py [--seeds 5] [--first 0] [--kinds "disc;shoe"] [--flavours plain,hot] [--json F]`
 
 The independent models (`benchmarks/independent`) are NumPy and SciPy, written from the equations of docs/theory: they
 share the numbers of a scene with simbrake and nothing else. A scene is drawn by its kind, flavour and seed:
@@ -40,7 +40,7 @@ def row(one: Comparison) -> str:
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seeds", type=int, default=4, help="scenes of each kind and flavour")
+    parser.add_argument("--seeds", type=int, default=5, help="scenes of each kind and flavour")
     parser.add_argument("--first", type=int, default=0, help="the first seed")
     parser.add_argument("--kinds", default=";".join(KINDS), help="separated by semicolons; default: all")
     parser.add_argument("--flavours", default=",".join(FLAVOURS), help="default: all")
