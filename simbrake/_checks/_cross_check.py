@@ -190,13 +190,16 @@ def _labels(result: Result) -> list[tuple[str, str]]:
     words = {"phi": "angle (rad)", "omega": "speed (rad/s)", "x": "elongation (m)", "omega_b": "bandage speed (rad/s)"}
     words |= {"e": "segment elongation (m)", "v": "lining speed (m/s)"}
     words |= {"stretch": "spring elongation (m)", "speeds": "lining speed (rad/s)"}
-    nodes = result.nodes
+    nodes, system = result.nodes, result.record.system
+    pairs = system.pair_names  # pyright: ignore
     for path, leaf in jax.tree_util.tree_leaves_with_path(result.record.y_like):
         names = [str(getattr(key, "name", key)) for key in path]
         kind = "energy" if "ledger" in names else "heat" if names[0] == "heat" else "motion"
         for i in range(np.size(leaf)):
             if kind == "heat":
                 word = f"temperature {nodes[i]} (K)"
+            elif "friction" in names:
+                word = "friction heat (J)" if len(pairs) == 1 else f"{pairs[path[-1].idx]} heat (J)"
             elif kind == "energy":
                 word = " ".join(names[1:]).replace("_", " ").replace("heat lost", "heat: lost") + " (J)"
             else:
