@@ -501,3 +501,16 @@ def test_the_jacobian_has_nothing_where_none_is_declared(kind, law):
     assert np.all(np.diag(block) != 0)
     assert np.count_nonzero(block) == len(chained)
     assert not np.any(np.asarray(slope)[:, kinds == QUADRATURE])
+
+
+def test_linings_under_an_open_band_do_not_rub():
+    """The linings of a bandage on springs move past the open band all the same."""
+    law = Travelled(F, 0.5, 3.0)
+    late = sb.PiecewiseLinear([0.0, 1.0, 2.0], [0.0, 0.0, 9e3])
+    changed = eqx.tree_at(
+        lambda s: (s.brake.linings.friction, s.duty.slack_tension), scene("bandage on springs"), (law, late)
+    )
+    result = sb.simulate(eqx.tree_at(lambda s: s.end_time, changed, np.asarray(1.5)), rtol=1e-8)
+    series = result.series([0.9, 1.5])
+    np.testing.assert_array_equal(series.friction_memory[0], 1.0)
+    assert np.all(series.friction_memory[1] < 0.99)
