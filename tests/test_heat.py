@@ -107,8 +107,7 @@ def test_a_surface_layer_of_a_micrometre_gets_the_implicit_method_and_the_same_a
     assert "explicit method" in str(result)
 
 
-@pytest.mark.smoke
-@pytest.mark.parametrize("growth", [1.0, sb.layer_growth(1e-6, 0.028, 20)])
+@pytest.mark.parametrize("growth", [pytest.param(1.0, marks=pytest.mark.smoke), sb.layer_growth(1e-6, 0.028, 20)])
 def test_every_watt_is_accounted_for(growth):
     energy = layered_result(growth).energy
     assert float(energy["closure"]) < 1e-9

@@ -180,8 +180,7 @@ def test_ramp_and_speed_dependent_load_against_scipy():
     assert float(result.energy["closure"]) < 1e-11
 
 
-@pytest.mark.smoke
-@pytest.mark.parametrize("table", [False, True])
+@pytest.mark.parametrize("table", [pytest.param(False, marks=pytest.mark.smoke), True])
 def test_stribeck_and_tabulated_friction_against_scipy(table):
     v = np.linspace(0.0, 20.0, 161)
     f = 0.25 + 0.1 * np.exp(-v / 4.0)
