@@ -18,6 +18,7 @@ from scipy.optimize import brentq, fsolve
 from test_heat_events import FLASH, warmed
 
 import simbrake as sb
+from simbrake._parts._friction import SurfaceState
 
 Z = math.tan(BETA / 2)
 
@@ -235,7 +236,9 @@ def two_solutions() -> list[Value | Named]:
     grip = Grip.of(sb.Lining(STEEP, np.full(2, 0.5)), HARD)
 
     def first(T, v):
-        found = grip.coefficients(jnp.asarray(1e4), jnp.full(2, v), jnp.full(2, T), jnp.asarray(False), static=False)
+        found = grip.coefficients(
+            jnp.asarray(1e4), jnp.full(2, v), SurfaceState(jnp.full(2, T)), jnp.asarray(False), static=False
+        )
         return found.f[0], found
 
     solve = jax.jit(jax.value_and_grad(first, has_aux=True))

@@ -67,7 +67,14 @@ def answers(kind, values):
     return jnp.stack([run.stopping_time, run.stopping_angle, work["friction_heat"] / 1e5]), work["closure"], run.code
 
 
-@pytest.mark.parametrize("kind", [*KINDS, *PRESSED])
+#: those of many equations take long to compile
+LONG = [kind for kind in KINDS if kind not in ("rigid band", "elastic band")]
+EVERY = pytest.mark.parametrize(
+    "kind", [pytest.param(kind, marks=[pytest.mark.slow] if kind in LONG else []) for kind in (*KINDS, *PRESSED)]
+)
+
+
+@EVERY
 def test_derivatives_both_ways_and_runs_side_by_side(kind):
     start = np.asarray([20.0, 900.0, 0.4])
     value, forwards, backwards = jacobians(lambda x: answers(kind, x)[0])(jnp.asarray(start))
@@ -84,7 +91,7 @@ def test_derivatives_both_ways_and_runs_side_by_side(kind):
     assert float(chord) == pytest.approx(float(forwards[0, 0]), rel=0.05)
 
 
-@pytest.mark.parametrize("kind", [*KINDS, *PRESSED])
+@EVERY
 def test_heat_wear_prepared_runs_and_files(kind, tmp_path):
     hot = scene(kind, hot=True)
     result = sb.simulate(hot, rtol=1e-9)

@@ -11,6 +11,7 @@ from heat_scenes import BETA, T0, W0, C, N, R, brake, fading, lump
 from scipy.optimize import brentq
 
 import simbrake as sb
+from simbrake._parts._friction import SurfaceState
 
 # --- events that heat brings about -------------------------------------------------------------------------------
 
@@ -95,7 +96,9 @@ def test_implicit_friction_of_flash_and_pressure_against_scalar_roots():
     )
     grip = sb_grip(base, area)
     T = np.full(5, 320.0)
-    found = grip.coefficients(jnp.asarray(2e4), jnp.full(5, v), jnp.asarray(T), jnp.asarray(False), static=False)
+    found = grip.coefficients(
+        jnp.asarray(2e4), jnp.full(5, v), SurfaceState(jnp.asarray(T)), jnp.asarray(False), static=False
+    )
     before = 2e4
     for i in range(5):
 
@@ -111,7 +114,9 @@ def test_implicit_friction_of_flash_and_pressure_against_scalar_roots():
 
     @jax.jit
     def least(T):
-        return grip.coefficients(jnp.asarray(2e4), jnp.full(5, v), T, jnp.asarray(False), static=False).f[-1]
+        return grip.coefficients(jnp.asarray(2e4), jnp.full(5, v), SurfaceState(T), jnp.asarray(False), static=False).f[
+            -1
+        ]
 
     slope = np.asarray(jax.jit(jax.grad(least))(T))
     h = 1e-3

@@ -169,6 +169,7 @@ def test_friction_that_runs_in_with_the_work():
         sb.simulate(eqx.tree_at(lambda s: s.brake.linings.area, band(RunningIn()), None))
 
 
+@pytest.mark.slow
 def test_every_lining_of_a_staged_brake_runs_in_by_its_own_work():
     bandage = sb.Bandage(45.0, RunningIn(0.22, 1.3, 2e6), 900.0, AREA)
     result = sb.simulate(band(RunningIn(F, 0.6, 3e6), 2e6, bandage=bandage), rtol=1e-11)
@@ -274,6 +275,7 @@ def test_friction_that_falls_faster_than_the_band_follows_ends_the_run(power):
 # --- staged brake -----------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_staged_brake_whose_pairs_both_change():
     """One lining, so that its tension while the band holds it is one linear equation; both stages by SciPy."""
     inertia, f_in, preload, n = 45.0, 0.2, 500.0, 1
@@ -389,6 +391,7 @@ def test_a_fast_state_gets_a_method_for_stiff_systems():
 # --- every kind of brake ----------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["staged, elastic band", "chain", "bandage on springs", "double-shoe brake"])
 def test_derivatives_of_every_kind(kind):
     """Both ways the same, and those of a chord; every pair has states that its slip drives."""
@@ -480,6 +483,7 @@ def test_wrong_states_are_input_errors(law, words):
     assert words in str(caught.value)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["rigid band", "elastic band", "chain", "disc brake"])
 @pytest.mark.parametrize("law", [Timed(), Travelled(), RunningIn()], ids=lambda law: type(law).__name__)
 def test_the_jacobian_has_nothing_where_none_is_declared(kind, law):
@@ -503,6 +507,7 @@ def test_the_jacobian_has_nothing_where_none_is_declared(kind, law):
     assert not np.any(np.asarray(slope)[:, kinds == QUADRATURE])
 
 
+@pytest.mark.slow
 def test_linings_under_an_open_band_do_not_rub():
     """The linings of a bandage on springs move past the open band all the same."""
     law = Travelled(F, 0.5, 3.0)

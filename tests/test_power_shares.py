@@ -10,6 +10,7 @@ import pytest
 from helpers import stop_scene
 
 import simbrake as sb
+from simbrake._parts._friction import SurfaceState
 
 SHARES = sb.PowerShares(electrical=0.05, mechanical=0.27)
 
@@ -72,7 +73,7 @@ def test_flash_temperature_sees_the_heat_alone():
 
     law = sb.ProductFriction(sb.ConstantFriction(0.35), (sb.LinearFade(3e-4, 293.15),))
     linings = dataclasses.replace(linings, friction=law)
-    args = (jnp.asarray(1e4), jnp.full(4, 5.0), jnp.full(4, 293.15), jnp.asarray(False))
+    args = (jnp.asarray(1e4), jnp.full(4, 5.0), SurfaceState(jnp.full(4, 293.15)), jnp.asarray(False))
     half = Grip.of(linings, flash, sb.PowerShares(mechanical=0.5)).coefficients(*args, static=False).f
     halved = dataclasses.replace(flash, share=0.5)
     np.testing.assert_allclose(half, Grip.of(linings, halved).coefficients(*args, static=False).f, rtol=1e-12)

@@ -46,8 +46,9 @@ def test_events_and_states_of_a_scene(name):
     method, rtol = solver_of(scene), TIGHT.get(name, RTOL)
 
     # one program for runs and slope: compiling is most of the work, and another program would round differently
+    # (the numbers of the scene are arguments, so that scenes of one structure share it)
     @functools.partial(jax.jit, compiler_options=accelerators("cpu").options)
-    def run(share):
+    def run(scene, direction, share):
         def starts(share):
             moved = jax.tree.map(lambda p, d: p + share * d, scene, direction)
             record = sb.simulate(moved, rtol=rtol, solver=method, max_steps=STEPS.get(name)).record
@@ -57,7 +58,7 @@ def test_events_and_states_of_a_scene(name):
 
     def at(share):
         """Times of the events looked at and of the end, the states there, and the slopes of both."""
-        (t, y), (dt, dy), (kind, count, code) = jax.tree.map(np.asarray, run(np.float64(share)))
+        (t, y), (dt, dy), (kind, count, code) = jax.tree.map(np.asarray, run(scene, direction, np.float64(share)))
         assert code == Code.COMPLETED
         landed = np.flatnonzero(kind[:count] == LANDED)
         wanted = np.unique(np.linspace(0, len(landed) - 1, min(len(landed), EVENTS)).astype(int))

@@ -44,7 +44,7 @@ _SYMBOLS = {
     "”": "'",
     "’": "'",
     "✓": "ok",
-    **{dotted: f"{plain}'" for dotted, plain in zip("ėġḣṪẋẏ", "eghTxy", strict=True)},
+    **{dotted: f"{plain}'" for dotted, plain in zip("ċėġḣṪẋẏ", "ceghTxy", strict=True)},
     "ẍ": "x''",
     "\N{NO-BREAK SPACE}": " ",
     "\N{COMBINING DOT ABOVE}": "'",

@@ -336,7 +336,7 @@ def slide_of(
 
 
 def _slip_of(more: Callable[[Array], Array], lead: Array, size: Array) -> tuple[Array, Array]:
-    """The slip speed `v` with `v + more(v) = lead`, `more(0) = 0`, and `1 + more′(v)`.
+    """The slip speed `v` with `v + more(v) = lead`, `more(0) = 0`, and `1 + d more/dv`.
 
     Where there is none it is `lead`, and the slope negative.  `size`: a typical speed
     """
