@@ -19,7 +19,7 @@ from ._band import grip, product, tension_ratio
 from ._compliance import AbstractStiffness, ParallelBands
 from ._friction import (
     AbstractFriction,
-    Contact,
+    AnyContact,
     SurfaceState,
     contact_like,
     faults_of_memory,
@@ -169,7 +169,7 @@ class Bandage(eqx.Module):
     spring_damping: Scalar = quantity("1", "share of critical damping of the springs", low=0.0, many=True, default=0.05)
 
 
-def unloaded(pair: AbstractLinings | Bandage, v: Any, T: Any) -> Contact:
+def unloaded(pair: AbstractLinings | Bandage, v: Any, T: Any) -> AnyContact:
     """The contact of surfaces without load, at slip speeds `v` (n,) and temperatures `T` (K; `None`: none known).
 
     As in a run it has a pressure only where the pair has areas; or where the law cannot do without one. States of the

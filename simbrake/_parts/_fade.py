@@ -12,7 +12,7 @@ from jaxtyping import Float
 from .._base._faults import Fault
 from .._base._quantity import Scalar, quantity
 from .._hybrid._arrays import Array
-from ._friction import AbstractFriction, Contact
+from ._friction import AbstractFriction, AnyContact, Contact
 
 
 class AbstractFactor(eqx.Module):
@@ -127,7 +127,7 @@ class ProductFriction(AbstractFriction):
     base: AbstractFriction
     factors: tuple[AbstractFactor, ...]
 
-    def _product(self, contact: Contact) -> Array:
+    def _product(self, contact: AnyContact) -> Array:
         product = None
         for one in self.factors:
             product = one.factor(contact) if product is None else product * one.factor(contact)

@@ -3,7 +3,7 @@
 import abc
 import functools
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import equinox as eqx
 import jax
@@ -47,6 +47,13 @@ class _ContactWithMemory(NamedTuple):
     p: Any
     memory: Any
     q: Any = None
+
+
+if TYPE_CHECKING:
+    AnyContact: TypeAlias = Contact
+else:
+    # with what laws are asked when a program runs: to those who write them both are a `Contact`
+    AnyContact = Contact | _ContactWithMemory
 
 
 class SurfaceState(NamedTuple):
@@ -99,7 +106,7 @@ class AbstractFriction(eqx.Module):
     def static(self, contact: Contact) -> Float[Array, "..."]:
         """Coefficient up to which the lining sticks."""
 
-    def governing(self, contact: Contact, static: Any) -> Float[Array, "..."]:
+    def governing(self, contact: AnyContact, static: Any) -> Float[Array, "..."]:
         """Coefficient of linings that stick (`static`, a traced bool) or slide.
 
         A law whose two coefficients have a factor in common may say so here, where it is then found once.
@@ -205,12 +212,12 @@ class Reads(NamedTuple):
     p: bool
 
 
-def _coefficients(law: AbstractFriction, contact: Contact) -> tuple[Array, Array]:
+def _coefficients(law: AbstractFriction, contact: AnyContact) -> tuple[Array, Array]:
     """Both coefficients as a brake uses them: what sticks has no speed."""
     return law.kinetic(contact), law.static(contact._replace(v=jnp.zeros_like(contact.v)))
 
 
-def _rates(law: AbstractFriction, contact: Contact) -> Any:
+def _rates(law: AbstractFriction, contact: AnyContact) -> Any:
     return law.rates(contact)
 
 

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 
 from .._hybrid._arrays import Array
 from .._parts._design import AbstractLinings, Bandage, Brake, stiffness_of, unloaded
-from .._parts._friction import Contact, rates_read
+from .._parts._friction import AnyContact, rates_read
 from .._parts._heat import FrictionHeat
 from .._parts._internal import InternalPair
 from .._parts._pressed import AbstractPressedBrake
@@ -103,7 +103,7 @@ def _pairs(scene: Scene, thermal: Thermal | None) -> tuple[Pair, ...]:
     return tuple(pair(name, place.field) for name, place in brake.pairs.items())
 
 
-def _at_the_start(linings: AbstractLinings, pair: Pair, thermal: Thermal | None, u: Any) -> Contact:
+def _at_the_start(linings: AbstractLinings, pair: Pair, thermal: Thermal | None, u: Any) -> AnyContact:
     """What the friction law of the linings sees at the start, without load."""
     hot = None
     if thermal is not None and u is not None and pair.heat is not None and pair.heat.sensor is not None:
@@ -111,7 +111,7 @@ def _at_the_start(linings: AbstractLinings, pair: Pair, thermal: Thermal | None,
     return unloaded(linings, jnp.zeros(linings.count), hot)
 
 
-def _sizes(scene: Scene, still: Contact, omega_0: Array) -> Sizes:
+def _sizes(scene: Scene, still: AnyContact, omega_0: Array) -> Sizes:
     """Typical sizes: the largest slack tension; what the brake could hold, or its load; the speed at the start, or the
     one that the largest torque could give in the run."""
     brake, duty, t_0 = scene.brake, scene.duty, jnp.asarray(scene.initial.time)
@@ -130,7 +130,7 @@ def _sizes(scene: Scene, still: Contact, omega_0: Array) -> Sizes:
     return Sizes(tension, torque, positive(jnp.where(omega_0 == 0, reach, jnp.abs(omega_0))))
 
 
-def _mechanism(scene: Scene, pairs: tuple[Pair, ...], sizes: Sizes, still: Contact) -> AbstractMechanism:
+def _mechanism(scene: Scene, pairs: tuple[Pair, ...], sizes: Sizes, still: AnyContact) -> AbstractMechanism:
     """Which bodies turn, stick and slide."""
     brake, heated = scene.brake, still.T is not None
     if isinstance(brake, AbstractPressedBrake):
@@ -148,7 +148,7 @@ def _mechanism(scene: Scene, pairs: tuple[Pair, ...], sizes: Sizes, still: Conta
 
 
 def _under_a_band(
-    scene: Scene, brake: Brake, pairs: tuple[Pair, ...], sizes: Sizes, friction: Grip, still: Contact
+    scene: Scene, brake: Brake, pairs: tuple[Pair, ...], sizes: Sizes, friction: Grip, still: AnyContact
 ) -> AbstractMechanism:
     """The mechanism of a band brake."""
     linings, bandage, radius, n = brake.linings, brake.bandage, jnp.asarray(brake.band.radius), brake.linings.count

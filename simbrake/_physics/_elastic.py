@@ -298,7 +298,7 @@ def slide_of(
     push: Callable[..., Array],
     acting: Acting,
     speed: Array,
-    alpha: Array | float,
+    alpha: Array,
     drift: Any,
     friction: tuple[Array | None, ...],
     ageing: Callable[[Array], Any] | None,

@@ -14,9 +14,7 @@ from .._parts._friction import SurfaceState, memory_at_start, memory_sizes, reme
 from ._mechanism import AbstractMechanism, Pair
 
 
-def rates_of_memory(
-    pair: Pair, hot: SurfaceState, v: Array, normal: Float[Array, " n"], power: Float[Array, " n"]
-) -> Any:
+def rates_of_memory(pair: Pair, hot: SurfaceState, v: Array, normal: Float[Array, " n"], power: Array) -> Any:
     """Rates of the states of a pair's law, (n,) each.
 
     - `v` (m/s): slip speed signed by the sense, `power` (W) of the friction of each lining: (n,) or one for all

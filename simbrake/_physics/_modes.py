@@ -45,7 +45,8 @@ def rigid_mode(direction: Int[Array, ""]) -> Int[Array, ""]:
 def pick(condition: Any, yes: Any, no: Any) -> Any:
     """`jnp.where`, decided while tracing where the condition is known: a label of a band that is asked about."""
     if isinstance(condition, bool | np.bool_):
-        return yes if condition else no
+        found = yes if condition else no
+        return np.float64(found) if isinstance(found, float) else found  # an array like all others
     return jnp.where(condition, yes, no)
 
 
