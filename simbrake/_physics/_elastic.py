@@ -25,6 +25,7 @@ from ._mechanism import (
     Shown,
     Sizes,
     arrested,
+    failed,
     moving_as_one,
     onset,
     sense_of,
@@ -147,10 +148,8 @@ class ElasticBand(AbstractMechanism):
 
     def rubs(self, acting, mode, z):
         back = mode.band == BandMode.SLIP_BACK
-        along = self.wrap.along(z.slack_tension, z.fz, back)
-        before = jnp.concatenate([z.slack_tension[None], along[:-1]])
-        force = along - before if self.pairs[0].apart else z.drag
-        return (Rub(force, z.slip_speed, sense_of(mode), (along + before) * self.wrap.grip.sine),)
+        each, normal = self.wrap.sliding(z.slack_tension, z.fz, back)
+        return (Rub(each if self.pairs[0].apart else z.drag, z.slip_speed, sense_of(mode), normal),)
 
     def guards(self, acting, omega, own, mode, z):
         return jnp.stack(band_guards(self, acting, omega, mode, z))
@@ -173,10 +172,7 @@ class ElasticBand(AbstractMechanism):
             return ask(mode, found.omega, now.own)[1]
 
         new = settled_mode(now, new, found, taut_mode(self, now, new, fired, there, acting, rest, found))
-        code = jnp.asarray(0, jnp.int32)
-        for i, failure in enumerate(self.codes, 4 + (new.own.locks is not None)):
-            code = jnp.where(fired[i], int(failure), code)
-        return new, code
+        return new, failed(self.codes, fired, 4 + (new.own.locks is not None), jnp.asarray(0, jnp.int32))
 
     def arrested(self, omega, own, before, after):
         return arrested(omega, before, after), own
@@ -190,10 +186,7 @@ class ElasticBand(AbstractMechanism):
         return MOBILISATION
 
     def lining_margins(self, mode, z):
-        mu = (1 + z.fz) / (1 - z.fz)
-        ahead = z.tight_tension - z.slack_tension * jnp.cumprod(mu)
-        back = z.slack_tension - z.tight_tension * jnp.cumprod(mu[::-1])[::-1]
-        margins = jnp.concatenate([ahead, back]) / self.sizes.tension
+        margins = self.wrap.margins(z.slack_tension, z.tight_tension, z.fz) / self.sizes.tension
         return jnp.where((mode.band == BandMode.ELASTIC) & ~self.locked_in(mode), margins, -1.0)
 
     def shown(self, tension, omega, own, mode, hot, z):
@@ -270,8 +263,7 @@ def friction_of(m: Any, T_0: Array, fz: Array, back: Any, tight: Array) -> Float
     """Friction `T_i − T_{i−1}` of the linings while every one slides, or its sum."""
     if not m.pairs[0].apart:
         return tight - T_0
-    along = m.wrap.along(T_0, fz, back)
-    return along - jnp.concatenate([T_0[None], along[:-1]])
+    return m.wrap.sliding(T_0, fz, back)[0]
 
 
 def ageing_of(
@@ -284,8 +276,7 @@ def ageing_of(
     pair = m.pairs[0]
     if pair.memory is None:
         return None
-    along = m.wrap.along(T_0, fz, back)
-    normal = (along + jnp.concatenate([T_0[None], along[:-1]])) * m.wrap.grip.sine
+    normal = m.wrap.sliding(T_0, fz, back)[1]
 
     def rates(slip: Array) -> Any:
         return rates_of_memory(pair, acting.hot[0], pick(back, -slip, slip), normal, friction * slip)

@@ -16,6 +16,7 @@ from .._parts._heat import FrictionHeat
 from .._parts._wear import AbstractWearRate
 from ._modes import BandMode
 from ._sliding import AbstractGrip
+from ._state import BrakeCode
 
 
 class Pair(eqx.Module):
@@ -43,7 +44,8 @@ class Pair(eqx.Module):
 class Rub(NamedTuple):
     """A friction pair at one instant; its power is `force · slip`.
 
-    - `force` (N): friction at the radius of `slip`, signed like it: (n,), or the sum unless the pair is `apart`
+    - `force` (N): friction at the radius of `slip`, signed like it: (n,), or the sum unless the pair is `apart`;
+      while they stick it makes no power, and may be any
     - `slip` (m/s): (n,), or one for all linings; 0 while they stick
     - `sense`: the way it slides (±1), 0 while it sticks, shaped like `slip`;  `normal` (n,): loads (N)
     """
@@ -55,14 +57,14 @@ class Rub(NamedTuple):
 
 
 class PairNow(NamedTuple):
-    """A friction pair at one instant as results show it; its power is `force · slip`. No run needs it.
+    """A friction pair at one instant as results show it; its power is `force · slip`.
 
     - of every lining (n,): `force` (N) along the slip, at its radius;  `friction` (N) at the face of the lining, at the
       limit `f N`;  `normal` load (N);  `slip` speed (m/s);  `sense`: the way it slides (±1), 0 while it sticks;
       `at_limit`: whether its friction is used up
     - `torque` (N·m) that the pair passes on;  `capacity` (N·m): up to which it sticks, or with which it slides, `None`
       where the mechanism does not tell
-    - `coefficient` (n,) of friction when it slides, `None` in a scene without heat
+    - `coefficient` (n,) of friction when it slides, `None` without heat and without states of the law
     """
 
     force: Float[Array, " n"]
@@ -77,7 +79,10 @@ class PairNow(NamedTuple):
 
 
 class Shown(NamedTuple):
-    """What results show of a mechanism beside its variables. No run needs it.
+    """What results show of a mechanism beside its variables.
+
+    A run needs of it the loads of linings that stick, and those only where a friction law has states that follow the
+    pressure.
 
     - `pairs`;  `tension` (n,) of the band behind every lining (N), `None` without a band
     - `None` where there is no such thing: `elongation` of the band (m), `displacement` (n,) of linings along the band
@@ -370,6 +375,13 @@ def settled_mode(now: Moment, new: Mode, found: Onset, moving: Any) -> Mode:
     band = jnp.where(found.pulls, band, BandMode.OPEN)
     sense = jnp.where(found.direction == 0, now.mode.sense, found.direction)
     return new._replace(band=band.astype(jnp.int32), sense=sense.astype(jnp.int32))
+
+
+def failed(codes: tuple[BrakeCode, ...], fired: Bool[Array, " guard"], first: int, code: Any) -> Any:
+    """The code of the end of the run whose guard fired (`codes` belong to the guards from `first` on), else `code`."""
+    for i, failure in enumerate(codes, first):
+        code = jnp.where(fired[i], int(failure), code)
+    return code
 
 
 def arrested(omega: Array, before: Mode, after: Mode) -> Array:

@@ -23,6 +23,7 @@ from ._mechanism import (
     Shown,
     Sizes,
     arrested,
+    failed,
     moving_as_one,
     onset,
     sense_of,
@@ -174,10 +175,8 @@ class BandTorque(AbstractTorqueLaw):
         )
 
     def rub(self, force, torque, slip, mode, found, apart):
-        along = self.wrap.along(force, found.law, mode.band == BandMode.SLIP_BACK)
-        before = jnp.concatenate([force[None], along[:-1]])
-        friction = along - before if apart else torque / self.wrap.radius
-        return Rub(friction, slip, sense_of(mode), (along + before) * self.wrap.grip.sine)
+        each, normal = self.wrap.sliding(force, found.law, mode.band == BandMode.SLIP_BACK)
+        return Rub(each if apart else torque / self.wrap.radius, slip, sense_of(mode), normal)
 
     def capacity(self, force, omega, hot):
         return band_torque(self.grip, self.wrap.radius, force, omega, hot)
@@ -363,8 +362,7 @@ class RigidContact(AbstractMechanism):
         beyond = jnp.where(acting.load > rest.torques.ahead + spare, 1, beyond)
         found = onset(now, fired, acting, jnp.where(locked, 0, beyond), self.sizes)
         code = jnp.where(locked & found.pulls, int(BrakeCode.SINGULAR_GEOMETRY), 0)
-        for i, failure in enumerate(self.codes, 4 + (new.own.locks is not None)):
-            code = jnp.where(fired[i], int(failure), code)
+        code = failed(self.codes, fired, 4 + (new.own.locks is not None), code)
         return settled_mode(now, new, found, rigid_mode(found.direction)), code
 
     def arrested(self, omega, own, before, after):

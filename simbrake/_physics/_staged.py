@@ -33,6 +33,7 @@ from ._mechanism import (
     Rub,
     Shown,
     Sizes,
+    failed,
     moving_as_one,
     onset,
     sense_of,
@@ -233,10 +234,8 @@ class StagedBrake(AbstractMechanism):
 
     def rubs(self, acting, mode, z):
         band, inner = z.band, mode.own.inner
-        along = self.wrap.along(band.slack_tension, band.fz, mode.band == BandMode.SLIP_BACK)
-        before = jnp.concatenate([band.slack_tension[None], along[:-1]])
-        force = along - before if self.pairs[0].apart else band.drag
-        outer = Rub(force, band.slip_speed, sense_of(mode), (along + before) * self.wrap.grip.sine)
+        each, normal = self.wrap.sliding(band.slack_tension, band.fz, mode.band == BandMode.SLIP_BACK)
+        outer = Rub(each if self.pairs[0].apart else band.drag, band.slip_speed, sense_of(mode), normal)
         force = jnp.where(inner < 0, -1.0, 1.0) * z.inner_friction
         force = force if self.pairs[1].apart else jnp.sum(force)
         return outer, Rub(force, z.inner_slip, inner.astype(jnp.float64), z.inner_normal)
@@ -306,9 +305,7 @@ class StagedBrake(AbstractMechanism):
             moving = taut_mode(self, carrier, turned, fired, there, acting, rest.band, found)
         new = settled_mode(carrier, new, found, moving)
         piece = self._piece(now, new, fired, acting, rest.band)
-        code = jnp.asarray(0, jnp.int32)
-        for i, failure in enumerate(self.codes, 4 + (locks is not None)):
-            code = jnp.where(fired[i], int(failure), code)
+        code = failed(self.codes, fired, 4 + (locks is not None), jnp.asarray(0, jnp.int32))
         return new._replace(own=new.own._replace(piece=piece)), jnp.where(
             locked, int(BrakeCode.SINGULAR_GEOMETRY), code
         )
@@ -376,10 +373,7 @@ class StagedBrake(AbstractMechanism):
         return MOBILISATION
 
     def lining_margins(self, mode, z):
-        mu = (1 + z.band.fz) / (1 - z.band.fz)
-        ahead = z.tight_tension - z.slack_tension * jnp.cumprod(mu)
-        back = z.slack_tension - z.tight_tension * jnp.cumprod(mu[::-1])[::-1]
-        margins = jnp.concatenate([ahead, back]) / self.sizes.tension
+        margins = self.wrap.margins(z.slack_tension, z.tight_tension, z.band.fz) / self.sizes.tension
         return jnp.where((mode.band == BandMode.ELASTIC) & ~self.locked_in(mode), margins, -1.0)
 
     def shown(self, tension, omega, own, mode, hot, z):

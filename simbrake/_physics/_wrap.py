@@ -110,10 +110,19 @@ class Wrap(eqx.Module):
         """Forces at every lining by the mobilisation rule (model §3)."""
         return mobilised(T_0, T_n, (1 + fz) / (1 - fz), jnp.asarray(self.grip.linings.angle))
 
-    def along(self, T_0: Array, fz: Array, back: Array) -> Float[Array, " n"]:
-        """Tensions `T_1…T_n` while every lining slides."""
+    def sliding(self, T_0: Array, fz: Array, back: Array) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
+        """Friction `T_i − T_{i−1}` and normal load `(T_i + T_{i−1}) s_i` of the linings (N) while every one slides."""
         signed = pick(back, -fz, fz)
-        return T_0 * running_product((1 + signed) / (1 - signed))
+        along = T_0 * running_product((1 + signed) / (1 - signed))
+        before = jnp.concatenate([T_0[None], along[:-1]])
+        return along - before, (along + before) * self.grip.sine
+
+    def margins(self, T_0: Array, T_n: Array, fz: Array) -> Float[Array, " twice_n"]:
+        """By how much (N) each lining is past its limit, from either end (see `AbstractMechanism.lining_margins`)."""
+        mu = (1 + fz) / (1 - fz)
+        ahead = T_n - T_0 * jnp.cumprod(mu)
+        back = T_0 - T_n * jnp.cumprod(mu[::-1])[::-1]
+        return jnp.concatenate([ahead, back])
 
 
 def band_torque(grip: Grip, radius: Array, T_0: Array, omega: Array, hot: Any) -> Float[Array, ""]:

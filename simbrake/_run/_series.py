@@ -23,7 +23,7 @@ class PairSeries(NamedTuple):
     friction_work: Float[Array, " m"]  # J
     heat: Float[Array, " m"]  # friction heat, J
     capacity: Float[Array, " m"] | None = None  # torque up to which it sticks, or with which it slides, N·m
-    friction_coefficient: Float[Array, "m n"] | None = None  # of every lining, sliding; None without heat
+    friction_coefficient: Float[Array, "m n"] | None = None  # of every lining, sliding; None where it cannot change
     worn_thickness: Float[Array, "m n"] | None = None  # since the start, m; None without wear of the pair
     friction_memory: Any = None  # state of the friction law (m, n), of several (m, s, n); None of a law without
 
@@ -60,7 +60,7 @@ class Series(NamedTuple):
     band_temperature: Float[Array, "m b"] | None = None  # K
     lining_outer_temperature: Float[Array, "m o"] | None = None  # outer faces of a staged brake's linings, K
     heat_lost: Float[Array, " m"] | None = None  # J
-    friction_coefficient: Float[Array, "m n"] | None = None  # of every lining, sliding; None without heat
+    friction_coefficient: Float[Array, "m n"] | None = None  # of every lining, sliding; None where it cannot change
     bandage_speed: Float[Array, " m"] | None = None  # ω_b of a staged brake, rad/s; None without a bandage
     lining_speed: Float[Array, "m n"] | None = None  # ω_i of every lining of a resolved bandage, rad/s
     displacement: Float[Array, "m n"] | None = None  # u of every lining of a chain along the band circle, m
