@@ -157,7 +157,7 @@ def compiled(
     function: Callable[[Any], Any],
     numbers: np.ndarray,
     *,
-    longest: int = 64_000,
+    longest: int = 51_000,
     otherwise: Callable[[Any], Any] | None = None,
     device: Any = None,
 ) -> Program:
@@ -166,8 +166,8 @@ def compiled(
 
     XLA then neither starts kernels one by one nor hands them to a pool of threads. It knows not all operations there;
     what it refuses is compiled the ordinary way (`otherwise`, if another way to compute the same is better then). So is
-    a program `longest` lines and more: one function takes the same time to compile up to some 11,000 lines, twice the
-    time for 24,000 and three times for 48,000.
+    a program `longest` lines and more: one function takes the same time to compile up to some 9,000 lines, twice the
+    time for 19,000 and three times for 38,000.
     """
     device = run_device() if device is None else device
     start, use, inner = time.perf_counter(), accelerators(device.platform), jax.jit(function)

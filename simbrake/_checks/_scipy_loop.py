@@ -65,12 +65,12 @@ class _Compiled(NamedTuple):
 def _compiled(record: Record) -> _Compiled:
     flat = record.flat
     return _Compiled(
-        rhs=DeviceJit(flat.rhs),
-        guards=DeviceJit(flat.guards),
+        rhs=DeviceJit(lambda t, y, mode: flat.rhs(t, y, mode)),
+        guards=DeviceJit(lambda t, y, mode: flat.guards(t, y, mode)),
         rates=DeviceJit(lambda t, y, mode: flat.rates(t, y, mode)[1]),
         jacobian=DeviceJit(lambda t, y, mode: jax.jacfwd(flat.rhs, argnums=1)(t, y, mode)),
-        jump=DeviceJit(flat.jump),
-        next_stop=DeviceJit(flat.next_stop),
+        jump=DeviceJit(lambda *event: flat.jump(*event)),
+        next_stop=DeviceJit(lambda mode: flat.next_stop(mode)),
     )
 
 

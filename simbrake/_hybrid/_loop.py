@@ -2,6 +2,7 @@
 
 from typing import Any, NamedTuple
 
+import equinox as eqx
 import equinox.internal as eqxi
 import jax
 import jax.numpy as jnp
@@ -378,8 +379,12 @@ def closed(c: Carry, rows, count):
     return rows, count, code, c.stats
 
 
+@eqx.filter_jit
 def run(p: Problem, y0: Float[Array, " state"], mode0: Int[Array, " mode"]):
-    """Packed rows `(max_steps + 1, columns)`, number of attempts, code and counts."""
+    """Packed rows `(max_steps + 1, columns)`, number of attempts, code and counts.
+
+    Traced once for a run and its derivative.
+    """
     start = started(p, y0, mode0)
     ny, ng = y0.shape[0], start.g.shape[0]
     rows = space(p, y0, mode0)

@@ -1,8 +1,6 @@
 """Flat views of states and modes, and the layout of one recorded row."""
 
-import functools
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any
 
 import equinox as eqx
 import jax
@@ -17,27 +15,18 @@ from ._system import AbstractHybridSystem, AbstractSemiExplicitSystem
 SKIPPED, ADVANCED, FINISHED, LANDED, INSTANT, STOPPED = range(6)
 
 
-class Flat(NamedTuple):
-    """A hybrid system on flat vectors: state `(ny,)`, mode `(nm,)` of int32."""
-
-    rhs: Callable[[Any, Any, Any], Array]
-    guards: Callable[[Any, Any, Any], Array]
-    look: Callable[[Any, Any, Any], tuple[Array, Array, Array]]  # rates of the states, guards and their rates
-    rates: Callable[[Any, Any, Any], tuple[Array, Array]]  # those of states and guards, without derivatives
-    jump: Callable[..., tuple[Array, Array, Array]]  # state, mode and code just after an event
-    reset: Callable[..., Array]
-    next_stop: Callable[[Array], Array]
-    unpack_state: Callable[[Array], PyTree]
-    unpack_mode: Callable[[Array], PyTree]
-
-
 def unravel(flat: Any, like: PyTree) -> PyTree:
     """Entries along the last axis of an array as leaves shaped like those of `like`."""
     leaves, structure = jax.tree.flatten(like)
-    ends = np.cumsum([0, *(np.size(leaf) for leaf in leaves)]).tolist()
-    spans = zip(ends[:-1], ends[1:], leaves, strict=True)
-    parts = [flat[..., a:b].reshape((*flat.shape[:-1], *np.shape(leaf))) for a, b, leaf in spans]
-    return jax.tree.unflatten(structure, parts)
+    sizes = [int(np.size(leaf)) for leaf in leaves]
+    if len(sizes) < 2:
+        parts = [flat] * len(sizes)
+    elif isinstance(flat, np.ndarray):
+        parts = np.split(flat, np.cumsum(sizes)[:-1], axis=-1)
+    else:  # in one equation
+        parts = jax.lax.split(flat, sizes, axis=flat.ndim - 1)
+    shaped = [part.reshape((*flat.shape[:-1], *np.shape(leaf))) for part, leaf in zip(parts, leaves, strict=True)]
+    return jax.tree.unflatten(structure, shaped)
 
 
 def ravel(tree: PyTree, dtype: Any) -> Array:
@@ -50,62 +39,80 @@ def pack_mode(mode: PyTree) -> Int[Array, " mode"]:
     return ravel(mode, jnp.int32)
 
 
-def flatten(system: AbstractHybridSystem, y0: PyTree, mode0: PyTree) -> Flat:
-    """`system` on flat vectors laid out like `y0` and `mode0`."""
+class Flat(eqx.Module):
+    """A hybrid system on flat vectors: state `(ny,)`, mode `(nm,)` of int32.
 
-    def unpack_state(flat: Array) -> PyTree:
-        return unravel(flat, y0)
+    What programs ask for again and again, for stages, guards and their derivatives, is traced once for all systems of
+    one structure.
+    """
 
-    def unpack_mode(flat: Array) -> PyTree:
-        return unravel(flat, mode0)
+    system: AbstractHybridSystem
+    y_like: PyTree
+    mode_like: PyTree
 
-    def state(y: PyTree) -> Array:
-        return ravel(y, jnp.float64)
+    def unpack_state(self, y: Array) -> PyTree:
+        return unravel(y, self.y_like)
 
-    def jump(t, y, mode, fired, at_stop):
-        y, before = unpack_state(y), unpack_mode(mode)
-        after, code = system.transition(t, y, before, fired, at_stop)
-        after = jax.tree.map(lambda label: jnp.asarray(label, jnp.int32), after)
-        return state(system.reset(t, y, before, after)), pack_mode(after), jnp.asarray(code, jnp.int32)
+    def unpack_mode(self, mode: Array) -> PyTree:
+        return unravel(mode, self.mode_like)
 
-    # traced once each, however often a program asks for them or for their derivatives
-    @jax.jit
-    def rhs(t, y, mode):
-        return state(system.rhs(t, unpack_state(y), unpack_mode(mode)))
+    @eqx.filter_jit
+    def rhs(self, t: Array, y: Array, mode: Array) -> Array:
+        return _packed(self.system.rhs(t, self.unpack_state(y), self.unpack_mode(mode)))
 
-    @jax.jit
-    def guards(t, y, mode):
-        return system.guards(t, unpack_state(y), unpack_mode(mode))
+    @eqx.filter_jit
+    def guards(self, t: Array, y: Array, mode: Array) -> Array:
+        return self.system.guards(t, self.unpack_state(y), self.unpack_mode(mode))
 
-    def look_at(system, t, y, mode):
-        y, mode = unpack_state(y), unpack_mode(mode)
+    def reset(self, t: Array, y: Array, before: Array, after: Array) -> Array:
+        modes = self.unpack_mode(before), self.unpack_mode(after)
+        return _packed(_reset(self.system, t, self.unpack_state(y), *modes))
+
+    def next_stop(self, mode: Array) -> Array:
+        return jnp.asarray(self.system.next_stop(self.unpack_mode(mode)), jnp.float64)
+
+    def look(self, t: Array, y: Array, mode: Array) -> tuple[Array, Array, Array]:
+        """Rates of the states, guards and their rates."""
+        system, y, mode = self.system, self.unpack_state(y), self.unpack_mode(mode)
         if isinstance(system, AbstractSemiExplicitSystem):
             now = system.instant(t, y, mode)
             moving = (jnp.ones_like(t), now.y_rate, now.z_rate)
             g, rate = jax.jvp(lambda t, y, z: system.margins(t, y, mode, z), (t, y, now.z), moving)
-            return state(now.y_rate), g, rate
+            return _packed(now.y_rate), g, rate
         f = jax.tree.map(jnp.asarray, system.rhs(t, y, mode))
-        return state(f), *jax.jvp(lambda t, y: system.guards(t, y, mode), (t, y), (jnp.ones_like(t), f))
+        return _packed(f), *jax.jvp(lambda t, y: system.guards(t, y, mode), (t, y), (jnp.ones_like(t), f))
 
-    def rates(t, y, mode):
-        numbers, rest = eqx.partition((system, t, y), eqx.is_inexact_array)
+    def rates(self, t: Array, y: Array, mode: Array) -> tuple[Array, Array]:
+        """Rates of states and guards, without derivatives."""
+        numbers, rest = eqx.partition((self, t, y), eqx.is_inexact_array)
         still, t, y = eqx.combine(jax.lax.stop_gradient(numbers), rest)
-        f, _, rate = look_at(still, t, y, mode)
+        f, _, rate = still.look(t, y, mode)
         return f, rate
 
-    return Flat(
-        rhs=rhs,
-        guards=guards,
-        look=functools.partial(look_at, system),
-        rates=rates,
-        jump=jump,
-        reset=lambda t, y, before, after: state(
-            system.reset(t, unpack_state(y), unpack_mode(before), unpack_mode(after))
-        ),
-        next_stop=lambda mode: jnp.asarray(system.next_stop(unpack_mode(mode)), jnp.float64),
-        unpack_state=unpack_state,
-        unpack_mode=unpack_mode,
-    )
+    def jump(self, t: Array, y: Array, mode: Array, fired: Array, at_stop: Array) -> tuple[Array, Array, Array]:
+        """State, mode and code just after an event."""
+        y, before = self.unpack_state(y), self.unpack_mode(mode)
+        after, code = self.system.transition(t, y, before, fired, at_stop)
+        after = jax.tree.map(lambda label: jnp.asarray(label, jnp.int32), after)
+        return _packed(_reset(self.system, t, y, before, after)), pack_mode(after), jnp.asarray(code, jnp.int32)
+
+
+@eqx.filter_jit
+def _reset(system: AbstractHybridSystem, t: Array, y: PyTree, before: PyTree, after: PyTree) -> PyTree:
+    return system.reset(t, y, before, after)
+
+
+def _packed(y: PyTree) -> Array:
+    return ravel(y, jnp.float64)
+
+
+def flatten(system: AbstractHybridSystem, y0: PyTree, mode0: PyTree) -> Flat:
+    """`system` on flat vectors laid out like `y0` and `mode0`."""
+
+    def likes(tree: PyTree, dtype: Any) -> PyTree:
+        return jax.tree.map(lambda leaf: jax.ShapeDtypeStruct(np.shape(leaf), dtype), tree)
+
+    return Flat(system, likes(y0, np.float64), likes(mode0, np.int32))
 
 
 class Rows(eqx.Module):

@@ -249,6 +249,9 @@ def hybridsolve(
             *jax.tree.map(no_tangent, (rows, (count, code, stats))),
         )
 
-    t, y, rows, (count, code, stats) = run((numbers, t1, t0), flat_y0, others)
+    # JAX looks traced functions up together with the mesh; that there is none it writes in one way here, in another one
+    # inside of derivatives
+    with jax.sharding.use_abstract_mesh(jax.sharding.get_abstract_mesh()):
+        t, y, rows, (count, code, stats) = run((numbers, t1, t0), flat_y0, others)
     rows = eqx.tree_at(lambda r: (r.t, r.y), rows, (t, y), is_leaf=lambda x: x is None)
     return Record(system, method, y_like, mode_like, t1, rows, count, code, stats)

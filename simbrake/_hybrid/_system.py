@@ -124,19 +124,25 @@ class AbstractSemiExplicitSystem(AbstractHybridSystem):
         """The mode after an event, and a code (see `transition`). It may ask for `variables` in other modes."""
 
     def rhs(self, t, y, mode):
-        return self.rates(t, y, mode, self.variables(t, y, mode))
+        return self.rates(t, y, mode, variables_of(self, t, y, mode))
 
     def guards(self, t, y, mode):
-        return self.margins(t, y, mode, self.variables(t, y, mode))
+        return self.margins(t, y, mode, variables_of(self, t, y, mode))
 
     def instant(self, t: Float[Array, ""], y: PyTree, mode: PyTree) -> Instant:
         """Variables and rates at one instant: `variables` is linearised once for all of them."""
-        z, push = jax.linearize(lambda t, y: self.variables(t, y, mode), t, y)
+        z, push = jax.linearize(lambda t, y: variables_of(self, t, y, mode), t, y)
         y_rate = jax.tree.map(jnp.asarray, self.rates(t, y, mode, z))
         return Instant(t, y, mode, z, y_rate, push(jnp.ones_like(t), y_rate))
 
     def transition(self, t, y, mode, fired, at_stop):
         return self.change(self.instant(t, y, mode), fired, at_stop)
+
+
+@eqx.filter_jit
+def variables_of(system: AbstractSemiExplicitSystem, t: Any, y: PyTree, mode: PyTree) -> PyTree:
+    """`system.variables`, traced once for all systems of one structure, however often a program asks for it."""
+    return system.variables(t, y, mode)
 
 
 class Settings(eqx.Module):

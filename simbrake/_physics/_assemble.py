@@ -111,6 +111,10 @@ def _at_the_start(linings: AbstractLinings, pair: Pair, thermal: Thermal | None,
     return unloaded(linings, jnp.zeros(linings.count), hot)
 
 
+#: tensions and torques that differ by less than this share of a typical one are equal
+_ROUNDING = 1e-12
+
+
 def _sizes(scene: Scene, still: AnyContact, omega_0: Array) -> Sizes:
     """Typical sizes: the largest slack tension; what the brake could hold, or its load; the speed at the start, or the
     one that the largest torque could give in the run."""
@@ -127,7 +131,8 @@ def _sizes(scene: Scene, still: AnyContact, omega_0: Array) -> Sizes:
     inertia = jnp.asarray(brake.inertia) + duty.load.inertia()
     # from rest 1 rad/s at most
     reach = jnp.minimum(torque / inertia * (jnp.asarray(scene.end_time) - t_0), 1.0)
-    return Sizes(tension, torque, positive(jnp.where(omega_0 == 0, reach, jnp.abs(omega_0))))
+    speed = positive(jnp.where(omega_0 == 0, reach, jnp.abs(omega_0)))
+    return Sizes(tension, torque, speed, _ROUNDING * tension, _ROUNDING * torque)
 
 
 def _mechanism(scene: Scene, pairs: tuple[Pair, ...], sizes: Sizes, still: AnyContact) -> AbstractMechanism:

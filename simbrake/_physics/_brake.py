@@ -9,6 +9,7 @@ from jaxtyping import Bool, Float
 
 from .._hybrid import CORE, QUADRATURE, AbstractSemiExplicitSystem, largest, smallest
 from .._hybrid._arrays import Array
+from .._hybrid._system import variables_of
 from .._parts._driller import AbstractSpeedLever
 from .._parts._duty import AbstractProfile, hides_nothing, next_known_time
 from .._parts._friction import SurfaceState
@@ -381,7 +382,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             still = still._replace(ledger=y.ledger._replace(load_work=y.ledger.load_work + brought))
         if not self.mechanism.strains:
             return still
-        z, hot = self.variables(t, y, before).contact, self.surfaces(y)
+        z, hot = variables_of(self, t, y, before).contact, self.surfaces(y)
         load = self.load.torque(t, omega, _piece(after.load_piece))
         tension = self.lever_tension(t, omega, after, load, hot)[0]
         strained = self.mechanism.strained(omega, own, (before, z), (after, tension))

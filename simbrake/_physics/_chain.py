@@ -8,7 +8,7 @@ from jaxtyping import Bool, Float, Int
 from .._hybrid._arrays import Array
 from .._parts._friction import SurfaceState, continued
 from ._mechanism import AbstractMechanism, Mode, Moment, Pair, PairNow, Rub, Shown, Sizes
-from ._modes import BandMode
+from ._modes import ELASTIC, HELD, SLIP, SLIP_BACK, BandMode
 from ._sliding import Grip
 from ._wrap import band_torque
 
@@ -107,7 +107,7 @@ class Chain(AbstractMechanism):
         n = self.mass.shape[0]
         still = jnp.zeros(n)
         own = ChainState(still, still + self.radius * omega)
-        band = jnp.where(omega == 0, int(BandMode.HELD), int(BandMode.ELASTIC)).astype(jnp.int32)
+        band = jnp.where(omega == 0, HELD, ELASTIC)
         return own, band, ChainMode(jnp.zeros(n, jnp.int32), jnp.full(n, TAUT | STRETCHED, jnp.int32))
 
     def rests(self, mode):
@@ -187,8 +187,8 @@ class Chain(AbstractMechanism):
         held = old.band == BandMode.HELD
         restarts = held & (ahead | back) & changed
         held = (held & ~restarts) | fired[3 * n]
-        band = jnp.where(ahead, BandMode.SLIP, jnp.where(back, BandMode.SLIP_BACK, BandMode.ELASTIC))
-        band = jnp.where(held, BandMode.HELD, band)
+        band = jnp.where(ahead, SLIP, jnp.where(back, SLIP_BACK, ELASTIC))
+        band = jnp.where(held, HELD, band)
         direction = jnp.where(now.omega < 0, -1, jnp.where(now.omega > 0, 1, jnp.where(back, -1, 1)))
         return new._replace(
             band=band.astype(jnp.int32),

@@ -5,15 +5,11 @@ from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jaxtyping import Bool, Float
 
 from .._hybrid._arrays import Array
 from .._parts._friction import SurfaceState
 from ._mechanism import (
-    HELD,
-    OPEN,
-    ROUNDING,
     AbstractMechanism,
     Acting,
     Locking,
@@ -32,7 +28,7 @@ from ._mechanism import (
     settled_mode,
 )
 from ._memory import rates_of_memory
-from ._modes import BandMode, pick, slips
+from ._modes import ELASTIC, HELD, OPEN, SLIP, SLIP_BACK, TAKE_UP, BandMode, Sliding, pick, slips
 from ._state import BrakeCode
 from ._wrap import MOBILISATION, Limit, Wrap, band_torque
 
@@ -59,7 +55,7 @@ class ElasticNow(NamedTuple):
     slip_speed: Float[Array, ""]  # v_s (m/s)
     band_speed: Float[Array, ""]  # ẋ (m/s)
     lever_power: Float[Array, ""]  # T_0 ẋ (W)
-    upper: Float[Array, ""]  # limits of T_n (N)
+    upper: Float[Array, ""]  # limits of T_n by friction (N)
     lower: Float[Array, ""]
     ratio: Float[Array, ""]  # Π of the linings at rest
     fz: Float[Array, " n"]  # f_i z_i of the linings at the limit that counts
@@ -133,7 +129,7 @@ class ElasticBand(AbstractMechanism):
             slip_speed=pick(sliding, slide.slip, 0.0),
             band_speed=band_speed,
             lever_power=slack * band_speed,
-            upper=pick(take_up, T_0, upper),
+            upper=upper,
             lower=lower,
             ratio=at_limit.other,
             fz=at_limit.fz,
@@ -162,7 +158,7 @@ class ElasticBand(AbstractMechanism):
             new = new._replace(own=Locking(jnp.where(fired[4], 1 - old.own.locks, old.own.locks).astype(jnp.int32)))
         # at rest: does the band hold the load?
         acting, rest = ask(new._replace(band=HELD), now.omega, now.own)
-        spare = ROUNDING * size.torque / self.wrap.radius
+        spare = size.slight_torque / self.wrap.radius
         beyond = jnp.where(rest.tight_tension < rest.lower - spare, -1, 0)
         beyond = jnp.where(rest.tight_tension > rest.upper + spare, 1, beyond)
         found = onset(now, fired, acting, jnp.where(self.locked_in(new), 0, beyond), size)
@@ -231,9 +227,6 @@ class ElasticBand(AbstractMechanism):
 #
 # `m` is a mechanism with `wrap`, `stiffness`, `pairs`, `sizes`, `codes` and `locked_in`; `omega` the speed of what
 # carries the band.
-
-
-_AHEAD, _BACK = np.int32(BandMode.SLIP), np.int32(BandMode.SLIP_BACK)
 
 
 class Slide(NamedTuple):
@@ -362,7 +355,8 @@ def band_guards(m: Any, acting: Acting, omega: Array, mode: Mode, z: Any) -> lis
     per_newton = jnp.where(held, m.wrap.radius / size.torque, 1 / size.tension)
     bounded = (held | (band == BandMode.ELASTIC)) & ~m.locked_in(mode)
     lead = z.lead / (m.wrap.radius * size.speed)
-    high = jnp.where(bounded | take_up, (z.upper - z.tight_tension) * per_newton, jnp.where(forward, lead, 1.0))
+    most = jnp.where(take_up, acting.tension, z.upper)
+    high = jnp.where(bounded | take_up, (most - z.tight_tension) * per_newton, jnp.where(forward, lead, 1.0))
     low = jnp.where(bounded, (z.tight_tension - z.lower) * per_newton, jnp.where(back, -lead, 1.0))
     lever = jnp.where(is_open, -acting.tension, acting.tension) / size.tension
     more = [] if z.margin is None else [jnp.where(mode.own.locks > 0, -z.margin, z.margin)]
@@ -373,7 +367,7 @@ def band_guards(m: Any, acting: Acting, omega: Array, mode: Mode, z: Any) -> lis
 
 def tension_of(m: Any, x: Array, mode: Mode, z: Any) -> Array:
     """`C x`, with the exact value where it follows from the slack tension."""
-    return jnp.where(slips(mode.band), z.tight_tension, m.stiffness * x)
+    return jnp.where(slips(mode.band), z.upper, m.stiffness * x)
 
 
 def taut_mode(
@@ -391,7 +385,7 @@ def taut_mode(
     - `there(mode)`: the variables in another mode;  `rest`: those at rest
     """
     old, C, locked, T_0 = now.mode.band, m.stiffness, m.locked_in(new), acting.tension
-    rounding, speed = ROUNDING * m.sizes.tension, m.wrap.radius * found.omega
+    rounding, speed = m.sizes.slight_tension, m.wrap.radius * found.omega
     was_slack = (old == BandMode.OPEN) | (old == BandMode.TAKE_UP)
     tension = tension_of(m, now.own.x, now.mode, now.z)
     # where the lever only begins to pull both limits are 0, and Ṫ_0/C lies between the speeds of the band on them
@@ -409,18 +403,18 @@ def taut_mode(
     at_high, at_low = tension >= high - rounding, tension <= low + rounding
     lags = lags | ((C * speed == acting.pull) & (found.direction < 0))
     back = jnp.where(at_high, at_low & lags, at_low | (old == BandMode.SLIP_BACK))
-    trial, way = jnp.where(back, _BACK, _AHEAD), jnp.where(back, -1.0, 1.0)
-    slid = there(new._replace(band=trial))
+    trial, way = jnp.where(back, SLIP_BACK, SLIP), jnp.where(back, -1.0, 1.0)
+    slid = there(new._replace(band=Sliding(back)))
     # a band that slides stays at its kinetic limit; at rest and elastic the static one counts
-    past = way * (tension - slid.tight_tension)
+    past = way * (tension - slid.upper)
     limited = jnp.where(back, at_low, at_high) | ((old == trial) & (past >= -rounding))
     runs = (way * slid.lead > 0) | ((slid.lead == 0) & jnp.where(back, found.direction < 0, found.direction > 0))
-    mode = jnp.where(limited & runs, trial, BandMode.ELASTIC)
-    mode = jnp.where((old == BandMode.ELASTIC) & fired[1], _AHEAD, mode)
-    mode = jnp.where((old == BandMode.ELASTIC) & fired[2], _BACK, mode)
+    mode = jnp.where(limited & runs, trial, ELASTIC)
+    mode = jnp.where((old == BandMode.ELASTIC) & fired[1], SLIP, mode)
+    mode = jnp.where((old == BandMode.ELASTIC) & fired[2], SLIP_BACK, mode)
     sticks = ((old == BandMode.SLIP) & fired[1]) | ((old == BandMode.SLIP_BACK) & fired[2])
-    mode = jnp.where(sticks, BandMode.ELASTIC, mode)
-    return jnp.where(takes_up, BandMode.TAKE_UP, mode)
+    mode = jnp.where(sticks, ELASTIC, mode)
+    return jnp.where(takes_up, TAKE_UP, mode)
 
 
 def strained(

@@ -6,7 +6,6 @@ from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax.numpy as jnp
-import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from .._hybrid._arrays import Array
@@ -14,7 +13,7 @@ from .._parts._band import LiningForces
 from .._parts._friction import AbstractFriction, RatesRead
 from .._parts._heat import FrictionHeat
 from .._parts._wear import AbstractWearRate
-from ._modes import BandMode
+from ._modes import HELD, OPEN, BandMode
 from ._sliding import AbstractGrip
 from ._state import BrakeCode
 
@@ -149,11 +148,14 @@ class Mode(NamedTuple):
 
 
 class Sizes(NamedTuple):
-    """Typical sizes: slack tension (N), torque (N·m), speed (rad/s)."""
+    """Typical sizes: slack tension (N), torque (N·m), speed (rad/s); tensions and torques that differ by less than
+    `slight_…` are equal."""
 
     tension: Float[Array, ""]
     torque: Float[Array, ""]
     speed: Float[Array, ""]
+    slight_tension: Float[Array, ""]
+    slight_torque: Float[Array, ""]
 
 
 class Moment(NamedTuple):
@@ -170,9 +172,6 @@ class Moment(NamedTuple):
     z: Any
     z_rate: Any
 
-
-#: labels known while tracing: of a brake whose lever does not pull yet, and of one at rest
-OPEN, HELD = np.int32(BandMode.OPEN), np.int32(BandMode.HELD)
 
 #: `ask(mode, omega, own)`: what acts, and the variables, in another mode, at other speeds, at the same instant
 Ask = Callable[[Mode, Array, Any], tuple[Acting, Any]]
@@ -318,10 +317,6 @@ class AbstractMechanism(eqx.Module):
         """Greatest torque (N·m, ≥ 0) of each friction pair against the motion, sliding at the speed of the pulley."""
 
 
-#: tensions and torques that differ by less than this share of a typical one are equal
-ROUNDING = 1e-12
-
-
 class Locking(NamedTuple):
     """Whether a lining locks itself (0, 1), where that can change in a run (else `None`)."""
 
@@ -359,7 +354,7 @@ def onset(now: Moment, fired: Bool[Array, " guard"], acting: Acting, beyond: Any
     last word over such a comparison at rounding level. A pulley without speed in a mode of motion starts at this very
     instant, the way that was found.
     """
-    T_0, rounding = acting.tension, ROUNDING * sizes.tension
+    T_0, rounding = acting.tension, sizes.slight_tension
     rising = (jnp.abs(T_0) <= rounding) & (acting.pull > 0)
     was_open, was_held = now.mode.band == BandMode.OPEN, now.mode.band == BandMode.HELD
     direction = jnp.where(was_held & fired[1], 1, jnp.where(was_held & fired[2], -1, beyond))
@@ -371,8 +366,8 @@ def onset(now: Moment, fired: Bool[Array, " guard"], acting: Acting, beyond: Any
 
 def settled_mode(now: Moment, new: Mode, found: Onset, moving: Any) -> Mode:
     """The mode after an event: held, open, or `moving`."""
-    band = jnp.where(found.stands & (found.direction == 0), BandMode.HELD, moving)
-    band = jnp.where(found.pulls, band, BandMode.OPEN)
+    band = jnp.where(found.stands & (found.direction == 0), HELD, moving)
+    band = jnp.where(found.pulls, band, OPEN)
     sense = jnp.where(found.direction == 0, now.mode.sense, found.direction)
     return new._replace(band=band.astype(jnp.int32), sense=sense.astype(jnp.int32))
 

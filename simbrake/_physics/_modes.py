@@ -21,6 +21,9 @@ class BandMode(enum.IntEnum):
     HELD = 5
 
 
+#: its labels as they stand in a mode: known while tracing, of the type that a mode has
+OPEN, TAKE_UP, ELASTIC, SLIP, SLIP_BACK, HELD = (np.int32(label) for label in BandMode)
+
 #: what the band does in each mode, and what the mode holds while (`Π_s` static limits, `v_s` slip speed)
 BAND_MODES = {
     BandMode.OPEN: ("the lever does not pull, the band is free", "`T_0 = 0`"),
@@ -39,7 +42,7 @@ BAND_MODES = {
 
 
 def rigid_mode(direction: Int[Array, ""]) -> Int[Array, ""]:
-    return jnp.where(direction > 0, BandMode.SLIP, BandMode.SLIP_BACK)
+    return jnp.where(direction > 0, SLIP, SLIP_BACK)
 
 
 def pick(condition: Any, yes: Any, no: Any) -> Any:
@@ -50,8 +53,20 @@ def pick(condition: Any, yes: Any, no: Any) -> Any:
     return jnp.where(condition, yes, no)
 
 
+class Sliding:
+    """The label of a band that is asked about: it slides, ahead or `back`, and is known to do nothing else."""
+
+    def __init__(self, back: Array):
+        self.back = back
+
+    def __eq__(self, label: object) -> Any:
+        if label == BandMode.SLIP_BACK:
+            return self.back
+        return ~self.back if label == BandMode.SLIP else np.False_
+
+
 def slips(band: Any) -> Any:
-    return (band == BandMode.SLIP) | (band == BandMode.SLIP_BACK)
+    return np.True_ if isinstance(band, Sliding) else (band == BandMode.SLIP) | (band == BandMode.SLIP_BACK)
 
 
 class Label(NamedTuple):

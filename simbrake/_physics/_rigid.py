@@ -12,9 +12,6 @@ from .._hybrid._arrays import Array
 from .._parts._band import LiningForces
 from .._parts._pressed import AbstractPressedBrake
 from ._mechanism import (
-    HELD,
-    OPEN,
-    ROUNDING,
     AbstractMechanism,
     Locking,
     Mode,
@@ -29,7 +26,7 @@ from ._mechanism import (
     sense_of,
     settled_mode,
 )
-from ._modes import BandMode, pick, rigid_mode, slips
+from ._modes import HELD, OPEN, BandMode, pick, rigid_mode, slips
 from ._sliding import AbstractGrip, FaceGrip
 from ._state import BrakeCode
 from ._wrap import MOBILISATION, Wrap, band_torque
@@ -357,7 +354,7 @@ class RigidContact(AbstractMechanism):
         if new.own.locks is not None:
             new = new._replace(own=Locking((new.own.locks ^ fired[4].astype(jnp.int32)).astype(jnp.int32)))
         acting, rest = ask(new._replace(band=HELD), now.omega, now.own)
-        locked, spare = self._locked(new), ROUNDING * self.sizes.torque
+        locked, spare = self._locked(new), self.sizes.slight_torque
         beyond = jnp.where(acting.load < -rest.torques.back - spare, -1, 0)
         beyond = jnp.where(acting.load > rest.torques.ahead + spare, 1, beyond)
         found = onset(now, fired, acting, jnp.where(locked, 0, beyond), self.sizes)

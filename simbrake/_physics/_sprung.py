@@ -12,8 +12,8 @@ from .._parts._band import affine_tensions, tension_ratio
 from .._parts._design import Bandage
 from .._parts._friction import AbstractFriction, SurfaceState, continued, reads
 from ._at_rest import Resting, Shared, holding_range, resting_tensions, share_load, yields_on_band
-from ._mechanism import OPEN, ROUNDING, AbstractMechanism, Ask, Mode, Pair, PairNow, Rub, Shown, Sizes
-from ._modes import BandMode
+from ._mechanism import AbstractMechanism, Ask, Mode, Pair, PairNow, Rub, Shown, Sizes
+from ._modes import HELD, OPEN, SLIP, SLIP_BACK, BandMode
 from ._sliding import Grip
 from ._state import BrakeCode
 
@@ -306,7 +306,7 @@ class SprungBandage(AbstractMechanism):
     def change(self, now, new, fired, ask):
         n, old, omega, own, size = self.count, now.mode, now.omega, now.own, self.sizes
         acting, z = ask(new, omega, own)
-        T_0, rounding = acting.tension, ROUNDING * size.tension
+        T_0, rounding = acting.tension, size.slight_tension
         pulls = (rounding < T_0) | ((jnp.abs(T_0) <= rounding) & (acting.pull > 0))
         was_open, rests = old.band == BandMode.OPEN, old.own.rests
         broke, gone = fired[_FIRST : _FIRST + n], fired[_FIRST + n : _FIRST + 2 * n]
@@ -317,9 +317,7 @@ class SprungBandage(AbstractMechanism):
         starts = grips & (omega == 0)
         sense = jnp.where(grips & (omega != 0), jnp.sign(omega).astype(jnp.int32), old.sense)
         outer = jnp.where(grips, jnp.sign(own.speeds).astype(jnp.int32), new.own.outer)
-        new = new._replace(
-            own=new.own._replace(outer=outer), sense=sense, band=jnp.where(pulls, BandMode.HELD, BandMode.OPEN)
-        )
+        new = new._replace(own=new.own._replace(outer=outer), sense=sense, band=jnp.where(pulls, HELD, OPEN))
 
         # pulley and linings come to rest together, start together, or pass through
         stops = ~was_open & ~rests & fired[1]
@@ -333,8 +331,8 @@ class SprungBandage(AbstractMechanism):
 
         # while open, `outer` says nothing and no lining is held
         outer = jnp.where(pulls, new.own.outer, new.sense).astype(jnp.int32)
-        moving = jnp.where(new.sense > 0, BandMode.SLIP, BandMode.SLIP_BACK)
-        band = jnp.where(pulls, jnp.where(jnp.all(outer == 0), BandMode.HELD, moving), BandMode.OPEN)
+        moving = jnp.where(new.sense > 0, SLIP, SLIP_BACK)
+        band = jnp.where(pulls, jnp.where(jnp.all(outer == 0), HELD, moving), OPEN)
         new = new._replace(own=new.own._replace(outer=outer), band=band.astype(jnp.int32))
         locks = fired[_FIRST + 2 * n] if self.fades else jnp.asarray(False)
         return new, jnp.where(locks, int(BrakeCode.SINGULAR_GEOMETRY), 0)
@@ -384,7 +382,7 @@ class SprungBandage(AbstractMechanism):
         acting, z = ask(trial, omega, own)
         T_0, r = acting.tension, z.resting._replace(fixed=together)
         least, most = holding_range(r, T_0)
-        slack = ROUNDING * self.sizes.torque
+        slack = self.sizes.slight_torque
         way = jnp.where(load > most + slack, 1, jnp.where(load < least - slack, -1, 0))
         way = jnp.where(forced == 0, way, forced)
         # nothing comes to rest: the pulley passes through zero

@@ -21,9 +21,6 @@ from ._elastic import (
     tension_of,
 )
 from ._mechanism import (
-    HELD,
-    OPEN,
-    ROUNDING,
     AbstractMechanism,
     Acting,
     Mode,
@@ -39,7 +36,7 @@ from ._mechanism import (
     sense_of,
     settled_mode,
 )
-from ._modes import BandMode, pick, rigid_mode, slips
+from ._modes import HELD, OPEN, BandMode, pick, rigid_mode, slips
 from ._state import BrakeCode
 from ._wrap import MOBILISATION, Wrap, band_torque
 
@@ -209,7 +206,7 @@ class StagedBrake(AbstractMechanism):
             slip_speed=pick(sliding, slide.slip, 0.0),
             band_speed=band_speed,
             lever_power=slack * band_speed,
-            upper=pick(take_up, T_0, upper),
+            upper=upper,
             lower=T_0 / at_limit.other,
             ratio=at_limit.other,
             fz=at_limit.fz,
@@ -280,7 +277,7 @@ class StagedBrake(AbstractMechanism):
         inner = jnp.where(fired[self._first], jnp.where(old.own.inner == 0, way, 0), old.own.inner).astype(jnp.int32)
         new = new._replace(own=Stages(inner, old.own.piece, locks))
         acting, rest = ask(new._replace(band=HELD), now.omega, now.own)
-        T_0, spare, locked = acting.tension, ROUNDING * size.torque, self.locked_in(new)
+        T_0, spare, locked = acting.tension, size.slight_torque, self.locked_in(new)
         high, low = R_b * (rest.band.upper - T_0), R_b * (rest.band.lower - T_0)
         grips = self._grips(acting, now.omega, now.own, new, rest.band, acting.hot[1])
         most, least = (jnp.where(inner == 0, acting.load, inner.astype(jnp.float64) * M_int) for M_int in grips)
@@ -314,7 +311,7 @@ class StagedBrake(AbstractMechanism):
         """Whether a band that is to be moved that way slides at once: an elastic one does where it is at its limit."""
         if self.stiffness is None:
             return True
-        tension, rounding = tension_of(self, now.own.x, now.mode, now.z.band), ROUNDING * self.sizes.tension
+        tension, rounding = tension_of(self, now.own.x, now.mode, now.z.band), self.sizes.slight_tension
         return jnp.where(beyond > 0, tension >= rest.upper - rounding, tension <= rest.lower + rounding)
 
     def _piece(self, now: Moment, new: Mode, fired: Array, acting: Acting, rest: ElasticNow) -> Int[Array, ""]:

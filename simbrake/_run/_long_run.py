@@ -17,7 +17,7 @@ from .._physics._assemble import assemble
 #: step attempts in a stretch at most
 STRETCH = 1024
 #: lines up to which a program as one function takes no longer to compile
-LONGEST = 11_000
+LONGEST = 9_000
 #: least number of steps in a run under profiles that are not piecewise simple
 _SLICES = 64
 #: attempts in the first stretch where somebody waits: enough to tell how long one takes

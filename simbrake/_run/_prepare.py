@@ -23,7 +23,7 @@ Values = Mapping[str, Any] | np.ndarray | None
 
 _MOST_STEPS = 1 << 20
 #: lines up to which derivatives are compiled as one function: with Rodas5P it would take minutes
-_LONGEST_SLOPES = 24_000
+_LONGEST_SLOPES = 19_000
 _COUNTS = 6  # code and counts of steps, behind the metrics
 _ENTRY = re.compile(r"^(?P<path>.*)\[(?P<index>-?\d+)\]$")
 
