@@ -283,7 +283,7 @@ def test_friction_heat_lands_where_it_arises():
     end = record.y_end.ledger
     assert float(end.heat.to_metal + end.heat.to_linings) == pytest.approx(float(end.friction[0]), rel=1e-12)
     assert closure(record) < 1e-10
-    T = np.asarray(record.system.hot(record.y_end.heat)[0])
+    T = np.asarray(record.system.sensed(record.y_end.heat)[0])
     assert np.all(np.diff(T) > 0)  # the tight end does most of the work
     cold = run(chain(m=1e-2, damping=0.05))
     assert stop_of(record) > stop_of(cold)

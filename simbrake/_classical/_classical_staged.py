@@ -51,8 +51,7 @@ class StagedStop(NamedTuple):
 
 def internal_friction_at_start(scene: Scene) -> np.ndarray:
     """Sliding coefficient (n,) of linings and rim at the initial speed and temperatures, without pressure."""
-    n, bandage = scene.brake.linings.count, band_brake(scene).bandage
-    assert bandage is not None
+    n, bandage = scene.brake.linings.count, scene.brake.rubbing_part("internal")
     v = abs(float(band_brake(scene).pulley.radius) * float(scene.initial.omega))
     contact = unloaded(bandage, jnp.full(n, v), sensed_on_rim_at_start(scene))
     return np.broadcast_to(np.asarray(bandage.friction.kinetic(contact)), (n,))
@@ -75,7 +74,7 @@ def classical_staged_stop(scene: Scene) -> StagedStop | None:
     the load outweighs what brakes the pulley.
     """
     brake, lever, omega = band_brake(scene), scene.duty.lever, float(scene.initial.omega)
-    assert brake.bandage is not None
+    bandage = brake.rubbing_part("internal")
     if omega <= 0 or isinstance(lever, AbstractSpeedLever):
         return None
     angle = jnp.asarray(brake.linings.angle)
@@ -83,11 +82,11 @@ def classical_staged_stop(scene: Scene) -> StagedStop | None:
     if np.any(np.asarray(locked)):
         return None
     load, J = load_and_inertia(scene)
-    T_0, J_b = jnp.asarray(float(lever.scale())), float(np.sum(np.asarray(brake.bandage.inertia)))
-    pair = InternalPair(brake.bandage, jnp.asarray(brake.pulley.radius), jnp.sin(angle / 2))
+    T_0, J_b = jnp.asarray(float(lever.scale())), float(np.sum(np.asarray(bandage.inertia)))
+    pair = InternalPair(bandage, jnp.asarray(brake.pulley.radius), jnp.sin(angle / 2))
     T_inner, sliding = sensed_on_rim_at_start(scene), jnp.asarray(float(brake.pulley.radius) * omega)
     T_inner = None if T_inner is None else jnp.asarray(T_inner)
-    surface = SurfaceState(T_inner, memory_at_start(brake.bandage.friction, pair.count))
+    surface = SurfaceState(T_inner, memory_at_start(bandage.friction, pair.count))
     held = Held(sliding, surface, jnp.asarray(False))
     arm, Pi = jnp.asarray(brake.band.radius), running_product(mu)
     M_ext = float(arm * T_0 * (Pi[-1] - 1))

@@ -106,7 +106,7 @@ def compare_materials(
 def _require(scene: Scene) -> None:
     if any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves(scene)):
         raise InputError([Fault("scene", "is traced", "give a scene with values")])
-    if band_brake(scene).bandage is not None:
+    if band_brake(scene).in_series:
         raise InputError([Fault("brake.bandage", "is not for this comparison", "it is of a brake with one pair")])
 
 
@@ -195,7 +195,7 @@ class _Study:
     rtol: float
 
     def __post_init__(self) -> None:
-        self.named = named_materials(self.scene.heat)
+        self.named = named_materials(self.scene.network)
         own = self._own = settle(self.scene, self.data)
         self._own_mass = float(own["rim"].value.density) * own["rim_thickness"].value * own["track_area"].value
         self._area = own["lining_area"].value
@@ -266,7 +266,7 @@ class _Study:
         ]
         if self.run and not self.named[0]:
             found.append("the scene's heat has no rim in layers: temperatures, stress and wear are estimates")
-        elif self.scene.heat is not None and self.scene.heat.permissible is not None:
+        elif self.scene.network.permissible is not None:
             found.append("permissible temperatures are those of the materials; the scene's own is an event of its runs")
         if not self.run:
             found.append("no runs: estimates only")

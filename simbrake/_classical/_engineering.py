@@ -47,8 +47,8 @@ def estimates(run: Scene | Result, data: EstimateData | None = None) -> Engineer
     slides, and a traced or batched one.
     """
     basis, stages, about = basis_of(run, data)
-    staged = basis.scene.brake.staged
-    rows = staged_rows(basis, stages) if staged else [row for group in _GROUPS for row in group(basis)]
+    in_series = basis.scene.brake.in_series
+    rows = staged_rows(basis, stages) if in_series else [row for group in _GROUPS for row in group(basis)]
     return EngineeringEstimates(f"engineering estimates{about}", tuple(basis.inputs.values()), tuple(rows))
 
 
@@ -63,7 +63,7 @@ def basis_of(run: Scene | Result, data: EstimateData | None) -> tuple[Basis, Sta
         raise InputError([Fault("run", "is traced or a batch", "give one result with values")])
     check(scene)
     band_brake(scene)
-    inputs, staged = settle(scene, data), scene.brake.staged
+    inputs, staged = settle(scene, data), scene.brake.in_series
     stop = None if staged else classical_stop(scene)
     stages = classical_staged_stop(scene) if staged else None
     if result is None:

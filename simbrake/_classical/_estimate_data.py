@@ -103,7 +103,7 @@ def _wall_at(heat: Heat, place: str | None) -> Wall | None:
 
 def rim_wall(scene: Scene) -> Wall | None:
     """The rim as a wall in layers, `None` where the scene has none."""
-    return None if scene.heat is None else _wall_at(scene.heat, scene.heat.rim)
+    return _wall_at(scene.network, scene.network.rim)
 
 
 def _share(pair: FrictionHeat | None, T: float) -> float | None:
@@ -114,15 +114,12 @@ def _share(pair: FrictionHeat | None, T: float) -> float | None:
 
 def start_temperature(scene: Scene, part: str = "rim") -> float:
     """Mean temperature of the rim (or `"band"`) at the start (K); 20 °C where the scene has no heat."""
-    place = None if scene.heat is None else getattr(scene.heat, part)
-    if scene.heat is None or place is None:
-        return ROOM
-    return _number(getattr(_body(scene.heat, place), "temperature", ROOM))
+    place = getattr(scene.network, part)
+    return ROOM if place is None else _number(getattr(_body(scene.network, place), "temperature", ROOM))
 
 
 def _of_walls(scene: Scene, found: dict[str, Any]) -> None:
-    heat = scene.heat
-    assert heat is not None
+    heat = scene.network
     for name, area, wall in (
         ("rim", "track_area", rim_wall(scene)),
         ("lining", "lining_area", _wall_at(heat, heat.linings)),
@@ -134,20 +131,19 @@ def _of_walls(scene: Scene, found: dict[str, Any]) -> None:
 
 def _faces(scene: Scene) -> dict[str, Any]:
     """Areas of the linings' faces, of one lining or of each: on a staged brake those on the rim and on the band."""
-    outer, bandage = scene.brake.linings.area, band_brake(scene).bandage
-    return {"lining_area": outer} if bandage is None else {"lining_area": bandage.area, "outer_area": outer}
+    areas = {pair: scene.brake.rubbing_part(pair).area for pair in scene.brake.pairs}
+    outer = areas["external"]
+    return {"lining_area": areas.get("internal", outer)} | ({"outer_area": outer} if scene.brake.in_series else {})
 
 
 def _from_scene(scene: Scene) -> dict[str, Any]:
     found: dict[str, Any] = {"power": scene.power_shares}
-    brake, heat = band_brake(scene), scene.heat
+    brake, heat = band_brake(scene), scene.network
     if brake.pulley.width is not None:
         found["track_area"] = float(polished_surface(float(brake.pulley.radius), float(brake.pulley.width)))
     for name, areas in _faces(scene).items():
         if areas is not None:
             found[name] = float(np.sum(np.broadcast_to(np.asarray(areas), (brake.linings.count,))))
-    if heat is None:
-        return found
     _of_walls(scene, found)
     T = start_temperature(scene)
     found["share"] = _share(heat.friction, T)
@@ -178,7 +174,7 @@ def settle(scene: Scene, data: EstimateData | None) -> dict[str, Input]:
     Raises `InputError` where linings would cover more than the track, or for numbers of a staged brake on another.
     """
     given, own = dict(vars(data or EstimateData())), _from_scene(scene)
-    if not scene.brake.staged:
+    if not scene.brake.in_series:
         for name in _STAGED_UNITS:
             if given.pop(name) is not None:
                 raise InputError([Fault(name, "has no effect", "only a staged brake has an external pair")])
@@ -201,7 +197,7 @@ def settle(scene: Scene, data: EstimateData | None) -> dict[str, Input]:
     if "share" not in found:
         share = float(effusivity_share(found["rim"].value, found["lining"].value))
         found["share"] = Input("share", share, "1", "effusivities (Charron)")
-    if scene.brake.staged:
+    if scene.brake.in_series:
         _settle_external(scene, found)
     if found["matte_area"].value is None:
         found["matte_area"] = Input("matte_area", found["track_area"].value, "m^2", "assumption: the rim's bore alone")
@@ -211,7 +207,7 @@ def settle(scene: Scene, data: EstimateData | None) -> dict[str, Input]:
             [Fault("lining_area", f"covers {overlap:.4g} of the track", "it cannot be more than all of it")]
         )
     found["overlap"] = Input("overlap", min(overlap, 1.0), "1", "lining_area/track_area")
-    found["start"] = Input("start", start_temperature(scene), "K", "20 °C" if scene.heat is None else "scene")
+    found["start"] = Input("start", start_temperature(scene), "K", "scene" if scene.heated else "20 °C")
     return found
 
 
@@ -227,8 +223,8 @@ def _settle_external(scene: Scene, found: dict[str, Input]) -> None:
         found["external_share"] = Input("external_share", share, "1", "effusivities (Charron)")
     if "beyond_share" not in found:
         found["beyond_share"] = Input("beyond_share", 0.0, "1", "none (default)")
-    heat = scene.heat
-    body = None if heat is None or heat.band is None else _body(heat, heat.band)
+    heat = scene.network
+    body = None if heat.band is None else _body(heat, heat.band)
     if isinstance(body, Lump) and found["band_thickness"].source != "given":
         material = found["band"].value
         per_metre = float(material.density * material.specific_heat) * found["outer_area"].value

@@ -85,7 +85,7 @@ def depth_rows(b: Basis) -> list[EstimateRow]:
 def partition_rows(b: Basis) -> list[EstimateRow]:
     """Share of the heat into the rim (or band) by effusivities and by heat transmission, beside the run's."""
     simulated = None
-    if b.run is not None and b.result is not None and b.scene.heat is not None and b.run.total_work > 0:
+    if b.run is not None and b.result is not None and b.scene.heated and b.run.total_work > 0:
         entered = b.result.energy.get("heat_to_band" if b.part == "band" else "heat_to_metal")
         if b.pair == "internal" and entered is not None:  # without what the external pair sends beyond the linings
             entered = entered - b.beyond_share * b.result.energy["heat_external"]

@@ -135,8 +135,8 @@ def run_values(result: Result, pair: str = "", *, looks: int = _LOOKS) -> RunVal
 
 def _rim_columns(result: Result, s: Any) -> tuple[Any, Any, Any, Any, None]:
     """Face, layers, their depths and thicknesses of a rim in layers."""
-    heat = result.scene.heat
-    course = None if heat is None else wall_course(heat, s, heat.rim)
+    heat = result.scene.network
+    course = wall_course(heat, s, heat.rim)
     if course is None or course.wall.copies != 1 or s.rim_temperature is None:
         return None, None, None, None, None
     return np.asarray(s.rim_temperature)[:, 0], course.layers, course.depth, course.steps, None
@@ -144,7 +144,7 @@ def _rim_columns(result: Result, s: Any) -> tuple[Any, Any, Any, Any, None]:
 
 def _band_columns(result: Result, s: Any) -> tuple[None, None, None, None, Any]:
     """The mean temperature of the band."""
-    band = None if result.scene.heat is None or s.band_temperature is None else s.band_temperature
+    band = s.band_temperature
     return None, None, None, None, None if band is None else np.asarray(band).mean(axis=1)
 
 

@@ -169,7 +169,7 @@ def simulated(case: Case, result: Result) -> dict[str, float]:
     to_metal = result.energy.get("heat_to_metal")
     if to_metal is not None and run.total_work > 0:
         found["share"] = float(to_metal) / float(b.booked.split(run.total_work).heat)
-    if result.scene.heat is not None and result.scene.heat.linings is not None:
+    if result.scene.network.linings is not None:
         found["lining_surface"] = float(result.peak_lining_temperature.value)
     if knows_wear(result.scene):
         found["wear"] = float(np.mean(np.asarray(wear(result, case.lining.wear))))
@@ -178,7 +178,8 @@ def simulated(case: Case, result: Result) -> dict[str, float]:
 
 def knows_wear(scene: Scene) -> bool:
     """Whether runs of a scene have a temperature of the linings, on which their wear depends."""
-    return scene.heat is not None and scene.heat.friction is not None and scene.heat.friction.lining is not None
+    pair = scene.network.friction
+    return pair is not None and pair.lining is not None
 
 
 def criteria(values: dict[str, float], rim: RimMaterial, lining: LiningMaterial) -> list[Criterion]:

@@ -85,7 +85,7 @@ def share_law(
 
     Raises `InputError` where both a number and a law are given.
     """
-    source, pair = b.inputs["share"].source, None if b.scene.heat is None else b.scene.heat.friction
+    source, pair = b.inputs["share"].source, b.scene.network.friction
     if partition is not None and source == "given":
         raise InputError([Fault("share", "is given beside a law of the partition", "give one of the two")])
     if source == "given":

@@ -70,7 +70,7 @@ def synthesize(
 def faults_of_synthesis(scene: Scene, data: EstimateData | None, limits: Permissible) -> list[Fault]:
     """All that stands against a synthesis before anything is simulated."""
     found = [*faults(scene), *faults_of_data(data, limits)]
-    if band_brake(scene).bandage is not None:
+    if band_brake(scene).in_series:
         found.append(
             Fault(
                 "brake.bandage",

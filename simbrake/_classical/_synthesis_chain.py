@@ -38,7 +38,7 @@ class Permissible(NamedTuple):
 
     def settled(self, scene: Scene) -> tuple[Input, ...]:
         """Every limit there is, and where it is from."""
-        known = None if scene.heat is None else scene.heat.permissible
+        known = scene.network.permissible
         lining = Input("lining_permissible", 673.15, "K", "assumption: friction composite, 400 °C")
         if self.lining is not None:
             lining = lining._replace(value=self.lining, source="given")
@@ -129,13 +129,12 @@ def seen(b: Basis) -> Seen | None:
     """What a run shows over its hardest braking; `None` without a run."""
     if b.run is None or b.result is None:
         return None
-    s, scene, heat = b.result.series(b.run.t), b.scene, b.scene.heat
+    s, scene, heat = b.result.series(b.run.t), b.scene, b.scene.network
     initial = dataclasses.replace(
         scene.initial, omega=np.asarray(b.run.omega[0]), time=np.asarray(b.run.t[0]), elongation=np.asarray(0.0)
     )
-    if heat is None:
+    if s.temperature is None:
         return Seen(s, None, None, dataclasses.replace(scene, initial=initial))
-    assert s.temperature is not None
     stores = np.asarray(s.temperature)[0, : initial_temperatures(heat).size]
     then = dataclasses.replace(scene, initial=initial, heat=with_temperatures(heat, stores))
     return Seen(s, wall_course(heat, s, heat.rim), wall_course(heat, s, heat.linings), then)

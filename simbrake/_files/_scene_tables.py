@@ -55,8 +55,8 @@ def count_text(scene: Scene) -> str:
         f"{n} {scene.brake.words.lining}s",
         *scene.brake.features,
     ]
-    if scene.heat is not None:
-        words.append(f"{sum(body.count for body in scene.heat.bodies)} thermal nodes")
+    if scene.heated:
+        words.append(f"{sum(body.count for body in scene.network.bodies)} thermal nodes")
     return ", ".join(words)
 
 

@@ -6,10 +6,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .._parts._heat import place_count
-from .._parts._network import Wall
 from .._parts._pressed import DiscBrake, ShoeBrake
 from .._run._result import Result
-from .._run._stages import has_stages
 
 
 class Picture(NamedTuple):
@@ -37,7 +35,7 @@ class Picture(NamedTuple):
 
 
 def _heated(result: Result) -> bool:
-    return result.scene.heat is not None
+    return result.scene.heated
 
 
 def _banded(result: Result) -> bool:
@@ -49,7 +47,7 @@ def _pressed(result: Result) -> bool:
 
 
 def _staged(result: Result) -> bool:
-    return has_stages(result.scene.brake)
+    return result.scene.brake.in_series
 
 
 def _resolved(result: Result) -> bool:
@@ -57,14 +55,13 @@ def _resolved(result: Result) -> bool:
 
 
 def _walled(result: Result) -> bool:
-    heat = result.scene.heat
-    return heat is not None and any(isinstance(body, Wall) for body in heat.bodies)
+    return bool(result.scene.network.walls)
 
 
 def _lining_by_lining(result: Result) -> bool:
     """Whether every lining has a temperature of its own."""
-    heat = result.scene.heat
-    return heat is not None and heat.linings is not None and place_count(heat, heat.linings) > 1
+    heat = result.scene.network
+    return heat.linings is not None and place_count(heat, heat.linings) > 1
 
 
 #: the duty has a section of its own

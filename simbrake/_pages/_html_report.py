@@ -137,7 +137,7 @@ def contents(
         "accuracy": {
             "rtol": digits(summary["solver"]["rtol"], 3),
             "closure": digits(summary["energy"]["closure"], 2),
-            "heat_closure": digits(summary["energy"].get("heat_closure", 0.0), 2) if scene.heat is not None else "",
+            "heat_closure": digits(summary["energy"].get("heat_closure", 0.0), 2) if scene.heated else "",
         },
         "sensitivities": None,
         "without": [],

@@ -243,8 +243,8 @@ class AbstractBrake(eqx.Module):
         return getattr(self, self.pairs[pair].field)
 
     @property
-    def staged(self) -> bool:
-        """Whether there are two friction pairs in series."""
+    def in_series(self) -> bool:
+        """Whether there are two friction pairs in series: runs then have stages."""
         return len(self.pairs) > 1
 
     @property
@@ -315,12 +315,12 @@ class Brake(AbstractBrake):
 
     @property
     def kind(self):
-        return "staged brake" if self.staged else "resolved brake" if self.resolved else "standard brake"
+        return "staged brake" if self.in_series else "resolved brake" if self.resolved else "standard brake"
 
     @property
     def features(self):
         found = () if self.band.segments is None else ("each on its own segment of the band",)
-        return (*found, "staged") if self.staged else found
+        return (*found, "staged") if self.in_series else found
 
     @property
     def banded(self) -> bool:

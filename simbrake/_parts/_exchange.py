@@ -26,7 +26,7 @@ def with_materials(scene: Scene, rim: Material | None = None, lining: Material |
 
     Raises `InputError` where the scene does not say what they are made of: a lump has no material.
     """
-    heat = scene.heat
+    heat = scene.network
     named = named_materials(heat)
     faults = [
         Fault(f"heat.{part}", "has no material in this scene", "make it a Wall")
@@ -35,7 +35,7 @@ def with_materials(scene: Scene, rim: Material | None = None, lining: Material |
     ]
     if faults:
         raise InputError(faults)
-    if heat is None:
+    if not scene.heated:
         return scene
     if rim is not None:
         heat = _of_rim(heat, rim)
@@ -50,10 +50,8 @@ def with_materials(scene: Scene, rim: Material | None = None, lining: Material |
     return dataclasses.replace(scene, heat=dataclasses.replace(heat, **pairs))
 
 
-def named_materials(heat: Heat | None) -> tuple[bool, bool]:
+def named_materials(heat: Heat) -> tuple[bool, bool]:
     """Whether a network says what the rim, and what the linings are made of: as a wall, or in a share of the heat."""
-    if heat is None:
-        return False, False
     shared = any(isinstance(pair.partition, EffusivityPartition | TransmissionPartition) for pair in heat.pairs)
     return wall_at(heat, heat.rim) is not None, shared or wall_at(heat, heat.linings) is not None
 

@@ -178,6 +178,11 @@ class Heat(eqx.Module):
     external: FrictionHeat | None = None
 
     @property
+    def walls(self) -> tuple[Wall, ...]:
+        """The bodies in layers."""
+        return tuple(body for body in self.bodies if isinstance(body, Wall))
+
+    @property
     def pairs(self) -> tuple[FrictionHeat, ...]:
         """Friction pairs whose heat enters the network."""
         return tuple(pair for pair in (self.friction, self.external) if pair is not None)

@@ -7,7 +7,7 @@ from jax.core import Tracer
 
 from .._base._quantity import leaves
 from ._design import Brake
-from ._network import Wall, place_of
+from ._network import place_of
 from ._scene import Scene, static_friction
 
 _DRUMEANU = "Drumeanu & Antonescu 2003, band brakes of drawworks"
@@ -60,14 +60,9 @@ def _of_brake(scene: Scene) -> list[str]:
 
 
 def _of_materials(scene: Scene) -> list[str]:
-    if scene.heat is None:
-        return []
-    found = []
-    walls = {body.name: body for body in scene.heat.bodies if isinstance(body, Wall)}
-    for what, place, usual in (
-        ("rim", scene.heat.rim, RIM_CONDUCTIVITY),
-        ("linings", scene.heat.linings, LINING_CONDUCTIVITY),
-    ):
+    found, heat = [], scene.network
+    walls = {wall.name: wall for wall in heat.walls}
+    for what, place, usual in (("rim", heat.rim, RIM_CONDUCTIVITY), ("linings", heat.linings, LINING_CONDUCTIVITY)):
         wall = walls.get(place_of(place)[0]) if place else None
         if wall is not None and _outside(float(wall.material.conductivity), usual):
             value = float(wall.material.conductivity)

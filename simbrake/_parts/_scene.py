@@ -107,6 +107,16 @@ class Scene(eqx.Module):
     wear: Wear | None = None
     power_shares: PowerShares | None = None
 
+    @property
+    def network(self) -> Heat:
+        """The thermal network, one without bodies where the scene has none."""
+        return Heat(()) if self.heat is None else self.heat
+
+    @property
+    def heated(self) -> bool:
+        """Whether temperatures are followed."""
+        return self.heat is not None
+
 
 def paths_without_meaning(scene: Scene) -> tuple[str, ...]:
     """Paths of numbers that the scene's kind of brake does not have; they are neither shown nor written."""
@@ -133,7 +143,7 @@ def faults(scene: Scene) -> list[Fault]:
             found.append(
                 Fault("brake.band.stiffness", "a lever that holds the speed needs a rigid band", "leave it out")
             )
-        if read_by_linings(scene).p or (scene.heat is not None and scene.heat.flash is not None):
+        if read_by_linings(scene).p or scene.network.flash is not None:
             found.append(Fault(lever, "cannot hold the speed with an implicit coefficient of friction"))
     found += duty.lever.faults(lever, 0.0)
     found += duty.load.profile.faults("duty.load.profile", None)
@@ -162,7 +172,7 @@ def _faults_of_kinds(scene: Scene) -> list[Fault]:
 
 def _faults_of_band(scene: Scene, brake: Brake) -> list[Fault]:
     found = []
-    if brake.staged:
+    if brake.in_series:
         found += _faults_of_staged(scene)
     elif brake.band.stiffness is None:
         found += [Fault(f"brake.linings.angle[{i - 1}]", locking_message(scene, i), _LOCK_HINT) for i in locked(scene)]
@@ -176,7 +186,7 @@ def _faults_of_staged(scene: Scene) -> list[Fault]:
     found = [Fault(f"{where}.angle[{i - 1}]", locking_message(scene, i), hint) for i in locked(scene)]
     if isinstance(scene.duty.lever, AbstractSpeedLever):
         found.append(Fault("duty.slack_tension", "cannot hold the speed of a staged brake", "give the slack tension"))
-    if scene.heat is not None and scene.heat.flash is not None:
+    if scene.network.flash is not None:
         found.append(Fault("heat.flash", "is not available for a staged brake", "leave it out"))
     return found
 
@@ -227,17 +237,17 @@ _MISSING_PAIR = {
 
 
 def _faults_of_heat(scene: Scene) -> list[Fault]:
-    heat, n = scene.heat, scene.brake.linings.count
-    found = [] if heat is None else heat.faults("heat", n)
+    heat, n = scene.network, scene.brake.linings.count
+    found = heat.faults("heat", n) if scene.heated else []
     if found:
         return found
-    if heat is not None and heat.external is not None and not scene.brake.staged:
+    if heat.external is not None and not scene.brake.in_series:
         found.append(
             Fault("heat.external", "has no effect", "only a staged brake (`brake.bandage`) has an external pair")
         )
     for law, pair, where, field in pairs_of(scene):
         if pair is None:
-            if heat is not None and scene.brake.staged:
+            if scene.heated and scene.brake.in_series:
                 # its heat would leave the network, counted as lost, and warm nothing
                 found.append(Fault(f"heat.{field}", *_MISSING_PAIR[field]))
             elif needs(law, n).T:
@@ -249,7 +259,7 @@ def _faults_of_heat(scene: Scene) -> list[Fault]:
             table = f"{float(bounds[0]):g}…{float(bounds[1]):g} K"
             what = f"the table of {table} does not cover the start at {T.min():g}…{T.max():g} K"
             found.append(Fault(where, what, "extend the table; it is not extrapolated"))
-    if heat is not None and heat.flash is not None:
+    if heat.flash is not None:
         if not isinstance(scene.brake, Brake):
             what = f"is not available for a {scene.brake.words.brake}"
             return [*found, Fault("heat.flash", what, "leave it out")]
@@ -264,8 +274,8 @@ def _faults_of_heat(scene: Scene) -> list[Fault]:
 
 def pairs_of(scene: Scene) -> list[tuple[AbstractFriction, FrictionHeat | None, str, str]]:
     """Friction laws with the places of their heat, their paths, and the field of the heat part that names these."""
-    heat, brake, law = scene.heat, scene.brake, scene.brake.linings.friction
-    friction, external = (None, None) if heat is None else (heat.friction, heat.external)
+    brake, law = scene.brake, scene.brake.linings.friction
+    friction, external = scene.network.friction, scene.network.external
     if not (isinstance(brake, Brake) and brake.bandage is not None):
         return [(law, friction, "brake.linings.friction", "friction")]
     return [
@@ -284,17 +294,17 @@ def read_by_linings(scene: Scene) -> Reads:
 def sensed_at_start(scene: Scene) -> np.ndarray | None:
     """Temperatures that the linings' friction law on the band (staged), else on the rim, sees at the start (K)."""
     pair, n = pairs_of(scene)[0][1], scene.brake.linings.count
-    return None if pair is None else _sensed_at_start(scene.heat, pair, n)
+    return None if pair is None else _sensed_at_start(scene.network, pair, n)
 
 
 def sensed_on_rim_at_start(scene: Scene) -> np.ndarray | None:
     """Temperatures that the law of the pair of linings and rim sees at the start (K); `None` without one."""
-    heat, n = scene.heat, scene.brake.linings.count
-    return None if heat is None or heat.friction is None else _sensed_at_start(heat, heat.friction, n)
+    heat, n = scene.network, scene.brake.linings.count
+    return None if heat.friction is None else _sensed_at_start(heat, heat.friction, n)
 
 
-def _sensed_at_start(heat: Heat | None, pair: FrictionHeat, n: int) -> np.ndarray | None:
-    if heat is None or pair.sensor is None:
+def _sensed_at_start(heat: Heat, pair: FrictionHeat, n: int) -> np.ndarray | None:
+    if pair.sensor is None:
         return None
     name, face = place_of(pair.sensor)
     body = next(body for body in heat.bodies if body.name == name)

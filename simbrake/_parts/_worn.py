@@ -88,7 +88,7 @@ def worn_scene(scene: Any) -> Any:
     if wear.take_up_speed is not None:
         lever = Delayed(scene.duty.slack_tension, slack / wear.take_up_speed)
         scene = eqx.tree_at(lambda s: s.duty.slack_tension, scene, lever)
-    if wear.heat and scene.heat is not None:
+    if wear.heat and scene.heated:
         scene = eqx.tree_at(lambda s: s.heat, scene, _thinner(scene.heat, h, angle, wear.thickness))
     return scene
 
@@ -111,10 +111,10 @@ def walls_left(scene: Any) -> dict[str, Array]:
 
     Layers are thinner by it: `C' = C s_i`, resistance `s_i δ/λ`.
     """
-    if scene.wear is None or not scene.wear.heat or scene.heat is None:
+    if scene.wear is None or not scene.wear.heat or not scene.heated:
         return {}
     h, angle = _worn(scene)
-    walls = [body for body in scene.heat.bodies if isinstance(body, Wall) and body.name in _linings(scene.heat)]
+    walls = [wall for wall in scene.heat.walls if wall.name in _linings(scene.heat)]
     return {wall.name: _left(h, angle, wall.thickness, wall.copies) for wall in walls}
 
 
@@ -185,12 +185,12 @@ def _faults_of_turning(brake: Any) -> list[Fault]:
 
 
 def _faults_of_thickness(scene: Any) -> list[Fault]:
-    wear, heat, n = scene.wear, scene.heat, scene.brake.linings.count
-    names = set() if heat is None else _linings(heat)
+    wear, heat, n = scene.wear, scene.network, scene.brake.linings.count
+    names = _linings(heat)
     if not names:
         return [Fault("wear.heat", "has no effect", "the scene has no heat part with linings")]
     found, worn = [], float(np.max(np.broadcast_to(np.asarray(wear.worn), (n,))))
-    for i, body in enumerate(() if heat is None else heat.bodies):
+    for i, body in enumerate(heat.bodies):
         if body.name not in names:
             continue
         if isinstance(body, Lump) and wear.thickness is None:
@@ -214,7 +214,7 @@ def turned_scene(scene: Any) -> Any:
     brake, n = scene.brake, scene.brake.linings.count
     if not brake.banded:
         raise InputError([Fault("brake", f"is a {brake.words.brake}: only a band is turned end for end")])
-    if brake.staged:
+    if brake.in_series:
         raise InputError(_faults_of_turning(brake))
 
     def reverse(part: Any) -> Any:
@@ -234,7 +234,7 @@ def turned_scene(scene: Any) -> Any:
             [reverse(x) for x in numbers],
             is_leaf=lambda x: x is None,
         )
-    if scene.heat is not None:
+    if scene.heated:
         linings = _linings(scene.heat)
         bodies = tuple(
             eqx.tree_at(lambda b: b.capacity, body, reverse(body.capacity))

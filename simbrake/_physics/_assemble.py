@@ -58,7 +58,7 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
     )
     zero = jnp.zeros_like(omega_0)
     on_band = zero if any(pair.on_band for pair in pairs) else None
-    booked = None if heat is None else HeatLedger(zero, zero, zero, zero, on_band)
+    booked = None if thermal is None else HeatLedger(zero, zero, zero, zero, on_band)
     friction, damped = tuple(zero for _ in pairs), zero if mechanism.damps else None
     own, band, own_mode = mechanism.start(omega_0, jnp.asarray(initial.elongation) + zero)
     worn = None if wearing is None else wearing.start
@@ -72,9 +72,9 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
 
 def _pairs(scene: Scene, thermal: Thermal | None) -> tuple[Pair, ...]:
     """The friction pairs of a scene: what each law is, where its heat goes, and what wears there."""
-    brake, heat, wear = scene.brake, scene.heat, scene.wear
+    brake, heat, wear = scene.brake, scene.network, scene.wear
     several = len(brake.pairs) > 1
-    on_rim, on_band = (None, None) if heat is None else (heat.friction, heat.external)
+    on_rim, on_band = heat.friction, heat.external
     rate, inner_rate = (None, None) if wear is None else (wear.rate, wear.internal)
     given: dict[str, tuple[FrictionHeat | None, AbstractWearRate | None]] = {
         "external": (on_band if several else on_rim, rate),
@@ -147,7 +147,7 @@ def _mechanism(scene: Scene, pairs: tuple[Pair, ...], sizes: Sizes, still: AnyCo
         )
         return RigidContact(law=law, pairs=pairs, sizes=sizes)
     assert isinstance(brake, Brake)
-    flash = None if scene.heat is None else scene.heat.flash
+    flash = scene.network.flash
     friction = Grip.of(brake.linings, flash, scene.power_shares, heated=heated)
     return _under_a_band(scene, brake, pairs, sizes, friction, still)
 

@@ -205,7 +205,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         """Speed of the track, and whether the linings touch it, as the links of the network see them."""
         return Surroundings(jnp.abs(omega) * self.track_radius, jnp.where(mode.band == BandMode.OPEN, 0.0, 1.0))
 
-    def hot(self, u: Any) -> tuple[Any, ...]:
+    def sensed(self, u: Any) -> tuple[Any, ...]:
         """Temperatures (K) that the law of each pair sees, (n,), for the heat contents `u`; `None`: there are none."""
         if self.thermal is None or u is None:
             return tuple(None for _ in self.mechanism.pairs)
@@ -214,7 +214,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
     def surfaces(self, y: State) -> tuple[SurfaceState | None, ...]:
         """What the law of each pair sees of its surfaces in the state `y`; `None`: nothing."""
         memory = tuple(None for _ in self.mechanism.pairs) if y.memory is None else y.memory
-        each = zip(self.hot(y.heat), memory, strict=True)
+        each = zip(self.sensed(y.heat), memory, strict=True)
         return tuple(None if T is None and own is None else SurfaceState(T, own) for T, own in each)
 
     def _at_sensors(self, T: Array) -> tuple[Any, ...]:
@@ -227,7 +227,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         return tuple(found)
 
     def lever_tension(
-        self, t: Array, omega: Array, mode: Mode, load: Array, hot: tuple[Any, ...]
+        self, t: Array, omega: Array, mode: Mode, load: Array, surfaces: tuple[Any, ...]
     ) -> tuple[Array, Array]:
         """`T_0` (N) and its rate as the lever has them."""
         piece = _piece(mode.lever_piece)
@@ -236,7 +236,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             return given, rate
         torque = self.lever.wanted_torque(t, omega, piece, load, jnp.asarray(self.inertia_at(mode)))
         follows = self.lever.follows(piece)
-        gain = self.mechanism.gain(jnp.where(mode.sense > 0, omega, -omega), hot)
+        gain = self.mechanism.gain(jnp.where(mode.sense > 0, omega, -omega), surfaces)
         return jnp.where(follows, self.lever.holding(torque, gain), given), jnp.where(follows, 0.0, rate)
 
     # --- all of it at one instant -----------------------------------------------------------------------------------
@@ -244,14 +244,14 @@ class BrakeSystem(AbstractSemiExplicitSystem):
     def variables(self, t, y, mode):
         net, pairs, pieces = self.thermal, self.mechanism.pairs, tuple(map(_piece, mode.heat_pieces))
         load = self.load.torque(t, y.omega, _piece(mode.load_piece))
-        hot = self.surfaces(y)
-        tension, pull = self.lever_tension(t, y.omega, mode, load, hot)
+        surfaces = self.surfaces(y)
+        tension, pull = self.lever_tension(t, y.omega, mode, load, surfaces)
 
         def still(forces: Any) -> tuple[Any, ...]:
             return tuple(None for _ in pairs)
 
         if net is None:
-            acting = Acting(t, tension, pull, load, self.inertia_at(mode), hot, still)
+            acting = Acting(t, tension, pull, load, self.inertia_at(mode), surfaces, still)
             z = self.mechanism.variables(acting, y.omega, y.own, mode)
             return BrakeNow(tension, pull, load, z, self.mechanism.rubs(acting, mode, z), None)
         around, T = self._around(y.omega, mode), net.temperatures(y.heat)
@@ -268,7 +268,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             each = [deposit(pair, force).into for pair, force in given]
             return self._at_sensors(net.rise(sum(each[1:], start=each[0])))
 
-        acting = Acting(t, tension, pull, load, self.inertia_at(mode), hot, warming)
+        acting = Acting(t, tension, pull, load, self.inertia_at(mode), surfaces, warming)
         z = self.mechanism.variables(acting, y.omega, y.own, mode)
         rubs = self.mechanism.rubs(acting, mode, z)
         deposits = []
@@ -292,7 +292,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         )
         rates = State(y.omega, z.alpha, self.mechanism.own_rates(z.contact), ledger)
         if self.wearing is not None:
-            rates = rates._replace(worn=self.wearing.rates(t, self.mechanism.pairs, z.rubs, self.hot(y.heat)))
+            rates = rates._replace(worn=self.wearing.rates(t, self.mechanism.pairs, z.rubs, self.sensed(y.heat)))
         if y.memory is not None:
             rates = rates._replace(memory=self._memory_rates(y, mode, z))
         if self.thermal is None:
@@ -306,8 +306,8 @@ class BrakeSystem(AbstractSemiExplicitSystem):
     def _memory_rates(self, y: State, mode: Mode, z: BrakeNow) -> tuple[Any, ...]:
         """Rates of the states of the friction laws."""
         found, is_open = [], mode.band == BandMode.OPEN
-        for i, (pair, rub, hot) in enumerate(zip(self.mechanism.pairs, z.rubs, self.surfaces(y), strict=True)):
-            if pair.memory is None or hot is None:
+        for i, (pair, rub, surface) in enumerate(zip(self.mechanism.pairs, z.rubs, self.surfaces(y), strict=True)):
+            if pair.memory is None or surface is None:
                 found.append(None)
                 continue
             v, power, normal = rub.sense * rub.slip, rub.force * rub.slip, rub.normal
@@ -316,7 +316,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
                 if pair.memory.p:
                     seen = (z.lever_tension, y.omega, y.own, mode, self.surfaces(y), z.contact)
                     normal = jnp.where(rub.sense == 0, self.mechanism.shown(*seen).pairs[0].normal, normal)
-            found.append(rates_of_memory(pair, hot, v, normal, power))
+            found.append(rates_of_memory(pair, surface, v, normal, power))
         return tuple(found)
 
     def _booked(self, deposits: tuple[Deposit, ...]) -> HeatLedger:
@@ -344,7 +344,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
     def _table_margin(self, u: Any) -> Array:
         """By how much the temperatures are inside the tables of the friction laws, over 100 K."""
         room = []
-        for pair, T in zip(self.mechanism.pairs, self.hot(u), strict=True):
+        for pair, T in zip(self.mechanism.pairs, self.sensed(u), strict=True):
             bounds = pair.law.temperature_range()
             if bounds is not None and T is not None:
                 room.append(jnp.minimum(smallest(T) - bounds[0], bounds[1] - largest(T)) / 100.0)
@@ -382,12 +382,12 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             still = still._replace(ledger=y.ledger._replace(load_work=y.ledger.load_work + brought))
         if not self.mechanism.strains:
             return still
-        z, hot = variables_of(self, t, y, before).contact, self.surfaces(y)
+        z, surfaces = variables_of(self, t, y, before).contact, self.surfaces(y)
         load = self.load.torque(t, omega, _piece(after.load_piece))
-        tension = self.lever_tension(t, omega, after, load, hot)[0]
+        tension = self.lever_tension(t, omega, after, load, surfaces)[0]
         strained = self.mechanism.strained(omega, own, (before, z), (after, tension))
         if self.thermal is None:
-            return self._jumped(still, *strained(hot))
+            return self._jumped(still, *strained(surfaces))
         per_joule = self._heat_of_a_jump(t, still, after)
 
         def warmed(heats: tuple[Any, ...]) -> Array:

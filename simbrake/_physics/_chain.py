@@ -114,12 +114,12 @@ class Chain(AbstractMechanism):
         # what sticks to a pulley without load torque still swings with it
         return jnp.asarray(False)
 
-    def _contact(self, hot: SurfaceState | None, normal: Array, slip: Array) -> Any:
+    def _contact(self, surface: SurfaceState | None, normal: Array, slip: Array) -> Any:
         area = self.pairs[0].area
-        return (hot or SurfaceState()).contact(slip, None if area is None else normal / area)
+        return (surface or SurfaceState()).contact(slip, None if area is None else normal / area)
 
     def variables(self, acting, omega, own, mode):
-        R_b, law, hot = self.radius, self.pairs[0].law, acting.hot[0]
+        R_b, law, surface = self.radius, self.pairs[0].law, acting.surfaces[0]
         sign, sticks = mode.own.linings.astype(own.v.dtype), mode.own.linings == 0
         v = jnp.where(sticks, R_b * omega, own.v)
         slip, stretching = R_b * omega - v, v - jnp.append(v[1:], 0.0)
@@ -128,7 +128,7 @@ class Chain(AbstractMechanism):
         tension = jnp.where((mode.own.segments & TAUT) > 0, total, 0.0)
         before = jnp.append(acting.tension, tension[:-1])
         normal = (tension + before) * self.friction.sine
-        contact = self._contact(hot, normal, sign * slip)
+        contact = self._contact(surface, normal, sign * slip)
         f = continued(lambda v: law.kinetic(contact._replace(v=v)), sign * slip)
         sliding = sign * f * normal / self.cosine
         carried = jnp.sum(jnp.where(sticks, tension - before, sliding))
@@ -240,10 +240,10 @@ class Chain(AbstractMechanism):
     def distribution(self):
         return "every lining from its own balance"
 
-    def shown(self, tension, omega, own, mode, hot, z):
+    def shown(self, tension, omega, own, mode, surfaces, z):
         f, displacement = None, jnp.cumsum(own.e[::-1])[::-1]
         if self.shows_friction:
-            f = self.pairs[0].law.kinetic(self._contact(hot[0], z.normal, jnp.abs(z.lining_slip)))
+            f = self.pairs[0].law.kinetic(self._contact(surfaces[0], z.normal, jnp.abs(z.lining_slip)))
             f = jnp.broadcast_to(f, z.normal.shape)
         pair = PairNow(
             force=z.force,
@@ -267,6 +267,6 @@ class Chain(AbstractMechanism):
         size = self.sizes
         return ChainState(size.tension / self.stiffness, jnp.ones_like(self.mass) * self.radius * size.speed)
 
-    def capacity(self, tension, omega, own, hot):
+    def capacity(self, tension, omega, own, surfaces):
         # linings at rest on the band, the pulley sliding past all of them
-        return band_torque(self.friction, self.radius, tension, omega, hot[0])[None]
+        return band_torque(self.friction, self.radius, tension, omega, surfaces[0])[None]

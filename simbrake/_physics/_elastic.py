@@ -185,9 +185,9 @@ class ElasticBand(AbstractMechanism):
         margins = self.wrap.margins(z.slack_tension, z.tight_tension, z.fz) / self.sizes.tension
         return jnp.where((mode.band == BandMode.ELASTIC) & ~self.locked_in(mode), margins, -1.0)
 
-    def shown(self, tension, omega, own, mode, hot, z):
+    def shown(self, tension, omega, own, mode, surfaces, z):
         forces = self.wrap.linings(z.slack_tension, z.tight_tension, z.fz)
-        f = self.wrap.kinetic(tension, omega, hot[0], mode) if self.shows_friction else None
+        f = self.wrap.kinetic(tension, omega, surfaces[0], mode) if self.shows_friction else None
         return Shown((moving_as_one(forces, self.grip.cosine, mode, z, f),), forces.tension, elongation=own.x)
 
     @property
@@ -205,8 +205,8 @@ class ElasticBand(AbstractMechanism):
     def strained(self, omega, own, before, after):
         jump = strained(self, omega, own.x, before, after)
 
-        def of(hot: tuple[Any, ...]) -> tuple[Stretched, Array, tuple[Array, ...]]:
-            x, work, heat = jump(hot[0])
+        def of(surfaces: tuple[Any, ...]) -> tuple[Stretched, Array, tuple[Array, ...]]:
+            x, work, heat = jump(surfaces[0])
             return Stretched(x), work, (heat,)
 
         return of
@@ -219,8 +219,8 @@ class ElasticBand(AbstractMechanism):
     def own_sizes(self):
         return Stretched(self.sizes.tension / self.stiffness)
 
-    def capacity(self, tension, omega, own, hot):
-        return band_torque(self.grip, self.wrap.radius, tension, omega, hot[0])[None]
+    def capacity(self, tension, omega, own, surfaces):
+        return band_torque(self.grip, self.wrap.radius, tension, omega, surfaces[0])[None]
 
 
 # --- what every elastic band has, whatever it lies on -----------------------------------------------------------------
@@ -243,13 +243,13 @@ def limit_of(m: Any, acting: Acting, omega: Array, mode: Mode) -> tuple[Array, C
     and surfaces; and the linings there."""
     sliding, back = slips(mode.band), mode.band == BandMode.SLIP_BACK
 
-    def tension(T_0: Array, omega: Array, hot: Any) -> tuple[Array, Limit]:
+    def tension(T_0: Array, omega: Array, surface: Any) -> tuple[Array, Limit]:
         v = jnp.where(mode.sense > 0, omega, -omega) * m.wrap.radius
-        found = m.wrap.limit(T_0, v, hot, back, ~sliding)
+        found = m.wrap.limit(T_0, v, surface, back, ~sliding)
         return T_0 * found.ratio, found
 
-    hot = None if m.wrap.fixed is not None else acting.hot[0]
-    return jax.linearize(tension, acting.tension, omega, hot, has_aux=True)
+    surface = None if m.wrap.fixed is not None else acting.surfaces[0]
+    return jax.linearize(tension, acting.tension, omega, surface, has_aux=True)
 
 
 def friction_of(m: Any, T_0: Array, fz: Array, back: Any, tight: Array) -> Float[Array, "*n"]:
@@ -272,7 +272,7 @@ def ageing_of(
     normal = m.wrap.sliding(T_0, fz, back)[1]
 
     def rates(slip: Array) -> Any:
-        return rates_of_memory(pair, acting.hot[0], pick(back, -slip, slip), normal, friction * slip)
+        return rates_of_memory(pair, acting.surfaces[0], pick(back, -slip, slip), normal, friction * slip)
 
     return rates
 
@@ -294,7 +294,7 @@ def slide_of(
     still, grip, fixed = jnp.zeros_like(speed), m.wrap.grip, m.wrap.fixed is not None
 
     def stretch(pull: Array, alpha: Any, T_rate: Any, memory_rate: Any) -> Array:
-        none = fixed or acting.hot[0] is None
+        none = fixed or acting.surfaces[0] is None
         return push(pull, alpha, None if none else SurfaceState(T_rate, memory_rate)) / m.stiffness
 
     at_rest = None if ageing is None else ageing(still)
@@ -432,8 +432,8 @@ def strained(
     # what neither slides nor is held by friction keeps its elongation; a band that is let go springs back
     kept = jnp.where(is_open & ~was_open, 0.0, C * x)
 
-    def of(hot: Any) -> tuple[Array, Array, Array]:
-        limit = m.wrap.limit(T_0, v, hot, back, ~sliding)
+    def of(surface: Any) -> tuple[Array, Array, Array]:
+        limit = m.wrap.limit(T_0, v, surface, back, ~sliding)
         upper = T_0 * limit.ratio
         low, high = jnp.where(locked, 0.0, T_0 / limit.other), jnp.where(locked, jnp.inf, upper)
         drawn = jnp.maximum(tension, low)

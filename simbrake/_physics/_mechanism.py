@@ -101,7 +101,7 @@ class Acting(NamedTuple):
 
     - `tension` (N): what the lever gives, a slack tension or a force, and `pull` its rate;  `load` (N·m) on the shaft
     - `inertia` (kg·m²) of the shaft and all that moves with it
-    - `hot`: state of the surfaces that the law of each pair sees: temperatures (K) and the law's own states, (n,);
+    - `surfaces`: state of those that the law of each pair sees: temperatures (K) and the law's own states, (n,);
       `None` where the scene has neither
     - `warming(forces)`: rates (K/s) of these temperatures by the friction forces of each pair (as in `Rub`; `None`: not
       this pair's) per unit of its slip speed, linear in them; without forces, by all else
@@ -112,7 +112,7 @@ class Acting(NamedTuple):
     pull: Float[Array, ""]
     load: Float[Array, ""]
     inertia: Float[Array, ""]
-    hot: tuple[Any, ...]
+    surfaces: tuple[Any, ...]
     warming: Callable[[tuple[Array | None, ...] | None], tuple[Any, ...]]
 
 
@@ -253,7 +253,7 @@ class AbstractMechanism(eqx.Module):
         return jnp.zeros(0)
 
     @abc.abstractmethod
-    def shown(self, tension: Array, omega: Array, own: Any, mode: Mode, hot: tuple[Any, ...], z: Any) -> Shown:
+    def shown(self, tension: Array, omega: Array, own: Any, mode: Mode, surfaces: tuple[Any, ...], z: Any) -> Shown:
         """What results show of it at one instant; `tension` is the lever's."""
 
     @property
@@ -296,7 +296,7 @@ class AbstractMechanism(eqx.Module):
     def varies(self) -> bool:
         """Whether the friction of what sticks can change in a run."""
 
-    def gain(self, omega: Array, hot: tuple[Any, ...]) -> Float[Array, ""]:
+    def gain(self, omega: Array, surfaces: tuple[Any, ...]) -> Float[Array, ""]:
         """Torque (N·m) per newton of the lever while the pulley slides at the speed `omega` ≥ 0 (rad/s)."""
         raise TypeError(f"the torque of {type(self).__name__} does not follow from the lever alone")
 
@@ -313,7 +313,7 @@ class AbstractMechanism(eqx.Module):
         """Typical sizes of the own states."""
 
     @abc.abstractmethod
-    def capacity(self, tension: Array, omega: Array, own: Any, hot: tuple[Any, ...]) -> Float[Array, " pairs"]:
+    def capacity(self, tension: Array, omega: Array, own: Any, surfaces: tuple[Any, ...]) -> Float[Array, " pairs"]:
         """Greatest torque (N·m, ≥ 0) of each friction pair against the motion, sliding at the speed of the pulley."""
 
 

@@ -14,7 +14,7 @@ from .._parts._friction import SurfaceState, memory_at_start, memory_sizes, reme
 from ._mechanism import AbstractMechanism, Pair
 
 
-def rates_of_memory(pair: Pair, hot: SurfaceState, v: Array, normal: Float[Array, " n"], power: Array) -> Any:
+def rates_of_memory(pair: Pair, surface: SurfaceState, v: Array, normal: Float[Array, " n"], power: Array) -> Any:
     """Rates of the states of a pair's law, (n,) each.
 
     - `v` (m/s): slip speed signed by the sense, `power` (W) of the friction of each lining: (n,) or one for all
@@ -26,7 +26,7 @@ def rates_of_memory(pair: Pair, hot: SurfaceState, v: Array, normal: Float[Array
     v, q = v + still, None if pair.area is None else power / pair.area + still
 
     def at(v: Array, q: Any) -> Any:
-        return jax.tree.map(lambda rate: rate + still, law.rates(hot.contact(v, p, q)))
+        return jax.tree.map(lambda rate: rate + still, law.rates(surface.contact(v, p, q)))
 
     if pair.memory is None or not pair.memory.bends:
         return at(v, q)  # a straight line goes on by itself

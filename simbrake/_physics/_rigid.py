@@ -70,7 +70,7 @@ class AbstractTorqueLaw(eqx.Module):
         """Forces at every lining."""
 
     @abc.abstractmethod
-    def kinetic(self, force: Array, omega: Array, hot: Any, mode: Mode) -> Float[Array, " n"]:
+    def kinetic(self, force: Array, omega: Array, surface: Any, mode: Mode) -> Float[Array, " n"]:
         """Coefficients of friction that the linings have when they slide."""
 
     @property
@@ -104,10 +104,10 @@ class AbstractTorqueLaw(eqx.Module):
         """Whether coefficients of friction depend on the forces and heat that they give."""
 
     @abc.abstractmethod
-    def torques(self, force: Array, v: Array, hot: Any, back: Array, static: Array) -> Torques:
+    def torques(self, force: Array, v: Array, surface: Any, back: Array, static: Array) -> Torques:
         """Torques for the `force` (N) of the lever.
 
-        - `v` (m/s): slip speed, signed by the sense;  `hot`: state of the surfaces
+        - `v` (m/s): slip speed, signed by the sense;  `surface`: state of the surfaces
         - `back`: the pulley turns backwards;  `static`: the static coefficients count
         """
 
@@ -116,7 +116,7 @@ class AbstractTorqueLaw(eqx.Module):
         """The pair at one instant, for the `force` of the lever and the brake `torque`."""
 
     @abc.abstractmethod
-    def capacity(self, force: Array, omega: Array, hot: Any) -> Float[Array, ""]:
+    def capacity(self, force: Array, omega: Array, surface: Any) -> Float[Array, ""]:
         """Greatest torque (N·m, ≥ 0) against the motion at the speed `omega` of the pulley."""
 
 
@@ -136,8 +136,8 @@ class BandTorque(AbstractTorqueLaw):
     def linings(self, slack, tight, mode, found):
         return self.wrap.linings(slack, tight, found.law)
 
-    def kinetic(self, force, omega, hot, mode):
-        return self.wrap.kinetic(force, omega, hot, mode)
+    def kinetic(self, force, omega, surface, mode):
+        return self.wrap.kinetic(force, omega, surface, mode)
 
     @property
     def radius(self):
@@ -163,8 +163,8 @@ class BandTorque(AbstractTorqueLaw):
     def implicit(self):
         return self.wrap.grip.implicit
 
-    def torques(self, force, v, hot, back, static):
-        found, R_b = self.wrap.limit(force, v, hot, back, static), self.wrap.radius
+    def torques(self, force, v, surface, back, static):
+        found, R_b = self.wrap.limit(force, v, surface, back, static), self.wrap.radius
         # the limit the other way is asked for at rest, where the one found is that ahead
         moving = R_b * (force * found.ratio - force)
         return Torques(
@@ -175,8 +175,8 @@ class BandTorque(AbstractTorqueLaw):
         each, normal = self.wrap.sliding(force, found.law, mode.band == BandMode.SLIP_BACK)
         return Rub(each if apart else torque / self.wrap.radius, slip, sense_of(mode), normal)
 
-    def capacity(self, force, omega, hot):
-        return band_torque(self.grip, self.wrap.radius, force, omega, hot)
+    def capacity(self, force, omega, surface):
+        return band_torque(self.grip, self.wrap.radius, force, omega, surface)
 
 
 #: a lining that is so near to locking itself does: its friction would be without bounds, and no step cross the end
@@ -234,18 +234,18 @@ class PressedTorque(AbstractTorqueLaw):
     def implicit(self):
         return False
 
-    def _coefficients(self, force: Array, v: Array, hot: Any, static: Any) -> Float[Array, " n"]:
+    def _coefficients(self, force: Array, v: Array, surface: Any, static: Any) -> Float[Array, " n"]:
         n = self.brake.linings.count
         # only where no friction presses a lining on may its law look at the pressure
         N = None if self.brake.can_lock else self.brake.normal(force, jnp.zeros(n), False)
-        return self.friction.coefficients(jnp.broadcast_to(v, (n,)), hot, N, static)
+        return self.friction.coefficients(jnp.broadcast_to(v, (n,)), surface, N, static)
 
-    def torques(self, force, v, hot, back, static):
-        f = self._coefficients(force, v, hot, static)
+    def torques(self, force, v, surface, back, static):
+        f = self._coefficients(force, v, surface, static)
         found = Pressing(f, f * self.brake.normal(force, f, False), f * self.brake.normal(force, f, True))
         margin = None
         if self.locking_varies:
-            still = self._coefficients(force, jnp.zeros_like(v), hot, True)
+            still = self._coefficients(force, jnp.zeros_like(v), surface, True)
             margin = 1 - _NEARLY - largest(self.brake.self_locking(still))
         ahead, behind = self.radius * jnp.sum(found.ahead), self.radius * jnp.sum(found.back)
         return Torques(ahead, behind, jnp.ones(()), margin, found)
@@ -258,8 +258,8 @@ class PressedTorque(AbstractTorqueLaw):
         at_limit = jnp.broadcast_to((jnp.abs(share) >= 1 - 1e-12) & (slack > 0), friction.shape)
         return LiningForces(None, friction, self.brake.normal_under(slack, friction), at_limit)
 
-    def kinetic(self, force, omega, hot, mode):
-        return self._coefficients(force, jnp.where(mode.sense > 0, omega, -omega) * self.radius, hot, False)
+    def kinetic(self, force, omega, surface, mode):
+        return self._coefficients(force, jnp.where(mode.sense > 0, omega, -omega) * self.radius, surface, False)
 
     def rub(self, force, torque, slip, mode, found, apart):
         back, sense = mode.band == BandMode.SLIP_BACK, sense_of(mode)
@@ -267,9 +267,9 @@ class PressedTorque(AbstractTorqueLaw):
         friction = sense * jnp.where(back, found.law.back, found.law.ahead)
         return Rub(friction if apart else torque / self.radius, slip, sense, normal)
 
-    def capacity(self, force, omega, hot):
+    def capacity(self, force, omega, surface):
         no = jnp.asarray(False)
-        found = self.torques(force, jnp.abs(omega) * self.radius, hot, no, no)
+        found = self.torques(force, jnp.abs(omega) * self.radius, surface, no, no)
         torque = jnp.where(omega < 0, found.back, found.ahead)
         locks = jnp.max(self.brake.self_locking(found.law.f)) >= 1
         return jnp.where(force > 0, jnp.where(locks, jnp.inf, torque), 0.0)
@@ -316,7 +316,7 @@ class RigidContact(AbstractMechanism):
         sliding, back, held = slips(mode.band), mode.band == BandMode.SLIP_BACK, mode.band == BandMode.HELD
         force, speed = acting.tension, self.law.radius * omega
         v = jnp.where(mode.sense > 0, speed, -speed)
-        found = self.law.torques(force, v, acting.hot[0], back, ~sliding)
+        found = self.law.torques(force, v, acting.surfaces[0], back, ~sliding)
         pulling = pick(sliding, pick(back, -found.back, found.ahead), 0.0)
         torque = pick(held, acting.load, pulling)
         force = pick(mode.band == BandMode.OPEN, 0.0, force)
@@ -391,19 +391,19 @@ class RigidContact(AbstractMechanism):
     def lining_margins(self, mode, z):
         return jnp.full(2 * self.pairs[0].count, -1.0) if self.law.banded else jnp.zeros(0)
 
-    def shown(self, tension, omega, own, mode, hot, z):
+    def shown(self, tension, omega, own, mode, surfaces, z):
         forces = self.law.linings(z.slack_tension, z.tight_tension, mode, z.torques)
-        f = self.law.kinetic(tension, omega, hot[0], mode) if self.shows_friction else None
+        f = self.law.kinetic(tension, omega, surfaces[0], mode) if self.shows_friction else None
         return Shown((moving_as_one(forces, self.grip.cosine, mode, z, f),), forces.tension)
 
     @property
     def varies(self):
         return self.law.varies
 
-    def gain(self, omega, hot):
+    def gain(self, omega, surfaces):
         one = jnp.ones(())
         no = jnp.asarray(False)
-        return self.law.torques(one, self.law.radius * omega, hot[0], no, no).ahead
+        return self.law.torques(one, self.law.radius * omega, surfaces[0], no, no).ahead
 
-    def capacity(self, tension, omega, own, hot):
-        return self.law.capacity(tension, omega, hot[0])[None]
+    def capacity(self, tension, omega, own, surfaces):
+        return self.law.capacity(tension, omega, surfaces[0])[None]

@@ -81,13 +81,13 @@ class FaceGrip(AbstractGrip):
     def cosine(self) -> Any:
         return 1.0
 
-    def coefficients(self, v: Array, hot: SurfaceState | None, N: Any, static: Any) -> Float[Array, " n"]:
+    def coefficients(self, v: Array, surface: SurfaceState | None, N: Any, static: Any) -> Float[Array, " n"]:
         """`f_i` at slip speeds `v` (n,) signed by the sense, under the normal forces `N` (n,).
 
-        `N` is `None` for a law that does not look at the pressure;  `hot`: state of the surfaces;  `static`: the
+        `N` is `None` for a law that does not look at the pressure;  `surface`: state of the surfaces;  `static`: the
         linings stick.
         """
-        law, surface, p = self.linings.friction, hot or SurfaceState(), None
+        law, surface, p = self.linings.friction, surface or SurfaceState(), None
         if self.linings.area is not None:
             p = jnp.zeros_like(v) if N is None else N / jnp.asarray(self.linings.area)
 
@@ -136,13 +136,13 @@ class Grip(AbstractGrip):
         return continued(coefficient, v) if self.reads.v or self.flash is not None else coefficient(v)
 
     def coefficients(
-        self, T_0: Array, v: Array, hot: SurfaceState | None, back: Array, *, static: bool | Array
+        self, T_0: Array, v: Array, surface: SurfaceState | None, back: Array, *, static: bool | Array
     ) -> Coefficients:
-        """All `f_i`; `v` (n,) slip speeds signed by the sense, `hot` state of the surfaces, `back`: tensions fall.
+        """All `f_i`; `v` (n,) slip speeds signed by the sense, `surface` state of the surfaces, `back`: tensions fall.
 
         `static`: whether the linings stick, known while tracing or not; theirs are then the static coefficients.
         """
-        law, n, surface = self.linings.friction, self.linings.count, hot or SurfaceState()
+        law, n, surface = self.linings.friction, self.linings.count, surface or SurfaceState()
         static = bool(static) if isinstance(static, np.bool_) else static
 
         def asked(contact: Any) -> Array:

@@ -165,7 +165,7 @@ class SprungBandage(AbstractMechanism):
 
     # --- all of it at one instant -----------------------------------------------------------------------------------
 
-    def _coefficients(self, omega: Array, own: SprungState, mode: Mode, hot: tuple[Any, ...]) -> Coefficients:
+    def _coefficients(self, omega: Array, own: SprungState, mode: Mode, surfaces: tuple[Any, ...]) -> Coefficients:
         """Friction of all linings; their own slip speeds, smooth past the end of the mode, decide while they slide."""
         n, still = self.count, jnp.zeros(self.count)
         outer_v = self.band_radius * mode.own.outer.astype(jnp.float64) * own.speeds
@@ -174,7 +174,7 @@ class SprungBandage(AbstractMechanism):
         def each(f: Array) -> Array:
             return jnp.broadcast_to(f, (n,))
 
-        (outer, inner), (band, rim) = (pair.law for pair in self.pairs), (one or SurfaceState() for one in hot)
+        (outer, inner), (band, rim) = (pair.law for pair in self.pairs), (one or SurfaceState() for one in surfaces)
         grip_static = each(outer.static(band.contact(still))) * self.friction.tangent
         on_band = continued(lambda v: outer.kinetic(band.contact(v)), outer_v)
         on_rim = continued(lambda v: inner.kinetic(rim.contact(v)), inner_v)
@@ -207,7 +207,7 @@ class SprungBandage(AbstractMechanism):
     def variables(self, acting, omega, own, mode):
         R_b, stuck, held, rests = self.band_radius, mode.own.inner == 0, mode.own.outer == 0, mode.own.rests
         T_0 = jnp.where(mode.band == BandMode.OPEN, 0.0, acting.tension)
-        c, (S, damped, Q) = self._coefficients(omega, own, mode, acting.hot), self._springs(own)
+        c, (S, damped, Q) = self._coefficients(omega, own, mode, acting.surfaces), self._springs(own)
         r = self._resting(mode, c, Q)
 
         def at_rest() -> Shared:
@@ -421,10 +421,10 @@ class SprungBandage(AbstractMechanism):
     def distribution(self):
         return "every lining from its own balance; at rest all mobilise one share of their grip on the rim"
 
-    def shown(self, tension, omega, own, mode, hot, z):
+    def shown(self, tension, omega, own, mode, surfaces, z):
         on_band = on_rim = None
         if self.shows_friction:
-            c = self._coefficients(omega, own, mode, hot)
+            c = self._coefficients(omega, own, mode, surfaces)
             on_band = (c.mu_kinetic - 1) / (c.mu_kinetic + 1) / self.friction.tangent
             on_rim = c.inner_kinetic
         outer, inner = jnp.where(mode.band == BandMode.OPEN, 0, mode.own.outer), mode.own.inner
@@ -461,7 +461,7 @@ class SprungBandage(AbstractMechanism):
         size = self.sizes
         return SprungState(size.tension / self.stiffness, jnp.ones_like(self.inertias) * size.speed)
 
-    def capacity(self, tension, omega, own, hot):
+    def capacity(self, tension, omega, own, surfaces):
         # one sum: every lining in its weaker pair, as at the limit of a pulley at rest but with kinetic friction
         n, speed = self.count, jnp.abs(omega)
 
@@ -469,8 +469,8 @@ class SprungBandage(AbstractMechanism):
             contact = (surface or SurfaceState()).contact(jnp.broadcast_to(arm * speed, (n,)))
             return jnp.broadcast_to(law.kinetic(contact), (n,))
 
-        mu = tension_ratio(each(self.pairs[0].law, self.band_radius, hot[0]) * self.friction.tangent)[0]
-        on_rim = self.track_radius * each(self.pairs[1].law, self.track_radius, hot[1])
+        mu = tension_ratio(each(self.pairs[0].law, self.band_radius, surfaces[0]) * self.friction.tangent)[0]
+        on_rim = self.track_radius * each(self.pairs[1].law, self.track_radius, surfaces[1])
         floor, none = on_rim * jnp.asarray(self.bandage.preload), jnp.zeros(n)
         every = jnp.ones(n, bool)
         _, _, Q = self._springs(own)

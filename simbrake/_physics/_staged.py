@@ -151,10 +151,10 @@ class StagedBrake(AbstractMechanism):
 
     # --- all of it at one instant -----------------------------------------------------------------------------------
 
-    def _rim(self, omega: Array, own: Bandaged, mode: Mode, hot: Any, static: Any) -> Held:
+    def _rim(self, omega: Array, own: Bandaged, mode: Mode, surface: Any, static: Any) -> Held:
         """What the friction of the internal pair depends on."""
         v = self.internal.radius * jnp.where(mode.own.inner < 0, -1.0, 1.0) * (omega - own.omega_b)
-        return Held(v, hot, static)
+        return Held(v, surface, static)
 
     def variables(self, acting, omega, own, mode):
         band, R_b, inner = mode.band, self.wrap.radius, mode.own.inner
@@ -162,7 +162,7 @@ class StagedBrake(AbstractMechanism):
         T_0, n = acting.tension, self.wrap.count
         upper, push, at_limit = limit_of(self, acting, own.omega_b, mode)
         mu = (1 + at_limit.fz) / (1 - at_limit.fz)
-        rim = self._rim(omega, own, mode, acting.hot[1], stuck)
+        rim = self._rim(omega, own, mode, acting.surfaces[1], stuck)
         # a held bandage bears the load, or what the sliding internal pair gives
         driven = self.internal.holding_tension(T_0, mu, mode.own.piece, inner, R_b, rim)
         tight = pick(held, pick(stuck, T_0 + acting.load / R_b, driven), pick(sliding, upper, 0.0))
@@ -259,10 +259,10 @@ class StagedBrake(AbstractMechanism):
         below = jnp.where(counted & (piece > -n), below, 1.0)
         return jnp.stack([*band_guards(self, acting, own.omega_b, mode, z.band), grip, above, below])
 
-    def _grips(self, acting: Acting, omega: Array, own: Bandaged, mode: Mode, rest: ElasticNow, hot: Any) -> Any:
+    def _grips(self, acting: Acting, omega: Array, own: Bandaged, mode: Mode, rest: ElasticNow, surface: Any) -> Any:
         """`M_int` (N·m) with the band at its upper and at its lower static limit."""
         n, T_0 = self.wrap.count, acting.tension
-        rim, mu = self._rim(omega, own, mode, hot, mode.own.inner == 0), (1 + rest.fz) / (1 - rest.fz)
+        rim, mu = self._rim(omega, own, mode, surface, mode.own.inner == 0), (1 + rest.fz) / (1 - rest.fz)
         full = [(rest.upper, n), (rest.lower, -1 - n)]
         return [
             self.internal.capacity(T_0, tensions_on(T_0, T_n, mu, jnp.asarray(piece, jnp.int32)), rim)
@@ -279,7 +279,7 @@ class StagedBrake(AbstractMechanism):
         acting, rest = ask(new._replace(band=HELD), now.omega, now.own)
         T_0, spare, locked = acting.tension, size.slight_torque, self.locked_in(new)
         high, low = R_b * (rest.band.upper - T_0), R_b * (rest.band.lower - T_0)
-        grips = self._grips(acting, now.omega, now.own, new, rest.band, acting.hot[1])
+        grips = self._grips(acting, now.omega, now.own, new, rest.band, acting.surfaces[1])
         most, least = (jnp.where(inner == 0, acting.load, inner.astype(jnp.float64) * M_int) for M_int in grips)
         beyond = jnp.where(least < low - spare, -1, 0)
         beyond = jnp.where(most > high + spare, 1, beyond)
@@ -320,7 +320,7 @@ class StagedBrake(AbstractMechanism):
         # under a lever that only begins to pull everything is 0: take the first moment after
         T_0 = jnp.maximum(acting.tension, 1e-9 * self.sizes.tension)
         mu, ratio = (1 + rest.fz) / (1 - rest.fz), rest.ratio
-        rim = self._rim(now.omega, now.own, new, acting.hot[1], False)
+        rim = self._rim(now.omega, now.own, new, acting.surfaces[1], False)
         driven = self.internal.holding_piece(T_0, mu, new.own.inner, R_b, rim)
         counted = (old.band == new.band) & (old.own.inner == new.own.inner) & (old.own.inner != 0)
         if self.stiffness is not None:
@@ -349,8 +349,8 @@ class StagedBrake(AbstractMechanism):
     def strained(self, omega, own, before, after):
         jump = strained(self, own.omega_b, own.x, (before[0], before[1].band), after)
 
-        def of(hot: tuple[Any, ...]) -> tuple[Bandaged, Array, tuple[Array, ...]]:
-            x, work, heat = jump(hot[0])
+        def of(surfaces: tuple[Any, ...]) -> tuple[Bandaged, Array, tuple[Array, ...]]:
+            x, work, heat = jump(surfaces[0])
             return own._replace(x=x), work, (heat, jnp.zeros_like(heat))
 
         return of
@@ -373,12 +373,12 @@ class StagedBrake(AbstractMechanism):
         margins = self.wrap.margins(z.slack_tension, z.tight_tension, z.band.fz) / self.sizes.tension
         return jnp.where((mode.band == BandMode.ELASTIC) & ~self.locked_in(mode), margins, -1.0)
 
-    def shown(self, tension, omega, own, mode, hot, z):
+    def shown(self, tension, omega, own, mode, surfaces, z):
         forces = self.wrap.linings(z.slack_tension, z.tight_tension, z.band.fz)
         inner, n, on_band, on_rim = mode.own.inner, (self.wrap.count,), None, None
         if self.shows_friction:
-            on_band = self.wrap.kinetic(tension, own.omega_b, hot[0], mode)
-            held = self._rim(omega, own, mode, hot[1], False)
+            on_band = self.wrap.kinetic(tension, own.omega_b, surfaces[0], mode)
+            held = self._rim(omega, own, mode, surfaces[1], False)
             on_rim = jnp.broadcast_to(self.internal.coefficients(z.inner_normal, held), n)
         # linings that stick to the rim share the torque as the greatest friction that each can give
         share = z.drive / jnp.where(z.capacity > 0, z.capacity, 1.0)
@@ -407,13 +407,13 @@ class StagedBrake(AbstractMechanism):
         x = None if self.stiffness is None else self.sizes.tension / self.stiffness
         return Bandaged(x, self.sizes.speed)
 
-    def capacity(self, tension, omega, own, hot):
-        outer, R_b = band_torque(self.grip, self.wrap.radius, tension, omega, hot[0]), self.wrap.radius
+    def capacity(self, tension, omega, own, surfaces):
+        outer, R_b = band_torque(self.grip, self.wrap.radius, tension, omega, surfaces[0]), self.wrap.radius
         # a held bandage is braced by the static friction of the band; the rim slides in it with the pulley's speed
         still, no = jnp.zeros_like(omega), jnp.asarray(False)
-        fz = self.wrap.limit(tension, still, hot[0], no, jnp.asarray(True)).fz
+        fz = self.wrap.limit(tension, still, surfaces[0], no, jnp.asarray(True)).fz
         mu, speed = (1 + fz) / (1 - fz), self.internal.radius * jnp.abs(omega)
-        rim, sense = Held(speed, hot[1], no), jnp.where(omega < 0, -1, 1).astype(jnp.int32)
+        rim, sense = Held(speed, surfaces[1], no), jnp.where(omega < 0, -1, 1).astype(jnp.int32)
         piece = self.internal.holding_piece(tension, mu, sense, R_b, rim)
         T_n = self.internal.holding_tension(tension, mu, piece, sense, R_b, rim)
         T_n = jnp.clip(T_n, tension / jnp.prod(mu), tension * jnp.prod(mu))

@@ -77,10 +77,10 @@ class Wrap(eqx.Module):
     def count(self) -> int:
         return self.grip.linings.count
 
-    def limit(self, T_0: Array, v: Array, hot: Any, back: Array, static: Array) -> Limit:
+    def limit(self, T_0: Array, v: Array, surface: Any, back: Array, static: Array) -> Limit:
         """The limit at the slack tension `T_0`.
 
-        - `v`: slip speed (m/s) signed by the sense;  `hot`: state of the surfaces
+        - `v`: slip speed (m/s) signed by the sense;  `surface`: state of the surfaces
         - `back`: the lever end is the tight one;  `static`: the static coefficients count
         """
         if self.fixed is not None:
@@ -90,21 +90,21 @@ class Wrap(eqx.Module):
             return Limit(pick(static, one.static, one.kinetic), signed, ratio, jnp.ones(()), None)
         grip, margin = self.grip, None
         v = jnp.broadcast_to(v, (self.count,))
-        found = grip.coefficients(T_0, v, hot, back, static=static)
+        found = grip.coefficients(T_0, v, surface, back, static=static)
         fz = _unlocked(found.f * grip.tangent)
         ratio = other = sliding_ratio(pick(back, -fz, fz))
         if grip.reads.p:
-            falling = grip.coefficients(T_0, v, hot, ~back, static=static).f
+            falling = grip.coefficients(T_0, v, surface, ~back, static=static).f
             other = sliding_ratio(_unlocked(falling * grip.tangent))
         if grip.varies:
-            still = grip.coefficients(T_0, v, hot, back & False, static=True).f
+            still = grip.coefficients(T_0, v, surface, back & False, static=True).f
             margin = 1 - largest(still * grip.tangent)
         return Limit(fz, ratio, other, found.slope, margin)
 
-    def kinetic(self, T_0: Array, omega: Array, hot: Any, mode: Mode) -> Float[Array, " n"]:
+    def kinetic(self, T_0: Array, omega: Array, surface: Any, mode: Mode) -> Float[Array, " n"]:
         """Coefficients of friction that the linings have when they slide."""
         v = jnp.broadcast_to(jnp.where(mode.sense > 0, omega, -omega) * self.radius, (self.count,))
-        return self.grip.coefficients(T_0, v, hot, mode.band == BandMode.SLIP_BACK, static=False).f
+        return self.grip.coefficients(T_0, v, surface, mode.band == BandMode.SLIP_BACK, static=False).f
 
     def linings(self, T_0: Array, T_n: Array, fz: Array) -> LiningForces:
         """Forces at every lining by the mobilisation rule (model §3)."""
@@ -125,14 +125,14 @@ class Wrap(eqx.Module):
         return jnp.concatenate([ahead, back])
 
 
-def band_torque(grip: Grip, radius: Array, T_0: Array, omega: Array, hot: Any) -> Float[Array, ""]:
+def band_torque(grip: Grip, radius: Array, T_0: Array, omega: Array, surface: Any) -> Float[Array, ""]:
     """`R_b T_0 (Π − 1)`, in reverse `R_b T_0 (1 − 1/Π)`, of linings that slide on a band at rest.
 
     A lining that locks itself makes it infinite; in reverse the tight end can only become slack: `R_b T_0`.
     """
     back = omega < 0
     v = jnp.broadcast_to(jnp.abs(omega) * radius, (grip.linings.count,))
-    mu, margin = grip.ratios(grip.coefficients(T_0, v, hot, back, static=False).f)
+    mu, margin = grip.ratios(grip.coefficients(T_0, v, surface, back, static=False).f)
     growth = jnp.where(back, 1 - 1 / product(mu), product(mu) - 1)
     growth = jnp.where(margin > 0, growth, jnp.where(back, 1.0, jnp.inf))
     return jnp.where(T_0 > 0, radius * T_0 * growth, 0.0)

@@ -77,10 +77,10 @@ def _telling(face: np.ndarray) -> tuple[int, np.ndarray]:
 
 
 def _wall(result: Result, name: str | None, copy: int | None) -> Wall:
-    heat = result.scene.heat
-    walls = [] if heat is None else [body for body in heat.bodies if isinstance(body, Wall)]
-    if heat is None or not walls:
-        why = "the scene has no heat" if heat is None else "no body of the scene is in layers"
+    heat = result.scene.network
+    walls = heat.walls
+    if not walls:
+        why = "no body of the scene is in layers" if result.scene.heated else "the scene has no heat"
         raise InputError([Fault("wall", why, "there is no depth to draw; layered_heat makes walls")])
     if name is None and heat.rim is not None:
         name = place_of(heat.rim)[0]

@@ -149,8 +149,8 @@ def temperatures(result: Result, *, figure: Figure | None = None) -> Figure:
     of friction that is left, and at the right the temperature through the depth of the walls when the rim, or the first
     place that the scene names, was hottest. Raises `ValueError` if the scene has no heat.
     """
-    heat = result.scene.heat
-    if heat is None:
+    heat = result.scene.network
+    if not result.scene.heated:
         raise ValueError("the scene has no heat: there are no temperatures to draw")
     # the steps of the run are dense where it heats quickly: a peak of one braking in hours is not lost
     rows = np.unique(np.asarray(result.record.rows.t)[: int(result.record.count) + 1])
@@ -162,7 +162,7 @@ def temperatures(result: Result, *, figure: Figure | None = None) -> Figure:
     shown = {name: np.asarray(T) - ZERO for name, T in surfaces.items() if T is not None}
     if not shown:
         shown = {"nodes": np.asarray(s.temperature) - ZERO}
-    walls = [body for body in heat.bodies if hasattr(body, "layers")]
+    walls = heat.walls
     if figure is None:
         figure = Figure(figsize=(11.5 if walls else 7.5, 6.5), layout="constrained")
     axes = figure.subplots(2, 2 if walls else 1, squeeze=False, width_ratios=[1.6, 1][: 2 if walls else 1])

@@ -11,7 +11,6 @@ from .._hybrid import LANDED
 from .._parts._network import Junction, Reservoir, Wall
 from .._run._result import Result
 from .._run._series import Series, flat, times_within, unit_of_column
-from .._run._stages import has_stages
 from ._meanings import SERIES_MEANINGS, about_energy, about_metric, meaning_of_column
 from ._provenance import provenance
 
@@ -138,9 +137,8 @@ def _columns(result: Result, series: Series) -> dict[str, Any]:
 
 def _add_walls(result: Result, temperature: np.ndarray, coords: dict[str, Any], data: dict[str, Any]) -> None:
     """Temperatures of every wall by its layers, and where these lie."""
-    heat, first = result.scene.heat, 0
-    assert heat is not None
-    for body in heat.bodies:
+    first = 0
+    for body in result.scene.network.bodies:
         if isinstance(body, Junction | Reservoir):
             continue
         here, first = slice(first, first + body.count), first + body.count
@@ -181,7 +179,7 @@ def _events(result: Result) -> dict[str, Any]:
 
 
 def _stages(result: Result) -> dict[str, Any]:
-    if not has_stages(result.scene.brake):
+    if not result.scene.brake.in_series:
         return {}
     stages = result.stages
     found = {"stage_name": ("stage", np.asarray([s.name for s in stages], dtype=str), _about("1", "name of the stage"))}

@@ -9,7 +9,7 @@ from jax.flatten_util import ravel_pytree
 
 from .._base._compiling import DeviceJit
 from .._hybrid._arrays import Array
-from .._parts._design import Brake, unloaded
+from .._parts._design import unloaded
 from .._parts._duty import AbstractProfile
 from .._parts._friction import AbstractFriction, remembers
 from .._parts._heat import Heat
@@ -89,7 +89,7 @@ def _own_conductance(link: AbstractLink, kinds: dict[str, Body]) -> np.ndarray:
 def stiffness(scene: Scene) -> tuple[bool, str]:
     """Whether a scene (concrete values) wants a linearly implicit method, and the reason in words."""
     span = float(scene.end_time) - float(scene.initial.time)
-    found = (False, "nothing in the scene is stiff") if scene.heat is None else stiff_heat(scene.heat, span)
+    found = stiff_heat(scene.network, span) if scene.heated else (False, "nothing in the scene is stiff")
     # linings that swing one by one have to be followed in any case
     if found[0] or scene.brake.resolved:
         return found
@@ -108,14 +108,14 @@ def _stiff_drag(scene: Scene, span: float) -> tuple[bool, str] | None:
 def _stiff_memory(scene: Scene, span: float) -> tuple[bool, str] | None:
     """Whether a friction law has a state that follows much faster than the run lasts, at the start."""
     v = abs(float(scene.brake.radius) * float(scene.initial.omega))
-    parts = [scene.brake.linings, *([scene.brake.bandage] if isinstance(scene.brake, Brake) else [])]
+    parts = [scene.brake.rubbing_part(pair) for pair in scene.brake.pairs]
     fastest = 0.0
-    for part, (law, *_) in zip(parts, pairs_of(scene), strict=False):
-        if part is not None and remembers(law):
+    for part, (law, *_) in zip(parts, pairs_of(scene), strict=True):
+        if remembers(law):
             T = sensed_at_start(scene) if part is parts[0] else sensed_on_rim_at_start(scene)
             contact = unloaded(part, jnp.full(scene.brake.linings.count, v), None if T is None else jnp.asarray(T))
             fastest = max(fastest, float(_fastest_state(law, contact)))
-    if fastest * span / _REACH <= (_PATIENCE_COLD if scene.heat is None else _PATIENCE):
+    if fastest * span / _REACH <= (_PATIENCE if scene.heated else _PATIENCE_COLD):
         return None
     how = f"a state of a friction law follows within {1 / fastest:.2g} s"
     return True, f"{how}: an explicit method would need at least {fastest * span / _REACH:.2g} steps to stay stable"

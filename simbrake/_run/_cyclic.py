@@ -54,11 +54,11 @@ def cyclic_steady_state(
     """
     from scipy.optimize import NoConvergence, newton_krylov  # imported where it is used: half a second of start-up
 
-    if scene.heat is None:
+    if not scene.heated:
         raise InputError([Fault("heat", "is missing", "a cyclic steady state is one of temperatures")])
     if any(remembers(law) for law, *_ in pairs_of(scene)):
         raise InputError([Fault("brake", "has a friction law with states", "run the cycles one after the other")])
-    heat, runs = scene.heat, 0
+    heat, runs = scene.network, 0
 
     def starting(T: np.ndarray) -> Scene:
         return eqx.tree_at(lambda s: s.heat, scene, with_temperatures(heat, np.asarray(T, np.float64)))

@@ -106,7 +106,7 @@ def parse_limits(scene: Scene, texts: Sequence[str]) -> tuple[dict[str, float], 
 
 def has_limit(scene: Scene, limits: Mapping[str, float]) -> bool:
     """Whether there is anything that a run could exceed: a limit given, or one of the scene."""
-    return bool(limits) or (scene.heat is not None and scene.heat.permissible is not None)
+    return bool(limits) or scene.network.permissible is not None
 
 
 def _plain(value: Any) -> Any:
@@ -149,12 +149,12 @@ def _judged(result: Result, name: str, bound: float, value: float, unit: str, no
 
 def _linings(result: Result, summary: dict[str, Any], limits: Mapping[str, float]) -> LimitCheck:
     """The temperature of the linings, which a scene itself may limit."""
-    heat, value = result.scene.heat, summary["metrics"].get(_HOT)
-    own = None if heat is None or heat.permissible is None else float(np.asarray(heat.permissible))
+    own, value = result.scene.network.permissible, summary["metrics"].get(_HOT)
+    own = None if own is None else float(np.asarray(own))
     bound = float(limits[_HOT]) if _HOT in limits else own
     if value is None:
         note = "the scene has no thermal part"
-        if heat is not None:
+        if result.scene.heated:
             note = "the thermal part names no place as that of the linings"
         return LimitCheck(_HOT, bound, None, "K", LimitVerdict.NOT_EVALUATED, note)
     if bound is None:

@@ -153,7 +153,7 @@ def _check(result: Result, quantity: str, pair: str) -> None:
 
 def _absent(result: Result, quantity: str) -> Fault:
     """Why a run has no such quantity."""
-    cold = result.scene.heat is None
+    cold = not result.scene.heated
     why = {
         "temperature": (
             "the scene has no heat" if cold else "the heat of the scene names no linings",

@@ -39,7 +39,7 @@ _HEATS = ("heat_to_metal", "heat_to_linings", "heat_to_band", "heat_supplied", "
 
 def metric_names(scene: Scene) -> tuple[str, ...]:
     """Names of everything that a run of the scene has as one number, energies as `energy.…`."""
-    brake, heat = scene.brake, scene.heat
+    brake = scene.brake
     names: list[str] = [*METRICS, *(BAND_PEAKS if brake.banded else ()), *PEAKS]
     energies: list[str] = [*_ENERGIES, *(("elastic_change",) if brake.banded else ())]
     if len(brake.pairs) > 1:
@@ -49,9 +49,8 @@ def metric_names(scene: Scene) -> tuple[str, ...]:
         energies.append("damper_heat")
     if scene.power_shares is not None:
         energies += ["electrical_work", "mechanical_work"]
-    if heat is not None:
-        names += [name for name, kind in HOT_PLACES.items() if kind in heat.hot_places]
-        energies += _HEATS
+    names += [name for name, kind in HOT_PLACES.items() if kind in scene.network.hot_places]
+    energies += _HEATS if scene.heated else ()
     if scene.duty.load.travel() is None:
         names.remove("hook_travel")
     return (*names, *(f"energy.{name}" for name in energies))

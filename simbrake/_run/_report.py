@@ -19,7 +19,7 @@ from ._log import Event, Phase, event_log, marks_passed
 from ._metrics import Peak, capacities_at, numbers, peaks_of, polish
 from ._outcome import Status
 from ._probe import SAMPLES, Probe, probe_many
-from ._stages import Stage, absent_stages, has_stages, stages_of
+from ._stages import Stage, absent_stages, stages_of
 
 #: the lever pulls hardest from this far below its greatest tension on
 _NEARLY = 1e-3
@@ -199,12 +199,12 @@ class Report:
     def _staged(self) -> dict[str, Any]:
         """The stages of a staged brake, and why one is missing."""
         scene = self.result.scene
-        if not has_stages(scene.brake):
+        if not scene.brake.in_series:
             return {}
         stages, system = self.stages, self.result.record.system
         greatest, load = np.max(self._probe.flows.lever_tension), np.asarray(self._probe.flows.load_torque)[0]
         first = jax.tree.map(lambda column: jnp.asarray(column[0]), self._record.states)
-        hot = system.hot(first.heat)
+        hot = system.sensed(first.heat)
         seen = {stage.name for stage in stages}
         absent = absent_stages(scene.brake, float(system.inertia), float(load), seen, float(greatest), hot)
         return {"stages": [stage.as_dict() for stage in stages], "absent_stages": absent}

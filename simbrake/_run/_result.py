@@ -38,7 +38,7 @@ from ._outcome import FAILURES, STATUS_MESSAGES, Status, failure_of, status_of
 from ._probe import Probe, probe_at, probe_many
 from ._report import Report, labels_of
 from ._series import PairSeries, Series, array_of_times, fault_of_times, memory_column, outside
-from ._stages import Stage, has_stages
+from ._stages import Stage
 from ._summary import text
 
 _last_report: Report | None = None
@@ -173,7 +173,7 @@ class Result(eqx.Module):
     @property
     def nodes(self) -> list[str]:
         """Names of the thermal nodes, in the order of `Series.temperature`."""
-        return [] if self.scene.heat is None else node_names(self.scene.heat)
+        return node_names(self.scene.network)
 
     @property
     def end_temperatures(self) -> Array:
@@ -376,7 +376,7 @@ class Result(eqx.Module):
     @property
     def stages(self) -> list[Stage]:
         """Stages of a staged brake in order: name, times, heat of both pairs, work of lever and load."""
-        if not has_stages(self.scene.brake):
+        if not self.scene.brake.in_series:
             raise ValueError("only a staged brake (with a bandage) has stages")
         return self.report().stages
 

@@ -67,7 +67,7 @@ def rubbing(record: Record, p: Probe, *, pair: str = "external") -> Rubbing:
         raise InputError([fault])
     number = system.pair_names.index(pair)
     now, area = p.shown.pairs[number], system.mechanism.pairs[number].area
-    T = None if system.thermal is None else jax.vmap(lambda u: system.hot(u)[number])(p.y.heat)
+    T = None if system.thermal is None else jax.vmap(lambda u: system.sensed(u)[number])(p.y.heat)
     T = None if T is None else jnp.broadcast_to(T, now.normal.shape)
     pressure = None if area is None else now.normal / jnp.asarray(area)
     return Rubbing(jnp.abs(now.force), now.normal, jnp.abs(now.slip), pressure, T)

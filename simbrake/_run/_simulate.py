@@ -213,13 +213,13 @@ def solver_of(scene: Scene, solver: Any = None) -> Any:
     if solver is not None:
         return solver
     traced = any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves(scene))
-    return solver_for(scene.heat is not None if traced else stiffness(scene)[0])
+    return solver_for(scene.heated if traced else stiffness(scene)[0])
 
 
 def method_of(scene: Scene, solver: Any) -> AbstractMethod:
     """The method of a scene's run with a solver."""
     # with heat the equations are long: a program in which they stand once compiles and runs faster
-    return _method(solver) if scene.heat is None else _method(solver).rolled()
+    return _method(solver).rolled() if scene.heated else _method(solver)
 
 
 @functools.lru_cache

@@ -10,7 +10,7 @@ from jaxtyping import Float
 from .._hybrid import Record
 from .._hybrid._arrays import Array
 from .._parts._band import grip, product, running_product, tension_ratio
-from .._parts._design import AbstractBrake, Brake, under_a_band, unloaded
+from .._parts._design import Brake, under_a_band, unloaded
 from .._physics._modes import BandMode, Label
 
 
@@ -43,11 +43,6 @@ STAGES = {
 }
 
 
-def has_stages(brake: AbstractBrake) -> bool:
-    """Whether a brake has stages: two friction pairs in series."""
-    return len(brake.pairs) > 1
-
-
 def stage_of(label: Label) -> str:
     """Name of the stage for a mode of the brake."""
     if label.band == BandMode.OPEN:
@@ -66,8 +61,7 @@ def onset_bracket(brake: Brake, inertia: Any, T_external: Any = None, T_internal
 
     The internal pair can slide only if the first is greater: K's condition that external friction exceeds internal.
     """
-    bandage, linings = brake.bandage, brake.linings
-    assert bandage is not None
+    bandage, linings = brake.rubbing_part("internal"), brake.linings
     angle, still = jnp.asarray(linings.angle), jnp.zeros(linings.count)
     mu = tension_ratio(grip(linings.friction.kinetic(unloaded(linings, still, T_external)), angle))[0]
     Pi = running_product(mu)
@@ -91,9 +85,9 @@ def internal_slip_tension(
     `inf` where the bracket is not positive: the bandage then turns with the pulley to the end. From model §4 (after K).
     Raises `InputError` for a brake without a band, `ValueError` for one without a bandage.
     """
-    bandage = under_a_band(brake).bandage
-    if bandage is None:
+    if not under_a_band(brake).in_series:
         raise ValueError("only a staged brake (with a bandage) has an internal pair")
+    bandage = brake.rubbing_part("internal")
     still = jnp.zeros(brake.linings.count)
     f = bandage.friction.static(unloaded(bandage, still, T_internal))
     J, J_b = jnp.asarray(inertia), jnp.sum(jnp.asarray(bandage.inertia))

@@ -147,4 +147,4 @@ def _absoluteness(data: Measured, wanted: bool | None, parameters: int, faults: 
 def _solver(scene: Scene, bounds: Mapping[str, Any]) -> Any:
     """The method that `simulate` would take at the start or with any parameter at a bound: the stiff one if any is."""
     trials = [scene, *(with_values(scene, {path: end}) for path, pair in bounds.items() for end in pair)]
-    return solver_for(scene.heat is not None and any(stiffness(trial)[0] for trial in trials))
+    return solver_for(scene.heated and any(stiffness(trial)[0] for trial in trials))

@@ -63,13 +63,13 @@ class Plan:
         """Limits of the step attempts, tried one after the other; long records cost time and memory, used or not."""
         limits = step_limits(self.scene, self.max_steps)
         # with heat a long duty or an implicit method needs more as a rule, and a limit too low compiles in vain
-        long = self.scene.heat is not None and (isinstance(solver, Rodas5P) or limits[0] > 8 * _SHORT)
+        long = self.scene.heated and (isinstance(solver, Rodas5P) or limits[0] > 8 * _SHORT)
         return limits if self.max_steps or long else (_SHORT, *limits)
 
     def groups(self) -> list[tuple[Any, np.ndarray]]:
         """Solvers, and the runs that each of them gets: for every run what it would get by itself."""
         every = np.arange(self.count)
-        if self.solver is not None or self.scene.heat is None:
+        if self.solver is not None or not self.scene.heated:
             return [(self.solver or solver_for(False), every)]
         if not any(path.startswith(("heat", "end_time", "initial.time")) for path in self.paths):
             return [(solver_for(stiffness(self.one(0))[0]), every)]

@@ -202,10 +202,9 @@ def _inputs(draws: Draws) -> dict[str, tuple[str, float, float, float]]:
 
 
 def _permissible(scene: Scene) -> float | None:
-    heat = scene.heat
-    if heat is None or heat.permissible is None or "linings" not in heat.hot_places:
-        return None
-    return float(np.asarray(heat.permissible))
+    heat = scene.network
+    known = heat.permissible is not None and "linings" in heat.hot_places
+    return float(np.asarray(heat.permissible)) if known else None
 
 
 def _limits(scene: Scene, given: Mapping[str, Any] | None, asked: list[Metric]) -> tuple[dict[str, Any], list[Metric]]:
