@@ -11,9 +11,8 @@ from result_scenes import SUFFIXES, heated_stop
 from staged_scenes import stop as staged_stop
 
 import simbrake as sb
-from simbrake._results import _columns, _meanings, _result_file
-from simbrake._run._measure import METRIC_UNITS
-from simbrake._run._series import PAIR_COLUMNS, SERIES_UNITS, PairSeries, Series
+from simbrake._results import _columns, _result_file
+from simbrake._run._series import PAIR_COLUMNS, SERIES_COLUMNS, PairSeries, Series
 from simbrake._studies._measured import pick
 
 
@@ -45,11 +44,11 @@ def test_every_variable_says_unit_and_meaning(result):
         assert len(variable.attrs["meaning"]) >= 4, name
     series = result.series([0.0])
     apart = len(series.pairs) > 1
-    for field in SERIES_UNITS:
+    for field in SERIES_COLUMNS:
         column = getattr(series, field)
         assert field == "t" or (field in data) == (column is not None)
         if column is not None and field != "t":
-            assert data[field].attrs["units"] == (SERIES_UNITS[field] or "1")
+            assert data[field].attrs["units"] == (SERIES_COLUMNS[field].unit or "1")
             assert data[field].dims[0] == "time"
     for pair, columns in series.pairs.items():
         for field, about in PAIR_COLUMNS.items():
@@ -58,9 +57,8 @@ def test_every_variable_says_unit_and_meaning(result):
             if name in data:
                 assert data[name].attrs == {"units": about.unit or "1", "meaning": f"{pair} pair: {about.meaning}"}
                 assert data[name].dims == ("time", "lining")[: column.ndim]
-    assert set(_meanings.SERIES_MEANINGS) == set(Series._fields) - {"pairs"} == set(SERIES_UNITS)
+    assert set(SERIES_COLUMNS) == set(Series._fields) - {"pairs"}
     assert set(PAIR_COLUMNS) == set(PairSeries._fields)
-    assert set(_meanings.METRIC_MEANINGS) == set(METRIC_UNITS)
 
 
 def test_values_are_those_of_the_series_on_both_sides_of_events(result):
@@ -74,7 +72,7 @@ def test_values_are_those_of_the_series_on_both_sides_of_events(result):
         assert np.unique(at).size == at.size
     for left, rows in ((True, data["side"] == -1), (False, data["side"] >= 0)):
         part, series = data.isel(time=np.flatnonzero(rows)), result.series(times[rows], left=left)
-        columns = {name: getattr(series, name) for name in SERIES_UNITS}
+        columns = {name: getattr(series, name) for name in SERIES_COLUMNS}
         for pair, found in series.pairs.items():
             columns |= {f"{pair}_{name}": column for name, column in found._asdict().items()}
         assert ("internal_torque" in data) == (len(series.pairs) > 1)

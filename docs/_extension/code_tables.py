@@ -9,9 +9,9 @@ from sphinx.util.docutils import SphinxDirective
 
 from simbrake._base._event_names import EVENTS
 from simbrake._physics import _modes
-from simbrake._run import _metrics, _outcome, _stages
-from simbrake._run._result import Result
-from simbrake._run._series import PAIR_COLUMNS, SERIES_UNITS
+from simbrake._run import _outcome, _stages
+from simbrake._run._metrics import METRICS
+from simbrake._run._series import PAIR_COLUMNS, SERIES_COLUMNS
 
 
 def _table(head: str, rows: list[tuple[object, ...]]) -> list[str]:
@@ -46,22 +46,18 @@ def codes() -> list[str]:
 
 
 def metrics() -> list[str]:
-    """Metrics by name, in the words of `Result`."""
-    rows: list[tuple[object, ...]] = []
-    for kind, names in (
-        ("every brake", _metrics.METRICS),
-        ("staged brake", _metrics.STAGED_METRICS),
-        ("resolved chain", _metrics.CHAIN_METRICS),
-        ("every brake", _metrics.PEAKS),
-        ("heat that names the place", _metrics.HOT_PLACES),
-    ):
-        rows += [(f"`{name}`", (getattr(Result, name).__doc__ or "").splitlines()[0], kind) for name in names]
-    return _table("metric | meaning | which scenes", rows)
+    rows: list[tuple[object, ...]] = [
+        (f"`{name}`", about.unit.replace("*", "·"), about.meaning, about.needs.scenes)
+        for name, about in METRICS.items()
+    ]
+    return _table("metric | unit | meaning | which scenes", rows)
 
 
 def series() -> list[str]:
-    rows: list[tuple[object, ...]] = [(f"`{name}`", unit.replace("*", "·")) for name, unit in SERIES_UNITS.items()]
-    return _table("column | unit", rows)
+    rows: list[tuple[object, ...]] = [
+        (f"`{name}`", about.unit.replace("*", "·"), about.meaning) for name, about in SERIES_COLUMNS.items()
+    ]
+    return _table("column | unit | meaning", rows)
 
 
 def pairs() -> list[str]:

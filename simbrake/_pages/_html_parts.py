@@ -4,8 +4,9 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from .._base._handy import Number, digits, number
-from .._run._limits import LimitCheck, LimitVerdict
+from .._run._limits import PRESSURE, LimitCheck, LimitVerdict
 from .._run._log import Event
+from .._run._metrics import METRICS
 from .._run._outcome import Status
 from .._run._result import Result
 from .._run._stages import STAGES
@@ -37,37 +38,17 @@ EVENTS = {
     "self_locking": "a lining came to lock itself",
 }
 
-#: metrics in words, with what they are measured in beyond `METRIC_UNITS`; others are named by their path
-METRICS = {
-    "slip_onset_time": "Onset of slip t₀",
-    "full_slip_time": "Full slip t₁",
-    "stopping_time": "Stopping time",
-    "stopping_angle": "Angle to the stop",
-    "hook_travel": "Hook travel to the stop",
-    "internal_slip_time": "First internal slip",
-    "external_lock_time": "First rest of the bandage",
-    "first_lining_slip_time": "First slip of a lining",
-    "max_tension": "Greatest tension of the band",
-    "max_normal_load": "Greatest load on a lining",
-    "peak_rim_temperature": "Hottest rim surface",
-    "peak_lining_temperature": "Hottest lining surface",
-    "peak_band_temperature": "Hottest band",
-    "peak_lining_outer_temperature": "Hottest outer lining face",
-    "greatest_wear": "Greatest wear of a lining",
-    "wear_over_mean": "Greatest over mean wear",
-    "wear_over_least": "Greatest over least wear",
-    "max_pressure": "Greatest mean pressure on a lining",
-}
-
 
 def words_of(name: str) -> str:
     """A metric in words."""
     if name.startswith("energy."):
         return f"Energy: {name.removeprefix('energy.').replace('_', ' ')}"
+    if name == PRESSURE:
+        return "Greatest mean pressure on a lining"
     base = name.removesuffix("_time")
     if name not in METRICS and base in METRICS:
-        return f"{METRICS[base]}, when"
-    return METRICS.get(name, name.replace("_", " ").capitalize())
+        return f"{METRICS[base].title}, when"
+    return METRICS[name].title if name in METRICS else name.replace("_", " ").capitalize()
 
 
 class Verdict(NamedTuple):
@@ -147,11 +128,11 @@ def key_figures(summary: dict[str, Any], units: Any) -> list[Figure]:
     """Metrics of the run with their time and lining; `units` gives the SI unit of a metric."""
     found = []
     at, lining, body = summary["at"], summary.get("lining", "lining"), summary.get("body", "rim")
-    for name, general in METRICS.items():
+    for name, metric in METRICS.items():
         value = summary["metrics"].get(name)
         if value is None:
             continue
-        words = general.replace("lining", lining).replace("rim ", f"{body} ")
+        words = metric.title.replace("lining", lining).replace("rim ", f"{body} ")
         notes = []
         if f"{name}_lining" in at:
             notes.append(f"{lining} {at[f'{name}_lining']}")

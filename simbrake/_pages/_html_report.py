@@ -15,13 +15,13 @@ from .._results._error_estimate import Repeat, repeat
 from .._results._provenance import provenance
 from .._run._limits import limit_checks, read_limits
 from .._run._measure import Metric, check_metrics, happened, measure, name_of, unit_of
+from .._run._metrics import METRICS
 from .._run._result import Result
 from .._run._simulate import simulate
 from .._studies._sensitivity import Sensitivity, SensitivityTable
 from .._studies._sensitivity import sensitivity as tables_of
 from ._gallery import DUTY, lasted
 from ._html_parts import (
-    METRICS,
     event_counts,
     event_rows,
     key_figures,

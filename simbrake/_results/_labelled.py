@@ -9,9 +9,9 @@ import numpy as np
 
 from .._hybrid import LANDED
 from .._parts._network import Junction, Reservoir, Wall
+from .._run._metrics import about_energy, about_metric
 from .._run._result import Result
-from .._run._series import Series, flat, times_within, unit_of_column
-from ._meanings import SERIES_MEANINGS, about_energy, about_metric, meaning_of_column
+from .._run._series import SERIES_COLUMNS, Series, flat, meaning_of_column, times_within, unit_of_column
 from ._provenance import provenance
 
 #: of the data set, in its attribute `format`; a number that grows when the layout changes
@@ -57,7 +57,7 @@ def dataset(result: Result, times: Any = None) -> Any:
         raise ValueError("a traced or batched result has no data set: take one result outside of jit and vmap")
     series, t, side = _sampled(result, times)
     coords: dict[str, Any] = {
-        "time": ("time", t, _about("s", SERIES_MEANINGS["t"])),
+        "time": ("time", t, _about("s", SERIES_COLUMNS["t"].meaning)),
         "side": ("time", side, _about("1", "-1 just before an event, +1 just after it, 0 elsewhere")),
         "lining": (
             "lining",

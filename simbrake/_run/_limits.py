@@ -11,7 +11,8 @@ from .._base._handy import number
 from .._base._numbers import BAD, NumberReader
 from .._base._quantity import Quantity
 from .._parts._scene import Scene
-from ._measure import check_metrics, measure, metric_names, unit_of
+from ._measure import check_metrics, measure, unit_of
+from ._metrics import metric_names
 from ._result import Result
 from ._rubbing import lining_peak
 

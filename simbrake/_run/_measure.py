@@ -10,50 +10,11 @@ import numpy as np
 from .._base._faults import Fault, InputError
 from .._hybrid._arrays import Array
 from .._parts._scene import Scene
-from ._metrics import BAND_PEAKS, HOT_PLACES, METRICS, PEAKS, special_metrics
+from ._metrics import METRICS, metric_names
 from ._result import Result
 
 #: a metric's name, the name of an energy (`energy.friction_heat`), or a function of a `Result` to a number
 Metric = str | Callable[[Result], Any]
-
-METRIC_UNITS = {
-    "slip_onset_time": "s",
-    "full_slip_time": "s",
-    "stopping_time": "s",
-    "stopping_angle": "rad",
-    "hook_travel": "m",
-    "internal_slip_time": "s",
-    "external_lock_time": "s",
-    "first_lining_slip_time": "s",
-    "greatest_wear": "m",
-    "wear_over_mean": "1",
-    "wear_over_least": "1",
-    "max_tension": "N",
-    "max_normal_load": "N",
-    **dict.fromkeys(HOT_PLACES, "K"),
-}
-
-_ENERGIES = ("load_work", "lever_work", "friction_heat", "kinetic_change")
-_HEATS = ("heat_to_metal", "heat_to_linings", "heat_to_band", "heat_supplied", "heat_stored", "heat_lost")
-
-
-def metric_names(scene: Scene) -> tuple[str, ...]:
-    """Names of everything that a run of the scene has as one number, energies as `energy.…`."""
-    brake = scene.brake
-    names: list[str] = [*METRICS, *(BAND_PEAKS if brake.banded else ()), *PEAKS]
-    energies: list[str] = [*_ENERGIES, *(("elastic_change",) if brake.banded else ())]
-    if len(brake.pairs) > 1:
-        energies += [f"heat_{pair}" for pair in brake.pairs]
-    names += special_metrics(len(brake.pairs), resolved=brake.resolved, wears=scene.wear is not None)
-    if brake.resolved:
-        energies.append("damper_heat")
-    if scene.power_shares is not None:
-        energies += ["electrical_work", "mechanical_work"]
-    names += [name for name, kind in HOT_PLACES.items() if kind in scene.network.hot_places]
-    energies += _HEATS if scene.heated else ()
-    if scene.duty.load.travel() is None:
-        names.remove("hook_travel")
-    return (*names, *(f"energy.{name}" for name in energies))
 
 
 def name_of(metric: Metric) -> str:
@@ -65,7 +26,9 @@ def unit_of(metric: Metric) -> str:
     """SI unit of a metric; empty for a function, whose unit nobody knows."""
     if not isinstance(metric, str):
         return ""
-    return "J" if metric.startswith("energy.") else METRIC_UNITS.get(metric, "")
+    if metric.startswith("energy."):
+        return "J"
+    return METRICS[metric].unit if metric in METRICS else ""
 
 
 def check_metrics(scene: Scene, metrics: Sequence[Any]) -> None:

@@ -1,4 +1,7 @@
-"""Main numbers of a run as functions of its record: traceable, so that they can be differentiated and batched."""
+"""The numbers of a run: name, unit, meaning, which scenes have them, and how they are found.
+
+They are functions of a run's record, traceable, so that they can be differentiated and batched.
+"""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -7,14 +10,48 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from .._base._compiling import DeviceJit
 from .._hybrid import ADVANCED, LANDED, SKIPPED, Record, largest, smallest
 from .._hybrid._arrays import Array
-from .._physics._brake import BrakeSystem, Capacity
+from .._parts._scene import Scene
 from .._physics._modes import BandMode, slips
-from ._probe import LANES, SAMPLES, Probe, probe
+from ._probe import SAMPLES, Probe, probe
 
-_POINTS = 33  # of a finer grid around a peak
+_POINTS = 33  # of a finer grid around a greatest value
+
+
+class Need(NamedTuple):
+    """What a number of a run needs: the `scenes` that have it, what is `missing` in others, in words, and a check."""
+
+    scenes: str
+    missing: str
+    met: Callable[[Scene], bool]
+
+    def lacks(self, scene: Scene) -> str:
+        """What a scene lacks, "" where it has the number."""
+        return "" if self.met(scene) else self.missing
+
+
+_NOTHING = Need("every scene", "", lambda scene: True)
+
+
+class Metric(NamedTuple):
+    """A number of a run.
+
+    - `unit` (SI), `meaning` in words, `title` above it in pages
+    - `find(record, scene)`: the number, `inf` for the time of what did not happen; of a `greatest` value `find(probe)`:
+      that of which it is the greatest over the run, (m, n)
+    - `needs`: what a scene has whose runs have it;  `shown_anyway`: as `inf` where it lacks that
+    - `of_linings`: whether a greatest value tells the lining
+    """
+
+    unit: str
+    meaning: str
+    title: str
+    find: Callable[..., Any]
+    needs: Need = _NOTHING
+    greatest: bool = False
+    of_linings: bool = False
+    shown_anyway: bool = False
 
 
 class Peak(NamedTuple):
@@ -23,6 +60,9 @@ class Peak(NamedTuple):
     value: Any
     time: Any
     lining: Any
+
+
+# --- events and wear --------------------------------------------------------------------------------------------------
 
 
 class _Changes(NamedTuple):
@@ -62,65 +102,45 @@ def _first(mask: Any, values: Any) -> Any:
     return xp.where(xp.any(mask), xp.asarray(values)[i], np.inf)
 
 
-def _slip_onset_time(record: Record, travel: Any) -> Any:
+def _slip_onset_time(record: Record, scene: Scene) -> Any:
     c = _changes(record)
     slack = (c.before.band == BandMode.OPEN) | (c.before.band == BandMode.TAKE_UP)
     return _first(c.event & slack & ((c.after.band == BandMode.ELASTIC) | slips(c.after.band)), record.rows.t)
 
 
-def _full_slip_time(record: Record, travel: Any) -> Any:
+def _full_slip_time(record: Record, scene: Scene) -> Any:
     c = _changes(record)
     return _first(c.event & slips(c.after.band) & (c.before.band != c.after.band), record.rows.t)
 
 
-def _internal_slip_time(record: Record, travel: Any) -> Any:
+def _internal_slip_time(record: Record, scene: Scene) -> Any:
     c = _changes(record)
     return _first(c.event & (c.before.slides == 0) & (c.after.slides != 0), record.rows.t)
 
 
-def _external_lock_time(record: Record, travel: Any) -> Any:
+def _external_lock_time(record: Record, scene: Scene) -> Any:
     c = _changes(record)
     locks = (c.after.band == BandMode.HELD) & (c.before.band != BandMode.HELD) & (c.before.band != BandMode.OPEN)
     return _first(c.event & locks & (c.after.slides != 0), record.rows.t)
 
 
-def _first_lining_slip_time(record: Record, travel: Any) -> Any:
+def _first_lining_slip_time(record: Record, scene: Scene) -> Any:
     c = _changes(record)
     slides = (c.before.own.linings == 0) & (c.after.own.linings != 0)
     return _first(c.event & slides.any(axis=1), record.rows.t)
 
 
-def _stopping_time(record: Record, travel: Any) -> Any:
+def _stopping_time(record: Record, scene: Scene) -> Any:
     return _first(_changes(record).stops, record.rows.t)
 
 
-def _stopping_angle(record: Record, travel: Any) -> Any:
+def _stopping_angle(record: Record, scene: Scene) -> Any:
     return _first(_changes(record).stops, record.states.phi)
 
 
-def _hook_travel(record: Record, travel: Any) -> Any:
-    return np.asarray(np.inf) if travel is None else _stopping_angle(record, travel) * travel
-
-
-#: metrics of a record and the travel of the hook per radian; times that never come are `inf`
-METRICS: dict[str, Callable[[Record, Any], Any]] = {
-    "slip_onset_time": _slip_onset_time,
-    "full_slip_time": _full_slip_time,
-    "stopping_time": _stopping_time,
-    "stopping_angle": _stopping_angle,
-    "hook_travel": _hook_travel,
-}
-
-#: metrics that only a brake with two friction pairs has: first slip of the internal one, first rest of the bandage on
-#: a turning pulley
-STAGED_METRICS: dict[str, Callable[[Record, Any], Any]] = {
-    "internal_slip_time": _internal_slip_time,
-    "external_lock_time": _external_lock_time,
-}
-
-
-#: metrics of a chain of linings: its linings let go one by one
-CHAIN_METRICS: dict[str, Callable[[Record, Any], Any]] = {"first_lining_slip_time": _first_lining_slip_time}
+def _hook_travel(record: Record, scene: Scene) -> Any:
+    travel = scene.duty.load.travel()
+    return np.asarray(np.inf) if travel is None else _stopping_angle(record, scene) * travel
 
 
 def thickness(worn: Any) -> Any:
@@ -139,200 +159,192 @@ def _over(h: Any, below: Any) -> Array:
     return jnp.where(below > 0, largest(h) / jnp.where(below > 0, below, 1.0), jnp.inf)
 
 
-def _greatest_wear(record: Record, travel: Any) -> Array:
+def _greatest_wear(record: Record, scene: Scene) -> Array:
     return largest(worn_thickness(record))
 
 
-def _wear_over_mean(record: Record, travel: Any) -> Array:
+def _wear_over_mean(record: Record, scene: Scene) -> Array:
     h = worn_thickness(record)
     return _over(h, jnp.mean(h))
 
 
-def _wear_over_least(record: Record, travel: Any) -> Array:
+def _wear_over_least(record: Record, scene: Scene) -> Array:
     h = worn_thickness(record)
     return _over(h, smallest(h))
 
 
-#: metrics of a scene with wear: thickness lost in the run by the lining that lost most, and over mean and least
-WEAR_METRICS: dict[str, Callable[[Record, Any], Array]] = {
-    "greatest_wear": _greatest_wear,
-    "wear_over_mean": _wear_over_mean,
-    "wear_over_least": _wear_over_least,
+# --- what they need ---------------------------------------------------------------------------------------------------
+
+_HOOK = Need("load on a hook", "its load hangs on no hook", lambda scene: scene.duty.load.travel() is not None)
+_BANDAGE = Need("staged brake", "its brake has no bandage", lambda scene: scene.brake.in_series)
+_CHAIN = Need(
+    "resolved chain",
+    "its brake has no band in segments",
+    lambda scene: scene.brake.resolved and not scene.brake.in_series,
+)
+_WEAR = Need("wear", "the scene has no wear part", lambda scene: scene.wear is not None)
+_BAND = Need("band brake", "its brake has no band", lambda scene: scene.brake.banded)
+_DAMPERS = Need("resolved linings", "its linings do not move by themselves", lambda scene: scene.brake.resolved)
+_SHARES = Need("`power_shares`", "the scene has no `power_shares`", lambda scene: scene.power_shares is not None)
+_HEAT = Need("heat", "the scene has no heat", lambda scene: scene.heated)
+
+
+def _surface(place: str, title: str, meaning: str, *, of_linings: bool = False) -> Metric:
+    """The greatest temperature of a place that the heat part of a scene names."""
+    named = Need(
+        "heat that names the place",
+        "its heat part names no such place",
+        lambda scene: place in scene.network.hot_places,
+    )
+    return Metric("K", meaning, title, lambda p: p.surfaces[place], named, greatest=True, of_linings=of_linings)
+
+
+# --- the registry -----------------------------------------------------------------------------------------------------
+
+#: every number of a run by its name: results, files, tables, reports, studies and docs read it from here
+METRICS: dict[str, Metric] = {
+    "slip_onset_time": Metric("s", "first onset of slip t0: the band is taut", "Onset of slip t₀", _slip_onset_time),
+    "full_slip_time": Metric("s", "first time at which every lining slides, t1", "Full slip t₁", _full_slip_time),
+    "stopping_time": Metric(
+        "s", "first time at which the brake brings the pulley to rest", "Stopping time", _stopping_time
+    ),
+    "stopping_angle": Metric("rad", "angle from the start to the first stop", "Angle to the stop", _stopping_angle),
+    "hook_travel": Metric(
+        "m",
+        "travel of the hook from the start to the first stop",
+        "Hook travel to the stop",
+        _hook_travel,
+        _HOOK,
+        shown_anyway=True,
+    ),
+    "max_tension": Metric(
+        "N",
+        "greatest tension of the band at either side of any lining",
+        "Greatest tension of the band",
+        lambda p: p.greater_tension,
+        _BAND,
+        greatest=True,
+        of_linings=True,
+    ),
+    "max_normal_load": Metric(
+        "N",
+        "greatest normal load on any lining",
+        "Greatest load on a lining",
+        lambda p: p.shown.pairs[0].normal,
+        greatest=True,
+        of_linings=True,
+    ),
+    "internal_slip_time": Metric(
+        "s", "first time at which the internal pair slides", "First internal slip", _internal_slip_time, _BANDAGE
+    ),
+    "external_lock_time": Metric(
+        "s",
+        "first time at which the bandage is at rest on a turning pulley",
+        "First rest of the bandage",
+        _external_lock_time,
+        _BANDAGE,
+    ),
+    "first_lining_slip_time": Metric(
+        "s",
+        "first time at which a lining slides by itself",
+        "First slip of a lining",
+        _first_lining_slip_time,
+        _CHAIN,
+    ),
+    "greatest_wear": Metric(
+        "m", "greatest thickness that a lining lost in the run", "Greatest wear of a lining", _greatest_wear, _WEAR
+    ),
+    "wear_over_mean": Metric(
+        "1", "greatest wear over the mean of all linings", "Greatest over mean wear", _wear_over_mean, _WEAR
+    ),
+    "wear_over_least": Metric(
+        "1",
+        "greatest wear over the least: how uneven the linings wear",
+        "Greatest over least wear",
+        _wear_over_least,
+        _WEAR,
+    ),
+    "peak_rim_temperature": _surface("rim", "Hottest rim surface", "greatest surface temperature of the rim"),
+    "peak_lining_temperature": _surface(
+        "linings", "Hottest lining surface", "greatest surface temperature of any lining", of_linings=True
+    ),
+    "peak_band_temperature": _surface("band", "Hottest band", "greatest temperature of the band"),
+    "peak_lining_outer_temperature": _surface(
+        "outer",
+        "Hottest outer lining face",
+        "greatest temperature of the outer faces of the linings",
+        of_linings=True,
+    ),
 }
 
 
-def special_metrics(pairs: int, *, resolved: bool, wears: bool) -> dict[str, Callable[[Record, Any], Any]]:
-    """Metrics that not every brake has: by the number of its friction pairs, whether single linings move by themselves,
-    and whether the scene has wear."""
-    of_pairs = STAGED_METRICS if pairs > 1 else CHAIN_METRICS if resolved else {}
-    return of_pairs | WEAR_METRICS if wears else of_pairs
+class Energy(NamedTuple):
+    """An energy over a run (J)."""
+
+    meaning: str
+    needs: Need = _NOTHING
 
 
-def metrics_of(system: Any) -> dict[str, Callable[[Record, Any], Any]]:
-    """Metrics that a system has, besides its greatest values."""
-    mechanism = system.mechanism
-    wears = system.wearing is not None
-    return METRICS | special_metrics(len(mechanism.pairs), resolved=mechanism.resolved, wears=wears)
+#: energies over the run by name, beside the heat of each pair of a brake with several (`heat_external`)
+ENERGIES: dict[str, Energy] = {
+    "load_work": Energy("work of the load"),
+    "lever_work": Energy("work of the lever"),
+    "friction_heat": Energy("friction heat"),
+    "kinetic_change": Energy("change of the kinetic energy"),
+    "elastic_change": Energy("change of the elastic energy", _BAND),
+    "damper_heat": Energy("heat of dampers", _DAMPERS),
+    "electrical_work": Energy("electrical part of the friction work", _SHARES),
+    "mechanical_work": Energy("mechanical part of the friction work", _SHARES),
+    "heat_to_metal": Energy("friction heat that entered the metal", _HEAT),
+    "heat_to_linings": Energy("friction heat that entered the linings", _HEAT),
+    "heat_to_band": Energy("friction heat that entered the band", _HEAT),
+    "heat_supplied": Energy("heat from sources", _HEAT),
+    "heat_stored": Energy("heat stored in the network", _HEAT),
+    "heat_lost": Energy("heat lost to the surroundings", _HEAT),
+}
+_CLOSURES = {
+    "closure": "residual of the energy balance as a share of the largest energy exchanged",
+    "heat_closure": "residual of the heat balance as a share of the largest heat exchanged",
+}
 
 
-def friction_work(ledger: Any) -> Any:
-    """Work of all friction pairs in a ledger (J)."""
-    return sum(ledger.friction[1:], start=ledger.friction[0])
-
-
-def energies(record: Record) -> dict[str, Array]:
-    """Energies over the run in J, and the closure of their balance as a share of the largest exchanged.
-
-    `kinetic_change + elastic_change = load_work + lever_work − friction_heat − damper_heat` (model §1); without a band
-    there is no `elastic_change`; where the
-    scene has `power_shares`, `electrical_work` and `mechanical_work` of the friction go off as well (S-8…11)
-    """
-    system: BrakeSystem = record.system  # pyright: ignore
-    ledger = record.y_end.ledger
-    ends = [(record.rows.t[i], *_row_of(record, i)) for i in (jnp.zeros_like(record.count), record.count)]
-    (kinetic_0, elastic_0), (kinetic_1, elastic_1) = (system.stored(*end) for end in ends)
-    kinetic, elastic = kinetic_1 - kinetic_0, elastic_1 - elastic_0
-    shares = system.shares
-    work, hot, more = friction_work(ledger), 1.0 if shares is None else shares.heat, {}
-    if len(ledger.friction) > 1:
-        pairs = zip(system.pair_names, ledger.friction, strict=True)
-        more = {f"heat_{pair}": hot * friction for pair, friction in pairs}
-    if shares is not None:
-        split = shares.split(work)
-        more |= {"electrical_work": split.electrical, "mechanical_work": split.mechanical}
-    damped = jnp.zeros_like(kinetic)
-    if ledger.damper_heat is not None:
-        damped = more["damper_heat"] = ledger.damper_heat
-    residual = kinetic + elastic - (ledger.load_work + ledger.lever_work - work - damped)
-    terms = [kinetic, elastic, ledger.load_work, ledger.lever_work, work, damped]
-    found = {
-        "load_work": ledger.load_work,
-        "lever_work": ledger.lever_work,
-        "friction_heat": hot * work,
-        **more,
-        "kinetic_change": kinetic,
-        **({"elastic_change": elastic} if system.mechanism.banded else {}),
-        "closure": _closure(residual, terms),
-    }
-    return found if system.thermal is None else found | _heats(record)
-
-
-def _row_of(record: Record, i: Array) -> tuple[Any, Any]:
-    """State and mode at the start of row `i`."""
-    return record.flat.unpack_state(record.rows.y[i]), record.flat.unpack_mode(record.rows.mode[i])
-
-
-def _closure(residual: Any, terms: list[Any]) -> Array:
-    largest = jnp.max(jnp.abs(jnp.stack(terms)))
-    return jnp.where(largest > 0, jnp.abs(residual) / jnp.where(largest > 0, largest, 1.0), 0.0)
-
-
-def stored_heat(record: Record) -> dict[str, Array]:
-    """Heat stored in every body of the network since the start (J)."""
-    system: BrakeSystem = record.system  # pyright: ignore
-    thermal = system.thermal
-    if thermal is None:
-        return {}
-    start = record.flat.unpack_state(record.rows.y[0])
-    change = thermal.capacity * (record.y_end.heat - start.heat)
-    return {name: jnp.sum(change[here]) for name, here in thermal.spans.stores.items()}
-
-
-def _heats(record: Record) -> dict[str, Array]:
-    """What became of the friction heat (J): `friction_heat + heat_supplied = heat_stored + heat_lost`.
-
-    `heat_to_metal`, `heat_to_linings`, `heat_to_band`: where the friction heat entered (on a standard brake nothing
-    rubs on the band); `heat_lost`: to the air and other reservoirs, and what goes to parts that are not modelled.
-    """
-    system: BrakeSystem = record.system  # pyright: ignore
-    ledger = record.y_end.ledger
-    booked = ledger.heat
-    stored = sum(stored_heat(record).values(), start=jnp.zeros(()))
-    shares = system.shares
-    heat = friction_work(ledger) if shares is None else shares.heat * friction_work(ledger)
-    residual = heat + booked.supplied - stored - booked.lost
-    terms = [heat, booked.supplied, stored, booked.lost]
+def metrics_of(scene: Scene, *, greatest: bool) -> dict[str, Metric]:
+    """Metrics of the runs of a scene: its greatest values, or all others."""
     return {
-        "heat_to_metal": booked.to_metal,
-        "heat_to_linings": booked.to_linings,
-        "heat_to_band": jnp.zeros_like(booked.to_metal) if booked.to_band is None else booked.to_band,
-        "heat_supplied": booked.supplied,
-        "heat_stored": stored,
-        "heat_lost": booked.lost,
-        "heat_closure": _closure(residual, terms),
+        name: metric
+        for name, metric in METRICS.items()
+        if metric.greatest == greatest and (metric.shown_anyway or not metric.needs.lacks(scene))
     }
 
 
-_energies_compiled = DeviceJit(energies)
+def metric_names(scene: Scene) -> tuple[str, ...]:
+    """Names of everything that a run of the scene has as one number, energies as `energy.…`."""
+    names = [name for name, metric in METRICS.items() if not metric.needs.lacks(scene)]
+    energies = [name for name, energy in ENERGIES.items() if not energy.needs.lacks(scene)]
+    if scene.brake.in_series:
+        energies += [f"heat_{pair}" for pair in scene.brake.pairs]
+    return (*names, *(f"energy.{name}" for name in energies))
 
 
-def energies_of(record: Record) -> dict[str, Array]:
-    """`energies` of a concrete record."""
-    return _energies_compiled(record)
+def about_metric(name: str) -> dict[str, str]:
+    """Unit and meaning of a metric, or of the time (`…_time`) or lining (`…_lining`) of a greatest value."""
+    if name in METRICS:
+        return {"units": METRICS[name].unit, "meaning": METRICS[name].meaning}
+    value, _, what = name.rpartition("_")
+    unit, words = {"time": ("s", "time"), "lining": ("1", "lining (from 1)")}[what]
+    return {"units": unit, "meaning": f"{words} of the {METRICS[value].meaning}"}
 
 
-def end_capacity(record: Record) -> Capacity:
-    """Load torque and capacity of the brake at the end of a run; of meaning where the pulley still turns."""
-    return _capacity(record.system, record.t_end, record.y_end, record.mode_end, record.rows.t[0])
+def about_energy(name: str) -> dict[str, str]:
+    """Unit and meaning of an energy over the run; `heat_…` of a friction pair is its friction heat."""
+    if name in _CLOSURES:
+        return {"units": "1", "meaning": _CLOSURES[name]}
+    if name in ENERGIES:
+        return {"units": "J", "meaning": ENERGIES[name].meaning}
+    return {"units": "J", "meaning": f"friction heat of the {name.removeprefix('heat_')} pair"}
 
 
-def _capacity(system: Any, t: Any, y: Any, mode: Any, start: Any) -> Capacity:
-    return system.capacity(t, y, mode, start)
-
-
-_capacity_compiled = DeviceJit(_capacity)
-
-
-def end_capacity_of(record: Record) -> Capacity:
-    """`end_capacity` of a concrete record."""
-    start = np.asarray(record.rows.t)[0]
-    found = _capacity_compiled(record.system, record.t_end, record.y_end, record.mode_end, start)
-    return jax.tree.map(np.asarray, found)
-
-
-_capacities_compiled = DeviceJit(jax.vmap(_capacity, in_axes=(None, 0, 0, 0, None)))
-
-
-def capacities_at(record: Record, p: Probe, index: np.ndarray) -> Capacity:
-    """Load torque and capacity of the brake of a concrete record at the samples named of a probe."""
-    start, parts = np.asarray(record.rows.t)[0], []
-    for at in np.split(index, range(LANES, len(index), LANES)):
-        padded = np.pad(at, (0, LANES - len(at)), mode="edge")  # calls of one size compile once
-        t, y, mode = jax.tree.map(lambda column, here=padded: np.asarray(column)[here], (p.t, p.y, p.mode))
-        found, used = _capacities_compiled(record.system, t, y, mode, start), len(at)
-        parts.append(jax.tree.map(lambda leaf, n=used: np.asarray(leaf)[:n], found))
-    return jax.tree.map(lambda *leaves: np.concatenate(leaves), *parts)
-
-
-def numbers(record: Record, travel: Any) -> tuple[dict[str, Any], dict[str, Array]]:
-    """All metrics and energies of a concrete record without unused rows (`Record.compact`)."""
-    return {name: metric(record, travel) for name, metric in metrics_of(record.system).items()}, energies_of(record)
-
-
-#: quantities per lining, (m, n), of which the greatest value over the run is a metric
-PEAKS: dict[str, Callable[[Probe], Array]] = {"max_normal_load": lambda p: p.shown.pairs[0].normal}
-
-#: those that only a band has
-BAND_PEAKS: dict[str, Callable[[Probe], Array]] = {"max_tension": lambda p: p.greater_tension}
-
-
-#: places whose greatest temperature (K) is a metric, where the scene names them
-HOT_PLACES = {
-    "peak_rim_temperature": "rim",
-    "peak_lining_temperature": "linings",
-    "peak_band_temperature": "band",
-    "peak_lining_outer_temperature": "outer",
-}
-
-
-def peaks_of(system: Any) -> dict[str, Callable[[Probe], Array]]:
-    """Everything of which a scene has a greatest value: tensions, loads, and temperatures where it has them."""
-    peaks = BAND_PEAKS | PEAKS if system.mechanism.banded else PEAKS
-    if system.thermal is None:
-        return peaks
-    places = system.thermal.heat.hot_places
-    hot = {name: kind for name, kind in HOT_PLACES.items() if kind in places}
-    return peaks | {name: (lambda p, kind=kind: p.surfaces[kind]) for name, kind in hot.items()}
+# --- greatest values --------------------------------------------------------------------------------------------------
 
 
 def polish(look: Callable[[Any, Any], Any], xp: Any, row: Any, share: Any, after: Any) -> tuple[Any, Any]:

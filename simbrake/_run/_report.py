@@ -14,9 +14,10 @@ from .._parts._plausible import plausibility
 from .._parts._scene import warnings
 from .._physics._modes import BandMode, Label, slips
 from .._physics._observe import mark_names
+from ._balance import capacities_at, energies_of
 from ._choice import stiffness
 from ._log import Event, Phase, event_log, marks_passed
-from ._metrics import Peak, capacities_at, numbers, peaks_of, polish
+from ._metrics import METRICS, Peak, metrics_of, polish
 from ._outcome import Status
 from ._probe import SAMPLES, Probe, probe_many
 from ._stages import Stage, absent_stages, stages_of
@@ -93,10 +94,12 @@ class Report:
     def __init__(self, result: Any):
         self.result = result
         self._record, self._index, self._offset, self._probe = _scan(result.record)
-        self._numbers = numbers(self._record, result.scene.duty.load.travel())
+        self._energies = energies_of(self._record)
         self.events = self._events()
-        known = peaks_of(result.record.system)
-        self.peaks = {name: self._peak(lambda p, pick=pick: np.asarray(pick(p))) for name, pick in known.items()}
+        self.peaks = {
+            name: self._peak(lambda p, of=metric.find: np.asarray(of(p)))
+            for name, metric in metrics_of(result.scene, greatest=True).items()
+        }
 
     def _events(self) -> list[Event]:
         record = self._record
@@ -177,15 +180,16 @@ class Report:
         return Peak(value[lining], np.asarray(probe.t)[0], np.asarray(lining + 1))
 
     def _per_lining(self, name: str) -> bool:
-        if name.startswith("max_"):
-            return True
-        places = {"peak_lining_temperature": "linings", "peak_lining_outer_temperature": "outer"}
-        return name in places and np.shape(self._probe.surfaces[places[name]])[1] > 1
+        """Whether a greatest value is that of one of several linings."""
+        metric = METRICS[name]
+        return metric.of_linings and np.shape(metric.find(self._probe))[1] > 1
 
     @property
     def metrics(self) -> dict[str, float | None]:
-        energy = self._numbers[1]
-        values = {**self._numbers[0], **{name: peak.value for name, peak in self.peaks.items()}}
+        energy, scene = self._energies, self.result.scene
+        found = metrics_of(scene, greatest=False)
+        values = {name: metric.find(self._record, scene) for name, metric in found.items()}
+        values |= {name: peak.value for name, peak in self.peaks.items()}
         hot = {f"{name}_time": p.time for name, p in self.peaks.items() if name.startswith("peak_")}
         given = ("heat_to_metal", "heat_to_linings", "heat_to_band", "heat_lost")
         values = {**values, **hot, **{name: energy[name] for name in given if name in energy}}
@@ -283,7 +287,7 @@ class Report:
             **self._kind(),
             **self._worn(),
             "distribution": r.record.system.mechanism.distribution,
-            "energy": {name: _finite(value) for name, value in self._numbers[1].items()},
+            "energy": {name: _finite(value) for name, value in self._energies.items()},
             "solver": {
                 "method": r.method_name,
                 "reason": stiffness(r.scene)[1],

@@ -16,24 +16,9 @@ from .._hybrid._arrays import Array
 from .._parts._heat import node_names
 from .._parts._scene import Scene
 from .._physics._brake import Capacity
+from ._balance import end_capacity, end_capacity_of, energies, energies_of, friction_work, stored_heat
 from ._log import Event
-from ._metrics import (
-    CHAIN_METRICS,
-    STAGED_METRICS,
-    WEAR_METRICS,
-    Peak,
-    end_capacity,
-    end_capacity_of,
-    energies,
-    energies_of,
-    friction_work,
-    metrics_of,
-    peak,
-    peaks_of,
-    stored_heat,
-    thickness,
-    worn_thickness,
-)
+from ._metrics import METRICS, peak, thickness, worn_thickness
 from ._outcome import FAILURES, STATUS_MESSAGES, Status, failure_of, status_of
 from ._probe import Probe, probe_at, probe_many
 from ._report import Report, labels_of
@@ -55,8 +40,10 @@ class Limits(eqx.Module):
 class Result(eqx.Module):
     """The outcome of `simulate`: a PyTree, through which jit, vmap and grad pass.
 
-    Times of events that did not happen are `inf` here and `null` in the summary. First derivatives of everything
-    continuous are available, forward and reverse.
+    Every metric of the scene is an attribute, as `result.stopping_time` (s): a number, `inf` for the time of what did
+    not happen (`null` in the summary); a greatest value is a `Peak` with its time and its lining. A metric that the
+    scene does not have raises `ValueError`. First derivatives of everything continuous are available, forward and
+    reverse.
     """
 
     scene: Scene
@@ -67,80 +54,18 @@ class Result(eqx.Module):
 
     # --- metrics that pass through jit, vmap and grad -----------------------------------------------------------
 
+    def __getattr__(self, name: str) -> Any:
+        if name not in METRICS:
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+        return _metric(self, name)
+
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *METRICS]
+
     @property
     def code(self) -> Int[Array, "..."]:
         """0 if the run reached its end time, else a failure code (`simbrake.FAILURES`)."""
         return self.record.code
-
-    @property
-    def slip_onset_time(self) -> Array:
-        """First onset of slip t0 (s): the band is taut, `C x = T_0`."""
-        return _metric(self, "slip_onset_time")
-
-    @property
-    def full_slip_time(self) -> Array:
-        """First time at which every lining slides, t1 (s)."""
-        return _metric(self, "full_slip_time")
-
-    @property
-    def stopping_time(self) -> Array:
-        """First time at which the brake brings the pulley to rest (s)."""
-        return _metric(self, "stopping_time")
-
-    @property
-    def stopping_angle(self) -> Array:
-        """Angle from the start to the first stop (rad)."""
-        return _metric(self, "stopping_angle")
-
-    @property
-    def hook_travel(self) -> Array:
-        """Travel of the hook from the start to the first stop (m), `inf` without a hook."""
-        return _metric(self, "hook_travel")
-
-    @property
-    def internal_slip_time(self) -> Array:
-        """First time at which the internal pair of a staged brake slides (s)."""
-        return _metric(self, "internal_slip_time")
-
-    @property
-    def external_lock_time(self) -> Array:
-        """First time at which the bandage of a staged brake is at rest on a turning pulley (s)."""
-        return _metric(self, "external_lock_time")
-
-    @property
-    def first_lining_slip_time(self) -> Array:
-        """First time at which a lining of a chain slides (s)."""
-        return _metric(self, "first_lining_slip_time")
-
-    @property
-    def max_tension(self) -> Peak:
-        """Greatest tension of the band at either side of any lining (N), with its time and lining."""
-        return _metric(self, "max_tension")
-
-    @property
-    def max_normal_load(self) -> Peak:
-        """Greatest normal load on any lining (N), with its time and lining."""
-        return _metric(self, "max_normal_load")
-
-    @property
-    def peak_rim_temperature(self) -> Peak:
-        """Greatest surface temperature of the rim (K), with its time."""
-        return _metric(self, "peak_rim_temperature")
-
-    @property
-    def peak_lining_temperature(self) -> Peak:
-        """Greatest surface temperature of any lining (K), with its time and lining."""
-        return _metric(self, "peak_lining_temperature")
-
-    @property
-    def peak_band_temperature(self) -> Peak:
-        """Greatest temperature of the band (K), with its time."""
-        return _metric(self, "peak_band_temperature")
-
-    @property
-    def peak_lining_outer_temperature(self) -> Peak:
-        """Greatest temperature of the outer faces of a staged brake's linings (K), with its time."""
-        return _metric(self, "peak_lining_outer_temperature")
 
     @property
     def worn_thickness(self) -> Any:
@@ -154,21 +79,6 @@ class Result(eqx.Module):
         if system.wearing is None:
             raise ValueError("the scene has no wear: give it a `Wear`")
         return worn_thickness(self.record)
-
-    @property
-    def greatest_wear(self) -> Array:
-        """Greatest thickness that a lining lost in the run (m)."""
-        return _metric(self, "greatest_wear")
-
-    @property
-    def wear_over_mean(self) -> Array:
-        """Greatest wear over the mean of all linings."""
-        return _metric(self, "wear_over_mean")
-
-    @property
-    def wear_over_least(self) -> Array:
-        """Greatest wear over the least: how uneven the linings wear along the band."""
-        return _metric(self, "wear_over_least")
 
     @property
     def nodes(self) -> list[str]:
@@ -195,7 +105,9 @@ class Result(eqx.Module):
         `kinetic_change + elastic_change = load_work + lever_work − friction_heat` (model §1); less
         `electrical_work` and `mechanical_work` where the scene splits the friction power, less `damper_heat` of dampers
         """
-        return _metric(self, "energy")
+        if jnp.ndim(self.record.count) > 0:
+            return jax.vmap(lambda one: one.energy)(self)
+        return energies_of(self.record.compact()) if _concrete(self) else energies(self.record)
 
     @property
     def end_capacity(self) -> Capacity:
@@ -411,23 +323,14 @@ def _metric(result: Result, name: str) -> Any:
     """A metric of a traced result, a batch of results or a concrete one."""
     if jnp.ndim(result.record.count) > 0:
         return jax.vmap(lambda one: _metric(one, name))(result)
-    travel = result.scene.duty.load.travel()
-    if name in STAGED_METRICS | CHAIN_METRICS | WEAR_METRICS and name not in metrics_of(result.record.system):
-        kind = "no bandage" if name in STAGED_METRICS else "no band in segments"
-        kind = "the scene has no wear part" if name in WEAR_METRICS else f"its brake has {kind}"
-        raise ValueError(f"the scene has no {name}: {kind}")
-    if name.startswith(("max_", "peak_")):
-        known = peaks_of(result.record.system)
-        if name not in known:
-            why = "its heat part names no such place" if name.startswith("peak_") else "its brake has no band"
-            raise ValueError(f"the scene has no {name}: {why}")
-        return result.report().peaks[name] if _concrete(result) else peak(result.record, known[name])
+    metric, scene = METRICS[name], result.scene
+    if (missing := metric.needs.lacks(scene)) and not metric.shown_anyway:
+        raise ValueError(f"the scene has no {name}: {missing}")
+    if metric.greatest:
+        return result.report().peaks[name] if _concrete(result) else peak(result.record, metric.find)
     if _concrete(result):
-        record = result.record.compact()
-        return energies_of(record) if name == "energy" else jnp.asarray(metrics_of(record.system)[name](record, travel))
-    return (
-        energies(result.record) if name == "energy" else metrics_of(result.record.system)[name](result.record, travel)
-    )
+        return jnp.asarray(metric.find(result.record.compact(), scene))
+    return metric.find(result.record, scene)
 
 
 def _concrete(result: Result) -> bool:

@@ -120,44 +120,6 @@ def times_within(ts: Any, start: float, end: float, path: str, hint: str = "") -
     return np.clip(found, start, end)
 
 
-#: units of the columns of a Series, "" where there is none
-SERIES_UNITS = {
-    "t": "s",
-    "phi": "rad",
-    "omega": "rad/s",
-    "elongation": "m",
-    "slack_tension": "N",
-    "tight_tension": "N",
-    "load_torque": "N*m",
-    "brake_torque": "N*m",
-    "slip_speed": "m/s",
-    "at_limit": "",
-    "band_mode": "",
-    "load_work": "J",
-    "lever_work": "J",
-    "friction_heat": "J",
-    "tension": "N",
-    "lever_force": "N",
-    "normal_load": "N",
-    "friction_force": "N",
-    "temperature": "K",
-    "rim_temperature": "K",
-    "lining_temperature": "K",
-    "band_temperature": "K",
-    "heat_lost": "J",
-    "friction_coefficient": "",
-    "lining_outer_temperature": "K",
-    "bandage_speed": "rad/s",
-    "lining_speed": "rad/s",
-    "displacement": "m",
-    "damper_heat": "J",
-    "electrical_work": "J",
-    "mechanical_work": "J",
-    "worn_thickness": "m",
-    "friction_memory": "",
-}
-
-
 class About(NamedTuple):
     """Unit of a column, "" where there is none, and its meaning."""
 
@@ -165,7 +127,44 @@ class About(NamedTuple):
     meaning: str
 
 
-#: of the columns of a `PairSeries`
+#: columns of a `Series`
+SERIES_COLUMNS = {
+    "t": About("s", "time"),
+    "phi": About("rad", "angle of the pulley since the start"),
+    "omega": About("rad/s", "speed of the pulley, positive in the braking direction"),
+    "elongation": About("m", "elongation x of the band"),
+    "slack_tension": About("N", "tension T_0 of the band at the slack (lever) end"),
+    "tight_tension": About("N", "tension T_n of the band at the tight (anchor) end"),
+    "load_torque": About("N*m", "torque of the load on the pulley"),
+    "brake_torque": About("N*m", "torque of the brake against the pulley"),
+    "slip_speed": About("m/s", "speed of the track past the linings of the band"),
+    "at_limit": About("", "number of linings at their limit of friction"),
+    "band_mode": About("", "0 open, 1 take-up, 2 elastic, 3 full slip, 4 full slip the other way, 5 held"),
+    "load_work": About("J", "work of the load since the start"),
+    "lever_work": About("J", "work of the lever since the start"),
+    "friction_heat": About("J", "friction heat since the start"),
+    "tension": About("N", "tension of the band behind each lining, counted from the slack end"),
+    "lever_force": About("N", "force of the actuator on each pad or shoe"),
+    "normal_load": About("N", "normal load on each lining"),
+    "friction_force": About("N", "friction force on each lining"),
+    "temperature": About("K", "temperature of every thermal node"),
+    "rim_temperature": About("K", "surface temperature of the rim"),
+    "lining_temperature": About("K", "surface temperature of the linings"),
+    "band_temperature": About("K", "temperature of the band"),
+    "heat_lost": About("J", "heat lost to the surroundings since the start"),
+    "friction_coefficient": About("", "coefficient of friction of each lining, sliding"),
+    "lining_outer_temperature": About("K", "temperature of the outer faces of the linings"),
+    "bandage_speed": About("rad/s", "speed of the bandage (the mean of the linings where each has its own)"),
+    "lining_speed": About("rad/s", "speed of each lining"),
+    "displacement": About("m", "displacement of each lining along the band circle"),
+    "damper_heat": About("J", "heat of dampers since the start"),
+    "electrical_work": About("J", "electrical part of the friction work since the start"),
+    "mechanical_work": About("J", "mechanical part of the friction work since the start"),
+    "worn_thickness": About("m", "thickness that each lining lost since the start"),
+    "friction_memory": About("", "state of the friction law of each lining (several: in the order of its PyTree)"),
+}
+
+#: columns of a `PairSeries`
 PAIR_COLUMNS = {
     "normal_load": About("N", "normal load on each lining, preload included"),
     "friction_force": About("N", "friction force on each lining"),
@@ -184,14 +183,23 @@ _OF_PAIR = re.compile(rf"(?P<pair>[a-z][a-z_]*?)_(?P<column>{'|'.join(PAIR_COLUM
 
 def pair_column(name: str) -> tuple[str, str] | None:
     """Friction pair and column of a name as `internal_torque`; `None` of any other name."""
-    match = None if name in SERIES_UNITS else _OF_PAIR.fullmatch(name)
+    match = None if name in SERIES_COLUMNS else _OF_PAIR.fullmatch(name)
     return None if match is None else (match["pair"], match["column"])
 
 
 def unit_of_column(name: str) -> str:
     """Unit of a column of `flat`, "" where it has none."""
     of_pair = pair_column(name)
-    return SERIES_UNITS[name] if of_pair is None else PAIR_COLUMNS[of_pair[1]].unit
+    return SERIES_COLUMNS[name].unit if of_pair is None else PAIR_COLUMNS[of_pair[1]].unit
+
+
+def meaning_of_column(name: str) -> str:
+    """Meaning of a column of `flat`."""
+    of_pair = pair_column(name)
+    if of_pair is None:
+        return SERIES_COLUMNS[name].meaning
+    pair, column = of_pair
+    return f"{pair} pair: {PAIR_COLUMNS[column].meaning}"
 
 
 def flat(series: Series, *, pairs: bool) -> dict[str, Any]:
@@ -199,7 +207,7 @@ def flat(series: Series, *, pairs: bool) -> dict[str, Any]:
 
     - `pairs`: with those of every friction pair, called as `internal_torque`
     """
-    found = {name: getattr(series, name) for name in SERIES_UNITS}
+    found = {name: getattr(series, name) for name in SERIES_COLUMNS}
     if pairs:
         for pair, columns in series.pairs.items():
             found |= {f"{pair}_{name}": values for name, values in columns._asdict().items()}

@@ -12,9 +12,10 @@ import numpy as np
 
 from .._base._compiling import DeviceJit, Packing, Program, compiled, pack
 from .._parts._scene import Scene
+from .._run._balance import end_capacity
 from .._run._edit import with_values
 from .._run._measure import Metric, measure, name_of
-from .._run._metrics import PEAKS, end_capacity
+from .._run._metrics import METRICS
 from .._run._result import Result
 from .._run._simulate import simulate
 
@@ -38,7 +39,7 @@ class Job:
 
 def scans(metric: Metric) -> bool:
     """Whether a metric looks into every step (greatest values), or may do so (functions)."""
-    return not isinstance(metric, str) or metric in PEAKS or metric.startswith("peak_")
+    return not isinstance(metric, str) or (metric in METRICS and METRICS[metric].greatest)
 
 
 def _about(result: Result) -> dict[str, Any]:

@@ -12,11 +12,11 @@ from .._base._faults import Fault, InputError
 from .._parts._scene import Scene
 from .._run._measure import Metric, check_metrics, name_of, unit_of
 from .._run._result import Result
-from .._run._series import SERIES_UNITS, flat, outside, pair_column, unit_of_column
+from .._run._series import SERIES_COLUMNS, flat, outside, pair_column, unit_of_column
 
 #: columns that count or name something: a fit has no derivative of them
 _WHOLE = ("at_limit", "band_mode", "sense")
-COLUMNS = tuple(name for name in SERIES_UNITS if name != "t" and name not in _WHOLE)
+COLUMNS = tuple(name for name in SERIES_COLUMNS if name != "t" and name not in _WHOLE)
 #: columns with an entry per lining or per place
 _INDEXED = re.compile(r"^(?P<base>[a-z_]+?)\[(?P<entry>.+)\]$")
 

@@ -14,7 +14,8 @@ from .._hybrid import Rodas5P
 from .._parts._scene import Scene, faults
 from .._run._choice import stiffness
 from .._run._edit import with_values
-from .._run._measure import Metric, check_metrics, metric_names, name_of
+from .._run._measure import Metric, check_metrics, name_of
+from .._run._metrics import METRICS, metric_names
 from .._run._simulate import solver_for, step_limits
 
 #: step attempts that suffice for most stops without heat: less to write and to measure than the first limit of one run
@@ -79,7 +80,7 @@ class Plan:
 
 def default_metrics(scene: Scene) -> tuple[str, ...]:
     """Everything that a scene has but greatest values: these look at every step, which costs many times the run."""
-    return tuple(name for name in metric_names(scene) if not name.startswith(("max_", "peak_")))
+    return tuple(name for name in metric_names(scene) if name not in METRICS or not METRICS[name].greatest)
 
 
 def plan_of(

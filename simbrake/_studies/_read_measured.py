@@ -10,7 +10,8 @@ import numpy as np
 
 from .._base._faults import Fault, InputError
 from .._base._units import Unit, spelled, to_si, unit
-from .._run._measure import METRIC_UNITS, unit_of
+from .._run._measure import unit_of
+from .._run._metrics import METRICS
 from .._run._series import unit_of_column
 from ._measured import COLUMNS, Measured, Points, Single, column_of, unknown_column
 
@@ -247,8 +248,8 @@ class CsvFile:
                     self.fault(f" line {line}, column event", "is empty beside a value", "name the event")
                 continue
             si = unit_of(metric)
-            if not (metric.startswith("energy.") or metric in METRIC_UNITS):
-                self.fault(where, "is no metric of a run", f"there are: {', '.join(METRIC_UNITS)}, energy.…")
+            if not (metric.startswith("energy.") or metric in METRICS):
+                self.fault(where, "is no metric of a run", f"there are: {', '.join(METRICS)}, energy.…")
                 continue
             text = cells[names["unit"]] if "unit" in names and cells[names["unit"]].strip() else head.unit
             of = self._unit_of_event(where, text, si, head)

@@ -9,7 +9,7 @@ import numpy as np
 
 from .._base._faults import Fault, InputError
 from .._parts._scene import Scene
-from .._run._measure import metric_names
+from .._run._metrics import metric_names
 from ._dataset import NOT_RUN
 from ._ensemble import ensemble, sweep
 from ._plan import default_metrics

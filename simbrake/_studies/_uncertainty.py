@@ -9,7 +9,7 @@ import numpy as np
 
 from .._base._faults import Fault, InputError
 from .._parts._scene import Scene
-from .._run._measure import METRIC_UNITS, Metric, check_metrics, name_of, unit_of
+from .._run._measure import Metric, check_metrics, name_of, unit_of
 from .._run._outcome import FAILURES
 from ._confidence import Estimate, mean_and_deviation, probability, quantile
 from ._ensemble import ensemble
@@ -253,7 +253,7 @@ def _evaluate(
     if "stopping_time" in statistics:
         failures["does not stop"] = ~np.isfinite(np.asarray(data["stopping_time"])) | failed
     for name, limit in bounds.items():
-        shown = f"{limit:g} {METRIC_UNITS.get(name, '')}".rstrip() if np.ndim(limit) == 0 else "its drawn limit"
+        shown = f"{limit:g} {unit_of(name)}".rstrip() if np.ndim(limit) == 0 else "its drawn limit"
         failures[f"{name} > {shown}"] = (np.asarray(data[name]) > limit) | np.isnan(np.asarray(data[name])) | failed
     if len(failures) > 1:
         failures["any of these"] = np.any(list(failures.values()), axis=0)
