@@ -180,9 +180,9 @@ class Report:
         return Peak(value[lining], np.asarray(probe.t)[0], np.asarray(lining + 1))
 
     def _per_lining(self, name: str) -> bool:
-        """Whether a greatest value is that of one of several linings."""
+        """Whether a greatest value is that of a lining, not of all of them as one body."""
         metric = METRICS[name]
-        return metric.of_linings and np.shape(metric.find(self._probe))[1] > 1
+        return metric.of_linings and np.shape(metric.find(self._probe))[1] == self.result.scene.brake.linings.count
 
     @property
     def metrics(self) -> dict[str, float | None]:
