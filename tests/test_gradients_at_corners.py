@@ -59,7 +59,7 @@ LAWS = {
 }
 
 
-@pytest.mark.parametrize("name", LAWS)
+@pytest.mark.parametrize("name", ["Stribeck", "takes |v|", pytest.param("table", marks=pytest.mark.slow)])
 def test_stop_under_a_law_with_a_slope_at_rest_against_quadrature(name):
     """Rigid band, no load: `t = ∫ J dω/(R T_0 (Π(f(R ω)) − 1))`, so that `T_0 ∂t/∂T_0 = −t`."""
     law, v_s, share = LAWS[name]
@@ -190,6 +190,7 @@ def test_a_brake_at_rest_is_not_let_go_between_two_breakpoints_at_one_instant(C)
 # --- the blend of a fade ---------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_stop_through_a_blend_against_quadrature():
     """An adiabatic lump, `T = T_0 + (ω_0² − ω²) J/2C`, heated by 80 K through a fade with a blend of 11 K."""
     C, slope, blend = 2e3, 2e-3, 11.0

@@ -248,6 +248,7 @@ def test_uniform_pitch_loads_the_tight_side_as_the_model_says():
 # --- least tension ----------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_least_tension_is_the_closed_form():
     """`T_max = T_0 Π`, `T_0 (Π − 1) = J ω_0/(R t)`: most friction, and most of the wrap on as few linings as may be."""
     n, longest = 5, 4.0

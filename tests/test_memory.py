@@ -183,7 +183,7 @@ def test_every_lining_of_a_staged_brake_runs_in_by_its_own_work():
 # --- at rest ----------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("stiffness", [None, 2e6, "disc"])
+@pytest.mark.parametrize("stiffness", [None, "disc", pytest.param(2e6, marks=pytest.mark.slow)])
 def test_a_held_brake_whose_friction_decays_lets_go(stiffness):
     """`f e^{−t/τ}` falls to what the load needs at `t = τ ln(f/f*)`."""
     tau, load = 2.0, 4e3

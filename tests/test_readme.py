@@ -37,11 +37,13 @@ def collected() -> dict[tuple[str, ...], set[str]]:
     return {tuple(arguments): set(names) for arguments, names in zip(wanted, found, strict=True)}
 
 
+@pytest.mark.slow
 def test_every_evidence_command_collects_tests():
     assert len(collected()) > 60
     assert not [" ".join(arguments) for arguments, names in collected().items() if not names]
 
 
+@pytest.mark.slow
 def test_no_claim_leaves_its_slow_tests_out():
     """What `-m 'not slow'` of the configuration deselects is named by another command of the same row."""
     for row in CLAIMS:

@@ -102,7 +102,7 @@ def test_staged_brake_holds_what_its_weaker_pair_does():
     assert_holds_up_to(staged.stop(lever=sb.Constant(2e3), end=0.5, f_int=0.6), external)
 
 
-@pytest.mark.parametrize("sense", [1, -1])
+@pytest.mark.parametrize("sense", [-1, pytest.param(1, marks=pytest.mark.slow)])
 def test_resolved_bandage_holds_what_each_lining_does_at_its_weaker_pair(sense):
     """Linings 1 and 2 slide on the rim, lining 3 with its strong rim on the band: a walk along the band by hand."""
     f_int, preload, T_0 = np.array([0.1, 0.15, 0.9]), 1500.0, 2e3
