@@ -6,6 +6,7 @@ it would also repeat the decisions of an attempt in every one of them.
 
 from typing import NamedTuple
 
+import jax
 import jax.numpy as jnp
 from jaxtyping import Bool, Float, Int
 
@@ -64,12 +65,10 @@ def carried_size(ny: int, ng: int, nm: int) -> int:
 
 def unpack(packed: Packed, ny: int, ng: int) -> Carry:
     x, n = packed
-    y, f = x[5 : 5 + ny], x[5 + ny : 5 + 2 * ny]
-    g, rate = x[5 + 2 * ny : 5 + 2 * ny + ng], x[5 + 2 * ny + ng :]
-    t, h, cap, crossing, t_event = (x[i] for i in range(5))
-    status, retakes, chain, close, settling = (n[i] for i in range(5))
-    armed, cluster, mode = n[FIXED : FIXED + ng] > 0, n[FIXED + ng : FIXED + 2 * ng] > 0, n[FIXED + 2 * ng :]
-    stats = Stats(n[5], n[6], n[7], n[8], n[9])
+    head, y, f, g, rate = jax.lax.split(x, (5, ny, ny, ng, ng))
+    scalars, armed, cluster, mode = jax.lax.split(n, (FIXED, ng, ng, n.shape[0] - FIXED - 2 * ng))
+    t, h, cap, crossing, t_event = jnp.unstack(head)
+    status, retakes, chain, close, settling, *counted = jnp.unstack(scalars)
     return Carry(
         t,
         h,
@@ -80,13 +79,13 @@ def unpack(packed: Packed, ny: int, ng: int) -> Carry:
         f,
         g,
         rate,
-        armed,
-        cluster,
+        armed > 0,
+        cluster > 0,
         status,
         retakes,
         chain,
         close,
         settling,
-        stats,
+        Stats(*counted),
         mode,
     )

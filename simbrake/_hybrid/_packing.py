@@ -1,5 +1,6 @@
 """Flat views of states and modes, and the layout of one recorded row."""
 
+import itertools
 from typing import Any
 
 import equinox as eqx
@@ -15,24 +16,39 @@ from ._system import AbstractHybridSystem, AbstractSemiExplicitSystem
 SKIPPED, ADVANCED, FINISHED, LANDED, INSTANT, STOPPED = range(6)
 
 
+def _parts(leaves: list[Any]) -> list[list[Any]]:
+    """Leaves in order, scalars that follow each other together: in programs one equation takes or gives all of them."""
+    runs = ((scalars, list(run)) for scalars, run in itertools.groupby(leaves, key=lambda leaf: np.ndim(leaf) == 0))
+    return [part for scalars, run in runs for part in ([run] if scalars else [[leaf] for leaf in run])]
+
+
 def unravel(flat: Any, like: PyTree) -> PyTree:
     """Entries along the last axis of an array as leaves shaped like those of `like`."""
     leaves, structure = jax.tree.flatten(like)
-    sizes = [int(np.size(leaf)) for leaf in leaves]
-    if len(sizes) < 2:
-        parts = [flat] * len(sizes)
-    elif isinstance(flat, np.ndarray):
-        parts = np.split(flat, np.cumsum(sizes)[:-1], axis=-1)
-    else:  # in one equation
-        parts = jax.lax.split(flat, sizes, axis=flat.ndim - 1)
-    shaped = [part.reshape((*flat.shape[:-1], *np.shape(leaf))) for part, leaf in zip(parts, leaves, strict=True)]
-    return jax.tree.unflatten(structure, shaped)
+    parts, known = _parts(leaves), isinstance(flat, np.ndarray)
+    sizes = [sum(int(np.size(leaf)) for leaf in part) for part in parts]
+    if len(parts) < 2:
+        pieces = [flat] * len(parts)
+    elif known:
+        pieces = np.split(flat, np.cumsum(sizes)[:-1], axis=-1)
+    else:
+        pieces = jax.lax.split(flat, sizes, axis=flat.ndim - 1)
+    found = []
+    for piece, part in zip(pieces, parts, strict=True):
+        if np.ndim(part[0]):
+            found.append(piece.reshape((*flat.shape[:-1], *np.shape(part[0]))))
+        else:
+            found += [piece[..., i] for i in range(len(part))] if known else jnp.unstack(piece, axis=-1)
+    return jax.tree.unflatten(structure, found)
 
 
 def ravel(tree: PyTree, dtype: Any) -> Array:
     """All leaves in one vector."""
-    leaves = [jnp.ravel(jnp.asarray(leaf, dtype)) for leaf in jax.tree.leaves(tree)]
-    return jnp.concatenate(leaves) if leaves else jnp.zeros(0, dtype)
+    parts = _parts([jnp.asarray(leaf, dtype) for leaf in jax.tree.leaves(tree)])
+    pieces = [jnp.ravel(part[0]) if np.ndim(part[0]) else jnp.stack(part) for part in parts]
+    if len(pieces) < 2:
+        return pieces[0] if pieces else jnp.zeros(0, dtype)
+    return jnp.concatenate(pieces)
 
 
 def pack_mode(mode: PyTree) -> Int[Array, " mode"]:

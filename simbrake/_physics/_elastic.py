@@ -12,6 +12,7 @@ from .._parts._friction import SurfaceState
 from ._mechanism import (
     AbstractMechanism,
     Acting,
+    Fired,
     Locking,
     Mode,
     Moment,
@@ -153,7 +154,7 @@ class ElasticBand(AbstractMechanism):
     # --- changes of mode ------------------------------------------------------------------------------------------
 
     def change(self, now, new, fired, ask):
-        old, size = now.mode, self.sizes
+        fired, old, size = jnp.unstack(fired), now.mode, self.sizes
         if new.own.locks is not None:
             new = new._replace(own=Locking(jnp.where(fired[4], 1 - old.own.locks, old.own.locks).astype(jnp.int32)))
         # at rest: does the band hold the load?
@@ -374,7 +375,7 @@ def taut_mode(
     m: Any,
     now: Moment,
     new: Mode,
-    fired: Array,
+    fired: Fired,
     there: Callable[[Mode], Any],
     acting: Acting,
     rest: Any,

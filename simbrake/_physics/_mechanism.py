@@ -173,6 +173,9 @@ class Moment(NamedTuple):
     z_rate: Any
 
 
+#: which guards reached 0: a vector, or one by one
+Fired = Bool[Array, " guard"] | tuple[Bool[Array, ""], ...]
+
 #: `ask(mode, omega, own)`: what acts, and the variables, in another mode, at other speeds, at the same instant
 Ask = Callable[[Mode, Array, Any], tuple[Acting, Any]]
 
@@ -347,7 +350,7 @@ class Onset(NamedTuple):
     omega: Array
 
 
-def onset(now: Moment, fired: Bool[Array, " guard"], acting: Acting, beyond: Any, sizes: Sizes) -> Onset:
+def onset(now: Moment, fired: Fired, acting: Acting, beyond: Any, sizes: Sizes) -> Onset:
     """The motion after an event where the guards are motion, upper limit, lower limit, lever.
 
     `beyond`: which limit of holding the load exceeds, 1 the upper, −1 the lower, else 0. A guard that fired has the
@@ -372,7 +375,7 @@ def settled_mode(now: Moment, new: Mode, found: Onset, moving: Any) -> Mode:
     return new._replace(band=band.astype(jnp.int32), sense=sense.astype(jnp.int32))
 
 
-def failed(codes: tuple[BrakeCode, ...], fired: Bool[Array, " guard"], first: int, code: Any) -> Any:
+def failed(codes: tuple[BrakeCode, ...], fired: Fired, first: int, code: Any) -> Any:
     """The code of the end of the run whose guard fired (`codes` belong to the guards from `first` on), else `code`."""
     for i, failure in enumerate(codes, first):
         code = jnp.where(fired[i], int(failure), code)

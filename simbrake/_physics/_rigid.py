@@ -351,6 +351,7 @@ class RigidContact(AbstractMechanism):
         return jnp.stack([motion, high, low, lever, *more])
 
     def change(self, now, new, fired, ask):
+        fired = jnp.unstack(fired)
         if new.own.locks is not None:
             new = new._replace(own=Locking((new.own.locks ^ fired[4].astype(jnp.int32)).astype(jnp.int32)))
         acting, rest = ask(new._replace(band=HELD), now.omega, now.own)

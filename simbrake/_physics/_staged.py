@@ -23,6 +23,7 @@ from ._elastic import (
 from ._mechanism import (
     AbstractMechanism,
     Acting,
+    Fired,
     Mode,
     Moment,
     Pair,
@@ -270,7 +271,7 @@ class StagedBrake(AbstractMechanism):
         ]
 
     def change(self, now, new, fired, ask):
-        old, size, R_b = now.mode, self.sizes, self.wrap.radius
+        fired, old, size, R_b = jnp.unstack(fired), now.mode, self.sizes, self.wrap.radius
         locks = None if old.own.locks is None else (old.own.locks ^ fired[4].astype(jnp.int32)).astype(jnp.int32)
         # the internal pair slides the way the torque acts that broke it loose
         way = jnp.where(ask(new, now.omega, now.own)[1].drive < 0, -1, 1)
@@ -314,7 +315,7 @@ class StagedBrake(AbstractMechanism):
         tension, rounding = tension_of(self, now.own.x, now.mode, now.z.band), self.sizes.slight_tension
         return jnp.where(beyond > 0, tension >= rest.upper - rounding, tension <= rest.lower + rounding)
 
-    def _piece(self, now: Moment, new: Mode, fired: Array, acting: Acting, rest: ElasticNow) -> Int[Array, ""]:
+    def _piece(self, now: Moment, new: Mode, fired: Fired, acting: Acting, rest: ElasticNow) -> Int[Array, ""]:
         """Number of linings at their limit on the band after the event."""
         first, n, old, R_b = self._first, self.wrap.count, now.mode, self.wrap.radius
         # under a lever that only begins to pull everything is 0: take the first moment after
