@@ -1,0 +1,188 @@
+"""One table for everything with rows: as text, as dictionaries for JSON, as a data frame, and as HTML in a notebook.
+
+What a study, an estimate or a comparison gives back is a `Tabular`: lines of text and tables, in the order in which
+they are read.
+"""
+
+import abc
+import dataclasses
+import enum
+import html
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ._handy import pretty
+
+#: how a number stands in a table unless its column says otherwise
+_SHOWN = ".6g"
+
+
+class Column(NamedTuple):
+    """A column of a table.
+
+    - `name`: of the values in dictionaries and data frames;  `unit` (SI, `1` or empty: none) and `meaning`
+    - `heading`: above the values, by default the name;  `shown_in`: unit beside it, of values that `show` converts
+    - `show`: how a value is written, a format as `.4g` or a function of it; what is absent stays empty
+    - `left`: text that begins at the left edge of the column;  `hidden`: not in the text, only in dictionaries
+    """
+
+    name: str
+    unit: str = ""
+    meaning: str = ""
+    heading: str | None = None
+    shown_in: str | None = None
+    show: str | Callable[[Any], str] = _SHOWN
+    left: bool = False
+    hidden: bool = False
+
+    @property
+    def title(self) -> str:
+        """Heading and unit."""
+        unit = pretty(self.unit) if self.shown_in is None else self.shown_in
+        heading = self.name.replace("_", " ") if self.heading is None else self.heading
+        return f"{heading}, {unit}" if unit and heading else heading or unit
+
+    def text(self, value: Any) -> str:
+        """A value as it stands in the table."""
+        if value is None:
+            return ""
+        if not isinstance(self.show, str):
+            return self.show(value)
+        if isinstance(value, bool | np.bool_):
+            return "yes" if value else "no"
+        if isinstance(value, float | int | np.number):
+            return format(value, "d" if isinstance(value, int | np.integer) else self.show)
+        return str(value)
+
+
+class Table(Sequence[dict[str, Any]]):
+    """Rows and columns with units and meanings.
+
+    - `columns`: `Column`s, or names;  `rows`: of each a sequence in their order or a mapping by their names (what a
+      mapping does not have is absent);  `title`: above the text
+    - `table[0]` is a row as a dictionary, `table["path"]` a column as a list, `len(table)` the number of rows
+    - `str(table)` is the text, `as_list()` rows for JSON, `frame()` a data frame
+
+    Raises `ValueError` for rows that do not fit the columns, `KeyError` with the names there are.
+
+    Example:
+        >>> print(Table(["part", Column("mass", "kg", show=".1f")], [("rim", 412.0), ("lining", 3.25)]))
+        part      mass, kg
+        rim          412.0
+        lining         3.2
+    """
+
+    def __init__(self, columns: Iterable[Column | str], rows: Iterable[Any], title: str = ""):
+        self.columns = tuple(Column(one, left=True) if isinstance(one, str) else one for one in columns)
+        self.title = title
+        self._rows = [self._ordered(row) for row in rows]
+
+    def _ordered(self, row: Any) -> tuple[Any, ...]:
+        names = [column.name for column in self.columns]
+        if isinstance(row, Mapping):
+            if unknown := set(row) - set(names):
+                raise ValueError(f"no column {sorted(unknown)}; there are: {', '.join(names)}")
+            return tuple(row.get(name) for name in names)
+        if len(row) != len(names):
+            raise ValueError(f"a row of {len(row)} values for {len(names)} columns: {', '.join(names)}")
+        return tuple(row)
+
+    def __len__(self) -> int:
+        return len(self._rows)
+
+    def __iter__(self) -> Iterator[dict[str, Any]]:
+        return (self[i] for i in range(len(self)))
+
+    def __getitem__(self, key: Any) -> Any:
+        names = [column.name for column in self.columns]
+        if isinstance(key, str):
+            if key not in names:
+                raise KeyError(f"no column {key!r}; there are: {', '.join(names)}")
+            return [row[names.index(key)] for row in self._rows]
+        if isinstance(key, slice):
+            return Table(self.columns, self._rows[key], self.title)
+        return dict(zip(names, self._rows[key], strict=True))
+
+    def as_list(self) -> list[dict[str, Any]]:
+        """Rows as dictionaries of JSON: `None` for what is absent or not finite."""
+        return [plain(row) for row in self]
+
+    def frame(self) -> Any:
+        """The same as a `pandas.DataFrame`, units and meanings in `attrs`."""
+        import pandas as pd
+
+        found = pd.DataFrame(list(self._rows), columns=[column.name for column in self.columns])
+        found.attrs = {column.name: {"unit": column.unit, "meaning": column.meaning} for column in self.columns}
+        return found
+
+    def _written(self, how: str) -> str:
+        from tabulate import tabulate
+
+        shown = [(i, column) for i, column in enumerate(self.columns) if not column.hidden]
+        cells = [[column.text(row[i]) for i, column in shown] for row in self._rows]
+        align = ["left" if column.left else "right" for _, column in shown]
+        return tabulate(
+            cells,
+            [column.title for _, column in shown],
+            tablefmt=how,
+            disable_numparse=True,
+            colalign=align if cells else None,
+        )
+
+    def __str__(self) -> str:
+        lines = [line.rstrip() for line in self._written("plain").splitlines()]
+        return "\n".join([self.title, *lines] if self.title else lines)
+
+    __repr__ = __str__
+
+    def _repr_html_(self) -> str:
+        title = f"<p>{html.escape(self.title)}</p>" if self.title else ""
+        return title + self._written("html")
+
+    def markdown(self) -> str:
+        """The same as a table of Markdown."""
+        return self._written("github")
+
+
+class Tabular(abc.ABC):
+    """What is read as lines of text and tables: `str` gives all of it, a notebook shows it with tables of HTML."""
+
+    @abc.abstractmethod
+    def parts(self) -> Iterable[str | Table]:
+        """Lines and tables in order; an empty line sets parts off."""
+
+    def __str__(self) -> str:
+        return "\n".join(str(part) for part in self.parts())
+
+    def _repr_html_(self) -> str:
+        return "".join(
+            part._repr_html_() if isinstance(part, Table) else f"<div>{html.escape(part) or '&nbsp;'}</div>"
+            for part in self.parts()
+        )
+
+    def as_dict(self) -> dict[str, Any]:
+        """Everything as numbers, lists and words; numbers that are not finite are `None`."""
+        return plain(self)
+
+
+def plain(value: Any) -> Any:
+    """A value as JSON has it: arrays and tuples as lists, records as dictionaries, `None` for what is not finite."""
+    if isinstance(value, Table):
+        return value.as_list()
+    if isinstance(value, enum.Enum):
+        return plain(value.value)
+    if value is None or isinstance(value, str | bool | int):
+        return value
+    if isinstance(value, float):
+        return value if np.isfinite(value) else None
+    if isinstance(value, Mapping):
+        return {str(key): plain(one) for key, one in value.items()}
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {field.name: plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
+    if isinstance(value, tuple) and (names := getattr(value, "_fields", None)):
+        return {name: plain(one) for name, one in zip(names, value, strict=True)}
+    if isinstance(value, tuple | list | set | frozenset):
+        return [plain(one) for one in value]
+    return plain(np.asarray(value).tolist())
