@@ -38,11 +38,10 @@ from benchmarks.counting import size  # noqa: E402
 from benchmarks.parts.timing import interleaved  # noqa: E402
 from benchmarks.scenes import CASES  # noqa: E402
 from simbrake._base._compiling import accelerators, compiled, pack  # noqa: E402
-from simbrake._hybrid import AbstractHybridSystem, ExplicitRungeKutta, Settings, hybridsolve  # noqa: E402
-from simbrake._hybrid._packing import Flat, flatten, pack_mode, ravel  # noqa: E402
 from simbrake._physics._assemble import assemble  # noqa: E402
-from simbrake._run._long_run import LONGEST, STRETCH  # noqa: E402
-from simbrake._run._simulate import method_of, run_of_numbers  # noqa: E402
+from simbrake._run._simulate import LONGEST, STRETCH, method_of, run_of_numbers  # noqa: E402
+from simbrake.hybrid import AbstractHybridSystem, ExplicitRungeKutta, Settings, hybridsolve  # noqa: E402
+from simbrake.hybrid._system import Flat, flatten, pack_mode, ravel  # noqa: E402
 
 _RTOL = 1e-10
 ONE_STATE = "one state"

@@ -113,7 +113,7 @@ def main(arguments: list[str]) -> None:
         return
     from make_pictures import save
 
-    from simbrake._pictures._plot_published import PUBLISHED, file_stem, published
+    from simbrake.plot._published import PUBLISHED, file_stem, published
 
     for name in PUBLISHED:
         save(published(name), file_stem(name))

@@ -10,8 +10,8 @@ import numpy as np
 from helpers import DOPRI8, settings
 
 import simbrake as sb
-from simbrake._hybrid import LANDED
 from simbrake._physics._assemble import assemble
+from simbrake.hybrid import LANDED
 
 ARM = math.cos(math.radians(13.5))
 

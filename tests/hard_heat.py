@@ -18,7 +18,7 @@ from scipy.optimize import brentq, fsolve
 from test_heat_events import FLASH, warmed
 
 import simbrake as sb
-from simbrake._parts._friction import SurfaceState
+from simbrake.friction import SurfaceState
 
 Z = math.tan(BETA / 2)
 

@@ -15,7 +15,7 @@ from simbrake._checks._reference_problems import arrays as arrays
 from simbrake._checks._reference_problems import first_event_times as first_event_times
 from simbrake._checks._reference_scenes import closed_form as closed_form
 from simbrake._checks._reference_scenes import stop_scene as stop_scene
-from simbrake._hybrid import LANDED, STOPPED
+from simbrake.hybrid import LANDED, STOPPED
 
 DOPRI8 = sb.ExplicitRungeKutta(diffrax.Dopri8())
 TSIT5 = sb.ExplicitRungeKutta(diffrax.Tsit5())

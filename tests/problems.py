@@ -5,7 +5,7 @@ from typing import Any
 import equinox as eqx
 import jax.numpy as jnp
 
-from simbrake._hybrid import AbstractHybridSystem
+from simbrake.hybrid import AbstractHybridSystem
 
 
 class Timed(AbstractHybridSystem):

@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 
 import simbrake as sb
 from simbrake import plot
-from simbrake._run._balance import energies
+from simbrake._run._probe import energies
 
 
 @functools.cache

@@ -25,8 +25,8 @@ from scipy.integrate import solve_ivp
 
 import simbrake as sb
 from simbrake import plot
-from simbrake._hybrid import INSTANT
 from simbrake._physics._chain import STRETCHED, TAUT
+from simbrake.hybrid import INSTANT
 
 Z_ANGLE = math.tan(math.radians(13.5))
 MU = (1 + 0.3 * Z_ANGLE) / (1 - 0.3 * Z_ANGLE)

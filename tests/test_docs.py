@@ -9,16 +9,14 @@ import sys
 import pytest
 
 import simbrake as sb
-from simbrake._base._event_names import EVENTS
-from simbrake._hybrid import Code
-from simbrake._physics import _modes
+from simbrake._physics import _mechanism as _modes
 from simbrake._physics._chain import ChainMode
-from simbrake._physics._modes import BAND_MODES, BandMode, Label, events_of_change
+from simbrake._physics._mechanism import BAND_MODES, BandMode, BrakeCode, Label, events_of_change
 from simbrake._physics._sprung import SprungMode
-from simbrake._physics._state import BrakeCode
 from simbrake._run import _report
+from simbrake._run._log import EVENTS, STAGES, stage_of
 from simbrake._run._outcome import FAILURES, STATUS_MESSAGES, Status
-from simbrake._run._stages import STAGES, stage_of
+from simbrake.hybrid import Code
 
 PACKAGE = pathlib.Path(sb.__file__).parent
 DOCS = PACKAGE.parent / "docs"

@@ -11,7 +11,7 @@ from problems import Timed
 
 import simbrake as sb
 from simbrake._checks._reference_problems import BouncingBall, Oscillator
-from simbrake._hybrid._locate import first_root
+from simbrake.hybrid._search import first_root
 
 
 def down(t, at, slope=1.0):

@@ -12,8 +12,7 @@ from PIL import Image
 
 import simbrake as sb
 from simbrake import plot
-from simbrake._pictures._plot_animation import Scenery
-from simbrake._pictures._plot_film import film_of, ticks, words_of_rate
+from simbrake.plot._animation import Scenery, film_of, ticks, words_of_rate
 
 
 @pytest.fixture(scope="module")

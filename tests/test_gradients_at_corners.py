@@ -16,8 +16,8 @@ from scipy.integrate import quad
 from staged_scenes import stop as staged_stop
 
 import simbrake as sb
-from simbrake._parts._duty import next_known_time
-from simbrake._parts._friction import continued
+from simbrake.friction import continued
+from simbrake.profiles import next_known_time
 
 Z = math.tan(BETA / 2)
 

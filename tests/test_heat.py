@@ -14,7 +14,7 @@ from helpers import jacobians, stop_scene
 from scipy.integrate import quad, solve_ivp
 
 import simbrake as sb
-from simbrake._parts._friction import Contact
+from simbrake.friction import Contact
 
 
 def scipy_stop(growth, method, rtol):

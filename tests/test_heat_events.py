@@ -11,7 +11,7 @@ from heat_scenes import BETA, T0, W0, C, N, R, brake, fading, lump
 from scipy.optimize import brentq
 
 import simbrake as sb
-from simbrake._parts._friction import SurfaceState
+from simbrake.friction import SurfaceState
 
 # --- events that heat brings about -------------------------------------------------------------------------------
 

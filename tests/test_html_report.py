@@ -15,18 +15,16 @@ from helpers import closed_form, stop_scene
 
 import simbrake as sb
 from simbrake import plot
-from simbrake._base._handy import number
 from simbrake._base._progress import Waiting
+from simbrake._base._table import number
 from simbrake._base._whole import whole_file
 from simbrake._commands._report_run import report_run, title_of
-from simbrake._pages._gallery import DUTY, PICTURES
-from simbrake._pages._html_parts import EVENTS, event_counts, event_rows, ledger, verdict
-from simbrake._pages._html_pictures import draw
-from simbrake._pages._html_report import _scene_text as contents_of_scene
-from simbrake._pages._html_report import contents, render
-from simbrake._results._error_estimate import repeat
+from simbrake._pages._page import DUTY, PICTURES, contents, draw, render
+from simbrake._pages._page import _scene_text as contents_of_scene
+from simbrake._pages._rows import EVENTS, event_counts, event_rows, ledger, verdict
+from simbrake._results._rerun import repeat
 from simbrake._run._edit import with_values
-from simbrake._run._limits import limit_checks, read_limits
+from simbrake._run._measure import limit_checks, read_limits
 
 VOID = {"meta", "img", "br", "wbr", "link", "hr", "input"}
 NASTY = "<script>alert(1)</script>"

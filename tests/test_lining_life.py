@@ -13,8 +13,8 @@ import wear_scenes as ws
 import simbrake as sb
 from simbrake import plot
 from simbrake._commands._cli import main
-from simbrake._parts._worn import walls_left
 from simbrake._physics._assemble import assemble
+from simbrake.wear import walls_left
 
 LIMIT = 8e-3
 

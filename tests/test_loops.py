@@ -9,12 +9,12 @@ import pytest
 from heat_scenes import layered_stop
 
 import simbrake as sb
-from simbrake._hybrid import CORE, LINEAR, largest, smallest
-from simbrake._hybrid._bordered import Bordered, Couplings, factor, jacobian, linear_rows, solve
-from simbrake._hybrid._packing import flatten, pack_mode, ravel
-from simbrake._hybrid._places import put, take
 from simbrake._physics._assemble import assemble
-from simbrake._physics._modes import BandMode
+from simbrake._physics._mechanism import BandMode
+from simbrake.hybrid import CORE, LINEAR, largest, smallest
+from simbrake.hybrid._arrays import put, take
+from simbrake.hybrid._bordered import Bordered, Couplings, factor, jacobian, linear_rows, solve
+from simbrake.hybrid._system import flatten, pack_mode, ravel
 
 
 def test_entries_as_slices():

@@ -9,7 +9,7 @@ from helpers import closed_form
 from test_cli import call
 
 import simbrake as sb
-from simbrake._base._units import unit
+from simbrake._base._quantity import unit
 from simbrake._studies._measured import COLUMNS, column_of
 
 

@@ -16,11 +16,11 @@ from scipy.optimize import brentq
 from test_every_mechanism import KINDS, PRESSED, scene
 
 import simbrake as sb
-from simbrake._hybrid import QUADRATURE
 from simbrake._pages._export import series_table
-from simbrake._parts._friction import RatesRead, rates_read, reads
 from simbrake._physics._assemble import assemble
-from simbrake._physics._modes import BandMode
+from simbrake._physics._mechanism import BandMode
+from simbrake.friction import RatesRead, rates_read, reads
+from simbrake.hybrid import QUADRATURE
 
 J, OMEGA, F, CAPACITY = 900.0, 20.0, 0.4, 3e4
 #: pads: force, count, effective radius by uniform wear, area, torque of the brake at the start

@@ -13,13 +13,12 @@ from scipy.integrate import quad, solve_ivp
 
 import simbrake as sb
 from simbrake import plot
-from simbrake._parts._duty import hides_nothing
-from simbrake._parts._friction import reads
-from simbrake._parts._links import AbstractCoefficient, is_nonlinear
-from simbrake._parts._network import depends_on_temperatures, is_constant
 from simbrake._physics._assemble import assemble
 from simbrake._physics._brake import course_of_profile
-from simbrake._physics._modes import BandMode
+from simbrake._physics._mechanism import BandMode
+from simbrake.friction import reads
+from simbrake.profiles import hides_nothing
+from simbrake.thermal._network import AbstractCoefficient, depends_on_temperatures, is_constant, is_nonlinear
 
 N, BETA, R, J, T_0, SPEED = 20, math.radians(13.5), 0.725, 800.0, 8e3, 30.0
 AT_REST = 0.4

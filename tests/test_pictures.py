@@ -14,8 +14,8 @@ from picture_scenes import hot_result, plain_result, radius, scale, staged_resul
 
 import simbrake as sb
 from simbrake import plot
-from simbrake._pictures._plot_wheel import CONTACT_COLOURS
-from simbrake._run._lining_view import Contact
+from simbrake._run._linings import Contact
+from simbrake.plot._pulley import CONTACT_COLOURS
 
 
 @pytest.fixture(scope="module")

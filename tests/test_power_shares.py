@@ -10,7 +10,7 @@ import pytest
 from helpers import stop_scene
 
 import simbrake as sb
-from simbrake._parts._friction import SurfaceState
+from simbrake.friction import SurfaceState
 
 SHARES = sb.PowerShares(electrical=0.05, mechanical=0.27)
 

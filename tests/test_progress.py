@@ -16,7 +16,8 @@ from helpers import closed_form, stop_scene
 import simbrake as sb
 from simbrake._base._compiling import pack
 from simbrake._base._progress import Progress, Waiting, piece, waiting
-from simbrake._run import _long_run, _simulate
+from simbrake._run import _simulate
+from simbrake._run import _simulate as _long_run
 
 LONG = 2048  # step attempts allowed from which on a run goes in stretches
 
@@ -46,10 +47,10 @@ def test_a_long_run_has_the_times_of_the_closed_form(untold):
 def test_told_and_untold_are_one_program_and_one_result_to_the_last_bit(untold, monkeypatch, length):
     monkeypatch.setattr(_long_run, "_FIRST", length)
     monkeypatch.setattr(_long_run, "_TARGET", 0.0)  # no time at all: from then on every attempt is a stretch of its own
-    programs = _long_run._program.cache_info().currsize, _simulate._program.cache_info().currsize
+    programs = _simulate._stretch_program.cache_info().currsize, _simulate._program.cache_info().currsize
     seen = []
     told = sb.simulate(stop_scene(), max_steps=LONG, progress=lambda t, end: seen.append((t, end)))
-    assert (_long_run._program.cache_info().currsize, _simulate._program.cache_info().currsize) == programs
+    assert (_simulate._stretch_program.cache_info().currsize, _simulate._program.cache_info().currsize) == programs
     assert same_bits(told.record, untold.record)
     times = [t for t, _ in seen]
     assert times[0] == 0.0

@@ -7,8 +7,8 @@ import pytest
 from heat_scenes import fading, rigid_stop
 
 import simbrake as sb
-from simbrake._base._handy import digits, number, numbers
-from simbrake._pages._html_scene import load_words, parts_of, profile_words
+from simbrake._base._table import digits, number, numbers
+from simbrake._pages._rows import load_words, parts_of, profile_words
 
 
 @pytest.mark.parametrize(

@@ -11,8 +11,8 @@ from test_scenarios import NAMES, load
 
 import simbrake as sb
 from simbrake._base._compiling import accelerators
-from simbrake._hybrid import LANDED, Code
 from simbrake._run._simulate import solver_of
+from simbrake.hybrid import LANDED, Code
 
 RTOL = 1e-12
 EVENTS = 24  # looked at in a scene with more of them

@@ -10,7 +10,7 @@ import pytest
 from packaging.requirements import Requirement
 from packaging.version import Version
 
-from simbrake._base._tested import FIRST_UNTESTED_JAX, OLDEST_JAX
+from simbrake._base._compiling import FIRST_UNTESTED_JAX, OLDEST_JAX
 
 ROOT = pathlib.Path(__file__).parent.parent
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]

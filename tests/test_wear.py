@@ -16,7 +16,7 @@ from scipy.integrate import quad
 
 import simbrake as sb
 from simbrake._physics._assemble import assemble
-from simbrake._run._lining_view import lining_values
+from simbrake._run._linings import lining_values
 
 # --- laws -------------------------------------------------------------------------------------------------------------
 

@@ -15,10 +15,10 @@ import numpy as np
 
 from simbrake import simulate
 from simbrake._base._compiling import compiled, pack
-from simbrake._hybrid import AbstractMethod, ExplicitRungeKutta
-from simbrake._hybrid._bordered import Couplings
-from simbrake._hybrid._packing import flatten
 from simbrake._physics._assemble import assemble
+from simbrake.hybrid import AbstractMethod, ExplicitRungeKutta
+from simbrake.hybrid._bordered import Couplings
+from simbrake.hybrid._system import flatten
 
 Step = Callable[..., tuple[Any, Any]]
 

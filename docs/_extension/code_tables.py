@@ -7,9 +7,10 @@ from docutils.statemachine import StringList
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
-from simbrake._base._event_names import EVENTS
-from simbrake._physics import _modes
-from simbrake._run import _outcome, _stages
+from simbrake._physics import _mechanism as _modes
+from simbrake._run import _log as _stages
+from simbrake._run import _outcome
+from simbrake._run._log import EVENTS
 from simbrake._run._metrics import METRICS
 from simbrake._run._series import PAIR_COLUMNS, SERIES_COLUMNS
 

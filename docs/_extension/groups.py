@@ -8,88 +8,38 @@ import simbrake
 #: page (a file in `docs/api`) → modules, in the order in which their names are shown
 PAGES: dict[str, tuple[str, ...]] = {
     "run": (
-        "_scene",
-        "_simulate",
-        "_outcome",
-        "_faults",
-        "_quantity",
-        "_edit",
-        "_schema",
-        "_scene_file",
-        "_programme",
-        "_validation",
-        "_validate",
-        "_cross_check",
+        "_parts._scene",
+        "_run._simulate",
+        "_run._outcome",
+        "_base._faults",
+        "_base._quantity",
+        "_run._edit",
+        "_files._scene_file",
+        "_parts._programme",
+        "_checks",
     ),
-    "brake": ("_design", "_compliance", "_pressed"),
-    "duty": ("_duty", "_driller", "_lever", "_loads", "_history"),
-    "friction": ("_friction", "_fade"),
-    "heat": ("_heat", "_network", "_links", "_material", "_exchange", "_builders", "_conduction", "_cyclic"),
+    "brake": ("brakes._design", "brakes._pressed"),
+    "duty": ("profiles", "loads", "_files._history"),
+    "friction": ("friction",),
+    "heat": ("thermal", "_run._networks"),
     "results": (
-        "_result",
-        "_series",
-        "_log",
-        "_event_names",
-        "_modes",
-        "_stages",
-        "_overlap",
-        "_labelled",
-        "_result_file",
-        "_provenance",
-        "_compare",
-        "_comparison",
-        "_rerun",
-        "_html_report",
-        "_animate",
+        "_run._result",
+        "_run._series",
+        "_run._log",
+        "_physics._mechanism",
+        "_results._dataset",
+        "_results._provenance",
+        "_results._compare",
+        "_results._rerun",
+        "_pages._page",
     ),
-    "statics": ("_band", "_layout"),
-    "wear": ("_wear", "_worn", "_lining_life", "_life_report"),
-    "layouts": (
-        "_rubbing",
-        "_integral",
-        "_optimal_layout",
-        "_layout_report",
-        "_least_tension",
-        "_least_tension_report",
-    ),
-    "studies": (
-        "_sensitivity",
-        "_ensemble",
-        "_uncertainty",
-        "_global",
-        "_indices",
-        "_sampling",
-        "_confidence",
-        "_calibrate",
-        "_calibration",
-        "_measured",
-        "_read_measured",
-    ),
-    "estimates": (
-        "_engineering",
-        "_estimate_data",
-        "_estimate_report",
-        "_compare_materials",
-        "_material_table",
-        "_material_data",
-        "_classical_stop",
-        "_classical_staged",
-        "_power_shares",
-        "_triboelectric",
-        "_thermal_estimates",
-        "_contact_estimates",
-        "_equivalents",
-        "_heat_balance",
-        "_schmidt",
-        "_thermal_stress",
-        "_synthesis",
-        "_synthesis_report",
-        "_synthesis_chain",
-        "_property_iteration",
-        "_rational_thickness",
-    ),
-    "speed": ("_prepare", "_compiling"),
-    "integrator": ("_hybrid",),
+    "statics": ("brakes._band", "_parts._layout"),
+    "wear": ("wear", "_studies._lining_life", "_studies._life_report"),
+    "layouts": ("_run._linings", "_run._probe", "_layouts"),
+    "studies": ("_studies",),
+    "estimates": ("_classical",),
+    "speed": ("_run._prepare",),
+    "integrator": ("hybrid",),
 }
 
 
@@ -100,26 +50,32 @@ def public_names() -> dict[str, str]:
     for node in tree.body:
         if isinstance(node, ast.ImportFrom) and node.level == 1 and node.module:
             for alias in node.names:
-                found[alias.asname or alias.name] = node.module.split(".")[-1]
+                found[alias.asname or alias.name] = node.module
     return {name: module for name, module in found.items() if not name.startswith("_")}
 
 
 def names_on(page: str) -> list[str]:
     """Public names of one page, by module and in the order of their definition."""
     names = public_names()
-    return [name for module in PAGES[page] for name in _in_order(module, names)]
+    mine = [name for name in names if page_of(name) == page]
+    order = list(dict.fromkeys(module for prefix in PAGES[page] for module in names.values() if _below(module, prefix)))
+    return [name for module in order for name in _in_order(module, [one for one in mine if names[one] == module])]
 
 
-def _in_order(module: str, names: dict[str, str]) -> list[str]:
-    mine = [name for name, where in names.items() if where == module]
-    file = next(pathlib.Path(simbrake.__file__).parent.glob(f"*/{module}.py"), None)
-    if file is None:
+def _below(module: str, prefix: str) -> bool:
+    return module == prefix or module.startswith(f"{prefix}.")
+
+
+def _in_order(module: str, mine: list[str]) -> list[str]:
+    file = pathlib.Path(simbrake.__file__).parent.joinpath(*module.split(".")).with_suffix(".py")
+    if not file.is_file():
         return mine
     words = [getattr(node, "name", "") for node in ast.parse(file.read_text("utf-8")).body]
     return sorted(mine, key=lambda name: words.index(name) if name in words else -1)
 
 
 def page_of(name: str) -> str | None:
-    """The page on which a public name stands, `None` if it has none."""
-    module = public_names().get(name)
-    return next((page for page, modules in PAGES.items() if module in modules), None)
+    """The page on which a public name stands, `None` if it has none: that with the longest prefix of its module."""
+    module = public_names()[name]
+    found = [(prefix, page) for page, prefixes in PAGES.items() for prefix in prefixes if _below(module, prefix)]
+    return max(found, key=lambda one: len(one[0]))[1] if found else None

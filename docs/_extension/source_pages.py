@@ -1,6 +1,6 @@
 """The source of simbrake as pages, and the role `source` that leads to a line of it.
 
-`` {source}`_parts._band.tension_ratio` `` is a link to that function; a name that does not exist is a warning, so that
+`` {source}`brakes._band.tension_ratio` `` is a link to that function; a name that does not exist is a warning, so that
 the texts cannot name code that is gone.
 """
 
@@ -38,7 +38,7 @@ def _parsed(file: pathlib.Path) -> ast.Module:
 
 
 def find(name: str) -> tuple[str, int]:
-    """Page and line of a dotted name below simbrake (`_hybrid._loop`, `_physics._forces.Forces.limits`).
+    """Page and line of a dotted name below simbrake (`hybrid._loop`, `_physics._forces.Forces.limits`).
 
     Raises `KeyError` where there is none.
     """

@@ -1,16 +1,17 @@
 """How and where programs are compiled: the device, XLA options that help, and a whole run as one function.
 
 Options and marks of XLA are accelerators, never conditions: each is tried once per process on a tiny program and left
-out where the installed XLA refuses it. Nothing is set for the process, neither `XLA_FLAGS` nor JAX's configuration.
-"""
+out where the installed XLA refuses it. Nothing is set for the process, neither `XLA_FLAGS` nor JAX's configuration."""
 
 import functools
 import math
 import time
+import warnings
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 from jax.errors import JaxRuntimeError
 
@@ -193,3 +194,54 @@ def _timed(lowered: Any, start: float, one_function: bool) -> Program:
     traced = time.perf_counter()
     call = lowered.compile()
     return Program(call, traced - start, time.perf_counter() - traced, one_function)
+
+
+class Skeleton(NamedTuple):
+    """A PyTree without its numbers: structure, shapes and types. Hashable: answers that hold for all numbers are kept
+    by it."""
+
+    structure: Any
+    shapes: tuple[tuple[int, ...], ...]
+    kinds: tuple[Any, ...]
+
+    def stand_in(self) -> Any:
+        """The tree with the shape and type of each number in place of it."""
+        parts = zip(self.shapes, self.kinds, strict=True)
+        return jax.tree.unflatten(self.structure, [jax.ShapeDtypeStruct(shape, kind) for shape, kind in parts])
+
+
+def skeleton(tree: Any) -> Skeleton:
+    """The skeleton of a tree of numbers, traced ones included."""
+    numbers, structure = jax.tree.flatten(tree)
+    return Skeleton(structure, tuple(jnp.shape(x) for x in numbers), tuple(jnp.result_type(x) for x in numbers))
+
+
+def read_by(function: Callable[..., Any], *arguments: Any) -> tuple[Any, ...]:
+    """For every leaf of the `arguments` (PyTrees of shapes) whether the result of `function` depends on it.
+
+    The function is lowered once, which drops the arguments that its result does not need. What cannot be lowered by
+    itself (a call back to the host, a tracer in a closure, a mistake) counts as depending on all of them: the answer
+    only decides what may be left out, and a mistake shows in the run.
+    """
+    from jax import export  # a module that only this needs
+
+    leaves, structure = jax.tree.flatten(arguments)
+    try:
+        kept = export.export(jax.jit(function), platforms=("cpu",))(*arguments).module_kept_var_idx
+    except Exception:
+        kept = tuple(range(len(leaves)))
+    return jax.tree.unflatten(structure, [i in kept for i in range(len(leaves))])
+
+
+#: the bounds of JAX in pyproject.toml: its minor releases change what simbrake calls
+OLDEST_JAX = (0, 9)
+FIRST_UNTESTED_JAX = (0, 13)
+
+
+def warn_of_untested_jax(version: tuple[int, ...]) -> None:
+    """Warn in one line if this version of JAX is newer than tested: pip may be told to ignore the bounds."""
+    if version >= FIRST_UNTESTED_JAX:
+        installed, bound = (".".join(map(str, numbers)) for numbers in (version, FIRST_UNTESTED_JAX))
+        text = f"JAX {installed} is newer than simbrake was tested with (below {bound}); pip install 'jax<{bound}'"
+        # a file name that is none: Python would print the source line as a second line
+        warnings.warn_explicit(text, UserWarning, "<simbrake>", 0)

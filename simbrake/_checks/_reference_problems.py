@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 
-from .._hybrid import LANDED, AbstractHybridSystem, Record
-from .._hybrid._arrays import Array
+from ..hybrid import LANDED, AbstractHybridSystem, Record
+from ..hybrid._arrays import Array
 
 
 class Oscillator(NamedTuple):

@@ -7,11 +7,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from .._parts._design import Band, Bandage, Brake, Lining, Pulley
-from .._parts._duty import Constant, PiecewiseLinear
-from .._parts._friction import AbstractFriction, ConstantFriction, Contact
-from .._parts._loads import AbstractLoad, TorqueLoad
 from .._parts._scene import Duty, Initial, Scene
+from ..brakes._design import Band, Bandage, Brake, Lining, Pulley
+from ..friction import AbstractFriction, ConstantFriction, Contact
+from ..loads import AbstractLoad, TorqueLoad
+from ..profiles import Constant, PiecewiseLinear
 
 
 def stop_scene(

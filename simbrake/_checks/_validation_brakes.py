@@ -10,13 +10,12 @@ import jax.numpy as jnp
 import numpy as np
 from scipy.special import lambertw
 
-from .._parts._band import grip, tension_ratio
-from .._parts._duty import ExponentialRise, PiecewiseLinear
-from .._parts._lever import differential_lever_tension
-from .._parts._loads import HookLoad, TorqueLoad
 from .._parts._scene import Scene
 from .._run._result import Result
 from .._run._simulate import simulate
+from ..brakes._band import grip, tension_ratio
+from ..loads import HookLoad, TorqueLoad, differential_lever_tension
+from ..profiles import ExponentialRise, PiecewiseLinear
 from ._reference_scenes import FallingFriction, closed_form, stop_scene, tension_for
 from ._validation import Case
 

@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 
 from .._base._compiling import DeviceJit
-from .._hybrid import Code, ExplicitRungeKutta, Record, Rodas5P, Settings, hybridsolve
+from ..hybrid import Code, ExplicitRungeKutta, Record, Rodas5P, Settings, hybridsolve
 from ._reference_problems import (
     SLIP,
     BeltOscillator,

@@ -10,16 +10,24 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 from scipy.special import erfc
 
-from .._parts._builders import lumped_heat
-from .._parts._duty import PiecewiseLinear, ramp
-from .._parts._fade import LinearFade, ProductFriction
-from .._parts._friction import ConstantFriction
-from .._parts._heat import ConstantPartition, Heat
-from .._parts._links import Conductance, Convection, Radiation, Source, ThermalContact
-from .._parts._material import ROOM, Material, layer_growth
-from .._parts._network import Junction, Lump, Reservoir, Wall
 from .._parts._scene import Scene
-from .._run._conduction import simulate_heat, steady_state
+from .._run._networks import simulate_heat, steady_state
+from ..friction import ConstantFriction, LinearFade, ProductFriction
+from ..profiles import PiecewiseLinear, ramp
+from ..thermal._builders import lumped_heat
+from ..thermal._heat import ConstantPartition, Heat
+from ..thermal._material import ROOM, Material, layer_growth
+from ..thermal._network import (
+    Conductance,
+    Convection,
+    Junction,
+    Lump,
+    Radiation,
+    Reservoir,
+    Source,
+    ThermalContact,
+    Wall,
+)
 from ._reference_scenes import stop_scene
 from ._validation import Case
 from ._validation_brakes import ran

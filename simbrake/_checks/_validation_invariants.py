@@ -10,7 +10,7 @@ import numpy as np
 
 from .._base._compiling import DeviceJit
 from .._parts._scene import Scene
-from .._physics._modes import BandMode
+from .._physics._mechanism import BandMode
 from .._run._result import Result
 from .._run._simulate import simulate
 from ._reference_scenes import closed_form

@@ -8,17 +8,16 @@ from typing import Any
 import numpy as np
 from scipy.integrate import quad
 
-from .._parts._design import AbstractBrake
-from .._parts._duty import Constant, PiecewiseLinear, Repeated
-from .._parts._friction import ConstantFriction
-from .._parts._heat import ConstantPartition, FrictionHeat, Heat
-from .._parts._links import Conductance
-from .._parts._loads import TorqueLoad
-from .._parts._network import Lump, Reservoir
-from .._parts._pressed import AbstractPadPressure, DiscBrake, Pads, ShoeBrake, Shoes, UniformPressure, UniformWear
 from .._parts._scene import ForceDuty, Initial, Scene
 from .._run._result import Result
 from .._run._simulate import simulate
+from ..brakes._design import AbstractBrake
+from ..brakes._pressed import AbstractPadPressure, DiscBrake, Pads, ShoeBrake, Shoes, UniformPressure, UniformWear
+from ..friction import ConstantFriction
+from ..loads import TorqueLoad
+from ..profiles import Constant, PiecewiseLinear, Repeated
+from ..thermal._heat import ConstantPartition, FrictionHeat, Heat
+from ..thermal._network import Conductance, Lump, Reservoir
 from ._validation import Case
 
 _FORM = "closed form: "

@@ -5,13 +5,13 @@ from typing import NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from .._parts._band import grip, running_product, tension_ratio
-from .._parts._design import unloaded
-from .._parts._driller import AbstractSpeedLever
-from .._parts._friction import SurfaceState, memory_at_start
-from .._parts._internal import Held, InternalPair
 from .._parts._scene import Scene, band_brake, sensed_at_start, sensed_on_rim_at_start
-from .._run._stages import internal_slip_tension
+from .._physics._staged import Held, InternalPair
+from .._run._log import internal_slip_tension
+from ..brakes._band import grip, running_product, tension_ratio
+from ..brakes._design import unloaded
+from ..friction import SurfaceState, memory_at_start
+from ..loads import AbstractSpeedLever
 from ._classical_stop import friction_at_start, load_and_inertia
 
 

@@ -5,9 +5,9 @@ from typing import Any, NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from .._parts._design import unloaded
-from .._parts._driller import AbstractSpeedLever
 from .._parts._scene import Scene, band_brake, sensed_at_start
+from ..brakes._design import unloaded
+from ..loads import AbstractSpeedLever
 
 
 class ClassicalStop(NamedTuple):

@@ -12,13 +12,12 @@ from jax.core import Tracer
 from .._base._faults import Fault, InputError
 from .._base._progress import Progress
 from .._base._quantity import leaves
-from .._parts._exchange import named_materials, with_materials
-from .._parts._material import Material
 from .._parts._scene import Scene, band_brake, check
 from .._run._choice import stiffness
-from .._run._edit import with_values
+from .._run._edit import named_materials, with_materials, with_values
 from .._run._result import Result
 from .._run._simulate import simulate, solver_for
+from ..thermal._material import Material
 from ._classical_stop import classical_stop
 from ._estimate_basis import Basis
 from ._estimate_data import EstimateData, settle

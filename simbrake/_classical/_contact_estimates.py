@@ -4,7 +4,7 @@ import math
 from typing import Any
 
 from .._base._admissible import require_not_negative, require_positive
-from .._parts._links import STEFAN_BOLTZMANN
+from ..thermal._network import STEFAN_BOLTZMANN
 
 
 def real_contact_area(area: Any, pressure: Any, hardness: Any) -> Any:

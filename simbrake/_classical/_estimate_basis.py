@@ -5,10 +5,10 @@ from typing import Any
 
 import numpy as np
 
-from .._parts._material import Material
-from .._parts._power_shares import PowerShares
 from .._parts._scene import Scene, band_brake
 from .._run._result import Result
+from ..thermal._heat import PowerShares
+from ..thermal._material import Material
 from ._classical_staged import internal_friction_at_start
 from ._classical_stop import ClassicalStop, friction_at_start
 from ._estimate_data import Input

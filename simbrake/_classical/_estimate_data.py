@@ -7,12 +7,10 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._base._faults import Fault, InputError
-from .._parts._heat import FrictionHeat, Heat
-from .._parts._links import AbstractCoefficient, Convection, Radiation
-from .._parts._material import ROOM, Material, effusivity_share, material
-from .._parts._network import Lump, Reservoir, Wall, place_of
-from .._parts._power_shares import PowerShares
 from .._parts._scene import Scene, band_brake
+from ..thermal._heat import FrictionHeat, Heat, PowerShares
+from ..thermal._material import ROOM, Material, effusivity_share, material
+from ..thermal._network import AbstractCoefficient, Convection, Lump, Radiation, Reservoir, Wall, place_of
 from ._contact_estimates import polished_surface
 from ._thermal_stress import ElasticMaterial
 

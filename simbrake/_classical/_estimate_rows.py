@@ -3,7 +3,7 @@
 import jax.numpy as jnp
 import numpy as np
 
-from .._parts._material import effusivity_share
+from ..thermal._material import effusivity_share
 from ._contact_estimates import radiation_coefficient, real_contact_area
 from ._equivalents import current_density, series_conductivity, series_resistance
 from ._estimate_basis import Basis

@@ -5,7 +5,7 @@ import math
 import jax.numpy as jnp
 import numpy as np
 
-from .._parts._heat import FlashTemperature
+from ..thermal._heat import FlashTemperature
 from ._estimate_basis import Basis
 from ._estimate_data import rim_wall
 from ._estimate_report import EstimateRow

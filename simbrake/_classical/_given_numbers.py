@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 
 from .._base._faults import Fault, InputError
-from .._base._numbers import BAD, NumberReader
-from .._base._quantity import Quantity, faults_of_values, positive
-from .._parts._material import LIBRARY, material
+from .._base._quantity import BAD, NumberReader, Quantity, faults_of_values, positive
+from ..thermal._material import LIBRARY, material
 from ._estimate_data import EstimateData
 from ._synthesis_chain import Permissible
 from ._thermal_stress import ElasticMaterial

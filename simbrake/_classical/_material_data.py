@@ -5,8 +5,8 @@ from collections.abc import Callable
 from typing import Any
 
 from .._base._admissible import require_positive
-from .._parts._material import LIBRARY, Entry, Material, material
-from .._parts._wear import ThresholdWear
+from ..thermal._material import LIBRARY, Entry, Material, material
+from ..wear import ThresholdWear
 from ._thermal_stress import ElasticMaterial
 
 _ZERO = 273.15  # K

@@ -7,10 +7,10 @@ from typing import NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from .._parts._material import effusivity_share
 from .._parts._scene import Scene, band_brake
+from .._run._linings import wear
 from .._run._result import Result
-from .._run._rubbing import wear
+from ..thermal._material import effusivity_share
 from ._estimate_basis import Basis
 from ._estimate_temperatures import flash_rise
 from ._material_data import LiningMaterial, RimMaterial

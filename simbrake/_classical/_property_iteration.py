@@ -8,8 +8,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._base._faults import Fault, InputError
-from .._parts._heat import AbstractPartition
-from .._parts._material import ROOM, Material, effusivity_share
+from ..thermal._heat import AbstractPartition
+from ..thermal._material import ROOM, Material, effusivity_share
 from ._estimate_basis import Basis
 from ._thermal_estimates import effective_fourier_number, effective_volume, mean_bulk_rise, penetration_depth
 

@@ -11,15 +11,15 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from .._parts._band import sliding_tensions
-from .._parts._design import Band, Bandage, Brake, Pulley, uniform_linings
-from .._parts._duty import Constant, PiecewiseLinear
-from .._parts._friction import ConstantFriction
-from .._parts._heat import FlashTemperature
 from .._parts._layout import InfeasibleLayout, chord_equal_load_angles, equal_increment_angles
-from .._parts._loads import TorqueLoad
-from .._parts._material import effusivity_share, material
 from .._parts._scene import Duty, Initial, Scene
+from ..brakes._band import sliding_tensions
+from ..brakes._design import Band, Bandage, Brake, Pulley, uniform_linings
+from ..friction import ConstantFriction
+from ..loads import TorqueLoad
+from ..profiles import Constant, PiecewiseLinear
+from ..thermal._heat import FlashTemperature
+from ..thermal._material import effusivity_share, material
 from ._thermal_estimates import maximum_temperatures, mean_bulk_rise, penetration_depth, slab_rise, stopping_rise
 
 

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .._base._admissible import require_not_negative, require_positive
-from .._parts._material import Material
+from ..thermal._material import Material
 from ._thermal_estimates import fourier_number, penetration_depth
 
 

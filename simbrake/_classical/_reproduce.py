@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from .._parts._builders import axial_resistance, radial_resistance
-from .._parts._heat import TransmissionPartition
 from .._parts._layout import chord_equal_load_angles, equal_increment_angles
+from ..thermal._builders import axial_resistance, radial_resistance
+from ..thermal._heat import TransmissionPartition
 from ._thermal_estimates import fourier_parameter
 
 AGREES, MISPRINT, DISAGREES = "agrees", "known misprint", "disagrees"

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from .._base._admissible import require_not_negative, require_positive
-from .._parts._material import Material
+from ..thermal._material import Material
 
 
 class SchmidtCourse(NamedTuple):

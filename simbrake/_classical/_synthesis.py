@@ -1,9 +1,9 @@
 """The parametric synthesis: S's twelve steps over a scene or a run, as one chain."""
 
 from .._base._faults import Fault, InputError
-from .._parts._heat import AbstractPartition
 from .._parts._scene import Scene, band_brake, faults
 from .._run._result import Result
+from ..thermal._heat import AbstractPartition
 from ._engineering import basis_of
 from ._estimate_data import EstimateData
 from ._given_numbers import faults_of_data

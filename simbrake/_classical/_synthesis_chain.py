@@ -7,10 +7,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .._parts._heat import initial_temperatures
 from .._parts._scene import Scene
-from .._run._cyclic import with_temperatures
+from .._run._networks import with_temperatures
 from .._run._series import Series
+from ..thermal._heat import initial_temperatures
 from ._classical_stop import ClassicalStop, classical_stop
 from ._estimate_basis import Basis
 from ._estimate_data import Input, rim_wall

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from .._parts._material import Material
+from ..thermal._material import Material
 from ._estimate_report import EstimateRow
 from ._estimate_rows import partition_rows
 from ._property_iteration import PARTS, REPLACED_ABOVE, Pass, properties_at, property_factor

@@ -6,7 +6,7 @@ import math
 import numpy as np
 
 from .._parts._scene import band_brake
-from .._run._limits import LimitVerdict
+from .._run._measure import LimitVerdict
 from .._run._series import Series
 from ._estimate_basis import Basis
 from ._estimate_report import EstimateRow

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .._base._admissible import require_not_negative, require_positive, require_share
-from .._parts._material import Material
+from ..thermal._material import Material
 
 
 def penetration_depth(diffusivity: Any, time: Any) -> Any:

@@ -5,10 +5,10 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from .._parts._heat import Heat, node_names
-from .._parts._material import Material
-from .._parts._network import Wall, place_of
 from .._run._series import Series
+from ..thermal._heat import Heat, node_names
+from ..thermal._material import Material
+from ..thermal._network import Wall, place_of
 
 
 class WallCourse(NamedTuple):

@@ -109,7 +109,7 @@ def run(
     prepare_jax()
     from .._base._faults import InputError
     from .._base._progress import Waiting
-    from .._run._limits import limit_checks, summary_with_limits, text_with_limits
+    from .._run._measure import limit_checks, summary_with_limits, text_with_limits
     from .._run._simulate import simulate
 
     options = {"rtol": tolerance(rtol), "max_events": limit_of(max_events), "max_steps": limit_of(max_steps)}

@@ -63,8 +63,7 @@ def examined() -> dict[str, Any]:
     import jax
     import jax.numpy as jnp
 
-    from .._base._compiling import WORTH, accelerators, run_device
-    from .._base._tested import FIRST_UNTESTED_JAX, OLDEST_JAX
+    from .._base._compiling import FIRST_UNTESTED_JAX, OLDEST_JAX, WORTH, accelerators, run_device
 
     here = run_device()
     refused = accelerators(here.platform).refused

@@ -82,8 +82,7 @@ def materials(
 def _energy(scene: Any, text: str) -> Any:
     """`--energy` in its forms; raises `InputError` with all faults."""
     from .._base._faults import Fault, InputError
-    from .._base._numbers import NumberReader
-    from .._base._quantity import Quantity
+    from .._base._quantity import NumberReader, Quantity
     from .._run._edit import parse_assignments, with_values
 
     path, equals, given = (part.strip() for part in text.partition("="))

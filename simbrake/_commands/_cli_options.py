@@ -60,7 +60,7 @@ def prepare_jax() -> None:
 def opened(scenario: Path, set_: list[str] | None, out: Path | None, **limits: tuple[Any, bool, str]) -> Any:
     """The scene of a command, its numbers overridden; faults of the options first: name, value, admissible, hint."""
     from .._base._faults import Fault, InputError
-    from .._files._open_scene import open_scene
+    from .._files._scene_file import open_scene
     from .._run._edit import parse_assignments, with_values
 
     wrong = [
@@ -78,7 +78,7 @@ def opened(scenario: Path, set_: list[str] | None, out: Path | None, **limits: t
 def limits_asked(scene: Any, texts: list[str] | None, fail: bool) -> tuple[dict[str, float], list[Any]]:
     """Limits of `--limit` in SI, and the faults; `--fail-on-limit` needs something that can be exceeded."""
     from .._base._faults import Fault
-    from .._run._limits import has_limit, parse_limits
+    from .._run._measure import has_limit, parse_limits
 
     limits, faults = parse_limits(scene, texts or [])
     if fail and not texts and not has_limit(scene, {}):
@@ -89,7 +89,7 @@ def limits_asked(scene: Any, texts: list[str] | None, fail: bool) -> tuple[dict[
 
 def exit_code(ok: bool, checks: list[Any], fail: bool) -> int:
     """0 the run reached its end, 1 it failed, 3 it exceeded a limit and was asked to say so."""
-    from .._run._limits import LimitVerdict
+    from .._run._measure import LimitVerdict
 
     exceeded = any(check.verdict == LimitVerdict.EXCEEDED for check in checks)
     return 1 if not ok else LIMIT_EXCEEDED if fail and exceeded else 0

@@ -8,10 +8,9 @@ from typing import Any
 
 from .._base._faults import Fault, InputError
 from .._base._progress import Waiting
-from .._pages._html_report import report
+from .._pages._page import report
 from .._parts._scene import Scene
-from .._run._limits import limit_checks, limit_dicts, limit_lines
-from .._run._measure import check_metrics
+from .._run._measure import check_metrics, limit_checks, limit_dicts, limit_lines
 from .._run._simulate import simulate
 from ._cli_options import exit_code, limits_asked
 

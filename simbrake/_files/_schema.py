@@ -1,6 +1,7 @@
-"""What may stand in a scene: one description of every part, read off the classes and builders themselves."""
+"""What may stand in a scene: one description of every part, as tables to read and as JSON Schema."""
 
 import dataclasses
+import difflib
 import functools
 import importlib
 import inspect
@@ -13,19 +14,21 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import equinox as eqx
+import numpy as np
 
-from .._base._quantity import Quantity, Whole, about_of, unit_below
-from .._parts._builders import layered_heat, lumped_heat, with_external_pair, with_pulley_structure
-from .._parts._compliance import AbstractStiffness, GivenStiffness
-from .._parts._design import AbstractBrake, Lining, uniform_linings
-from .._parts._duty import AbstractProfile, Constant, ramp
-from .._parts._friction import AbstractFriction, ConstantFriction
-from .._parts._heat import AbstractPartition, ConstantPartition, Heat
-from .._parts._lever import Lever
-from .._parts._loads import AbstractLoad, TorqueLoad
+from .._base._faults import Fault, InputError
+from .._base._quantity import Quantity, Whole, about_of, leaves, unit_below
 from .._parts._programme import programme_scene
 from .._parts._scene import AbstractDuty, Scene
-from .._parts._wear import AbstractWearRate, ConstantWear
+from ..brakes._band import AbstractStiffness, GivenStiffness
+from ..brakes._design import AbstractBrake, Lining, uniform_linings
+from ..friction import AbstractFriction, ConstantFriction
+from ..loads import AbstractLoad, Lever, TorqueLoad
+from ..profiles import AbstractProfile, Constant, ramp
+from ..thermal._builders import layered_heat, lumped_heat, with_external_pair, with_pulley_structure
+from ..thermal._heat import AbstractPartition, ConstantPartition, Heat
+from ..thermal._material import LIBRARY
+from ..wear import AbstractWearRate, ConstantWear
 from ._history import history
 
 #: functions that make an object of a class, by name in a file as the classes themselves are
@@ -173,3 +176,201 @@ def all_makers() -> dict[str, Callable[..., Any]]:
                     found[name] = maker
                     open_ends.append(maker)
     return found
+
+
+# --- JSON Schema ------------------------------------------------------------------------------------------------------
+
+_UNITS = "SI, or a text with its unit"
+
+
+def json_schema() -> dict[str, Any]:
+    """JSON Schema (draft 2020-12) of a scene file, from the same description that reads it.
+
+    Ranges are those of numbers in SI; texts with a unit are only checked by simbrake itself.
+    """
+    makers = all_makers()
+    tables = {name: _table(name, maker) for name, maker in makers.items()}
+    roots = makers_of((Scene,))
+    for name in roots:
+        tables[name]["properties"]["format"] = {"const": "simbrake scene 1"}
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "simbrake scene",
+        "anyOf": [{"$ref": f"#/$defs/{name}"} for name in roots],
+        "$defs": tables,
+    }
+
+
+def _table(name: str, maker: Callable[..., Any]) -> dict[str, Any]:
+    parts = [part for part in parts_of(maker) if not (name == "history" and part.name == "unit")]
+    properties = {part.name: _part_schema(part) for part in parts} | {"type": {"const": name}}
+    needed = [part.name for part in parts if part.needed and not part.nullable]
+    return {"type": "object", "properties": properties, "required": needed, "additionalProperties": False}
+
+
+def _part_schema(part: Part) -> dict[str, Any]:
+    one = _one(part)
+    return {"type": "array", "items": one} if part.many else one
+
+
+def _one(part: Part) -> dict[str, Any]:
+    alternatives: list[dict[str, Any]] = [{"$ref": f"#/$defs/{name}"} for name in makers_of(part.wanted)]
+    if isinstance(part.about, Quantity) and part.kind == "number":
+        return {"anyOf": [*_numbers(part.about), *alternatives], "description": _meaning(part.about)}
+    if isinstance(part.about, Whole):
+        low, high = part.about.low, part.about.high
+        return {"type": "integer", "minimum": low, "maximum": high, "description": part.about.meaning}
+    if part.kind == "object":
+        if short_of(part.wanted):
+            alternatives += [{"type": "number"}, {"type": "string"}]
+        if "Material" in makers_of(part.wanted):
+            alternatives.append({"enum": sorted(LIBRARY)})
+        return {"anyOf": alternatives}
+    return {"type": "boolean" if part.kind == "flag" else "string"}
+
+
+def _numbers(about: Quantity) -> list[dict[str, Any]]:
+    number: dict[str, Any] = {"type": "number"}
+    if about.low is not None:
+        number["exclusiveMinimum" if about.open_low else "minimum"] = about.low
+    if about.high is not None:
+        number["maximum"] = about.high
+    text = {"type": "string"}
+    return [number, text, {"type": "array", "items": {"anyOf": [number, text]}}] if about.many else [number, text]
+
+
+def _meaning(about: Quantity) -> str:
+    return about.meaning if about.unit in ("1", "SI") else f"{about.meaning}, {about.unit} ({_UNITS})"
+
+
+# --- tables to read ---------------------------------------------------------------------------------------------------
+
+
+def numbers_of(scene: Scene) -> list[dict[str, Any]]:
+    """Every number of a scene: path, value (SI), unit, meaning."""
+    return [
+        {
+            "path": leaf.path,
+            "value": np.asarray(leaf.value).tolist(),
+            "unit": leaf.about.unit,
+            "meaning": leaf.about.meaning,
+        }
+        for leaf in leaves(scene)
+    ]
+
+
+def _value_text(value: Any) -> str:
+    array = np.asarray(value)
+    if array.ndim == 0:
+        return f"{float(array):.10g}"
+    if array.size and np.ptp(array) <= 1e-14 * np.abs(array).max():
+        return f"{array.size} × {array.flat[0]:.10g}"
+    shown = [f"{x:.6g}" for x in array]
+    return f"[{', '.join(shown if len(shown) <= 6 else [*shown[:3], '…', *shown[-2:]])}]"
+
+
+def numbers_text(scene: Scene) -> str:
+    """The table of `simbrake scene show`."""
+    rows = [(row["path"], _value_text(row["value"]), row["unit"], row["meaning"]) for row in numbers_of(scene)]
+    widths = [max(len(row[i]) for row in rows) for i in range(3)]
+    lines = [
+        f"{path:<{widths[0]}}  {value:>{widths[1]}} {'' if unit in ('1', 'SI') else unit:<{widths[2]}}  {meaning}"
+        for path, value, unit, meaning in rows
+    ]
+    return "\n".join(line.rstrip() for line in lines)
+
+
+def count_text(scene: Scene) -> str:
+    """What a scene has, in a few words."""
+    n, found = scene.brake.linings.count, leaves(scene)
+    words = [
+        f"{sum(np.size(leaf.value) for leaf in found)} numbers in {len(found)} fields",
+        f"{n} {scene.brake.words.lining}s",
+        *scene.brake.features,
+    ]
+    if scene.heated:
+        words.append(f"{sum(body.count for body in scene.network.bodies)} thermal nodes")
+    return ", ".join(words)
+
+
+def range_text(about: Quantity | Whole | None, unit: str) -> str:
+    """The range of a number in words, as `> 0 m`."""
+    if isinstance(about, Whole):
+        return f"{about.low}…{about.high}"
+    if about is None:
+        return ""
+    range_ = "" if about.range == "finite" else about.range
+    return range_ + (", one or a list" if about.many else "")
+
+
+def _kind_text(part: Part) -> str:
+    if part.kind == "object":
+        names = " | ".join(makers_of(part.wanted))
+        short = " | a number" if short_of(part.wanted) else ""
+        short += " | name in the library" if "Material" in makers_of(part.wanted) else ""
+        return f"list of {names}{short}" if part.many else names + short
+    if part.kind == "number":
+        laws = "".join(f" | {name}" for name in makers_of(part.wanted))
+        unit = "of its place" if part.unit == "SI" else part.unit
+        return ("number" if unit == "1" else f"number, {unit}") + laws
+    return {"whole": "whole number", "text": "text", "flag": "true or false", "file": "CSV file"}[part.kind]
+
+
+def _default_text(part: Part) -> str:
+    if part.needed and not part.nullable:
+        return "needed"
+    if part.needed or part.default is None:
+        return "absent"
+    if isinstance(part.default, bool):
+        return str(part.default).lower()
+    if isinstance(part.default, int | float | np.ndarray) and np.size(part.default) == 1:
+        return f"{float(part.default):g}"
+    return part.default if isinstance(part.default, str) else "empty" if isinstance(part.default, tuple) else "zero"
+
+
+def _block(name: str, maker: Callable[..., Any]) -> str:
+    doc = (inspect.getdoc(maker) or "").split("\n\n")[0].replace("\n", " ").partition("  - ")[0]
+    parts = [part for part in parts_of(maker) if not (name == "history" and part.name == "unit")]
+    rows = [
+        (
+            part.name,
+            _default_text(part),
+            _kind_text(part),
+            ""
+            if part.about is None
+            else ", ".join(x for x in (part.about.meaning, range_text(part.about, part.unit)) if x),
+        )
+        for part in parts
+    ]
+    widths = [max((len(row[i]) for row in rows), default=0) for i in range(2)]
+    lines = [
+        f"  {key:<{widths[0]}}  {default:<{widths[1]}}  {kind}{'  — ' + about if about else ''}"
+        for key, default, kind, about in rows
+    ]
+    return "\n".join([f"{name}: {doc}", *lines])
+
+
+_HEAD = """A scene file is TOML. Keys are those below, from `Scene` down. Numbers are in SI, or texts with their unit
+("120 kN", "270 deg", "450 degC"); a list also as "[0.2, 0.3] rad". Where several types are possible, `type = "…"`
+names the one meant, if the keys do not tell. A bare number stands for the constant law. What is left out is absent, or
+has the value given here."""
+
+
+def schema_text(name: str | None = None) -> str:
+    """What may stand in a scene file: of one type or key, or everything. Raises `InputError` for unknown names."""
+    makers = all_makers()
+    if name is None:
+        return "\n\n".join([_HEAD, *(_block(key, maker) for key, maker in makers.items())])
+    if name in makers:
+        return _block(name, makers[name])
+    of_key: dict[str, Callable[..., Any]] = {}
+    keys = {part.name for maker in makers.values() for part in parts_of(maker)}
+    for maker in makers.values():
+        for part in parts_of(maker):
+            if part.name == name:
+                of_key |= makers_of(part.wanted)
+    if of_key:
+        return "\n\n".join(_block(key, maker) for key, maker in of_key.items())
+    near = difflib.get_close_matches(name, [*makers, *keys], n=3)
+    hint = f"nearest: {', '.join(near)}" if near else f"there are: {', '.join(makers)}"
+    raise InputError([Fault(name, "is no type and no key with a type of a scene", hint)])

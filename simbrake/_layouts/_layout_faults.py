@@ -6,7 +6,7 @@ import numpy as np
 
 from .._base._faults import Fault
 from .._parts._scene import Scene, band_brake, faults, read_by_linings
-from .._run._rubbing import fault_of_pair
+from .._run._linings import fault_of_pair
 from ._layout_targets import TARGETS, Target
 
 FREE = ("angle", "area", "both")

@@ -8,14 +8,14 @@ import numpy as np
 from jaxtyping import Float
 
 from .._base._compiling import DeviceJit
-from .._hybrid._arrays import Array
-from .._parts._band import running_product
 from .._parts._layout import InfeasibleLayout, equal_increment_angles, equal_load_angles
 from .._parts._scene import Scene, band_brake
 from .._physics._assemble import assemble
 from .._physics._sliding import Grip
+from .._run._linings import Rubbing, friction_work, lining_mean, quantity_of, wear, wearing
 from .._run._result import Result
-from .._run._rubbing import Rubbing, friction_work, lining_mean, quantity_of, wear, wearing
+from ..brakes._band import running_product
+from ..hybrid._arrays import Array
 
 #: what can be equal for all linings, with units at full slip and over a braking
 TARGETS = {

@@ -13,13 +13,13 @@ from .._base._compiling import DeviceJit
 from .._base._faults import Fault, InputError
 from .._base._progress import Line, duration
 from .._base._quantity import leaves
-from .._hybrid import Code
-from .._hybrid._arrays import Array
 from .._parts._scene import Scene, faults
 from .._run._edit import with_values
 from .._run._measure import check_metrics, measure, unit_of
 from .._run._result import Result
 from .._run._simulate import room_for, simulate, solver_of
+from ..hybrid import Code
+from ..hybrid._arrays import Array
 from ._least_tension_report import BoundRow, LeastTension, LimitRow
 
 _ANGLES = "brake.linings.angle"

@@ -14,13 +14,13 @@ from .._base._compiling import DeviceJit
 from .._base._faults import InputError
 from .._base._progress import Line, duration
 from .._base._quantity import as_number
-from .._hybrid import Code
 from .._parts._layout import InfeasibleLayout
 from .._parts._scene import Scene, band_brake
-from .._run._integral import as_tree
 from .._run._measure import name_of
 from .._run._outcome import FAILURES, SimulationError
+from .._run._probe import as_tree
 from .._run._simulate import room_for, simulate, solver_of
+from ..hybrid import Code
 from ._layout_faults import NEEDS_AREA, faults_of_wish
 from ._layout_report import LayoutDesign, LayoutRow
 from ._layout_targets import TARGETS, Target, at_full_slip, closed_form, friction_at_start, over_braking

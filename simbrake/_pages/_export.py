@@ -10,12 +10,12 @@ import numpy as np
 
 from .._base._progress import Waiting, waiting
 from .._base._whole import whole_folder
-from .._results._result_file import save
-from .._run._limits import LimitCheck, limit_checks, summary_with_limits, text_with_limits
+from .._results._dataset import save
+from .._run._measure import LimitCheck, limit_checks, summary_with_limits, text_with_limits
 from .._run._result import Result
 from .._run._series import flat, unit_of_column
 from .._studies._sensitivity import Sensitivity, SensitivityTable
-from ._gallery import pictures_of
+from ._page import pictures_of
 
 
 def series_table(result: Result, count: int = 1001) -> tuple[list[str], np.ndarray]:
@@ -78,7 +78,7 @@ def _write(result: Result, folder: Path, told: Waiting, checks: Sequence[LimitCh
 
 def write_published(folder: Path) -> list[Path]:
     """Writes the figures of the papers that a formula gives, and pictures of their tables, as PNG."""
-    from .._pictures._plot_published import PUBLISHED, file_stem, published
+    from ..plot._published import PUBLISHED, file_stem, published
 
     with whole_folder(folder) as (scratch, written):
         for name in PUBLISHED:

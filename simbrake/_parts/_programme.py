@@ -9,16 +9,14 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._base._faults import Fault, InputError
-from .._base._numbers import BAD, NumberReader
-from .._base._quantity import Quantity, positive
-from ._band import grip, tension_ratio
-from ._design import Brake, unloaded
-from ._driller import Driller
-from ._duty import Constant, Repeated
-from ._heat import Heat
-from ._loads import AbstractLoad, HookLoad, TrippingLoad
+from .._base._quantity import BAD, NumberReader, Quantity, positive
+from ..brakes._band import grip, tension_ratio
+from ..brakes._design import Brake, unloaded
+from ..loads import AbstractLoad, Driller, HookLoad, TrippingLoad
+from ..profiles import Constant, Repeated
+from ..thermal._heat import Heat
+from ..wear import Wear
 from ._scene import Duty, Initial, Scene, faults, sensed_at_start
-from ._wear import Wear
 
 FORMS = (
     "lower 27 m at 1.2 m/s",

@@ -1,6 +1,7 @@
-"""One run: a brake, what acts on it, how it starts and when it ends."""
+"""One run: a brake, what acts on it, how it starts and when it ends; and what is unusual in it."""
 
 import abc
+import math
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import equinox as eqx
@@ -11,18 +12,15 @@ from jax.core import Tracer
 from .._base._compiling import DeviceJit
 from .._base._faults import Fault, InputError
 from .._base._quantity import Scalar, faults_of_values, holding, leaves, quantity
-from .._hybrid._arrays import Array
-from ._compliance import ParallelBands
-from ._design import AbstractBrake, AbstractLinings, Brake, tension_shares, under_a_band, unloaded
-from ._driller import AbstractSpeedLever
-from ._duty import AbstractProfile
-from ._friction import AbstractFriction, Reads, needs, reads, remembers
-from ._heat import FrictionHeat, Heat
-from ._loads import AbstractLoad
-from ._network import nodes_at, place_of
-from ._power_shares import PowerShares
-from ._wear import Wear
-from ._worn import faults_of_wear
+from ..brakes._band import ParallelBands
+from ..brakes._design import AbstractBrake, AbstractLinings, Brake, tension_shares, under_a_band, unloaded
+from ..friction import AbstractFriction, Reads, needs, reads, remembers
+from ..hybrid._arrays import Array
+from ..loads import AbstractLoad, AbstractSpeedLever
+from ..profiles import AbstractProfile
+from ..thermal._heat import FrictionHeat, Heat, PowerShares
+from ..thermal._network import nodes_at, place_of
+from ..wear import Wear, faults_of_wear
 
 
 class AbstractDuty(eqx.Module):
@@ -341,3 +339,73 @@ def locked(scene: Scene) -> list[int]:
 def locking_message(scene: Scene, i: int) -> str:
     """Why lining `i` (from 1) locks itself, in words."""
     return scene.brake.locking_words(i, float(_locking(scene)[i - 1]))
+
+
+# --- what is unusual for drilling drawworks: warnings, never a refusal ------------------------------------------------
+
+_DRUMEANU = "Drumeanu & Antonescu 2003, band brakes of drawworks"
+#: coefficient of friction, wrap angle (deg), rim temperature (°C): low, high
+FRICTION, WRAP, RIM = (0.35, 0.65), (270.0, 325.0), (300.0, 800.0)
+#: linings of a band; conductivities (W/(m·K)) of rims and linings
+LININGS, RIM_CONDUCTIVITY, LINING_CONDUCTIVITY = (8.0, 26.0), (38.0, 163.0), (0.4, 1.5)
+ZERO = 273.15  # K
+
+
+def plausibility(scene: Scene, peak_rim: float | None = None) -> list[str]:
+    """Numbers of a scene that are unusual for a brake of drawworks: what, the usual range, its source, the reason.
+
+    - static coefficient of friction 0.35…0.65, wrap 270…325°, rim at most 800 °C: Drumeanu & Antonescu (2003); Z has
+      cases down to 0.1, and a single stop stays far below 300 °C, so that there is no warning for a cool rim
+    - 8…26 linings: Z;  conductivity of rim 38…163 and linings 0.4…1.5 W/(m·K): V, tables 1 and 2, and textbooks
+    - `peak_rim`: highest rim temperature (K) of a run of it, if there was one
+    """
+    if any(isinstance(leaf.value, Tracer) for leaf in leaves(scene)):
+        return []
+    found = _of_brake(scene)
+    if peak_rim is not None and peak_rim - ZERO > RIM[1]:
+        found.append(
+            f"unusual: rim at {peak_rim - ZERO:.0f} °C, usual in heavy service are {RIM[0]:.0f}…{RIM[1]:.0f} °C "
+            f"({_DRUMEANU}); properties of steel and linings are not known that hot"
+        )
+    return found + _of_materials(scene)
+
+
+def _of_brake(scene: Scene) -> list[str]:
+    brake, found = scene.brake, []
+    if not isinstance(brake, Brake):
+        return []  # the sources are about band brakes
+    n, f = brake.linings.count, static_friction(scene)
+    if _outside(f.min(), FRICTION) or _outside(f.max(), FRICTION):
+        values = f"{f.min():.4g}" if np.ptp(f) < 1e-12 else f"{f.min():.4g}…{f.max():.4g}"
+        found.append(
+            f"unusual: static coefficient of friction {values}, usual are {FRICTION[0]}…{FRICTION[1]} ({_DRUMEANU}); "
+            "tensions depend on it exponentially (Z computes cases down to 0.1)"
+        )
+    wrap = math.degrees(float(np.sum(brake.linings.angle)))
+    if _outside(wrap, WRAP):
+        found.append(
+            f"unusual: wrap {wrap:.5g}°, usual are {WRAP[0]:.0f}…{WRAP[1]:.0f}° ({_DRUMEANU}); "
+            "the grip of the band depends on it exponentially"
+        )
+    if _outside(float(n), LININGS):
+        found.append(f"unusual: {n} linings, usual are {LININGS[0]:.0f}…{LININGS[1]:.0f} (Z)")
+    return found
+
+
+def _of_materials(scene: Scene) -> list[str]:
+    found, heat = [], scene.network
+    walls = {wall.name: wall for wall in heat.walls}
+    for what, place, usual in (("rim", heat.rim, RIM_CONDUCTIVITY), ("linings", heat.linings, LINING_CONDUCTIVITY)):
+        wall = walls.get(place_of(place)[0]) if place else None
+        if wall is not None and _outside(float(wall.material.conductivity), usual):
+            value = float(wall.material.conductivity)
+            found.append(
+                f"unusual: {what} with {value:.4g} W/(m·K), usual are {usual[0]:g}…{usual[1]:g} (V, tables 1 and 2); "
+                "is the unit right?"
+            )
+    return found
+
+
+def _outside(value: float, usual: tuple[float, float]) -> bool:
+    slack = 1e-9 * usual[1]  # the angles of equal linings add up to a wrap with rounding
+    return not usual[0] - slack <= value <= usual[1] + slack

@@ -5,27 +5,23 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 
-from .._hybrid._arrays import Array
-from .._parts._design import AbstractLinings, Bandage, Brake, stiffness_of, unloaded
-from .._parts._friction import AnyContact, rates_read
-from .._parts._heat import FrictionHeat
-from .._parts._internal import InternalPair
-from .._parts._pressed import AbstractPressedBrake
 from .._parts._scene import Scene
-from .._parts._wear import AbstractWearRate
-from .._parts._worn import walls_left, worn_scene
+from ..brakes._design import AbstractLinings, Bandage, Brake, stiffness_of, unloaded
+from ..brakes._pressed import AbstractPressedBrake
+from ..friction import AnyContact, rates_read
+from ..hybrid._arrays import Array
+from ..thermal._heat import FrictionHeat
+from ..wear import AbstractWearRate, walls_left, worn_scene
+from ._ageing import assemble_wear, start_of_memory
 from ._brake import BrakeSystem, State, first_piece
 from ._chain import Chain
 from ._elastic import ElasticBand
-from ._mechanism import AbstractMechanism, Mode, Pair, Sizes
-from ._memory import start_of_memory
+from ._mechanism import AbstractMechanism, HeatLedger, Ledger, Mode, Pair, Sizes
 from ._rigid import BandTorque, PressedTorque, RigidContact
 from ._sliding import FaceGrip, Grip
 from ._sprung import SprungBandage
-from ._staged import StagedBrake
-from ._state import HeatLedger, Ledger
+from ._staged import InternalPair, StagedBrake
 from ._thermal import Thermal, assemble_thermal
-from ._wearing import assemble_wear
 from ._wrap import Wrap
 
 

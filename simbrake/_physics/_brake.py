@@ -7,23 +7,31 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float
 
-from .._hybrid import CORE, QUADRATURE, AbstractSemiExplicitSystem, largest, smallest
-from .._hybrid._arrays import Array
-from .._hybrid._system import variables_of
-from .._parts._driller import AbstractSpeedLever
-from .._parts._duty import AbstractProfile, hides_nothing, next_known_time
-from .._parts._friction import SurfaceState
-from .._parts._links import Surroundings
-from .._parts._loads import AbstractLoad
-from ._heat_flows import Deposit
-from ._mechanism import AbstractMechanism, Acting, Mode, Moment, Pair, Rub, Sizes
-from ._memory import couplings_of_memory, rates_of_memory, sizes_of_memory
-from ._modes import BandMode
+from ..friction import SurfaceState
+from ..hybrid import CORE, QUADRATURE, AbstractSemiExplicitSystem, largest, smallest
+from ..hybrid._arrays import Array
+from ..hybrid._system import variables_of
+from ..loads import AbstractLoad, AbstractSpeedLever
+from ..profiles import AbstractProfile, hides_nothing, next_known_time
+from ..thermal._heat import place_count
+from ..thermal._network import Surroundings
+from ._ageing import Wearing, couplings_of_memory, rates_of_memory, sizes_of_memory
+from ._mechanism import (
+    AbstractMechanism,
+    Acting,
+    BandMode,
+    BrakeCode,
+    HeatLedger,
+    Ledger,
+    Mode,
+    Moment,
+    Pair,
+    Rub,
+    Sizes,
+)
 from ._sliding import AbstractGrip
 from ._sparsity import couplings
-from ._state import BrakeCode, HeatLedger, Ledger
-from ._thermal import Thermal
-from ._wearing import Wearing
+from ._thermal import Deposit, Thermal
 
 #: passes in which tension and temperature after a jump are settled; each leaves about 1e-3 of the one before it
 _PASSES = 4
@@ -524,3 +532,53 @@ def _piece(piece: Any) -> Any:
 def first_piece(profile: AbstractProfile, t: Any) -> Any:
     """The piece of a profile at the start of a run, `None` of one without known times: it is no part of the mode."""
     return None if isinstance(profile.next_knot(jnp.asarray(0, jnp.int32)), float) else profile.first_piece(t)
+
+
+# --- what one looks at in a run beside its states: surface temperatures, and marks that are passed --------------------
+
+
+def surfaces(system: BrakeSystem, q: BrakeNow) -> dict[str, Array]:
+    """Surface temperatures (K) of rim, linings and band where the scene names them; on walls reconstructed."""
+    found: dict[str, Array] = {}
+    if system.thermal is None or q.thermal is None:
+        return found
+    faces = dict(q.thermal.flows.faces)
+    for deposit in q.thermal.deposits:
+        for place, flow in deposit.faces.items():
+            faces[place] = faces.get(place, 0.0) + flow
+    for kind, place in system.thermal.heat.hot_places.items():
+        found[kind] = system.thermal.surface(place, q.thermal.T, q.thermal.T_junctions, faces)
+    return found
+
+
+def _can_lose_grip(system: BrakeSystem) -> bool:
+    """Whether fade can leave a sliding brake of one pair, whose linings act as one, weaker than its load."""
+    reads = system.grip.reads.T or system.grip.remembers
+    return reads and len(system.mechanism.pairs) == 1 and not system.mechanism.resolved
+
+
+def mark_names(system: BrakeSystem) -> list[tuple[str, int | None]]:
+    """Marks that heat or fade can pass, as names of events with the lining (from 1) that they concern."""
+    names: list[tuple[str, int | None]] = [("grip_lost", None)] if _can_lose_grip(system) else []
+    if system.thermal is None:
+        return names
+    heat, n = system.thermal.heat, system.linings.count
+    if heat.permissible is not None and heat.linings is not None:
+        per_lining = place_count(heat, heat.linings) == n and n > 1
+        names += [("permissible_temperature", i + 1 if per_lining else None) for i in range(n if per_lining else 1)]
+    return names
+
+
+def passing(system: BrakeSystem, mode: Mode, q: BrakeNow, hot: dict[str, Array]) -> Array:
+    """By how much each of `mark_names` is passed, relative to a typical size."""
+    found: list[Any] = []
+    if _can_lose_grip(system):
+        # sliding ahead, the brake no longer outweighs the load (a lever that holds the speed balances it to rounding)
+        short = (q.load_torque - q.brake_torque) / system.sizes.torque - 1e-9
+        # a lever that is being released lets go on purpose: that is no loss of grip
+        pulls = q.lever_rate >= 0
+        found.append(jnp.where((mode.band == BandMode.SLIP) & (mode.sense > 0) & pulls, short, -1.0)[None])
+    heat = None if system.thermal is None else system.thermal.heat
+    if heat is not None and heat.permissible is not None and heat.linings is not None:
+        found.append((hot["linings"] - heat.permissible) / 100.0)
+    return jnp.concatenate(found) if found else jnp.zeros(0)

@@ -5,10 +5,23 @@ from typing import Any, NamedTuple
 import jax.numpy as jnp
 from jaxtyping import Bool, Float, Int
 
-from .._hybrid._arrays import Array
-from .._parts._friction import SurfaceState, continued
-from ._mechanism import AbstractMechanism, Mode, Moment, Pair, PairNow, Rub, Shown, Sizes
-from ._modes import ELASTIC, HELD, SLIP, SLIP_BACK, BandMode
+from ..friction import SurfaceState, continued
+from ..hybrid._arrays import Array
+from ._mechanism import (
+    ELASTIC,
+    HELD,
+    SLIP,
+    SLIP_BACK,
+    AbstractMechanism,
+    BandMode,
+    Mode,
+    Moment,
+    Pair,
+    PairNow,
+    Rub,
+    Shown,
+    Sizes,
+)
 from ._sliding import Grip
 from ._wrap import band_torque
 

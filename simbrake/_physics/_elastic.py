@@ -7,11 +7,20 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Bool, Float
 
-from .._hybrid._arrays import Array
-from .._parts._friction import SurfaceState
+from ..friction import SurfaceState
+from ..hybrid._arrays import Array
+from ._ageing import rates_of_memory
 from ._mechanism import (
+    ELASTIC,
+    HELD,
+    OPEN,
+    SLIP,
+    SLIP_BACK,
+    TAKE_UP,
     AbstractMechanism,
     Acting,
+    BandMode,
+    BrakeCode,
     Fired,
     Locking,
     Mode,
@@ -21,16 +30,16 @@ from ._mechanism import (
     Rub,
     Shown,
     Sizes,
+    Sliding,
     arrested,
     failed,
     moving_as_one,
     onset,
+    pick,
     sense_of,
     settled_mode,
+    slips,
 )
-from ._memory import rates_of_memory
-from ._modes import ELASTIC, HELD, OPEN, SLIP, SLIP_BACK, TAKE_UP, BandMode, Sliding, pick, slips
-from ._state import BrakeCode
 from ._wrap import MOBILISATION, Limit, Wrap, band_torque
 
 #: Newton iterations of a slip speed under states of the law, and those after them that carry derivatives

@@ -7,12 +7,16 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Bool, Float
 
-from .._hybrid import largest
-from .._hybrid._arrays import Array
-from .._parts._band import LiningForces
-from .._parts._pressed import AbstractPressedBrake
+from ..brakes._band import LiningForces
+from ..brakes._pressed import AbstractPressedBrake
+from ..hybrid import largest
+from ..hybrid._arrays import Array
 from ._mechanism import (
+    HELD,
+    OPEN,
     AbstractMechanism,
+    BandMode,
+    BrakeCode,
     Locking,
     Mode,
     Pair,
@@ -23,12 +27,13 @@ from ._mechanism import (
     failed,
     moving_as_one,
     onset,
+    pick,
+    rigid_mode,
     sense_of,
     settled_mode,
+    slips,
 )
-from ._modes import HELD, OPEN, BandMode, pick, rigid_mode, slips
 from ._sliding import AbstractGrip, FaceGrip
-from ._state import BrakeCode
 from ._wrap import MOBILISATION, Wrap, band_torque
 
 

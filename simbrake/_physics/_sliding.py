@@ -10,13 +10,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from .._hybrid import largest, smallest
-from .._hybrid._arrays import Array
-from .._parts._band import tension_ratio
-from .._parts._design import AbstractLinings, Lining
-from .._parts._friction import RatesRead, Reads, SurfaceState, continued, rates_read, reads, remembers
-from .._parts._heat import FlashTemperature
-from .._parts._power_shares import PowerShares
+from ..brakes._band import tension_ratio
+from ..brakes._design import AbstractLinings, Lining
+from ..friction import RatesRead, Reads, SurfaceState, continued, rates_read, reads, remembers
+from ..hybrid import largest, smallest
+from ..hybrid._arrays import Array
+from ..thermal._heat import FlashTemperature, PowerShares
 
 _SEARCH = 24  # Newton iterations of an implicit coefficient before those that carry derivatives
 _CARRY = 2

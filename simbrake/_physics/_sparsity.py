@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from .._hybrid import CORE, LINEAR
-from .._parts._heat import Heat, shared_faces
-from .._parts._network import Wall, place_of
-from ._heat_flows import Spans, nodes_of, spans
+from ..hybrid import CORE, LINEAR
+from ..thermal._heat import Heat, shared_faces
+from ..thermal._network import Wall, place_of
+from ._thermal import Spans, nodes_of, spans
 
 
 def couplings(heat: Heat) -> np.ndarray:

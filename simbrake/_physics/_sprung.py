@@ -6,16 +6,29 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Bool, Float
 
-from .._hybrid import largest
-from .._hybrid._arrays import Array
-from .._parts._band import affine_tensions, tension_ratio
-from .._parts._design import Bandage
-from .._parts._friction import AbstractFriction, SurfaceState, continued, reads
-from ._at_rest import Resting, Shared, holding_range, resting_tensions, share_load, yields_on_band
-from ._mechanism import AbstractMechanism, Ask, Mode, Pair, PairNow, Rub, Shown, Sizes
-from ._modes import HELD, OPEN, SLIP, SLIP_BACK, BandMode
+from ..brakes._band import affine_tensions, tension_ratio
+from ..brakes._design import Bandage
+from ..friction import AbstractFriction, SurfaceState, continued, reads
+from ..hybrid import largest
+from ..hybrid._arrays import Array
+from ._mechanism import (
+    HELD,
+    OPEN,
+    SLIP,
+    SLIP_BACK,
+    AbstractMechanism,
+    Ask,
+    BandMode,
+    BrakeCode,
+    Mode,
+    Pair,
+    PairNow,
+    Rub,
+    Shown,
+    Sizes,
+)
 from ._sliding import Grip
-from ._state import BrakeCode
+from ._wrap import Resting, Shared, holding_range, resting_tensions, share_load, yields_on_band
 
 #: guards before those of the linings: lever, pulley (two)
 _FIRST = 3

@@ -1,8 +1,8 @@
-"""A thermal network made ready for integration: temperatures, heat flows, and where friction heat lands."""
+"""A thermal network made ready for integration: temperatures, heat flows, and where friction heat enters."""
 
 import functools
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
@@ -10,13 +10,87 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from .._hybrid._arrays import Array
-from .._parts._duty import AbstractProfile
-from .._parts._heat import FrictionHeat, Heat, place_count, shared_faces
-from .._parts._links import AbstractLink, Surroundings
-from .._parts._network import Lump, Reservoir, Wall, depends_on_temperatures, is_constant, place_of
-from .._parts._power_shares import PowerShares
-from ._heat_flows import Deposit, End, HeatFlows, Spans, body_of, nodes_of, spans
+from ..hybrid._arrays import Array
+from ..profiles import AbstractProfile
+from ..thermal._heat import FrictionHeat, Heat, PowerShares, place_count, shared_faces
+from ..thermal._network import (
+    AbstractLink,
+    Body,
+    Junction,
+    Lump,
+    Reservoir,
+    Surroundings,
+    Wall,
+    depends_on_temperatures,
+    is_constant,
+    nodes_at,
+    place_of,
+)
+
+
+class Spans(NamedTuple):
+    """Where each body stands among the nodes with capacity, and among the junctions."""
+
+    stores: dict[str, slice]
+    junctions: dict[str, slice]
+
+
+def spans(heat: Heat) -> Spans:
+    ends, found = {True: 0, False: 0}, Spans({}, {})
+    for body in heat.bodies:
+        if isinstance(body, Reservoir):
+            continue
+        store = not isinstance(body, Junction)
+        here = slice(ends[store], ends[store] + body.count)
+        ends[store] = here.stop
+        (found.stores if store else found.junctions)[body.name] = here
+    return found
+
+
+def body_of(heat: Heat, name: str) -> Body:
+    return next(body for body in heat.bodies if body.name == name)
+
+
+def nodes_of(heat: Heat, where: Spans, place: str) -> slice:
+    """Which nodes a place has: of those with capacity, or of the junctions."""
+    name, face = place_of(place)
+    here = where.stores[name] if name in where.stores else where.junctions[name]
+    nodes = range(here.start, here.stop)[nodes_at(body_of(heat, name), face)]
+    return slice(nodes.start, nodes.stop, nodes.step)
+
+
+class HeatFlows(NamedTuple):
+    """Heat flows of the network at one instant (W): into each node, and over its border."""
+
+    into: Float[Array, " k"]
+    into_junctions: Float[Array, " j"]
+    lost: Array  # to reservoirs
+    supplied: Array  # by sources
+    faces: dict[str, Array]  # into each wall's face that a link touches
+
+
+class Deposit(NamedTuple):
+    """Where friction heat goes, for given heats of the linings: linear in them."""
+
+    into: Float[Array, " k"]
+    into_junctions: Float[Array, " j"]  # rise of the junctions' temperatures it causes
+    to_metal: Array
+    to_linings: Array
+    lost: Array
+    faces: dict[str, Array]
+    beyond: Any = None  # part of the heat to metal that went behind the linings
+
+
+class End(NamedTuple):
+    """Where a link ends: temperature (of a wall: of its outermost layer), resistance from there to the face."""
+
+    place: str
+    T: Array
+    half: Array | None
+    shared: bool  # with other links or a source
+
+
+# --- the network ready for integration --------------------------------------------------------------------------------
 
 _FACES = 4  # passes over links that share a wall's face
 _NEWTON = 8  # iterations for junctions with radiation or free convection

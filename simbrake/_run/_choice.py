@@ -8,15 +8,27 @@ import numpy as np
 from jax.flatten_util import ravel_pytree
 
 from .._base._compiling import DeviceJit
-from .._hybrid._arrays import Array
-from .._parts._design import unloaded
-from .._parts._duty import AbstractProfile
-from .._parts._friction import AbstractFriction, remembers
-from .._parts._heat import Heat
-from .._parts._links import AbstractLink, Conductance, Convection, Radiation, Surroundings, ThermalContact
-from .._parts._material import ROOM
-from .._parts._network import Body, Junction, Lump, Reservoir, Wall, place_of
 from .._parts._scene import Scene, pairs_of, sensed_at_start, sensed_on_rim_at_start
+from ..brakes._design import unloaded
+from ..friction import AbstractFriction, remembers
+from ..hybrid._arrays import Array
+from ..profiles import AbstractProfile
+from ..thermal._heat import Heat
+from ..thermal._material import ROOM
+from ..thermal._network import (
+    AbstractLink,
+    Body,
+    Conductance,
+    Convection,
+    Junction,
+    Lump,
+    Radiation,
+    Reservoir,
+    Surroundings,
+    ThermalContact,
+    Wall,
+    place_of,
+)
 
 #: length of the real stability interval of Dopri8, roughly
 _REACH = 6.0

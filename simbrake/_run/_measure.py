@@ -1,15 +1,19 @@
-"""What is asked of a run: metrics by name, energies as `energy.…`, or any function of a result."""
+"""What is asked of a run: metrics by name, energies, functions of a result; and limits on them."""
 
 import difflib
-from collections.abc import Callable, Sequence
-from typing import Any
+import enum
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
 
 from .._base._faults import Fault, InputError
-from .._hybrid._arrays import Array
+from .._base._quantity import BAD, NumberReader, Quantity
+from .._base._table import number
 from .._parts._scene import Scene
+from ..hybrid._arrays import Array
+from ._linings import lining_peak
 from ._metrics import METRICS, metric_names
 from ._result import Result
 
@@ -60,3 +64,178 @@ def measure(result: Result, metric: Metric) -> Array:
 def happened(value: Any) -> Any:
     """Whether a metric has a value: times of what did not happen are infinite."""
     return np.isfinite(np.asarray(value))
+
+
+# --- limits -----------------------------------------------------------------------------------------------------------
+
+#: a limit on what is not a metric: it needs the areas of the linings
+PRESSURE = "max_pressure"
+_HOT = "peak_lining_temperature"
+#: shown without a limit too, where the scene has them
+_USUAL = ("peak_rim_temperature", "max_tension", "max_normal_load")
+
+
+class LimitVerdict(enum.StrEnum):
+    """What a run says of a limit."""
+
+    WITHIN = "within limit"
+    WITHIN_SO_FAR = "within limit so far"  # the run failed: how it would have gone on is not known
+    EXCEEDED = "exceeded"
+    NO_LIMIT = "no limit"
+    NOT_EVALUATED = "not evaluated"
+
+
+class LimitCheck(NamedTuple):
+    """One limit and the value in a run, in SI: `name` of the metric (or `max_pressure`), `note`: when, or why not."""
+
+    name: str
+    limit: float | None
+    value: float | None
+    unit: str
+    verdict: LimitVerdict
+    note: str = ""
+
+    @property
+    def margin(self) -> float | None:
+        """`limit − value`, below 0 where the limit is exceeded; `None` without one of the two."""
+        return None if self.limit is None or self.value is None else self.limit - self.value
+
+    def as_dict(self) -> dict[str, Any]:
+        """`{name, verdict, value, limit, margin, unit, note}`, numbers in SI."""
+        return {
+            "name": self.name,
+            "verdict": str(self.verdict),
+            "value": self.value,
+            "limit": self.limit,
+            "margin": self.margin,
+            "unit": self.unit,
+            "note": self.note,
+        }
+
+    def __str__(self) -> str:
+        """Verdict with value, limit and margin, as a line of a summary."""
+        margin = "" if self.margin is None else f", margin {number(self.margin, self.unit, absolute=False)}"
+        note = f" ({self.note})" if self.note else ""
+        value, limit = number(self.value, self.unit), number(self.limit, self.unit)
+        return f"{self.name} {self.verdict}: {value}, limit {limit}{margin}{note}"
+
+
+def read_limits(
+    scene: Scene, limits: Mapping[str, int | float | str], path: str = "limits[{!r}]"
+) -> tuple[dict[str, float], list[Fault]]:
+    """Limits in SI, given as numbers or as texts with a unit; and the faults: unknown metrics, what is not a number.
+
+    `path`: where a limit stands, for the faults, with a place for its name
+    """
+    reader, read = NumberReader(), {}
+    if PRESSURE in limits and scene.brake.linings.area is None:
+        reader.fault(path.format(PRESSURE), "needs the areas of the linings", "give brake.linings.area")
+    known = (*metric_names(scene), PRESSURE)
+    try:
+        check_metrics(scene, [name for name in limits if name != PRESSURE])
+    except InputError as error:
+        reader.faults += error.faults
+    for name, value in ((name, value) for name, value in limits.items() if name in known):
+        unit = "Pa" if name == PRESSURE else unit_of(name)
+        found = reader.number(_plain(value), Quantity(unit, "limit"), path.format(name), unit)
+        read |= {} if found is BAD else {name: found}
+    return read, reader.faults
+
+
+def parse_limits(scene: Scene, texts: Sequence[str]) -> tuple[dict[str, float], list[Fault]]:
+    """Limits in SI from texts `METRIC=VALUE` with or without a unit, as `--limit` has them; and the faults."""
+    faults: list[Fault] = []
+    given: dict[str, str] = {}
+    for text in texts:
+        name, _, value = (part.strip() for part in text.partition("="))
+        if not name or not value:
+            faults.append(Fault(f"--limit {text}", "is not of the form METRIC=VALUE", 'as in "max_tension=120 kN"'))
+        elif name in given:
+            faults.append(Fault(f"--limit {name}", "is given twice", "one limit each"))
+        given |= {name: value} if name and value else {}
+    limits, wrong = read_limits(scene, given, "--limit {}")
+    return limits, faults + wrong
+
+
+def has_limit(scene: Scene, limits: Mapping[str, float]) -> bool:
+    """Whether there is anything that a run could exceed: a limit given, or one of the scene."""
+    return bool(limits) or scene.network.permissible is not None
+
+
+def _plain(value: Any) -> Any:
+    """A number of NumPy as one of Python, which a reader knows."""
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def limit_checks(result: Result, limits: Mapping[str, float]) -> list[LimitCheck]:
+    """All limits of a concrete result with their verdicts: the linings' temperature, the usual metrics, then `limits`.
+
+    `limits`: metric (or `max_pressure`) → greatest permissible value in SI, as `read_limits` gives them. A value equal
+    to its limit is within it. What did not happen (a stop that never came) exceeds its limit in a run that reached its
+    end time; in a run that failed it is not evaluated.
+    """
+    summary, known = result.summary(), metric_names(result.scene)
+    checks = [_linings(result, summary, limits)]
+    for name in _USUAL:
+        if name in known and name not in limits:
+            checks.append(LimitCheck(name, None, summary["metrics"][name], unit_of(name), LimitVerdict.NO_LIMIT))
+    for name, bound in limits.items():
+        if name == _HOT:
+            continue
+        if name == PRESSURE:
+            value, unit, time = float(np.max(np.asarray(lining_peak(result, "pressure")))), "Pa", None
+        else:
+            value, unit, time = float(measure(result, name)), unit_of(name), summary["at"].get(f"{name}_time")
+        note = "" if time is None else f"maximum at {number(time, 's')}"
+        checks.append(_judged(result, name, bound, value, unit, note))
+    return checks
+
+
+def _judged(result: Result, name: str, bound: float, value: float, unit: str, note: str) -> LimitCheck:
+    if not np.isfinite(value):
+        verdict = LimitVerdict.EXCEEDED if result.ok else LimitVerdict.NOT_EVALUATED
+        note = "did not happen in this run" if result.ok else "the run failed before it happened"
+        return LimitCheck(name, bound, None, unit, verdict, note)
+    within = LimitVerdict.WITHIN if result.ok else LimitVerdict.WITHIN_SO_FAR
+    return LimitCheck(name, bound, value, unit, within if value <= bound else LimitVerdict.EXCEEDED, note)
+
+
+def _linings(result: Result, summary: dict[str, Any], limits: Mapping[str, float]) -> LimitCheck:
+    """The temperature of the linings, which a scene itself may limit."""
+    own, value = result.scene.network.permissible, summary["metrics"].get(_HOT)
+    own = None if own is None else float(np.asarray(own))
+    bound = float(limits[_HOT]) if _HOT in limits else own
+    if value is None:
+        note = "the scene has no thermal part"
+        if result.scene.heated:
+            note = "the thermal part names no place as that of the linings"
+        return LimitCheck(_HOT, bound, None, "K", LimitVerdict.NOT_EVALUATED, note)
+    if bound is None:
+        return LimitCheck(_HOT, None, value, "K", LimitVerdict.NO_LIMIT)
+    hottest = f"maximum at {number(summary['at'][f'{_HOT}_time'], 's')}"
+    if value > bound and bound == own:
+        times = [event["time"] for event in summary["events"] if event["name"] == "permissible_temperature"]
+        often = "" if len(times) < 2 else f", {len(times)} times in all"
+        first = f"first exceeded at {number(min(times), 's')}{often}" if times else "above it from the start"
+        hottest = f"{first}; {hottest}"
+    return _judged(result, _HOT, bound, value, "K", hottest)
+
+
+def limit_lines(checks: Sequence[LimitCheck]) -> list[str]:
+    """What a summary says of the limits that there are, one line each."""
+    return [f"limit    {check}" for check in checks if check.limit is not None]
+
+
+def limit_dicts(checks: Sequence[LimitCheck]) -> list[dict[str, Any]]:
+    """The same as numbers and words."""
+    return [check.as_dict() for check in checks if check.limit is not None]
+
+
+def text_with_limits(result: Result, checks: Sequence[LimitCheck]) -> str:
+    """The summary of a result and what it says of the limits."""
+    return "\n".join([str(result), *limit_lines(checks)])
+
+
+def summary_with_limits(result: Result, checks: Sequence[LimitCheck]) -> dict[str, Any]:
+    """The same as `run --json` prints it: `Result.summary` and `limits`."""
+    return {**result.summary(), "limits": limit_dicts(checks)}

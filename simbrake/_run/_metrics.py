@@ -10,10 +10,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from .._hybrid import ADVANCED, LANDED, SKIPPED, Record, largest, smallest
-from .._hybrid._arrays import Array
 from .._parts._scene import Scene
-from .._physics._modes import BandMode, slips
+from .._physics._mechanism import BandMode, slips
+from ..hybrid import ADVANCED, LANDED, SKIPPED, Record, largest, smallest
+from ..hybrid._arrays import Array
 from ._probe import SAMPLES, Probe, probe
 
 _POINTS = 33  # of a finer grid around a greatest value

@@ -3,10 +3,9 @@
 import enum
 from collections.abc import Callable
 
-from .._hybrid import Code
-from .._parts._design import Brake, BrakeWords
-from .._physics._modes import BandMode, Label
-from .._physics._state import BrakeCode
+from .._physics._mechanism import BandMode, BrakeCode, Label
+from ..brakes._design import Brake, BrakeWords
+from ..hybrid import Code
 
 FAILURES = {
     Code.STEP_LIMIT: (

@@ -11,8 +11,8 @@ import numpy as np
 from .._base._compiling import Program, compiled, pack
 from .._base._faults import Fault, InputError
 from .._base._quantity import leaves
-from .._hybrid import Code
 from .._parts._scene import Scene, check
+from ..hybrid import Code
 from ._edit import with_values
 from ._measure import Metric, check_metrics, measure, name_of
 from ._result import Result

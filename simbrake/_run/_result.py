@@ -10,21 +10,28 @@ from jax.core import Tracer
 from jaxtyping import Int
 
 from .._base._faults import InputError
-from .._base._handy import number
-from .._hybrid import Record
-from .._hybrid._arrays import Array
-from .._parts._heat import node_names
+from .._base._table import number
 from .._parts._scene import Scene
 from .._physics._brake import Capacity
-from ._balance import end_capacity, end_capacity_of, energies, energies_of, friction_work, stored_heat
-from ._log import Event
+from ..hybrid import Record
+from ..hybrid._arrays import Array
+from ..thermal._heat import node_names
+from ._log import Event, Stage
 from ._metrics import METRICS, peak, thickness, worn_thickness
 from ._outcome import FAILURES, STATUS_MESSAGES, Status, failure_of, status_of
-from ._probe import Probe, probe_at, probe_many
-from ._report import Report, labels_of
+from ._probe import (
+    Probe,
+    end_capacity,
+    end_capacity_of,
+    energies,
+    energies_of,
+    friction_work,
+    probe_at,
+    probe_many,
+    stored_heat,
+)
+from ._report import Report, labels_of, text
 from ._series import PairSeries, Series, array_of_times, fault_of_times, memory_column, outside
-from ._stages import Stage
-from ._summary import text
 
 _last_report: Report | None = None
 

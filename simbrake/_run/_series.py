@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from .._base._faults import Fault, InputError
-from .._hybrid._arrays import Array
+from ..hybrid._arrays import Array
 
 
 class PairSeries(NamedTuple):

@@ -12,10 +12,10 @@ import numpy as np
 
 from .._base._compiling import DeviceJit, Packing, Program, compiled, pack
 from .._parts._scene import Scene
-from .._run._balance import end_capacity
 from .._run._edit import with_values
 from .._run._measure import Metric, measure, name_of
 from .._run._metrics import METRICS
+from .._run._probe import end_capacity
 from .._run._result import Result
 from .._run._simulate import simulate
 

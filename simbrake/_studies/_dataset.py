@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from .._physics._modes import Label
+from .._physics._mechanism import Label
 from .._run._measure import Metric, name_of, unit_of
 from .._run._outcome import FAILURES, status_of
 from ._plan import Plan

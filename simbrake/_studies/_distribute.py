@@ -14,7 +14,7 @@ import jax
 import numpy as np
 
 from .._base._faults import Fault, InputError
-from .._hybrid import Code
+from ..hybrid import Code
 from ._chunks import Job, run_chunk
 from ._store import Store, store_at
 

@@ -8,13 +8,13 @@ import numpy as np
 
 from .._base._compiling import DeviceJit
 from .._base._faults import Fault, InputError
-from .._hybrid import Code
-from .._hybrid._arrays import Array
 from .._parts._scene import Scene
 from .._run._edit import with_values
 from .._run._measure import Metric, measure
 from .._run._outcome import FAILURES
 from .._run._simulate import simulate, step_limits
+from ..hybrid import Code
+from ..hybrid._arrays import Array
 from ._measured import Measured, Points, pick
 
 

@@ -8,10 +8,10 @@ import numpy as np
 from .._base._faults import Fault, InputError
 from .._base._progress import Line
 from .._parts._scene import Scene, check
-from .._parts._worn import feeds_back, turned_scene
 from .._run._edit import with_values
 from .._run._result import Result
 from .._run._simulate import simulate
+from ..wear import feeds_back, turned_scene
 from ._life_report import LifeHistory, LiningLife
 
 _LEAST, _MOST = 0.2, 5.0  # factors of a step of brakings from one to the next

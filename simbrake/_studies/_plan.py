@@ -10,13 +10,13 @@ import numpy as np
 
 from .._base._faults import Fault, InputError
 from .._base._quantity import Quantity, leaves
-from .._hybrid import Rodas5P
 from .._parts._scene import Scene, faults
 from .._run._choice import stiffness
 from .._run._edit import with_values
 from .._run._measure import Metric, check_metrics, name_of
 from .._run._metrics import METRICS, metric_names
 from .._run._simulate import solver_for, step_limits
+from ..hybrid import Rodas5P
 
 #: step attempts that suffice for most stops without heat: less to write and to measure than the first limit of one run
 _SHORT = 128

@@ -12,12 +12,12 @@ from .._base._compiling import DeviceJit
 from .._base._faults import InputError
 from .._base._progress import Waiting
 from .._base._quantity import leaves
-from .._hybrid import LANDED, STOPPED, Record
-from .._physics._modes import Label
+from .._physics._mechanism import Label
 from .._run._edit import with_values
 from .._run._report import labels_of
 from .._run._result import Result
 from .._run._simulate import simulate
+from ..hybrid import LANDED, STOPPED, Record
 
 #: two events that lie within this share of a run are nearly simultaneous
 NEAR = 1e-6

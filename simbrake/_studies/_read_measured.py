@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .._base._faults import Fault, InputError
-from .._base._units import Unit, spelled, to_si, unit
+from .._base._quantity import Unit, spelled, to_si, unit
 from .._run._measure import unit_of
 from .._run._metrics import METRICS
 from .._run._series import unit_of_column

@@ -14,11 +14,11 @@ from .._base._compiling import DeviceJit
 from .._base._faults import Fault, InputError
 from .._base._progress import waiting
 from .._base._quantity import Leaf, leaves
-from .._hybrid._arrays import Array
 from .._parts._scene import Scene
 from .._run._edit import with_values
 from .._run._measure import Metric, check_metrics, happened, measure, name_of, unit_of
 from .._run._simulate import room_for, simulate, solver_of
+from ..hybrid._arrays import Array
 from ._range import Range, look_around
 
 #: an elasticity below this is rounding

@@ -1,1 +1,0 @@
-"""Every picture; nothing else loads Matplotlib."""

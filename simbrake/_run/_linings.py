@@ -1,0 +1,459 @@
+"""What rubs at every lining, what each does and carries at any time, and what adds up over a run."""
+
+import enum
+import functools
+import math
+from collections.abc import Callable, Iterable
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax.tree_util import Partial
+from jaxtyping import Float
+
+from .._base._compiling import DeviceJit
+from .._base._faults import Fault, InputError
+from .._base._quantity import Scalar, as_number, quantity
+from .._parts._scene import band_brake
+from .._physics._mechanism import PairNow
+from ..brakes._design import Brake, under_a_band
+from ..hybrid import Record
+from ..hybrid._arrays import Array
+from ._metrics import peak
+from ._probe import POINTS, Probe, as_tree, integral, is_traced, probe_many
+from ._result import Result
+from ._series import times_within
+
+#: wear rate `I` (m³/(N·m)): a number, one per lining, or a function `I(p, v, T)` of pressure, slip speed, temperature
+WearRate = float | Array | Callable[..., Any]
+
+#: quantities of a lining that have means and greatest values, with their units
+QUANTITIES = {
+    "tension_increment": "N",
+    "normal_load": "N",
+    "pressure": "Pa",
+    "slip_speed": "m/s",
+    "friction_power": "W",
+}
+
+WEIGHTS = ("time", "slip", "work")
+
+
+class Rubbing(NamedTuple):
+    """One friction pair of every lining at one or many instants, (m, n) or (n,).
+
+    `increment` is the friction at the radius of the slip: its power is `increment · v_i`. Under a band it is the
+    difference of tensions, `|T_i − T_{i−1}| = f_i N_i/cos(β_i/2)`: the friction `f_i N_i` acts where the band's ends
+    meet, at `R_b/cos(β_i/2)` (model §1).
+    """
+
+    increment: Array
+    normal: Array
+    speed: Array  # |v| ≥ 0, 0 while the lining sticks
+    pressure: Any  # N/A, `None` without areas
+    temperature: Any  # that the pair's friction law sees, `None` where the scene has none
+
+
+def fault_of_pair(pair: str, known: Iterable[str]) -> Fault | None:
+    """What is wrong with the name of a friction pair in a brake with the pairs `known`."""
+    names = list(known)
+    return None if pair in names else Fault("pair", f"the brake has no {pair!r} pair", f"it has: {', '.join(names)}")
+
+
+def rubbing(record: Record, p: Probe, *, pair: str = "external") -> Rubbing:
+    """Forces, slip speeds, pressures and temperatures of the linings in a probe.
+
+    - `pair`: its name; `external` is the one on which the lever acts, of a staged brake band on linings, beside
+      `internal`, linings on rim
+
+    Raises `InputError` for a pair that the brake does not have.
+    """
+    system: Any = record.system
+    if fault := fault_of_pair(pair, system.pair_names):
+        raise InputError([fault])
+    number = system.pair_names.index(pair)
+    now, area = p.shown.pairs[number], system.mechanism.pairs[number].area
+    T = None if system.thermal is None else jax.vmap(lambda u: system.sensed(u)[number])(p.y.heat)
+    T = None if T is None else jnp.broadcast_to(T, now.normal.shape)
+    pressure = None if area is None else now.normal / jnp.asarray(area)
+    return Rubbing(jnp.abs(now.force), now.normal, jnp.abs(now.slip), pressure, T)
+
+
+# --- what is picked out of a probe: functions of the module, so that each compiles once -------------------------------
+
+
+def _power(record: Record, pair: str, p: Probe) -> Array:
+    r = rubbing(record, p, pair=pair)
+    return r.increment * r.speed
+
+
+def wearing(rate: Any, r: Rubbing) -> Array:
+    """Rate of wear `ḣ = I p v` (m/s) of linings that rub; `rate` as in `wear`."""
+    value = rate(r.pressure, r.speed, r.temperature) if callable(rate) else jnp.asarray(rate)
+    return value * r.pressure * r.speed
+
+
+def _wear(record: Record, pair: str, rate: Any, p: Probe) -> Array:
+    return wearing(rate, rubbing(record, p, pair=pair))
+
+
+def quantity_of(quantity: str, r: Rubbing) -> Array:
+    """One of `QUANTITIES` of linings that rub."""
+    if quantity == "friction_power":
+        return r.increment * r.speed
+    names = {"tension_increment": "increment", "normal_load": "normal", "slip_speed": "speed"}
+    return getattr(r, names.get(quantity, quantity))
+
+
+def _weighted(record: Record, pair: str, quantity: str, over: str, p: Probe) -> tuple[Array, Array]:
+    r = rubbing(record, p, pair=pair)
+    weight = {"time": jnp.ones_like(r.speed), "slip": r.speed, "work": r.increment * r.speed}[over]
+    return weight * quantity_of(quantity, r), weight
+
+
+def _pick(function: Callable[..., Any], record: Record, *static: str, rate: Any = None) -> Any:
+    """`function` of the record and its words as a PyTree that compiles once for each structure."""
+    words = _words(function, static)
+    return Partial(words, record) if rate is None else Partial(words, record, rate)
+
+
+@functools.cache
+def _words(function: Callable[..., Any], static: tuple[str, ...]) -> Callable[..., Any]:
+    def picked(record: Record, *rest: Any) -> Any:
+        return function(record, *static, *rest)
+
+    return picked
+
+
+def _compact(run: Any) -> Record:
+    record: Record = getattr(run, "record", run)
+    return record if is_traced(record) else record.compact()
+
+
+# --- over a run -------------------------------------------------------------------------------------------------------
+
+
+def _check(run: Any, *, pair: str, over: str = "time", quantity: str = "slip_speed", area: bool = False) -> None:
+    record: Record = getattr(run, "record", run)
+    system: Any = record.system
+    missing = fault_of_pair(pair, system.pair_names)
+    found = [] if missing is None else [missing]
+    if over not in WEIGHTS:
+        found.append(Fault("over", f"{over!r} is no weight", f"there are: {', '.join(WEIGHTS)}"))
+    if quantity not in QUANTITIES:
+        found.append(Fault("quantity", f"{quantity!r} is none", f"there are: {', '.join(QUANTITIES)}"))
+    if (area or quantity == "pressure") and not found:
+        found += faults_of_area(system, pair)
+    if found:
+        raise InputError(found)
+
+
+def faults_of_area(system: Any, pair: str) -> list[Fault]:
+    """The fault of a pair whose pressure is asked for and whose linings have no areas."""
+    one = system.mechanism.pairs[system.pair_names.index(pair)]
+    return [] if one.area is not None else [Fault(f"brake.{one.field}.area", "is missing", "a pressure is looked at")]
+
+
+def friction_work(run: Any, *, pair: str = "external", points: int = POINTS) -> Float[Array, " n"]:
+    """Friction work of every lining over a run, in J.
+
+        W_i = ∫ |T_i − T_{i−1}| |v_i| dt,   |T_i − T_{i−1}| = f_i N_i/cos(β_i/2)                       (model §1, §6.1)
+
+    Its sum is the friction heat of the pair in the ledger, less the heat of jumps (restart, break-away, release of an
+    elastic band), which is booked at an instant for the band as a whole and belongs to no lining.
+
+    - `run`: a `Result` or its record, concrete or traced;  `pair`: as in `rubbing`;  `points`: as in `integral`
+
+    Raises `InputError` for a pair that the brake does not have.
+    """
+    _check(run, pair=pair)
+    record = _compact(run)
+    return integral(record, _pick(_power, record, pair), points=points)
+
+
+def wear(run: Any, rate: WearRate, *, pair: str = "external", points: int = POINTS) -> Float[Array, " n"]:
+    """Depth worn off every lining over a run, in m (model §7; Archard).
+
+        h_i = ∫ I(p_i, v_i, T_i) p_i v_i dt,   p_i = N_i/A_i
+
+    - `rate` `I` (m³/(N·m) = m²/N): a number, one per lining, or a function of pressure (Pa), slip speed (m/s) and the
+      temperature (K) that the pair's friction law sees (`None` without heat), each (m, n); use one function again, as
+      each compiles anew, or a `jax.tree_util.Partial` or an `equinox.Module` with its numbers as leaves
+
+    The wear does not act back on the run. Raises `InputError` where the areas are missing.
+
+    Reference: J. F. Archard, *J. Appl. Phys.* 24 (1953) 981.
+    """
+    _check(run, pair=pair, area=True)
+    record = _compact(run)
+    rate = as_tree(rate) if callable(rate) else jnp.asarray(as_number(rate))
+    return integral(record, _pick(_wear, record, pair, rate=rate), points=points)
+
+
+def lining_mean(
+    run: Any, quantity: str, *, over: str = "slip", pair: str = "external", points: int = POINTS
+) -> Float[Array, " n"]:
+    """Mean of a quantity of every lining over a run, `∫ q w dt/∫ w dt`.
+
+    - `quantity`: `tension_increment` `|T_i − T_{i−1}|` (N), `normal_load` `N_i` (N), `pressure` `N_i/A_i` (Pa),
+      `slip_speed` (m/s), `friction_power` (W)
+    - `over`: the weight `w`: `time` 1, `slip` `|v_i|` (the mean over the distance that the lining rubs), `work` the
+      lining's own friction power
+
+    `nan` where the weight is 0 throughout. With an elastic band the mean over time looks at the time before full slip
+    as well, where linings come to their limit one by one inside a step: there the quadrature converges slowly.
+    """
+    _check(run, pair=pair, over=over, quantity=quantity)
+    record = _compact(run)
+    above, below = integral(record, _pick(_weighted, record, pair, quantity, over), points=points)
+    return above / below
+
+
+def _peaks(record: Record, pair: str, quantity: str) -> Array:
+    def of(i: Array) -> Array:
+        def pick(p: Probe) -> Array:
+            return jnp.take(quantity_of(quantity, rubbing(record, p, pair=pair)), i[None], axis=1)
+
+        return peak(record, pick).value
+
+    system: Any = record.system
+    return jax.vmap(of)(jnp.arange(system.linings.count, dtype=jnp.int32))
+
+
+_peaks_compiled = DeviceJit(_peaks, static_argnames=("pair", "quantity"))
+
+
+def lining_peak(run: Any, quantity: str, *, pair: str = "external") -> Float[Array, " n"]:
+    """Greatest value over a run of a quantity of every lining (`quantity` and `pair` as in `lining_mean`)."""
+    _check(run, pair=pair, quantity=quantity)
+    record = _compact(run)
+    if is_traced(record):
+        return _peaks(record, pair, quantity)
+    return _peaks_compiled(record, pair=pair, quantity=quantity)
+
+
+# --- what every lining does and carries -------------------------------------------------------------------------------
+
+
+class Contact(enum.IntEnum):
+    """What a lining does on its partner."""
+
+    SLIDES_BACK = 0  # the partner runs behind
+    FREE = 1  # nothing presses it
+    STICKS = 2
+    AT_LIMIT = 3  # still moves with its partner, its friction is used up (`k` counts these)
+    SLIDES = 4
+
+
+WORDS = {
+    Contact.SLIDES: "slides",
+    Contact.AT_LIMIT: "at its friction limit",
+    Contact.STICKS: "sticks",
+    Contact.SLIDES_BACK: "slides back",
+    Contact.FREE: "not pressed",
+}
+
+
+class View(NamedTuple):
+    """A name, its unit for people, and what the SI value is multiplied by and added to."""
+
+    words: str
+    unit: str
+    factor: float = 1.0
+    offset: float = 0.0
+
+
+#: what `lining_values` knows; units as a picture shows them
+VIEWS = {
+    "temperature": View("surface temperature", "°C", 1.0, -273.15),
+    "normal_load": View("normal load N", "kN", 1e-3),
+    "tension": View("tension T behind the lining", "kN", 1e-3),
+    "tension_increment": View("tension increment |Tᵢ − Tᵢ₋₁|", "kN", 1e-3),
+    "pressure": View("pressure N/A", "MPa", 1e-6),
+    "slip_speed": View("slip speed |v|", "m/s"),
+    "friction_force": View("friction force F", "kN", 1e-3),
+    "friction_coefficient": View("coefficient of friction f", ""),
+    "friction_power": View("friction power", "kW", 1e-3),
+    "friction_heat": View("friction heat since the start", "kJ", 1e-3),
+    "worn_thickness": View("thickness worn off since the start", "µm", 1e6),
+    "displacement": View("displacement u along the band", "mm", 1e3),
+}
+
+
+def look(result: Result, times: Any, *, left: bool = False) -> Probe:
+    """States and forces of one concrete run at the times (s), at an event after it, or with `left` before it.
+
+    Raises `InputError` for times outside the run.
+    """
+    record = result.record.compact()
+    t = record.rows.t
+    times = times_within(times, float(t[0]), float(t[record.count]), "times")
+    index = record.find(times, left=left)
+    return probe_many(record, index, times - t[index])
+
+
+def lining_contacts(result: Result, p: Probe) -> dict[str, np.ndarray]:
+    """Contact of every lining in each friction pair, (m, n) `Contact`s by the names of the pairs.
+
+    Where the linings act as one, those at their limit while the band is elastic follow from the mobilisation rule
+    (model §3).
+    """
+    system: Any = result.record.system
+    return {name: _contacts(now) for name, now in zip(system.pair_names, p.shown.pairs, strict=True)}
+
+
+def _contacts(now: PairNow) -> np.ndarray:
+    sense, normal, used_up = (np.asarray(x) for x in (now.sense, now.normal, now.at_limit))
+    stays = np.where(used_up, Contact.AT_LIMIT, Contact.STICKS)
+    moves = np.where(sense > 0, Contact.SLIDES, Contact.SLIDES_BACK)
+    return np.where(normal > 0, np.where(sense == 0, stays, moves), Contact.FREE)
+
+
+def lining_values(result: Result, quantity: str, edges: Any, *, pair: str = "external") -> np.ndarray:
+    """One of `VIEWS` of every lining in SI units in the cells between `edges` (s), (cells, n) or (cells, 1).
+
+    The value in the middle of each cell; `friction_heat` is that at its end, by the midpoint rule. One column alone:
+    the scene has one surface for all linings.
+
+    Raises `InputError` for what the run does not have.
+    """
+    edges = np.asarray(edges, np.float64)
+    _check_view(result, quantity, pair)
+    p = look(result, 0.5 * (edges[1:] + edges[:-1]))
+    if quantity == "friction_heat":
+        power = _rubs(result, p, "friction_power", pair)
+        shares = result.scene.power_shares
+        hot = 1.0 if shares is None else float(shares.heat)
+        return hot * np.cumsum(power * np.diff(edges)[:, None], axis=0)
+    found = _rubs(result, p, quantity, pair) if quantity in QUANTITIES else _seen(result, p, quantity, pair)
+    if found is None:
+        raise InputError([_absent(result, quantity)])
+    return np.asarray(found)
+
+
+def _rubs(result: Result, p: Probe, quantity: str, pair: str) -> np.ndarray:
+    return np.asarray(quantity_of(quantity, jax.tree.map(jnp.asarray, rubbing(result.record, p, pair=pair))))
+
+
+def _seen(result: Result, p: Any, quantity: str, pair: str) -> Any:
+    """A quantity that is not of the rubbing itself, `None` where the run does not have it."""
+    system: Any = result.record.system
+    number = system.pair_names.index(pair)
+    now = p.shown.pairs[number]
+    outside = system.mechanism.pairs[number].on_band and "outer" in p.surfaces
+    values = {
+        "temperature": p.surfaces.get("outer" if outside else "linings"),
+        "tension": p.shown.tension,
+        "displacement": p.shown.displacement,
+        "friction_force": now.friction,
+        "friction_coefficient": now.coefficient,
+        "worn_thickness": None if p.y.worn is None else p.y.worn[number],
+    }
+    return values[quantity]
+
+
+#: quantities of the band, not of a friction pair
+_OF_BAND = ("tension", "displacement")
+
+
+def _check_view(result: Result, quantity: str, pair: str) -> None:
+    system: Any = result.record.system
+    missing = fault_of_pair(pair, system.pair_names)
+    found = [] if missing is None else [missing]
+    if quantity not in VIEWS:
+        found.append(Fault("quantity", f"{quantity!r} is none", f"there are: {', '.join(VIEWS)}"))
+    if missing is None and quantity in _OF_BAND and pair != system.pair_names[0]:
+        found.append(Fault("pair", f"{quantity} is of the band, not of the {pair} pair", "leave it out"))
+    if quantity == "pressure" and not found:
+        found += faults_of_area(system, pair)
+    if found:
+        raise InputError(found)
+
+
+def _absent(result: Result, quantity: str) -> Fault:
+    """Why a run has no such quantity."""
+    cold = not result.scene.heated
+    why = {
+        "temperature": (
+            "the scene has no heat" if cold else "the heat of the scene names no linings",
+            "there are no temperatures of linings to draw",
+        ),
+        "friction_coefficient": (
+            "the scene has no heat" if cold else "no friction heats a body of the scene",
+            "the coefficient of friction is drawn where it fades",
+        ),
+        "displacement": ("only linings of a chain have a displacement", "give brake.band.segments"),
+        "tension": (f"a {result.scene.brake.words.brake} has no band", "look at its normal_load"),
+        "worn_thickness": ("the scene has no wear of that pair", "give it a `Wear`"),
+    }
+    return Fault("quantity", *why[quantity])
+
+
+# --- overlap coefficients ---------------------------------------------------------------------------------------------
+
+
+class RunningIn(eqx.Module):
+    """Contact that grows with the friction work `W` of a pair, as surfaces wear into one another (after K).
+
+        c(W) = 1 − (1 − c_0) exp(−W/W_0)
+
+    - `start` `c_0`: share of the nominal area in contact at first; `work` `W_0` (J) after which 63 % of the rest is won
+    """
+
+    start: Scalar = quantity("1", "share in contact at first", low=0.0, high=1.0)
+    work: Scalar = quantity("J", "friction work of running-in", positive=True)
+
+    def share(self, W: Any) -> Any:
+        return 1 - (1 - np.asarray(self.start)) * np.exp(-np.asarray(W) / np.asarray(self.work))
+
+
+class Overlap(NamedTuple):
+    """Overlap coefficients at the times `t` (s); a standard brake has only those of linings on rim, the internal ones.
+
+    Dynamic: share of the track area whose pair slides; static: share whose pair sticks (K, Fig. 5, in our reading).
+    """
+
+    t: Float[np.ndarray, " m"]
+    external_dynamic: Float[np.ndarray, " m"] | None
+    external_static: Float[np.ndarray, " m"] | None
+    internal_dynamic: Float[np.ndarray, " m"]
+    internal_static: Float[np.ndarray, " m"]
+
+
+def geometric_overlap(brake: Brake) -> tuple[float | None, float]:
+    """`Σ A_i/A_track` of the external pair (`None` on a standard brake) and of linings and rim; about 0.75 (S).
+
+    Without areas or the rim's width the linings are taken to be as wide as the track: `Σ β_i/2π`. Raises `InputError`
+    for a brake without a band.
+    """
+    brake = under_a_band(brake)
+    n, width, wrap = brake.linings.count, brake.pulley.width, float(brake.linings.wrap) / (2 * math.pi)
+
+    def share(area: Any, radius: Any) -> float:
+        if area is None or width is None:
+            return wrap
+        return float(np.sum(np.broadcast_to(np.asarray(area), (n,))) / (2 * math.pi * radius * np.asarray(width)))
+
+    # the last pair rubs on the rim, one before it on the band
+    *outer, inner = (brake.rubbing_part(pair).area for pair in brake.pairs)
+    return share(outer[0], brake.band.radius) if outer else None, share(inner, brake.pulley.radius)
+
+
+def overlap(result: Result, ts: Any, running_in: RunningIn | None = None) -> Overlap:
+    """Overlap coefficients of a concrete result at the times `ts` (m,), optionally with contact that grows by wear.
+
+    Raises `InputError` for times outside the run, and for a brake without a band.
+    """
+    s, nominal = result.series(ts), geometric_overlap(band_brake(result.scene))
+    found = []
+    for pair, share in zip(s.pairs.values(), (one for one in nominal if one is not None), strict=True):
+        grown = 1.0 if running_in is None else running_in.share(pair.friction_work)
+        # a bandage without interference rests on the rim only while the band presses it
+        share = share * grown * np.any(np.asarray(pair.normal_load) > 0, axis=1)
+        slides = np.mean(np.asarray(pair.sense) != 0, axis=1)
+        found.append((share * slides, share * (1 - slides)))
+    *outer, inner = found
+    external = outer[0] if outer else (None, None)
+    return Overlap(np.asarray(s.t), external[0], external[1], inner[0], inner[1])

@@ -1,0 +1,300 @@
+"""Thermal networks by themselves, and the cyclic steady state of a repeated duty."""
+
+from typing import Any, NamedTuple
+
+import diffrax
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import optimistix as optx
+from jax.core import Tracer
+from jaxtyping import Float
+
+from .._base._compiling import DeviceJit
+from .._base._faults import Fault, InputError
+from .._base._quantity import faults_of_tolerance, faults_of_values
+from .._parts._scene import Scene, pairs_of
+from .._physics._brake import course_of_profile
+from .._physics._sparsity import couplings
+from .._physics._thermal import Thermal, assemble_thermal
+from ..friction import remembers
+from ..hybrid import (
+    QUADRATURE,
+    AbstractHybridSystem,
+    AbstractMethod,
+    ExplicitRungeKutta,
+    Record,
+    Rodas5P,
+    Settings,
+    hybridsolve,
+)
+from ..hybrid._arrays import Array
+from ..profiles import hides_nothing, next_known_time
+from ..thermal._heat import Heat, initial_temperatures, node_names
+from ..thermal._network import Junction, Reservoir, Surroundings
+from ._choice import stiff_heat
+from ._result import Result
+from ._series import array_of_times
+from ._simulate import simulate
+
+
+class NetworkSystem(AbstractHybridSystem):
+    """The network as a system without guards; its state is `(u, heat lost, heat supplied)`."""
+
+    thermal: Thermal
+    speed: Any
+    closed: Any
+
+    @property
+    def around(self) -> Surroundings:
+        return Surroundings(jnp.asarray(self.speed), jnp.asarray(self.closed))
+
+    def rhs(self, t, y, mode):
+        T = self.thermal.temperatures(y[0])
+        T_J = self.thermal.junctions(T, t, self.around, mode)
+        flows = self.thermal.flows(T, T_J, t, self.around, mode)
+        return self.thermal.rise(flows.into), flows.lost, flows.supplied
+
+    def guards(self, t, y, mode):
+        return jnp.ones(1)
+
+    def transition(self, t, y, mode, fired, at_stop):
+        _, turns = next_known_time(self.thermal.heat.profiles, mode)
+        return tuple(piece + (at_stop & turn).astype(jnp.int32) for piece, turn in zip(mode, turns, strict=True)), 0
+
+    def reset(self, t, y, before, after):
+        return y
+
+    def next_stop(self, mode):
+        return next_known_time(self.thermal.heat.profiles, mode)[0]
+
+    def scales(self):
+        return jnp.full_like(self.thermal.capacity, 100.0), jnp.inf, jnp.inf
+
+    def couplings(self):
+        return couplings(self.thermal.heat), np.asarray(QUADRATURE), np.asarray(QUADRATURE)
+
+
+class HeatResult(NamedTuple):
+    """Course of a network: times (m,) in s, temperatures (m, k) in K, heats in J, closure of their balance."""
+
+    t: Float[Array, " m"]
+    temperature: Float[Array, "m k"]
+    lost: Float[Array, " m"]
+    supplied: Float[Array, " m"]
+    closure: Array
+    record: Record
+
+
+def _run(heat: Heat, ts: Any, speed: Any, closed: Any, rtol: Any, method: AbstractMethod, max_steps: int) -> HeatResult:
+    thermal, u = assemble_thermal(heat)
+    system = NetworkSystem(thermal, speed, closed)
+    ts = jnp.asarray(ts, jnp.float64)
+    mode = tuple(jnp.asarray(p.first_piece(ts[0]), jnp.int32) for p in heat.profiles)
+    hidden = not all(hides_nothing(p, course_of_profile) for p in heat.profiles)
+    settings = Settings(
+        rtol=jnp.asarray(rtol),
+        max_events=jnp.asarray(1_000_000, jnp.int32),
+        max_step=(ts[-1] - ts[0]) / 64 if hidden else jnp.inf,  # a profile of one's own may hide a pulse
+        max_steps=max_steps,
+        guard_samples=0,
+    )
+    zero = jnp.zeros(())
+    record = hybridsolve(system, (u, zero, zero), mode, ts[0], ts[-1], method, settings)
+    (course, lost, supplied), _ = record.at(ts)
+    T = jax.vmap(thermal.temperatures)(course)
+    stored = jnp.sum(thermal.capacity * (course[-1] - course[0]))
+    largest = jnp.max(jnp.abs(jnp.stack([stored, lost[-1], supplied[-1]])))
+    residual = jnp.abs(supplied[-1] - lost[-1] - stored)
+    closure = jnp.where(largest > 0, residual / jnp.where(largest > 0, largest, 1.0), 0.0)
+    return HeatResult(ts, T, lost, supplied, closure, record)
+
+
+_STATIC = ("method", "max_steps")
+_traced = jax.jit(_run, static_argnames=_STATIC)
+_compiled = DeviceJit(_run, static_argnames=_STATIC)
+
+
+def check_heat(heat: Heat) -> None:
+    """Raises `InputError` with all faults of a network."""
+    found = faults_of_values(heat, "heat")
+    if not found:
+        found = heat.faults("heat", 1)
+    if found:
+        raise InputError(found)
+
+
+def simulate_heat(
+    heat: Heat,
+    ts: Any,
+    *,
+    speed: Any = 0.0,
+    closed: Any = 0.0,
+    solver: Any = None,
+    rtol: Any = 1e-10,
+    max_steps: int = 4096,
+) -> HeatResult:
+    """Temperatures of a network at the times `ts` (m,), without a brake: friction heat comes from `sources`, if at all.
+
+    The run goes from the first of `ts` to the last.
+
+    - `speed` (m/s) of the track and `closed` (1: the linings cover their share), for convection that looks at them
+    - `solver`, `rtol`: as in `simulate`
+
+    Differentiable and batchable like `simulate`. Raises `InputError` with all faults of the network, for times that
+    decrease or a tolerance that is none, `RuntimeError` if the integration fails.
+    """
+    traced = any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves((heat, ts, speed, rtol)))
+    found = faults_of_tolerance(rtol)
+    if found:
+        raise InputError(found)
+    if not traced:
+        check_heat(heat)
+        ts = array_of_times(ts, "ts")
+        if not np.all(np.isfinite(ts)) or np.any(np.diff(ts) < 0):
+            raise InputError([Fault("ts", "are not times in order", "the run goes from the first to the last of them")])
+    if solver is None:
+        span = 0.0 if traced else float(ts[-1] - ts[0])
+        solver = Rodas5P() if traced or stiff_heat(heat, span)[0] else diffrax.Dopri8()
+    method = solver if isinstance(solver, AbstractMethod) else ExplicitRungeKutta(solver, unrolled=False)
+    run = _traced if traced else _compiled
+    numbers = (np.asarray(x, np.float64) if not isinstance(x, Tracer) else x for x in (speed, closed, rtol))
+    result = run(heat, ts, *numbers, method=method, max_steps=max_steps)
+    if not traced and int(result.record.code) != 0:
+        raise RuntimeError(
+            f"the integration ended with code {int(result.record.code)}: raise max_steps, or loosen rtol"
+        )
+    return result
+
+
+def _steady(heat: Heat, speed: Any, closed: Any, power: Any, guess: Any) -> tuple[Array, Array]:
+    thermal, u = assemble_thermal(heat)
+    around = Surroundings(jnp.asarray(speed), jnp.asarray(closed))
+    pieces = tuple(jnp.asarray(p.first_piece(0.0), jnp.int32) for p in heat.profiles)
+    zero = jnp.zeros(())
+    start = thermal.temperatures(u) if guess is None else jnp.asarray(guess)
+
+    def excess(T: Array, _: Any) -> Array:
+        T_J = thermal.junctions(T, zero, around, pieces)
+        into = thermal.flows(T, T_J, zero, around, pieces).into
+        if power is not None:
+            into = (
+                into
+                + thermal.deposit(heat.friction, T, T_J, zero, around, jnp.atleast_1d(jnp.asarray(power)), pieces).into
+            )
+        return into
+
+    # each balance over its own conductance: what is left is in kelvin
+    own = jax.lax.stop_gradient(jnp.abs(jnp.diagonal(jax.jacfwd(excess)(start, None))))
+
+    def imbalance(T: Array, _: Any) -> Array:
+        return excess(T, None) / jnp.where(own > 0, own, 1.0)
+
+    with jax.numpy_dtype_promotion("standard"):
+        found = optx.root_find(imbalance, optx.Newton(rtol=1e-10, atol=1e-9), start, max_steps=64, throw=False)
+    ok = found.result == optx.RESULTS.successful
+    T = jnp.where(ok, found.value, jnp.nan)
+    return T, thermal.junctions(T, zero, around, pieces)
+
+
+_steady_jit = eqx.filter_jit(_steady)
+
+
+def steady_state(
+    heat: Heat, *, power: Any = None, speed: Any = 0.0, closed: Any = 0.0, guess: Any = None
+) -> dict[str, Any]:
+    """Temperatures (K) at which no node of a network warms or cools any more, by name.
+
+    - `power`: friction heat (W), one number or one per lining, that enters as `heat.friction` says
+    - `speed` (m/s), `closed`: as in `simulate_heat`; profiles are taken at the time 0
+
+    Newton's method on the balance of all nodes; differentiable (implicit function theorem). Raises `InputError` with
+    all faults of the network, or where it has no outlet for its heat: then no steady state is determined.
+    """
+    traced = any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves((heat, power, speed)))
+    if not traced:
+        check_heat(heat)
+        if not any(isinstance(body, Reservoir) for body in heat.bodies):
+            raise InputError(
+                [Fault("heat", "has no reservoir", "without an outlet its temperatures are not determined")]
+            )
+    stores, junctions = _steady_jit(heat, speed, closed, power, guess)
+    if not traced and not np.all(np.isfinite(np.asarray(stores))):
+        raise InputError([Fault("heat", "no steady state was found", "a body may have no way to a reservoir")])
+    return dict(zip(node_names(heat), [*stores, *junctions], strict=True))
+
+
+# --- the cyclic steady state ------------------------------------------------------------------------------------------
+
+
+class CyclicState(NamedTuple):
+    """Scene that starts in the cyclic steady state, its run over one cycle, and what is left of the change (K)."""
+
+    scene: Scene
+    result: Result
+    change: float
+    cycles: int  # runs it took to find it
+
+
+def with_temperatures(heat: Heat, T: Any) -> Heat:
+    """The same network, starting at `T` (k,) in K: one temperature per node with capacity, in their order."""
+    bodies, at = [], 0
+    for body in heat.bodies:
+        if isinstance(body, Reservoir | Junction):
+            bodies.append(body)
+            continue
+        here = T[at : at + body.count]
+        at += body.count
+        here = np.reshape(here, ()) if body.count == 1 and isinstance(here, np.ndarray) else here
+        bodies.append(eqx.tree_at(lambda b: b.temperature, body, here))
+    return eqx.tree_at(lambda h: h.bodies, heat, tuple(bodies))
+
+
+def cyclic_steady_state(
+    scene: Scene, *, tolerance: float = 1e-7, cycles: int = 3, limit: int = 400, **options: Any
+) -> CyclicState:
+    """Finds the temperatures at which a cycle ends as it began, without running cycle after cycle until it does.
+
+    - `scene`: exactly one cycle, which starts and ends in the same mechanical state (at rest and held, say)
+    - `tolerance` (K): greatest change over a cycle that is left;  `cycles`: runs in a row before the search
+    - `limit`: greatest number of runs;  `options`: as for `simulate`
+
+    The root of `P(T) − T`, `P` being one cycle, by Newton's method on a Krylov space (scipy's `newton_krylov`): a cycle
+    that changes the temperatures by 1 % of what is still missing takes hundreds of runs in a row, here some dozens.
+
+    Raises `InputError` if the scene has no heat, or a friction law with states; `RuntimeError` if no state is found
+    within `limit` runs.
+    """
+    from scipy.optimize import NoConvergence, newton_krylov  # imported where it is used: half a second of start-up
+
+    if not scene.heated:
+        raise InputError([Fault("heat", "is missing", "a cyclic steady state is one of temperatures")])
+    if any(remembers(law) for law, *_ in pairs_of(scene)):
+        raise InputError([Fault("brake", "has a friction law with states", "run the cycles one after the other")])
+    heat, runs = scene.network, 0
+
+    def starting(T: np.ndarray) -> Scene:
+        return eqx.tree_at(lambda s: s.heat, scene, with_temperatures(heat, np.asarray(T, np.float64)))
+
+    def change(T: np.ndarray) -> np.ndarray:
+        nonlocal runs
+        runs += 1
+        if runs > limit:
+            raise RuntimeError(f"no cyclic steady state within {limit} cycles: the friction may run away with the heat")
+        return np.asarray(simulate(starting(T), **options).end_temperatures) - T
+
+    T = initial_temperatures(heat)
+    for _ in range(cycles):
+        T = T + change(T)
+    left = change(T)
+    if np.max(np.abs(left)) > tolerance:
+        try:
+            T = newton_krylov(change, T, f_tol=0.5 * tolerance, method="lgmres", rdiff=1e-6, inner_maxiter=len(T) + 1)
+        except NoConvergence as error:
+            raise RuntimeError(
+                "no cyclic steady state found: a cycle changes more than its tolerance allows"
+            ) from error
+        left = change(T)
+    found = starting(T)
+    return CyclicState(found, simulate(found, **options), float(np.max(np.abs(left))), runs)

@@ -1,0 +1,502 @@
+"""A band on linings: its statics, and its compliance."""
+
+import abc
+import math
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from .._base._faults import Fault
+from .._base._quantity import Scalar, as_number, leaves, quantity
+from ..hybrid._arrays import Array
+
+
+def grip(f: Float[Array, "..."], angle: Float[Array, " n"]) -> Float[Array, " n"]:
+    """`f_i z_i = f_i tan(β_i/2)` of each lining; at 1 or above the lining locks itself."""
+    return f * jnp.tan(angle / 2)
+
+
+def tension_ratio(fz: Float[Array, " n"]) -> tuple[Float[Array, " n"], Bool[Array, " n"]]:
+    """Tension ratio of each lining at its limit, and which linings lock themselves.
+
+        μ_i = T_i/T_{i−1} = (1 + f_i z_i)/(1 − f_i z_i),   z_i = tan(β_i/2)                                (Z-12…Z-14)
+
+    Where `f_i z_i ≥ 1` the limit is infinite: that lining is marked and its ratio given as 1, for the caller to treat.
+    """
+    locked = fz >= 1.0
+    safe = jnp.where(locked, 0.0, fz)
+    return (1 + safe) / (1 - safe), locked
+
+
+@jax.custom_jvp
+def product(mu: Float[Array, " n"]) -> Float[Array, ""]:
+    """`∏ μ_i` of ratios that are never 0."""
+    return jnp.prod(mu)
+
+
+@product.defjvp
+def _(primals, tangents):
+    # the general rule of jnp.prod costs n products; here no factor is 0
+    (mu,), (d_mu,) = primals, tangents
+    whole = jnp.prod(mu)
+    return whole, whole * jnp.sum(d_mu / mu)
+
+
+def _running(combine: Callable[[Array, Array], Array], x: Float[Array, " n"], neutral: float) -> Float[Array, " n"]:
+    """`x_1 ∘ … ∘ x_i` by doubling: log₂ n short vector operations, where a sum over a mask costs n² serial ones."""
+    reach = 1
+    while reach < x.shape[0]:
+        x = combine(x, jnp.concatenate([jnp.full(reach, neutral), x[:-reach]]))
+        reach *= 2
+    return x
+
+
+@jax.custom_jvp
+def running_product(mu: Float[Array, " n"]) -> Float[Array, " n"]:
+    """`Π_i = ∏_{j≤i} μ_j` of ratios that are never 0."""
+    return _running(jnp.multiply, mu, 1.0)
+
+
+@running_product.defjvp
+def _(primals, tangents):
+    (mu,), (d_mu,) = primals, tangents
+    running = running_product(mu)
+    return running, running * _running(jnp.add, d_mu / mu, 0.0)
+
+
+@jax.custom_jvp
+def sliding_ratio(fz: Float[Array, " n"]) -> Float[Array, ""]:
+    """`Π = ∏ (1 + f_i z_i)/(1 − f_i z_i)` for `|f_i z_i| < 1`; of negative ones it is `1/Π`."""
+    return jnp.prod((1 + fz) / (1 - fz))
+
+
+@sliding_ratio.defjvp
+def _(primals, tangents):
+    # d ln Π = Σ 2 d(f_i z_i)/(1 − (f_i z_i)²)
+    (fz,), (d_fz,) = primals, tangents
+    ratio = sliding_ratio(fz)
+    return ratio, ratio * jnp.sum(2 / (1 - fz * fz) * d_fz)
+
+
+def affine_tensions(T_0: Float[Array, ""], a: Float[Array, " n"], b: Float[Array, " n"]) -> Float[Array, " n"]:
+    """`T_i = a_i T_{i−1} + b_i` without a loop: `T_i = A_i (T_0 + Σ_{j≤i} b_j/A_j)`, `A_i = ∏_{j≤i} a_j ≠ 0`."""
+    A = running_product(a)
+    return A * (T_0 + _running(jnp.add, b / A, 0.0))
+
+
+def capstan_ratio(f: Float[Array, ""], wrap: Float[Array, ""]) -> Float[Array, ""]:
+    """Euler's limit for many small linings, `T_n/T_0 → exp(f α)`."""
+    return jnp.exp(f * wrap)
+
+
+class LiningForces(NamedTuple):
+    """Forces at every lining: tension behind it `T_i`, circumferential and normal force `F_i`, `N_i` (N).
+
+    `tension` is `None` where no band presses the linings.
+    """
+
+    tension: Any
+    friction: Float[Array, " n"]
+    normal: Float[Array, " n"]
+    at_limit: Bool[Array, " n"]
+
+
+def mobilised(
+    T_0: Float[Array, ""], T_n: Float[Array, ""], mu: Float[Array, " n"], angle: Float[Array, " n"]
+) -> LiningForces:
+    """Distribution of a given pair of end tensions by the mobilisation rule (model §3).
+
+        T_i = min(T_0 Π_i, T_n)                 from the slack end while T_n ≥ T_0
+        T_i = min(T_n ∏_{j>i} μ_j, T_0)         from the anchor while T_n < T_0
+        F_i = (T_i − T_{i−1}) cos(β_i/2),  N_i = (T_i + T_{i−1}) sin(β_i/2)                                (Z-12)
+
+    The first linings of that order are at their limit, the next carries the rest, the others nothing: the rule used
+    wherever rigid bodies leave the split undetermined.
+    """
+    forward = T_n >= T_0
+    ahead = jnp.cumprod(mu)
+    behind = jnp.append(jnp.cumprod(mu[::-1])[::-1][1:], 1.0)
+    tension = jnp.where(forward, jnp.minimum(T_0 * ahead, T_n), jnp.minimum(T_n * behind, T_0))
+    before = jnp.append(T_0, tension[:-1])
+    slack = 1e-12 * jnp.maximum(T_0, T_n)
+    limit_ahead = T_0 * ahead <= T_n + slack
+    limit_behind = T_n * jnp.cumprod(mu[::-1])[::-1] <= T_0 + slack
+    at_limit = jnp.where(forward, limit_ahead, limit_behind) & (jnp.maximum(T_0, T_n) > 0)
+    return LiningForces(
+        tension=tension,
+        friction=(tension - before) * jnp.cos(angle / 2),
+        normal=(tension + before) * jnp.sin(angle / 2),
+        at_limit=at_limit,
+    )
+
+
+def limit_tensions(T_0: Float[Array, ""], mu: Float[Array, " n"]) -> Float[Array, " pieces"]:
+    """Tensions `T_n` (2 n + 1,), rising, at which one lining more or less is at its limit.
+
+        T_0/∏_{all} μ, …, T_0/μ_n, T_0, T_0 μ_1, …, T_0 Π_n
+
+    Between two of them all tensions along the band are linear in `T_n`.
+    """
+    down = running_product(mu[::-1])
+    return jnp.concatenate([T_0 / down[::-1], T_0[None], T_0 * running_product(mu)])
+
+
+def piece_of(T_0: Float[Array, ""], T_n: Float[Array, ""], mu: Float[Array, " n"]) -> Int[Array, ""]:
+    """Number of linings at their limit: `k = 0…n − 1` from the slack end; with `T_n < T_0` `−1 − k` from the anchor."""
+    n = mu.shape[0]
+    passed = jnp.sum(limit_tensions(T_0, mu) <= T_n).astype(jnp.int32)
+    return jnp.clip(passed - 1 - n, -n, n - 1)
+
+
+def tensions_on(
+    T_0: Float[Array, ""], T_n: Float[Array, ""], mu: Float[Array, " n"], piece: Int[Array, ""]
+) -> Float[Array, " n"]:
+    """Tensions `T_1…T_n` by the mobilisation rule for a given number of linings at their limit (see `piece_of`).
+
+    Linear in `T_0` and `T_n`. `n` and `−1 − n` stand for full slip ahead and back, whatever `T_n`.
+    """
+    n = mu.shape[0]
+    i = jnp.arange(1, n + 1, dtype=jnp.int32)
+    behind = jnp.append(running_product(mu[::-1])[::-1][1:], 1.0)
+    ahead = jnp.where(i <= piece, T_0 * running_product(mu), T_n)
+    back = jnp.where(i >= n + 1 + piece, T_n * behind, T_0)
+    return jnp.where(piece >= 0, ahead, back)
+
+
+def sliding_tensions(
+    T_0: Float[Array, ""],
+    f: Float[Array, " n"],
+    angle: Float[Array, " n"],
+    *,
+    inertia_force: Float[Array, " n"] | float = 0.0,
+    centrifugal_force: Float[Array, " n"] | float = 0.0,
+) -> LiningForces:
+    """All linings at their limit, with the optional mass terms of the lining model (model §2.2).
+
+        F_i = (T_i − T_{i−1}) c_i + m_i a_i,  N_i = (T_i + T_{i−1}) s_i − m_i R ω_i² ≥ 0,  F_i = f_i N_i    (Z-12…Z-14)
+        T_i = [T_{i−1} (c_i + f_i s_i) − m_i a_i − f_i m_i R ω_i²] / (c_i − f_i s_i)
+
+    - `inertia_force`: `m_i a_i` (N), the lining's own acceleration along the rim
+    - `centrifugal_force`: `m_i R ω_i²` (N), the lining's own speed; where it exceeds the band's push the lining lifts
+      off: `N_i = F_i = 0` and `T_i = T_{i−1} − m_i a_i/c_i`.
+
+    A lining on an anchored band rests: both are zero and `T_i = μ_i T_{i−1}`. Needs `f_i tan(β_i/2) < 1`.
+    """
+    c, s = jnp.cos(angle / 2), jnp.sin(angle / 2)
+    ma = jnp.broadcast_to(jnp.asarray(inertia_force, c.dtype), c.shape)
+    mrw = jnp.broadcast_to(jnp.asarray(centrifugal_force, c.dtype), c.shape)
+    f = jnp.broadcast_to(f, c.shape)
+
+    def lining(before, one):
+        f, c, s, ma, mrw = one
+        after = (before * (c + f * s) - ma - f * mrw) / (c - f * s)
+        lifted = (after + before) * s < mrw
+        after = jnp.where(lifted, before - ma / c, after)
+        normal = jnp.where(lifted, 0.0, (after + before) * s - mrw)
+        return after, (after, f * normal, normal)
+
+    _, (tension, friction, normal) = jax.lax.scan(lining, jnp.asarray(T_0, c.dtype), (f, c, s, ma, mrw))
+    return LiningForces(tension, friction, normal, jnp.ones(c.shape, bool))
+
+
+class ChordForces(NamedTuple):
+    """Tensions `T_1…T_k` of the chords behind the linings and normal loads `N_1…N_k` (N)."""
+
+    tension: Float[Array, " k"]
+    normal: Float[Array, " k"]
+
+
+def chord_tensions(T_0: Float[Array, ""], f: Float[Array, "..."], beta: Float[Array, " k_plus_1"]) -> ChordForces:
+    """Tensions along a band on point linings joined by chords (model §2.1).
+
+        T_i = T_{i−1} (c_{i−1} + f s_{i−1}) / (c_i − f s_i),   N_i = T_i s_i + T_{i−1} s_{i−1}              (Z-1…Z-4)
+
+    `beta` (k + 1,) holds `β_0…β_k` (rad): chord `i` between lining `i` and `i + 1` subtends `β_i`, `β_0` and `β_k`
+    belong to the end chords. Needs `1 − f z_i > 0` for every `i ≥ 1`.
+    """
+    c, s = jnp.cos(beta / 2), jnp.sin(beta / 2)
+    ratio = (c[:-1] + f * s[:-1]) / (c[1:] - f * s[1:])
+    tension = T_0 * jnp.cumprod(ratio)
+    before = jnp.append(jnp.asarray(T_0, tension.dtype), tension[:-1])
+    return ChordForces(tension, tension * s[1:] + before * s[:-1])
+
+
+# --- compliance -------------------------------------------------------------------------------------------------------
+
+
+def tension_rise(f: Any, angle: Any) -> Float[Array, ""]:
+    """`S_H/S_C = exp(Σ f_i α_i)` of sliding linings; `f` a number or (n,), `angle` (n,) in rad."""
+    return jnp.exp(jnp.sum(jnp.asarray(f) * jnp.asarray(angle)))
+
+
+def _mean_rise(x: Array) -> Array:
+    """`(e^x − 1)/x`, 1 at `x = 0`, with exact derivatives there."""
+    small = jnp.abs(x) < 0.02
+    away = jnp.where(small, 1.0, x)
+    near = 1 + x / 2 * (1 + x / 3 * (1 + x / 4 * (1 + x / 5 * (1 + x / 6 * (1 + x / 7)))))
+    return jnp.where(small, near, jnp.expm1(away) / away)
+
+
+class AbstractStiffness(eqx.Module):
+    """What may stand for the number `C` of a band (N/m): tension of the tight end per unit elongation.
+
+    Its methods take the friction `f` (a number or (n,)) and central angles `angle` (n,) in rad of the linings and the
+    radius `R_0` (m) of the band circle, which the scene has already: they are not given twice.
+    """
+
+    @abc.abstractmethod
+    def stiffness(self, f: Any, angle: Any, radius: Any) -> Float[Array, ""]:
+        """`C = S_H/Δl` in N/m, linkage included."""
+
+    @abc.abstractmethod
+    def faults(self, path: str, n: int) -> list[Fault]:
+        """What does not fit `n` linings, beyond the ranges of single numbers (concrete values only)."""
+
+    def compliance(self, f: Any, angle: Any, radius: Any) -> Float[Array, ""]:
+        """`c = Δl/S_C = e^{Σfα}/C` in m/N, the `C_i` of K-8, linkage included."""
+        return tension_rise(f, angle) / self.stiffness(f, angle, radius)
+
+    def elongation(self, slack_tension: Any, f: Any, angle: Any, radius: Any) -> Float[Array, ""]:
+        """`Δl = c S_C` in m for the slack tension `S_C` (N)."""
+        return jnp.asarray(slack_tension) * self.compliance(f, angle, radius)
+
+    def bare_angle(self, n: int) -> Any:
+        """Angle (rad) on the pulley that no lining covers: `Σ β_i` of the gaps."""
+        return 0.0
+
+    @property
+    def longest_wrap(self) -> float:
+        """Largest wrap angle in rad: once around, unless the band can pass itself."""
+        return 2 * math.pi
+
+
+class GivenStiffness(AbstractStiffness):
+    """A band whose stiffness `value` (N/m) is known: for bands in parallel, where a bare number may be written too."""
+
+    value: Scalar = quantity("N/m", "stiffness at the tight end", positive=True)
+
+    def stiffness(self, f, angle, radius):
+        return jnp.asarray(self.value)
+
+    def faults(self, path, n):
+        return _faults_of_sizes(self, path)
+
+
+class AbstractGeometry(AbstractStiffness):
+    """A band whose stiffness follows from its dimensions, in series with anchor and linkage.
+
+        1/C = Δl/S_H + 1/C_linkage,   S_H = S_C e^{Σfα}
+
+    The tensions are those of full slip; before it they are more even along the band, and `C` is kept.
+    """
+
+    linkage: eqx.AbstractVar[Any]
+
+    @abc.abstractmethod
+    def stretch(self, f: Any, angle: Any, radius: Any) -> Float[Array, ""]:
+        """`Δl/S_C` in m/N of the band alone."""
+
+    def stiffness(self, f: Any, angle: Any, radius: Any) -> Float[Array, ""]:
+        own = tension_rise(f, angle) / self.stretch(f, angle, radius)
+        return own if self.linkage is None else 1 / (1 / own + 1 / jnp.asarray(self.linkage))
+
+
+class BondedLinings(AbstractGeometry):
+    """Linings that stretch with the band: dovetail, bolts or rivets (K-1).
+
+        Δl/S_C = Σ_i e_{i−1} (e^{f_i α_i} − 1)/(f_i k) + R_0/(E_1A_1) Σ_{i<n} e_i β_i + (l_C + e_n l_H)/(E_1A_1)
+        e_i = exp(Σ_{j≤i} f_j α_j),   k = E_1A_1/R_0 + E_2A_2/R_0'
+
+    - `modulus` `E_1` (Pa), `area` `A_1` (m²) of the band;  `lining_modulus` `E_2`, `lining_area` `A_2`: cross-section
+    - `lining_radius` `R_0'` (m) of the linings' middle;  `R_0` is `Band.radius`, `α_i` are `Lining.angle`
+    - `slack_end` `l_C`, `tight_end` `l_H` (m): free ends beyond the first and the last lining
+    - `gap` `β` (rad) between neighbouring linings, beyond their own angles: a number or (n − 1,); no friction there
+    - `linkage` (N/m): stiffness of anchor and linkage in series;  `halved_ends`: half of the end terms, as K prints
+
+    K-1 as printed begins the sum over the arcs at `e^{fα}` instead of 1 (the first lining starts at `S_C`), and its
+    gaps and ends lack the factor `R_0/(E_1A_1)` that K-4 has: this is the consistent form. An end under a constant
+    tension stretches by `S l/(EA)`, so that the half is an option only. Source: K-1, model §2.3.
+    """
+
+    modulus: Scalar = quantity("Pa", "modulus of the band", positive=True)
+    area: Scalar = quantity("m^2", "cross-section of the band", positive=True)
+    lining_modulus: Scalar = quantity("Pa", "modulus of the linings", low=0.0)
+    lining_area: Scalar = quantity("m^2", "cross-section of the linings", low=0.0)
+    lining_radius: Scalar = quantity("m", "radius of the linings' middle", positive=True)
+    slack_end: Scalar = quantity("m", "free length at the slack end", low=0.0, default=0.0)
+    tight_end: Scalar = quantity("m", "free length at the tight end", low=0.0, default=0.0)
+    gap: Scalar = quantity("rad", "angle between neighbouring linings", low=0.0, many=True, default=0.0)
+    linkage: Scalar | None = quantity("N/m", "stiffness of anchor and linkage", positive=True, default=None)
+    halved_ends: bool = eqx.field(static=True, default=False)  # pyright: ignore
+
+    def stretch(self, f, angle, radius):
+        EA = jnp.asarray(self.modulus) * self.area
+        return _stretch(
+            self, f, angle, radius, EA / radius + self.lining_modulus * self.lining_area / self.lining_radius
+        )
+
+    def bare_angle(self, n):
+        return np.sum(np.broadcast_to(np.asarray(self.gap), (n - 1,)))
+
+    def faults(self, path, n):
+        return _faults_of_sizes(self, path, n)
+
+
+class LiningsOnPlates(AbstractGeometry):
+    """Linings on elastic plates: not bonded, the band stretches alone (K-2).
+
+        Δl/S_C = R_0/(E_1A_1) [Σ_i e_{i−1} (e^{f_i α_i} − 1)/f_i + Σ_{i<n} e_i β_i] + (l_C + e_n l_H)/(E_1A_1)
+
+    Symbols and the option `halved_ends` as in `BondedLinings`, of which this is the limit `E_2 A_2 → 0`.
+    Source: K-2, model §2.3; consistent as printed but for the halved ends.
+    """
+
+    modulus: Scalar = quantity("Pa", "modulus of the band", positive=True)
+    area: Scalar = quantity("m^2", "cross-section of the band", positive=True)
+    slack_end: Scalar = quantity("m", "free length at the slack end", low=0.0, default=0.0)
+    tight_end: Scalar = quantity("m", "free length at the tight end", low=0.0, default=0.0)
+    gap: Scalar = quantity("rad", "angle between neighbouring linings", low=0.0, many=True, default=0.0)
+    linkage: Scalar | None = quantity("N/m", "stiffness of anchor and linkage", positive=True, default=None)
+    halved_ends: bool = eqx.field(static=True, default=False)  # pyright: ignore
+
+    def stretch(self, f, angle, radius):
+        return _stretch(self, f, angle, radius, jnp.asarray(self.modulus) * self.area / radius)
+
+    def bare_angle(self, n):
+        return np.sum(np.broadcast_to(np.asarray(self.gap), (n - 1,)))
+
+    def faults(self, path, n):
+        return _faults_of_sizes(self, path, n)
+
+
+class ContinuousLining(AbstractGeometry):
+    """One continuous bonded lining on a slotted band, which passes through itself: the wrap may exceed 2π (K-3).
+
+        Δl/S_C = ∫_0^α e^{fθ} dθ/k(θ) + l_C/(E_1A_1') + l_H e^{fα}/(E_1A_1'')
+        k = E_1A_1'/R_0 + E_2A_2'/R_0'  for θ < split (the tongue),   E_1A_1''/R_0 + E_2A_2''/R_0'  beyond (the slot)
+
+    - `slack_area` `A_1'`, `slack_lining_area` `A_2'` (m²): band and lining from the slack end to the angle `split`
+    - `tight_area` `A_1''`, `tight_lining_area` `A_2''`: from there to the tight end
+    - `modulus` `E_1`, `lining_modulus` `E_2` (Pa), `lining_radius` `R_0'`, free ends, `linkage` as in `BondedLinings`
+
+    `α` is the sum of the scene's `Lining.angle`, there the elements of the one lining (take many), with friction each.
+    The arc term printed in K-3 has the dimension of a length and mixes both sections without a reason given (it lacks
+    `1/(EA)`); this is the arc of K-1 with the sections where they are. Ends are in full, as printed.
+    Source: K-3, model §2.3.
+    """
+
+    modulus: Scalar = quantity("Pa", "modulus of the band", positive=True)
+    slack_area: Scalar = quantity("m^2", "cross-section of the band's tongue", positive=True)
+    tight_area: Scalar = quantity("m^2", "cross-section of the slotted band", positive=True)
+    split: Scalar = quantity("rad", "angle from the slack end at which the section changes", low=0.0)
+    lining_modulus: Scalar = quantity("Pa", "modulus of the lining", low=0.0)
+    slack_lining_area: Scalar = quantity("m^2", "cross-section of the lining on the tongue", low=0.0)
+    tight_lining_area: Scalar = quantity("m^2", "cross-section of the slotted lining", low=0.0)
+    lining_radius: Scalar = quantity("m", "radius of the lining's middle", positive=True)
+    slack_end: Scalar = quantity("m", "free length at the slack end", low=0.0, default=0.0)
+    tight_end: Scalar = quantity("m", "free length at the tight end", low=0.0, default=0.0)
+    linkage: Scalar | None = quantity("N/m", "stiffness of anchor and linkage", positive=True, default=None)
+
+    def stretch(self, f, angle, radius):
+        f, angle = jnp.asarray(f), jnp.asarray(angle)
+        E_1, E_2 = jnp.asarray(self.modulus), jnp.asarray(self.lining_modulus)
+        slack = E_1 * self.slack_area / radius + E_2 * self.slack_lining_area / self.lining_radius
+        tight = E_1 * self.tight_area / radius + E_2 * self.tight_lining_area / self.lining_radius
+        # each element up to the split, and from there on
+        first = jnp.clip(self.split - (jnp.cumsum(angle) - angle), 0.0, angle)
+        rest = angle - first
+        before = jnp.exp(jnp.cumsum(f * angle) - f * angle)
+        of_slack = before * first * _mean_rise(f * first)
+        of_tight = before * jnp.exp(f * first) * rest * _mean_rise(f * rest)
+        ends = self.slack_end / (E_1 * self.slack_area)
+        ends += self.tight_end * tension_rise(f, angle) / (E_1 * self.tight_area)
+        return jnp.sum(of_slack) / slack + jnp.sum(of_tight) / tight + ends
+
+    @property
+    def longest_wrap(self):
+        return 4 * math.pi  # the tongue passes the slot once
+
+    def faults(self, path, n):
+        return _faults_of_sizes(self, path, n)
+
+
+def _as_bands(bands: Any) -> tuple[AbstractStiffness, ...]:
+    return tuple(band if isinstance(band, AbstractStiffness) else GivenStiffness(as_number(band)) for band in bands)
+
+
+class ParallelBands(AbstractStiffness):
+    """Several bands side by side under one lever, each with an own stiffness or geometry and with equal linings (K-8).
+
+        C = Σ C_j,   T_0,j = T_0 C_j/Σ C_j   (K-8 with c_j = Π/C_j),   1/C → 1/C + 1/C_linkage
+
+    - `bands`: geometries or numbers (N/m);  `linkage` (N/m): what all the bands have in common, in series
+
+    They act exactly as one band: lever and anchor give all the same elongation `x`, so that `T_n,j = C_j x` and
+    `T_n,j/T_0,j` is the same for every band at every time; angles and friction being equal, all reach every limit
+    together, at the same `Π`. What differs is how much each carries: `shares`. With a law that looks at temperature or
+    pressure, and unequal shares, the scene has the mean band (a warning says so). Bands whose linings differ cannot be
+    written as one band; that is a known gap. Source: K-5…K-8, model §2.3; K names the compliance `C_i` a stiffness.
+    """
+
+    bands: tuple[AbstractStiffness, ...] = eqx.field(converter=_as_bands)
+    linkage: Scalar | None = quantity("N/m", "stiffness that the bands have in common", positive=True, default=None)
+
+    def stiffness(self, f, angle, radius):
+        own = sum(band.stiffness(f, angle, radius) for band in self.bands)
+        return jnp.asarray(own if self.linkage is None else 1 / (1 / own + 1 / jnp.asarray(self.linkage)))
+
+    def shares(self, f: Any, angle: Any, radius: Any) -> Float[Array, " k"]:
+        """Share of every tension that each band has; they sum to 1."""
+        return lever_split(jnp.stack([band.compliance(f, angle, radius) for band in self.bands]), 1.0)
+
+    def bare_angle(self, n):
+        return max(band.bare_angle(n) for band in self.bands)
+
+    @property
+    def longest_wrap(self):
+        return min(band.longest_wrap for band in self.bands)
+
+    def faults(self, path, n):
+        if not self.bands:
+            return [Fault(f"{path}.bands", "there is no band", "give a stiffness or a geometry for each")]
+        inside = [fault for i, band in enumerate(self.bands) for fault in band.faults(f"{path}.bands[{i}]", n)]
+        return inside + _faults_of_sizes(self, path)
+
+
+def lever_split(compliances: Any, tension: Any) -> Float[Array, " k"]:
+    """Slack tensions (N) of bands in parallel under one lever that gives the sum `S`, with equal elongation.
+
+        S_i = S/(c_i Σ_j 1/c_j)                                                                                   (K-8)
+
+    - `compliances` (k,): `c_i = Δl_i/S_i` (m/N);  `tension`: `S` (N)
+    """
+    yielding = 1 / jnp.asarray(compliances)
+    return jnp.asarray(tension) * (yielding / jnp.sum(yielding))
+
+
+def _stretch(of: Any, f: Any, angle: Any, radius: Any, per_angle: Array) -> Float[Array, ""]:
+    """`Δl/S_C` of separate linings with gaps and ends, `per_angle` being the stiffness `k` (N) of an arc per rad."""
+    angle = jnp.asarray(angle)
+    steps = jnp.broadcast_to(jnp.asarray(f), angle.shape) * angle
+    after = jnp.exp(jnp.cumsum(steps))
+    before = jnp.exp(jnp.cumsum(steps) - steps)
+    arcs = jnp.sum(before * angle * _mean_rise(steps)) / per_angle
+    gaps = jnp.sum(after[:-1] * jnp.asarray(of.gap)) * radius
+    ends = (0.5 if of.halved_ends else 1.0) * (of.slack_end + of.tight_end * after[-1])
+    return arcs + (gaps + ends) / (jnp.asarray(of.modulus) * of.area)
+
+
+def _faults_of_sizes(of: AbstractStiffness, path: str, n: int | None = None) -> list[Fault]:
+    """Lists where one number is meant; only gaps may differ from one another."""
+    found = []
+    for leaf in leaves(of):
+        many = np.shape(leaf.value)
+        if "bands[" not in leaf.path and many != () and (leaf.path != "gap" or n is None or many != (n - 1,)):
+            hint = f"give one number, or {(n or 1) - 1} for the gaps" if leaf.path == "gap" else "give one number"
+            found.append(Fault(f"{path}.{leaf.path}", f"has the shape {many}", hint))
+    return found

@@ -1,0 +1,507 @@
+"""The parts of a brake: what could be weighed."""
+
+import abc
+import functools
+import math
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Float
+
+from .._base._compiling import Skeleton, skeleton
+from .._base._faults import Fault, InputError
+from .._base._quantity import Scalar, Whole, positive, quantity
+from ..friction import (
+    AbstractFriction,
+    AnyContact,
+    SurfaceState,
+    contact_like,
+    faults_of_memory,
+    memory_at_start,
+    needs,
+    reads,
+)
+from ..hybrid._arrays import Array
+from ._band import AbstractStiffness, ParallelBands, grip, product, tension_ratio
+
+
+class Pulley(eqx.Module):
+    """The brake pulley and all that turns with its shaft.
+
+    - `radius` `R` of the friction track (m); `inertia` `J` about the shaft (kg·m²), drum included, hook load not
+    - `width` `b` of the track (m), for overlap coefficients
+    """
+
+    radius: Scalar = quantity("m", "radius of the friction track", positive=True)
+    inertia: Scalar = quantity("kg*m^2", "inertia about the shaft", positive=True)
+    width: Scalar | None = quantity("m", "width of the friction track", positive=True, default=None)
+
+
+class Segments(eqx.Module):
+    """The band between the linings, where each of them moves for itself (model §3.1, the resolved chain).
+
+    - `stiffness` `K_i` (N/m) between lining `i` and `i + 1`, one number or (n − 1,); the segment to the anchor is the
+      band's own `stiffness`
+    - `damping_ratio` `ζ`: `D_i = 2 ζ √(K_i m̄_i)` with `m̄_i` the mean mass of the two linings it joins
+    - `anchor_damping` `D_n` (N·s/m) of the segment to the anchor
+    """
+
+    stiffness: Scalar = quantity("N/m", "stiffness of the band between two linings", positive=True, many=True)
+    damping_ratio: Scalar = quantity(
+        "1", "share of critical damping between two linings", low=0.0, many=True, default=0.05
+    )
+    anchor_damping: Scalar = quantity("N*s/m", "damping of the segment to the anchor", low=0.0, default=0.0)
+
+
+class Band(eqx.Module):
+    """The brake band.
+
+    - `radius` `R_b` (m) of the circle on which its tension acts: track radius, lining and half the band
+    - `stiffness` `C` (N/m): tension of the tight end per unit elongation, band, anchor and linkage in series;
+      `None` for a rigid band, which slips from the moment the lever pulls; or the band's geometry, or several bands
+      in parallel, from which `stiffness_of` finds the number
+    - `segments`: resolves the band into a chain of linings that move for themselves; `stiffness` is then that of the
+      segment to the anchor. `None`: linings follow the band as a whole
+    """
+
+    radius: Scalar = quantity("m", "radius of the band circle", positive=True)
+    stiffness: Scalar | AbstractStiffness | None = quantity(
+        "N/m", "stiffness at the tight end", positive=True, default=None
+    )
+    segments: Segments | None = None
+
+
+class AbstractLinings(eqx.Module):
+    """What rubs: `n` linings of one brake, whatever they are called. Arrays over them have `n` entries.
+
+    - `friction`: the law of all of them, with numbers for all or per lining;  `area` `A_i` (m²), `None`: not given
+    """
+
+    if TYPE_CHECKING:  # (fields of an abstract class would come first among those of its kinds)
+
+        @property
+        def friction(self) -> AbstractFriction: ...
+
+        @property
+        def area(self) -> Any: ...
+    else:
+        friction: eqx.AbstractVar[AbstractFriction]
+        area: eqx.AbstractVar[Any]
+
+    @property
+    @abc.abstractmethod
+    def count(self) -> int:
+        """Number of linings."""
+
+    @property
+    @abc.abstractmethod
+    def weights(self) -> Float[Array, " n"]:
+        """Sizes by which linings count in a mean over all of them."""
+
+
+class Lining(AbstractLinings):
+    """`n` linings as one object with a leading axis, counted from the slack to the tight end.
+
+    - `angle` `β_i` (n,) in rad: central angle of each;  `friction`: its law, with numbers for all or per lining
+    - `area` `A_i` (m²), a number or (n,): needed where pressure matters
+    - `mass` `m_i` (kg), a number or (n,): needed where the band is resolved into `segments`, else without effect
+    """
+
+    friction: AbstractFriction
+    angle: Scalar = quantity("rad", "central angle of a lining", positive=True, high=math.pi * (1 - 1e-9), many=True)
+    area: Scalar | None = quantity("m^2", "area of a lining", positive=True, many=True, default=None)
+    mass: Scalar | None = quantity("kg", "mass of a lining and its band", positive=True, many=True, default=None)
+
+    @property
+    def count(self) -> int:
+        return int((*jnp.shape(self.angle), 1)[0])
+
+    @property
+    def weights(self) -> Float[Array, " n"]:
+        return jnp.asarray(self.angle)
+
+    @property
+    def wrap(self) -> Float[Array, ""]:
+        """Wrap angle `Σβ_i` in rad."""
+        return jnp.sum(jnp.asarray(self.angle))
+
+
+def uniform_linings(
+    count: Annotated[int, Whole("number of linings", 1, 10_000)],
+    wrap: Annotated[float, positive("rad", "wrap angle")],
+    friction: AbstractFriction,
+    area: Annotated[float | None, positive("m^2", "area of a lining")] = None,
+    mass: Annotated[float | None, positive("kg", "mass of a lining and its band")] = None,
+) -> Lining:
+    """`count` equal linings over the angle `wrap` (rad); each of the `area` (m²) if pressure matters, of the `mass`
+    (kg) in a chain."""
+    return Lining(angle=np.full(count, wrap / count), friction=friction, area=area, mass=mass)
+
+
+class Bandage(eqx.Module):
+    """The linings of a staged brake as a bandage that rides on the pulley (model §4; K).
+
+    The band rubs on the bandage (external pair, with `Lining.friction`), the bandage on the rim (internal pair):
+
+        M_int = R Σ f_i (N_i + N_pre,i),   N_i = (T_i + T_{i−1}) sin(β_i/2)
+
+    - `inertia` `J_b` about the shaft (kg·m²), all linings together; with springs also (n,), of each
+    - `friction`: law `f` of the internal pair, with numbers for all linings or per lining
+    - `preload` `N_pre,i` (N), a number for each or (n,): the interference with which a lining sits on the rim
+    - `area` (m²) of a lining's inner face, a number or (n,): needed where pressure matters, and for overlaps
+    - `spring` `K_j` (N/m) between neighbouring linings at the band circle, a number or (n − 1,): every lining is then
+      a body of its own (resolved bandage), which needs a rigid band; `None`: the bandage is one rigid body
+    - `spring_damping` `ζ_j`: share of the critical damping of two neighbours on their spring,
+      `D_j = 2 ζ_j √(K_j m_j)`, `1/m_j = R_b² (1/J_j + 1/J_{j+1})`
+    """
+
+    inertia: Scalar = quantity("kg*m^2", "inertia of the bandage about the shaft", positive=True, many=True)
+    friction: AbstractFriction  # pyright: ignore
+    preload: Scalar = quantity("N", "interference load of a lining on the rim", low=0.0, many=True, default=0.0)
+    area: Scalar | None = quantity("m^2", "area of a lining's inner face", positive=True, many=True, default=None)
+    spring: Scalar | None = quantity(
+        "N/m", "stiffness between neighbouring linings", positive=True, many=True, default=None
+    )
+    spring_damping: Scalar = quantity("1", "share of critical damping of the springs", low=0.0, many=True, default=0.05)
+
+
+def unloaded(pair: AbstractLinings | Bandage, v: Any, T: Any) -> AnyContact:
+    """The contact of surfaces without load, at slip speeds `v` (n,) and temperatures `T` (K; `None`: none known).
+
+    As in a run it has a pressure only where the pair has areas; or where the law cannot do without one. States of the
+    law are those of the start.
+    """
+    law, n = pair.friction, np.size(v)
+    pressed = pair.area is not None or needs(law, n).p
+    return SurfaceState(T, memory_at_start(law, n)).contact(v, jnp.zeros_like(v) if pressed else None)
+
+
+class BrakeWords(NamedTuple):
+    """What a kind of brake, its linings and the body on which they rub are called.
+
+    - `locking`: what is so where it locks itself, and `unlocking`, what helps
+    """
+
+    brake: str
+    lining: str
+    body: str
+    locking: str = ""
+    unlocking: str = ""
+
+
+class PairPlace(NamedTuple):
+    """Where a friction pair is described: the `field` of the brake that holds its linings, and what rubs, in words."""
+
+    field: str
+    words: str
+
+
+class AbstractBrake(eqx.Module):
+    """What a scene knows of any kind of brake.
+
+    - `linings`;  `inertia` `J` (kg·m²) of all that turns with the shaft, hook load not
+    """
+
+    words: eqx.AbstractClassVar[BrakeWords]
+    if TYPE_CHECKING:
+
+        @property
+        def linings(self) -> AbstractLinings: ...
+
+        @property
+        def inertia(self) -> Any: ...
+    else:
+        linings: eqx.AbstractVar[AbstractLinings]
+        inertia: eqx.AbstractVar[Any]
+
+    @property
+    @abc.abstractmethod
+    def track_radius(self) -> Any:
+        """Radius (m) of the friction track: its speed is that of what cools it."""
+
+    @property
+    @abc.abstractmethod
+    def radius(self) -> Any:
+        """Radius (m) at which the friction of the linings acts."""
+
+    @property
+    def resolved(self) -> bool:
+        """Whether single linings move by themselves."""
+        return False
+
+    @property
+    def pairs(self) -> dict[str, PairPlace]:
+        """Friction pairs by name, first the one on which the lever acts."""
+        return {"external": PairPlace("linings", f"{self.words.lining}s on the {self.words.body}")}
+
+    def rubbing_part(self, pair: str) -> Any:
+        """The part that describes the linings of a friction pair: their law, their areas."""
+        return getattr(self, self.pairs[pair].field)
+
+    @property
+    def in_series(self) -> bool:
+        """Whether there are two friction pairs in series: runs then have stages."""
+        return len(self.pairs) > 1
+
+    @property
+    def kind(self) -> str:
+        """What a brake of this build is called."""
+        return self.words.brake
+
+    @property
+    def features(self) -> tuple[str, ...]:
+        """What a brake of this build has that others of its class lack, in words."""
+        return ()
+
+    @property
+    def banded(self) -> bool:
+        """Whether a band presses the linings, which then has tensions."""
+        return False
+
+    @abc.abstractmethod
+    def torque(self, force: Any, f: Float[Array, " n"]) -> Float[Array, ""]:
+        """Torque (N·m) of linings that slide ahead with the coefficients `f` under the `force` (N) of the lever."""
+
+    @abc.abstractmethod
+    def self_locking(self, f: Float[Array, " n"]) -> Float[Array, " n"]:
+        """How near each lining is to locking itself with the coefficients `f`: it does so from 1 on."""
+
+    @abc.abstractmethod
+    def locking_words(self, i: int, share: float) -> str:
+        """Why lining `i` (from 1) locks itself, whose `self_locking` is `share`."""
+
+    @abc.abstractmethod
+    def faults(self, path: str) -> list[Fault]:
+        """What does not fit together, beyond the ranges of single numbers (concrete values only)."""
+
+
+class Brake(AbstractBrake):
+    """A band-shoe brake: pulley, band and linings; staged where the linings ride on the pulley as a `bandage`."""
+
+    pulley: Pulley
+    band: Band
+    linings: Lining
+    bandage: Bandage | None = None
+    words: ClassVar[BrakeWords] = BrakeWords(
+        "band brake",
+        "lining",
+        "pulley",
+        "f·tan(β/2) ≥ 1 on a rigid band, the band locks itself",
+        "shorten the lining, lower its friction, or give the band a stiffness",
+    )
+
+    @property
+    def inertia(self) -> Any:
+        return self.pulley.inertia
+
+    @property
+    def track_radius(self) -> Any:
+        return self.pulley.radius
+
+    @property
+    def radius(self) -> Any:
+        return self.band.radius
+
+    @property
+    def pairs(self):
+        on_rim = "linings on the rim"
+        if self.bandage is None:
+            return {"external": PairPlace("linings", on_rim)}
+        return {"external": PairPlace("linings", "band on linings"), "internal": PairPlace("bandage", on_rim)}
+
+    @property
+    def kind(self):
+        return "staged brake" if self.in_series else "resolved brake" if self.resolved else "standard brake"
+
+    @property
+    def features(self):
+        found = () if self.band.segments is None else ("each on its own segment of the band",)
+        return (*found, "staged") if self.in_series else found
+
+    @property
+    def banded(self) -> bool:
+        return True
+
+    def torque(self, force, f):
+        mu = tension_ratio(grip(f, jnp.asarray(self.linings.angle)))[0]
+        return jnp.asarray(self.band.radius) * force * (product(mu) - 1)
+
+    def self_locking(self, f):
+        return grip(f, jnp.asarray(self.linings.angle))
+
+    def locking_words(self, i, share):
+        return f"lining {i}: f·tan(β/2) = {share:.4g} ≥ 1, the band locks itself"
+
+    @property
+    def resolved(self) -> bool:
+        """Whether single linings move by themselves: a chain, or a bandage on springs."""
+        sprung = self.bandage is not None and self.bandage.spring is not None
+        return self.band.segments is not None or sprung
+
+    def faults(self, path: str) -> list[Fault]:
+        """What does not fit together, beyond the ranges of single numbers (concrete values only)."""
+        found = self.linings.friction.faults(f"{path}.linings.friction")
+        angle = np.asarray(self.linings.angle)
+        where = f"{path}.linings.angle"
+        if angle.ndim != 1 or angle.size == 0:
+            return [*found, Fault(where, "a list of angles is needed, one per lining", "one lining: [0.5]")]
+        found += _faults_of_wrap(self.band.stiffness, angle, where, f"{path}.band.stiffness")
+        if np.all(np.isfinite([self.band.radius, self.pulley.radius])) and self.band.radius < self.pulley.radius:
+            found.append(
+                Fault(
+                    f"{path}.band.radius",
+                    f"{float(self.band.radius):g} m is inside the track of {float(self.pulley.radius):g} m",
+                    "the band circle is the track radius + lining + half the band",
+                )
+            )
+        if self.linings.area is None and needs(self.linings.friction, angle.size).p:
+            found.append(Fault(f"{path}.linings.area", "is missing", "the friction law looks at the pressure"))
+        found += faults_of_law(self.linings.friction, f"{path}.linings.friction", angle.size)
+        if self.bandage is not None:
+            found += _faults_of_bandage(self.bandage, f"{path}.bandage", angle.size)
+            found += _faults_of_springs(self, path, angle.size)
+        return found + self._faults_of_segments(path, angle.size)
+
+    def _faults_of_segments(self, path: str, n: int) -> list[Fault]:
+        band, mass, found = self.band, self.linings.mass, []
+        if band.segments is None:
+            if mass is not None:
+                hint = "linings move for themselves only where the band has `segments`"
+                found.append(Fault(f"{path}.linings.mass", "has no effect", hint))
+            return found
+        if self.bandage is not None:
+            hint = "the linings of a staged brake ride on the pulley; `Bandage.spring` resolves them"
+            found.append(Fault(f"{path}.band.segments", "is not for a staged brake", hint))
+        if band.stiffness is None:
+            hint = "with segments it is the stiffness of the one to the anchor"
+            found.append(Fault(f"{path}.band.stiffness", "is missing", hint))
+        if mass is None:
+            found.append(Fault(f"{path}.linings.mass", "is missing", "each lining of a chain moves for itself"))
+        elif np.shape(mass) not in ((), (n,)):
+            found.append(Fault(f"{path}.linings.mass", f"does not fit {n} linings", f"give one number, or {n}"))
+        for name in ("stiffness", "damping_ratio"):
+            if np.shape(getattr(band.segments, name)) not in ((), (n - 1,)):
+                where, what = f"{path}.band.segments.{name}", f"does not fit {n} linings"
+                found.append(Fault(where, what, f"give one number, or {n - 1}, one between each two"))
+        return found
+
+
+def _faults_of_bandage(bandage: Bandage, path: str, n: int) -> list[Fault]:
+    found = bandage.friction.faults(f"{path}.friction")
+    if bandage.area is None and needs(bandage.friction, n).p:
+        found.append(Fault(f"{path}.area", "is missing", "the friction law of the internal pair looks at the pressure"))
+    found += faults_of_law(bandage.friction, f"{path}.friction", n)
+    for name in ("preload", "area"):
+        if np.shape(getattr(bandage, name)) not in ((), (n,)) and getattr(bandage, name) is not None:
+            found.append(Fault(f"{path}.{name}", f"does not fit {n} linings", f"give one number, or a list of {n}"))
+    return found
+
+
+def _faults_of_springs(brake: Brake, path: str, n: int) -> list[Fault]:
+    """What a bandage of single linings cannot have, or a rigid one not."""
+    bandage, here = brake.bandage, f"{path}.bandage"
+    assert bandage is not None
+    resolved = bandage.spring is not None
+    found = []
+    for name, fitting in (("inertia", (n,)), ("spring", (n - 1,)), ("spring_damping", (n - 1,))):
+        shape = np.shape(getattr(bandage, name))
+        if shape != () and not (resolved and shape == fitting):
+            wanted = f"give one number, or a list of {fitting[0]}" if resolved else "give one number, or springs"
+            found.append(Fault(f"{here}.{name}", f"does not fit {n} linings", wanted))
+    if not resolved or found:
+        return found
+    if brake.band.stiffness is not None:
+        hint = "leave it out: under linings that move apart, the motion of the band would not be one number"
+        found.append(Fault(f"{path}.band.stiffness", "a bandage with springs needs a rigid band", hint))
+    for pair, where in ((brake.linings, f"{path}.linings"), (bandage, here)):
+        law = pair.friction
+        if needs(law, n).p or reads(law, n, T=True, p=pair.area is not None).p:
+            found.append(
+                Fault(f"{where}.friction", "cannot look at the pressure in a bandage with springs", "leave it out")
+            )
+        elif where == here and not reads(law, n, T=True, p=False).T:
+            still = unloaded(pair, jnp.zeros(n), None)
+            turns = brake.pulley.radius * np.asarray(law.static(still)) * np.sin(np.asarray(brake.linings.angle) / 2)
+            if np.any(turns >= brake.band.radius):
+                found.append(Fault(f"{where}.friction", "a lining held by the band could not slide on the rim"))
+    return found
+
+
+def _faults_of_wrap(stiffness: Any, angle: np.ndarray, where: str, path: str) -> list[Fault]:
+    wrap, longest, gaps = np.sum(angle), 2 * math.pi, ""
+    if isinstance(stiffness, AbstractStiffness):
+        found = stiffness.faults(path, angle.size)
+        if found:
+            return found
+        bare = stiffness.bare_angle(angle.size)
+        wrap, longest, gaps = wrap + bare, stiffness.longest_wrap, " with their gaps" if bare else ""
+    if wrap > longest * (1 + 1e-12):
+        has = "the pulley has" if longest <= 2 * math.pi else f"{math.degrees(longest):.0f}°"
+        return [Fault(where, f"the linings span {math.degrees(wrap):.1f}°{gaps}", f"more than {has}")]
+    return []
+
+
+def faults_of_law(law: AbstractFriction, path: str, n: int) -> list[Fault]:
+    """Numbers or states of a law that are neither one for all nor one for each of `n` linings."""
+    found = faults_of_memory(law, path, n)
+    if found or _fits(skeleton(law), n):
+        return found
+    return [Fault(path, f"its numbers do not fit {n} linings", f"give one number, or a list of {n}")]
+
+
+@functools.lru_cache(maxsize=1024)
+def _fits(law: Skeleton, n: int) -> bool:
+    """Whether a law with numbers of these shapes gives one coefficient for each of `n` linings."""
+    try:
+        contact, _ = contact_like(law, n)
+        shape = jax.eval_shape(lambda law, contact: law.kinetic(contact), law.stand_in(), contact).shape
+        return np.broadcast_shapes(shape, (n,)) == (n,)
+    except jax.errors.TracerArrayConversionError:
+        return True  # another mistake, which the run itself will name
+    except (TypeError, ValueError, IndexError):
+        return False
+
+
+def under_a_band(brake: AbstractBrake) -> Brake:
+    """The brake where only a band brake will do. Raises `InputError` for another kind."""
+    if not isinstance(brake, Brake):
+        problem = f"is a {brake.words.brake}: this is only for band brakes"
+        raise InputError([Fault("brake", problem, "take a `Brake`, with band and linings")])
+    return brake
+
+
+def _still_friction(linings: Lining, temperature: Any) -> Float[Array, " n"]:
+    law, n = linings.friction, linings.count
+    if temperature is None and needs(law, n).T:
+        raise ValueError("the friction law looks at the temperature: give it")
+    T = None if temperature is None else jnp.asarray(temperature)
+    return jnp.broadcast_to(law.kinetic(unloaded(linings, jnp.zeros(n), T)), (n,))
+
+
+def stiffness_of(brake: Brake, temperature: Any = None) -> Float[Array, ""] | None:
+    """Stiffness `C` of a brake's band in N/m, given or from its geometry; `None` for a rigid band.
+
+    The friction along a geometry is the linings' kinetic coefficient at zero speed, without pressure, and at the
+    `temperature` (K, a number or (n,)) if the law looks at it: in a scene that of the start. It then stays in the run.
+    Raises `ValueError` if that temperature is needed and missing, `InputError` for a brake without a band.
+    """
+    stiffness = under_a_band(brake).band.stiffness
+    if not isinstance(stiffness, AbstractStiffness):
+        return None if stiffness is None else jnp.asarray(stiffness)
+    f = _still_friction(brake.linings, temperature)
+    return stiffness.stiffness(f, jnp.asarray(brake.linings.angle), jnp.asarray(brake.band.radius))
+
+
+def tension_shares(brake: Brake, temperature: Any = None) -> Float[Array, " k"]:
+    """Share of every tension that each of a brake's parallel bands has (K-8); `[1]` where there is one band.
+
+    Raises `InputError` for a brake without a band.
+    """
+    stiffness = under_a_band(brake).band.stiffness
+    if not isinstance(stiffness, ParallelBands):
+        return jnp.ones(1)
+    f = _still_friction(brake.linings, temperature)
+    return stiffness.shares(f, jnp.asarray(brake.linings.angle), jnp.asarray(brake.band.radius))

@@ -1,0 +1,316 @@
+"""Brakes whose linings a force presses on a turning face: the disc brake and the double-shoe brake."""
+
+import abc
+import math
+from typing import Any, ClassVar
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Float
+
+from .._base._faults import Fault
+from .._base._quantity import Scalar, quantity, whole
+from ..friction import AbstractFriction, reads
+from ..hybrid._arrays import Array
+from ._design import AbstractBrake, AbstractLinings, BrakeWords, faults_of_law
+
+
+class AbstractPressedBrake(AbstractBrake):
+    """A brake of rigid linings, each pressed by the force `F` of its actuator; friction acts at one radius `r`.
+
+        M = r Σ f_i N_i,   N_i = n_i(F, f_i)
+
+    Another kind of brake is a class of this one with `inertia`, `linings` (`AbstractLinings`), `words`, `radius` and
+    `normal`. Where friction presses a lining on, so that `N_i` depends on `f_i`, it also has `can_lock`,
+    `normal_under`, `self_locking` and `locking_words`.
+    """
+
+    @property
+    def track_radius(self) -> Any:
+        return self.radius
+
+    @abc.abstractmethod
+    def normal(self, force: Any, f: Float[Array, " n"], back: Any) -> Float[Array, " n"]:
+        """Normal forces `N_i` (N) on linings that slide with the coefficients `f`, the other way where `back`."""
+
+    def normal_under(self, force: Any, friction: Float[Array, " n"]) -> Float[Array, " n"]:
+        """Normal forces (N) on linings that carry the `friction` (N), > 0 against a motion ahead."""
+        return self.normal(force, jnp.zeros(self.linings.count), False)
+
+    @property
+    def can_lock(self) -> bool:
+        """Whether friction presses a lining on, so that it can lock itself."""
+        return False
+
+    def self_locking(self, f):
+        return jnp.zeros(self.linings.count)
+
+    def locking_words(self, i, share):
+        return f"{self.words.lining} {i} does not lock itself"
+
+    def torque(self, force, f):
+        return jnp.asarray(self.radius) * jnp.sum(f * self.normal(force, f, False))
+
+    def faults(self, path):
+        n, law, where = self.linings.count, self.linings.friction, f"{path}.linings.friction"
+        return [*law.faults(where), *faults_of_law(law, where, n), *self.faults_of_shape(path)]
+
+    def faults_of_shape(self, path: str) -> list[Fault]:
+        """What does not fit together in the geometry."""
+        return []
+
+
+# --- disc brake -------------------------------------------------------------------------------------------------------
+
+
+class AbstractPadPressure(eqx.Module):
+    """How the pressure of a pad is distributed over its radius, between `r_i` and `r_o`."""
+
+    @abc.abstractmethod
+    def radius(self, inner: Any, outer: Any) -> Float[Array, ""]:
+        """Effective radius `r_e` (m), `M = f N r_e`."""
+
+    @abc.abstractmethod
+    def peak(self, inner: Any, outer: Any) -> Float[Array, ""]:
+        """Greatest pressure over the mean `N/A`; it is that at `r_i`."""
+
+    @abc.abstractmethod
+    def share(self, radius: Any, inner: Any) -> Float[Array, "..."]:
+        """Pressure at a radius over that at `r_i`."""
+
+
+class UniformWear(AbstractPadPressure):
+    """A pad that has run in and wears evenly, so that `p r` is constant: `r_e = (r_o + r_i)/2`.
+
+    Its greatest pressure is `(r_o + r_i)/(2 r_i)` times the mean one.
+
+    Reference: R. G. Budynas, J. K. Nisbett, *Shigley's Mechanical Engineering Design*, calliper brakes.
+    """
+
+    def radius(self, inner, outer):
+        return 0.5 * (jnp.asarray(outer) + inner)
+
+    def peak(self, inner, outer):
+        return (jnp.asarray(outer) + inner) / (2 * jnp.asarray(inner))
+
+    def share(self, radius, inner):
+        return jnp.asarray(inner) / jnp.asarray(radius)
+
+
+class UniformPressure(AbstractPadPressure):
+    """A new pad, pressed evenly: `r_e = ⅔ (r_o³ − r_i³)/(r_o² − r_i²)`.
+
+    Reference: Budynas & Nisbett, calliper brakes.
+    """
+
+    def radius(self, inner, outer):
+        # without the difference of squares, which a narrow pad would make small
+        outer = jnp.asarray(outer)
+        return 2 / 3 * (outer**2 + outer * inner + inner**2) / (outer + inner)
+
+    def peak(self, inner, outer):
+        return jnp.ones(())
+
+    def share(self, radius, inner):
+        return jnp.ones_like(jnp.asarray(radius))
+
+
+class Pads(AbstractLinings):
+    """Pads of a disc brake, all alike: sectors of a ring, pressed on the faces of the disc.
+
+    - `inner_radius` `r_i`, `outer_radius` `r_o` (m) and `angle` (rad) of a pad;  `count` of pads: two of each calliper
+    - `friction`: its law, with numbers for all or per pad;  `pressure`: its distribution over the radius
+    """
+
+    friction: AbstractFriction
+    inner_radius: Scalar = quantity("m", "inner radius of a pad", positive=True)
+    outer_radius: Scalar = quantity("m", "outer radius of a pad", positive=True)
+    angle: Scalar = quantity("rad", "angle of a pad about the shaft", positive=True, high=2 * math.pi)
+    faces: int = whole("pads on the disc, two of each calliper", high=1000, default=2)
+    pressure: AbstractPadPressure = eqx.field(default_factory=UniformWear)
+
+    @property
+    def count(self) -> int:
+        return self.faces
+
+    @property
+    def area(self) -> Float[Array, ""]:
+        """Area of a pad (m²): `A = θ (r_o² − r_i²)/2`."""
+        return 0.5 * jnp.asarray(self.angle) * (jnp.asarray(self.outer_radius) ** 2 - self.inner_radius**2)
+
+    @property
+    def weights(self) -> Float[Array, " n"]:
+        return jnp.ones(self.faces)
+
+    @property
+    def radius(self) -> Float[Array, ""]:
+        """Effective radius `r_e` (m)."""
+        return self.pressure.radius(self.inner_radius, self.outer_radius)
+
+    def greatest_pressure(self, force: Any) -> Float[Array, "..."]:
+        """Greatest pressure (Pa) on a pad under the `force` (N)."""
+        return jnp.asarray(force) / self.area * self.pressure.peak(self.inner_radius, self.outer_radius)
+
+
+class DiscBrake(AbstractPressedBrake):
+    """A disc brake: pads that callipers clamp on both faces of a disc.
+
+        M = n f F r_e,   N_i = F
+
+    - `inertia` `J` (kg·m²) of the disc and all that turns with its shaft, hook load not;  `linings`: its `n` pads
+
+    `F` is the clamping force on each pad (`ForceDuty.force`). Slip speed and friction force are those at `r_e`.
+    """
+
+    inertia: Scalar = quantity("kg*m^2", "inertia about the shaft", positive=True)
+    linings: Pads  # pyright: ignore
+    words: ClassVar[BrakeWords] = BrakeWords("disc brake", "pad", "disc")
+
+    @property
+    def radius(self) -> Float[Array, ""]:
+        return self.linings.radius
+
+    def normal(self, force, f, back):
+        return jnp.broadcast_to(force, (self.linings.count,))
+
+    def faults_of_shape(self, path):
+        pads, where = self.linings, f"{path}.linings"
+        if pads.faces < 1:
+            return [Fault(f"{where}.faces", f"{pads.faces} is not admissible", "at least one pad")]
+        if np.asarray(pads.outer_radius) <= np.asarray(pads.inner_radius):
+            what = f"{float(pads.outer_radius):g} m is not outside of the inner radius {float(pads.inner_radius):g} m"
+            return [Fault(f"{where}.outer_radius", what, "a pad reaches from inner_radius to outer_radius")]
+        return []
+
+
+# --- double-shoe brake ------------------------------------------------------------------------------------------------
+
+
+class Shoes(AbstractLinings):
+    """Linings of the two shoes inside a drum, alike: the leading one ahead (1), the trailing one (2).
+
+    - `radius` `r` (m) of their faces, which is that of the drum;  `width` `b` (m)
+    - `start` `θ_1`, `end` `θ_2` (rad) of a lining, from the line of the shaft to the pin of its shoe
+    - `friction`: its law, with numbers for both or for each
+    """
+
+    friction: AbstractFriction
+    radius: Scalar = quantity("m", "inner radius of the drum", positive=True)
+    width: Scalar = quantity("m", "width of a lining", positive=True)
+    start: Scalar = quantity("rad", "angle at which a lining begins, from its pin", low=0.0, high=math.pi)
+    end: Scalar = quantity("rad", "angle at which a lining ends, from its pin", positive=True, high=math.pi)
+
+    @property
+    def count(self) -> int:
+        return 2
+
+    @property
+    def area(self) -> Float[Array, ""]:
+        """Area of a lining (m²): `A = b r (θ_2 − θ_1)`."""
+        return jnp.asarray(self.width) * self.radius * (jnp.asarray(self.end) - self.start)
+
+    @property
+    def weights(self) -> Float[Array, " n"]:
+        return jnp.ones(2)
+
+    @property
+    def normal_share(self) -> Float[Array, ""]:
+        """`∫ sin θ dθ = cos θ_1 − cos θ_2`: normal force over `p̂ b r`."""
+        return jnp.cos(jnp.asarray(self.start)) - jnp.cos(jnp.asarray(self.end))
+
+    @property
+    def peak(self) -> Float[Array, ""]:
+        """Greatest pressure over the mean `N/A`: `sin θ_a (θ_2 − θ_1)/(cos θ_1 − cos θ_2)`.
+
+        `θ_a` is the angle of the lining nearest to 90°.
+        """
+        start, end = jnp.asarray(self.start), jnp.asarray(self.end)
+        highest = jnp.sin(jnp.clip(0.5 * jnp.pi, start, end))
+        return highest * (end - start) / self.normal_share
+
+
+class ShoeBrake(AbstractPressedBrake):
+    """A double-shoe brake: two rigid shoes inside a drum, each on a pin, pressed apart by equal forces `F`.
+
+        p = p̂ sin θ,   N = p̂ b r (cos θ_1 − cos θ_2),   M = r (f_1 N_1 + f_2 N_2)
+        F c = M_N − M_F  (leading),   F c = M_N + M_F  (trailing)
+        M_N = p̂ b r a ∫ sin² θ dθ,   M_F = f p̂ b r ∫ sin θ (r − a cos θ) dθ
+
+    - `inertia` `J` (kg·m²) of the drum and all that turns with its shaft, hook load not
+    - `linings`: of both shoes;  `pin` `a` (m): distance of the pins from the shaft;  `arm` `c` (m) of the force `F`
+      (`ForceDuty.force`) about the pin
+
+    Shoe 1 leads in the braking direction, shoe 2 in the other one. With `M_F ≥ M_N` a leading shoe locks itself.
+    Normal force `N` means the integral of the pressure over the lining, pressure its mean `N/A`.
+
+    Reference: Budynas & Nisbett, internal expanding rim brakes.
+    """
+
+    inertia: Scalar = quantity("kg*m^2", "inertia about the shaft", positive=True)
+    linings: Shoes  # pyright: ignore
+    pin: Scalar = quantity("m", "distance of the pins from the shaft", positive=True)
+    arm: Scalar = quantity("m", "arm of the force about the pin of its shoe", positive=True)
+    words: ClassVar[BrakeWords] = BrakeWords(
+        "double-shoe brake",
+        "shoe",
+        "drum",
+        "M_F ≥ M_N: the friction of a leading shoe presses it on by itself, it locks itself",
+        "lower its friction, shorten its lining, or move the pins away from the shaft",
+    )
+
+    @property
+    def radius(self) -> Any:
+        return self.linings.radius
+
+    @property
+    def can_lock(self) -> bool:
+        return True
+
+    @property
+    def normal_moment(self) -> Float[Array, ""]:
+        """`M_N/N` (m): arm of the normal force about the pin, `a ∫ sin² θ dθ/(cos θ_1 − cos θ_2)`."""
+        start, end = jnp.asarray(self.linings.start), jnp.asarray(self.linings.end)
+        squares = 0.5 * (end - start) - 0.25 * (jnp.sin(2 * end) - jnp.sin(2 * start))
+        return jnp.asarray(self.pin) * squares / self.linings.normal_share
+
+    @property
+    def friction_moment(self) -> Float[Array, ""]:
+        """`M_F/(f N)` (m): arm of the friction about the pin, `r − (a/2)(sin² θ_2 − sin² θ_1)/(cos θ_1 − cos θ_2)`."""
+        start, end = jnp.asarray(self.linings.start), jnp.asarray(self.linings.end)
+        # sin² θ_2 − sin² θ_1 = (cos θ_1 − cos θ_2)(cos θ_1 + cos θ_2)
+        return jnp.asarray(self.radius) - 0.5 * jnp.asarray(self.pin) * (jnp.cos(start) + jnp.cos(end))
+
+    def normal(self, force, f, back):
+        leads = jnp.where(back, -1.0, 1.0) * jnp.asarray([1.0, -1.0])
+        arm = self.normal_moment - leads * f * self.friction_moment
+        # a shoe that locks itself has no such force: that is for the caller to treat
+        return jnp.asarray(force) * self.arm / jnp.where(arm > 0, arm, self.normal_moment)
+
+    def normal_under(self, force, friction):
+        own = friction * jnp.asarray([1.0, -1.0]) * self.friction_moment
+        return (jnp.asarray(force) * self.arm + own) / self.normal_moment
+
+    def self_locking(self, f):
+        return self.friction_moment * f / self.normal_moment
+
+    def locking_words(self, i, share):
+        leads = "braking" if i == 1 else "other"
+        return f"shoe {i}: M_F/M_N = {share:.4g} ≥ 1, leading in the {leads} direction it locks itself"
+
+    def greatest_pressure(self, normal: Any) -> Float[Array, "..."]:
+        """Greatest pressure (Pa) on a lining under the normal force (N)."""
+        return jnp.asarray(normal) / self.linings.area * self.linings.peak
+
+    def faults_of_shape(self, path):
+        shoes, where, found = self.linings, f"{path}.linings", []
+        if np.asarray(shoes.end) <= np.asarray(shoes.start):
+            what = f"{float(shoes.end):g} rad is not beyond the start {float(shoes.start):g} rad"
+            found.append(Fault(f"{where}.end", what, "a lining reaches from start to end, counted from its pin"))
+        if np.asarray(self.pin) >= np.asarray(shoes.radius):
+            what = f"{float(self.pin):g} m is not inside the drum of {float(shoes.radius):g} m"
+            found.append(Fault(f"{path}.pin", what, "the pins of internal shoes are inside the drum"))
+        if reads(shoes.friction, 2, T=True, p=True).p:
+            hint = "the pressure of a shoe depends on its friction: take a law of speed and temperature"
+            found.append(Fault(f"{where}.friction", "cannot look at the pressure of a double-shoe brake", hint))
+        return found

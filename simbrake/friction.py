@@ -1,0 +1,552 @@
+"""Friction laws of a lining, `f(v, T, p)`, with fade, pressure and states of their own."""
+
+import abc
+import functools
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Float
+
+from ._base._compiling import Skeleton, read_by, skeleton
+from ._base._faults import Fault
+from ._base._quantity import Scalar, quantity
+from .hybrid._arrays import Array
+
+
+class Contact(NamedTuple):
+    """What a friction law sees: slip speed `v` (m/s), surface temperature `T` (K) and pressure `p` (Pa).
+
+    Each broadcasts over the linings; `None` where the scene does not model it. A law with states has them in `memory`;
+    their rates also see `q` (W/m²), the friction power per area of a lining.
+    """
+
+    v: Any
+    T: Any = None
+    p: Any = None
+
+    @property
+    def memory(self) -> Any:
+        """States of the law, as `start` gives them, (n,) each; `None` without."""
+        return None
+
+    @property
+    def q(self) -> Any:
+        """Friction power per area `f p v` (W/m²), for rates of states only; `None` without areas."""
+        return None
+
+
+class _ContactWithMemory(NamedTuple):
+    """A `Contact` of a law with states."""
+
+    v: Any
+    T: Any
+    p: Any
+    memory: Any
+    q: Any = None
+
+
+if TYPE_CHECKING:
+    AnyContact: TypeAlias = Contact
+else:
+    # with what laws are asked when a program runs: to those who write them both are a `Contact`
+    AnyContact = Contact | _ContactWithMemory
+
+
+class SurfaceState(NamedTuple):
+    """What the law of a pair sees of its surfaces beside their motion: temperatures `T` (K) and its own `memory`, (n,)
+    each; `None` where there is none."""
+
+    T: Any = None
+    memory: Any = None
+
+    def contact(self, v: Any, p: Any = None, q: Any = None) -> Any:
+        """The contact at slip speeds `v`, pressures `p` and friction powers per area `q`."""
+        return Contact(v, self.T, p) if self.memory is None else _ContactWithMemory(v, self.T, p, self.memory, q)
+
+
+def continued(coefficient: Callable[[Array], Array], v: Array) -> Array:
+    """A coefficient of friction at speeds `v` (m/s) signed by the sense of the slide, for `coefficient(v ≥ 0)`.
+
+        f(−v) = 2 f(0) − f(v)
+
+    The step on which a slide ends looks a little past `v = 0`. Equations with another slope there would spoil its
+    derivative, so that the coefficient goes on through `(0, f(0))` with the slope that it has. A law never sees a
+    negative speed: one that takes `|v|`, or a power of `v`, is continued as well.
+    """
+    past = v < 0
+    f = coefficient(jnp.where(past, -v, v))
+    return jnp.where(past, 2 * coefficient(jnp.zeros_like(v)) - f, f)
+
+
+class AbstractFriction(eqx.Module):
+    """A friction law. Its numbers are scalars or have one entry per lining.
+
+    A law is smooth enough to differentiate, never negative, and `kinetic ≤ static`. It is asked for `v ≥ 0` only; what
+    lies just past the end of a slide follows from that (`continued`). It reads from the `Contact` what it needs; what
+    its coefficients do not depend on costs nothing in the integration (`reads`).
+
+    A law may have states of its own, one value per lining each: friction that fades and recovers, or that runs in.
+
+        ċ_i = rates(v_i, T_i, p_i, q_i, c_i),   c_i = start at the start of the run
+
+    It then gives `start` and `rates`, and finds the states in `contact.memory`. The rates see the slip speed of the
+    surfaces, 0 while they stick or do not touch (the coefficients of a band as a whole see `R_b ω`). In a jump of the
+    tension no time passes, and the states stay as they are.
+    """
+
+    @abc.abstractmethod
+    def kinetic(self, contact: Contact) -> Float[Array, "..."]:
+        """Coefficient while sliding."""
+
+    @abc.abstractmethod
+    def static(self, contact: Contact) -> Float[Array, "..."]:
+        """Coefficient up to which the lining sticks."""
+
+    def governing(self, contact: AnyContact, static: Any) -> Float[Array, "..."]:
+        """Coefficient of linings that stick (`static`, a traced bool) or slide.
+
+        A law whose two coefficients have a factor in common may say so here, where it is then found once.
+        """
+        still = contact._replace(v=jnp.zeros_like(contact.v))
+        return jnp.where(static, self.static(still), self.kinetic(contact))
+
+    def start(self, n: int) -> Any:
+        """States of the law at the start of a run: a PyTree of numbers for all or for each of `n` linings.
+
+        `None`: it has no states.
+        """
+        return None
+
+    def rates(self, contact: Contact) -> Any:
+        """Rates (1/s times the unit of each state) of the states `contact.memory`, a PyTree like that.
+
+        They must be smooth in `v ≥ 0`. `contact.q` is the friction power per area (W/m²).
+        """
+        raise NotImplementedError(f"{type(self).__name__} has states and no `rates`")
+
+    def sizes(self) -> Any:
+        """Typical size of each state, a number or a PyTree like that of `start`: tolerances are in proportion to it."""
+        return 1.0
+
+    def faults(self, path: str) -> list[Fault]:
+        """What cannot be right in this law, beyond the ranges of single numbers; a law of one's own may say nothing."""
+        return []
+
+    def temperature_range(self) -> tuple[Any, Any] | None:
+        """Temperatures (K) between which the law holds, `None` without bounds; a run ends where it leaves them."""
+        return None
+
+
+def memory_at_start(law: AbstractFriction, n: int) -> Any:
+    """States of a law at the start, (n,) each; `None` of a law without."""
+    found = law.start(n)
+    if not jax.tree.leaves(found):
+        return None
+    return jax.tree.map(lambda x: jnp.broadcast_to(jnp.asarray(x, jnp.float64), (n,)), found)
+
+
+def memory_sizes(law: AbstractFriction, memory: Any) -> Any:
+    """Typical sizes of the states `memory` (n,) of a law."""
+    sizes = law.sizes()
+    if jax.tree.structure(sizes) == jax.tree.structure(0):  # one for all
+        sizes = jax.tree.map(lambda _: sizes, memory)
+    return jax.tree.map(lambda x, old: jnp.broadcast_to(jnp.asarray(x, jnp.float64), old.shape), sizes, memory)
+
+
+def remembers(law: AbstractFriction) -> bool:
+    """Whether a law has states."""
+    return _memory_like(skeleton(law), 1) is not None
+
+
+@functools.lru_cache(maxsize=1024)
+def _memory_like(law: Skeleton, n: int) -> Any:
+    """Shapes of the states of a law of `n` linings."""
+    try:
+        return jax.eval_shape(lambda law: memory_at_start(law, n), law.stand_in())
+    except Exception:  # a mistake, which `faults_of_memory` names, and the run itself
+        return None
+
+
+def faults_of_memory(law: AbstractFriction, path: str, n: int) -> list[Fault]:
+    """What is wrong with the states of a law of `n` linings, their rates or sizes (concrete values only)."""
+    try:
+        start, sizes = law.start(n), law.sizes()
+    except Exception as error:  # whatever a law of somebody else raises
+        return [Fault(path, f"its states at the start cannot be found: {error}")]
+    like, found = jax.tree.structure(start), []
+    if like.num_leaves == 0:
+        return found
+    each = f"give one number, or a list of {n}"
+    for name, tree in (("state", start), ("size", sizes)):
+        for x in map(np.asarray, jax.tree.leaves(tree)):
+            if x.shape not in ((), (n,)):
+                found.append(Fault(path, f"a {name} of the shape {x.shape} does not fit {n} linings", each))
+            elif not np.all(np.isfinite(x)) or (name == "size" and np.any(x <= 0)):
+                found.append(Fault(path, f"a {name} of {x} is out of range", "finite numbers; sizes > 0"))
+    if jax.tree.structure(sizes) not in (like, jax.tree.structure(0)):
+        found.append(Fault(path, "`sizes` has another structure than `start`", "give one size for each state"))
+    return found or _faults_of_rates(law, path, n)
+
+
+def _faults_of_rates(law: AbstractFriction, path: str, n: int) -> list[Fault]:
+    contact = contact_like(skeleton(law), n)[1]
+    try:
+        rates = jax.eval_shape(_rates, law, contact)
+    except Exception as error:
+        return [Fault(path, f"its `rates` cannot be found: {error}", "they see v, T, p, q and the memory of a contact")]
+    if jax.tree.structure(rates) != jax.tree.structure(contact.memory):
+        return [Fault(path, "`rates` has another structure than `start`", "give one rate for each state")]
+    shapes = {x.shape for x in jax.tree.leaves(rates)} - {(), (n,)}
+    return [Fault(path, f"a rate of the shape {shape} does not fit {n} linings") for shape in shapes]
+
+
+class Reads(NamedTuple):
+    """Fields of `Contact`: speed, temperature, pressure."""
+
+    v: bool
+    T: bool
+    p: bool
+
+
+def _coefficients(law: AbstractFriction, contact: AnyContact) -> tuple[Array, Array]:
+    """Both coefficients as a brake uses them: what sticks has no speed."""
+    return law.kinetic(contact), law.static(contact._replace(v=jnp.zeros_like(contact.v)))
+
+
+def _rates(law: AbstractFriction, contact: AnyContact) -> Any:
+    return law.rates(contact)
+
+
+def contact_like(law: Skeleton, n: int, *, T: bool = True, p: bool = True) -> tuple[Any, Any]:
+    """Shapes of the contact of `n` linings for the coefficients of a law, and for the rates of its states (`None`: it
+    has none); with or without temperatures and pressures."""
+    one = jax.ShapeDtypeStruct((n,), np.float64)
+    surface, pressure = SurfaceState(one if T else None, _memory_like(law, n)), one if p else None
+    rates = None if surface.memory is None else surface.contact(one, pressure, pressure)
+    return surface.contact(one, pressure), rates
+
+
+def reads(law: AbstractFriction, n: int, *, T: bool, p: bool) -> Reads:
+    """On which fields of the contact of `n` linings the coefficients of a law depend.
+
+    - `T`, `p`: whether there are temperatures and pressures; without them the fields are `None`, and are not read
+
+    Found from the lowered program, once for each structure of a law; in doubt a field counts as read (`read_by`).
+    """
+    return _reads(skeleton(law), n, T, p)
+
+
+@functools.lru_cache(maxsize=1024)
+def _reads(law: Skeleton, n: int, T: bool, p: bool) -> Reads:
+    _, found = read_by(_coefficients, law.stand_in(), contact_like(law, n, T=T, p=p)[0])
+    return Reads(found.v, bool(found.T), bool(found.p))
+
+
+class RatesRead(NamedTuple):
+    """What the rates of a law's states depend on: slip speed, temperature, pressure, friction power per area.
+
+    - `bends`: whether they are no straight lines over slip speed and power
+    """
+
+    v: bool
+    T: bool
+    p: bool
+    q: bool
+    bends: bool = False
+
+    @property
+    def slip(self) -> bool:
+        """Whether they depend on how fast the linings slide."""
+        return self.v or self.q
+
+
+def rates_read(law: AbstractFriction, n: int, *, T: bool, p: bool) -> RatesRead | None:
+    """The same of the rates of its states; `None` of a law without."""
+    return _rates_read(skeleton(law), n, T, p)
+
+
+@functools.lru_cache(maxsize=1024)
+def _rates_read(law: Skeleton, n: int, T: bool, p: bool) -> RatesRead | None:
+    contact = contact_like(law, n, T=T, p=p)[1]
+    if contact is None:
+        return None
+    _, found = read_by(_rates, law.stand_in(), contact)
+    _, slope = read_by(_slopes, law.stand_in(), contact)
+    return RatesRead(found.v, bool(found.T), bool(found.p), bool(found.q), slope.v or bool(slope.q))
+
+
+def _slopes(law: AbstractFriction, contact: Any) -> Any:
+    """How the rates of a law's states change with slip speed and power together."""
+    slip = (contact.v, contact.q)
+    along = jax.tree.map(jnp.ones_like, slip)
+    return jax.jvp(lambda slip: law.rates(contact._replace(v=slip[0], q=slip[1])), (slip,), (along,))[1]
+
+
+def needs(law: AbstractFriction, n: int) -> Reads:
+    """Which fields of the contact of `n` linings a law cannot do without: given as `None` they make it fail."""
+    return _needs(skeleton(law), n)
+
+
+@functools.lru_cache(maxsize=1024)
+def _needs(law: Skeleton, n: int) -> Reads:
+    def fails(T: bool = True, p: bool = True) -> bool:
+        try:
+            contact, lasting = contact_like(law, n, T=T, p=p)
+            jax.eval_shape(_coefficients, law.stand_in(), contact)
+            if lasting is not None:
+                jax.eval_shape(_rates, law.stand_in(), lasting)
+        except Exception:  # whatever None raises in a law
+            return True
+        return False
+
+    if fails():  # another mistake, which the run itself will name
+        return Reads(v=True, T=False, p=False)
+    return Reads(v=True, T=fails(T=False), p=fails(p=False))
+
+
+class ConstantFriction(AbstractFriction):
+    """Coulomb friction, `f = f_k` sliding and `f_s = r f_k` sticking.
+
+    - `coefficient`: `f_k`, scalar or per lining
+    - `static_ratio`: `r = f_s/f_k ≥ 1`
+    """
+
+    coefficient: Scalar = quantity("1", "coefficient of friction", low=0.0, high=10.0, many=True)
+    static_ratio: Scalar = quantity(
+        "1", "ratio of static to kinetic friction", low=1.0, high=10.0, many=True, default=1.0
+    )
+
+    def kinetic(self, contact):
+        return jnp.asarray(self.coefficient)
+
+    def static(self, contact):
+        return jnp.asarray(self.coefficient * self.static_ratio)
+
+    def faults(self, path):
+        return []
+
+
+class StribeckFriction(AbstractFriction):
+    """Friction that falls with the slip speed: `f(v) = f_k + (f_s − f_k) exp(−(v/v_s)^δ)`.
+
+    - `static_coefficient` `f_s`, `kinetic_coefficient` `f_k`: scalars or per lining
+    - `stribeck_speed` `v_s` in m/s, `exponent` `δ` in [1, 4] (1: Bo & Pavelescu; 2: Gaussian)
+
+    Reference: B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, *Automatica* 30 (1994) 1083–1138, eq. (3).
+    """
+
+    static_coefficient: Scalar = quantity("1", "static coefficient of friction", low=0.0, high=10.0, many=True)
+    kinetic_coefficient: Scalar = quantity("1", "kinetic coefficient of friction", low=0.0, high=10.0, many=True)
+    stribeck_speed: Scalar = quantity("m/s", "Stribeck speed", positive=True, many=True)
+    exponent: Scalar = quantity("1", "exponent of the Stribeck curve", low=1.0, high=4.0, many=True, default=2.0)
+
+    def kinetic(self, contact):
+        # slip begins at v = 0: the slope there must be that of sliding, also of an exponent of 1
+        r = jnp.where(contact.v >= 0, contact.v, 0.0) / self.stribeck_speed
+        positive, n = r > 0, jnp.asarray(self.exponent)
+        power = r * jnp.where(positive | (n == 1), jnp.where(positive, r, 1.0) ** (n - 1), 0.0)
+        return self.kinetic_coefficient + (self.static_coefficient - self.kinetic_coefficient) * jnp.exp(-power)
+
+    def static(self, contact):
+        return jnp.asarray(self.static_coefficient)
+
+    def faults(self, path):
+        if np.any(np.asarray(self.static_coefficient) < np.asarray(self.kinetic_coefficient)):
+            return [Fault(path, "the static coefficient is below the kinetic one", "static must be ≥ kinetic")]
+        return []
+
+
+class TabulatedFriction(AbstractFriction):
+    """Measured friction over slip speed, `f(v)`, interpolated by a monotone cubic (Fritsch–Carlson).
+
+    - `speed` (k,) in m/s, increasing from 0; `coefficient` (k,)
+    - `static_ratio`: `f_s / f(0) ≥ 1`
+
+    Beyond the last speed the last coefficient holds (stated, not extrapolated). The interpolant has a continuous
+    slope, so that the table's knots need no stops of the integrator. One table serves all linings.
+    """
+
+    speed: Scalar = quantity("m/s", "slip speeds of the table", low=0.0, many=True)
+    coefficient: Scalar = quantity("1", "coefficients of friction of the table", low=0.0, high=10.0, many=True)
+    static_ratio: Scalar = quantity("1", "ratio of static friction to that at zero speed", low=1.0, default=1.0)
+
+    def kinetic(self, contact):
+        import interpax  # half a second that only tables pay
+
+        speed, coefficient = jnp.asarray(self.speed), jnp.asarray(self.coefficient)
+        # (no clip: at v = 0, where slip begins, it would halve the slope)
+        v = jnp.where(contact.v >= 0, jnp.minimum(contact.v, speed[-1]), 0.0)
+        with jax.numpy_dtype_promotion("standard"):  # the library mixes integers and floats
+            return interpax.interp1d(v, speed, coefficient, method="monotonic")
+
+    def static(self, contact):
+        return jnp.asarray(self.coefficient[..., 0] * self.static_ratio)
+
+    def faults(self, path):
+        speed, coefficient = np.asarray(self.speed), np.asarray(self.coefficient)
+        if speed.ndim != 1 or speed.shape != coefficient.shape or speed.size < 2:
+            return [Fault(path, "the table needs speeds and coefficients of one length, at least 2")]
+        if np.any(np.diff(speed) <= 0) or speed[0] != 0.0:
+            return [Fault(f"{path}.speed", "the speeds must increase, from 0 upwards")]
+        if np.any(coefficient > coefficient[0] * np.asarray(self.static_ratio)):
+            return [Fault(path, "a coefficient of the table exceeds the static one", "raise static_ratio")]
+        return []
+
+
+# --- factors of temperature and pressure ------------------------------------------------------------------------------
+
+
+class AbstractFactor(eqx.Module):
+    """A factor of a coefficient of friction, 1 where the base law was measured. Never negative."""
+
+    @abc.abstractmethod
+    def factor(self, contact: Contact) -> Float[Array, "..."]:
+        """The factor at surface temperature `T` (K) and pressure `p` (Pa)."""
+
+    @abc.abstractmethod
+    def faults(self, path: str) -> list[Fault]:
+        """What cannot be right in this factor, beyond the ranges of single numbers."""
+
+    def temperature_range(self) -> tuple[Any, Any] | None:
+        """Temperatures (K) between which it holds, `None` if there are no bounds."""
+        return None
+
+
+def _rounded(x: Array, w: Array | None) -> Array:
+    """`max(x, 0)` with its corner rounded over `±w`, four times continuously differentiable.
+
+        w u⁵ (14 − 28 u + 20 u² − 5 u³),   u = (x + w)/(2 w)
+
+    Its slope `u⁴ (35 − 84 u + 70 u² − 20 u³)` goes from 0 to 1 with three derivatives 0 at either end: steps cross the
+    ends of the blend, and each derivative that is continuous there makes those of a run more exact.
+    At a sharp corner, where runs like to start, the slope is the one above it: half of each (as that of a maximum)
+    would be the slope of no side, and an integrator would shorten its first step until that no longer matters.
+    """
+    if w is None:
+        return jnp.where(x >= 0, x, 0.0)
+    u = jnp.clip((x + w) * (1 / jnp.where(w > 0, 2 * w, 1.0)), 0.0, 1.0)  # (one division, however many the linings)
+    blend = w * u**5 * (14 + u * (-28 + u * (20 - 5 * u)))
+    return jnp.where(x >= w, x, jnp.where(x > -w, blend, 0.0))
+
+
+class LinearFade(AbstractFactor):
+    """Fade above a permissible temperature: `max(φ_min, 1 − s (T − T_p)₊)`.
+
+    - `slope` `s` (1/K), `above` `T_p` (K), `floor` `φ_min`
+    - `blend` `w` (K): half-width over which both corners are rounded; `None` or 0: corners, which cost steps at tight
+      tolerances where many linings pass them one after the other, and derivatives half of their digits
+
+    Within `±w` of a corner `x₊` is `w u⁵ (14 − 28 u + 20 u² − 5 u³)`, `u = (x + w)/(2 w)`, with four continuous
+    derivatives; at the floor the same with `s w` for `w`.
+    """
+
+    slope: Scalar = quantity("1/K", "loss of friction per kelvin", low=0.0, many=True)
+    above: Scalar = quantity("K", "temperature at which fade begins", low=0.0, many=True)
+    floor: Scalar = quantity("1", "least factor", low=0.0, high=1.0, many=True, default=0.0)
+    blend: Scalar | None = quantity(
+        "K", "half-width of the rounded corner", low=0.0, difference=True, many=True, default=None
+    )
+
+    def factor(self, contact):
+        w, s = None if self.blend is None else jnp.asarray(self.blend), self.slope
+        lost = s * _rounded(contact.T - self.above, w)
+        return self.floor + _rounded(1 - lost - self.floor, None if w is None else s * w)
+
+    def faults(self, path):
+        return []
+
+
+class TabulatedFade(AbstractFactor):
+    """A measured factor over the temperature, interpolated by a monotone cubic (Fritsch–Carlson).
+
+    - `temperature` (k,) in K, increasing; `values` (k,)
+
+    The table is not extrapolated: a run that leaves it ends with the code `outside_table`.
+    """
+
+    temperature: Scalar = quantity("K", "temperatures of the table", low=0.0, many=True)
+    values: Scalar = quantity("1", "factors of the table", low=0.0, high=10.0, many=True)
+
+    def factor(self, contact):
+        import interpax  # half a second that only tables pay
+
+        T, values = jnp.asarray(self.temperature), jnp.asarray(self.values)
+        with jax.numpy_dtype_promotion("standard"):  # the library mixes integers and floats
+            here = jnp.clip(contact.T, T[0], T[-1])
+            return interpax.interp1d(here.reshape(-1), T, values, method="monotonic").reshape(jnp.shape(contact.T))
+
+    def faults(self, path):
+        T, values = np.asarray(self.temperature), np.asarray(self.values)
+        if T.ndim != 1 or T.shape != values.shape or T.size < 2:
+            return [Fault(path, "the table needs temperatures and factors of one length, at least 2")]
+        return [] if np.all(np.diff(T) > 0) else [Fault(f"{path}.temperature", "the temperatures must increase")]
+
+    def temperature_range(self):
+        T = jnp.asarray(self.temperature)
+        return T[0], T[-1]
+
+
+class PressureFactor(AbstractFactor):
+    """Friction that falls (or rises) with pressure: `(1 + p/p_r)^{−m}`.
+
+    - `reference` `p_r` (Pa), `exponent` `m`
+    """
+
+    reference: Scalar = quantity("Pa", "reference pressure", positive=True, many=True)
+    exponent: Scalar = quantity("1", "exponent of the pressure", low=-1.0, high=1.0, many=True)
+
+    def factor(self, contact):
+        return (1 + contact.p / self.reference) ** (-self.exponent)
+
+    def faults(self, path):
+        return []
+
+
+class ProductFriction(AbstractFriction):
+    """`f(T, v, p) = f_base(v) · ∏ factors(T, p)`, sliding and sticking alike. States are those of the base law."""
+
+    base: AbstractFriction
+    factors: tuple[AbstractFactor, ...]
+
+    def _product(self, contact: AnyContact) -> Array:
+        product = None
+        for one in self.factors:
+            product = one.factor(contact) if product is None else product * one.factor(contact)
+        return jnp.ones(()) if product is None else product
+
+    def governing(self, contact, static):
+        return self.base.governing(contact, static) * self._product(contact)
+
+    def kinetic(self, contact):
+        return self.base.kinetic(contact) * self._product(contact)
+
+    def static(self, contact):
+        return self.base.static(contact) * self._product(contact)
+
+    def start(self, n):
+        return self.base.start(n)
+
+    def rates(self, contact):
+        return self.base.rates(contact)
+
+    def sizes(self):
+        return self.base.sizes()
+
+    def faults(self, path):
+        found = self.base.faults(f"{path}.base")
+        for i, one in enumerate(self.factors):
+            found += one.faults(f"{path}.factors[{i}]")
+        return found
+
+    def temperature_range(self):
+        bounds = [r for r in (part.temperature_range() for part in (self.base, *self.factors)) if r is not None]
+        if not bounds:
+            return None
+        low, high = bounds[0]
+        for one in bounds[1:]:
+            low, high = jnp.maximum(low, one[0]), jnp.minimum(high, one[1])
+        return low, high

@@ -1,0 +1,267 @@
+"""Linear systems whose matrix is tridiagonal but for a small border: the Jacobians of chains that meet in a few places.
+
+    [ A  B ] [u]   [b]     A (m, m) dense: the core
+    [ C  T ] [w] = [c]     T (n, n) tridiagonal: chains one behind the other
+
+Cost `O(n m² + m³)` to factor and `O(n m)` to solve, instead of `O((n + m)³)`."""
+
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import jax.scipy.linalg
+import numpy as np
+from jaxtyping import Float, Int
+
+from ._arrays import Array, take
+
+#: kinds of a state's place in the Jacobian; a number ≥ 0 is its place in the chain
+CORE, QUADRATURE = -1, -2
+#: added to a place in the chain: its rate is linear in the states, with coefficients that are constant in a run
+LINEAR = 1 << 20
+
+
+class Couplings(NamedTuple):
+    """Places of the entries of a flat state: core, chain in its order, and quadratures (no rate depends on them)."""
+
+    core: tuple[int, ...]
+    chain: tuple[int, ...]
+    quadrature: tuple[int, ...]
+    linear: tuple[bool, ...] = ()  # of the chain: whether a row of the Jacobian is constant
+
+    @classmethod
+    def of(cls, kinds: np.ndarray) -> "Couplings":
+        """From one number per entry: CORE, QUADRATURE or the place in the chain (+ LINEAR)."""
+        inside = np.flatnonzero(kinds >= 0)
+        inside = inside[np.argsort(kinds[inside] % LINEAR, kind="stable")]
+        return cls(
+            tuple(int(i) for i in np.flatnonzero(kinds == CORE)),
+            tuple(int(i) for i in inside),
+            tuple(int(i) for i in np.flatnonzero(kinds == QUADRATURE)),
+            tuple(bool(kind >= LINEAR) for kind in kinds[inside]),
+        )
+
+    @property
+    def varying(self) -> tuple[int, ...] | None:
+        """Places in the chain whose rows change in a run, if the others are worth forming once, else `None`.
+
+        A row that changes costs a reverse pass, a chain whose rows all change no more than three forward ones.
+        """
+        rows = tuple(i for i, constant in enumerate(self.linear) if not constant)
+        return rows if self.chain and len(rows) <= len(self.core) + 3 else None
+
+
+class Bordered(NamedTuple):
+    """A matrix over the entries core, then chain. `lower[i]` stands at `(i, i − 1)`, `upper[i]` at `(i, i + 1)`."""
+
+    core: Float[Array, "m m"]
+    right: Float[Array, "m n"]
+    below: Float[Array, "n m"]
+    lower: Float[Array, " n"]
+    diagonal: Float[Array, " n"]
+    upper: Float[Array, " n"]
+
+    @property
+    def transposed(self) -> "Bordered":
+        lower, upper = self.upper, self.lower
+        if self.diagonal.shape[0]:
+            lower, upper = jnp.pad(self.upper[:-1], (1, 0)), jnp.pad(self.lower[1:], (0, 1))
+        return Bordered(self.core.T, self.below.T, self.right.T, lower, self.diagonal, upper)
+
+
+class ChainRows(NamedTuple):
+    """The rows of a Jacobian that belong to a chain; `lower`, `diagonal` and `upper` as in `Bordered`."""
+
+    below: Float[Array, "n m"]
+    lower: Float[Array, " n"]
+    diagonal: Float[Array, " n"]
+    upper: Float[Array, " n"]
+
+
+def _columns(push: Any, m: int, n: int) -> tuple[Float[Array, "m m"], ChainRows]:
+    """Core and chain rows of a Jacobian from `m + 3` forward passes: core columns, and three colours of chain columns.
+
+    `push` takes a direction `(m + n,)` to its derivative.
+    """
+    place = np.arange(n)
+    seeds = np.zeros((m + min(n, 3), m + n))
+    seeds[np.arange(m), np.arange(m)] = 1.0
+    for colour in range(min(n, 3)):
+        seeds[m + colour, m + place[colour::3]] = 1.0
+    columns = jax.vmap(push)(jnp.asarray(seeds))
+    core, below, colours = columns[:m, :m].T, columns[:m, m:].T, columns[m:, m:]
+
+    def diagonal(offset: int) -> Array:
+        # entry (i, i + offset) lies in the colour of column i + offset; masks, as gathers are slow in loops
+        rows = [jnp.where((place + offset) % 3 == c, colours[c], 0.0) for c in range(colours.shape[0])]
+        return jnp.where((place + offset >= 0) & (place + offset < n), sum(rows[1:], start=rows[0]), 0.0)
+
+    if n == 0:
+        nothing = jnp.zeros(0)
+        return core, ChainRows(below, nothing, nothing, nothing)
+    return core, ChainRows(below, diagonal(-1), diagonal(0), diagonal(1))
+
+
+def _rows(push: Any, size: int, wanted: tuple[int, ...]) -> Float[Array, "k size"]:
+    """Rows `wanted` of a Jacobian of `size` columns, from one reverse pass each."""
+    if not wanted:
+        return jnp.zeros((0, size))
+    pull = jax.linear_transpose(lambda v: take(push(v), wanted), jax.ShapeDtypeStruct((size,), jnp.float64))
+    return jax.vmap(lambda e: pull(e)[0])(jnp.eye(len(wanted)))
+
+
+def linear_rows(push: Any, places: Couplings) -> ChainRows:
+    """The rows of a chain as they are here; those that are linear are the same everywhere in a run."""
+    return _columns(push, len(places.core), len(places.chain))[1]
+
+
+def jacobian(push: Any, places: Couplings, known: ChainRows | None = None) -> Bordered:
+    """Jacobian of rates over the entries core, then chain, from their linear part `push`, (m + n,) → (m + n,).
+
+    Core and chain columns from `m + 3` forward passes and the core's rows from `m` reverse ones, however long the chain
+    is; where the linear rows of the chain are `known`, `m` reverse passes and one for each other row of the chain.
+    """
+    m, n = len(places.core), len(places.chain)
+    varying = places.varying
+    if known is None or varying is None:
+        core, chain = _columns(push, m, n)
+        right = _rows(push, m + n, tuple(range(m)))[:, m:] if n else jnp.zeros((m, 0))
+        return Bordered(core, right, *chain)
+    rows = _rows(push, m + n, (*range(m), *(m + i for i in varying)))
+    core, right, new = rows[:m, :m], rows[:m, m:], rows[m:]
+    chain = known
+    for j, i in enumerate(varying):
+        before = new[j, m + i - 1] if i > 0 else jnp.zeros(())
+        behind = new[j, m + i + 1] if i < n - 1 else jnp.zeros(())
+        row = ChainRows(new[j, :m], before, new[j, m + i], behind)
+        chain = ChainRows(*(_with_row(old, i, value) for old, value in zip(chain, row, strict=True)))
+    return Bordered(core, right, *chain)
+
+
+def _with_row(old: Float[Array, "n ..."], i: int, value: Float[Array, "..."]) -> Float[Array, "n ..."]:
+    return jnp.concatenate([old[:i], value[None], old[i + 1 :]])
+
+
+class Factored(NamedTuple):
+    """A bordered matrix made ready for many right-hand sides."""
+
+    matrix: Bordered
+    levels: tuple[Array, Array]  # (passes, n) of the chain: multipliers of the entries 1, 2, 4, … before and behind
+    pivots: Float[Array, " n"]  # what is left of the chain's diagonal
+    reduced: Any  # Schur complement of the chain: its inverse, or where it is large its LU and the size of its rows
+    spread: Float[Array, "n m"]  # T⁻¹ C
+
+
+def _neighbours(x: Float[Array, "n ..."], k: Array, beyond: float) -> tuple[Array, Array]:
+    """`x[i − k]` and `x[i + k]`, and the value `beyond` the ends."""
+    n = x.shape[0]
+    rest = jnp.full_like(x, beyond)
+    wide = jnp.concatenate([rest, x, rest])
+    zeros = (jnp.zeros_like(k),) * (x.ndim - 1)
+    return tuple(jax.lax.dynamic_slice(wide, (start, *zeros), x.shape) for start in (n - k, n + k))  # pyright: ignore
+
+
+def _reaches(n: int) -> Int[Array, " passes"]:
+    """Distances 1, 2, 4, … below `n`."""
+    return jnp.asarray([1 << i for i in range((n - 1).bit_length())], jnp.int32)
+
+
+def _reduction(a: Bordered) -> tuple[tuple[Array, Array], Array]:
+    """Parallel cyclic reduction of the chain: every pass takes neighbours of twice the distance out of each equation.
+
+    log₂ n passes over whole vectors, where elimination from end to end is one long chain of divisions; a loop, as
+    written out the passes would be fused into one another. No pivoting: meant for diagonally dominant chains, as of
+    conduction. The sums of the rows are carried along instead of the diagonal, which is 10⁹ times larger in thin
+    layers: nothing cancels then. Reference: R. W. Hockney, C. R. Jesshope, *Parallel Computers* (1981), section 5.4.
+    """
+
+    def reduce(rows: tuple[Array, Array, Array], k: Array) -> tuple[tuple[Array, Array, Array], tuple[Array, Array]]:
+        lower, total, upper = rows
+        (l_before, l_behind), (u_before, u_behind) = _neighbours(lower, k, 0.0), _neighbours(upper, k, 0.0)
+        t_before, t_behind = _neighbours(total, k, 1.0)
+        before, behind = -lower / (t_before - l_before - u_before), -upper / (t_behind - l_behind - u_behind)
+        total = total + before * t_before + behind * t_behind
+        return (before * l_before, total, behind * u_behind), (before, behind)
+
+    start = (a.lower, a.lower + a.diagonal + a.upper, a.upper)
+    (lower, total, upper), levels = jax.lax.scan(reduce, start, _reaches(a.diagonal.shape[0]))
+    return levels, total - lower - upper
+
+
+def _along(levels: tuple[Array, Array], pivots: Array, b: Float[Array, "n ..."]) -> Float[Array, "n ..."]:
+    """`T⁻¹ b`."""
+    each = (slice(None), *(None,) * (b.ndim - 1))
+
+    def substitute(b: Array, level: tuple[Array, Array, Array]) -> tuple[Array, None]:
+        before, behind, k = level
+        b_before, b_behind = _neighbours(b, k, 0.0)
+        return b + before[each] * b_before + behind[each] * b_behind, None
+
+    return jax.lax.scan(substitute, b, (*levels, _reaches(b.shape[0])))[0] / pivots[each]
+
+
+def _row_sizes(a: Float[Array, "m m"]) -> Float[Array, "m 1"]:
+    """Magnitudes of the rows: pivots are chosen among rows of equal size, or large rows swamp small ones."""
+    size = jnp.max(jnp.abs(a), axis=1, keepdims=True)
+    return jnp.where(size > 0, size, 1.0)
+
+
+def _inverse(a: Float[Array, "m m"]) -> Float[Array, "m m"]:
+    """By Gauss–Jordan elimination with row pivoting on rows of equal size, written with masks instead of indices."""
+    m = a.shape[0]
+    place = jnp.arange(m, dtype=jnp.int32)
+    size = _row_sizes(a)
+
+    def eliminate(k: Array, rows: Array) -> Array:
+        column = jnp.sum(jnp.where(place == k, rows[:, :m], 0.0), axis=1)
+        best = jnp.argmax(jnp.where(place >= k, jnp.abs(column), -1.0)).astype(jnp.int32)
+        here, there = (place == k)[:, None], (place == best)[:, None]
+        row_k, row_best = jnp.sum(jnp.where(here, rows, 0.0), axis=0), jnp.sum(jnp.where(there, rows, 0.0), axis=0)
+        rows = jnp.where(here, row_best, jnp.where(there, row_k, rows))
+        column = jnp.sum(jnp.where(place == k, rows[:, :m], 0.0), axis=1)
+        pivot = jnp.sum(jnp.where(place == k, column, 0.0))
+        row = row_best / pivot
+        return jnp.where(here, row, rows - column[:, None] * row)
+
+    whole = jnp.concatenate([a / size, jnp.eye(m) / size.T], axis=1)
+    return jax.lax.fori_loop(np.int32(0), np.int32(m), eliminate, whole)[:, m:]
+
+
+#: a core up to this size is inverted in plain code, which a compiler can join with all the rest; a larger one by LAPACK
+_SMALL_CORE = 16
+
+
+def _product(a: Float[Array, "k l"], b: Float[Array, "l ..."]) -> Float[Array, "k ..."]:
+    """`a @ b`, written out where the core is small: matrix products may be calls of a library."""
+    if min(a.shape) > _SMALL_CORE:
+        return a @ b
+    return jnp.sum(a[:, :, None] * b[None], axis=1) if b.ndim == 2 else jnp.sum(a * b, axis=1)
+
+
+def factor(a: Bordered) -> Factored:
+    """Eliminates the chain."""
+    levels, pivots = _reduction(a)
+    spread = _along(levels, pivots, a.below)
+    complement = a.core - _product(a.right, spread)
+    if 0 < complement.shape[0] <= _SMALL_CORE:
+        return Factored(a, levels, pivots, _inverse(complement), spread)
+    if complement.size == 0:
+        return Factored(a, levels, pivots, None, spread)
+    size = _row_sizes(complement)
+    return Factored(a, levels, pivots, (jax.scipy.linalg.lu_factor(complement / size), size[:, 0]), spread)
+
+
+def solve(a: Factored, b: Float[Array, " m_plus_n"]) -> Float[Array, " m_plus_n"]:
+    """`x` with `A x = b`."""
+    m = a.matrix.core.shape[0]
+    chain = _along(a.levels, a.pivots, b[m:])
+    if m == 0:
+        return chain
+    core = b[:m] - _product(a.matrix.right, chain)
+    if m <= _SMALL_CORE:
+        core = _product(a.reduced, core)
+        return jnp.concatenate([core, chain - _product(a.spread, core)])
+    lu, size = a.reduced
+    core = jax.scipy.linalg.lu_solve(lu, core / size)
+    # terms of a large core may cancel: the chain is solved again for what they leave of its right-hand side
+    return jnp.concatenate([core, _along(a.levels, a.pivots, b[m:] - a.matrix.below @ core)])

@@ -1,0 +1,224 @@
+"""First derivatives of a recorded run: a sweep over its rows, forwards (jvp) or backwards (vjp).
+
+The step lengths are frozen, as they are no part of the answer. A row that landed on a guard carries the implicit
+derivative of its time, `dt = −dg / ġ`; one that stopped at a known time that of the known time."""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Float
+
+from ._arrays import Array
+from ._method import AbstractMethod
+from ._system import ADVANCED, FINISHED, INSTANT, LANDED, SKIPPED, STOPPED, Flat, Rows
+
+
+def _landing(flat: Flat, t1: Array, row: Rows, t: Array, y: Array, f: Array) -> tuple[Array, Array]:
+    """Time and state of an event at the end of one row, before any jump, from the end of its step."""
+    t2, y2 = t + row.delta, y + row.delta * f
+    g = flat.guards(t2, y2, row.mode)
+    f2, rate = flat.rates(t2, y2, row.mode)
+    chosen = jnp.arange(g.shape[0], dtype=jnp.int32) == row.guard
+    g, rate = jnp.sum(jnp.where(chosen, g, 0.0)), jnp.sum(jnp.where(chosen, rate, 0.0))
+    # value 0: only the derivative of the place where the guard is 0 (those of the rates would be multiplied by it)
+    dt = -(g - jax.lax.stop_gradient(g)) / jnp.where(rate == 0, -1.0, rate)
+    # or that of the known time
+    stop = jnp.where(row.kind == FINISHED, t1, flat.next_stop(row.mode))
+    stops = (row.kind == STOPPED) | (row.kind == FINISHED)
+    move = stop - t2
+    dt = jnp.where(stops, move - jax.lax.stop_gradient(move), jnp.where(row.kind == LANDED, dt, 0.0))
+    return jnp.where(stops, stop, t2 + dt), y2 + dt * f2
+
+
+def before_jump(flat: Flat, method: AbstractMethod, t1: Array, row: Rows) -> tuple[Array, Array]:
+    """Time and state at the end of one row, before any jump, with the right derivatives."""
+
+    def moved():
+        y, f = method.whole(lambda t, y: flat.rhs(t, y, row.mode), row.t, row.y, row.h)
+        t = row.t + row.h
+        return jax.lax.cond(row.kind == ADVANCED, lambda: (t, y), lambda: _landing(flat, t1, row, t, y, f))
+
+    # an overlong step that was rejected may overflow
+    return jax.lax.cond(row.kind == SKIPPED, lambda: (row.t, row.y), moved)
+
+
+def _landing_back(
+    flat_of: Callable[[Any], Flat],
+    params: Any,
+    t1_of: Callable[[Any], Array],
+    row: Rows,
+    t: Array,
+    y: Array,
+    f: Array,
+) -> tuple[tuple[Array, Array], Callable[[Array, Array], tuple[Any, Array, Array, Array]]]:
+    """`_landing`, and its derivatives backwards: those of the guard give its rate as well, `ġ = ∂g/∂t + ∂g/∂y·f`."""
+    flat, stops = flat_of(params), (row.kind == STOPPED) | (row.kind == FINISHED)
+    t2, y2 = t + row.delta, y + row.delta * f
+
+    def guard(params, t, y):
+        g = flat_of(params).guards(t, y, row.mode)
+        return jnp.sum(jnp.where(jnp.arange(g.shape[0], dtype=jnp.int32) == row.guard, g, 0.0))
+
+    def stop(params):
+        return jnp.where(row.kind == FINISHED, t1_of(params), flat_of(params).next_stop(row.mode))
+
+    stop_time, stop_back = jax.vjp(stop, params)
+
+    def back(c_t, c_y):
+        f2 = flat.rhs(t2, y2, row.mode)
+        by_params, by_t, by_y = jax.grad(guard, argnums=(0, 1, 2))(params, t2, y2)
+        rate = by_t + jnp.sum(by_y * f2)
+        # of the time of the event, at which the state moves on with it
+        c_dt = c_t + jnp.sum(c_y * f2)
+        share = -c_dt / jnp.where(rate == 0, -1.0, rate)
+
+        def moved(d: Array) -> Array:
+            return jnp.where(row.kind == LANDED, share * d, 0.0)
+
+        at_stop = stop_back(jnp.where(stops, c_dt, 0.0))[0]
+        d_params = jax.tree.map(lambda d, s: moved(d) + s, by_params, at_stop)
+        # (on a known time nothing depends on when the step would have ended)
+        d_t, d_y = jnp.where(stops, -jnp.sum(c_y * f2), c_t) + moved(by_t), c_y + moved(by_y)
+        return d_params, d_t, d_y, row.delta * d_y
+
+    return (jnp.where(stops, stop_time, t2), y2), back
+
+
+def _jumps(row: Rows) -> Array:
+    return (row.kind == LANDED) | (row.kind == INSTANT) | (row.kind == STOPPED)
+
+
+def advance(flat: Flat, method: AbstractMethod, t1: Array, row: Rows, mode_after: Array) -> tuple[Array, Array]:
+    """Start of the next row."""
+    t, y = before_jump(flat, method, t1, row)
+    y = jax.lax.cond(_jumps(row), lambda: flat.reset(t, y, row.mode, mode_after), lambda: y)
+    return t, y
+
+
+def pull_back(
+    flat_of: Callable[[Any], Flat],
+    method: AbstractMethod,
+    params: Any,
+    t1_of: Callable[[Any], Array],
+    row: Rows,
+    mode_after: Array,
+    c: tuple[Array, Array],
+) -> tuple[Any, Array, Array]:
+    """Cotangents of `(params, t, y)` at the start of a row for those of the start of the next: `advance` backwards.
+
+    What only an event needs is differentiated within its branch: through branches, every one of them would hand on its
+    intermediate results.
+    """
+
+    def moved():
+        step = method.pullback(lambda p, t, y: flat_of(p).rhs(t, y, row.mode), params, row.t, row.y, row.h)
+        t = row.t + row.h
+
+        def event():
+            (t2, y2), back = _landing_back(flat_of, params, t1_of, row, t, step.y, step.f)
+
+            def jump():
+                def reset(params, t, y):
+                    return flat_of(params).reset(t, y, row.mode, mode_after)
+
+                d_params, c_t, c_y = jax.vjp(reset, params, t2, y2)[1](c[1])
+                return d_params, c[0] + c_t, c_y
+
+            def stay():
+                return jax.tree.map(jnp.zeros_like, params), *c
+
+            at_jump, c_t, c_y = jax.lax.cond(_jumps(row), jump, stay)
+            d_params, *rest = back(c_t, c_y)
+            return jax.tree.map(jnp.add, d_params, at_jump), *rest
+
+        def plain():
+            return jax.tree.map(jnp.zeros_like, params), *c, jnp.zeros_like(step.f)
+
+        at_event, c_t, c_y, c_f = jax.lax.cond(row.kind == ADVANCED, plain, event)
+        d_params, d_t, d_y = step.back(c_y, c_f)
+        return jax.tree.map(jnp.add, d_params, at_event), c_t + d_t, d_y
+
+    def unmoved():
+        return jax.tree.map(jnp.zeros_like, params), *c
+
+    return jax.lax.cond(row.kind == SKIPPED, unmoved, moved)
+
+
+class RowMap(NamedTuple):
+    """The start `(t, y)` of row `i + 1` as a function of that of row `i`, and its derivative backwards."""
+
+    advance: Callable[[Any, Array, Array], Array]  # (params, start, i) → start
+    back: Callable[[Any, Array, Array, Array], tuple[Any, Array]]  # (params, start, i, c) → cotangents of both
+
+
+def sweep(row_map: RowMap, params: Any, starts: Float[Array, "row state"], count: Array, tangents: tuple[Any, Array]):
+    """Tangents of every row's start, `(rows, 1 + ny)`, for tangents of the parameters and of the first start."""
+    sealed = (_first_order_only(params), _first_order_only(starts))
+
+    def forward(_, b):
+        params, starts = sealed
+        d_params, d_start, _ = b
+
+        def body(i, state):
+            d, out = state
+            d = jax.jvp(lambda q, x: row_map.advance(q, x, i), (params, starts[i]), (d_params, d))[1]
+            return d, jax.lax.dynamic_update_slice(out, d[None], (i + 1, jnp.zeros_like(i)))
+
+        out = jnp.zeros_like(starts).at[0].set(d_start)
+        return d_params, d_start, _repeat(count, body, (d_start, out))[1]
+
+    def backward(_, cotangents):
+        params, starts = sealed
+        c_params, c_start, c_rows = cotangents
+
+        def body(j, state):
+            i = count - 1 - j
+            c, total = state
+            c = c + c_rows[i + 1]
+            d_params, c = row_map.back(params, starts[i], i, c)
+            return c, jax.tree.map(jnp.add, total, d_params)
+
+        c, total = _repeat(count, body, (jnp.zeros_like(c_start), c_params))
+        return total, c_start + c + c_rows[0], jnp.zeros_like(c_rows)
+
+    # One linear operator with its own transpose. JAX wants every part of the right-hand side to depend on the tangent,
+    # so that zeros (numbers that are not differentiated, the rows) are written as 0 times the sum of all tangents.
+    zero = 0.0 * sum(jnp.sum(leaf) for leaf in jax.tree.leaves(tangents))
+    d_params, d_start = jax.tree.map(lambda leaf: leaf + zero, tangents)
+    nothing = jnp.zeros_like(starts) + zero
+    solution = jax.lax.custom_linear_solve(
+        lambda x: x, (d_params, d_start, nothing), solve=forward, transpose_solve=backward
+    )
+    return solution[2]
+
+
+def _repeat(count: Array, body: Callable[[Array, Any], Any], state: Any) -> Any:
+    """`body(i, state)` for `i < count`."""
+
+    def turn(loop: tuple[Array, Any]) -> tuple[Array, Any]:
+        return loop[0] + 1, body(*loop)
+
+    return jax.lax.while_loop(lambda loop: loop[0] < count, turn, (jnp.zeros_like(count), state))[1]
+
+
+@jax.custom_jvp
+def _first_order_only(x):
+    return x
+
+
+@_first_order_only.defjvp
+def _(primals, tangents):
+    raise NotImplementedError(
+        "simbrake gives first derivatives only: a derivative of a derivative through a run is not available. "
+        "Take differences of first derivatives instead."
+    )
+
+
+def no_tangent(x: Array) -> Any:
+    """Zero tangent of an output without derivative."""
+    if jnp.issubdtype(jnp.result_type(x), jnp.inexact):
+        return jnp.zeros_like(x)
+    return np.zeros(jnp.shape(x), jax.dtypes.float0)

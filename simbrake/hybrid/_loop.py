@@ -1,0 +1,390 @@
+"""The flat loop: one iteration is one step attempt, which ends as accepted, rejected, retaken shorter or an event."""
+
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import equinox.internal as eqxi
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from ._arrays import Array
+from ._method import AbstractMethod
+from ._search import TINY, Carry, Found, Packed, Stats, crossed, leaving, pack, sampled, search, suspicious, unpack
+from ._system import ADVANCED, FINISHED, HEAD, INSTANT, LANDED, SKIPPED, STOPPED, Code, Flat, Settings, pack_row
+
+_SAFETY, _SHRINK, _GROW = 0.9, 0.2, 10.0
+_RUNNING = np.int32(-1)
+#: a guard that fires again and again within this share of the run, so many times, is taken for a Zeno point
+_ZENO_INTERVAL, _ZENO_COUNT = 1e-6, 20
+_EPS = 2.220446049250313e-16
+
+
+class Problem(NamedTuple):
+    """Everything one run needs besides its starting point."""
+
+    flat: Flat
+    method: AbstractMethod
+    weights: Float[Array, " state"]  # 1 / typical size, 0 keeps a state out of the error norm
+    t0: Float[Array, ""]
+    t1: Float[Array, ""]
+    settings: Settings
+
+    @property
+    def guard_tolerance(self) -> Array:
+        # what a landing leaves behind: a guard this close to 0 counts as reached
+        return 0.1 * self.settings.rtol + 1e-13
+
+    def norm(self, x, size) -> Array:
+        """Root mean square of `x` in units of the tolerance at states of the given size."""
+        w = self.weights
+        counted = jnp.maximum(jnp.sum(jnp.where(w > 0, 1.0, 0.0)), 1.0)
+        return jnp.sqrt(jnp.sum((x * w / (1.0 + size * w)) ** 2) / counted) / self.settings.rtol
+
+
+class Attempt(NamedTuple):
+    """One step attempt before anything is decided about it."""
+
+    h: Float[Array, ""]
+    t1: Float[Array, ""]
+    target: Float[Array, ""]  # the next known time
+    reaches: Bool[Array, ""]  # the attempt ends there
+    y1: Float[Array, " state"]
+    f1: Float[Array, " state"]
+    g1: Float[Array, " guard"]
+    rate1: Float[Array, " guard"]
+    accept: Bool[Array, ""]
+    finite: Bool[Array, ""]
+    h_next: Float[Array, ""]
+    resolution: Float[Array, ""]  # time differences below it are rounding
+
+
+class Verdict(NamedTuple):
+    """What becomes of an attempt."""
+
+    instant: Bool[Array, ""]
+    land: Bool[Array, ""]
+    retake: Bool[Array, ""]
+    stop: Bool[Array, ""]
+    share: Float[Array, ""]
+    beyond: Bool[Array, ""]  # rejected, and a guard crosses
+    crosses: Bool[Array, ""]
+    guard: Int[Array, ""]
+    delta: Float[Array, ""]
+
+
+def _attempt(p: Problem, c: Carry) -> Attempt:
+    target = jnp.minimum(p.flat.next_stop(c.mode), p.t1)
+    room = jnp.maximum(target - c.t, 0.0)
+    wish = jnp.minimum(jnp.minimum(c.h, c.cap), p.settings.max_step)
+    settles = c.settling > 0
+    reaches = (wish * 1.001 >= room) & ~settles
+    h = jnp.where(settles, c.cap, jnp.where(reaches, room, wish))
+    t1 = jnp.where(reaches, target, c.t + h)
+    y1, error = _moved(p, c, h)
+    f1, g1, rate1 = p.flat.look(t1, y1, c.mode)
+    error = error + h * p.method.error_of_rate * f1
+    size = p.norm(error, jnp.maximum(jnp.abs(c.y), jnp.abs(y1)))
+    # an overflow in an overlong step is a step too long, not an answer
+    finite = jnp.isfinite(size) & jnp.isfinite(jnp.sum(f1)) & jnp.isfinite(jnp.sum(g1))
+    factor = jnp.clip(_SAFETY * jnp.maximum(size, 1e-30) ** (-1.0 / p.method.order), _SHRINK, _GROW)
+    factor = jnp.where(finite, factor, _SHRINK)
+    accept = finite & (size <= 1.0) & (c.status == _RUNNING) & ~settles
+    h_next = jnp.where(accept & (h < c.h), jnp.maximum(c.h, h * factor), h * factor)
+    resolution = 8 * _EPS * jnp.maximum(jnp.abs(c.t), 1e-3 * (p.t1 - p.t0))
+    return Attempt(h, t1, target, reaches, y1, f1, g1, rate1, accept, finite, h_next, resolution)
+
+
+def _moved(p: Problem, c: Carry, h: Array) -> tuple[Array, Array]:
+    """State at the end of an attempt and the error estimate of the method; just after a restart one move along `f`."""
+    settles, along = c.settling > 0, c.y + h * c.f
+
+    def step() -> tuple[Array, Array]:
+        y, error = p.method.attempt(lambda t, y: p.flat.rhs(t, y, c.mode), c.t, c.y, c.f, h)
+        return jnp.where(settles, along, y), error
+
+    return jax.lax.cond(eqxi.unvmap_all(settles), lambda: (along, jnp.zeros_like(along)), step)
+
+
+def _settled(p: Problem, c: Carry, a: Attempt) -> Carry:
+    """The carry after one of the two looks that follow a restart, at the rates there and a little further on.
+
+    The first attempt's length after Hairer, Nørsett & Wanner, *Solving ODEs I*, II.4. Rates and guards are found by the
+    attempts' own code, as another copy of the equations would have to be compiled.
+    """
+    first = c.settling == 2
+
+    def pick(new, old):
+        return jnp.where(first, new, old)
+
+    f, g, size, span = pick(a.f1, c.f), pick(a.g1, c.g), jnp.abs(c.y), p.t1 - p.t0
+    d0, d1 = p.norm(c.y, size), p.norm(f, size)
+    # a state or rate of zero says nothing of the time scale: take a small share of the run
+    h0 = jnp.where((d0 < 1e-5) | (d1 < 1e-5), 1e-6 * span, 0.01 * d0 / jnp.where(d1 > 0, d1, 1.0))
+    h0 = jnp.minimum(h0, span)
+    d2 = p.norm(a.f1 - f, size) / jnp.where(h0 > 0, h0, 1.0)
+    d = jnp.where(jnp.isfinite(d2), jnp.maximum(d1, d2), d1)
+    h1 = jnp.where(d > 1e-15, (0.01 / jnp.where(d > 1e-15, d, 1.0)) ** (1.0 / p.method.order), span)
+    h = jnp.where((d1 == 0) & (d2 == 0), span, jnp.minimum(100 * h0, h1))
+    sound = jnp.all(jnp.isfinite(c.y)) & jnp.all(jnp.isfinite(f)) & jnp.all(jnp.isfinite(g))
+    return c._replace(
+        h=pick(c.h, jnp.minimum(c.h, h)),
+        cap=pick(h0, jnp.inf),
+        f=f,
+        g=g,
+        rate=pick(a.rate1, c.rate),
+        armed=pick(g > p.guard_tolerance, c.armed),
+        status=jnp.where(sound, c.status, np.int32(Code.NOT_FINITE)).astype(jnp.int32),
+        settling=c.settling - 1,
+    )
+
+
+def _hidden(c: Carry, a: Attempt, distance) -> Bool[Array, " guard"]:
+    """Guards at zero that steps towards it no longer move, as rounding of the state swallows what such a step adds."""
+    short = (a.h > 0) & (a.h <= 64 * a.resolution)
+    still = (jnp.abs(distance) <= 2 * a.h) & (c.g - a.g1 < -0.5 * a.rate1 * a.h)
+    return short & c.armed & (a.rate1 < 0) & ((jnp.abs(a.g1) <= TINY) | still)
+
+
+def _judge(p: Problem, c: Carry, a: Attempt) -> Verdict:
+    tol = p.guard_tolerance
+    crosses = crossed(c, a.h, a.g1, a.rate1, tol)
+    look = a.accept & (suspicious(c, a.h, a.g1, a.rate1, tol) | (p.settings.guard_samples > 0))
+    # what was rejected may have been so for what lies beyond an event: the next attempt goes no further than there
+    beyond = ~a.accept & a.finite & (c.settling == 0) & jnp.any(crosses)
+
+    def looked() -> Found:
+        seen: Array | float = jnp.inf
+        if p.settings.guard_samples:
+            seen = sampled(p.flat.guards, c, a.h, a.y1, a.f1, tol, p.settings.guard_samples)
+        return search(c, a.h, a.g1, a.rate1, tol, seen)
+
+    nothing = Found(jnp.asarray(jnp.inf), jnp.asarray(False), jnp.asarray(0, jnp.int32), jnp.asarray(False))
+    found = jax.lax.cond(eqxi.unvmap_any(look | beyond), looked, lambda: nothing)
+
+    # landing: every guard that crossed lies so near that a move along f is as exact as the step itself
+    near = jnp.maximum(0.1 * jnp.sqrt(p.settings.rtol) * a.h, 0.5 * a.resolution)
+    distance = -a.g1 / jnp.where(a.rate1 == 0, 1.0, a.rate1)
+    # (what lies beyond the next known time comes after it, as the rates may be others there; a guard within its
+    # tolerance has arrived)
+    before = (distance <= a.target - a.t1 + 0.5 * a.resolution) | (a.g1 <= tol)
+    here = (jnp.abs(distance) <= near) & before
+    lands = (a.rate1 < 0) & here & (c.armed | leaving(c, a.h) | crosses)
+    lost = crosses & (a.h <= a.resolution)  # the bracket has shrunk to rounding: fire here
+    lost = (lost | _hidden(c, a, distance)) & ~lands
+    distance = jnp.where(lost, 0.0, jnp.where(lands, distance, jnp.inf))
+    instant = look & found.instant
+    land = a.accept & ~instant & jnp.any(lands | lost) & jnp.all(~crosses | lands | lost)
+    i_land = jnp.argmin(distance).astype(jnp.int32)
+    retake = look & ~instant & ~land & (found.share < jnp.inf)
+    return Verdict(
+        instant=instant,
+        land=land,
+        retake=retake,
+        stop=a.accept & ~instant & ~retake & ~land & a.reaches,
+        share=found.share,
+        beyond=beyond & (found.share < jnp.inf),
+        crosses=found.crosses,
+        guard=jnp.where(instant, found.guard, i_land),
+        delta=jnp.where(land, jnp.minimum(jnp.min(distance), a.target - a.t1), 0.0),
+    )
+
+
+def _count(n: Array, happened: Array) -> Array:
+    return n + happened.astype(jnp.int32)
+
+
+def _stepped(c: Carry, a: Attempt, v: Verdict, p: Problem) -> Carry:
+    """The carry after an attempt that was no event."""
+    step = a.accept & ~v.retake
+
+    def pick(new, old):
+        return jnp.where(step, new, old)
+
+    crossing = jnp.where(v.retake, jnp.where(v.crosses, a.h, jnp.inf), pick(c.crossing - a.h, c.crossing))
+    crossing = jnp.where(crossing <= 0, jnp.inf, crossing)
+    risen = c.armed | (a.g1 > p.guard_tolerance) | (leaving(c, a.h) & (a.g1 > TINY))
+    too_small = ~a.accept & (a.h_next <= 0.25 * a.resolution)  # never looked at where the run begins
+    status = jnp.where(
+        too_small, jnp.where(a.finite, np.int32(Code.STEP_TOO_SMALL), np.int32(Code.NOT_FINITE)), _RUNNING
+    )
+    status = jnp.where(v.stop & (a.target >= p.t1), np.int32(Code.COMPLETED), status)
+    stats = c.stats._replace(
+        accepted=_count(c.stats.accepted, step),
+        rejected=_count(c.stats.rejected, ~a.accept),
+        retaken=_count(c.stats.retaken, v.retake),
+    )
+    return Carry(
+        t=pick(a.t1, c.t),
+        h=jnp.where(v.retake, c.h, a.h_next),
+        cap=jnp.where(v.retake | v.beyond, v.share * a.h, pick(crossing, c.cap)),
+        crossing=crossing,
+        t_event=c.t_event,
+        y=pick(a.y1, c.y),
+        f=pick(a.f1, c.f),
+        g=pick(a.g1, c.g),
+        rate=pick(a.rate1, c.rate),
+        armed=pick(risen, c.armed),
+        cluster=c.cluster,
+        status=status.astype(jnp.int32),
+        retakes=jnp.where(v.retake, c.retakes + 1, pick(0, c.retakes)),
+        chain=jnp.where(step & (a.h > 0), 0, c.chain),
+        close=c.close,
+        settling=c.settling,
+        stats=stats,
+        mode=c.mode,
+    )
+
+
+def _jumped(p: Problem, c: Carry, a: Attempt, v: Verdict) -> Carry:
+    """The carry after an event: a guard fired, or a known time was reached."""
+    t = jnp.where(v.instant, c.t, a.t1 + v.delta)
+    y = jnp.where(v.instant, c.y, a.y1 + v.delta * a.f1)
+    tol = p.guard_tolerance
+    here = jnp.arange(c.g.shape[0], dtype=jnp.int32) == v.guard
+    # the guards at the landing, one move along their rates from the end of the step
+    reached = c.armed & (a.g1 + v.delta * a.rate1 <= tol)
+    fired = jnp.where(v.instant, here, reached | (here & v.land))
+    y, mode, code = p.flat.jump(t, y, c.mode, fired, v.stop)
+    moved = ~v.instant & (a.h > 0)
+
+    guarded = ~v.stop
+    dt = t - c.t_event
+    apart = guarded & (dt > _ZENO_INTERVAL * (p.t1 - p.t0))
+    cluster = jnp.where(apart, here, c.cluster | (here & guarded))
+    again = guarded & ~apart & (dt > 0) & jnp.any(c.cluster & here)
+    close = jnp.where(apart, 0, _count(c.close, again))
+    chain = jnp.where(guarded & (dt == 0), c.chain + 1, jnp.where(moved, 0, c.chain))
+    stats = c.stats._replace(
+        accepted=_count(c.stats.accepted, ~v.instant),
+        events=_count(c.stats.events, guarded),
+        segments=c.stats.segments + 1,
+    )
+    status = jnp.where(stats.events > p.settings.max_events.astype(jnp.int32), np.int32(Code.EVENT_LIMIT), _RUNNING)
+    status = jnp.where(close >= _ZENO_COUNT, np.int32(Code.ZENO), status)
+    status = jnp.where(chain >= p.settings.max_chain, np.int32(Code.CHATTER), status)
+    status = jnp.where(code > 0, code, status)
+    return Carry(
+        t=t,
+        h=jnp.where(moved, a.h_next, c.h),
+        cap=jnp.zeros_like(t),
+        crossing=jnp.full_like(t, jnp.inf),
+        t_event=jnp.where(guarded, t, c.t_event),
+        y=y,
+        f=jnp.zeros_like(c.f),
+        g=c.g,
+        rate=c.rate,
+        armed=c.armed,
+        cluster=cluster,
+        status=status.astype(jnp.int32),
+        retakes=jnp.zeros_like(c.retakes),
+        chain=chain,
+        close=close,
+        settling=jnp.full_like(c.settling, 2),
+        stats=stats,
+        mode=mode,
+    )
+
+
+def _iterate(p: Problem, packed, ny: int, ng: int):
+    """One attempt: the packed carry after it, the row that records it, and whether it was no mere look around."""
+    c = unpack(packed, ny, ng)
+    settles = c.settling > 0
+    a = _attempt(p, c)
+    v = _judge(p, c, a)
+    event = v.instant | v.land | (v.stop & (a.target < p.t1))
+    plain = pack(_stepped(c, a, v, p))
+
+    def with_events():
+        # lanes of a batch without an event of their own take the plain step
+        return jax.tree.map(lambda x, y: jnp.where(event, x, y), pack(_jumped(p, c, a, v)), plain)
+
+    def with_restarts():
+        return jax.tree.map(lambda x, y: jnp.where(settles, x, y), pack(_settled(p, c, a)), new)
+
+    new = jax.lax.cond(eqxi.unvmap_any(event), with_events, lambda: plain)
+    new = jax.lax.cond(eqxi.unvmap_any(settles), with_restarts, lambda: new)
+    running = c.status == _RUNNING
+    new = jax.tree.map(lambda x, y: jnp.where(running, x, y), new, packed)
+    stepped = a.accept & ~v.retake
+    kind = jnp.where(v.stop, jnp.where(a.target < p.t1, STOPPED, FINISHED), jnp.where(stepped, ADVANCED, SKIPPED))
+    kind = jnp.where(v.instant, INSTANT, jnp.where(v.land, LANDED, kind))
+    h = jnp.where(v.instant, 0.0, a.h)
+    return new, pack_row(c.t, h, v.delta, kind, v.guard, c.y, c.mode), running & ~settles
+
+
+def started(p: Problem, y0, mode0) -> Carry:
+    """The carry before the first iteration; rates, guards and the first step's length are found as after an event."""
+    nothing = jnp.zeros(jax.eval_shape(p.flat.guards, p.t0, y0, mode0).shape, y0.dtype)
+    zero = jnp.asarray(0, jnp.int32)
+    sound = jnp.isfinite(p.t0) & jnp.isfinite(p.t1)
+    status = jnp.where(sound, jnp.where(p.t1 > p.t0, _RUNNING, np.int32(Code.COMPLETED)), np.int32(Code.NOT_FINITE))
+    infinity = jnp.full_like(p.t0, jnp.inf)
+    return Carry(
+        t=p.t0,
+        h=infinity,
+        cap=jnp.zeros_like(p.t0),
+        crossing=infinity,
+        t_event=-infinity,
+        y=y0,
+        f=jnp.zeros_like(y0),
+        g=nothing,
+        rate=nothing,
+        armed=nothing > 0,
+        cluster=nothing > 0,
+        status=status.astype(jnp.int32),
+        retakes=zero,
+        chain=zero,
+        close=zero,
+        settling=zero + 2,
+        stats=Stats(zero, zero, zero, zero, zero + 1),
+        mode=mode0,
+    )
+
+
+def space(p: Problem, y0, mode0) -> Array:
+    return jnp.zeros((p.settings.max_steps + 1, HEAD + y0.shape[0] + mode0.shape[0]), y0.dtype)
+
+
+def advanced(p: Problem, packed: Packed, rows: Array, ny: int, ng: int, limit: Any):
+    """The carry after `limit` more attempts or at the end of the run, the rows of these, and how many they were."""
+    start = unpack(packed, ny, ng)
+    p = p._replace(method=p.method.settled(lambda t, y: p.flat.rhs(t, y, start.mode), start.t, start.y))
+
+    def running(loop):
+        i, (_, integers), _ = loop
+        return (i < limit) & eqxi.unvmap_any(integers[0] == _RUNNING)
+
+    def body(loop):
+        i, packed, rows = loop
+        packed, row, counts = _iterate(p, packed, ny, ng)
+        # (a look around leaves its row to the next attempt)
+        following = i + eqxi.unvmap_any(counts).astype(jnp.int32)
+        return following, packed, jax.lax.dynamic_update_slice(rows, row[None], (i, jnp.zeros_like(i)))
+
+    begin = (jnp.asarray(0, jnp.int32), packed, rows)
+    count, packed, rows = jax.lax.while_loop(running, body, begin)
+    return packed, rows, count
+
+
+def closed(c: Carry, rows, count):
+    """Rows with the end of the run behind the last attempt, their number, code and counts."""
+    none = jnp.asarray(SKIPPED, jnp.int32)
+    last = pack_row(c.t, jnp.zeros_like(c.t), jnp.zeros_like(c.t), none, none, c.y, c.mode)
+    rows = jax.lax.dynamic_update_slice(rows, last[None], (count, jnp.zeros_like(count)))
+    code = jnp.where(c.status == _RUNNING, np.int32(Code.STEP_LIMIT), c.status)
+    return rows, count, code, c.stats
+
+
+@eqx.filter_jit
+def run(p: Problem, y0: Float[Array, " state"], mode0: Int[Array, " mode"]):
+    """Packed rows `(max_steps + 1, columns)`, number of attempts, code and counts.
+
+    Traced once for a run and its derivative.
+    """
+    start = started(p, y0, mode0)
+    ny, ng = y0.shape[0], start.g.shape[0]
+    rows = space(p, y0, mode0)
+    packed, rows, count = advanced(p, pack(start), rows, ny, ng, p.settings.max_steps)
+    return closed(unpack(packed, ny, ng), rows, count)

@@ -1,0 +1,258 @@
+"""A linearly implicit method for stiff systems, in the flat loop like any other."""
+
+import functools
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Float
+
+from ._arrays import Array, put, take
+from ._bordered import Bordered, ChainRows, Couplings, factor, jacobian, linear_rows, solve
+from ._method import AbstractMethod, Pullback, weighted
+
+# Rodas5P, coefficients in the form without products by the Jacobian (Hairer & Wanner, Solving ODEs II, IV.7):
+#     (I/(γ h) − J) u_i = f(t + c_i h, y + Σ a_ij u_j) + Σ C_ij u_j / h + d_i h ∂f/∂t,   y₁ = y + Σ m_i u_i
+_GAMMA = 0.21193756319429014
+_A6 = (-7.502846399306121, 2.561846144803919, -11.627539656261098, -0.18268767659942256, 0.030198172008377946)
+_A = (
+    (),
+    (3.0,),
+    (2.849394379747939, 0.45842242204463923),
+    (-6.954028509809101, 2.489845061869568, -10.358996098473584),
+    (2.8029986275628964, 0.5072464736228206, -0.3988312541770524, -0.04721187230404641),
+    _A6,
+    (*_A6, 1.0),
+    (*_A6, 1.0, 1.0),
+)
+_C76, _C86, _C87 = -28.087943162872662, -54.66780262877968, -9.48861652309627
+_C = (
+    (),
+    (-14.155112264123755,),
+    (-17.97296035885952, -2.859693295451294),
+    (147.12150275711716, -1.41221402718213, 71.68940251302358),
+    (165.43517024871676, -0.4592823456491126, 42.90938336958603, -5.961986721573306),
+    (24.854864614690072, -3.0009227002832186, 47.4931110020768, 5.5814197821558125, -0.6610691825249471),
+    (30.91273214028599, -3.1208243349937974, 77.79954646070892, 34.28646028294783, -19.097331116725623, _C76),
+    (37.80277123390563, -3.2571969029072276, 112.26918849496327, 66.9347231244047, -40.06618937091002, _C86, _C87),
+)
+_NODES = (0.0, 0.6358126895828704, 0.4095798393397535, 0.9769306725060716, 0.4288403609558664, 1.0, 1.0, 1.0)
+_D = (0.21193756319429014, -0.42387512638858027, -0.3384627126235924, 1.8046452872882734, 2.325825639765069, 0, 0, 0)
+
+
+def _square(rows: tuple[tuple[float, ...], ...]) -> np.ndarray:
+    full = np.zeros((len(rows), len(rows)))
+    for i, row in enumerate(rows):
+        full[i, : len(row)] = row
+    return full
+
+
+_a, _c = _square(_A), _square(_C)
+_m = np.append(np.asarray(_A[-1]), 1.0)
+# the classical weights, for quadratures: k = Γ⁻¹ u, Γ⁻¹ = I/γ − C, so that y₁ = y + Σ b_i k_i with b = m Γ
+_b = _m @ np.linalg.inv(np.eye(len(_m)) / _GAMMA - _c)
+_bd = float(_b @ np.asarray(_D))
+_TABLE = (_a, _c, np.asarray(_NODES), np.asarray(_D, float), _b)
+
+
+#: a step of length 0 is taken as one so short that nothing can overflow
+_LEAST = 1e-30
+
+
+class Rodas5P(AbstractMethod):
+    """Rosenbrock method of order 5(4) with 8 stages, stiffly accurate and A-stable.
+
+    One Jacobian and one factorisation a step, no Newton iteration; the last increment is the error estimate. What no
+    rate depends on (ledgers) stays out of the linear systems and is summed with the same weights, so that sums which
+    the equations conserve are conserved to rounding. `couplings` says where the Jacobian is sparse; without it, it is
+    dense.
+
+    Derivatives of a step include those of the Jacobian: each linear solve is differentiated by its residual.
+
+    Reference: G. Steinebach, *Construction of Rosenbrock–Wanner method Rodas5P and numerical benchmarks within the
+    Julia Differential Equations package*, BIT 63 (2023) 27.
+    """
+
+    couplings: Couplings | None = eqx.field(static=True, default=None)
+    linear: ChainRows | None = None  # rows of the Jacobian, those that stay the same being right
+    order: int = eqx.field(static=True, default=5)
+    evaluations: int = eqx.field(static=True, default=9)
+
+    def rolled(self):
+        return self
+
+    def fitted(self, couplings):
+        return Rodas5P(couplings)  # pyright: ignore
+
+    def settled(self, rhs, t, y):
+        places = self._couplings(y)
+        if places.varying is None or len(places.varying) == len(places.chain):
+            return self
+        rows = linear_rows(_linearised(rhs, t, y, places).inside, places)
+        return Rodas5P(self.couplings, jax.lax.stop_gradient(rows))  # pyright: ignore
+
+    def _couplings(self, y) -> Couplings:
+        return self.couplings or Couplings(tuple(range(y.shape[0])), (), ())
+
+    def _matrix(self, near: "_Linearised", h: Array) -> Bordered:
+        """`I/(γ h) − J`."""
+        J, scale = jacobian(near.inside, self._couplings(near.y), self.linear), 1.0 / (_GAMMA * h)
+        eye = jnp.eye(J.core.shape[0])
+        return Bordered(scale * eye - J.core, -J.right, -J.below, -J.lower, scale - J.diagonal, -J.upper)
+
+    def attempt(self, rhs, t, y, f, h):
+        near = _linearised(rhs, t, y, self._couplings(y))
+        inner, outer = near.inner, near.outer
+        x, nothing = take(y, inner), jnp.zeros_like(y)
+        moves = h != 0
+        h = jnp.where(moves, h, _LEAST)
+        lu = factor(self._matrix(near, h))
+
+        u, total, _ = _stages(rhs, t, y, h, inner, outer, near.drift, lambda b: solve(lu, b))
+        y1 = put(y, inner, x + weighted(jnp.asarray(_m), u))
+        if outer:
+            bend = near.outside(_bd * h, weighted(jnp.asarray(_b), u))
+            y1 = put(y1, outer, take(y, outer) + h * (total + bend))
+        return jnp.where(moves, y1, y), put(nothing, inner, u[-1])
+
+    def whole(self, rhs, t, y, h):
+        near = _linearised(rhs, t, y, self._couplings(y))
+        inner, outer = near.inner, near.outer
+
+        def dynamic(t: Array, x: Array) -> Array:
+            return take(rhs(t, put(y, inner, x)), inner)
+
+        x = take(y, inner)
+        moves, full_step = h != 0, h
+        h = jnp.where(moves, h, _LEAST)
+        matrix = jax.lax.stop_gradient(self._matrix(near, h))
+        lu, lu_transposed = factor(matrix), factor(matrix.transposed)
+
+        def residual(v: Array) -> Array:
+            return v / (_GAMMA * h) - jax.jvp(lambda x: dynamic(t, x), (x,), (v,))[1]
+
+        def solved(b: Array) -> Array:
+            return jax.lax.custom_linear_solve(
+                residual, b, lambda _, b: solve(lu, b), transpose_solve=lambda _, b: solve(lu_transposed, b)
+            )
+
+        u, total, _ = _stages(rhs, t, y, h, inner, outer, near.drift, solved)
+        y1 = put(y, inner, x + weighted(jnp.asarray(_m), u))
+        if outer:
+            along = put(jnp.zeros_like(y), inner, weighted(jnp.asarray(_b), u))
+            bend = jax.jvp(rhs, (t, y), (_bd * h, along))[1]
+            y1 = put(y1, outer, take(y, outer) + h * (total + take(bend, outer)))
+        y1 = jnp.where(moves, y1, y)
+        return y1, rhs(t + full_step, y1)
+
+    def pullback(self, rhs, params, t, y, h):
+        here = functools.partial(rhs, params)
+        near = _linearised(here, t, y, self._couplings(y))
+        inner, outer = near.inner, near.outer
+        nothing = jnp.zeros_like(y)
+        moves = h != 0
+        h = jnp.where(moves, h, _LEAST)
+        matrix = self._matrix(near, h)
+        lu, lu_transposed = factor(matrix), factor(matrix.transposed)
+        n = len(_NODES)
+        a, c, nodes, d = np.pad(_a, ((0, 1), (0, 1))), np.pad(_c, ((0, 1), (0, 1))), (*_NODES, 1.0), (*_D, 0.0)
+        a[n, :n] = _m  # one stage more is the rate at the end, from which nothing else follows
+        b = np.append(_b, 0.0)
+        table = (a, c, np.asarray(nodes), np.asarray(d, float), b)
+        u, total, (arguments, fulls) = _stages(
+            here, t, y, h, inner, outer, near.drift, lambda b: solve(lu, b), table, keep=True
+        )
+        u = u[:n]
+        bent = put(nothing, inner, weighted(jnp.asarray(_b), u))
+        y1 = put(y, inner, arguments[-1])
+        if outer:
+            bend = near.outside(_bd * h, weighted(jnp.asarray(_b), u))
+            y1 = put(y1, outer, take(y, outer) + h * (total + bend))
+
+        def back(c_y, c_f):
+            c_moved = jnp.where(moves, c_y, 0.0)
+            c_x, c_outer = take(c_moved, inner), h * take(c_moved, outer)
+            leans = put(nothing, outer, c_outer)  # cotangent of the bend
+            through = jax.linear_transpose(lambda v: near.outside(0.0, v), take(y, inner))(c_outer)[0]
+
+            def stage(carry, entry):
+                c_u, total = carry
+                i, a, c, node, b, argument = entry
+                c_b = solve(lu_transposed, jax.lax.dynamic_index_in_dim(c_u, i, 0, False))
+                c_full = put(put(nothing, inner, c_b), outer, b * c_outer)
+                c_full = jnp.where(i == n, c_f, c_full)
+                found = jax.vjp(rhs, params, t + node * h, put(y, inner, argument))[1](c_full)
+                c_argument = take(found[2], inner) + jnp.where(i == n, c_x, 0.0)
+                c_u = c_u + a[:, None] * c_argument + c[:, None] * (c_b / h)
+                total = jax.tree.map(jnp.add, total, (*found[:2], put(nothing, inner, c_argument)))
+                return (c_u, total), c_b
+
+            start = (jnp.asarray(b)[:, None] * through, jax.tree.map(jnp.zeros_like, (params, t, y)))
+            given = (jnp.arange(n + 1, dtype=jnp.int32), *(jnp.asarray(v) for v in (a, c, nodes, b)), arguments)
+            (_, total), c_b = jax.lax.scan(stage, start, given, reverse=True)
+            c_b = c_b[:n]
+            # what the matrix, the drift and the bend change by: derivatives along directions, each with its cotangent
+            times = jnp.concatenate([jnp.zeros(n), jnp.stack([jnp.ones_like(h), _bd * h])])
+            ways = jnp.concatenate([jax.vmap(lambda u: put(nothing, inner, u))(u), jnp.stack([nothing, bent])])
+            drifts = h * weighted(jnp.asarray(d)[:n], c_b)
+            weights = jax.vmap(lambda v: put(nothing, inner, v))(jnp.concatenate([c_b, drifts[None]]))
+            weights = jnp.concatenate([weights, leans[None]])
+
+            def bends(params: Any, t: Array, y: Array, v_t: Array, v: Array, w: Array) -> Any:
+                return jax.jvp(lambda t, y: jax.vjp(rhs, params, t, y)[1](w), (t, y), (v_t, v))[1]
+
+            curved = jax.vmap(lambda v_t, v, w: bends(params, t, y, v_t, v, w))(times, ways, weights)
+            total = jax.tree.map(lambda x, z: x + jnp.sum(z, axis=0), total, curved)
+            kept = put(jnp.where(moves, 0.0, c_y), outer, take(c_y, outer))
+            return total[0], total[1], total[2] + kept
+
+        y1 = jnp.where(moves, y1, y)
+        return Pullback(y1, fulls[-1], back)
+
+
+class _Linearised(NamedTuple):
+    """The linear part of the rates at one instant, over the entries that linear systems are for and the quadratures."""
+
+    push: Callable[[Any, Array], Array]  # derivative along a change of time and state
+    y: Float[Array, " state"]
+    inner: tuple[int, ...]
+    outer: tuple[int, ...]
+
+    def _along(self, dt: Any, v: Float[Array, " inner"]) -> Float[Array, " state"]:
+        return self.push(jnp.asarray(dt, self.y.dtype), put(jnp.zeros_like(self.y), self.inner, v))
+
+    def inside(self, v: Float[Array, " inner"]) -> Float[Array, " inner"]:
+        return take(self._along(0.0, v), self.inner)
+
+    def outside(self, dt: Any, v: Float[Array, " inner"]) -> Float[Array, " outer"]:
+        return take(self._along(dt, v), self.outer)
+
+    @property
+    def drift(self) -> Float[Array, " state"]:
+        """`∂f/∂t`."""
+        return self.push(jnp.ones((), self.y.dtype), jnp.zeros_like(self.y))
+
+
+def _linearised(rhs, t, y, places: Couplings) -> _Linearised:
+    return _Linearised(jax.linearize(rhs, t, y)[1], y, places.core + places.chain, places.quadrature)
+
+
+def _stages(rhs, t, y, h, inner, outer, drift, solved, table=_TABLE, keep=False) -> tuple[Array, Array, Any]:
+    """Increments of all stages and the weighted sum of the quadratures' rates; to `keep`: arguments and rates."""
+    x, n = take(y, inner), len(table[0])
+
+    def stage(carry, entry):
+        u, total = carry
+        i, a, c, node, d, b = entry
+        argument = x + weighted(a, u)
+        full = rhs(t + node * h, put(y, inner, argument))
+        new = solved(take(full, inner) + weighted(c, u) / h + d * h * take(drift, inner))
+        u = jax.lax.dynamic_update_slice(u, new[None], (i, jnp.zeros_like(i)))
+        return (u, total + b * take(full, outer)), (argument, full) if keep else None
+
+    start = (jnp.zeros((n, x.shape[0])), jnp.zeros(len(outer)))
+    (u, total), kept = jax.lax.scan(stage, start, (jnp.arange(n, dtype=jnp.int32), *map(jnp.asarray, table)))
+    return u, total, kept

@@ -1,0 +1,227 @@
+"""What a step attempt carries, and what the guards say of it: nothing, retake it shorter, or fire where it ends.
+
+The carry is packed into two vectors instead of twenty arrays: XLA then updates all of it in two small kernels. With one
+kernel per array it would also repeat the decisions of an attempt in every one of them.
+"""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Bool, Float, Int
+
+from ._arrays import Array
+
+
+class Stats(NamedTuple):
+    """Counts of one run: accepted steps, rejected ones, retakes towards an event, events, segments."""
+
+    accepted: Int[Array, ""]
+    rejected: Int[Array, ""]
+    retaken: Int[Array, ""]
+    events: Int[Array, ""]
+    segments: Int[Array, ""]
+
+
+class Carry(NamedTuple):
+    """State of the loop between two attempts."""
+
+    t: Float[Array, ""]
+    h: Float[Array, ""]  # what the step-size controller proposes
+    cap: Float[Array, ""]  # how far a retake may go
+    crossing: Float[Array, ""]  # distance within which a guard is known to cross
+    t_event: Float[Array, ""]
+    y: Float[Array, " state"]
+    f: Float[Array, " state"]
+    g: Float[Array, " guard"]
+    rate: Float[Array, " guard"]
+    armed: Bool[Array, " guard"]  # has stood clear of zero since the last restart
+    cluster: Bool[Array, " guard"]  # fired in the present cluster of events with hardly any time between
+    status: Int[Array, ""]
+    retakes: Int[Array, ""]
+    chain: Int[Array, ""]  # events at this very instant
+    close: Int[Array, ""]  # repeated firings in the present cluster
+    settling: Int[Array, ""]  # just after a restart: 2 rates and guards are unknown, 1 the first step's length; else 0
+    stats: Stats
+    mode: Int[Array, " mode"]
+
+
+#: whole numbers of a carry beside its marks and its mode: status, retakes, chain, close, settling, and the counts
+FIXED = 5 + len(Stats._fields)
+
+Packed = tuple[Float[Array, " x"], Int[Array, " n"]]
+
+
+def pack(c: Carry) -> Packed:
+    x = jnp.concatenate([jnp.stack([c.t, c.h, c.cap, c.crossing, c.t_event]), c.y, c.f, c.g, c.rate])
+    scalars = jnp.stack([c.status, c.retakes, c.chain, c.close, c.settling, *c.stats])
+    return x, jnp.concatenate([scalars, c.armed.astype(jnp.int32), c.cluster.astype(jnp.int32), c.mode])
+
+
+def carried_size(ny: int, ng: int, nm: int) -> int:
+    """Numbers of a packed carry, whole ones included."""
+    return 5 + 2 * ny + 2 * ng + FIXED + 2 * ng + nm
+
+
+def unpack(packed: Packed, ny: int, ng: int) -> Carry:
+    x, n = packed
+    head, y, f, g, rate = jax.lax.split(x, (5, ny, ny, ng, ng))
+    scalars, armed, cluster, mode = jax.lax.split(n, (FIXED, ng, ng, n.shape[0] - FIXED - 2 * ng))
+    t, h, cap, crossing, t_event = jnp.unstack(head)
+    status, retakes, chain, close, settling, *counted = jnp.unstack(scalars)
+    return Carry(
+        t,
+        h,
+        cap,
+        crossing,
+        t_event,
+        y,
+        f,
+        g,
+        rate,
+        armed > 0,
+        cluster > 0,
+        status,
+        retakes,
+        chain,
+        close,
+        settling,
+        Stats(*counted),
+        mode,
+    )
+
+
+# --- where a guard reaches zero inside a step: the cubic through its end values and end rates -------------------------
+
+_SAMPLES = 16
+_REFINEMENTS = 8
+
+
+def first_root(
+    g0: Float[Array, " guard"], d0: Float[Array, " guard"], g1: Float[Array, " guard"], d1: Float[Array, " guard"]
+) -> Float[Array, " guard"]:
+    """First root in (0, 1] of the cubic Hermite interpolant of each guard.
+
+    `g0, g1` are the values at the ends and `d0, d1` the rates times the step. A guard with `g0 <= 0` is taken to start
+    at exactly 0 and that root is divided out, so that what is found is its return. The caller knows that `g1 < 0`.
+    """
+    from_zero = g0 <= 0
+    start = jnp.where(from_zero, 0.0, g0)
+    c2 = 3 * (g1 - start) - 2 * d0 - d1
+    c3 = 2 * (start - g1) + d0 + d1
+
+    def value(s):
+        full = ((c3 * s + c2) * s + d0) * s + start
+        return jnp.where(from_zero, (c3 * s + c2) * s + d0, full)
+
+    def slope(s):
+        return jnp.where(from_zero, 2 * c3 * s + c2, (3 * c3 * s + 2 * c2) * s + d0)
+
+    grid = jnp.arange(1, _SAMPLES + 1, dtype=g0.dtype) / _SAMPLES
+    below = jax.vmap(value)(grid) <= 0
+    j = jnp.argmax(below.at[-1].set(True), axis=0).astype(g0.dtype)
+
+    def refine(_, bracket):
+        low, high, s = bracket
+        v = value(s)
+        low, high = jnp.where(v > 0, s, low), jnp.where(v > 0, high, s)
+        k = slope(s)
+        newton = s - v / jnp.where(k == 0, 1.0, k)
+        # (at the ends as well: a root that is found stays where it is)
+        inside = (newton >= low) & (newton <= high) & (k != 0)
+        return low, high, jnp.where(inside, newton, 0.5 * (low + high))
+
+    low, high = j / _SAMPLES, (j + 1) / _SAMPLES
+    return jax.lax.fori_loop(0, _REFINEMENTS, refine, (low, high, 0.5 * (low + high)))[2]
+
+
+def interior_minimum(
+    g0: Float[Array, " guard"], d0: Float[Array, " guard"], g1: Float[Array, " guard"], d1: Float[Array, " guard"]
+) -> tuple[Float[Array, " guard"], Float[Array, " guard"], Bool[Array, " guard"]]:
+    """Place, value and existence of a minimum of the cubic Hermite interpolant strictly inside the step."""
+    c2 = 3 * (g1 - g0) - 2 * d0 - d1
+    c3 = 2 * (g0 - g1) + d0 + d1
+    discriminant = c2**2 - 3 * c3 * d0
+    root = jnp.sqrt(jnp.maximum(discriminant, 0.0))
+    # the same root in the form that does not cancel
+    denominator = jnp.where(c2 >= 0, c2 + root, 3 * c3)
+    s = jnp.where(c2 >= 0, -d0, root - c2) / jnp.where(denominator == 0, 1.0, denominator)
+    exists = (discriminant > 0) & (denominator != 0) & (s > 0.02) & (s < 0.98)
+    s = jnp.where(exists, s, 0.5)
+    return s, ((c3 * s + c2) * s + d0) * s + g0, exists
+
+
+# --- what the guards say of an accepted attempt -----------------------------------------------------------------------
+
+#: rounding of a guard of order one
+TINY = 1e-15
+
+
+class Found(NamedTuple):
+    share: Float[Array, ""]  # of the step, `inf` where it may stand
+    crosses: Bool[Array, ""]  # a guard is negative at its end
+    guard: Int[Array, ""]
+    instant: Bool[Array, ""]  # `guard` fires where the step started
+
+
+def leaving(c: Carry, h) -> Bool[Array, " guard"]:
+    """Guards that rise out of zero over an attempt, not by rounding alone."""
+    return ~c.armed & (c.rate * h > 2 * TINY)
+
+
+def crossed(c: Carry, h, g1, rate1, tol) -> Bool[Array, " guard"]:
+    """Whether a guard is negative at the end of an attempt; a touch within rounding is none."""
+    returned = g1 < jnp.where(leaving(c, h), jnp.minimum(c.g, 0.0) - TINY, -tol)
+    return jnp.where(c.armed, (g1 < -TINY) | ((g1 <= 0) & (rate1 < 0)), returned)
+
+
+def inconsistent(c: Carry, tol) -> Bool[Array, " guard"]:
+    """Guards that are negative already where the attempt starts (and not on their way back up from rounding)."""
+    return (c.g < -tol) & ((c.rate <= 0) | (c.g < -1e3 * tol))
+
+
+def suspicious(c: Carry, h, g1, rate1, tol) -> Bool[Array, ""]:
+    """Whether `search` could find anything: the cheap test of every attempt."""
+    dips = (rate1 > 0) & ((c.rate < 0) | (3 * (g1 - c.g) < h * (c.rate + rate1)))
+    return jnp.any(crossed(c, h, g1, rate1, tol) | inconsistent(c, tol) | dips)
+
+
+def search(c: Carry, h, g1, rate1, tol, negative_from: Float[Array, " guard"] | float) -> Found:
+    """First crossing or dip of any guard over the attempt from `c` with length `h`.
+
+    `negative_from` is the share of the step from which a guard was seen to be negative, `inf` where it was not.
+    """
+    d0, d1 = c.rate * h, rate1 * h
+    crosses = crossed(c, h, g1, rate1, tol)
+    # from 0 downwards: at once if the slope at the start explains the drop, else halve until it is clear
+    sinking = ~c.armed & (c.g <= tol) & (c.rate <= 0) & crosses
+    # (just above -tol the steps that are left would be too short to move a state)
+    at_start = inconsistent(c, tol) | (sinking & ((d0 <= 0.5 * g1) | (c.g <= -0.5 * tol)))
+    root = jnp.where(sinking | (c.retakes >= 8), 0.5, first_root(c.g, d0, g1, d1))
+    share = jnp.where(crosses, root, jnp.inf)
+
+    # the cubic is a guess: a minimum that comes near zero is worth a look, there where it should lie
+    s, lowest, exists = interior_minimum(c.g, d0, g1, d1)
+    high = jnp.maximum(c.g, g1)
+    near = exists & ~crosses & (lowest < 0.1 * high) & (high > 10 * tol)
+    share = jnp.minimum(share, jnp.where(near, s, jnp.inf))
+    share = jnp.minimum(share, negative_from)
+    i = jnp.argmin(jnp.where(at_start, -1.0, share)).astype(jnp.int32)
+    return Found(share=share[i], crosses=jnp.any(crosses), guard=i, instant=jnp.any(at_start))
+
+
+def sampled(guards, c: Carry, h, y1, f1, tol, n: int) -> Float[Array, " guard"]:
+    """First of `n` evenly spaced points inside the step at which a guard is negative, as a share of the step.
+
+    The state between the ends is the cubic Hermite interpolant; an excursion of 1/(n + 1) of the step or longer cannot
+    hide between the points.
+    """
+    points = jnp.arange(1, n + 1, dtype=h.dtype) / (n + 1)
+
+    def guards_at(s):
+        blend = s * s * (3 - 2 * s)
+        y = (1 - blend) * c.y + blend * y1 + h * s * (1 - s) * ((1 - s) * c.f - s * f1)
+        return guards(c.t + s * h, y, c.mode)
+
+    negative = jax.vmap(guards_at)(points) < -tol
+    return jnp.where(jnp.any(negative, axis=0), points[jnp.argmax(negative, axis=0)], jnp.inf)

@@ -1,0 +1,338 @@
+"""The front door of the integrator, and long runs in stretches."""
+
+import enum
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax.core import Tracer
+from jaxtyping import Int, PyTree
+
+from . import _loop
+from ._arrays import Array
+from ._bordered import Couplings
+from ._derivative import RowMap, advance, before_jump, no_tangent, pull_back, sweep
+from ._loop import Problem, advanced, closed, space, started
+from ._method import AbstractMethod
+from ._search import Stats, carried_size, pack, unpack
+from ._system import (
+    INSTANT,
+    LANDED,
+    SKIPPED,
+    STOPPED,
+    AbstractHybridSystem,
+    Flat,
+    Rows,
+    Settings,
+    flatten,
+    pack_mode,
+    ravel,
+    unpack_rows,
+    unravel,
+)
+
+
+class EventKind(enum.IntEnum):
+    """What may change the mode: `GUARD`, a guard reached 0; `AT_ONCE`, a guard was negative just after an event, or at
+    the start, and no time passed; `KNOWN_TIME`, `next_stop` was reached."""
+
+    GUARD = LANDED
+    AT_ONCE = INSTANT
+    KNOWN_TIME = STOPPED
+
+
+class HybridEvent(NamedTuple):
+    """An event of a run: its time, its kind, the number of the guard that fired (`None` at a known time), and the modes
+    before and after it (they may be equal)."""
+
+    time: float
+    kind: EventKind
+    guard: int | None
+    before: PyTree
+    after: PyTree
+
+
+class Record(eqx.Module):
+    """What an integration leaves behind: every step attempt, from which states at any time follow.
+
+    `rows` has `max_steps + 1` entries, of which `count` attempts and then the end of the run are filled. `t` and `y`
+    of the rows are differentiable (first derivatives, forward and reverse) with respect to every number of the system,
+    the initial state and the times.
+    """
+
+    system: AbstractHybridSystem
+    method: AbstractMethod
+    y_like: PyTree
+    mode_like: PyTree
+    t1: Any
+    rows: Rows
+    count: Int[Array, ""]
+    code: Int[Array, ""]
+    stats: Stats
+
+    @property
+    def flat(self) -> Flat:
+        return flatten(self.system, self.y_like, self.mode_like)
+
+    def _end(self, values: Any) -> Any:
+        concrete = not isinstance(values, Tracer) and not isinstance(self.count, Tracer)
+        return np.asarray(values)[np.asarray(self.count)] if concrete else jnp.asarray(values)[self.count]
+
+    @property
+    def t_end(self) -> Any:
+        return self._end(self.rows.t)
+
+    @property
+    def y_end(self) -> PyTree:
+        return unravel(self._end(self.rows.y), self.y_like)
+
+    @property
+    def mode_end(self) -> PyTree:
+        return unravel(self._end(self.rows.mode), self.mode_like)
+
+    @property
+    def events(self) -> list[HybridEvent]:
+        """All events of a concrete record in order of time; those of one instant in the order in which they happened.
+
+        record = sb.hybridsolve(system, y0, mode0, 0.0, 1.0, method, settings)
+        [event.time for event in record.events if event.kind == sb.EventKind.GUARD]
+        """
+        kinds, t = np.asarray(self.rows.kind)[: int(self.count)], np.asarray(self.rows.t)
+        modes, guards, found = np.asarray(self.rows.mode), np.asarray(self.rows.guard), []
+        for i in np.flatnonzero(kinds >= LANDED):
+            kind = EventKind(int(kinds[i]))
+            guard = None if kind == EventKind.KNOWN_TIME else int(guards[i])
+            before, after = (unravel(modes[j], self.mode_like) for j in (i, i + 1))
+            found.append(HybridEvent(float(t[i + 1]), kind, guard, before, after))
+        return found
+
+    @property
+    def modes(self) -> PyTree:
+        """Modes of all rows, as columns: every leaf has the rows as its first axis."""
+        return unravel(_column(self.rows.mode), self.mode_like)
+
+    @property
+    def states(self) -> PyTree:
+        """States at the starts of all rows, as columns."""
+        return unravel(_column(self.rows.y), self.y_like)
+
+    def row(self, i: Array) -> Rows:
+        return jax.tree.map(lambda leaf: leaf[i], self.rows)
+
+    def ends(self, index: Int[Array, " k"]) -> tuple[Array, PyTree]:
+        """Times and states at the end of the rows named, before any jump."""
+        flat = self.flat
+
+        def one(i):
+            t, y = before_jump(flat, self.method, self.t1, self.row(i))
+            return t, flat.unpack_state(y)
+
+        return jax.vmap(one)(index)
+
+    def inside(self, index: Int[Array, " k"], h: Array) -> tuple[Array, PyTree]:
+        """Times and states at `h` after the start of the rows named: a step of the method, not an interpolant."""
+        flat, method = self.flat, self.method.rolled()
+
+        def one(i, h):
+            row = self.row(i)
+            y, _ = method.whole(lambda t, y: flat.rhs(t, y, row.mode), row.t, row.y, h)
+            return row.t + h, flat.unpack_state(y)
+
+        return jax.vmap(one)(index, h)
+
+    def find(self, ts: Any, *, left: bool = False) -> Any:
+        """Rows that hold the times asked for: at an instant with events, the last row there (`left`: the first)."""
+        # a compact record is looked at outside of jit, where every operation of JAX would compile by itself
+        xp: Any = np if isinstance(self.rows.t, np.ndarray) else jnp
+        n = self.rows.t.shape[0]
+        starts = xp.where(xp.arange(n, dtype=np.int32) <= self.count, self.rows.t, np.inf)
+        i = xp.searchsorted(starts, ts, side="left" if left else "right") - 1
+        return xp.clip(i, 0, self.count).astype(np.int32)
+
+    def at(self, ts: Array, *, left: bool = False) -> tuple[PyTree, PyTree]:
+        """States and modes at the times `ts` (k,), each from one step of the method out of the row before it.
+
+        At an event the value after it, or with `left` the value before. Times outside the run take its ends.
+        """
+        i = self.find(ts, left=left)
+        h = jnp.clip(ts, self.rows.t[0], self.t_end) - self.rows.t[i]
+        _, y = self.inside(i, h)
+        return y, jax.vmap(self.flat.unpack_mode)(self.rows.mode[i])
+
+    def compact(self) -> "Record":
+        """The same record without skipped rows and unused space (outside of jit only), its length a power of two."""
+        count = int(self.count)
+        kept = np.flatnonzero(np.append(np.asarray(self.rows.kind)[:count] != SKIPPED, True))
+        size = max(64, 1 << int(np.ceil(np.log2(len(kept)))))
+        index = np.append(kept, np.full(size - len(kept), kept[-1]))
+        rows = jax.tree.map(lambda leaf: np.asarray(leaf)[index], self.rows)
+        return eqx.tree_at(lambda r: (r.rows, r.count), self, (rows, np.asarray(len(kept) - 1, np.int32)))
+
+
+def _column(values: Any) -> Any:
+    """Values of the rows; concrete ones as NumPy has them, as every operation of JAX would compile by itself."""
+    return values if isinstance(values, Tracer) else np.asarray(values)
+
+
+def likes(y0: PyTree, mode0: PyTree) -> tuple[PyTree, PyTree]:
+    y_like = jax.tree.map(lambda leaf: np.zeros(jnp.shape(leaf)), y0)
+    return y_like, jax.tree.map(lambda leaf: np.zeros(jnp.shape(leaf), np.int32), mode0)
+
+
+def fitted(system: AbstractHybridSystem, method: AbstractMethod) -> AbstractMethod:
+    """The method for the couplings of this system."""
+    kinds = system.couplings()
+    if kinds is None:
+        return method
+    return method.fitted(Couplings.of(np.concatenate([np.ravel(leaf) for leaf in jax.tree.leaves(kinds)])))
+
+
+def weights_of(system: AbstractHybridSystem, y_like: PyTree) -> Array:
+    sizes = ravel(jax.tree.map(jnp.add, y_like, system.scales()), jnp.float64)
+    return jax.lax.stop_gradient(1.0 / sizes)
+
+
+def hybridsolve(
+    system: AbstractHybridSystem,
+    y0: PyTree,
+    mode0: PyTree,
+    t0: Any,
+    t1: Any,
+    method: AbstractMethod,
+    settings: Settings,
+) -> Record:
+    """Integrates `system` from `(t0, y0, mode0)` to `t1` through all its events."""
+    y0 = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float64), y0)
+    t0, t1 = jnp.asarray(t0, jnp.float64), jnp.asarray(t1, jnp.float64)
+    flat_y0 = ravel(y0, jnp.float64)
+    flat_mode0 = pack_mode(mode0)
+    y_like, mode_like = likes(y0, mode0)
+    method = fitted(system, method)
+    numbers, rest = eqx.partition(system, eqx.is_inexact_array)
+    others, structure = eqx.partition((rest, settings, flat_mode0), eqx.is_array)
+
+    def problem(params, others) -> tuple[Problem, Array]:
+        numbers, t1, t0 = params
+        rest, settings, mode0 = eqx.combine(others, structure)
+        whole: AbstractHybridSystem = eqx.combine(numbers, rest)
+        weights = weights_of(whole, y_like)
+        return Problem(flatten(whole, y_like, mode_like), method, weights, t0, t1, settings), mode0
+
+    @jax.custom_jvp
+    def run(params, flat_y0, others):
+        p, mode0 = problem(params, others)
+        packed, count, code, stats = _loop.run(p, flat_y0, mode0)
+        rows = unpack_rows(packed, flat_y0.shape[0])
+        return rows.t, rows.y, eqx.tree_at(lambda r: (r.t, r.y), rows, (None, None)), (count, code, stats)
+
+    @run.defjvp
+    def _(primals, tangents):
+        params, flat_y0, others = primals
+        d_params, d_y0, _ = tangents
+        t, y, rows, (count, code, stats) = run(params, flat_y0, others)
+        starts = jnp.concatenate([t[:, None], y], axis=1)
+
+        p, mode0 = problem(params, others)
+        rolled = method.rolled().settled(lambda t, y: p.flat.rhs(t, y, mode0), p.t0, flat_y0)
+
+        def row(start, i):
+            found = jax.tree.map(lambda leaf: leaf[i], rows)
+            return eqx.tree_at(lambda r: (r.t, r.y), found, (start[0], start[1:]), is_leaf=lambda x: x is None)
+
+        def forwards(params, start, i):
+            p, _ = problem(params, others)
+            t, y = advance(p.flat, rolled, p.t1, row(start, i), rows.mode[i + 1])
+            return jnp.concatenate([t[None], y])
+
+        def backwards(params, start, i, c):
+            def flat(params):
+                return problem(params, others)[0].flat
+
+            after = rows.mode[i + 1]
+            found = pull_back(flat, rolled, params, lambda p: p[1], row(start, i), after, (c[0], c[1:]))
+            return found[0], jnp.concatenate([found[1][None], found[2]])
+
+        d_start = jnp.concatenate([d_params[2][None], d_y0])
+        d = sweep(RowMap(forwards, backwards), params, starts, count, (d_params, d_start))
+        return (t, y, rows, (count, code, stats)), (
+            d[:, 0],
+            d[:, 1:],
+            *jax.tree.map(no_tangent, (rows, (count, code, stats))),
+        )
+
+    # JAX looks traced functions up together with the mesh; that there is none it writes in one way here, in another one
+    # inside of derivatives
+    with jax.sharding.use_abstract_mesh(jax.sharding.get_abstract_mesh()):
+        t, y, rows, (count, code, stats) = run((numbers, t1, t0), flat_y0, others)
+    rows = eqx.tree_at(lambda r: (r.t, r.y), rows, (t, y), is_leaf=lambda x: x is None)
+    return Record(system, method, y_like, mode_like, t1, rows, count, code, stats)
+
+
+# --- long runs in stretches -------------------------------------------------------------------------------------------
+
+
+def _go_on(p: Problem, y0: Array, mode0: Array, carried: Array, limit: Any):
+    """As `_loop.run`, for `limit` attempts at most, from where `carried` says; and what the next part begins with.
+
+    All of a carry as one vector, in which whole numbers are exact; one that begins with NaN begins the run.
+    """
+    start = started(p, y0, mode0)
+    ny, ng = y0.shape[0], start.g.shape[0]
+    x, n = pack(start)
+    fresh = jnp.isnan(carried[0])
+    x = jnp.where(fresh, x, carried[: x.size])
+    n = jnp.where(fresh, n, carried[x.size :].astype(n.dtype))
+    (x, n), rows, count = advanced(p, (x, n), space(p, y0, mode0), ny, ng, limit)
+    return closed(unpack((x, n), ny, ng), rows, count), jnp.concatenate([x, n.astype(x.dtype)])
+
+
+def stretch(
+    system: AbstractHybridSystem,
+    y0: PyTree,
+    mode0: PyTree,
+    t0: Any,
+    t1: Any,
+    method: AbstractMethod,
+    settings: Settings,
+    carried: Array,
+    limit: Any,
+) -> tuple[Record, Array]:
+    """A part of what `hybridsolve` does, `limit` attempts at most (up to `max_steps`), and what the next begins with.
+
+    `carried` is what the part before has left, or `beginning(…)`. Joined, the parts are one run to the last bit,
+    however long each of them is: nothing is decided anew at a seam. Not differentiable.
+    """
+    y0 = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float64), y0)
+    t0, t1 = jnp.asarray(t0, jnp.float64), jnp.asarray(t1, jnp.float64)
+    flat_y0, flat_mode0 = ravel(y0, jnp.float64), pack_mode(mode0)
+    y_like, mode_like = likes(y0, mode0)
+    method, weights = fitted(system, method), weights_of(system, y_like)
+    p = Problem(flatten(system, y_like, mode_like), method, weights, t0, t1, settings)
+    (packed, count, code, stats), carried = _go_on(p, flat_y0, flat_mode0, carried, limit)
+    rows = unpack_rows(packed, flat_y0.shape[0])
+    return Record(system, method, y_like, mode_like, t1, rows, count, code, stats), carried
+
+
+def beginning(system: AbstractHybridSystem, y0: PyTree, mode0: PyTree, t0: Any) -> np.ndarray:
+    """What `stretch` begins a run with."""
+    y, mode = ravel(y0, jnp.float64), pack_mode(mode0)
+    guards = flatten(system, *likes(y0, mode0)).guards
+    ng = jax.eval_shape(guards, jnp.asarray(t0, jnp.float64), y, mode).size
+    return np.full(carried_size(y.size, ng, mode.size), np.nan)
+
+
+def joined(parts: Sequence[Rows], last: Record, room: int) -> Record:
+    """The rows of all parts as one record with space for `room` attempts; `last` is the part that ended the run."""
+    count = sum(len(part.t) for part in parts)
+
+    def column(end: Any, *leaves: Any) -> np.ndarray:
+        whole = np.zeros((room + 1, *end.shape[1:]), end.dtype)
+        np.concatenate(leaves, out=whole[:count])
+        whole[count] = np.asarray(end)[int(last.count)]
+        return whole
+
+    rows = jax.tree.map(column, last.rows, *parts)
+    return eqx.tree_at(lambda r: (r.rows, r.count), last, jax.device_put((rows, np.asarray(count, np.int32))))

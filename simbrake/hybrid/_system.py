@@ -1,0 +1,322 @@
+"""What the integrator asks of a hybrid system, and the flat vectors on which it works."""
+
+import abc
+import enum
+import itertools
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Bool, Float, Int, PyTree
+
+from ._arrays import Array
+
+
+class Code(enum.IntEnum):
+    """How an integration ended; systems add their own codes from `SYSTEM_CODES` upwards."""
+
+    COMPLETED = 0
+    STEP_LIMIT = 1
+    EVENT_LIMIT = 2
+    CHATTER = 3
+    ZENO = 4
+    NOT_FINITE = 5
+    STEP_TOO_SMALL = 6
+
+
+SYSTEM_CODES = 100
+
+
+class AbstractHybridSystem(eqx.Module):
+    """Ordinary differential equations `dy/dt = rhs(t, y, mode)` with modes, guards and jumps.
+
+    - **State** `y`: any PyTree of floating arrays.
+    - **Mode**: any PyTree of integer arrays, frozen between two events.
+    - **Guards**: one vector of dimensionless numbers of order one, positive while the mode holds (`+1` where a guard
+      does not matter). A guard that goes negative is an event; it is located to the accuracy of the integrator.
+      At a restart a guard that is 0 within tolerance is unarmed: it fires only if it goes negative from there.
+    - **Known times** (corners of given profiles) are no guards: `next_stop` names the next one and a step ends on it.
+
+    Every number is an array leaf, so solutions can be differentiated with respect to all of them.
+    """
+
+    @abc.abstractmethod
+    def rhs(self, t: Float[Array, ""], y: PyTree, mode: PyTree) -> PyTree:
+        """`dy/dt`, of the structure of `y`. Must extend smoothly a little past the end of its mode."""
+
+    @abc.abstractmethod
+    def guards(self, t: Float[Array, ""], y: PyTree, mode: PyTree) -> Float[Array, " guard"]:
+        """Guards, positive while `mode` holds."""
+
+    @abc.abstractmethod
+    def transition(
+        self, t: Float[Array, ""], y: PyTree, mode: PyTree, fired: Bool[Array, " guard"], at_stop: Bool[Array, ""]
+    ) -> tuple[PyTree, Int[Array, ""] | int]:
+        """The mode after an event and 0, or a code ≥ `SYSTEM_CODES` that ends the run.
+
+        `fired` marks every guard that reached 0 at this instant, `at_stop` that a known time was reached. The mode
+        need not be final: one whose guards are negative at once gives another event at the same instant.
+        """
+
+    @abc.abstractmethod
+    def reset(self, t: Float[Array, ""], y: PyTree, before: PyTree, after: PyTree) -> PyTree:
+        """The state just after a change of mode from `before` to `after`; differentiable in `t` and `y`."""
+
+    @abc.abstractmethod
+    def next_stop(self, mode: PyTree) -> Float[Array, ""] | float:
+        """The next known time in this mode, `inf` where there is none.
+
+        Of several at one instant it is one, which `transition` passes alone: the others follow with steps of length 0.
+        A minimum of all would share the derivative among them.
+        """
+
+    @abc.abstractmethod
+    def scales(self) -> PyTree:
+        """Typical size of every state, for the error norm; `inf` keeps a state (a ledger) out of the norm."""
+
+    def couplings(self) -> PyTree | None:
+        """How the states couple, for methods that solve with the Jacobian: integer NumPy arrays, one like each state.
+
+        `CORE` couples with everything; a number ≥ 0 is a place in the chain, which couples with its two neighbours and
+        with the core; on a `QUADRATURE` no rate depends. A place in the chain whose rate is linear in the states, with
+        coefficients that are the same at every time and in every mode of a run, is given as `place + LINEAR`: its row
+        of the Jacobian is formed once, before the first step. `None`: everything with everything.
+        """
+        return None
+
+
+class Instant(NamedTuple):
+    """What a semi-explicit system knows of itself at one instant, where an event happens."""
+
+    t: Float[Array, ""]
+    y: PyTree
+    mode: PyTree
+    z: PyTree  # variables
+    y_rate: PyTree  # dy/dt
+    z_rate: PyTree  # dz/dt along the motion
+
+
+class AbstractSemiExplicitSystem(AbstractHybridSystem):
+    """A hybrid system whose equations share algebra: `z = variables(t, y, mode)`, `dy/dt = rates(t, y, mode, z)`.
+
+    Forces and the like are written once, in `variables`; rates, guards and changes of mode are read off them. `z` is a
+    pure function of `(t, y, mode)` and of the system's numbers; it is not recorded, and derivatives through a run
+    compute it again. What only the guards need is left out of the stages of a step, as nothing there depends on it.
+    """
+
+    @abc.abstractmethod
+    def variables(self, t: Float[Array, ""], y: PyTree, mode: PyTree) -> PyTree:
+        """`z`, everything algebraic at one instant: a PyTree of floating arrays."""
+
+    @abc.abstractmethod
+    def rates(self, t: Float[Array, ""], y: PyTree, mode: PyTree, z: PyTree) -> PyTree:
+        """`dy/dt`, of the structure of `y`. Must extend smoothly a little past the end of its mode."""
+
+    @abc.abstractmethod
+    def margins(self, t: Float[Array, ""], y: PyTree, mode: PyTree, z: PyTree) -> Float[Array, " guard"]:
+        """The guards (see `guards`), positive while `mode` holds."""
+
+    @abc.abstractmethod
+    def change(
+        self, now: Instant, fired: Bool[Array, " guard"], at_stop: Bool[Array, ""]
+    ) -> tuple[PyTree, Int[Array, ""] | int]:
+        """The mode after an event, and a code (see `transition`). It may ask for `variables` in other modes."""
+
+    def rhs(self, t, y, mode):
+        return self.rates(t, y, mode, variables_of(self, t, y, mode))
+
+    def guards(self, t, y, mode):
+        return self.margins(t, y, mode, variables_of(self, t, y, mode))
+
+    def instant(self, t: Float[Array, ""], y: PyTree, mode: PyTree) -> Instant:
+        """Variables and rates at one instant: `variables` is linearised once for all of them."""
+        z, push = jax.linearize(lambda t, y: variables_of(self, t, y, mode), t, y)
+        y_rate = jax.tree.map(jnp.asarray, self.rates(t, y, mode, z))
+        return Instant(t, y, mode, z, y_rate, push(jnp.ones_like(t), y_rate))
+
+    def transition(self, t, y, mode, fired, at_stop):
+        return self.change(self.instant(t, y, mode), fired, at_stop)
+
+
+@eqx.filter_jit
+def variables_of(system: AbstractSemiExplicitSystem, t: Any, y: PyTree, mode: PyTree) -> PyTree:
+    """`system.variables`, traced once for all systems of one structure, however often a program asks for it."""
+    return system.variables(t, y, mode)
+
+
+class Settings(eqx.Module):
+    """Numbers that steer an integration (traced, except for those that shape the program).
+
+    - `rtol`: relative tolerance, absolute ones being `rtol` times the typical size of a state
+    - `max_step`: longest step; `guard_samples` points inside each step are looked at for excursions of a guard
+    - `max_events`, `max_chain` (events at one instant), `max_steps` (attempts): limits, each with its code
+    """
+
+    rtol: Any
+    max_events: Any
+    max_step: Any = np.inf
+    max_chain: int = eqx.field(static=True, default=128)
+    max_steps: int = eqx.field(static=True, default=1024)
+    guard_samples: int = eqx.field(static=True, default=15)
+
+
+# --- flat states and modes, recorded rows -----------------------------------------------------------------------------
+
+#: what became of one step attempt
+SKIPPED, ADVANCED, FINISHED, LANDED, INSTANT, STOPPED = range(6)
+
+
+def _parts(leaves: list[Any]) -> list[list[Any]]:
+    """Leaves in order, scalars that follow each other together: in programs one equation takes or gives all of them."""
+    runs = ((scalars, list(run)) for scalars, run in itertools.groupby(leaves, key=lambda leaf: np.ndim(leaf) == 0))
+    return [part for scalars, run in runs for part in ([run] if scalars else [[leaf] for leaf in run])]
+
+
+def unravel(flat: Any, like: PyTree) -> PyTree:
+    """Entries along the last axis of an array as leaves shaped like those of `like`."""
+    leaves, structure = jax.tree.flatten(like)
+    parts, known = _parts(leaves), isinstance(flat, np.ndarray)
+    sizes = [sum(int(np.size(leaf)) for leaf in part) for part in parts]
+    if len(parts) < 2:
+        pieces = [flat] * len(parts)
+    elif known:
+        pieces = np.split(flat, np.cumsum(sizes)[:-1], axis=-1)
+    else:
+        pieces = jax.lax.split(flat, sizes, axis=flat.ndim - 1)
+    found = []
+    for piece, part in zip(pieces, parts, strict=True):
+        if np.ndim(part[0]):
+            found.append(piece.reshape((*flat.shape[:-1], *np.shape(part[0]))))
+        else:
+            found += [piece[..., i] for i in range(len(part))] if known else jnp.unstack(piece, axis=-1)
+    return jax.tree.unflatten(structure, found)
+
+
+def ravel(tree: PyTree, dtype: Any) -> Array:
+    """All leaves in one vector."""
+    parts = _parts([jnp.asarray(leaf, dtype) for leaf in jax.tree.leaves(tree)])
+    pieces = [jnp.ravel(part[0]) if np.ndim(part[0]) else jnp.stack(part) for part in parts]
+    if len(pieces) < 2:
+        return pieces[0] if pieces else jnp.zeros(0, dtype)
+    return jnp.concatenate(pieces)
+
+
+def pack_mode(mode: PyTree) -> Int[Array, " mode"]:
+    return ravel(mode, jnp.int32)
+
+
+class Flat(eqx.Module):
+    """A hybrid system on flat vectors: state `(ny,)`, mode `(nm,)` of int32.
+
+    What programs ask for again and again, for stages, guards and their derivatives, is traced once for all systems of
+    one structure.
+    """
+
+    system: AbstractHybridSystem
+    y_like: PyTree
+    mode_like: PyTree
+
+    def unpack_state(self, y: Array) -> PyTree:
+        return unravel(y, self.y_like)
+
+    def unpack_mode(self, mode: Array) -> PyTree:
+        return unravel(mode, self.mode_like)
+
+    @eqx.filter_jit
+    def rhs(self, t: Array, y: Array, mode: Array) -> Array:
+        return _packed(self.system.rhs(t, self.unpack_state(y), self.unpack_mode(mode)))
+
+    @eqx.filter_jit
+    def guards(self, t: Array, y: Array, mode: Array) -> Array:
+        return self.system.guards(t, self.unpack_state(y), self.unpack_mode(mode))
+
+    def reset(self, t: Array, y: Array, before: Array, after: Array) -> Array:
+        modes = self.unpack_mode(before), self.unpack_mode(after)
+        return _packed(_reset(self.system, t, self.unpack_state(y), *modes))
+
+    def next_stop(self, mode: Array) -> Array:
+        return jnp.asarray(self.system.next_stop(self.unpack_mode(mode)), jnp.float64)
+
+    def look(self, t: Array, y: Array, mode: Array) -> tuple[Array, Array, Array]:
+        """Rates of the states, guards and their rates."""
+        system, y, mode = self.system, self.unpack_state(y), self.unpack_mode(mode)
+        if isinstance(system, AbstractSemiExplicitSystem):
+            now = system.instant(t, y, mode)
+            moving = (jnp.ones_like(t), now.y_rate, now.z_rate)
+            g, rate = jax.jvp(lambda t, y, z: system.margins(t, y, mode, z), (t, y, now.z), moving)
+            return _packed(now.y_rate), g, rate
+        f = jax.tree.map(jnp.asarray, system.rhs(t, y, mode))
+        return _packed(f), *jax.jvp(lambda t, y: system.guards(t, y, mode), (t, y), (jnp.ones_like(t), f))
+
+    def rates(self, t: Array, y: Array, mode: Array) -> tuple[Array, Array]:
+        """Rates of states and guards, without derivatives."""
+        numbers, rest = eqx.partition((self, t, y), eqx.is_inexact_array)
+        still, t, y = eqx.combine(jax.lax.stop_gradient(numbers), rest)
+        f, _, rate = still.look(t, y, mode)
+        return f, rate
+
+    def jump(self, t: Array, y: Array, mode: Array, fired: Array, at_stop: Array) -> tuple[Array, Array, Array]:
+        """State, mode and code just after an event."""
+        y, before = self.unpack_state(y), self.unpack_mode(mode)
+        after, code = self.system.transition(t, y, before, fired, at_stop)
+        after = jax.tree.map(lambda label: jnp.asarray(label, jnp.int32), after)
+        return _packed(_reset(self.system, t, y, before, after)), pack_mode(after), jnp.asarray(code, jnp.int32)
+
+
+@eqx.filter_jit
+def _reset(system: AbstractHybridSystem, t: Array, y: PyTree, before: PyTree, after: PyTree) -> PyTree:
+    return system.reset(t, y, before, after)
+
+
+def _packed(y: PyTree) -> Array:
+    return ravel(y, jnp.float64)
+
+
+def flatten(system: AbstractHybridSystem, y0: PyTree, mode0: PyTree) -> Flat:
+    """`system` on flat vectors laid out like `y0` and `mode0`."""
+
+    def likes(tree: PyTree, dtype: Any) -> PyTree:
+        return jax.tree.map(lambda leaf: jax.ShapeDtypeStruct(np.shape(leaf), dtype), tree)
+
+    return Flat(system, likes(y0, np.float64), likes(mode0, np.int32))
+
+
+class Rows(eqx.Module):
+    """Recorded step attempts; row `i` starts at `t[i], y[i]` in `mode[i]`, row `count` is the end of the run.
+
+    `h` is the step taken, `kind` one of SKIPPED (rejected or retaken shorter), ADVANCED, LANDED (on guard `guard`,
+    after a last move by `delta`), INSTANT (guard `guard`, no time passed), STOPPED (at a known time) and FINISHED.
+    """
+
+    t: Float[Array, " row"]
+    y: Float[Array, "row state"]
+    h: Float[Array, " row"]
+    delta: Float[Array, " row"]
+    kind: Int[Array, " row"]
+    guard: Int[Array, " row"]
+    mode: Int[Array, "row mode"]
+
+
+HEAD = 5
+
+
+def pack_row(t, h, delta, kind, guard, y, mode) -> Float[Array, " column"]:
+    head = jnp.stack([t, h, delta, kind.astype(t.dtype), guard.astype(t.dtype)])
+    return jnp.concatenate([head, y, mode.astype(t.dtype)])
+
+
+def unpack_rows(packed: Float[Array, "row column"], ny: int) -> Rows:
+    def integer(x: Array) -> Array:
+        return jnp.round(x).astype(jnp.int32)
+
+    return Rows(
+        t=packed[..., 0],
+        h=packed[..., 1],
+        delta=packed[..., 2],
+        kind=integer(packed[..., 3]),
+        guard=integer(packed[..., 4]),
+        y=packed[..., HEAD : HEAD + ny],
+        mode=integer(packed[..., HEAD + ny :]),
+    )

@@ -1,0 +1,341 @@
+"""What acts on a brake: the load on the shaft, and the lever that a driller moves."""
+
+import abc
+from typing import Any
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from ._base._faults import Fault
+from ._base._quantity import Scalar, holding, quantity, whole
+from .hybrid._arrays import Array
+from .profiles import AbstractProfile, Constant, Repeated
+
+GRAVITY = 9.80665  # m/s², standard acceleration of free fall (3rd CGPM, 1901)
+
+
+class AbstractLoad(eqx.Module):
+    """What drives the pulley: a torque on its shaft, positive in the braking direction of rotation, and an inertia."""
+
+    #: the profile whose known times the load has
+    profile: eqx.AbstractVar[AbstractProfile]
+
+    @abc.abstractmethod
+    def torque(self, t: Float[Array, ""], omega: Float[Array, ""], piece: Int[Array, ""]) -> Float[Array, ""]:
+        """`M_load(t, ω)` in N·m."""
+
+    @abc.abstractmethod
+    def inertia(self) -> Scalar | float:
+        """Inertia it adds to the shaft at the start, in kg·m²."""
+
+    def added_inertia(self, piece: Int[Array, ""]) -> Array | None:
+        """Inertia beyond that of the start, where the load changes in a run; `None`: it never does."""
+        return None
+
+    @abc.abstractmethod
+    def travel(self) -> Scalar | None:
+        """Travel of the hook per radian of the pulley, in m, or `None`."""
+
+
+class TorqueLoad(AbstractLoad):
+    """A given torque with linear drag, `M_load = M(t) − c ω`.
+
+    - `profile`: `M(t)` in N·m; `drag` `c` in N·m·s
+    """
+
+    profile: AbstractProfile = holding("N*m", default_factory=lambda: Constant(0.0))
+    drag: Scalar = quantity("N*m*s", "drag torque per unit of speed", low=0.0, default=0.0)
+
+    def torque(self, t, omega, piece):
+        return self.profile.value(t, piece) - self.drag * omega
+
+    def inertia(self):
+        return 0.0
+
+    def travel(self):
+        return None
+
+
+class HookLoad(AbstractLoad):
+    """A load on the hook, lowered through the tackle: `M_load = m g r_d/n`, `J_load = m (r_d/n)²`, travel `r_d φ/n`.
+
+    - `mass` `m` of all that hangs on the hook (kg); `drum_radius` `r_d` (m) to the rope; `line_count` `n` of the tackle
+    - `gravity` `g` (m/s²); `drag` (N·m·s) as of bearings and an auxiliary brake
+
+    Ropes are rigid and without weight, the tackle without loss.
+    """
+
+    mass: Scalar = quantity("kg", "mass on the hook", low=0.0)
+    drum_radius: Scalar = quantity("m", "radius of the drum to the rope", positive=True)
+    line_count: Scalar = quantity("1", "number of lines of the tackle", low=1.0)
+    gravity: Scalar = quantity("m/s^2", "acceleration of free fall", positive=True, default=GRAVITY)
+    drag: Scalar = quantity("N*m*s", "drag torque per unit of speed", low=0.0, default=0.0)
+
+    def torque(self, t, omega, piece):
+        return self.mass * self.gravity * self.travel() - self.drag * omega
+
+    def inertia(self):
+        return self.mass * self.travel() ** 2
+
+    def travel(self):
+        return self.drum_radius / self.line_count
+
+    @property
+    def profile(self):
+        return Constant(0.0)
+
+
+class TrippingLoad(AbstractLoad):
+    """A string run into the hole stand by stand: in each cycle it hangs on the hook for a while, then on the slips.
+
+        m(t) = m_e + (m_s + k Δm) while it hangs in cycle k = 0…count − 1, else m_e;   M_load = m g r_d/n − c ω
+
+    - `empty` `m_e`: hook and travelling block (kg); `string` `m_s`: string of the first cycle (kg); `stand` `Δm` (kg)
+    - `taken`, `set`: times in a cycle of `period` (s) at which the hook takes the string, and it is set into the slips
+    - `drum_radius`, `line_count`, `gravity`, `drag`: as in `HookLoad`
+
+    At a change of mass in motion the speed stays: what comes onto the hook brings its energy (booked as load work).
+    """
+
+    empty: Scalar = quantity("kg", "mass of hook and block", positive=True)
+    string: Scalar = quantity("kg", "mass of the string in the first cycle", low=0.0)
+    stand: Scalar = quantity("kg", "mass of one stand", low=0.0)
+    taken: Scalar = quantity("s", "time in the cycle at which the hook takes the string", low=0.0)
+    set: Scalar = quantity("s", "time in the cycle at which the string is set into the slips", positive=True)
+    period: Scalar = quantity("s", "length of a cycle", positive=True)
+    drum_radius: Scalar = quantity("m", "radius of the drum to the rope", positive=True)
+    line_count: Scalar = quantity("1", "number of lines of the tackle", low=1.0)
+    count: int = whole("number of cycles", high=1_000_000)
+    gravity: Scalar = quantity("m/s^2", "acceleration of free fall", positive=True, default=GRAVITY)
+    drag: Scalar = quantity("N*m*s", "drag torque per unit of speed", low=0.0, default=0.0)
+
+    @property
+    def profile(self):
+        # its values bear the scale of the greatest torque
+        most = (self.empty + self.string + (self.count - 1) * self.stand) * self.gravity * self.travel()
+        times = jnp.stack([jnp.asarray(self.taken, jnp.float64), jnp.asarray(self.set, jnp.float64)])
+        return Repeated(times, jnp.stack([most, most]), self.period, self.count)
+
+    def _mass(self, piece: Int[Array, ""]) -> Array:
+        passed = jnp.asarray(piece, jnp.int32) - 1
+        hangs = (passed >= 0) & (passed % 2 == 0)
+        return self.empty + jnp.where(hangs, self.string + (passed // 2).astype(jnp.float64) * self.stand, 0.0)
+
+    def torque(self, t, omega, piece):
+        return self._mass(piece) * self.gravity * self.travel() - self.drag * omega
+
+    def inertia(self):
+        return self.empty * self.travel() ** 2
+
+    def added_inertia(self, piece):
+        return (self._mass(piece) - self.empty) * self.travel() ** 2
+
+    def travel(self):
+        return self.drum_radius / self.line_count
+
+
+# --- levers that follow the speed -------------------------------------------------------------------------------------
+
+
+class AbstractSpeedLever(AbstractProfile):
+    """A lever whose tension answers the speed on some of its pieces. For rigid bands, and laws without pressure and
+    flash temperature: the torque is then known from the tension."""
+
+    @abc.abstractmethod
+    def follows(self, piece: Int[Array, ""]) -> Bool[Array, ""] | bool:
+        """Whether the tension answers the speed on the piece."""
+
+    @abc.abstractmethod
+    def wanted_torque(
+        self, t: Array, omega: Array, piece: Int[Array, ""], load: Array, inertia: Array
+    ) -> Float[Array, ""]:
+        """Brake torque (N·m) that the driller wants at a load torque and an inertia of the shaft."""
+
+    @abc.abstractmethod
+    def greatest(self) -> Float[Array, ""]:
+        """Greatest slack tension (N)."""
+
+    def holding(self, torque: Array, gain: Array) -> Float[Array, ""]:
+        """`T_0` (N) for a brake torque, and the torque per newton of it (m)."""
+        grips = gain > 0
+        wanted = torque / jnp.where(grips, gain, 1.0)
+        return jnp.where(grips, jnp.clip(wanted, 0.0, self.greatest()), self.greatest())
+
+
+class SpeedHold(AbstractSpeedLever):
+    """A lever that holds the speed: it pulls just so much that the brake torque equals the load torque (drag).
+
+        T_0 = min(M_load/(R_b (Π − 1)), limit)
+
+    - `limit` (N): greatest slack tension; where fade asks for more the load runs away (event `grip_lost`)
+
+    The tension follows the friction of the hot linings, so that the power `M_load ω` goes into heat however it fades.
+    For rigid bands, and laws without pressure and flash temperature.
+    """
+
+    limit: Scalar = quantity("N", "greatest slack tension", positive=True)
+
+    def value(self, t, piece):
+        return jnp.broadcast_to(jnp.asarray(self.limit, jnp.float64), np.shape(t))
+
+    def follows(self, piece):
+        return True
+
+    def wanted_torque(self, t, omega, piece, load, inertia):
+        return load
+
+    def greatest(self):
+        return jnp.asarray(self.limit)
+
+    def next_knot(self, piece):
+        return jnp.inf
+
+    def first_piece(self, t):
+        return 0
+
+    def scale(self):
+        return jnp.asarray(self.limit)
+
+    def faults(self, path, low):
+        return []
+
+
+class Driller(AbstractSpeedLever):
+    """A lever that is thrown on some pieces of time and leads the speed on others, cycle by cycle.
+
+    On a piece that follows the speed the brake torque is that which keeps the pulley on the reference `ω_r(t)`, with a
+    correction of what deviates:
+
+        M_b = M_load − J [ω̇_r − g (ω − ω_r)],   T_0 = min(M_b/(R_b (Π − 1)), limit)
+
+    - `tension`: `T_0(t)` of the other pieces, cycles of straight lines;  `speed`: `ω_r(t)` (rad/s), at the same points
+    - `following`: for each point of a cycle, whether the piece that begins there follows the speed
+    - `limit` (N): greatest slack tension; where fade asks for more the load runs away (event `grip_lost`)
+    - `gain` `g` (1/s) of the correction
+
+    `simbrake.programme_scene` makes one from a programme in words.
+    """
+
+    tension: Repeated = holding("N")
+    speed: Repeated = holding("rad/s")  # pyright: ignore
+    following: tuple[bool, ...] = eqx.field(static=True)  # pyright: ignore
+    limit: Scalar = quantity("N", "greatest slack tension", positive=True)
+    gain: Scalar = quantity("1/s", "correction of the speed", low=0.0, default=2.0)
+
+    @property
+    def knot_count(self) -> int:
+        return self.tension.knot_count
+
+    def follows(self, piece):
+        k = len(self.following)
+        inside = (piece > 0) & (piece < self.knot_count)
+        # constants of the program are searched by a mask, as the points of a profile are
+        here = jnp.arange(k, dtype=jnp.int32) == (jnp.asarray(piece, jnp.int32) - 1) % k
+        return inside & jnp.any(here & np.asarray(self.following))
+
+    def wanted_torque(self, t, omega, piece, load, inertia):
+        reference = self.speed.value(t, piece)
+        slope = self.speed.slope(piece)
+        return load - inertia * (slope - self.gain * (omega - reference))
+
+    def greatest(self):
+        return jnp.asarray(self.limit)
+
+    def value(self, t, piece):
+        return self.tension.value(t, piece)
+
+    def next_knot(self, piece):
+        return self.tension.next_knot(piece)
+
+    def first_piece(self, t):
+        return self.tension.first_piece(t)
+
+    def scale(self):
+        return jnp.asarray(self.limit)
+
+    def faults(self, path, low):
+        found = self.tension.faults(f"{path}.tension", low) + self.speed.faults(f"{path}.speed", 0.0)
+        points = np.size(self.tension.times)
+        if len(self.following) != points:
+            found.append(Fault(f"{path}.following", f"has {len(self.following)} entries", f"{points}, one per point"))
+        same = [np.array_equal(getattr(self.tension, name), getattr(self.speed, name)) for name in _SHARED]
+        if not all(same):
+            found.append(Fault(f"{path}.speed", "has other points than the tension", f"equal: {', '.join(_SHARED)}"))
+        return found
+
+
+_SHARED = ("times", "period", "count", "begin")
+
+
+# --- the brake lever --------------------------------------------------------------------------------------------------
+
+
+class Lever(AbstractProfile):
+    """Slack tension of a simple band brake, whose tight end is held by a fixed anchor: moments about the fulcrum.
+
+        T_0(t) = η F(t) l/a
+
+    - `force`: `F(t) ≥ 0` in N, any profile;  `arm` `l` (m) of the force, `slack_arm` `a` (m) of the slack end
+    - `efficiency` `η` of the linkage
+
+    Knots and pieces are those of the force. Lever and linkage have no mass and do not stretch; what they
+    stretch is part of the band's stiffness. Reference: R. S. Khurmi, J. K. Gupta, *Theory of Machines*, simple band
+    brake.
+    """
+
+    force: AbstractProfile = holding("N")
+    arm: Scalar = quantity("m", "arm of the force", positive=True)
+    slack_arm: Scalar = quantity("m", "arm of the slack end", positive=True)
+    efficiency: Scalar = quantity("1", "efficiency of the linkage", positive=True, high=1.0, default=1.0)
+
+    @property
+    def knot_count(self) -> int:
+        return getattr(self.force, "knot_count", 0)
+
+    @property
+    def gain(self) -> Float[Array, ""]:
+        """`T_0/F = η l/a`."""
+        return jnp.asarray(self.efficiency) * self.arm / self.slack_arm
+
+    def value(self, t, piece):
+        return self.gain * self.force.value(t, piece)
+
+    def next_knot(self, piece):
+        return self.force.next_knot(piece)
+
+    def first_piece(self, t):
+        return self.force.first_piece(t)
+
+    def no_more_turns(self, t):
+        return self.force.no_more_turns(t)
+
+    def scale(self):
+        return self.gain * self.force.scale()
+
+    def faults(self, path, low):
+        if isinstance(self.force, AbstractSpeedLever):
+            hint = "give it as the slack tension itself"
+            return [Fault(f"{path}.force", "a lever that holds the speed gives a tension, not a force", hint)]
+        found = [
+            Fault(f"{path}.{name}", f"has the shape {np.shape(value)}", "give one number")
+            for name, value in (("arm", self.arm), ("slack_arm", self.slack_arm), ("efficiency", self.efficiency))
+            if np.shape(value) != ()
+        ]
+        return found or self.force.faults(f"{path}.force", None if low is None else low / float(self.gain))
+
+
+def differential_lever_tension(force: Any, arm: Any, slack_arm: Any, tight_arm: Any, ratio: Any) -> Float[Array, "..."]:
+    """Slack tension (N) in full slip of a differential brake: both ends of the band on the lever, the tight one helps.
+
+        T_0 a − T_n b = F l,   T_n = Π T_0   →   T_0 = F l/(a − b Π)
+
+    - `force` `F` (N), its `arm` `l`, `slack_arm` `a`, `tight_arm` `b` (m); `ratio` `Π = T_n/T_0`
+
+    With `a ≤ b Π` the brake locks itself: no force is needed, and the tension is `inf`. Statics only: in a scene the
+    lever of `Lever` has its tight end on a fixed anchor. Reference: Khurmi & Gupta, differential band brake.
+    """
+    left = jnp.asarray(slack_arm) - jnp.asarray(tight_arm) * jnp.asarray(ratio)
+    holds = left > 0
+    return jnp.where(holds, jnp.asarray(force) * arm / jnp.where(holds, left, 1.0), jnp.inf)

@@ -1,0 +1,24 @@
+"""Pictures. Each function draws into a given figure or makes one, and returns it; nothing is ever shown."""
+
+from ._animation import animate as animate
+from ._published import materials as materials
+from ._published import published as published
+from ._published import work_precision as work_precision
+from ._pulley import pressed as pressed
+from ._pulley import pulley as pulley
+from ._runs import contacts as contacts
+from ._runs import depth as depth
+from ._runs import duty as duty
+from ._runs import lining_map as lining_map
+from ._runs import stages as stages
+from ._runs import stop as stop
+from ._runs import temperatures as temperatures
+from ._studies import angles as angles
+from ._studies import calibration as calibration
+from ._studies import chord_angles as chord_angles
+from ._studies import distribution as distribution
+from ._studies import effects as effects
+from ._studies import indices as indices
+from ._studies import layouts as layouts
+from ._studies import tornado as tornado
+from ._studies import wear as wear

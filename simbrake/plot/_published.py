@@ -1,0 +1,441 @@
+"""Pictures of the papers' figures, of materials side by side, and of work and precision."""
+
+import json
+import math
+from collections.abc import Callable
+from os import PathLike
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from .._base._faults import Fault, InputError
+from .._classical._material_data import LiningMaterial, RimMaterial
+from .._classical._material_table import MaterialComparison, MaterialRow
+from .._classical._published_figures import S1_PAIR, band_diagrams, chord_curves, energy_levels, overlap_stop
+from .._classical._reproduce import AGREES, cells, published_rows, transmission_table
+from ..thermal._builders import axial_resistance, radial_resistance
+from ._shared import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION, ZERO, finish
+
+_RING: dict[str, Any] = {"ms": 12, "mfc": "none", "mec": VERMILLION, "ls": "", "marker": "o"}
+
+
+def published(name: str, *, figure: Figure | None = None) -> Figure:
+    """A figure of the papers, or the picture of a table, recomputed; printed numbers are points, misprints ringed.
+
+    - `name`: `"Z Fig. 4"` angles of equal loads, `"Z Fig. 5"` tension and load along the band, `"S Fig. 1"` energy
+      levels, `"K Fig. 5"` overlap coefficients (simulates two stops), `"V table 1"`, `"V table 2"`, `"S table 1"`
+
+    The other figures of the papers are drawings and measurements. Raises `InputError` for another name.
+    """
+    if name not in PUBLISHED:
+        raise InputError([Fault("name", f"{name!r} is no figure that a formula gives", f"one of {list(PUBLISHED)}")])
+    draw, size = PUBLISHED[name]
+    if figure is None:
+        figure = Figure(figsize=size, layout="constrained")
+    draw(figure)
+    return figure
+
+
+def file_stem(name: str) -> str:
+    """A name for the file of a picture: `"Z Fig. 4"` is `z_fig_4`."""
+    return name.lower().replace(".", "").replace(" ", "_")
+
+
+def _z_fig_4(figure: Figure) -> None:
+    panels = figure.subplots(2, 3).ravel()
+    printed = {float(row["f"]): row for row in published_rows("Z1")}
+    for f, colour, style in (
+        (0.1, BLUE, "-"),
+        (0.3, GREEN, "-"),
+        (0.5, VERMILLION, "-"),
+        (0.2, SKY, "--"),
+        (0.4, ORANGE, "--"),
+    ):
+        curves = chord_curves(f)
+        last, angle = np.degrees(curves.last), np.degrees(curves.angle)
+        more = "" if style == "-" else ", in table 1 only"
+        label = f"f = {f:g}, exists up to β₇ = {last[-1]:.1f}°{more}"
+        for i in range(5):
+            panels[i].plot(last, angle[:, i], color=colour, ls=style, lw=1.8 if style == "-" else 1.0, label=label)
+            panels[i].plot(last[-1], angle[-1, i], color=colour, marker="|", ms=8)
+            if f in printed:
+                where = float(printed[f][f"beta{i + 1}_deg"])
+                panels[i].plot(20.0, where, color=colour, marker="o", ms=6, mec="black", ls="")
+    for i in range(5):
+        panels[i].set_ylabel(f"β{'₁₂₃₄₅'[i]}, °")
+        panels[i].set_xlabel("β₇ = β₆, °")
+        panels[i].grid(alpha=0.3)
+    lines, labels = panels[0].get_legend_handles_labels()
+    points = panels[0].plot([], [], marker="o", ms=6, color="white", mec="black", ls="")
+    panels[5].axis("off")
+    panels[5].legend([*lines, *points], [*labels, "printed in table 1"], loc="center", fontsize=9)
+    figure.suptitle("Z, Fig. 4: chord angles of equal loads over the last angle (k = 7, β₀ = 0)", fontsize=11)
+
+
+def _z_fig_5(figure: Figure) -> None:
+    diagrams = band_diagrams()
+    figure.set_layout_engine("none")  # it does not see what stands around a circle
+    room = {"left": 0.04, "right": 0.96, "top": 0.83, "bottom": 0.18}
+    for axes, d in zip(
+        figure.subplots(1, 2, subplot_kw={"projection": "polar"}, gridspec_kw=room), diagrams, strict=True
+    ):
+        ends = np.append(0.0, np.cumsum(d.angle))
+        middle = 0.5 * (ends[:-1] + ends[1:])
+        fill: dict[str, Any] = {"alpha": 0.55, "ec": "black", "lw": 0.6}
+        axes.bar(middle, d.normal, 0.86 * d.angle, color=GREEN, label="load of a lining Nᵢ/T₀", **fill)
+        around = np.linspace(0.0, ends[-1], 2000)
+        on = np.minimum(np.searchsorted(ends, around, side="right"), len(d.angle))
+        axes.plot(around, d.tension[on], color=BLUE, lw=1.8, label="tension behind a lining Tᵢ/T₀")
+        for i, (place, load) in enumerate(zip(middle, d.normal, strict=True)):
+            axes.text(place, d.tension[i + 1] + 0.42, f"{d.tension[i + 1]:.2f}", fontsize=7, color=BLUE, ha="center")
+            axes.text(place, load - 0.12, f"{load:.2f}", fontsize=7, ha="center", va="center")
+        loads = f"loads {d.normal.min():.2f}…{d.normal.max():.2f} T₀"
+        axes.set_title(f"{d.name}\nTₙ/T₀ = {d.tension[-1]:.3f}, {loads}", fontsize=10, y=1.1)
+        axes.set_xticks(middle, [f"{i + 1}" for i in range(len(d.angle))])
+        axes.set_rlim(0, 5.2)
+        axes.set_rorigin(-1.8)  # the hole is the pulley
+        axes.set_rticks([1, 2, 3, 4])
+        axes.set_rlabel_position(300)
+        axes.grid(alpha=0.4)
+    lines, labels = figure.axes[0].get_legend_handles_labels()
+    words = "Z, Fig. 5: k = 10, f = 0.3, w₀ = 1.5, λ = 5.08, linings numbered from the slack end"
+    figure.legend(lines, labels, loc="lower center", ncols=2, fontsize=9, title=words)
+
+
+def _s_fig_1(figure: Figure) -> None:
+    stop, drag = energy_levels()
+    share, rise = figure.subplots(2, 2, sharex="col")
+    for axes, levels in zip(share, (stop, drag), strict=True):
+        axes.plot(levels.time, levels.power, color=VERMILLION, label="power N/N_m")
+        axes.plot(levels.time, levels.work, color=BLUE, ls="--", label="work W/W_T")
+    for axes, levels in zip(rise, (stop, drag), strict=True):
+        axes.plot(levels.time, levels.maximum, color=VERMILLION, label="maximum, S-26 (tₛ + t_f/3)")
+        axes.plot(levels.time, levels.surface, color=ORANGE, label="surface tₛ")
+        axes.plot(levels.time, levels.bulk, color=GREEN, ls="--", label="bulk tᵥ")
+    share[0].set_title("a: a stop, power falls linearly", fontsize=10)
+    share[1].set_title("b: a drag at a tenth of that power", fontsize=10)
+    share[0].set_ylabel("share, 1")
+    rise[0].set_ylabel("rise of temperature, K")
+    rise[0].set_xlabel("relative time τ/τ_T, 1")
+    rise[1].set_xlabel("time τ, s")
+    finish([*share, *rise], "best")
+    f, v, p, area = S1_PAIR["f_0"], S1_PAIR["V_0"], S1_PAIR["p_c"] / 1e6, S1_PAIR["A_c"]
+    figure.suptitle(
+        f"S, Fig. 1, our reading: rim of V, f₀ = {f:g}, V₀ = {v:g} m/s, p_c = {p:g} MPa, A_c = {area:g} m²", fontsize=11
+    )
+
+
+def _k_fig_5(figure: Figure) -> None:
+    from .._run._linings import RunningIn, overlap
+    from .._run._simulate import simulate
+
+    panels = figure.subplots(2, 2, sharex="col", sharey=True)
+    for column, (external, internal) in enumerate([(0.42, 0.30), (0.30, 0.42)]):
+        run = simulate(overlap_stop(external, internal))
+        moving = [stage for stage in run.stages if stage.name not in ("held", "open")]
+        t = np.linspace(0.0, moving[-1].end * (1 - 1e-9), 500)
+        o = overlap(run, t, RunningIn(start=0.6, work=1.5e5))
+        for axes, pair, dynamic, static in (
+            (panels[0, column], "external", o.external_dynamic, o.external_static),
+            (panels[1, column], "internal", o.internal_dynamic, o.internal_static),
+        ):
+            axes.plot(t, dynamic, color=VERMILLION, label="dynamic: the pair slides")
+            axes.plot(t, static, color=BLUE, ls="--", label="static: the pair sticks")
+            for stage in moving[1:]:
+                axes.axvline(stage.start, color="black", lw=0.6)
+            for stage in moving:
+                if stage.duration > 0.1 * t[-1]:
+                    middle = 0.5 * (stage.start + stage.end)
+                    axes.text(middle, 0.84, stage.name.replace("_", " "), ha="center", fontsize=9)
+            axes.set_ylim(-0.03, 0.92)
+            axes.set_ylabel(f"{pair} pair" if column == 0 else "")
+        panels[0, column].set_title(f"friction: external {external:g}, internal {internal:g}", fontsize=10)
+        panels[1, column].set_xlabel("time, s")
+        for axes in panels[:, column]:
+            axes.grid(alpha=0.3)
+    lines, labels = panels[0, 0].get_legend_handles_labels()
+    figure.legend(lines, labels, loc="outside lower center", ncols=2, fontsize=9)
+    figure.supylabel("share of the track that a pair covers", fontsize=10)
+    figure.suptitle("K, Fig. 5, our reading: overlap coefficients of a staged brake in a stop", fontsize=11)
+
+
+def _v_table_1(figure: Figure) -> None:
+    axes = figure.subplots()
+    rows = [row for row in published_rows("V1") if row["element"] != "total"]
+    conductivity = np.geomspace(40.0, 200.0, 50)
+    names = list(dict.fromkeys(row["element"] for row in rows))
+    for name, colour in zip(names, (BLUE, ORANGE, GREEN, PURPLE, SKY), strict=True):
+        of = [row for row in rows if row["element"] == name]
+        r, R, L = (float(of[0][column]) for column in ("r_m", "R_m", "L_m"))
+        law = axial_resistance if of[0]["direction"] == "axial" else radial_resistance
+        label = f"{name.replace('_', ' ')}, {of[0]['direction']}"
+        axes.loglog(conductivity, [float(law(L, k, r, R)) for k in conductivity], color=colour, label=label)
+        printed = [float(row["resistance"]) for row in of]
+        axes.loglog([float(row["lambda_W_mK"]) for row in of], printed, "o", color=colour, ms=5)
+    axes.plot([], [], "o", color="0.4", ms=5, label="printed")
+    axes.set_xlabel("conductivity λ, W/(m·K)")
+    axes.set_ylabel("thermal resistance, K/W")
+    axes.set_xticks([40, 50, 80, 110, 160, 200], ["40", "50", "80", "110", "160", "200"])
+    axes.minorticks_off()
+    finish([axes], "best")
+    axes.set_title("V, table 1: parts of the pulley", fontsize=11)
+
+
+def _v_table_2(figure: Figure) -> None:
+    law, rows = transmission_table(), published_rows("V2")
+    T = np.linspace(law.temperature[0], law.temperature[-1], 400)
+    K = [np.asarray(K) for K in law.transmissions(jnp.asarray(T))]
+    wrong = {(c.row, c.column) for c in cells() if c.table == "V2" and c.verdict != AGREES}
+    at = np.asarray([float(row["T_polished_C"]) for row in rows])
+    coefficient, share = figure.subplots(1, 2)
+    for axes, curves, columns, words in (
+        (coefficient, K, ("K1", "K2"), ("into the metal K₁", "into the lining K₂")),
+        (share, (K[0] / (K[0] + K[1]), K[1] / (K[0] + K[1])), ("share_metal", "share_lining"), ("metal", "lining")),
+    ):
+        for curve, column, word, colour in zip(curves, columns, words, (BLUE, ORANGE), strict=True):
+            axes.plot(T - ZERO, curve, color=colour, label=word)
+            printed = np.asarray([float(row[column]) for row in rows])
+            axes.plot(at, printed, "o", color=colour, ms=5)
+            for i in np.flatnonzero([(i, column) in wrong for i in range(len(rows))]):
+                axes.plot(at[i], printed[i], **_RING)
+        axes.plot([], [], "o", color="0.4", ms=5, label="printed")
+        if any(column in columns for _, column in wrong):
+            axes.plot([], [], **_RING, label="known misprint")
+        axes.set_xlabel("temperature of the polished surface, °C")
+    coefficient.set_ylabel("heat transmission, W/(m²·K)")
+    share.set_ylabel("share of the friction heat, 1")
+    share.set_ylim(0, 1)
+    finish([coefficient, share], "best")
+    figure.suptitle("V, table 2: heat transmission to both sides of the friction surface", fontsize=11)
+
+
+def _s_table_1(figure: Figure) -> None:
+    axes, found = figure.subplots(), [c for c in cells() if c.table == "S1"]
+    rows = published_rows("S1")
+    groups = list(dict.fromkeys((row["part"], row["material"]) for row in rows))
+    for (part, of), colour, marker in zip(groups, (BLUE, VERMILLION, SKY, ORANGE), "osD^", strict=True):
+        chosen = [c for c in found if (rows[c.row]["part"], rows[c.row]["material"]) == (part, of)]
+        depth = np.asarray([float(rows[c.row]["delta_mm"]) for c in chosen])
+        # B falls with the square of the depth: between two points of the formula it is a straight line here
+        scale = 1e3 if part == "rim" else 1.0
+        fine = np.geomspace(depth[0], depth[-1], 50)
+        law = chosen[0].computed * (depth[0] / fine) ** 2
+        words = f"{part}, {of.replace('_', ' ')}"
+        axes.loglog(fine, law, color=colour, label=f"{words}: 10³ B, 1/s" if scale > 1 else f"{words}: B, 1/s")
+        axes.loglog(depth, [c.printed for c in chosen], marker, color=colour, ms=5)
+    axes.plot([], [], "o", color="0.4", ms=5, label="printed")
+    axes.set_xlabel("depth δ, mm")
+    axes.set_ylabel("parameter B as printed")
+    axes.set_xticks([1, 2, 5, 10, 20, 50, 80], ["1", "2", "5", "10", "20", "50", "80"])
+    axes.minorticks_off()
+    finish([axes], "best")
+    axes.set_title("S, table 1: parameter of the Fourier number", fontsize=11)
+
+
+#: what can be drawn: the function, and the size of its figure (inch)
+PUBLISHED: dict[str, tuple[Callable[[Figure], None], tuple[float, float]]] = {
+    "Z Fig. 4": (_z_fig_4, (11.0, 6.5)),
+    "Z Fig. 5": (_z_fig_5, (11.0, 6.4)),
+    "S Fig. 1": (_s_fig_1, (11.0, 6.0)),
+    "K Fig. 5": (_k_fig_5, (11.0, 5.4)),
+    "V table 1": (_v_table_1, (7.0, 4.6)),
+    "V table 2": (_v_table_2, (11.0, 4.4)),
+    "S table 1": (_s_table_1, (7.0, 4.6)),
+}
+
+
+# --- materials side by side -------------------------------------------------------------------------------------------
+
+
+class _Panel(NamedTuple):
+    """One quantity: its title, how a number of a row is shown, and the limit of a pair of materials, if any."""
+
+    name: str
+    title: str
+    shown: Callable[[float], float]
+    limit: Callable[[RimMaterial, LiningMaterial], float] | None
+    each_level: bool = True
+
+
+_PANELS = (
+    _Panel(
+        "surface",
+        "greatest surface temperature, °C",
+        lambda T: T - ZERO,
+        lambda rim, lining: min(rim.permissible, lining.permissible) - ZERO,
+    ),
+    _Panel("stress_ratio", "thermal stress over permissible", lambda ratio: ratio, lambda rim, lining: 1.0),
+    _Panel("wear", "wear of the linings, µm", lambda h: 1e6 * h, None),
+    _Panel("mass", "mass of the rim, kg (all levels)", lambda m: m, None, each_level=False),
+)
+
+
+def materials(comparison: MaterialComparison, *, figure: Figure | None = None) -> Figure:
+    """Rim materials side by side, one row of panels for each lining, one bar for each energy level, weak to strong.
+
+    Bars are the estimates, diamonds the simulated numbers, red marks what is permitted; hatched: not admissible. The
+    mass is the same at all levels. The wear's axis is logarithmic where it spreads over more than two decades.
+    """
+    linings, rims, levels = comparison.linings, comparison.rims, comparison.levels
+    if figure is None:
+        height = 1.3 + len(linings) * (0.9 + len(rims) * (0.28 + 0.14 * len(levels)))
+        figure = Figure(figsize=(14.0, height), layout="constrained")
+    axes = figure.subplots(len(linings), len(_PANELS), squeeze=False, sharex="col", width_ratios=[1.2, 1.2, 1.0, 0.8])
+    for row, lining in zip(axes, linings, strict=True):
+        for axis, panel in zip(row, _PANELS, strict=True):
+            _draw(axis, panel, comparison, lining)
+        row[0].set_yticks(range(len(rims)), [rim.name.replace("_", " ") for rim in rims])
+        row[0].set_title(f"lining {lining.name}", loc="left", fontsize=10, fontweight="bold")
+        for axis in row[1:]:
+            axis.set_yticks(range(len(rims)), [""] * len(rims))
+    for axis, panel in zip(axes[-1], _PANELS, strict=True):
+        axis.set_xlabel(panel.title)
+    for axis in axes.flat:
+        axis.tick_params(labelbottom=True)
+    _spread(axes[:, 2], comparison)
+    figure.legend(handles=_legend(comparison), loc="outside upper center", ncols=4, fontsize=9, frameon=False)
+    return figure
+
+
+def _shade(level: int, count: int) -> Any:
+    """Blue, the paler the weaker the level."""
+    pale = 0.75 * (1 - (level + 1) / count)
+    return tuple(pale + (1 - pale) * part for part in to_rgb(BLUE))
+
+
+def _draw(axis: Axes, panel: _Panel, comparison: MaterialComparison, lining: LiningMaterial) -> None:
+    levels = range(len(comparison.levels)) if panel.each_level else [len(comparison.levels) - 1]
+    height = 0.8 / len(levels)
+    for i, rim in enumerate(comparison.rims):
+        for j, level in enumerate(levels):
+            row: MaterialRow = comparison.row(rim.name, lining.name, level)
+            y = i - 0.4 + (j + 0.5) * height
+            colour = _shade(level, len(comparison.levels)) if panel.each_level else "0.6"
+            hatch = "////" if panel.each_level and not row.admissible else None
+            number = row[panel.name]
+            axis.barh(y, panel.shown(number.value), 0.9 * height, color=colour, hatch=hatch, edgecolor="white", lw=0)
+            if number.simulated is not None:
+                axis.plot(panel.shown(number.simulated), y, "D", color="black", ms=4.5, mec="white", mew=0.6, zorder=4)
+        if panel.limit is not None:
+            axis.plot([panel.limit(rim, lining)] * 2, [i - 0.45, i + 0.45], color=VERMILLION, lw=2.2, zorder=3)
+    axis.set_ylim(len(comparison.rims) - 0.4, -0.6)
+    axis.grid(axis="x", alpha=0.3)
+    axis.set_axisbelow(True)
+
+
+def _spread(axes: Any, comparison: MaterialComparison) -> None:
+    numbers = [x for row in comparison for x in row["wear"] if x is not None and x > 0]
+    if numbers and max(numbers) > 100 * min(numbers):
+        for axis in axes:
+            axis.set_xscale("log")
+            axis.set_xlim(10 ** np.floor(np.log10(1e6 * min(numbers))), None)
+
+
+def _legend(comparison: MaterialComparison) -> list[Any]:
+    count = len(comparison.levels)
+    found: list[Any] = [
+        Patch(color=_shade(i, count), label=f"{level.words}  ({level.label})")
+        for i, level in enumerate(comparison.levels)
+    ]
+    if comparison.simulated:
+        found.append(Line2D([], [], marker="D", ls="", color="black", mec="white", label="simulated (bars: estimates)"))
+    found.append(Line2D([], [], color=VERMILLION, lw=2.2, label="permissible, rim or lining"))
+    if any(not row.admissible for row in comparison):
+        found.append(Patch(facecolor="0.6", edgecolor="white", hatch="////", label="not admissible"))
+    return found
+
+
+# --- work and precision -----------------------------------------------------------------------------------------------
+
+#: colour of each family of tools; its methods differ by their marks
+_COLOURS = {
+    "simbrake": "black",
+    "SciPy": BLUE,
+    "sundae": ORANGE,
+    "CasADi": GREEN,
+    "CyRK": VERMILLION,
+    "PathSim": PURPLE,
+    "diffrax": SKY,
+}
+_MARKERS = "osD^v*"
+
+
+def work_precision(data: dict[str, Any] | str | PathLike[str], *, figure: Figure | None = None) -> Figure:
+    """Largest error against the time of one warm run, both logarithmic: a panel for each scene, a line for each method.
+
+    - `data`: what `benchmarks/speed_against_error.py --json` writes, as a `dict` or the path of the file
+
+    Raises `InputError` for a file that cannot be read or is no such benchmark.
+    """
+    found = _read(data)
+    scenes = list(found["scenes"].values())
+    if figure is None:
+        figure = Figure(figsize=(9.5, 5.6 * len(scenes) + 0.6), layout="constrained")
+    axes = figure.subplots(len(scenes), 1, squeeze=False)
+    for ax, scene in zip(axes[:, 0], scenes, strict=True):
+        _panel(ax, scene)
+    machine = found.get("machine", {})
+    version = machine.get("versions", {}).get("simbrake", "")
+    place = f"{machine.get('cpu', 'machine not told')}, {machine.get('cores', '?')} cores; simbrake {version}"
+    figure.suptitle(f"Work and precision; left and low is better\n{place}", fontsize=11)
+    return figure
+
+
+def _panel(ax: Any, scene: dict[str, Any]) -> None:
+    curves: dict[str, list[dict[str, Any]]] = {}
+    for row in scene["rows"]:
+        curves.setdefault(row["method"], []).append(row)
+    seen: dict[str, int] = {}
+    for name, points in curves.items():
+        family = name.split()[0]
+        marker = _MARKERS[seen.setdefault(family, 0) % len(_MARKERS)]
+        seen[family] += 1
+        good = [p for p in points if math.isfinite(p["error"])]
+        ax.loglog(
+            [1e3 * p["seconds"] for p in good],
+            [max(p["error"], 1e-16) for p in good],  # an error of 0 stands at the rounding of the reference
+            marker=marker,
+            color=_COLOURS.get(family, "0.5"),
+            linewidth=2.2 if family == "simbrake" else 1.0,
+            markersize=4,
+            label=name,
+        )
+    ax.axhspan(1e-16, max(scene["reference"]["uncertainty"], 1.1e-16), color="0.9", label="reference uncertain")
+    ax.set_title(f"({scene['name']}) {scene['title']}", loc="left")
+    ax.set_xlabel("time of one warm run, ms")
+    ax.set_ylabel("largest error: event times relative,\nfinal state in its typical sizes")
+    ax.grid(alpha=0.3)
+    ax.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), fontsize=8, frameon=False)
+
+
+def _read(data: Any) -> dict[str, Any]:
+    hint = "give what benchmarks/speed_against_error.py --json wrote"
+    if isinstance(data, str | PathLike):
+        try:
+            data = json.loads(Path(data).read_text("utf-8"))
+        except OSError as error:
+            raise InputError([Fault("data", f"cannot be read: {error}", hint)]) from error
+        except ValueError as error:
+            raise InputError([Fault("data", f"is no JSON: {error}", hint)]) from error
+    scenes = data.get("scenes") if isinstance(data, dict) else None
+    if not isinstance(scenes, dict) or not scenes:
+        raise InputError([Fault("data.scenes", "is missing or empty", hint)])
+    faults = []
+    for name, scene in scenes.items():
+        needed = ("name", "title", "reference", "rows")
+        missing = [key for key in needed if not isinstance(scene, dict) or key not in scene]
+        if not missing:
+            keys = ("method", "seconds", "error")
+            missing = [f"rows.{key}" for key in keys if any(key not in row for row in scene["rows"])]
+            missing += [] if "uncertainty" in scene["reference"] else ["reference.uncertainty"]
+        faults += [Fault(f"data.scenes.{name}.{key}", "is missing", hint) for key in missing]
+    if faults:
+        raise InputError(faults)
+    return data

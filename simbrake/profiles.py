@@ -1,0 +1,370 @@
+"""Given functions of time, as the lever's tension: constant, straight lines, repeated cycles, and of one's own."""
+
+import abc
+import functools
+from collections.abc import Callable, Sequence
+from typing import Annotated, Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from ._base._compiling import Skeleton, skeleton
+from ._base._faults import Fault
+from ._base._quantity import Quantity, Scalar, quantity, whole
+from .hybrid._arrays import Array
+
+#: knots of different profiles that lie closer together than this share of their time coincide
+_ROUNDING = 8 * float(np.finfo(np.float64).eps)
+
+
+class AbstractProfile(eqx.Module):
+    """A given function of time. Corners and jumps are known times: between two of them it is smooth.
+
+    `piece` counts the known times passed; `value(t, piece)` extends its piece smoothly beyond both ends. In a straight
+    line between two known times, or an `ExponentialRise`, nothing short can hide; with any other course a run takes
+    shorter steps and evaluates its guards inside them as well.
+    """
+
+    @abc.abstractmethod
+    def value(self, t: Float[Array, ""], piece: Int[Array, ""]) -> Float[Array, ""]:
+        """Value at `t` on the piece named."""
+
+    @abc.abstractmethod
+    def next_knot(self, piece: Int[Array, ""]) -> Float[Array, ""] | float:
+        """The known time that ends the piece, `inf` after the last."""
+
+    @abc.abstractmethod
+    def first_piece(self, t: Any) -> Int[Array, ""] | int:
+        """The piece that begins at or before `t`."""
+
+    def no_more_turns(self, t: Float[Array, ""]) -> Bool[Array, ""]:
+        """Whether no known time after `t` changes the course of the profile."""
+        return jnp.isinf(self.next_knot(jnp.asarray(self.first_piece(t), jnp.int32)))
+
+    @abc.abstractmethod
+    def scale(self) -> Float[Array, ""]:
+        """Largest magnitude, at least roughly: the reference of dimensionless guards."""
+
+    @abc.abstractmethod
+    def faults(self, path: str, low: float | None) -> list[Fault]:
+        """What cannot be right; `low` is a bound on the value, if there is one."""
+
+
+def next_known_time(
+    profiles: Sequence[AbstractProfile], pieces: Sequence[Any], waits: Callable[[Array], Array] | None = None
+) -> tuple[Float[Array, ""] | float, list[Any]]:
+    """The next known time of several profiles (`inf`: none), and for each profile whether it is its own.
+
+    It belongs to one profile only, also where knots of several coincide (within rounding): they are passed one after
+    the other, with steps of length 0 in between, and each keeps its own derivative. The order is that of `profiles`,
+    but that the first one comes last where `waits(time)`.
+    """
+    knots = [profile.next_knot(piece) for profile, piece in zip(profiles, pieces, strict=True)]
+    # a plain number is that of a profile without knots: it takes no part
+    given = {i: jnp.asarray(knot) for i, knot in enumerate(knots) if not isinstance(knot, float)}
+    if not given:
+        return jnp.inf, [False] * len(knots)
+    if len(given) == 1:
+        ((only, knot),) = given.items()
+        return knot, [i == only for i in range(len(knots))]
+    first = jax.lax.stop_gradient(functools.reduce(jnp.minimum, given.values()))
+    due = {i: jax.lax.stop_gradient(knot) <= first + _ROUNDING * jnp.abs(first) for i, knot in given.items()}
+    order = list(given)
+    turns: list[Any] = [False] * len(knots)
+    taken = jnp.asarray(False)
+    if order[0] == 0 and waits is not None:
+        taken = due[0] & ~(waits(first) & functools.reduce(jnp.logical_or, [due[i] for i in order[1:]]))
+        turns[0] = taken
+        order = order[1:]
+    for i in order:
+        turns[i] = due[i] & ~taken
+        taken = taken | due[i]
+    time = sum(jnp.where(turns[i], knot, 0.0) for i, knot in given.items())
+    # of knots that differ by rounding all are passed at the first
+    late = jnp.where(time > first, time - first, 0.0)
+    return time - jax.lax.stop_gradient(late), turns
+
+
+def _next_of(times: Any, piece: Int[Array, ""]) -> Float[Array, ""] | float:
+    """The time that ends the piece, `inf` after the last."""
+    if not np.shape(times)[0]:
+        return jnp.inf
+    times = jnp.append(jnp.asarray(times), jnp.inf)
+    # (at equal times a minimum of those not yet passed would share the derivative)
+    return jnp.sum(jnp.where(jnp.arange(times.shape[0], dtype=jnp.int32) == piece, times, 0.0))
+
+
+class Constant(AbstractProfile):
+    """The same value at all times."""
+
+    level: Scalar = quantity("SI", "level of the profile")
+
+    def value(self, t, piece):
+        return jnp.broadcast_to(jnp.asarray(self.level, jnp.float64), np.shape(t))
+
+    def next_knot(self, piece):
+        return jnp.inf
+
+    def first_piece(self, t):
+        return 0
+
+    def scale(self):
+        return jnp.abs(jnp.asarray(self.level))
+
+    def faults(self, path, low):
+        return _below(path, "level", self.level, low)
+
+
+class PiecewiseLinear(AbstractProfile):
+    """Straight lines between points `(times, values)`, constant before the first and after the last.
+
+    Two points at one time are a jump. Every point is a known time at which a step of the integrator ends.
+    """
+
+    times: Scalar = quantity("s", "times of the profile's points", many=True)
+    values: Scalar = quantity("SI", "values at the profile's points", many=True)
+
+    def value(self, t, piece):
+        times, values = jnp.asarray(self.times), jnp.asarray(self.values)
+        n = times.shape[0]
+        here = (
+            jnp.arange(n + 1, dtype=jnp.int32) == piece
+        )  # a mask is cheaper in the loop than an indexed load, and transposes well
+        span = jnp.diff(times)
+        slope = jnp.where(span > 0, jnp.diff(values) / jnp.where(span > 0, span, 1.0), 0.0)
+        zero = jnp.zeros(1)
+        base = jnp.concatenate([values[:1], values])
+        start = jnp.concatenate([times[:1], times])
+        slopes = jnp.concatenate([zero, slope, zero])
+
+        def pick(x):
+            return jnp.sum(jnp.where(here, x, 0.0))
+
+        return pick(base) + pick(slopes) * (t - pick(start))
+
+    def next_knot(self, piece):
+        return _next_of(self.times, piece)
+
+    def first_piece(self, t):
+        return jnp.sum(jnp.asarray(self.times) <= t).astype(jnp.int32)
+
+    def no_more_turns(self, t):
+        values = jnp.asarray(self.values)  # points may follow that all have the last value
+        passed = jnp.arange(values.shape[0], dtype=jnp.int32) < self.first_piece(t) - 1
+        return jnp.all(passed | (values == values[-1]))
+
+    def scale(self):
+        return jnp.max(jnp.abs(jnp.asarray(self.values)))
+
+    def faults(self, path, low):
+        return _faults_of_points(path, self.times, self.values, low)
+
+
+def ramp(
+    start: Annotated[float, Quantity("SI", "value before")],
+    end: Annotated[float, Quantity("SI", "value after")],
+    begin: Annotated[float, Quantity("s", "time at which it begins")],
+    duration: Annotated[float, Quantity("s", "duration", 0.0)],
+) -> PiecewiseLinear:
+    """From `start` to `end` in a straight line over `duration` (s) from the time `begin` (s)."""
+    return PiecewiseLinear(times=np.asarray([begin, begin + duration]), values=np.asarray([start, end]))
+
+
+class Repeated(AbstractProfile):
+    """A cycle of straight lines, repeated: `count` times the points `(times, values)`, every `period`, from `begin` on.
+
+    - `times` (k,) in s from the start of a cycle, not decreasing, at most `period`;  `values` (k,)
+
+    Between the last point of a cycle and the first of the next it is a straight line too; before the first point and
+    after the last it is constant. The cost of a value does not depend on the number of cycles.
+    """
+
+    times: Scalar = quantity("s", "times of the points in one cycle", low=0.0, many=True)
+    values: Scalar = quantity("SI", "values at the points", many=True)
+    period: Scalar = quantity("s", "length of a cycle", positive=True)
+    count: int = whole("number of cycles", high=1_000_000)
+    begin: Scalar = quantity("s", "start of the first cycle", default=0.0)
+
+    @property
+    def knot_count(self) -> int:
+        return self.count * int(np.shape(self.times)[0])
+
+    def value(self, t, piece):
+        times, values = jnp.asarray(self.times), jnp.asarray(self.values)
+        k = times.shape[0]
+        passed = jnp.clip(piece - 1, 0, self.knot_count - 1)
+        cycle, point = passed // k, passed % k
+        here = jnp.arange(k, dtype=jnp.int32) == point
+        span = jnp.diff(times, append=self.period + times[:1])
+        slope = jnp.where(span > 0, jnp.diff(values, append=values[:1]) / jnp.where(span > 0, span, 1.0), 0.0)
+
+        def pick(x):
+            return jnp.sum(jnp.where(here, x, 0.0))
+
+        since = t - (self.begin + cycle.astype(jnp.float64) * self.period + pick(times))
+        inside = (piece > 0) & (piece < self.knot_count)
+        return pick(values) + jnp.where(inside, pick(slope), 0.0) * since
+
+    def slope(self, piece: Int[Array, ""]) -> Float[Array, ""]:
+        """Rate of the value on the piece named."""
+        return jax.jvp(lambda t: self.value(t, piece), (jnp.zeros(()),), (jnp.ones(()),))[1]
+
+    def next_knot(self, piece):
+        times, piece = jnp.asarray(self.times), jnp.asarray(piece, jnp.int32)
+        k = times.shape[0]
+        here = jnp.arange(k, dtype=jnp.int32) == piece % k
+        t = self.begin + (piece // k).astype(jnp.float64) * self.period + jnp.sum(jnp.where(here, times, 0.0))
+        return jnp.where(piece < self.knot_count, t, jnp.inf)
+
+    def first_piece(self, t):
+        ends = (
+            self.begin
+            + np.arange(self.count, dtype=np.float64)[:, None] * self.period
+            + jnp.asarray(self.times)[None, :]
+        )
+        return jnp.sum(ends <= t).astype(jnp.int32)
+
+    def scale(self):
+        return jnp.max(jnp.abs(jnp.asarray(self.values)))
+
+    def faults(self, path, low):
+        faults = _faults_of_points(path, self.times, self.values, low)
+        if np.max(self.times, initial=0.0) > np.asarray(self.period):
+            faults.append(Fault(f"{path}.times", "a time lies beyond the period", "make the period longer"))
+        if self.count < 1:
+            faults.append(Fault(f"{path}.count", f"{self.count} cycles", "at least one"))
+        return faults
+
+
+class ExponentialRise(AbstractProfile):
+    """`p(t) = p_1 (1 − exp(−(t − t_0)/t_i))` from `t_0` on, 0 before: how brake actuators fill.
+
+    - `level` `p_1`; `time_constant` `t_i` (s); `begin` `t_0` (s)
+    """
+
+    level: Scalar = quantity("SI", "level reached in the end")
+    time_constant: Scalar = quantity("s", "time constant of the rise", positive=True)
+    begin: Scalar = quantity("s", "time at which the rise begins", default=0.0)
+
+    def value(self, t, piece):
+        return jnp.where(piece > 0, -self.level * jnp.expm1(-(t - self.begin) / self.time_constant), 0.0 * t)
+
+    def next_knot(self, piece):
+        return jnp.where(piece > 0, jnp.inf, self.begin)
+
+    def first_piece(self, t):
+        return (jnp.asarray(self.begin) <= t).astype(jnp.int32)
+
+    def scale(self):
+        return jnp.abs(jnp.asarray(self.level))
+
+    def faults(self, path, low):
+        return _below(path, "level", self.level, low)
+
+
+class FunctionProfile(AbstractProfile):
+    """A function of time of one's own, smooth between the `knots` given (corners and jumps).
+
+    `function(t, parameters)` must accept traced values; `parameters` is a PyTree of arrays whose numbers can be
+    differentiated. `typical` is its typical magnitude. At a jump the piece before the knot is continued by its value.
+    """
+
+    function: Callable[[Any, Any], Any] = eqx.field(static=True)
+    parameters: Any = None
+    typical: Scalar = quantity("SI", "typical magnitude of the profile", positive=True, default=1.0)
+    knots: Scalar = quantity("s", "times of corners and jumps", many=True, default=())
+
+    def value(self, t, piece):
+        knots = jnp.asarray(self.knots)
+        if knots.shape[0]:
+            # stay on this side of a jump: the piece ends just before its knot
+            end = jnp.min(jnp.where(jnp.arange(knots.shape[0], dtype=jnp.int32) >= piece, knots, jnp.inf))
+            start = jnp.max(jnp.where(jnp.arange(knots.shape[0], dtype=jnp.int32) < piece, knots, -jnp.inf))
+            inside = jnp.clip(t, start, jnp.where(jnp.isfinite(end), end - 1e-12 * jnp.maximum(jnp.abs(end), 1.0), end))
+            t = jax.lax.stop_gradient(inside - t) + t
+        return jnp.asarray(self.function(t, self.parameters), jnp.float64)
+
+    def next_knot(self, piece):
+        return _next_of(self.knots, piece)
+
+    def first_piece(self, t):
+        return jnp.sum(jnp.asarray(self.knots) <= t).astype(jnp.int32)
+
+    def scale(self):
+        return jnp.asarray(self.typical)
+
+    def faults(self, path, low):
+        knots = np.asarray(self.knots)
+        return [Fault(f"{path}.knots", "the knots must increase")] if np.any(np.diff(knots) < 0) else []
+
+
+class _Time:
+    """Stands for the time in a calculation: what can be done with it keeps straight lines straight, all else raises."""
+
+    __array_ufunc__ = None  # NumPy leaves arithmetic to the methods here
+
+    def __add__(self, other: Any) -> "_Time":
+        return self
+
+    def __mul__(self, other: Any) -> "_Time":
+        if isinstance(other, _Time):
+            raise TypeError("a product of two straight lines is not a straight line")
+        return self
+
+    def __neg__(self) -> "_Time":
+        return self
+
+    def __bool__(self) -> bool:
+        raise TypeError("a decision by the time makes corners and jumps")
+
+    __radd__ = __sub__ = __rsub__ = __add__
+    __rmul__ = __truediv__ = __mul__
+    __eq__ = __ne__ = __hash__ = None  # pyright: ignore
+
+
+def hides_nothing(part: Any, course: Callable[[Any, Any, Any], Any]) -> bool:
+    """Whether nothing short can hide between two known times in the function of time `course(part, t, piece)`.
+
+    That holds where the function is a straight line on every piece, or a sum of straight lines and exponential rises.
+    The straight line is proved by a calculation in which `_Time` stands for the time, with addition and scaling only;
+    whatever does more with the time (a comparison, any function of JAX) counts as hiding something. Derivatives cannot
+    prove it: they are zero on both sides of a jump. Found once for each structure of a part.
+    """
+
+    def rises(x: Any) -> bool:
+        return type(x) is ExponentialRise  # a subclass may have another value
+
+    straight = jax.tree.map(lambda x: Constant(x.level) if rises(x) else x, part, is_leaf=rises)
+    return _is_straight(skeleton(straight), course)
+
+
+@functools.lru_cache(maxsize=1024)
+def _is_straight(part: Skeleton, course: Callable[[Any, Any, Any], Any]) -> bool:
+    def calculate(part: Any, piece: Any) -> None:
+        course(part, _Time(), piece)
+
+    try:
+        jax.eval_shape(calculate, part.stand_in(), jax.ShapeDtypeStruct((), np.int32))
+    except Exception:  # every operation that is not one of straight lines
+        return False
+    return True
+
+
+def _faults_of_points(path: str, times: Any, values: Any, low: float | None) -> list[Fault]:
+    times, values = np.asarray(times), np.asarray(values)
+    if times.ndim != 1 or times.shape != values.shape or times.size < 1:
+        return [Fault(path, "times and values must be lists of one length, at least 1")]
+    faults = _below(path, "values", values, low)
+    if np.any(np.diff(times) < 0):
+        faults.append(Fault(f"{path}.times", "the times must not decrease", "two equal times make a jump"))
+    return faults
+
+
+def _below(path: str, name: str, value: Any, low: float | None) -> list[Fault]:
+    array = np.asarray(value)
+    if low is None or not np.any(array < low):
+        return []
+    return [Fault(f"{path}.{name}", f"{array.min():g} is below {low:g}", "a band cannot push")]

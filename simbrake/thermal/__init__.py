@@ -1,0 +1,1 @@
+"""Thermal networks: bodies, links between them, materials, and how friction feeds them."""

@@ -1,0 +1,240 @@
+"""Ready thermal networks of brakes, from a few lumps to a layered rim with a wall for every lining."""
+
+import dataclasses
+import math
+from typing import Annotated, Any
+
+import numpy as np
+
+from .._base._quantity import Quantity, Whole, positive
+from ._heat import AbstractPartition, FrictionHeat, Heat
+from ._material import ROOM, Material, layer_growth
+from ._network import (
+    AbstractCoefficient,
+    AbstractLink,
+    Body,
+    Conductance,
+    Convection,
+    Lump,
+    Radiation,
+    Reservoir,
+    ThermalContact,
+    Wall,
+)
+
+_Start = Annotated[Any, Quantity("K", "temperature at the start", 0.0, many=True)]
+_Ambient = Annotated[Any, Quantity("K", "temperature of the air", 0.0)]
+_Permissible = Annotated[Any, positive("K", "permissible temperature of the linings")]
+
+
+def _coefficient(where: str) -> Quantity:
+    return Quantity("W/(m^2*K)", f"heat transfer coefficient of {where}", 0.0)
+
+
+def axial_resistance(length: Any, conductivity: Any, inner: Any, outer: Any) -> Any:
+    """Resistance (K/W) of a ring along its axis: `L/(λ π (R² − r²))` (V, table 1, shell)."""
+    return length / (conductivity * math.pi * (outer**2 - inner**2))
+
+
+def radial_resistance(width: Any, conductivity: Any, inner: Any, outer: Any) -> Any:
+    """Resistance (K/W) of a ring along its radius: `ln(R/r)/(2 π λ L)` (V, table 1, flange, rebords, disc)."""
+    return np.log(outer / inner) / (2 * math.pi * conductivity * width)
+
+
+def lumped_heat(
+    *,
+    rim: Annotated[Any, positive("J/K", "heat capacity of the rim")],
+    partition: AbstractPartition,
+    rim_cooling: Annotated[Any, Quantity("W/K", "conductance from the rim to the air", 0.0)],
+    linings: Annotated[Any, positive("J/K", "heat capacity of the linings")] = None,
+    band: Annotated[Any, positive("J/K", "heat capacity of the band")] = None,
+    lining_to_band: Annotated[Any, Quantity("W/K", "conductance from linings to band", 0.0)] = None,
+    band_cooling: Annotated[Any, Quantity("W/K", "conductance from the band to the air", 0.0)] = None,
+    temperature: _Start = ROOM,
+    ambient: _Ambient = ROOM,
+    permissible: _Permissible = None,
+) -> Heat:
+    """Rim, linings and band as one lump each.
+
+    - `rim`, `linings`, `band`: capacities (J/K); without `linings` their share of the heat leaves the network
+    - `rim_cooling`, `band_cooling`: `h A` to the air; `lining_to_band`: conductance (W/K)
+    - `temperature` at the start, of the `ambient` air, `permissible` one of the linings (K)
+
+    Raises `ValueError` where a band is given without linings, or a conductance without its bodies.
+    """
+    if (band is not None) != (lining_to_band is not None) or (band is not None and linings is None):
+        raise ValueError("a band needs linings and the conductance lining_to_band")
+    bodies: list[Body] = [Lump("rim", rim, temperature), Reservoir("air", ambient)]
+    links: list[AbstractLink] = [Conductance("rim", "air", rim_cooling)]
+    if linings is not None:
+        bodies.append(Lump("linings", linings, temperature))
+    if band is not None:
+        bodies.append(Lump("band", band, temperature))
+        links.append(Conductance("linings", "band", lining_to_band))
+        if band_cooling is not None:
+            links.append(Conductance("band", "air", band_cooling))
+    elif linings is not None:
+        links.append(Conductance("linings", "air", 0.0 if band_cooling is None else band_cooling))
+    return Heat(
+        tuple(bodies),
+        tuple(links),
+        FrictionHeat("rim", None if linings is None else "linings", partition),
+        rim="rim",
+        linings=None if linings is None else "linings",
+        band=None if band is None else "band",
+        permissible=permissible,
+    )
+
+
+def _lining_growth(thickness: float, first: float | None, layers: int, both: bool) -> Any:
+    """Ratio of neighbouring layers of a lining whose first layer is `first` thick; uniform without it."""
+    if both and layers % 2:
+        raise ValueError("layers that are graded to both faces are even in number")
+    halves = 2 if both else 1
+    return 1.0 if first is None else layer_growth(first, thickness / halves, layers // halves)
+
+
+def _cooled(place: str, area: Any, coefficient: Any, emissivity: Any = None, **covered: Any) -> list[AbstractLink]:
+    """Convection and radiation to the air from `area` of a place, each where it is given."""
+    links: list[AbstractLink] = []
+    if coefficient is not None:
+        links.append(Convection(place, area, coefficient, **covered))
+    if emissivity is not None:
+        links.append(Radiation(place, area, emissivity, **covered))
+    return links
+
+
+def layered_heat(
+    *,
+    rim: Material,
+    rim_thickness: Annotated[float, positive("m", "thickness of the rim")],
+    track_area: Annotated[float, positive("m^2", "area of the friction track")],
+    partition: AbstractPartition,
+    rim_layers: Annotated[int, Whole("layers of the rim", 1, 100_000)] = 20,
+    rim_first: Annotated[float | None, positive("m", "thickness of the rim's first layer")] = None,
+    lining: Material | None = None,
+    lining_thickness: Annotated[float, positive("m", "thickness of a lining")] = 0.030,
+    lining_area: Annotated[float | None, positive("m^2", "area of all linings")] = None,
+    lining_layers: Annotated[int, Whole("layers of a lining", 1, 100_000)] = 10,
+    lining_first: Annotated[float | None, positive("m", "thickness of a lining's first layer")] = None,
+    lining_both: bool = False,
+    each: Annotated[int, Whole("linings with a wall of their own", 1, 10_000)] = 1,
+    band: Material | None = None,
+    band_thickness: Annotated[float, positive("m", "thickness of the band")] = 0.006,
+    inside: Annotated[AbstractCoefficient | Any, _coefficient("the rim's bore")] = None,
+    outside: Annotated[AbstractCoefficient | Any, _coefficient("the track")] = None,
+    band_coefficient: Annotated[AbstractCoefficient | Any, _coefficient("the band")] = None,
+    emissivity: Annotated[Any, Quantity("1", "emissivity of the track", 0.0, 1.0)] = None,
+    band_emissivity: Annotated[Any, Quantity("1", "emissivity of the band", 0.0, 1.0)] = None,
+    covered: Annotated[Any, Quantity("1", "share of the track under linings", 0.0, 1.0)] = None,
+    temperature: _Start = ROOM,
+    ambient: _Ambient = ROOM,
+    permissible: _Permissible = None,
+    contact_resistance: Annotated[Any, positive("m^2*K/W", "resistance between rim and linings")] = None,
+) -> Heat:
+    """Layered rim, linings with a thin surface layer over their body, and the band behind them.
+
+    - `rim`, `lining`, `band`: materials; without `lining` its share of the heat leaves the network
+    - thicknesses (m); `rim_layers`, `lining_layers`; `rim_first`, `lining_first`: thickness of the first layer (m), by
+      default uniform; V's surface layer is 5.6–35.4 µm thick
+    - `lining_both`: the layers of the linings are thin at both faces, for a staged brake; their number is then even
+    - `track_area` (m²) of the rim; `lining_area` (m²) of all linings; `each`: so many linings with a wall of their own,
+      so that friction and temperature differ along the band; 1: all of them as one
+    - `inside`, `outside`, `band_coefficient`: heat transfer coefficients (W/(m²·K)) or laws, of the rim's bore, of its
+      track and of the band;  `emissivity`, `band_emissivity`;  `covered`: overlap coefficient of the track (default
+      `lining_area/track_area`)
+    - `contact_resistance` (m²·K/W): rim and linings also exchange heat where they touch; `None`: they do not
+
+    Raises `ValueError` where sizes contradict each other.
+    """
+    if lining is not None and lining_area is None:
+        raise ValueError("linings need their area")
+    if band is not None and lining is None:
+        raise ValueError("a band needs linings")
+    if covered is None and lining_area is not None:
+        covered = lining_area / track_area
+    growth = 1.0 if rim_first is None else layer_growth(rim_first, rim_thickness, rim_layers)
+    bodies: list[Body] = [
+        Wall("rim", rim, rim_thickness, track_area, rim_layers, growth, temperature),
+        Reservoir("air", ambient),
+    ]
+    links: list[AbstractLink] = []
+    links += _cooled("rim.front", track_area, outside, emissivity, covered=covered)
+    links += _cooled("rim.back", track_area, inside)
+    if lining is not None and lining_area is not None:
+        one = lining_area / each
+        growth = _lining_growth(lining_thickness, lining_first, lining_layers, lining_both)
+        bodies.append(
+            Wall("lining", lining, lining_thickness, one, lining_layers, growth, temperature, each, lining_both)
+        )
+        if contact_resistance is not None:
+            links.append(ThermalContact("rim.front", "lining.front", one, contact_resistance))
+    if band is not None and lining_area is not None:
+        bodies.append(Lump("band", band.density * band.specific_heat * band_thickness * lining_area, temperature))
+        links.append(ThermalContact("lining.back", "band", lining_area / each))
+        links += _cooled("band", lining_area, band_coefficient, band_emissivity)
+    return Heat(
+        tuple(bodies),
+        tuple(links),
+        FrictionHeat("rim.front", None if lining is None else "lining.front", partition),
+        rim="rim.front",
+        linings=None if lining is None else "lining.front",
+        band=None if band is None else "band",
+        permissible=permissible,
+    )
+
+
+def with_pulley_structure(
+    heat: Heat,
+    material: Material,
+    *,
+    inside: Annotated[AbstractCoefficient | Any, _coefficient("flange and rebords")] = 10.0,
+    temperature: _Start = ROOM,
+    rim_place: str = "rim.back",
+    flange: bool = True,
+) -> Heat:
+    """The same network with the structure behind the rim of a U2-5-5 pulley: flange, two rebords and disc (V, table 1).
+
+    Each is a lump that the rim reaches through V's radial resistance of that part; flange and rebords give heat to the
+    air. `flange=False` is S's thermal stabilisation: no heat flows between the rim and its flange any more.
+    """
+    parts = {  # inner and outer radius, width (m)
+        "flange": (0.420, 0.565, 0.035),
+        "rebord_1": (0.565, 0.615, 0.025),
+        "rebord_2": (0.575, 0.615, 0.025),
+        "disc": (0.575, 0.590, 0.025),
+    }
+    bodies, links = list(heat.bodies), list(heat.links)
+    for name, (inner, outer, width) in parts.items():
+        if name == "flange" and not flange:
+            continue
+        face = math.pi * (outer**2 - inner**2)
+        bodies.append(Lump(name, material.density * material.specific_heat * face * width, temperature))
+        links.append(Conductance(rim_place, name, 1 / radial_resistance(width, material.conductivity, inner, outer)))
+        links.append(Convection(name, 2 * face, inside))  # pyright: ignore
+    return dataclasses.replace(heat, bodies=tuple(bodies), links=tuple(links))
+
+
+def with_external_pair(
+    heat: Heat,
+    partition: AbstractPartition,
+    *,
+    lining: str | None = None,
+    rim_share: Annotated[Any, Quantity("1", "share of the external heat that goes to the rim", 0.0, 1.0)] = None,
+) -> Heat:
+    """The same network for a staged brake: the band rubs on the outer face of the linings (S-12…14).
+
+    - `partition`: share `k_2` of that heat into the band;  `rim_share` `k_1`: part that goes to the rim at once
+    - `lining`: place of the linings' outer faces, by default the back of their wall, else their lump
+
+    The linings' inner faces and the rim keep the pair of `heat.friction`, now the internal one. Raises `ValueError` for
+    a network without linings and band.
+    """
+    inner = heat.friction
+    if inner is None or inner.lining is None or heat.band is None:
+        raise ValueError("an external pair needs linings and a band in the network")
+    lining = lining or inner.lining.replace(".front", ".back")
+    beyond = None if rim_share is None else inner.metal
+    return dataclasses.replace(
+        heat, external=FrictionHeat(heat.band, lining, partition, beyond=beyond, beyond_share=rim_share)
+    )

@@ -1,0 +1,371 @@
+"""The heat of a scene: a thermal network, how friction feeds it, and how friction power is shared."""
+
+import abc
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jax.core import Tracer
+from jaxtyping import Float
+
+from .._base._faults import Fault
+from .._base._quantity import Scalar, quantity
+from ..hybrid._arrays import Array
+from ..profiles import AbstractProfile
+from ._material import Material, effusivity_share
+from ._network import (
+    AbstractLink,
+    Body,
+    Junction,
+    Lump,
+    Reservoir,
+    Source,
+    Wall,
+    depends_on_temperatures,
+    faults_of_network,
+    place_of,
+    size_of,
+)
+
+
+class PowerSplit(NamedTuple):
+    """Parts of a friction power (W) or of a friction work (J)."""
+
+    heat: Any
+    electrical: Any
+    mechanical: Any
+
+
+class PowerShares(eqx.Module):
+    """Shares of the friction power, `P = P_heat + P_electrical + P_mechanical` (S-8…11), each 0…1, 1 together.
+
+    - `electrical`: currents that the contact drives (tribo-electricity); `mechanical`: what deforms and breaks
+      asperities and is worn off; `heat`, the rest, is what warms rim, linings and band
+    - `source`: where the numbers are from
+
+    In a scene (`Scene.power_shares`) they hold for every pair: only the share of heat enters the thermal part (and the
+    flash temperature), and the ledger books the other two. Whether these become heat later, elsewhere, is left open (S
+    does not say it). By default all is heat, at no cost.
+
+    Raises `ValueError` for shares outside 0…1, alone or together.
+    """
+
+    electrical: Scalar = quantity("1", "electrical share of the friction power", low=0.0, high=1.0, default=0.0)
+    mechanical: Scalar = quantity("1", "mechanical share of the friction power", low=0.0, high=1.0, default=0.0)
+    source: str = eqx.field(static=True, default="given")
+
+    def __check_init__(self) -> None:
+        found = self.faults("")
+        if found:
+            raise ValueError("; ".join(f"{fault.path.lstrip('.')} {fault.problem}".strip() for fault in found))
+
+    @property
+    def heat(self) -> Any:
+        """Share of heat, `1 − electrical − mechanical`."""
+        return 1.0 - self.electrical - self.mechanical
+
+    def split(self, power: Any) -> PowerSplit:
+        """Parts of a friction power (W), or of a friction work (J); arrays pass through."""
+        return PowerSplit(self.heat * power, self.electrical * power, self.mechanical * power)
+
+    def faults(self, path: str) -> list[Fault]:
+        """Shares below 0, or of more than 1 together. Traced ones cannot be looked at and pass."""
+        parts = {"electrical": self.electrical, "mechanical": self.mechanical}
+        if any(isinstance(value, Tracer) or not isinstance(value, np.ndarray | np.generic) for value in parts.values()):
+            return []
+        found = [
+            Fault(f"{path}.{name}", f"= {float(value):g} must be between 0 and 1")
+            for name, value in parts.items()
+            if np.ndim(value) == 0 and not 0 <= value <= 1
+        ]
+        if not found and np.any(self.electrical + self.mechanical > 1 + 1e-12):
+            total = float(np.max(self.electrical + self.mechanical))
+            found.append(Fault(path, f"electrical + mechanical = {total:.12g} is more than 1", "heat has the rest"))
+        return found
+
+
+def shares_of_S(electrical: float = 0.0) -> PowerShares:
+    """S's figures: 0.68 of the friction power as heat (one reading of S-10), the rest mechanical.
+
+    - `electrical`: a share of its own out of that rest, `k_v I U/P` by `triboelectric_power`; S-9 and S-11, from which
+      electrical and mechanical power would follow, are lost in the source
+
+    S-10 prints `0.68·10⁻³`: the power in kW is one reading of the factor, and the share the only one of its figures
+    that can be read. Raises `ValueError` for an electrical share outside 0…0.32.
+    """
+    rest = 1.0 - 0.68 - electrical
+    if not (electrical >= 0 and rest >= -1e-12):
+        raise ValueError(f"electrical = {electrical} must be between 0 and 0.32")
+    return PowerShares(electrical, max(rest, 0.0), "0.68 as heat: one reading of S-10; the rest an assumption")
+
+
+# --- the heat of a scene ----------------------------------------------------------------------------------------------
+
+
+class AbstractPartition(eqx.Module):
+    """How the friction heat of a lining is split between metal and lining."""
+
+    @abc.abstractmethod
+    def share(self, T_metal: Float[Array, " n"], T_lining: Float[Array, " n"]) -> Float[Array, "..."]:
+        """Share `a` (0…1) that goes into the metal; `1 − a` goes into the lining."""
+
+
+class ConstantPartition(AbstractPartition):
+    """A given share `a` into the metal (V: 0.531…0.865)."""
+
+    metal: Scalar = quantity("1", "share of the friction heat into the metal", low=0.0, high=1.0, many=True)
+
+    def share(self, T_metal, T_lining):
+        return jnp.asarray(self.metal)
+
+
+class EffusivityPartition(AbstractPartition):
+    """`a = e_1/(e_1 + e_2)`, `e = √(λ ρ c)`: two half-spaces that rub (Charron)."""
+
+    metal: Material
+    lining: Material
+
+    def share(self, T_metal, T_lining):
+        return jnp.asarray(effusivity_share(self.metal, self.lining))
+
+
+class TransmissionPartition(AbstractPartition):
+    """`a = K_1/(K_1 + K_2)` by the heat transmission to both sides (S-39…42; V, table 2), over the temperature.
+
+        1/K_1 = 1/α_1 + δ_rim/λ_rim + 1/α_2,   1/K_2 = 1/α_2 + δ_s/λ_s + δ_l/λ_l + δ_b/λ_b + 1/α_3
+
+    - `temperature` (k,) of the polished rim surface (K); `alpha_1`, `alpha_2`, `alpha_3` (k,) of its polished and matte
+      surface and of the band (W/(m²·K)); `surface_layer` `δ_s` (k,) of the lining (m)
+    - thickness (m) and conductivity (W/(m·K)) of rim, surface layer, lining, band
+
+    Linear between the temperatures of the table, constant beyond its ends (stated, not extrapolated).
+    """
+
+    temperature: Scalar = quantity("K", "temperatures of the table", low=0.0, many=True)
+    alpha_1: Scalar = quantity("W/(m^2*K)", "coefficients of the polished rim surface", positive=True, many=True)
+    alpha_2: Scalar = quantity("W/(m^2*K)", "coefficients of the matte rim surface", positive=True, many=True)
+    alpha_3: Scalar = quantity("W/(m^2*K)", "coefficients of the band", positive=True, many=True)
+    surface_layer: Scalar = quantity("m", "thickness of the lining's surface layer", positive=True, many=True)
+    rim_thickness: Scalar = quantity("m", "thickness of the rim", positive=True, default=0.028)
+    rim_conductivity: Scalar = quantity("W/(m*K)", "conductivity of the rim", positive=True, default=48.85)
+    surface_conductivity: Scalar = quantity("W/(m*K)", "conductivity of the surface layer", positive=True, default=1.02)
+    lining_thickness: Scalar = quantity("m", "thickness of the lining", positive=True, default=0.030)
+    lining_conductivity: Scalar = quantity("W/(m*K)", "conductivity of the lining", positive=True, default=0.736)
+    band_thickness: Scalar = quantity("m", "thickness of the band", positive=True, default=0.006)
+    band_conductivity: Scalar = quantity("W/(m*K)", "conductivity of the band", positive=True, default=53.94)
+
+    def transmissions(self, T: Float[Array, "..."]) -> tuple[Float[Array, "..."], Float[Array, "..."]]:
+        """`K_1`, `K_2` (W/(m²·K)) at the rim temperature `T` (K)."""
+
+        def at(values: Any) -> Array:
+            return jnp.interp(T, jnp.asarray(self.temperature), jnp.asarray(values))
+
+        through = at(self.surface_layer) / self.surface_conductivity + self.lining_thickness / self.lining_conductivity
+        through = through + self.band_thickness / self.band_conductivity
+        K_1 = 1 / (1 / at(self.alpha_1) + self.rim_thickness / self.rim_conductivity + 1 / at(self.alpha_2))
+        K_2 = 1 / (1 / at(self.alpha_2) + through + 1 / at(self.alpha_3))
+        return K_1, K_2
+
+    def share(self, T_metal, T_lining):
+        K_1, K_2 = self.transmissions(T_metal)
+        return K_1 / (K_1 + K_2)
+
+
+class FrictionHeat(eqx.Module):
+    """Where the friction heat goes.
+
+    - `metal`, `lining`: the places it enters; `None` for a side that the scene does not model (its share leaves the
+      network and is counted as lost). The same place for both (an interface): the network itself finds the split
+    - `partition`: the law of the share
+    - `sensed`: the place whose temperature the friction law sees; by default the lining's, else the metal's
+    - `beyond`: of an external pair, a place behind the linings (the rim) that takes the share `beyond_share` at once:
+      rim `k_1`, band `k_2 = share`, linings `1 − k_1 − k_2` (S-12…14)
+    """
+
+    metal: str | None = eqx.field(static=True)
+    lining: str | None = eqx.field(static=True)
+    partition: AbstractPartition
+    sensed: str | None = eqx.field(static=True, default=None)
+    beyond: str | None = eqx.field(static=True, default=None)
+    beyond_share: Scalar | None = quantity("1", "share of the heat beyond the linings", low=0.0, high=1.0, default=None)
+
+    @property
+    def sensor(self) -> str | None:
+        return self.sensed or self.lining or self.metal
+
+
+class FlashTemperature(eqx.Module):
+    """Flash temperature at the spots that touch, above the surface temperature (Blok, Jaeger; moving band source).
+
+        ΔT = (2 q/λ) √(a l/(π v)),   q = s f p_r v
+
+    - `length` `l` of a spot (m), `conductivity` `λ`, `diffusivity` `a` of the body it moves over, `share` `s` of heat
+    - `hardness` (Pa): pressure `p_r` on the spots; `None`: the nominal pressure of the lining
+
+    It makes the coefficient of friction implicit, `f = f(T_s + ΔT(f p v))`; the branch that starts at `ΔT = 0` is the
+    one meant, and where it ends in a fold the run ends with the code `flash_fold`.
+
+    Reference: J. C. Jaeger, *J. Proc. Roy. Soc. NSW* 76 (1942) 203; valid for `v l/(4 a) ≫ 1`.
+    """
+
+    length: Scalar = quantity("m", "length of a spot", positive=True)
+    conductivity: Scalar = quantity("W/(m*K)", "conductivity of the body it moves over", positive=True)
+    diffusivity: Scalar = quantity("m^2/s", "diffusivity of the body it moves over", positive=True)
+    share: Scalar = quantity("1", "share of the heat that goes into this body", low=0.0, high=1.0, default=1.0)
+    hardness: Scalar | None = quantity("Pa", "pressure on the spots", positive=True, default=None)
+
+    def rise(self, q: Array, v: Array) -> Array:
+        """`ΔT` (K) for the heat flux `q` (W/m²) at the speed `v` (m/s)."""
+        moving = v > 0
+        time = self.length / (jnp.pi * jnp.where(moving, v, 1.0))
+        return jnp.where(moving, 2 * self.share * q / self.conductivity * jnp.sqrt(self.diffusivity * time), 0.0)
+
+
+def _settled(bodies: tuple[Body, ...]) -> tuple[Body, ...]:
+    """A lump given without capacity is a junction."""
+
+    def empty(body: Body) -> bool:
+        return isinstance(body, Lump) and isinstance(body.capacity, np.ndarray) and bool(np.all(body.capacity == 0))
+
+    return tuple(Junction(body.name, body.count) if empty(body) else body for body in bodies)
+
+
+class Heat(eqx.Module):
+    """Thermal part of a scene; a scene without it has no thermal states, equations or cost.
+
+    - `bodies`, `links`, `sources`: the network;  `friction`: where the friction heat of linings and rim goes (`None`:
+      it is only booked);  `external`: the same for band and linings of a staged brake
+    - `flash`: flash temperature for the friction law
+    - `rim`, `linings`, `band`: places whose temperatures are reported as those of rim, linings and band; `rim` is the
+      body on which the linings rub, a disc or drum as well
+    - `permissible` (K): permissible temperature of the linings; passing it is an event
+    """
+
+    bodies: tuple[Body, ...] = eqx.field(converter=_settled)
+    links: tuple[AbstractLink, ...] = ()
+    friction: FrictionHeat | None = None
+    sources: tuple[Source, ...] = ()
+    flash: FlashTemperature | None = None
+    rim: str | None = eqx.field(static=True, default=None)
+    linings: str | None = eqx.field(static=True, default=None)
+    band: str | None = eqx.field(static=True, default=None)
+    permissible: Scalar | None = quantity("K", "permissible temperature of the linings", positive=True, default=None)
+    external: FrictionHeat | None = None
+
+    @property
+    def walls(self) -> tuple[Wall, ...]:
+        """The bodies in layers."""
+        return tuple(body for body in self.bodies if isinstance(body, Wall))
+
+    @property
+    def pairs(self) -> tuple[FrictionHeat, ...]:
+        """Friction pairs whose heat enters the network."""
+        return tuple(pair for pair in (self.friction, self.external) if pair is not None)
+
+    @property
+    def hot_places(self) -> dict[str, str]:
+        """Places whose temperatures are reported; `outer`: the outer faces of a staged brake's linings."""
+        outer = None if self.external is None else self.external.lining
+        named = {"rim": self.rim, "linings": self.linings, "band": self.band, "outer": outer}
+        return {
+            kind: place
+            for kind, place in named.items()
+            if place is not None and (kind != "outer" or place != self.linings)
+        }
+
+    @property
+    def profiles(self) -> tuple[AbstractProfile, ...]:
+        """Given functions of time inside: prescribed temperatures and powers."""
+        inside = [b.temperature for b in self.bodies if isinstance(b, Reservoir)] + [s.power for s in self.sources]
+        return tuple(p for p in inside if isinstance(p, AbstractProfile))
+
+    def faults(self, path: str, linings: int) -> list[Fault]:
+        """What does not fit together, beyond the ranges of single numbers (concrete values only)."""
+        heated = [place for pair in self.pairs for place in (pair.metal, pair.lining, pair.beyond)]
+        found = faults_of_network(self.bodies, self.links, self.sources, path, tuple(p for p in heated if p))
+        if found:
+            return found
+        by_name = {body.name: body for body in self.bodies}
+        named: list[tuple[str, str | None]] = [(field, getattr(self, field)) for field in ("rim", "linings", "band")]
+        for name in ("friction", "external"):
+            pair = getattr(self, name)
+            if pair is not None:
+                named += [
+                    (f"{name}.{field}", getattr(pair, field)) for field in ("metal", "lining", "sensed", "beyond")
+                ]
+        for field, place in named:
+            if place is None:
+                continue
+            name, face = place_of(place)
+            if name not in by_name or isinstance(by_name[name], Wall) != (face in ("front", "back")):
+                found.append(Fault(f"{path}.{field}", f"there is no place {place!r}", "a body, or the face of a wall"))
+            elif size_of(by_name[name], face) not in (1, linings):
+                found.append(
+                    Fault(f"{path}.{field}", f"{place!r} has {size_of(by_name[name], face)} nodes", f"1 or {linings}")
+                )
+        for name in ("friction", "external"):
+            pair = getattr(self, name)
+            if pair is not None and not found:
+                found += self._faults_of_pair(pair, f"{path}.{name}", by_name)
+        return found
+
+    def _faults_of_pair(self, pair: FrictionHeat, path: str, by_name: dict[str, Body]) -> list[Fault]:
+        found: list[Fault] = []
+        sensor = pair.sensor
+        if sensor is None or isinstance(by_name[place_of(sensor)[0]], Junction):
+            hint = "name a body with capacity in `sensed`"
+            found.append(Fault(f"{path}.sensed", "the friction law needs a temperature that is a state", hint))
+        if (pair.beyond is None) != (pair.beyond_share is None):
+            found.append(Fault(f"{path}.beyond", "a place and its share of the heat belong together", "give both"))
+        for field in ("metal", "lining", "beyond"):
+            place = getattr(pair, field)
+            if place is None:
+                continue
+            body = by_name[place_of(place)[0]]
+            if isinstance(body, Reservoir) or (isinstance(body, Junction) and self._open(place)):
+                what = "a reservoir" if isinstance(body, Reservoir) else "a junction that radiates or convects freely"
+                found.append(Fault(f"{path}.{field}", f"{place!r} is {what}", "let the heat enter a body"))
+        return found
+
+    def _open(self, place: str) -> bool:
+        """Whether a link whose conductance depends on temperatures ends at a place."""
+        return any(depends_on_temperatures(link, self.bodies) for link in self.links if place in (link.a, link.b))
+
+
+def node_names(heat: Heat) -> list[str]:
+    """Names of all nodes with capacity, in the order of the state, then those of the junctions."""
+
+    def of(body: Body) -> list[str]:
+        if isinstance(body, Wall) and body.copies > 1:
+            return [f"{body.name}[{i + 1},{j + 1}]" for i in range(body.copies) for j in range(body.layers)]
+        return [body.name] if body.count == 1 else [f"{body.name}[{i + 1}]" for i in range(body.count)]
+
+    stores = [name for body in heat.bodies if isinstance(body, Wall) or hasattr(body, "capacity") for name in of(body)]
+    return stores + [name for body in heat.bodies if isinstance(body, Junction) for name in of(body)]
+
+
+def initial_temperatures(heat: Heat) -> Float[np.ndarray, " k"]:
+    """Temperatures at the start (K) of the nodes with capacity (concrete values)."""
+    stores = [body for body in heat.bodies if isinstance(body, Wall) or hasattr(body, "capacity")]
+    return np.concatenate([np.broadcast_to(np.asarray(body.temperature, float), (body.count,)) for body in stores])  # pyright: ignore
+
+
+def place_count(heat: Heat, place: str) -> int:
+    """Number of nodes of a place."""
+    name, face = place_of(place)
+    return size_of(next(body for body in heat.bodies if body.name == name), face)
+
+
+def shared_faces(heat: Heat) -> set[str]:
+    """Faces of walls at which a link ends beside another link or a source."""
+    ends: dict[str, int] = {}
+    for link in heat.links:
+        for place, other in ((link.a, link.b), (link.b, link.a)):
+            if place_of(place)[1]:
+                flows = place_count(heat, other) if place_count(heat, place) == 1 else 1
+                ends[place] = ends.get(place, 0) + flows
+    for source in heat.sources:
+        if source.a in ends:
+            ends[source.a] += 1
+    return {place for place, count in ends.items() if count > 1}

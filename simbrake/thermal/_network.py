@@ -1,0 +1,419 @@
+"""Parts of a thermal network: bodies that hold heat, and links through which it flows."""
+
+import abc
+import functools
+from typing import Any, ClassVar, NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Float
+
+from .._base._compiling import Skeleton, read_by, skeleton
+from .._base._faults import Fault
+from .._base._quantity import Scalar, quantity, whole
+from ..hybrid._arrays import Array
+from ..profiles import AbstractProfile
+from ._material import ROOM, Material
+
+STEFAN_BOLTZMANN = 5.670374419e-8  # W/(m²·K⁴), CODATA 2018
+
+
+class Surroundings(NamedTuple):
+    """What links may depend on besides temperatures: track speed (m/s), and 1 while the band is closed, else 0."""
+
+    speed: Any = 0.0
+    closed: Any = 0.0
+
+
+class AbstractLink(eqx.Module):
+    """A way for heat between the places `a` and `b`: `flow = g(T_a, T_b) (T_a − T_b)`."""
+
+    a: eqx.AbstractVar[str]
+    b: eqx.AbstractVar[str]
+
+    @abc.abstractmethod
+    def conductance(self, T_a: Array, T_b: Array, around: Surroundings) -> Array | None:
+        """`g` in W/K; `None` for perfect contact."""
+
+
+class Reads(NamedTuple):
+    """What the conductance of a link depends on, beside its own numbers."""
+
+    temperatures: bool
+    surroundings: bool
+
+
+def reads(link: AbstractLink, n_a: int, n_b: int) -> Reads:
+    """What `g` of a link between places of `n_a` and `n_b` nodes depends on.
+
+    Found from the lowered program, once for each structure of a link; in doubt it depends on them (`read_by`).
+    """
+    return _reads(skeleton(link), n_a, n_b)
+
+
+def is_nonlinear(link: AbstractLink, n_a: int, n_b: int) -> bool:
+    """Whether `g` of a link between places of `n_a` and `n_b` nodes depends on their temperatures."""
+    return reads(link, n_a, n_b).temperatures
+
+
+@functools.lru_cache(maxsize=1024)
+def _reads(link: Skeleton, n_a: int, n_b: int) -> Reads:
+    one = jax.ShapeDtypeStruct((), np.float64)
+    ends = [jax.ShapeDtypeStruct((n,), np.float64) for n in (n_a, n_b)]
+    _, *temperatures, around = read_by(
+        lambda link, T_a, T_b, around: link.conductance(T_a, T_b, around),
+        link.stand_in(),
+        *ends,
+        Surroundings(one, one),
+    )
+    return Reads(any(temperatures), any(around))
+
+
+class Conductance(AbstractLink):
+    """A given conductance (W/K): a bolt, a spoke, a flange, or the reciprocal of one of V's resistances."""
+
+    a: str = eqx.field(static=True)
+    b: str = eqx.field(static=True)
+    value: Scalar = quantity("W/K", "thermal conductance", low=0.0)
+
+    def conductance(self, T_a, T_b, around):
+        return jnp.asarray(self.value)
+
+
+class ThermalContact(AbstractLink):
+    """Two surfaces that touch: `g = A/R_c`.
+
+    - `area` (m²); `resistance` `R_c` (m²·K/W), `None` for perfect contact (one of the two must then be a wall's face)
+    """
+
+    a: str = eqx.field(static=True)
+    b: str = eqx.field(static=True)
+    area: Scalar = quantity("m^2", "area in contact", positive=True)
+    resistance: Scalar | None = quantity("m^2*K/W", "contact resistance", positive=True, default=None)
+
+    def conductance(self, T_a, T_b, around):
+        return None if self.resistance is None else self.area / jnp.asarray(self.resistance)
+
+
+class AbstractCoefficient(eqx.Module):
+    """A heat transfer coefficient `h(v, T, T_a)` in W/(m²·K)."""
+
+    @abc.abstractmethod
+    def value(self, v: Array, T: Array, T_a: Array) -> Array:
+        """At the track speed `v` (m/s), surface and air temperature (K)."""
+
+
+class SpeedCoefficient(AbstractCoefficient):
+    """Convection that grows with the speed: `h = h_0 [1 + (v/v_0)²]^{m/2}`, `h_0` at rest, `∝ v^m` when fast.
+
+    - `at_rest` `h_0`; `speed` `v_0` (m/s) where forced convection takes over; `exponent` `m` (0.8 for turbulent flow)
+
+    Blends the two regimes as S. W. Churchill & R. Usagi, *AIChE J.* 18 (1972) 1121 do, and is smooth at rest.
+    """
+
+    at_rest: Scalar = quantity("W/(m^2*K)", "heat transfer coefficient at rest", positive=True)
+    speed: Scalar = quantity("m/s", "speed at which forced convection takes over", positive=True)
+    exponent: Scalar = quantity("1", "exponent of the speed", low=0.0, high=2.0, default=0.8)
+
+    def value(self, v, T, T_a):
+        return self.at_rest * (1 + (v / self.speed) ** 2) ** (0.5 * self.exponent)
+
+
+class TemperatureCoefficient(AbstractCoefficient):
+    """Free convection: `h = h_1 |T − T_a|^n`, `n` = 1/4 laminar, 1/3 turbulent, smooth below a difference of 1 K.
+
+    - `at_one_kelvin` `h_1`
+
+    Reference: W. H. McAdams, *Heat Transmission* (1954), ch. 7.
+    """
+
+    at_one_kelvin: Scalar = quantity("W/(m^2*K)", "coefficient at a difference of 1 K", positive=True)
+    exponent: Scalar = quantity("1", "exponent of the difference", low=0.0, high=1.0, default=0.25)
+
+    def value(self, v, T, T_a):
+        return self.at_one_kelvin * ((T - T_a) ** 2 + 1.0) ** (0.5 * self.exponent)
+
+
+def _uncovered(g: Any, covered: Any, around: Surroundings) -> Any:
+    """What of a conductance is left while linings cover a share of the area (`None`: never any)."""
+    return g if covered is None else g * (1 - covered * around.closed)
+
+
+class Convection(AbstractLink):
+    """Convection from a surface: `g = h A (1 − κ)`, `κ` only while the band is closed.
+
+    - `area` (m²); `coefficient` `h` (W/(m²·K)): a number or a law
+    - `covered` `κ`: share of the area that the linings cover (the overlap coefficient of a track, averaged over one
+      revolution: `q_net = κ a q − (1 − κ) h (T_s − T_a)`, S-16…S-21); `None`: 0, and no cost
+    """
+
+    a: str = eqx.field(static=True)
+    area: Scalar = quantity("m^2", "area of the surface", positive=True)
+    coefficient: AbstractCoefficient | Any = quantity("W/(m^2*K)", "heat transfer coefficient", low=0.0)
+    b: str = eqx.field(static=True, default="air")
+    covered: Scalar | None = quantity(
+        "1", "share covered by the linings while the band is closed", low=0.0, high=1.0, default=None
+    )
+
+    def conductance(self, T_a, T_b, around):
+        h = self.coefficient
+        if isinstance(h, AbstractCoefficient):
+            h = h.value(jnp.asarray(around.speed), T_a, T_b)
+        return _uncovered(h * jnp.asarray(self.area), self.covered, around)
+
+
+class Radiation(AbstractLink):
+    """Radiation from a grey surface: flow `ε σ A (T⁴ − T_a⁴)` (S-37, S-38).
+
+    - `area` (m²), `emissivity` `ε`; `covered` as in `Convection`
+    """
+
+    a: str = eqx.field(static=True)
+    area: Scalar = quantity("m^2", "area of the surface", positive=True)
+    emissivity: Scalar = quantity("1", "emissivity", low=0.0, high=1.0)
+    b: str = eqx.field(static=True, default="air")
+    covered: Scalar | None = quantity(
+        "1", "share covered by the linings while the band is closed", low=0.0, high=1.0, default=None
+    )
+
+    def conductance(self, T_a, T_b, around):
+        h = self.emissivity * STEFAN_BOLTZMANN * (T_a**2 + T_b**2) * (T_a + T_b)
+        return _uncovered(h * self.area, self.covered, around)
+
+
+def radiation_governs_above(coefficient: float, emissivity: float, ambient: float = ROOM) -> float:
+    """Surface temperature (K) above which radiation carries more than convection: `ε σ (T² + T_a²)(T + T_a) = h`.
+
+    Both act at all temperatures; convection governs below and radiation above (S, of the permissible lining
+    temperature). Raises `ValueError` where radiation carries more even without a difference of temperature.
+    """
+    from scipy.optimize import brentq
+
+    def surplus(T: float) -> float:
+        return emissivity * STEFAN_BOLTZMANN * (T**2 + ambient**2) * (T + ambient) - coefficient
+
+    if surplus(ambient) > 0:
+        raise ValueError("radiation governs at every temperature: the convection is too weak")
+    return float(brentq(surplus, ambient, 1e5))  # pyright: ignore
+
+
+class Source(eqx.Module):
+    """A given heat flow into a place (W): a number or a profile over time."""
+
+    a: str = eqx.field(static=True)
+    power: AbstractProfile | Any = quantity("W", "heat flow into the place")
+
+
+# --- bodies and places ------------------------------------------------------------------------------------------------
+
+
+class Lump(eqx.Module):
+    """A body of one temperature, or `count` of them (one per lining): `C(T) dT/dt = Σ heat flows`.
+
+    - `capacity` `C` (J/K), a number or (count,), 0 makes a `Junction` of it; `capacity_slope` (1/K) as in `Material`
+    - `temperature`: at the start (K)
+    """
+
+    name: str = eqx.field(static=True)
+    capacity: Scalar = quantity("J/K", "heat capacity", positive=True, many=True)
+    temperature: Scalar = quantity("K", "temperature at the start", low=0.0, many=True, default=ROOM)
+    capacity_slope: Scalar | None = quantity("1/K", "relative change of capacity per kelvin", default=None)
+    reference: Scalar = quantity("K", "temperature at which the capacity holds", positive=True, default=ROOM)
+    count: int = whole("number of nodes", default=1)
+
+
+class Junction(eqx.Module):
+    """A node without capacity: its temperature follows from those of its neighbours at every instant."""
+
+    name: str = eqx.field(static=True)
+    count: int = whole("number of nodes", default=1)
+
+
+class Reservoir(eqx.Module):
+    """A prescribed temperature, as of the ambient air: a number (K) or a profile over time."""
+
+    name: str = eqx.field(static=True)
+    temperature: AbstractProfile | Any = quantity("K", "prescribed temperature", low=0.0, default=ROOM)
+    count: ClassVar[int] = 1
+
+
+class Wall(eqx.Module):
+    """A wall in layers from its `front` to its `back`: finite volumes of second order.
+
+        ρ c A Δx_i dT_i/dt = q_{i−1} − q_i,   q_i = A (T_i − T_{i+1}) / (Δx_i/2λ_i + Δx_{i+1}/2λ_{i+1})
+
+    - `thickness` (m), `area` (m²), `layers` (their number);  `growth`: ratio of a layer to the one before it
+      (`layer_growth` gives it for a wanted first layer);  `temperature`: at the start (K), a number or one per node
+    - `copies`: so many equal walls side by side (one per lining), each of the `area`; nodes wall by wall
+    - `both`: layers grow from both faces to the middle, for walls that are heated on either side
+
+    Reference: S. V. Patankar, *Numerical Heat Transfer and Fluid Flow* (1980), eq. (4.9).
+    """
+
+    name: str = eqx.field(static=True)
+    material: Material
+    thickness: Scalar = quantity("m", "thickness of the wall", positive=True)
+    area: Scalar = quantity("m^2", "area of the wall", positive=True)
+    layers: int = whole("number of layers")
+    growth: Scalar = quantity("1", "ratio of neighbouring layers", positive=True, default=1.0)
+    temperature: Scalar = quantity("K", "temperature at the start", low=0.0, many=True, default=ROOM)
+    copies: int = whole("number of equal walls", high=10_000, default=1)
+    both: bool = eqx.field(static=True, default=False)
+
+    @property
+    def grades(self) -> Float[np.ndarray, " layers"]:
+        """How often each layer has grown since the face it counts from."""
+        i = np.arange(self.layers, dtype=np.float64)
+        return np.minimum(i, i[::-1]) if self.both else i
+
+    @property
+    def count(self) -> int:
+        return self.layers * self.copies
+
+    @property
+    def steps(self) -> Float[Array, " layers"]:
+        """Thickness `Δx_i` of each layer (m)."""
+        weights = jnp.asarray(self.growth) ** self.grades
+        return self.thickness * weights / jnp.sum(weights)
+
+    @property
+    def centres(self) -> Float[Array, " layers"]:
+        """Depth of the layers' centres below the front (m)."""
+        ends = jnp.cumsum(self.steps)
+        return ends - 0.5 * self.steps
+
+
+Body = Lump | Junction | Reservoir | Wall
+
+
+def nodes_at(body: Body, face: str | None) -> slice:
+    """Which nodes of a body a place names: all of it, or the outermost layers of a wall."""
+    if face is None or not isinstance(body, Wall):
+        return slice(None)
+    return slice(0 if face == "front" else body.layers - 1, None, body.layers)
+
+
+def size_of(body: Body, face: str | None) -> int:
+    """Number of nodes of a place."""
+    return body.copies if face is not None and isinstance(body, Wall) else body.count
+
+
+def depends_on_temperatures(link: AbstractLink, bodies: tuple[Body, ...]) -> bool:
+    """Whether the conductance of a link between two of the `bodies` depends on their temperatures."""
+    return is_nonlinear(link, *_sizes(link, bodies))
+
+
+def is_constant(link: AbstractLink, bodies: tuple[Body, ...]) -> bool:
+    """Whether the conductance of a link between two of the `bodies` depends on nothing that changes during a run."""
+    return not any(reads(link, *_sizes(link, bodies)))
+
+
+def _sizes(link: AbstractLink, bodies: tuple[Body, ...]) -> tuple[int, int]:
+    by_name = {body.name: body for body in bodies}
+    n_a, n_b = (size_of(by_name[name], face) for name, face in map(place_of, (link.a, link.b)))
+    return n_a, n_b
+
+
+def place_of(name: str) -> tuple[str, str | None]:
+    """Body and face that a place names."""
+    body, dot, face = name.partition(".")
+    return body, face if dot else None
+
+
+def faults_of_network(
+    bodies: tuple[Body, ...],
+    links: tuple[AbstractLink, ...],
+    sources: tuple[Source, ...],
+    path: str,
+    heated: tuple[str, ...] = (),
+) -> list[Fault]:
+    """Everything wrong with a network: names, sizes, nodes without connection, loops without a solution."""
+    found: list[Fault] = []
+    by_name = {body.name: body for body in bodies}
+    seen: set[str] = set()
+    for i, body in enumerate(bodies):
+        where = f"{path}.bodies[{i}]"
+        if body.name in seen or not body.name or "." in body.name:
+            found.append(
+                Fault(where, f"the name {body.name!r} is taken or not usable", "names are unique, without dots")
+            )
+        seen.add(body.name)
+        if body.count < 1:
+            found.append(Fault(where, f"{body.count} nodes", "at least one is needed"))
+        for field in ("capacity", "temperature"):
+            value = getattr(body, field, None)
+            if (
+                value is not None
+                and not isinstance(value, AbstractProfile)
+                and np.shape(value) not in ((), (body.count,))
+            ):
+                found.append(Fault(f"{where}.{field}", f"shape {np.shape(value)} does not fit {body.count} nodes"))
+    touched: set[str] = {place_of(place)[0] for place in heated}
+    for kind, parts in (("links", links), ("sources", sources)):
+        for i, part in enumerate(parts):
+            ends = [place_of(getattr(part, side)) for side in ("a", "b") if hasattr(part, side)]
+            here = f"{path}.{kind}[{i}]"
+            known = True
+            for name, face in ends:
+                if name not in by_name:
+                    known = False
+                    found.append(Fault(here, f"there is no body {name!r}", f"there are: {', '.join(by_name)}"))
+                elif isinstance(by_name[name], Wall) != (face in ("front", "back")):
+                    known = False
+                    found.append(
+                        Fault(here, f"{name!r} has no face {face!r}", "walls: name.front, name.back; others: name")
+                    )
+            if kind == "sources":
+                touched |= {name for name, _ in ends}
+            if not known or kind == "sources":
+                continue
+            touched |= {name for name, _ in ends}
+            counts = {size_of(by_name[n], f) for n, f in ends} - {1}
+            if len(counts) > 1:
+                found.append(Fault(here, f"{sorted(counts)} nodes do not pair", "equal numbers of nodes, or one"))
+            perfect = isinstance(part, ThermalContact) and part.resistance is None
+            if perfect and not any(isinstance(by_name[name], Wall) for name, _ in ends):
+                found.append(
+                    Fault(
+                        f"{here}.resistance", "perfect contact of two lumps", "make them one lump, or give a resistance"
+                    )
+                )
+    alone = [body.name for body in bodies if body.name not in touched and not isinstance(body, Reservoir)]
+    if len(bodies) > 1:
+        found += [
+            Fault(f"{path}.bodies", f"{name!r} is connected to nothing", "link it, or leave it out") for name in alone
+        ]
+    return found + _floating_junctions(bodies, links, path)
+
+
+def _floating_junctions(bodies: tuple[Body, ...], links: tuple[AbstractLink, ...], path: str) -> list[Fault]:
+    """Junctions that no chain of conducting links joins to a body with a temperature of its own."""
+
+    def conducts(link: AbstractLink) -> bool:
+        for field in ("value", "emissivity", "coefficient"):
+            value = getattr(link, field, None)
+            if value is not None and not isinstance(value, AbstractCoefficient) and not np.any(np.asarray(value) > 0):
+                return False
+        return True
+
+    grounded = {body.name for body in bodies if not isinstance(body, Junction)}
+    while True:
+        new = set(grounded)
+        for link in links:
+            (a, _), (b, _) = place_of(link.a), place_of(link.b)
+            if conducts(link) and (a in grounded or b in grounded):
+                new |= {a, b}
+        if new == grounded:
+            break
+        grounded = new
+    return [
+        Fault(
+            f"{path}.bodies",
+            f"the junction {body.name!r} has no defined temperature",
+            "link it to a body with capacity",
+        )
+        for body in bodies
+        if body.name not in grounded
+    ]

@@ -1,0 +1,415 @@
+"""Wear of the linings: its rate, and what it changes in a brake before a run."""
+
+import abc
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Float
+
+from ._base._faults import Fault, InputError
+from ._base._quantity import Scalar, as_number, holding, leaves, quantity
+from .friction import TabulatedFade, TabulatedFriction
+from .hybrid._arrays import Array
+from .loads import AbstractSpeedLever
+from .profiles import AbstractProfile
+from .thermal._heat import Heat, TransmissionPartition
+from .thermal._material import ROOM
+from .thermal._network import Conductance, Lump, Wall, place_of
+
+#: molar gas constant (J/(mol·K)), CODATA 2018
+GAS_CONSTANT = 8.31446261815324
+
+
+class AbstractWearRate(eqx.Module):
+    """Wear rate `I(T)` in m³/(N·m) = 1/Pa: volume worn off per newton of load and metre of slip (Archard).
+
+    Called as `rate(p, v, T)` like the functions that `simbrake.wear` takes: pressure (Pa), slip speed (m/s), and the
+    temperature (K) of the rubbing face, `None` where the scene has none: then the law is at its reference temperature.
+    """
+
+    def __call__(self, p: Any, v: Any, T: Any) -> Float[Array, "..."]:
+        return self.at(T)
+
+    @abc.abstractmethod
+    def at(self, T: Any) -> Float[Array, "..."]:
+        """The rate at the temperature `T` (K), or at the reference temperature for `None`."""
+
+
+def _rate_at(words: str) -> Any:
+    return quantity("m^3/(N*m)", f"wear rate {words}".rstrip(), low=0.0, many=True)
+
+
+class ConstantWear(AbstractWearRate):
+    """`I = k`, whatever the temperature.
+
+    - `coefficient` `k` (m³/(N·m)): one number, or one per lining
+
+    Reference: J. F. Archard, *J. Appl. Phys.* 24 (1953) 981.
+    """
+
+    coefficient: Scalar = _rate_at("")
+
+    def at(self, T):
+        return jnp.asarray(self.coefficient)
+
+
+class LinearWear(AbstractWearRate):
+    """`I = k max(0, 1 + s (T − T_r))`: the first term of any dependence on the temperature.
+
+    - `coefficient` `k` (m³/(N·m)) at the `reference` `T_r` (K);  `slope` `s` (1/K)
+    """
+
+    coefficient: Scalar = _rate_at("at the reference temperature")
+    slope: Scalar = quantity("1/K", "relative rise of the wear rate per kelvin", many=True)
+    reference: Scalar = quantity("K", "temperature at which the coefficient holds", positive=True, default=ROOM)
+
+    def at(self, T):
+        k = jnp.asarray(self.coefficient)
+        return k if T is None else k * jnp.maximum(1 + self.slope * (T - self.reference), 0.0)
+
+
+class ExponentialWear(AbstractWearRate):
+    """`I = k exp((T − T_r)/ΔT)`: the rate grows by the factor e over every `ΔT`.
+
+    - `coefficient` `k` (m³/(N·m)) at the `reference` `T_r` (K);  `rise` `ΔT` (K)
+
+    Reference: S. K. Rhee, *Wear* 29 (1974) 391: above some 230 °C the wear of organic linings grows exponentially.
+    """
+
+    coefficient: Scalar = _rate_at("at the reference temperature")
+    rise: Scalar = quantity(
+        "K",
+        "difference of temperature over which the wear rate grows e-fold",
+        positive=True,
+        difference=True,
+        many=True,
+    )
+    reference: Scalar = quantity("K", "temperature at which the coefficient holds", positive=True, default=ROOM)
+
+    def at(self, T):
+        k = jnp.asarray(self.coefficient)
+        return k if T is None else k * jnp.exp((T - self.reference) / self.rise)
+
+
+class ArrheniusWear(AbstractWearRate):
+    """`I = k exp[(E/R)(1/T_r − 1/T)]`: what binds the lining is decomposed by heat.
+
+    - `coefficient` `k` (m³/(N·m)) at the `reference` `T_r` (K);  `energy` `E` (J/mol): activation energy
+
+    Reference: S. K. Rhee, *Wear* 29 (1974) 391, for resin-bonded linings.
+    """
+
+    coefficient: Scalar = _rate_at("at the reference temperature")
+    energy: Scalar = quantity("J/mol", "activation energy", low=0.0, many=True)
+    reference: Scalar = quantity("K", "temperature at which the coefficient holds", positive=True, default=ROOM)
+
+    def at(self, T):
+        k = jnp.asarray(self.coefficient)
+        return k if T is None else k * jnp.exp(self.energy / GAS_CONSTANT * (1 / self.reference - 1 / T))
+
+
+class ThresholdWear(AbstractWearRate):
+    """Resin-bonded linings: constant up to a threshold, above it the decay of the resin after Arrhenius.
+
+        I = k for T ≤ T_t,   I = k exp[(E/R)(1/T_t − 1/T)] above
+
+    - `coefficient` `k` (m³/(N·m)) below the `threshold` `T_t` (K);  `energy` `E` (J/mol): activation energy
+
+    Reference: T. Liu, S. K. Rhee, *Wear* 37 (1976) 291; threshold about 230 °C.
+    """
+
+    coefficient: Scalar = _rate_at("below the threshold")
+    threshold: Scalar = quantity("K", "temperature above which wear grows", positive=True, default=503.15)
+    energy: Scalar = quantity("J/mol", "activation energy", low=0.0, many=True, default=40e3)
+
+    def at(self, T):
+        k = jnp.asarray(self.coefficient)
+        hot = self.threshold if T is None else jnp.maximum(T, self.threshold)
+        return k * jnp.exp(self.energy / GAS_CONSTANT * (1 / self.threshold - 1 / hot))
+
+
+def _as_rate(rate: Any) -> Any:
+    """A bare number is a constant rate."""
+    return rate if rate is None or isinstance(rate, AbstractWearRate) else ConstantWear(as_number(rate))
+
+
+class Wear(eqx.Module):
+    """Wear of the linings as a part of a scene; without it a scene has no wear states, equations or cost.
+
+        ḣ_i = I(T_i) p_i |v_i|,   p_i = N_i/A_i                                                      (model §7; Archard)
+
+    - `rate` `I`: law of the linings, or a number; `T_i` is the temperature that their friction law sees (the scene's
+      heat part), else the law's reference temperature. On a staged brake the faces that rub on the band
+    - `internal`: the same for the faces of a staged brake's linings that rub on the rim; `None`: they do not wear
+    - `worn` (m), a number or (n,): thickness that had been worn off before the run;  `permissible` (m): greatest wear
+    - `thickness` (m): of a new lining
+    - `geometry`, `heat`: whether the thickness worn before the run lowers the band circle, and the lining in the heat
+      part; `take_up_speed` (m/s): speed at which the lever draws in the slack that wear has left (`simbrake.worn_scene`
+      has the formulas)
+    - `turned_at` (s), one time or a list: the band is turned end for end, so that the lining of the tight end comes to
+      the slack end; for linings that are alike, on a brake at rest
+
+    What a run itself wears off does not act back on it: a braking takes micrometres of some ten millimetres.
+    """
+
+    rate: AbstractWearRate = eqx.field(converter=_as_rate)
+    internal: AbstractWearRate | None = eqx.field(converter=_as_rate, default=None)
+    worn: Scalar = quantity("m", "thickness worn off before the run", low=0.0, many=True, default=0.0)
+    permissible: Scalar | None = quantity("m", "permissible wear", positive=True, many=True, default=None)
+    thickness: Scalar | None = quantity("m", "thickness of a new lining", positive=True, default=None)
+    geometry: bool = eqx.field(static=True, default=False)
+    heat: bool = eqx.field(static=True, default=False)
+    take_up_speed: Scalar | None = quantity(
+        "m/s", "speed at which the lever draws in slack of the band", positive=True, default=None
+    )
+    turned_at: Scalar | None = quantity("s", "times at which the band is turned end for end", many=True, default=None)
+
+    def faults(self, path: str, n: int) -> list[Fault]:
+        """What does not fit `n` linings, beyond the ranges of single numbers (concrete values only)."""
+        found = []
+        laws = [*leaves(self.rate, f"{path}.rate")]
+        laws += [] if self.internal is None else leaves(self.internal, f"{path}.internal")
+        each = [(leaf.path, leaf.value) for leaf in laws]
+        each += [(f"{path}.worn", self.worn), (f"{path}.permissible", self.permissible)]
+        for where, value in each:
+            if value is not None and np.shape(value) not in ((), (n,)):
+                found.append(Fault(where, f"does not fit {n} linings", f"give one number, or a list of {n}"))
+        if not found and self.thickness is not None:
+            i = int(np.argmax(np.broadcast_to(np.asarray(self.worn), (n,)) - np.asarray(self.thickness)))
+            worn = float(np.broadcast_to(np.asarray(self.worn), (n,))[i])
+            if worn >= float(self.thickness):
+                what = f"{worn:g} m worn off lining {i + 1} leave nothing of its {float(self.thickness):g} m"
+                found.append(Fault(f"{path}.worn", what))
+        return found
+
+
+# --- what wear changes in a brake before a run ------------------------------------------------------------------------
+
+
+class Delayed(AbstractProfile):
+    """A profile that comes later, `p(t − delay)`; until then it is as before its beginning.
+
+    - `profile`: any profile;  `delay` (s)
+    """
+
+    profile: AbstractProfile = holding("SI")
+    delay: Scalar = quantity("s", "time by which the profile comes later", low=0.0)
+
+    @property
+    def knot_count(self) -> int:
+        return getattr(self.profile, "knot_count", 0)
+
+    def value(self, t, piece):
+        return self.profile.value(t - self.delay, piece)
+
+    def next_knot(self, piece):
+        return self.profile.next_knot(piece) + self.delay
+
+    def first_piece(self, t):
+        return self.profile.first_piece(t - self.delay)
+
+    def no_more_turns(self, t):
+        return self.profile.no_more_turns(t - self.delay)
+
+    def scale(self):
+        return self.profile.scale()
+
+    def faults(self, path, low):
+        if isinstance(self.profile, AbstractSpeedLever):
+            return [Fault(f"{path}.profile", "a lever that answers the speed cannot come later")]
+        return self.profile.faults(f"{path}.profile", low)
+
+
+def feeds_back(scene: Any) -> bool:
+    """Whether what was worn off before a run changes it."""
+    wear = scene.wear
+    return wear is not None and (wear.geometry or wear.heat or wear.take_up_speed is not None)
+
+
+def _worn(scene: Any) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
+    """Thickness worn off before the run, and the sizes of the linings: under a band their angles."""
+    weights = scene.brake.linings.weights
+    return jnp.broadcast_to(jnp.asarray(scene.wear.worn), weights.shape), weights
+
+
+def worn_scene(scene: Any) -> Any:
+    """The scene as it is with the thickness `h_i` that was worn off before it (`Wear.worn`); itself without feedback.
+
+        geometry        R_b' = R_b − h̄,  h̄ = Σ β_i h_i/Σ β_i        the band follows the linings inwards
+        take_up_speed   T_0'(t) = T_0(t − Δ/u),  Δ = Σ β_i h_i = h̄ Σ β_i    the lever first draws in the slack Δ of the
+                        band's length, with its end at the speed u
+        heat            lumps of linings: C' = C s_i, conductances from them G' = G/s_i, s_i = 1 − h_i/δ;
+                        `TransmissionPartition`: δ_l' = δ_l − h̄.  Walls of linings: all layers by s_i (`walls_left`)
+
+    The band circle is one, so that its radius falls by the mean; nobody readjusts the linkage in between. Faces do not
+    grow or shrink: the inner one stays on the rim.
+    """
+    if not feeds_back(scene):
+        return scene
+    (h, angle), wear = _worn(scene), scene.wear
+    slack = jnp.sum(angle * h)
+    if wear.geometry:
+        radius = jnp.asarray(scene.brake.band.radius) - slack / jnp.sum(angle)
+        scene = eqx.tree_at(lambda s: s.brake.band.radius, scene, radius)
+    if wear.take_up_speed is not None:
+        lever = Delayed(scene.duty.slack_tension, slack / wear.take_up_speed)
+        scene = eqx.tree_at(lambda s: s.duty.slack_tension, scene, lever)
+    if wear.heat and scene.heated:
+        scene = eqx.tree_at(lambda s: s.heat, scene, _thinner(scene.heat, h, angle, wear.thickness))
+    return scene
+
+
+def _linings(heat: Heat) -> set[str]:
+    """Names of the bodies that are linings."""
+    inner, outer = heat.friction, heat.external
+    places = (heat.linings, None if inner is None else inner.lining, None if outer is None else outer.lining)
+    return {place_of(place)[0] for place in places if place is not None}
+
+
+def _left(h: Array, angle: Array, thickness: Any, count: int) -> Array:
+    """Share of the thickness that is left, of each of `count` bodies (all linings in one: their mean)."""
+    share = 1 - h / jnp.asarray(thickness)
+    return share if count > 1 else jnp.sum(share * angle, keepdims=True) / jnp.sum(angle)
+
+
+def walls_left(scene: Any) -> dict[str, Array]:
+    """Share `s_i = 1 − h_i/δ` of the thickness that is left of every wall of linings, for each of its copies.
+
+    Layers are thinner by it: `C' = C s_i`, resistance `s_i δ/λ`.
+    """
+    if scene.wear is None or not scene.wear.heat or not scene.heated:
+        return {}
+    h, angle = _worn(scene)
+    walls = [wall for wall in scene.heat.walls if wall.name in _linings(scene.heat)]
+    return {wall.name: _left(h, angle, wall.thickness, wall.copies) for wall in walls}
+
+
+def _thinner(heat: Heat, h: Array, angle: Array, thickness: Any) -> Heat:
+    bodies, links = list(heat.bodies), list(heat.links)
+    for i, body in enumerate(bodies):
+        if not isinstance(body, Lump) or body.name not in _linings(heat):
+            continue
+        share = _left(h, angle, thickness, body.count)
+        share = share if body.count > 1 else share[0]
+        bodies[i] = eqx.tree_at(lambda b: b.capacity, body, jnp.asarray(body.capacity) * share)
+        for k, link in enumerate(links):
+            if isinstance(link, Conductance) and body.name in (link.a, link.b):
+                links[k] = eqx.tree_at(lambda one: one.value, link, jnp.asarray(link.value) / share)
+    heat = eqx.tree_at(lambda x: (x.bodies, x.links), heat, (tuple(bodies), tuple(links)))
+
+    def thin(part: Any) -> Any:
+        if not isinstance(part, TransmissionPartition):
+            return part
+        mean = jnp.sum(h * angle) / jnp.sum(angle)
+        return eqx.tree_at(lambda p: p.lining_thickness, part, jnp.asarray(part.lining_thickness) - mean)
+
+    return jax.tree.map(thin, heat, is_leaf=lambda x: isinstance(x, TransmissionPartition))
+
+
+# --- faults -----------------------------------------------------------------------------------------------------------
+
+
+def faults_of_wear(scene: Any) -> list[Fault]:
+    """What does not fit together between the wear of a scene and the rest of it (concrete values only)."""
+    wear, brake = scene.wear, scene.brake
+    if wear is None:
+        return []
+    found = wear.faults("wear", brake.linings.count)
+    if not brake.banded:
+        found += _faults_without_band(wear, brake.words.brake)
+        return found + (_faults_of_thickness(scene) if wear.heat and not found else [])
+    bandage = brake.bandage
+    if brake.linings.area is None:
+        found.append(Fault("brake.linings.area", "is missing", "wear looks at the pressure"))
+    if wear.internal is not None and bandage is None:
+        found.append(Fault("wear.internal", "has no effect", "only a staged brake (`brake.bandage`) has inner faces"))
+    elif wear.internal is not None and bandage is not None and bandage.area is None:
+        found.append(Fault("brake.bandage.area", "is missing", "wear of the inner faces looks at the pressure"))
+    if wear.turned_at is not None:
+        found += _faults_of_turning(brake)
+    if wear.take_up_speed is not None and isinstance(scene.duty.lever, AbstractSpeedLever):
+        found.append(Fault("wear.take_up_speed", "has no effect on a lever that answers the speed", "leave it out"))
+    return found + (_faults_of_thickness(scene) if wear.heat and not found else [])
+
+
+def _faults_without_band(wear: Any, name: str) -> list[Fault]:
+    """What of the wear is of the band alone."""
+    given = {"internal": wear.internal is not None, "geometry": wear.geometry}
+    given |= {"take_up_speed": wear.take_up_speed is not None, "turned_at": wear.turned_at is not None}
+    return [Fault(f"wear.{field}", f"has no effect on a {name}", "leave it out") for field, is_ in given.items() if is_]
+
+
+def _faults_of_turning(brake: Any) -> list[Fault]:
+    """Why a band cannot be turned within a run: the brake is integrated as it was built."""
+    where = "wear.turned_at"
+    if brake.bandage is not None:
+        return [Fault(where, "the linings of a staged brake ride on the pulley", "turning its band does not move them")]
+    parts = [*leaves(brake.linings, "brake.linings"), *leaves(brake.band, "brake.band")]
+    unlike = [leaf.path for leaf in parts if np.ndim(leaf.value) == 1 and np.ptp(np.asarray(leaf.value)) > 0]
+    hint = "linings that are alike; else `lining_life(turn_at=…)`, which turns the brake itself between brakings"
+    return [Fault(where, f"the numbers of {path} are not alike", hint) for path in unlike]
+
+
+def _faults_of_thickness(scene: Any) -> list[Fault]:
+    wear, heat, n = scene.wear, scene.network, scene.brake.linings.count
+    names = _linings(heat)
+    if not names:
+        return [Fault("wear.heat", "has no effect", "the scene has no heat part with linings")]
+    found, worn = [], float(np.max(np.broadcast_to(np.asarray(wear.worn), (n,))))
+    for i, body in enumerate(heat.bodies):
+        if body.name not in names:
+            continue
+        if isinstance(body, Lump) and wear.thickness is None:
+            found.append(Fault("wear.thickness", "is missing", f"the lump {body.name!r} does not say how thick it is"))
+        elif isinstance(body, Wall) and worn >= float(body.thickness):
+            what = f"{worn:g} m worn off leave nothing of the wall {body.name!r}"
+            found.append(Fault(f"heat.bodies[{i}].thickness", what))
+    return found
+
+
+# --- a band turned end for end ----------------------------------------------------------------------------------------
+
+
+def turned_scene(scene: Any) -> Any:
+    """The scene with its band turned end for end: what goes with the band is counted from the other end.
+
+    That is every number of `brake.linings`, of segments and gaps of the band, of the wear, and the heat capacity of the
+    linings, where it has one entry per lining. Numbers of the places stay: temperatures at the start, free ends of the
+    band. Raises `InputError` for a staged brake, whose linings ride on the pulley.
+    """
+    brake, n = scene.brake, scene.brake.linings.count
+    if not brake.banded:
+        raise InputError([Fault("brake", f"is a {brake.words.brake}: only a band is turned end for end")])
+    if brake.in_series:
+        raise InputError(_faults_of_turning(brake))
+
+    def reverse(part: Any) -> Any:
+        tables = TabulatedFade | TabulatedFriction  # their entries are no linings
+
+        def one(x: Any) -> Any:
+            return x[::-1] if not isinstance(x, tables) and np.ndim(x) == 1 and np.shape(x)[0] in (n, n - 1) else x
+
+        return jax.tree.map(one, part, is_leaf=lambda x: isinstance(x, tables))
+
+    scene = eqx.tree_at(lambda s: (s.brake.linings, s.brake.band), scene, (reverse(brake.linings), reverse(brake.band)))
+    if scene.wear is not None:
+        numbers = [scene.wear.rate, scene.wear.worn, scene.wear.permissible]
+        scene = eqx.tree_at(
+            lambda s: [s.wear.rate, s.wear.worn, s.wear.permissible],
+            scene,
+            [reverse(x) for x in numbers],
+            is_leaf=lambda x: x is None,
+        )
+    if scene.heated:
+        linings = _linings(scene.heat)
+        bodies = tuple(
+            eqx.tree_at(lambda b: b.capacity, body, reverse(body.capacity))
+            if isinstance(body, Lump) and body.name in linings
+            else body
+            for body in scene.heat.bodies
+        )
+        scene = eqx.tree_at(lambda s: s.heat.bodies, scene, bodies)
+    return scene
