@@ -121,7 +121,7 @@ def rows_of(layouts: dict[str, np.ndarray], rate: HotWear) -> list[sb.LayoutRow]
     rows = []
     for name, angle in layouts.items():
         result = sb.simulate(sb.with_values(scene(), {"brake.linings.angle": angle}))
-        worn = np.asarray(sb.wear(result, rate))
+        worn = np.asarray(sb.lining_wear(result, rate))
         rows.append(sb.LayoutRow(name, np.asarray(angle), np.full(LININGS, AREA), {"wear": worn}, {"wear": "m"}))
         hot = np.asarray(sb.lining_peak(result, "normal_load")) / 1e3
         print(

@@ -112,9 +112,9 @@ from ._run._linings import friction_work as friction_work
 from ._run._linings import geometric_overlap as geometric_overlap
 from ._run._linings import lining_mean as lining_mean
 from ._run._linings import lining_peak as lining_peak
+from ._run._linings import lining_wear as lining_wear
 from ._run._linings import overlap as overlap
 from ._run._linings import rubbing as rubbing
-from ._run._linings import wear as wear
 from ._run._log import EVENTS as EVENTS
 from ._run._log import Event as Event
 from ._run._log import Stage as Stage

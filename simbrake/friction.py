@@ -5,7 +5,6 @@ import functools
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -13,7 +12,7 @@ from jaxtyping import Float
 
 from ._base._compiling import Skeleton, read_by, skeleton
 from ._base._faults import Fault
-from ._base._quantity import Scalar, quantity
+from ._base._quantity import Part, Scalar, part, quantity, short_for
 from .hybrid._arrays import Array
 
 
@@ -82,7 +81,7 @@ def continued(coefficient: Callable[[Array], Array], v: Array) -> Array:
     return jnp.where(past, 2 * coefficient(jnp.zeros_like(v)) - f, f)
 
 
-class AbstractFriction(eqx.Module):
+class AbstractFriction(Part):
     """A friction law. Its numbers are scalars or have one entry per lining.
 
     A law is smooth enough to differentiate, never negative, and `kinetic ≤ static`. It is asked for `v ≥ 0` only; what
@@ -308,6 +307,7 @@ def _needs(law: Skeleton, n: int) -> Reads:
     return Reads(v=True, T=fails(T=False), p=fails(p=False))
 
 
+@short_for(AbstractFriction)
 class ConstantFriction(AbstractFriction):
     """Coulomb friction, `f = f_k` sliding and `f_s = r f_k` sticking.
 
@@ -400,7 +400,7 @@ class TabulatedFriction(AbstractFriction):
 # --- factors of temperature and pressure ------------------------------------------------------------------------------
 
 
-class AbstractFactor(eqx.Module):
+class AbstractFactor(Part):
     """A factor of a coefficient of friction, 1 where the base law was measured. Never negative."""
 
     @abc.abstractmethod
@@ -509,8 +509,8 @@ class PressureFactor(AbstractFactor):
 class ProductFriction(AbstractFriction):
     """`f(T, v, p) = f_base(v) · ∏ factors(T, p)`, sliding and sticking alike. States are those of the base law."""
 
-    base: AbstractFriction
-    factors: tuple[AbstractFactor, ...]
+    base: AbstractFriction = part(AbstractFriction)
+    factors: tuple[AbstractFactor, ...]  # pyright: ignore
 
     def _product(self, contact: AnyContact) -> Array:
         product = None

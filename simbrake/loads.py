@@ -9,14 +9,14 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from ._base._faults import Fault
-from ._base._quantity import Scalar, holding, quantity, whole
+from ._base._quantity import Part, Scalar, part, quantity, short_for, whole
 from .hybrid._arrays import Array
 from .profiles import AbstractProfile, Constant, Repeated
 
 GRAVITY = 9.80665  # m/s², standard acceleration of free fall (3rd CGPM, 1901)
 
 
-class AbstractLoad(eqx.Module):
+class AbstractLoad(Part):
     """What drives the pulley: a torque on its shaft, positive in the braking direction of rotation, and an inertia."""
 
     #: the profile whose known times the load has
@@ -39,13 +39,14 @@ class AbstractLoad(eqx.Module):
         """Travel of the hook per radian of the pulley, in m, or `None`."""
 
 
+@short_for(AbstractLoad)
 class TorqueLoad(AbstractLoad):
     """A given torque with linear drag, `M_load = M(t) − c ω`.
 
     - `profile`: `M(t)` in N·m; `drag` `c` in N·m·s
     """
 
-    profile: AbstractProfile = holding("N*m", default_factory=lambda: Constant(0.0))
+    profile: AbstractProfile = part(AbstractProfile, "N*m", default_factory=lambda: Constant(0.0))
     drag: Scalar = quantity("N*m*s", "drag torque per unit of speed", low=0.0, default=0.0)
 
     def torque(self, t, omega, piece):
@@ -218,8 +219,8 @@ class Driller(AbstractSpeedLever):
     `simbrake.programme_scene` makes one from a programme in words.
     """
 
-    tension: Repeated = holding("N")
-    speed: Repeated = holding("rad/s")  # pyright: ignore
+    tension: Repeated = part(Repeated, "N")
+    speed: Repeated = part(Repeated, "rad/s")  # pyright: ignore
     following: tuple[bool, ...] = eqx.field(static=True)  # pyright: ignore
     limit: Scalar = quantity("N", "greatest slack tension", positive=True)
     gain: Scalar = quantity("1/s", "correction of the speed", low=0.0, default=2.0)
@@ -285,7 +286,7 @@ class Lever(AbstractProfile):
     brake.
     """
 
-    force: AbstractProfile = holding("N")
+    force: AbstractProfile = part(AbstractProfile, "N")
     arm: Scalar = quantity("m", "arm of the force", positive=True)
     slack_arm: Scalar = quantity("m", "arm of the slack end", positive=True)
     efficiency: Scalar = quantity("1", "efficiency of the linkage", positive=True, high=1.0, default=1.0)

@@ -13,14 +13,14 @@ from jaxtyping import Bool, Float, Int
 
 from ._base._compiling import Skeleton, skeleton
 from ._base._faults import Fault
-from ._base._quantity import Quantity, Scalar, quantity, whole
+from ._base._quantity import Part, Quantity, Scalar, quantity, short_for, takes_values, whole
 from .hybrid._arrays import Array
 
 #: knots of different profiles that lie closer together than this share of their time coincide
 _ROUNDING = 8 * float(np.finfo(np.float64).eps)
 
 
-class AbstractProfile(eqx.Module):
+class AbstractProfile(Part):
     """A given function of time. Corners and jumps are known times: between two of them it is smooth.
 
     `piece` counts the known times passed; `value(t, piece)` extends its piece smoothly beyond both ends. In a straight
@@ -97,6 +97,7 @@ def _next_of(times: Any, piece: Int[Array, ""]) -> Float[Array, ""] | float:
     return jnp.sum(jnp.where(jnp.arange(times.shape[0], dtype=jnp.int32) == piece, times, 0.0))
 
 
+@short_for(AbstractProfile)
 class Constant(AbstractProfile):
     """The same value at all times."""
 
@@ -163,6 +164,7 @@ class PiecewiseLinear(AbstractProfile):
         return _faults_of_points(path, self.times, self.values, low)
 
 
+@takes_values
 def ramp(
     start: Annotated[float, Quantity("SI", "value before")],
     end: Annotated[float, Quantity("SI", "value after")],

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ._base._faults import Fault, InputError
-from ._base._quantity import Scalar, as_number, holding, leaves, quantity
+from ._base._quantity import Part, Scalar, leaves, part, quantity, short_for
 from .friction import TabulatedFade, TabulatedFriction
 from .hybrid._arrays import Array
 from .loads import AbstractSpeedLever
@@ -23,10 +23,10 @@ from .thermal._network import Conductance, Lump, Wall, place_of
 GAS_CONSTANT = 8.31446261815324
 
 
-class AbstractWearRate(eqx.Module):
+class AbstractWearRate(Part):
     """Wear rate `I(T)` in m³/(N·m) = 1/Pa: volume worn off per newton of load and metre of slip (Archard).
 
-    Called as `rate(p, v, T)` like the functions that `simbrake.wear` takes: pressure (Pa), slip speed (m/s), and the
+    Called as `rate(p, v, T)` like the functions that `lining_wear` takes: pressure (Pa), slip speed (m/s), and the
     temperature (K) of the rubbing face, `None` where the scene has none: then the law is at its reference temperature.
     """
 
@@ -42,6 +42,7 @@ def _rate_at(words: str) -> Any:
     return quantity("m^3/(N*m)", f"wear rate {words}".rstrip(), low=0.0, many=True)
 
 
+@short_for(AbstractWearRate)
 class ConstantWear(AbstractWearRate):
     """`I = k`, whatever the temperature.
 
@@ -131,12 +132,7 @@ class ThresholdWear(AbstractWearRate):
         return k * jnp.exp(self.energy / GAS_CONSTANT * (1 / self.threshold - 1 / hot))
 
 
-def _as_rate(rate: Any) -> Any:
-    """A bare number is a constant rate."""
-    return rate if rate is None or isinstance(rate, AbstractWearRate) else ConstantWear(as_number(rate))
-
-
-class Wear(eqx.Module):
+class Wear(Part):
     """Wear of the linings as a part of a scene; without it a scene has no wear states, equations or cost.
 
         ḣ_i = I(T_i) p_i |v_i|,   p_i = N_i/A_i                                                      (model §7; Archard)
@@ -155,8 +151,8 @@ class Wear(eqx.Module):
     What a run itself wears off does not act back on it: a braking takes micrometres of some ten millimetres.
     """
 
-    rate: AbstractWearRate = eqx.field(converter=_as_rate)
-    internal: AbstractWearRate | None = eqx.field(converter=_as_rate, default=None)
+    rate: AbstractWearRate = part(AbstractWearRate)
+    internal: AbstractWearRate | None = part(AbstractWearRate, default=None)
     worn: Scalar = quantity("m", "thickness worn off before the run", low=0.0, many=True, default=0.0)
     permissible: Scalar | None = quantity("m", "permissible wear", positive=True, many=True, default=None)
     thickness: Scalar | None = quantity("m", "thickness of a new lining", positive=True, default=None)
@@ -195,7 +191,7 @@ class Delayed(AbstractProfile):
     - `profile`: any profile;  `delay` (s)
     """
 
-    profile: AbstractProfile = holding("SI")
+    profile: AbstractProfile = part(AbstractProfile)
     delay: Scalar = quantity("s", "time by which the profile comes later", low=0.0)
 
     @property

@@ -220,7 +220,8 @@ def test_faults_of_a_scene_with_heat():
     with pytest.raises(sb.InputError, match=r"brake\.linings\.area"):
         sb.simulate(stop_scene(law=sb.ProductFriction(sb.ConstantFriction(0.3), (sb.PressureFactor(1e6, 0.2),))))
     scene = layered_stop()
-    bad = eqx.tree_at(lambda s: s.heat.friction, scene, sb.FrictionHeat("rim", "nowhere", sb.ConstantPartition(1.5)))
+    bad = eqx.tree_at(lambda s: s.heat.friction, scene, sb.FrictionHeat("rim", "nowhere", sb.ConstantPartition(0.5)))
+    bad = eqx.tree_at(lambda s: s.heat.friction.partition.metal, bad, 1.5)
     with pytest.raises(sb.InputError, match=r"partition\.metal"):
         sb.simulate(bad)
     bad = eqx.tree_at(lambda s: s.heat.friction, scene, sb.FrictionHeat("rim", "nowhere", sb.ConstantPartition(0.5)))

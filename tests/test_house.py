@@ -148,7 +148,8 @@ def test_absent_physics_has_no_states():
 
 
 def test_all_faults_of_a_scene_in_one_report():
-    scene = stop_scene(f=-0.1, J=0.0, T0=-5.0, end=-1.0)
+    bad = {"brake.pulley.inertia": 0.0, "brake.linings.friction.coefficient": -0.1}
+    scene = sb.with_values(stop_scene(T0=-5.0, end=-1.0), bad)
     with pytest.raises(sb.InputError) as caught:
         sb.simulate(scene)
     text = str(caught.value)

@@ -70,7 +70,9 @@ def test_a_rigid_stop_has_work_wear_and_means_in_closed_form():
     np.testing.assert_allclose(work, energy * np.diff(T) / (T[-1] - 1), rtol=1e-10)
     assert work.sum() == pytest.approx(float(result.energy["friction_heat"]), rel=1e-12)
     distance = energy / (T0 * (T[-1] - 1))
-    np.testing.assert_allclose(np.asarray(sb.wear(result, rate())), 2e-14 * T0 * normal / AREA * distance, rtol=1e-10)
+    np.testing.assert_allclose(
+        np.asarray(sb.lining_wear(result, rate())), 2e-14 * T0 * normal / AREA * distance, rtol=1e-10
+    )
     increment = np.asarray(sb.lining_mean(result, "tension_increment"))
     np.testing.assert_allclose(increment, T0 * np.diff(T), rtol=1e-12)
     peaks = np.asarray(sb.lining_peak(result, "normal_load"))
@@ -132,7 +134,7 @@ def test_gradients_of_wear_against_central_differences():
 
     def worn(scene):
         result = sb.simulate(scene, solver=diffrax.Dopri8(), rtol=1e-12, max_steps=64)
-        return 1e6 * shares @ sb.wear(result, rate(2e-3))
+        return 1e6 * shares @ sb.lining_wear(result, rate(2e-3))
 
     scene = heated_stop(fade=1e-3)
     gradient = jax.jit(jax.grad(worn))(jax.tree.map(jnp.asarray, scene))
@@ -143,7 +145,7 @@ def test_gradients_of_wear_against_central_differences():
 
         def at(x, path=path):
             result = sb.simulate(sb.with_values(scene, {path: x}), solver=diffrax.Dopri8(), rtol=1e-12)
-            return 1e6 * float(shares @ sb.wear(result, rate(2e-3)))
+            return 1e6 * float(shares @ sb.lining_wear(result, rate(2e-3)))
 
         h = 1e-3 * value
         near, far = (at(value + h) - at(value - h)) / (2 * h), (at(value + 2 * h) - at(value - 2 * h)) / (4 * h)
@@ -204,7 +206,7 @@ def test_fade_and_hot_wear_move_the_layout_of_equal_wear():
     assert hot.non_uniformity <= 1 + 1e-6
     assert hot.row("closed form").non_uniformity > 1.01
     assert np.abs(hot.angle - static).max() > math.radians(0.1)
-    worn = np.asarray(sb.wear(sb.simulate(hot.scene), rate(2e-3)))
+    worn = np.asarray(sb.lining_wear(sb.simulate(hot.scene), rate(2e-3)))
     assert worn.max() / worn.min() <= 1 + 1e-6
     assert "closed form" in str(hot)
     assert hot.as_dict()["layouts"][-1]["angle"] == hot.angle.tolist()

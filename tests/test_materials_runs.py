@@ -69,7 +69,7 @@ def test_without_heat_the_scene_runs_once_and_wear_adds_up():
     n = scene.brake.linings.count
     linings = dataclasses.replace(scene.brake.linings, area=np.asarray(0.75 / n))
     result = sb.simulate(dataclasses.replace(scene, brake=dataclasses.replace(scene.brake, linings=linings)))
-    mean = float(np.mean(np.asarray(sb.wear(result, 3e-14))))
+    mean = float(np.mean(np.asarray(sb.lining_wear(result, 3e-14))))
     assert table.row("brass")["wear"].value == pytest.approx(mean, rel=1e-9)
 
 

@@ -281,9 +281,12 @@ def test_times_that_make_no_run_are_an_input_error(times):
 
 def test_all_faults_of_a_network_in_one_report():
     heat = sb.Heat(
-        bodies=(sb.Lump("a", -1.0), sb.Lump("b", 1.0, -5.0), sb.Lump("c", 1.0)),
-        links=(sb.Conductance("a", "b", 1.0),),
+        bodies=(sb.Lump("a", 1.0), sb.Lump("b", 1.0, 280.0), sb.Lump("c", np.asarray([0.0, 1.0]), count=2)),
+        links=(sb.Conductance("a", "b", 1.0), sb.Conductance("b", "c", 1.0)),
     )
+    with pytest.raises(sb.InputError, match=r"heat\.bodies\[2\]\.capacity: 0 J/K at some"):
+        sb.simulate_heat(heat, [0.0, 1.0])
+    heat = eqx.tree_at(lambda h: (h.bodies[0].capacity, h.bodies[1].temperature), heat, (-1.0, -5.0))
     with pytest.raises(sb.InputError) as caught:
         sb.simulate_heat(heat, [0.0, 1.0])
     assert "heat.bodies[0].capacity" in str(caught.value)

@@ -263,7 +263,7 @@ def test_faults_of_a_bandage_in_one_report():
     with pytest.raises(sb.InputError, match=r"brake\.bandage\.preload: does not fit 8 linings"):
         sb.simulate(scene)
     with pytest.raises(sb.InputError, match=r"brake\.bandage\.inertia"):
-        sb.simulate(staged.stop(J_b=-1.0))
+        sb.simulate(sb.with_values(staged.stop(), {"brake.bandage.inertia": -1.0}))
     with pytest.raises(sb.InputError, match="locks itself"):
         sb.simulate(staged.stop(f_ext=3.6))
     with pytest.raises(ValueError, match="no bandage"):

@@ -2,21 +2,26 @@
 
 import dataclasses
 import functools
+import inspect
 import json
 import math
 import re
+import types
+import typing
+from collections.abc import Callable, Iterable, Sequence
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, TypeVar, cast
 
 import equinox as eqx
 import jax
+import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
 from jaxtyping import Float
 
 from ..hybrid._arrays import Array
 from ._compiling import warn_of_untested_jax
-from ._faults import Fault
+from ._faults import Fault, InputError
 
 if TYPE_CHECKING:
     Scalar = Any  # what a caller may write: a number, a list, an array
@@ -67,10 +72,34 @@ class Quantity:
 
 
 def as_number(x: Any) -> Any:
-    """Python and NumPy numbers as float64 arrays, so that a new value never re-traces; JAX arrays stay as they are."""
-    if x is None or isinstance(x, jax.Array) or not isinstance(x, int | float | list | tuple | np.ndarray | np.generic):
+    """Numbers, lists of them and NumPy arrays as float64 arrays, so that a new value never re-traces.
+
+    JAX arrays stay as they are, whole numbers in them become float64; what is no number stays what it is.
+    """
+    if isinstance(x, jax.Array):
+        return x.astype(np.float64) if jnp.issubdtype(x.dtype, jnp.integer) else x
+    if isinstance(x, bool) or not isinstance(x, int | float | list | tuple | np.ndarray | np.generic):
         return x
-    return np.asarray(x, dtype=np.float64)
+    try:
+        if any(isinstance(leaf, jax.Array) for leaf in jax.tree.leaves(x)):
+            return jnp.asarray(x, np.float64)
+        found = np.asarray(x)
+    except (ValueError, TypeError):  # lists of unequal length
+        return x
+    return found.astype(np.float64, copy=False) if found.dtype.kind in "iuf" else x
+
+
+def in_si(x: Any, about: Quantity) -> Any:
+    """A value as people write it, with its unit too, as a number in SI; what cannot be read stays what it is."""
+    if not _has_units(x) or about.unit == "SI":
+        return as_number(x)
+    reader = NumberReader()
+    found = reader.number(list(x) if isinstance(x, tuple) else x, about, "", about.unit)
+    return x if reader.faults else np.asarray(found, np.float64)
+
+
+def _has_units(x: Any) -> bool:
+    return isinstance(x, str) or (isinstance(x, list | tuple) and any(isinstance(one, str) for one in x))
 
 
 def positive(unit: str, meaning: str, high: float | None = None) -> Quantity:
@@ -95,7 +124,17 @@ def quantity(
     """
     about = Quantity(unit, meaning, 0.0 if positive else low, high, positive, difference, many, default == ())
     keywords = {} if default is dataclasses.MISSING else {"default": default}
-    return eqx.field(converter=as_number, metadata={"quantity": about}, **keywords)
+    shown = (float | Sequence[float]) if many else float
+    converter = _converter(in_si, shown | None if default is None else shown, about=about)
+    return eqx.field(converter=converter, metadata={"quantity": about}, **keywords)
+
+
+def _converter(read: Callable[..., Any], annotation: Any, **known: Any) -> Callable[[Any], Any]:
+    """A converter of a field; `annotation`: what people see in the signature of the class."""
+    converter = functools.partial(read, **known)
+    kind = inspect.Parameter.POSITIONAL_ONLY
+    vars(converter)["__signature__"] = inspect.Signature([inspect.Parameter("x", kind, annotation=annotation)])
+    return converter
 
 
 @dataclasses.dataclass(frozen=True)
@@ -113,9 +152,157 @@ def whole(meaning: str, *, low: int = 1, high: int = 100_000, default: Any = dat
     return eqx.field(static=True, metadata={"whole": Whole(meaning, low, high)}, **keywords)
 
 
-def holding(unit: str, **keywords: Any) -> Any:
-    """A field with an object whose numbers of the unit `SI` are in `unit`, as the profile of a tension in N."""
-    return eqx.field(metadata={"unit": unit}, **keywords)
+#: family of parts → what a bare number stands for where one of them is wanted
+_SHORT: dict[type, type] = {}
+
+_T = TypeVar("_T", bound=type)
+_Build = TypeVar("_Build", bound=Callable[..., Any])
+
+
+def short_for(family: type) -> Callable[[_T], _T]:
+    """Marks a class whose first field alone makes one of its `family`: a bare number then stands for it."""
+
+    def marked(maker: _T) -> _T:
+        _SHORT[family] = maker
+        return maker
+
+    return marked
+
+
+def short_of(wanted: Iterable[Any]) -> type | None:
+    """What a bare number stands for where one of the `wanted` classes is expected."""
+    return next((_SHORT[family] for family in wanted if family in _SHORT), None)
+
+
+def as_part(x: Any, family: type, unit: str = "SI") -> Any:
+    """A part of a scene, or what a number stands for in its place; `unit`: what `SI` means in it."""
+    maker = short_of((family,))
+    if maker is None or x is None or isinstance(x, eqx.Module) or callable(x):
+        return x
+    return x if _faults_of_short(maker, x, unit, "") else maker(in_si(x, _number_in(maker, unit)))
+
+
+def _number_in(maker: type, unit: str) -> Quantity:
+    """What is known of the number that alone makes a part, `unit`: what `SI` means in it."""
+    first = dataclasses.fields(maker)[0]  # pyright: ignore
+    about, below = about_of(first, unit), short_of((first.metadata.get("part"),))
+    if about is not None or below is None:
+        return about or Quantity(unit, first.name)
+    return _number_in(below, unit_below(first, unit))
+
+
+def _faults_of_short(maker: type, x: Any, unit: str, path: str) -> list[Fault]:
+    """What is wrong with a text that is to stand for a part."""
+    return _faults_of_leaf(Leaf(path, x, _number_in(maker, unit)), made=False) if _has_units(x) else []
+
+
+def part(family: type, unit: str | None = None, **keywords: Any) -> Any:
+    """A field with a part of a scene, for which a number may stand; numbers of the unit `SI` in it are in `unit`."""
+    metadata = {"part": family} if unit is None else {"part": family, "unit": unit}
+    shown = family | None if keywords.get("default", family) is None else family
+    converter = _converter(as_part, shown | float, family=family, unit=unit or "SI")
+    return eqx.field(converter=converter, metadata=metadata, **keywords)
+
+
+class Part(eqx.Module):
+    """A part of a scene, which looks at its own concrete values as soon as it is made; traced ones pass.
+
+    A number may be a Python or NumPy number, a list, an array, or a text with its unit, as "590 mm". Where a friction
+    law, load or profile is wanted, a number stands for a constant one.
+
+    Raises `InputError` with every value that is no number, not finite or outside its range, and every part that is of
+    the wrong kind. What depends on several parts is looked at by `check`, and before a run.
+    """
+
+    def __check_init__(self) -> None:
+        name, found, hints = type(self).__name__, [], _hints(type(self))
+        for field in dataclasses.fields(self):
+            value, path = getattr(self, field.name), f"{name}.{field.name}"
+            about = field.metadata.get("quantity")
+            kinds = alternatives(hints.get(field.name, Any))
+            if about is not None and value is None:
+                absent = type(None) in kinds or Any in kinds
+                found += [] if absent else [Fault(path, "is missing", f"{about.meaning}{example(about.unit)}")]
+            elif about is not None and not isinstance(value, eqx.Module):
+                found += _faults_of_leaf(Leaf(path, value, about), made=False)
+            elif isinstance(known := field.metadata.get("whole"), Whole):
+                found += _faults_of_whole(path, value, known)
+            else:
+                maker = short_of((field.metadata.get("part"),))
+                unread = [] if maker is None else _faults_of_short(maker, value, unit_below(field, "SI"), path)
+                found += unread or _faults_of_kind(path, value, kinds)
+        if found:
+            raise InputError(found)
+
+
+@functools.cache
+def _hints(cls: type) -> dict[str, Any]:
+    """Types of the fields of a class."""
+    try:
+        return typing.get_type_hints(cls)
+    except NameError:  # of a class inside a function: its names cannot be looked up
+        return {}
+
+
+def alternatives(hint: Any) -> tuple[Any, ...]:
+    """The members of a union, or the hint alone."""
+    origin = typing.get_origin(hint)
+    return typing.get_args(hint) if origin in (typing.Union, types.UnionType) else (hint,)
+
+
+def _faults_of_kind(path: str, value: Any, kinds: tuple[Any, ...]) -> list[Fault]:
+    """A value that is none of the parts that its field names; fields that may hold anything else are left alone."""
+    parts = [kind for kind in kinds if isinstance(kind, type) and issubclass(kind, eqx.Module)]
+    if not parts or set(kinds) - {*parts, type(None)} or isinstance(value, tuple(kinds)):
+        return []
+    names = " or ".join(kind.__name__.removeprefix("Abstract") for kind in parts)
+    return [Fault(path, f"{shown(value)} is none that fits here", f"give a {names}")]
+
+
+def _faults_of_whole(path: str, value: Any, about: Whole) -> list[Fault]:
+    if isinstance(value, bool) or not isinstance(value, int | np.integer):
+        return [Fault(path, f"{shown(value)} is no whole number", f"{about.meaning}, as in {max(about.low, 1)}")]
+    if about.low <= value <= about.high:
+        return []
+    return [Fault(path, f"{value} is not admissible", f"{about.meaning} must be {about.low}…{about.high}")]
+
+
+def takes_values(build: _Build) -> _Build:
+    """A function that makes a part, with arguments as the fields of parts have them.
+
+    What is known of a number stands in its annotation, `Annotated[float, positive("m", "thickness")]`; the signature
+    that people see has only the type. Raises `InputError` with all values that are not admissible.
+    """
+    hints = typing.get_type_hints(build, include_extras=True)
+    about = {name: typing.get_args(hint)[1] for name, hint in hints.items() if typing.get_origin(hint) is Annotated}
+    plain = typing.get_type_hints(build)
+    signature = inspect.signature(build)
+
+    @functools.wraps(build)
+    def made(*args: Any, **named: Any) -> Any:
+        bound, found = signature.bind(*args, **named), []
+        for name, value in bound.arguments.items():
+            known = about.get(name)
+            if value is None or isinstance(value, eqx.Module):
+                continue
+            if isinstance(known, Quantity):
+                found += _faults_of_leaf(Leaf(name, value, known), made=False)
+                if _has_units(value):
+                    read = in_si(value, known)
+                    value = read.tolist() if isinstance(read, np.ndarray) else read
+            elif isinstance(known, Whole):
+                found += _faults_of_whole(name, value, known)
+            elif (family := short_of(alternatives(plain.get(name)))) is not None:
+                value = family(value)
+            bound.arguments[name] = value
+        if found:
+            raise InputError(found)
+        return build(*bound.args, **bound.kwargs)
+
+    seen = [one.replace(annotation=plain.get(name, one.annotation)) for name, one in signature.parameters.items()]
+    vars(made)["__signature__"] = signature.replace(parameters=seen, return_annotation=plain.get("return"))
+    made.__annotations__ = plain
+    return cast(_Build, made)
 
 
 def unit_below(field: dataclasses.Field, unit: str) -> str:
@@ -161,40 +348,65 @@ def leaves(node: Any, path: str = "", unit: str = "SI") -> list[Leaf]:
     return found
 
 
+def as_arrays(node: Any) -> Any:
+    """A tree of parts whose numbers are all arrays, those too that came in without a converter, by `eqx.tree_at`."""
+    if isinstance(node, tuple | list):
+        found = [as_arrays(one) for one in node]
+        return node if all(a is b for a, b in zip(found, node, strict=True)) else type(node)(found)
+    if not dataclasses.is_dataclass(node) or isinstance(node, type):
+        return node
+    changed = {}
+    for field in dataclasses.fields(node):
+        value = getattr(node, field.name)
+        number = field.metadata.get("quantity") is not None and not dataclasses.is_dataclass(value)
+        new = as_number(value) if number else as_arrays(value)
+        if new is not value:
+            changed[field.name] = new
+    return dataclasses.replace(node, **changed) if changed else node
+
+
 def faults_of_values(node: Any, path: str = "") -> list[Fault]:
     """Values that are not numbers, not finite, outside their range or of too few bits. Traced values pass the rest."""
-    faults = []
-    for leaf in leaves(node, path):
-        dtype = getattr(leaf.value, "dtype", np.dtype(np.float64))
-        if np.issubdtype(dtype, np.floating) and dtype != np.float64:
-            what = f"is {dtype}, in which events cannot be located"
-            faults.append(Fault(leaf.path, what, f"give {leaf.about.meaning} as float64"))
-            continue
-        if isinstance(leaf.value, Tracer):
-            continue
-        if not isinstance(leaf.value, np.ndarray | jax.Array):
-            faults.append(Fault(leaf.path, f"{leaf.value!r} is not a number", f"give a number in {leaf.about.unit}"))
-            continue
-        value = np.asarray(leaf.value)
-        if value.ndim > leaf.about.many:
-            hint = "give one number" + (", or a list of numbers" if leaf.about.many else "")
-            faults.append(Fault(leaf.path, f"has the shape {value.shape}", hint))
-            continue
-        if value.size == 0 and not leaf.about.may_be_empty:
-            faults.append(Fault(leaf.path, "is an empty list", f"give {leaf.about.meaning}"))
-            continue
-        bad = ~leaf.about.admits(value)
-        if bad.any():
-            which = "" if value.ndim == 0 else "[" + ", ".join(str(i) for i in np.argwhere(bad)[0]) + "]"
-            worst = value[bad].flat[0]
-            faults.append(
-                Fault(
-                    leaf.path + which,
-                    f"{worst:g} {leaf.about.unit} is not admissible",
-                    f"{leaf.about.meaning} must be {leaf.about.wanted(worst)} {leaf.about.unit}",
-                )
-            )
-    return faults
+    return [fault for leaf in leaves(node, path) for fault in _faults_of_leaf(leaf)]
+
+
+def _faults_of_leaf(leaf: Leaf, *, made: bool = True) -> list[Fault]:
+    """What is wrong with one value.
+
+    `made`: it stands in a part that has been made, where texts have been read, and lists stand only where they may;
+    until then a list may be for many parts side by side.
+    """
+    about, given = leaf.about, leaf.value
+    dtype = getattr(given, "dtype", np.dtype(np.float64))
+    if jnp.issubdtype(dtype, jnp.floating) and dtype != np.float64:
+        what = f"is {dtype}, in which events cannot be located"
+        return [Fault(leaf.path, what, f"give {about.meaning} as float64")]
+    if isinstance(given, Tracer | jax.ShapeDtypeStruct):
+        return []
+    if _has_units(given) and not made:
+        if about.unit == "SI":
+            what = f"{shown(given)} cannot be read, as its unit is that of the place where it stands"
+            return [Fault(leaf.path, what, "give it in SI units, without a unit")]
+        reader = NumberReader()
+        reader.number(list(given) if isinstance(given, tuple) else given, about, leaf.path, about.unit)
+        return reader.faults
+    given = as_number(given)  # a Python number, put in by `eqx.tree_at`
+    if not isinstance(given, np.ndarray | jax.Array):
+        unit = "SI units" if about.unit == "SI" else about.unit
+        return [Fault(leaf.path, f"{shown(given)} is not a number", f"give a number in {unit}")]
+    value = np.asarray(given)
+    if made and value.ndim > about.many:
+        hint = "give one number" + (", or a list of numbers" if about.many else "")
+        return [Fault(leaf.path, f"has the shape {value.shape}", hint)]
+    if value.size == 0 and not about.may_be_empty:
+        return [Fault(leaf.path, "is an empty list", f"give {about.meaning}")]
+    bad = ~about.admits(value)
+    if not bad.any():
+        return []
+    which = "" if value.ndim == 0 else "[" + ", ".join(str(i) for i in np.argwhere(bad)[0]) + "]"
+    worst = value[bad].flat[0]
+    words = f"{about.meaning} must be {about.wanted(worst)} {about.unit}"
+    return [Fault(leaf.path + which, f"{worst:g} {about.unit} is not admissible", words)]
 
 
 def faults_of_tolerance(rtol: Any) -> list[Fault]:

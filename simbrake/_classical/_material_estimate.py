@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._parts._scene import Scene, band_brake
-from .._run._linings import wear
+from .._run._linings import lining_wear
 from .._run._result import Result
 from ..thermal._material import effusivity_share
 from ._estimate_basis import Basis
@@ -172,7 +172,7 @@ def simulated(case: Case, result: Result) -> dict[str, float]:
     if result.scene.network.linings is not None:
         found["lining_surface"] = float(result.peak_lining_temperature.value)
     if knows_wear(result.scene):
-        found["wear"] = float(np.mean(np.asarray(wear(result, case.lining.wear))))
+        found["wear"] = float(np.mean(np.asarray(lining_wear(result, case.lining.wear))))
     return found
 
 

@@ -6,11 +6,12 @@ from typing import Annotated
 import numpy as np
 
 from .._base._faults import InputError
-from .._base._quantity import Quantity
+from .._base._quantity import Quantity, takes_values
 from .._studies._read_measured import CsvFile
 from ..profiles import PiecewiseLinear
 
 
+@takes_values
 def history(
     file: Path, column: str, unit: str = "SI", time: str = "t", begin: Annotated[float, Quantity("s", "shift")] = 0.0
 ) -> PiecewiseLinear:

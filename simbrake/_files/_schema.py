@@ -5,9 +5,6 @@ import difflib
 import functools
 import importlib
 import inspect
-import pkgutil
-import sys
-import types
 import typing
 from collections.abc import Callable
 from pathlib import Path
@@ -17,18 +14,14 @@ import equinox as eqx
 import numpy as np
 
 from .._base._faults import Fault, InputError
-from .._base._quantity import Quantity, Whole, about_of, leaves, unit_below
+from .._base._quantity import Quantity, Whole, about_of, alternatives, leaves, short_of, unit_below
 from .._parts._programme import programme_scene
 from .._parts._scene import AbstractDuty, Scene
-from ..brakes._band import AbstractStiffness, GivenStiffness
 from ..brakes._design import AbstractBrake, Lining, uniform_linings
-from ..friction import AbstractFriction, ConstantFriction
-from ..loads import AbstractLoad, Lever, TorqueLoad
-from ..profiles import AbstractProfile, Constant, ramp
+from ..profiles import AbstractProfile, ramp
 from ..thermal._builders import layered_heat, lumped_heat, with_external_pair, with_pulley_structure
-from ..thermal._heat import AbstractPartition, ConstantPartition, Heat
+from ..thermal._heat import Heat
 from ..thermal._material import LIBRARY
-from ..wear import AbstractWearRate, ConstantWear
 from ._history import history
 
 #: functions that make an object of a class, by name in a file as the classes themselves are
@@ -38,18 +31,19 @@ BUILDERS: dict[type, tuple[Callable[..., Any], ...]] = {
     Scene: (programme_scene,),
     Heat: (layered_heat, lumped_heat, with_pulley_structure, with_external_pair),
 }
-#: what a bare number stands for where an object is wanted
-SHORT: dict[type, Callable[..., Any]] = {
-    AbstractFriction: ConstantFriction,
-    AbstractProfile: Constant,
-    AbstractStiffness: GivenStiffness,
-    AbstractPartition: ConstantPartition,
-    AbstractLoad: TorqueLoad,
-    AbstractWearRate: ConstantWear,
-}
 #: families whose classes have no keys that would do for another one of them
 TOLD_BY_KEYS: set[type] = {AbstractBrake, AbstractDuty}
-assert Lever  # its class is found as a subclass of a profile only if its module is loaded
+#: modules that define parts
+_PARTS = (
+    "friction",
+    "loads",
+    "profiles",
+    "wear",
+    "thermal._builders",
+    "thermal._heat",
+    "brakes._design",
+    "brakes._pressed",
+)
 
 
 class Part(NamedTuple):
@@ -84,10 +78,9 @@ def parts_of(maker: Callable[..., Any]) -> tuple[Part, ...]:
         hints = typing.get_type_hints(maker)
         fields = [field for field in dataclasses.fields(maker) if field.init]
         return tuple(_of_field(field, hints[field.name]) for field in fields)
-    hints = typing.get_type_hints(maker, include_extras=True)
-    return tuple(
-        _of_parameter(parameter, hints[parameter.name]) for parameter in inspect.signature(maker).parameters.values()
-    )
+    annotated = inspect.unwrap(maker)
+    hints = typing.get_type_hints(annotated, include_extras=True)
+    return tuple(_of_parameter(one, hints[one.name]) for one in inspect.signature(annotated).parameters.values())
 
 
 def _of_field(field: dataclasses.Field, hint: Any) -> Part:
@@ -106,29 +99,23 @@ def _of_parameter(parameter: inspect.Parameter, hint: Any) -> Part:
 
 def _part(name: str, hint: Any, about: Any, default: Any, unit: str) -> Part:
     many = typing.get_origin(hint) is tuple
-    alternatives = _alternatives(typing.get_args(hint)[0] if many else hint)
-    wanted = tuple(t for t in alternatives if isinstance(t, type) and issubclass(t, eqx.Module))
-    nullable = type(None) in alternatives or default is None
+    kinds = alternatives(typing.get_args(hint)[0] if many else hint)
+    wanted = tuple(t for t in kinds if isinstance(t, type) and issubclass(t, eqx.Module))
+    nullable = type(None) in kinds or default is None
     if isinstance(about, Quantity):
         kind = "number"
     elif wanted:
         kind = "object"
     else:
-        kind = next((_KINDS[t] for t in alternatives if t in _KINDS), "")
+        kind = next((_KINDS[t] for t in kinds if t in _KINDS), "")
     return Part(name, kind, about, wanted, many, nullable, default, unit)
-
-
-def _alternatives(hint: Any) -> tuple[Any, ...]:
-    origin = typing.get_origin(hint)
-    return typing.get_args(hint) if origin in (typing.Union, types.UnionType) else (hint,)
 
 
 @functools.cache
 def _import_all_parts() -> None:
     """Classes are found among the subclasses of their family, so all of them must be there."""
-    package = Scene.__module__.rpartition(".")[0]
-    for module in pkgutil.iter_modules(sys.modules[package].__path__, f"{package}."):
-        importlib.import_module(module.name)
+    for name in _PARTS:
+        importlib.import_module(f"{__name__.partition('.')[0]}.{name}")
 
 
 @functools.cache
@@ -157,11 +144,6 @@ def several(wanted: tuple[type, ...]) -> bool:
     if set(wanted) <= TOLD_BY_KEYS:
         return False
     return sum(isinstance(maker, type) for maker in makers_of(wanted).values()) > 1
-
-
-def short_of(wanted: tuple[type, ...]) -> Callable[..., Any] | None:
-    """What a bare number stands for where one of the `wanted` classes is expected."""
-    return next((SHORT[base] for base in wanted if base in SHORT), None)
 
 
 @functools.cache

@@ -12,7 +12,7 @@ from .._parts._layout import InfeasibleLayout, equal_increment_angles, equal_loa
 from .._parts._scene import Scene, band_brake
 from .._physics._assemble import assemble
 from .._physics._sliding import Grip
-from .._run._linings import Rubbing, friction_work, lining_mean, quantity_of, wear, wearing
+from .._run._linings import Rubbing, friction_work, lining_mean, lining_wear, quantity_of, wearing
 from .._run._result import Result
 from ..brakes._band import running_product
 from ..hybrid._arrays import Array
@@ -72,7 +72,7 @@ def over_braking(result: Result, target: Target, rate: Any, pair: str) -> Float[
     if not isinstance(target, str):
         return jnp.asarray(target(result))
     if target == "wear":
-        return wear(result, rate, pair=pair)
+        return lining_wear(result, rate, pair=pair)
     if target == "friction_work":
         return friction_work(result, pair=pair)
     return lining_mean(result, target, over="slip", pair=pair)

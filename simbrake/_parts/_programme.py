@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._base._faults import Fault, InputError
-from .._base._quantity import BAD, NumberReader, Quantity, positive
+from .._base._quantity import BAD, NumberReader, Quantity, positive, takes_values
 from ..brakes._band import grip, tension_ratio
 from ..brakes._design import Brake, unloaded
 from ..loads import AbstractLoad, Driller, HookLoad, TrippingLoad
@@ -87,6 +87,7 @@ def parse_programme(lines: tuple[str, ...] | list[str], path: str = "programme")
     return steps, count
 
 
+@takes_values
 def programme_scene(
     brake: Brake,
     programme: tuple[str, ...],

@@ -11,7 +11,7 @@ from jax.core import Tracer
 
 from .._base._compiling import DeviceJit
 from .._base._faults import Fault, InputError
-from .._base._quantity import Scalar, faults_of_values, holding, leaves, quantity
+from .._base._quantity import Part, Scalar, as_arrays, faults_of_values, leaves, part, quantity
 from ..brakes._band import ParallelBands
 from ..brakes._design import AbstractBrake, AbstractLinings, Brake, tension_shares, under_a_band, unloaded
 from ..friction import AbstractFriction, Reads, needs, reads, remembers
@@ -23,7 +23,7 @@ from ..thermal._network import nodes_at, place_of
 from ..wear import Wear, faults_of_wear
 
 
-class AbstractDuty(eqx.Module):
+class AbstractDuty(Part):
     """What acts on a brake: the load, and what its lever gives.
 
     - `load`: `M_load(t, ω)`;  `lever_field`: name of the field that holds the profile of the lever
@@ -49,8 +49,8 @@ class Duty(AbstractDuty):
     - `slack_tension`: `T_0(t) ≥ 0` in N, set by the lever at the slack end;  `load`: `M_load(t, ω)`
     """
 
-    slack_tension: AbstractProfile = holding("N")
-    load: AbstractLoad  # pyright: ignore
+    slack_tension: AbstractProfile = part(AbstractProfile, "N")
+    load: AbstractLoad = part(AbstractLoad)  # pyright: ignore
     lever_field: ClassVar[str] = "slack_tension"
 
     @property
@@ -65,8 +65,8 @@ class ForceDuty(AbstractDuty):
     - `load`: `M_load(t, ω)`
     """
 
-    force: AbstractProfile = holding("N")
-    load: AbstractLoad  # pyright: ignore
+    force: AbstractProfile = part(AbstractProfile, "N")
+    load: AbstractLoad = part(AbstractLoad)  # pyright: ignore
     lever_field: ClassVar[str] = "force"
 
     @property
@@ -74,7 +74,7 @@ class ForceDuty(AbstractDuty):
         return self.force
 
 
-class Initial(eqx.Module):
+class Initial(Part):
     """How the run starts.
 
     - `omega` `ω_0` (rad/s), positive in the braking direction;  `elongation` `x_0` (m) of an elastic band
@@ -86,7 +86,7 @@ class Initial(eqx.Module):
     time: Scalar = quantity("s", "time at the start", default=0.0)
 
 
-class Scene(eqx.Module):
+class Scene(Part):
     """One run of a brake: a band brake under a `Duty`, a disc or double-shoe brake under a `ForceDuty`.
 
     Every number is an array leaf in SI units; `None` means that a piece of physics is absent.
@@ -197,6 +197,12 @@ def check(scene: Scene) -> None:
     found = faults(scene)
     if found:
         raise InputError(found)
+
+
+def checked(scene: Scene) -> Scene:
+    """The scene without faults, its numbers as arrays. Raises `InputError` with all faults."""
+    check(scene)
+    return as_arrays(scene)
 
 
 def warnings(scene: Scene) -> list[str]:

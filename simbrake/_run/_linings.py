@@ -173,7 +173,7 @@ def friction_work(run: Any, *, pair: str = "external", points: int = POINTS) -> 
     return integral(record, _pick(_power, record, pair), points=points)
 
 
-def wear(run: Any, rate: WearRate, *, pair: str = "external", points: int = POINTS) -> Float[Array, " n"]:
+def lining_wear(run: Any, rate: WearRate, *, pair: str = "external", points: int = POINTS) -> Float[Array, " n"]:
     """Depth worn off every lining over a run, in m (model §7; Archard).
 
         h_i = ∫ I(p_i, v_i, T_i) p_i v_i dt,   p_i = N_i/A_i

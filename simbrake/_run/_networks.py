@@ -13,7 +13,7 @@ from jaxtyping import Float
 
 from .._base._compiling import DeviceJit
 from .._base._faults import Fault, InputError
-from .._base._quantity import faults_of_tolerance, faults_of_values
+from .._base._quantity import as_arrays, faults_of_tolerance, faults_of_values
 from .._parts._scene import Scene, pairs_of
 from .._physics._brake import course_of_profile
 from .._physics._sparsity import couplings
@@ -154,6 +154,7 @@ def simulate_heat(
         ts = array_of_times(ts, "ts")
         if not np.all(np.isfinite(ts)) or np.any(np.diff(ts) < 0):
             raise InputError([Fault("ts", "are not times in order", "the run goes from the first to the last of them")])
+    heat = as_arrays(heat)
     if solver is None:
         span = 0.0 if traced else float(ts[-1] - ts[0])
         solver = Rodas5P() if traced or stiff_heat(heat, span)[0] else diffrax.Dopri8()
@@ -219,6 +220,7 @@ def steady_state(
             raise InputError(
                 [Fault("heat", "has no reservoir", "without an outlet its temperatures are not determined")]
             )
+    heat = as_arrays(heat)
     stores, junctions = _steady_jit(heat, speed, closed, power, guess)
     if not traced and not np.all(np.isfinite(np.asarray(stores))):
         raise InputError([Fault("heat", "no steady state was found", "a body may have no way to a reservoir")])

@@ -11,7 +11,7 @@ import numpy as np
 from .._base._compiling import Program, compiled, pack
 from .._base._faults import Fault, InputError
 from .._base._quantity import leaves
-from .._parts._scene import Scene, check
+from .._parts._scene import Scene, check, checked
 from ..hybrid import Code
 from ._edit import with_values
 from ._measure import Metric, check_metrics, measure, name_of
@@ -174,6 +174,7 @@ def prepare(
 
     Raises `InputError` for a faulty scene or metric, and `SimulationError` where the scene's own run fails.
     """
+    scene = checked(scene)
     check_metrics(scene, metrics)
     solver = solver_of(scene, solver)
     limit = max_steps or room_for(simulate(scene, solver=solver, rtol=rtol))

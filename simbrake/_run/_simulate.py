@@ -27,7 +27,7 @@ from .._base._compiling import (
 from .._base._faults import Fault, InputError
 from .._base._progress import telling
 from .._base._quantity import faults_of_tolerance, leaves
-from .._parts._scene import Scene, check
+from .._parts._scene import Scene, checked
 from .._physics._assemble import assemble
 from ..hybrid import (
     AbstractHybridSystem,
@@ -290,7 +290,7 @@ def simulate(
     """
     require_64_bits()
     check_limits(rtol, max_step, max_steps, max_events)
-    check(scene)
+    scene = checked(scene)
     traced = any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves((scene, rtol)))
     solver = solver_of(scene, solver)
     method = method_of(scene, solver)

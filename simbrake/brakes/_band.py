@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from .._base._faults import Fault
-from .._base._quantity import Scalar, as_number, leaves, quantity
+from .._base._quantity import Part, Scalar, as_number, leaves, quantity, short_for
 from ..hybrid._arrays import Array
 
 
@@ -242,7 +242,7 @@ def _mean_rise(x: Array) -> Array:
     return jnp.where(small, near, jnp.expm1(away) / away)
 
 
-class AbstractStiffness(eqx.Module):
+class AbstractStiffness(Part):
     """What may stand for the number `C` of a band (N/m): tension of the tight end per unit elongation.
 
     Its methods take the friction `f` (a number or (n,)) and central angles `angle` (n,) in rad of the linings and the
@@ -275,6 +275,7 @@ class AbstractStiffness(eqx.Module):
         return 2 * math.pi
 
 
+@short_for(AbstractStiffness)
 class GivenStiffness(AbstractStiffness):
     """A band whose stiffness `value` (N/m) is known: for bands in parallel, where a bare number may be written too."""
 

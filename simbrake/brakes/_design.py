@@ -13,7 +13,7 @@ from jaxtyping import Float
 
 from .._base._compiling import Skeleton, skeleton
 from .._base._faults import Fault, InputError
-from .._base._quantity import Scalar, Whole, positive, quantity
+from .._base._quantity import Part, Scalar, Whole, part, positive, quantity, takes_values
 from ..friction import (
     AbstractFriction,
     AnyContact,
@@ -28,7 +28,7 @@ from ..hybrid._arrays import Array
 from ._band import AbstractStiffness, ParallelBands, grip, product, tension_ratio
 
 
-class Pulley(eqx.Module):
+class Pulley(Part):
     """The brake pulley and all that turns with its shaft.
 
     - `radius` `R` of the friction track (m); `inertia` `J` about the shaft (kg·m²), drum included, hook load not
@@ -40,7 +40,7 @@ class Pulley(eqx.Module):
     width: Scalar | None = quantity("m", "width of the friction track", positive=True, default=None)
 
 
-class Segments(eqx.Module):
+class Segments(Part):
     """The band between the linings, where each of them moves for itself (model §3.1, the resolved chain).
 
     - `stiffness` `K_i` (N/m) between lining `i` and `i + 1`, one number or (n − 1,); the segment to the anchor is the
@@ -56,7 +56,7 @@ class Segments(eqx.Module):
     anchor_damping: Scalar = quantity("N*s/m", "damping of the segment to the anchor", low=0.0, default=0.0)
 
 
-class Band(eqx.Module):
+class Band(Part):
     """The brake band.
 
     - `radius` `R_b` (m) of the circle on which its tension acts: track radius, lining and half the band
@@ -74,7 +74,7 @@ class Band(eqx.Module):
     segments: Segments | None = None
 
 
-class AbstractLinings(eqx.Module):
+class AbstractLinings(Part):
     """What rubs: `n` linings of one brake, whatever they are called. Arrays over them have `n` entries.
 
     - `friction`: the law of all of them, with numbers for all or per lining;  `area` `A_i` (m²), `None`: not given
@@ -110,7 +110,7 @@ class Lining(AbstractLinings):
     - `mass` `m_i` (kg), a number or (n,): needed where the band is resolved into `segments`, else without effect
     """
 
-    friction: AbstractFriction
+    friction: AbstractFriction = part(AbstractFriction)
     angle: Scalar = quantity("rad", "central angle of a lining", positive=True, high=math.pi * (1 - 1e-9), many=True)
     area: Scalar | None = quantity("m^2", "area of a lining", positive=True, many=True, default=None)
     mass: Scalar | None = quantity("kg", "mass of a lining and its band", positive=True, many=True, default=None)
@@ -129,19 +129,20 @@ class Lining(AbstractLinings):
         return jnp.sum(jnp.asarray(self.angle))
 
 
+@takes_values
 def uniform_linings(
     count: Annotated[int, Whole("number of linings", 1, 10_000)],
     wrap: Annotated[float, positive("rad", "wrap angle")],
-    friction: AbstractFriction,
+    friction: AbstractFriction | float,
     area: Annotated[float | None, positive("m^2", "area of a lining")] = None,
     mass: Annotated[float | None, positive("kg", "mass of a lining and its band")] = None,
 ) -> Lining:
     """`count` equal linings over the angle `wrap` (rad); each of the `area` (m²) if pressure matters, of the `mass`
     (kg) in a chain."""
-    return Lining(angle=np.full(count, wrap / count), friction=friction, area=area, mass=mass)
+    return Lining(angle=np.full(count, wrap / count), friction=friction, area=area, mass=mass)  # pyright: ignore
 
 
-class Bandage(eqx.Module):
+class Bandage(Part):
     """The linings of a staged brake as a bandage that rides on the pulley (model §4; K).
 
     The band rubs on the bandage (external pair, with `Lining.friction`), the bandage on the rim (internal pair):
@@ -159,7 +160,7 @@ class Bandage(eqx.Module):
     """
 
     inertia: Scalar = quantity("kg*m^2", "inertia of the bandage about the shaft", positive=True, many=True)
-    friction: AbstractFriction  # pyright: ignore
+    friction: AbstractFriction = part(AbstractFriction)  # pyright: ignore
     preload: Scalar = quantity("N", "interference load of a lining on the rim", low=0.0, many=True, default=0.0)
     area: Scalar | None = quantity("m^2", "area of a lining's inner face", positive=True, many=True, default=None)
     spring: Scalar | None = quantity(
@@ -199,7 +200,7 @@ class PairPlace(NamedTuple):
     words: str
 
 
-class AbstractBrake(eqx.Module):
+class AbstractBrake(Part):
     """What a scene knows of any kind of brake.
 
     - `linings`;  `inertia` `J` (kg·m²) of all that turns with the shaft, hook load not

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from .._base._faults import Fault
-from .._base._quantity import Scalar, quantity, whole
+from .._base._quantity import Part, Scalar, part, quantity, whole
 from ..friction import AbstractFriction, reads
 from ..hybrid._arrays import Array
 from ._design import AbstractBrake, AbstractLinings, BrakeWords, faults_of_law
@@ -64,7 +64,7 @@ class AbstractPressedBrake(AbstractBrake):
 # --- disc brake -------------------------------------------------------------------------------------------------------
 
 
-class AbstractPadPressure(eqx.Module):
+class AbstractPadPressure(Part):
     """How the pressure of a pad is distributed over its radius, between `r_i` and `r_o`."""
 
     @abc.abstractmethod
@@ -123,7 +123,7 @@ class Pads(AbstractLinings):
     - `friction`: its law, with numbers for all or per pad;  `pressure`: its distribution over the radius
     """
 
-    friction: AbstractFriction
+    friction: AbstractFriction = part(AbstractFriction)
     inner_radius: Scalar = quantity("m", "inner radius of a pad", positive=True)
     outer_radius: Scalar = quantity("m", "outer radius of a pad", positive=True)
     angle: Scalar = quantity("rad", "angle of a pad about the shaft", positive=True, high=2 * math.pi)
@@ -195,7 +195,7 @@ class Shoes(AbstractLinings):
     - `friction`: its law, with numbers for both or for each
     """
 
-    friction: AbstractFriction
+    friction: AbstractFriction = part(AbstractFriction)
     radius: Scalar = quantity("m", "inner radius of the drum", positive=True)
     width: Scalar = quantity("m", "width of a lining", positive=True)
     start: Scalar = quantity("rad", "angle at which a lining begins, from its pin", low=0.0, high=math.pi)

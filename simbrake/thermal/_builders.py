@@ -2,11 +2,12 @@
 
 import dataclasses
 import math
+from collections.abc import Sequence
 from typing import Annotated, Any
 
 import numpy as np
 
-from .._base._quantity import Quantity, Whole, positive
+from .._base._quantity import Quantity, Whole, positive, takes_values
 from ._heat import AbstractPartition, FrictionHeat, Heat
 from ._material import ROOM, Material, layer_growth
 from ._network import (
@@ -22,9 +23,9 @@ from ._network import (
     Wall,
 )
 
-_Start = Annotated[Any, Quantity("K", "temperature at the start", 0.0, many=True)]
-_Ambient = Annotated[Any, Quantity("K", "temperature of the air", 0.0)]
-_Permissible = Annotated[Any, positive("K", "permissible temperature of the linings")]
+_Start = Annotated[float | Sequence[float], Quantity("K", "temperature at the start", 0.0, many=True)]
+_Ambient = Annotated[float, Quantity("K", "temperature of the air", 0.0)]
+_Permissible = Annotated[float | None, positive("K", "permissible temperature of the linings")]
 
 
 def _coefficient(where: str) -> Quantity:
@@ -41,15 +42,16 @@ def radial_resistance(width: Any, conductivity: Any, inner: Any, outer: Any) -> 
     return np.log(outer / inner) / (2 * math.pi * conductivity * width)
 
 
+@takes_values
 def lumped_heat(
     *,
-    rim: Annotated[Any, positive("J/K", "heat capacity of the rim")],
-    partition: AbstractPartition,
-    rim_cooling: Annotated[Any, Quantity("W/K", "conductance from the rim to the air", 0.0)],
-    linings: Annotated[Any, positive("J/K", "heat capacity of the linings")] = None,
-    band: Annotated[Any, positive("J/K", "heat capacity of the band")] = None,
-    lining_to_band: Annotated[Any, Quantity("W/K", "conductance from linings to band", 0.0)] = None,
-    band_cooling: Annotated[Any, Quantity("W/K", "conductance from the band to the air", 0.0)] = None,
+    rim: Annotated[float, positive("J/K", "heat capacity of the rim")],
+    partition: AbstractPartition | float,
+    rim_cooling: Annotated[float, Quantity("W/K", "conductance from the rim to the air", 0.0)],
+    linings: Annotated[float | None, positive("J/K", "heat capacity of the linings")] = None,
+    band: Annotated[float | None, positive("J/K", "heat capacity of the band")] = None,
+    lining_to_band: Annotated[float | None, Quantity("W/K", "conductance from linings to band", 0.0)] = None,
+    band_cooling: Annotated[float | None, Quantity("W/K", "conductance from the band to the air", 0.0)] = None,
     temperature: _Start = ROOM,
     ambient: _Ambient = ROOM,
     permissible: _Permissible = None,
@@ -78,7 +80,7 @@ def lumped_heat(
     return Heat(
         tuple(bodies),
         tuple(links),
-        FrictionHeat("rim", None if linings is None else "linings", partition),
+        FrictionHeat("rim", None if linings is None else "linings", partition),  # pyright: ignore
         rim="rim",
         linings=None if linings is None else "linings",
         band=None if band is None else "band",
@@ -104,12 +106,13 @@ def _cooled(place: str, area: Any, coefficient: Any, emissivity: Any = None, **c
     return links
 
 
+@takes_values
 def layered_heat(
     *,
     rim: Material,
     rim_thickness: Annotated[float, positive("m", "thickness of the rim")],
     track_area: Annotated[float, positive("m^2", "area of the friction track")],
-    partition: AbstractPartition,
+    partition: AbstractPartition | float,
     rim_layers: Annotated[int, Whole("layers of the rim", 1, 100_000)] = 20,
     rim_first: Annotated[float | None, positive("m", "thickness of the rim's first layer")] = None,
     lining: Material | None = None,
@@ -121,16 +124,16 @@ def layered_heat(
     each: Annotated[int, Whole("linings with a wall of their own", 1, 10_000)] = 1,
     band: Material | None = None,
     band_thickness: Annotated[float, positive("m", "thickness of the band")] = 0.006,
-    inside: Annotated[AbstractCoefficient | Any, _coefficient("the rim's bore")] = None,
-    outside: Annotated[AbstractCoefficient | Any, _coefficient("the track")] = None,
-    band_coefficient: Annotated[AbstractCoefficient | Any, _coefficient("the band")] = None,
-    emissivity: Annotated[Any, Quantity("1", "emissivity of the track", 0.0, 1.0)] = None,
-    band_emissivity: Annotated[Any, Quantity("1", "emissivity of the band", 0.0, 1.0)] = None,
-    covered: Annotated[Any, Quantity("1", "share of the track under linings", 0.0, 1.0)] = None,
+    inside: Annotated[AbstractCoefficient | float | None, _coefficient("the rim's bore")] = None,
+    outside: Annotated[AbstractCoefficient | float | None, _coefficient("the track")] = None,
+    band_coefficient: Annotated[AbstractCoefficient | float | None, _coefficient("the band")] = None,
+    emissivity: Annotated[float | None, Quantity("1", "emissivity of the track", 0.0, 1.0)] = None,
+    band_emissivity: Annotated[float | None, Quantity("1", "emissivity of the band", 0.0, 1.0)] = None,
+    covered: Annotated[float | None, Quantity("1", "share of the track under linings", 0.0, 1.0)] = None,
     temperature: _Start = ROOM,
     ambient: _Ambient = ROOM,
     permissible: _Permissible = None,
-    contact_resistance: Annotated[Any, positive("m^2*K/W", "resistance between rim and linings")] = None,
+    contact_resistance: Annotated[float | None, positive("m^2*K/W", "resistance between rim and linings")] = None,
 ) -> Heat:
     """Layered rim, linings with a thin surface layer over their body, and the band behind them.
 
@@ -176,7 +179,7 @@ def layered_heat(
     return Heat(
         tuple(bodies),
         tuple(links),
-        FrictionHeat("rim.front", None if lining is None else "lining.front", partition),
+        FrictionHeat("rim.front", None if lining is None else "lining.front", partition),  # pyright: ignore
         rim="rim.front",
         linings=None if lining is None else "lining.front",
         band=None if band is None else "band",
@@ -184,11 +187,12 @@ def layered_heat(
     )
 
 
+@takes_values
 def with_pulley_structure(
     heat: Heat,
     material: Material,
     *,
-    inside: Annotated[AbstractCoefficient | Any, _coefficient("flange and rebords")] = 10.0,
+    inside: Annotated[AbstractCoefficient | float | None, _coefficient("flange and rebords")] = 10.0,
     temperature: _Start = ROOM,
     rim_place: str = "rim.back",
     flange: bool = True,
@@ -215,12 +219,13 @@ def with_pulley_structure(
     return dataclasses.replace(heat, bodies=tuple(bodies), links=tuple(links))
 
 
+@takes_values
 def with_external_pair(
     heat: Heat,
-    partition: AbstractPartition,
+    partition: AbstractPartition | float,
     *,
     lining: str | None = None,
-    rim_share: Annotated[Any, Quantity("1", "share of the external heat that goes to the rim", 0.0, 1.0)] = None,
+    rim_share: Annotated[float | None, Quantity("1", "share of the external heat in the rim", 0.0, 1.0)] = None,
 ) -> Heat:
     """The same network for a staged brake: the band rubs on the outer face of the linings (S-12…14).
 
@@ -236,5 +241,6 @@ def with_external_pair(
     lining = lining or inner.lining.replace(".front", ".back")
     beyond = None if rim_share is None else inner.metal
     return dataclasses.replace(
-        heat, external=FrictionHeat(heat.band, lining, partition, beyond=beyond, beyond_share=rim_share)
+        heat,
+        external=FrictionHeat(heat.band, lining, partition, beyond=beyond, beyond_share=rim_share),  # pyright: ignore
     )

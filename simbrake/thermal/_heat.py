@@ -10,7 +10,7 @@ from jax.core import Tracer
 from jaxtyping import Float
 
 from .._base._faults import Fault
-from .._base._quantity import Scalar, quantity
+from .._base._quantity import Part, Scalar, part, quantity, short_for
 from ..hybrid._arrays import Array
 from ..profiles import AbstractProfile
 from ._material import Material, effusivity_share
@@ -37,7 +37,7 @@ class PowerSplit(NamedTuple):
     mechanical: Any
 
 
-class PowerShares(eqx.Module):
+class PowerShares(Part):
     """Shares of the friction power, `P = P_heat + P_electrical + P_mechanical` (S-8…11), each 0…1, 1 together.
 
     - `electrical`: currents that the contact drives (tribo-electricity); `mechanical`: what deforms and breaks
@@ -103,7 +103,7 @@ def shares_of_S(electrical: float = 0.0) -> PowerShares:
 # --- the heat of a scene ----------------------------------------------------------------------------------------------
 
 
-class AbstractPartition(eqx.Module):
+class AbstractPartition(Part):
     """How the friction heat of a lining is split between metal and lining."""
 
     @abc.abstractmethod
@@ -111,6 +111,7 @@ class AbstractPartition(eqx.Module):
         """Share `a` (0…1) that goes into the metal; `1 − a` goes into the lining."""
 
 
+@short_for(AbstractPartition)
 class ConstantPartition(AbstractPartition):
     """A given share `a` into the metal (V: 0.531…0.865)."""
 
@@ -172,7 +173,7 @@ class TransmissionPartition(AbstractPartition):
         return K_1 / (K_1 + K_2)
 
 
-class FrictionHeat(eqx.Module):
+class FrictionHeat(Part):
     """Where the friction heat goes.
 
     - `metal`, `lining`: the places it enters; `None` for a side that the scene does not model (its share leaves the
@@ -185,7 +186,7 @@ class FrictionHeat(eqx.Module):
 
     metal: str | None = eqx.field(static=True)
     lining: str | None = eqx.field(static=True)
-    partition: AbstractPartition
+    partition: AbstractPartition = part(AbstractPartition)
     sensed: str | None = eqx.field(static=True, default=None)
     beyond: str | None = eqx.field(static=True, default=None)
     beyond_share: Scalar | None = quantity("1", "share of the heat beyond the linings", low=0.0, high=1.0, default=None)
@@ -195,7 +196,7 @@ class FrictionHeat(eqx.Module):
         return self.sensed or self.lining or self.metal
 
 
-class FlashTemperature(eqx.Module):
+class FlashTemperature(Part):
     """Flash temperature at the spots that touch, above the surface temperature (Blok, Jaeger; moving band source).
 
         ΔT = (2 q/λ) √(a l/(π v)),   q = s f p_r v
@@ -231,7 +232,7 @@ def _settled(bodies: tuple[Body, ...]) -> tuple[Body, ...]:
     return tuple(Junction(body.name, body.count) if empty(body) else body for body in bodies)
 
 
-class Heat(eqx.Module):
+class Heat(Part):
     """Thermal part of a scene; a scene without it has no thermal states, equations or cost.
 
     - `bodies`, `links`, `sources`: the network;  `friction`: where the friction heat of linings and rim goes (`None`:

@@ -2,18 +2,17 @@
 
 from typing import Any, NamedTuple
 
-import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from .._base._quantity import Scalar, quantity
+from .._base._quantity import Part, Scalar, quantity
 from ..hybrid._arrays import Array
 
 ROOM = 293.15  # K, reference of properties where nothing else is said (20 °C)
 
 
-class Material(eqx.Module):
+class Material(Part):
     """Thermal properties, linear in the temperature: `λ(T) = λ [1 + b_λ (T − T_r)]`, `c(T) = c [1 + b_c (T − T_r)]`.
 
     - `conductivity` `λ` (W/(m·K)), `density` `ρ` (kg/m³), `specific_heat` `c` (J/(kg·K)) at `reference` `T_r` (K)

@@ -12,7 +12,7 @@ from jaxtyping import Float
 
 from .._base._compiling import Skeleton, read_by, skeleton
 from .._base._faults import Fault
-from .._base._quantity import Scalar, quantity, whole
+from .._base._quantity import Part, Scalar, quantity, whole
 from ..hybrid._arrays import Array
 from ..profiles import AbstractProfile
 from ._material import ROOM, Material
@@ -27,7 +27,7 @@ class Surroundings(NamedTuple):
     closed: Any = 0.0
 
 
-class AbstractLink(eqx.Module):
+class AbstractLink(Part):
     """A way for heat between the places `a` and `b`: `flow = g(T_a, T_b) (T_a − T_b)`."""
 
     a: eqx.AbstractVar[str]
@@ -97,7 +97,7 @@ class ThermalContact(AbstractLink):
         return None if self.resistance is None else self.area / jnp.asarray(self.resistance)
 
 
-class AbstractCoefficient(eqx.Module):
+class AbstractCoefficient(Part):
     """A heat transfer coefficient `h(v, T, T_a)` in W/(m²·K)."""
 
     @abc.abstractmethod
@@ -199,7 +199,7 @@ def radiation_governs_above(coefficient: float, emissivity: float, ambient: floa
     return float(brentq(surplus, ambient, 1e5))  # pyright: ignore
 
 
-class Source(eqx.Module):
+class Source(Part):
     """A given heat flow into a place (W): a number or a profile over time."""
 
     a: str = eqx.field(static=True)
@@ -209,7 +209,7 @@ class Source(eqx.Module):
 # --- bodies and places ------------------------------------------------------------------------------------------------
 
 
-class Lump(eqx.Module):
+class Lump(Part):
     """A body of one temperature, or `count` of them (one per lining): `C(T) dT/dt = Σ heat flows`.
 
     - `capacity` `C` (J/K), a number or (count,), 0 makes a `Junction` of it; `capacity_slope` (1/K) as in `Material`
@@ -217,21 +217,21 @@ class Lump(eqx.Module):
     """
 
     name: str = eqx.field(static=True)
-    capacity: Scalar = quantity("J/K", "heat capacity", positive=True, many=True)
+    capacity: Scalar = quantity("J/K", "heat capacity", low=0.0, many=True)
     temperature: Scalar = quantity("K", "temperature at the start", low=0.0, many=True, default=ROOM)
     capacity_slope: Scalar | None = quantity("1/K", "relative change of capacity per kelvin", default=None)
     reference: Scalar = quantity("K", "temperature at which the capacity holds", positive=True, default=ROOM)
     count: int = whole("number of nodes", default=1)
 
 
-class Junction(eqx.Module):
+class Junction(Part):
     """A node without capacity: its temperature follows from those of its neighbours at every instant."""
 
     name: str = eqx.field(static=True)
     count: int = whole("number of nodes", default=1)
 
 
-class Reservoir(eqx.Module):
+class Reservoir(Part):
     """A prescribed temperature, as of the ambient air: a number (K) or a profile over time."""
 
     name: str = eqx.field(static=True)
@@ -239,7 +239,7 @@ class Reservoir(eqx.Module):
     count: ClassVar[int] = 1
 
 
-class Wall(eqx.Module):
+class Wall(Part):
     """A wall in layers from its `front` to its `back`: finite volumes of second order.
 
         ρ c A Δx_i dT_i/dt = q_{i−1} − q_i,   q_i = A (T_i − T_{i+1}) / (Δx_i/2λ_i + Δx_{i+1}/2λ_{i+1})
@@ -342,6 +342,9 @@ def faults_of_network(
         seen.add(body.name)
         if body.count < 1:
             found.append(Fault(where, f"{body.count} nodes", "at least one is needed"))
+        if isinstance(body, Lump) and np.any(np.asarray(body.capacity) == 0):
+            hint = "give each a capacity, or none of them: then it is a `Junction`"
+            found.append(Fault(f"{where}.capacity", "0 J/K at some of its nodes", hint))
         for field in ("capacity", "temperature"):
             value = getattr(body, field, None)
             if (

@@ -1,0 +1,103 @@
+"""Values in every usual form: numbers, lists, arrays, texts with units, numbers for parts; what is refused at once."""
+
+import inspect
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from helpers import stop_scene
+
+import simbrake as sb
+
+
+@pytest.mark.parametrize(
+    "value", [0.59, "590 mm", "0.59", np.float64(0.59), np.asarray(0.59), jnp.asarray(0.59), np.float32(0.59)]
+)
+def test_a_number_in_any_form(value):
+    radius = sb.Pulley(value, 1200).radius
+    assert radius.dtype == np.float64
+    assert float(radius) == pytest.approx(0.59, rel=1e-15 if np.asarray(value).dtype != np.float32 else 1e-7)
+
+
+@pytest.mark.parametrize(
+    "value", [[10, 20], (10.0, "20 N"), np.asarray([10, 20]), jnp.asarray([10, 20]), "[10, 20] N", ["0.01 kN", 20]]
+)
+def test_lists_in_any_form(value):
+    preload = sb.Bandage("65 kg*m^2", 0.3, value).preload
+    assert preload.dtype == np.float64
+    np.testing.assert_array_equal(preload, [10.0, 20.0])
+
+
+def test_texts_and_numbers_make_the_same_scene():
+    def scene(wrap, friction, tension, load):
+        linings = sb.uniform_linings(20, wrap, friction)
+        brake = sb.Brake(sb.Pulley(0.59, 1200), sb.Band("612 mm"), linings)
+        return sb.Scene(brake, sb.Duty(tension, load), sb.Initial("190 rpm"), 20)
+
+    long = scene(1.5 * np.pi, sb.ConstantFriction(0.35), sb.Constant(8000.0), sb.TorqueLoad(sb.Constant(1000.0)))
+    for short in (scene("270 deg", 0.35, 8000, 1000), scene("270 deg", "35 %", "8 kN", "1 kN*m")):
+        assert jax.tree.structure(short) == jax.tree.structure(long)
+        jax.tree.map(lambda a, b: np.testing.assert_allclose(a, b, rtol=1e-15), short, long)
+
+
+def test_numbers_stand_for_parts_of_every_family():
+    assert isinstance(sb.TorqueLoad(29430.0).profile, sb.Constant)
+    assert isinstance(sb.Wear(1e-14).rate, sb.ConstantWear)
+    assert isinstance(sb.FrictionHeat("rim", None, 1.0).partition, sb.ConstantPartition)
+    assert isinstance(sb.ForceDuty("12 kN", 0).load, sb.TorqueLoad)
+    assert isinstance(sb.ProductFriction(0.4, (sb.LinearFade(1e-3, "20 degC"),)).base, sb.ConstantFriction)
+    assert isinstance(sb.lumped_heat(rim=1e5, partition=0.9, rim_cooling=20.0).friction.partition, sb.ConstantPartition)
+
+
+@pytest.mark.parametrize(
+    ("make", "parts"),
+    [
+        (lambda: sb.Pulley(-0.59, float("nan")), ("Pulley.radius: -0.59 m", "Pulley.inertia: nan", "must be > 0 m")),
+        (lambda: sb.Pulley("590 kg", 1200), ("Pulley.radius: '590 kg'", "in m", "known here: m, cm, mm")),
+        (lambda: sb.Pulley("wide", True), ("'wide' is no number", 'as in "590 mm"', "Pulley.inertia: True is not")),
+        (lambda: sb.Pulley(None, 1200, {}), ("Pulley.radius: is missing", "Pulley.width: a table is not a number")),
+        (lambda: sb.Duty("24 mm", 0), ("Duty.slack_tension", "'mm' is no unit", "in N")),
+        (lambda: sb.Constant("24 kN"), ("Constant.level: '24 kN' cannot be read", "give it in SI units")),
+        (
+            lambda: sb.Brake(sb.Pulley(1, 1), 3.0, 0.35),
+            ("Brake.band: 3.0 is none", "give a Band", "Brake.linings: 0.35"),
+        ),
+        (lambda: sb.uniform_linings(0, "-1 rad", 0.3), ("count: 0 is not", "wrap: '-1 rad' is not admissible")),
+        (lambda: sb.Wall("w", sb.material("cast_iron"), 0.02, 1.0, 0), ("Wall.layers: 0 is not admissible",)),
+        (lambda: sb.Initial(jnp.float32(3)), ("Initial.omega: is float32",)),
+    ],
+)
+def test_what_is_wrong_is_said_at_once(make, parts):
+    with pytest.raises(sb.InputError) as caught:
+        make()
+    for part in parts:
+        assert part in str(caught.value)
+
+
+def test_what_is_put_in_later_is_taken_or_told():
+    def put(value):
+        return eqx.tree_at(lambda s: s.brake.pulley.inertia, stop_scene(C=None), value)
+
+    times = [float(sb.simulate(put(J)).stopping_time) for J in (2400.0, 2400, np.asarray(2400.0))]
+    assert times[0] == times[1] == times[2]
+    assert times[0] == pytest.approx(2400.0 / 800.0 * float(sb.simulate(stop_scene(C=None)).stopping_time), rel=1e-9)
+    for bad in (-1.0, "1200", float("inf")):
+        with pytest.raises(sb.InputError, match=r"brake\.pulley\.inertia"):
+            sb.simulate(put(bad))
+
+
+def test_traced_values_pass():
+    def mass(radius):
+        return sb.Pulley(radius, radius**2).inertia
+
+    assert jax.grad(mass)(3.0) == 6.0
+    np.testing.assert_array_equal(jax.vmap(mass)(jnp.asarray([1.0, -2.0])), [1.0, 4.0])
+
+
+def test_signatures_are_readable():
+    assert str(inspect.signature(sb.Pulley)) == "(radius: float, inertia: float, width: float | None = None) -> None"
+    for build in (sb.uniform_linings, sb.ramp, sb.lumped_heat, sb.layered_heat, sb.programme_scene, sb.history):
+        assert "Quantity" not in str(inspect.signature(build))
+        assert "Whole" not in str(inspect.signature(build))
