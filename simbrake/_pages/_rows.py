@@ -10,7 +10,7 @@ import numpy as np
 from .._base._quantity import Quantity, about_of, unit_below
 from .._base._table import Number, digits, number, numbers, scale
 from .._parts._scene import Scene
-from .._run._log import STAGES, Event
+from .._run._log import EVENTS, STAGES, Event
 from .._run._measure import PRESSURE, LimitCheck, LimitVerdict
 from .._run._metrics import METRICS
 from .._run._outcome import Status
@@ -20,30 +20,6 @@ from ..profiles import AbstractProfile, Constant, ExponentialRise, FunctionProfi
 
 #: ends of a run with the pulley at rest
 _AT_REST = (Status.STOPPED, Status.HELD)
-
-#: what the events of a run mean; a name that is not here stands for itself
-EVENTS = {
-    "slip_onset": "the band is taut: it begins to brake",
-    "lining_limit": "a lining has reached its friction limit",
-    "full_slip": "every lining slides",
-    "restick": "the slip ended while the pulley turns",
-    "stop": "the pulley came to rest",
-    "restart": "the load exceeded what the brake at rest can hold",
-    "release": "the lever let go, the brake is open",
-    "internal_slip": "the linings begin to slide on the rim",
-    "internal_restick": "the linings stick to the rim again",
-    "external_lock": "the bandage came to rest, the pulley turns in it",
-    "external_release": "the bandage came loose again",
-    "lining_slip": "a lining lets go",
-    "lining_stick": "a lining sticks",
-    "lining_internal_slip": "a lining lets go of the rim",
-    "lining_internal_stick": "a lining sticks to the rim",
-    "lining_external_slip": "a lining lets go of the band",
-    "lining_external_stick": "a lining sticks to the band",
-    "permissible_temperature": "the linings exceeded their permissible temperature",
-    "grip_lost": "the sliding brake no longer outweighs the load",
-    "self_locking": "a lining came to lock itself",
-}
 
 
 def words_of(name: str) -> str:
@@ -181,7 +157,7 @@ def event_rows(events: Sequence[Event]) -> list[EventRow]:
         rows.append(
             EventRow(
                 group[0].name,
-                EVENTS.get(group[0].name, ""),
+                _words_of_event(group[0].name),
                 first,
                 last if members else None,
                 _span(linings),
@@ -190,6 +166,11 @@ def event_rows(events: Sequence[Event]) -> list[EventRow]:
         )
         i = j
     return rows
+
+
+def _words_of_event(name: str) -> str:
+    """What an event means, in plain words; nothing for a name that is not known."""
+    return EVENTS[name].plain if name in EVENTS else ""
 
 
 def _span(linings: list[int]) -> str:
@@ -216,8 +197,7 @@ def event_counts(events: Sequence[Event]) -> list[EventCount]:
     for event in events:
         times.setdefault(event.name, []).append(event.time)
     return [
-        EventCount(name, EVENTS.get(name, ""), len(t), number(min(t), "s"), number(max(t), "s"))
-        for name, t in times.items()
+        EventCount(name, _words_of_event(name), len(t), number(min(t), "s"), number(max(t), "s")) for name, t in times.items()
     ]
 
 

@@ -16,10 +16,11 @@ from ..hybrid._arrays import Array
 
 
 class EventMeaning(NamedTuple):
-    """What an event of the log means, and which brakes can have it."""
+    """What an event of the log means: by its condition, which brakes can have it, and in plain words."""
 
     meaning: str
     brakes: str
+    plain: str
 
 
 _ANY, _BAND, _STAGED = "every brake", "a band as a whole", "staged brake"
@@ -29,39 +30,104 @@ _CHAIN, _RESOLVED, _HEAT = "resolved chain", "resolved bandage", "any brake with
 #: every name that an `Event` can have; a lining is named beside it where the event concerns one
 EVENTS = {
     "slip_onset": EventMeaning(
-        "t0: the band is taut, `C x = T_0` (rigid band, pads, shoes: the lever pulls)", _NO_CHAIN
+        "t0: the band is taut, `C x = T_0` (rigid band, pads, shoes: the lever pulls)",
+        _NO_CHAIN,
+        "the band is taut: it begins to brake",
     ),
     "lining_limit": EventMeaning(
         "lining `i` reaches its friction limit, `T_n/T_0 = Π_i` (reversed: counted from the anchor); a mark",
         _BAND,
+        "a lining has reached its friction limit",
     ),
-    "full_slip": EventMeaning("t1: every lining slides, `T_n = T_0 Π` (reversed: `T_0/Π`)", _ANY),
-    "restick": EventMeaning("the slip speed came to 0 while the pulley turns", "elastic band, chain"),
-    "stop": EventMeaning("the pulley came to rest and is held", _ANY),
+    "full_slip": EventMeaning(
+        "t1: every lining slides, `T_n = T_0 Π` (reversed: `T_0/Π`)",
+        _ANY,
+        "every lining slides",
+    ),
+    "restick": EventMeaning(
+        "the slip speed came to 0 while the pulley turns",
+        "elastic band, chain",
+        "the slip ended while the pulley turns",
+    ),
+    "stop": EventMeaning(
+        "the pulley came to rest and is held",
+        _ANY,
+        "the pulley came to rest",
+    ),
     "restart": EventMeaning(
-        "the load exceeded the static limit of a brake at rest, or the grip fell below the load", _ANY
+        "the load exceeded the static limit of a brake at rest, or the grip fell below the load",
+        _ANY,
+        "the load exceeded what the brake at rest can hold",
     ),
-    "release": EventMeaning("the force of the lever fell to 0, the brake is open", _NO_CHAIN),
-    "internal_slip": EventMeaning("the linings begin to slide on the rim", _STAGED),
-    "internal_restick": EventMeaning("the linings stick to the turning rim again, `ω_b = ω`", _STAGED),
-    "external_lock": EventMeaning("the bandage comes to rest on a turning pulley, `ω_b = 0`", _STAGED),
-    "external_release": EventMeaning("the bandage comes loose from the band again", _STAGED),
-    "lining_slip": EventMeaning("lining `i` lets go of the rim", _CHAIN),
-    "lining_stick": EventMeaning("lining `i` sticks to the rim", _CHAIN),
-    "lining_internal_slip": EventMeaning("lining `i` lets go of the rim", _RESOLVED),
-    "lining_internal_stick": EventMeaning("lining `i` sticks to the rim", _RESOLVED),
-    "lining_external_slip": EventMeaning("lining `i` lets go of the band", _RESOLVED),
-    "lining_external_stick": EventMeaning("lining `i` comes to rest on the band", _RESOLVED),
+    "release": EventMeaning(
+        "the force of the lever fell to 0, the brake is open",
+        _NO_CHAIN,
+        "the lever let go, the brake is open",
+    ),
+    "internal_slip": EventMeaning(
+        "the linings begin to slide on the rim",
+        _STAGED,
+        "the linings begin to slide on the rim",
+    ),
+    "internal_restick": EventMeaning(
+        "the linings stick to the turning rim again, `ω_b = ω`",
+        _STAGED,
+        "the linings stick to the rim again",
+    ),
+    "external_lock": EventMeaning(
+        "the bandage comes to rest on a turning pulley, `ω_b = 0`",
+        _STAGED,
+        "the bandage came to rest, the pulley turns in it",
+    ),
+    "external_release": EventMeaning(
+        "the bandage comes loose from the band again",
+        _STAGED,
+        "the bandage came loose again",
+    ),
+    "lining_slip": EventMeaning(
+        "lining `i` lets go of the rim",
+        _CHAIN,
+        "a lining lets go",
+    ),
+    "lining_stick": EventMeaning(
+        "lining `i` sticks to the rim",
+        _CHAIN,
+        "a lining sticks",
+    ),
+    "lining_internal_slip": EventMeaning(
+        "lining `i` lets go of the rim",
+        _RESOLVED,
+        "a lining lets go of the rim",
+    ),
+    "lining_internal_stick": EventMeaning(
+        "lining `i` sticks to the rim",
+        _RESOLVED,
+        "a lining sticks to the rim",
+    ),
+    "lining_external_slip": EventMeaning(
+        "lining `i` lets go of the band",
+        _RESOLVED,
+        "a lining lets go of the band",
+    ),
+    "lining_external_stick": EventMeaning(
+        "lining `i` comes to rest on the band",
+        _RESOLVED,
+        "a lining sticks to the band",
+    ),
     "permissible_temperature": EventMeaning(
-        "the surface of the linings (of lining `i`, where each has its own) exceeded `Heat.permissible`; a mark", _HEAT
+        "the surface of the linings (of lining `i`, where each has its own) exceeded `Heat.permissible`; a mark",
+        _HEAT,
+        "the linings exceeded their permissible temperature",
     ),
     "grip_lost": EventMeaning(
         "sliding, while the lever is not being released, the brake no longer outweighs the load; a mark",
         "standard brake whose friction depends on temperature",
+        "the sliding brake no longer outweighs the load",
     ),
     "self_locking": EventMeaning(
         "`f tan(β/2)` of a lining reached 1: it does not slip while that lasts; a mark",
         "elastic band whose friction varies in the run",
+        "a lining came to lock itself",
     ),
 }
 

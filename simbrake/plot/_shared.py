@@ -20,7 +20,7 @@ ZERO = 273.15  # K
 BLUE, SKY, GREEN, ORANGE, VERMILLION, PURPLE = "#0072B2", "#56B4E9", "#009E73", "#E69F00", "#D55E00", "#CC79A7"
 
 #: events that change what a whole pair does, with their colour and the words beside their line
-EVENTS = {
+_MARKED = {
     "slip_onset": (GREEN, "slip onset t₀"),
     "full_slip": (ORANGE, "full slip t₁"),
     "internal_slip": (SKY, "internal slip"),
@@ -56,7 +56,7 @@ def windows(result: Result) -> tuple[float, float, float | None]:
     events = result.events
     last = [e.time for e in events if e.name in ("stop", "release", "restart")]
     # what swings after the stop, as linings of a chain do, is no motion of the pulley
-    moves = [e for e in events if e.name in EVENTS]
+    moves = [e for e in events if e.name in _MARKED]
     if last and moves[-1].name == "stop" and moves[-1].time > start:
         end = min(end, start + 1.15 * (moves[-1].time - start))
     slip = next((e.time for e in events if e.name in ("full_slip", "external_lock") and e.time > start), None)
@@ -69,10 +69,10 @@ def marks(axes: Axes, events: list[Event], low: float, high: float, *, named: bo
 
     `front`: the lines lie over what the panel shows, in white and black; many of them are ticks at its foot.
     """
-    shown = [e for e in events if e.name in EVENTS and low <= e.time <= high]
+    shown = [e for e in events if e.name in _MARKED and low <= e.time <= high]
     faint = 1.0 if len(shown) <= 40 else 0.3  # many brakings: the lines must not hide the curves
     for event in shown:
-        colour = EVENTS[event.name][0]
+        colour = _MARKED[event.name][0]
         if front:
             top = 1.0 if faint == 1.0 and len(shown) <= 12 else 0.03
             axes.axvline(event.time, ymax=top, color="black", lw=0.8)
@@ -81,7 +81,7 @@ def marks(axes: Axes, events: list[Event], low: float, high: float, *, named: bo
             axes.axvline(event.time, color=colour, lw=0.9 * faint, ls="--", zorder=0, alpha=faint)
     if named and len(shown) <= 12:
         for i, event in enumerate(shown):
-            colour, words = EVENTS[event.name]
+            colour, words = _MARKED[event.name]
             right = event.time > low + 0.75 * (high - low)
             axes.annotate(
                 words,
