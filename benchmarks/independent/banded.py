@@ -16,6 +16,7 @@ from benchmarks.independent.base import (
     Pair,
     law_of,
     names_of_change,
+    names_with_a_bandage,
 )
 
 SLIDES = (SLIP, BACK)
@@ -380,7 +381,7 @@ class Banded(Brake):
     def _log(self, t: float, y: np.ndarray, old: str, old_inner: int, old_limits: set[int]) -> None:
         names = names_of_change(old, self.mode, self.first)
         if self.bandage is not None:
-            names = self._staged_names(names, old, old_inner)
+            names = names_with_a_bandage(names, (old, old_inner), (self.mode, self.inner))
         if self.bandage is None and self.mode in (ELASTIC, *SLIDES):
             kept = old_limits if old in (ELASTIC, *SLIDES) else set()
             here = self.limits_passed(t, y)
@@ -392,17 +393,3 @@ class Banded(Brake):
                 self.note(t, "lining_limit", abs(i))
         for name in names:
             self.note(t, name)
-
-    def _staged_names(self, names: list[str], old: str, old_inner: int) -> list[str]:
-        rested, rests = old == HELD and old_inner == 0, self.mode == HELD and self.inner == 0
-        if old != HELD and self.mode == HELD and self.inner:
-            names = ["external_lock"]
-        if old == HELD and self.mode != HELD and old_inner:
-            names = ["external_release" if name == "restart" else name for name in names]
-        if old_inner == 0 and self.inner:
-            return [*(["restart"] if rested and self.mode == HELD else []), "internal_slip", *names]
-        if old_inner and self.inner == 0:
-            if rests:
-                return names if "stop" in names else [*names, "stop"]
-            return [*names, "internal_restick"]
-        return names

@@ -194,4 +194,23 @@ def names_of_change(before: str, after: str, first: bool) -> list[str]:
     return found
 
 
+def names_with_a_bandage(names: list[str], before: tuple[str, int], after: tuple[str, int]) -> list[str]:
+    """Names of the events of a staged brake: those of its band (`names_of_change`) and of linings that slide on the rim.
+
+    `before`, `after`: mode of the band, and 0 where the linings stick to the rim
+    """
+    (old, slid), (new, slides) = before, after
+    if old != HELD and new == HELD and slides:
+        names = ["external_lock"]
+    if old == HELD and new != HELD and slid:
+        names = ["external_release" if name == "restart" else name for name in names]
+    if slid == 0 and slides:
+        return [*(["restart"] if old == HELD and new == HELD else []), "internal_slip", *names]
+    if slid and slides == 0:
+        if new == HELD:
+            return names if "stop" in names else [*names, "stop"]
+        return [*names, "internal_restick"]
+    return names
+
+
 __all__ = ["BACK", "ELASTIC", "HELD", "OPEN", "ROUNDING", "SLIP", "TAKE_UP", "Brake", "Lines", "Pair", "answers"]

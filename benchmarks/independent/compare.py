@@ -9,6 +9,7 @@ from benchmarks.independent import base, draws
 from benchmarks.independent.banded import Banded
 from benchmarks.independent.chain import Chain
 from benchmarks.independent.pressed import Pressed
+from benchmarks.independent.sprung import Sprung
 from benchmarks.independent.stepping import Logged, integrate
 
 RTOL = 1e-11
@@ -73,8 +74,10 @@ def ours(p: dict[str, Any]) -> Course:
     record, energy, y = result.record, {k: float(v) for k, v in result.energy.items()}, result.record.y_end
     n = int(record.count)
     times, modes = np.asarray(record.rows.t)[: n + 1], record.modes
-    parts = [getattr(modes.own, name) for name in ("inner", "linings") if hasattr(modes.own, name)]
+    parts = [getattr(modes.own, name) for name in ("outer", "inner", "linings") if hasattr(modes.own, name)]
     columns = [np.asarray(x)[: n + 1].reshape(n + 1, -1) for x in (modes.band, *parts)]
+    if p["kind"] == "resolved bandage":  # an open band touches no lining
+        columns[1] = np.where(columns[0] == sb.BandMode.OPEN, 0, columns[1])
     rows = np.column_stack(columns).astype(int)
     changes = [
         (float(t), (_BANDS[sb.BandMode(row[0])], *map(int, row[1:]))) for t, row in zip(times, rows, strict=True)
@@ -104,7 +107,7 @@ def ours(p: dict[str, Any]) -> Course:
 
 def theirs(p: dict[str, Any]) -> Course:
     """The independent model's run."""
-    kinds = {"disc": Pressed, "shoe": Pressed, "chain": Chain}
+    kinds = {"disc": Pressed, "shoe": Pressed, "chain": Chain, "resolved bandage": Sprung}
     model = kinds.get(p["kind"], Banded)(p)
     y = integrate(model)
     lasting, passing = _lasting(model.modes, model.end)

@@ -7,9 +7,14 @@ import numpy as np
 import simbrake as sb
 from benchmarks.independent.stepping import Filling, Lines
 
-KINDS = ("rigid band", "elastic band", "staged, rigid band", "staged, elastic band", "chain", "disc", "shoe")
+KINDS = (
+    "rigid band", "elastic band", "staged, rigid band", "staged, elastic band", "chain", "disc", "shoe",
+    "resolved bandage",
+)  # fmt: skip
 #: what a scene models beside its mechanism; scenes of one kind and flavour share one program
 FLAVOURS = ("plain", "hot", "fill")
+#: linings of a resolved bandage
+_RESOLVED = {"plain": 4, "hot": 3, "fill": 6}
 END, HOOK_ARM = 4.0, 0.05
 AIR, FADE_FROM, BLEND = 293.15, 305.0, 4.0
 
@@ -17,7 +22,7 @@ AIR, FADE_FROM, BLEND = 293.15, 305.0, 4.0
 def draw(kind: str, flavour: str, seed: int) -> dict[str, Any]:
     """The numbers of a scene."""
     rng = np.random.default_rng([KINDS.index(kind), FLAVOURS.index(flavour), seed])
-    n = 2 if kind == "shoe" else 3
+    n = 2 if kind == "shoe" else _RESOLVED[flavour] if kind == "resolved bandage" else 3
     p: dict[str, Any] = {"kind": kind, "flavour": flavour, "seed": seed, "n": n, "end": END}
     p["J"], p["drag"] = rng.uniform(50, 300), rng.uniform(0, 15)
     p["omega"] = float(rng.choice([0.0, 20.0, 12.0, -15.0, 3.0]) * rng.uniform(0.9, 1.1))
@@ -32,7 +37,7 @@ def draw(kind: str, flavour: str, seed: int) -> dict[str, Any]:
         p["filling"] = (rng.uniform(1e3, 6e3), rng.uniform(0.1, 0.6), rng.uniform(0.05, 0.8))
         p["lever"], p["load"], p["mass"] = Filling(*p["filling"]), Lines([0.0], [0.0]), rng.uniform(500, 5e3)
         p["hook_inertia"], p["hook_torque"] = p["mass"] * HOOK_ARM**2, p["mass"] * 9.80665 * HOOK_ARM
-    p["beta"] = np.radians(rng.uniform(40, 62, n))
+    p["beta"] = np.radians(rng.uniform(40, 62, n)) * min(1.0, 4 / n)
     p["R"], p["R_b"], p["C"], p["x"], p["bandage"] = 0.59, 0.64, None, 0.0, None
     p["track"], p["areas"] = 0.59, [rng.uniform(0.02, 0.04, n)]
     _friction(p, rng, kind, flavour, n)
@@ -51,6 +56,8 @@ def _friction(p: dict[str, Any], rng: Any, kind: str, flavour: str, n: int) -> N
     p["ratios"] = (ratio, inner_ratio)
     if flavour != "plain":
         p["law"] = {"kinetic": kinetic, "static": kinetic * rng.uniform(1.0, 1.2, n), "speed": rng.uniform(1.0, 6.0)}
+        if kind == "resolved bandage":
+            p["inner"] = {"kinetic": inner, "static": inner * rng.uniform(1.0, 1.2, n), "speed": rng.uniform(1.0, 6.0)}
 
 
 def _mechanism(p: dict[str, Any], rng: Any, kind: str, n: int) -> None:
@@ -58,14 +65,14 @@ def _mechanism(p: dict[str, Any], rng: Any, kind: str, n: int) -> None:
         p["C"] = 10 ** rng.uniform(4.3, 5.6)
         taut = p["lever_points"][1][0] / p["C"] * rng.uniform(0.3, 1.0)
         p["x"] = float(rng.choice([0.0, taut])) if p["filling"] is None else 0.0
-    if kind.startswith("staged") or kind == "sprung bandage":
+    if kind.startswith("staged") or kind == "resolved bandage":
         p["bandage"] = {"J": rng.uniform(3.0, 20.0), "law": p["inner"], "preload": rng.uniform(0, 1500, n)}
         p["areas"] = [p["areas"][0], rng.uniform(0.02, 0.04, n)]
-    if kind == "sprung bandage":
+    if kind == "resolved bandage":
         p["bandage"] |= {
             "J": rng.uniform(0.5, 5.0, n),
             "spring": 10 ** rng.uniform(3.5, 5.5, n - 1),
-            "damping": rng.choice([0.05, 0.3], n - 1),
+            "damping": rng.choice([0.0, 0.05, 0.3], n - 1),
         }
     if kind == "chain":
         p["x"] = rng.uniform(300, 1500) / p["C"]
@@ -130,7 +137,7 @@ def _brake(p: dict[str, Any]) -> Any:
         segments, mass = sb.Segments(q["stiffness"], q["damping"], q["anchor"]), q["mass"]
     if p["bandage"] is not None:
         q = p["bandage"]
-        more = {"spring": q["spring"], "spring_damping": q["damping"]} if kind == "sprung bandage" else {}
+        more = {"spring": q["spring"], "spring_damping": q["damping"]} if kind == "resolved bandage" else {}
         bandage = sb.Bandage(q["J"], _law(p, q["law"], p["ratios"][1]), q["preload"], p["areas"][1], **more)
     linings = sb.Lining(law, p["beta"], p["areas"][0], mass)
     return sb.Brake(sb.Pulley(p["R"], p["J"]), sb.Band(p["R_b"], p["C"], segments), linings, bandage)

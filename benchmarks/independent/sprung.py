@@ -1,0 +1,330 @@
+"""The resolved bandage: linings on springs, each held or sliding on the band and on the rim."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.optimize import brentq
+
+from benchmarks.independent.base import (
+    BACK,
+    HELD,
+    OPEN,
+    ROUNDING,
+    SLIP,
+    Brake,
+    Pair,
+    law_of,
+    names_of_change,
+    names_with_a_bandage,
+)
+
+#: shares at which the torque of linings at rest is looked at before its root is bracketed
+_SHARES = np.linspace(-1.0, 1.0, 201)
+
+
+class Now(NamedTuple):
+    """Forces and accelerations at one instant; arrays have one entry for each lining."""
+
+    alpha: float  # of the pulley (rad/s²)
+    tension: np.ndarray  # T_0…T_n (N)
+    pull: np.ndarray  # by which the band holds a lining (N)
+    pull_limit: np.ndarray  # up to which it is held there (N)
+    drive: np.ndarray  # torque from the pulley (N·m)
+    grip: np.ndarray  # up to which it sticks to the rim, or with which it slides (N·m)
+    springs: np.ndarray  # torque of the springs (N·m)
+    spare: np.ndarray  # torque that a lining at rest could bear from its springs beyond what it bears (N·m)
+    acceleration: np.ndarray  # rad/s²
+    least: float  # load torques between which a pulley at rest stays there (N·m)
+    most: float
+
+
+class Sprung(Brake):
+    """`J ω̇ = M − Σ λ_i`, `J_i ω̇_i = λ_i + Q_i − R_b (T_i − T_{i−1})`; states `e_j` of the springs, `ω_i`.
+
+    `outer`, `inner`: 0 where a lining is held on the band or sticks to the rim, else the sense in which it slides. A
+    lining that neither moves on the band nor on the rim is fixed, and so is the pulley then.
+    """
+
+    def __init__(self, p: dict[str, Any]):
+        q, n = p["bandage"], p["n"]
+        speed = max(abs(p["omega"]), 1.0)
+        super().__init__(p, 2, [*(p["lever"].largest() / q["spring"]), *[speed] * n])
+        self.R, self.R_b, self.J_i, self.K, self.preload = p["R"], p["R_b"], q["J"], q["spring"], q["preload"]
+        reduced = 1 / (self.R_b**2 * (1 / self.J_i[:-1] + 1 / self.J_i[1:]))
+        self.D = 2 * q["damping"] * np.sqrt(self.K * reduced)
+        self.z, self.sine, self.rim_law = np.tan(p["beta"] / 2), np.sin(p["beta"] / 2), law_of(q["law"], p.get("fade"))
+        self.outer, self.inner, self.sense = np.ones(n, int), np.zeros(n, int), (-1 if p["omega"] < 0 else 1)
+        self.y[self.OWN][n - 1 :] = p["omega"]
+
+    def label(self):
+        outer = np.zeros(self.n, int) if self.mode == OPEN else self.outer
+        return (self.mode, *map(int, outer), *map(int, self.inner))
+
+    @property
+    def held(self) -> np.ndarray:
+        return (self.outer == 0) & (self.mode != OPEN)
+
+    @property
+    def fixed(self) -> np.ndarray:
+        return self.held & (self.inner == 0)
+
+    def own(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Elongations (m), and speeds of the linings (rad/s) as the mode has them."""
+        e, w = np.split(y[self.OWN], [self.n - 1])
+        return e, np.where(self.held, 0.0, np.where(self.inner == 0, y[1], w))
+
+    # --- all of it at one instant -----------------------------------------------------------------------------------
+
+    def _coefficients(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """`f tan(β/2)` on the band, sticking and sliding, and the coefficients on the rim that count."""
+        T, w = self.lining_temperatures(y), self.own(y)[1]
+        sliding = self.law.kinetic(self.outer * w * self.R_b, T)
+        on_rim = np.where(
+            self.inner == 0, self.rim_law.static(T), self.rim_law.kinetic(self.inner * (y[1] - w) * self.R, T)
+        )
+        return self.law.static(T) * self.z, sliding * self.z, on_rim
+
+    def _along(self, T_0: float, y: np.ndarray, springs: np.ndarray, share: Any) -> tuple[np.ndarray, np.ndarray]:
+        """Tensions `T_0…T_n` for shares of the grip that fixed linings use; which linings the band bounds then."""
+        still, moving, on_rim = self._coefficients(y)
+        before = np.full(np.shape(share), T_0)
+        tensions, bounded = [before], []
+        for i in range(self.n):
+            by_load, by_preload = self.R * on_rim[i] * self.sine[i], self.R * on_rim[i] * self.preload[i]
+            low, high = before * (1 - still[i]) / (1 + still[i]), before * (1 + still[i]) / (1 - still[i])
+            used = share if self.fixed[i] else float(self.inner[i])
+            # R_b (T − T') = used (by_load (T + T') + by_preload) + Q
+            balanced = (before * (self.R_b + used * by_load) + used * by_preload + springs[i]) / (
+                self.R_b - used * by_load
+            )
+            if self.fixed[i]:
+                after = np.minimum(np.maximum(balanced, low), high)
+            elif self.held[i]:
+                after = balanced
+            else:
+                fz = self.outer[i] * moving[i]
+                after = before * (1 + fz) / (1 - fz) if self.mode != OPEN else before
+            bounded.append(np.where(share >= 0, balanced >= high, balanced <= low))
+            tensions.append(after)
+            before = after
+        return np.array(tensions), np.array(bounded)
+
+    def _taken(self, T_0: float, y: np.ndarray, springs: np.ndarray, share: Any) -> np.ndarray:
+        """Torque (N·m) that the linings take from a pulley at rest."""
+        tension, _ = self._along(T_0, y, springs, share)
+        on_rim = self._coefficients(y)[2]
+        total = np.zeros(np.shape(share))
+        for i in range(self.n):
+            if self.fixed[i]:
+                total = total + self.R_b * (tension[i + 1] - tension[i]) - springs[i]
+            else:
+                load = (tension[i + 1] + tension[i]) * self.sine[i] + self.preload[i]
+                total = total + self.inner[i] * self.R * on_rim[i] * load
+        return total
+
+    def _share(self, T_0: float, y: np.ndarray, springs: np.ndarray, M: float) -> tuple[float, float, float]:
+        """The share of their grip with which fixed linings carry the load `M`, and the loads at shares −1 and 1.
+
+        Where several would, the greatest of those about which the torque grows with the share.
+        """
+        taken = self._taken(T_0, y, springs, _SHARES)
+        rises = np.flatnonzero((taken[:-1] < M) & (taken[1:] >= M))
+        if rises.size:
+            a, b = _SHARES[rises[-1]], _SHARES[rises[-1] + 1]
+            root = brentq(
+                lambda x: float(self._taken(T_0, y, springs, np.float64(x))) - M, a, b, xtol=1e-16, rtol=1e-15
+            )
+            return float(root), taken[0], taken[-1]  # pyright: ignore
+        return (1.0 if taken[-1] < M else -1.0), taken[0], taken[-1]
+
+    def forces_of_springs(self, y: np.ndarray) -> tuple[np.ndarray, float, np.ndarray]:
+        """Torques on the linings (N·m), power of the dampers (W), rates of the elongations (m/s)."""
+        e, w = self.own(y)
+        rate = self.R_b * (w[:-1] - w[1:])
+        force = np.concatenate([[0.0], self.K * e + self.D * rate, [0.0]])
+        return self.R_b * (force[:-1] - force[1:]), float(np.sum(self.D * rate**2)), rate
+
+    def now(self, t: float, y: np.ndarray) -> Now:
+        T_0, springs = (0.0 if self.mode == OPEN else self.lever(t)), self.forces_of_springs(y)[0]
+        rests, stuck, held = bool(np.any(self.fixed)), self.inner == 0, self.held
+        M = self.driving(t, 0.0 if rests else float(y[1]))
+        share, least, most = self._share(T_0, y, springs, M) if rests else (0.0, 0.0, 0.0)
+        tension, _ = self._along(T_0, y, springs, np.float64(share))
+        still, _, on_rim = self._coefficients(y)
+        before, pull, both = tension[:-1], np.diff(tension), tension[1:] + tension[:-1]
+        grip = self.R * on_rim * (both * self.sine + self.preload)
+        needed, slid = self.R_b * pull - springs, self.inner * grip
+        alpha = 0.0
+        if not rests:
+            alpha = (M - float(np.sum(np.where(stuck, needed, slid)))) / (self.J + float(np.sum(self.J_i[stuck])))
+        drive = np.where(stuck, needed + self.J_i * alpha, slid)
+        # torn off by its springs: beyond the greatest pull of the band, and the grip on the rim with that tension
+        way = np.where(springs > 0, 1.0, -1.0)
+        after = before * (1 + way * still) / (1 - way * still)
+        bears = self.R * on_rim * ((after + before) * self.sine + self.preload) + self.R_b * np.abs(after - before)
+        acceleration = np.where(held, 0.0, np.where(stuck, alpha, (slid - needed) / self.J_i))
+        spare = bears - np.abs(springs)
+        return Now(alpha, tension, pull, still * both, drive, grip, springs, spare, acceleration, least, most)
+
+    def rates(self, t, y):
+        now, (_, w), (_, damping, stretching) = self.now(t, y), self.own(y), self.forces_of_springs(y)
+        omega = 0.0 if np.any(self.fixed) else float(y[1])
+        N = (now.tension[1:] + now.tension[:-1]) * self.sine
+        outer = Pair(now.pull * self.R_b * w, N, self.R_b * w)
+        rim = Pair(now.drive * (omega - w), N + self.preload, self.R * (omega - w))
+        own = np.append(stretching, now.acceleration)
+        return self.assembled(t, y, now.alpha, own, [outer, rim], damping=damping, omega=omega)
+
+    def guards(self, t, y):
+        now, (_, w), omega, found = self.now(t, y), self.own(y), float(y[1]), {}
+        if np.any(self.fixed):
+            M = self.driving(t, 0.0)
+            found |= {"above": (now.most - M) / self.torque, "below": (M - now.least) / self.torque}
+        elif self.mode != OPEN:
+            found["pulley"] = self.sense * omega / self.speed
+        for i in range(self.n):
+            if self.fixed[i]:
+                found[f"tear {i}"] = now.spare[i] / self.torque
+                continue
+            if self.held[i]:
+                found[f"band {i}"] = (now.pull_limit[i] - abs(now.pull[i])) / self.force
+                continue
+            if self.inner[i] == 0:
+                found[f"rim {i}"] = (now.grip[i] - abs(now.drive[i])) / self.torque
+                continue
+            found[f"rim {i}"] = self.inner[i] * (omega - w[i]) / self.speed
+            if self.mode != OPEN:
+                found[f"band {i}"] = self.outer[i] * w[i] / self.speed
+        return found
+
+    # --- changes of mode ----------------------------------------------------------------------------------------------
+
+    def change(self, t, y, fired):
+        y, old = y.copy(), (self.mode, self.sense, self.outer.copy(), self.inner.copy())
+        e, w = self.own(y)
+        y[self.OWN] = np.append(e, w)
+        if np.any(self.fixed):
+            y[1] = 0.0
+        way = 1 if "above" in fired else -1 if "below" in fired else 0
+        self._let_go_or_catch(t, y, fired)
+        self._lever(y)
+        if self.mode != OPEN and "pulley" in fired:
+            y[1] = 0.0
+            resting = self.held | (self.inner == 0)
+            self.outer[resting] = self.inner[resting] = 0
+        for _ in range(6 * self.n):
+            y[self.OWN][self.n - 1 :] = self.own(y)[1]
+            if not self._yields(t, y, way):
+                break
+            way = 0
+        else:
+            raise RuntimeError(f"no mode is consistent at {t:.9g} s")
+        if self.mode != OPEN:
+            rests, omega = bool(np.any(self.fixed)), y[1]
+            if not rests:
+                self.sense = int(np.sign(omega)) or int(np.sign(self.now(t, y).alpha)) or self.sense
+            self.mode = HELD if np.all(self.outer == 0) else SLIP if self.sense > 0 else BACK
+        self._log(t, *old)
+        self.first = False
+        return y
+
+    def _let_go_or_catch(self, t: float, y: np.ndarray, fired: list[str]) -> None:
+        """What guards of single linings have told: what slid has caught on, what stuck lets go."""
+        now, rests, fixed = self.now(t, y), bool(np.any(self.fixed)), self.fixed
+        slid = (self.outer != 0) & (self.inner != 0)
+        ahead = int(np.sign(y[1]))
+        for name in fired:
+            what, _, number = name.partition(" ")
+            if not number:
+                continue
+            i = int(number)
+            if what == "tear":
+                self._tear(i, now)
+            elif what == "rim" and self.inner[i] == 0 and not fixed[i]:
+                self.inner[i] = 1 if now.drive[i] > 0 else -1
+            elif what == "band" and self.outer[i] == 0 and not slid[i]:
+                self.outer[i] = 1 if now.pull[i] > 0 else -1
+            elif what == "rim":
+                self.inner[i] = 0
+                self.outer[i] = 0 if rests else (ahead or self.sense)
+            elif what == "band":
+                self.outer[i] = 0
+                self.inner[i] = 0 if rests else (ahead or self.sense)
+
+    def _tear(self, i: int, now: Now) -> None:
+        self.outer[i] = 1 if now.springs[i] > 0 else -1
+        self.inner[i] = -self.outer[i]
+
+    def _lever(self, y: np.ndarray) -> None:
+        """The lever begins to pull, or lets go."""
+        if self.pulls and self.mode == OPEN:
+            _, w = self.own(y)
+            self.mode = SLIP  # closed; its name comes at the end
+            self.outer = np.sign(w).astype(int)
+            self.inner = np.where((w == 0) & (y[1] == 0), 0, self.inner)
+        elif not self.pulls:
+            self.mode = OPEN
+
+    def _yields(self, t: float, y: np.ndarray, way: int) -> bool:
+        """Let go of what is held by too great a force, and hold what would go the other way; whether anything was."""
+        now, spare = self.now(t, y), ROUNDING * self.torque
+        if np.any(self.fixed):
+            M = self.driving(t, 0.0)
+            way = way or (1 if M > now.most + spare else -1 if M < now.least - spare else 0)
+            if way:
+                self._start(t, y, way)
+                return True
+            torn = np.flatnonzero(self.fixed & (now.spare < -spare))
+            for i in torn:
+                self._tear(int(i), now)
+            if torn.size:
+                return True
+        off_rim = (self.inner == 0) & ~self.held & (np.abs(now.drive) > now.grip + spare)
+        off_band = self.held & ~self.fixed & (np.abs(now.pull) > now.pull_limit + ROUNDING * self.force)
+        self.inner[off_rim] = np.where(now.drive > 0, 1, -1)[off_rim]
+        self.outer[off_band] = np.where(now.pull > 0, 1, -1)[off_band]
+        if np.any(off_rim | off_band):
+            return True
+        return self._catches(y, now)
+
+    def _catches(self, y: np.ndarray, now: Now) -> bool:
+        """Linings without speed on one of their faces that would slide there against their sense stay."""
+        _, w = self.own(y)
+        slides, slight = (self.inner != 0) & ~self.held, 1e-9 * self.torque / self.J_i
+        wrong = slides & (w == y[1]) & (self.inner * (now.alpha - now.acceleration) < -slight)
+        self.inner[wrong] = 0
+        if self.mode != OPEN and not np.any(wrong):
+            wrong = slides & (w == 0) & (y[1] != 0) & (self.outer * now.acceleration < -slight)
+            self.outer[wrong] = 0
+        return bool(np.any(wrong))
+
+    def _start(self, t: float, y: np.ndarray, way: int) -> None:
+        """The pulley starts, and every fixed lining lets go where it is held less."""
+        springs = self.forces_of_springs(y)[0]
+        _, bounded = self._along(self.lever(t), y, springs, np.float64(way))
+        fixed, self.sense = self.fixed, way
+        self.outer = np.where(fixed, np.where(bounded, way, 0), self.outer)
+        self.inner = np.where(fixed, np.where(bounded, 0, way), self.inner)
+
+    def stored(self, y):
+        return 0.5 * float(np.sum(self.K * self.own(y)[0] ** 2))
+
+    def kinetic_energy(self, y):
+        return super().kinetic_energy(y) + 0.5 * float(np.sum(self.J_i * y[self.OWN][self.n - 1 :] ** 2))
+
+    # --- the log ------------------------------------------------------------------------------------------------------
+
+    def _log(self, t: float, mode: str, sense: int, outer: np.ndarray, inner: np.ndarray) -> None:
+        slid, slides = (
+            0 if np.all(one == 0) else way for one, way in ((inner, sense), (self.inner, self.sense))
+        )
+        names = names_of_change(mode, self.mode, self.first)
+        for name in names_with_a_bandage(names, (mode, slid), (self.mode, slides)):
+            self.note(t, name)
+        # an open band touches no lining
+        on_band = [np.where(open_, 2, one) for one, open_ in ((outer, mode == OPEN), (self.outer, self.mode == OPEN))]
+        for i in range(self.n):
+            for where, was, is_ in (("internal", inner[i], self.inner[i]), ("external", on_band[0][i], on_band[1][i])):
+                if was == is_ or (was == 2 and is_ != 0) or (is_ == 2 and was != 0):
+                    continue
+                self.note(t, f"lining_{where}_{'stick' if is_ == 0 else 'slip'}", i + 1)
