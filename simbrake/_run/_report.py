@@ -134,12 +134,12 @@ class Report:
         return found
 
     def _contacts(self, modes: Any) -> list[Event]:
-        """Linings that let go and stick by themselves."""
+        """Linings that let go and stick by themselves; one that slides on in the other sense does neither."""
         found, t = [], np.asarray(self._record.rows.t)
         for name, column in modes.contacts.items():
-            states = np.asarray(column)[: int(self._record.count) + 1]
-            for i, lining in np.argwhere(states[1:] != states[:-1]):
-                what = "stick" if states[i + 1, lining] == 0 else "slip"
+            sticks = np.asarray(column)[: int(self._record.count) + 1] == 0
+            for i, lining in np.argwhere(sticks[1:] != sticks[:-1]):
+                what = "stick" if sticks[i + 1, lining] else "slip"
                 found.append(Event(float(t[i + 1]), f"{name}_{what}", int(lining) + 1))
         return found
 
