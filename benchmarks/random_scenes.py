@@ -57,9 +57,10 @@ def main() -> int:
                 print(row(found[-1]), flush=True)
     wrong = [one for one in found if one.differs]
     events, modes = sum(one.events for one in found), sum(one.modes for one in found)
+    times, margins, states = (max(each) for each in zip(*((x.times, x.margins, x.states) for x in found), strict=True))
     print(
         f"{len(found)} scenes, {len(found) - len(wrong)} agree; {modes} modes, {events} events; largest difference of a"
-        f" time {max(one.times for one in found):.1e} s, of states and energies {max(one.states for one in found):.1e};"
+        f" time {times:.1e} s (as margin {margins:.1e}), of states and energies {states:.1e};"
         f" {time.process_time() - start:.0f} CPU s"
     )
     if options.json:

@@ -28,7 +28,7 @@ class Brake(AbstractModel):
     """
 
     def __init__(self, p: dict[str, Any], pairs: int, own: list[float]):
-        self.p, self.n, self.log, self.modes = p, p["n"], [], []
+        self.p, self.n, self.log, self.modes, self.slopes = p, p["n"], [], [], []
         self.start, self.end = 0.0, p["end"]
         self.lever, self.load, self.drag = copy.deepcopy(p["lever"]), copy.deepcopy(p["load"]), p["drag"]
         self.J, self.law = p["J"] + p["hook_inertia"], law_of(p["law"], p.get("fade"))
@@ -195,7 +195,7 @@ def names_of_change(before: str, after: str, first: bool) -> list[str]:
 
 
 def names_with_a_bandage(names: list[str], before: tuple[str, int], after: tuple[str, int]) -> list[str]:
-    """Names of the events of a staged brake: those of its band (`names_of_change`) and of linings that slide on the rim.
+    """Names of the events of a staged brake: those of its band (`names_of_change`) and those of the rim.
 
     `before`, `after`: mode of the band, and 0 where the linings stick to the rim
     """

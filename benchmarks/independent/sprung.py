@@ -132,7 +132,11 @@ class Sprung(Brake):
         if rises.size:
             a, b = _SHARES[rises[-1]], _SHARES[rises[-1] + 1]
             root = brentq(
-                lambda x: float(self._taken(T_0, y, springs, np.float64(x))) - M, a, b, xtol=1e-16, rtol=1e-15
+                lambda x: float(self._taken(T_0, y, springs, np.float64(x))) - M,
+                a,
+                b,
+                xtol=1e-16,
+                rtol=1e-15,  # pyright: ignore
             )
             return float(root), taken[0], taken[-1]  # pyright: ignore
         return (1.0 if taken[-1] < M else -1.0), taken[0], taken[-1]
@@ -222,7 +226,7 @@ class Sprung(Brake):
         if self.mode != OPEN:
             rests, omega = bool(np.any(self.fixed)), y[1]
             if not rests:
-                self.sense = int(np.sign(omega)) or int(np.sign(self.now(t, y).alpha)) or self.sense
+                self.sense = int(np.sign(omega)) or self._sets_off(t, y)
             self.mode = HELD if np.all(self.outer == 0) else SLIP if self.sense > 0 else BACK
         self._log(t, *old)
         self.first = False
@@ -270,7 +274,7 @@ class Sprung(Brake):
         now, spare = self.now(t, y), ROUNDING * self.torque
         if np.any(self.fixed):
             M = self.driving(t, 0.0)
-            way = way or (1 if M > now.most + spare else -1 if M < now.least - spare else 0)
+            way = way or int(M - now.most > spare) - int(now.least - M > spare)
             if way:
                 self._start(t, y, way)
                 return True
@@ -306,6 +310,11 @@ class Sprung(Brake):
         self.outer = np.where(fixed, np.where(bounded, way, 0), self.outer)
         self.inner = np.where(fixed, np.where(bounded, 0, way), self.inner)
 
+    def _sets_off(self, t: float, y: np.ndarray) -> int:
+        """The sense in which a pulley without speed begins to turn."""
+        torque = self.J * self.now(t, y).alpha
+        return self.sense if abs(torque) < 1e-9 * self.torque else int(np.sign(torque))
+
     def stored(self, y):
         return 0.5 * float(np.sum(self.K * self.own(y)[0] ** 2))
 
@@ -315,16 +324,15 @@ class Sprung(Brake):
     # --- the log ------------------------------------------------------------------------------------------------------
 
     def _log(self, t: float, mode: str, sense: int, outer: np.ndarray, inner: np.ndarray) -> None:
-        slid, slides = (
-            0 if np.all(one == 0) else way for one, way in ((inner, sense), (self.inner, self.sense))
-        )
+        slid, slides = (0 if np.all(one == 0) else way for one, way in ((inner, sense), (self.inner, self.sense)))
         names = names_of_change(mode, self.mode, self.first)
         for name in names_with_a_bandage(names, (mode, slid), (self.mode, slides)):
             self.note(t, name)
-        # an open band touches no lining
-        on_band = [np.where(open_, 2, one) for one, open_ in ((outer, mode == OPEN), (self.outer, self.mode == OPEN))]
-        for i in range(self.n):
-            for where, was, is_ in (("internal", inner[i], self.inner[i]), ("external", on_band[0][i], on_band[1][i])):
-                if was == is_ or (was == 2 and is_ != 0) or (is_ == 2 and was != 0):
-                    continue
-                self.note(t, f"lining_{where}_{'stick' if is_ == 0 else 'slip'}", i + 1)
+        pairs = (("internal", inner, self.inner), ("external", np.where(mode == OPEN, 2, outer), self._on_band()))
+        for where, was, now in pairs:
+            for i in np.flatnonzero((was == 0) != (now == 0)):
+                self.note(t, f"lining_{where}_{'stick' if now[i] == 0 else 'slip'}", int(i) + 1)
+
+    def _on_band(self) -> np.ndarray:
+        """`outer`, 2 where an open band touches no lining."""
+        return np.where(self.mode == OPEN, 2, self.outer)

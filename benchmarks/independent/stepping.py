@@ -6,15 +6,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.integrate import DOP853, solve_ivp
-from scipy.optimize import brentq
+from scipy.optimize import brentq, minimize_scalar
 
 RTOL = 1e-11
 #: a guard is armed once it has been above this; all are of the order 1
 _ARMED = 1e-9
 #: guards that are reached together
 _TOGETHER = 1e-10
-#: points inside a step at which the guards are evaluated
-_INSIDE = 6
+#: points inside a step at which the guards are evaluated, as shares of it; in the first after an event more near it
+_INSIDE = np.linspace(0.0, 1.0, 8)[1:]
+_AFTER_EVENT = np.concatenate([np.geomspace(1e-6, 0.1, 11), _INSIDE])
+#: a guard below this may dip under 0 between two points
+_NEAR = 0.05
 #: least number of steps of a run
 _STEPS = 60
 #: changes of mode at one instant
@@ -38,6 +41,8 @@ class AbstractModel(abc.ABC):
     #: typical sizes of the states, for the absolute tolerance
     sizes: np.ndarray
     log: list[Logged]
+    #: times at which guards came to 0, and how fast they did (1/s)
+    slopes: list[tuple[float, float]]
 
     @abc.abstractmethod
     def knots(self) -> list[float]:
@@ -67,6 +72,7 @@ class _Found(NamedTuple):
     t: float
     y: np.ndarray
     fired: list[str]
+    slope: float = -np.inf
 
 
 def _exactly(model: AbstractModel, t: float, y: np.ndarray, until: float) -> np.ndarray:
@@ -84,8 +90,8 @@ def _land(
     name: str,
     low: float,
     high: float,
-) -> tuple[float, np.ndarray]:
-    """Time and states where a guard is 0: from the interpolant, then by steps that end there."""
+) -> tuple[float, np.ndarray, float]:
+    """Time and states where a guard is 0, and its rate: from the interpolant, then by steps that end there."""
 
     def value(s: float) -> float:
         return model.guards(s, dense(s))[name]
@@ -102,7 +108,7 @@ def _land(
         if abs(moved - root) < 1e-15 * max(1.0, abs(root)):
             break
         root, at = moved, _exactly(model, t, y, moved)
-    return root, at
+    return root, at, slope
 
 
 def _advance(model: AbstractModel, t: float, y: np.ndarray, until: float) -> _Found:
@@ -112,7 +118,7 @@ def _advance(model: AbstractModel, t: float, y: np.ndarray, until: float) -> _Fo
     solver = DOP853(model.rates, t, y, until, rtol=RTOL, atol=atol, max_step=longest)
     names = list(model.guards(t, y))
     last = np.array(list(model.guards(t, y).values()))
-    armed, at = last > _TOGETHER, t
+    armed, at, first_step = last > _TOGETHER, t, True
     holding = np.array([not name.startswith("limit") for name in names], bool)  # marks say nothing of the mode
     while solver.status == "running":
         solver.step()
@@ -120,22 +126,41 @@ def _advance(model: AbstractModel, t: float, y: np.ndarray, until: float) -> _Fo
             raise RuntimeError(f"DOP853 came to no end at {solver.t:.9g} s")
         dense, before = solver.dense_output(), solver.t_old
         y_before = dense(before)
-        for s in np.linspace(before, solver.t, _INSIDE + 2)[1:]:
+        for share in _AFTER_EVENT if first_step else _INSIDE:
+            s = before + share * (solver.t - before)
             here = np.array(list(model.guards(s, dense(s)).values()))
             lost = ~armed & holding & (here < -1e-6) & (last < -1e-7)
             if np.any(lost):
                 raise RuntimeError(f"at {s:.9g} s a mode holds that cannot: {names[int(np.argmax(lost))]}")
-            past = np.flatnonzero(armed & (here < 0))
-            if past.size:
-                found = [(*_land(model, before, y_before, dense, names[i], at, s), i) for i in past]
-                root, y_root, first = min(found, key=lambda one: one[0])
+            past = [(i, s) for i in np.flatnonzero(armed & (here < 0))]
+            near = np.flatnonzero(armed & holding & (here >= 0) & (np.minimum(here, last) < _NEAR))
+            past += [(i, low) for i in near if (low := _dip(model, dense, names[i], at, s)) is not None]
+            if past:
+                found = [(*_land(model, before, y_before, dense, names[i], at, high), i) for i, high in past]
+                root, y_root, slope, first = min(found, key=lambda one: one[0])
                 if until - root < 1e-12 * max(1.0, until):  # the known time comes first
                     return _Found(until, y_root, [])
                 values = np.array(list(model.guards(root, y_root).values()))
                 together = [i for i in range(len(names)) if i == first or (armed[i] and values[i] < _TOGETHER)]
-                return _Found(root, y_root, [names[i] for i in together])
+                return _Found(root, y_root, [names[i] for i in together], slope)
             armed, last, at = armed | (here > _ARMED), here, s
+        first_step = False
     return _Found(until, solver.y, [])
+
+
+def _dip(
+    model: AbstractModel, dense: Callable[[float], np.ndarray], name: str, low: float, high: float
+) -> float | None:
+    """A time between two at which a guard is positive and at which it is not, if there is one."""
+
+    def value(s: float) -> float:
+        return model.guards(s, dense(s))[name]
+
+    reach = 1e-3 * (high - low)
+    if reach <= 1e-12 * max(1.0, abs(high)) or value(low + reach) >= value(low) or value(high - reach) >= value(high):
+        return None
+    least = minimize_scalar(value, bounds=(low, high), method="bounded", options={"xatol": 1e-6 * (high - low)})
+    return float(least.x) if least.fun < 0 else None
 
 
 def integrate(model: AbstractModel) -> np.ndarray:
@@ -148,8 +173,9 @@ def integrate(model: AbstractModel) -> np.ndarray:
             y = model.settle(t, y, [])
         chain, last = 0, t
         while t < stop:
-            t, y, fired = _advance(model, t, y, stop)
+            t, y, fired, slope = _advance(model, t, y, stop)
             if fired:
+                model.slopes.append((t, abs(slope)))
                 y = model.settle(t, y, fired)
                 chain, last = (chain + 1 if t == last else 0), t
                 if chain > _CHAIN:
