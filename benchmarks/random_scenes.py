@@ -9,6 +9,9 @@ share the numbers of a scene with simbrake and nothing else. A scene is drawn by
 - `hot`: the same with lumps for rim, linings and band, convection and radiation, Stribeck friction that fades, wear
 - `fill`: a filling actuator, a load on the hook, Stribeck friction
 
+A resolved bandage has 4, 3 and 6 linings in these, springs with and without dampers, and beside `plain` friction on the
+rim that depends on the speed of every lining.
+
 Compared are the modes that last and the events, their times, and at the end states, energies, temperatures and wear.
 Exit code 1 where anything differs.
 """
