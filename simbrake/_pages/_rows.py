@@ -197,7 +197,8 @@ def event_counts(events: Sequence[Event]) -> list[EventCount]:
     for event in events:
         times.setdefault(event.name, []).append(event.time)
     return [
-        EventCount(name, _words_of_event(name), len(t), number(min(t), "s"), number(max(t), "s")) for name, t in times.items()
+        EventCount(name, _words_of_event(name), len(t), number(min(t), "s"), number(max(t), "s"))
+        for name, t in times.items()
     ]
 
 
