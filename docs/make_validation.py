@@ -9,7 +9,7 @@ BEGIN, END = "<!-- cases: begin -->\n", "<!-- cases: end -->\n"
 
 def table() -> str:
     """The cases of `simbrake validate` as a table, in Markdown."""
-    from simbrake._checks._validate import chosen
+    from simbrake.checks._validate import chosen
 
     lines = ["| case | truth | source | tolerance |", "|---|---|---|---|"]
     for lane in chosen():

@@ -18,7 +18,7 @@ from staged_scenes import stop as staged_stop
 
 import simbrake as sb
 from simbrake._commands._compare_run import run as compare_run
-from simbrake._files._scene_file import open_scene
+from simbrake.files._scene_file import open_scene
 
 
 @pytest.fixture(scope="module")

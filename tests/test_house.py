@@ -86,7 +86,7 @@ def test_only_plots_import_matplotlib():
 def test_importing_loads_nothing_that_a_run_does_not_need():
     """Half a second each: pictures, tables, units, reports and SciPy are loaded by those who use them."""
     heavy = ("matplotlib", "scipy", "xarray", "pandas", "pint", "jinja2", "pyarrow", "interpax", "cyclopts", "SALib")
-    unused = tuple(f"simbrake.{name}" for name in ("_studies", "_classical", "_layouts", "_checks", "_pages"))
+    unused = tuple(f"simbrake.{name}" for name in ("_studies", "_classical", "_layouts", "checks", "_pages"))
     program = "import sys, simbrake as sb; sb.Scene, sb.Brake, sb.simulate; print("
     program += f"[name for name in {heavy + unused} if name in sys.modules])"
     found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)

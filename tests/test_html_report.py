@@ -22,10 +22,10 @@ from simbrake._commands._report_run import report_run, title_of
 from simbrake._pages._page import DUTY, PICTURES, contents, draw, render
 from simbrake._pages._page import _scene_text as contents_of_scene
 from simbrake._pages._rows import event_counts, event_rows, ledger, verdict
-from simbrake._results._rerun import repeat
 from simbrake._run._edit import with_values
 from simbrake._run._log import EVENTS
 from simbrake._run._measure import limit_checks, read_limits
+from simbrake.results._rerun import repeat
 
 VOID = {"meta", "img", "br", "wbr", "link", "hr", "input"}
 NASTY = "<script>alert(1)</script>"

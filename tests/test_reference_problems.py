@@ -7,7 +7,7 @@ import pytest
 from helpers import DOPRI8, arrays, event_times, first_event_times, settings, solve
 
 import simbrake as sb
-from simbrake._checks._reference_problems import (
+from simbrake.checks._reference_problems import (
     SLIP,
     BeltOscillator,
     BouncingBall,

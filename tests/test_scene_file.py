@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 import simbrake as sb
 from simbrake._base._quantity import leaves
-from simbrake._files._schema import all_makers, parts_of
+from simbrake.files._schema import all_makers, parts_of
 
 SCENARIOS = pathlib.Path(__file__).parent.parent / "scenarios"
 TEXT = """

@@ -60,8 +60,8 @@ def prepare_jax() -> None:
 def opened(scenario: Path, set_: list[str] | None, out: Path | None, **limits: tuple[Any, bool, str]) -> Any:
     """The scene of a command, its numbers overridden; faults of the options first: name, value, admissible, hint."""
     from .._base._faults import Fault, InputError
-    from .._files._scene_file import open_scene
     from .._run._edit import parse_assignments, with_values
+    from ..files._scene_file import open_scene
 
     wrong = [
         Fault(f"--{name.replace('_', '-')}", f"{value} is not admissible", hint)

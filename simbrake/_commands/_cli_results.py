@@ -36,7 +36,7 @@ def compare(a: Path, b: Path, /, *, rtol: float = 1e-9, json_: Json = False) -> 
         Print the comparison as JSON, alone on stdout.
     """
     prepare_jax()
-    from .._files._scene_file import open_scene
+    from ..files._scene_file import open_scene
     from ._compare_run import run
 
     return run(a, b, open_scene, rtol=rtol, json_=json_)

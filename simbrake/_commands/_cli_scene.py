@@ -30,8 +30,8 @@ def show(
         Print a list of {path, value, unit, meaning}, alone on stdout.
     """
     prepare_jax()
-    from .._files._scene_file import scene_text
-    from .._files._schema import numbers_of, numbers_text
+    from ..files._scene_file import scene_text
+    from ..files._schema import numbers_of, numbers_text
 
     found = opened(scenario, set_, None)
     if toml:
@@ -54,9 +54,9 @@ def check(scenario: Scenario, /, *, set_: Set = None, json_: Json = False) -> in
     """
     prepare_jax()
     from .._base._faults import InputError
-    from .._files._schema import count_text
     from .._parts._scene import check as check_scene
     from .._parts._scene import plausibility, warnings
+    from ..files._schema import count_text
 
     try:
         found = opened(scenario, set_, None)
@@ -86,7 +86,7 @@ def schema(name: str | None = None, /, *, json_: Json = False) -> int:
     json_
         Print the JSON Schema of scene files (draft 2020-12), alone on stdout: editors complete and check with it.
     """
-    from .._files._schema import json_schema, schema_text
+    from ..files._schema import json_schema, schema_text
 
     print(json.dumps(json_schema(), indent=1) if json_ else schema_text(name))
     return 0

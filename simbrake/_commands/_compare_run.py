@@ -5,8 +5,8 @@ from pathlib import Path
 from typing import Any
 
 from .._base._progress import Waiting
-from .._results._compare import compare, dumps
 from .._run._simulate import simulate
+from ..results._compare import compare, dumps
 
 
 def run(a: Path, b: Path, read: Callable[[Path], Any], *, rtol: float = 1e-9, json_: bool = False) -> int:

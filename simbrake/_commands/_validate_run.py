@@ -4,10 +4,10 @@ import json
 import sys
 from typing import Any
 
-from .._checks._cross_check import cross_check
-from .._checks._validate import chosen, run_lanes
 from .._parts._scene import Scene
 from .._run._outcome import SimulationError
+from ..checks._cross_check import cross_check
+from ..checks._validate import chosen, run_lanes
 
 
 def listing(only: str | None, json_: bool) -> int:

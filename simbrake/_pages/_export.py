@@ -10,11 +10,11 @@ import numpy as np
 
 from .._base._progress import Waiting, waiting
 from .._base._whole import whole_folder
-from .._results._dataset import save
 from .._run._measure import LimitCheck, limit_checks, summary_with_limits, text_with_limits
 from .._run._result import Result
 from .._run._series import flat, unit_of_column
 from .._studies._sensitivity import Sensitivity, SensitivityTable
+from ..results._dataset import save
 from ._page import pictures_of
 
 

@@ -12,10 +12,7 @@ from .._base._faults import InputError
 from .._base._progress import Waiting, waiting
 from .._base._table import Number, digits, number, pretty
 from .._base._whole import whole_file
-from .._files._scene_file import scene_text
 from .._parts._scene import Scene, paths_without_meaning
-from .._results._provenance import provenance
-from .._results._rerun import Repeat, repeat
 from .._run._measure import Metric, check_metrics, happened, limit_checks, measure, name_of, read_limits, unit_of
 from .._run._metrics import METRICS
 from .._run._result import Result
@@ -23,6 +20,9 @@ from .._run._simulate import simulate
 from .._studies._sensitivity import Sensitivity, SensitivityTable
 from .._studies._sensitivity import sensitivity as tables_of
 from ..brakes._pressed import DiscBrake, ShoeBrake
+from ..files._scene_file import scene_text
+from ..results._provenance import provenance
+from ..results._rerun import Repeat, repeat
 from ..thermal._heat import place_count
 from ._rows import (
     duty_words,

@@ -15,9 +15,9 @@ import numpy as np
 from .._base._compiling import accelerators, run_device
 from .._base._faults import InputError
 from .._base._quantity import leaves
-from .._files._scene_file import scene_from_text, scene_text
 from .._parts._scene import Scene, warnings
 from .._run._result import Result
+from ..files._scene_file import scene_from_text, scene_text
 
 _HOME = "simbrake"
 PACKAGES = ("jax", "jaxlib", "diffrax", "equinox", "interpax", "numpy", "scipy")

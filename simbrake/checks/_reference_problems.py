@@ -1,7 +1,6 @@
 """Small hybrid systems with exact answers (closed forms in the docstrings, re-derived from `T` and energy balances).
 
-They show what the integrator does apart from any brake; `simbrake validate` and the tests run them.
-"""
+They show what the integrator does apart from any brake; `simbrake validate` and the tests run them."""
 
 from typing import Any, NamedTuple
 

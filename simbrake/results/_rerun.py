@@ -9,13 +9,13 @@ import numpy as np
 
 from .._base._faults import Fault, InputError
 from .._base._quantity import leaves
-from .._files._scene_file import scene_from_text
 from .._parts._scene import Scene
 from .._run._edit import with_values
 from .._run._log import Event
 from .._run._measure import unit_of
 from .._run._result import Result
 from .._run._simulate import simulate
+from ..files._scene_file import scene_from_text
 from ..hybrid import Rodas5P
 from ._dataset import load
 from ._provenance import parts, provenance
