@@ -8,9 +8,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from .._base._faults import Fault, InputError
-from .._classical._published_figures import S1_PAIR, band_diagrams, chord_curves, energy_levels, overlap_stop
-from .._classical._reproduce import AGREES, cells, published_rows, transmission_table
 from .._parts._builders import axial_resistance, radial_resistance
+from ..formulas.heating import transmission_table
+from ..published import AGREES, S1_PAIR, band_diagrams, cells, chord_curves, energy_levels, overlap_stop, published_rows
 from ._plot_shared import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION, ZERO, finish
 
 _RING: dict[str, Any] = {"ms": 12, "mfc": "none", "mec": VERMILLION, "ls": "", "marker": "o"}

@@ -7,7 +7,7 @@ from typing import Any
 from .._base._admissible import require_positive
 from .._parts._material import LIBRARY, Entry, Material, material
 from .._parts._wear import ThresholdWear
-from ._thermal_stress import ElasticMaterial
+from .heating import ElasticMaterial
 
 _ZERO = 273.15  # K
 _PROOF = "assumption: two thirds of the 0.2 % proof stress"
@@ -15,7 +15,7 @@ _PROOF = "assumption: two thirds of the 0.2 % proof stress"
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class RimMaterial:
-    """A material for rims: `thermal` properties, constants for thermal stress (`elastic`), and what it bears.
+    """A material for rims: `thermal` properties, constants for thermal stress (`elastic`), and what it withstands.
 
     - `permissible` (K): of the surface in service; `solidus` (K): where it begins to melt; `hardness` (Pa)
     - `sources`: number → where it is from; assumptions say so
@@ -48,7 +48,7 @@ class RimMaterial:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class LiningMaterial:
-    """A material for linings: `thermal` properties, law of `wear`, and what it bears.
+    """A material for linings: `thermal` properties, law of `wear`, and what it withstands.
 
     - `wear`: rate `I(p, v, T)` (m³/(N·m)) as `sb.wear` takes it
     - `permissible` (K): of its surface; `hardness` (Pa); `sources`: number → where it is from

@@ -1,0 +1,196 @@
+"""Rows of estimates as data: what is computed, how, from which source, and what the run beside it says."""
+
+import dataclasses
+import math
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import Any, ClassVar, Generic, NamedTuple, TypeVar
+
+import numpy as np
+
+from .._base._table import Column, Table, Tabular, plain
+from ._inputs import Input
+
+C = TypeVar("C")
+R = TypeVar("R", bound="EstimateRow")
+
+
+class Number(NamedTuple):
+    """A number put into a formula: its symbol, value and unit."""
+
+    symbol: str
+    value: float
+    unit: str
+
+    def __str__(self) -> str:
+        return f"{self.symbol} = {self.value:.5g} {_unit(self.unit)}".rstrip()
+
+
+@dataclasses.dataclass(frozen=True)
+class EstimateRow:
+    """One estimate: its `name`, `formula`, `value` and `unit`, the `source` of the formula, the `simulated` value
+
+    (`None` without a run, or where the run has no such number) and `why` the two differ. Temperatures are in K.
+    """
+
+    name: str
+    formula: str
+    value: float
+    unit: str
+    source: str
+    simulated: float | None = None
+    why: str = ""
+
+    @property
+    def difference(self) -> float | None:
+        """Estimate less simulated value, `None` without one or where the estimate is not finite."""
+        if self.simulated is None or not np.isfinite(self.value):
+            return None
+        apart = self.value - self.simulated
+        return 0.0 if abs(apart) <= 1e-14 * abs(self.value) else apart  # rounding
+
+    @property
+    def words(self) -> str:
+        """Name, value and unit."""
+        return f"{self.name} {_shown(self.value)} {_unit(self.unit)}".rstrip()
+
+    def as_dict(self) -> dict[str, Any]:
+        """`{name, formula, value, unit, simulated, difference, source, why}`."""
+        keys = ("name", "formula", "value", "unit", "simulated", "difference", "source", "why")
+        return {key: plain(getattr(self, key)) for key in keys}
+
+
+@dataclasses.dataclass(frozen=True)
+class SynthesisRow(EstimateRow):
+    """A row of one step: an `EstimateRow` with its `step` (1…12) and the `numbers` put into the formula.
+
+    `verdict`, of a permissible limit: `within limit` or `exceeded` by the estimate, and by the run where that differs.
+    """
+
+    step: int = 0
+    numbers: tuple[Number, ...] = ()
+    verdict: str = ""
+
+    def as_dict(self) -> dict[str, Any]:
+        """`{step, name, formula, value, unit, simulated, difference, source, why, numbers, verdict}`."""
+        return {"step": self.step, **super().as_dict(), "numbers": plain(self.numbers), "verdict": self.verdict}
+
+
+def _nothing(context: Any) -> None:
+    """No simulated number."""
+
+
+def _no_numbers(context: Any) -> tuple[()]:
+    return ()
+
+
+@dataclasses.dataclass(frozen=True)
+class Row(Generic[C]):
+    """A row as data: name (`{part}`: that of the context), formula in words, unit, source, the formula as a function
+
+    of a context; the row is left out where its `value` is `None`. `simulated`: the same in the run, and `why` the two
+    differ (`beside`); `numbers`: those put into the formula (`given`).
+    """
+
+    name: str
+    formula: str | Callable[[C], str]
+    unit: str
+    source: str
+    value: Callable[[C], float | None]
+    simulated: Callable[[C], float | None] = _nothing
+    why: str | Callable[[C], str] = ""
+    numbers: Callable[[C], Sequence[tuple[str, float, str]]] = _no_numbers
+
+    def beside(self, simulated: Callable[[C], float | None], why: str | Callable[[C], str] = "") -> "Row[C]":
+        """The row with a simulated number beside it."""
+        return dataclasses.replace(self, simulated=simulated, why=why)
+
+    def given(self, numbers: Callable[[C], Sequence[tuple[str, float, str]]]) -> "Row[C]":
+        """The row with the numbers put into its formula."""
+        return dataclasses.replace(self, numbers=numbers)
+
+    def at(self, context: C, part: str = "") -> EstimateRow | None:
+        """The row of a context."""
+        value, simulated = self.value(context), self.simulated(context)
+        if value is None:
+            return None
+        formula, why = (words if isinstance(words, str) else words(context) for words in (self.formula, self.why))
+        simulated = None if simulated is None else float(simulated)
+        name = self.name.replace("{part}", part)
+        return EstimateRow(name, formula, float(value), self.unit, self.source, simulated, why)
+
+    def of_step(self, step: int, context: C, part: str = "", *, ending: str = "") -> list[SynthesisRow]:
+        """The row of a context in a step of the synthesis, with the numbers put in; none where there is no value."""
+        row = self.at(context, part)
+        if row is None:
+            return []
+        numbers = tuple(Number(*number) for number in self.numbers(context))
+        return [SynthesisRow(**(vars(row) | {"name": row.name + ending}), step=step, numbers=numbers)]
+
+
+def fill(rows: Iterable[Row[C]], context: C, part: str = "") -> list[EstimateRow]:
+    """The rows of a context that have a value there."""
+    return [filled for row in rows if (filled := row.at(context, part)) is not None]
+
+
+@dataclasses.dataclass(frozen=True)
+class RowTable(Tabular, Generic[R]):
+    """Rows with a name each, the inputs that they are made from, and what braking they are `about`."""
+
+    about: str
+    inputs: tuple[Input, ...]
+    rows: tuple[R, ...]
+    kind: ClassVar[str] = "row"
+
+    def __getitem__(self, name: str) -> R:
+        """The row of that name. Raises `KeyError` with the names there are."""
+        for row in self.rows:
+            if row.name == name:
+                return row
+        raise KeyError(f"no {self.kind} {name!r}; there are: {', '.join(row.name for row in self.rows)}")
+
+    def __iter__(self) -> Iterator[R]:
+        return iter(self.rows)
+
+    def head(self) -> list[str | Table]:
+        """What the rows are about, and the inputs."""
+        columns = (Column("name", left=True), Column("value", show=_of_input), Column("unit", left=True, show=_unit))
+        inputs = Table([*columns, "source"], self.inputs, "inputs and assumptions")
+        return [self.about, "", inputs]
+
+
+def table_of(rows: Iterable[EstimateRow], *, numbers: bool = False) -> list[str | Table]:
+    """Rows as a table, the reasons why estimate and run differ below it."""
+    rows = list(rows)
+    columns = [
+        Column("name", heading="", left=True),
+        *(Column(name, show=_shown) for name in ("estimate", "simulated", "difference")),
+        *(Column(name, left=True, show=_unit) for name in ("unit", "formula")),
+    ]
+    lines: list[dict[str, Any]] = [
+        {"name": row.name, "estimate": row.value, "simulated": row.simulated, "difference": row.difference}
+        | {"unit": row.unit, "formula": f"{row.formula} ({row.source})" if row.source else row.formula}
+        for row in rows
+    ]
+    if numbers:
+        columns += [Column("verdict", heading="", left=True), Column("numbers", heading="with", left=True)]
+        for line, row in zip(lines, rows, strict=True):
+            assert isinstance(row, SynthesisRow)
+            line |= {"verdict": row.verdict, "numbers": ", ".join(str(number) for number in row.numbers)}
+    reasons: dict[str, list[str]] = {}
+    for row in rows:
+        if row.why and row.difference:
+            reasons.setdefault(row.why, []).append(row.name)
+    return [Table(columns, lines), *(f"reason: {why} ({'; '.join(names)})" for why, names in reasons.items())]
+
+
+def _shown(value: float) -> str:
+    return f"{value:.5g}" if math.isfinite(value) else "none"
+
+
+def _unit(unit: str) -> str:
+    """A unit as it stands behind a number: nothing for a pure one."""
+    return "" if unit == "1" else unit
+
+
+def _of_input(value: Any) -> str:
+    return f"{value:.5g}" if isinstance(value, float | int) else ""
