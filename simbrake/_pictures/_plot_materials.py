@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from ..formulas._comparison import MaterialComparison, MaterialRow
+from ..formulas._material_table import MaterialComparison, MaterialRow
 from ..formulas._materials import LiningMaterial, RimMaterial
 from ._plot_shared import BLUE, VERMILLION, ZERO
 

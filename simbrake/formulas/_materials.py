@@ -1,16 +1,15 @@
 """Rims and linings to choose from: what a comparison needs of a material besides its thermal properties."""
 
+import csv
 import dataclasses
 from collections.abc import Callable
+from importlib import resources
 from typing import Any
 
 from .._base._admissible import require_positive
 from .._parts._material import LIBRARY, Entry, Material, material
 from .._parts._wear import ThresholdWear
 from .heating import ElasticMaterial
-
-_ZERO = 273.15  # K
-_PROOF = "assumption: two thirds of the 0.2 % proof stress"
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -82,112 +81,22 @@ def _of_thermal(thermal: Material) -> dict[str, float]:
     return {name: float(getattr(thermal, name)) for name in ("conductivity", "density", "specific_heat")}
 
 
-def _rim(
-    young: Entry, expansion: Entry, poisson: Entry, stress: Entry, T: Entry, solidus: Entry, HB: Entry
-) -> dict[str, Entry]:
-    return dict(
-        zip(
-            ("young", "expansion", "poisson", "permissible_stress", "permissible_temperature", "solidus", "hardness"),
-            (young, expansion, poisson, stress, T, solidus, HB),
-            strict=True,
-        )
-    )
+def _library(part: str) -> dict[str, dict[str, Entry]]:
+    """Material of a part → number → value with its source, from `materials.csv`."""
+    text = (resources.files("simbrake") / "formulas" / "materials.csv").read_text("utf-8")
+    found: dict[str, dict[str, Entry]] = {}
+    for row in csv.DictReader(text.splitlines()):
+        if row["part"] == part:
+            numbers = (float(row[key]) for key in ("value", "low", "high"))
+            entry = Entry(*numbers, row["source"], bool(row["assumed"]))
+            found.setdefault(row["material"], {})[row["number"]] = entry
+    return found
 
-
-def _at(celsius: float, low: float, high: float, source: str, assumed: bool = False) -> Entry:
-    return Entry(_ZERO + celsius, _ZERO + low, _ZERO + high, source, assumed)
-
-
-_CARBON = "cast carbon steel, textbook"
-_GJL = "grey iron EN-GJL-200, EN 1561, annex"
-_AZ91 = "cast Mg–Al–Zn (AZ91), ASM Handbook 2"
-_CUZN = "cast Cu–Zn (CuZn37…39), ASM Handbook 2"
-_ALSI = "cast Al–Si–Mg (AlSi10Mg), EN 1706 and ASM Handbook 2"
 
 #: rim material → number → value with its source; the alloys are those whose conductivity is next to V's
-RIMS: dict[str, dict[str, Entry]] = {
-    "steel_20L": _rim(
-        Entry(2.05e11, 2.0e11, 2.1e11, _CARBON),
-        Entry(12.0e-6, 11.5e-6, 13.0e-6, _CARBON),
-        Entry(0.30, 0.28, 0.31, _CARBON),
-        Entry(150e6, 120e6, 180e6, _PROOF + " of 216 MPa (20L, GOST 977), rounded", True),
-        _at(
-            450.0,
-            400.0,
-            500.0,
-            "assumption: creep and scaling of carbon steel begin",
-            True,
-        ),
-        _at(1450.0, 1420.0, 1490.0, _CARBON),
-        Entry(1300e6, 1100e6, 1600e6, _CARBON + ", 130 HB", True),
-    ),
-    "steel_35KhNL": _rim(
-        Entry(2.1e11, 2.0e11, 2.15e11, _CARBON),
-        Entry(12.0e-6, 11.5e-6, 13.0e-6, _CARBON),
-        Entry(0.30, 0.28, 0.31, _CARBON),
-        Entry(260e6, 200e6, 330e6, _PROOF + " of a normalised low-alloy cast steel, 390 MPa", True),
-        _at(450.0, 400.0, 500.0, "assumption: as carbon steel", True),
-        _at(1440.0, 1400.0, 1480.0, _CARBON, True),
-        Entry(2000e6, 1700e6, 2400e6, "assumption: 200 HB", True),
-    ),
-    "cast_iron": _rim(
-        Entry(1.0e11, 0.88e11, 1.13e11, _GJL),
-        Entry(11.7e-6, 10.0e-6, 13.0e-6, _GJL + ", 20…200 °C"),
-        Entry(0.26, 0.25, 0.27, _GJL),
-        Entry(100e6, 80e6, 130e6, "assumption: half of the tensile strength (200 MPa), as it is brittle", True),
-        _at(400.0, 350.0, 450.0, "assumption: growth of grey iron begins", True),
-        _at(1150.0, 1130.0, 1180.0, "eutectic of iron and carbon"),
-        Entry(1800e6, 1500e6, 2200e6, _GJL + ", 180 HB", True),
-    ),
-    "magnesium_alloy": _rim(
-        Entry(45e9, 44e9, 46e9, _AZ91),
-        Entry(26.0e-6, 25.0e-6, 27.0e-6, _AZ91),
-        Entry(0.35, 0.29, 0.35, _AZ91),
-        Entry(65e6, 50e6, 90e6, _PROOF + " of 97 MPa, rounded", True),
-        _at(150.0, 120.0, 200.0, "assumption: creep of Mg–Al–Zn alloys begins", True),
-        _at(437.0, 430.0, 490.0, "eutectic of magnesium and aluminium"),
-        Entry(630e6, 550e6, 800e6, _AZ91 + ", 63 HB", True),
-    ),
-    "brass": _rim(
-        Entry(105e9, 97e9, 110e9, _CUZN),
-        Entry(20.0e-6, 19.0e-6, 21.0e-6, _CUZN),
-        Entry(0.34, 0.33, 0.35, _CUZN),
-        Entry(80e6, 60e6, 120e6, _PROOF + " of 120 MPa", True),
-        _at(250.0, 200.0, 300.0, "assumption: it softens above", True),
-        _at(885.0, 880.0, 905.0, _CUZN),
-        Entry(800e6, 700e6, 1100e6, _CUZN + ", 80 HB", True),
-    ),
-    "aluminium_alloy": _rim(
-        Entry(71e9, 69e9, 76e9, _ALSI),
-        Entry(21.0e-6, 20.0e-6, 22.0e-6, _ALSI),
-        Entry(0.33, 0.32, 0.34, _ALSI),
-        Entry(120e6, 80e6, 150e6, _PROOF + " of 180 MPa, aged", True),
-        _at(200.0, 150.0, 250.0, "assumption: an aged casting loses its strength above", True),
-        _at(557.0, 550.0, 577.0, _ALSI),
-        Entry(750e6, 600e6, 950e6, _ALSI + ", 75 HB", True),
-    ),
-}
-
-_RHEE = "Liu & Rhee, Wear 37 (1976) 291"
-_ORDER = "assumption: order of magnitude of resin-bonded linings"
-
+RIMS = _library("rim")
 #: lining material → number → value with its source
-LININGS: dict[str, dict[str, Entry]] = {
-    "FK-24A": {
-        "wear_coefficient": Entry(3e-14, 1e-14, 1e-13, _ORDER, True),
-        "wear_threshold": _at(230.0, 200.0, 250.0, _RHEE),
-        "wear_activation": Entry(40e3, 20e3, 80e3, _ORDER + ": tenfold from 230 to 390 °C", True),
-        "permissible_temperature": _at(400.0, 300.0, 500.0, "assumption: the binder burns out above", True),
-        "hardness": Entry(300e6, 200e6, 400e6, "assumption: friction composite", True),
-    },
-    "retinax": {
-        "wear_coefficient": Entry(5e-14, 2e-14, 2e-13, _ORDER, True),
-        "wear_threshold": _at(230.0, 200.0, 250.0, _RHEE),
-        "wear_activation": Entry(30e3, 15e3, 60e3, _ORDER + ", made for hotter service than FK-24A", True),
-        "permissible_temperature": _at(500.0, 400.0, 600.0, "assumption: made for hotter service than FK-24A", True),
-        "hardness": Entry(300e6, 200e6, 400e6, "assumption: friction composite", True),
-    },
-}
+LININGS = _library("lining")
 
 
 def _settled(name: str, table: dict[str, dict[str, Entry]], kind: str, changes: dict[str, float]):

@@ -1,9 +1,12 @@
 """Rows of estimates as data: what is computed, how, from which source, and what the run beside it says."""
 
+import csv
 import dataclasses
+import functools
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import Any, ClassVar, Generic, NamedTuple, TypeVar
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from importlib import resources
+from typing import Any, ClassVar, Generic, NamedTuple, SupportsFloat, TypeVar
 
 import numpy as np
 
@@ -75,61 +78,91 @@ class SynthesisRow(EstimateRow):
         return {"step": self.step, **super().as_dict(), "numbers": plain(self.numbers), "verdict": self.verdict}
 
 
-def _nothing(context: Any) -> None:
-    """No simulated number."""
+#: symbols of numbers put into formulas: symbol (`symbol|which` where several have it) → unit and value in a context
+Symbols = Mapping[str, tuple[str, Callable[[C], SupportsFloat]]]
+Given = Sequence[tuple[str, SupportsFloat, str]]
 
 
-def _no_numbers(context: Any) -> tuple[()]:
-    return ()
+class Of(NamedTuple, Generic[C]):
+    """The functions of a row: its `value` in a context, `None` where there is none, and the `simulated` one.
+
+    `formula`, `why` (`None`: as in the table of words) and `numbers` where these depend on the context.
+    """
+
+    value: Callable[[C], SupportsFloat | None]
+    simulated: Callable[[C], SupportsFloat | None] = lambda _: None
+    formula: Callable[[C], str] | None = None
+    why: Callable[[C], str | None] = lambda _: None
+    numbers: Callable[[C], Given] | None = None
 
 
-@dataclasses.dataclass(frozen=True)
-class Row(Generic[C]):
-    """A row as data: name (`{part}`: that of the context), formula in words, unit, source, the formula as a function
+class Row(NamedTuple, Generic[C]):
+    """A row as data: name (`{part}`: that of the context), formula in words, unit, source, why estimate and run differ,
 
-    of a context; the row is left out where its `value` is `None`. `simulated`: the same in the run, and `why` the two
-    differ (`beside`); `numbers`: those put into the formula (`given`).
+    the functions that fill it, and the numbers put into the formula.
     """
 
     name: str
-    formula: str | Callable[[C], str]
+    formula: str
     unit: str
     source: str
-    value: Callable[[C], float | None]
-    simulated: Callable[[C], float | None] = _nothing
-    why: str | Callable[[C], str] = ""
-    numbers: Callable[[C], Sequence[tuple[str, float, str]]] = _no_numbers
-
-    def beside(self, simulated: Callable[[C], float | None], why: str | Callable[[C], str] = "") -> "Row[C]":
-        """The row with a simulated number beside it."""
-        return dataclasses.replace(self, simulated=simulated, why=why)
-
-    def given(self, numbers: Callable[[C], Sequence[tuple[str, float, str]]]) -> "Row[C]":
-        """The row with the numbers put into its formula."""
-        return dataclasses.replace(self, numbers=numbers)
+    why: str
+    of: Of[C]
+    numbers: Callable[[C], Given]
 
     def at(self, context: C, part: str = "") -> EstimateRow | None:
-        """The row of a context."""
-        value, simulated = self.value(context), self.simulated(context)
+        """The row of a context, `None` where it has no value."""
+        of, value, simulated = self.of, self.of.value(context), self.of.simulated(context)
         if value is None:
             return None
-        formula, why = (words if isinstance(words, str) else words(context) for words in (self.formula, self.why))
-        simulated = None if simulated is None else float(simulated)
-        name = self.name.replace("{part}", part)
+        formula = self.formula if of.formula is None else of.formula(context)
+        simulated, why = None if simulated is None else float(simulated), of.why(context)
+        name, why = self.name.replace("{part}", part), self.why if why is None else why
         return EstimateRow(name, formula, float(value), self.unit, self.source, simulated, why)
 
-    def of_step(self, step: int, context: C, part: str = "", *, ending: str = "") -> list[SynthesisRow]:
-        """The row of a context in a step of the synthesis, with the numbers put in; none where there is no value."""
+    def of_step(self, step: int, context: C, part: str = "", *, ending: str = "") -> SynthesisRow | None:
+        """The row of a context in a step of the synthesis, with the numbers put in."""
         row = self.at(context, part)
         if row is None:
-            return []
-        numbers = tuple(Number(*number) for number in self.numbers(context))
-        return [SynthesisRow(**(vars(row) | {"name": row.name + ending}), step=step, numbers=numbers)]
+            return None
+        numbers = tuple(Number(symbol, float(value), unit) for symbol, value, unit in self.numbers(context))
+        return SynthesisRow(**{**vars(row), "name": row.name + ending}, step=step, numbers=numbers)
 
 
-def fill(rows: Iterable[Row[C]], context: C, part: str = "") -> list[EstimateRow]:
-    """The rows of a context that have a value there."""
-    return [filled for row in rows if (filled := row.at(context, part)) is not None]
+@functools.cache
+def words(table: str) -> dict[str, dict[str, str]]:
+    """Name → formula, unit, source, symbols of the numbers put in, and why estimate and run differ.
+
+    From `rows.csv`; a reason `= name` is that of another row.
+    """
+    text = (resources.files("simbrake") / "formulas" / "rows.csv").read_text("utf-8")
+    lines = list(csv.DictReader(text.splitlines()))
+    reasons = {line["name"]: line["why"] for line in lines if not line["why"].startswith("= ")}
+    found = [line for line in lines if line["table"] == table]
+    for line in found:
+        if line["why"].startswith("= "):
+            line["why"] = reasons[line["why"].removeprefix("= ")]
+    return {line["name"]: line for line in found}
+
+
+def rows(table: str, symbols: Symbols[C], functions: Mapping[str, Of[C]]) -> dict[str, Row[C]]:
+    """The rows of a table of words by name, each with its functions. Raises `KeyError` where one has no words."""
+
+    def numbers(keys: list[str]) -> Callable[[C], Given]:
+        known = [(key.partition("|")[0], *symbols[key]) for key in keys]
+        return lambda context: [(symbol, value(context), unit) for symbol, unit, value in known]
+
+    found = {}
+    for name, of in functions.items():
+        line = words(table)[name]
+        put_in = of.numbers or numbers(line["numbers"].split("; ") if line["numbers"] else [])
+        found[name] = Row(name, line["formula"], line["unit"], line["source"], line["why"], of, put_in)
+    return found
+
+
+def fill(table: Mapping[str, Row[C]], context: C, part: str = "") -> list[EstimateRow]:
+    """The rows of a table that have a value in a context."""
+    return [filled for row in table.values() if (filled := row.at(context, part)) is not None]
 
 
 @dataclasses.dataclass(frozen=True)

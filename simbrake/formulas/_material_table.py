@@ -4,7 +4,7 @@ import dataclasses
 import functools
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, SupportsFloat
 
 import equinox as eqx
 import jax
@@ -25,9 +25,11 @@ from .._run._result import Result
 from .._run._rubbing import wear
 from .._run._simulate import simulate, solver_for
 from ._braking import Braking, of_run
+from ._estimates import STRESS, TEMPERATURES, simulated_share
 from ._inputs import EstimateData, settle
 from ._materials import LININGS, LiningMaterial, RimMaterial, lining_material, rim_material
-from ._simulated import Layered, RunValues, run_values
+from ._rows import Of, Row, rows
+from ._simulated import RunValues, run_values
 from .heating import maximum_temperatures, transmission_table
 from .stop import classical_stop
 
@@ -76,11 +78,6 @@ class Case:
         return self.braking.start_now + float(found.surface_and_third_flash)
 
     @property
-    def mass(self) -> float:
-        """Mass of the rim (kg): flat, as the wall of a network is."""
-        return rim_mass(self.braking)
-
-    @property
     def transmission(self) -> float:
         """Share into the rim by heat transmission."""
         b, T = self.braking, jnp.asarray(self.braking.start_now)
@@ -99,13 +96,6 @@ class Case:
         speed = jnp.asarray(b.travel / b.time)
         rate = self.lining.wear(jnp.asarray(load_way) / b.travel, speed, jnp.asarray(self.surface))
         return float(np.mean(np.asarray(rate))) * load_way
-
-    def simulated_share(self, result: Result) -> float | None:
-        """Share of the heat that enters the rim in the run."""
-        entered, run = result.energy.get("heat_to_metal"), self.braking.run
-        if entered is None or run is None or not run.total_work > 0:
-            return None
-        return float(entered) / float(self.braking.booked.split(run.total_work).heat)
 
 
 def rim_mass(b: Braking) -> float:
@@ -136,109 +126,60 @@ class Compared(NamedTuple):
         return self.value if self.simulated is None else self.simulated
 
 
-class Quantity(NamedTuple):
-    """A quantity that is compared, as data: its estimate, and what a run with a rim in layers has of it."""
-
-    unit: str
-    meaning: str
-    formula: str
-    value: Callable[[Case], float]
-    simulated: Callable[[Case, Layered, Result], float | None] = lambda case, run, result: None
+def _of_estimate(table: Mapping[str, Row[Braking]], name: str) -> Of[Case]:
+    """A row of the estimates."""
+    of = table[name].of
+    return Of(lambda case: of.value(case.braking), lambda case: of.simulated(case.braking))
 
 
-QUANTITIES: dict[str, Quantity] = {
-    "friction_work": Quantity(
-        "J",
-        "friction work of the braking",
-        "classical stop, or the run's hardest braking",
-        lambda case: case.braking.work,
-    ),
-    "duration": Quantity("s", "time over which friction works", "as the work", lambda case: case.braking.time),
-    "share": Quantity(
-        "1",
-        "share of the heat into the rim, taken for the temperatures",
-        "the scene's law, else e_1/(e_1 + e_2)",
-        lambda case: case.braking.share,
-        lambda case, run, result: case.simulated_share(result),
-    ),
-    "effusivity_share": Quantity(
-        "1",
-        "share into the rim by effusivities",
-        "e_1/(e_1 + e_2) (Charron)",
-        lambda case: effusivity_share(case.braking.rim, case.braking.lining),
-    ),
-    "transmission_share": Quantity(
-        "1",
-        "share into the rim by heat transmission",
-        "K_1/(K_1 + K_2) (S-41; V, table 2)",
-        lambda case: case.transmission,
-    ),
-    "bulk": Quantity(
-        "K",
-        "mean temperature of the heated depth",
-        "T + (2/3) a W/(c G) (S-25)",
-        lambda case: case.braking.start_now + case.braking.heated.rise,
-        lambda case, run, result: np.mean(run.course.mean(case.braking.heated.depth)),
-    ),
-    "bulk_end": Quantity(
-        "K",
-        "mean temperature of the rim at the end",
-        "T + a W/(c G_rim)",
-        lambda case: case.braking.start_now + case.braking.whole_rise,
-        lambda case, run, result: run.course.mean()[-1],
-    ),
-    "surface": Quantity(
-        "K",
-        "greatest temperature of the rim's surface",
-        "half-space under falling flux, at least bulk_end",
-        lambda case: case.surface,
-        lambda case, run, result: np.max(run.surface),
-    ),
-    "lining_surface": Quantity(
-        "K",
-        "greatest temperature of the linings' surface",
-        "as the rim's: they touch",
-        lambda case: case.surface,
-        lambda case, run, result: (
-            None if result.scene.network.linings is None else float(result.peak_lining_temperature.value)
-        ),
-    ),
-    "maximum": Quantity(
-        "K", "greatest temperature with a third of the flash", "T + t_s + t_f/3 (S-26)", lambda case: case.maximum
-    ),
-    "stress": Quantity(
-        "Pa",
-        "thermal stress of the rim's surface",
-        "−E α (T_s − T_m)/(1 − ν), slab under constant flux",
-        lambda case: case.braking.stress,
-        lambda case, run, result: run.stress(case.rim.elastic).worst[1],
-    ),
-    "stress_ratio": Quantity(
-        "1",
-        "thermal stress over the permissible one",
-        "|σ|/σ_p",
-        lambda case: abs(case.braking.stress) / case.rim.elastic.permissible,
-        lambda case, run, result: run.stress(case.rim.elastic).worst[2],
-    ),
-    "wear": Quantity(
-        "m",
-        "mean depth worn off the linings",
-        "I(T_s) W cos(β/2)/(f A_l) (Archard)",
-        lambda case: case.wear,
-        lambda case, run, result: (
-            np.mean(np.asarray(wear(result, case.lining.wear))) if knows_wear(result.scene) else None
-        ),
-    ),
-    "mass": Quantity("kg", "mass of the rim", "ρ δ A", lambda case: case.mass),
-    "inertia": Quantity(
-        "kg*m^2",
-        "inertia of the rim about the shaft",
-        "m (R² + (R − δ)²)/2",
-        lambda case: ring_inertia(
-            case.mass, float(band_brake(case.braking.scene).pulley.radius), case.braking.rim_thickness
-        ),
-    ),
-}
+def _lining_peak(case: Case) -> float | None:
+    result = case.braking.result
+    return (
+        None
+        if result is None or case.braking.run is None or case.braking.scene.network.linings is None
+        else float(result.peak_lining_temperature.value)
+    )
+
+
+def _run_wear(case: Case) -> SupportsFloat | None:
+    result = case.braking.result
+    return (
+        None if result is None or not knows_wear(result.scene) else np.mean(np.asarray(wear(result, case.lining.wear)))
+    )
+
+
+def _inertia(case: Case) -> float:
+    b = case.braking
+    return ring_inertia(rim_mass(b), float(band_brake(b.scene).pulley.radius), b.rim_thickness)
+
+
+#: quantity → its estimate, and what a run with a rim in layers has of it
+QUANTITIES: dict[str, Row[Case]] = rows(
+    "materials",
+    {},
+    {
+        "friction_work": Of(lambda case: case.braking.work),
+        "duration": Of(lambda case: case.braking.time),
+        "share": Of(lambda case: case.braking.share, lambda case: simulated_share(case.braking)),
+        "effusivity_share": Of(lambda case: effusivity_share(case.braking.rim, case.braking.lining)),
+        "transmission_share": Of(lambda case: case.transmission),
+        "bulk": _of_estimate(TEMPERATURES, "bulk temperature, mean"),
+        "bulk_end": _of_estimate(TEMPERATURES, "bulk temperature, end"),
+        "surface": Of(lambda case: case.surface, lambda case: case.braking.peak),
+        "lining_surface": Of(lambda case: case.surface, _lining_peak),
+        "maximum": Of(lambda case: case.maximum),
+        "stress": _of_estimate(STRESS, "thermal stress, surface"),
+        "stress_ratio": _of_estimate(STRESS, "stress over permissible"),
+        "wear": Of(lambda case: case.wear, _run_wear),
+        "mass": Of(lambda case: rim_mass(case.braking)),
+        "inertia": Of(_inertia),
+    },
+)
+
+
+def _value(value: SupportsFloat | None) -> float:
+    assert value is not None
+    return float(value)
 
 
 class Criterion(NamedTuple):
@@ -276,7 +217,7 @@ def greatest_work(case: Case) -> tuple[float, str]:
     def worst(log_s: float) -> Criterion:
         scaled = case.scaled(math.exp(log_s))
         looked = ("surface", "lining_surface", "maximum", "stress_ratio")
-        values = {name: QUANTITIES[name].value(scaled) for name in looked}
+        values = {name: _value(QUANTITIES[name].of.value(scaled)) for name in looked}
         return max(criteria(values, case.rim, case.lining), key=lambda one: one.ratio)
 
     low, high = math.log(1e-4), math.log(1e4)
@@ -434,8 +375,9 @@ class MaterialComparison(Tabular):
             return np.asarray([np.nan if x is None else x for x in values], dtype).reshape(shape)
 
         found: dict[str, Any] = {}
-        for name, (unit, meaning, formula, *_) in QUANTITIES.items():
-            about = {"units": unit, "meaning": meaning, "formula": formula}
+        for name, row_of in QUANTITIES.items():
+            unit, meaning = row_of.unit, row_of.why
+            about = {"units": unit, "meaning": meaning, "formula": row_of.formula}
             found[name] = (dims, cube([row[name].value for row in self.rows]), about)
             simulated = cube([row[name].simulated for row in self.rows])
             if not np.all(np.isnan(simulated)):
@@ -530,16 +472,16 @@ def compare_materials(
     scenes = [study.scene_of(level, rim, lining) for _, level, rim, lining in combined]
     solver = solver_for(any(stiffness(s)[0] for s in scenes)) if run else None  # one program for all of them
     progress = Progress(len(combined), show, what="combinations", after=2.0)
-    rows = []
+    found = []
     for s, (i, _, rim, lining) in zip(scenes, combined, strict=True):
-        rows.append(study.row(i, s, rim, lining, solver))
+        found.append(study.row(i, s, rim, lining, solver))
         progress.add(1)
     progress.close()
-    works = [[row["friction_work"].value for row in rows if row.level == i] for i in range(len(levels))]
+    works = [[row["friction_work"].value for row in found if row.level == i] for i in range(len(levels))]
     told = tuple(EnergyLevel(words, min(w), max(w)) for (words, _), w in zip(levels, works, strict=True))
     how = "time and friction work are those of " + ("the runs" if run else "classical stops")
     about, notes = f"materials of rim and linings compared; {how}, temperatures in °C", study.notes(found_linings)
-    return MaterialComparison(about, told, tuple(found_rims), tuple(found_linings), tuple(rows), notes)
+    return MaterialComparison(about, told, tuple(found_rims), tuple(found_linings), tuple(found), notes)
 
 
 def _require_names(**groups: Iterable[Any]) -> None:
@@ -668,11 +610,10 @@ class _Study:
             hint = "it must begin in motion and the brake outweigh its load; or let it run"
             raise InputError([Fault("scene", "has no classical stop", hint)])
         case, quantities = Case(braking, rim, lining, braking.flash or 0.0), {}
+        shown = braking.layered is not None and self.named[0]
         for name, asked in QUANTITIES.items():
-            shown = None
-            if found is not None and braking.layered is not None and self.named[0]:
-                shown = asked.simulated(case, braking.layered, found[0])
-            quantities[name] = Compared(float(asked.value(case)), None if shown is None else float(shown))
+            simulated = asked.of.simulated(case) if shown else None
+            quantities[name] = Compared(_value(asked.of.value(case)), None if simulated is None else float(simulated))
         looked = {name: one.best for name, one in quantities.items()}
         fails = tuple(one.words for one in criteria(looked, rim, lining) if one.ratio > 1)
         return MaterialRow(level, rim.name, lining.name, quantities, fails, *greatest_work(case))
