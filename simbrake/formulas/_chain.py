@@ -3,7 +3,7 @@
 import dataclasses
 import functools
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from typing import Generic, NamedTuple, TypeVar
 
 import jax.numpy as jnp
@@ -251,12 +251,11 @@ class Chain:
         """Heat capacity of the rim per volume (J/(m³·K))."""
         return float(self.after.rim.density * self.after.rim.specific_heat)
 
-    def properties(self) -> Iterator[tuple[Property, str]]:
-        """What step 6 takes."""
-        for name in HEATED:
-            part, replaced = self.found.first.parts[name], name in self.found.replaced
-            T = part.bulk if replaced else self.found.first.at[name]
-            yield Property(part, self.before.parts[name].material, replaced, T), name
+    def property_of(self, name: str) -> Property:
+        """What step 6 takes of a part."""
+        part, replaced = self.found.first.parts[name], name in self.found.replaced
+        T = part.bulk if replaced else self.found.first.at[name]
+        return Property(part, self.before.parts[name].material, replaced, T)
 
     @functools.cached_property
     def rim_cases(self) -> list[Case[RimThickness]]:

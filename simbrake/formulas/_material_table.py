@@ -1,14 +1,11 @@
 """Materials by energy level: rims and linings of a scene exchanged, estimated and simulated, side by side."""
 
 import dataclasses
-import functools
-import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from typing import Any, NamedTuple, SupportsFloat
+from typing import Any
 
 import equinox as eqx
 import jax
-import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
 
@@ -17,20 +14,31 @@ from .._base._progress import Progress
 from .._base._quantity import leaves
 from .._base._table import Column, Table, Tabular, plain
 from .._parts._exchange import named_materials, with_materials
-from .._parts._material import Material, effusivity_share
+from .._parts._material import Material
 from .._parts._scene import Scene, band_brake, check
 from .._run._choice import stiffness
 from .._run._edit import with_values
 from .._run._result import Result
-from .._run._rubbing import wear
 from .._run._simulate import simulate, solver_for
 from ._braking import Braking, of_run
-from ._estimates import STRESS, TEMPERATURES, simulated_share
 from ._inputs import EstimateData, settle
-from ._materials import LININGS, LiningMaterial, RimMaterial, lining_material, rim_material
-from ._rows import Of, Row, rows
+from ._materials import (
+    LININGS,
+    QUANTITIES,
+    Case,
+    Compared,
+    LiningMaterial,
+    RimMaterial,
+    criteria,
+    estimated,
+    greatest_work,
+    knows_wear,
+    lining_material,
+    rim_mass,
+    rim_material,
+    ring_inertia,
+)
 from ._simulated import RunValues, run_values
-from .heating import maximum_temperatures, transmission_table
 from .stop import classical_stop
 
 _ZERO = 273.15  # K
@@ -41,191 +49,6 @@ DEFAULT_RIMS = ("steel_20L", "magnesium_alloy", "brass", "aluminium_alloy", "cas
 DEFAULT_LININGS = tuple(LININGS)
 
 Energy = Sequence[float] | np.ndarray | Mapping[str, Sequence[float] | np.ndarray] | None
-
-
-# --- one braking with one pair of materials ---------------------------------------------------------------------------
-
-
-@dataclasses.dataclass(frozen=True)
-class Case:
-    """One braking with one pair of materials; `flash`: rise of the spots (K)."""
-
-    braking: Braking
-    rim: RimMaterial
-    lining: LiningMaterial
-    flash: float
-
-    def scaled(self, s: float) -> "Case":
-        """The braking from `s` times the speed, under the same torques: time by `s`, work by `s²`, flash by `√s`."""
-        b = self.braking
-        braking = dataclasses.replace(b, omega=b.omega * s, time=b.time * s, work=b.work * s**2)
-        return dataclasses.replace(self, braking=braking, flash=self.flash * math.sqrt(s))
-
-    @functools.cached_property
-    def surface_rise(self) -> float:
-        """Rise (K) of the rim's surface: a half-space has no back, and long brakings warm the rim through."""
-        return max(self.braking.falling_rise, self.braking.whole_rise)
-
-    @property
-    def surface(self) -> float:
-        """Maximum temperature of the rim's surface (K)."""
-        return self.braking.start_now + self.surface_rise
-
-    @property
-    def maximum(self) -> float:
-        """The same with a third of the flash (K)."""
-        found = maximum_temperatures(self.braking.heated.rise, self.surface_rise, self.flash)
-        return self.braking.start_now + float(found.surface_and_third_flash)
-
-    @property
-    def transmission(self) -> float:
-        """Share into the rim by heat transmission."""
-        b, T = self.braking, jnp.asarray(self.braking.start_now)
-        law = dataclasses.replace(
-            transmission_table(), rim_conductivity=b.rim.conductivity, lining_conductivity=b.lining.conductivity
-        )
-        return float(law.share(T, T))
-
-    @property
-    def wear(self) -> float:
-        """Mean depth (m) worn off the linings over all brakings, each as hot as the hardest."""
-        b = self.braking
-        work = b.work if b.run is None else b.run.total_work
-        cosine = float(np.mean(np.cos(np.asarray(band_brake(b.scene).linings.angle) / 2)))
-        load_way = work * cosine / (b.friction * b.lining_area)  # ∫ p v dt, as the friction f N acts at R_b/cos(β/2)
-        speed = jnp.asarray(b.travel / b.time)
-        rate = self.lining.wear(jnp.asarray(load_way) / b.travel, speed, jnp.asarray(self.surface))
-        return float(np.mean(np.asarray(rate))) * load_way
-
-
-def rim_mass(b: Braking) -> float:
-    """`ρ δ A` (kg)."""
-    return float(b.rim.density) * b.rim_thickness * b.track_area
-
-
-def ring_inertia(mass: float, radius: float, thickness: float) -> float:
-    """Inertia (kg·m²) of a ring of the outer `radius` (m): `m (R² + (R − δ)²)/2`."""
-    return mass * (radius**2 + (radius - thickness) ** 2) / 2
-
-
-def knows_wear(scene: Scene) -> bool:
-    """Whether runs of a scene have a temperature of the linings, on which their wear depends."""
-    pair = scene.network.friction
-    return pair is not None and pair.lining is not None
-
-
-class Compared(NamedTuple):
-    """An estimate, and the simulated number beside it where there is one."""
-
-    value: float
-    simulated: float | None = None
-
-    @property
-    def best(self) -> float:
-        """The simulated number, else the estimate."""
-        return self.value if self.simulated is None else self.simulated
-
-
-def _of_estimate(table: Mapping[str, Row[Braking]], name: str) -> Of[Case]:
-    """A row of the estimates."""
-    of = table[name].of
-    return Of(lambda case: of.value(case.braking), lambda case: of.simulated(case.braking))
-
-
-def _lining_peak(case: Case) -> float | None:
-    result = case.braking.result
-    return (
-        None
-        if result is None or case.braking.run is None or case.braking.scene.network.linings is None
-        else float(result.peak_lining_temperature.value)
-    )
-
-
-def _run_wear(case: Case) -> SupportsFloat | None:
-    result = case.braking.result
-    return (
-        None if result is None or not knows_wear(result.scene) else np.mean(np.asarray(wear(result, case.lining.wear)))
-    )
-
-
-def _inertia(case: Case) -> float:
-    b = case.braking
-    return ring_inertia(rim_mass(b), float(band_brake(b.scene).pulley.radius), b.rim_thickness)
-
-
-#: quantity → its estimate, and what a run with a rim in layers has of it
-QUANTITIES: dict[str, Row[Case]] = rows(
-    "materials",
-    {},
-    {
-        "friction_work": Of(lambda case: case.braking.work),
-        "duration": Of(lambda case: case.braking.time),
-        "share": Of(lambda case: case.braking.share, lambda case: simulated_share(case.braking)),
-        "effusivity_share": Of(lambda case: effusivity_share(case.braking.rim, case.braking.lining)),
-        "transmission_share": Of(lambda case: case.transmission),
-        "bulk": _of_estimate(TEMPERATURES, "bulk temperature, mean"),
-        "bulk_end": _of_estimate(TEMPERATURES, "bulk temperature, end"),
-        "surface": Of(lambda case: case.surface, lambda case: case.braking.peak),
-        "lining_surface": Of(lambda case: case.surface, _lining_peak),
-        "maximum": Of(lambda case: case.maximum),
-        "stress": _of_estimate(STRESS, "thermal stress, surface"),
-        "stress_ratio": _of_estimate(STRESS, "stress over permissible"),
-        "wear": Of(lambda case: case.wear, _run_wear),
-        "mass": Of(lambda case: rim_mass(case.braking)),
-        "inertia": Of(_inertia),
-    },
-)
-
-
-def _value(value: SupportsFloat | None) -> float:
-    assert value is not None
-    return float(value)
-
-
-class Criterion(NamedTuple):
-    """One thing that a pair of materials has to withstand: its value over what is permitted, and both in words."""
-
-    name: str
-    ratio: float  # of temperatures in K
-    words: str
-
-
-def criteria(values: Mapping[str, float], rim: RimMaterial, lining: LiningMaterial) -> list[Criterion]:
-    """What the materials have to withstand, of estimated or simulated values (SI)."""
-
-    def hot(name: str, key: str, limit: float, of: str) -> Criterion:
-        words = f"{of} {values[key] - _ZERO:.0f} °C over {limit - _ZERO:.0f} °C"
-        return Criterion(name, values[key] / limit, words)
-
-    stress = f"stress {values['stress_ratio']:.2f} × allowable stress"
-    return [
-        hot("rim temperature", "surface", rim.permissible, "rim"),
-        hot("lining temperature", "lining_surface", lining.permissible, "lining"),
-        Criterion("thermal stress", values["stress_ratio"], stress),
-        hot("melting", "maximum", rim.solidus, "spots"),
-    ]
-
-
-def greatest_work(case: Case) -> tuple[float, str]:
-    """Maximum friction work (J) of one braking that the pair withstands by the estimates, and what limits it.
-
-    The braking at hand from another speed under the same torques (time by the speed, work by its square). Every
-    criterion grows with the speed, so that there is one end; 0 where the rim is too hot at the start.
-    """
-    from scipy.optimize import brentq
-
-    def worst(log_s: float) -> Criterion:
-        scaled = case.scaled(math.exp(log_s))
-        looked = ("surface", "lining_surface", "maximum", "stress_ratio")
-        values = {name: _value(QUANTITIES[name].of.value(scaled)) for name in looked}
-        return max(criteria(values, case.rim, case.lining), key=lambda one: one.ratio)
-
-    low, high = math.log(1e-4), math.log(1e4)
-    if worst(low).ratio >= 1:
-        return 0.0, worst(low).name
-    end = brentq(lambda x: worst(x).ratio - 1, low, high, xtol=1e-13)
-    assert isinstance(end, float)
-    return case.braking.work * math.exp(2 * end), worst(end).name
 
 
 # --- the table --------------------------------------------------------------------------------------------------------
@@ -613,7 +436,7 @@ class _Study:
         shown = braking.layered is not None and self.named[0]
         for name, asked in QUANTITIES.items():
             simulated = asked.of.simulated(case) if shown else None
-            quantities[name] = Compared(_value(asked.of.value(case)), None if simulated is None else float(simulated))
+            quantities[name] = Compared(estimated(case, name), None if simulated is None else float(simulated))
         looked = {name: one.best for name, one in quantities.items()}
         fails = tuple(one.words for one in criteria(looked, rim, lining) if one.ratio > 1)
         return MaterialRow(level, rim.name, lining.name, quantities, fails, *greatest_work(case))

@@ -129,14 +129,18 @@ class Row(NamedTuple, Generic[C]):
         return SynthesisRow(**{**vars(row), "name": row.name + ending}, step=step, numbers=numbers)
 
 
+def read(name: str) -> list[dict[str, str]]:
+    """Lines of a table of data beside this module."""
+    return list(csv.DictReader((resources.files(__package__) / name).read_text("utf-8").splitlines()))
+
+
 @functools.cache
 def words(table: str) -> dict[str, dict[str, str]]:
     """Name → formula, unit, source, symbols of the numbers put in, and why estimate and run differ.
 
     From `rows.csv`; a reason `= name` is that of another row.
     """
-    text = (resources.files("simbrake") / "formulas" / "rows.csv").read_text("utf-8")
-    lines = list(csv.DictReader(text.splitlines()))
+    lines = read("rows.csv")
     reasons = {line["name"]: line["why"] for line in lines if not line["why"].startswith("= ")}
     found = [line for line in lines if line["table"] == table]
     for line in found:

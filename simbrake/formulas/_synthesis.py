@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, ClassVar, Generic, NamedTuple, SupportsFloat, TypeVar
 
 import numpy as np
@@ -14,7 +14,7 @@ from .._parts._scene import Scene, band_brake, faults
 from .._run._limits import LimitVerdict
 from .._run._result import Result
 from ._braking import Braking, HeatedPart, braking_of
-from ._chain import HEATED, REPLACED_ABOVE, Case, Chain, Property, properties_at, refine
+from ._chain import HEATED, REPLACED_ABOVE, Case, Chain, Pass, Property, properties_at, refine
 from ._estimates import (
     BALANCE,
     CONTACT,
@@ -30,7 +30,7 @@ from ._estimates import (
     simulated_share,
 )
 from ._inputs import EstimateData, Permissible, faults_of_data
-from ._rows import Of, Row, RowTable, Symbols, SynthesisRow, rows, table_of
+from ._rows import Of, Row, RowTable, Symbols, SynthesisRow, read, rows, table_of
 from ._simulated import Layered
 from .heating import LiningThickness, RimThickness, back_temperature, penetration_depth
 from .stop import classical_stop
@@ -493,102 +493,61 @@ def _verdict(row: SynthesisRow) -> str:
 # --- the steps --------------------------------------------------------------------------------------------------------
 
 
-class Group(NamedTuple, Generic[_C]):
-    """Rows of a step and the contexts, each with the name of its part, in which they are filled."""
+class Place(NamedTuple, Generic[_C]):
+    """Rows by name, and the contexts of a chain, each with the name of its part, in which they are filled."""
 
-    rows: Sequence[Row[_C]]
+    rows: Mapping[str, Row[_C]]
     contexts: Callable[[Chain], Iterable[tuple[_C, str]]]
     ending: str = ""  # of the names
 
 
-def _chain(*names: str) -> Group[Chain]:
-    return Group([_CHAIN[name] for name in names], lambda c: [(c, "")])
+def _heated(found: Pass, names: Iterable[str] = HEATED) -> list[tuple[HeatedPart, str]]:
+    """Parts of a pass, by default those that take up heat."""
+    return [(found.parts[name], name) for name in names]
 
 
-def _before(*rows: Row[Braking], when: Callable[[Braking], bool] = lambda b: True) -> Group[Braking]:
-    return Group(rows, lambda c: [(c.before, "rim")] if when(c.before) else [])
-
-
-def _after(*rows: Row[Braking]) -> Group[Braking]:
-    return Group(rows, lambda c: [(c.after, "rim")])
-
-
-def _first(name: str) -> Group[HeatedPart]:
-    return Group([(PARTS | _FOURIER)[name]], lambda c: [(part, part.name) for part in c.found.first.parts.values()])
-
-
-def _heated(name: str, *, last: bool = False) -> Group[HeatedPart]:
-    """Of the parts that take up heat, in the first pass or (refined) in the last."""
-    return Group(
-        [(PARTS | _FOURIER | _BULK)[name]],
-        lambda c: [((c.found.last if last else c.found.first).parts[name], name) for name in HEATED],
-        ", refined" if last else "",
-    )
-
-
-_PART_STEPS = ("depth of heat, {part}", "Fourier number, {part}", "effective volume, {part}")
-_OF_MAXIMUM = ("maximum temperature, S-26", "maximum temperature, S-27", "maximum temperature, sum")
-_OF_SURFACE = ("flash temperature, rise", "surface temperature, falling flux")
-#: S's steps in its own order: title, rows
-STEPS: tuple[tuple[str, tuple[Group[Any], ...]], ...] = (
-    ("effective depth of heat", (_first(_PART_STEPS[0]), _chain("rim's heat within the depth"))),
-    ("Fourier numbers", (_first(_PART_STEPS[1]),)),
-    ("effective volumes", (_first(_PART_STEPS[2]),)),
-    (
-        "partition of the heat",
-        (_chain("share into the rim", "share into the linings"), _before(*list(PARTITION.values())[:2])),
-    ),
-    ("mean bulk temperatures", (_heated("mean bulk temperature, {part}"),)),
-    (
-        "properties at these temperatures, where above 150 °C",
-        (Group(list(_PROPERTIES.values()), Chain.properties),),
-    ),
-    (
-        "depth, Fourier numbers, volumes, partition once more",
-        (
-            _chain("rounds of steps 1 to 5"),
-            *(_heated(name, last=True) for name in _PART_STEPS),
-            _chain("share into the rim, refined"),
-            _heated("mean bulk temperature, {part}", last=True),
-        ),
-    ),
-    (
-        "temperatures of the layers, rational thickness",
-        (
-            _chain("greatest face temperature", *(name for name in _CHAIN if name.startswith("rim at the end"))),
-            _chain("greatest drop over the rim", "thickness that heat reaches, rim"),
-            Group(list(_STORAGE.values()), lambda c: [(case, case.name) for case in c.rim_cases]),
-            _chain("rational thickness, rim", "thickness that heat reaches, lining"),
-            Group(list(_INSULATION.values()), lambda c: [(case, case.name) for case in c.lining_cases]),
-            _chain("rational thickness, lining", "lining's back after the braking"),
-        ),
-    ),
-    (
-        "maximum temperature of the friction surface",
-        (_after(*(TEMPERATURES[name] for name in (*_OF_MAXIMUM, *_OF_SURFACE)), *_RELATIVE.values()),),
-    ),
-    ("heat balance", (_after(_HEAT["heat into the rim"], *_BALANCE.values()),)),
-    ("thermal stress of the rim", (_after(*STRESS.values(), _HEAT["greatest gradient at the face"]),)),
-    (
-        "operating characteristics",
-        (
-            _before(*_STOP.values(), *_ENDS.values(), when=lambda b: b.stop is not None),
-            _before(*_NO_STOP.values(), when=lambda b: b.stop is None),
-            _before(*_LOAD.values(), _PRESSURE),
-            Group(list(_MARGINS.values()), lambda c: [(c, "")]),
-        ),
-    ),
+_OF_BRAKING = {**PARTITION, **TEMPERATURES, **_RELATIVE, **_BALANCE, **_HEAT, **STRESS, **_STOP, **_ENDS, **_LOAD}
+_OF_PART = {**PARTS, **_FOURIER, **_BULK}
+#: places of `steps.csv`
+_PLACES: dict[str, Place[Any]] = {
+    "chain": Place({**_CHAIN, **_MARGINS}, lambda c: [(c, "")]),
+    "all parts": Place(_OF_PART, lambda c: _heated(c.found.first, c.found.first.parts)),
+    "heated parts": Place(_OF_PART, lambda c: _heated(c.found.first)),
+    "refined parts": Place(_OF_PART, lambda c: _heated(c.found.last), ", refined"),
+    "rim properties": Place(_PROPERTIES, lambda c: [(c.property_of("rim"), "rim")]),
+    "lining properties": Place(_PROPERTIES, lambda c: [(c.property_of("lining"), "lining")]),
+    "rim cases": Place(_STORAGE, lambda c: [(case, case.name) for case in c.rim_cases]),
+    "lining cases": Place(_INSULATION, lambda c: [(case, case.name) for case in c.lining_cases]),
+    "before": Place(_OF_BRAKING | {"pressure, mean": _PRESSURE}, lambda c: [(c.before, "rim")]),
+    "after": Place(_OF_BRAKING, lambda c: [(c.after, "rim")]),
+    "stop": Place(_OF_BRAKING, lambda c: [] if c.before.stop is None else [(c.before, "rim")]),
+    "no stop": Place(_NO_STOP, lambda c: [(c.before, "rim")] if c.before.stop is None else []),
+}
+#: S's steps in its own order
+STEPS = (
+    "effective depth of heat",
+    "Fourier numbers",
+    "effective volumes",
+    "partition of the heat",
+    "mean bulk temperatures",
+    "properties at these temperatures, where above 150 °C",
+    "depth, Fourier numbers, volumes, partition once more",
+    "temperatures of the layers, rational thickness",
+    "maximum temperature of the friction surface",
+    "heat balance",
+    "thermal stress of the rim",
+    "operating characteristics",
 )
 
 
 def _rows_of(c: Chain) -> Iterator[SynthesisRow]:
-    for number, (_, groups) in enumerate(STEPS, 1):
-        for group in groups:
-            for context, name in group.contexts(c):
-                for row in group.rows:
-                    found = row.of_step(number, context, name, ending=group.ending)
-                    if found is not None:
-                        yield dataclasses.replace(found, verdict=_verdict(found)) if row.name in _MARGINS else found
+    """All rows in the order of `steps.csv`; a line is one row in one place of a step."""
+    for line in read("steps.csv"):
+        place, name = _PLACES[line["place"]], line["row"]
+        for context, part in place.contexts(c):
+            row = place.rows[name].of_step(int(line["step"]), context, part, ending=place.ending)
+            if row is not None:
+                yield dataclasses.replace(row, verdict=_verdict(row)) if name in _MARGINS else row
 
 
 @dataclasses.dataclass(frozen=True)
@@ -642,7 +601,7 @@ class Synthesis(RowTable[SynthesisRow]):
 
     def parts(self) -> Iterator[str | Table]:
         yield from self.head()
-        for number, (title, _) in enumerate(STEPS, 1):
+        for number, title in enumerate(STEPS, 1):
             rows = self.step(number)
             yield from ("", f"{number}. {title}: {rows[0].words}")
             yield from table_of(rows, numbers=True)
