@@ -1,44 +1,264 @@
-"""The braking that estimates are of: its inputs, its classical stop, what it heats, and its run if there is one."""
+"""The braking that estimates are of: what its run shows, its inputs, its classical stop, and what it heats."""
 
 import dataclasses
 import functools
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from .._base._faults import Fault, InputError
-from .._parts._heat import FlashTemperature
+from .._parts._heat import FlashTemperature, Heat, initial_temperatures, node_names
 from .._parts._material import Material
+from .._parts._network import Wall, place_of
 from .._parts._power_shares import PowerShares
-from .._parts._scene import Scene, band_brake, check
+from .._parts._scene import Scene, band_brake
+from .._run._cyclic import with_temperatures
 from .._run._result import Result
-from ._inputs import EstimateData, Input, rim_wall, settle
-from ._simulated import Layered, RunValues, WallCourse, run_values
+from .._run._series import Series
+from ._inputs import Input, rim_wall
 from .contact import radiation_coefficient
 from .heating import (
+    ElasticMaterial,
     HeatBalance,
     SchmidtCourse,
+    StressHistory,
     effective_fourier_number,
     effective_volume,
     heat_balance,
+    heat_content,
     mean_bulk_rise,
     penetration_depth,
+    schmidt,
     slab_rise,
     stopping_rise,
+    stress_over_time,
     surface_stress,
 )
-from .stop import (
-    ClassicalStop,
-    StagedStop,
-    classical_staged_stop,
-    classical_stop,
-    friction_at_start,
-    internal_friction_at_start,
-)
+from .stop import ClassicalStop, StagedStop, friction_at_start, internal_friction_at_start
+
+_TIMES = 2048  # times at which a run, and its hardest braking, are evaluated
+
+
+# --- simulated --------------------------------------------------------------------------------------------------------
+
+
+class WallCourse(NamedTuple):
+    """Layers (m, k) of a wall in K from the named face on, mean of its copies; depth and thickness (k,) of each (m)."""
+
+    wall: Wall
+    layers: Float[np.ndarray, "m k"]
+    depth: Float[np.ndarray, " k"]
+    steps: Float[np.ndarray, " k"]
+
+    def mean(self, depth: float = math.inf) -> Float[np.ndarray, " m"]:
+        """Mean temperature (K) down to a depth (m), weighted with the thickness of the layers inside it."""
+        inside = self.inside(depth)
+        return self.layers @ inside / np.sum(inside)
+
+    def inside(self, depth: float) -> Float[np.ndarray, " k"]:
+        """How much of each layer's thickness (m) lies within a depth."""
+        ends = np.cumsum(self.steps)
+        return np.clip(depth - (ends - self.steps), 0.0, self.steps)
+
+    @property
+    def content(self) -> Float[np.ndarray, " m"]:
+        """Heat per area (J/m²) above that of the first row, with the material's temperature dependence."""
+        return heat_content(self.wall.material, self.layers[:1], self.layers) @ self.steps
+
+
+def wall_course(heat: Heat, s: Series, place: str | None) -> WallCourse | None:
+    """The wall at whose face a place is, over a concrete series; `None` where that is no wall."""
+    if place is None or s.temperature is None:
+        return None
+    name, face = place_of(place)
+    wall = next(body for body in heat.bodies if body.name == name)
+    if not isinstance(wall, Wall):
+        return None
+    first = [wall.name, f"{wall.name}[1]", f"{wall.name}[1,1]"]
+    at = next(i for i, node in enumerate(node_names(heat)) if node in first)
+    layers = np.asarray(s.temperature)[:, at : at + wall.count].reshape(-1, wall.copies, wall.layers).mean(axis=1)
+    steps = np.asarray(wall.steps)
+    if face == "back":
+        layers, steps = layers[:, ::-1], steps[::-1]
+    return WallCourse(wall, layers, np.cumsum(steps) - 0.5 * steps, steps)
+
+
+@dataclasses.dataclass(frozen=True)
+class RunValues:
+    """The hardest braking of a run, that with the maximum friction work, or one pair's part of it, at m times.
+
+    - `series`: columns at these times; `scene`: of the run
+    - `work`, `other_work` (m,): friction work since its start (J) of all pairs or of the `pair`, and of the other pair;
+      `omega` (rad/s) and `torque` (N·m) over it
+    - `brakings`: how many stretches of sliding the run has; `total_work` of all of them (J)
+    """
+
+    scene: Scene
+    series: Series
+    pair: str
+    work: Float[np.ndarray, " m"]
+    other_work: Float[np.ndarray, " m"]
+    omega: Float[np.ndarray, " m"]
+    torque: Float[np.ndarray, " m"]
+    brakings: int
+    total_work: float
+
+    @property
+    def t(self) -> Float[np.ndarray, " m"]:
+        """Times (s)."""
+        return np.asarray(self.series.t)
+
+    @property
+    def duration(self) -> float:
+        """Time over which friction works (s)."""
+        return float(self.t[-1] - self.t[0])
+
+    @functools.cached_property
+    def rim(self) -> WallCourse | None:
+        """The rim, where it is a wall in layers."""
+        return wall_course(self.scene.network, self.series, self.scene.network.rim)
+
+    @functools.cached_property
+    def lining(self) -> WallCourse | None:
+        """The linings, where they are walls in layers."""
+        return wall_course(self.scene.network, self.series, self.scene.network.linings)
+
+    @functools.cached_property
+    def then(self) -> Scene:
+        """The scene as this braking finds it: speed, time and temperatures at its beginning."""
+        scene, s = self.scene, self.series
+        initial = dataclasses.replace(
+            scene.initial, omega=np.asarray(self.omega[0]), time=np.asarray(self.t[0]), elongation=np.asarray(0.0)
+        )
+        scene = dataclasses.replace(scene, initial=initial)
+        if s.temperature is None:
+            return scene
+        stores = np.asarray(s.temperature)[0, : initial_temperatures(scene.network).size]
+        return dataclasses.replace(scene, heat=with_temperatures(scene.network, stores))
+
+    @property
+    def face(self) -> float | None:
+        """Maximum temperature of the linings' face (K), of the rim's where only that is known."""
+        known = [c for c in (self.series.lining_temperature, self.series.rim_temperature) if c is not None]
+        return float(np.max(np.asarray(known[0]))) if known else None
+
+    @property
+    def band(self) -> Float[np.ndarray, " m"] | None:
+        """Mean temperature of the band (K)."""
+        band = self.series.band_temperature
+        return None if band is None else np.asarray(band).mean(axis=1)
+
+
+@dataclasses.dataclass(frozen=True)
+class Layered(RunValues):
+    """The same where the part that rubs is one rim in layers."""
+
+    @property
+    def course(self) -> WallCourse:
+        """Its layers."""
+        assert self.rim is not None
+        return self.rim
+
+    @property
+    def surface(self) -> Float[np.ndarray, " m"]:
+        """Temperature of its face (K)."""
+        return np.asarray(self.series.rim_temperature)[:, 0]
+
+    @property
+    def profile_depth(self) -> Float[np.ndarray, " p"]:
+        """Depths (p,) of `profile`: the face, the layers' centres, and the back (m)."""
+        return np.concatenate([[0.0], self.course.depth, [np.sum(self.course.steps)]])
+
+    @property
+    def profile(self) -> Float[np.ndarray, "m p"]:
+        """Temperature (K) over the depth from face to back, the back face as its layer."""
+        layers = self.course.layers
+        return np.concatenate([self.surface[:, None], layers, layers[:, -1:]], axis=1)
+
+    @property
+    def drop(self) -> float:
+        """Maximum difference between face and back (K)."""
+        return float(np.max(self.profile[:, 0] - self.profile[:, -1]))
+
+    def stress(self, elastic: ElasticMaterial) -> StressHistory:
+        """Thermal stress of the rim over the braking."""
+        return stress_over_time(self.t, self.profile, self.profile_depth, elastic)
+
+    def schmidt(self, wall: Wall, share: float, area: float, beyond: float = 0.0) -> SchmidtCourse:
+        """Schmidt's scheme with the friction work of the run, from its temperatures at the start; adiabatic otherwise.
+
+        - `wall`: the rim; `share` of the friction heat into it; `area` (m²) of the track; `beyond`: share of the other
+          pair's heat
+        """
+        heat, thickness = share * self.work + beyond * self.other_work, float(wall.thickness)
+        layers = schmidt_layers(wall.material, thickness, self.duration)
+        depth = thickness * (np.arange(layers) + 0.5) / layers
+
+        def flux(t0: float, t1: float) -> float:
+            gained = np.interp(self.t[0] + t1, self.t, heat) - np.interp(self.t[0] + t0, self.t, heat)
+            return float(gained / (area * (t1 - t0)))
+
+        start = np.interp(depth, self.profile_depth, self.profile[0])
+        return schmidt(wall.material, thickness, layers, self.duration, flux, start=start)
+
+
+def schmidt_layers(material: Material, thickness: float, time: float) -> int:
+    """Layers for Schmidt's scheme over a `time` (s): at most some 20,000 steps."""
+    return int(np.clip(math.sqrt(1e4 / (float(material.diffusivity) * time / thickness**2)), 8, 100))
+
+
+def _hardest(t: np.ndarray, work: np.ndarray) -> tuple[int, int, int] | None:
+    """First and last index of the stretch over which friction works most, and how many such stretches there are."""
+    works = np.diff(work) > 1e-9 * max(float(work[-1] - work[0]), 1e-300)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], works, [False]]).astype(int)))
+    found = list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
+    return (*max(found, key=lambda ends: float(work[ends[1]] - work[ends[0]])), len(found)) if found else None
+
+
+def _sliding(s: Series, pair: str) -> tuple[np.ndarray, np.ndarray]:
+    """Speed (rad/s) of one body of a pair in the other, and the torque between them (N·m)."""
+    omega, torque = np.asarray(s.omega), np.asarray(s.brake_torque)
+    if not pair:
+        return omega, torque
+    carried, torque = np.asarray(s.bandage_speed), np.asarray(s.pairs[pair].torque)
+    return (carried, torque) if pair == "external" else (omega - carried, np.abs(torque))
+
+
+def run_values(result: Result, pair: str = "", *, times: int = _TIMES) -> RunValues | None:
+    """The hardest braking of a concrete result, or the part of it in which one `pair` of a staged brake slides most.
+
+    `pair`: `"external"` or `"internal"`; `times`: evaluated at so many. `None` where nothing ever slid.
+    """
+
+    def worked(s: Series) -> np.ndarray:
+        return np.asarray(s.pairs[pair].friction_work if pair else s.friction_work)
+
+    start, end = float(result.scene.initial.time), float(result.record.t_end)
+    known = [event.time for event in result.events]
+    s = result.series(np.unique(np.concatenate([np.linspace(start, end, times), known])))
+    t, work = np.asarray(s.t), worked(s)
+    found = _hardest(t, np.asarray(s.friction_work))
+    if found is None:
+        return None
+    first, last, count = found
+    if pair:
+        own = _hardest(t[first : last + 1], work[first : last + 1])
+        if own is None:
+            return None
+        first, last = first + own[0], first + own[1]
+    s = result.series(np.linspace(t[first], t[last], times))
+    inside, whole = worked(s), np.asarray(s.friction_work)
+    inside = inside - inside[0]
+    columns = (inside, whole - whole[0] - inside, *_sliding(s, pair), count, float(work[-1] - work[0]))
+    values = RunValues(result.scene, s, pair, *columns)
+    layered = values.rim is not None and values.rim.wall.copies == 1 and s.rim_temperature is not None
+    return Layered(result.scene, s, pair, *columns) if layered and pair != "external" else values
+
+
+# --- estimated --------------------------------------------------------------------------------------------------------
 
 
 @dataclasses.dataclass(frozen=True)
@@ -46,7 +266,8 @@ class HeatedPart:
     """One part that a braking heats: steps 1, 2, 3 and 5 of the synthesis (SI units).
 
     `share` of the heat `work` (J) goes into it, and `more` (J) of another pair; `start` (K): its temperature before;
-    `course`: its simulation.
+    `course`: its simulation. From these: thermal penetration `depth`, Fourier number `Fo`, `volume` and `mass` that
+    take up heat, mean `rise` of the bulk temperature and that itself, `bulk`.
     """
 
     name: str
@@ -62,48 +283,47 @@ class HeatedPart:
 
     @property
     def diffusivity(self) -> float:
-        """`a` (m²/s)."""
         return float(self.material.diffusivity)
 
     @property
     def depth(self) -> float:
-        """Thermal penetration depth (m)."""
         return float(penetration_depth(self.diffusivity, self.time))
 
     @property
     def Fo(self) -> float:
-        """Fourier number, 1/3 while the depth lies inside the part."""
         return float(effective_fourier_number(self.diffusivity, self.time, self.thickness))
 
     @property
     def volume(self) -> float:
-        """Volume that takes up heat (m³)."""
         return float(effective_volume(self.area, self.thickness, self.depth))
 
     @property
     def mass(self) -> float:
-        """Mass of that volume (kg)."""
         return self.volume * float(self.material.density)
-
-    @property
-    def heat(self) -> float:
-        """Heat into the part (J)."""
-        return self.share * self.work + self.more
 
     @functools.cached_property
     def rise(self) -> float:
-        """Mean rise of the bulk temperature (K)."""
-        return float(mean_bulk_rise(1.0, self.heat, float(self.material.specific_heat), self.mass))
+        heat = self.share * self.work + self.more
+        return float(mean_bulk_rise(1.0, heat, float(self.material.specific_heat), self.mass))
 
     @property
     def bulk(self) -> float:
-        """Mean bulk temperature (K)."""
         return self.start + self.rise
 
     @property
     def simulated_bulk(self) -> float | None:
-        """The same of the run, over the depth and the braking."""
+        """Bulk temperature (K) in the run, mean over the depth and the braking."""
         return None if self.course is None else float(np.mean(self.course.mean(self.depth)))
+
+
+#: names for the metal that rubs → input of the rim, or of the band of an external pair
+_METAL = {
+    "metal": ("rim", "band"),
+    "metal_thickness": ("rim_thickness", "band_thickness"),
+    "metal_area": ("track_area", "outer_area"),  # over which the heat of the pair spreads
+    "face_area": ("lining_area", "outer_area"),  # of the linings' faces that rub
+    "metal_share": ("share", "external_share"),  # of the pair's heat
+}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -113,7 +333,8 @@ class Braking:
     `time` (s), `work` (J), `omega` (rad/s, initial) of the braking: the run's, else the classical stop's. On a staged
     brake (`stages`) each `pair`, `"external"` or `"internal"`, has a braking as well: `run`, `time`, `work` are that
     pair's, `omega` its maximum sliding speed, `slid` (rad) how far it slides, and `more` (J) the heat that its metal
-    gets from the other pair. Inputs are attributes: `braking.rim_thickness`.
+    gets from the other pair. Inputs are attributes, as `braking.rim_thickness`, and so are those of the metal that rubs
+    (`metal_thickness`).
     """
 
     scene: Scene
@@ -130,8 +351,9 @@ class Braking:
     more: float = 0.0
 
     def __getattr__(self, name: str) -> Any:
+        of_rim, of_band = _METAL.get(name, (name, name))
         try:
-            return self.__dict__["inputs"][name].value
+            return self.__dict__["inputs"][of_band if self.part == "band" else of_rim].value
         except KeyError:
             raise AttributeError(name) from None
 
@@ -146,31 +368,6 @@ class Braking:
     def part(self) -> str:
         """The metal that rubs: the rim, or the band of an external pair."""
         return "band" if self.pair == "external" else "rim"
-
-    @property
-    def metal(self) -> Material:
-        """Material of that part."""
-        return self.band if self.part == "band" else self.rim
-
-    @property
-    def metal_thickness(self) -> float:
-        """Its thickness (m)."""
-        return self.band_thickness if self.part == "band" else self.rim_thickness
-
-    @property
-    def metal_area(self) -> float:
-        """Area (m²) of the metal's face over which the heat of the pair spreads."""
-        return self.outer_area if self.part == "band" else self.track_area
-
-    @property
-    def face_area(self) -> float:
-        """Area (m²) of the linings' faces that rub."""
-        return self.outer_area if self.part == "band" else self.lining_area
-
-    @property
-    def metal_share(self) -> float:
-        """Share of the pair's heat that goes into its metal."""
-        return self.external_share if self.part == "band" else self.share
 
     @property
     def parts(self) -> dict[str, HeatedPart]:
@@ -312,15 +509,11 @@ class Braking:
         return float(law.rise(spots, jnp.asarray(self.speed)))
 
     @property
-    def mean_rise(self) -> float:
-        """Mean rise (K) of the rim under the mean flux, at the end."""
-        return self.flux * self.time / (self.rim_thickness * float(self.rim.density * self.rim.specific_heat))
-
-    @property
     def stress(self) -> float:
         """Thermal stress (Pa) of the rim's surface, a slab under the mean flux, at the end."""
         face = float(slab_rise(self.flux, self.time, self.rim_thickness, self.rim))
-        return float(surface_stress(face, self.mean_rise, self.elastic))
+        mean = self.flux * self.time / (self.rim_thickness * float(self.rim.density * self.rim.specific_heat))
+        return float(surface_stress(face, mean, self.elastic))
 
     @property
     def radiation(self) -> float:
@@ -404,43 +597,3 @@ class Braking:
             beyond = self.beyond_share if pair == "internal" else 0.0  # the rim's, S-12…14
             found.append(dataclasses.replace(one, pair=pair, more=beyond * float(self.power.heat) * more))
         return found
-
-
-def braking_of(run: Scene | Result, data: EstimateData | None) -> tuple[Braking, str]:
-    """The braking of a scene or of a run, and in words which one it is. Raises `InputError` as `estimates`."""
-    scene = run.scene if isinstance(run, Result) else run
-    if isinstance(run, Result) and not run.concrete:
-        raise InputError([Fault("run", "is traced or a batch", "give one result with values")])
-    check(scene)
-    band_brake(scene)
-    inputs, staged = settle(scene, data), scene.brake.in_series
-    stop = None if staged else classical_stop(scene)
-    stages = classical_staged_stop(scene) if staged else None
-    if not isinstance(run, Result):
-        of = stages if staged else stop
-        if of is None:
-            hint = "it must begin in motion and the brake outweigh its load; or simulate it and give the result"
-            raise InputError([Fault("scene", "has no classical stop", hint)])
-        braking = Braking(scene, inputs, stop, stages, None, None, of.time, of.work, float(scene.initial.omega))
-        return braking, "; time and friction work are those of a classical stop"
-    values = run_values(run)
-    if values is None:
-        raise InputError([Fault("run", "has no friction work", "nothing ever slides in it")])
-    which = "the braking" if values.brakings == 1 else f"the hardest of {values.brakings} stretches of sliding"
-    about = (
-        f" beside the simulation; time and friction work are those of {which} "
-        f"from {values.t[0]:.6g} s to {values.t[-1]:.6g} s"
-    )
-    return of_run(run, inputs, stop, stages, values), about
-
-
-def of_run(
-    result: Result,
-    inputs: Mapping[str, Input],
-    stop: ClassicalStop | None,
-    stages: StagedStop | None,
-    values: RunValues,
-) -> Braking:
-    """The hardest braking of a run."""
-    work, first = float(values.work[-1]), float(abs(values.omega[0]))
-    return Braking(result.scene, inputs, stop, stages, result, values, values.duration, work, first)

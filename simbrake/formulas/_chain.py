@@ -4,7 +4,7 @@ import dataclasses
 import functools
 import math
 from collections.abc import Callable, Sequence
-from typing import Generic, NamedTuple, TypeVar
+from typing import Generic, NamedTuple, SupportsFloat, TypeVar
 
 import jax.numpy as jnp
 import numpy as np
@@ -12,13 +12,15 @@ import numpy as np
 from .._base._faults import Fault, InputError
 from .._parts._heat import AbstractPartition
 from .._parts._material import ROOM, Material, effusivity_share
-from ._braking import Braking, HeatedPart
+from ._braking import Braking, HeatedPart, WallCourse, schmidt_layers
+from ._estimates import PART_SYMBOLS, simulated_share
 from ._inputs import rim_wall
-from ._simulated import WallCourse, schmidt_layers
+from ._rows import Of, Symbols, rows
 from .heating import (
     LiningThickness,
     RimThickness,
     SchmidtCourse,
+    back_temperature,
     rational_lining_thickness,
     rational_rim_thickness,
     schmidt,
@@ -297,3 +299,174 @@ class Chain:
         """All that the rational thickness of a lining is the maximum of."""
         reached = ("δ, heat reaches", self.lining_cases[0].thickness.depth, "m")
         return [reached, *((f"δ, {case.name}", case.thickness.insulation, "m") for case in self.lining_cases)]
+
+
+# --- rows of the chain ------------------------------------------------------------------------------------------------
+
+#: numbers put into formulas of the chain
+_CHAIN_SYMBOLS: Symbols[Chain] = {
+    "b": ("m", lambda c: c.found.first.parts["rim"].depth),
+    "T_rim": ("K", lambda c: c.start["rim"]),
+    "T_lining": ("K", lambda c: c.start["lining"]),
+    "T_rim|last": ("K", lambda c: c.found.last.parts["rim"].bulk),
+    "T_lining|last": ("K", lambda c: c.found.last.parts["lining"].bulk),
+    "α_TP": ("1", lambda c: c.found.first.share),
+    "last change": ("K", lambda c: c.found.change),
+    "τ": ("s", lambda c: c.after.time),
+    "q": ("W/m^2", lambda c: c.after.flux),
+    "N": ("1", lambda c: c.schmidt.depth.size - 2),
+    "a|rim": ("m^2/s", lambda c: c.after.rim.diffusivity),
+    "a|lining": ("m^2/s", lambda c: c.after.lining.diffusivity),
+    "δ|rim": ("m", lambda c: c.after.rim_thickness),
+    "δ|lining": ("m", lambda c: c.after.lining_thickness),
+    "T_0": ("K", lambda c: c.lining_body),
+    "T_f": ("K", lambda c: c.face_peak),
+}
+
+
+def _within(c: Chain) -> float | None:
+    """Of the simulated heat of the rim at the end of the braking, the share that lies within the depth of step 1."""
+    if c.rim is None:
+        return None
+    rise = c.rim.layers[-1] - c.rim.layers[0]
+    whole = float(rise @ c.rim.steps)
+    return float(rise @ c.rim.inside(c.found.first.parts["rim"].depth)) / whole if whole > 0 else None
+
+
+def _law(c: Chain) -> str:
+    """In words, what the share into the rim is taken from."""
+    source = c.before.inputs["share"].source
+    if source.startswith("effusivities"):
+        return "α_TP = e_1/(e_1 + e_2)"
+    return "α_TP: law of the scene" if source == "scene" else "α_TP, as given"
+
+
+def _share(c: Chain) -> float | None:
+    return simulated_share(c.before)
+
+
+def _lining_share(c: Chain) -> float | None:
+    share = simulated_share(c.before)
+    return None if share is None else 1 - share
+
+
+def _at_end(share: float) -> Of[Chain]:
+    """Temperature (K) at a share of the rim's thickness, at the end of the braking."""
+
+    def simulated(c: Chain) -> SupportsFloat | None:
+        run, z = c.after.layered, share * c.after.rim_thickness
+        return None if run is None else np.interp(z, run.profile_depth, run.profile[-1])
+
+    return Of(lambda c: c.at_end(share), simulated, numbers=lambda c: [("x", share * c.after.rim_thickness, "m")])
+
+
+def _drop(c: Chain) -> float:
+    return float(np.max(c.schmidt.temperature[:, 0] - c.schmidt.temperature[:, -1]))
+
+
+def _rounds(c: Chain) -> str:
+    return "until T_v changes no more" if c.found.replaced else "none: properties stay those of room temperature"
+
+
+def _lining_back(c: Chain) -> float:
+    b = c.after
+    return back_temperature(b.lining, b.lining_thickness, b.time, face=c.face_peak, start=c.lining_body)
+
+
+CHAIN = rows(
+    "chain",
+    _CHAIN_SYMBOLS,
+    {
+        "rim's heat within the depth": Of(lambda c: 1.0, _within),
+        "share into the rim": Of(lambda c: c.found.first.share, _share, _law),
+        "share into the linings": Of(lambda c: 1 - c.found.first.share, _lining_share),
+        "share into the rim, refined": Of(lambda c: c.found.last.share, _share, _law),
+        "rounds of steps 1 to 5": Of(lambda c: c.found.rounds, formula=_rounds),
+        "greatest face temperature": Of(
+            lambda c: c.face_peak,
+            lambda c: c.after.peak,
+            lambda c: "½ (t_{j−1} + t_{j+1}), " + ("falling power" if c.after.run is None else "the run's own heat"),
+        ),
+        "rim at the end, face": _at_end(0.0),
+        "rim at the end, 1/4": _at_end(0.25),
+        "rim at the end, 1/2": _at_end(0.5),
+        "rim at the end, 3/4": _at_end(0.75),
+        "rim at the end, back": _at_end(1.0),
+        "greatest drop over the rim": Of(_drop, lambda c: None if c.after.layered is None else c.after.layered.drop),
+        "thickness that heat reaches, rim": Of(lambda c: c.rim_cases[0].thickness.depth),
+        "rational thickness, rim": Of(
+            lambda c: max(case.thickness.rational for case in c.rim_cases),
+            lambda c: None if c.rim is None else c.rim.wall.thickness,
+            numbers=lambda c: [(f"δ, {case.name}", case.thickness.rational, "m") for case in c.rim_cases],
+        ),
+        "thickness that heat reaches, lining": Of(lambda c: c.lining_cases[0].thickness.depth),
+        "rational thickness, lining": Of(
+            lambda c: max(value for _, value, _ in c.lining_thicknesses),
+            lambda c: None if c.lining is None else c.lining.wall.thickness,
+            numbers=lambda c: c.lining_thicknesses,
+        ),
+        "lining's back after the braking": Of(
+            _lining_back, lambda c: None if c.lining is None else np.max(c.lining.layers[:, -1])
+        ),
+    },
+)
+STORAGE = rows(
+    "case",
+    {},
+    {
+        "thickness that holds the heat, {part}": Of[Case[RimThickness]](
+            lambda case: case.thickness.storage, numbers=lambda case: case.numbers
+        )
+    },
+)
+INSULATION = rows(
+    "case",
+    {},
+    {
+        "thickness that keeps the back cool, {part}": Of[Case[LiningThickness]](
+            lambda case: case.thickness.insulation, numbers=lambda case: case.numbers
+        )
+    },
+)
+BULK = rows(
+    "bulk",
+    PART_SYMBOLS,
+    {
+        "mean bulk temperature, {part}": Of(
+            lambda p: p.bulk,
+            lambda p: p.simulated_bulk,
+            why=lambda p: (
+                None if p.name == "rim" else "as for the rim; linings and rim also exchange heat through the contact"
+            ),
+        )
+    },
+)
+
+
+def _property(field: str, symbol: str, unit: str) -> Of[Property]:
+    """A property at the temperature of step 6."""
+
+    def formula(p: Property) -> str:
+        known = getattr(p.material, f"{field}_slope") is not None
+        return f"{symbol} [1 + b (T − T_r)]" if known else f"{symbol} (no temperature dependence known)"
+
+    return Of(
+        lambda p: getattr(properties_at(p.material, p.T, p.part.name), field),
+        lambda p: p.simulated(field),
+        formula,
+        numbers=lambda p: p.numbers(field, symbol, unit),
+    )
+
+
+PROPERTIES = rows(
+    "property",
+    {"T_v": ("K", lambda p: p.part.bulk), "limit": ("K", lambda p: REPLACED_ABOVE)},
+    {
+        "temperature of the properties, {part}": Of[Property](
+            lambda p: p.T,
+            formula=lambda p: "T_v of step 5" if p.replaced else "room: T_v of step 5 is not above 150 °C",
+        ),
+        "conductivity, {part}": _property("conductivity", "λ", "W/(m*K)"),
+        "specific heat, {part}": _property("specific_heat", "c", "J/(kg*K)"),
+    },
+)

@@ -2,22 +2,23 @@
 
 import dataclasses
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, ClassVar, SupportsFloat
 
 import jax.numpy as jnp
 import numpy as np
 
+from .._base._faults import Fault, InputError
 from .._base._table import Table, plain
 from .._parts._material import effusivity_share
-from .._parts._scene import Scene
+from .._parts._scene import Scene, band_brake, check
 from .._run._result import Result
-from ._braking import Braking, HeatedPart, braking_of
-from ._inputs import EstimateData
+from ._braking import Braking, HeatedPart, Layered, RunValues, run_values
+from ._inputs import EstimateData, Input, settle
 from ._rows import EstimateRow, Of, RowTable, Symbols, fill, rows, table_of
-from ._simulated import Layered, RunValues
 from .contact import current_density, real_contact_area, series_conductivity, series_resistance
 from .heating import fourier_parameter, maximum_temperatures, plate_stress, schmidt, slab_rise, transmission_table
+from .stop import ClassicalStop, StagedStop, classical_staged_stop, classical_stop
 
 # --- rows of one pair -------------------------------------------------------------------------------------------------
 
@@ -393,6 +394,46 @@ class EngineeringEstimates(RowTable[EstimateRow]):
     def as_dict(self) -> dict[str, Any]:
         """Everything as numbers, lists and words; numbers that are not finite are `None`."""
         return {"about": self.about, "inputs": plain(self.inputs), "estimates": [row.as_dict() for row in self.rows]}
+
+
+def braking_of(run: Scene | Result, data: EstimateData | None) -> tuple[Braking, str]:
+    """The braking of a scene or of a run, and in words which one it is. Raises `InputError` as `estimates`."""
+    scene = run.scene if isinstance(run, Result) else run
+    if isinstance(run, Result) and not run.concrete:
+        raise InputError([Fault("run", "is traced or a batch", "give one result with values")])
+    check(scene)
+    band_brake(scene)
+    inputs, staged = settle(scene, data), scene.brake.in_series
+    stop = None if staged else classical_stop(scene)
+    stages = classical_staged_stop(scene) if staged else None
+    if not isinstance(run, Result):
+        of = stages if staged else stop
+        if of is None:
+            hint = "it must begin in motion and the brake outweigh its load; or simulate it and give the result"
+            raise InputError([Fault("scene", "has no classical stop", hint)])
+        braking = Braking(scene, inputs, stop, stages, None, None, of.time, of.work, float(scene.initial.omega))
+        return braking, "; time and friction work are those of a classical stop"
+    values = run_values(run)
+    if values is None:
+        raise InputError([Fault("run", "has no friction work", "nothing ever slides in it")])
+    which = "the braking" if values.brakings == 1 else f"the hardest of {values.brakings} stretches of sliding"
+    about = (
+        f" beside the simulation; time and friction work are those of {which} "
+        f"from {values.t[0]:.6g} s to {values.t[-1]:.6g} s"
+    )
+    return of_result(run, inputs, stop, stages, values), about
+
+
+def of_result(
+    result: Result,
+    inputs: Mapping[str, Input],
+    stop: ClassicalStop | None,
+    stages: StagedStop | None,
+    values: RunValues,
+) -> Braking:
+    """The hardest braking of a run."""
+    work, first = float(values.work[-1]), float(abs(values.omega[0]))
+    return Braking(result.scene, inputs, stop, stages, result, values, values.duration, work, first)
 
 
 def estimates(run: Scene | Result, data: EstimateData | None = None) -> EngineeringEstimates:

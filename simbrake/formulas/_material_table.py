@@ -20,7 +20,8 @@ from .._run._choice import stiffness
 from .._run._edit import with_values
 from .._run._result import Result
 from .._run._simulate import simulate, solver_for
-from ._braking import Braking, of_run
+from ._braking import Braking, RunValues, run_values
+from ._estimates import of_result
 from ._inputs import EstimateData, settle
 from ._materials import (
     LININGS,
@@ -38,7 +39,6 @@ from ._materials import (
     rim_material,
     ring_inertia,
 )
-from ._simulated import RunValues, run_values
 from .stop import classical_stop
 
 _ZERO = 273.15  # K
@@ -421,7 +421,7 @@ class _Study:
         given = {"rim": rim.thermal, "lining": lining.thermal, "elastic": rim.elastic, "hardness": hardness}
         inputs, stop = settle(scene, dataclasses.replace(self.data, **given)), classical_stop(scene)
         if found is not None:
-            return of_run(found[0], inputs, stop, None, found[1])
+            return of_result(found[0], inputs, stop, None, found[1])
         time, work = (0.0, 0.0) if stop is None else (stop.time, stop.work)
         return Braking(scene, inputs, stop, None, None, None, time, work, float(scene.initial.omega))
 

@@ -96,8 +96,8 @@ def _library(part: str) -> dict[str, dict[str, Entry]]:
     found: dict[str, dict[str, Entry]] = {}
     for row in read("materials.csv"):
         if row["part"] == part:
-            numbers = (float(row[key]) for key in ("value", "low", "high"))
-            entry = Entry(*numbers, row["source"], bool(row["assumed"]))
+            value, low, high = (float(row[key]) for key in ("value", "low", "high"))
+            entry = Entry(value, low, high, row["source"], bool(row["assumed"]))
             found.setdefault(row["material"], {})[row["number"]] = entry
     return found
 

@@ -131,7 +131,7 @@ class Row(NamedTuple, Generic[C]):
 
 def read(name: str) -> list[dict[str, str]]:
     """Lines of a table of data beside this module."""
-    return list(csv.DictReader((resources.files(__package__) / name).read_text("utf-8").splitlines()))
+    return list(csv.DictReader((resources.files("simbrake") / "formulas" / name).read_text("utf-8").splitlines()))
 
 
 @functools.cache
