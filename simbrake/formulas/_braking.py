@@ -19,6 +19,7 @@ from .._run._cyclic import with_temperatures
 from .._run._result import Result
 from .._run._series import Series
 from ._inputs import Input, rim_wall
+from ._rows import Absent, there
 from .contact import radiation_coefficient
 from .heating import (
     ElasticMaterial,
@@ -311,9 +312,9 @@ class HeatedPart:
         return self.start + self.rise
 
     @property
-    def simulated_bulk(self) -> float | None:
+    def simulated_bulk(self) -> float:
         """Bulk temperature (K) in the run, mean over the depth and the braking."""
-        return None if self.course is None else float(np.mean(self.course.mean(self.depth)))
+        return float(np.mean(there(self.course).mean(self.depth)))
 
 
 #: names for the metal that rubs → input of the rim, or of the band of an external pair
@@ -429,23 +430,11 @@ class Braking:
         return float(np.mean(at_start(self.scene)))
 
     @property
-    def pressure(self) -> float | None:
-        """Mean pressure of the linings (Pa), `None` where they would yield or do not slide."""
+    def pressure(self) -> float:
+        """Mean pressure of the linings (Pa), absent where they would yield or do not slide."""
         way = self.friction * self.travel
         pressure = self.work / (way * self.face_area) if way > 0 else 0.0
-        return pressure if 0 < pressure <= self.hardness else None
-
-    @property
-    def by_statics(self) -> ClassicalStop:
-        """The classical stop where there is one."""
-        assert self.stop is not None
-        return self.stop
-
-    @property
-    def by_stages(self) -> StagedStop:
-        """The classical stop of a staged brake where there is one."""
-        assert self.stages is not None
-        return self.stages
+        return there(pressure if 0 < pressure <= self.hardness else None)
 
     # heat
 
@@ -521,10 +510,10 @@ class Braking:
         return float(radiation_coefficient(self.emissivity, self.start_now, self.ambient))
 
     @functools.cached_property
-    def balance(self) -> HeatBalance | None:
-        """Heat balance of the rim over four revolutions at the mean speed, `None` at rest."""
+    def balance(self) -> HeatBalance:
+        """Heat balance of the rim over four revolutions at the mean speed, absent at rest."""
         if not (self.omega > 0 and self.mean_omega > 0 and self.overlap > 0):
-            return None
+            raise Absent
         return heat_balance(
             self.flux / self.overlap,  # the flux under the linings, of which the track gets the mean
             overlap=self.overlap,
@@ -560,17 +549,13 @@ class Braking:
 
     def body_mean(self, depth: float) -> Float[np.ndarray, " m"]:
         """Mean temperature (K) of the metal of the run down to a depth (m); of a band all of it."""
-        assert self.run is not None
-        band = self.run.band if self.pair == "external" else None
-        if band is not None:
-            return band
-        assert self.run.rim is not None
-        return self.run.rim.mean(depth)
+        run = there(self.bodied)
+        return there(run.band) if self.pair == "external" else there(run.rim).mean(depth)
 
     @property
-    def peak(self) -> float | None:
+    def peak(self) -> float:
         """Maximum temperature of the rim's face in the run (K)."""
-        return None if self.layered is None else float(np.max(self.layered.surface))
+        return float(np.max(there(self.layered).surface))
 
     @functools.cached_property
     def pair_runs(self) -> dict[str, RunValues | None]:
@@ -589,10 +574,10 @@ class Braking:
                 more, omega = float(run.other_work[-1]), float(np.max(np.abs(run.omega)))
                 one = dataclasses.replace(self, run=run, time=run.duration, work=float(run.work[-1]), omega=omega)
             else:
-                own = self.by_stages.external if pair == "external" else self.by_stages.internal
+                own = there(self.stages).external if pair == "external" else there(self.stages).internal
                 if own.work <= 0:
                     continue
-                more = self.by_stages.external.work  # it is done before or while the internal pair slides
+                more = there(self.stages).external.work  # it is done before or while the internal pair slides
                 one = dataclasses.replace(self, time=own.time, work=own.work, omega=own.omega, slid=own.angle)
             beyond = self.beyond_share if pair == "internal" else 0.0  # the rim's, S-12…14
             found.append(dataclasses.replace(one, pair=pair, more=beyond * float(self.power.heat) * more))

@@ -15,7 +15,7 @@ from .._parts._material import ROOM, Material, effusivity_share
 from ._braking import Braking, HeatedPart, WallCourse, schmidt_layers
 from ._estimates import PART_SYMBOLS, simulated_share
 from ._inputs import rim_wall
-from ._rows import Of, Symbols, rows
+from ._rows import Of, Symbols, rows, there
 from .heating import (
     LiningThickness,
     RimThickness,
@@ -176,12 +176,10 @@ class Property(NamedTuple):
             return [value]
         return [value, ("b", float(slope), "1/K"), ("T", self.T, "K"), ("T_r", float(self.material.reference), "K")]
 
-    def simulated(self, field: str) -> float | None:
+    def simulated(self, field: str) -> float:
         """A property by the scene's own law at the simulated mean temperature of the heated depth."""
-        course, T = self.part.course, self.part.simulated_bulk
-        if course is None or T is None:
-            return None
-        return float(getattr(course.wall.material, field)) * property_factor(course.wall.material, field, T)
+        material = there(self.part.course).wall.material
+        return float(getattr(material, field)) * property_factor(material, field, self.part.simulated_bulk)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -324,13 +322,12 @@ _CHAIN_SYMBOLS: Symbols[Chain] = {
 }
 
 
-def _within(c: Chain) -> float | None:
+def _within(c: Chain) -> float:
     """Of the simulated heat of the rim at the end of the braking, the share that lies within the depth of step 1."""
-    if c.rim is None:
-        return None
-    rise = c.rim.layers[-1] - c.rim.layers[0]
-    whole = float(rise @ c.rim.steps)
-    return float(rise @ c.rim.inside(c.found.first.parts["rim"].depth)) / whole if whole > 0 else None
+    rim = there(c.rim)
+    rise = rim.layers[-1] - rim.layers[0]
+    whole = float(rise @ rim.steps)
+    return float(rise @ rim.inside(c.found.first.parts["rim"].depth)) / there(whole if whole > 0 else None)
 
 
 def _law(c: Chain) -> str:
@@ -341,21 +338,16 @@ def _law(c: Chain) -> str:
     return "α_TP: law of the scene" if source == "scene" else "α_TP, as given"
 
 
-def _share(c: Chain) -> float | None:
+def _share(c: Chain) -> float:
     return simulated_share(c.before)
-
-
-def _lining_share(c: Chain) -> float | None:
-    share = simulated_share(c.before)
-    return None if share is None else 1 - share
 
 
 def _at_end(share: float) -> Of[Chain]:
     """Temperature (K) at a share of the rim's thickness, at the end of the braking."""
 
-    def simulated(c: Chain) -> SupportsFloat | None:
-        run, z = c.after.layered, share * c.after.rim_thickness
-        return None if run is None else np.interp(z, run.profile_depth, run.profile[-1])
+    def simulated(c: Chain) -> SupportsFloat:
+        run = there(c.after.layered)
+        return np.interp(share * c.after.rim_thickness, run.profile_depth, run.profile[-1])
 
     return Of(lambda c: c.at_end(share), simulated, numbers=lambda c: [("x", share * c.after.rim_thickness, "m")])
 
@@ -379,7 +371,7 @@ CHAIN = rows(
     {
         "rim's heat within the depth": Of(lambda c: 1.0, _within),
         "share into the rim": Of(lambda c: c.found.first.share, _share, _law),
-        "share into the linings": Of(lambda c: 1 - c.found.first.share, _lining_share),
+        "share into the linings": Of(lambda c: 1 - c.found.first.share, lambda c: 1 - _share(c)),
         "share into the rim, refined": Of(lambda c: c.found.last.share, _share, _law),
         "rounds of steps 1 to 5": Of(lambda c: c.found.rounds, formula=_rounds),
         "greatest face temperature": Of(
@@ -392,22 +384,20 @@ CHAIN = rows(
         "rim at the end, 1/2": _at_end(0.5),
         "rim at the end, 3/4": _at_end(0.75),
         "rim at the end, back": _at_end(1.0),
-        "greatest drop over the rim": Of(_drop, lambda c: None if c.after.layered is None else c.after.layered.drop),
+        "greatest drop over the rim": Of(_drop, lambda c: there(c.after.layered).drop),
         "thickness that heat reaches, rim": Of(lambda c: c.rim_cases[0].thickness.depth),
         "rational thickness, rim": Of(
             lambda c: max(case.thickness.rational for case in c.rim_cases),
-            lambda c: None if c.rim is None else c.rim.wall.thickness,
+            lambda c: there(c.rim).wall.thickness,
             numbers=lambda c: [(f"δ, {case.name}", case.thickness.rational, "m") for case in c.rim_cases],
         ),
         "thickness that heat reaches, lining": Of(lambda c: c.lining_cases[0].thickness.depth),
         "rational thickness, lining": Of(
             lambda c: max(value for _, value, _ in c.lining_thicknesses),
-            lambda c: None if c.lining is None else c.lining.wall.thickness,
+            lambda c: there(c.lining).wall.thickness,
             numbers=lambda c: c.lining_thicknesses,
         ),
-        "lining's back after the braking": Of(
-            _lining_back, lambda c: None if c.lining is None else np.max(c.lining.layers[:, -1])
-        ),
+        "lining's back after the braking": Of(_lining_back, lambda c: np.max(there(c.lining).layers[:, -1])),
     },
 )
 STORAGE = rows(

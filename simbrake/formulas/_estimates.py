@@ -13,9 +13,9 @@ from .._base._table import Table, plain
 from .._parts._material import effusivity_share
 from .._parts._scene import Scene, band_brake, check
 from .._run._result import Result
-from ._braking import Braking, HeatedPart, Layered, RunValues, run_values
+from ._braking import Braking, HeatedPart, RunValues, run_values
 from ._inputs import EstimateData, Input, settle
-from ._rows import EstimateRow, Of, RowTable, Symbols, fill, rows, table_of
+from ._rows import Absent, EstimateRow, Of, RowTable, Symbols, fill, rows, table_of, there
 from .contact import current_density, real_contact_area, series_conductivity, series_resistance
 from .heating import fourier_parameter, maximum_temperatures, plate_stress, schmidt, slab_rise, transmission_table
 from .stop import ClassicalStop, StagedStop, classical_staged_stop, classical_stop
@@ -29,10 +29,10 @@ SYMBOLS: Symbols[Braking] = {
     "n|turns": ("1", lambda b: 4),
     "R_b": ("m", lambda b: b.R_b),
     "T_0": ("N", lambda b: b.T_0),
-    "Π": ("1", lambda b: b.by_statics.ratio),
-    "M_b": ("N*m", lambda b: b.by_statics.torque),
-    "t": ("s", lambda b: b.by_statics.time),
-    "φ": ("rad", lambda b: b.by_statics.angle),
+    "Π": ("1", lambda b: there(b.stop).ratio),
+    "M_b": ("N*m", lambda b: there(b.stop).torque),
+    "t": ("s", lambda b: there(b.stop).time),
+    "φ": ("rad", lambda b: there(b.stop).angle),
     "ω_0": ("rad/s", lambda b: b.omega),
     "ω": ("rad/s", lambda b: b.mean_omega),
     "v": ("m/s", lambda b: b.speed),
@@ -81,49 +81,37 @@ PART_SYMBOLS: Symbols[HeatedPart] = {
     "G": ("kg", lambda p: p.mass),
 }
 
-Value = Callable[[Braking], SupportsFloat | None]
-
-
-def of_run(f: Callable[[RunValues], SupportsFloat | None]) -> Value:
-    """A function of the run, `None` without one."""
-    return lambda b: None if b.run is None else f(b.run)
-
-
-def of_rim(f: Callable[[Layered], SupportsFloat | None]) -> Value:
-    """A function of the run where it has a rim in layers."""
-    return lambda b: None if b.layered is None else f(b.layered)
+Value = Callable[[Braking], SupportsFloat]
 
 
 def on_rim(f: Value) -> Value:
     """A function of a braking that only a rim has."""
-    return lambda b: None if b.part == "band" else f(b)
+    return lambda b: f(there(b if b.part == "rim" else None))
 
 
 def _metric(name: str) -> Value:
-    return lambda b: None if b.result is None else b.result.metrics.get(name)
+    return lambda b: there(there(b.result).metrics.get(name))
 
 
 def _shares(i: int) -> Of[Braking]:
     """A part of the friction work, as given and as the run books it."""
+    own, none = "the run has shares of its own (`Scene.power_shares`)", "in the run all of it is heat"
     return Of(
         lambda b: b.power.split(b.work)[i],
-        lambda b: None if b.run is None else b.booked.split(b.work)[i],
-        why=lambda b: (
-            "the run has shares of its own (`Scene.power_shares`)"
-            if b.booked.heat < 1
-            else "in the run all of it is heat"
-        ),
+        lambda b: there(b.run) and b.booked.split(b.work)[i],
+        why=lambda b: own if b.booked.heat < 1 else none,
     )
 
 
-def simulated_share(b: Braking) -> float | None:
+def simulated_share(b: Braking) -> float:
     """Share of the heat that enters the metal in the run."""
-    if b.run is None or b.result is None or not b.scene.heated or not b.run.total_work > 0:
-        return None
-    entered = b.result.energy.get("heat_to_band" if b.part == "band" else "heat_to_metal")
-    if b.pair == "internal" and entered is not None:  # without what the external pair sends beyond the linings
-        entered = entered - b.beyond_share * b.result.energy["heat_external"]
-    return None if entered is None else float(entered) / float(b.booked.split(b.run.total_work).heat)
+    run, energy = there(b.run), there(b.result).energy
+    if not b.scene.heated or not run.total_work > 0:
+        raise Absent
+    entered = there(energy.get("heat_to_band" if b.part == "band" else "heat_to_metal"))
+    if b.pair == "internal":  # without what the external pair sends beyond the linings
+        entered = entered - b.beyond_share * energy["heat_external"]
+    return float(entered) / float(b.booked.split(run.total_work).heat)
 
 
 def _transmission(b: Braking) -> float:
@@ -142,12 +130,10 @@ def _resistance(b: Braking) -> float:
 
 def _maximum(i: int) -> Of[Braking]:
     """The maximum temperature in one of S's combinations, none at rest."""
-
-    def value(b: Braking) -> float | None:
-        found = None if b.flash is None else maximum_temperatures(b.heated.rise, b.falling_rise, b.flash)
-        return None if found is None else b.start_now + found[i]
-
-    return Of(value, lambda b: b.peak)
+    return Of(
+        lambda b: b.start_now + maximum_temperatures(b.heated.rise, b.falling_rise, there(b.flash))[i],
+        lambda b: b.peak,
+    )
 
 
 def _schmidt(b: Braking) -> float:
@@ -158,19 +144,6 @@ def _schmidt(b: Braking) -> float:
     return float(np.interp(b.time, course.t, course.temperature[:, 0]))
 
 
-def _real_contact(b: Braking) -> float | None:
-    return None if b.pressure is None else real_contact_area(b.face_area, b.pressure, b.hardness)
-
-
-def _flux_of_drop(b: Braking) -> float | None:
-    drop = None if b.layered is None else b.layered.drop
-    return None if drop is None else current_density(float(b.rim.conductivity), drop, b.rim_thickness)
-
-
-def _balance(name: str) -> Of[Braking]:
-    return Of(lambda b: None if b.balance is None else b.balance._asdict()[name])
-
-
 def _free(b: Braking) -> float:
     """Thermal stress of the surface where the rim may bend."""
     z = b.rim_thickness * np.linspace(0.0, 1.0, 401) ** 2
@@ -178,13 +151,9 @@ def _free(b: Braking) -> float:
     return float(plate_stress(rise, z, b.elastic, restraint="none")[0])
 
 
-def _worst(i: int) -> Value:
+def _worst(b: Braking) -> tuple[float, float, float]:
     """Time (s), stress (Pa) and ratio where the stress of the run is largest."""
-    return lambda b: None if b.layered is None else b.layered.stress(b.elastic).worst[i]
-
-
-def _worst_time(b: Braking) -> float | None:
-    return None if b.layered is None else b.layered.stress(b.elastic).worst[0] - float(b.layered.t[0])
+    return there(b.layered).stress(b.elastic).worst
 
 
 #: a stop by statics
@@ -192,13 +161,13 @@ STOP = rows(
     "stop",
     SYMBOLS,
     {
-        "tension ratio": Of(lambda b: b.by_statics.ratio),
-        "brake torque": Of(lambda b: b.by_statics.torque, of_run(lambda run: np.max(run.torque))),
-        "stopping time": Of(lambda b: b.by_statics.time, _metric("stopping_time")),
-        "stopping angle": Of(lambda b: b.by_statics.angle, _metric("stopping_angle")),
-        "friction work": Of(lambda b: b.by_statics.work, of_run(lambda run: run.total_work)),
+        "tension ratio": Of(lambda b: there(b.stop).ratio),
+        "brake torque": Of(lambda b: there(b.stop).torque, lambda b: np.max(there(b.run).torque)),
+        "stopping time": Of(lambda b: there(b.stop).time, _metric("stopping_time")),
+        "stopping angle": Of(lambda b: there(b.stop).angle, _metric("stopping_angle")),
+        "friction work": Of(lambda b: there(b.stop).work, lambda b: there(b.run).total_work),
         "friction power at first": Of(
-            lambda b: b.by_statics.power, of_run(lambda run: np.max(np.diff(run.work) / np.diff(run.t)))
+            lambda b: there(b.stop).power, lambda b: np.max(np.diff(there(b.run).work) / np.diff(there(b.run).t))
         ),
     },
 )
@@ -237,22 +206,20 @@ TEMPERATURES = rows(
     {
         "bulk temperature, mean": Of(
             lambda b: b.start_now + b.heated.rise,
-            lambda b: None if b.bodied is None else np.mean(b.body_mean(b.heated.depth)),
+            lambda b: np.mean(b.body_mean(b.heated.depth)),
         ),
-        "bulk temperature, end": Of(
-            lambda b: b.start_now + b.whole_rise, lambda b: None if b.bodied is None else b.body_mean(math.inf)[-1]
-        ),
+        "bulk temperature, end": Of(lambda b: b.start_now + b.whole_rise, lambda b: b.body_mean(math.inf)[-1]),
         "surface temperature, constant flux": Of(
-            lambda b: b.start_now + b.plate_rise, of_rim(lambda run: run.surface[-1])
+            lambda b: b.start_now + b.plate_rise, lambda b: there(b.layered).surface[-1]
         ),
         "surface temperature, falling flux": Of(lambda b: b.start_now + b.falling_rise, lambda b: b.peak),
-        "flash temperature, rise": Of(lambda b: b.flash),
+        "flash temperature, rise": Of(lambda b: there(b.flash)),
         "maximum temperature, S-26": _maximum(0),
         "maximum temperature, S-27": _maximum(1),
         "maximum temperature, sum": _maximum(2),
         "surface temperature, Schmidt": Of(
             _schmidt,
-            lambda b: None if b.run_schmidt is None else b.peak,
+            lambda b: there(b.run_schmidt) and b.peak,
             lambda b: "½ (t_{j−1} + t_{j+1}), " + ("constant flux" if b.run_schmidt is None else "the run's own heat"),
             lambda b: "" if b.run_schmidt is None else None,
         ),
@@ -264,14 +231,16 @@ CONTACT = rows(
     SYMBOLS,
     {
         "pressure, mean": Of(lambda b: b.pressure),
-        "real contact area": Of(_real_contact),
+        "real contact area": Of(lambda b: real_contact_area(b.face_area, b.pressure, b.hardness)),
         "polished surface": Of(on_rim(lambda b: b.track_area)),
         "matte surfaces": Of(on_rim(lambda b: b.matte_area)),
         "radiation coefficient": Of(on_rim(lambda b: b.radiation)),
         "drop over the rim, stationary flux": Of(
-            on_rim(lambda b: b.flux * b.rim_thickness / float(b.rim.conductivity)), of_rim(lambda run: run.drop)
+            on_rim(lambda b: b.flux * b.rim_thickness / float(b.rim.conductivity)), lambda b: there(b.layered).drop
         ),
-        "flux by the greatest drop": Of(_flux_of_drop),
+        "flux by the greatest drop": Of(
+            lambda b: current_density(float(b.rim.conductivity), there(b.layered).drop, b.rim_thickness)
+        ),
     },
 )
 #: heat balance of the rim over four revolutions at the mean speed of the braking
@@ -279,11 +248,11 @@ BALANCE = rows(
     "balance",
     SYMBOLS,
     {
-        "overlap coefficient": Of(lambda b: b.overlap if b.balance else None),
-        "time of four revolutions": _balance("time"),
-        "heat gained in it": _balance("gained"),
-        "heat given away in it": _balance("lost"),
-        "mean flux kept": _balance("mean_flux"),
+        "overlap coefficient": Of(lambda b: there(b.balance) and b.overlap),
+        "time of four revolutions": Of(lambda b: b.balance.time),
+        "heat gained in it": Of(lambda b: b.balance.gained),
+        "heat given away in it": Of(lambda b: b.balance.lost),
+        "mean flux kept": Of(lambda b: b.balance.mean_flux),
     },
 )
 #: thermal stress of the rim's surface: of the slab under constant flux, beside that of the simulated profiles
@@ -291,10 +260,12 @@ STRESS = rows(
     "stress",
     SYMBOLS,
     {
-        "thermal stress, surface": Of(lambda b: b.stress, _worst(1)),
+        "thermal stress, surface": Of(lambda b: b.stress, lambda b: _worst(b)[1]),
         "thermal stress, free to bend": Of(_free),
-        "stress over permissible": Of(lambda b: abs(b.stress) / b.elastic.permissible, _worst(2)),
-        "time of greatest stress": Of(of_rim(lambda run: run.duration), _worst_time),
+        "stress over permissible": Of(lambda b: abs(b.stress) / b.elastic.permissible, lambda b: _worst(b)[2]),
+        "time of greatest stress": Of(
+            lambda b: there(b.layered).duration, lambda b: _worst(b)[0] - there(b.layered).t[0]
+        ),
     },
 )
 
@@ -303,54 +274,35 @@ STRESS = rows(
 
 
 def _pair_torque(pair: str) -> Value:
-    def value(b: Braking) -> SupportsFloat | None:
-        run = b.pair_runs.get(pair)
-        return None if run is None else np.max(run.torque)
-
-    return value
+    return lambda b: np.max(there(b.pair_runs.get(pair)).torque)
 
 
-def _pair_work(*pairs: str) -> Callable[[Braking], float | None]:
+def _pair_work(b: Braking, *pairs: str) -> float:
     """Friction work of pairs in the run, 0 where a pair never slides."""
-
-    def value(b: Braking) -> float | None:
-        runs = [b.pair_runs[pair] for pair in pairs] if b.pair_runs else None
-        return None if runs is None else sum(0.0 if run is None else float(run.work[-1]) for run in runs)
-
-    return value
+    runs = [there(b.pair_runs or None)[pair] for pair in pairs]
+    return sum(0.0 if run is None else float(run.work[-1]) for run in runs)
 
 
-def _external_share(b: Braking) -> float | None:
-    external, total = _pair_work("external")(b), _pair_work("external", "internal")(b)
-    return external / total if external is not None and total else None
+def _external_share(b: Braking) -> float:
+    return _pair_work(b, "external") / there(_pair_work(b, "external", "internal") or None)
 
 
-def _internal_share(b: Braking) -> float | None:
-    share = _external_share(b)
-    return None if share is None else 1 - share
-
-
-def _onset(b: Braking) -> float | None:
+def _onset(b: Braking) -> float:
     """Slack tension (N) at which the internal pair breaks away in the braking of a run."""
-    if b.result is None or b.run is None:
-        return None
-    for event in b.result.events:
-        if event.name == "internal_slip" and b.run.t[0] <= event.time <= b.run.t[-1]:
-            return float(np.asarray(b.result.series(np.asarray([event.time])).slack_tension)[0])
-    return None
+    begin, end = there(b.run).t[0], there(b.run).t[-1]
+    slips = [e.time for e in there(b.result).events if e.name == "internal_slip" and begin <= e.time <= end]
+    return float(np.asarray(there(b.result).series(np.asarray(there(slips or None)[:1])).slack_tension)[0])
 
 
 def _stage(i: int) -> Of[Braking]:
     """How long a stage lasts (s), and lasted if it has a part in the braking of a run."""
 
-    def simulated(b: Braking) -> float | None:
-        if b.result is None or b.run is None:
-            return None
-        begin, end = b.run.t[0], b.run.t[-1]
-        stages = [stage for stage in b.result.stages if stage.end > begin and stage.start < end]
+    def simulated(b: Braking) -> float:
+        begin, end = there(b.run).t[0], there(b.run).t[-1]
+        stages = [stage for stage in there(b.result).stages if stage.end > begin and stage.start < end]
         return sum((stage.duration for stage in stages if stage.name == f"stage_{i + 1}"), 0.0)
 
-    return Of(lambda b: b.by_stages.times[i], simulated)
+    return Of(lambda b: there(b.stages).times[i], simulated)
 
 
 #: tension ratio, torques, durations of the stages, friction work of both pairs
@@ -358,18 +310,26 @@ STAGES = rows(
     "stages",
     SYMBOLS,
     {
-        "tension ratio": Of(lambda b: b.by_stages.ratio),
-        "slack tension of internal slip": Of(lambda b: b.by_stages.onset, _onset),
-        "torque, external pair": Of(lambda b: b.by_stages.external_torque, _pair_torque("external")),
-        "torque, both pairs slide": Of(lambda b: b.by_stages.internal_torque, _pair_torque("internal")),
+        "tension ratio": Of(lambda b: there(b.stages).ratio),
+        "slack tension of internal slip": Of(lambda b: there(b.stages).onset, _onset),
+        "torque, external pair": Of(lambda b: there(b.stages).external_torque, _pair_torque("external")),
+        "torque, both pairs slide": Of(lambda b: there(b.stages).internal_torque, _pair_torque("internal")),
         **{f"stage {i + 1}": _stage(i) for i in range(3)},
-        "stopping time": Of(lambda b: b.by_stages.time, _metric("stopping_time")),
-        "stopping angle": Of(lambda b: b.by_stages.angle, _metric("stopping_angle")),
-        "friction work": Of(lambda b: b.by_stages.work, _pair_work("external", "internal")),
-        "friction work, external pair": Of(lambda b: b.by_stages.external.work, _pair_work("external")),
-        "friction work, internal pair": Of(lambda b: b.by_stages.internal.work, _pair_work("internal")),
-        "share of the external pair": Of(lambda b: b.by_stages.external.work / b.by_stages.work, _external_share),
-        "share of the internal pair": Of(lambda b: b.by_stages.internal.work / b.by_stages.work, _internal_share),
+        "stopping time": Of(lambda b: there(b.stages).time, _metric("stopping_time")),
+        "stopping angle": Of(lambda b: there(b.stages).angle, _metric("stopping_angle")),
+        "friction work": Of(lambda b: there(b.stages).work, lambda b: _pair_work(b, "external", "internal")),
+        "friction work, external pair": Of(
+            lambda b: there(b.stages).external.work, lambda b: _pair_work(b, "external")
+        ),
+        "friction work, internal pair": Of(
+            lambda b: there(b.stages).internal.work, lambda b: _pair_work(b, "internal")
+        ),
+        "share of the external pair": Of(
+            lambda b: there(b.stages).external.work / there(b.stages).work, _external_share
+        ),
+        "share of the internal pair": Of(
+            lambda b: there(b.stages).internal.work / there(b.stages).work, lambda b: 1 - _external_share(b)
+        ),
     },
 )
 
@@ -464,13 +424,13 @@ def estimates(run: Scene | Result, data: EstimateData | None = None) -> Engineer
 
 def _single(b: Braking) -> list[EstimateRow]:
     """All rows of a brake with one pair."""
-    stop = [] if b.stop is None else fill(STOP, b)
+    stop = fill(STOP, b)
     return [*stop, *fill(POWER, b), *_of_pair(b)]
 
 
 def _staged(b: Braking) -> list[EstimateRow]:
     """All rows of a staged brake: its stop, then both pairs, whose rows end with the name of the pair."""
-    stop = [] if b.stages is None else fill(STAGES, b)
+    stop = fill(STAGES, b)
     pairs = [
         dataclasses.replace(row, name=f"{row.name}, {one.pair} pair") for one in b.of_pairs() for row in _of_pair(one)
     ]

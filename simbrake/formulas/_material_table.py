@@ -31,7 +31,6 @@ from ._materials import (
     LiningMaterial,
     RimMaterial,
     criteria,
-    estimated,
     greatest_work,
     knows_wear,
     lining_material,
@@ -39,6 +38,7 @@ from ._materials import (
     rim_material,
     ring_inertia,
 )
+from ._rows import there
 from .stop import classical_stop
 
 _ZERO = 273.15  # K
@@ -435,8 +435,8 @@ class _Study:
         case, quantities = Case(braking, rim, lining, braking.flash or 0.0), {}
         shown = braking.layered is not None and self.named[0]
         for name, asked in QUANTITIES.items():
-            simulated = asked.of.simulated(case) if shown else None
-            quantities[name] = Compared(estimated(case, name), None if simulated is None else float(simulated))
+            value, simulated = asked.found(case)
+            quantities[name] = Compared(there(value), simulated if shown else None)
         looked = {name: one.best for name, one in quantities.items()}
         fails = tuple(one.words for one in criteria(looked, rim, lining) if one.ratio > 1)
         return MaterialRow(level, rim.name, lining.name, quantities, fails, *greatest_work(case))

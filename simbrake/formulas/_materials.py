@@ -16,7 +16,7 @@ from .._parts._wear import ThresholdWear
 from .._run._rubbing import wear
 from ._braking import Braking
 from ._estimates import STRESS, TEMPERATURES, simulated_share
-from ._rows import Of, Row, read, rows
+from ._rows import Of, Row, read, rows, there
 from .heating import ElasticMaterial, maximum_temperatures, transmission_table
 
 _ZERO = 273.15  # K
@@ -245,20 +245,14 @@ def _of_estimate(table: Mapping[str, Row[Braking]], name: str) -> Of[Case]:
     return Of(lambda case: of.value(case.braking), lambda case: of.simulated(case.braking))
 
 
-def _lining_peak(case: Case) -> float | None:
-    result = case.braking.result
-    return (
-        None
-        if result is None or case.braking.run is None or case.braking.scene.network.linings is None
-        else float(result.peak_lining_temperature.value)
-    )
+def _lining_peak(case: Case) -> float:
+    there(case.braking.scene.network.linings)
+    return float(there(case.braking.result).peak_lining_temperature.value)
 
 
-def _run_wear(case: Case) -> SupportsFloat | None:
-    result = case.braking.result
-    return (
-        None if result is None or not knows_wear(result.scene) else np.mean(np.asarray(wear(result, case.lining.wear)))
-    )
+def _run_wear(case: Case) -> SupportsFloat:
+    result = there(case.braking.result)
+    return np.mean(np.asarray(wear(there(result if knows_wear(result.scene) else None), case.lining.wear)))
 
 
 def _inertia(case: Case) -> float:
@@ -292,9 +286,7 @@ QUANTITIES: dict[str, Row[Case]] = rows(
 
 def estimated(case: Case, name: str) -> float:
     """The estimate of a quantity (SI)."""
-    value = QUANTITIES[name].of.value(case)
-    assert value is not None
-    return float(value)
+    return float(QUANTITIES[name].of.value(case))
 
 
 class Criterion(NamedTuple):

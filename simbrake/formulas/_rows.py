@@ -78,19 +78,37 @@ class SynthesisRow(EstimateRow):
         return {"step": self.step, **super().as_dict(), "numbers": plain(self.numbers), "verdict": self.verdict}
 
 
+T = TypeVar("T")
+
+
+class Absent(LookupError):
+    """What a row asks for does not exist, as a run beside the estimates: it has no value, or no simulated one."""
+
+
+def there(value: T | None) -> T:
+    """The value, which a row needs. Raises `Absent` where there is none."""
+    if value is None:
+        raise Absent
+    return value
+
+
 #: symbols of numbers put into formulas: symbol (`symbol|which` where several have it) → unit and value in a context
 Symbols = Mapping[str, tuple[str, Callable[[C], SupportsFloat]]]
 Given = Sequence[tuple[str, SupportsFloat, str]]
 
 
+def _absent(context: Any) -> float:
+    raise Absent
+
+
 class Of(NamedTuple, Generic[C]):
-    """The functions of a row: its `value` in a context, `None` where there is none, and the `simulated` one.
+    """The functions of a row: its `value` in a context and the `simulated` one, raising `Absent` where there is none.
 
     `formula`, `why` (`None`: as in the table of words) and `numbers` where these depend on the context.
     """
 
-    value: Callable[[C], SupportsFloat | None]
-    simulated: Callable[[C], SupportsFloat | None] = lambda _: None
+    value: Callable[[C], SupportsFloat]
+    simulated: Callable[[C], SupportsFloat] = _absent
     formula: Callable[[C], str] | None = None
     why: Callable[[C], str | None] = lambda _: None
     numbers: Callable[[C], Given] | None = None
@@ -110,15 +128,24 @@ class Row(NamedTuple, Generic[C]):
     of: Of[C]
     numbers: Callable[[C], Given]
 
+    def found(self, context: C) -> tuple[float | None, float | None]:
+        """Its value and the simulated one, `None` where there is none."""
+        found: list[float | None] = []
+        for function in (self.of.value, self.of.simulated):
+            try:
+                found.append(float(function(context)))
+            except Absent:
+                found.append(None)
+        return found[0], found[1]
+
     def at(self, context: C, part: str = "") -> EstimateRow | None:
         """The row of a context, `None` where it has no value."""
-        of, value, simulated = self.of, self.of.value(context), self.of.simulated(context)
+        value, simulated = self.found(context)
         if value is None:
             return None
-        formula = self.formula if of.formula is None else of.formula(context)
-        simulated, why = None if simulated is None else float(simulated), of.why(context)
+        formula, why = self.formula if self.of.formula is None else self.of.formula(context), self.of.why(context)
         name, why = self.name.replace("{part}", part), self.why if why is None else why
-        return EstimateRow(name, formula, float(value), self.unit, self.source, simulated, why)
+        return EstimateRow(name, formula, value, self.unit, self.source, simulated, why)
 
     def of_step(self, step: int, context: C, part: str = "", *, ending: str = "") -> SynthesisRow | None:
         """The row of a context in a step of the synthesis, with the numbers put in."""

@@ -24,12 +24,11 @@ from ._estimates import (
     STRESS,
     SYMBOLS,
     TEMPERATURES,
+    Value,
     braking_of,
-    of_rim,
-    of_run,
 )
 from ._inputs import EstimateData, Permissible, faults_of_data
-from ._rows import Of, Row, RowTable, Symbols, SynthesisRow, read, rows, table_of
+from ._rows import Absent, Of, Row, RowTable, Symbols, SynthesisRow, read, rows, table_of, there
 from .heating import penetration_depth
 from .stop import classical_stop
 
@@ -59,42 +58,33 @@ _RELATIVE = rows(
     "relative",
     SYMBOLS,
     {
-        "relative time of the maximum": Of(lambda b: 0.5, of_rim(lambda run: _at_peak(run)[0])),
-        "relative power then": Of(lambda b: 1.0, of_rim(lambda run: _at_peak(run)[1])),
-        "relative work then": Of(lambda b: 0.75, of_rim(lambda run: _at_peak(run)[2])),
+        "relative time of the maximum": Of(lambda b: 0.5, lambda b: _at_peak(there(b.layered))[0]),
+        "relative power then": Of(lambda b: 1.0, lambda b: _at_peak(there(b.layered))[1]),
+        "relative work then": Of(lambda b: 0.75, lambda b: _at_peak(there(b.layered))[2]),
     },
 )
 
 
-def _kept(b: Braking) -> float | None:
+def _kept(b: Braking) -> float:
     """Heat (J) that the rim of the run keeps of the braking."""
-    rim = None if b.run is None else b.run.rim
-    return None if rim is None else float(rim.content[-1] * float(rim.wall.area) * rim.wall.copies)
+    rim = there(there(b.run).rim)
+    return float(rim.content[-1] * float(rim.wall.area) * rim.wall.copies)
 
 
-def _kept_flux(b: Braking) -> float | None:
-    kept = _kept(b)
-    return None if kept is None else kept / (b.track_area * b.time)
-
-
-def _four_turns(b: Braking) -> tuple[float, float] | None:
-    """Time (s) of the first four revolutions of the run and heat (J) into its rim, `None` where it makes fewer."""
-    run = b.run
-    if run is None:
-        return None
+def _four_turns(b: Braking) -> tuple[float, float]:
+    """Time (s) of the first four revolutions of the run and heat (J) into its rim, absent where it makes fewer."""
+    run = there(b.run)
     angle = np.concatenate([[0.0], np.cumsum(0.5 * np.abs(run.omega[1:] + run.omega[:-1]) * np.diff(run.t))])
     if angle[-1] < 8 * math.pi:
-        return None
+        raise Absent
     time = float(np.interp(8 * math.pi, angle, run.t))
     return time - float(run.t[0]), b.share * float(b.power.heat) * float(np.interp(time, run.t, run.work))
 
 
-def _of_four(i: int) -> Callable[[Braking], float | None]:
-    def value(b: Braking) -> float | None:
-        found = _four_turns(b)
-        return None if found is None else found[i]
-
-    return value
+def _gradient(b: Braking) -> SupportsFloat:
+    """Maximum gradient (K/m) at the face in the run."""
+    run = there(b.layered)
+    return np.max((run.surface - run.course.layers[:, 0]) / run.course.depth[0])
 
 
 _HEAT = rows(
@@ -102,79 +92,63 @@ _HEAT = rows(
     SYMBOLS,
     {
         "heat into the rim": Of(lambda b: b.metal_heat, _kept),
-        "greatest gradient at the face": Of(
-            lambda b: 2 * b.flux / float(b.rim.conductivity),
-            of_rim(lambda run: np.max((run.surface - run.course.layers[:, 0]) / run.course.depth[0])),
-        ),
+        "greatest gradient at the face": Of(lambda b: 2 * b.flux / float(b.rim.conductivity), _gradient),
     },
 )
 
 
-def _slid(b: Braking) -> SupportsFloat | None:
+def _slid(b: Braking) -> float:
     """Way of the linings on the track in the run (m)."""
-    s = None if b.run is None else b.run.series
-    return None if s is None else np.trapezoid(np.abs(np.asarray(s.slip_speed)), np.asarray(s.t))
+    s = there(b.run).series
+    return float(np.trapezoid(np.abs(np.asarray(s.slip_speed)), np.asarray(s.t)))
 
 
-def _run_pressure(b: Braking) -> float | None:
+def _run_pressure(b: Braking) -> float:
     """Mean pressure (Pa) over the way that the linings of the run slide."""
-    if b.run is None:
-        return None
-    s = b.run.series
-    loads, way = np.asarray(s.normal_load).sum(axis=1), np.abs(np.asarray(s.slip_speed))
-    return float(np.trapezoid(loads * way, np.asarray(s.t)) / np.trapezoid(way, np.asarray(s.t))) / b.lining_area
+    s = there(b.run).series
+    power = np.asarray(s.normal_load).sum(axis=1) * np.abs(np.asarray(s.slip_speed))
+    return float(np.trapezoid(power, np.asarray(s.t)) / _slid(b)) / b.lining_area
 
 
-def _rest(b: Braking) -> float | None:
+def _rest(b: Braking) -> float:
     """Time (s) from the beginning of the hardest of several brakings to its rest, not the rest after another one."""
-    if b.result is None or b.run is None:
-        return None
-    end = float(b.run.t[-1])
-    rests = [e.time for e in b.result.events if e.name == "stop" and e.time >= end - 1e-9 * max(end, 1.0)]
-    return rests[0] - float(b.run.t[0]) if rests and rests[0] - end < b.run.duration else None
+    run = there(b.run)
+    end = float(run.t[-1])
+    rests = [e.time for e in there(b.result).events if e.name == "stop" and e.time >= end - 1e-9 * max(end, 1.0)]
+    return there(rests[0] - float(run.t[0]) if rests and rests[0] - end < run.duration else None)
 
 
-def _angle(b: Braking) -> float | None:
+def _angle(b: Braking) -> float:
     """Angle (rad) of the hardest of several brakings."""
-    time = _rest(b)
-    if time is None or b.result is None or b.run is None:
-        return None
-    begin = float(b.run.t[0])
-    phi = np.asarray(b.result.series(np.array([begin, begin + time])).phi)
+    begin = float(there(b.run).t[0])
+    phi = np.asarray(there(b.result).series(np.array([begin, begin + _rest(b)])).phi)
     return float(phi[1] - phi[0])
 
 
-def _beside(row: Row[Braking], simulated: Callable[[Braking], SupportsFloat | None], why: str = "") -> Row[Braking]:
-    """A row of the estimates beside another simulated number, with the reason that `rows.csv` has for it."""
+def _beside(row: Row[Braking], simulated: Value, why: str = "") -> Row[Braking]:
+    """A row of the estimates beside another simulated number, with its reason where that is another one, too."""
     return row._replace(of=row.of._replace(simulated=simulated), why=why or row.why)
 
 
-def _of_hardest(row: Row[Braking], simulated: Callable[[Braking], SupportsFloat | None]) -> Row[Braking]:
+def _of_hardest(row: Row[Braking], simulated: Value) -> Row[Braking]:
     """A row of the stop; of several brakings beside what the run shows of the hardest alone."""
-
-    def chosen(b: Braking) -> SupportsFloat | None:
-        return simulated(b) if b.run is not None and b.run.brakings > 1 else row.of.simulated(b)
-
-    return _beside(row, chosen)
+    several = row.of.simulated
+    return _beside(row, lambda b: simulated(b) if there(b.run).brakings > 1 else several(b))
 
 
-_OF_HARDEST: dict[str, Callable[[Braking], SupportsFloat | None]] = {
+_OF_HARDEST: dict[str, Value] = {
     "stopping time": _rest,
     "stopping angle": _angle,
-    "friction work": of_run(lambda run: run.work[-1]),
+    "friction work": lambda b: there(b.run).work[-1],
 }
-_MAIN = ("stopping time", "brake torque")  # the step's main figures come first
-_STOP = {
-    name: _of_hardest(STOP[name], _OF_HARDEST[name]) if name in _OF_HARDEST else STOP[name]
-    for name in (*_MAIN, *(name for name in STOP if name not in _MAIN))
-}
+_STOP = STOP | {name: _of_hardest(STOP[name], simulated) for name, simulated in _OF_HARDEST.items()}
 _FIRST = "the first four revolutions are faster than the mean, and their power is another"
 _BALANCE = BALANCE | {
     name: _beside(BALANCE[name], simulated, why)
     for name, simulated, why in (
-        ("time of four revolutions", _of_four(0), _FIRST),
-        ("heat gained in it", _of_four(1), _FIRST),
-        ("mean flux kept", _kept_flux, _HEAT["heat into the rim"].why),
+        ("time of four revolutions", lambda b: _four_turns(b)[0], _FIRST),
+        ("heat gained in it", lambda b: _four_turns(b)[1], _FIRST),
+        ("mean flux kept", lambda b: _kept(b) / (b.track_area * b.time), _HEAT["heat into the rim"].why),
     )
 }
 _PRESSURE = _beside(
@@ -189,27 +163,23 @@ def _load(b: Braking) -> tuple[float, float]:
     return (b.work, b.time) if b.stop is None else (b.stop.work, b.stop.time)
 
 
-def _drum(b: Braking) -> tuple[float, float] | None:
-    """Effective drum radius (m) and lines strung of a load on a hook."""
+def _drum(b: Braking) -> tuple[float, float]:
+    """Effective drum radius (m) and lines strung, absent without a hook."""
     load = b.scene.duty.load
     radius, lines = getattr(load, "drum_radius", None), getattr(load, "line_count", None)
-    return None if radius is None or lines is None else (float(radius), float(lines))
+    return float(there(radius)), float(there(lines))
 
 
-def _hook(angle: Callable[[Braking], SupportsFloat | None]) -> Callable[[Braking], float | None]:
-    """Travel of the hook for an angle of the drum."""
-
-    def travel(b: Braking) -> float | None:
-        drum, phi = _drum(b), angle(b)
-        return None if drum is None or phi is None else drum[0] / drum[1] * float(phi)
-
-    return travel
+def _hook(b: Braking, angle: SupportsFloat) -> float:
+    """Travel of the hook (m) for an angle of the drum."""
+    radius, lines = _drum(b)
+    return radius / lines * float(angle)
 
 
 _OPERATION_SYMBOLS: Symbols[Braking] = {
     **SYMBOLS,
-    "r_d": ("m", lambda b: (_drum(b) or (0.0, 0.0))[0]),
-    "n|lines": ("1", lambda b: (_drum(b) or (0.0, 0.0))[1]),
+    "r_d": ("m", lambda b: _drum(b)[0]),
+    "n|lines": ("1", lambda b: _drum(b)[1]),
     "W|load": ("J", lambda b: _load(b)[0]),
     "τ|load": ("s", lambda b: _load(b)[1]),
 }
@@ -218,7 +188,7 @@ _NO_STOP = rows(
     "no stop",
     SYMBOLS,
     {
-        "mean brake torque": Of(lambda b: b.work * b.R_b / b.travel if b.travel > 0 else None),
+        "mean brake torque": Of(lambda b: b.work * b.R_b / there(b.travel or None)),
         "friction work": Of(lambda b: b.work),
     },
 )
@@ -226,14 +196,14 @@ _ENDS = rows(
     "operation",
     _OPERATION_SYMBOLS,
     {
-        "slack tension, greatest": Of(
-            lambda b: b.T_0, of_run(lambda run: np.max(np.asarray(run.series.slack_tension)))
-        ),
+        "slack tension, greatest": Of(lambda b: b.T_0, lambda b: np.max(np.asarray(there(b.run).series.slack_tension))),
         "tight tension, greatest": Of(
-            lambda b: b.by_statics.ratio * b.T_0, of_run(lambda run: np.max(np.asarray(run.series.tight_tension)))
+            lambda b: there(b.stop).ratio * b.T_0, lambda b: np.max(np.asarray(there(b.run).series.tight_tension))
         ),
-        "friction travel": Of(lambda b: b.R_b * b.by_statics.angle, _slid),
-        "hook travel": Of(_hook(lambda b: b.by_statics.angle), _hook(_STOP["stopping angle"].of.simulated)),
+        "friction travel": Of(lambda b: b.R_b * there(b.stop).angle, _slid),
+        "hook travel": Of(
+            lambda b: _hook(b, there(b.stop).angle), lambda b: _hook(b, _STOP["stopping angle"].of.simulated(b))
+        ),
     },
 )
 _LOAD = rows(
@@ -241,11 +211,11 @@ _LOAD = rows(
     _OPERATION_SYMBOLS,
     {
         "energy load of the linings": Of(
-            lambda b: _load(b)[0] / b.lining_area, lambda b: None if b.run is None else b.work / b.lining_area
+            lambda b: _load(b)[0] / b.lining_area, lambda b: there(b.run) and b.work / b.lining_area
         ),
         "power load of the linings, mean": Of(
             lambda b: _load(b)[0] / (b.lining_area * _load(b)[1]),
-            lambda b: None if b.run is None else b.work / (b.lining_area * b.time),
+            lambda b: there(b.run) and b.work / (b.lining_area * b.time),
         ),
     },
 )
@@ -255,7 +225,7 @@ _LOAD = rows(
 
 
 class Loaded(NamedTuple):
-    """A permissible value (`None`: there is none) and what is compared with it, by the estimate and in the run."""
+    """A permissible value and what is compared with it, by the estimate and in the run; `None`: there is none."""
 
     permissible: float | None
     value: float | None
@@ -264,25 +234,23 @@ class Loaded(NamedTuple):
 
 def _of_row(c: Chain, limit: str, row: Row[_C], context: _C) -> Loaded:
     """A row beside its permissible value."""
-    filled = row.at(context)
-    return Loaded(c.limits.get(limit), *((None, None) if filled is None else (filled.value, filled.simulated)))
+    return Loaded(c.limits.get(limit), *row.found(context))
 
 
 def _stressed(c: Chain) -> Loaded:
-    stress = STRESS["thermal stress, surface"].of.simulated(c.after)
-    return Loaded(c.after.elastic.permissible, abs(c.after.stress), None if stress is None else abs(float(stress)))
+    value, simulated = STRESS["thermal stress, surface"].found(c.after)
+    return Loaded(c.after.elastic.permissible, abs(there(value)), None if simulated is None else abs(simulated))
 
 
 def _margin(unit: str, loaded: Callable[[Chain], Loaded]) -> Of[Chain]:
     """What is left up to a permissible value, by the estimate and by the run; no row without a limit."""
-
-    def left(permissible: float | None, value: float | None) -> float | None:
-        return None if permissible is None or value is None else permissible - value
-
     return Of(
-        lambda c: left(*loaded(c)[:2]),
-        lambda c: left(loaded(c).permissible, loaded(c).simulated),
-        numbers=lambda c: [("permissible", loaded(c)[0] or 0.0, unit), ("found", loaded(c)[1] or 0.0, unit)],
+        lambda c: there(loaded(c).permissible) - there(loaded(c).value),
+        lambda c: there(loaded(c).permissible) - there(loaded(c).simulated),
+        numbers=lambda c: [
+            ("permissible", there(loaded(c).permissible), unit),
+            ("found", there(loaded(c).value), unit),
+        ],
     )
 
 
