@@ -12,8 +12,8 @@ from ._material_table import MaterialComparison as MaterialComparison
 from ._material_table import MaterialRow as MaterialRow
 from ._material_table import compare_materials as compare_materials
 from ._materials import LININGS as LININGS
-from ._materials import LiningMaterial as LiningMaterial
 from ._materials import RIMS as RIMS
+from ._materials import LiningMaterial as LiningMaterial
 from ._materials import RimMaterial as RimMaterial
 from ._materials import lining_material as lining_material
 from ._materials import rim_material as rim_material

@@ -89,7 +89,7 @@ def half_space_rise(flux: Any, time: Any, effusivity: Any) -> Any:
 def stopping_rise(flux: Any, time: Any, duration: Any, effusivity: Any) -> Any:
     """Surface rise (K) of a half-space while the flux falls linearly, `q(t) = q_0 (1 − t/τ)`, as in a stop:
 
-        ΔT(t) = (2 q_0/e) √(t/π) (1 − 2 t/(3 τ)),   greatest at t = τ/2: (2/3)(2 q_0/e) √(τ/(2π))
+        ΔT(t) = (2 q_0/e) √(t/π) (1 − 2 t/(3 τ)),   maximum at t = τ/2: (2/3)(2 q_0/e) √(τ/(2π))
 
     - `flux` `q_0` (W/m²) at first, `time` `t ≤ τ`, `duration` `τ` of the braking (s), `effusivity` `e`
 
@@ -263,7 +263,7 @@ class HeatBalance(NamedTuple):
     lost: Any  # J, Q_2
     net: Any  # J, Q_1 − Q_2
     mean_flux: Any  # W/m² of the whole track, net over A_a τ
-    stationary: Any  # K, surface temperature at which net is 0, `inf` where nothing is given away
+    stationary: Any  # K, surface temperature at which net is 0, `inf` where no heat is rejected
 
 
 def heat_balance(
@@ -488,12 +488,12 @@ class StressHistory(NamedTuple):
     t: Float[np.ndarray, " m"]  # s
     surface: Float[np.ndarray, " m"]  # at the track
     back: Float[np.ndarray, " m"]  # at the bore
-    extreme: Float[np.ndarray, " m"]  # of greatest magnitude over the depth
+    extreme: Float[np.ndarray, " m"]  # of maximum magnitude over the depth
     ratio: Float[np.ndarray, " m"]  # |extreme| over the permissible stress
 
     @property
     def worst(self) -> tuple[float, float, float]:
-        """Time (s), stress (Pa) and ratio to the permissible stress where that is greatest."""
+        """Time (s), stress (Pa) and ratio to the permissible stress where that is largest."""
         i = int(np.argmax(self.ratio))
         return float(self.t[i]), float(self.extreme[i]), float(self.ratio[i])
 

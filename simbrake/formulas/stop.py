@@ -49,7 +49,7 @@ def classical_stop(scene: Scene) -> ClassicalStop | None:
         Π = ∏ (1 + f_i z_i)/(1 − f_i z_i),   M_b = R_b T_0 (Π − 1)                                  (Z-12…14)
         ω̇ = −(M_b − M_load)/J,   t = ω_0/|ω̇|,   φ = ω_0 t/2,   W = M_b φ                           (Z-17, 18)
 
-    `T_0` is the greatest tension that the lever gives, load torque and inertia are those of the start (the torque at
+    `T_0` is the maximum lever tension, load torque and inertia are those of the start (the torque at
     half the speed). There is none without speed at the start, with a lever that holds the speed, where a lining locks
     itself, or where the load outweighs the brake.
     """
@@ -76,7 +76,7 @@ class PairStop(NamedTuple):
     time: float  # s, sliding
     angle: float  # rad, of one body in the other
     work: float  # friction work, J
-    omega: float  # rad/s, the greatest speed of one body in the other
+    omega: float  # rad/s, maximum speed of one body in the other
 
 
 class StagedStop(NamedTuple):
@@ -123,8 +123,8 @@ def classical_staged_stop(scene: Scene) -> StagedStop | None:
         stage 2:  ω̇_b = −(M_ext − M_int)/J_b,   ω̇ = −(M_int − M_load)/J,   until ω_b = 0: t_2 = J_b ω_0/(M_ext − M_int)
         stage 3:  R_b (T_n − T_0) = M_int(T_n) = M_3,   ω̇ = −(M_3 − M_load)/J
 
-    Friction works `W_ext = M_ext φ_b` and `W_int = M_int (φ − φ_b) + M_3 φ_3`. `T_0` is the greatest tension that the
-    lever gives, load torque, inertia and coefficients those of the start; a bandage on springs counts as one body.
+    Friction works `W_ext = M_ext φ_b` and `W_int = M_int (φ − φ_b) + M_3 φ_3`. `T_0` is the maximum lever tension,
+    load torque, inertia and coefficients those of the start; a bandage on springs counts as one body.
     There is none without speed at the start, with a lever that holds the speed, where a lining locks itself, or where
     the load outweighs what brakes the pulley.
     """

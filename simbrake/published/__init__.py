@@ -279,7 +279,7 @@ def band_diagrams() -> tuple[BandDiagram, BandDiagram]:
     """Tension and load along the band in full slip, equal tension increments beside uniform pitch.
 
     With the figure's `λ` and `w_0` the tension would grow to `1 + λ/w_0 = 4.39 T_0` before the pulley rests; both
-    layouts hold less, so that all ten linings slide and the greatest tension is `Π T_0` (Z-14).
+    layouts hold less, so that all ten linings slide and the maximum tension is `Π T_0` (Z-14).
     """
     layouts = {
         "equal tension increments": equal_increment_angles(Z5_FRICTION, Z5_LININGS, Z5_LININGS, Z5_WRAP).angle,
