@@ -152,21 +152,23 @@ class RunValues:
         band = self.series.band_temperature
         return None if band is None else np.asarray(band).mean(axis=1)
 
-
-@dataclasses.dataclass(frozen=True)
-class Layered(RunValues):
-    """The same where the part that rubs is one rim in layers."""
+    # the rim, where it is what rubs and one wall in layers; absent else
 
     @property
     def course(self) -> WallCourse:
         """Its layers."""
-        assert self.rim is not None
-        return self.rim
+        return there(self.rim if self.layered else None)
+
+    @property
+    def layered(self) -> bool:
+        """Whether there is one."""
+        one = self.rim is not None and self.rim.wall.copies == 1 and self.series.rim_temperature is not None
+        return one and self.pair != "external"
 
     @property
     def surface(self) -> Float[np.ndarray, " m"]:
         """Temperature of its face (K)."""
-        return np.asarray(self.series.rim_temperature)[:, 0]
+        return np.asarray(there(self.series.rim_temperature if self.layered else None))[:, 0]
 
     @property
     def profile_depth(self) -> Float[np.ndarray, " p"]:
@@ -253,10 +255,8 @@ def run_values(result: Result, pair: str = "", *, times: int = _TIMES) -> RunVal
     s = result.series(np.linspace(t[first], t[last], times))
     inside, whole = worked(s), np.asarray(s.friction_work)
     inside = inside - inside[0]
-    columns = (inside, whole - whole[0] - inside, *_sliding(s, pair), count, float(work[-1] - work[0]))
-    values = RunValues(result.scene, s, pair, *columns)
-    layered = values.rim is not None and values.rim.wall.copies == 1 and s.rim_temperature is not None
-    return Layered(result.scene, s, pair, *columns) if layered and pair != "external" else values
+    total = float(work[-1] - work[0])
+    return RunValues(result.scene, s, pair, inside, whole - whole[0] - inside, *_sliding(s, pair), count, total)
 
 
 # --- estimated --------------------------------------------------------------------------------------------------------
@@ -461,9 +461,10 @@ class Braking:
     @property
     def start_now(self) -> float:
         """Mean temperature of the metal as the braking begins (K)."""
-        if self.bodied is not None:
+        try:
             return float(self.body_mean(math.inf)[0])
-        return self.band_start if self.part == "band" else self.start
+        except Absent:
+            return self.band_start if self.part == "band" else self.start
 
     @functools.cached_property
     def heated(self) -> HeatedPart:
@@ -527,35 +528,24 @@ class Braking:
     @functools.cached_property
     def run_schmidt(self) -> SchmidtCourse | None:
         """Schmidt's scheme with the heat of the run, `None` without a run that has a rim in layers."""
-        run, wall = self.layered, None if self.part == "band" else rim_wall(self.scene)
-        if run is None or wall is None:
+        wall, hot = rim_wall(self.scene), float(self.power.heat)
+        if self.run is None or wall is None or not self.run.layered:
             return None
-        hot, beyond = float(self.power.heat), self.beyond_share if self.pair else 0.0
-        return run.schmidt(wall, hot * self.share, self.track_area, hot * beyond)
+        return self.run.schmidt(
+            wall, hot * self.share, self.track_area, hot * (self.beyond_share if self.pair else 0.0)
+        )
 
     # the run
 
-    @property
-    def layered(self) -> Layered | None:
-        """The run where it has a rim in layers."""
-        return self.run if isinstance(self.run, Layered) else None
-
-    @property
-    def bodied(self) -> RunValues | None:
-        """The run where it has a temperature of the metal, in layers or as a whole."""
-        if self.run is not None and self.pair == "external":
-            return None if self.run.band is None else self.run
-        return self.layered
-
     def body_mean(self, depth: float) -> Float[np.ndarray, " m"]:
         """Mean temperature (K) of the metal of the run down to a depth (m); of a band all of it."""
-        run = there(self.bodied)
-        return there(run.band) if self.pair == "external" else there(run.rim).mean(depth)
+        run = there(self.run)
+        return there(run.band) if self.pair == "external" else run.course.mean(depth)
 
     @property
     def peak(self) -> float:
         """Maximum temperature of the rim's face in the run (K)."""
-        return float(np.max(there(self.layered).surface))
+        return float(np.max(there(self.run).surface))
 
     @functools.cached_property
     def pair_runs(self) -> dict[str, RunValues | None]:

@@ -4,7 +4,7 @@ import dataclasses
 import functools
 import math
 from collections.abc import Callable, Sequence
-from typing import Generic, NamedTuple, SupportsFloat, TypeVar
+from typing import NamedTuple, SupportsFloat
 
 import jax.numpy as jnp
 import numpy as np
@@ -17,8 +17,6 @@ from ._estimates import PART_SYMBOLS, simulated_share
 from ._inputs import rim_wall
 from ._rows import Of, Symbols, rows, there
 from .heating import (
-    LiningThickness,
-    RimThickness,
     SchmidtCourse,
     back_temperature,
     rational_lining_thickness,
@@ -29,7 +27,6 @@ from .heating import (
 #: above this mean bulk temperature (K) properties are taken at it (S, step 6), below at room temperature
 REPLACED_ABOVE = 273.15 + 150.0
 HEATED = ("rim", "lining")  # the band takes up no friction heat in a brake with one pair
-_C = TypeVar("_C")
 
 
 # --- properties at the temperature that they lead to ------------------------------------------------------------------
@@ -153,11 +150,16 @@ def refine(
 # --- the chain --------------------------------------------------------------------------------------------------------
 
 
-class Case(NamedTuple, Generic[_C]):
-    """A thickness for this `braking`, or for the `whole duty` where that has several brakings."""
+class Case(NamedTuple):
+    """A thickness (m) for this `braking`, or for the `whole duty` where that has several brakings.
+
+    `depth`, `other`: the two that the `rational` one is the larger of; `numbers` put into the formula of the other.
+    """
 
     name: str
-    thickness: _C
+    depth: float
+    other: float
+    rational: float
     numbers: Sequence[tuple[str, float, str]]
 
 
@@ -215,8 +217,8 @@ class Chain:
         """Schmidt's scheme over the braking: with the run's own heat, else with the falling power of a stop."""
         b = self.after
         share, wall, run = b.share * float(b.power.heat), rim_wall(b.scene), b.run
-        if b.layered is not None and wall is not None:
-            return b.layered.schmidt(dataclasses.replace(wall, material=b.rim), share, b.track_area)
+        if run is not None and run.layered and wall is not None:
+            return run.schmidt(dataclasses.replace(wall, material=b.rim), share, b.track_area)
 
         def work(t: float) -> float:
             if run is not None:
@@ -258,7 +260,7 @@ class Chain:
         return Property(part, self.before.parts[name].material, replaced, T)
 
     @functools.cached_property
-    def rim_cases(self) -> list[Case[RimThickness]]:
+    def rim_cases(self) -> list[Case]:
         """Thickness for this braking; for a duty of several, for the heat of all of them without cooling as well."""
         b, limit = self.after, self.limits["lining_permissible"]
         cases = [("braking", b.metal_heat / b.track_area, limit - self.start["rim"])]
@@ -268,14 +270,14 @@ class Chain:
         return [
             Case(
                 name,
-                rational_rim_thickness(b.rim, b.time, heat=heat, rise=rise),
+                *rational_rim_thickness(b.rim, b.time, heat=heat, rise=rise),
                 [("Q", heat, "J/m^2"), ("ρ c", self.capacity, "J/(m^3*K)"), ("ΔT_p", rise, "K")],
             )
             for name, heat, rise in cases
         ]
 
     @functools.cached_property
-    def lining_cases(self) -> list[Case[LiningThickness]]:
+    def lining_cases(self) -> list[Case]:
         """Thickness for this braking; for a duty of several, that which keeps the back cool over it as well."""
         b, back = self.after, self.limits["back_permissible"]
         cases = [("braking", b.time, self.face_peak, self.lining_body)]
@@ -286,7 +288,7 @@ class Chain:
         return [
             Case(
                 name,
-                rational_lining_thickness(b.lining, time, face=face, back=back, start=start),
+                *rational_lining_thickness(b.lining, time, face=face, back=back, start=start),
                 [a, ("τ", time, "s"), ("T_f", face, "K"), ("T_p", back, "K"), ("T_0", start, "K")],
             )
             for name, time, face, start in cases
@@ -295,8 +297,8 @@ class Chain:
     @property
     def lining_thicknesses(self) -> list[tuple[str, float, str]]:
         """All that the rational thickness of a lining is the maximum of."""
-        reached = ("δ, heat reaches", self.lining_cases[0].thickness.depth, "m")
-        return [reached, *((f"δ, {case.name}", case.thickness.insulation, "m") for case in self.lining_cases)]
+        reached = ("δ, heat reaches", self.lining_cases[0].depth, "m")
+        return [reached, *((f"δ, {case.name}", case.other, "m") for case in self.lining_cases)]
 
 
 # --- rows of the chain ------------------------------------------------------------------------------------------------
@@ -346,7 +348,7 @@ def _at_end(share: float) -> Of[Chain]:
     """Temperature (K) at a share of the rim's thickness, at the end of the braking."""
 
     def simulated(c: Chain) -> SupportsFloat:
-        run = there(c.after.layered)
+        run = there(c.after.run)
         return np.interp(share * c.after.rim_thickness, run.profile_depth, run.profile[-1])
 
     return Of(lambda c: c.at_end(share), simulated, numbers=lambda c: [("x", share * c.after.rim_thickness, "m")])
@@ -366,7 +368,6 @@ def _lining_back(c: Chain) -> float:
 
 
 CHAIN = rows(
-    "chain",
     _CHAIN_SYMBOLS,
     {
         "rim's heat within the depth": Of(lambda c: 1.0, _within),
@@ -384,14 +385,14 @@ CHAIN = rows(
         "rim at the end, 1/2": _at_end(0.5),
         "rim at the end, 3/4": _at_end(0.75),
         "rim at the end, back": _at_end(1.0),
-        "greatest drop over the rim": Of(_drop, lambda c: there(c.after.layered).drop),
-        "thickness that heat reaches, rim": Of(lambda c: c.rim_cases[0].thickness.depth),
+        "greatest drop over the rim": Of(_drop, lambda c: there(c.after.run).drop),
+        "thickness that heat reaches, rim": Of(lambda c: c.rim_cases[0].depth),
         "rational thickness, rim": Of(
-            lambda c: max(case.thickness.rational for case in c.rim_cases),
+            lambda c: max(case.rational for case in c.rim_cases),
             lambda c: there(c.rim).wall.thickness,
-            numbers=lambda c: [(f"δ, {case.name}", case.thickness.rational, "m") for case in c.rim_cases],
+            numbers=lambda c: [(f"δ, {case.name}", case.rational, "m") for case in c.rim_cases],
         ),
-        "thickness that heat reaches, lining": Of(lambda c: c.lining_cases[0].thickness.depth),
+        "thickness that heat reaches, lining": Of(lambda c: c.lining_cases[0].depth),
         "rational thickness, lining": Of(
             lambda c: max(value for _, value, _ in c.lining_thicknesses),
             lambda c: there(c.lining).wall.thickness,
@@ -399,37 +400,23 @@ CHAIN = rows(
         ),
         "lining's back after the braking": Of(_lining_back, lambda c: np.max(there(c.lining).layers[:, -1])),
     },
+    "chain",
 )
-STORAGE = rows(
-    "case",
+_OF_CASE = Of[Case](lambda case: case.other, numbers=lambda case: case.numbers)
+CASES = rows(
     {},
-    {
-        "thickness that holds the heat, {part}": Of[Case[RimThickness]](
-            lambda case: case.thickness.storage, numbers=lambda case: case.numbers
-        )
-    },
-)
-INSULATION = rows(
+    {"thickness that holds the heat, {part}": _OF_CASE, "thickness that keeps the back cool, {part}": _OF_CASE},
     "case",
-    {},
-    {
-        "thickness that keeps the back cool, {part}": Of[Case[LiningThickness]](
-            lambda case: case.thickness.insulation, numbers=lambda case: case.numbers
-        )
-    },
 )
+_LINING = "as for the rim; linings and rim also exchange heat through the contact"
 BULK = rows(
-    "bulk",
     PART_SYMBOLS,
     {
         "mean bulk temperature, {part}": Of(
-            lambda p: p.bulk,
-            lambda p: p.simulated_bulk,
-            why=lambda p: (
-                None if p.name == "rim" else "as for the rim; linings and rim also exchange heat through the contact"
-            ),
+            lambda p: p.bulk, lambda p: p.simulated_bulk, why=lambda p: None if p.name == "rim" else _LINING
         )
     },
+    "bulk",
 )
 
 
@@ -449,7 +436,6 @@ def _property(field: str, symbol: str, unit: str) -> Of[Property]:
 
 
 PROPERTIES = rows(
-    "property",
     {"T_v": ("K", lambda p: p.part.bulk), "limit": ("K", lambda p: REPLACED_ABOVE)},
     {
         "temperature of the properties, {part}": Of[Property](
@@ -459,4 +445,5 @@ PROPERTIES = rows(
         "conductivity, {part}": _property("conductivity", "λ", "W/(m*K)"),
         "specific heat, {part}": _property("specific_heat", "c", "J/(kg*K)"),
     },
+    "property",
 )

@@ -151,16 +151,21 @@ def _free(b: Braking) -> float:
     return float(plate_stress(rise, z, b.elastic, restraint="none")[0])
 
 
+def _layered(b: Braking) -> RunValues:
+    """The run where it has a rim in layers."""
+    return there(b.run if b.run is not None and b.run.layered else None)
+
+
 def _worst(b: Braking) -> tuple[float, float, float]:
     """Time (s), stress (Pa) and ratio where the stress of the run is largest."""
-    return there(b.layered).stress(b.elastic).worst
+    return there(b.run).stress(b.elastic).worst
 
 
-#: a stop by statics
-STOP = rows(
-    "stop",
+#: rows of a braking with one pair
+ROWS = rows(
     SYMBOLS,
     {
+        # a stop by statics
         "tension ratio": Of(lambda b: there(b.stop).ratio),
         "brake torque": Of(lambda b: there(b.stop).torque, lambda b: np.max(there(b.run).torque)),
         "stopping time": Of(lambda b: there(b.stop).time, _metric("stopping_time")),
@@ -169,48 +174,23 @@ STOP = rows(
         "friction power at first": Of(
             lambda b: there(b.stop).power, lambda b: np.max(np.diff(there(b.run).work) / np.diff(there(b.run).t))
         ),
-    },
-)
-#: the friction work in its shares
-POWER = rows(
-    "power",
-    SYMBOLS,
-    {name: _shares(i) for i, name in enumerate(("work into heat", "electrical work", "mechanical work"))},
-)
-#: of each part that the pair heats
-PARTS = rows(
-    "part",
-    PART_SYMBOLS,
-    {
-        "depth of heat, {part}": Of(lambda p: p.depth),
-        "Fourier number, {part}": Of(lambda p: p.Fo),
-        "parameter B, {part}": Of(lambda p: fourier_parameter(p.diffusivity, p.thickness)),
-        "effective volume, {part}": Of(lambda p: p.volume),
-    },
-)
-#: heat partition coefficient, and the way of the heat through lining and band
-PARTITION = rows(
-    "partition",
-    SYMBOLS,
-    {
+        # the friction work in its shares
+        "work into heat": _shares(0),
+        "electrical work": _shares(1),
+        "mechanical work": _shares(2),
+        # heat partition coefficient, and the way of the heat through lining and band
         "share into the {part}, effusivities": Of(lambda b: effusivity_share(b.metal, b.lining), simulated_share),
         "share into the rim, transmission": Of(on_rim(_transmission), simulated_share),
         "conductivity, lining and band": Of(on_rim(lambda b: series_conductivity(*_stack(b)))),
         "resistance, lining and band": Of(on_rim(_resistance)),
-    },
-)
-#: temperatures of the metal
-TEMPERATURES = rows(
-    "temperature",
-    SYMBOLS,
-    {
+        # temperatures of the metal
         "bulk temperature, mean": Of(
             lambda b: b.start_now + b.heated.rise,
             lambda b: np.mean(b.body_mean(b.heated.depth)),
         ),
         "bulk temperature, end": Of(lambda b: b.start_now + b.whole_rise, lambda b: b.body_mean(math.inf)[-1]),
         "surface temperature, constant flux": Of(
-            lambda b: b.start_now + b.plate_rise, lambda b: there(b.layered).surface[-1]
+            lambda b: b.start_now + b.plate_rise, lambda b: there(b.run).surface[-1]
         ),
         "surface temperature, falling flux": Of(lambda b: b.start_now + b.falling_rise, lambda b: b.peak),
         "flash temperature, rise": Of(lambda b: there(b.flash)),
@@ -223,51 +203,47 @@ TEMPERATURES = rows(
             lambda b: "½ (t_{j−1} + t_{j+1}), " + ("constant flux" if b.run_schmidt is None else "the run's own heat"),
             lambda b: "" if b.run_schmidt is None else None,
         ),
-    },
-)
-#: real contact, surfaces, and the heat through the rim
-CONTACT = rows(
-    "contact",
-    SYMBOLS,
-    {
+        # real contact, surfaces, and the heat through the rim
         "pressure, mean": Of(lambda b: b.pressure),
         "real contact area": Of(lambda b: real_contact_area(b.face_area, b.pressure, b.hardness)),
         "polished surface": Of(on_rim(lambda b: b.track_area)),
         "matte surfaces": Of(on_rim(lambda b: b.matte_area)),
         "radiation coefficient": Of(on_rim(lambda b: b.radiation)),
         "drop over the rim, stationary flux": Of(
-            on_rim(lambda b: b.flux * b.rim_thickness / float(b.rim.conductivity)), lambda b: there(b.layered).drop
+            on_rim(lambda b: b.flux * b.rim_thickness / float(b.rim.conductivity)), lambda b: there(b.run).drop
         ),
         "flux by the greatest drop": Of(
-            lambda b: current_density(float(b.rim.conductivity), there(b.layered).drop, b.rim_thickness)
+            lambda b: current_density(float(b.rim.conductivity), there(b.run).drop, b.rim_thickness)
         ),
-    },
-)
-#: heat balance of the rim over four revolutions at the mean speed of the braking
-BALANCE = rows(
-    "balance",
-    SYMBOLS,
-    {
+        # heat balance of the rim over four revolutions at the mean speed of the braking
         "overlap coefficient": Of(lambda b: there(b.balance) and b.overlap),
         "time of four revolutions": Of(lambda b: b.balance.time),
         "heat gained in it": Of(lambda b: b.balance.gained),
         "heat given away in it": Of(lambda b: b.balance.lost),
         "mean flux kept": Of(lambda b: b.balance.mean_flux),
-    },
-)
-#: thermal stress of the rim's surface: of the slab under constant flux, beside that of the simulated profiles
-STRESS = rows(
-    "stress",
-    SYMBOLS,
-    {
+        # thermal stress of the rim's surface: of the slab under constant flux, beside that of the simulated profiles
         "thermal stress, surface": Of(lambda b: b.stress, lambda b: _worst(b)[1]),
         "thermal stress, free to bend": Of(_free),
         "stress over permissible": Of(lambda b: abs(b.stress) / b.elastic.permissible, lambda b: _worst(b)[2]),
-        "time of greatest stress": Of(
-            lambda b: there(b.layered).duration, lambda b: _worst(b)[0] - there(b.layered).t[0]
-        ),
+        "time of greatest stress": Of(lambda b: _layered(b).duration, lambda b: _worst(b)[0] - there(b.run).t[0]),
     },
+    *("stop", "power", "partition", "temperature", "contact", "balance", "stress"),
 )
+#: of each part that the pair heats
+PARTS = rows(
+    PART_SYMBOLS,
+    {
+        "depth of heat, {part}": Of(lambda p: p.depth),
+        "Fourier number, {part}": Of(lambda p: p.Fo),
+        "parameter B, {part}": Of(lambda p: fourier_parameter(p.diffusivity, p.thickness)),
+        "effective volume, {part}": Of(lambda p: p.volume),
+    },
+    "part",
+)
+#: temperatures of the metal
+#: real contact, surfaces, and the heat through the rim
+#: heat balance of the rim over four revolutions at the mean speed of the braking
+#: thermal stress of the rim's surface: of the slab under constant flux, beside that of the simulated profiles
 
 
 # --- of a staged brake ------------------------------------------------------------------------------------------------
@@ -307,7 +283,6 @@ def _stage(i: int) -> Of[Braking]:
 
 #: tension ratio, torques, durations of the stages, friction work of both pairs
 STAGES = rows(
-    "stages",
     SYMBOLS,
     {
         "tension ratio": Of(lambda b: there(b.stages).ratio),
@@ -331,6 +306,7 @@ STAGES = rows(
             lambda b: there(b.stages).internal.work / there(b.stages).work, lambda b: 1 - _external_share(b)
         ),
     },
+    "stages",
 )
 
 
@@ -424,23 +400,19 @@ def estimates(run: Scene | Result, data: EstimateData | None = None) -> Engineer
 
 def _single(b: Braking) -> list[EstimateRow]:
     """All rows of a brake with one pair."""
-    stop = fill(STOP, b)
-    return [*stop, *fill(POWER, b), *_of_pair(b)]
+    return [*fill(ROWS, b, "stop", "power"), *_of_pair(b)]
 
 
 def _staged(b: Braking) -> list[EstimateRow]:
     """All rows of a staged brake: its stop, then both pairs, whose rows end with the name of the pair."""
-    stop = fill(STAGES, b)
     pairs = [
         dataclasses.replace(row, name=f"{row.name}, {one.pair} pair") for one in b.of_pairs() for row in _of_pair(one)
     ]
-    return [*stop, *fill(POWER, b), *pairs]
+    return [*fill(STAGES, b), *fill(ROWS, b, "power"), *pairs]
 
 
 def _of_pair(b: Braking) -> list[EstimateRow]:
     """What one pair heats, shares, temperatures, contact; of a rim also balance and stress."""
-    parts = [row for part in b.parts.values() for row in fill(PARTS, part, part.name)]
-    groups = (
-        (PARTITION, TEMPERATURES, CONTACT) if b.part == "band" else (PARTITION, TEMPERATURES, CONTACT, BALANCE, STRESS)
-    )
-    return [*parts, *(row for group in groups for row in fill(group, b, b.part))]
+    parts = [row for part in b.parts.values() for row in fill(PARTS, part, part=part.name)]
+    tables = ["partition", "temperature", "contact", *(["balance", "stress"] if b.part == "rim" else [])]
+    return [*parts, *fill(ROWS, b, *tables, part=b.part)]

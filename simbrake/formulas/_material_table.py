@@ -433,7 +433,7 @@ class _Study:
             hint = "it must begin in motion and the brake outweigh its load; or let it run"
             raise InputError([Fault("scene", "has no classical stop", hint)])
         case, quantities = Case(braking, rim, lining, braking.flash or 0.0), {}
-        shown = braking.layered is not None and self.named[0]
+        shown = braking.run is not None and braking.run.layered and self.named[0]
         for name, asked in QUANTITIES.items():
             value, simulated = asked.found(case)
             quantities[name] = Compared(there(value), simulated if shown else None)

@@ -15,7 +15,7 @@ from .._parts._scene import Scene, band_brake
 from .._parts._wear import ThresholdWear
 from .._run._rubbing import wear
 from ._braking import Braking
-from ._estimates import STRESS, TEMPERATURES, simulated_share
+from ._estimates import ROWS, simulated_share
 from ._rows import Of, Row, read, rows, there
 from .heating import ElasticMaterial, maximum_temperatures, transmission_table
 
@@ -239,9 +239,9 @@ class Compared(NamedTuple):
         return self.value if self.simulated is None else self.simulated
 
 
-def _of_estimate(table: Mapping[str, Row[Braking]], name: str) -> Of[Case]:
+def _of_estimate(name: str) -> Of[Case]:
     """A row of the estimates."""
-    of = table[name].of
+    of = ROWS[name].of
     return Of(lambda case: of.value(case.braking), lambda case: of.simulated(case.braking))
 
 
@@ -262,7 +262,6 @@ def _inertia(case: Case) -> float:
 
 #: quantity → its estimate, and what a run with a rim in layers has of it
 QUANTITIES: dict[str, Row[Case]] = rows(
-    "materials",
     {},
     {
         "friction_work": Of(lambda case: case.braking.work),
@@ -270,17 +269,18 @@ QUANTITIES: dict[str, Row[Case]] = rows(
         "share": Of(lambda case: case.braking.share, lambda case: simulated_share(case.braking)),
         "effusivity_share": Of(lambda case: effusivity_share(case.braking.rim, case.braking.lining)),
         "transmission_share": Of(lambda case: case.transmission),
-        "bulk": _of_estimate(TEMPERATURES, "bulk temperature, mean"),
-        "bulk_end": _of_estimate(TEMPERATURES, "bulk temperature, end"),
+        "bulk": _of_estimate("bulk temperature, mean"),
+        "bulk_end": _of_estimate("bulk temperature, end"),
         "surface": Of(lambda case: case.surface, lambda case: case.braking.peak),
         "lining_surface": Of(lambda case: case.surface, _lining_peak),
         "maximum": Of(lambda case: case.maximum),
-        "stress": _of_estimate(STRESS, "thermal stress, surface"),
-        "stress_ratio": _of_estimate(STRESS, "stress over permissible"),
+        "stress": _of_estimate("thermal stress, surface"),
+        "stress_ratio": _of_estimate("stress over permissible"),
         "wear": Of(lambda case: case.wear, _run_wear),
         "mass": Of(lambda case: rim_mass(case.braking)),
         "inertia": Of(_inertia),
     },
+    "materials",
 )
 
 

@@ -2,7 +2,6 @@
 
 import csv
 import dataclasses
-import functools
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from importlib import resources
@@ -117,9 +116,10 @@ class Of(NamedTuple, Generic[C]):
 class Row(NamedTuple, Generic[C]):
     """A row as data: name (`{part}`: that of the context), formula in words, unit, source, why estimate and run differ,
 
-    the functions that fill it, and the numbers put into the formula.
+    the functions that fill it, and the numbers put into the formula; `table`: which one of `rows.csv` it is in.
     """
 
+    table: str
     name: str
     formula: str
     unit: str
@@ -161,23 +161,16 @@ def read(name: str) -> list[dict[str, str]]:
     return list(csv.DictReader((resources.files("simbrake") / "formulas" / name).read_text("utf-8").splitlines()))
 
 
-@functools.cache
-def words(table: str) -> dict[str, dict[str, str]]:
-    """Name → formula, unit, source, symbols of the numbers put in, and why estimate and run differ.
+def rows(symbols: Symbols[C], functions: Mapping[str, Of[C]], *tables: str) -> dict[str, Row[C]]:
+    """Rows by name, each with its functions, and in words as in these tables of `rows.csv`.
 
-    From `rows.csv`; a reason `= name` is that of another row.
+    There a reason `= name` is that of another row. Raises `KeyError` where names differ.
     """
     lines = read("rows.csv")
     reasons = {line["name"]: line["why"] for line in lines if not line["why"].startswith("= ")}
-    found = [line for line in lines if line["table"] == table]
-    for line in found:
-        if line["why"].startswith("= "):
-            line["why"] = reasons[line["why"].removeprefix("= ")]
-    return {line["name"]: line for line in found}
-
-
-def rows(table: str, symbols: Symbols[C], functions: Mapping[str, Of[C]]) -> dict[str, Row[C]]:
-    """The rows of a table of words by name, each with its functions. Raises `KeyError` where one has no words."""
+    lines = {line["name"]: line for line in lines if line["table"] in tables}
+    if different := lines.keys() ^ functions.keys():
+        raise KeyError(f"only in rows.csv or only in its functions: {', '.join(sorted(different))}")
 
     def numbers(keys: list[str]) -> Callable[[C], Given]:
         known = [(key.partition("|")[0], *symbols[key]) for key in keys]
@@ -185,15 +178,17 @@ def rows(table: str, symbols: Symbols[C], functions: Mapping[str, Of[C]]) -> dic
 
     found = {}
     for name, of in functions.items():
-        line = words(table)[name]
-        put_in = of.numbers or numbers(line["numbers"].split("; ") if line["numbers"] else [])
-        found[name] = Row(name, line["formula"], line["unit"], line["source"], line["why"], of, put_in)
+        table, _, formula, unit, source, put_in, why = lines[name].values()
+        why = reasons[why.removeprefix("= ")] if why.startswith("= ") else why
+        given = of.numbers or numbers(put_in.split("; ") if put_in else [])
+        found[name] = Row(table, name, formula, unit, source, why, of, given)
     return found
 
 
-def fill(table: Mapping[str, Row[C]], context: C, part: str = "") -> list[EstimateRow]:
-    """The rows of a table that have a value in a context."""
-    return [filled for row in table.values() if (filled := row.at(context, part)) is not None]
+def fill(table: Mapping[str, Row[C]], context: C, *tables: str, part: str = "") -> list[EstimateRow]:
+    """The rows that have a value in a context, of all or of some `tables`."""
+    chosen = [row.at(context, part) for row in table.values() if not tables or row.table in tables]
+    return [row for row in chosen if row is not None]
 
 
 @dataclasses.dataclass(frozen=True)

@@ -13,20 +13,9 @@ from .._parts._heat import AbstractPartition
 from .._parts._scene import Scene, band_brake, faults
 from .._run._limits import LimitVerdict
 from .._run._result import Result
-from ._braking import Braking, HeatedPart, Layered
-from ._chain import BULK, CHAIN, HEATED, INSULATION, PROPERTIES, STORAGE, Chain, Pass, refine
-from ._estimates import (
-    BALANCE,
-    CONTACT,
-    PARTITION,
-    PARTS,
-    STOP,
-    STRESS,
-    SYMBOLS,
-    TEMPERATURES,
-    Value,
-    braking_of,
-)
+from ._braking import Braking, HeatedPart, RunValues
+from ._chain import BULK, CASES, CHAIN, HEATED, PROPERTIES, Chain, Pass, refine
+from ._estimates import PARTS, ROWS, SYMBOLS, Value, braking_of
 from ._inputs import EstimateData, Permissible, faults_of_data
 from ._rows import Absent, Of, Row, RowTable, Symbols, SynthesisRow, read, rows, table_of, there
 from .heating import penetration_depth
@@ -47,22 +36,11 @@ _FOURIER = {
 }
 
 
-def _at_peak(run: Layered) -> tuple[float, float, float]:
+def _at_peak(run: RunValues) -> tuple[float, float, float]:
     """Relative time, power and work at the maximum of the simulated face temperature."""
     i, power = int(np.argmax(run.surface)), np.gradient(run.work, run.t)
     time, last = float(run.t[i] - run.t[0]) / run.duration, float(run.work[-1])
     return time, float(power[i]) * run.duration / last, float(run.work[i] / run.work[-1])
-
-
-_RELATIVE = rows(
-    "relative",
-    SYMBOLS,
-    {
-        "relative time of the maximum": Of(lambda b: 0.5, lambda b: _at_peak(there(b.layered))[0]),
-        "relative power then": Of(lambda b: 1.0, lambda b: _at_peak(there(b.layered))[1]),
-        "relative work then": Of(lambda b: 0.75, lambda b: _at_peak(there(b.layered))[2]),
-    },
-)
 
 
 def _kept(b: Braking) -> float:
@@ -83,18 +61,8 @@ def _four_turns(b: Braking) -> tuple[float, float]:
 
 def _gradient(b: Braking) -> SupportsFloat:
     """Maximum gradient (K/m) at the face in the run."""
-    run = there(b.layered)
+    run = there(b.run)
     return np.max((run.surface - run.course.layers[:, 0]) / run.course.depth[0])
-
-
-_HEAT = rows(
-    "heat",
-    SYMBOLS,
-    {
-        "heat into the rim": Of(lambda b: b.metal_heat, _kept),
-        "greatest gradient at the face": Of(lambda b: 2 * b.flux / float(b.rim.conductivity), _gradient),
-    },
-)
 
 
 def _slid(b: Braking) -> float:
@@ -141,18 +109,9 @@ _OF_HARDEST: dict[str, Value] = {
     "stopping angle": _angle,
     "friction work": lambda b: there(b.run).work[-1],
 }
-_STOP = STOP | {name: _of_hardest(STOP[name], simulated) for name, simulated in _OF_HARDEST.items()}
-_FIRST = "the first four revolutions are faster than the mean, and their power is another"
-_BALANCE = BALANCE | {
-    name: _beside(BALANCE[name], simulated, why)
-    for name, simulated, why in (
-        ("time of four revolutions", lambda b: _four_turns(b)[0], _FIRST),
-        ("heat gained in it", lambda b: _four_turns(b)[1], _FIRST),
-        ("mean flux kept", lambda b: _kept(b) / (b.track_area * b.time), _HEAT["heat into the rim"].why),
-    )
-}
+_STOP = {name: _of_hardest(ROWS[name], simulated) for name, simulated in _OF_HARDEST.items()}
 _PRESSURE = _beside(
-    CONTACT["pressure, mean"],
+    ROWS["pressure, mean"],
     _run_pressure,
     "the formula leaves out the angle at which the band leaves a lining, and takes friction as at first",
 )
@@ -185,17 +144,21 @@ _OPERATION_SYMBOLS: Symbols[Braking] = {
 }
 #: a lever that holds the speed, a load that outweighs the brake: no stop by statics
 _NO_STOP = rows(
-    "no stop",
     SYMBOLS,
     {
         "mean brake torque": Of(lambda b: b.work * b.R_b / there(b.travel or None)),
         "friction work": Of(lambda b: b.work),
     },
+    "no stop",
 )
-_ENDS = rows(
-    "operation",
+_OWN = rows(
     _OPERATION_SYMBOLS,
     {
+        "relative time of the maximum": Of(lambda b: 0.5, lambda b: _at_peak(there(b.run))[0]),
+        "relative power then": Of(lambda b: 1.0, lambda b: _at_peak(there(b.run))[1]),
+        "relative work then": Of(lambda b: 0.75, lambda b: _at_peak(there(b.run))[2]),
+        "heat into the rim": Of(lambda b: b.metal_heat, _kept),
+        "greatest gradient at the face": Of(lambda b: 2 * b.flux / float(b.rim.conductivity), _gradient),
         "slack tension, greatest": Of(lambda b: b.T_0, lambda b: np.max(np.asarray(there(b.run).series.slack_tension))),
         "tight tension, greatest": Of(
             lambda b: there(b.stop).ratio * b.T_0, lambda b: np.max(np.asarray(there(b.run).series.tight_tension))
@@ -204,12 +167,6 @@ _ENDS = rows(
         "hook travel": Of(
             lambda b: _hook(b, there(b.stop).angle), lambda b: _hook(b, _STOP["stopping angle"].of.simulated(b))
         ),
-    },
-)
-_LOAD = rows(
-    "operation",
-    _OPERATION_SYMBOLS,
-    {
         "energy load of the linings": Of(
             lambda b: _load(b)[0] / b.lining_area, lambda b: there(b.run) and b.work / b.lining_area
         ),
@@ -218,7 +175,17 @@ _LOAD = rows(
             lambda b: there(b.run) and b.work / (b.lining_area * b.time),
         ),
     },
+    *("relative", "heat", "operation"),
 )
+_FIRST = "the first four revolutions are faster than the mean, and their power is another"
+_BALANCE = {
+    name: _beside(ROWS[name], simulated, why)
+    for name, simulated, why in (
+        ("time of four revolutions", lambda b: _four_turns(b)[0], _FIRST),
+        ("heat gained in it", lambda b: _four_turns(b)[1], _FIRST),
+        ("mean flux kept", lambda b: _kept(b) / (b.track_area * b.time), _OWN["heat into the rim"].why),
+    )
+}
 
 
 # --- limits -----------------------------------------------------------------------------------------------------------
@@ -238,7 +205,7 @@ def _of_row(c: Chain, limit: str, row: Row[_C], context: _C) -> Loaded:
 
 
 def _stressed(c: Chain) -> Loaded:
-    value, simulated = STRESS["thermal stress, surface"].found(c.after)
+    value, simulated = ROWS["thermal stress, surface"].found(c.after)
     return Loaded(c.after.elastic.permissible, abs(there(value)), None if simulated is None else abs(simulated))
 
 
@@ -255,7 +222,6 @@ def _margin(unit: str, loaded: Callable[[Chain], Loaded]) -> Of[Chain]:
 
 
 _MARGINS = rows(
-    "margin",
     {},
     {
         "margin, face of the linings": _margin(
@@ -271,9 +237,10 @@ _MARGINS = rows(
         "margin, pressure": _margin("Pa", lambda c: _of_row(c, "pressure_permissible", _PRESSURE, c.before)),
         "margin, power load": _margin(
             "W/m^2",
-            lambda c: _of_row(c, "power_permissible", _LOAD["power load of the linings, mean"], c.before),
+            lambda c: _of_row(c, "power_permissible", _OWN["power load of the linings, mean"], c.before),
         ),
     },
+    "margin",
 )
 
 
@@ -302,7 +269,7 @@ def _heated(found: Pass, names: Iterable[str] = HEATED) -> list[tuple[HeatedPart
     return [(found.parts[name], name) for name in names]
 
 
-_OF_BRAKING = {**PARTITION, **TEMPERATURES, **_RELATIVE, **_BALANCE, **_HEAT, **STRESS, **_STOP, **_ENDS, **_LOAD}
+_OF_BRAKING = {**ROWS, **_OWN, **_BALANCE, **_STOP}
 _OF_PART = {**PARTS, **_FOURIER, **BULK}
 #: places of `steps.csv`
 _PLACES: dict[str, Place[Any]] = {
@@ -312,8 +279,8 @@ _PLACES: dict[str, Place[Any]] = {
     "refined parts": Place(_OF_PART, lambda c: _heated(c.found.last), ", refined"),
     "rim properties": Place(PROPERTIES, lambda c: [(c.property_of("rim"), "rim")]),
     "lining properties": Place(PROPERTIES, lambda c: [(c.property_of("lining"), "lining")]),
-    "rim cases": Place(STORAGE, lambda c: [(case, case.name) for case in c.rim_cases]),
-    "lining cases": Place(INSULATION, lambda c: [(case, case.name) for case in c.lining_cases]),
+    "rim cases": Place(CASES, lambda c: [(case, case.name) for case in c.rim_cases]),
+    "lining cases": Place(CASES, lambda c: [(case, case.name) for case in c.lining_cases]),
     "before": Place(_OF_BRAKING | {"pressure, mean": _PRESSURE}, lambda c: [(c.before, "rim")]),
     "after": Place(_OF_BRAKING, lambda c: [(c.after, "rim")]),
     "stop": Place(_OF_BRAKING, lambda c: [] if c.before.stop is None else [(c.before, "rim")]),
