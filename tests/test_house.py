@@ -121,6 +121,14 @@ def test_importing_loads_nothing_that_a_run_does_not_need():
     assert found.stdout.strip() == "[]"
 
 
+def test_public_packages_load_their_modules_with_the_names_that_are_used():
+    program = "import sys, simbrake.formulas as f; print([n for n in ('jax', 'numpy', 'scipy') if n in sys.modules]); "
+    program += "print('fourier_number' in dir(f), f.fourier_number(1e-5, 1.0, 0.01) > 0); "
+    program += "import simbrake as sb; print(sb.formulas is f, sb.fourier_number is f.fourier_number)"
+    found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert found.stdout.splitlines() == ["[]", "True True", "True True"]
+
+
 def test_help_and_version_do_not_wait_for_jax():
     program = "import sys, simbrake; from simbrake._commands._cli import main\nsys.argv = ['simbrake', sys.argv[1]]\n"
     program += "try:\n    main()\nfinally:\n    print(sorted({'jax', 'numpy', 'scipy'} & set(sys.modules)))"

@@ -123,7 +123,7 @@ def animate(
 def estimates(
     scenario: Scenario, /, *, run: bool = True, set_: Set = None, rtol: Rtol = 1e-10, json_: Json = False
 ) -> int:
-    """Print the classical engineering estimates of a braking beside its simulation, and why they part.
+    """Print the classical engineering estimates of a braking beside its simulation, and why they differ.
 
     Parameters
     ----------
