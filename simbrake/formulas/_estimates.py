@@ -240,10 +240,6 @@ PARTS = rows(
     },
     "part",
 )
-#: temperatures of the metal
-#: real contact, surfaces, and the heat through the rim
-#: heat balance of the rim over four revolutions at the mean speed of the braking
-#: thermal stress of the rim's surface: of the slab under constant flux, beside that of the simulated profiles
 
 
 # --- of a staged brake ------------------------------------------------------------------------------------------------

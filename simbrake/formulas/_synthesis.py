@@ -93,28 +93,23 @@ def _angle(b: Braking) -> float:
     return float(phi[1] - phi[0])
 
 
-def _beside(row: Row[Braking], simulated: Value, why: str = "") -> Row[Braking]:
-    """A row of the estimates beside another simulated number, with its reason where that is another one, too."""
-    return row._replace(of=row.of._replace(simulated=simulated), why=why or row.why)
+def _of_hardest(name: str, hardest: Value) -> Value:
+    """What the run shows beside a row of the stop; of several brakings that of the hardest alone."""
+    all_of_them = ROWS[name].of.simulated
+    return lambda b: hardest(b) if there(b.run).brakings > 1 else all_of_them(b)
 
 
-def _of_hardest(row: Row[Braking], simulated: Value) -> Row[Braking]:
-    """A row of the stop; of several brakings beside what the run shows of the hardest alone."""
-    several = row.of.simulated
-    return _beside(row, lambda b: simulated(b) if there(b.run).brakings > 1 else several(b))
-
-
-_OF_HARDEST: dict[str, Value] = {
-    "stopping time": _rest,
-    "stopping angle": _angle,
-    "friction work": lambda b: there(b.run).work[-1],
+#: rows of the estimates beside another simulated number
+_BESIDE: dict[str, Value] = {
+    "stopping time": _of_hardest("stopping time", _rest),
+    "stopping angle": _of_hardest("stopping angle", _angle),
+    "friction work": _of_hardest("friction work", lambda b: there(b.run).work[-1]),
+    "time of four revolutions": lambda b: _four_turns(b)[0],
+    "heat gained in it": lambda b: _four_turns(b)[1],
+    "mean flux kept": lambda b: _kept(b) / (b.track_area * b.time),
+    "pressure, mean": _run_pressure,
 }
-_STOP = {name: _of_hardest(ROWS[name], simulated) for name, simulated in _OF_HARDEST.items()}
-_PRESSURE = _beside(
-    ROWS["pressure, mean"],
-    _run_pressure,
-    "the formula leaves out the angle at which the band leaves a lining, and takes friction as at first",
-)
+_ROWS = ROWS | {name: ROWS[name]._replace(of=ROWS[name].of._replace(simulated=f)) for name, f in _BESIDE.items()}
 
 
 def _load(b: Braking) -> tuple[float, float]:
@@ -164,9 +159,7 @@ _OWN = rows(
             lambda b: there(b.stop).ratio * b.T_0, lambda b: np.max(np.asarray(there(b.run).series.tight_tension))
         ),
         "friction travel": Of(lambda b: b.R_b * there(b.stop).angle, _slid),
-        "hook travel": Of(
-            lambda b: _hook(b, there(b.stop).angle), lambda b: _hook(b, _STOP["stopping angle"].of.simulated(b))
-        ),
+        "hook travel": Of(lambda b: _hook(b, there(b.stop).angle), lambda b: _hook(b, _BESIDE["stopping angle"](b))),
         "energy load of the linings": Of(
             lambda b: _load(b)[0] / b.lining_area, lambda b: there(b.run) and b.work / b.lining_area
         ),
@@ -177,15 +170,6 @@ _OWN = rows(
     },
     *("relative", "heat", "operation"),
 )
-_FIRST = "the first four revolutions are faster than the mean, and their power is another"
-_BALANCE = {
-    name: _beside(ROWS[name], simulated, why)
-    for name, simulated, why in (
-        ("time of four revolutions", lambda b: _four_turns(b)[0], _FIRST),
-        ("heat gained in it", lambda b: _four_turns(b)[1], _FIRST),
-        ("mean flux kept", lambda b: _kept(b) / (b.track_area * b.time), _OWN["heat into the rim"].why),
-    )
-}
 
 
 # --- limits -----------------------------------------------------------------------------------------------------------
@@ -234,7 +218,9 @@ _MARGINS = rows(
             "K", lambda c: _of_row(c, "back_permissible", CHAIN["lining's back after the braking"], c)
         ),
         "margin, stress of the rim": _margin("Pa", _stressed),
-        "margin, pressure": _margin("Pa", lambda c: _of_row(c, "pressure_permissible", _PRESSURE, c.before)),
+        "margin, pressure": _margin(
+            "Pa", lambda c: _of_row(c, "pressure_permissible", _ROWS["pressure, mean"], c.before)
+        ),
         "margin, power load": _margin(
             "W/m^2",
             lambda c: _of_row(c, "power_permissible", _OWN["power load of the linings, mean"], c.before),
@@ -269,7 +255,7 @@ def _heated(found: Pass, names: Iterable[str] = HEATED) -> list[tuple[HeatedPart
     return [(found.parts[name], name) for name in names]
 
 
-_OF_BRAKING = {**ROWS, **_OWN, **_BALANCE, **_STOP}
+_OF_BRAKING = {**_ROWS, **_OWN}
 _OF_PART = {**PARTS, **_FOURIER, **BULK}
 #: places of `steps.csv`
 _PLACES: dict[str, Place[Any]] = {
@@ -281,7 +267,7 @@ _PLACES: dict[str, Place[Any]] = {
     "lining properties": Place(PROPERTIES, lambda c: [(c.property_of("lining"), "lining")]),
     "rim cases": Place(CASES, lambda c: [(case, case.name) for case in c.rim_cases]),
     "lining cases": Place(CASES, lambda c: [(case, case.name) for case in c.lining_cases]),
-    "before": Place(_OF_BRAKING | {"pressure, mean": _PRESSURE}, lambda c: [(c.before, "rim")]),
+    "before": Place(_OF_BRAKING, lambda c: [(c.before, "rim")]),
     "after": Place(_OF_BRAKING, lambda c: [(c.after, "rim")]),
     "stop": Place(_OF_BRAKING, lambda c: [] if c.before.stop is None else [(c.before, "rim")]),
     "no stop": Place(_NO_STOP, lambda c: [(c.before, "rim")] if c.before.stop is None else []),
@@ -304,13 +290,15 @@ STEPS = (
 
 
 def _rows_of(c: Chain) -> Iterator[SynthesisRow]:
-    """All rows in the order of `steps.csv`; a line is one row in one place of a step."""
+    """All rows in the order of `steps.csv`; a line is one row in one place of a step, and its reason if another one."""
     for line in read("steps.csv"):
         place, name = _PLACES[line["place"]], line["row"]
+        row = place.rows[name]
+        row = row._replace(why=line["why"] or row.why)
         for context, part in place.contexts(c):
-            row = place.rows[name].of_step(int(line["step"]), context, part, ending=place.ending)
-            if row is not None:
-                yield dataclasses.replace(row, verdict=_verdict(row)) if name in _MARGINS else row
+            found = row.of_step(int(line["step"]), context, part, ending=place.ending)
+            if found is not None:
+                yield dataclasses.replace(found, verdict=_verdict(found)) if name in _MARGINS else found
 
 
 @dataclasses.dataclass(frozen=True)
