@@ -71,7 +71,7 @@ def order() -> str:
 # --- estimates beside simulations -------------------------------------------------------------------------------------
 
 KELVIN = "K"
-#: words, row of the estimates, unit shown, factor (or KELVIN: shown in °C), and why they part
+#: words, row of the estimates, unit shown, factor (or KELVIN: shown in °C), and why they differ
 PARTS: list[tuple[str, str, str, Any, str]] = [
     ("stopping time", "stopping time", "s", 1.0, "see the steps below"),
     ("friction work", "friction work", "kJ", 1e-3, "see the steps below"),
@@ -219,7 +219,7 @@ def parts() -> str:
     scene = stop_of_the_page()
     stop = sb.estimates(sb.simulate(scene))
     stands = sb.estimates(sb.simulate(scenario("tripping_30_stands")["scene"]()))
-    head = ["estimate", "stop: formula", "simulated", "30 stands: formula", "simulated", "why they part"]
+    head = ["estimate", "stop: formula", "simulated", "30 stands: formula", "simulated", "why they differ"]
     words = []
     for name, one in (("the stop", stop), ("the last braking of thirty stands", stands)):
         falling, own = (one[f"surface temperature, {x}"] for x in ("falling flux", "Schmidt"))
@@ -238,7 +238,7 @@ def staged() -> str:
     import simbrake as sb
 
     found = sb.estimates(sb.simulate(scenario("staged_vs_standard")["scene"]()))
-    return table(["estimate", "formula", "simulated", "why they part"], compared(STAGED, [found]))
+    return table(["estimate", "formula", "simulated", "why they differ"], compared(STAGED, [found]))
 
 
 BLOCKS = {"order": order, "parts": parts, "staged": staged}

@@ -52,7 +52,7 @@ def shown(printed: str, computed: float) -> str:
 
 def section(name: str, of: list) -> list[str]:
     """One table: printed above computed, misprints in bold, and the reason of each."""
-    from simbrake._classical._reproduce import AGREES, published_rows
+    from simbrake.published import AGREES, published_rows
 
     rows = published_rows(name)
     found = {(c.row, c.column): c for c in of}
@@ -87,7 +87,7 @@ def section(name: str, of: list) -> list[str]:
 
 def block(table: str) -> str:
     """What stands between the markers of one table."""
-    from simbrake._classical._reproduce import AGREES, cells
+    from simbrake.published import AGREES, cells
 
     of = [c for c in cells() if c.table == table]
     agree = sum(c.verdict == AGREES for c in of)
@@ -97,7 +97,7 @@ def block(table: str) -> str:
 
 def written(text: str) -> str:
     """The page with every block between its markers computed anew."""
-    from simbrake._classical._reproduce import FILES
+    from simbrake.published import FILES
 
     for table in FILES:
         begin, end = f"<!-- {table}: begin -->\n", f"<!-- {table}: end -->"

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import simbrake as sb
-from simbrake._classical._reproduce import DISAGREES, MISPRINT, cells
+from simbrake.published import DISAGREES, MISPRINT, cells
 
 
 def ratio(f, angles):

@@ -71,7 +71,7 @@ def test_inputs_of_a_run_come_from_its_scene(run):
     assert inputs["coefficient"].value == pytest.approx(60.0)
     assert inputs["rim_thickness"].value == pytest.approx(0.028)
     assert "simulated" in str(table)
-    assert "parts:" in str(table)
+    assert "reason: " in str(table)
     shares = sb.estimates(result, sb.EstimateData(power=sb.shares_of_S()))["work into heat"]
     assert shares.value == pytest.approx(0.68 * shares.simulated)
 

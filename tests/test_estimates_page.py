@@ -7,7 +7,7 @@ import sys
 import pytest
 
 import simbrake as sb
-from simbrake._classical._reproduce import agrees
+from simbrake.published import agrees
 
 DOCS = pathlib.Path(sb.__file__).parents[1] / "docs"
 NUMBER = re.compile(r"(?<![\w.])[−-]?\d+(?:\.\d+)?(?:e[+-]\d+)?")

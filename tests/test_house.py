@@ -18,6 +18,15 @@ from simbrake._run import _simulate
 PACKAGE = pathlib.Path(sb.__file__).parent
 
 
+def module(package, name):
+    """The module behind `from package import name`: the package itself, a module in it, or its `__init__`."""
+    if PACKAGE.joinpath(*package).with_suffix(".py").is_file():
+        return package
+    inside = (*package, name)
+    init = package and PACKAGE.joinpath(*package, "__init__.py").is_file()
+    return (*package, "__init__") if init and not PACKAGE.joinpath(*inside).with_suffix(".py").is_file() else inside
+
+
 def imports(file):
     """What a file imports: `"_package._module"` of simbrake, `"!name"` of others."""
     found = set()
@@ -25,10 +34,8 @@ def imports(file):
         if isinstance(node, ast.ImportFrom) and node.level:
             here = file.relative_to(PACKAGE).parts[:-1]
             home = here[: len(here) - node.level + 1]
-            for alias in node.names:
-                name = (*home, *node.module.split(".")) if node.module else home
-                whole = name if PACKAGE.joinpath(*name).with_suffix(".py").is_file() else (*name, alias.name)
-                found.add(".".join(whole))
+            name = (*home, *node.module.split(".")) if node.module else home
+            found |= {".".join(module(name, alias.name)) for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module:
             found.add("!" + node.module.split(".")[0])
         elif isinstance(node, ast.Import):
@@ -50,7 +57,7 @@ def acyclic(arrows):
 
 def test_imports_point_one_way():
     """No circle among the modules, and none among the folders: there is an order from the lowest to the highest."""
-    files = [file for file in PACKAGE.rglob("*.py") if file.stem not in ("__init__", "__main__")]
+    files = [file for file in PACKAGE.rglob("*.py") if file.parent != PACKAGE or not file.stem.startswith("_")]
     modules = {".".join(file.relative_to(PACKAGE).with_suffix("").parts): imports(file) for file in files}
     modules = {name: {used for used in found if used in modules} for name, found in modules.items()}
     assert acyclic(modules) == []
@@ -86,11 +93,20 @@ def test_only_plots_import_matplotlib():
 def test_importing_loads_nothing_that_a_run_does_not_need():
     """Half a second each: pictures, tables, units, reports and SciPy are loaded by those who use them."""
     heavy = ("matplotlib", "scipy", "xarray", "pandas", "pint", "jinja2", "pyarrow", "interpax", "cyclopts", "SALib")
-    unused = tuple(f"simbrake.{name}" for name in ("_studies", "_classical", "_layouts", "checks", "_pages"))
+    names = ("_studies", "formulas", "published", "_layouts", "checks", "_pages")
+    unused = tuple(f"simbrake.{name}" for name in names)
     program = "import sys, simbrake as sb; sb.Scene, sb.Brake, sb.simulate; print("
     program += f"[name for name in {heavy + unused} if name in sys.modules])"
     found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert found.stdout.strip() == "[]"
+
+
+def test_public_packages_load_their_modules_with_the_names_that_are_used():
+    program = "import sys, simbrake.formulas as f; print([n for n in ('jax', 'numpy', 'scipy') if n in sys.modules]); "
+    program += "print('fourier_number' in dir(f), f.fourier_number(1e-5, 1.0, 0.01) > 0); "
+    program += "import simbrake as sb; print(sb.formulas is f, sb.fourier_number is f.fourier_number)"
+    found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert found.stdout.splitlines() == ["[]", "True True", "True True"]
 
 
 def test_help_and_version_do_not_wait_for_jax():

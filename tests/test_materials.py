@@ -11,7 +11,6 @@ from material_scenes import DATA, ROOM, W0, J, compared, whole_scene
 from scipy.special import erfc
 
 import simbrake as sb
-from simbrake._classical._material_data import LININGS, RIMS
 
 # --- the materials ----------------------------------------------------------------------------------------------------
 
@@ -19,7 +18,7 @@ from simbrake._classical._material_data import LININGS, RIMS
 def test_every_number_of_the_library_has_a_source_and_lies_in_its_range():
     printed = {"steel_20L": 47.8, "magnesium_alloy": 79.1, "brass": 109.0, "aluminium_alloy": 163.0}  # V, table 1
     assert {name: sb.rim_material(name).numbers["conductivity"] for name in printed} == printed
-    for table, maker in ((RIMS, sb.rim_material), (LININGS, sb.lining_material)):
+    for table, maker in ((sb.formulas.RIMS, sb.rim_material), (sb.formulas.LININGS, sb.lining_material)):
         for name, entries in table.items():
             one = maker(name)
             assert set(one.numbers) == set(one.sources)

@@ -11,8 +11,8 @@ import pytest
 
 import simbrake as sb
 from simbrake import plot
-from simbrake._classical import _published_figures as figures
-from simbrake._classical._reproduce import AGREES, FILES, agrees, cells, published_rows
+from simbrake import published as figures
+from simbrake.published import AGREES, FILES, agrees, cells, published_rows
 
 DOCS = pathlib.Path(sb.__file__).parents[1] / "docs"
 #: columns that are given: numbers that go into the formula of their table, or that no formula uses

@@ -12,8 +12,6 @@ from scipy.special import erfc
 from synthesis_by_hand import by_hand
 
 import simbrake as sb
-from simbrake._classical._property_iteration import SynthesisError
-from simbrake._classical._wall_course import heat_content
 
 STEEL = sb.material("steel_20L")
 LINING = sb.material("FK-24A")
@@ -89,12 +87,10 @@ def test_layers_of_a_stop_are_those_of_a_half_space_under_falling_power(classica
 
 
 def test_transmission_may_stand_for_the_scenes_law(u2_5_5):
-    from simbrake._classical._reproduce import transmission_table
-
-    found = sb.synthesize(u2_5_5, partition=transmission_table())
+    found = sb.synthesize(u2_5_5, partition=sb.formulas.transmission_table())
     assert found["share into the rim"].value == pytest.approx(found["share into the rim, transmission"].value)
     with pytest.raises(sb.InputError, match="beside a law"):
-        sb.synthesize(u2_5_5, sb.EstimateData(share=0.9), partition=transmission_table())
+        sb.synthesize(u2_5_5, sb.EstimateData(share=0.9), partition=sb.formulas.transmission_table())
 
 
 def test_only_the_heat_of_the_friction_work_warms(u2_5_5, classical):
@@ -189,10 +185,10 @@ def test_a_capacity_that_falls_runs_away_and_says_so(u2_5_5):
     lower = (1 - math.sqrt(1 - 4 * b * K)) / (2 * b)
     rise = found(b)["mean bulk temperature, rim, refined"].value - 293.15
     assert rise == pytest.approx(lower, rel=1e-9)
-    with pytest.raises(SynthesisError, match="specific heat of the rim") as error:
+    with pytest.raises(sb.SynthesisError, match="specific heat of the rim") as error:
         found(1.1 / (4 * K))
     assert error.value.code == "material_range"
-    with pytest.raises(SynthesisError, match="after 5 rounds") as error:
+    with pytest.raises(sb.SynthesisError, match="after 5 rounds") as error:
         found(b, rounds=5)
     assert error.value.code == "no_convergence"
 
@@ -255,5 +251,5 @@ def test_a_rational_lining_keeps_its_back_at_the_permissible_temperature():
 
 def test_heat_content_is_the_integral_of_the_capacity():
     truth = quad(lambda T: 7850.0 * 534.1 * (1 + 1e-3 * (T - 293.15)), 310.0, 480.0)[0]
-    found = heat_content(WARMER, np.array([310.0]), np.array([480.0]))
+    found = sb.formulas.heat_content(WARMER, np.array([310.0]), np.array([480.0]))
     assert found[0] == pytest.approx(truth, rel=1e-13)

@@ -14,8 +14,8 @@ from helpers import stop_scene
 from synthesis_by_hand import by_hand
 
 import simbrake as sb
-from simbrake._classical._given_numbers import read_given
 from simbrake._commands._cli import main
+from simbrake.formulas._inputs import read_given
 
 
 @pytest.fixture(scope="module")
@@ -179,9 +179,9 @@ def test_the_report_has_twelve_numbered_lines(call, scenarios):
     assert err == ""
     numbers = [line.split(".")[0] for line in out.splitlines() if re.match(r"\d+\.", line)]
     assert numbers == [str(i) for i in range(1, 13)]
-    row = next(line for line in out.splitlines() if line.startswith("    stopping time"))
-    assert re.search(r"0\.95001 +1\.2496 +-0\.29963  s", row)
-    assert "parts: the lever takes time" in out
+    row = next(line for line in out.splitlines() if line.startswith("stopping time"))
+    assert re.search(r"0\.95001 +1\.2496 +-0\.29963 +s", row)
+    assert "reason: the lever takes time" in out
 
 
 def test_json_is_a_list_of_steps_and_a_file_is_whole(call, scenarios, tmp_path):

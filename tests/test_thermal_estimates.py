@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import quad
 
 import simbrake as sb
-from simbrake._classical._reproduce import AGREES, cells
+from simbrake.published import AGREES, cells
 
 STEEL = sb.material("steel_20L")
 A, E = float(STEEL.diffusivity), float(STEEL.effusivity)

@@ -37,7 +37,7 @@ PAGES: dict[str, tuple[str, ...]] = {
     "wear": ("wear", "_studies._lining_life", "_studies._life_report"),
     "layouts": ("_run._linings", "_run._probe", "_layouts"),
     "studies": ("_studies",),
-    "estimates": ("_classical",),
+    "estimates": ("formulas", "published"),
     "speed": ("_run._prepare",),
     "integrator": ("hybrid",),
 }

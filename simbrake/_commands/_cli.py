@@ -145,7 +145,7 @@ def reproduce(*, out: Path | None = None, json_: Json = False) -> int:
         Print a list of {table, row, column, printed, computed, verdict}, alone on stdout.
     """
     prepare_jax()
-    from .._classical._reproduce import cells, report
+    from ..published import cells, report
 
     rows = cells()
     print(json.dumps([cell.as_dict() for cell in rows], indent=1, allow_nan=False) if json_ else report(rows))

@@ -51,7 +51,7 @@ def materials(
     """
     prepare_jax()
     from .._base._faults import Fault, InputError
-    from .._classical._compare_materials import DEFAULT_LININGS, DEFAULT_RIMS, compare_materials
+    from ..formulas._material_table import DEFAULT_LININGS, DEFAULT_RIMS, compare_materials
 
     scene = opened(scenario, set_, None, rtol=tolerance(rtol))
     if out is not None and out.suffix not in (".png", ".svg", ".pdf"):

@@ -123,7 +123,7 @@ def animate(
 def estimates(
     scenario: Scenario, /, *, run: bool = True, set_: Set = None, rtol: Rtol = 1e-10, json_: Json = False
 ) -> int:
-    """Print the classical engineering estimates of a braking beside its simulation, and why they part.
+    """Print the classical engineering estimates of a braking beside its simulation, and why they differ.
 
     Parameters
     ----------
@@ -134,8 +134,8 @@ def estimates(
     """
     prepare_jax()
     from .._base._progress import Waiting
-    from .._classical._engineering import estimates as table_of
     from .._run._simulate import simulate
+    from ..formulas._estimates import estimates as table_of
 
     scene = opened(scenario, set_, None, rtol=tolerance(rtol))
     with Waiting("estimates", "compiles") as told:

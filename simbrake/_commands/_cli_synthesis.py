@@ -47,10 +47,10 @@ def synthesize(
     prepare_jax()
     from .._base._progress import Waiting
     from .._base._whole import whole_file
-    from .._classical._property_iteration import SynthesisError
-    from .._classical._reproduce import transmission_table
-    from .._classical._synthesis import synthesize as synthesis_of
     from .._run._simulate import simulate
+    from ..formulas._chain import SynthesisError
+    from ..formulas._synthesis import synthesize as synthesis_of
+    from ..formulas.heating import transmission_table
 
     scene, data, permissible = _asked(scenario, set_, given, out, rtol)
     partition = transmission_table() if transmission else None
@@ -75,9 +75,8 @@ def synthesize(
 def _asked(scenario: Path, set_: Set, given: Many, out: Path | None, rtol: float) -> tuple[Any, Any, Any]:
     """Scene, given numbers and limits; `InputError` with the faults of all, before a run that may take minutes."""
     from .._base._faults import Fault, InputError
-    from .._classical._given_numbers import read_given
-    from .._classical._synthesis import faults_of_synthesis
-    from .._classical._synthesis_chain import Permissible
+    from ..formulas._inputs import Permissible, read_given
+    from ..formulas._synthesis import faults_of_synthesis
 
     faults = [] if out is None or not out.is_dir() else [Fault("--out", f"{out} is a folder", "give a file")]
     scene, data, permissible = None, None, Permissible()

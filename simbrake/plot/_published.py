@@ -16,10 +16,10 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from .._base._faults import Fault, InputError
-from .._classical._material_data import LiningMaterial, RimMaterial
-from .._classical._material_table import MaterialComparison, MaterialRow
-from .._classical._published_figures import S1_PAIR, band_diagrams, chord_curves, energy_levels, overlap_stop
-from .._classical._reproduce import AGREES, cells, published_rows, transmission_table
+from ..formulas._material_table import MaterialComparison, MaterialRow
+from ..formulas._materials import LiningMaterial, RimMaterial
+from ..formulas.heating import transmission_table
+from ..published import AGREES, S1_PAIR, band_diagrams, cells, chord_curves, energy_levels, overlap_stop, published_rows
 from ..thermal._builders import axial_resistance, radial_resistance
 from ._shared import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION, ZERO, finish
 

@@ -1,23 +1,43 @@
-"""The published tables, recomputed cell by cell.
+"""The papers' tables, recomputed cell by cell, and their figures that a formula gives, as numbers.
 
 Z1…Z6 are tables 1–6 of Zhuravlov et al., *Dynamics of friction couples of a band-shoe brake*; V1, V2 tables 1, 2 of
 Volchenko et al., *Thermal transmission through metal friction elements*; S1 table 1 of Skrypnyk, *Assessment of energy
-loading of friction units*. The printed values and the known misprints with their reasons lie in `published/`.
+loading of friction units*. The printed values and the known misprints with their reasons lie beside this file.
+
+The figures themselves are not in the sources that simbrake was made from, so no point could be read off them. Their
+formulas are checked against the printed tables instead, which hold the same formulas at single points.
 """
 
 import csv
-import dataclasses
 import functools
 import math
 from importlib import resources
-from typing import Any
+from typing import Any, NamedTuple
 
+import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Float
 
-from .._parts._layout import chord_equal_load_angles, equal_increment_angles
+from .._base._table import Column, Table
+from .._parts._layout import InfeasibleLayout, chord_equal_load_angles, equal_increment_angles
+from .._parts._scene import Duty, Initial, Scene
+from ..brakes._band import sliding_tensions
+from ..brakes._design import Band, Bandage, Brake, Pulley, uniform_linings
+from ..formulas.heating import (
+    fourier_parameter,
+    maximum_temperatures,
+    mean_bulk_rise,
+    penetration_depth,
+    slab_rise,
+    stopping_rise,
+    transmission_table,
+)
+from ..friction import ConstantFriction
+from ..loads import TorqueLoad
+from ..profiles import Constant, PiecewiseLinear
 from ..thermal._builders import axial_resistance, radial_resistance
-from ..thermal._heat import TransmissionPartition
-from ._thermal_estimates import fourier_parameter
+from ..thermal._heat import FlashTemperature
+from ..thermal._material import effusivity_share, material
 
 AGREES, MISPRINT, DISAGREES = "agrees", "known misprint", "disagrees"
 _LAMBDA = 5.0  # λ = C R/T_0 of Z5 and Z6
@@ -31,8 +51,7 @@ FILES = {f"Z{i}": f"table{i}.csv" for i in range(1, 7)} | {
 }
 
 
-@dataclasses.dataclass(frozen=True)
-class Cell:
+class Cell(NamedTuple):
     """One printed number beside the computed one; `row` counts the data rows of the table from 0."""
 
     table: str
@@ -44,12 +63,12 @@ class Cell:
     reason: str = ""
 
     def as_dict(self) -> dict[str, Any]:
-        names = ("table", "row", "column", "printed", "computed", "verdict")
-        return {name: getattr(self, name) for name in names}
+        """`{table, row, column, printed, computed, verdict}`."""
+        return {name: getattr(self, name) for name in self._fields[:-1]}
 
 
 def _rows(name: str) -> list[dict[str, str]]:
-    file = resources.files("simbrake") / "published" / name
+    file = resources.files(__name__) / name
     return list(csv.DictReader(file.read_text("utf-8").splitlines()))
 
 
@@ -169,19 +188,8 @@ def _resistances() -> list[Cell]:
     return cells
 
 
-def transmission_table() -> TransmissionPartition:
-    """V2's coefficients and surface layers over the temperature of the polished rim surface."""
-    rows = published_rows("V2")
-    columns = {name: np.asarray([float(row[name]) for row in rows]) for name in ("alpha1", "alpha2", "alpha3")}
-    T = np.asarray([float(row["T_polished_C"]) + 273.15 for row in rows])
-    layer = np.asarray([1e-6 * float(row["delta_s_um"]) for row in rows])
-    return TransmissionPartition(T, columns["alpha1"], columns["alpha2"], columns["alpha3"], layer)
-
-
 def _transmissions() -> list[Cell]:
     """V2: heat transmission to both sides of the friction surface, and the shares of the heat."""
-    import jax.numpy as jnp
-
     cells: list[Cell] = []
     rows, law = published_rows("V2"), transmission_table()
     K_1, K_2 = (np.asarray(K) for K in law.transmissions(jnp.asarray(law.temperature)))
@@ -216,16 +224,132 @@ def cells() -> list[Cell]:
 
 def report(rows: list[Cell]) -> str:
     """The comparison as text: every cell, then the count of verdicts per table."""
-    lines = [f"{'table':6}{'row':>4}  {'column':18}{'printed':>10}{'computed':>12}{'difference':>12}  verdict"]
-    for c in rows:
-        reason = f" ({c.reason})" if c.reason else ""
-        lines.append(
-            f"{c.table:6}{c.row:>4}  {c.column:18}{c.printed:>10g}{c.computed:>12.5g}{c.computed - c.printed:>12.2g}"
-            f"  {c.verdict}{reason}"
-        )
-    lines.append("")
+    columns = [
+        *("table", Column("row"), "column", Column("printed", show="g"), Column("computed", show=".5g")),
+        *(Column("difference", show=".2g"), "verdict"),
+    ]
+    lines = [(*c[:5], c.computed - c.printed, f"{c.verdict} ({c.reason})" if c.reason else c.verdict) for c in rows]
+    counts = []
     for table in dict.fromkeys(c.table for c in rows):
         of = [c.verdict for c in rows if c.table == table]
-        counts = ", ".join(f"{of.count(v)} {v}" for v in (AGREES, MISPRINT, DISAGREES) if v in of)
-        lines.append(f"{table}: {len(of)} cells, {counts}")
-    return "\n".join(lines)
+        told = ", ".join(f"{of.count(v)} {v}" for v in (AGREES, MISPRINT, DISAGREES) if v in of)
+        counts.append(f"{table}: {len(of)} cells, {told}")
+    return "\n".join([str(Table(columns, lines)), "", *counts])
+
+
+# --- figures ----------------------------------------------------------------------------------------------------------
+
+
+class ChordCurves(NamedTuple):
+    """Z, Fig. 4: chord angles (m, k) of equal loads over the last angle (m,), both in rad, and where they end."""
+
+    f: float
+    last: Float[np.ndarray, " m"]
+    angle: Float[np.ndarray, "m k"]
+    why_it_ends: str
+
+
+def chord_curves(f: float, k: int = 7, step: float = math.radians(0.1)) -> ChordCurves:
+    """Z-11 with `β_{k−1} = β_k`, from one `step` (rad) up to 90° or to where no such layout exists."""
+    found, last, why = [], np.arange(step, 0.5 * math.pi, step), ""
+    for beta in last:
+        try:
+            found.append(chord_equal_load_angles(f, k, float(beta), float(beta)))
+        except InfeasibleLayout as error:
+            why = str(error)
+            break
+    return ChordCurves(f, last[: len(found)], np.asarray(found), why)
+
+
+class BandDiagram(NamedTuple):
+    """Z, Fig. 5: central angles (n,) in rad, tension (n + 1,) and normal load (n,) of one layout over `T_0`."""
+
+    name: str
+    angle: Float[np.ndarray, " n"]
+    tension: Float[np.ndarray, " n_1"]
+    normal: Float[np.ndarray, " n"]
+    w_0: float  # λ/(Π − 1): at this and smaller ones all linings come to slide
+
+
+#: numbers of Z, Fig. 5
+Z5_LININGS, Z5_WRAP, Z5_FRICTION, Z5_LAMBDA, Z5_W_0 = 10, math.radians(270.0), 0.3, 5.08, 1.5
+
+
+def band_diagrams() -> tuple[BandDiagram, BandDiagram]:
+    """Tension and load along the band in full slip, equal tension increments beside uniform pitch.
+
+    With the figure's `λ` and `w_0` the tension would grow to `1 + λ/w_0 = 4.39 T_0` before the pulley rests; both
+    layouts hold less, so that all ten linings slide and the maximum tension is `Π T_0` (Z-14).
+    """
+    layouts = {
+        "equal tension increments": equal_increment_angles(Z5_FRICTION, Z5_LININGS, Z5_LININGS, Z5_WRAP).angle,
+        "uniform pitch": np.full(Z5_LININGS, Z5_WRAP / Z5_LININGS),
+    }
+    found = []
+    for name, beta in layouts.items():
+        forces = sliding_tensions(jnp.asarray(1.0), jnp.full(Z5_LININGS, Z5_FRICTION), jnp.asarray(beta))
+        tension = np.append(1.0, np.asarray(forces.tension))
+        found.append(BandDiagram(name, beta, tension, np.asarray(forces.normal), Z5_LAMBDA / float(tension[-1] - 1)))
+    return found[0], found[1]
+
+
+class EnergyLevels(NamedTuple):
+    """S, Fig. 1: levels over the time (m,), relative (a stop) or in s (a drag); temperatures are rises (K)."""
+
+    time: Float[np.ndarray, " m"]
+    power: Float[np.ndarray, " m"]  # over the mean power
+    work: Float[np.ndarray, " m"]  # over the whole work
+    bulk: Float[np.ndarray, " m"]
+    surface: Float[np.ndarray, " m"]
+    maximum: Float[np.ndarray, " m"]  # by S-26
+
+
+#: what the two panels of S, Fig. 1 are drawn for; the rim is V's, the rest assumed: f_0, V_0 (m/s), p_c (Pa), A_c (m²)
+S1_PAIR = {"f_0": 0.35, "V_0": 14.2, "p_c": 0.25e6, "A_c": 1.22}
+S1_STOP, S1_DRAG, S1_RIM, S1_TRACK = 1.0, 60.0, 0.025, 1.63  # s, s, m, m²
+_DRAG_POWER = 0.1  # of the power of the stop at first
+_SPOT, _HARDNESS = 50e-6, 300e6  # m, Pa
+
+
+def energy_levels(points: int = 201) -> tuple[EnergyLevels, EnergyLevels]:
+    """A stop over the relative time, and a drag over time (S, Fig. 1, in our reading).
+
+        P_0 = f_0 p_c A_c V_0;   stop: N/N_m = 2 (1 − s), W/W_T = 2 s − s², s = τ/τ_T;   drag: both even
+
+    Bulk by energy over the depth of step 1, surface by the falling flux (stop) or the slab (drag), the maximum by S-26.
+    """
+    steel, s = material("steel_20L"), np.linspace(0.0, 1.0, points)
+    share = float(effusivity_share(steel, material("FK-24A")))
+    first = S1_PAIR["f_0"] * S1_PAIR["p_c"] * S1_PAIR["A_c"] * S1_PAIR["V_0"]
+    q, a, heat = share * first / S1_TRACK, float(steel.diffusivity), float(steel.density * steel.specific_heat)
+    law = FlashTemperature(_SPOT, float(steel.conductivity), a, share, _HARDNESS)
+
+    def flash(speed: np.ndarray) -> np.ndarray:
+        spots = S1_PAIR["f_0"] * _HARDNESS * speed
+        return np.asarray(law.rise(jnp.asarray(spots), jnp.asarray(speed)))
+
+    relative = 2 * s - s**2
+    depth = min(float(penetration_depth(a, S1_STOP)), S1_RIM)
+    mass, work = S1_TRACK * depth * float(steel.density), first * S1_STOP / 2
+    # S-25 is the mean over the braking, 2/3 of the rise at its end
+    rise = 1.5 * float(mean_bulk_rise(share, work, float(steel.specific_heat), mass))
+    surface = np.asarray(stopping_rise(q, s * S1_STOP, S1_STOP, float(steel.effusivity)))
+    top = maximum_temperatures(0.0, surface, flash(S1_PAIR["V_0"] * (1 - s))).surface_and_third_flash
+    stop = EnergyLevels(s, 2 * (1 - s), relative, rise * relative, surface, np.asarray(top))
+    t, drag_q = s * S1_DRAG, _DRAG_POWER * q
+    surface = np.asarray(slab_rise(drag_q, t, S1_RIM, steel))
+    top = maximum_temperatures(0.0, surface, flash(np.full(points, _DRAG_POWER * S1_PAIR["V_0"])))
+    bulk = drag_q * t / (S1_RIM * heat)
+    return stop, EnergyLevels(t, np.ones(points), s, bulk, surface, np.asarray(top.surface_and_third_flash))
+
+
+def overlap_stop(external: float, internal: float) -> Scene:
+    """A stop of a staged brake with these coefficients of friction, for K, Fig. 5; the numbers are assumed."""
+    brake = Brake(
+        Pulley(0.590, 1200.0, width=0.220),
+        Band(0.638),
+        uniform_linings(20, math.radians(270.0), ConstantFriction(external)),
+        Bandage(22.0, ConstantFriction(internal), 4e3),
+    )
+    duty = Duty(PiecewiseLinear([0.0, 2.0], [0.5e3, 20e3]), TorqueLoad(Constant(8e3)))
+    return Scene(brake, duty, Initial(24.0), 8.0)

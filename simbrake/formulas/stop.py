@@ -1,6 +1,6 @@
-"""The classical estimate of a stop with a staged brake: stage after stage under a constant lever tension."""
+"""Classical stops by statics alone: a standard brake under full slip, a staged brake stage after stage."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
@@ -12,7 +12,62 @@ from ..brakes._band import grip, running_product, tension_ratio
 from ..brakes._design import unloaded
 from ..friction import SurfaceState, memory_at_start
 from ..loads import AbstractSpeedLever
-from ._classical_stop import friction_at_start, load_and_inertia
+
+
+class ClassicalStop(NamedTuple):
+    """A stop of a rigid band that slides throughout, with constant torques (SI units)."""
+
+    ratio: float  # Π, tight over slack tension
+    torque: float  # M_b, N·m
+    time: float  # s
+    angle: float  # rad
+    work: float  # friction work, J
+    power: float  # friction power at first, W
+
+
+def friction_at_start(scene: Scene) -> np.ndarray:
+    """Sliding coefficient (n,) at the initial speed and temperatures, without pressure."""
+    n, linings = scene.brake.linings.count, scene.brake.linings
+    v = abs(float(band_brake(scene).band.radius) * float(scene.initial.omega))
+    contact = unloaded(linings, jnp.full(n, v), sensed_at_start(scene))
+    return np.broadcast_to(np.asarray(linings.friction.kinetic(contact)), (n,))
+
+
+def load_and_inertia(scene: Scene) -> tuple[float, float]:
+    """Load torque (N·m) at the start at half the speed, and inertia (kg·m²) of the pulley with all that it moves."""
+    load = scene.duty.load
+    start = jnp.asarray(float(scene.initial.time))
+    piece: Any = jnp.asarray(load.profile.first_piece(start), jnp.int32)
+    more = load.added_inertia(piece)
+    inertia = float(scene.brake.inertia) + float(load.inertia()) + (0.0 if more is None else float(more))
+    return float(load.torque(start, jnp.asarray(float(scene.initial.omega) / 2), piece)), inertia
+
+
+def classical_stop(scene: Scene) -> ClassicalStop | None:
+    """The stop of a standard brake by statics alone; `None` where there is none.
+
+        Π = ∏ (1 + f_i z_i)/(1 − f_i z_i),   M_b = R_b T_0 (Π − 1)                                  (Z-12…14)
+        ω̇ = −(M_b − M_load)/J,   t = ω_0/|ω̇|,   φ = ω_0 t/2,   W = M_b φ                           (Z-17, 18)
+
+    `T_0` is the maximum lever tension, load torque and inertia are those of the start (the torque at
+    half the speed). There is none without speed at the start, with a lever that holds the speed, where a lining locks
+    itself, or where the load outweighs the brake.
+    """
+    brake, lever, omega = band_brake(scene), scene.duty.lever, float(scene.initial.omega)
+    f = friction_at_start(scene)
+    if omega <= 0 or isinstance(lever, AbstractSpeedLever):
+        return None
+    angle = np.asarray(brake.linings.angle)
+    if np.any(f * np.tan(angle / 2) >= 1):  # a lining locks itself
+        return None
+    load, inertia = load_and_inertia(scene)
+    fz = f * np.tan(angle / 2)
+    ratio = float(np.prod((1 + fz) / (1 - fz)))
+    torque = float(brake.band.radius) * float(lever.scale()) * (ratio - 1)
+    if torque <= load:
+        return None
+    time = inertia * omega / (torque - load)
+    return ClassicalStop(ratio, torque, time, omega * time / 2, torque * omega * time / 2, torque * omega)
 
 
 class PairStop(NamedTuple):
@@ -21,7 +76,7 @@ class PairStop(NamedTuple):
     time: float  # s, sliding
     angle: float  # rad, of one body in the other
     work: float  # friction work, J
-    omega: float  # rad/s, the greatest speed of one body in the other
+    omega: float  # rad/s, maximum speed of one body in the other
 
 
 class StagedStop(NamedTuple):
@@ -68,8 +123,8 @@ def classical_staged_stop(scene: Scene) -> StagedStop | None:
         stage 2:  ω̇_b = −(M_ext − M_int)/J_b,   ω̇ = −(M_int − M_load)/J,   until ω_b = 0: t_2 = J_b ω_0/(M_ext − M_int)
         stage 3:  R_b (T_n − T_0) = M_int(T_n) = M_3,   ω̇ = −(M_3 − M_load)/J
 
-    Friction works `W_ext = M_ext φ_b` and `W_int = M_int (φ − φ_b) + M_3 φ_3`. `T_0` is the greatest tension that the
-    lever gives, load torque, inertia and coefficients those of the start; a bandage on springs counts as one body.
+    Friction works `W_ext = M_ext φ_b` and `W_int = M_int (φ − φ_b) + M_3 φ_3`. `T_0` is the maximum lever tension,
+    load torque, inertia and coefficients those of the start; a bandage on springs counts as one body.
     There is none without speed at the start, with a lever that holds the speed, where a lining locks itself, or where
     the load outweighs what brakes the pulley.
     """

@@ -1,1 +1,0 @@
-"""The classical estimates and published tables beside a simulation."""

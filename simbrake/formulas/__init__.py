@@ -1,0 +1,9 @@
+"""Engineering formulas by subject, and the estimates, synthesis and comparison of materials that are made of them.
+
+`stop`: classical stops; `heating`: temperatures, balance, thickness and stress of rim and lining; `contact`: areas,
+radiation, electricity, equivalents. Names stand in `__init__.pyi`; a module is imported when one of its names is used.
+"""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,0 +1,364 @@
+"""Numbers that the estimates are made from: of the user, of the scene, of the papers, or assumed."""
+
+import dataclasses
+import difflib
+from typing import Any, NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+
+from .._base._faults import Fault, InputError
+from .._base._quantity import BAD, NumberReader, Quantity, faults_of_values, positive
+from .._parts._scene import Scene, band_brake
+from ..thermal._heat import FrictionHeat, Heat, PowerShares
+from ..thermal._material import LIBRARY, ROOM, Material, effusivity_share, material
+from ..thermal._network import AbstractCoefficient, Convection, Lump, Radiation, Reservoir, Wall, place_of
+from .contact import polished_surface
+from .heating import ElasticMaterial
+
+
+class _Known(NamedTuple):
+    """What is known of an input: unit, meaning and range of a number, and what is assumed where nobody gives it."""
+
+    about: Quantity | None = None  # `None`: a material or a set of constants
+    assumed: Any = None
+    source: str = ""  # of what is assumed; empty: derived from other inputs
+
+
+def _share(meaning: str) -> _Known:
+    return _Known(Quantity("1", meaning, 0.0, 1.0))
+
+
+#: of each field of `EstimateData`
+_FIELDS: dict[str, _Known] = {
+    "rim": _Known(None, material("steel_20L"), "steel 20L (V, table 1)"),
+    "lining": _Known(None, material("FK-24A"), "FK-24A (V, table 2)"),
+    "band": _Known(None, material("band_steel"), "brake band (V, table 2)"),
+    "rim_thickness": _Known(positive("m", "thickness of the rim"), 0.025, "V, table 1"),
+    "lining_thickness": _Known(positive("m", "thickness of the linings"), 0.030, "V"),
+    "band_thickness": _Known(positive("m", "thickness of the band"), 0.006, "V"),
+    "track_area": _Known(positive("m^2", "area of the track, all bands together")),
+    "lining_area": _Known(positive("m^2", "area of the linings, all bands together")),
+    "share": _share("share of the friction heat into the rim"),
+    "coefficient": _Known(
+        Quantity("W/(m^2*K)", "coefficient of the open track", 0.0), 20.0, "assumption: convection at a turning rim"
+    ),
+    "emissivity": _Known(Quantity("1", "emissivity of the open track", 0.0, 1.0), 0.8, "assumption: oxidised steel"),
+    "ambient": _Known(positive("K", "temperature of the air"), ROOM, "assumption: 20 °C"),
+    "hardness": _Known(positive("Pa", "hardness of the softer surface"), 300e6, "assumption: friction composite"),
+    "spot_length": _Known(positive("m", "length of a spot"), 50e-6, "assumption: spots of 50 µm"),
+    "matte_area": _Known(positive("m^2", "area of the matte surfaces"), None, "assumption: the rim's bore alone"),
+    "elastic": _Known(None, ElasticMaterial(), "assumption: cast carbon steel"),
+    "power": _Known(None, PowerShares(), "all heat"),
+    "outer_area": _Known(positive("m^2", "area of a staged brake's outer faces")),
+    "external_share": _share("share of the external pair's heat into the band"),
+    "beyond_share": _share("share of the external pair's heat into the rim"),
+}
+_NUMBERS: dict[str, Quantity] = {name: known.about for name, known in _FIELDS.items() if known.about is not None}
+_MATERIALS = ("rim", "lining", "band")
+_STAGED = ("outer_area", "external_share", "beyond_share")
+
+
+@dataclasses.dataclass(frozen=True)
+class EstimateData:
+    """Numbers for `estimates` that a scene need not have; `None`: from the scene, else from the papers or assumed.
+
+    - `rim`, `lining`, `band`: materials; `rim_thickness`, `lining_thickness`, `band_thickness` (m); `track_area`,
+      `lining_area` (m²), all bands together
+    - `share`: heat partition coefficient of the rim; `coefficient` (W/(m²·K)) and `emissivity` of the open track;
+      `ambient` (K)
+    - `hardness` (Pa) of the softer surface, `spot_length` (m) for flash temperature and real contact; `matte_area` (m²)
+    - `elastic`: for the thermal stress; `power`: shares of the friction power
+    - of a staged brake: `outer_area` (m²) of the linings' outer faces (`lining_area`: of the inner ones),
+      `external_share` of the heat of band and linings that goes into the band, `beyond_share` of it that goes into the
+      rim at once (`share`: of linings and rim)
+    """
+
+    rim: Material | None = None
+    lining: Material | None = None
+    band: Material | None = None
+    rim_thickness: float | None = None
+    lining_thickness: float | None = None
+    band_thickness: float | None = None
+    track_area: float | None = None
+    lining_area: float | None = None
+    share: float | None = None
+    coefficient: float | None = None
+    emissivity: float | None = None
+    ambient: float | None = None
+    hardness: float | None = None
+    spot_length: float | None = None
+    matte_area: float | None = None
+    elastic: ElasticMaterial | None = None
+    power: PowerShares | None = None
+    outer_area: float | None = None
+    external_share: float | None = None
+    beyond_share: float | None = None
+
+
+class Input(NamedTuple):
+    """One number (or material) that the estimates are made from, and where it is from."""
+
+    name: str
+    value: Any
+    unit: str
+    source: str
+
+
+class Permissible(NamedTuple):
+    """Permissible values that the synthesis compares with; `None`: no such limit.
+
+    - `lining` (K): of the friction surface; `None`: the scene's `heat.permissible`, else 400 °C (assumption)
+    - `back` (K): at the lining's back, where rivets or a bond hold it; 120 °C by default (assumption)
+    - `pressure` (Pa), nominal; `power` (W/m²) of friction per area of the linings
+
+    The permissible stress of the rim stands in `EstimateData.elastic`.
+    """
+
+    lining: float | None = None
+    back: float = 273.15 + 120.0
+    pressure: float | None = None
+    power: float | None = None
+
+    def settled(self, scene: Scene) -> tuple[Input, ...]:
+        """Every limit there is, and where it is from."""
+        known = scene.network.permissible
+        lining = Input("lining_permissible", 673.15, "K", "assumption: friction composite, 400 °C")
+        if self.lining is not None:
+            lining = lining._replace(value=self.lining, source="given")
+        elif known is not None:
+            lining = lining._replace(value=float(known), source="scene")
+        back = "given" if self.back != Permissible().back else "assumption: rivets or bond, 120 °C"
+        rest = [
+            Input(f"{name}_permissible", value, _LIMITS[name].unit, "given")
+            for name, value in (("pressure", self.pressure), ("power", self.power))
+            if value is not None
+        ]
+        return (lining, Input("back_permissible", self.back, "K", back), *rest)
+
+
+#: numbers of `Permissible`, and the permissible stress
+_LIMITS: dict[str, Quantity] = {
+    "lining": positive("K", "permissible temperature of the friction surface"),
+    "back": positive("K", "permissible temperature at the lining's back"),
+    "pressure": positive("Pa", "permissible pressure of the linings"),
+    "power": positive("W/m^2", "permissible friction power per area of the linings"),
+    "stress": positive("Pa", "permissible stress of the rim"),
+}
+
+
+# --- given by the user ------------------------------------------------------------------------------------------------
+
+
+def faults_of_data(data: EstimateData | None, limits: Permissible) -> list[Fault]:
+    """Every number given that is out of range."""
+    given: dict[str, Any] = {} if data is None else vars(data)
+    found = [_fault(name, given.get(name), about) for name, about in _NUMBERS.items()]
+    found += [_fault(f"permissible.{name}", value, _LIMITS[name]) for name, value in limits._asdict().items()]
+    for name in _MATERIALS:
+        if given.get(name) is not None:
+            found += faults_of_values(given[name], name)
+    elastic = given.get("elastic")
+    if elastic is not None:
+        found.append(_fault("elastic.young", elastic.young, positive("Pa", "Young's modulus")))
+        found.append(_fault("elastic.permissible", elastic.permissible, _LIMITS["stress"]))
+        found.append(_fault("elastic.expansion", elastic.expansion, Quantity("1/K", "thermal expansion")))
+        if not -1 < elastic.poisson < 0.5:
+            found.append(Fault("elastic.poisson", f"{elastic.poisson} is out of range", "must be > −1 and < 0.5"))
+    return [fault for fault in found if fault is not None]
+
+
+def _fault(path: str, value: Any, about: Quantity) -> Fault | None:
+    if value is None or bool(about.admits(np.asarray(value, float))):  # not a NaN
+        return None
+    return Fault(path, f"{value} {about.unit} is out of range", f"{about.meaning} must be {about.wanted(value)}")
+
+
+def read_given(texts: list[str]) -> tuple[EstimateData, Permissible]:
+    """Numbers and materials from texts: `rim_thickness=28 mm`, `rim=cast_iron`, `permissible.back=130 degC`.
+
+    Raises `InputError` with all that is wrong: unknown names, values that are no numbers or out of range.
+    """
+    reader, data, limits, stress = NumberReader(), {}, {}, None
+    known = [*_NUMBERS, *_MATERIALS, *(f"permissible.{name}" for name in _LIMITS)]
+    for text in texts:
+        name, equals, value = (part.strip() for part in text.partition("="))
+        limit = name.removeprefix("permissible.")
+        if not equals or not value:
+            reader.fault(text, "is not of the form name=value", "as in rim_thickness=28 mm")
+        elif name not in known:
+            near = difflib.get_close_matches(name, known, n=3, cutoff=0.4) or known
+            reader.fault(name, "unknown name", f"nearest: {', '.join(near)}")
+        elif name in _MATERIALS:
+            if value in LIBRARY:
+                data[name] = material(value)
+            else:
+                reader.fault(name, f"unknown material {value!r}", f"there are: {', '.join(sorted(LIBRARY))}")
+        else:
+            about = _NUMBERS[name] if name in _NUMBERS else _LIMITS[limit]
+            number = reader.number(value, about, name, about.unit)
+            if number is BAD:
+                continue
+            if name in _NUMBERS:
+                data[name] = number
+            elif limit == "stress":
+                stress = number
+            else:
+                limits[limit] = number
+    if reader.faults:
+        raise InputError(reader.faults)
+    elastic = None if stress is None else ElasticMaterial(permissible=stress)
+    return dataclasses.replace(EstimateData(**data), elastic=elastic), Permissible(**limits)
+
+
+# --- of the scene -----------------------------------------------------------------------------------------------------
+
+
+def rim_wall(scene: Scene) -> Wall | None:
+    """The rim as a wall in layers, `None` where the scene has none."""
+    return _wall_at(scene.network, scene.network.rim)
+
+
+def start_temperature(scene: Scene, part: str = "rim") -> float:
+    """Mean temperature of the rim (or `"band"`) at the start (K); 20 °C where the scene has no heat."""
+    place = getattr(scene.network, part)
+    return ROOM if place is None else _mean(getattr(_body(scene.network, place), "temperature", ROOM))
+
+
+def _mean(value: Any) -> float:
+    """Mean of a number that may differ among linings."""
+    return float(np.mean(np.asarray(value)))
+
+
+def _body(heat: Heat, place: str) -> Any:
+    return next(body for body in heat.bodies if body.name == place_of(place)[0])
+
+
+def _wall_at(heat: Heat, place: str | None) -> Wall | None:
+    body = None if place is None else _body(heat, place)
+    return body if isinstance(body, Wall) else None
+
+
+def _share_of(pair: FrictionHeat | None, T: float) -> float | None:
+    if pair is None or pair.metal is None or pair.metal == pair.lining:
+        return None
+    return _mean(pair.partition.share(jnp.asarray(T), jnp.asarray(T)))
+
+
+def _faces(scene: Scene) -> dict[str, Any]:
+    """Areas of the linings' faces, of one lining or of each: on a staged brake those on the rim and on the band."""
+    areas = {pair: scene.brake.rubbing_part(pair).area for pair in scene.brake.pairs}
+    outer = areas["external"]
+    return {"lining_area": areas.get("internal", outer)} | ({"outer_area": outer} if scene.brake.in_series else {})
+
+
+def _of_walls(scene: Scene) -> dict[str, Any]:
+    """Materials, thicknesses and areas of rim and linings in layers."""
+    heat, found = scene.network, {}
+    for name, area, place in (("rim", "track_area", heat.rim), ("lining", "lining_area", heat.linings)):
+        wall = _wall_at(heat, place)
+        if wall is not None:
+            found[name], found[f"{name}_thickness"] = wall.material, float(wall.thickness)
+            found[area] = float(wall.area) * wall.copies
+    return found
+
+
+def _of_surroundings(scene: Scene, T: float) -> dict[str, Any]:
+    """Air temperature, emissivity and coefficient of the rim's links to the air, at half the speed at the start."""
+    brake, heat, found = band_brake(scene), scene.network, {}
+    for link in heat.links:
+        if link.a != heat.rim or not isinstance(link, Convection | Radiation):
+            continue
+        air = next(body for body in heat.bodies if body.name == link.b)
+        if isinstance(air, Reservoir) and isinstance(air.temperature, np.ndarray):
+            found["ambient"] = float(air.temperature)
+        if isinstance(link, Radiation):
+            found["emissivity"] = float(link.emissivity)
+        elif isinstance(link.coefficient, AbstractCoefficient):
+            v = 0.5 * abs(float(brake.pulley.radius) * float(scene.initial.omega))
+            ambient = jnp.asarray(found.get("ambient", ROOM))
+            found["coefficient"] = float(link.coefficient.value(jnp.asarray(v), jnp.asarray(T), ambient))
+        else:
+            found["coefficient"] = float(link.coefficient)
+    return found
+
+
+def _from_scene(scene: Scene) -> dict[str, Any]:
+    found: dict[str, Any] = {"power": scene.power_shares}
+    brake, heat = band_brake(scene), scene.network
+    if brake.pulley.width is not None:
+        found["track_area"] = float(polished_surface(float(brake.pulley.radius), float(brake.pulley.width)))
+    for name, areas in _faces(scene).items():
+        if areas is not None:
+            found[name] = float(np.sum(np.broadcast_to(np.asarray(areas), (brake.linings.count,))))
+    T = start_temperature(scene)
+    found |= _of_walls(scene) | {"share": _share_of(heat.friction, T)}
+    if heat.external is not None:
+        found["external_share"] = _share_of(heat.external, start_temperature(scene, "band"))
+        if heat.external.beyond_share is not None:
+            found["beyond_share"] = float(heat.external.beyond_share)
+    return found | _of_surroundings(scene, T)
+
+
+# --- settled ----------------------------------------------------------------------------------------------------------
+
+
+def settle(scene: Scene, data: EstimateData | None) -> dict[str, Input]:
+    """Every input by its name: what the user gave, else the scene's, else the papers' or an assumption.
+
+    Raises `InputError` where linings would cover more than the track, or for numbers of a staged brake on another.
+    """
+    given, own = dict(vars(data or EstimateData())), _from_scene(scene)
+    if not scene.brake.in_series:
+        for name in _STAGED:
+            if given.pop(name) is not None:
+                raise InputError([Fault(name, "has no effect", "only a staged brake has an external pair")])
+    found: dict[str, Input] = {}
+    for name, value in given.items():
+        known = _FIELDS[name]
+        unit = "" if known.about is None else known.about.unit
+        if value is not None:
+            found[name] = Input(name, value, unit, "given")
+        elif own.get(name) is not None:
+            found[name] = Input(name, own[name], unit, "scene")
+        elif known.source:
+            found[name] = Input(name, known.assumed, unit, known.source)
+    brake = band_brake(scene)
+
+    def derive(name: str, value: float, source: str) -> None:
+        if name not in found or found[name].value is None:
+            found[name] = Input(name, value, _NUMBERS[name].unit, source)
+
+    derive("track_area", polished_surface(float(brake.pulley.radius), 0.220), "one rim, 0.220 m wide (V)")
+    track = found["track_area"].value
+    wrap = float(np.sum(np.asarray(brake.linings.angle)))
+    derive("lining_area", min(1.0, wrap / (2 * np.pi)) * track, "linings as wide as the track")
+    rim, lining, band = (found[name].value for name in _MATERIALS)
+    derive("share", float(effusivity_share(rim, lining)), "effusivities (Charron)")
+    if scene.brake.in_series:
+        outer = found["lining_area"].value * float(brake.band.radius) / float(brake.pulley.radius)
+        derive("outer_area", outer, "inner faces, larger by the radius")
+        derive("external_share", float(effusivity_share(band, lining)), "effusivities (Charron)")
+        derive("beyond_share", 0.0, "none (default)")
+        found |= _band(scene, found)
+    derive("matte_area", track, _FIELDS["matte_area"].source)
+    overlap = found["lining_area"].value / track
+    if overlap > 1 + 1e-9:
+        raise InputError(
+            [Fault("lining_area", f"covers {overlap:.4g} of the track", "it cannot be more than all of it")]
+        )
+    found["overlap"] = Input("overlap", min(overlap, 1.0), "1", "lining_area/track_area")
+    found["start"] = Input("start", start_temperature(scene), "K", "scene" if scene.heated else "20 °C")
+    return found
+
+
+def _band(scene: Scene, found: dict[str, Input]) -> dict[str, Input]:
+    """Thickness of a staged brake's band, from its heat capacity where that is known, and its temperature."""
+    heat, thickness = scene.network, found["band_thickness"]
+    body = None if heat.band is None else _body(heat, heat.band)
+    if isinstance(body, Lump) and thickness.source != "given":
+        metal = found["band"].value
+        per_metre = float(metal.density * metal.specific_heat) * found["outer_area"].value
+        thickness = Input("band_thickness", _mean(body.capacity) / per_metre, "m", "scene: its capacity")
+    start = Input("band_start", start_temperature(scene, "band"), "K", "20 °C" if body is None else "scene")
+    return {"band_thickness": thickness, "band_start": start}

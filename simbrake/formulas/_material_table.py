@@ -1,0 +1,473 @@
+"""Materials by energy level: rims and linings of a scene exchanged, estimated and simulated, side by side."""
+
+import dataclasses
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from typing import Any
+
+import equinox as eqx
+import jax
+import numpy as np
+from jax.core import Tracer
+
+from .._base._faults import Fault, InputError
+from .._base._progress import Progress
+from .._base._quantity import leaves
+from .._base._table import Column, Table, Tabular, plain
+from .._parts._scene import Scene, band_brake, check
+from .._run._choice import stiffness
+from .._run._edit import named_materials, with_materials, with_values
+from .._run._result import Result
+from .._run._simulate import simulate, solver_for
+from ..thermal._material import Material
+from ._braking import Braking, RunValues, run_values
+from ._estimates import of_result
+from ._inputs import EstimateData, settle
+from ._materials import (
+    LININGS,
+    QUANTITIES,
+    Case,
+    Compared,
+    LiningMaterial,
+    RimMaterial,
+    criteria,
+    greatest_work,
+    knows_wear,
+    lining_material,
+    rim_mass,
+    rim_material,
+    ring_inertia,
+)
+from ._rows import there
+from .stop import classical_stop
+
+_ZERO = 273.15  # K
+#: times at which a run is evaluated
+_TIMES = 512
+#: what is compared by default: V's four alloys and cast iron; the linings of which the library has numbers
+DEFAULT_RIMS = ("steel_20L", "magnesium_alloy", "brass", "aluminium_alloy", "cast_iron")
+DEFAULT_LININGS = tuple(LININGS)
+
+Energy = Sequence[float] | np.ndarray | Mapping[str, Sequence[float] | np.ndarray] | None
+
+
+# --- the table --------------------------------------------------------------------------------------------------------
+
+
+@dataclasses.dataclass(frozen=True)
+class EnergyLevel:
+    """One duty of a comparison: what sets it apart, and the friction work (J) of its hardest braking, minimum and
+
+    maximum among the pairs: with fade, or with an inertia that follows the rim's mass, runs differ.
+    """
+
+    label: str
+    least: float
+    most: float
+
+    @property
+    def words(self) -> str:
+        """The work in kJ."""
+        low, high = f"{self.least / 1e3:.4g}", f"{self.most / 1e3:.4g}"
+        return f"{low} kJ" if low == high else f"{low}…{high} kJ"
+
+
+@dataclasses.dataclass(frozen=True)
+class MaterialRow:
+    """One rim and lining material at one energy level.
+
+    - `level`: index of the level; `rim`, `lining`: names; `row["surface"]` is one quantity, its estimate (`value`)
+      and the `simulated` number; names as in `quantities`
+    - `fails`: limits that the pair exceeds, by the simulated number where there is one; empty if it is within all
+    - `greatest_work` (J): of one braking that the pair withstands by the estimates; `ends`: what limits it
+    """
+
+    level: int
+    rim: str
+    lining: str
+    quantities: dict[str, Compared]
+    fails: tuple[str, ...]
+    greatest_work: float
+    ends: str
+
+    @property
+    def admissible(self) -> bool:
+        return not self.fails
+
+    def __getitem__(self, name: str) -> Compared:
+        """A quantity by its name. Raises `KeyError` with the names there are."""
+        if name not in self.quantities:
+            raise KeyError(f"no quantity {name!r}; there are: {', '.join(self.quantities)}")
+        return self.quantities[name]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Numbers and words; of each quantity `{estimate, simulated, unit}`."""
+        numbers = {
+            name: {"estimate": one.value, "simulated": one.simulated, "unit": QUANTITIES[name].unit}
+            for name, one in self.quantities.items()
+        }
+        words = {name: getattr(self, name) for name in ("level", "rim", "lining", "admissible", "fails")}
+        return plain(words | {"greatest_work": self.greatest_work, "ends": self.ends} | numbers)
+
+
+def _celsius(T: float) -> str:
+    return f"{T - _ZERO:.0f}"
+
+
+def _scaled(factor: float, digits: str) -> Callable[[float], str]:
+    return lambda value: format(factor * value, digits)
+
+
+#: columns of the table: quantity, heading, estimate, simulated number or (`None`) the latter where there is one
+_COLUMNS: tuple[tuple[str, str, bool | None, str, Callable[[float], str]], ...] = (
+    ("share", "share", False, "%", _scaled(100.0, ".1f")),
+    *((name, name, simulated, "°C", _celsius) for name in ("bulk", "surface") for simulated in (False, True)),
+    ("lining_surface", "lining", True, "°C", _celsius),
+    ("maximum", "maximum", False, "°C", _celsius),
+    *(("stress", "stress", simulated, "MPa", _scaled(1e-6, ".0f")) for simulated in (False, True)),
+    ("stress_ratio", "stress over allowable", None, "", _scaled(1.0, ".2f")),
+    *(("wear", "wear", simulated, "µm", _scaled(1e6, ".3g")) for simulated in (False, True)),
+    ("mass", "mass", False, "kg", _scaled(1.0, ".0f")),
+)
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class MaterialComparison(Tabular):
+    """Rim materials and linings for one duty at one or several energy levels, side by side.
+
+    - `levels`, `rims`, `linings`: what is compared; `rows`: one for each combination, level by level; `notes`: what was
+      assumed or could not be simulated
+    - `comparison.row("brass", "FK-24A")` is one row; `str` gives the table; `as_dict` the same as numbers and words;
+      `dataset` as labelled data; `ranking` the pairs by the work that they withstand
+    """
+
+    about: str
+    levels: tuple[EnergyLevel, ...]
+    rims: tuple[RimMaterial, ...]
+    linings: tuple[LiningMaterial, ...]
+    rows: tuple[MaterialRow, ...]
+    notes: tuple[str, ...] = ()
+
+    def __iter__(self) -> Iterator[MaterialRow]:
+        return iter(self.rows)
+
+    def row(self, rim: str, lining: str | None = None, level: int = 0) -> MaterialRow:
+        """The row of a rim and a lining (the first, if none is named) at a level. Raises `KeyError` for other names."""
+        lining = self.linings[0].name if lining is None else lining
+        level = range(len(self.levels))[level]
+        for row in self.rows:
+            if (row.rim, row.lining, row.level) == (rim, lining, level):
+                return row
+        names = f"rims {', '.join(r.name for r in self.rims)}; linings {', '.join(x.name for x in self.linings)}"
+        raise KeyError(f"no row {rim!r} with {lining!r}; there are: {names}")
+
+    def ranking(self, level: int = -1) -> list[MaterialRow]:
+        """Rows of a level, those with the largest friction work first, pairs within all limits before all others."""
+        level = range(len(self.levels))[level]
+        rows = [row for row in self.rows if row.level == level]
+        return sorted(rows, key=lambda row: (not row.admissible, -row.greatest_work))
+
+    @property
+    def simulated(self) -> bool:
+        """Whether any row has simulated temperatures."""
+        return any(row["surface"].simulated is not None for row in self.rows)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Everything as numbers, lists and words (SI); numbers that are not finite are `None`."""
+        return {
+            "about": self.about,
+            "levels": plain(self.levels),
+            "materials": {
+                kind: [{"name": x.name, "numbers": x.numbers, "sources": x.sources} for x in found]
+                for kind, found in (("rims", self.rims), ("linings", self.linings))
+            },
+            "rows": [row.as_dict() for row in self.rows],
+            "ranking": [{"rim": row.rim, "lining": row.lining} for row in self.ranking()],
+            "notes": list(self.notes),
+        }
+
+    def dataset(self) -> Any:
+        """The same as an `xarray.Dataset` over `level`, `rim`, `lining`; simulated numbers in `<name>_simulated`."""
+        import xarray as xr
+
+        names = [r.name for r in self.rims], [x.name for x in self.linings]
+        shape = len(self.levels), len(names[0]), len(names[1])
+        dims = ("level", "rim", "lining")
+
+        def cube(values: list[Any], dtype: Any = float) -> Any:
+            return np.asarray([np.nan if x is None else x for x in values], dtype).reshape(shape)
+
+        found: dict[str, Any] = {}
+        for name, row_of in QUANTITIES.items():
+            unit, meaning = row_of.unit, row_of.why
+            about = {"units": unit, "meaning": meaning, "formula": row_of.formula}
+            found[name] = (dims, cube([row[name].value for row in self.rows]), about)
+            simulated = cube([row[name].simulated for row in self.rows])
+            if not np.all(np.isnan(simulated)):
+                found[f"{name}_simulated"] = (dims, simulated, {"units": unit, "meaning": f"{meaning}, simulated"})
+        about = {"units": "J", "meaning": "greatest friction work of one braking, by the estimates"}
+        found["greatest_work"] = (dims, cube([row.greatest_work for row in self.rows]), about)
+        found["admissible"] = (dims, cube([row.admissible for row in self.rows], bool))
+        coords = {"level": [level.label for level in self.levels], "rim": names[0], "lining": names[1]}
+        return xr.Dataset(found, coords, {"about": self.about})
+
+    def parts(self) -> Iterator[str | Table]:
+        yield self.about
+        for i, level in enumerate(self.levels):
+            yield from ("", f"{level.label}: friction work {level.words}", self._table(i))
+        columns = [
+            Column("place", heading=""),
+            "rim",
+            "lining",
+            Column("work", shown_in="kJ", show=_scaled(1e-3, ".0f")),
+        ]
+        ranked = [(n, row.rim, row.lining, row.greatest_work, row.ends) for n, row in enumerate(self.ranking(), 1)]
+        title = "greatest friction work of one braking by the estimates, and what ends it"
+        yield from ("", Table([*columns, Column("ends", heading="", left=True)], ranked, title), "")
+        yield from (f"note: {note}" for note in self.notes)
+
+    def _table(self, level: int) -> Table:
+        rows = [row for row in self.rows if row.level == level]
+        shown = [c for c in _COLUMNS if not c[2] or any(row[c[0]].simulated is not None for row in rows)]
+        columns = [
+            Column(f"{name}_{simulated}", heading=heading + (" sim." if simulated else ""), shown_in=unit, show=show)
+            for name, heading, simulated, unit, show in shown
+        ]
+        lines = []
+        for row in rows:
+            values = [
+                one.best if simulated is None else one.simulated if simulated else one.value
+                for one, simulated in ((row[c[0]], c[2]) for c in shown)
+            ]
+            verdict = f"exceeded: {'; '.join(row.fails)}" if row.fails else "within limits"
+            lines.append((row.rim, row.lining, *values, verdict))
+        return Table(["rim", "lining", *columns, "verdict"], lines)
+
+
+# --- the function -----------------------------------------------------------------------------------------------------
+
+
+def compare_materials(
+    scene: Scene,
+    rims: Sequence[str | RimMaterial] = DEFAULT_RIMS,
+    linings: Sequence[str | LiningMaterial] = DEFAULT_LININGS,
+    data: EstimateData | None = None,
+    *,
+    energy: Energy = None,
+    run: bool = True,
+    inertia: bool = False,
+    rtol: float = 1e-10,
+    show: Any = None,
+) -> MaterialComparison:
+    """Compare materials of rim and linings for the duty of a scene, at one or several energy levels.
+
+    - `rims`, `linings`: names of the library (`rim_material`, `lining_material`) or custom materials
+    - `data`: numbers for the estimates beyond materials, as in `estimates`; its rim is what the scene has if that does
+      not say so
+    - `energy`: `None`, the scene as it is; friction works (J), for each of which the initial speed is sought whose
+      classical stop does that work; or a parameter of the scene with its values, `{"initial.omega": [12.0, 24.0]}`
+    - `run`: simulate each combination too, if the scene's heat has a rim in layers; else the scene once for each level,
+      for time and work. `False`: those of a classical stop
+    - `inertia`: the pulley's inertia follows the rim's mass; by default the scene's stays
+    - `rtol`: relative tolerance of runs; `show`: as of `Progress`
+
+    For each: shares of the heat, bulk, surface and maximum temperature, thermal stress over the permissible one, wear
+    of the linings (Archard, at the temperature of their surface), mass and inertia of the rim; whether it is within its
+    limits (temperatures, stress, melting of spots), else why; and the maximum friction work that it withstands by the
+    estimates. Friction stays that of the scene. Runs of all materials are one compiled program.
+
+    Raises `InputError` for input errors of the scene, a staged brake, a scene without a classical stop where one is
+    needed, runs in which nothing slides, materials twice or none, and levels that are not positive; `KeyError` for
+    unknown materials; `SimulationError` where a run fails.
+    """
+    check(scene)
+    if any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves(scene)):
+        raise InputError([Fault("scene", "is traced", "give a scene with values")])
+    if band_brake(scene).in_series:
+        raise InputError([Fault("brake.bandage", "is not for this comparison", "it is of a brake with one pair")])
+    found_rims = _alike([rim_material(r) if isinstance(r, str) else r for r in rims])
+    found_linings = _alike([lining_material(x) if isinstance(x, str) else x for x in linings])
+    _require_names(rims=found_rims, linings=found_linings)
+    levels = _levels(scene, energy)
+    study = _Study(scene, data or EstimateData(), run, inertia, rtol)
+    pairs = [(rim, lining) for rim in found_rims for lining in found_linings]
+    combined = [(i, level, *pair) for i, (_, level) in enumerate(levels) for pair in pairs]
+    scenes = [study.scene_of(level, rim, lining) for _, level, rim, lining in combined]
+    solver = solver_for(any(stiffness(s)[0] for s in scenes)) if run else None  # one program for all of them
+    progress = Progress(len(combined), show, what="combinations", after=2.0)
+    found = []
+    for s, (i, _, rim, lining) in zip(scenes, combined, strict=True):
+        found.append(study.row(i, s, rim, lining, solver))
+        progress.add(1)
+    progress.close()
+    works = [[row["friction_work"].value for row in found if row.level == i] for i in range(len(levels))]
+    told = tuple(EnergyLevel(words, min(w), max(w)) for (words, _), w in zip(levels, works, strict=True))
+    how = "time and friction work are those of " + ("the runs" if run else "classical stops")
+    about, notes = f"materials of rim and linings compared; {how}, temperatures in °C", study.notes(found_linings)
+    return MaterialComparison(about, told, tuple(found_rims), tuple(found_linings), tuple(found), notes)
+
+
+def _require_names(**groups: Iterable[Any]) -> None:
+    faults = []
+    for name, found in groups.items():
+        names = [one.name for one in found]
+        twice = sorted({one for one in names if names.count(one) > 1})
+        if not names:
+            faults.append(Fault(name, "are none", "at least one material is needed"))
+        if twice:
+            faults.append(Fault(name, f"have {', '.join(twice)} more than once", "a name stands for one material"))
+    if faults:
+        raise InputError(faults)
+
+
+def _alike(found: list[Any]) -> list[Any]:
+    """Materials of one structure, so that their runs are one program: a slope that one has is 0 in the others."""
+    slopes = ("conductivity_slope", "specific_heat_slope")
+    used = [name for name in slopes if any(getattr(one.thermal, name) is not None for one in found)]
+
+    def filled(thermal: Material) -> Material:
+        return dataclasses.replace(thermal, **{n: 0.0 for n in used if getattr(thermal, n) is None})  # pyright: ignore
+
+    return [dataclasses.replace(one, thermal=filled(one.thermal)) for one in found]
+
+
+def _levels(scene: Scene, energy: Energy) -> list[tuple[str, Scene]]:
+    """Scenes of the energy levels with what sets them apart."""
+    if energy is None:
+        return [("the scene's own duty", scene)]
+    if isinstance(energy, Mapping):
+        if len(energy) != 1:
+            hint = 'as in {"initial.omega": [12.0, 24.0]}'
+            raise InputError([Fault("energy", f"names {len(energy)} numbers of the scene", hint)])
+        ((path, values),) = energy.items()
+        scenes = [with_values(scene, {path: float(value)}) for value in values]
+        unit = next((f" {leaf.about.unit}" for one in scenes for leaf in leaves(one) if leaf.path == path), "")
+        unit = "" if unit in (" 1", " SI") else unit
+        found = [(f"{path} = {float(v):.6g}{unit}", one) for v, one in zip(values, scenes, strict=True)]
+        for _, one in found:
+            check(one)
+    else:
+        works = [float(work) for work in energy]
+        wrong = [work for work in works if not (work > 0 and np.isfinite(work))]
+        if wrong:
+            raise InputError([Fault("energy", f"{wrong[0]:g} J is out of range", "friction works are > 0 J")])
+        found = [(f"classical stop of {work / 1e3:g} kJ", _of_work(scene, work)) for work in works]
+    if not found:
+        raise InputError([Fault("energy", "is empty", "leave it out for the scene's own duty")])
+    return found
+
+
+def _of_work(scene: Scene, work: float) -> Scene:
+    """The scene from the initial speed whose classical stop has the friction `work`, which grows with the speed."""
+    from scipy.optimize import brentq
+
+    def at(omega: float) -> Scene:
+        return with_values(scene, {"initial.omega": omega})
+
+    def over(omega: float) -> float:
+        stop = classical_stop(at(omega))
+        if stop is None:
+            hint = "it must begin in motion and the brake outweigh its load; or give energy as a number of the scene"
+            raise InputError([Fault("scene", "has no classical stop for a friction work", hint)])
+        return stop.work / work - 1
+
+    low = high = max(float(scene.initial.omega), 1e-3)
+    while over(low) > 0:
+        low /= 2
+    while over(high) < 0:
+        high *= 2
+    omega = low if low == high else brentq(over, low, high, xtol=1e-13 * high)
+    assert isinstance(omega, float)
+    return at(omega)
+
+
+@dataclasses.dataclass
+class _Study:
+    """The scene of a comparison and what its rows have in common."""
+
+    scene: Scene
+    data: EstimateData
+    run: bool
+    inertia: bool
+    rtol: float
+
+    def __post_init__(self) -> None:
+        self.named = named_materials(self.scene.network)
+        own = self._own = settle(self.scene, self.data)
+        self._own_mass = float(own["rim"].value.density) * own["rim_thickness"].value * own["track_area"].value
+        self._runs: dict[bytes, tuple[Result, RunValues]] = {}
+
+    def scene_of(self, scene: Scene, rim: RimMaterial, lining: LiningMaterial) -> Scene:
+        """The scene of a level with the materials, where it names any."""
+        scene = with_materials(scene, rim.thermal if self.named[0] else None, lining.thermal if self.named[1] else None)
+        if self.run and knows_wear(scene) and scene.brake.linings.area is None:  # wear alone depends on the pressure
+            area = np.asarray(self._own["lining_area"].value / scene.brake.linings.count)
+            scene = eqx.tree_at(lambda s: s.brake.linings.area, scene, area, is_leaf=lambda x: x is None)
+        if self.inertia:
+            b = self._braking(scene, rim, lining)
+            more = ring_inertia(rim_mass(b) - self._own_mass, float(band_brake(scene).pulley.radius), b.rim_thickness)
+            scene = with_values(scene, {"brake.pulley.inertia": float(band_brake(scene).pulley.inertia) + more})
+            check(scene)
+        return scene
+
+    def _braking(
+        self,
+        scene: Scene,
+        rim: RimMaterial,
+        lining: LiningMaterial,
+        found: tuple[Result, RunValues] | None = None,
+    ) -> Braking:
+        hardness = self.data.hardness or min(rim.hardness, lining.hardness)  # of the softer surface
+        given = {"rim": rim.thermal, "lining": lining.thermal, "elastic": rim.elastic, "hardness": hardness}
+        inputs, stop = settle(scene, dataclasses.replace(self.data, **given)), classical_stop(scene)
+        if found is not None:
+            return of_result(found[0], inputs, stop, None, found[1])
+        time, work = (0.0, 0.0) if stop is None else (stop.time, stop.work)
+        return Braking(scene, inputs, stop, None, None, None, time, work, float(scene.initial.omega))
+
+    def row(self, level: int, scene: Scene, rim: RimMaterial, lining: LiningMaterial, solver: Any) -> MaterialRow:
+        """One row of the table."""
+        found = self._ran(scene, solver) if self.run else None
+        braking = self._braking(scene, rim, lining, found)
+        if braking.stop is None and found is None:
+            hint = "it must begin in motion and the brake outweigh its load; or let it run"
+            raise InputError([Fault("scene", "has no classical stop", hint)])
+        case, quantities = Case(braking, rim, lining, braking.flash or 0.0), {}
+        shown = braking.run is not None and braking.run.layered and self.named[0]
+        for name, asked in QUANTITIES.items():
+            value, simulated = asked.found(case)
+            quantities[name] = Compared(there(value), simulated if shown else None)
+        looked = {name: one.best for name, one in quantities.items()}
+        fails = tuple(one.words for one in criteria(looked, rim, lining) if one.ratio > 1)
+        return MaterialRow(level, rim.name, lining.name, quantities, fails, *greatest_work(case))
+
+    def _ran(self, scene: Scene, solver: Any) -> tuple[Result, RunValues]:
+        """The run of a scene; scenes whose equations do not depend on the materials run once."""
+        key = b"".join(np.asarray(leaf, float).tobytes() for leaf in jax.tree.leaves(scene))
+        if key not in self._runs:
+            result = simulate(scene, solver=solver, rtol=self.rtol)
+            values = run_values(result, times=_TIMES)
+            if values is None:
+                raise InputError([Fault("scene", "has no friction work", "nothing ever slides in its run")])
+            self._runs[key] = result, values
+        return self._runs[key]
+
+    def notes(self, linings: list[LiningMaterial]) -> tuple[str, ...]:
+        """What is assumed, and what is not simulated."""
+        found = [
+            "friction is the scene's with every lining; numbers of the materials and their sources: as_dict(), JSON"
+        ]
+        if self.run and not self.named[0]:
+            found.append("the scene's heat has no rim in layers: temperatures, stress and wear are estimates")
+        elif self.scene.network.permissible is not None:
+            found.append("permissible temperatures are those of the materials; the scene's own is an event of its runs")
+        if not self.run:
+            found.append("no runs: estimates only")
+        for name in ("track_area", "lining_area", "rim_thickness"):
+            size = self._own[name]
+            if size.source not in ("given", "scene"):
+                found.append(f"{name} = {size.value:.4g} {size.unit} is not the scene's: {size.source}")
+        if not self.inertia:
+            found.append("the pulley's inertia is the scene's whatever the rim weighs (inertia=True lets it follow)")
+        if any("assum" in words for one in linings for name, words in one.sources.items() if "wear" in name):
+            found.append("wear coefficients are assumed orders of magnitude: compare them, do not trust them")
+        return tuple(found)

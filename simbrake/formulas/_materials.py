@@ -1,0 +1,335 @@
+"""Rims and linings to choose from, and what a pair of them comes to in a braking."""
+
+import dataclasses
+import functools
+import math
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple, SupportsFloat
+
+import jax.numpy as jnp
+import numpy as np
+
+from .._base._admissible import require_positive
+from .._parts._scene import Scene, band_brake
+from .._run._linings import lining_wear
+from ..thermal._material import LIBRARY, Entry, Material, effusivity_share, material
+from ..wear import ThresholdWear
+from ._braking import Braking
+from ._estimates import ROWS, simulated_share
+from ._rows import Of, Row, read, rows, there
+from .heating import ElasticMaterial, maximum_temperatures, transmission_table
+
+_ZERO = 273.15  # K
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class RimMaterial:
+    """A material for rims: `thermal` properties, constants for thermal stress (`elastic`), and what it withstands.
+
+    - `permissible` (K): of the surface in service; `solidus` (K): where it begins to melt; `hardness` (Pa)
+    - `sources`: number → where it is from; assumptions say so
+    """
+
+    name: str
+    thermal: Material
+    elastic: ElasticMaterial
+    permissible: float
+    solidus: float
+    hardness: float
+    sources: dict[str, str] = dataclasses.field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        require_positive(permissible=self.permissible, solidus=self.solidus, hardness=self.hardness)
+
+    @property
+    def numbers(self) -> dict[str, float]:
+        """All numbers by name (SI)."""
+        return _of_thermal(self.thermal) | {
+            "young": self.elastic.young,
+            "expansion": self.elastic.expansion,
+            "poisson": self.elastic.poisson,
+            "permissible_stress": self.elastic.permissible,
+            "permissible_temperature": self.permissible,
+            "solidus": self.solidus,
+            "hardness": self.hardness,
+        }
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class LiningMaterial:
+    """A material for linings: `thermal` properties, law of `wear`, and what it withstands.
+
+    - `wear`: rate `I(p, v, T)` (m³/(N·m)) as `sb.lining_wear` takes it
+    - `permissible` (K): of its surface; `hardness` (Pa); `sources`: number → where it is from
+
+    Its friction is that of the scene: only a run with another law tells what another coefficient does.
+    """
+
+    name: str
+    thermal: Material
+    wear: Callable[..., Any]
+    permissible: float
+    hardness: float
+    sources: dict[str, str] = dataclasses.field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        require_positive(permissible=self.permissible, hardness=self.hardness)
+
+    @property
+    def numbers(self) -> dict[str, float]:
+        """All numbers by name (SI); of the wear law those of `ThresholdWear`."""
+        found = _of_thermal(self.thermal)
+        if isinstance(self.wear, ThresholdWear):
+            law = self.wear
+            found |= {"wear_coefficient": law.coefficient, "wear_threshold": law.threshold}  # pyright: ignore
+            found |= {"wear_activation": law.energy}  # pyright: ignore
+        found |= {"permissible_temperature": self.permissible, "hardness": self.hardness}
+        return {name: float(value) for name, value in found.items()}
+
+
+def _of_thermal(thermal: Material) -> dict[str, float]:
+    return {name: float(getattr(thermal, name)) for name in ("conductivity", "density", "specific_heat")}
+
+
+def _library(part: str) -> dict[str, dict[str, Entry]]:
+    """Material of a part → number → value with its source, from `materials.csv`."""
+    found: dict[str, dict[str, Entry]] = {}
+    for row in read("materials.csv"):
+        if row["part"] == part:
+            value, low, high = (float(row[key]) for key in ("value", "low", "high"))
+            entry = Entry(value, low, high, row["source"], bool(row["assumed"]))
+            found.setdefault(row["material"], {})[row["number"]] = entry
+    return found
+
+
+#: rim material → number → value with its source; the alloys are those whose conductivity is next to V's
+RIMS = _library("rim")
+#: lining material → number → value with its source
+LININGS = _library("lining")
+
+
+def _settled(name: str, table: dict[str, dict[str, Entry]], kind: str, changes: dict[str, float]):
+    """Numbers by name and their sources, with `changes`."""
+    if name not in table:
+        raise KeyError(f"no {kind} {name!r}; there are: {', '.join(sorted(table))}")
+    entries = LIBRARY[name] | table[name]
+    unknown = sorted(set(changes) - set(entries))
+    if unknown:
+        raise KeyError(f"a {kind} has no {', '.join(unknown)}; there are: {', '.join(entries)}")
+    numbers = {key: float(changes.get(key, entry.value)) for key, entry in entries.items()}
+    sources = {
+        key: "given" if key in changes else entry.source + (" (assumed)" if _unsaid(entry) else "")
+        for key, entry in entries.items()
+    }
+    return numbers, sources
+
+
+def _unsaid(entry: Entry) -> bool:
+    return entry.assumed and not entry.source.startswith("assumption")
+
+
+def _thermal(name: str, numbers: dict[str, float]) -> Material:
+    return material(name, **{key: numbers[key] for key in ("conductivity", "density", "specific_heat")})
+
+
+def rim_material(name: str, **changes: float) -> RimMaterial:
+    """A rim's material: steel_20L, steel_35KhNL, cast_iron, magnesium_alloy, brass, aluminium_alloy.
+
+    `changes` by name (SI): those of `Material`, `young`, `expansion`, `poisson`, `permissible_stress`,
+    `permissible_temperature`, `solidus`, `hardness`. Where each number is from stands in `sources`: conductivities of
+    V, handbook values, and assumptions. Raises `KeyError` with the names there are.
+    """
+    n, sources = _settled(name, RIMS, "rim material", changes)
+    elastic = ElasticMaterial(n["young"], n["expansion"], n["poisson"], n["permissible_stress"])
+    limits = n["permissible_temperature"], n["solidus"], n["hardness"]
+    return RimMaterial(name, _thermal(name, n), elastic, *limits, sources)
+
+
+def lining_material(name: str, **changes: float) -> LiningMaterial:
+    """A lining's material: FK-24A, retinax.
+
+    `changes` by name (SI): those of `Material`, `wear_coefficient`, `wear_threshold`, `wear_activation` (of
+    `ThresholdWear`), `permissible_temperature`, `hardness`. Raises `KeyError` with the names there are.
+    """
+    n, sources = _settled(name, LININGS, "lining material", changes)
+    wear = ThresholdWear(n["wear_coefficient"], n["wear_threshold"], n["wear_activation"])
+    return LiningMaterial(name, _thermal(name, n), wear, n["permissible_temperature"], n["hardness"], sources)
+
+
+# --- one braking with one pair of materials ---------------------------------------------------------------------------
+
+
+@dataclasses.dataclass(frozen=True)
+class Case:
+    """One braking with one pair of materials; `flash`: rise of the spots (K)."""
+
+    braking: Braking
+    rim: RimMaterial
+    lining: LiningMaterial
+    flash: float
+
+    def scaled(self, s: float) -> "Case":
+        """The braking from `s` times the speed, under the same torques: time by `s`, work by `s²`, flash by `√s`."""
+        b = self.braking
+        braking = dataclasses.replace(b, omega=b.omega * s, time=b.time * s, work=b.work * s**2)
+        return dataclasses.replace(self, braking=braking, flash=self.flash * math.sqrt(s))
+
+    @functools.cached_property
+    def surface_rise(self) -> float:
+        """Rise (K) of the rim's surface: a half-space has no back, and long brakings warm the rim through."""
+        return max(self.braking.falling_rise, self.braking.whole_rise)
+
+    @property
+    def surface(self) -> float:
+        """Maximum temperature of the rim's surface (K)."""
+        return self.braking.start_now + self.surface_rise
+
+    @property
+    def maximum(self) -> float:
+        """The same with a third of the flash (K)."""
+        found = maximum_temperatures(self.braking.heated.rise, self.surface_rise, self.flash)
+        return self.braking.start_now + float(found.surface_and_third_flash)
+
+    @property
+    def transmission(self) -> float:
+        """Share into the rim by heat transmission."""
+        b, T = self.braking, jnp.asarray(self.braking.start_now)
+        law = dataclasses.replace(
+            transmission_table(), rim_conductivity=b.rim.conductivity, lining_conductivity=b.lining.conductivity
+        )
+        return float(law.share(T, T))
+
+    @property
+    def wear(self) -> float:
+        """Mean depth (m) worn off the linings over all brakings, each as hot as the hardest."""
+        b = self.braking
+        work = b.work if b.run is None else b.run.total_work
+        cosine = float(np.mean(np.cos(np.asarray(band_brake(b.scene).linings.angle) / 2)))
+        load_way = work * cosine / (b.friction * b.lining_area)  # ∫ p v dt, as the friction f N acts at R_b/cos(β/2)
+        speed = jnp.asarray(b.travel / b.time)
+        rate = self.lining.wear(jnp.asarray(load_way) / b.travel, speed, jnp.asarray(self.surface))
+        return float(np.mean(np.asarray(rate))) * load_way
+
+
+def rim_mass(b: Braking) -> float:
+    """`ρ δ A` (kg)."""
+    return float(b.rim.density) * b.rim_thickness * b.track_area
+
+
+def ring_inertia(mass: float, radius: float, thickness: float) -> float:
+    """Inertia (kg·m²) of a ring of the outer `radius` (m): `m (R² + (R − δ)²)/2`."""
+    return mass * (radius**2 + (radius - thickness) ** 2) / 2
+
+
+def knows_wear(scene: Scene) -> bool:
+    """Whether runs of a scene have a temperature of the linings, on which their wear depends."""
+    pair = scene.network.friction
+    return pair is not None and pair.lining is not None
+
+
+class Compared(NamedTuple):
+    """An estimate, and the simulated number beside it where there is one."""
+
+    value: float
+    simulated: float | None = None
+
+    @property
+    def best(self) -> float:
+        """The simulated number, else the estimate."""
+        return self.value if self.simulated is None else self.simulated
+
+
+def _of_estimate(name: str) -> Of[Case]:
+    """A row of the estimates."""
+    of = ROWS[name].of
+    return Of(lambda case: of.value(case.braking), lambda case: of.simulated(case.braking))
+
+
+def _lining_peak(case: Case) -> float:
+    there(case.braking.scene.network.linings)
+    return float(there(case.braking.result).peak_lining_temperature.value)
+
+
+def _run_wear(case: Case) -> SupportsFloat:
+    result = there(case.braking.result)
+    return np.mean(np.asarray(lining_wear(there(result if knows_wear(result.scene) else None), case.lining.wear)))
+
+
+def _inertia(case: Case) -> float:
+    b = case.braking
+    return ring_inertia(rim_mass(b), float(band_brake(b.scene).pulley.radius), b.rim_thickness)
+
+
+#: quantity → its estimate, and what a run with a rim in layers has of it
+QUANTITIES: dict[str, Row[Case]] = rows(
+    {},
+    {
+        "friction_work": Of(lambda case: case.braking.work),
+        "duration": Of(lambda case: case.braking.time),
+        "share": Of(lambda case: case.braking.share, lambda case: simulated_share(case.braking)),
+        "effusivity_share": Of(lambda case: effusivity_share(case.braking.rim, case.braking.lining)),
+        "transmission_share": Of(lambda case: case.transmission),
+        "bulk": _of_estimate("bulk temperature, mean"),
+        "bulk_end": _of_estimate("bulk temperature, end"),
+        "surface": Of(lambda case: case.surface, lambda case: case.braking.peak),
+        "lining_surface": Of(lambda case: case.surface, _lining_peak),
+        "maximum": Of(lambda case: case.maximum),
+        "stress": _of_estimate("thermal stress, surface"),
+        "stress_ratio": _of_estimate("stress over permissible"),
+        "wear": Of(lambda case: case.wear, _run_wear),
+        "mass": Of(lambda case: rim_mass(case.braking)),
+        "inertia": Of(_inertia),
+    },
+    "materials",
+)
+
+
+def estimated(case: Case, name: str) -> float:
+    """The estimate of a quantity (SI)."""
+    return float(QUANTITIES[name].of.value(case))
+
+
+class Criterion(NamedTuple):
+    """One thing that a pair of materials has to withstand: its value over what is permitted, and both in words."""
+
+    name: str
+    ratio: float  # of temperatures in K
+    words: str
+
+
+def criteria(values: Mapping[str, float], rim: RimMaterial, lining: LiningMaterial) -> list[Criterion]:
+    """What the materials have to withstand, of estimated or simulated values (SI)."""
+
+    def hot(name: str, key: str, limit: float, of: str) -> Criterion:
+        words = f"{of} {values[key] - _ZERO:.0f} °C over {limit - _ZERO:.0f} °C"
+        return Criterion(name, values[key] / limit, words)
+
+    stress = f"stress {values['stress_ratio']:.2f} × allowable stress"
+    return [
+        hot("rim temperature", "surface", rim.permissible, "rim"),
+        hot("lining temperature", "lining_surface", lining.permissible, "lining"),
+        Criterion("thermal stress", values["stress_ratio"], stress),
+        hot("melting", "maximum", rim.solidus, "spots"),
+    ]
+
+
+def greatest_work(case: Case) -> tuple[float, str]:
+    """Maximum friction work (J) of one braking that the pair withstands by the estimates, and what limits it.
+
+    The braking at hand from another speed under the same torques (time by the speed, work by its square). Every
+    criterion grows with the speed, so that there is one end; 0 where the rim is too hot at the start.
+    """
+    from scipy.optimize import brentq
+
+    def worst(log_s: float) -> Criterion:
+        scaled = case.scaled(math.exp(log_s))
+        looked = ("surface", "lining_surface", "maximum", "stress_ratio")
+        values = {name: estimated(scaled, name) for name in looked}
+        return max(criteria(values, case.rim, case.lining), key=lambda one: one.ratio)
+
+    low, high = math.log(1e-4), math.log(1e4)
+    if worst(low).ratio >= 1:
+        return 0.0, worst(low).name
+    end = brentq(lambda x: worst(x).ratio - 1, low, high, xtol=1e-13)
+    assert isinstance(end, float)
+    return case.braking.work * math.exp(2 * end), worst(end).name

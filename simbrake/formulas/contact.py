@@ -1,0 +1,167 @@
+"""Contact and surfaces: areas, radiation, triboelectricity, and equivalents of parts in series or parallel."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from .._base._admissible import require_not_negative, require_positive
+from ..thermal._network import STEFAN_BOLTZMANN
+
+
+def real_contact_area(area: Any, pressure: Any, hardness: Any) -> Any:
+    """Area of the spots that touch, all of them plastic: `A_r = A_a p_a/HB` (S-34), in m².
+
+    - `area` `A_a` (m²), nominal; `pressure` `p_a` (Pa) on it; `hardness` `HB` (Pa) of the softer surface
+
+    The scan also shows a 2 in the denominator; the form with `HB` alone is that of plastic spots in equilibrium, which
+    carry the pressure `HB`. Raises `ValueError` where area or hardness is not positive, the pressure negative or above
+    the hardness: there is no more than the whole area.
+
+    Reference: F. P. Bowden, D. Tabor, *The Friction and Lubrication of Solids* (1950), ch. I.
+    """
+    require_positive(area=area, hardness=hardness)
+    require_not_negative(pressure=pressure)
+    if pressure > hardness:
+        raise ValueError(f"pressure = {pressure} Pa exceeds the hardness of {hardness} Pa")
+    return area * pressure / hardness
+
+
+def polished_surface(radius: Any, width: Any) -> Any:
+    """The friction track `A_p = 2 π R b` (S-35), in m². Raises `ValueError` where an argument is not positive."""
+    require_positive(radius=radius, width=width)
+    return 2 * math.pi * radius * width
+
+
+def ring_face(inner: Any, outer: Any) -> Any:
+    """One face of a ring, `π (R² − r²)`, in m²: rebord, flange or disc. Raises `ValueError` for `r ≥ R` or `r < 0`."""
+    require_not_negative(inner=inner)
+    if not outer > inner:
+        raise ValueError(f"outer = {outer} must exceed inner = {inner}")
+    return math.pi * (outer**2 - inner**2)
+
+
+def matte_surface(*areas: Any) -> Any:
+    """All that is not polished: `A_m = A_rebords + A_flange + A_bore + …` (S-36), in m².
+
+    Raises `ValueError` where one is negative.
+    """
+    for area in areas:
+        require_not_negative(area=area)
+    return sum(areas)
+
+
+def radiation_coefficient(emissivity: Any, temperature: Any, ambient: Any) -> Any:
+    """Heat transfer coefficient of radiation in W/(m²·K), temperatures in K (S-37 polished, S-38 matte surfaces):
+
+        α = C_r [(T/100)⁴ − (T_a/100)⁴]/(T − T_a),   C_r = 10⁸ ε σ
+
+    Written as `ε σ (T² + T_a²)(T + T_a)`, which also holds at `T = T_a`. Raises `ValueError` for an emissivity that is
+    negative or temperatures that are not positive.
+    """
+    require_not_negative(emissivity=emissivity)
+    require_positive(temperature=temperature, ambient=ambient)
+    return emissivity * STEFAN_BOLTZMANN * (temperature**2 + ambient**2) * (temperature + ambient)
+
+
+def triboelectric_power(current: Any, voltage: Any, factor: Any = 200.0) -> Any:
+    """Electrical share of the friction power (W): `W_el = k_v I U` (S-8). An estimate.
+
+    - `current` `I` (A) between asperities of lining and metal; `voltage` `U` (V) at the end of the braking
+    - `factor` `k_v`, 2·10² as printed: stands for the time that asperities touch, without a derivation or a unit
+
+    S's own formula of the current (S-9) is lost: give a measured one, or `contact_current`. Raises `ValueError` for a
+    negative argument.
+    """
+    require_not_negative(current=current, voltage=voltage, factor=factor)
+    return factor * current * voltage
+
+
+def thermoelectric_voltage(seebeck: Any, hot: Any, cold: Any) -> Any:
+    """Voltage (V) of the contact as a thermocouple: `U = S_ab (T_c − T_0)`, stands in for what S-9 lost. An estimate.
+
+    - `seebeck` `S_ab` (V/K), of the pair of materials; `hot` `T_c` (K) of the spots, `cold` `T_0` (K) of the bodies
+
+    Reference: R. Holm, *Electric Contacts*, 4th ed. (1967), on thermoelectric effects in contacts.
+    """
+    return seebeck * (hot - cold)
+
+
+def contact_current(voltage: Any, resistivity: Any, area: Any, spots: Any = 1) -> Any:
+    """Current (A) that a `voltage` `U` drives through the spots that touch; stands in for S-9. An estimate.
+
+        I = U/R,   R = ρ_e/(2 n r) of n equal round spots in parallel,   n π r² = A_r
+
+    - `resistivity` `ρ_e` (Ω·m), mean of the two bodies; `area` `A_r` (m²) that really touches (`real_contact_area`);
+      `spots` `n`
+
+    Constriction alone: films and the resistance between spots are left out, so that it is an upper bound. Raises
+    `ValueError` where resistivity, area or number of spots is not positive.
+
+    Reference: R. Holm, *Electric Contacts*, 4th ed. (1967), constriction resistance `ρ/(2 a)` of a round spot.
+    """
+    require_positive(resistivity=resistivity, area=area, spots=spots)
+    radius = (area / (spots * math.pi)) ** 0.5
+    return voltage * 2 * spots * radius / resistivity
+
+
+def series_resistance(*resistances: Any) -> Any:
+    """`R = Σ R_i` (K/W) of parts that the same heat passes one after the other (S-30). Raises `ValueError` below 0."""
+    for R in resistances:
+        require_not_negative(resistance=R)
+    return sum(resistances)
+
+
+def parallel_resistance(*resistances: Any) -> Any:
+    """`1/R = Σ 1/R_i` (K/W) of parts between the same two temperatures (S-30). Raises `ValueError` where one is ≤ 0."""
+    for R in resistances:
+        require_positive(resistance=R)
+    return 1 / sum(1 / R for R in resistances)
+
+
+def series_conductivity(thickness: Any, conductivity: Any) -> Any:
+    """Conductivity (W/(m·K)) of layers (k,) that heat passes one after the other: `λ = Σ δ_k/Σ(δ_k/λ_k)` (S-30).
+
+    The reading of a garbled formula that keeps the resistance of the layers. Raises `ValueError` where a number ≤ 0.
+    """
+    require_positive(thickness=thickness, conductivity=conductivity)
+    thickness = np.asarray(thickness, float)
+    return np.sum(thickness) / np.sum(thickness / np.asarray(conductivity, float))
+
+
+def parallel_conductivity(area: Any, conductivity: Any) -> Any:
+    """Conductivity (W/(m·K)) of parts (k,) side by side: `λ = Σ λ_k A_k/Σ A_k` (S-30). Raises `ValueError` as above."""
+    require_positive(area=area, conductivity=conductivity)
+    area = np.asarray(area, float)
+    return np.sum(area * np.asarray(conductivity, float)) / np.sum(area)
+
+
+def equivalent_specific_heat(mass: Any, specific_heat: Any) -> Any:
+    """`c = Σ G_k c_k/Σ G_k` (J/(kg·K)) of layers (k,) of the masses `G_k` (S-32). Raises `ValueError` as above."""
+    require_positive(mass=mass, specific_heat=specific_heat)
+    mass = np.asarray(mass, float)
+    return np.sum(mass * np.asarray(specific_heat, float)) / np.sum(mass)
+
+
+def equivalent_density(mass: Any, volume: Any) -> Any:
+    """`ρ = Σ m_k/Σ V_k` (kg/m³) of layers (k,) (S-33, a sum of quotients in the scan). Raises `ValueError` as above."""
+    require_positive(mass=mass, volume=volume)
+    return np.sum(np.asarray(mass, float)) / np.sum(np.asarray(volume, float))
+
+
+def equivalent_diffusivity(conductivity: Any, density: Any, specific_heat: Any) -> Any:
+    """`a = λ/(ρ c)` (m²/s) of the equivalent numbers (S-31). Raises `ValueError` where one of them is not positive."""
+    require_positive(conductivity=conductivity, density=density, specific_heat=specific_heat)
+    return conductivity / (density * specific_heat)
+
+
+def current_density(conductivity: Any, change: Any, depth: Any) -> Any:
+    """Current through a layer per area: `j = σ Δφ/δ` electrical (S-22, A/m²), `q = λ ΔT/δ` thermal (S-23, W/m²).
+
+    - `conductivity` `σ` (S/m) or `λ` (W/(m·K)); `change` `Δφ` (V) or `ΔT` (K) over the `depth` `δ` (m)
+
+    S calls the quotient `Δφ/δ` the gradient; with `conductivity=1` it is that. Raises `ValueError` where conductivity
+    or depth is not positive.
+    """
+    require_positive(conductivity=conductivity, depth=depth)
+    return conductivity * change / depth

@@ -1,0 +1,508 @@
+"""Heating in a braking: depth, Fourier numbers, temperatures, balance, layers, rational thickness, thermal stress."""
+
+import csv
+import math
+from collections.abc import Callable
+from importlib import resources
+from typing import Any, NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from .._base._admissible import require_not_negative, require_positive, require_share
+from ..thermal._heat import TransmissionPartition
+from ..thermal._material import Material
+
+
+def penetration_depth(diffusivity: Any, time: Any) -> Any:
+    """Depth (m) that heat reaches in the `time` `τ` (s): `b = 1.73 √(a τ)` (S, step 1 of the synthesis).
+
+    `1.73` is √3, so that `Fo = a τ/b² = 1/3` at that depth. `diffusivity` `a` in m²/s. Raises `ValueError` for a
+    diffusivity that is not positive or a negative time.
+    """
+    require_positive(diffusivity=diffusivity)
+    require_not_negative(time=time)
+    return 1.73 * np.sqrt(diffusivity * np.asarray(time, float))
+
+
+def fourier_number(diffusivity: Any, time: Any, depth: Any) -> Any:
+    """`Fo = a τ/δ²` (S-15); below 0.01 the back face counts as adiabatic, S expects no more than 15.
+
+    `diffusivity` `a` (m²/s), `time` `τ` (s), `depth` `δ` (m). Raises `ValueError` as `penetration_depth`.
+    """
+    require_positive(diffusivity=diffusivity, depth=depth)
+    require_not_negative(time=time)
+    return diffusivity * np.asarray(time, float) / np.asarray(depth, float) ** 2
+
+
+def fourier_parameter(diffusivity: Any, depth: Any) -> Any:
+    """`B = a/δ²` in 1/s, so that `Fo = B τ` (S, table 1, which prints 1000 times that for the rim)."""
+    return fourier_number(diffusivity, 1.0, depth)
+
+
+def effective_fourier_number(diffusivity: Any, time: Any, thickness: Any) -> Any:
+    """Fourier number of a part, `a τ/δ²` while heat reaches through it, else 1/3 (S, step 2 of the synthesis).
+
+    `1/3` where `1.73 √(a τ) ≤ δ`: the depth is then the penetration depth itself. Raises `ValueError` as above.
+    """
+    through = penetration_depth(diffusivity, time) > np.asarray(thickness, float)
+    return np.where(through, fourier_number(diffusivity, time, thickness), 1 / 3)[()]
+
+
+def effective_volume(area: Any, thickness: Any, depth: Any) -> Any:
+    """Volume (m³) that takes up heat: `ψV = A min(b, δ)` (S, step 3), `area` `A` (m²), thicknesses in m.
+
+    Raises `ValueError` where an argument is not positive (the depth: negative).
+    """
+    require_positive(area=area, thickness=thickness)
+    require_not_negative(depth=depth)
+    return area * np.minimum(depth, thickness)
+
+
+def mean_bulk_rise(share: Any, work: Any, specific_heat: Any, mass: Any) -> Any:
+    """Mean rise of the bulk temperature (K) in a braking: `ΔT_v = (2/3) a W/(c G)` (S-25).
+
+    - `share` `a` of the friction `work` `W` (J) that goes into the part; `specific_heat` `c` (J/(kg·K)); `mass` `G`
+      (kg) of its effective volume
+
+    `2/3` is the mean over the braking of heat that comes in with a linearly falling power, `∫(2s − s²)ds` from 0 to 1;
+    the rise at its end is `a W/(c G)`. Raises `ValueError` for numbers outside their ranges.
+    """
+    require_positive(specific_heat=specific_heat, mass=mass)
+    require_not_negative(work=work)
+    require_share(share=share)
+    return 2 / 3 * share * work / (specific_heat * mass)
+
+
+def half_space_rise(flux: Any, time: Any, effusivity: Any) -> Any:
+    """Surface rise (K) of a half-space under a constant `flux` `q` (W/m²): `ΔT = 2 q √(τ/π)/e`.
+
+    `effusivity` `e = √(λ ρ c)` (W·√s/(m²·K)). Raises `ValueError` where it is not positive or the time is negative.
+
+    Reference: H. S. Carslaw, J. C. Jaeger, *Conduction of Heat in Solids* (1959), §2.9, eq. (7).
+    """
+    require_positive(effusivity=effusivity)
+    require_not_negative(time=time)
+    return 2 * flux * np.sqrt(np.asarray(time, float) / math.pi) / effusivity
+
+
+def stopping_rise(flux: Any, time: Any, duration: Any, effusivity: Any) -> Any:
+    """Surface rise (K) of a half-space while the flux falls linearly, `q(t) = q_0 (1 − t/τ)`, as in a stop:
+
+        ΔT(t) = (2 q_0/e) √(t/π) (1 − 2 t/(3 τ)),   maximum at t = τ/2: (2/3)(2 q_0/e) √(τ/(2π))
+
+    - `flux` `q_0` (W/m²) at first, `time` `t ≤ τ`, `duration` `τ` of the braking (s), `effusivity` `e`
+
+    Superposition of `half_space_rise` (Carslaw & Jaeger, §2.9). Raises `ValueError` outside `0 ≤ t ≤ τ`.
+    """
+    require_positive(duration=duration)
+    t = np.asarray(time, float)
+    if np.any(t > duration):
+        raise ValueError(f"time = {time} lies after the end of the braking at {duration}")
+    return half_space_rise(flux, t, effusivity) * (1 - 2 * t / (3 * duration))
+
+
+def slab_rise(flux: Any, time: Any, thickness: Any, material: Material, depth: Any = 0.0) -> Any:
+    """Rise (K) at a `depth` `x` below the heated face of a slab with an adiabatic back, under a constant flux:
+
+        ΔT = (q δ/λ) {Fo + (3 ξ² − 1)/6 − (2/π²) Σ (−1)ⁿ/n² exp(−n² π² Fo) cos(n π ξ)},   ξ = 1 − x/δ,  n = 1, 2, …
+
+    - `flux` `q` (W/m²), `time` (s), `thickness` `δ` (m), `material` with its properties at the reference temperature
+
+    Arguments broadcast. Below `Fo = 0.02`, where the series would need ever more terms, the same by images,
+    `ΔT = (2 q √(a τ)/λ) [ierfc(x/ℓ) + ierfc((2 δ − x)/ℓ)]`, `ℓ = 2 √(a τ)`; the next image would add 1e-22 of it.
+    Raises `ValueError` where the thickness is not positive or the time is negative.
+
+    Reference: Carslaw & Jaeger (1959), §3.8, eqs. (3), (4).
+    """
+    conductivity = float(material.conductivity)
+    xi = 1 - np.asarray(depth, float) / thickness
+    Fo, xi = np.broadcast_arrays(fourier_number(float(material.diffusivity), time, thickness), xi)
+    rise = np.where(Fo < 0.02, _by_images(Fo, xi), _by_series(np.maximum(Fo, 0.02), xi))
+    return (flux * thickness / conductivity * rise)[()]
+
+
+def _by_series(Fo: Any, xi: Any) -> Any:
+    n = np.arange(1, 16, dtype=float)
+    terms = (-1.0) ** n / n**2 * np.exp(-(n**2) * math.pi**2 * Fo[..., None]) * np.cos(n * math.pi * xi[..., None])
+    return Fo + (3 * xi**2 - 1) / 6 - 2 / math.pi**2 * terms.sum(axis=-1)
+
+
+def _by_images(Fo: Any, xi: Any) -> Any:
+    from scipy.special import erfc
+
+    length = 2 * np.sqrt(np.where(Fo > 0, Fo, 1.0))
+    near, far = (1 - xi) / length, (1 + xi) / length
+    ierfc = sum(np.exp(-(u**2)) / math.sqrt(math.pi) - u * erfc(u) for u in (near, far))
+    return np.where(Fo > 0, length * ierfc, 0.0)
+
+
+def transmission_table() -> TransmissionPartition:
+    """V's coefficients and surface layers (table 2) over the temperature of the polished rim surface, as a law."""
+    file = resources.files("simbrake") / "published" / "heat_transmission.csv"
+    rows = list(csv.DictReader(file.read_text("utf-8").splitlines()))
+    T, layer, one, two, three = (
+        np.asarray([float(row[name]) for row in rows])
+        for name in ("T_polished_C", "delta_s_um", "alpha1", "alpha2", "alpha3")
+    )
+    return TransmissionPartition(T + 273.15, one, two, three, 1e-6 * layer)
+
+
+def heat_content(material: Material, start: Any, end: Any) -> Any:
+    """Heat per volume (J/m³) from `start` to `end` (K), `ρ ∫ c dT`: exact for a specific heat linear in temperature."""
+    slope = 0.0 if material.specific_heat_slope is None else float(material.specific_heat_slope)
+    middle = 0.5 * (start + end) - float(material.reference)
+    return float(material.density * material.specific_heat) * (1 + slope * middle) * (end - start)
+
+
+class MaximumTemperatures(NamedTuple):
+    """Readings of the maximum temperature of a friction surface side by side (K, or rises in K)."""
+
+    surface_and_third_flash: Any  # S-26: t_s + t_flash/3
+    printed: Any  # S-27 as the scan shows it: t_v + t_s/3 + t_flash/3
+    plain_sum: Any  # t_v + t_s + t_flash
+
+
+def maximum_temperatures(bulk: Any, surface: Any, flash: Any) -> MaximumTemperatures:
+    """The maximum temperature in the combinations of S (S-26, S-27) and as a plain sum, of rises in K:
+
+        S-26: t_s + t_flash/3;   S-27: t_v + t_s/3 + t_flash/3 (doubtful scan);   sum: t_v + t_s + t_flash
+
+    - `bulk` `t_v`, `surface` `t_s`, `flash` `t_flash`: rises (K)
+
+    Where `t_s` is the whole rise of the surface, as most formulas give it, the two that add `t_v` count the bulk twice;
+    where it is the rise above the bulk, S-26 leaves the bulk out.
+    They part by as much as the factors say: S names no condition under which one of them holds beyond the kind of
+    braking (single, or repeated at short intervals). Raises `ValueError` for negative rises.
+    """
+    require_not_negative(bulk=bulk, surface=surface, flash=flash)
+    return MaximumTemperatures(surface + flash / 3, bulk + surface / 3 + flash / 3, bulk + surface + flash)
+
+
+class SchmidtCourse(NamedTuple):
+    """Temperatures of a wall by Schmidt's scheme: times (m,) in s, depths (N + 2,) in m, temperatures (m, N + 2) in K.
+
+    First and last depth are the faces, between them the centres of the layers.
+    """
+
+    t: Float[np.ndarray, " m"]
+    depth: Float[np.ndarray, " k"]
+    temperature: Float[np.ndarray, "m k"]
+
+    @property
+    def mean(self) -> Float[np.ndarray, " m"]:
+        """Mean temperature of the layers (K): the scheme keeps it to the last joule."""
+        return self.temperature[:, 1:-1].mean(axis=1)
+
+
+def schmidt(
+    material: Material,
+    thickness: float,
+    layers: int,
+    end: float,
+    flux: float | Callable[[float, float], float],
+    *,
+    start: float | Float[np.ndarray, " N"] = 0.0,
+    front_coefficient: float = 0.0,
+    back_coefficient: float = 0.0,
+    ambient: float = 0.0,
+) -> SchmidtCourse:
+    """Temperatures of a wall that is heated at its front, layer by layer (S-28, S-29; E. Schmidt, 1924):
+
+        t_j⁺ = ½ (t_{j−1} + t_{j+1}),   Δτ = Δx²/(2 a),   j = 1…N
+        face: t_s = (t_j + Δx (q + h t_a)/(2 λ))/(1 + h Δx/(2 λ)),   layer beyond it: 2 t_s − t_j
+
+    The layers' temperatures are those of their centres. Outside each face stands a layer with the temperature that
+    makes the flow through the face right, so that what the wall gains is exactly what flows in.
+
+    - `material` at its reference temperature; `thickness` `δ` (m) in `layers` `N` of `Δx = δ/N`; `end` (s): steps of
+      `Δτ` are made until it is reached
+    - `flux` `q` (W/m²) into the front: a number, or a function of the beginning and end of a step (s), its mean there
+    - `start`: temperature of the wall, a number or (N,); `front_coefficient` `h_f`, `back_coefficient` `h_b`
+      (W/(m²·K)) to `ambient` `t_a`; temperatures in K or as rises
+
+    Of second order in `Δx` at fixed time, and stable with any coefficient. (Nodes on the faces, as the scheme is often
+    drawn, form two interleaved grids; a cooled face then drives these apart without bound.) Raises `ValueError` for
+    numbers outside their ranges and for fewer than 2 layers.
+
+    Reference: M. Jakob, *Heat Transfer*, vol. 1 (1949), ch. 19.
+    """
+    require_positive(thickness=thickness, end=end)
+    require_not_negative(front_coefficient=front_coefficient, back_coefficient=back_coefficient)
+    if layers < 2:
+        raise ValueError(f"layers = {layers} must be at least 2")
+    dx = thickness / layers
+    step, half = dx**2 / (2 * float(material.diffusivity)), dx / (2 * float(material.conductivity))
+
+    def face(t: Any, q: Any, h: float) -> Any:
+        return (t + half * (q + h * ambient)) / (1 + half * h)
+
+    count = max(1, math.ceil(end / step * (1 - 1e-12)))
+    t = step * np.arange(count + 1)
+    entering = [flux(t[m], t[m + 1]) if callable(flux) else flux for m in range(count)]
+    padded = np.empty(layers + 2)
+    T = np.empty((count + 1, layers + 2))
+    T[0] = np.pad(np.broadcast_to(np.asarray(start, float), (layers,)), 1, mode="edge")
+    for m, q in enumerate(entering):
+        padded[1:-1] = now = T[m, 1:-1]
+        padded[0] = 2 * face(now[0], q, front_coefficient) - now[0]
+        padded[-1] = 2 * face(now[-1], 0.0, back_coefficient) - now[-1]
+        T[m + 1, 1:-1] = 0.5 * (padded[:-2] + padded[2:])
+    after = np.asarray([*entering[1:], entering[-1]])
+    T[1:, 0] = face(T[1:, 1], 0.5 * (np.asarray(entering) + after), front_coefficient)
+    T[1:, -1] = face(T[1:, -2], 0.0, back_coefficient)
+    depth = np.concatenate([[0.0], dx * (np.arange(layers) + 0.5), [thickness]])
+    return SchmidtCourse(t, depth, T)
+
+
+class HeatBalance(NamedTuple):
+    """Balance of a rim over whole revolutions at constant speed and surface temperature (SI units)."""
+
+    time: Any  # s, of the revolutions
+    gained: Any  # J, Q_1
+    lost: Any  # J, Q_2
+    net: Any  # J, Q_1 − Q_2
+    mean_flux: Any  # W/m² of the whole track, net over A_a τ
+    stationary: Any  # K, surface temperature at which net is 0, `inf` where no heat is rejected
+
+
+def heat_balance(
+    flux: Any,
+    *,
+    overlap: Any,
+    coefficient: Any,
+    surface: Any,
+    ambient: Any,
+    omega: Any,
+    area: Any,
+    revolutions: Any = 4,
+) -> HeatBalance:
+    """Heat that a rim gains and loses over `revolutions` `n` (S: four, one of which the open quarter makes up):
+
+        τ = 2 π n/ω                                                                                          (S-17)
+        Q_1 = q_1 A_a κ τ,   Q_2 = h (T_1 − T_a) A_a (1 − κ) τ,   Q = Q_1 − Q_2                              (S-18…20)
+        q̄ = κ q_1 − (1 − κ) h (T_1 − T_a)                                                                   (S-21)
+
+    - `flux` `q_1` (W/m²) into the rim under the linings; `overlap` `κ`: share of the track that they cover, about 0.75
+    - `coefficient` `h` (W/(m²·K)) of the open track, radiation included; `surface` `T_1`, `ambient` `T_a` (K)
+    - `omega` `ω` (rad/s); `area` `A_a` (m²) of the track
+
+    The scan of S-17…S-20 is damaged; S-21 is whole, and these are the terms that it divides. `stationary` is the
+    temperature of the surface at which `Q = 0`: `T_a + κ q_1/((1 − κ) h)`. Raises `ValueError` for numbers outside
+    their ranges.
+    """
+    require_positive(omega=omega, area=area, revolutions=revolutions, surface=surface, ambient=ambient)
+    require_not_negative(flux=flux, coefficient=coefficient)
+    require_share(overlap=overlap)
+    time = 2 * math.pi * revolutions / omega
+    open_share = (1 - overlap) * coefficient
+    into, out = overlap * flux, open_share * (surface - ambient)
+    stationary = ambient + into / open_share if open_share > 0 else math.inf
+    return HeatBalance(time, into * area * time, out * area * time, (into - out) * area * time, into - out, stationary)
+
+
+class RimThickness(NamedTuple):
+    """Rational thickness of a rim (m), and the two that it is the greater of."""
+
+    depth: float  # heat of one braking just reaches the back
+    storage: float  # the heat warms all of it just to the permissible temperature; `inf` where there is no room for any
+    rational: float
+
+
+class LiningThickness(NamedTuple):
+    """Rational thickness of a lining (m), and the two that it is the greater of."""
+
+    depth: float  # heat of one braking just reaches the back
+    insulation: float  # the back just reaches its permissible temperature; `inf` where it starts there
+    rational: float
+
+
+def rational_rim_thickness(material: Material, time: float, *, heat: float, rise: float) -> RimThickness:
+    """Thickness of a rim that a braking makes use of and that can hold its heat (S, step 8):
+
+        δ_1 = 1.73 √(a τ)          Fo = a τ/δ² = 1/3: what lies deeper takes up no heat before the braking is over
+        δ_2 = Q/(ρ c ΔT_p)         the heat Q, spread over the thickness, warms it by the permissible rise
+        δ = max(δ_1, δ_2)
+
+    - `material` at the temperature of its properties; `time` `τ` (s); `heat` `Q` (J/m²) into the track; `rise` `ΔT_p`
+      (K), permissible, of the bulk; not above 0: no thickness will do
+
+    S names a rational thickness and not its condition: that heat reaches through is the condition of its steps 1 and 2.
+    Raises `ValueError` for a negative time or heat.
+    """
+    require_not_negative(time=time, heat=heat)
+    depth = float(penetration_depth(float(material.diffusivity), time))
+    storage = heat / float(material.density * material.specific_heat) / rise if rise > 0 else math.inf
+    return RimThickness(depth, storage, max(depth, storage))
+
+
+def held_face_rise(Fo: Any) -> Any:
+    """Rise of the adiabatic back of a slab over that of its face, which is held from the first moment:
+
+        θ(Fo) = 1 − (4/π) Σ (−1)ⁿ/(2n + 1) exp(−(2n + 1)² π² Fo/4),   n = 0, 1, …
+
+    - `Fo`: Fourier number of the thickness
+
+    Below `Fo = 0.2` by images, `2 Σ (−1)ⁿ erfc((2n + 1)/(2 √Fo))`. Raises `ValueError` for a negative one.
+
+    Reference: Carslaw & Jaeger (1959), §3.4, eqs. (5), (6).
+    """
+    from scipy.special import erfc
+
+    require_not_negative(Fo=Fo)
+    F = np.asarray(Fo, float)
+    n = np.arange(8)
+    odd, sign = 2.0 * n + 1, (-1.0) ** n
+    late = 1 - 4 / math.pi * np.sum(sign / odd * np.exp(-(odd**2) * math.pi**2 * F[..., None] / 4), axis=-1)
+    root = 2 * np.sqrt(np.where(F > 0, F, 1.0))
+    early = np.where(F > 0, 2 * np.sum(sign * erfc(odd / root[..., None]), axis=-1), 0.0)
+    return np.where(F < 0.2, early, late)[()]
+
+
+def back_temperature(material: Material, thickness: float, time: float, *, face: float, start: float) -> float:
+    """Temperature (K) of the back of a lining whose `face` (K) is held for the `time` (s), from `start` (K).
+
+    `T_0 + (T_f − T_0) θ(a τ/δ²)` by `held_face_rise`; an upper bound where the face is that hot only for a while.
+    Raises `ValueError` where thickness, face or start is not positive or the time is negative.
+    """
+    require_positive(thickness=thickness, face=face, start=start)
+    Fo = fourier_number(float(material.diffusivity), time, thickness)
+    return start + (face - start) * float(held_face_rise(Fo))
+
+
+def rational_lining_thickness(
+    material: Material, time: float, *, face: float, back: float, start: float
+) -> LiningThickness:
+    """Thickness of a lining that a braking makes use of and that keeps its back (bond, rivets) cool (S, step 8):
+
+        δ_1 = 1.73 √(a τ)
+        δ_2 = √(a τ/Fo_p),   θ(Fo_p) = (T_p − T_0)/(T_f − T_0)        (`held_face_rise`)
+        δ = max(δ_1, δ_2)
+
+    - `material` at the temperature of its properties; `time` `τ` (s) for which the `face` is at `T_f` (K); `back` `T_p`
+      (K): its permissible temperature; `start` `T_0` (K)
+
+    `δ_2` is 0 where the face itself is not hotter than `T_p`. Wear comes on top of it. Raises `ValueError` where a
+    temperature is not positive or the time is negative.
+    """
+    require_positive(face=face, back=back, start=start)
+    depth = float(penetration_depth(float(material.diffusivity), time))
+    if start >= back:
+        insulation = math.inf
+    elif face <= back:
+        insulation = 0.0
+    else:
+        insulation = math.sqrt(float(material.diffusivity) * time / _held_face_number((back - start) / (face - start)))
+    return LiningThickness(depth, insulation, max(depth, insulation))
+
+
+def _held_face_number(theta: float) -> float:
+    """Fourier number at which the back has the share `theta` (0…1) of the face's rise."""
+    from scipy.optimize import brentq
+
+    low, high = 1e-3, 20.0  # θ is 1e-110 and 1 there
+    if held_face_rise(low) >= theta:
+        return low
+    return float(brentq(lambda Fo: float(held_face_rise(Fo)) - theta, low, high, xtol=1e-15, rtol=1e-13))  # pyright: ignore
+
+
+# --- thermal stress of a rim, taken as a plate ------------------------------------------------------------------------
+
+
+class ElasticMaterial(NamedTuple):
+    """What thermal stress needs of a material.
+
+    `young` `E` (Pa), `expansion` `α_T` (1/K), `poisson` `ν`, `permissible` stress (Pa). Defaults: cast carbon steel,
+    textbook values; the permissible stress is an assumption.
+    """
+
+    young: float = 2.05e11
+    expansion: float = 12.0e-6
+    poisson: float = 0.30
+    permissible: float = 150e6
+
+
+def surface_stress(surface: Any, mean: Any, elastic: ElasticMaterial) -> Any:
+    """Stress of the rim's surface (Pa): `σ = −E α_T (T_s − T_mean)/(1 − ν)` (model §6.3), compression negative.
+
+    - `surface` `T_s`, `mean` `T_mean` over the rim's thickness (K)
+
+    Biaxial and equal in both directions of the surface: the rim is a plate that may expand as a whole but not bend.
+    Raises `ValueError` as `plate_stress`.
+
+    Reference: S. P. Timoshenko, J. N. Goodier, *Theory of Elasticity* (1951), §132.
+    """
+    return _modulus(elastic) * (mean - surface)
+
+
+def plate_stress(temperature: Any, depth: Any, elastic: ElasticMaterial, *, restraint: str = "bending") -> Any:
+    """Stress (Pa) over a plate with the profile `temperature` (…, k) at the `depth`s (k,) from face to face:
+
+        none:    σ = E' (T_m − T + 12 M (z − δ/2)/δ³),   M = ∫ (T − T_m)(z − δ/2) dz     free to expand and to bend
+        bending: σ = E' (T_m − T)                                                        free to expand only
+        all:     σ = −E' T                                                               held; T is then the rise
+
+    `E' = E α_T/(1 − ν)`, `T_m = ∫ T dz/δ`. A closed rim of a pulley is kept from bending along its circumference, hence
+    the default. The profile is linear between the depths, the integrals are exact for that.
+
+    Raises `ValueError` for another word, depths that do not rise, or constants of the material out of range.
+
+    Reference: Timoshenko & Goodier (1951), §132, eqs. (a)…(e).
+    """
+    z, T = np.asarray(depth, float), np.asarray(temperature, float)
+    if z.ndim != 1 or z.size < 2 or np.any(np.diff(z) <= 0):
+        raise ValueError("depths must rise from face to face")
+    if restraint not in ("none", "bending", "all"):
+        raise ValueError(f"restraint = {restraint!r} must be 'none', 'bending' or 'all'")
+    modulus = _modulus(elastic)
+    if restraint == "all":
+        return -modulus * T
+    mean = profile_mean(T, z)[..., None]
+    stress = modulus * (mean - T)
+    if restraint == "none":
+        thickness, middle = z[-1] - z[0], 0.5 * (z[0] + z[-1])
+        h, arm, away = np.diff(z), z - middle, T - mean
+        a_0, a_1, away_0, away_1 = arm[:-1], arm[1:], away[..., :-1], away[..., 1:]
+        product = away_0 * (2 * a_0 + a_1) + away_1 * (a_0 + 2 * a_1)  # both are linear in each layer
+        moment = np.sum(h / 6 * product, axis=-1)[..., None]
+        stress = stress + modulus * 12 * moment * arm / thickness**3
+    return stress
+
+
+def profile_mean(temperature: Any, depth: Any) -> Any:
+    """Mean over the depth, `∫ T dz/δ`, of a profile (…, k) that is linear between the depths (k,)."""
+    z, T = np.asarray(depth, float), np.asarray(temperature, float)
+    return np.sum(0.5 * np.diff(z) * (T[..., 1:] + T[..., :-1]), axis=-1) / (z[-1] - z[0])
+
+
+def _modulus(elastic: ElasticMaterial) -> float:
+    require_positive(young=elastic.young, permissible=elastic.permissible)
+    if not -1 < elastic.poisson < 0.5:
+        raise ValueError(f"poisson = {elastic.poisson} must be between −1 and 0.5")
+    return elastic.young * elastic.expansion / (1 - elastic.poisson)
+
+
+class StressHistory(NamedTuple):
+    """Thermal stress of a rim over a run (Pa), compression negative."""
+
+    t: Float[np.ndarray, " m"]  # s
+    surface: Float[np.ndarray, " m"]  # at the track
+    back: Float[np.ndarray, " m"]  # at the bore
+    extreme: Float[np.ndarray, " m"]  # of maximum magnitude over the depth
+    ratio: Float[np.ndarray, " m"]  # |extreme| over the permissible stress
+
+    @property
+    def worst(self) -> tuple[float, float, float]:
+        """Time (s), stress (Pa) and ratio to the permissible stress where that is largest."""
+        i = int(np.argmax(self.ratio))
+        return float(self.t[i]), float(self.extreme[i]), float(self.ratio[i])
+
+
+def stress_over_time(
+    t: Any, temperature: Any, depth: Any, elastic: ElasticMaterial, *, restraint: str = "bending"
+) -> StressHistory:
+    """Stress of a plate with the profiles `temperature` (m, k) at the times `t` (m,); else as `plate_stress`."""
+    stress = np.atleast_2d(plate_stress(temperature, depth, elastic, restraint=restraint))
+    extreme = np.take_along_axis(stress, np.argmax(np.abs(stress), axis=1)[:, None], axis=1)[:, 0]
+    ratio = np.abs(extreme) / elastic.permissible
+    return StressHistory(np.asarray(t, float), stress[:, 0], stress[:, -1], extreme, ratio)
