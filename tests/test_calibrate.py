@@ -10,9 +10,9 @@ from scipy.stats import binom, chi2, norm, t
 
 import simbrake as sb
 from simbrake._base._identify import identify
-from simbrake._studies._calibration import State
-from simbrake._studies._fit_model import FitModel, _program
-from simbrake._studies._search import Search
+from simbrake.studies._calibration import State
+from simbrake.studies._fit import FitModel, _program
+from simbrake.studies._fit import Search
 
 OMEGA, T0, J, F = (
     "initial.omega",

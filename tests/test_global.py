@@ -16,10 +16,8 @@ from scipy.special import ndtr, ndtri
 
 import simbrake as sb
 from simbrake import plot
-from simbrake._studies._confidence import mean_and_deviation, probability, quantile
-from simbrake._studies._global import sobol_table
-from simbrake._studies._salib import morris_design, morris_numbers, sobol_design
-from simbrake._studies._uncertainty import _evaluate, _points
+from simbrake.studies._global import morris_design, morris_numbers, sobol_design, sobol_table
+from simbrake.studies._uncertainty import _evaluate, _points, mean_and_deviation, probability, quantile
 
 SPREAD = {"initial.omega": 0.10, "brake.pulley.inertia": 0.20, "duty.slack_tension.level": 0.30}
 MEDIAN = {"initial.omega": 20.0, "brake.pulley.inertia": 800.0, "duty.slack_tension.level": 8e3}

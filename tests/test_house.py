@@ -50,7 +50,7 @@ def acyclic(arrows):
 
 def test_imports_point_one_way():
     """No circle among the modules, and none among the folders: there is an order from the lowest to the highest."""
-    modules = {f"{file.parent.name}.{file.stem}": imports(file) for file in PACKAGE.glob("_*/*.py")}
+    modules = {f"{file.parent.name}.{file.stem}": imports(file) for file in PACKAGE.glob("*/*.py")}
     modules = {name: {used for used in found if used in modules} for name, found in modules.items()}
     assert acyclic(modules) == []
     folders = {}
@@ -105,7 +105,7 @@ def test_only_plot_modules_import_matplotlib():
 def test_importing_loads_nothing_that_a_run_does_not_need():
     """Half a second each: pictures, tables, units, reports and SciPy are loaded by those who use them."""
     heavy = ("matplotlib", "scipy", "xarray", "pandas", "pint", "jinja2", "pyarrow", "interpax", "cyclopts", "SALib")
-    unused = tuple(f"simbrake.{name}" for name in ("_studies", "_classical", "_layouts", "_checks", "_pages"))
+    unused = tuple(f"simbrake.{name}" for name in ("studies", "_classical", "layouts", "_checks", "_pages"))
     program = "import sys, simbrake as sb; sb.Scene, sb.Brake, sb.simulate; print("
     program += f"[name for name in {heavy + unused} if name in sys.modules])"
     found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)

@@ -10,7 +10,7 @@ from test_cli import call
 
 import simbrake as sb
 from simbrake._base._units import unit
-from simbrake._studies._measured import COLUMNS, column_of
+from simbrake.studies._measured import COLUMNS, column_of
 
 
 def write(folder, name, text):

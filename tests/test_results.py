@@ -13,7 +13,7 @@ from staged_scenes import stop as staged_stop
 import simbrake as sb
 from simbrake._results import _columns, _result_file
 from simbrake._run._series import PAIR_COLUMNS, SERIES_COLUMNS, PairSeries, Series
-from simbrake._studies._measured import pick
+from simbrake.studies._measured import pick
 
 
 @pytest.fixture(scope="module")

@@ -15,7 +15,7 @@ from simbrake import plot
 from simbrake._checks._reference_scenes import FallingFriction
 from simbrake._pictures._plot_film import film_of
 from simbrake._run._lining_view import look
-from simbrake._studies._measured import check_measured
+from simbrake.studies._measured import check_measured
 
 
 def names(result):

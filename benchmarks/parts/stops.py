@@ -10,7 +10,7 @@ import simbrake as sb
 from benchmarks.parts.timing import interleaved
 from benchmarks.peers import scipy_ivp
 from benchmarks.scenes import CASES, closed_form
-from simbrake._studies import _ensemble
+from simbrake.studies import _ensemble
 
 _PATHS = ("initial.omega", "brake.linings.friction.coefficient", "duty.slack_tension.level")
 _NAMES = ("slip_onset_time", "full_slip_time", "stopping_time")

@@ -41,7 +41,7 @@ def life(
     from .._base._faults import Fault, InputError
     from .._base._progress import Waiting
     from .._run._outcome import SimulationError
-    from .._studies._lining_life import lining_life
+    from ..studies._lining_life import lining_life
 
     scene = opened(scenario, set_, out, rtol=tolerance(rtol))
     try:

@@ -40,7 +40,7 @@ def sensitivity(
     """
     prepare_jax()
     from .._run._outcome import SimulationError
-    from .._studies._sensitivity import sensitivity as tables_of
+    from ..studies._sensitivity import sensitivity as tables_of
 
     share = (span, 0 <= span < 1, "a share of each number, 0 ≤ span < 1")
     scene = opened(scenario, set_, out, rtol=tolerance(rtol), span=share)
@@ -103,7 +103,7 @@ def sweep(
         Address of a Dask scheduler on whose workers the runs take place.
     """
     prepare_jax()
-    from .._studies import _sweep
+    from ..studies import _sweep
 
     axes = _sweep.parse_axes(vary or [], sample)
     limits = {"rtol": tolerance(rtol), "max_steps": limit(max_steps), "workers": limit(workers)}

@@ -8,7 +8,7 @@ import numpy as np
 from .._base._faults import InputError
 from .._base._quantity import Quantity
 from .._parts._duty import PiecewiseLinear
-from .._studies._read_measured import CsvFile
+from ..studies._measured import CsvFile
 
 
 def history(

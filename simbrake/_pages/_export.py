@@ -14,7 +14,7 @@ from .._results._result_file import save
 from .._run._limits import LimitCheck, limit_checks, summary_with_limits, text_with_limits
 from .._run._result import Result
 from .._run._series import flat, unit_of_column
-from .._studies._sensitivity import Sensitivity, SensitivityTable
+from ..studies._sensitivity import Sensitivity, SensitivityTable
 from ._gallery import pictures_of
 
 

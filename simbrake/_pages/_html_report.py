@@ -18,8 +18,8 @@ from .._run._measure import Metric, check_metrics, happened, measure, name_of, u
 from .._run._metrics import METRICS
 from .._run._result import Result
 from .._run._simulate import simulate
-from .._studies._sensitivity import Sensitivity, SensitivityTable
-from .._studies._sensitivity import sensitivity as tables_of
+from ..studies._sensitivity import Sensitivity, SensitivityTable
+from ..studies._sensitivity import sensitivity as tables_of
 from ._gallery import DUTY, lasted
 from ._html_parts import (
     event_counts,

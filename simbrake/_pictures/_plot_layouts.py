@@ -9,10 +9,10 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 
 from .._base._faults import Fault, InputError
-from .._layouts._layout_report import LayoutDesign, LayoutRow
 from .._parts._design import Brake, Lining
 from .._parts._layout import InfeasibleLayout, Layout, chord_equal_load_angles
 from .._parts._scene import Scene, band_brake
+from ..layouts._equal_layout import LayoutDesign, LayoutRow
 from ._plot_shared import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION, finish
 from ._plot_wheel import lining_edges
 

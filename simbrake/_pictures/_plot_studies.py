@@ -5,9 +5,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from .._run._simulate import simulate
-from .._studies._calibration import Calibration
-from .._studies._measured import pick
-from .._studies._sensitivity import SensitivityTable
+from ..studies._calibration import Calibration
+from ..studies._measured import pick
+from ..studies._sensitivity import SensitivityTable
 from ._plot_shared import ZERO, dense_grid
 
 

@@ -4,8 +4,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from .._run._measure import Metric, name_of
-from .._studies._indices import MorrisTable, SobolTable
-from .._studies._uncertainty import Uncertainty
+from ..studies._global import MorrisTable, SobolTable
+from ..studies._uncertainty import Uncertainty
 
 #: SI unit → unit on an axis, factor, offset
 _AXES = {"K": ("°C", 1.0, -273.15), "N": ("kN", 1e-3, 0.0), "J": ("kJ", 1e-3, 0.0)}

@@ -9,7 +9,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
-from .._studies._life_report import LiningLife
+from ..studies._lining_life import LiningLife
 from ._plot_shared import BLUE, GREEN, ORANGE, PURPLE, VERMILLION
 
 _COLOURS = (BLUE, VERMILLION, GREEN, ORANGE, PURPLE)

@@ -11,19 +11,268 @@ import numpy as np
 from jaxtyping import Float
 
 from .._base._compiling import DeviceJit
-from .._base._faults import InputError
+from .._base._faults import Fault, InputError
 from .._base._progress import Line, duration
 from .._base._quantity import as_number
 from .._hybrid import Code
-from .._parts._layout import InfeasibleLayout
-from .._parts._scene import Scene, band_brake
+from .._hybrid._arrays import Array
+from .._parts._band import running_product
+from .._parts._layout import InfeasibleLayout, equal_increment_angles, equal_load_angles
+from .._parts._scene import Scene, band_brake, faults, read_by_linings
+from .._physics._assemble import assemble
+from .._physics._sliding import Grip
 from .._run._integral import as_tree
 from .._run._measure import name_of
 from .._run._outcome import FAILURES, SimulationError
+from .._run._result import Result
+from .._run._rubbing import Rubbing, fault_of_pair, friction_work, lining_mean, quantity_of, wear, wearing
 from .._run._simulate import room_for, simulate, solver_of
-from ._layout_faults import NEEDS_AREA, faults_of_wish
-from ._layout_report import LayoutDesign, LayoutRow
-from ._layout_targets import TARGETS, Target, at_full_slip, closed_form, friction_at_start, over_braking
+
+#: what can be equal for all linings, with units at full slip and over a braking
+TARGETS = {
+    "tension_increment": ("N", "N"),
+    "normal_load": ("N", "N"),
+    "pressure": ("Pa", "Pa"),
+    "wear": ("m/s", "m"),
+    "friction_work": ("W", "J"),
+}
+
+#: a target's name, or a function of a `Result` to one number per lining
+Target = str | Callable[[Result], Any]
+
+
+def full_slip(scene: Scene) -> tuple[Rubbing, Array]:
+    """Linings that all slide ahead as the run starts, and their coefficients of friction (model §2.2).
+
+        T_i = T_0 Π_i,   N_i = (T_i + T_{i−1}) sin(β_i/2)
+
+    at the speed and the temperatures of the start and the greatest slack tension of the lever; traceable.
+    """
+    system, y, _ = assemble(scene)
+    grip, linings = system.grip, scene.brake.linings
+    assert isinstance(grip, Grip)
+    T_0 = jnp.asarray(scene.duty.lever.scale())
+    v = jnp.full(linings.count, jnp.abs(jnp.asarray(scene.brake.radius) * jnp.asarray(scene.initial.omega)))
+    hot = system.surfaces(y)[0]
+    f = grip.coefficients(T_0, v, hot, jnp.asarray(False), static=False).f
+    along = T_0 * running_product(grip.ratios(f)[0])
+    before = jnp.concatenate([T_0[None], along[:-1]])
+    normal = (along + before) * grip.sine
+    pressure = None if linings.area is None else normal / jnp.asarray(linings.area)
+    return Rubbing(along - before, normal, v, pressure, None if hot is None else hot.T), f
+
+
+_full_slip_compiled = DeviceJit(full_slip)
+
+
+def friction_at_start(scene: Scene) -> Float[np.ndarray, " n"]:
+    """Coefficients of friction of sliding linings as the run starts."""
+    return np.asarray(_full_slip_compiled(scene)[1], float)
+
+
+def at_full_slip(scene: Scene, target: str, rate: Any) -> Float[Array, " n"]:
+    """A target at the instant of `full_slip`: wear in m/s, friction work as power in W."""
+    r, _ = full_slip(scene)
+    if target == "wear":
+        return wearing(rate, r)
+    return quantity_of("friction_power" if target == "friction_work" else target, r)
+
+
+def over_braking(result: Result, target: Target, rate: Any, pair: str) -> Float[Array, " n"]:
+    """A target over a run: sums of wear and friction work, else means over the distance that a lining rubs."""
+    if not isinstance(target, str):
+        return jnp.asarray(target(result))
+    if target == "wear":
+        return wear(result, rate, pair=pair)
+    if target == "friction_work":
+        return friction_work(result, pair=pair)
+    return lining_mean(result, target, over="slip", pair=pair)
+
+
+def closed_form(scene: Scene, target: Target, *, areas: bool = True) -> tuple[Float[np.ndarray, " n"] | None, str]:
+    """Angles of model §2.2 that level a target at full slip, with the friction of the start; else why there are none.
+
+    Equal friction work is equal tension increments, equal wear is equal pressure (exact for a constant wear rate);
+    without `areas` the areas are free, and angles need not level what they can.
+    """
+    n = scene.brake.linings.count
+    f, wrap = friction_at_start(scene), float(np.sum(np.asarray(band_brake(scene).linings.angle)))
+    area = scene.brake.linings.area
+    try:
+        if target in ("tension_increment", "friction_work"):
+            return equal_increment_angles(f, n, n, wrap).angle, ""
+        if target == "normal_load":
+            return equal_load_angles(f, n, wrap).angle, ""
+        if target in ("pressure", "wear") and areas and area is not None:
+            return equal_load_angles(f, n, wrap, area=np.broadcast_to(np.asarray(area, float), (n,))).angle, ""
+    except InfeasibleLayout as error:
+        return None, str(error)
+    return None, "there is no closed form for it"
+
+
+FREE = ("angle", "area", "both")
+OVER = ("static", "braking")
+STARTS = ("closed form", "given")
+#: targets that look at the areas
+NEEDS_AREA = ("pressure", "wear")
+
+
+def faults_of_wish(
+    scene: Scene, targets: tuple[Target, ...], free: str, over: str, rate: Any, pair: str, start: str
+) -> list[Fault]:
+    """Everything wrong with a layout asked for, the scene's own faults included (arguments as of `equal_layout`)."""
+    found = faults(scene)
+    if start not in STARTS:
+        found.append(Fault("start", f"{start!r} is unknown", f"there are: {', '.join(STARTS)}"))
+    if free not in FREE:
+        found.append(Fault("free", f"{free!r} cannot be freed", f"there are: {', '.join(FREE)}"))
+    if over not in OVER:
+        found.append(Fault("over", f"{over!r} is unknown", f"there are: {', '.join(OVER)}"))
+    pairs = list(band_brake(scene).pairs)
+    if missing := fault_of_pair(pair, pairs):
+        found.append(missing)
+    elif pair != pairs[0] and over == "static":
+        found.append(Fault("pair", "statics are those of the band on the linings", 'give over="braking"'))
+    for one in targets:
+        if isinstance(one, str) and one not in TARGETS:
+            hint = f"there are: {', '.join(TARGETS)}, or a function of a result to one number per lining"
+            found.append(Fault("target", f"{one!r} is unknown", hint))
+        elif not isinstance(one, str) and over == "static":
+            found.append(Fault("target", "a function of a result needs a run", 'give over="braking"'))
+    if len(targets) != (2 if free == "both" else 1):
+        hint = 'as ("tension_increment", "pressure"): the first for the angles, the second for the areas'
+        words = f"{free!r} levels {2 if free == 'both' else 1}, there are {len(targets)}"
+        found.append(Fault("target", words, hint if free == "both" else 'free="both" levels two'))
+    if "wear" in targets and rate is None:
+        found.append(Fault("rate", "is missing", "wear needs a wear rate in m³/(N·m)"))
+    return found + _faults_of_areas(scene, targets, free, pair)
+
+
+def _faults_of_areas(scene: Scene, targets: tuple[Target, ...], free: str, pair: str) -> list[Fault]:
+    brake, found = band_brake(scene), []
+    n = int(np.size(brake.linings.angle))
+    if n < 2:
+        found.append(Fault("brake.linings.angle", "one lining has no layout", "give two or more"))
+    first, *others = brake.pairs
+    looked_at = {pair} & set(brake.pairs) if any(one in NEEDS_AREA for one in targets) else set()
+    looked_at |= {first} if free in ("area", "both") else set()
+    for one in sorted(looked_at):
+        if brake.rubbing_part(one).area is None:
+            found.append(Fault(f"brake.{brake.pairs[one].field}.area", "is missing", "the areas are looked at"))
+    if free != "angle" and pair in others:
+        found.append(Fault("free", "the areas that can be freed are those towards the band", 'free="angle"'))
+    if free == "area" and not read_by_linings(scene).p:
+        for one in targets:
+            if isinstance(one, str) and one in TARGETS and one not in NEEDS_AREA:
+                found.append(Fault("target", f"{one} does not depend on the areas", "free the angles"))
+    return found
+
+
+@dataclasses.dataclass(frozen=True)
+class LayoutRow:
+    """One layout: `angle` (n,) in rad, `area` (n,) in m² or `None`, and every target (n,) by name, with its unit."""
+
+    name: str
+    angle: Float[np.ndarray, " n"]
+    area: Float[np.ndarray, " n"] | None
+    values: dict[str, Any]
+    units: dict[str, str]
+
+    @property
+    def non_uniformity(self) -> float:
+        """Greatest over least of a target along the band, of the worst target; `nan` where it could not be found."""
+        if not self.values:
+            return float("nan")
+        return float(max(np.max(value) / np.min(value) for value in self.values.values()))
+
+    def as_dict(self) -> dict[str, Any]:
+        return {
+            "name": self.name,
+            "angle": self.angle.tolist(),
+            "area": None if self.area is None else self.area.tolist(),
+            "values": {name: np.asarray(value).tolist() for name, value in self.values.items()},
+            "units": dict(self.units),
+            "non_uniformity": self.non_uniformity,
+        }
+
+
+@dataclasses.dataclass(frozen=True)
+class LayoutDesign:
+    """A layout that levels a target: the scene with it, and the layouts it is compared with.
+
+    - `rows`: the layout `given`, that of the `closed form` (where there is one, else `note` says why not), `optimum`
+    - `iterations` of the search, `runs` of the simulation with its derivatives (static: evaluations)
+    """
+
+    scene: Scene
+    target: tuple[str, ...]
+    over: str
+    free: str
+    rows: tuple[LayoutRow, ...]
+    iterations: int
+    runs: int
+    note: str = ""
+
+    def row(self, name: str) -> LayoutRow:
+        """One of `rows` by its name. Raises `KeyError` where there is none."""
+        for row in self.rows:
+            if row.name == name:
+                return row
+        raise KeyError(name)
+
+    @property
+    def angle(self) -> Float[np.ndarray, " n"]:
+        """Lining angles (rad)."""
+        return self.row("optimum").angle
+
+    @property
+    def area(self) -> Float[np.ndarray, " n"] | None:
+        """Lining areas (m²)."""
+        return self.row("optimum").area
+
+    @property
+    def non_uniformity(self) -> float:
+        """Greatest over least of the target along the band."""
+        return self.row("optimum").non_uniformity
+
+    def as_dict(self) -> dict[str, Any]:
+        """Everything but the scene, as numbers, lists and words."""
+        return {
+            "target": list(self.target),
+            "over": self.over,
+            "free": self.free,
+            "layouts": [row.as_dict() for row in self.rows],
+            "iterations": self.iterations,
+            "runs": self.runs,
+            "note": self.note,
+        }
+
+    def __str__(self) -> str:
+        over = "at full slip" if self.over == "static" else "over the braking"
+        freed = {"angle": "angles", "area": "areas", "both": "angles and areas"}[self.free]
+        lines = [f"equal {' and '.join(self.target)} {over}: {freed} found in {self.iterations} iterations"]
+        if self.note:
+            lines.append(f"no closed form to compare with: {self.note}")
+        columns = [column for row in self.rows for column in self._columns(row)]
+        spans = [(row.name, sum(len(c[0]) + 2 for c in self._columns(row))) for row in self.rows]
+        lines.append(" " * 8 + "".join(f"{name:>{width}}" for name, width in spans))
+        lines.append("lining  " + "".join(f"  {head}" for head, _ in columns))
+        for i in range(len(self.angle)):
+            cells = "".join(f"  {values[i]:{len(head)}.5g}" for head, values in columns)
+            lines.append(f"{i + 1:6}  {cells}")
+        ends = "".join(f"{row.non_uniformity:>{width}.7g}" for row, (_, width) in zip(self.rows, spans, strict=True))
+        lines.append(f"max/min {ends}")
+        return "\n".join(lines)
+
+    def _columns(self, row: LayoutRow) -> list[tuple[str, np.ndarray]]:
+        found = [("     β, °", np.degrees(row.angle))]
+        if self.free != "angle" and row.area is not None:
+            found.append(("  A, cm²", 1e4 * row.area))
+        for name, value in row.values.items():
+            unit = f", {row.units[name]}" if row.units[name] else ""
+            found.append((f"{name + unit:>12}", value))
+        return found
+
 
 Place = Callable[[Scene, Any, Any], Scene]
 

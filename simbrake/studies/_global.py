@@ -2,7 +2,8 @@
 
 import dataclasses
 from collections.abc import Mapping, Sequence
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -11,17 +12,239 @@ from .._parts._scene import Scene
 from .._run._measure import Metric, check_metrics, name_of, unit_of
 from .._run._outcome import FAILURES, SimulationError
 from ._ensemble import ensemble
-from ._indices import (
-    GlobalSensitivity,
-    MorrisEffect,
-    MorrisTable,
-    SobolIndex,
-    SobolPair,
-    SobolTable,
-    around,
-)
-from ._salib import morris_design, morris_numbers, sobol_design, sobol_numbers
 from ._sampling import Distribution, Draws, attempt, complete, power_of_two
+from ._uncertainty import Estimate
+
+
+class SobolNumbers(NamedTuple):
+    """First-order and total indices (d,), of pairs (d, d) above the diagonal, each with half its interval."""
+
+    first: np.ndarray
+    first_half: np.ndarray
+    total: np.ndarray
+    total_half: np.ndarray
+    second: np.ndarray | None
+    second_half: np.ndarray | None
+
+
+class MorrisNumbers(NamedTuple):
+    """Mean elementary effects (d,), means of their absolute values with half the interval, standard deviations."""
+
+    mu: np.ndarray
+    mu_star: np.ndarray
+    mu_star_half: np.ndarray
+    sigma: np.ndarray
+
+
+def _salib() -> Any:
+    try:
+        from SALib.analyze import morris as morris_analysis
+        from SALib.analyze import sobol as sobol_analysis
+        from SALib.sample import morris as morris_sample
+        from SALib.sample import sobol as sobol_sample
+    except ModuleNotFoundError as error:
+        raise ModuleNotFoundError(
+            "global sensitivity indices are computed by SALib, which is not installed: pip install 'simbrake[global]'"
+        ) from error
+    return SimpleNamespace(
+        morris_analysis=morris_analysis,
+        morris_sample=morris_sample,
+        sobol_analysis=sobol_analysis,
+        sobol_sample=sobol_sample,
+    )
+
+
+def _problem(d: int) -> dict[str, Any]:
+    return {"num_vars": d, "names": [f"x{i}" for i in range(d)], "bounds": [[0.0, 1.0]] * d}
+
+
+def _seeds(seed: int) -> tuple[int, int]:
+    """Seeds of the design and of the bootstrap; never 0, which SALib takes for none."""
+    design, resampling = np.random.SeedSequence(seed).generate_state(2)
+    return int(design) | 1, int(resampling) | 1
+
+
+def sobol_design(n: int, d: int, second: bool, seed: int) -> np.ndarray:
+    """Saltelli's design on scrambled Sobol points, `n (d + 2)` rows, with pairs `n (2d + 2)`; `n` a power of two."""
+    return _salib().sobol_sample.sample(_problem(d), n, calc_second_order=second, seed=_seeds(seed)[0])
+
+
+def sobol_numbers(y: np.ndarray, d: int, second: bool, confidence: float, resamples: int, seed: int) -> SobolNumbers:
+    """Indices from the values (rows,) of a function on `sobol_design`; intervals by SALib's bootstrap."""
+    found = _salib().sobol_analysis.analyze(
+        _problem(d),
+        y,
+        calc_second_order=second,
+        num_resamples=resamples,
+        conf_level=confidence,
+        seed=_seeds(seed)[1],
+    )
+    pairs = (found["S2"], found["S2_conf"]) if second else (None, None)
+    return SobolNumbers(found["S1"], found["S1_conf"], found["ST"], found["ST_conf"], *pairs)
+
+
+def morris_design(trajectories: int, d: int, levels: int, seed: int) -> np.ndarray:
+    """Trajectories of one step in each direction on a grid of `levels` from 0 to 1: `trajectories (d + 1)` rows."""
+    return _salib().morris_sample.sample(_problem(d), trajectories, num_levels=levels, seed=_seeds(seed)[0])
+
+
+def morris_numbers(
+    x: np.ndarray, y: np.ndarray, levels: int, confidence: float, resamples: int, seed: int
+) -> MorrisNumbers:
+    """Elementary effects of a function with the values `y` (rows,) on the design `x`, per unit of `x`."""
+    found = _salib().morris_analysis.analyze(
+        _problem(x.shape[1]),
+        x,
+        y,
+        num_levels=levels,
+        conf_level=confidence,
+        num_resamples=resamples,
+        seed=_seeds(seed)[1],
+    )
+    columns = ("mu", "mu_star", "mu_star_conf", "sigma")
+    return MorrisNumbers(*(np.asarray(found[name], np.float64) for name in columns))
+
+
+@dataclasses.dataclass(frozen=True)
+class SobolIndex:
+    """Shares of a metric's variance that come from one number alone (`first`) and with all it acts on (`total`)."""
+
+    path: str
+    first: Estimate
+    total: Estimate
+
+
+@dataclasses.dataclass(frozen=True)
+class SobolPair:
+    """Share of a metric's variance that two numbers make together, beyond what each makes alone."""
+
+    paths: tuple[str, str]
+    second: Estimate
+
+
+@dataclasses.dataclass(frozen=True)
+class SobolTable:
+    """Indices of one metric, the greatest total effect first; its mean and standard deviation over the samples."""
+
+    metric: str
+    unit: str
+    mean: float
+    deviation: float
+    indices: tuple[SobolIndex, ...]
+    pairs: tuple[SobolPair, ...] | None
+    confidence: float
+
+    @property
+    def alone(self) -> float:
+        """Sum of the first-order indices: what is missing to 1 are interactions."""
+        return sum(one.first.value for one in self.indices)
+
+    def __str__(self) -> str:
+        unit = f" {self.unit}" if self.unit else ""
+        wide = max(len(one.path) for one in self.indices) + 2
+        lines = [
+            f"{self.metric}: mean {self.mean:.6g}{unit}, standard deviation {self.deviation:.4g}{unit}",
+            f"{'number':{wide}}{'total S_T':>22}{'first order S_1':>24}"
+            + f"   (± half of the {100 * self.confidence:g} % interval)",
+        ]
+        lines += [f"{one.path:{wide}}{_shown(one.total):>22}{_shown(one.first):>24}" for one in self.indices]
+        lines.append(f"sum of the first order {self.alone:.3f}: what is missing to 1 are interactions")
+        for pair in self.pairs or ():
+            if pair.second.low > 0:
+                lines.append(f"together {pair.paths[0]} × {pair.paths[1]}: {_shown(pair.second)}")
+        if self.pairs and not any(pair.second.low > 0 for pair in self.pairs):
+            lines.append("no pair whose interaction is surely not 0")
+        return "\n".join(lines)
+
+    def as_dict(self) -> dict[str, Any]:
+        return {
+            "metric": self.metric,
+            "unit": self.unit,
+            "mean": self.mean,
+            "standard_deviation": self.deviation,
+            "confidence": self.confidence,
+            "indices": [
+                {"path": one.path, "first": one.first.as_dict(), "total": one.total.as_dict()} for one in self.indices
+            ],
+            "pairs": None
+            if self.pairs is None
+            else [{"paths": list(pair.paths), "second": pair.second.as_dict()} for pair in self.pairs],
+        }
+
+
+@dataclasses.dataclass(frozen=True)
+class MorrisEffect:
+    """Elementary effects of one number: change of the metric if it crosses its range (SI units of the metric).
+
+    - `mu`: mean;  `mu_star`: mean of the absolute values;  `sigma`: how much it depends on where the others are
+    - `low`, `high`: the range crossed
+    """
+
+    path: str
+    unit: str
+    low: float
+    high: float
+    mu: float
+    mu_star: Estimate
+    sigma: float
+
+
+@dataclasses.dataclass(frozen=True)
+class MorrisTable:
+    """Elementary effects on one metric, the greatest first."""
+
+    metric: str
+    unit: str
+    effects: tuple[MorrisEffect, ...]
+    confidence: float
+
+    def __str__(self) -> str:
+        unit = f", {self.unit}" if self.unit else ""
+        wide = max(len(one.path) for one in self.effects) + 2
+        ranges = [f"{one.low:.4g} … {one.high:.4g} {'' if one.unit == '1' else one.unit}" for one in self.effects]
+        across = max(map(len, ranges)) + 2
+        lines = [
+            f"{self.metric}{unit}: effect of crossing the range (± half of the {100 * self.confidence:g} % interval)",
+            f"{'number':{wide}}{'range':{across}}{'mean |effect| μ*':>24}{'mean μ':>12}{'σ':>12}",
+        ]
+        lines += [
+            f"{one.path:{wide}}{span:{across}}{_shown(one.mu_star):>24}{one.mu:12.4g}{one.sigma:12.4g}"
+            for one, span in zip(self.effects, ranges, strict=True)
+        ]
+        return "\n".join(lines)
+
+    def as_dict(self) -> dict[str, Any]:
+        rows = [{**dataclasses.asdict(one), "mu_star": one.mu_star.as_dict()} for one in self.effects]
+        return {"metric": self.metric, "unit": self.unit, "confidence": self.confidence, "effects": rows}
+
+
+@dataclasses.dataclass(frozen=True)
+class GlobalSensitivity:
+    """Tables by metric (`found["stopping_time"]`), and every run in `data`."""
+
+    tables: dict[str, Any]
+    data: Any
+    method: str
+    runs: int
+
+    def __getitem__(self, metric: Metric) -> Any:
+        return self.tables[name_of(metric)]
+
+    def __str__(self) -> str:
+        return "\n\n".join([f"{self.method}, {self.runs} runs", *map(str, self.tables.values())])
+
+    def as_dict(self) -> dict[str, Any]:
+        tables = {name: table.as_dict() for name, table in self.tables.items()}
+        return {"method": self.method, "runs": self.runs, "metrics": tables}
+
+
+def around(value: Any, half: Any) -> Estimate:
+    """A value and what lies `half` to either side."""
+    return Estimate(float(value), float(value - half), float(value + half))
+
+
+def _shown(e: Estimate) -> str:
+    return f"{e.value:.4g} ± {e.high - e.value:.2g}"
 
 
 def sobol_indices(
