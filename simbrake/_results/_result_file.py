@@ -11,7 +11,7 @@ import numpy as np
 from .._base._faults import Fault, InputError
 from .._base._whole import whole_file
 from .._run._result import Result
-from ..studies._pools import fingerprint
+from ..studies._chunks import fingerprint
 from ._columns import as_lines, from_lines, join, normalised, split
 from ._labelled import FORMAT, dataset
 

@@ -1,90 +1,28 @@
 """Many runs of one scene with other numbers, in one call: what is to run, the runs, and their data set."""
 
-import dataclasses
 import math
 import os
-import re
-import sys
 from collections.abc import Mapping, Sequence
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from .._base._faults import Fault, InputError
-from .._base._order import expected_cost, spread
-from .._base._progress import Progress
-from .._base._quantity import Quantity, leaves
-from .._hybrid import Rodas5P
+from .._base._quantity import Quantity
 from .._parts._scene import Scene, faults
 from .._physics._modes import Label
-from .._run._choice import stiffness
-from .._run._edit import with_values
 from .._run._measure import Metric, check_metrics, name_of, unit_of
 from .._run._metrics import METRICS, metric_names
 from .._run._outcome import FAILURES, status_of
-from .._run._simulate import require_64_bits, solver_for, step_limits
-from ._evaluator import ABOUT, Job
-from ._pools import Cluster, Store, Task, Threads, fingerprint
+from .._run._simulate import require_64_bits
+from ._chunks import NOT_RUN, Plan, run_all
 
-#: step attempts that suffice for most stops without heat: less to write and to measure than the first limit of one run
-_SHORT = 128
 #: scenes looked at as a whole, besides those with the least and the greatest value of every number
 _LOOKED_AT = 16
 #: runs named in one fault
 _NAMED = 5
-
-
-@dataclasses.dataclass(frozen=True, eq=False)
-class Plan:
-    """A scene, the varied numbers (runs first), what is measured, and how it is integrated."""
-
-    scene: Scene
-    values: dict[str, np.ndarray]
-    metrics: tuple[Metric, ...]
-    rtol: float
-    solver: Any
-    max_steps: int | None
-    chunk: int
-
-    @property
-    def paths(self) -> tuple[str, ...]:
-        return tuple(self.values)
-
-    @property
-    def count(self) -> int:
-        return len(next(iter(self.values.values())))
-
-    @property
-    def columns(self) -> np.ndarray:
-        """All varied numbers, (runs, numbers)."""
-        return np.concatenate([array.reshape(self.count, -1) for array in self.values.values()], axis=1)
-
-    def one(self, i: int) -> Scene:
-        """The scene of run `i`."""
-        return with_values(self.scene, {path: array[i] for path, array in self.values.items()})
-
-    def abouts(self) -> dict[str, Quantity]:
-        """Unit, meaning and range of every varied number."""
-        known = {leaf.path: leaf.about for leaf in leaves(self.one(0))}
-        return {path: known[path if path in known else re.sub(r"\[-?\d+\]$", "", path)] for path in self.paths}
-
-    def limits(self, solver: Any) -> tuple[int, ...]:
-        """Limits of the step attempts, tried one after the other; long records cost time and memory, used or not."""
-        limits = step_limits(self.scene, self.max_steps)
-        # with heat a long duty or an implicit method needs more as a rule, and a limit too low compiles in vain
-        long = self.scene.heated and (isinstance(solver, Rodas5P) or limits[0] > 8 * _SHORT)
-        return limits if self.max_steps or long else (_SHORT, *limits)
-
-    def groups(self) -> list[tuple[Any, np.ndarray]]:
-        """Solvers, and the runs that each of them gets: for every run what it would get by itself."""
-        every = np.arange(self.count)
-        if self.solver is not None or not self.scene.heated:
-            return [(self.solver or solver_for(False), every)]
-        if not any(path.startswith(("heat", "end_time", "initial.time")) for path in self.paths):
-            return [(solver_for(stiffness(self.one(0))[0]), every)]
-        stiff = np.asarray([stiffness(self.one(i))[0] for i in range(self.count)])
-        return [(solver_for(kind), every[stiff == kind]) for kind in (False, True) if np.any(stiff == kind)]
 
 
 def default_metrics(scene: Scene) -> tuple[str, ...]:
@@ -193,8 +131,6 @@ def _of_scenes(plan: Plan) -> list[Fault]:
     return found
 
 
-NOT_RUN = -1
-
 _MEANINGS = {
     "code": "0 if the run reached its end time, else its failure code; -1: not run",
     "steps": "steps accepted",
@@ -223,7 +159,7 @@ def _status(code: int, band: int, inner: int, moved: int, exceeded: int) -> str:
     return str(status_of(Label(band, inner), bool(moved), lambda: bool(exceeded)))
 
 
-def as_dataset(plan: Plan, columns: dict[str, np.ndarray], attrs: dict[str, Any]) -> Any:
+def _as_dataset(plan: Plan, columns: dict[str, np.ndarray]) -> Any:
     """One row per run: the varied numbers as coordinates, metrics, result code and step counts as variables."""
     import xarray as xr
 
@@ -235,20 +171,15 @@ def as_dataset(plan: Plan, columns: dict[str, np.ndarray], attrs: dict[str, Any]
     data: dict[str, Any] = {}
     for metric in plan.metrics:
         name = name_of(metric)
-        data[name] = ("run", columns[name], _attrs_of(metric))
+        data[name] = ("run", columns[name], {"units": unit_of(metric)} if unit_of(metric) else {})
     for name, meaning in _MEANINGS.items():
         data[name] = ("run", columns[name], {"units": "1", "meaning": meaning})
     data["status"] = ("run", status_names(columns), {"meaning": "how the run ended"})
     data["method"] = ("run", columns["method"].astype(str), {"meaning": "solver of the run"})
-    return xr.Dataset(data, coords, attrs)
+    return xr.Dataset(data, coords, {"rtol": plan.rtol, "simbrake": version("simbrake"), "jax": version("jax")})
 
 
-def _attrs_of(metric: Metric) -> dict[str, str]:
-    unit = unit_of(metric)
-    return {"units": unit} if unit else {}
-
-
-def as_grid(flat: Any, axes: dict[str, np.ndarray]) -> Any:
+def _as_grid(flat: Any, axes: dict[str, np.ndarray]) -> Any:
     """The data set of a full grid (the last number varies fastest) with one dimension per number."""
     import xarray as xr
 
@@ -259,10 +190,6 @@ def as_grid(flat: Any, axes: dict[str, np.ndarray]) -> Any:
     data["run"] = (tuple(axes), np.arange(int(np.prod(shape))).reshape(shape), flat["run"].attrs)
     coords = {path: (path, axis, flat[path].attrs) for path, axis in axes.items()}
     return xr.Dataset(data, coords, flat.attrs)
-
-
-#: rows of all records of a chunk together: with some hundred columns half a gigabyte
-_ROWS = 2**19
 
 
 def ensemble(
@@ -312,25 +239,9 @@ def ensemble(
     plan = plan_of(scene, values, metrics, rtol=rtol, solver=solver, max_steps=max_steps, chunk=chunk)
     if workers is not None and workers < 1:
         raise InputError([Fault("workers", f"{workers} is not admissible", "at least 1")])
-    store = None if directory is None else _store(plan, Path(directory))
-    pool = Threads(workers) if client is None else Cluster(client, store)
-    table = _Table(plan, store, progress)
-    interrupted = False
-    try:
-        for method, runs in plan.groups():
-            _run_group(plan, table, pool, method, runs)
-    except KeyboardInterrupt:
-        interrupted = True
-        pool.cancel()
-        for task, columns in pool.results():
-            table.put(task, columns)
-    finally:
-        pool.close()
-        table.progress.close()
-    if interrupted:
-        left = int(np.sum(~table.done))
-        print(f"simbrake: interrupted, {left} of {plan.count} runs are missing (code -1)", file=sys.stderr)
-    return as_dataset(plan, table.columns, _attrs(plan))
+    folder = None if directory is None else Path(directory)
+    columns = run_all(plan, workers=workers, client=client, directory=folder, progress=progress)
+    return _as_dataset(plan, columns)
 
 
 def sweep(scene: Scene, values: Mapping[str, Any], metrics: Sequence[Metric] | None = None, **settings: Any) -> Any:
@@ -351,98 +262,4 @@ def sweep(scene: Scene, values: Mapping[str, Any], metrics: Sequence[Metric] | N
         raise InputError(faults)
     grid = np.meshgrid(*axes.values(), indexing="ij") if axes else []
     columns = {path: part.ravel() for path, part in zip(axes, grid, strict=True)}
-    return as_grid(ensemble(scene, columns, metrics, **settings), axes)
-
-
-def _attrs(plan: Plan) -> dict[str, Any]:
-    from importlib.metadata import version
-
-    return {"rtol": plan.rtol, "simbrake": version("simbrake"), "jax": version("jax")}
-
-
-def _store(plan: Plan, folder: Path) -> Store:
-    from importlib.metadata import version
-
-    names = [name_of(metric) for metric in plan.metrics]
-    functions = [metric for metric in plan.metrics if not isinstance(metric, str)]
-    key = fingerprint(plan.scene, plan.values, names, functions, plan.rtol, plan.solver, plan.max_steps)
-    about = {
-        "runs": plan.count,
-        "paths": list(plan.paths),
-        "metrics": names,
-        "rtol": plan.rtol,
-        "solver": None if plan.solver is None else type(plan.solver).__name__,
-        "max_steps": plan.max_steps,
-        "simbrake": version("simbrake"),
-    }
-    return Store(folder, key, about)
-
-
-class _Table:
-    """Numbers of all runs, filled in as they come."""
-
-    def __init__(self, plan: Plan, store: Store | None, progress: Any):
-        n = plan.count
-        self.columns: dict[str, np.ndarray] = {name: np.zeros(n, np.int32) for name in ABOUT}
-        self.columns |= {"code": np.full(n, NOT_RUN, np.int32), "energy.closure": np.full(n, np.nan)}
-        self.columns |= {name_of(metric): np.full(n, np.nan) for metric in plan.metrics}
-        self.columns["method"] = np.full(n, "", dtype="<U32")
-        self.done = np.zeros(n, bool)
-        self._store = store
-        for runs, found in [] if store is None else store.finished():
-            self._fill(runs, found)
-        self.progress = Progress(n, progress, int(self.done.sum()))
-
-    def _fill(self, runs: np.ndarray, found: dict[str, np.ndarray]) -> None:
-        for name, column in found.items():
-            self.columns[name][runs] = column
-        self.done[runs] = True
-
-    def put(self, task: Task, found: dict[str, np.ndarray]) -> None:
-        """Takes over the runs of a chunk that are done."""
-        final = task.final(found)
-        if self._store is not None:
-            self._store.write(task.runs, task.limit, found, final)
-        if np.any(final):
-            self._fill(task.runs[final], {name: column[final] for name, column in found.items()})
-            self.progress.add(int(final.sum()))
-
-    def attempts(self, runs: np.ndarray) -> np.ndarray:
-        return (
-            sum(self.columns[name][runs] for name in ("steps", "rejected", "retaken")) + self.columns["segments"][runs]
-        )
-
-
-def _run_group(plan: Plan, table: _Table, pool: Any, solver: Any, runs: np.ndarray) -> None:
-    """All runs of one solver: a pilot chunk, then the rest in order of cost, then those that need more steps."""
-    missing = runs[~table.done[runs]]
-    limits = list(plan.limits(solver))
-    size = min(plan.chunk, 1 << max(0, math.ceil(math.log2(max(1, len(runs))))))
-    if len(missing) > plan.chunk * pool.workers and not np.any(table.done[runs]):
-        pilot = missing[spread(len(missing), size)]
-        again = _run_level(plan, table, pool, solver, pilot, limits[0], size, len(limits) == 1)
-        if len(limits) > 1 and 2 * len(again) > len(pilot):
-            limits = limits[1:]  # most runs are longer
-        missing = runs[~table.done[runs]]
-    known = runs[table.done[runs]]
-    if len(known) > 1:
-        where = np.searchsorted(runs, known)
-        cost = expected_cost(plan.columns[runs], where, table.attempts(known))
-        cost = cost[np.searchsorted(runs, missing)]
-        missing = missing[np.argsort(-cost, kind="stable")]
-    for limit in limits:
-        missing = _run_level(plan, table, pool, solver, missing, limit, size, limit == limits[-1])
-
-
-def _run_level(
-    plan: Plan, table: _Table, pool: Any, solver: Any, runs: np.ndarray, limit: int, size: int, last: bool
-) -> np.ndarray:
-    """Runs in chunks with one limit of the steps; gives back those for which it was too low, in the same order."""
-    job = Job(plan.scene, plan.paths, plan.metrics, solver, plan.rtol, limit)
-    size = max(1, min(size, _ROWS // limit))
-    for start in range(0, len(runs), size):
-        part = runs[start : start + size]
-        pool.submit(Task(job, limit, part, tuple(array[part] for array in plan.values.values()), size, last))
-    for task, columns in pool.results():
-        table.put(task, columns)
-    return runs[~table.done[runs]]
+    return _as_grid(ensemble(scene, columns, metrics, **settings), axes)

@@ -10,8 +10,9 @@ import numpy as np
 from .._base._faults import Fault, InputError
 from .._parts._scene import Scene
 from .._run._metrics import metric_names
-from ._ensemble import NOT_RUN, default_metrics, ensemble, sweep
-from ._sampling import samples
+from ..studies._chunks import NOT_RUN
+from ..studies._ensemble import default_metrics, ensemble, sweep
+from ..studies._sampling import samples
 
 _FORMS = "PATH=LOW:HIGH:COUNT, PATH=a,b,c, or PATH=LOW:HIGH with --sample; SI units"
 

@@ -1,16 +1,21 @@
-"""Where chunks of runs are computed and kept: threads of this machine, workers of a Dask cluster, a folder."""
+"""Many runs: chunks on threads of this machine or workers of a Dask cluster, kept in a folder, repeated with longer
+records where these were too short."""
 
 import dataclasses
 import functools
 import hashlib
 import itertools
 import json
+import math
 import os
 import queue
+import re
+import sys
 import types
 import zipfile
 from collections.abc import Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 from uuid import uuid4
@@ -19,9 +24,21 @@ import jax
 import numpy as np
 
 from .._base._faults import Fault, InputError
+from .._base._order import expected_cost, spread
+from .._base._progress import Progress
+from .._base._quantity import Quantity, leaves
 from .._hybrid import Code
-from ._evaluator import Job, run_chunk
+from .._parts._scene import Scene
+from .._run._choice import stiffness
+from .._run._edit import with_values
+from .._run._measure import Metric, name_of
+from .._run._simulate import solver_for
+from ._evaluator import ABOUT, Job, Paths, limits_of_many, run_chunk
 
+NOT_RUN = -1
+#: rows of all records of a chunk together: with some hundred columns half a gigabyte
+_ROWS = 2**19
+#: of the manifest
 _FORMAT = 1
 
 
@@ -152,12 +169,12 @@ def store_at(folder: Path, key: str) -> Store | None:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Task:
-    """One chunk: which runs (numbers from 0), their samples, and the number they are filled up to."""
+    """One chunk: which runs (from 0), their numbers (runs, numbers), and how many they are filled up to."""
 
     job: Any  # None where it travels apart
     limit: int  # of the steps
     runs: np.ndarray
-    rows: tuple[np.ndarray, ...]
+    rows: np.ndarray
     size: int
     last: bool = True  # no higher limit of the steps follows
 
@@ -288,3 +305,160 @@ class Cluster:
         self._waiting = {}
         if self._own:
             self._client.close()
+
+
+# --- all runs ---------------------------------------------------------------------------------------------------------
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Plan:
+    """A scene, the varied numbers (runs first), what is measured, and how it is integrated."""
+
+    scene: Scene
+    values: dict[str, np.ndarray]
+    metrics: tuple[Metric, ...]
+    rtol: float
+    solver: Any
+    max_steps: int | None
+    chunk: int
+
+    @property
+    def paths(self) -> Paths:
+        return Paths(tuple(self.values), tuple(array.shape[1:] for array in self.values.values()))
+
+    @property
+    def count(self) -> int:
+        return len(next(iter(self.values.values())))
+
+    @functools.cached_property
+    def columns(self) -> np.ndarray:
+        """All varied numbers, (runs, numbers)."""
+        return np.concatenate([array.reshape(self.count, -1) for array in self.values.values()], axis=1)
+
+    def one(self, i: int) -> Scene:
+        """The scene of run `i`."""
+        return with_values(self.scene, {path: array[i] for path, array in self.values.items()})
+
+    def abouts(self) -> dict[str, Quantity]:
+        """Unit, meaning and range of every varied number."""
+        known = {leaf.path: leaf.about for leaf in leaves(self.one(0))}
+        return {path: known[path if path in known else re.sub(r"\[-?\d+\]$", "", path)] for path in self.values}
+
+    def groups(self) -> list[tuple[Any, np.ndarray]]:
+        """Solvers, and the runs that each of them gets: for every run what it would get by itself."""
+        every = np.arange(self.count)
+        if self.solver is not None or not self.scene.heated:
+            return [(self.solver or solver_for(False), every)]
+        if not any(path.startswith(("heat", "end_time", "initial.time")) for path in self.values):
+            return [(solver_for(stiffness(self.one(0))[0]), every)]
+        stiff = np.asarray([stiffness(self.one(i))[0] for i in range(self.count)])
+        return [(solver_for(kind), every[stiff == kind]) for kind in (False, True) if np.any(stiff == kind)]
+
+    def store(self, folder: Path) -> Store:
+        """The folder that keeps the chunks of this plan and of no other."""
+        names = [name_of(metric) for metric in self.metrics]
+        functions = [metric for metric in self.metrics if not isinstance(metric, str)]
+        key = fingerprint(self.scene, self.values, names, functions, self.rtol, self.solver, self.max_steps)
+        about = {
+            "runs": self.count,
+            "paths": list(self.values),
+            "metrics": names,
+            "rtol": self.rtol,
+            "solver": None if self.solver is None else type(self.solver).__name__,
+            "max_steps": self.max_steps,
+            "simbrake": version("simbrake"),
+        }
+        return Store(folder, key, about)
+
+
+class _Columns:
+    """Numbers of all runs, filled in as they come."""
+
+    def __init__(self, plan: Plan, store: Store | None, progress: Any):
+        n = plan.count
+        self.all: dict[str, np.ndarray] = {name: np.zeros(n, np.int32) for name in ABOUT}
+        self.all |= {"code": np.full(n, NOT_RUN, np.int32), "energy.closure": np.full(n, np.nan)}
+        self.all |= {name_of(metric): np.full(n, np.nan) for metric in plan.metrics}
+        self.all["method"] = np.full(n, "", dtype="<U32")
+        self.done = np.zeros(n, bool)
+        self._store = store
+        for runs, found in [] if store is None else store.finished():
+            self._fill(runs, found)
+        self.progress = Progress(n, progress, int(self.done.sum()))
+
+    def _fill(self, runs: np.ndarray, found: dict[str, np.ndarray]) -> None:
+        for name, column in found.items():
+            self.all[name][runs] = column
+        self.done[runs] = True
+
+    def put(self, task: Task, found: dict[str, np.ndarray]) -> None:
+        """Takes over the runs of a chunk that are done."""
+        final = task.final(found)
+        if self._store is not None:
+            self._store.write(task.runs, task.limit, found, final)
+        if np.any(final):
+            self._fill(task.runs[final], {name: column[final] for name, column in found.items()})
+            self.progress.add(int(final.sum()))
+
+    def attempts(self, runs: np.ndarray) -> np.ndarray:
+        return sum(self.all[name][runs] for name in ("steps", "rejected", "retaken")) + self.all["segments"][runs]
+
+
+def run_all(
+    plan: Plan, *, workers: int | None, client: Any, directory: Path | None, progress: Any
+) -> dict[str, np.ndarray]:
+    """Columns of all runs of a plan; after Ctrl-C those of the finished ones, the others with the code `NOT_RUN`."""
+    store = None if directory is None else plan.store(directory)
+    pool = Threads(workers) if client is None else Cluster(client, store)
+    columns = _Columns(plan, store, progress)
+    interrupted = False
+    try:
+        for solver, runs in plan.groups():
+            _run_group(plan, columns, pool, solver, runs)
+    except KeyboardInterrupt:
+        interrupted = True
+        pool.cancel()
+        for task, found in pool.results():
+            columns.put(task, found)
+    finally:
+        pool.close()
+        columns.progress.close()
+    if interrupted:
+        left = int(np.sum(~columns.done))
+        print(f"simbrake: interrupted, {left} of {plan.count} runs are missing (code -1)", file=sys.stderr)
+    return columns.all
+
+
+def _run_group(plan: Plan, columns: _Columns, pool: Any, solver: Any, runs: np.ndarray) -> None:
+    """All runs of one solver: a pilot chunk, then the rest in order of cost, then those that need more steps."""
+    missing = runs[~columns.done[runs]]
+    limits = list(limits_of_many(plan.scene, solver, plan.max_steps))
+    size = min(plan.chunk, 1 << max(0, math.ceil(math.log2(max(1, len(runs))))))
+    if len(missing) > plan.chunk * pool.workers and not np.any(columns.done[runs]):
+        pilot = missing[spread(len(missing), size)]
+        again = _run_level(plan, columns, pool, solver, pilot, limits[0], size, len(limits) == 1)
+        if len(limits) > 1 and 2 * len(again) > len(pilot):
+            limits = limits[1:]  # most runs are longer
+        missing = runs[~columns.done[runs]]
+    known = runs[columns.done[runs]]
+    if len(known) > 1:
+        where = np.searchsorted(runs, known)
+        cost = expected_cost(plan.columns[runs], where, columns.attempts(known))
+        cost = cost[np.searchsorted(runs, missing)]
+        missing = missing[np.argsort(-cost, kind="stable")]
+    for limit in limits:
+        missing = _run_level(plan, columns, pool, solver, missing, limit, size, limit == limits[-1])
+
+
+def _run_level(
+    plan: Plan, columns: _Columns, pool: Any, solver: Any, runs: np.ndarray, limit: int, size: int, last: bool
+) -> np.ndarray:
+    """Runs in chunks with one limit of the steps; gives back those for which it was too low, in the same order."""
+    job = Job(plan.scene, plan.paths, plan.metrics, solver, plan.rtol, limit)
+    size = max(1, min(size, _ROWS // limit))
+    for start in range(0, len(runs), size):
+        part = runs[start : start + size]
+        pool.submit(Task(job, limit, part, plan.columns[part], size, last))
+    for task, found in pool.results():
+        columns.put(task, found)
+    return runs[~columns.done[runs]]
