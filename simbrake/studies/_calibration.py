@@ -264,7 +264,7 @@ def assess(
 
     assert search.best is not None
     _, z, found = search.best
-    scale, paths = search.scale, search.model.plan.paths
+    scale, paths = search.scale, search.model.paths
     theta, residual = scale.up(z), search.residual(found)
     fixed = search.pressed(z) & ((z == 0) | (z == 1))
     if fixed.any():  # noise alone drives what is open against a bound: then the bound holds it, not the data
@@ -291,7 +291,7 @@ def assess(
         parameters=parameters,
         covariance=covariance,
         chi2=chi2,
-        chi2_start=float(np.sum(search.residual(start) ** 2)) if start.refused is None else float("inf"),
+        chi2_start=float(np.sum(search.residual(start) ** 2)) if search.model.refused(start) is None else float("inf"),
         freedom=freedom,
         absolute=absolute,
         probability=probability,
@@ -304,16 +304,16 @@ def assess(
         data=data,
         converged=search.converged,
         message=search.message,
-        evaluations=search.model.evaluations,
+        evaluations=search.model.run.runs,
         failures=dict(search.model.failures),
-        solver=f"{type(search.model.plan.solver).__name__}, rtol {rtol:g}, {search.method}",
+        solver=f"{type(search.model.run.solver).__name__}, rtol {rtol:g}, {search.method}",
         loss=search.loss,
         warnings=tuple(_warnings(search, z, chi2, probability, fixed, paths)),
     )
 
 
 def _identified(search: Search, z: np.ndarray, fixed: np.ndarray, absolute: bool, rtol: float) -> Identified:
-    found = search.look(z)
+    found = search.look(z)[0]
     residual = search.residual(found)
     if fixed.all():
         return Identified(np.zeros((0, 0)), np.zeros(0, bool), np.zeros(0), [], 0)
@@ -350,7 +350,7 @@ def _parameters(
 ) -> tuple[Parameter, ...]:
     units = {leaf.path: leaf.about.unit for leaf in leaves(scene)}
     found = []
-    for i, path in enumerate(search.model.plan.paths):
+    for i, path in enumerate(search.model.paths):
         state = State.OPEN if concerned[i] else State.FITTED
         if fixed[i]:
             state = State.AT_LOW if z[i] == 0 else State.AT_HIGH

@@ -185,10 +185,9 @@ class Evaluator:
         self._size, self.runs = size, 0
         self._known: dict[bytes, Evaluation] = {}
 
-    def result(self, x: Any = None, **options: Any) -> Result:
-        """The whole result of a concrete run, by `simulate`, which has programs and limits of its own."""
-        scene = self.scene if x is None else self.place(self.scene, x, self.given)
-        return simulate(scene, solver=self.solver, rtol=self.rtol, **options)
+    def result(self, scene: Scene | None = None, **options: Any) -> Result:
+        """The whole result of a run of the scene, or of another one like it, by `simulate`, which repeats it itself."""
+        return simulate(self.scene if scene is None else scene, solver=self.solver, rtol=self.rtol, **options)
 
     def like(self, result: Result) -> None:
         """Takes the length of this run for that of the others."""

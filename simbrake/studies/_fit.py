@@ -2,111 +2,78 @@
 
 from typing import Any, NamedTuple
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 
-from .._base._compiling import DeviceJit
 from .._base._faults import Fault, InputError
 from .._base._identify import cost
 from .._base._progress import Waiting
-from .._hybrid import Code
 from .._hybrid._arrays import Array
 from .._parts._scene import Scene
-from .._run._edit import with_values
 from .._run._measure import Metric, measure
 from .._run._outcome import FAILURES
-from .._run._simulate import simulate, step_limits
+from .._run._result import Result
+from ._evaluator import Evaluation, Evaluator, Paths
 from ._measured import Measured, Points, pick
 
 
-class Plan(NamedTuple):
-    """What a compiled program depends on, besides the structure of the scene and the number of measured values."""
+class Asked(NamedTuple):
+    """What was measured: columns with the entry of each, at some of the times given, and metrics."""
 
-    paths: tuple[str, ...]
     columns: tuple[tuple[str, str | None], ...]
     metrics: tuple[Metric, ...]
-    solver: Any
-    max_steps: int
 
-
-def _model(theta: Array, scene: Scene, rtol: Any, ts: Array, rows: tuple[Array, ...], plan: Plan) -> Any:
-    changed = with_values(scene, dict(zip(plan.paths, theta, strict=True)))
-    result = simulate(changed, solver=plan.solver, rtol=rtol, max_steps=plan.max_steps)
-    parts, faults = [], []
-    if plan.columns:
-        series = result.series(ts)
-        for (column, entry), row in zip(plan.columns, rows, strict=True):
-            found = pick(result, series, column, entry)
-            if isinstance(found, Fault):
-                faults.append(found)
-            else:
-                parts.append(found[row])
-    if faults:  # seen while it is traced, before anything runs
-        raise InputError(faults)
-    parts += [jnp.reshape(measure(result, metric), (1,)) for metric in plan.metrics]
-    values = jnp.concatenate(parts)
-    return values, (values, result.code)
-
-
-def _with_jacobian(theta: Array, scene: Scene, rtol: Any, ts: Array, rows: tuple[Array, ...], plan: Plan) -> Any:
-    return jax.jacfwd(_model, has_aux=True)(theta, scene, rtol, ts, rows, plan)
-
-
-_program = DeviceJit(_with_jacobian, static_argnames=("plan",))
-
-
-class Evaluation(NamedTuple):
-    """Model values (m,) and their derivatives (m, p) at a point; `refused`: why it counts as a bad one."""
-
-    values: np.ndarray
-    jacobian: np.ndarray
-    refused: str | None
+    def __call__(self, result: Result, given: tuple[Array, tuple[Array, ...]]) -> tuple[Array, None]:
+        ts, rows = given
+        parts, faults = [], []
+        if self.columns:
+            series = result.series(ts)
+            for (column, entry), row in zip(self.columns, rows, strict=True):
+                found = pick(result, series, column, entry)
+                if isinstance(found, Fault):
+                    faults.append(found)
+                else:
+                    parts.append(found[row])
+        if faults:  # seen while it is traced, before anything runs
+            raise InputError(faults)
+        parts += [jnp.reshape(measure(result, metric), (1,)) for metric in self.metrics]
+        return jnp.concatenate(parts), None
 
 
 class FitModel:
-    """Measured quantities of a scene as a function of the numbers at `paths`.
-
-    One compiled program gives values and Jacobian; it is kept by structure, and new numbers never re-trace.
-    """
+    """Measured quantities of a scene as a function of the numbers at `paths`, with derivatives."""
 
     def __init__(
         self, scene: Scene, paths: tuple[str, ...], data: Measured, *, solver: Any, rtol: float, max_steps: int | None
     ):
-        self.scene = jax.tree.map(jnp.asarray, scene)
-        self.rtol = jnp.asarray(rtol, jnp.float64)
-        self.ladder = step_limits(scene, max_steps)
-        columns = tuple((part.column, part.entry) for part in data.points)
-        metrics = tuple(one.metric for one in data.singles)
-        self.plan = Plan(paths, columns, metrics, solver, self.ladder[0])
         times = [part.t for part in data.points]
         ts = np.unique(np.concatenate(times)) if times else np.zeros(0)
-        self.ts = jnp.asarray(ts)
-        self.rows = tuple(jnp.asarray(np.searchsorted(ts, t), jnp.int32) for t in times)
+        asked = Asked(tuple((part.column, part.entry) for part in data.points), tuple(s.metric for s in data.singles))
+        self.run = Evaluator(
+            scene,
+            Paths.each(paths),
+            asked,
+            given=(ts, tuple(np.searchsorted(ts, t).astype(np.int32) for t in times)),
+            solver=solver,
+            rtol=rtol,
+            max_steps=max_steps,
+        )
+        self.paths = paths
         self.names = [part.name for part in data.points for _ in part.t] + [one.name for one in data.singles]
-        self.evaluations = 0
         self.failures: dict[str, int] = {}
 
     def __call__(self, theta: np.ndarray) -> Evaluation:
-        """Values and Jacobian; a run that fails or lacks a measured event is refused with its reason."""
-        self.evaluations += 1
-        jacobian, (values, code) = _program(
-            jnp.asarray(theta), self.scene, self.rtol, self.ts, self.rows, plan=self.plan
-        )
-        if int(code) == Code.STEP_LIMIT and self.plan.max_steps != self.ladder[-1]:
-            longer = self.ladder[self.ladder.index(self.plan.max_steps) + 1]
-            self.plan = self.plan._replace(max_steps=longer)
-            self.evaluations -= 1
-            return self(theta)
-        found = Evaluation(np.asarray(values), np.asarray(jacobian), None)
-        reason = self._refused(found, int(code))
-        if reason is not None:
+        """Values (m,) and Jacobian (m, p)."""
+        before, found = self.run.runs, self.run(theta)
+        reason = self.refused(found)
+        if reason is not None and self.run.runs > before:
             self.failures[reason] = self.failures.get(reason, 0) + 1
-        return found._replace(refused=reason)
+        return found
 
-    def _refused(self, found: Evaluation, code: int) -> str | None:
-        if code != 0:
-            return f"the run fails: {FAILURES[code][0]}"  # pyright: ignore
+    def refused(self, found: Evaluation) -> str | None:
+        """Why a point counts as a bad one: its run fails, or it lacks a measured event; `None` for a good one."""
+        if found.code != 0:
+            return f"the run fails: {FAILURES[found.code][0]}"  # pyright: ignore
         for i in np.flatnonzero(~np.isfinite(found.values)):
             what = "does not occur" if np.isinf(found.values[i]) else "is not a number"
             return f"{self.names[i]} {what} in the model"
@@ -180,26 +147,22 @@ class Search:
         self.method, self.most, self.starts = method, most, starts
         self.measured, self.sigma = measured, sigma
         self.progress, self.least = Waiting("calibrate", "compiles"), np.inf
-        self.memory: dict[bytes, Evaluation] = {}
         self.best: tuple[float, np.ndarray, Evaluation] | None = None
         self.ends: list[tuple[float, np.ndarray]] = []
         self.converged, self.message = False, ""
 
-    def look(self, z: np.ndarray) -> Evaluation:
-        key = z.tobytes()
-        if key not in self.memory:
-            if len(self.memory) > 3:
-                self.memory.pop(next(iter(self.memory)))
-            self.memory[key] = found = self.model(self.scale.up(z))
-            if found.refused is None:
-                cost = self.cost(found)
-                if self.best is None or cost < self.best[0]:
-                    self.best = (cost, z.copy(), found)
-                self._show(float(np.sum(self.residual(found) ** 2)))
-        return self.memory[key]
+    def look(self, z: np.ndarray) -> tuple[Evaluation, str | None]:
+        """The model at a point, and why the point counts as a bad one."""
+        before, found = self.model.run.runs, self.model(self.scale.up(z))
+        refused = self.model.refused(found)
+        if refused is None and self.model.run.runs > before:
+            if self.best is None or self.cost(found) < self.best[0]:
+                self.best = (self.cost(found), z.copy(), found)
+            self._show(float(np.sum(self.residual(found) ** 2)))
+        return found, refused
 
     def _show(self, chi2: float) -> None:
-        self.least, count, most = min(self.least, chi2), self.model.evaluations, self.most * self.starts
+        self.least, count, most = min(self.least, chi2), self.model.run.runs, self.most * self.starts
         # a search mostly ends long before its limit: what is left is told as a bound
         self.progress.now("run", min(count, most), most, bound=True, also=f", chi² {self.least:.6g}")
 
@@ -216,13 +179,13 @@ class Search:
         self.progress.__enter__()
         try:
             for k, z in enumerate(self._spread(first)):
-                found = self.look(z)
-                if found.refused is None:
+                refused = self.look(z)[1]
+                if refused is None:
                     self._descend(z)
                 elif k == 0 and self.starts == 1:
                     hint = "give another start, or try several (starts=8)"
-                    hint = f"raise end_time, {hint}" if "does not occur" in found.refused else hint
-                    raise InputError([Fault("start", found.refused, hint)])
+                    hint = f"raise end_time, {hint}" if "does not occur" in refused else hint
+                    raise InputError([Fault("start", refused, hint)])
         except KeyboardInterrupt:
             if self.best is None:
                 raise
@@ -249,18 +212,19 @@ class Search:
         z, cost, converged, message = self._minimise(z, free)
         while (pressed := self.pressed(z) & free).any():
             on = np.where(pressed, np.round(z), z)
-            if self.look(on).refused is not None or self.cost(self.look(on)) > cost * (1 + 1e-9):
+            found, refused = self.look(on)
+            if refused is not None or self.cost(found) > cost * (1 + 1e-9):
                 break
             free = free & ~pressed
             z, cost, converged, message = self._minimise(on, free)
         if cost <= self.best[0] * (1 + 1e-9):  # the end itself, not a neighbour that is better by rounding
-            self.best = (cost, z, self.look(z))
+            self.best = (cost, z, self.look(z)[0])
         if not self.ends or cost <= min(end[0] for end in self.ends):
             self.converged, self.message = converged, message
         self.ends.append((cost, z))
 
     def pressed(self, z: np.ndarray) -> np.ndarray:
-        found = self.look(z)
+        found = self.look(z)[0]
         r, J = self.residual(found), self.jacobian(z, found)
         push = J.T @ r
         strong = np.abs(push) > 1e-8 * np.linalg.norm(J, axis=0) * np.linalg.norm(r)
@@ -279,19 +243,19 @@ class Search:
 
         def residual(x: np.ndarray) -> np.ndarray:
             nonlocal barrier, least
-            found = self.look(whole(x))
-            if found.refused is not None:
-                barrier = found.refused
+            found, refused = self.look(whole(x))
+            if refused is not None:
+                barrier = refused
                 return np.full(self.measured.shape, np.inf)
             if self.cost(found) < least * (1 - 1e-6):  # left behind
                 barrier, least = None, self.cost(found)
             return self.residual(found)
 
         def jacobian(x: np.ndarray) -> np.ndarray:
-            return self.jacobian(whole(x), self.look(whole(x)))[:, free]
+            return self.jacobian(whole(x), self.look(whole(x))[0])[:, free]
 
         if not free.any():
-            return z, self.cost(self.look(z)), True, "every parameter is at a bound"
+            return z, self.cost(self.look(z)[0]), True, "every parameter is at a bound"
         found = least_squares(
             residual,
             np.clip(z[free], 0.0, 1.0),

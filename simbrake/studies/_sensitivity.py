@@ -1,9 +1,7 @@
 """Local sensitivities: how results move with every number of a scene, from one differentiated run."""
 
-import dataclasses
 import difflib
-import functools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import jax
@@ -16,14 +14,13 @@ from .._base._faults import Fault, InputError
 from .._base._progress import Waiting, waiting
 from .._base._quantity import Leaf, leaves
 from .._hybrid import LANDED, STOPPED, Record
-from .._hybrid._arrays import Array
 from .._parts._scene import Scene
 from .._physics._modes import Label
 from .._run._edit import with_values
-from .._run._measure import Metric, check_metrics, happened, measure, name_of, unit_of
+from .._run._measure import Metric, check_metrics, happened, name_of, unit_of
 from .._run._report import labels_of
 from .._run._result import Result
-from .._run._simulate import room_for, simulate, solver_of
+from ._evaluator import Evaluator, Metrics, Paths, values_of
 
 #: two events that lie within this share of a run are nearly simultaneous
 NEAR = 1e-6
@@ -53,9 +50,7 @@ def sequence(result: Result) -> list[Label]:
     return [label for i, label in enumerate(labels) if i == 0 or label != labels[i - 1]]
 
 
-def look_around(
-    base: Result, values: Callable[[Result], Any], spans: Mapping[str, Any], *, rtol: float, solver: Any, told: Waiting
-) -> Range:
+def look_around(run: Evaluator, base: Result, metrics: Metrics, spans: Mapping[str, Any], told: Waiting) -> Range:
     """Runs the scene at both ends `p ± span` of every number, one at a time; a list moves as a whole."""
     usual, known = sequence(base), {leaf.path: np.asarray(leaf.value) for leaf in leaves(base.scene)}
     ends: dict[str, tuple[np.ndarray | None, np.ndarray | None]] = {}
@@ -65,24 +60,22 @@ def look_around(
         if not np.any(half):
             continue
         seen, words = [], []
-        for sign, name in ((-1, "low"), (1, "high")):
-            end, what = _end(base.scene, path, known[path] + sign * half, values, usual, rtol, solver)
+        for sign, name in ((-1, "lower"), (1, "upper")):
+            end, what = _end(run, with_values(base.scene, {path: known[path] + sign * half}), metrics, usual)
             seen.append(end)
-            words += [f"{name} end: {what}"] if what else []
+            words += [f"{name} bound: {what}"] if what else []
         ends[path] = (seen[0], seen[1])
         if words:
             changes[path] = "; ".join(words)
     return Range(ends, changes, tuple(near_ties(base.record) + passages(base.record)))
 
 
-def _end(
-    scene: Any, path: str, p: Any, values: Any, usual: list[Label], rtol: float, solver: Any
-) -> tuple[np.ndarray | None, str]:
+def _end(run: Evaluator, scene: Scene, metrics: Metrics, usual: list[Label]) -> tuple[np.ndarray | None, str]:
     """Metrics at one end, and what is different there."""
     try:
-        result = simulate(with_values(scene, {path: p}), rtol=rtol, solver=solver, throw=False)
+        result = run.result(scene, throw=False)
     except InputError:
-        return None, "not admissible"
+        return None, "out of range"
     if not result.ok:
         return None, f"the run ends as {result.status}"
     other = sequence(result)
@@ -91,7 +84,7 @@ def _end(
     if other != usual:
         mine, theirs = (str(s[part]) if part < len(s) else "the end" for s in (usual, other))
         what = f"other modes ({theirs} instead of {mine} after {usual[part - 1]})"
-    return np.asarray(values(result)), what
+    return values_of(result, metrics), what
 
 
 def near_ties(record: Record) -> list[str]:
@@ -276,29 +269,32 @@ def sensitivity(
     has no derivative); `SimulationError` where the run fails.
     """
     single = isinstance(metric, str) or callable(metric)
-    metrics: tuple[Metric, ...] = (metric,) if single else tuple(metric)  # pyright: ignore
-    check_metrics(scene, metrics)
+    metrics = Metrics((metric,) if single else tuple(metric))  # pyright: ignore
+    check_metrics(scene, metrics.asked)
     chosen = _chosen(leaves(scene), wrt)
-    solver = solver_of(scene, solver)
     spans = {} if span is None else _spans(chosen, span)
+    paths = Paths(tuple(leaf.path for leaf in chosen), tuple(np.shape(leaf.value) for leaf in chosen))
+    size, x = len(metrics.asked), np.concatenate([np.ravel(np.asarray(leaf.value, np.float64)) for leaf in chosen])
+    run = Evaluator(scene, paths, metrics, size=size, reverse=x.size > size, singly=True, rtol=rtol, solver=solver)
     with waiting(progress, "sensitivity", "compiles the run") as told:
-        base = simulate(scene, rtol=rtol, solver=solver, progress=told)
-        values = np.asarray(_values(metrics)(base))
+        base = run.result(progress=told)
+        values = values_of(base, metrics)
         _check_happened(metrics, values)
         told.now("derivatives")
-        derivatives = _derivatives(scene, metrics, chosen, rtol, solver, room_for(base))
-        around = None
-        if span is not None:
-            around = look_around(base, _values(metrics), spans, rtol=rtol, solver=solver, told=told)
+        run.like(base)  # a derivative replays the run: its length is known
+        slopes = run(x)
+        if slopes.code != 0 or not np.all(np.isfinite(slopes.values)):
+            raise RuntimeError("the differentiated run ended before the plain one; please report this scene")
+        around = None if span is None else look_around(run, base, metrics, spans, told)
     tables = [
         SensitivityTable(
             name_of(one),
             unit_of(one),
             float(values[k]),
-            _rows(chosen, [np.asarray(d[k]) for d in derivatives], float(values[k]), spans, around, k),
+            _rows(chosen, paths.values(slopes.jacobian[k]), float(values[k]), spans, around, k),
             () if around is None else around.notes,
         )
-        for k, one in enumerate(metrics)
+        for k, one in enumerate(metrics.asked)
     ]
     return tables[0] if single else tables
 
@@ -332,80 +328,20 @@ def _spans(chosen: list[Leaf], span: float | Mapping[str, float]) -> dict[str, A
     return {path: np.asarray(half, np.float64) for path, half in span.items()}
 
 
-def _check_happened(metrics: tuple[Metric, ...], values: np.ndarray) -> None:
+def _check_happened(metrics: Metrics, values: np.ndarray) -> None:
     hint = "its derivative does not exist; ask for one that occurs, or let the run go on for longer"
     faults = [
         Fault(name_of(one), "has no value in this run", hint)
-        for one, value in zip(metrics, values, strict=True)
+        for one, value in zip(metrics.asked, values, strict=True)
         if not happened(value)
     ]
     if faults:
         raise InputError(faults)
 
 
-@functools.lru_cache(maxsize=32)
-def _values(metrics: tuple[Metric, ...]) -> Callable[[Any], Array]:
-    """All metrics of a concrete result by one compiled program (for every power of two of its length)."""
-
-    def values(result: Any) -> Array:
-        return jnp.stack([measure(result, one) for one in metrics])
-
-    compiled = DeviceJit(values)
-    return lambda result: compiled(dataclasses.replace(result, record=result.record.compact()))
-
-
-@functools.lru_cache(maxsize=32)
-def _program(metrics: tuple[Metric, ...], forward: bool, solver: Any, max_steps: int) -> Callable[..., Any]:
-    """`direction` is of the numbers (forward) or of the metrics (reverse)."""
-
-    def program(scene: Scene, at: dict[str, Array], rtol: Any, direction: Any) -> Any:
-        def answer(at: dict[str, Array]) -> Array:
-            result = simulate(with_values(scene, at), rtol=rtol, solver=solver, max_steps=max_steps)
-            # a run that ended early has no derivatives: never a number that looks like one
-            return jnp.where(result.code == 0, jnp.stack([measure(result, one) for one in metrics]), jnp.nan)
-
-        if forward:
-            value, slope = jax.jvp(answer, (at,), (direction,))
-        else:
-            value, back = jax.vjp(answer, at)
-            slope = back(direction)[0]
-        return jnp.all(jnp.isfinite(value)), slope
-
-    return DeviceJit(program)
-
-
-def _derivatives(
-    scene: Scene, metrics: tuple[Metric, ...], chosen: list[Leaf], rtol: float, solver: Any, room: int
-) -> list[np.ndarray]:
-    """Derivatives of all metrics by each number: (metrics, *shape of the number)."""
-    at = {leaf.path: np.asarray(leaf.value, np.float64) for leaf in chosen}
-    forward = sum(value.size for value in at.values()) <= len(metrics)
-    compiled = _program(metrics, forward, solver, room)  # a derivative replays the run: its length is known
-    tolerance = np.asarray(rtol, np.float64)
-
-    def program(direction: Any) -> Any:
-        complete, slope = compiled(scene, at, tolerance, direction)
-        if not complete:
-            raise RuntimeError("the differentiated run ended before the plain one; please report this scene")
-        return slope
-
-    if not forward:
-        one_by_one = [program(unit) for unit in np.eye(len(metrics))]
-        return [np.stack([np.asarray(row[path]) for row in one_by_one]) for path in at]
-    found = []
-    for path, value in at.items():
-        columns = np.zeros((len(metrics), *value.shape))
-        for index in np.ndindex(value.shape):
-            direction = {name: np.zeros_like(other) for name, other in at.items()}
-            direction[path][index] = 1.0
-            columns[(slice(None), *index)] = np.asarray(program(direction))
-        found.append(columns)
-    return found
-
-
 def _rows(
     chosen: list[Leaf],
-    derivatives: list[np.ndarray],
+    derivatives: dict[str, np.ndarray],
     value: float,
     spans: Mapping[str, Any],
     around: Range | None,
@@ -413,8 +349,8 @@ def _rows(
 ) -> tuple[Sensitivity, ...]:
     """Rows of one metric, lists as wholes and by their entries."""
     rows = []
-    for leaf, slope in zip(chosen, derivatives, strict=True):
-        p, about = np.asarray(leaf.value, np.float64), leaf.about
+    for leaf in chosen:
+        p, slope, about = np.asarray(leaf.value, np.float64), derivatives[leaf.path], leaf.about
         low, high, note = (None, None, "") if around is None else around.of(leaf.path, k)
         half = None if leaf.path not in spans else float(np.mean(spans[leaf.path]))
         with np.errstate(divide="ignore", invalid="ignore"):
