@@ -280,7 +280,7 @@ def test_least_tension_is_the_closed_form():
     assert design.stationarity < 1e-6
     again = sb.simulate(design.scene)
     assert again.metrics["max_tension"] == pytest.approx(design.value, rel=1e-9)
-    assert "at its high bound" in str(design)
+    assert "at its upper bound" in str(design)
     assert design.as_dict()["limits"][0]["name"] == "stopping_time"
 
 

@@ -1,8 +1,8 @@
 """Lining angles and areas that level a quantity along the band, at full slip or over a whole braking."""
 
 import dataclasses
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
@@ -14,7 +14,7 @@ from .._base._compiling import DeviceJit
 from .._base._faults import Fault, InputError
 from .._base._progress import Line, duration
 from .._base._quantity import as_number
-from .._hybrid import Code
+from .._base._table import Column, Table, Tabular, plain
 from .._hybrid._arrays import Array
 from .._parts._band import running_product
 from .._parts._layout import InfeasibleLayout, equal_increment_angles, equal_load_angles
@@ -26,7 +26,7 @@ from .._run._measure import name_of
 from .._run._outcome import FAILURES, SimulationError
 from .._run._result import Result
 from .._run._rubbing import Rubbing, fault_of_pair, friction_work, lining_mean, quantity_of, wear, wearing
-from .._run._simulate import room_for, simulate, solver_of
+from ..studies._evaluator import Evaluation, Evaluator
 
 #: what can be equal for all linings, with units at full slip and over a braking
 TARGETS = {
@@ -186,18 +186,12 @@ class LayoutRow:
         return float(max(np.max(value) / np.min(value) for value in self.values.values()))
 
     def as_dict(self) -> dict[str, Any]:
-        return {
-            "name": self.name,
-            "angle": self.angle.tolist(),
-            "area": None if self.area is None else self.area.tolist(),
-            "values": {name: np.asarray(value).tolist() for name, value in self.values.items()},
-            "units": dict(self.units),
-            "non_uniformity": self.non_uniformity,
-        }
+        """Everything as numbers, lists and words."""
+        return {**plain(self), "non_uniformity": plain(self.non_uniformity)}
 
 
 @dataclasses.dataclass(frozen=True)
-class LayoutDesign:
+class LayoutDesign(Tabular):
     """A layout that levels a target: the scene with it, and the layouts it is compared with.
 
     - `rows`: the layout `given`, that of the `closed form` (where there is one, else `note` says why not), `optimum`
@@ -237,41 +231,31 @@ class LayoutDesign:
 
     def as_dict(self) -> dict[str, Any]:
         """Everything but the scene, as numbers, lists and words."""
-        return {
-            "target": list(self.target),
-            "over": self.over,
-            "free": self.free,
-            "layouts": [row.as_dict() for row in self.rows],
-            "iterations": self.iterations,
-            "runs": self.runs,
-            "note": self.note,
-        }
+        found = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
+        rows, _ = found.pop("rows"), found.pop("scene")
+        return plain(found) | {"layouts": [row.as_dict() for row in rows]}
 
-    def __str__(self) -> str:
+    def parts(self) -> Iterator[str | Table]:
         over = "at full slip" if self.over == "static" else "over the braking"
         freed = {"angle": "angles", "area": "areas", "both": "angles and areas"}[self.free]
-        lines = [f"equal {' and '.join(self.target)} {over}: {freed} found in {self.iterations} iterations"]
+        yield f"equal {' and '.join(self.target)} {over}: {freed} found in {self.iterations} iterations"
         if self.note:
-            lines.append(f"no closed form to compare with: {self.note}")
-        columns = [column for row in self.rows for column in self._columns(row)]
-        spans = [(row.name, sum(len(c[0]) + 2 for c in self._columns(row))) for row in self.rows]
-        lines.append(" " * 8 + "".join(f"{name:>{width}}" for name, width in spans))
-        lines.append("lining  " + "".join(f"  {head}" for head, _ in columns))
-        for i in range(len(self.angle)):
-            cells = "".join(f"  {values[i]:{len(head)}.5g}" for head, values in columns)
-            lines.append(f"{i + 1:6}  {cells}")
-        ends = "".join(f"{row.non_uniformity:>{width}.7g}" for row, (_, width) in zip(self.rows, spans, strict=True))
-        lines.append(f"max/min {ends}")
-        return "\n".join(lines)
-
-    def _columns(self, row: LayoutRow) -> list[tuple[str, np.ndarray]]:
-        found = [("     β, °", np.degrees(row.angle))]
-        if self.free != "angle" and row.area is not None:
-            found.append(("  A, cm²", 1e4 * row.area))
-        for name, value in row.values.items():
-            unit = f", {row.units[name]}" if row.units[name] else ""
-            found.append((f"{name + unit:>12}", value))
-        return found
+            yield f"no closed form to compare with: {self.note}"
+        columns, values = [Column("lining")], [np.arange(1, len(self.angle) + 1)]
+        for row in self.rows:
+            columns.append(Column(f"{row.name} β", "rad", shown_in="°", show=lambda x: f"{np.degrees(x):.5g}"))
+            values.append(row.angle)
+            if self.free != "angle" and row.area is not None:
+                columns.append(Column(f"{row.name} A", "m^2", shown_in="cm²", show=lambda x: f"{1e4 * x:.5g}"))
+                values.append(row.area)
+            for name, value in row.values.items():
+                columns.append(Column(f"{row.name} {name}", row.units[name], show=".5g"))
+                values.append(np.asarray(value))
+        yield Table(columns, zip(*(column.tolist() for column in values), strict=True))
+        yield Table(
+            [Column("layout", left=True), Column("max/min", show=".7g")],
+            [(row.name, row.non_uniformity) for row in self.rows],
+        )
 
 
 Place = Callable[[Scene, Any, Any], Scene]
@@ -285,20 +269,6 @@ def _placed(scene: Scene, angle: Any, area: Any) -> Scene:
 
 def _is_none(leaf: Any) -> bool:
     return leaf is None
-
-
-@dataclasses.dataclass(frozen=True)
-class _Spec:
-    """What decides the structure of the search's program."""
-
-    targets: tuple[Target, ...]
-    free: str
-    over: str
-    pair: str
-    place: Place
-    solver: Any = None
-    max_steps: int = 0
-    rtol: float = 1e-10
 
 
 def _contrasts(n: int) -> Float[np.ndarray, "m n"]:
@@ -321,75 +291,67 @@ def _unfolded(w: Any, angle: Any, area: Any, free: str) -> tuple[Any, Any]:
     return angle, area if free == "angle" else scaled(area, w[-(n - 1) :])
 
 
-def _evaluate(w: Any, scene: Scene, angle: Any, area: Any, rate: Any, *, spec: _Spec) -> Any:
-    """Residuals, their derivatives by `w`, the targets and the result code for one layout."""
-    contrasts = jnp.asarray(_contrasts(angle.shape[0]))
+class _Unfolded(NamedTuple):
+    """The way of the unknowns into the scene."""
 
-    def levelled(w: Any) -> Any:
-        laid = spec.place(scene, *_unfolded(w, angle, area, spec.free))
-        if spec.over == "static":
-            values = [at_full_slip(laid, one, rate) for one in spec.targets]  # pyright: ignore
-            code = jnp.zeros((), jnp.int32)
+    free: str
+    place: Place
+
+    def __call__(self, scene: Scene, w: Any, given: Any) -> Scene:
+        angle, area, _ = given
+        return self.place(scene, *_unfolded(w, angle, area, self.free))
+
+
+class _Levelled(NamedTuple):
+    """Residuals, and the targets themselves, of a layout: of its scene at full slip, or of its run."""
+
+    targets: tuple[Target, ...]
+    over: str
+    pair: str
+
+    def __call__(self, found: Any, given: Any) -> tuple[Array, list[Array]]:
+        angle, _, rate = given
+        if self.over == "static":
+            values = [at_full_slip(found, one, rate) for one in self.targets]  # pyright: ignore
         else:
-            result = simulate(laid, solver=spec.solver, rtol=spec.rtol, max_steps=spec.max_steps)
-            values = [over_braking(result, one, rate, spec.pair) for one in spec.targets]
-            code = result.code
+            values = [over_braking(found, one, rate, self.pair) for one in self.targets]
+        contrasts = jnp.asarray(_contrasts(angle.shape[0]))
         logs = [jnp.log(jnp.where(value > 0, value, jnp.nan)) for value in values]
-        residual = jnp.concatenate([contrasts @ log for log in logs])
-        return residual, (residual, values, code)
-
-    jacobian, (residual, values, code) = jax.jacfwd(levelled, has_aux=True)(w)
-    return residual, jacobian, values, code
-
-
-_compiled = DeviceJit(_evaluate, static_argnames="spec")
+        return jnp.concatenate([contrasts @ log for log in logs]), values
 
 
 class _Search:
-    """Residuals and Jacobians for SciPy: each layout is run once for both."""
+    """Residuals and Jacobians for SciPy, from a starting layout `given`: angles, areas and the wear rate."""
 
-    def __init__(self, scene: Scene, angle: np.ndarray, area: Any, rate: Any, spec: _Spec, f: np.ndarray):
-        self.arguments, self.spec, self.friction = (scene, angle, area, rate), spec, f
-        self.runs = 0
+    def __init__(self, run: Evaluator, free: str, levelled: _Levelled, friction: np.ndarray):
+        self.run, self.free, self.levelled, self.friction = run, free, levelled, friction
         self.progress = Line("layout")
-        self._last: tuple[bytes, Any] | None = None
 
-    def look(self, w: np.ndarray) -> Any:
-        if self._last is not None and self._last[0] == w.tobytes():
-            return self._last[1]
-        angle = np.asarray(_unfolded(w, *self.arguments[1:3], self.spec.free)[0])
-        size = len(self.spec.targets) * (len(angle) - 1)
-        if np.max(angle) >= np.pi or np.max(self.friction * np.tan(angle / 2)) >= 1:  # a lining would lock itself
-            found = (np.full(size, np.nan), np.full((size, len(w)), np.nan), None, 0)
-        else:
-            found = self._run(w)
-        self._last = (w.tobytes(), found)
-        return found
+    @property
+    def size(self) -> int:
+        """How many unknowns there are."""
+        return (2 if self.free == "both" else 1) * (len(self.run.given[0]) - 1)
 
-    def _run(self, w: np.ndarray) -> Any:
-        self.runs += 1
-        residual, jacobian, values, code = _compiled(w, *self.arguments, spec=self.spec)
-        if int(code) == Code.STEP_LIMIT and self.spec.max_steps < 16384:
-            self.spec = dataclasses.replace(self.spec, max_steps=4 * self.spec.max_steps)
-            return self._run(w)
-        residual = np.asarray(residual) if int(code) == 0 else np.full(residual.shape, np.nan)
-        worst = max(np.max(np.asarray(v)) / np.min(np.asarray(v)) for v in values)
-        self.progress.show(f"run {self.runs}, greatest over least {worst:.9g}, {duration(self.progress.spent)}")
-        return residual, np.asarray(jacobian), values, int(code)
-
-    def residual(self, w: np.ndarray) -> np.ndarray:
-        return self.look(w)[0]
-
-    def jacobian(self, w: np.ndarray) -> np.ndarray:
-        return self.look(w)[1]
+    def look(self, w: np.ndarray, given: Any = None) -> Evaluation:
+        """A layout; one in which a lining would lock itself is not run."""
+        angle, area, _ = self.run.given if given is None else given
+        angle = np.asarray(_unfolded(w, angle, area, self.free)[0])
+        if np.max(angle) >= np.pi or np.max(self.friction * np.tan(angle / 2)) >= 1:
+            size = len(self.levelled.targets) * (len(angle) - 1)
+            return Evaluation(np.full(size, np.nan), np.full((size, len(w)), np.nan), 0, None)
+        before, found = self.run.runs, self.run(w, given)
+        if self.run.runs > before:
+            worst = max(np.max(np.asarray(v)) / np.min(np.asarray(v)) for v in found.more)
+            spent = duration(self.progress.spent)
+            self.progress.show(f"run {self.run.runs}, greatest over least {worst:.9g}, {spent}")
+        return found if found.code == 0 else found._replace(values=np.full_like(found.values, np.nan))
 
 
 def _start(scene: Scene, targets: tuple[Target, ...], free: str) -> tuple[Any, Any, str]:
     """Angles and areas in closed form (the scene's own where there is none), and why there is none."""
     linings = band_brake(scene).linings
     angle = np.asarray(linings.angle, float)
-    area = None if linings.area is None else np.broadcast_to(np.asarray(linings.area, float), angle.shape)
-    note = ""
+    area, note = _areas(linings, angle), ""
     if free != "area":
         found, note = closed_form(scene, targets[0], areas=free == "angle")
         angle = angle if found is None else found
@@ -403,15 +365,8 @@ def _start(scene: Scene, targets: tuple[Target, ...], free: str) -> tuple[Any, A
     return angle, area, note
 
 
-def _prepared(scene: Scene, spec: _Spec, rate: Any, start: str) -> tuple[_Search, Scene | None, str]:
-    """The search from its starting layout, the scene with the closed form, or why there is none."""
-    angle, area, note = _start(scene, spec.targets, spec.free)
-    closed = None if note else _placed(scene, angle, area)
-    if start == "given":
-        linings = band_brake(scene).linings
-        angle = np.asarray(linings.angle, float)
-        area = None if area is None else np.broadcast_to(np.asarray(linings.area, float), angle.shape)
-    return _Search(scene, angle, area, rate, spec, friction_at_start(scene)), closed, note
+def _areas(linings: Any, like: np.ndarray) -> np.ndarray | None:
+    return None if linings.area is None else np.broadcast_to(np.asarray(linings.area, float), like.shape)
 
 
 def equal_layout(
@@ -455,12 +410,17 @@ def equal_layout(
     if found := faults_of_wish(scene, targets, free, over, rate, pair, start):
         raise InputError(found)
     wear_rate = as_tree(rate) if callable(rate) else None if rate is None else jnp.asarray(as_number(rate))
-    spec = _Spec(targets, free, over, pair, place)
+    angle, area, note = _start(scene, targets, free)
+    closed = None if note else _placed(scene, angle, area)
+    if start == "given":
+        linings = band_brake(scene).linings
+        angle, area = np.asarray(linings.angle, float), None if area is None else _areas(linings, angle)
+    levelled, given = _Levelled(targets, over, pair), (angle, area, wear_rate)
+    settings: dict[str, Any] = {"run": over == "braking", "solver": solver, "rtol": rtol}
+    run = Evaluator(scene, _Unfolded(free, place), levelled, given=given, **settings)
     if over == "braking":
-        solver = solver_of(scene, solver)
-        room = room_for(simulate(scene, solver=solver, rtol=rtol))
-        spec = dataclasses.replace(spec, solver=solver, max_steps=room, rtol=rtol)
-    search, closed, note = _prepared(scene, spec, wear_rate, start)
+        run.like(run.result())
+    search = _Search(run, free, levelled, friction_at_start(scene))
     rows, iterations = _searched(search, scene, closed, tolerance, max_iterations)
     best = rows[-1]
     laid = place(scene, jnp.asarray(best.angle), None if best.area is None else jnp.asarray(best.area))
@@ -471,7 +431,7 @@ def equal_layout(
         free=free,
         rows=rows,
         iterations=iterations,
-        runs=search.runs,
+        runs=run.runs,
         note=note,
     )
 
@@ -488,16 +448,15 @@ def _searched(
     finally:
         search.progress.done()
     if not rows[-1].non_uniformity <= 1 + tolerance:
-        raise InfeasibleLayout(_why_not(rows[-1], search.spec.targets, search.friction))
+        raise InfeasibleLayout(_why_not(rows[-1], search.levelled.targets, search.friction))
     return tuple(rows), iterations
 
 
 def _solve(search: _Search, tolerance: float, max_iterations: int) -> tuple[np.ndarray, int]:
     from scipy.optimize import least_squares  # imported where it is used: most runs design no layout
 
-    n = len(search.arguments[1])
-    w = np.zeros((2 if search.spec.free == "both" else 1) * (n - 1))
-    residual, _, _, code = search.look(w)
+    w = np.zeros(search.size)
+    residual, _, code, _ = search.look(w)
     if code != 0:
         name, what, hint = FAILURES[code]
         raise SimulationError(f"{name}: the starting layout's run fails, {what}: {hint}", None)
@@ -507,9 +466,9 @@ def _solve(search: _Search, tolerance: float, max_iterations: int) -> tuple[np.n
             "lining lock itself (f·tan(β/2) ≥ 1)?"
         )
     found = least_squares(
-        search.residual,
+        lambda w: search.look(w).values,
         w,
-        search.jacobian,  # pyright: ignore
+        lambda w: search.look(w).jacobian,  # pyright: ignore
         method="trf",
         ftol=1e-15,
         xtol=1e-15,
@@ -521,26 +480,21 @@ def _solve(search: _Search, tolerance: float, max_iterations: int) -> tuple[np.n
 
 def _row(name: str, scene: Scene | None, search: _Search, w: np.ndarray | None = None) -> LayoutRow:
     """One layout with its targets: that of a scene, or the one of the unknowns `w`."""
-    base, angle, area, rate = search.arguments
+    angle, area, rate = search.run.given
     if scene is not None:
-        angle, own = np.asarray(band_brake(scene).linings.angle, float), scene.brake.linings.area
-        area = None if own is None else np.broadcast_to(np.asarray(own, float), angle.shape)
-        at = _Search(base, angle, area, rate, search.spec, search.friction)
-        w = np.zeros((2 if at.spec.free == "both" else 1) * (len(angle) - 1))
-        values = at.look(w)[2]
-        search.runs, search.spec = search.runs + at.runs, at.spec
+        linings = band_brake(scene).linings
+        angle = np.asarray(linings.angle, float)
+        area = _areas(linings, angle)
+        values = search.look(np.zeros(search.size), (angle, area, rate)).more
     else:
         assert w is not None
-        values = search.look(w)[2]
-        angle, area = (None if x is None else np.asarray(x) for x in _unfolded(w, angle, area, search.spec.free))
-    units = [_unit(one, search.spec.over) for one in search.spec.targets]
-    named = [name_of(one) for one in search.spec.targets]
+        values = search.look(w).more
+        angle, area = (None if x is None else np.asarray(x) for x in _unfolded(w, angle, area, search.free))
+    asked = search.levelled
+    named = [name_of(one) for one in asked.targets]
+    units = [TARGETS[one][asked.over == "braking"] if isinstance(one, str) else "" for one in asked.targets]
     columns = {} if values is None else {k: np.asarray(v) for k, v in zip(named, values, strict=True)}
     return LayoutRow(name, angle, area, columns, dict(zip(named, units, strict=True)))  # pyright: ignore
-
-
-def _unit(target: Target, over: str) -> str:
-    return TARGETS[target][over == "braking"] if isinstance(target, str) else ""
 
 
 def _why_not(best: LayoutRow, targets: tuple[Target, ...], f: np.ndarray) -> str:
