@@ -2,7 +2,7 @@
 
 import dataclasses
 import enum
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -10,6 +10,7 @@ import numpy as np
 from .._base._faults import Fault, InputError
 from .._base._identify import LOSSES, Direction, Identified, identify
 from .._base._quantity import Leaf, leaves
+from .._base._table import Column, Table, Tabular, plain
 from .._parts._scene import Scene, check
 from .._run._choice import stiffness
 from .._run._edit import with_values
@@ -81,7 +82,7 @@ class OpenCombination:
 
 
 @dataclasses.dataclass(frozen=True)
-class Calibration:
+class Calibration(Tabular):
     """A fit of a scene's numbers to measured data.
 
     - `parameters`, `covariance`, `correlation` (p, p), in the order of the parameters; SI units. Open parameters have
@@ -142,76 +143,71 @@ class Calibration:
 
     def as_dict(self) -> dict[str, Any]:
         """Everything for JSON; `null` where a number is infinite or unknown."""
-        return {
-            "converged": self.converged,
-            "message": self.message,
-            "parameters": [
-                {
-                    "path": p.path,
-                    "unit": p.unit,
-                    "value": p.value,
-                    "standard_error": _number(p.standard_error),
-                    "interval": [_number(end) for end in p.interval],
-                    "state": str(p.state),
-                    "start": p.start,
-                    "bounds": [p.low, p.high],
-                    "logarithmic": p.logarithmic,
-                }
-                for p in self.parameters
-            ],
-            "confidence": self.confidence,
-            "covariance": _table(self.covariance),
-            "correlation": _table(self.correlation),
-            "chi2": self.chi2,
-            "chi2_start": _number(self.chi2_start),
-            "degrees_of_freedom": self.freedom,
-            "reduced_chi2": _number(self.reduced_chi2),
-            "probability_of_larger_chi2": self.probability,
-            "absolute_sigma": self.absolute,
-            "singular_values": [float(s) for s in self.singular_values],
-            "open": [
-                {
-                    "relative_change": one.relative,
-                    "singular_value": one.singular_value,
-                    "spread": _number(one.spread),
-                    "words": one.words,
-                }
-                for one in self.open
-            ],
-            "residuals": [
-                {
-                    "name": part.name,
-                    "unit": part.unit,
-                    "count": int(part.measured.size),
-                    "chi2": float(np.sum(part.scaled**2)),
-                    "largest": float(np.max(np.abs(part.scaled))),
-                }
-                for part in self.residuals
-            ],
-            "evaluations": self.evaluations,
-            "failures": self.failures,
-            "solver": self.solver,
-            "loss": self.loss,
-            "warnings": list(self.warnings),
-        }
+        kept = ("converged", "message", "confidence", "covariance", "correlation", "chi2", "chi2_start")
+        kept += ("reduced_chi2", "singular_values", "evaluations", "failures", "solver", "loss", "warnings")
+        found = {name: getattr(self, name) for name in kept}
+        found["parameters"] = [
+            {
+                "path": p.path,
+                "unit": p.unit,
+                "value": p.value,
+                "standard_error": p.standard_error,
+                "interval": p.interval,
+                "state": p.state,
+                "start": p.start,
+                "bounds": [p.low, p.high],
+                "logarithmic": p.logarithmic,
+            }
+            for p in self.parameters
+        ]
+        found |= {"degrees_of_freedom": self.freedom, "probability_of_larger_chi2": self.probability}
+        found["absolute_sigma"] = self.absolute
+        found["open"] = [
+            {
+                "relative_change": one.relative,
+                "singular_value": one.singular_value,
+                "spread": one.spread,
+                "words": one.words,
+            }
+            for one in self.open
+        ]
+        found["residuals"] = [
+            {
+                "name": part.name,
+                "unit": part.unit,
+                "count": part.measured.size,
+                "chi2": np.sum(part.scaled**2),
+                "largest": np.max(np.abs(part.scaled)),
+            }
+            for part in self.residuals
+        ]
+        return plain(found)
 
-    def __str__(self) -> str:
-        lines = [f"{'fitted' if self.converged else 'not converged'}: {self.message}"]
-        width = max(len(p.path) for p in self.parameters)
-        lines += [f"  {p.path:<{width}}  {_words(p, self.confidence)}" for p in self.parameters]
-        lines.append(self._quality())
+    def parts(self) -> Iterator[str | Table]:
+        yield f"{'fitted' if self.converged else 'not converged'}: {self.message}"
+        columns = [Column("path", heading="parameter", left=True), Column("value"), "unit"]
+        columns += [Column("standard error", show=".2g")]
+        columns += [Column(f"{100 * self.confidence:g} % {end}") for end in ("from", "to")] + [Column("start")]
+        rows = [
+            (p.path, p.value, "" if p.unit == "1" else p.unit)
+            + ((p.standard_error, *p.interval) if p.state == State.FITTED else (None,) * 3)
+            + (p.start, _words(p))
+            for p in self.parameters
+        ]
+        yield Table([*columns, Column("state", heading="", left=True)], rows)
+        yield self._quality()
         if len(self.parameters) > 1:
-            lines += self._correlations()
-        lines += [f"open     {one.words}" for one in self.open]
-        for part in self.residuals:
-            rms = float(np.sqrt(np.mean(part.scaled**2)))
-            worst = float(np.max(np.abs(part.scaled)))
-            text = f"{part.measured.size} values, rms {rms:.3g} σ, at most {worst:.3g} σ"
-            lines.append(f"data     {part.name}: {text}")
-        lines += [f"warning  {text}" for text in self.warnings]
+            yield from self._correlations()
+        yield from (f"open     {one.words}" for one in self.open)
+        data = [Column("name", heading="data", left=True), Column("values"), Column("rms", shown_in="σ", show=".3g")]
+        rows = [
+            (part.name, part.measured.size, np.sqrt(np.mean(part.scaled**2)), np.max(np.abs(part.scaled)))
+            for part in self.residuals
+        ]
+        yield Table([*data, Column("maximum", shown_in="σ", show=".3g")], rows)
+        yield from (f"warning  {text}" for text in self.warnings)
         refused = sum(self.failures.values())
-        lines.append(f"solver   {self.solver}, {self.evaluations} runs with derivatives, {refused} refused")
-        return "\n".join(lines)
+        yield f"solver   {self.solver}, {self.evaluations} runs with derivatives, {refused} refused"
 
     def _quality(self) -> str:
         text = f"chi²     {self.chi2_start:.5g} → {self.chi2:.5g} with {self.freedom} degrees of freedom"
@@ -231,23 +227,11 @@ class Calibration:
         return lines
 
 
-def _words(p: Parameter, confidence: float) -> str:
-    value = f"{p.value:<12.6g} {'' if p.unit == '1' else p.unit}".rstrip()
+def _words(p: Parameter) -> str:
     if p.state == State.OPEN:
         at = ", and it ran into a bound" if p.value in (p.low, p.high) else ""
-        return f"{value}  standard error infinite: the data leave it open{at}"
-    if p.state in (State.AT_LOW, State.AT_HIGH):
-        return f"{value}  at its {'lower' if p.state == State.AT_LOW else 'upper'} bound"
-    low, high = p.interval
-    return f"{value} ± {p.standard_error:.2g}  ({100 * confidence:g} %: {low:.6g}…{high:.6g}; start {p.start:.6g})"
-
-
-def _number(x: float) -> float | None:
-    return float(x) if np.isfinite(x) else None
-
-
-def _table(matrix: np.ndarray) -> list[list[float | None]]:
-    return [[_number(x) for x in row] for row in matrix]
+        return f"standard error infinite: the data leave it open{at}"
+    return {State.AT_LOW: "at its lower bound", State.AT_HIGH: "at its upper bound"}.get(p.state, "")
 
 
 #: shares of a combination that are not worth a word

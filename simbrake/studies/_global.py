@@ -1,13 +1,14 @@
 """Which uncertain numbers make a result uncertain: Sobol indices and Morris screening, computed by SALib."""
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from .._base._faults import Fault, InputError
+from .._base._table import Column, Table, Tabular, plain
 from .._parts._scene import Scene
 from .._run._measure import Metric, check_metrics, name_of, unit_of
 from .._run._outcome import FAILURES, SimulationError
@@ -123,7 +124,7 @@ class SobolPair:
 
 
 @dataclasses.dataclass(frozen=True)
-class SobolTable:
+class SobolTable(Tabular):
     """Indices of one metric, the greatest total effect first; its mean and standard deviation over the samples."""
 
     metric: str
@@ -139,37 +140,22 @@ class SobolTable:
         """Sum of the first-order indices: what is missing to 1 are interactions."""
         return sum(one.first.value for one in self.indices)
 
-    def __str__(self) -> str:
+    def parts(self) -> Iterator[str | Table]:
         unit = f" {self.unit}" if self.unit else ""
-        wide = max(len(one.path) for one in self.indices) + 2
-        lines = [
-            f"{self.metric}: mean {self.mean:.6g}{unit}, standard deviation {self.deviation:.4g}{unit}",
-            f"{'number':{wide}}{'total S_T':>22}{'first order S_1':>24}"
-            + f"   (± half of the {100 * self.confidence:g} % interval)",
-        ]
-        lines += [f"{one.path:{wide}}{_shown(one.total):>22}{_shown(one.first):>24}" for one in self.indices]
-        lines.append(f"sum of the first order {self.alone:.3f}: what is missing to 1 are interactions")
-        for pair in self.pairs or ():
-            if pair.second.low > 0:
-                lines.append(f"together {pair.paths[0]} × {pair.paths[1]}: {_shown(pair.second)}")
-        if self.pairs and not any(pair.second.low > 0 for pair in self.pairs):
-            lines.append("no pair whose interaction is surely not 0")
-        return "\n".join(lines)
+        yield f"{self.metric}: mean {self.mean:.6g}{unit}, standard deviation {self.deviation:.4g}{unit}"
+        columns = [Column("path", heading="parameter", left=True), Column("total", heading="total S_T", show=_shown)]
+        rows = [(one.path, one.total, one.first) for one in self.indices]
+        interval = f"± half of the {100 * self.confidence:g} % interval"
+        yield Table([*columns, Column("first", heading="first order S_1", show=_shown)], rows, interval)
+        yield f"sum of the first order {self.alone:.3f}: what is missing to 1 are interactions"
+        sure = [pair for pair in self.pairs or () if pair.second.low > 0]
+        yield from (f"together {pair.paths[0]} × {pair.paths[1]}: {_shown(pair.second)}" for pair in sure)
+        if self.pairs and not sure:
+            yield "no pair whose interaction is surely not 0"
 
     def as_dict(self) -> dict[str, Any]:
-        return {
-            "metric": self.metric,
-            "unit": self.unit,
-            "mean": self.mean,
-            "standard_deviation": self.deviation,
-            "confidence": self.confidence,
-            "indices": [
-                {"path": one.path, "first": one.first.as_dict(), "total": one.total.as_dict()} for one in self.indices
-            ],
-            "pairs": None
-            if self.pairs is None
-            else [{"paths": list(pair.paths), "second": pair.second.as_dict()} for pair in self.pairs],
-        }
+        found = plain({field.name: getattr(self, field.name) for field in dataclasses.fields(self)})
+        return found | {"standard_deviation": found.pop("deviation")}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -190,7 +176,7 @@ class MorrisEffect:
 
 
 @dataclasses.dataclass(frozen=True)
-class MorrisTable:
+class MorrisTable(Tabular):
     """Elementary effects on one metric, the greatest first."""
 
     metric: str
@@ -198,28 +184,19 @@ class MorrisTable:
     effects: tuple[MorrisEffect, ...]
     confidence: float
 
-    def __str__(self) -> str:
+    def parts(self) -> Iterator[str | Table]:
         unit = f", {self.unit}" if self.unit else ""
-        wide = max(len(one.path) for one in self.effects) + 2
+        yield f"{self.metric}{unit}: effect of crossing the range (± half of the {100 * self.confidence:g} % interval)"
+        columns = [Column("path", heading="parameter", left=True), Column("range", left=True)]
+        columns += [Column("μ*", heading="mean |effect| μ*", show=_shown)]
+        columns += [Column("μ", heading="mean μ", show=".4g"), Column("σ", show=".4g")]
         ranges = [f"{one.low:.4g} … {one.high:.4g} {'' if one.unit == '1' else one.unit}" for one in self.effects]
-        across = max(map(len, ranges)) + 2
-        lines = [
-            f"{self.metric}{unit}: effect of crossing the range (± half of the {100 * self.confidence:g} % interval)",
-            f"{'number':{wide}}{'range':{across}}{'mean |effect| μ*':>24}{'mean μ':>12}{'σ':>12}",
-        ]
-        lines += [
-            f"{one.path:{wide}}{span:{across}}{_shown(one.mu_star):>24}{one.mu:12.4g}{one.sigma:12.4g}"
-            for one, span in zip(self.effects, ranges, strict=True)
-        ]
-        return "\n".join(lines)
-
-    def as_dict(self) -> dict[str, Any]:
-        rows = [{**dataclasses.asdict(one), "mu_star": one.mu_star.as_dict()} for one in self.effects]
-        return {"metric": self.metric, "unit": self.unit, "confidence": self.confidence, "effects": rows}
+        rows = zip(self.effects, ranges, strict=True)
+        yield Table(columns, [(one.path, span, one.mu_star, one.mu, one.sigma) for one, span in rows])
 
 
 @dataclasses.dataclass(frozen=True)
-class GlobalSensitivity:
+class GlobalSensitivity(Tabular):
     """Tables by metric (`found["stopping_time"]`), and every run in `data`."""
 
     tables: dict[str, Any]
@@ -230,10 +207,14 @@ class GlobalSensitivity:
     def __getitem__(self, metric: Metric) -> Any:
         return self.tables[name_of(metric)]
 
-    def __str__(self) -> str:
-        return "\n\n".join([f"{self.method}, {self.runs} runs", *map(str, self.tables.values())])
+    def parts(self) -> Iterator[str | Table]:
+        yield f"{self.method}, {self.runs} runs"
+        for table in self.tables.values():
+            yield ""
+            yield from table.parts()
 
     def as_dict(self) -> dict[str, Any]:
+        """Everything but the runs."""
         tables = {name: table.as_dict() for name, table in self.tables.items()}
         return {"method": self.method, "runs": self.runs, "metrics": tables}
 
@@ -312,9 +293,9 @@ def sobol_table(
         both = [SobolPair((paths[i], paths[j]), around(found.second[i, j], found.second_half[i, j])) for i, j in ends]
         pairs = tuple(sorted(both, key=lambda pair: -pair.second.value))
     step = 2 * d + 2 if second_order else d + 2
-    plain = np.concatenate([y[::step], y[step - 1 :: step]])  # the points of the design that are not mixed
+    unmixed = np.concatenate([y[::step], y[step - 1 :: step]])
     rows.sort(key=lambda row: -row.total.value)
-    return SobolTable(name, "", float(plain.mean()), float(plain.std(ddof=1)), tuple(rows), pairs, confidence)
+    return SobolTable(name, "", float(unmixed.mean()), float(unmixed.std(ddof=1)), tuple(rows), pairs, confidence)
 
 
 def morris(

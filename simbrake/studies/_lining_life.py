@@ -1,13 +1,14 @@
 """How many brake applications the linings last: steps of many, with the worn brake simulated anew in each."""
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from .._base._faults import Fault, InputError
 from .._base._progress import Line
+from .._base._table import Column, Table, Tabular, plain
 from .._parts._scene import Scene, check
 from .._parts._worn import feeds_back, turned_scene
 from .._run._edit import with_values
@@ -28,7 +29,7 @@ class LifeHistory(NamedTuple):
 
 
 @dataclasses.dataclass(frozen=True)
-class LiningLife:
+class LiningLife(Tabular):
     """Brakings until the linings are worn.
 
     - `brakings`: until the first lining has reached its permissible wear;  `first`: which one (from 1)
@@ -78,55 +79,34 @@ class LiningLife:
 
     def as_dict(self) -> dict[str, Any]:
         """Everything as plain values of JSON."""
-        h = self.history
-        return {
-            "brakings": self.brakings,
-            "first": self.first,
-            "each": [_plain(x) for x in self.each],
-            "permissible": self.permissible.tolist(),
-            "turned_at": list(self.turned_at),
-            "unturned": self.unturned,
-            "gain": self.gain,
-            "used": self.used,
-            "runs": self.runs,
-            "history": {
-                "brakings": h.brakings.tolist(),
-                "worn": h.worn.tolist(),
-                "per_braking": h.per_braking.tolist(),
-                "stopping_time": [_plain(x) for x in h.stopping_time],
-                "over_mean": [_plain(x) for x in self.over_mean],
-                "over_least": [_plain(x) for x in self.over_least],
-            },
-        }
+        names = ("brakings", "first", "each", "permissible", "turned_at", "unturned", "gain", "used", "runs")
+        history = self.history._asdict() | {"over_mean": self.over_mean, "over_least": self.over_least}
+        return plain({name: getattr(self, name) for name in names} | {"history": history})
 
-    def __str__(self) -> str:
+    def parts(self) -> Iterator[str | Table]:
         h, n = self.history, len(self.each)
-        lines = [
-            f"life     {self.brakings:.0f} brakings, until lining {self.first} of {n} has lost "
-            f"{1e3 * self.permissible[self.first - 1]:.4g} mm",
-        ]
+        worn = f"lining {self.first} of {n} has lost {1e3 * self.permissible[self.first - 1]:.4g} mm"
+        yield f"life     {self.brakings:.0f} brakings, until {worn}"
         for at in self.turned_at:
-            lines.append(f"turned   end for end after {at:.0f} brakings")
+            yield f"turned   end for end after {at:.0f} brakings"
         if self.gain is not None:
-            lines.append(f"gain     {self.gain:.4g} times the life without turning ({self.unturned:.0f} brakings)")
-        lines += [
-            f"uneven   greatest wear of a braking {self.over_mean[0]:.4g} times the mean and {self.over_least[0]:.4g} "
-            f"times the least at first, {self.over_mean[-1]:.4g} and {self.over_least[-1]:.4g} times at the end",
-            f"used     {100 * self.used:.1f} % of what may be worn off all linings",
-            f"{'lining':>8}{'worn, mm':>12}{'a braking, µm':>16}{'brakings left':>16}",
+            yield f"gain     {self.gain:.4g} times the life without turning ({self.unturned:.0f} brakings)"
+        yield (
+            f"uneven   maximum wear of a braking {self.over_mean[0]:.4g} times the mean and {self.over_least[0]:.4g} "
+            f"times the minimum at first, {self.over_mean[-1]:.4g} and {self.over_least[-1]:.4g} times at the end"
+        )
+        yield f"used     {100 * self.used:.1f} % of what may be worn off all linings"
+        columns = [
+            Column("lining"),
+            Column("worn", "m", shown_in="mm", show=lambda x: f"{1e3 * x:.4f}"),
+            Column("a braking", "m", shown_in="µm", show=lambda x: f"{1e6 * x:.4f}"),
+            Column("brakings left", show=lambda x: f"{x:.0f}" if np.isfinite(x) else "—"),
         ]
         left = np.maximum(self.each - self.brakings, 0.0)
-        for i in range(n):
-            last = f"{left[i]:.0f}" if np.isfinite(left[i]) else "—"
-            lines.append(f"{i + 1:>8}{1e3 * self.worn[i]:>12.4f}{1e6 * h.per_braking[-1, i]:>16.4f}{last:>16}")
+        yield Table(columns, zip(range(1, n + 1), self.worn, h.per_braking[-1], left, strict=True))
         if np.ptp(h.stopping_time[np.isfinite(h.stopping_time)]) > 0:
-            lines.append(f"stop     after {h.stopping_time[0]:.5g} s at first, {h.stopping_time[-1]:.5g} s at the end")
-        lines.append(f"solver   {self.runs} brakings simulated")
-        return "\n".join(lines)
-
-
-def _plain(x: Any) -> float | None:
-    return float(x) if np.isfinite(x) else None
+            yield f"stop     after {h.stopping_time[0]:.5g} s at first, {h.stopping_time[-1]:.5g} s at the end"
+        yield f"solver   {self.runs} brakings simulated"
 
 
 _LEAST, _MOST = 0.2, 5.0  # factors of a step of brakings from one to the next

@@ -4,13 +4,14 @@ import csv
 import dataclasses
 import difflib
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from .._base._faults import Fault, InputError
+from .._base._table import Tabular, plain
 from .._base._units import Unit, spelled, to_si, unit
 from .._parts._scene import Scene
 from .._run._measure import Metric, check_metrics, name_of, unit_of
@@ -67,7 +68,7 @@ class Single:
 
 
 @dataclasses.dataclass(frozen=True)
-class Measured:
+class Measured(Tabular):
     """What was measured of one run. Two of them add up: `read_measured("speed.csv") + read_measured("events.csv")`."""
 
     points: tuple[Points, ...] = ()
@@ -119,13 +120,19 @@ class Measured:
         """Whether every column and event has a standard deviation."""
         return all(part.sigma is not None for part in (*self.points, *self.singles))
 
-    def __str__(self) -> str:
-        lines = []
+    def parts(self) -> Iterator[str]:
         for part in self.points:
             span = f"{part.t.size} values, t = {part.t.min():.6g}…{part.t.max():.6g} s"
-            lines.append(f"{part.name} [{part.unit}]: {span}, {_spread(part.sigma)}")
-        lines += [f"{one.name} = {one.value:.6g} {one.unit}, {_spread(one.sigma)}" for one in self.singles]
-        return "\n".join(lines) if lines else "nothing measured"
+            yield f"{part.name} [{part.unit}]: {span}, {_spread(part.sigma)}"
+        yield from (f"{one.name} = {one.value:.6g} {one.unit}, {_spread(one.sigma)}" for one in self.singles)
+        if not self.count:
+            yield "nothing measured"
+
+    def as_dict(self) -> dict[str, Any]:
+        """Columns over time and single values by their names, in SI units."""
+        points = {p.name: {"unit": p.unit, "t": p.t, "value": p.value, "sigma": p.sigma} for p in self.points}
+        singles = {s.name: {"unit": s.unit, "value": s.value, "sigma": s.sigma} for s in self.singles}
+        return plain({"points": points, "singles": singles})
 
 
 def _spread(sigma: Any) -> str:

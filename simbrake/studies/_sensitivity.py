@@ -1,7 +1,8 @@
 """Local sensitivities: how results move with every number of a scene, from one differentiated run."""
 
+import dataclasses
 import difflib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import jax
@@ -13,6 +14,7 @@ from .._base._compiling import DeviceJit
 from .._base._faults import Fault, InputError
 from .._base._progress import Waiting, waiting
 from .._base._quantity import Leaf, leaves
+from .._base._table import Column, Table, Tabular
 from .._hybrid import LANDED, STOPPED, Record
 from .._parts._scene import Scene
 from .._physics._modes import Label
@@ -147,6 +149,8 @@ def passages(record: Record) -> list[str]:
 
 #: an elasticity below this is rounding
 _ROUNDING = 1e-13
+#: rows that are printed
+_SHOWN = 30
 
 
 class Sensitivity(NamedTuple):
@@ -174,7 +178,8 @@ class Sensitivity(NamedTuple):
     note: str = ""
 
 
-class SensitivityTable(NamedTuple):
+@dataclasses.dataclass(frozen=True)
+class SensitivityTable(Tabular):
     """Sensitivities of one metric, the greatest elasticity first; `notes` concern the whole run."""
 
     metric: str
@@ -201,44 +206,33 @@ class SensitivityTable(NamedTuple):
         """The rows without the single entries of lists."""
         return tuple(row for row in self.rows if row.path.endswith("[:]") or not row.path.endswith("]"))
 
-    def as_dict(self) -> dict[str, Any]:
-        """For JSON: what is not finite is `None`."""
-        rows = [{key: _finite(value) for key, value in row._asdict().items()} for row in self.rows]
-        return {**self._asdict(), "rows": rows, "notes": list(self.notes)}
-
-    def __str__(self) -> str:
-        return text(self)
+    def parts(self) -> Iterator[str | Table]:
+        """The single entries of lists are left out, parameters without influence only counted."""
+        yield f"{self.metric} = {self.value:.8g} {self.unit}"
+        shown = self.matters[:_SHOWN]
+        ends = any(row.low is not None or row.high is not None for row in shown)
+        columns = [Column("path", heading="parameter p", left=True), Column("value", show=".6g"), "unit"]
+        columns += [Column("derivative", show=".5g"), Column("elasticity", show=".4g")]
+        if ends:
+            columns += [Column("half", heading="± half", show=".3g")]
+            columns += [Column(f"at the {name} bound", show=".7g") for name in ("lower", "upper")]
+        rows = [
+            (row.path, row.value, row.unit, row.derivative, row.elasticity)
+            + ((row.half, row.low, row.high) if ends else ())
+            + (row.note,)
+            for row in shown
+        ]
+        yield Table([*columns, Column("note", heading="", left=True)], rows)
+        left, without = len(self.wholes) - len(shown), len(self.wholes) - len(self.matters)
+        rest = [f"{left - without} more"] * (left > without) + [f"{without} without influence"] * bool(without)
+        if rest:
+            yield f"and {' and '.join(rest)}"
+        yield from (f"note: {note}" for note in self.notes)
 
 
 def _moves(row: Sensitivity) -> bool:
     """A number that is 0 has no elasticity, but may have an influence."""
     return row.derivative != 0 and (row.value == 0 or abs(row.elasticity) > _ROUNDING)
-
-
-def _finite(value: Any) -> Any:
-    return None if isinstance(value, float) and not np.isfinite(value) else value
-
-
-def text(table: SensitivityTable, most: int = 30) -> str:
-    """The table as text; single entries of lists are left out, numbers without influence only counted."""
-    shown = table.matters[:most]
-    width = max([len(row.path) for row in shown], default=10)
-    ends = any(row.low is not None or row.high is not None for row in shown)
-    lines = [f"{table.metric} = {table.value:.8g} {table.unit}"]
-    head = f"{'number p':{width}}  {'value':>11} {'unit':9} {'derivative':>12}  {'elasticity':>10}"
-    lines.append(head + (f"  {'± half':>9}  {'at the low end':>14} {'at the high end':>15}" if ends else ""))
-    for row in shown:
-        line = f"{row.path:{width}}  {row.value:11.6g} {row.unit:9} {row.derivative:12.5g}  {row.elasticity:10.4g}"
-        if ends:
-            low, high = ("–" if x is None else f"{x:.7g}" for x in (row.low, row.high))
-            half = "–" if row.half is None else f"{row.half:.3g}"
-            line += f"  {half:>9}  {low:>14} {high:>15}"
-        lines.append(line + (f"  {row.note}" if row.note else ""))
-    left, without = len(table.wholes) - len(shown), len(table.wholes) - len(table.matters)
-    rest = [f"{left - without} more"] * (left > without) + [f"{without} without influence"] * bool(without)
-    if rest:
-        lines.append(f"and {' and '.join(rest)}")
-    return "\n".join([*lines, *(f"note: {note}" for note in table.notes)])
 
 
 def sensitivity(

@@ -2,12 +2,13 @@
 
 import dataclasses
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from .._base._faults import Fault, InputError
+from .._base._table import Column, Table, Tabular, plain
 from .._parts._scene import Scene
 from .._run._measure import Metric, check_metrics, name_of, unit_of
 from .._run._outcome import FAILURES
@@ -26,7 +27,7 @@ class Estimate(NamedTuple):
     high: float
 
     def as_dict(self) -> dict[str, float | None]:
-        return {key: float(x) if np.isfinite(x) else None for key, x in self._asdict().items()}
+        return plain(self)
 
 
 UNKNOWN = Estimate(np.nan, np.nan, np.nan)
@@ -158,7 +159,7 @@ class Failure:
 
 
 @dataclasses.dataclass(frozen=True)
-class Uncertainty:
+class Uncertainty(Tabular):
     """What `uncertainty` found; `data` holds every run: numbers that were drawn, metrics, codes.
 
     - `statistics`: by metric;  `failures`: by what must not happen;  `codes`: runs that failed, by name
@@ -183,65 +184,53 @@ class Uncertainty:
             name: {
                 "unit": s.unit,
                 "runs": s.count,
-                "mean": s.mean.as_dict(),
-                "standard_deviation": s.deviation.as_dict(),
-                "quantiles": {f"{p:g}": e.as_dict() for p, e in s.quantiles.items()},
-                "least": _finite(s.least),
-                "greatest": _finite(s.greatest),
+                "mean": s.mean,
+                "standard_deviation": s.deviation,
+                "quantiles": {f"{p:g}": e for p, e in s.quantiles.items()},
+                "least": s.least,
+                "greatest": s.greatest,
             }
             for name, s in self.statistics.items()
         }
-        return {
-            "runs": self.runs,
-            "method": self.method,
-            "groups": self.groups,
-            "seed": self.seed,
-            "confidence": self.confidence,
-            "inputs": {
-                path: {"unit": unit, "quantiles": {"0.05": low, "0.5": middle, "0.95": high}}
-                for path, (unit, low, middle, high) in self.inputs.items()
-            },
-            "metrics": metrics,
-            "failures": {
-                name: {"runs": f.count, "probability": f.probability.as_dict()} for name, f in self.failures.items()
-            },
-            "failed_runs": dict(self.codes),
+        inputs = {
+            path: {"unit": unit, "quantiles": {"0.05": low, "0.5": middle, "0.95": high}}
+            for path, (unit, low, middle, high) in self.inputs.items()
         }
+        failures = {name: {"runs": f.count, "probability": f.probability} for name, f in self.failures.items()}
+        about = {name: getattr(self, name) for name in ("runs", "method", "groups", "seed", "confidence")}
+        return plain(about | {"inputs": inputs, "metrics": metrics, "failures": failures, "failed_runs": self.codes})
 
     def json(self) -> str:
         return json.dumps(self.as_dict(), indent=2, allow_nan=False)
 
-    def __str__(self) -> str:
+    def parts(self) -> Iterator[str | Table]:
         points = {"sobol": "scrambled Sobol points", "latin": "Latin hypercube points", "random": "random points"}
         how = f"{self.runs} {points[self.method]}"
         if self.method != "random":
             how += f", {self.groups} independent sets of {self.runs // self.groups}"
-        lines = [f"{how}; seed {self.seed}; intervals of {100 * self.confidence:g} %", ""]
-        wide = max(map(len, self.inputs)) + 2
-        lines.append(f"{'drawn':{wide}}{'5 %':>12}{'median':>12}{'95 %':>12}")
-        for path, (unit, *numbers) in self.inputs.items():
-            shown = "".join(f"{x:12.5g}" for x in numbers)
-            lines.append(f"{path:{wide}}{shown}  {'' if unit == '1' else unit}".rstrip())
+        yield f"{how}; seed {self.seed}; intervals of {100 * self.confidence:g} %"
+        yield ""
+        shares = [Column(share, show=".5g") for share in ("5 %", "median", "95 %")]
+        rows = [(path, *numbers, "" if unit == "1" else unit) for path, (unit, *numbers) in self.inputs.items()]
+        yield Table([Column("path", heading="drawn", left=True), *shares, "unit"], rows)
         for name, s in self.statistics.items():
-            lines += ["", f"{name}{', ' + s.unit if s.unit else ''}: {self._share(s.count)}"]
+            yield ""
+            yield f"{name}{', ' + s.unit if s.unit else ''}: {self._share(s.count)}"
             if s.count:
-                lines += [_row("mean", s.mean), _row("standard deviation", s.deviation)]
-                lines += [_row(f"{100 * p:g} %", e) for p, e in s.quantiles.items()]
-                lines.append(f"  {'extremes of the runs':22}{s.least:12.6g} … {s.greatest:.6g}")
+                columns = [Column("statistic", heading="", left=True), *(Column(x) for x in ("value", "from", "to"))]
+                found = {"mean": s.mean, "standard deviation": s.deviation}
+                found |= {f"{100 * p:g} %": e for p, e in s.quantiles.items()}
+                rows = [(what, *estimate) for what, estimate in found.items()]
+                yield Table(columns, [*rows, ("extremes of the runs", None, s.least, s.greatest)])
         if self.failures:
-            lines += ["", "probability of failure"]
-            wide = max(map(len, self.failures)) + 2
-            for name, f in self.failures.items():
-                p = f.probability
-                shown = f"{p.value:10.4g}   [{p.low:.4g}, {p.high:.4g}]"
-                lines.append(f"  {name:{wide}}{shown:36}{f.count} of {self.runs} runs")
+            yield ""
+            columns = [Column("failure", left=True), *(Column(x, show=".4g") for x in ("probability", "from", "to"))]
+            rows = [(name, *f.probability, f"{f.count} of {self.runs} runs") for name, f in self.failures.items()]
+            yield Table([*columns, Column("runs", heading="", left=True)], rows)
         if self.codes:
             each = ", ".join(f"{name} {count}" for name, count in self.codes.items())
-            lines += [
-                "",
-                f"{sum(self.codes.values())} runs failed ({each}): they count as failures, and have no metrics",
-            ]
-        return "\n".join(lines)
+            yield ""
+            yield f"{sum(self.codes.values())} runs failed ({each}): they count as failures, and have no metrics"
 
     def _share(self, count: int) -> str:
         if count == self.runs:
@@ -393,11 +382,3 @@ def _evaluate(
 
 def _word(code: int) -> str:
     return FAILURES[code][0] if code in FAILURES else f"code {code}"  # pyright: ignore
-
-
-def _row(name: str, e: Estimate) -> str:
-    return f"  {name:22}{e.value:12.6g}   [{e.low:.6g}, {e.high:.6g}]"
-
-
-def _finite(x: float) -> float | None:
-    return x if np.isfinite(x) else None
