@@ -25,7 +25,7 @@ class Axes(NamedTuple):
 
 
 def parse_axes(texts: list[str], sample: int | None) -> Axes:
-    """`--vary` in its forms; raises `InputError` with all faults."""
+    """`--vary` in its forms; raises `InputError` with all errors."""
     axes, found = Axes({}, {}), []
     for text in texts:
         path, equals, given = (part.strip() for part in text.partition("="))
@@ -49,7 +49,7 @@ def parse_axes(texts: list[str], sample: int | None) -> Axes:
     if not texts:
         found.append(Fault("--vary", "is missing", _FORMS))
     if sample is not None and sample < 1:
-        found.append(Fault("--sample", f"{sample} is not admissible", "at least 1"))
+        found.append(Fault("--sample", f"{sample} is out of range", "at least 1"))
     if found:
         raise InputError(found)
     return axes
@@ -123,7 +123,7 @@ def text(data: Any, metrics: tuple[str, ...]) -> str:
     """Some lines for people: how the runs ended, and the range of every metric."""
     total = data["code"].size
     ended = ", ".join(f"{n} {name.replace('_', ' ')}" for name, n in counts(data).items())
-    lines = [f"{total} runs: {ended}", f"{'':28}{'least':>12}{'median':>12}{'greatest':>12}  unit, of how many runs"]
+    lines = [f"{total} runs: {ended}", f"{'':28}{'minimum':>12}{'median':>12}{'maximum':>12}  unit, of how many runs"]
     for name in metrics:
         values = np.ravel(data[name].values)
         values = values[np.isfinite(values)]

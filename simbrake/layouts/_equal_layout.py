@@ -46,7 +46,7 @@ def full_slip(scene: Scene) -> tuple[Rubbing, Array]:
 
         T_i = T_0 Π_i,   N_i = (T_i + T_{i−1}) sin(β_i/2)
 
-    at the speed and the temperatures of the start and the greatest slack tension of the lever; traceable.
+    at the speed and the temperatures of the start and the maximum slack tension of the lever; traceable.
     """
     system, y, _ = assemble(scene)
     grip, linings = system.grip, scene.brake.linings
@@ -117,10 +117,10 @@ STARTS = ("closed form", "given")
 NEEDS_AREA = ("pressure", "wear")
 
 
-def faults_of_wish(
+def validate_request(
     scene: Scene, targets: tuple[Target, ...], free: str, over: str, rate: Any, pair: str, start: str
 ) -> list[Fault]:
-    """Everything wrong with a layout asked for, the scene's own faults included (arguments as of `equal_layout`)."""
+    """Everything wrong with a requested layout, errors of the scene included (arguments as of `equal_layout`)."""
     found = faults(scene)
     if start not in STARTS:
         found.append(Fault("start", f"{start!r} is unknown", f"there are: {', '.join(STARTS)}"))
@@ -180,7 +180,7 @@ class LayoutRow:
 
     @property
     def non_uniformity(self) -> float:
-        """Greatest over least of a target along the band, of the worst target; `nan` where it could not be found."""
+        """Maximum over minimum of a target along the band, of the worst target; `nan` where it could not be found."""
         if not self.values:
             return float("nan")
         return float(max(np.max(value) / np.min(value) for value in self.values.values()))
@@ -226,7 +226,7 @@ class LayoutDesign(Tabular):
 
     @property
     def non_uniformity(self) -> float:
-        """Greatest over least of the target along the band."""
+        """Maximum over minimum of the target along the band."""
         return self.row("optimum").non_uniformity
 
     def as_dict(self) -> dict[str, Any]:
@@ -343,7 +343,7 @@ class _Search:
         if self.run.runs > before:
             worst = max(np.max(np.asarray(v)) / np.min(np.asarray(v)) for v in found.more)
             spent = duration(self.progress.spent)
-            self.progress.show(f"run {self.run.runs}, greatest over least {worst:.9g}, {spent}")
+            self.progress.show(f"run {self.run.runs}, maximum over minimum {worst:.9g}, {spent}")
         return found if found.code == 0 else found._replace(values=np.full_like(found.values, np.nan))
 
 
@@ -401,13 +401,13 @@ def equal_layout(
     - `place(scene, angle, area)`: how a layout enters the scene, where more than the linings depends on it (areas of
       the walls that heat them); by default `brake.linings` alone
     - `start`: `closed form`, or `given` for the scene's own layout
-    - `tolerance`: greatest over least of the target, less 1, at which the layout is level
+    - `tolerance`: maximum over minimum of the target, less 1, at which the layout is level
 
-    Raises `InputError` with all faults at once, `InfeasibleLayout` where the target cannot be levelled, and
+    Raises `InputError` with all errors at once, `InfeasibleLayout` where the target cannot be levelled, and
     `SimulationError` where the run of the starting layout fails.
     """
     targets = target if isinstance(target, tuple) else (target,)
-    if found := faults_of_wish(scene, targets, free, over, rate, pair, start):
+    if found := validate_request(scene, targets, free, over, rate, pair, start):
         raise InputError(found)
     wear_rate = as_tree(rate) if callable(rate) else None if rate is None else jnp.asarray(as_number(rate))
     angle, area, note = _start(scene, targets, free)
@@ -501,6 +501,6 @@ def _why_not(best: LayoutRow, targets: tuple[Target, ...], f: np.ndarray) -> str
     grip = f * np.tan(best.angle / 2)
     words = " and ".join(name_of(one) for one in targets)
     return (
-        f"{words} cannot be made equal: the best layout found has a greatest over least of {best.non_uniformity:.6g}; "
+        f"{words} cannot be made equal: the best layout found has a maximum over minimum of {best.non_uniformity:.6g}; "
         f"lining {int(np.argmax(grip)) + 1} is nearest to locking itself, f·tan(β/2) = {np.max(grip):.4g}"
     )

@@ -1,4 +1,4 @@
-"""The least greatest tension under limits on a run: stopping time, temperatures, or anything that is measured."""
+"""The smallest maximum tension under limits on a run: stopping time, temperatures, or any other metric."""
 
 import dataclasses
 import re
@@ -204,7 +204,7 @@ def _variables(scene: Scene, given: dict[str, Any]) -> tuple[Paths, list[Any], l
         if not np.all(low < high):
             found.append(Fault(path, "the lower bound is not below the upper one", "swap them"))
         elif not np.all(about.admits(low) & about.admits(high)):
-            found.append(Fault(path, "a bound is not admissible", f"it must be {about.range} {about.unit}"))
+            found.append(Fault(path, "a bound is out of range", f"it must be {about.range} {about.unit}"))
         elif not np.all((start >= low) & (start <= high)):
             found.append(Fault(path, "the scene's value is outside the bounds", "start inside them"))
         free.append((path, base, None if index is None else index % value.size))
@@ -243,7 +243,7 @@ def least_tension(
     tolerance: float = 1e-10,
     max_iterations: int = 100,
 ) -> LeastTension:
-    """Values of what is free that give the least greatest tension of the band while the brake still stops in time.
+    """Values of what is free at which the maximum tension of the band is smallest while the brake still stops in time.
 
         min T_max(x)   subject to   t_stop(x) ≤ limit,  m_j(x) ≤ limit_j,  low ≤ x ≤ high,  Σβ = wrap
 
@@ -257,7 +257,7 @@ def least_tension(
     - `keep_wrap`: where lining angles are free, their sum stays;  `objective`: another metric to be made small
     - `tolerance`: relative change of the objective at which the search ends
 
-    Raises `InputError` with all faults at once, also where the scene as given does not stop.
+    Raises `InputError` with all errors at once, also where the scene as given does not stop.
     """
     allowed = {"stopping_time": float(stopping_time), **(limits or {})}
     paths, numbers, found = _variables(scene, variables)

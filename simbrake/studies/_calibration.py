@@ -465,11 +465,11 @@ def calibrate(
     A trial point whose run fails, or in which a measured event does not occur, is refused: the step is shortened, and
     the reason is counted in `Calibration.failures`. Ctrl-C ends the search with the best point found so far.
 
-    Raises `InputError` with all faults at once, also where no start has all measured events.
+    Raises `InputError` with all errors at once, also where no start has all measured events.
     Source: errors after Björck, Numerical Methods for Least Squares Problems (1996), 1.1, 2.7.
     """
     choices = {"loss": (loss, LOSSES), "method": (method, ("trf", "dogbox"))}
-    faults = [Fault(n, f"{v!r} is not known", f"one of {', '.join(k)}") for n, (v, k) in choices.items() if v not in k]
+    faults = [Fault(n, f"{v!r} is unknown", f"one of {', '.join(k)}") for n, (v, k) in choices.items() if v not in k]
     limits = (
         ("starts", starts, starts >= 1),
         ("confidence", confidence, 0 < confidence < 1),
@@ -477,7 +477,7 @@ def calibrate(
         ("rtol", rtol, 1e-15 < rtol < 0.1),
         ("max_evaluations", max_evaluations, max_evaluations >= 1),
     )
-    faults += [Fault(name, f"{value} is not admissible") for name, value, ok in limits if not ok]
+    faults += [Fault(name, f"{value} is out of range") for name, value, ok in limits if not ok]
     first = _first(scene, bounds, start or {}, faults)
     absolute = _absoluteness(data, absolute, len(bounds), faults)
     if faults:
@@ -511,15 +511,15 @@ def _first(scene: Scene, bounds: Mapping[str, Any], start: Mapping[str, float], 
             faults += error.faults
             continue
         except (TypeError, ValueError):
-            faults.append(Fault(path, f"{pair!r} are no bounds", "two numbers (low, high)"))
+            faults.append(Fault(path, f"{pair!r} are not bounds", "two numbers (low, high)"))
             continue
         leaf = known.get(path) or known.get(path.rpartition("[")[0])
         if not (np.isfinite([low, high]).all() and low < high):
-            faults.append(Fault(path, f"the bounds {low:g}…{high:g} are not admissible", "finite, low < high"))
+            faults.append(Fault(path, f"the bounds {low:g}…{high:g} are out of range", "finite, low < high"))
             continue
         if leaf is not None:
             faults += [
-                Fault(path, f"the bound {end:g} {leaf.about.unit} is not admissible", f"must be {leaf.about.range}")
+                Fault(path, f"the bound {end:g} {leaf.about.unit} is out of range", f"must be {leaf.about.range}")
                 for end in (low, high)
                 if not leaf.about.admits(np.asarray(end))
             ]

@@ -151,7 +151,7 @@ class Store:
 
 
 def _load(file: Path) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]] | None:
-    """Runs, which of them are final, and columns; a file that a full disk or the like has spoilt counts as missing."""
+    """Runs, which of them are final, and columns; a corrupted file (e.g. disk full) counts as missing."""
     try:
         with np.load(file) as data:
             return data["run"], data["final"], {name[1:]: data[name] for name in data.files if name.startswith("_")}

@@ -19,14 +19,14 @@ from .._run._outcome import FAILURES, status_of
 from .._run._simulate import require_64_bits
 from ._chunks import NOT_RUN, Plan, run_all
 
-#: scenes looked at as a whole, besides those with the least and the greatest value of every number
+#: scenes looked at as a whole, besides those with the minimum and the maximum of every parameter
 _LOOKED_AT = 16
 #: runs named in one fault
 _NAMED = 5
 
 
 def default_metrics(scene: Scene) -> tuple[str, ...]:
-    """Everything that a scene has but greatest values: these look at every step, which costs many times the run."""
+    """Everything that a scene has but maxima: these look at every step, which costs many times the run."""
     return tuple(name for name in metric_names(scene) if name not in METRICS or not METRICS[name].greatest)
 
 
@@ -40,7 +40,7 @@ def plan_of(
     max_steps: int | None,
     chunk: int,
 ) -> Plan:
-    """The plan, or `InputError` with all faults of values, ranges, metrics and settings."""
+    """The plan, or `InputError` with all errors of values, ranges, metrics and settings."""
     arrays, found = _arrays(values)
     for name, value, good in (
         ("rtol", rtol, 1e-15 < float(rtol) < 0.1),
@@ -48,7 +48,7 @@ def plan_of(
         ("max_steps", max_steps, max_steps is None or max_steps > 0),
     ):
         if not good:
-            found.append(Fault(name, f"{value} is not admissible", "0 < rtol < 0.1, chunk and max_steps > 0"))
+            found.append(Fault(name, f"{value} is out of range", "0 < rtol < 0.1, chunk and max_steps > 0"))
     if found:
         raise InputError(found)
     asked = default_metrics(scene) if metrics is None else tuple(metrics)
@@ -100,7 +100,7 @@ def _outside(path: str, array: np.ndarray, about: Quantity) -> list[Fault]:
     if len(bad) == 0:
         return []
     worst = array.reshape(len(array), -1)[tuple(bad[0])]
-    what = f"{worst:g} {about.unit} is not admissible {_named(np.unique(bad[:, 0]))}"
+    what = f"{worst:g} {about.unit} is out of range {_named(np.unique(bad[:, 0]))}"
     return [Fault(path, what, f"{about.meaning} must be {about.range} {about.unit}")]
 
 
@@ -116,7 +116,7 @@ def _of_times(plan: Plan) -> list[Fault]:
 
 
 def _of_scenes(plan: Plan) -> list[Fault]:
-    """Faults between numbers, in the runs with the least and greatest values and in some others; each told once."""
+    """Faults between numbers, in the runs with the minima and maxima and in some others; each told once."""
     columns = plan.columns
     ends = np.concatenate([columns.argmin(axis=0), columns.argmax(axis=0)])
     step = max(1, math.ceil(plan.count / _LOOKED_AT))
@@ -211,7 +211,7 @@ def ensemble(
     - `values`: `{path: array}`, (runs,) for one number (or one for all entries of a field), (runs, entries) for a
       field with entries; SI units, paths as in `with_values`
     - `metrics`: names, energies as `energy.…`, or functions of a `Result` to a number that accept traced values. By
-      default everything the scene has but greatest values (`max_…`, `peak_…`), which cost many times the run
+      default everything the scene has but maxima (`max_…`, `peak_…`), which cost many times the run
     - `rtol`, `solver`, `max_steps`: as in `simulate`; every run gets the solver and the step limits that it would get
       by itself, and its numbers are those of a single run to rounding
     - `chunk`: runs in one call of one program: on a CPU one after the other in one function, elsewhere (and where XLA
@@ -231,14 +231,14 @@ def ensemble(
     are `inf`. Ctrl-C ends the call early: what is finished is returned, the rest has the code −1 and `NaN`.
 
     Every value is checked against its range, and every end against its start. What else `check` demands of a scene is
-    looked at in the runs with the least and the greatest value of every number and in 16 others.
+    looked at in the runs with the minimum and the maximum of every parameter and in 16 others.
 
-    Raises `InputError` with all faults at once, and `RuntimeError` if JAX is not in 64-bit mode.
+    Raises `InputError` with all errors at once, and `RuntimeError` if JAX is not in 64-bit mode.
     """
     require_64_bits()
     plan = plan_of(scene, values, metrics, rtol=rtol, solver=solver, max_steps=max_steps, chunk=chunk)
     if workers is not None and workers < 1:
-        raise InputError([Fault("workers", f"{workers} is not admissible", "at least 1")])
+        raise InputError([Fault("workers", f"{workers} is out of range", "at least 1")])
     folder = None if directory is None else Path(directory)
     columns = run_all(plan, workers=workers, client=client, directory=folder, progress=progress)
     return _as_dataset(plan, columns)
@@ -256,7 +256,7 @@ def sweep(scene: Scene, values: Mapping[str, Any], metrics: Sequence[Metric] | N
         except (TypeError, ValueError):
             array = np.zeros((1, 1))
         if array.ndim != 1 or len(np.unique(array)) != len(array):
-            faults.append(Fault(path, "is no list of different numbers", "a grid needs every value once"))
+            faults.append(Fault(path, "is not a list of different numbers", "a grid needs every value once"))
         axes[path] = array
     if faults:
         raise InputError(faults)

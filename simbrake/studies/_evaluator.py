@@ -248,7 +248,7 @@ def limits_of_many(scene: Scene, solver: Any, max_steps: int | None) -> tuple[in
 
 
 def scans(metric: Metric) -> bool:
-    """Whether a metric looks into every step (greatest values), or may do so (functions)."""
+    """Whether a metric looks into every step (maxima), or may do so (functions)."""
     return not isinstance(metric, str) or (metric in METRICS and METRICS[metric].greatest)
 
 

@@ -125,7 +125,7 @@ class SobolPair:
 
 @dataclasses.dataclass(frozen=True)
 class SobolTable(Tabular):
-    """Indices of one metric, the greatest total effect first; its mean and standard deviation over the samples."""
+    """Indices of one metric, the largest total effect first; its mean and standard deviation over the samples."""
 
     metric: str
     unit: str
@@ -177,7 +177,7 @@ class MorrisEffect:
 
 @dataclasses.dataclass(frozen=True)
 class MorrisTable(Tabular):
-    """Elementary effects on one metric, the greatest first."""
+    """Elementary effects on one metric, the largest first."""
 
     metric: str
     unit: str
@@ -250,7 +250,7 @@ def sobol_indices(
       pairs) `n (2d + 2)`
     - `resamples`: of the bootstrap;  `options` go to `ensemble`
 
-    Raises `InputError` with all faults at once, `ModuleNotFoundError` without SALib, and `SimulationError` where a run
+    Raises `InputError` with all errors at once, `ModuleNotFoundError` without SALib, and `SimulationError` where a run
     has no finite value or a metric never changes: there the indices do not exist. Its `result` holds all runs.
     """
     asked, draws = _checked(scene, distributions, metrics, confidence, [("n", n, 2), ("resamples", resamples, 2)])
@@ -324,7 +324,7 @@ def morris(
     if isinstance(levels, int) and levels % 2:
         more.append(Fault("levels", f"{levels} is odd", "an even number, as 4: steps are half of the range and more"))
     if not 0 < tail < 0.5:
-        more.append(Fault("tail", f"{tail!r} is no share", "between 0 and 0.5, as 0.01"))
+        more.append(Fault("tail", f"{tail!r} is not a share", "between 0 and 0.5, as 0.01"))
     asked, draws = _checked(scene, distributions, metrics, confidence, counts, more)
     unit = morris_design(trajectories, len(draws.paths), levels, seed)
     ends = np.array([_ends(draws.quantiles[path], tail) for path in draws.paths])
@@ -368,7 +368,7 @@ def _checked(
     ]
     found += more
     if not 0 < confidence < 1:
-        found.append(Fault("confidence", f"{confidence!r} is no share", "between 0 and 1, as 0.95"))
+        found.append(Fault("confidence", f"{confidence!r} is not a share", "between 0 and 1, as 0.95"))
     draws = attempt(found, Draws, scene, distributions)
     attempt(found, check_metrics, scene, asked)
     if found or draws is None:

@@ -90,7 +90,7 @@ class Measured(Tabular):
         - `events`: `{"stopping_time": 3.21}` or `{"stopping_time": (3.21, 0.01)}` with the standard deviation; keys
           are metrics (`simbrake._run._measure.metric_names`) or functions of a `Result`
 
-        Raises `InputError` with every fault.
+        Raises `InputError` with every error.
         """
         t, sigma = np.atleast_1d(np.asarray(t, np.float64)), dict(sigma or {})
         points, singles, faults = [], [], []
@@ -172,7 +172,7 @@ def unknown_column(where: str, name: str) -> Fault:
         return Fault(where, f"{name} cannot be fitted", "it is a whole number without a derivative")
     near = difflib.get_close_matches(re.sub(r"\[.*", "", name), COLUMNS, n=3, cutoff=0.5)
     hint = f"nearest: {', '.join(near)}" if near else f"there are: t, {', '.join(COLUMNS)}"
-    return Fault(where, f"{name!r} is no column of a run", hint)
+    return Fault(where, f"unknown column {name!r}", hint)
 
 
 def _points(name: str, t: np.ndarray, values: Any, sigma: Any) -> Points | Fault:
@@ -199,9 +199,9 @@ def single(metric: Metric, value: float, sigma: float | None, where: str | None 
     """A measured metric, or the fault that it has."""
     where = name_of(metric) if where is None else where
     if not np.isfinite(value):
-        return Fault(where, f"{value} is no measured value", "leave out what did not happen")
+        return Fault(where, f"{value} is not a measured value", "leave out what did not happen")
     if sigma is not None and not 0 < sigma < np.inf:
-        return Fault(where, f"{sigma} is no standard deviation", "it must be > 0")
+        return Fault(where, f"{sigma} is not a standard deviation", "it must be > 0")
     return Single(metric, value, sigma)
 
 
@@ -264,13 +264,13 @@ def read_measured(
     - `sigma`: standard deviations (SI) of columns and events that have none in the files
     - `columns`: which columns of series to take; the others are not looked at
 
-    Raises `InputError` with every fault of every file: file, line, column, value and what to do.
+    Raises `InputError` with every error of every file: file, line, column, value and what to do.
     """
     files = [CsvFile(Path(path)) for path in paths]
     data = Measured()
     given, wanted = dict(sigma or {}), None if columns is None else set(columns)
     faults = [
-        Fault(f"sigma of {name}", f"{value} is no standard deviation", "it must be > 0")
+        Fault(f"sigma of {name}", f"{value} is not a standard deviation", "it must be > 0")
         for name, value in given.items()
         if not 0 < value < np.inf
     ]
@@ -323,7 +323,7 @@ class CsvFile:
             self.faults.append(Fault(f"{self.path}{where}", problem, hint))
         else:
             self.left_out += 1
-            rest = Fault(str(self.path), f"{self.left_out} more faults", "mend these first")
+            rest = Fault(str(self.path), f"{self.left_out} more errors", "fix these first")
             self.faults = [*self.faults[:_LISTED], rest]
 
     def _split(self, text: str) -> None:
@@ -401,7 +401,7 @@ class CsvFile:
     def _missing_sigma(self, value: np.ndarray, error: np.ndarray, i: int) -> None:
         for k in np.flatnonzero(np.isfinite(value) & np.isnan(error)):
             line, cells = self.rows[k]
-            if not cells[i].strip():  # what is no number has its own fault
+            if not cells[i].strip():  # what is not a number has its own fault
                 where = f" line {line}, column {self.heads[i].text}"
                 self.fault(where, "is empty beside a measured value", "give its standard deviation")
 
@@ -425,7 +425,7 @@ class CsvFile:
         try:
             return unit(text, si)
         except ValueError as error:
-            self.fault(f" header, column {where}", f"{text!r} is no unit of a quantity in {si or '1'}", str(error))
+            self.fault(f" header, column {where}", f"{text!r} is not a unit of a quantity in {si or '1'}", str(error))
             return Unit(1.0)
 
     def _number(self, cell: str, where: str) -> float | None:
@@ -445,7 +445,7 @@ class CsvFile:
     def _admitted(self, number: float, of: Unit, si: str, spread: bool, where: str) -> float:
         if spread:
             if number <= 0:
-                self.fault(where, f"{number:g} is no standard deviation", "it must be > 0")
+                self.fault(where, f"{number:g} is not a standard deviation", "it must be > 0")
                 return np.nan
             return number * float(of.factor)
         value = to_si(number, of)
@@ -460,7 +460,7 @@ class CsvFile:
         allowed = ("event", "time", "value", "unit", "sigma")
         for name, i in names.items():
             if name not in allowed:
-                self.fault(f" header, column {self.heads[i].text}", "is no column of events", ", ".join(allowed))
+                self.fault(f" header, column {self.heads[i].text}", "unknown column of events", ", ".join(allowed))
         column = next((name for name in ("time", "value") if name in names), None)
         if column is None or {"time", "value"} <= set(names):
             self.fault(" header", "needs one column of values", "time or value")
@@ -477,7 +477,7 @@ class CsvFile:
                 continue
             si = unit_of(metric)
             if not (metric.startswith("energy.") or metric in METRICS):
-                self.fault(where, "is no metric of a run", f"there are: {', '.join(METRICS)}, energy.…")
+                self.fault(where, "unknown metric", f"there are: {', '.join(METRICS)}, energy.…")
                 continue
             text = cells[names["unit"]] if "unit" in names and cells[names["unit"]].strip() else head.unit
             of = self._unit_of_event(where, text, si, head)
@@ -499,12 +499,12 @@ class CsvFile:
 
     def _unit_of_event(self, where: str, text: str, si: str, head: _Head) -> Unit:
         if head.name == "time" and si != "s":
-            self.fault(where, f"is no time but a quantity in {si}", "call the column value")
+            self.fault(where, f"is not a time but a quantity in {si}", "call the column value")
             return Unit(1.0)
         try:
             return unit(text, si)
         except ValueError as error:
-            self.fault(where, f"{text!r} is no unit of a quantity in {si}", str(error))
+            self.fault(where, f"{text!r} is not a unit of a quantity in {si}", str(error))
             return Unit(1.0)
 
 

@@ -143,7 +143,7 @@ def passages(record: Record) -> list[str]:
     several = times[together]
     return [
         *(f"the event at {time:.9g} s is only just reached: a small change may undo it" for time in slow),
-        *(f"several marks are passed at once at {time:.9g} s: derivatives are one-sided there" for time in several),
+        *(f"several marks are reached at once at {time:.9g} s: derivatives are one-sided there" for time in several),
     ]
 
 
@@ -180,7 +180,7 @@ class Sensitivity(NamedTuple):
 
 @dataclasses.dataclass(frozen=True)
 class SensitivityTable(Tabular):
-    """Sensitivities of one metric, the greatest elasticity first; `notes` concern the whole run."""
+    """Sensitivities of one metric, the largest elasticity first; `notes` concern the whole run."""
 
     metric: str
     unit: str

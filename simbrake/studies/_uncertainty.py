@@ -163,7 +163,7 @@ class Uncertainty(Tabular):
     """What `uncertainty` found; `data` holds every run: numbers that were drawn, metrics, codes.
 
     - `statistics`: by metric;  `failures`: by what must not happen;  `codes`: runs that failed, by name
-    - `limits`: metric → its greatest permissible value (n,) or one number;  `inputs`: path → (unit, 5 %, median, 95 %)
+    - `limits`: metric → its maximum permissible value (n,) or one number;  `inputs`: path → (unit, 5 %, median, 95 %)
     """
 
     data: Any
@@ -257,7 +257,7 @@ def uncertainty(
 
     - `distributions`: as `samples` takes them, independent of each other
     - `metrics`: names, or functions of a result; `n`: least number of runs
-    - `limits`: greatest permissible value of metrics (SI). The scene's permissible temperature of the linings counts
+    - `limits`: maximum permissible value of metrics (SI). The scene's permissible temperature of the linings counts
       without being named (another number replaces it, `None` takes it away)
     - `method`, `replicates`: `"sobol"` takes that many independently scrambled sets of Sobol points, each of a power of
       two, `"latin"` as many Latin hypercubes; intervals are Student's t over these sets. `"random"` takes independent
@@ -268,7 +268,7 @@ def uncertainty(
     any of these. A run that failed by its code counts as each of them, as nobody knows how it would have gone on.
     Statistics are of the runs that have the metric, and say how many these are.
 
-    Raises `InputError` with all faults at once, and `SimulationError` (with the runs made) if it was interrupted.
+    Raises `InputError` with all errors at once, and `SimulationError` (with the runs made) if it was interrupted.
     """
     asked = [metrics] if isinstance(metrics, str) or callable(metrics) else list(metrics)
     found = faults_of_sampling(n, method) + _faults_of_statistics(quantiles, confidence, replicates)
@@ -276,7 +276,7 @@ def uncertainty(
     draws = attempt(found, Draws, scene, distributions)
     attempt(found, check_metrics, scene, [*asked, *hidden])
     found += [
-        Fault(f"limits[{name!r}]", f"{value!r} is no number", "the greatest permissible value in SI units")
+        Fault(f"limits[{name!r}]", f"{value!r} is not a number", "the maximum permissible value in SI units")
         for name, value in bounds.items()
         if not isinstance(value, int | float | np.floating) or np.isnan(value)
     ]
@@ -325,9 +325,9 @@ def _limits(scene: Scene, given: Mapping[str, Any] | None, asked: list[Metric]) 
 
 
 def _faults_of_statistics(quantiles: Sequence[float], confidence: float, replicates: int) -> list[Fault]:
-    found = [Fault("quantiles", f"{p!r} is no share", "between 0 and 1") for p in quantiles if not 0 < p < 1]
+    found = [Fault("quantiles", f"{p!r} is not a share", "between 0 and 1") for p in quantiles if not 0 < p < 1]
     if not 0 < confidence < 1:
-        found.append(Fault("confidence", f"{confidence!r} is no share", "between 0 and 1, as 0.95"))
+        found.append(Fault("confidence", f"{confidence!r} is not a share", "between 0 and 1, as 0.95"))
     if not isinstance(replicates, int | np.integer) or replicates < 2:
         found.append(Fault("replicates", f"{replicates!r} sets have no scatter", "at least 2; 8 to 32 are usual"))
     return found
