@@ -210,7 +210,7 @@ def test_what_cannot_be_worn_is_said(braking):
         ({"run": ws.stop(None)}, "wear: is missing"),
         ({"run": sb.with_values(scene, {"wear.permissible": None})}, "how much may be worn off"),
         ({"permissible": "8 mm", "turn_at": [5.0, 3.0]}, "do not increase"),
-        ({"turn_at": "soon"}, "no number of brakings"),
+        ({"turn_at": "soon"}, "is not a number of stops"),
         ({"step": 0.5}, "at least 1"),
         ({"run": sb.with_values(scene, {"wear.worn": 9e-3})}, "worn already"),
         ({"run": sb.with_values(scene, {"initial.omega": 0.0})}, "no lining wears"),

@@ -1,7 +1,6 @@
 """The smallest maximum tension under limits on a run: stopping time, temperatures, or any other metric."""
 
 import dataclasses
-import re
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
@@ -19,7 +18,7 @@ from .._parts._scene import Scene, faults
 from .._run._edit import with_values
 from .._run._measure import check_metrics, measure, unit_of
 from .._run._result import Result
-from ..studies._evaluator import Evaluator, Paths
+from ..studies._evaluator import Evaluator, Paths, place_of, same_numbers
 
 
 class LimitRow(NamedTuple):
@@ -115,7 +114,6 @@ class LeastTension(Tabular):
 
 
 _ANGLES = "brake.linings.angle"
-_ENTRY = re.compile(r"^(?P<path>.*)\[(?P<index>-?\d+)\]$")
 _FAR = 10.0  # relative excess given to a limit on something that did not happen in a trial
 _SLOW = 0.9  # share of the speed left at the end of a run, above which a stop is extrapolated along a straight line
 _ACTIVE = 1e-6  # relative distance at which a limit or a bound is met
@@ -179,12 +177,11 @@ class _Problem:
 def _variables(scene: Scene, given: dict[str, Any]) -> tuple[Paths, list[Any], list[Fault]]:
     """What is free, its bounds and starting values (low, high, start), and what is wrong with that."""
     known = {leaf.path: leaf for leaf in leaves(scene)}
-    free, numbers, found = list[tuple[str, str, int | None]](), [], []
+    shapes, numbers, found = dict[str, tuple[int, ...]](), [], []
     if not given:
         found.append(Fault("variables", "nothing is free", "as {'duty.slack_tension.level': (1e3, 3e4)}"))
     for path, bounds in given.items():
-        match = _ENTRY.match(path)
-        base, index = (path, None) if path in known or match is None else (match["path"], int(match["index"]))
+        base, index = place_of(path, known)
         try:
             with_values(scene, {path: 0.0})
         except InputError as error:
@@ -207,14 +204,11 @@ def _variables(scene: Scene, given: dict[str, Any]) -> tuple[Paths, list[Any], l
             found.append(Fault(path, "a bound is out of range", f"it must be {about.range} {about.unit}"))
         elif not np.all((start >= low) & (start <= high)):
             found.append(Fault(path, "the scene's value is outside the bounds", "start inside them"))
-        free.append((path, base, None if index is None else index % value.size))
+        shapes[path] = value.shape if index is None else ()
         numbers.append((low, high, start))
-    places = [place for _, *place in free]
-    for path, base, index in free:
-        if places.count([base, index]) > 1 or (index is not None and [base, None] in places):
-            found.append(Fault(path, "is free twice", "name it once"))
-    shapes = tuple(np.shape(known[base].value) if index is None else () for _, base, index in free)
-    return Paths(tuple(path for path, *_ in free), shapes), numbers, found
+    sizes = {path: np.size(leaf.value) for path, leaf in known.items()}
+    found += [Fault(path, "is free twice", f"as {old} is") for path, old in same_numbers(shapes, sizes).items()]
+    return Paths(tuple(shapes), tuple(shapes.values())), numbers, found
 
 
 def _check(scene: Scene, limits: dict[str, float], objective: str, found: list[Fault]) -> None:

@@ -15,6 +15,7 @@ from .._parts._scene import Scene, check
 from .._run._choice import stiffness
 from .._run._edit import with_values
 from .._run._simulate import solver_for
+from ._evaluator import place_of
 from ._fit import FitModel, Scale, Search, measured_arrays, slices
 from ._measured import Measured, Points, check_measured
 
@@ -342,7 +343,7 @@ def _parameters(
         interval = (float(ends[0][i]), float(ends[1][i]))
         if concerned[i] or fixed[i]:
             interval = (-np.inf, np.inf) if concerned[i] else (np.nan, np.nan)
-        unit = units.get(path, units.get(path.rpartition("[")[0], ""))
+        unit = units.get(place_of(path, units)[0], "")
         low, high = float(search.scale.low[i]), float(search.scale.high[i])
         logarithmic = bool(search.scale.logarithmic[i])
         found.append(
@@ -513,7 +514,7 @@ def _first(scene: Scene, bounds: Mapping[str, Any], start: Mapping[str, float], 
         except (TypeError, ValueError):
             faults.append(Fault(path, f"{pair!r} are not bounds", "two numbers (low, high)"))
             continue
-        leaf = known.get(path) or known.get(path.rpartition("[")[0])
+        leaf = known.get(place_of(path, known)[0])
         if not (np.isfinite([low, high]).all() and low < high):
             faults.append(Fault(path, f"the bounds {low:g}…{high:g} are out of range", "finite, low < high"))
             continue
@@ -534,11 +535,13 @@ def _first(scene: Scene, bounds: Mapping[str, Any], start: Mapping[str, float], 
 
 
 def _value(known: dict[str, Leaf], path: str) -> float | None:
-    if path in known:
-        values = np.asarray(known[path].value, float)
+    field, index = place_of(path, known)
+    if field not in known:
+        return None
+    values = np.asarray(known[field].value, float)
+    if index is None:
         return float(values.flat[0]) if values.size and np.ptp(values) == 0 else None
-    base, _, index = path.rpartition("[")
-    return float(np.asarray(known[base].value, float)[int(index[:-1])]) if base in known else None
+    return float(values[index])
 
 
 def _absoluteness(data: Measured, wanted: bool | None, parameters: int, faults: list[Fault]) -> bool:

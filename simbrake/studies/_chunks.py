@@ -9,7 +9,6 @@ import json
 import math
 import os
 import queue
-import re
 import sys
 import types
 import zipfile
@@ -33,7 +32,7 @@ from .._run._choice import stiffness
 from .._run._edit import with_values
 from .._run._measure import Metric, name_of
 from .._run._simulate import solver_for
-from ._evaluator import ABOUT, Job, Paths, limits_of_many, run_chunk
+from ._evaluator import ABOUT, Job, Paths, limits_of_many, place_of, run_chunk
 
 NOT_RUN = -1
 #: rows of all records of a chunk together: with some hundred columns half a gigabyte
@@ -342,7 +341,7 @@ class Plan:
     def abouts(self) -> dict[str, Quantity]:
         """Unit, meaning and range of every varied number."""
         known = {leaf.path: leaf.about for leaf in leaves(self.one(0))}
-        return {path: known[path if path in known else re.sub(r"\[-?\d+\]$", "", path)] for path in self.values}
+        return {path: known[place_of(path, known)[0]] for path in self.values}
 
     def groups(self) -> list[tuple[Any, np.ndarray]]:
         """Solvers, and the runs that each of them gets: for every run what it would get by itself."""

@@ -11,8 +11,9 @@ import dataclasses
 import functools
 import itertools
 import math
+import re
 import threading
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -44,6 +45,8 @@ _SIZES = tuple(64 * 4**i for i in range(8))
 #: of every run besides its metrics
 ABOUT = ("code", "band", "inner", "moved", "exceeded", "steps", "rejected", "retaken", "segments", "energy.closure")
 
+_ENTRY = re.compile(r"^(?P<field>.*)\[(?P<index>-?\d+)\]$")
+
 #: numbers x (k,) and numbers that are given besides → the scene with them
 Place = Callable[[Scene, Any, Any], Scene]
 #: a result (the scene, where nothing is run) and numbers given → values (m,) and whatever else is wanted of it
@@ -74,6 +77,26 @@ class Paths(NamedTuple):
 
     def __call__(self, scene: Scene, x: Any, given: Any = None) -> Scene:
         return with_values(scene, self.values(x))
+
+
+def place_of(path: str, fields: Container[str]) -> tuple[str, int | None]:
+    """Field and index that a path means: `("brake.linings.angle", 3)`; no index for a field as a whole."""
+    match = _ENTRY.match(path)
+    return (path, None) if path in fields or match is None else (match["field"], int(match["index"]))
+
+
+def same_numbers(paths: Iterable[str], sizes: Mapping[str, int]) -> dict[str, str]:
+    """Paths that mean a number which an earlier one means as well: path → the earlier one. `sizes`: by field."""
+    seen: dict[tuple[str, int | None], str] = {}
+    found = {}
+    for path in paths:
+        field, index = place_of(path, sizes)
+        index = None if index is None else index % sizes.get(field, 1)
+        for (other, i), earlier in seen.items():
+            if other == field and (index is None or i in (None, index)):
+                found.setdefault(path, earlier)
+        seen[field, index] = path
+    return found
 
 
 class Metrics(NamedTuple):

@@ -8,8 +8,9 @@ import numpy as np
 from .._base._faults import Fault, InputError
 from .._base._quantity import Quantity, leaves
 from .._parts._scene import Scene, faults
-from .._run._edit import _INDEXED, with_values
+from .._run._edit import with_values
 from .._run._outcome import SimulationError
+from ._evaluator import place_of, same_numbers
 
 #: a frozen distribution of scipy.stats (anything with `ppf` or `icdf`), or (low, high) for a uniform one
 Distribution = Any
@@ -48,7 +49,7 @@ class Draws:
         middle = with_values(scene, known)
         about = {leaf.path: leaf.about for leaf in leaves(middle)}
         for path in known:
-            quantity = about[_field_of(path, about)]
+            quantity = about[place_of(path, about)[0]]
             self.units[path] = quantity.unit
             found += _faults_of_range(path, chances[path], quantity)
         if not found:
@@ -145,12 +146,6 @@ def _quantile_of(distribution: Any) -> Any:
     return getattr(distribution, "ppf", None) or getattr(distribution, "icdf", None)
 
 
-def _field_of(path: str, fields: Mapping[str, Any]) -> str:
-    """The field of a path: without the index of an entry."""
-    match = _INDEXED.match(path)
-    return path if path in fields or match is None else match["path"]
-
-
 def _faults_of_paths(scene: Scene, medians: dict[str, float]) -> list[Fault]:
     """Paths that the scene does not have, and those that mean the same number."""
     found: list[Fault] = []
@@ -159,14 +154,10 @@ def _faults_of_paths(scene: Scene, medians: dict[str, float]) -> list[Fault]:
     except InputError as error:
         found += error.faults
     sizes = {leaf.path: np.size(leaf.value) for leaf in leaves(scene)}
-    seen: dict[tuple[str, int | None], str] = {}
-    for path in medians:
-        field, match = _field_of(path, sizes), _INDEXED.match(path)
-        index = None if field == path or match is None else int(match["index"]) % sizes.get(field, 1)
-        same = [old for (other, i), old in seen.items() if other == field and (index is None or i in (None, index))]
-        found += [Fault(path, f"means what {old} means as well", "give each number one distribution") for old in same]
-        seen[field, index] = path
-    return found
+    hint = "give each number one distribution"
+    return found + [
+        Fault(p, f"means what {old} means as well", hint) for p, old in same_numbers(medians, sizes).items()
+    ]
 
 
 def _faults_of_range(path: str, distribution: Any, about: Quantity) -> list[Fault]:
