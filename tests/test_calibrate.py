@@ -12,7 +12,7 @@ from scipy.stats import binom, chi2, norm, t
 
 import simbrake as sb
 from simbrake._base._identify import identify
-from simbrake.studies._calibration import State
+from simbrake.studies import State
 from simbrake.studies._fit import FitModel, Search
 
 OMEGA, T0, J, F = (

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .._base._faults import Fault, InputError
+from .._base._table import Column, Table, plain
 from .._parts._scene import Scene
 from .._run._metrics import metric_names
 from ..studies._chunks import NOT_RUN
@@ -90,18 +91,15 @@ def summary(data: Any, metrics: tuple[str, ...]) -> dict[str, Any]:
     code, status = np.ravel(data["code"].values), np.ravel(data["status"].values)
     solver = {name: np.ravel(data[name].values) for name in ("method", "steps", "rejected", "retaken", "segments")}
 
-    def number(x: Any) -> float | None:
-        return float(x) if np.isfinite(x) else None
-
     runs = [
         {
             "run": i,
             "values": {path: float(columns[path][i]) for path in paths},
             "status": str(status[i]),
             "code": int(code[i]),
-            "metrics": {name: number(columns[name][i]) for name in metrics if not name.startswith("energy.")},
+            "metrics": {name: columns[name][i] for name in metrics if not name.startswith("energy.")},
             "energy": {
-                name.removeprefix("energy."): number(column[i])
+                name.removeprefix("energy."): column[i]
                 for name, column in (*columns.items(), ("energy.closure", np.ravel(data["energy.closure"].values)))
                 if name.startswith("energy.")
             },
@@ -110,7 +108,7 @@ def summary(data: Any, metrics: tuple[str, ...]) -> dict[str, Any]:
         for i in range(code.size)
     ]
     units = {name: data[name].attrs.get("units", "") for name in [*paths, *metrics]}
-    return {"units": units, "counts": counts(data), "rtol": data.attrs["rtol"], "runs": runs}
+    return plain({"units": units, "counts": counts(data), "rtol": data.attrs["rtol"], "runs": runs})
 
 
 def counts(data: Any) -> dict[str, int]:
@@ -123,13 +121,14 @@ def text(data: Any, metrics: tuple[str, ...]) -> str:
     """Some lines for people: how the runs ended, and the range of every metric."""
     total = data["code"].size
     ended = ", ".join(f"{n} {name.replace('_', ' ')}" for name, n in counts(data).items())
-    lines = [f"{total} runs: {ended}", f"{'':28}{'minimum':>12}{'median':>12}{'maximum':>12}  unit, of how many runs"]
+    three, rows = ("minimum", "median", "maximum"), []
     for name in metrics:
         values = np.ravel(data[name].values)
         values = values[np.isfinite(values)]
-        three = [f"{x:12.6g}" for x in np.quantile(values, [0.0, 0.5, 1.0])] if values.size else [f"{'—':>12}"] * 3
-        lines.append(f"{name:28}{''.join(three)}  {data[name].attrs.get('units', '')}, {values.size}")
-    return "\n".join(lines)
+        found = np.quantile(values, [0.0, 0.5, 1.0]) if values.size else (None, "—", None)
+        rows.append((name, *found, data[name].attrs.get("units", ""), values.size))
+    columns = [Column("metric", left=True), *(Column(one) for one in three), "unit", Column("of how many runs")]
+    return f"{total} runs: {ended}\n{Table(columns, rows)}"
 
 
 def write(data: Any, folder: Path) -> list[Path]:

@@ -1,4 +1,5 @@
 from ._calibration import Calibration as Calibration
+from ._calibration import State as State
 from ._calibration import calibrate as calibrate
 from ._ensemble import ensemble as ensemble
 from ._ensemble import sweep as sweep

@@ -201,11 +201,11 @@ class Evaluator:
         rtol: float = 1e-10,
         max_steps: int | None = None,
     ):
-        self.scene, self.place, self.given, self.rtol = scene, place, given, rtol
+        self.scene, self.given, self.rtol = scene, given, rtol
         self.solver = solver_of(scene, solver) if run else None
         self.limits = step_limits(scene, max_steps) if run else (0,)
         self._asked = Asked(place, find, self.solver, self.limits[0], reverse, singly)
-        self._size, self.runs = size, 0
+        self._size, self._level, self.runs = size, 0, 0
         self._known: dict[bytes, Evaluation] = {}
 
     def result(self, scene: Scene | None = None, **options: Any) -> Result:
@@ -214,8 +214,7 @@ class Evaluator:
 
     def like(self, result: Result) -> None:
         """Takes the length of this run for that of the others."""
-        self.limits = _limits_from(room_for(result))
-        self._asked = self._asked._replace(max_steps=self.limits[0])
+        self.limits, self._level = _limits_from(room_for(result)), 0
 
     def __call__(self, x: np.ndarray, given: Any = None) -> Evaluation:
         """Values and Jacobian at a point; the last few points are remembered, but for those with something `given`."""
@@ -224,9 +223,8 @@ class Evaluator:
             return self._known[key]
         self.runs += 1
         found = self._at(x, self.given if given is None else given)
-        while found.code == Code.STEP_LIMIT and self._asked.max_steps != self.limits[-1]:
-            following = self.limits[self.limits.index(self._asked.max_steps) + 1]
-            self._asked = self._asked._replace(max_steps=following)
+        while found.code == Code.STEP_LIMIT and self._level < len(self.limits) - 1:
+            self._level += 1  # for the points to come as well
             found = self._at(x, self.given if given is None else given)
         if given is None:
             self._known[key] = found
@@ -235,7 +233,8 @@ class Evaluator:
         return found
 
     def _at(self, x: np.ndarray, given: Any) -> Evaluation:
-        program, rest = _program(self._asked), (self.scene, given, np.asarray(self.rtol, np.float64))
+        program = _program(self._asked._replace(max_steps=self.limits[self._level]))
+        rest = (self.scene, given, np.asarray(self.rtol, np.float64))
         if not self._asked.singly:
             jacobian, values, code, more = program(x, *rest)
             return Evaluation(np.asarray(values), np.asarray(jacobian), int(code), more)

@@ -17,17 +17,6 @@ from ._sampling import Distribution, Draws, attempt, complete, power_of_two
 from ._uncertainty import Estimate
 
 
-class SobolNumbers(NamedTuple):
-    """First-order and total indices (d,), of pairs (d, d) above the diagonal, each with half its interval."""
-
-    first: np.ndarray
-    first_half: np.ndarray
-    total: np.ndarray
-    total_half: np.ndarray
-    second: np.ndarray | None
-    second_half: np.ndarray | None
-
-
 class MorrisNumbers(NamedTuple):
     """Mean elementary effects (d,), means of their absolute values with half the interval, standard deviations."""
 
@@ -68,20 +57,6 @@ def _seeds(seed: int) -> tuple[int, int]:
 def sobol_design(n: int, d: int, second: bool, seed: int) -> np.ndarray:
     """Saltelli's design on scrambled Sobol points, `n (d + 2)` rows, with pairs `n (2d + 2)`; `n` a power of two."""
     return _salib().sobol_sample.sample(_problem(d), n, calc_second_order=second, seed=_seeds(seed)[0])
-
-
-def sobol_numbers(y: np.ndarray, d: int, second: bool, confidence: float, resamples: int, seed: int) -> SobolNumbers:
-    """Indices from the values (rows,) of a function on `sobol_design`; intervals by SALib's bootstrap."""
-    found = _salib().sobol_analysis.analyze(
-        _problem(d),
-        y,
-        calc_second_order=second,
-        num_resamples=resamples,
-        conf_level=confidence,
-        seed=_seeds(seed)[1],
-    )
-    pairs = (found["S2"], found["S2_conf"]) if second else (None, None)
-    return SobolNumbers(found["S1"], found["S1_conf"], found["ST"], found["ST_conf"], *pairs)
 
 
 def morris_design(trajectories: int, d: int, levels: int, seed: int) -> np.ndarray:
@@ -277,20 +252,20 @@ def sobol_table(
 ) -> SobolTable:
     """The table of any function that has the values `y` on `sobol_design`."""
     d = len(paths)
-    found = sobol_numbers(y, d, second_order, confidence, resamples, seed)
-    rows = [
-        SobolIndex(path, around(*first), around(*total))
-        for path, first, total in zip(
-            paths,
-            zip(found.first, found.first_half, strict=True),
-            zip(found.total, found.total_half, strict=True),
-            strict=True,
-        )
-    ]
+    found = _salib().sobol_analysis.analyze(
+        _problem(d),
+        y,
+        calc_second_order=second_order,
+        num_resamples=resamples,
+        conf_level=confidence,
+        seed=_seeds(seed)[1],
+    )
+    firsts, totals = (map(around, found[kind], found[f"{kind}_conf"]) for kind in ("S1", "ST"))
+    rows = [SobolIndex(*row) for row in zip(paths, firsts, totals, strict=True)]
     pairs = None
-    if found.second is not None and found.second_half is not None:
+    if second_order:
         ends = [(i, j) for i in range(d) for j in range(i + 1, d)]
-        both = [SobolPair((paths[i], paths[j]), around(found.second[i, j], found.second_half[i, j])) for i, j in ends]
+        both = [SobolPair((paths[i], paths[j]), around(found["S2"][i, j], found["S2_conf"][i, j])) for i, j in ends]
         pairs = tuple(sorted(both, key=lambda pair: -pair.second.value))
     step = 2 * d + 2 if second_order else d + 2
     unmixed = np.concatenate([y[::step], y[step - 1 :: step]])
