@@ -147,31 +147,12 @@ class Calibration(Tabular):
         kept = ("converged", "message", "confidence", "covariance", "correlation", "chi2", "chi2_start")
         kept += ("reduced_chi2", "singular_values", "evaluations", "failures", "solver", "loss", "warnings")
         found = {name: getattr(self, name) for name in kept}
-        found["parameters"] = [
-            {
-                "path": p.path,
-                "unit": p.unit,
-                "value": p.value,
-                "standard_error": p.standard_error,
-                "interval": p.interval,
-                "state": p.state,
-                "start": p.start,
-                "bounds": [p.low, p.high],
-                "logarithmic": p.logarithmic,
-            }
-            for p in self.parameters
-        ]
+        parameters = [dataclasses.asdict(p) for p in self.parameters]
+        found["parameters"] = [p | {"bounds": [p.pop("low"), p.pop("high")]} for p in parameters]
         found |= {"degrees_of_freedom": self.freedom, "probability_of_larger_chi2": self.probability}
         found["absolute_sigma"] = self.absolute
-        found["open"] = [
-            {
-                "relative_change": one.relative,
-                "singular_value": one.singular_value,
-                "spread": one.spread,
-                "words": one.words,
-            }
-            for one in self.open
-        ]
+        combinations = [dataclasses.asdict(one) for one in self.open]
+        found["open"] = [one | {"relative_change": one.pop("relative")} for one in combinations]
         found["residuals"] = [
             {
                 "name": part.name,

@@ -11,10 +11,10 @@ from .._base._faults import Fault, InputError
 from .._base._table import Column, Table, Tabular, plain
 from .._parts._scene import Scene
 from .._run._measure import Metric, check_metrics, name_of, unit_of
-from .._run._outcome import FAILURES, SimulationError
+from .._run._outcome import SimulationError
 from ._ensemble import ensemble
 from ._sampling import Distribution, Draws, attempt, complete, power_of_two
-from ._uncertainty import Estimate
+from ._uncertainty import Estimate, failure_name
 
 
 class MorrisNumbers(NamedTuple):
@@ -363,8 +363,7 @@ def _values(data: Any, asked: Sequence[Metric], *, varies: bool) -> dict[str, np
         elif varies and not (code != 0).any() and np.ptp(y) == 0.0:
             words.append(f"{name} is the same in every run: it has no variance to share out")
     for c in np.unique(code[code != 0]):
-        name = FAILURES[int(c)][0] if int(c) in FAILURES else f"code {c}"  # pyright: ignore
-        words.append(f"{np.sum(code == c)} of {len(code)} runs failed: {name}")
+        words.append(f"{np.sum(code == c)} of {len(code)} runs failed: {failure_name(int(c))}")
     if words:
         raise SimulationError(
             "indices do not exist: "

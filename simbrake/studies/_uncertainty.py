@@ -369,7 +369,7 @@ def _evaluate(
         data=data.assign_coords(group=("run", group)),
         statistics=statistics,
         failures={name: Failure(int(hit.sum()), probability(hit, group, confidence)) for name, hit in failures.items()},
-        codes={_word(c): count for c, count in counts.items()},
+        codes={failure_name(c): count for c, count in counts.items()},
         inputs=inputs,
         limits=bounds,
         runs=len(group),
@@ -380,5 +380,6 @@ def _evaluate(
     )
 
 
-def _word(code: int) -> str:
+def failure_name(code: int) -> str:
+    """A result code in a word."""
     return FAILURES[code][0] if code in FAILURES else f"code {code}"  # pyright: ignore
