@@ -16,10 +16,8 @@ from scipy.special import ndtr, ndtri
 
 import simbrake as sb
 from simbrake import plot
-from simbrake._studies._confidence import mean_and_deviation, probability, quantile
-from simbrake._studies._global import sobol_table
-from simbrake._studies._salib import morris_design, morris_numbers, sobol_design
-from simbrake._studies._uncertainty import _evaluate, _points
+from simbrake.studies._global import morris_design, morris_numbers, sobol_design, sobol_table
+from simbrake.studies._uncertainty import _evaluate, _points, mean_and_deviation, probability, quantile
 
 SPREAD = {"initial.omega": 0.10, "brake.pulley.inertia": 0.20, "duty.slack_tension.level": 0.30}
 MEDIAN = {"initial.omega": 20.0, "brake.pulley.inertia": 800.0, "duty.slack_tension.level": 8e3}
@@ -84,14 +82,14 @@ def test_all_faults_of_the_input_in_one_report():
     assert "with probability 0.00023" in text
     assert "scipy.stats.truncnorm(-3.5, 96.5, 0.35, 0.1)" in text
     for words in (
-        "brake.pulley.inertia: is not admissible with probability 0.25",
-        "(0.2, 0.1) is no range",
+        "brake.pulley.inertia: is out of range with probability 0.25",
+        "(0.2, 0.1) is not a range",
         "means what brake.linings.angle means as well",
         "there is no entry 20",
         "nearest: brake.band.radius",
-        "str is no distribution",
+        "str is not a distribution",
         "nearest: stopping_time",
-        "n: 0 is no number of samples",
+        "n: 0 is not a number of samples",
         "quantiles: 1.5",
         "confidence: 95",
         "limits['max_tension']",

@@ -17,7 +17,7 @@ from test_scenarios import load
 
 import simbrake as sb
 from simbrake import plot
-from simbrake._layouts._layout_targets import at_full_slip, friction_at_start
+from simbrake.layouts._equal_layout import at_full_slip, friction_at_start
 
 N, F, R, J, T0, W0, AREA, BETA = 4, 0.3, 0.6, 900.0, 6e3, 20.0, 0.03, math.radians(60.0)
 
@@ -282,7 +282,7 @@ def test_least_tension_is_the_closed_form():
     assert design.stationarity < 1e-6
     again = sb.simulate(design.scene)
     assert again.metrics["max_tension"] == pytest.approx(design.value, rel=1e-9)
-    assert "at its high bound" in str(design)
+    assert "at its upper bound" in str(design)
     assert design.as_dict()["limits"][0]["name"] == "stopping_time"
 
 

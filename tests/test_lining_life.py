@@ -51,7 +51,7 @@ def test_constant_wear_lasts_as_long_as_the_tight_lining(braking):
     np.testing.assert_allclose(early.each, (6e-3 - worn) / w, rtol=1e-12)
     each = np.array([1e-3, 8e-3, 8e-3, 8e-3])
     assert sb.lining_life(braking.scene, each).first == int(np.argmin(each / w)) + 1
-    assert f"{life.brakings:.0f} brakings, until lining 4 of 4 has lost 8 mm" in str(life)
+    assert f"{life.brakings:.0f} stops, until lining 4 of 4 has lost 8 mm" in str(life)
 
 
 def test_the_best_turn_of_equal_linings_is_at_half_of_the_life(braking):
@@ -210,7 +210,7 @@ def test_what_cannot_be_worn_is_said(braking):
         ({"run": ws.stop(None)}, "wear: is missing"),
         ({"run": sb.with_values(scene, {"wear.permissible": None})}, "how much may be worn off"),
         ({"permissible": "8 mm", "turn_at": [5.0, 3.0]}, "do not increase"),
-        ({"turn_at": "soon"}, "no number of brakings"),
+        ({"turn_at": "soon"}, "is not a number of stops"),
         ({"step": 0.5}, "at least 1"),
         ({"run": sb.with_values(scene, {"wear.worn": 9e-3})}, "worn already"),
         ({"run": sb.with_values(scene, {"initial.omega": 0.0})}, "no lining wears"),

@@ -10,7 +10,7 @@ from test_cli import call
 
 import simbrake as sb
 from simbrake._base._quantity import unit
-from simbrake._studies._measured import COLUMNS, column_of
+from simbrake.studies._measured import COLUMNS, column_of
 
 
 def write(folder, name, text):
@@ -81,21 +81,21 @@ def test_all_faults_of_all_files_in_one_report(tmp_path):
         sb.read_measured(series, events, tmp_path / "none.csv")
     text = str(caught.value)
     for words in (
-        "column omega [degC]: 'degC' is no unit of a quantity in rad/s — known here: rad/s, rpm",
-        "column omga: 'omga' is no column of a run — nearest: omega",
+        "column omega [degC]: 'degC' is not a unit of a quantity in rad/s — known here: rad/s, rpm",
+        "column omga: unknown column 'omga' — nearest: omega",
         "column at_limit: at_limit cannot be fitted",
         "column phi_sigma: there is no column phi",
         "series.csv line 3, column t: 'x' is not a number",
         "line 3, column rim_temperature [degC]: -300 is below absolute zero",
         "line 4, column t: is empty",
         "line 4, column rim_temperature_sigma: is empty beside a measured value",
-        "line 5, column rim_temperature_sigma: -1 is no standard deviation",
+        "line 5, column rim_temperature_sigma: -1 is not a standard deviation",
         "line 6: has 3 cells under 7 columns",
         "line 7, column omega [degC]: 'inf' is not finite",
-        "events.csv line 2, event stoping_time: is no metric",
-        "line 3, event max_tension: is no time",
+        "events.csv line 2, event stoping_time: unknown metric",
+        "line 3, event max_tension: is not a time",
         "line 4, column time: 'soon' is not a number",
-        "line 5, column sigma: 0 is no standard deviation",
+        "line 5, column sigma: 0 is not a standard deviation",
         "none.csv: there is no such file",
     ):
         assert words in text, words
@@ -104,7 +104,7 @@ def test_all_faults_of_all_files_in_one_report(tmp_path):
 
 def test_a_broken_logger_does_not_fill_the_screen(tmp_path):
     file = write(tmp_path, "a.csv", "t,omega\n" + "".join(f"{i},err\n" for i in range(500)))
-    with pytest.raises(sb.InputError, match="450 more faults") as caught:
+    with pytest.raises(sb.InputError, match="450 more errors") as caught:
         sb.read_measured(file, sigma={"omega": 0.1})
     assert len(caught.value.faults) == 51
 

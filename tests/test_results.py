@@ -12,9 +12,9 @@ from staged_scenes import stop as staged_stop
 
 import simbrake as sb
 from simbrake._run._series import PAIR_COLUMNS, SERIES_COLUMNS, PairSeries, Series
-from simbrake._studies._measured import pick
 from simbrake.results import _dataset as _columns
 from simbrake.results import _dataset as _result_file
+from simbrake.studies._measured import pick
 
 
 @pytest.fixture(scope="module")

@@ -93,7 +93,7 @@ def test_a_change_of_modes_within_the_range_is_noted():
     row = table.at("initial.omega")
     assert row.high is None  # with more speed it does not stop before the end of the run
     assert row.low == pytest.approx(closed_form(w0=19.5)["stop"], rel=1e-9)
-    assert row.note.startswith("high end: other modes (the end instead of held")
+    assert row.note.startswith("upper bound: other modes (the end instead of held")
     assert table.at("brake.pulley.inertia").note == ""
     assert table.at("brake.pulley.inertia").half is None
 

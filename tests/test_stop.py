@@ -13,9 +13,9 @@ from scipy.integrate import solve_ivp
 import simbrake as sb
 from simbrake import plot
 from simbrake._run._linings import look
-from simbrake._studies._measured import check_measured
 from simbrake.checks._reference_scenes import FallingFriction
 from simbrake.plot._animation import film_of
+from simbrake.studies._measured import check_measured
 
 
 def names(result):

@@ -191,7 +191,7 @@ def row_of(name: str, count: int, workers: int, rounds: int) -> dict[str, Any]:
 
 def measure(quick: bool) -> Part:
     """All sizes, one worker and all; `quick`: few runs of the scene without heat."""
-    from simbrake._studies._distribute import Threads
+    from simbrake.studies._chunks import Threads
 
     sizes, workers = (_QUICK if quick else _SIZES), sorted({1, Threads().workers})
     name = "a" if quick else "b"

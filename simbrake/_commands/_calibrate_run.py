@@ -11,10 +11,8 @@ import numpy as np
 from .._base._faults import Fault, InputError
 from .._base._whole import whole_folder
 from .._parts._scene import Scene
-from .._studies._calibrate import calibrate
-from .._studies._calibration import Calibration
-from .._studies._measured import Measured
-from .._studies._read_measured import read_measured
+from ..studies._calibration import Calibration, calibrate
+from ..studies._measured import Measured, read_measured
 from ._cli_options import say
 
 

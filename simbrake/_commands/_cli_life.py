@@ -21,16 +21,16 @@ def life(
     set_: Set = None,
     rtol: Rtol = 1e-10,
 ) -> int:
-    """Print how many brakings the linings last: lining by lining, how unevenly, and what turning the band gains.
+    """Print how many stops the linings last: lining by lining, how unevenly, and what turning the band gains.
 
-    The scene has a wear part, and is one braking, which is repeated.
+    The scene has a wear part, and is one stop, which is repeated.
 
     Parameters
     ----------
     permissible
         Thickness that may be worn off a lining, in m or with its unit, as "8 mm"; by default that of the scene.
     turn_at
-        Brakings after which the band is turned end for end, or best for the moment that makes the life longest; may be
+        Stops after which the band is turned end for end, or best for the moment that makes the life longest; may be
         repeated.
     out
         Folder for the picture and the figures (JSON).
@@ -41,13 +41,13 @@ def life(
     from .._base._faults import Fault, InputError
     from .._base._progress import Waiting
     from .._run._outcome import SimulationError
-    from .._studies._lining_life import lining_life
+    from ..studies._lining_life import lining_life
 
     scene = opened(scenario, set_, out, rtol=tolerance(rtol))
     try:
         turns = "best" if turn_at == ["best"] else [float(x) for x in turn_at or []] or None
     except ValueError:
-        raise InputError([Fault("--turn-at", f"{turn_at} are no numbers of brakings", "numbers, or best")]) from None
+        raise InputError([Fault("--turn-at", f"{turn_at} are not numbers of stops", "numbers, or best")]) from None
     try:
         with Waiting("life", "compiles what it has not seen before, then runs"):
             found = lining_life(scene, permissible, turn_at=turns, rtol=rtol)

@@ -40,7 +40,7 @@ def sensitivity(
     """
     prepare_jax()
     from .._run._outcome import SimulationError
-    from .._studies._sensitivity import sensitivity as tables_of
+    from ..studies._sensitivity import sensitivity as tables_of
 
     share = (span, 0 <= span < 1, "a share of each number, 0 ≤ span < 1")
     scene = opened(scenario, set_, out, rtol=tolerance(rtol), span=share)
@@ -103,18 +103,22 @@ def sweep(
         Address of a Dask scheduler on whose workers the runs take place.
     """
     prepare_jax()
-    from .._studies import _sweep
+    from . import _sweep_run
 
-    axes = _sweep.parse_axes(vary or [], sample)
+    axes = _sweep_run.parse_axes(vary or [], sample)
     limits = {"rtol": tolerance(rtol), "max_steps": limit(max_steps), "workers": limit(workers)}
     scene = opened(scenario, set_, out, **limits)
-    asked = _sweep.metrics_of(scene, metrics)
+    asked = _sweep_run.metrics_of(scene, metrics)
     settings: dict[str, Any] = {"rtol": rtol, "max_steps": max_steps, "workers": workers}
-    data = _sweep.run(scene, axes, asked, sample=sample, seed=seed, directory=resume, client=scheduler, **settings)
-    say(json.dumps(_sweep.summary(data, asked), indent=1, allow_nan=False) if json_ else _sweep.text(data, asked))
+    data = _sweep_run.run(scene, axes, asked, sample=sample, seed=seed, directory=resume, client=scheduler, **settings)
+    say(
+        json.dumps(_sweep_run.summary(data, asked), indent=1, allow_nan=False)
+        if json_
+        else _sweep_run.text(data, asked)
+    )
     if out is not None:
-        print_written(_sweep.write(data, out), json_)
-    return _sweep.exit_code(data)
+        print_written(_sweep_run.write(data, out), json_)
+    return _sweep_run.exit_code(data)
 
 
 def calibrate(

@@ -13,8 +13,8 @@ from .._base._whole import whole_folder
 from .._run._measure import LimitCheck, limit_checks, summary_with_limits, text_with_limits
 from .._run._result import Result
 from .._run._series import flat, unit_of_column
-from .._studies._sensitivity import Sensitivity, SensitivityTable
 from ..results._dataset import save
+from ..studies._sensitivity import Sensitivity, SensitivityTable
 from ._page import pictures_of
 
 

@@ -17,12 +17,12 @@ from .._run._measure import Metric, check_metrics, happened, limit_checks, measu
 from .._run._metrics import METRICS
 from .._run._result import Result
 from .._run._simulate import simulate
-from .._studies._sensitivity import Sensitivity, SensitivityTable
-from .._studies._sensitivity import sensitivity as tables_of
 from ..brakes._pressed import DiscBrake, ShoeBrake
 from ..files._scene_file import scene_text
 from ..results._provenance import provenance
 from ..results._rerun import Repeat, repeat
+from ..studies._sensitivity import Sensitivity, SensitivityTable
+from ..studies._sensitivity import sensitivity as tables_of
 from ..thermal._heat import place_count
 from ._rows import (
     duty_words,

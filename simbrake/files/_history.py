@@ -7,8 +7,8 @@ import numpy as np
 
 from .._base._faults import InputError
 from .._base._quantity import Quantity, takes_values
-from .._studies._read_measured import CsvFile
 from ..profiles import PiecewiseLinear
+from ..studies._measured import CsvFile
 
 
 @takes_values

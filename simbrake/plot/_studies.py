@@ -13,18 +13,18 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 
 from .._base._faults import Fault, InputError
-from .._layouts._layout_report import LayoutDesign, LayoutRow
 from .._parts._layout import InfeasibleLayout, Layout, chord_equal_load_angles
 from .._parts._scene import Scene, band_brake
 from .._run._measure import Metric, name_of
 from .._run._simulate import simulate
-from .._studies._calibration import Calibration
-from .._studies._indices import MorrisTable, SobolTable
-from .._studies._life_report import LiningLife
-from .._studies._measured import pick
-from .._studies._sensitivity import SensitivityTable
-from .._studies._uncertainty import Uncertainty
 from ..brakes._design import Brake, Lining
+from ..layouts._equal_layout import LayoutDesign, LayoutRow
+from ..studies._calibration import Calibration
+from ..studies._global import MorrisTable, SobolTable
+from ..studies._lining_life import LiningLife
+from ..studies._measured import pick
+from ..studies._sensitivity import SensitivityTable
+from ..studies._uncertainty import Uncertainty
 from ._pulley import lining_edges
 from ._shared import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION, ZERO, dense_grid, finish
 

@@ -1,68 +1,131 @@
-"""The least greatest tension under limits on a run: stopping time, temperatures, or anything that is measured."""
+"""The smallest maximum tension under limits on a run: stopping time, temperatures, or any other metric."""
 
 import dataclasses
-import re
-from typing import Any
+from collections.abc import Iterator
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from .._base._compiling import DeviceJit
 from .._base._faults import Fault, InputError
 from .._base._progress import Line, duration
 from .._base._quantity import leaves
+from .._base._table import Column, Table, Tabular, plain
 from .._parts._scene import Scene, faults
 from .._run._edit import with_values
 from .._run._measure import check_metrics, measure, unit_of
 from .._run._result import Result
-from .._run._simulate import room_for, simulate, solver_of
-from ..hybrid import Code
 from ..hybrid._arrays import Array
-from ._least_tension_report import BoundRow, LeastTension, LimitRow
+from ..studies._evaluator import Evaluator, Paths, place_of, same_numbers
+
+
+class LimitRow(NamedTuple):
+    """One limit: the metric at the `start` and at the optimum, and `sensitivity` = d(objective)/d(limit), ≤ 0."""
+
+    name: str
+    unit: str
+    start: float
+    value: float
+    limit: float
+    active: bool
+    sensitivity: float
+
+
+class BoundRow(NamedTuple):
+    """One free number: at the `start`, at the optimum, the bound it stands at (`low`, `high` or none), and
+    `sensitivity` = d(objective)/d(bound)."""
+
+    path: str
+    start: float
+    value: float
+    bound: str
+    sensitivity: float
+
+
+@dataclasses.dataclass(frozen=True)
+class LeastTension(Tabular):
+    """The scene of least tension, what it costs and what holds it.
+
+    - `objective`, its `unit`, its values at the `start` and at the optimum (`value`)
+    - `limits`, `variables`: with their multipliers, as derivatives of the objective by limit or bound
+    - `success`: the search ended at a point that keeps all limits;  `stationarity`: what the active limits and bounds
+      leave of the gradient, relative to it (0 at an optimum)
+    - `runs` of the simulation, each with its derivatives
+    """
+
+    scene: Scene
+    objective: str
+    unit: str
+    start: float
+    value: float
+    limits: tuple[LimitRow, ...]
+    variables: tuple[BoundRow, ...]
+    success: bool
+    message: str
+    iterations: int
+    runs: int
+    stationarity: float
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The free numbers at the optimum, by path."""
+        return {row.path: row.value for row in self.variables}
+
+    def as_dict(self) -> dict[str, Any]:
+        """Everything but the scene, as numbers, lists and words."""
+        found = {field.name: getattr(self, field.name) for field in dataclasses.fields(self) if field.name != "scene"}
+        return plain(found)
+
+    def parts(self) -> Iterator[str | Table]:
+        how = "found" if self.success else f"NOT found ({self.message})"
+        yield (
+            f"least {self.objective} {how}: {self.value:.8g} {self.unit} (start {self.start:.8g}) "
+            f"in {self.iterations} iterations, {self.runs} runs; stationary to {self.stationarity:.1e}"
+        )
+        start, value = Column("start"), Column("value")
+        cost = f"d{self.objective}/dlimit"
+        yield Table(
+            [
+                Column("limit of", left=True),
+                start,
+                value,
+                Column("limit"),
+                "unit",
+                Column(cost, heading=cost, left=True),
+            ],
+            [
+                (
+                    row.name,
+                    *row[2:5],
+                    row.unit,
+                    f"{row.sensitivity:.6g} {self.unit}/{row.unit}" if row.active else "slack",
+                )
+                for row in self.limits
+            ],
+        )
+        cost = f"d{self.objective}/dbound"
+        sides = {"low": "at its lower bound", "high": "at its upper bound", "": ""}
+        yield Table(
+            [Column("parameter", left=True), start, value, Column("bound", left=True), Column(cost, heading=cost)],
+            [(*row[:3], sides[row.bound], row.sensitivity if row.bound else None) for row in self.variables],
+        )
+
 
 _ANGLES = "brake.linings.angle"
-_ENTRY = re.compile(r"^(?P<path>.*)\[(?P<index>-?\d+)\]$")
 _FAR = 10.0  # relative excess given to a limit on something that did not happen in a trial
 _SLOW = 0.9  # share of the speed left at the end of a run, above which a stop is extrapolated along a straight line
 _ACTIVE = 1e-6  # relative distance at which a limit or a bound is met
 
 
-@dataclasses.dataclass(frozen=True)
-class _Variable:
-    """Entries of the unknowns that are one path: `index` `None` is a whole field."""
+class _Searched(NamedTuple):
+    """What the search looks at, the objective first."""
 
-    path: str
-    base: str
-    index: int | None
-    size: int
+    names: tuple[str, ...]
 
-
-@dataclasses.dataclass(frozen=True)
-class _Spec:
-    """What decides the structure of the search's program."""
-
-    metrics: tuple[str, ...]
-    variables: tuple[_Variable, ...]
-    reverse: bool
-    solver: Any
-    max_steps: int
-    rtol: float
-
-
-def _laid(scene: Scene, x: Any, variables: tuple[_Variable, ...]) -> Scene:
-    """The scene with the unknowns `x` in their places."""
-    known = {leaf.path: leaf.value for leaf in leaves(scene)}
-    values: dict[str, Any] = {}
-    at = 0
-    for one in variables:
-        if one.index is None:
-            values[one.base] = x[at : at + one.size].reshape(np.shape(known[one.base]))
-        else:
-            values[one.base] = jnp.asarray(values.get(one.base, known[one.base])).at[one.index].set(x[at])
-        at += one.size
-    return with_values(scene, values)
+    def __call__(self, result: Result, given: Any) -> tuple[Array, None]:
+        return jnp.stack([_searched(result, name) for name in self.names]), None
 
 
 def _searched(result: Result, name: str) -> Array:
@@ -77,50 +140,21 @@ def _searched(result: Result, name: str) -> Array:
     return jnp.where(jnp.isfinite(value), value, start + (end - start) * slow)
 
 
-def _evaluate(x: Any, scene: Scene, *, spec: _Spec) -> Any:
-    """Metrics and their derivatives by the unknowns, and the result code."""
-
-    def metrics(x: Any) -> Any:
-        laid = _laid(scene, x, spec.variables)
-        result = simulate(laid, solver=spec.solver, rtol=spec.rtol, max_steps=spec.max_steps)
-        found = jnp.stack([_searched(result, name) for name in spec.metrics])
-        return found, (found, result.code)
-
-    derivative = jax.jacrev if spec.reverse else jax.jacfwd
-    jacobian, (found, code) = derivative(metrics, has_aux=True)(x)
-    return found, jacobian, code
-
-
-_compiled = DeviceJit(_evaluate, static_argnames="spec")
-
-
 class _Problem:
-    """The search in scaled unknowns `u = (x − low)/(high − low)` and relative limits, each trial run once."""
+    """The search in scaled unknowns `u = (x − low)/(high − low)` and relative limits, the objective first."""
 
-    def __init__(self, scene: Scene, spec: _Spec, low: np.ndarray, high: np.ndarray, limits: np.ndarray):
-        self.scene, self.spec, self.low, self.high, self.limits = scene, spec, low, high, limits
-        self.runs, self.scale = 0, 1.0
-        self.progress = Line("least tension")
-        self._last: tuple[bytes, Any] | None = None
+    def __init__(self, run: Evaluator, names: tuple[str, ...], low: np.ndarray, high: np.ndarray, limits: np.ndarray):
+        self.run, self.names, self.low, self.high, self.limits = run, names, low, high, limits
+        self.scale, self.progress = 1.0, Line("least tension")
 
     def look(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Metrics and their derivatives by `u`."""
-        if self._last is None or self._last[0] != u.tobytes():
-            self._last = (u.tobytes(), self._run(u))
-        return self._last[1]
-
-    def _run(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        self.runs += 1
-        x = self.low + u * (self.high - self.low)
-        found, jacobian, code = _compiled(x, self.scene, spec=self.spec)
-        if int(code) == Code.STEP_LIMIT and self.spec.max_steps < 16384:
-            self.spec = dataclasses.replace(self.spec, max_steps=4 * self.spec.max_steps)
-            return self._run(u)
-        found = np.asarray(found, float)
-        if int(code) != 0:
-            found = np.full_like(found, np.inf)
-        self.progress.show(f"run {self.runs}, {self.spec.metrics[0]} {found[0]:.6g}, {duration(self.progress.spent)}")
-        return found, np.asarray(jacobian) * (self.high - self.low)
+        """Metrics and their derivatives by `u`; infinite where the run fails."""
+        before, found = self.run.runs, self.run(self.low + u * (self.high - self.low))
+        values = found.values if found.code == 0 else np.full_like(found.values, np.inf)
+        if self.run.runs > before:
+            spent = duration(self.progress.spent)
+            self.progress.show(f"run {self.run.runs}, {self.names[0]} {values[0]:.6g}, {spent}")
+        return values, found.jacobian * (self.high - self.low)
 
     def objective(self, u: np.ndarray) -> tuple[float, np.ndarray]:
         found, jacobian = self.look(u)
@@ -140,15 +174,14 @@ class _Problem:
         return -factor[:, None] * jacobian[1:]
 
 
-def _variables(scene: Scene, given: dict[str, Any]) -> tuple[list[_Variable], list[Any], list[Fault]]:
+def _variables(scene: Scene, given: dict[str, Any]) -> tuple[Paths, list[Any], list[Fault]]:
     """What is free, its bounds and starting values (low, high, start), and what is wrong with that."""
     known = {leaf.path: leaf for leaf in leaves(scene)}
-    variables, numbers, found = [], [], []
+    shapes, numbers, found = dict[str, tuple[int, ...]](), [], []
     if not given:
         found.append(Fault("variables", "nothing is free", "as {'duty.slack_tension.level': (1e3, 3e4)}"))
     for path, bounds in given.items():
-        match = _ENTRY.match(path)
-        base, index = (path, None) if path in known or match is None else (match["path"], int(match["index"]))
+        base, index = place_of(path, known)
         try:
             with_values(scene, {path: 0.0})
         except InputError as error:
@@ -168,16 +201,14 @@ def _variables(scene: Scene, given: dict[str, Any]) -> tuple[list[_Variable], li
         if not np.all(low < high):
             found.append(Fault(path, "the lower bound is not below the upper one", "swap them"))
         elif not np.all(about.admits(low) & about.admits(high)):
-            found.append(Fault(path, "a bound is not admissible", f"it must be {about.range} {about.unit}"))
+            found.append(Fault(path, "a bound is out of range", f"it must be {about.range} {about.unit}"))
         elif not np.all((start >= low) & (start <= high)):
             found.append(Fault(path, "the scene's value is outside the bounds", "start inside them"))
-        variables.append(_Variable(path, base, None if index is None else index % value.size, start.size))
+        shapes[path] = value.shape if index is None else ()
         numbers.append((low, high, start))
-    bases = [(one.base, one.index) for one in variables]
-    for one in variables:
-        if bases.count((one.base, one.index)) > 1 or (one.index is not None and (one.base, None) in bases):
-            found.append(Fault(one.path, "is free twice", "name it once"))
-    return variables, numbers, found
+    sizes = {path: np.size(leaf.value) for path, leaf in known.items()}
+    found += [Fault(path, "is free twice", f"as {old} is") for path, old in same_numbers(shapes, sizes).items()]
+    return Paths(tuple(shapes), tuple(shapes.values())), numbers, found
 
 
 def _check(scene: Scene, limits: dict[str, float], objective: str, found: list[Fault]) -> None:
@@ -206,7 +237,7 @@ def least_tension(
     tolerance: float = 1e-10,
     max_iterations: int = 100,
 ) -> LeastTension:
-    """Values of what is free that give the least greatest tension of the band while the brake still stops in time.
+    """Values of what is free at which the maximum tension of the band is smallest while the brake still stops in time.
 
         min T_max(x)   subject to   t_stop(x) ≤ limit,  m_j(x) ≤ limit_j,  low ≤ x ≤ high,  Σβ = wrap
 
@@ -220,38 +251,40 @@ def least_tension(
     - `keep_wrap`: where lining angles are free, their sum stays;  `objective`: another metric to be made small
     - `tolerance`: relative change of the objective at which the search ends
 
-    Raises `InputError` with all faults at once, also where the scene as given does not stop.
+    Raises `InputError` with all errors at once, also where the scene as given does not stop.
     """
     allowed = {"stopping_time": float(stopping_time), **(limits or {})}
-    parts, numbers, found = _variables(scene, variables)
+    paths, numbers, found = _variables(scene, variables)
     _check(scene, allowed, objective, found)
     low, high, start = (np.concatenate([np.atleast_1d(one[k]) for one in numbers]) for k in range(3))
-    solver = solver_of(scene, solver)
-    result = simulate(scene, solver=solver, rtol=rtol)
-    room = room_for(result)
-    metrics = (objective, *allowed)
-    spec = _Spec(metrics, tuple(parts), len(low) > 4 * len(metrics), solver, room, rtol)
-    problem = _Problem(scene, spec, low, high, np.asarray(list(allowed.values())))
+    names = (objective, *allowed)
+    asked, reverse = _Searched(names), len(low) > 4 * len(names)
+    run = Evaluator(scene, paths, asked, reverse=reverse, solver=solver, rtol=rtol)
+    result = run.result()
+    run.like(result)
+    problem = _Problem(run, names, low, high, np.asarray(list(allowed.values())))
     u = (start - low) / (high - low)
     try:
         first = problem.look(u)[0]
-        missing = [name for name, value in zip(metrics, first, strict=True) if not np.isfinite(value)]
+        missing = [name for name, value in zip(names, first, strict=True) if not np.isfinite(value)]
         if missing:
             hint = "start from values with which it does: only from there derivatives show the way"
             raise InputError(
                 [Fault(name, f"does not come about in the scene ({result.status})", hint) for name in missing]
             )
         problem.scale = float(first[0])
-        wrap = _wrap_row(parts, high - low) if keep_wrap else None
+        wrap = _wrap_row(paths, high - low) if keep_wrap else None
         solution = _solve(problem, u, wrap, tolerance, max_iterations)
-        return _report(problem, u, solution, wrap)
+        return _report(problem, paths, u, solution, wrap)
     finally:
         problem.progress.done()
 
 
-def _wrap_row(parts: list[_Variable], width: np.ndarray) -> np.ndarray | None:
+def _wrap_row(paths: Paths, width: np.ndarray) -> np.ndarray | None:
     """Change of the wrap with the scaled unknowns, `None` where no angle is free."""
-    mine = np.concatenate([np.full(one.size, float(one.base == _ANGLES)) for one in parts])
+    mine = np.zeros_like(width)
+    for path, span in zip(paths.names, paths.spans, strict=True):
+        mine[span] = float(path.partition("[")[0] == _ANGLES)
     return mine * width if np.any(mine) else None
 
 
@@ -301,12 +334,12 @@ def _multipliers(
     return lam, nu, float(np.linalg.norm(matrix @ x - gradient)) / size
 
 
-def _report(problem: _Problem, u: np.ndarray, solution: Any, wrap: np.ndarray | None) -> LeastTension:
+def _report(problem: _Problem, paths: Paths, u: np.ndarray, solution: Any, wrap: np.ndarray | None) -> LeastTension:
     end = np.clip(solution.x, 0.0, 1.0)
     before, after = problem.look(u)[0], problem.look(end)[0]
     lam, nu, residual = _multipliers(problem, end, wrap)
     room = problem.room(end)
-    units = [unit_of(name) for name in problem.spec.metrics]
+    units = [unit_of(name) for name in problem.names]
     limits = tuple(
         LimitRow(
             name=name,
@@ -318,23 +351,22 @@ def _report(problem: _Problem, u: np.ndarray, solution: Any, wrap: np.ndarray | 
             # T* moves with its limit by −λ_j ∂(room_j)/∂(limit_j), where room_j = 0
             sensitivity=-float(lam[j] * problem.scale / problem.limits[j]),
         )
-        for j, name in enumerate(problem.spec.metrics[1:])
+        for j, name in enumerate(problem.names[1:])
     )
     x, width = problem.low + end * (problem.high - problem.low), problem.high - problem.low
-    rows, at = [], 0
-    for one in problem.spec.variables:
-        for i in range(one.size):
-            name = one.path if one.size == 1 else f"{one.path}[{i}]"
-            k = at + i
+    rows = []
+    for path, span in zip(paths.names, paths.spans, strict=True):
+        entries = range(span.start, span.stop)
+        for i, k in enumerate(entries):
+            name = path if len(entries) == 1 else f"{path}[{i}]"
             side = "low" if end[k] < _ACTIVE else "high" if end[k] > 1 - _ACTIVE else ""
             start = float(problem.low[k] + u[k] * width[k])
             rows.append(BoundRow(name, start, float(x[k]), side, float(nu[k] * problem.scale / width[k])))
-        at += one.size
-    scene = jax.tree.map(np.asarray, _laid(problem.scene, jnp.asarray(x), problem.spec.variables))
+    scene = jax.tree.map(np.asarray, paths(problem.run.scene, jnp.asarray(x)))
     feasible = bool(np.all(room > -_ACTIVE))
     return LeastTension(
         scene=scene,
-        objective=problem.spec.metrics[0],
+        objective=problem.names[0],
         unit=units[0],
         start=float(before[0]),
         value=float(after[0]),
@@ -343,6 +375,6 @@ def _report(problem: _Problem, u: np.ndarray, solution: Any, wrap: np.ndarray | 
         success=bool(solution.success) and feasible,
         message=str(solution.message) if feasible else f"a limit is exceeded: {solution.message}",
         iterations=int(solution.nit),
-        runs=problem.runs,
+        runs=problem.run.runs,
         stationarity=residual,
     )

@@ -1,13 +1,104 @@
-"""The search of a fit: bounded least squares from one or more starts, on parameters over the range of their bounds."""
+"""The search of a fit: a scene's measured quantities as a function of its numbers, and bounded least squares on it."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+import jax.numpy as jnp
 import numpy as np
 
 from .._base._faults import Fault, InputError
 from .._base._identify import cost
 from .._base._progress import Waiting
-from ._fit_model import Evaluation, FitModel
+from .._parts._scene import Scene
+from .._run._measure import Metric, measure
+from .._run._outcome import FAILURES
+from .._run._result import Result
+from ..hybrid._arrays import Array
+from ._evaluator import Evaluation, Evaluator, Paths
+from ._measured import Measured, Points, pick
+
+
+class Asked(NamedTuple):
+    """What was measured: columns with the entry of each, at some of the times given, and metrics."""
+
+    columns: tuple[tuple[str, str | None], ...]
+    metrics: tuple[Metric, ...]
+
+    def __call__(self, result: Result, given: tuple[Array, tuple[Array, ...]]) -> tuple[Array, None]:
+        ts, rows = given
+        parts, faults = [], []
+        if self.columns:
+            series = result.series(ts)
+            for (column, entry), row in zip(self.columns, rows, strict=True):
+                found = pick(result, series, column, entry)
+                if isinstance(found, Fault):
+                    faults.append(found)
+                else:
+                    parts.append(found[row])
+        if faults:  # seen while it is traced, before anything runs
+            raise InputError(faults)
+        parts += [jnp.reshape(measure(result, metric), (1,)) for metric in self.metrics]
+        return jnp.concatenate(parts), None
+
+
+class FitModel:
+    """Measured quantities of a scene as a function of the numbers at `paths`, with derivatives."""
+
+    def __init__(
+        self, scene: Scene, paths: tuple[str, ...], data: Measured, *, solver: Any, rtol: float, max_steps: int | None
+    ):
+        times = [part.t for part in data.points]
+        ts = np.unique(np.concatenate(times)) if times else np.zeros(0)
+        asked = Asked(tuple((part.column, part.entry) for part in data.points), tuple(s.metric for s in data.singles))
+        self.run = Evaluator(
+            scene,
+            Paths.each(paths),
+            asked,
+            given=(ts, tuple(np.searchsorted(ts, t).astype(np.int32) for t in times)),
+            solver=solver,
+            rtol=rtol,
+            max_steps=max_steps,
+        )
+        self.paths = paths
+        self.names = [part.name for part in data.points for _ in part.t] + [one.name for one in data.singles]
+        self.failures: dict[str, int] = {}
+
+    def __call__(self, theta: np.ndarray) -> Evaluation:
+        """Values (m,) and Jacobian (m, p)."""
+        before, found = self.run.runs, self.run(theta)
+        reason = self.refused(found)
+        if reason is not None and self.run.runs > before:
+            self.failures[reason] = self.failures.get(reason, 0) + 1
+        return found
+
+    def refused(self, found: Evaluation) -> str | None:
+        """Why a point counts as a bad one: its run fails, or it lacks a measured event; `None` for a good one."""
+        if found.code != 0:
+            return f"the run fails: {FAILURES[found.code][0]}"  # pyright: ignore
+        for i in np.flatnonzero(~np.isfinite(found.values)):
+            what = "does not occur" if np.isinf(found.values[i]) else "is not a number"
+            return f"{self.names[i]} {what} in the model"
+        for i in np.flatnonzero(~np.isfinite(found.jacobian).all(axis=1)):
+            return f"the derivative of {self.names[i]} is not finite"
+        return None
+
+
+def measured_arrays(data: Measured) -> tuple[np.ndarray, np.ndarray]:
+    """All measured values (m,) and their standard deviations, 1 where nobody knows them, in the order of the model."""
+    parts: list[Any] = [*data.points, *data.singles]
+    value = [np.atleast_1d(part.value) for part in parts]
+    sigma = [np.broadcast_to(1.0 if p.sigma is None else p.sigma, v.shape) for p, v in zip(parts, value, strict=True)]
+    return np.concatenate(value), np.concatenate(sigma)
+
+
+def slices(data: Measured) -> list[tuple[Any, slice]]:
+    """Every column and single value with its place among all values."""
+    found, start = [], 0
+    for part in (*data.points, *data.singles):
+        end = start + (part.t.size if isinstance(part, Points) else 1)
+        found.append((part, slice(start, end)))
+        start = end
+    return found
+
 
 #: a parameter that ends this close to a bound (over the range), and is pressed on it, is put there
 _NEAR = 1e-3
@@ -56,26 +147,22 @@ class Search:
         self.method, self.most, self.starts = method, most, starts
         self.measured, self.sigma = measured, sigma
         self.progress, self.least = Waiting("calibrate", "compiles"), np.inf
-        self.memory: dict[bytes, Evaluation] = {}
         self.best: tuple[float, np.ndarray, Evaluation] | None = None
         self.ends: list[tuple[float, np.ndarray]] = []
         self.converged, self.message = False, ""
 
-    def look(self, z: np.ndarray) -> Evaluation:
-        key = z.tobytes()
-        if key not in self.memory:
-            if len(self.memory) > 3:
-                self.memory.pop(next(iter(self.memory)))
-            self.memory[key] = found = self.model(self.scale.up(z))
-            if found.refused is None:
-                cost = self.cost(found)
-                if self.best is None or cost < self.best[0]:
-                    self.best = (cost, z.copy(), found)
-                self._show(float(np.sum(self.residual(found) ** 2)))
-        return self.memory[key]
+    def look(self, z: np.ndarray) -> tuple[Evaluation, str | None]:
+        """The model at a point, and why the point counts as a bad one."""
+        before, found = self.model.run.runs, self.model(self.scale.up(z))
+        refused = self.model.refused(found)
+        if refused is None and self.model.run.runs > before:
+            if self.best is None or self.cost(found) < self.best[0]:
+                self.best = (self.cost(found), z.copy(), found)
+            self._show(float(np.sum(self.residual(found) ** 2)))
+        return found, refused
 
     def _show(self, chi2: float) -> None:
-        self.least, count, most = min(self.least, chi2), self.model.evaluations, self.most * self.starts
+        self.least, count, most = min(self.least, chi2), self.model.run.runs, self.most * self.starts
         # a search mostly ends long before its limit: what is left is told as a bound
         self.progress.now("run", min(count, most), most, bound=True, also=f", chi² {self.least:.6g}")
 
@@ -92,13 +179,13 @@ class Search:
         self.progress.__enter__()
         try:
             for k, z in enumerate(self._spread(first)):
-                found = self.look(z)
-                if found.refused is None:
+                refused = self.look(z)[1]
+                if refused is None:
                     self._descend(z)
                 elif k == 0 and self.starts == 1:
                     hint = "give another start, or try several (starts=8)"
-                    hint = f"raise end_time, {hint}" if "does not occur" in found.refused else hint
-                    raise InputError([Fault("start", found.refused, hint)])
+                    hint = f"raise end_time, {hint}" if "does not occur" in refused else hint
+                    raise InputError([Fault("start", refused, hint)])
         except KeyboardInterrupt:
             if self.best is None:
                 raise
@@ -125,18 +212,19 @@ class Search:
         z, cost, converged, message = self._minimise(z, free)
         while (pressed := self.pressed(z) & free).any():
             on = np.where(pressed, np.round(z), z)
-            if self.look(on).refused is not None or self.cost(self.look(on)) > cost * (1 + 1e-9):
+            found, refused = self.look(on)
+            if refused is not None or self.cost(found) > cost * (1 + 1e-9):
                 break
             free = free & ~pressed
             z, cost, converged, message = self._minimise(on, free)
         if cost <= self.best[0] * (1 + 1e-9):  # the end itself, not a neighbour that is better by rounding
-            self.best = (cost, z, self.look(z))
+            self.best = (cost, z, self.look(z)[0])
         if not self.ends or cost <= min(end[0] for end in self.ends):
             self.converged, self.message = converged, message
         self.ends.append((cost, z))
 
     def pressed(self, z: np.ndarray) -> np.ndarray:
-        found = self.look(z)
+        found = self.look(z)[0]
         r, J = self.residual(found), self.jacobian(z, found)
         push = J.T @ r
         strong = np.abs(push) > 1e-8 * np.linalg.norm(J, axis=0) * np.linalg.norm(r)
@@ -155,19 +243,19 @@ class Search:
 
         def residual(x: np.ndarray) -> np.ndarray:
             nonlocal barrier, least
-            found = self.look(whole(x))
-            if found.refused is not None:
-                barrier = found.refused
+            found, refused = self.look(whole(x))
+            if refused is not None:
+                barrier = refused
                 return np.full(self.measured.shape, np.inf)
             if self.cost(found) < least * (1 - 1e-6):  # left behind
                 barrier, least = None, self.cost(found)
             return self.residual(found)
 
         def jacobian(x: np.ndarray) -> np.ndarray:
-            return self.jacobian(whole(x), self.look(whole(x)))[:, free]
+            return self.jacobian(whole(x), self.look(whole(x))[0])[:, free]
 
         if not free.any():
-            return z, self.cost(self.look(z)), True, "every parameter is at a bound"
+            return z, self.cost(self.look(z)[0]), True, "every parameter is at a bound"
         found = least_squares(
             residual,
             np.clip(z[free], 0.0, 1.0),

@@ -8,12 +8,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .._base._faults import Fault, InputError
+from .._base._table import Column, Table, plain
 from .._parts._scene import Scene
 from .._run._metrics import metric_names
-from ._dataset import NOT_RUN
-from ._ensemble import ensemble, sweep
-from ._plan import default_metrics
-from ._sampling import samples
+from ..studies._chunks import NOT_RUN
+from ..studies._ensemble import default_metrics, ensemble, sweep
+from ..studies._sampling import samples
 
 _FORMS = "PATH=LOW:HIGH:COUNT, PATH=a,b,c, or PATH=LOW:HIGH with --sample; SI units"
 
@@ -26,7 +26,7 @@ class Axes(NamedTuple):
 
 
 def parse_axes(texts: list[str], sample: int | None) -> Axes:
-    """`--vary` in its forms; raises `InputError` with all faults."""
+    """`--vary` in its forms; raises `InputError` with all errors."""
     axes, found = Axes({}, {}), []
     for text in texts:
         path, equals, given = (part.strip() for part in text.partition("="))
@@ -50,7 +50,7 @@ def parse_axes(texts: list[str], sample: int | None) -> Axes:
     if not texts:
         found.append(Fault("--vary", "is missing", _FORMS))
     if sample is not None and sample < 1:
-        found.append(Fault("--sample", f"{sample} is not admissible", "at least 1"))
+        found.append(Fault("--sample", f"{sample} is out of range", "at least 1"))
     if found:
         raise InputError(found)
     return axes
@@ -91,18 +91,15 @@ def summary(data: Any, metrics: tuple[str, ...]) -> dict[str, Any]:
     code, status = np.ravel(data["code"].values), np.ravel(data["status"].values)
     solver = {name: np.ravel(data[name].values) for name in ("method", "steps", "rejected", "retaken", "segments")}
 
-    def number(x: Any) -> float | None:
-        return float(x) if np.isfinite(x) else None
-
     runs = [
         {
             "run": i,
             "values": {path: float(columns[path][i]) for path in paths},
             "status": str(status[i]),
             "code": int(code[i]),
-            "metrics": {name: number(columns[name][i]) for name in metrics if not name.startswith("energy.")},
+            "metrics": {name: columns[name][i] for name in metrics if not name.startswith("energy.")},
             "energy": {
-                name.removeprefix("energy."): number(column[i])
+                name.removeprefix("energy."): column[i]
                 for name, column in (*columns.items(), ("energy.closure", np.ravel(data["energy.closure"].values)))
                 if name.startswith("energy.")
             },
@@ -111,7 +108,7 @@ def summary(data: Any, metrics: tuple[str, ...]) -> dict[str, Any]:
         for i in range(code.size)
     ]
     units = {name: data[name].attrs.get("units", "") for name in [*paths, *metrics]}
-    return {"units": units, "counts": counts(data), "rtol": data.attrs["rtol"], "runs": runs}
+    return plain({"units": units, "counts": counts(data), "rtol": data.attrs["rtol"], "runs": runs})
 
 
 def counts(data: Any) -> dict[str, int]:
@@ -124,13 +121,14 @@ def text(data: Any, metrics: tuple[str, ...]) -> str:
     """Some lines for people: how the runs ended, and the range of every metric."""
     total = data["code"].size
     ended = ", ".join(f"{n} {name.replace('_', ' ')}" for name, n in counts(data).items())
-    lines = [f"{total} runs: {ended}", f"{'':28}{'least':>12}{'median':>12}{'greatest':>12}  unit, of how many runs"]
+    three, rows = ("minimum", "median", "maximum"), []
     for name in metrics:
         values = np.ravel(data[name].values)
         values = values[np.isfinite(values)]
-        three = [f"{x:12.6g}" for x in np.quantile(values, [0.0, 0.5, 1.0])] if values.size else [f"{'—':>12}"] * 3
-        lines.append(f"{name:28}{''.join(three)}  {data[name].attrs.get('units', '')}, {values.size}")
-    return "\n".join(lines)
+        found = np.quantile(values, [0.0, 0.5, 1.0]) if values.size else (None, "—", None)
+        rows.append((name, *found, data[name].attrs.get("units", ""), values.size))
+    columns = [Column("metric", left=True), *(Column(one) for one in three), "unit", Column("of how many runs")]
+    return f"{total} runs: {ended}\n{Table(columns, rows)}"
 
 
 def write(data: Any, folder: Path) -> list[Path]:

@@ -1,25 +1,120 @@
-"""How many brakings the linings last: steps of many brakings, with the worn brake simulated anew in each."""
+"""How many stops the linings last: steps of many, with the worn brake simulated anew in each."""
 
-from collections.abc import Sequence
+import dataclasses
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from .._base._faults import Fault, InputError
 from .._base._progress import Line
+from .._base._table import Column, Table, Tabular, plain
 from .._parts._scene import Scene, check
 from .._run._edit import with_values
 from .._run._result import Result
 from .._run._simulate import simulate
 from ..wear import feeds_back, turned_scene
-from ._life_report import LifeHistory, LiningLife
 
-_LEAST, _MOST = 0.2, 5.0  # factors of a step of brakings from one to the next
+
+class LifeHistory(NamedTuple):
+    """The life in steps of many stops, `m` instants; at a turn of the band one before and one after it.
+
+    Linings are counted from the slack end at the start of the life, and keep their number when the band is turned.
+    """
+
+    brakings: np.ndarray  # (m,) done so far
+    worn: np.ndarray  # (m, n) thickness worn off so far, m
+    per_braking: np.ndarray  # (m, n) thickness that the next stop takes, m
+    stopping_time: np.ndarray  # (m,) of the next stop, s; inf where it does not stop
+
+
+@dataclasses.dataclass(frozen=True)
+class LiningLife(Tabular):
+    """Stops until the linings are worn.
+
+    - `brakings`: until the first lining has reached its permissible wear;  `first`: which one (from 1)
+    - `each` (n,): until lining `i` would have, with the others left in place: those that last longer go on at the rate
+      of the last stop
+    - `permissible` (n,) in m;  `turned_at`: after how many stops the band was turned end for end
+    - `unturned`: the life without turning, where the best moment was sought
+    - `history`;  `runs`: stops that were simulated
+    """
+
+    brakings: float
+    first: int
+    each: np.ndarray
+    permissible: np.ndarray
+    turned_at: tuple[float, ...]
+    unturned: float | None
+    history: LifeHistory
+    runs: int
+
+    @property
+    def gain(self) -> float | None:
+        """Life over that without turning."""
+        return None if self.unturned is None else self.brakings / self.unturned
+
+    @property
+    def worn(self) -> np.ndarray:
+        """Thickness (n,) worn off at the end of the life (m)."""
+        return self.history.worn[-1]
+
+    @property
+    def over_mean(self) -> np.ndarray:
+        """Maximum over mean wear per stop (m,), over the life."""
+        w = self.history.per_braking
+        return w.max(axis=1) / w.mean(axis=1)
+
+    @property
+    def over_least(self) -> np.ndarray:
+        """Maximum over minimum wear per stop (m,), over the life."""
+        w = self.history.per_braking
+        with np.errstate(divide="ignore"):
+            return w.max(axis=1) / w.min(axis=1)
+
+    @property
+    def used(self) -> float:
+        """Share of what may be worn off the linings that is worn off at the end: 1 where all end together."""
+        return float((self.worn / self.permissible).mean())
+
+    def as_dict(self) -> dict[str, Any]:
+        """Everything as plain values of JSON."""
+        names = ("brakings", "first", "each", "permissible", "turned_at", "unturned", "gain", "used", "runs")
+        history = self.history._asdict() | {"over_mean": self.over_mean, "over_least": self.over_least}
+        return plain({name: getattr(self, name) for name in names} | {"history": history})
+
+    def parts(self) -> Iterator[str | Table]:
+        h, n = self.history, len(self.each)
+        worn = f"lining {self.first} of {n} has lost {1e3 * self.permissible[self.first - 1]:.4g} mm"
+        yield f"life     {self.brakings:.0f} stops, until {worn}"
+        for at in self.turned_at:
+            yield f"turned   end for end after {at:.0f} stops"
+        if self.gain is not None:
+            yield f"gain     {self.gain:.4g} times the life without turning ({self.unturned:.0f} stops)"
+        yield (
+            f"uneven   maximum wear of one stop {self.over_mean[0]:.4g} times the mean and {self.over_least[0]:.4g} "
+            f"times the minimum at first, {self.over_mean[-1]:.4g} and {self.over_least[-1]:.4g} times at the end"
+        )
+        yield f"used     {100 * self.used:.1f} % of what may be worn off all linings"
+        columns = [
+            Column("lining"),
+            Column("worn", "m", shown_in="mm", show=lambda x: f"{1e3 * x:.4f}"),
+            Column("per stop", "m", shown_in="µm", show=lambda x: f"{1e6 * x:.4f}"),
+            Column("stops left", show=lambda x: f"{x:.0f}" if np.isfinite(x) else "—"),
+        ]
+        left = np.maximum(self.each - self.brakings, 0.0)
+        yield Table(columns, zip(range(1, n + 1), self.worn, h.per_braking[-1], left, strict=True))
+        if np.ptp(h.stopping_time[np.isfinite(h.stopping_time)]) > 0:
+            yield f"stop     after {h.stopping_time[0]:.5g} s at first, {h.stopping_time[-1]:.5g} s at the end"
+        yield f"solver   {self.runs} stops simulated"
+
+
+_LEAST, _MOST = 0.2, 5.0  # factors of a step of stops from one to the next
 _SAFETY = 0.9
 
 
 class _Point(NamedTuple):
-    """The brake after `done` brakings: thickness worn, that of the next braking, and how long it takes to stop."""
+    """The brake after `done` stops: thickness worn, that of the next stop, and how long it takes to stop."""
 
     done: float
     worn: np.ndarray
@@ -29,7 +124,7 @@ class _Point(NamedTuple):
 
 
 class _Step(NamedTuple):
-    """`h(Δ) = h + Δ w + ½ Δ (Δ − 1) s` over `length` brakings from `start`; `s` (n,): change of `w` per braking."""
+    """`h(Δ) = h + Δ w + ½ Δ (Δ − 1) s` over `length` stops from `start`; `s` (n,): change of `w` per stop."""
 
     start: _Point
     length: float
@@ -42,7 +137,7 @@ class _Step(NamedTuple):
         return self.start.wear + brakings * self.slope
 
     def until(self, limit: np.ndarray) -> np.ndarray:
-        """Brakings after which each lining reaches its limit, `inf` if it does not."""
+        """Stops after which each lining reaches its limit, `inf` if it does not."""
         room, w, s = np.maximum(limit - self.start.worn, 0.0), self.start.wear, self.slope
         b = w - 0.5 * s
         inside = b * b + 2 * s * room
@@ -54,7 +149,7 @@ class _Step(NamedTuple):
 
 
 class _Brake:
-    """The braking of a scene with any thickness worn off, as it was built or with the band turned."""
+    """The stop of a scene with any thickness worn off, as it was built or with the band turned."""
 
     def __init__(self, scene: Scene, options: dict[str, Any]):
         self.scenes = {False: scene}
@@ -82,7 +177,7 @@ class _Path(NamedTuple):
 def _follow(
     brake: _Brake, start: _Point, limit: np.ndarray, until: float, tolerance: float, step: float | None
 ) -> _Path:
-    """Brakings from `start` on until a lining is at its limit, or `until` brakings are done."""
+    """Stops from `start` on until a lining is at its limit, or `until` stops are done."""
     steps, now, length = list[_Step](), start, 1.0 if step is None else step
     if not np.any(now.wear > 0):
         raise InputError([Fault("scene", "no lining wears in it", "the linings must slide, at a wear rate above 0")])
@@ -130,7 +225,7 @@ def _life(brake: _Brake, first: _Point, limit: np.ndarray, turns: Sequence[float
 
 
 def _best_turn(brake: _Brake, unturned: _Path, limit: np.ndarray, **how: Any) -> float:
-    """After how many brakings a turn makes the life longest: the course up to there is known already."""
+    """After how many stops a turn makes the life longest: the course up to there is known already."""
     from scipy.optimize import minimize_scalar
 
     starts = np.asarray([step.start.done for step in unturned.steps])
@@ -158,7 +253,7 @@ def _wearing(run: Scene | Result, permissible: Any) -> tuple[Scene, np.ndarray]:
         raise InputError([Fault("wear.permissible", "is missing", "how much may be worn off, as in 8 mm")])
     check(scene)
     if wear.turned_at is not None:
-        raise InputError([Fault("wear.turned_at", "is for one run", "give `turn_at` in brakings")])
+        raise InputError([Fault("wear.turned_at", "is for one run", "give `turn_at` in stops")])
     n = scene.brake.linings.count
     limit = np.broadcast_to(np.asarray(wear.permissible, np.float64), (n,))
     worn = np.broadcast_to(np.asarray(wear.worn, np.float64), (n,))
@@ -180,13 +275,13 @@ def lining_life(
     tolerance: float = 1e-3,
     **options: Any,
 ) -> LiningLife:
-    """How many times a scene's braking can be done until the linings are worn.
+    """How many times a scene's stop can be repeated until the linings are worn.
 
         h(m + 1) = h(m) + w(h(m)),   h_i(0) = `wear.worn`,   until h_i = `permissible` for some lining
-        w(h): thickness that one braking takes from a brake that has lost h already
+        w(h): thickness that one stop takes from a brake that has lost h already
 
-    Without feedback (`Wear.geometry`, `heat`, `take_up_speed`) `w` does not change and one braking tells all. With it
-    steps of `Δ` brakings are taken, each with the brake simulated anew as worn as it is,
+    Without feedback (`Wear.geometry`, `heat`, `take_up_speed`) `w` does not change and one stop tells all. With it
+    steps of `Δ` stops are taken, each with the brake simulated anew as worn as it is,
 
         h(m + Δ) = h + ½ [(Δ + 1) w(h) + (Δ − 1) w(h + Δ w(h))],
 
@@ -195,21 +290,21 @@ def lining_life(
 
     - `run`: a scene with `wear`, or a result of one;  `permissible` (m, or with its unit): a number, one per lining; by
       default `wear.permissible`. On a staged brake it counts for both faces together
-    - `turn_at`: brakings after which the band is turned end for end (Z's practice), or `"best"` for the one moment that
+    - `turn_at`: stops after which the band is turned end for end (Z's practice), or `"best"` for the one moment that
       makes the life longest. With constant wear and equal linings that is half of the life, `2 h/(w_1 + w_n)` in all
-    - `step`: brakings in a step, instead of those that `tolerance` asks for; 1: one after the other
+    - `step`: stops in a step, instead of those that `tolerance` asks for; 1: one after the other
     - `options`: as for `simulate`
 
-    Each braking begins as the scene says, also with its temperatures: give it those of the cyclic steady state
-    (`cyclic_steady_state`) for a duty that is repeated hot. Numbers of brakings are not rounded; within the last one
+    Each stop begins as the scene says, also with its temperatures: give it those of the cyclic steady state
+    (`cyclic_steady_state`) for a duty that is repeated hot. Numbers of stops are not rounded; within the last one
     the wear is taken as even. Raises `InputError` where the scene cannot be worn so far, and `SimulationError`.
     """
     scene, limit = _wearing(run, permissible)
     turns, best = _turns(turn_at), turn_at == "best"
     if turns or best:
         turned_scene(scene)  # refuses a brake whose linings no turn of a band moves
-    faults = [] if step is None or step >= 1 else [Fault("step", f"{step:g} brakings", "at least 1")]
-    faults += [] if 0 < tolerance < 1 else [Fault("tolerance", f"{tolerance:g} is not admissible", "between 0 and 1")]
+    faults = [] if step is None or step >= 1 else [Fault("step", f"{step:g} stops", "at least 1")]
+    faults += [] if 0 < tolerance < 1 else [Fault("tolerance", f"{tolerance:g} is out of range", "between 0 and 1")]
     if faults:
         raise InputError(faults)
     brake = _Brake(scene, options)
@@ -237,7 +332,7 @@ def _turns(turn_at: Any) -> tuple[float, ...]:
     try:
         turns = tuple(float(x) for x in np.atleast_1d(np.asarray(turn_at, np.float64)))
     except (TypeError, ValueError):
-        raise InputError([Fault("turn_at", f"{turn_at!r} is no number of brakings", 'numbers, or "best"')]) from None
+        raise InputError([Fault("turn_at", f"{turn_at!r} is not a number of stops", 'numbers, or "best"')]) from None
     if any(not b > a for a, b in zip((0.0, *turns), turns, strict=False)):
-        raise InputError([Fault("turn_at", f"{list(turns)} do not increase from 0", "brakings since the start")])
+        raise InputError([Fault("turn_at", f"{list(turns)} do not increase from 0", "stops since the start")])
     return turns

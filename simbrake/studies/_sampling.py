@@ -8,8 +8,9 @@ import numpy as np
 from .._base._faults import Fault, InputError
 from .._base._quantity import Quantity, leaves
 from .._parts._scene import Scene, faults
-from .._run._edit import _INDEXED, with_values
+from .._run._edit import with_values
 from .._run._outcome import SimulationError
+from ._evaluator import place_of, same_numbers
 
 #: a frozen distribution of scipy.stats (anything with `ppf` or `icdf`), or (low, high) for a uniform one
 Distribution = Any
@@ -23,7 +24,7 @@ _EDGE = 2.0**-31
 class Draws:
     """Checked distributions of a scene: from points of the unit cube to numbers of the scene.
 
-    Raises `InputError` with all faults at once: unknown paths, paths that overlap, what is no distribution, and
+    Raises `InputError` with all errors at once: unknown paths, paths that overlap, what is not a distribution, and
     distributions that leave the admissible range of their number.
     """
 
@@ -48,7 +49,7 @@ class Draws:
         middle = with_values(scene, known)
         about = {leaf.path: leaf.about for leaf in leaves(middle)}
         for path in known:
-            quantity = about[_field_of(path, about)]
+            quantity = about[place_of(path, about)[0]]
             self.units[path] = quantity.unit
             found += _faults_of_range(path, chances[path], quantity)
         if not found:
@@ -82,7 +83,7 @@ def samples(
       first `n` points of the next power, which are still well spread but no longer balanced); `"latin"`, a Latin
       hypercube; `"random"`, independent points
 
-    The same seed gives the same samples. Raises `InputError` with all faults at once.
+    The same seed gives the same samples. Raises `InputError` with all errors at once.
     """
     found = faults_of_sampling(n, method)
     draws = attempt(found, Draws, scene, distributions)
@@ -95,9 +96,9 @@ def faults_of_sampling(n: Any, method: Any) -> list[Fault]:
     """What is wrong with a number of samples and a method."""
     found = []
     if not isinstance(n, int | np.integer) or n < 1:
-        found.append(Fault("n", f"{n!r} is no number of samples", "a whole number, at least 1"))
+        found.append(Fault("n", f"{n!r} is not a number of samples", "a whole number, at least 1"))
     if method not in METHODS:
-        found.append(Fault("method", f"{method!r} is not known", f"one of {', '.join(METHODS)}"))
+        found.append(Fault("method", f"{method!r} is unknown", f"one of {', '.join(METHODS)}"))
     return found
 
 
@@ -124,14 +125,14 @@ def _distribution(path: str, given: Any) -> tuple[Any, Fault | None]:
         try:
             low, high = (float(x) for x in given)
         except (TypeError, ValueError):
-            return None, Fault(path, f"{given!r} is no range", how)
+            return None, Fault(path, f"{given!r} is not a range", how)
         if not (np.isfinite(low) and np.isfinite(high) and low < high):
-            return None, Fault(path, f"({low:g}, {high:g}) is no range", "low < high, both finite")
+            return None, Fault(path, f"({low:g}, {high:g}) is not a range", "low < high, both finite")
         from scipy import stats
 
         return stats.uniform(low, high - low), None
     if _quantile_of(given) is None or isinstance(given, type) or not callable(getattr(given, "cdf", None)):
-        return None, Fault(path, f"{type(given).__name__} is no distribution", how)
+        return None, Fault(path, f"{type(given).__name__} is not a distribution", how)
     try:
         middle = np.asarray(_quantile_of(given)(0.5), np.float64)
     except Exception as error:  # a distribution that is not frozen asks for its parameters here
@@ -145,12 +146,6 @@ def _quantile_of(distribution: Any) -> Any:
     return getattr(distribution, "ppf", None) or getattr(distribution, "icdf", None)
 
 
-def _field_of(path: str, fields: Mapping[str, Any]) -> str:
-    """The field of a path: without the index of an entry."""
-    match = _INDEXED.match(path)
-    return path if path in fields or match is None else match["path"]
-
-
 def _faults_of_paths(scene: Scene, medians: dict[str, float]) -> list[Fault]:
     """Paths that the scene does not have, and those that mean the same number."""
     found: list[Fault] = []
@@ -159,18 +154,14 @@ def _faults_of_paths(scene: Scene, medians: dict[str, float]) -> list[Fault]:
     except InputError as error:
         found += error.faults
     sizes = {leaf.path: np.size(leaf.value) for leaf in leaves(scene)}
-    seen: dict[tuple[str, int | None], str] = {}
-    for path in medians:
-        field, match = _field_of(path, sizes), _INDEXED.match(path)
-        index = None if field == path or match is None else int(match["index"]) % sizes.get(field, 1)
-        same = [old for (other, i), old in seen.items() if other == field and (index is None or i in (None, index))]
-        found += [Fault(path, f"means what {old} means as well", "give each number one distribution") for old in same]
-        seen[field, index] = path
-    return found
+    hint = "give each number one distribution"
+    return found + [
+        Fault(p, f"means what {old} means as well", hint) for p, old in same_numbers(medians, sizes).items()
+    ]
 
 
 def _faults_of_range(path: str, distribution: Any, about: Quantity) -> list[Fault]:
-    """A distribution that puts weight where its number is not admissible, however little."""
+    """A distribution that puts weight where its number is out of range, however little."""
     below = above = 0.0
     if about.low is not None:
         below = float(distribution.cdf(about.low if about.open_low else np.nextafter(about.low, -np.inf)))
@@ -179,7 +170,7 @@ def _faults_of_range(path: str, distribution: Any, about: Quantity) -> list[Faul
     if not below + above > 0.0:
         return []
     unit = "" if about.unit == "1" else f" {about.unit}"
-    problem = f"is not admissible with probability {below + above:.2g}: {about.meaning} must be {about.range}{unit}"
+    problem = f"is out of range with probability {below + above:.2g}: {about.meaning} must be {about.range}{unit}"
     return [Fault(path, problem, _cut(distribution, about))]
 
 

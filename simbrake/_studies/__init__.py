@@ -1,1 +1,0 @@
-"""Many runs: sensitivities, ensembles, uncertainty, calibration."""

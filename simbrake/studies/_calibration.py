@@ -1,0 +1,545 @@
+"""Fitting numbers of a scene to measured data: bounded least squares, errors, and what the data leave open."""
+
+import dataclasses
+import enum
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from .._base._faults import Fault, InputError
+from .._base._identify import LOSSES, Direction, Identified, identify
+from .._base._quantity import Leaf, leaves
+from .._base._table import Column, Table, Tabular, plain
+from .._parts._scene import Scene, check
+from .._run._choice import stiffness
+from .._run._edit import with_values
+from .._run._simulate import solver_for
+from ._evaluator import place_of
+from ._fit import FitModel, Scale, Search, measured_arrays, slices
+from ._measured import Measured, Points, check_measured
+
+
+class State(enum.StrEnum):
+    """What is known of a fitted parameter."""
+
+    FITTED = "fitted"
+    OPEN = "open"
+    AT_LOW = "at_lower_bound"
+    AT_HIGH = "at_upper_bound"
+
+
+@dataclasses.dataclass(frozen=True)
+class Parameter:
+    """One fitted number, in SI units.
+
+    - `standard_error`: `inf` where the data leave the parameter open, NaN at a bound (the other errors take it as
+      given);  `interval`: confidence interval of `Calibration.confidence`, symmetric in the scale of the fit
+    - `low`, `high`: the bounds;  `logarithmic`: fitted on a logarithmic scale
+    """
+
+    path: str
+    unit: str
+    value: float
+    standard_error: float
+    interval: tuple[float, float]
+    state: State
+    start: float
+    low: float
+    high: float
+    logarithmic: bool
+
+
+@dataclasses.dataclass(frozen=True)
+class Residuals:
+    """Measured and fitted values of one column or event, in SI units; `scaled` is (model − measured)/σ."""
+
+    name: str
+    unit: str
+    t: np.ndarray | None
+    measured: np.ndarray
+    sigma: np.ndarray
+    before: np.ndarray
+    model: np.ndarray
+
+    @property
+    def scaled(self) -> np.ndarray:
+        return (self.model - self.measured) / self.sigma
+
+
+@dataclasses.dataclass(frozen=True)
+class OpenCombination:
+    """A direction in which the data do not hold the parameters.
+
+    - `relative`: `dθ_i/θ_i` of every parameter along it, the largest 1 (`dθ_i` where `θ_i` is 0), at the fitted values
+    - `spread`: its standard error over the range of the bounds; `inf`: the measurements do not depend on it at all
+    - `words`: the same for people
+    """
+
+    relative: dict[str, float]
+    singular_value: float
+    spread: float
+    words: str
+
+
+@dataclasses.dataclass(frozen=True)
+class Calibration(Tabular):
+    """A fit of a scene's numbers to measured data.
+
+    - `parameters`, `covariance`, `correlation` (p, p), in the order of the parameters; SI units. Open parameters have
+      infinite variances, parameters at a bound NaN, and both NaN covariances
+    - `chi2 = Σ ((model − measured)/σ)²`, `freedom` degrees of freedom; `absolute`: the σ are absolute, else errors are
+      scaled by `chi2/freedom`;  `probability` of a larger `chi2` where they are
+    - `singular_values` of the Jacobian in standard deviations per range of the bounds; `open`: what the data leave open
+    - `scene`: the scene with the fitted numbers;  `before`: with the start values
+    - `converged`, `message`, `evaluations` of model and Jacobian together, `failures`: trial points refused, by reason
+    """
+
+    parameters: tuple[Parameter, ...]
+    covariance: np.ndarray
+    chi2: float
+    chi2_start: float
+    freedom: int
+    absolute: bool
+    probability: float | None
+    confidence: float
+    singular_values: np.ndarray
+    open: tuple[OpenCombination, ...]
+    residuals: tuple[Residuals, ...]
+    scene: Scene
+    before: Scene
+    data: Measured
+    converged: bool
+    message: str
+    evaluations: int
+    failures: dict[str, int]
+    solver: str
+    loss: str
+    warnings: tuple[str, ...]
+
+    def __getitem__(self, path: str) -> Parameter:
+        for parameter in self.parameters:
+            if parameter.path == path:
+                return parameter
+        raise KeyError(path)
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Fitted values by path."""
+        return {parameter.path: parameter.value for parameter in self.parameters}
+
+    @property
+    def correlation(self) -> np.ndarray:
+        """Correlation of the fitted parameters; NaN where one is open or at a bound."""
+        error = np.sqrt(np.diag(self.covariance))
+        known = np.isfinite(error) & (error > 0)
+        safe = np.where(known, error, 1.0)
+        found = self.covariance / np.outer(safe, safe)
+        return np.where(np.outer(known, known), found, np.nan)
+
+    @property
+    def reduced_chi2(self) -> float:
+        """`chi2` per degree of freedom; NaN without any."""
+        return self.chi2 / self.freedom if self.freedom > 0 else float("nan")
+
+    def as_dict(self) -> dict[str, Any]:
+        """Everything for JSON; `null` where a number is infinite or unknown."""
+        kept = ("converged", "message", "confidence", "covariance", "correlation", "chi2", "chi2_start")
+        kept += ("reduced_chi2", "singular_values", "evaluations", "failures", "solver", "loss", "warnings")
+        found = {name: getattr(self, name) for name in kept}
+        parameters = [dataclasses.asdict(p) for p in self.parameters]
+        found["parameters"] = [p | {"bounds": [p.pop("low"), p.pop("high")]} for p in parameters]
+        found |= {"degrees_of_freedom": self.freedom, "probability_of_larger_chi2": self.probability}
+        found["absolute_sigma"] = self.absolute
+        combinations = [dataclasses.asdict(one) for one in self.open]
+        found["open"] = [one | {"relative_change": one.pop("relative")} for one in combinations]
+        found["residuals"] = [
+            {
+                "name": part.name,
+                "unit": part.unit,
+                "count": part.measured.size,
+                "chi2": np.sum(part.scaled**2),
+                "largest": np.max(np.abs(part.scaled)),
+            }
+            for part in self.residuals
+        ]
+        return plain(found)
+
+    def parts(self) -> Iterator[str | Table]:
+        yield f"{'fitted' if self.converged else 'not converged'}: {self.message}"
+        columns = [Column("path", heading="parameter", left=True), Column("value"), "unit"]
+        columns += [Column("standard error", show=".2g")]
+        columns += [Column(f"{100 * self.confidence:g} % {end}") for end in ("from", "to")] + [Column("start")]
+        rows = [
+            (p.path, p.value, "" if p.unit == "1" else p.unit)
+            + ((p.standard_error, *p.interval) if p.state == State.FITTED else (None,) * 3)
+            + (p.start, _words(p))
+            for p in self.parameters
+        ]
+        yield Table([*columns, Column("state", heading="", left=True)], rows)
+        yield self._quality()
+        if len(self.parameters) > 1:
+            yield from self._correlations()
+        yield from (f"open     {one.words}" for one in self.open)
+        data = [Column("name", heading="data", left=True), Column("values"), Column("rms", shown_in="σ", show=".3g")]
+        rows = [
+            (part.name, part.measured.size, np.sqrt(np.mean(part.scaled**2)), np.max(np.abs(part.scaled)))
+            for part in self.residuals
+        ]
+        yield Table([*data, Column("maximum", shown_in="σ", show=".3g")], rows)
+        yield from (f"warning  {text}" for text in self.warnings)
+        refused = sum(self.failures.values())
+        yield f"solver   {self.solver}, {self.evaluations} runs with derivatives, {refused} refused"
+
+    def _quality(self) -> str:
+        text = f"chi²     {self.chi2_start:.5g} → {self.chi2:.5g} with {self.freedom} degrees of freedom"
+        if self.freedom > 0:
+            text += f", {self.reduced_chi2:.3g} each"
+        if self.probability is not None:
+            return f"{text}; a larger one has probability {self.probability:.2g}"
+        return text if self.absolute else f"{text}; errors are scaled by it, as σ are not absolute"
+
+    def _correlations(self) -> list[str]:
+        table, lines = self.correlation, []
+        for i in range(len(table)):
+            for j in range(i):
+                if abs(table[i, j]) > 0.9:
+                    pair = f"{self.parameters[j].path} and {self.parameters[i].path}"
+                    lines.append(f"corr     {table[i, j]:+.4f} between {pair}")
+        return lines
+
+
+def _words(p: Parameter) -> str:
+    if p.state == State.OPEN:
+        at = ", and it ran into a bound" if p.value in (p.low, p.high) else ""
+        return f"standard error infinite: the data leave it open{at}"
+    return {State.AT_LOW: "at its lower bound", State.AT_HIGH: "at its upper bound"}.get(p.state, "")
+
+
+#: shares of a combination that are not worth a word
+_SMALL = 0.01
+#: chi² as unlikely as this says that model and data disagree
+_UNLIKELY = 1e-3
+
+
+def assess(
+    search: Search, before: Scene, data: Measured, first: np.ndarray, *, absolute: bool, confidence: float, rtol: float
+) -> Calibration:
+    """The calibration at the best point of a search."""
+    from scipy.stats import chi2 as chi2_law  # slow to import: only those who fit pay for it
+
+    assert search.best is not None
+    _, z, found = search.best
+    scale, paths = search.scale, search.model.paths
+    theta, residual = scale.up(z), search.residual(found)
+    fixed = search.pressed(z) & ((z == 0) | (z == 1))
+    if fixed.any():  # noise alone drives what is open against a bound: then the bound holds it, not the data
+        whole = _identified(search, z, np.zeros_like(fixed), absolute, rtol)
+        fixed = fixed & ~whole.concerned
+    known = _identified(search, z, fixed, absolute, rtol)
+    chi2, freedom = float(residual @ residual), residual.size - known.rank
+    concerned, slope = np.zeros(z.size, bool), scale.slope(theta)
+    concerned[~fixed] = known.concerned
+    covariance = np.full((z.size, z.size), np.nan)
+    covariance[np.ix_(~fixed, ~fixed)] = known.covariance
+    error = np.sqrt(np.diag(covariance))
+    quantile = _quantile(confidence, absolute and search.loss == "linear", freedom)
+    ends = [scale.up(z + side * quantile * error) for side in (-1.0, 1.0)]
+    parameters = _parameters(search, before, theta, first, z, fixed, concerned, error * slope, ends)
+    covariance = covariance * np.outer(slope, slope)
+    covariance[concerned] = covariance[:, concerned] = np.nan
+    covariance[concerned, concerned] = np.inf
+    probability = float(chi2_law.sf(chi2, freedom)) if absolute and search.loss == "linear" and freedom > 0 else None
+    start = search.model(first)
+    names = [paths[i] for i in np.flatnonzero(~fixed)]
+    rate = (slope / np.where(theta == 0, 1.0, theta))[~fixed]
+    return Calibration(
+        parameters=parameters,
+        covariance=covariance,
+        chi2=chi2,
+        chi2_start=float(np.sum(search.residual(start) ** 2)) if search.model.refused(start) is None else float("inf"),
+        freedom=freedom,
+        absolute=absolute,
+        probability=probability,
+        confidence=confidence,
+        singular_values=known.singular_values,
+        open=tuple(_combination(one, known.open, names, rate, theta[~fixed] != 0) for one in known.open),
+        residuals=_residuals(data, search, found.values, start.values, chi2, freedom, absolute),
+        scene=with_values(before, dict(zip(paths, theta.tolist(), strict=True))),
+        before=before,
+        data=data,
+        converged=search.converged,
+        message=search.message,
+        evaluations=search.model.run.runs,
+        failures=dict(search.model.failures),
+        solver=f"{type(search.model.run.solver).__name__}, rtol {rtol:g}, {search.method}",
+        loss=search.loss,
+        warnings=tuple(_warnings(search, z, chi2, probability, fixed, paths)),
+    )
+
+
+def _identified(search: Search, z: np.ndarray, fixed: np.ndarray, absolute: bool, rtol: float) -> Identified:
+    found = search.look(z)[0]
+    residual = search.residual(found)
+    if fixed.all():
+        return Identified(np.zeros((0, 0)), np.zeros(0, bool), np.zeros(0), [], 0)
+    return identify(
+        search.jacobian(z, found)[:, ~fixed],
+        residual,
+        absolute=absolute,
+        loss=search.loss,
+        loss_scale=search.loss_scale,
+        # derivatives are those of the steps taken, and these differ from the motion by the tolerance
+        noise=max(10 * rtol, 1e-12),
+    )
+
+
+def _quantile(confidence: float, known_noise: bool, freedom: int) -> float:
+    """Half width of an interval in standard errors: normal where the noise is known, else Student's t."""
+    from scipy.stats import norm, t
+
+    if known_noise:
+        return float(norm.ppf(0.5 + confidence / 2))
+    return float(t.ppf(0.5 + confidence / 2, freedom)) if freedom > 0 else float("inf")
+
+
+def _parameters(
+    search: Search,
+    scene: Scene,
+    theta: np.ndarray,
+    first: np.ndarray,
+    z: np.ndarray,
+    fixed: np.ndarray,
+    concerned: np.ndarray,
+    error: np.ndarray,
+    ends: list[np.ndarray],
+) -> tuple[Parameter, ...]:
+    units = {leaf.path: leaf.about.unit for leaf in leaves(scene)}
+    found = []
+    for i, path in enumerate(search.model.paths):
+        state = State.OPEN if concerned[i] else State.FITTED
+        if fixed[i]:
+            state = State.AT_LOW if z[i] == 0 else State.AT_HIGH
+        spread = np.inf if concerned[i] else np.nan if fixed[i] else float(error[i])
+        interval = (float(ends[0][i]), float(ends[1][i]))
+        if concerned[i] or fixed[i]:
+            interval = (-np.inf, np.inf) if concerned[i] else (np.nan, np.nan)
+        unit = units.get(place_of(path, units)[0], "")
+        low, high = float(search.scale.low[i]), float(search.scale.high[i])
+        logarithmic = bool(search.scale.logarithmic[i])
+        found.append(
+            Parameter(path, unit, float(theta[i]), spread, interval, state, float(first[i]), low, high, logarithmic)
+        )
+    return tuple(found)
+
+
+def _residuals(
+    data: Measured,
+    search: Search,
+    model: np.ndarray,
+    before: np.ndarray,
+    chi2: float,
+    freedom: int,
+    absolute: bool,
+) -> tuple[Residuals, ...]:
+    # without absolute standard deviations residuals are told in those that the scatter shows
+    scatter = 1.0 if absolute or chi2 == 0 or freedom <= 0 else np.sqrt(chi2 / freedom)
+    found = []
+    for part, here in slices(data):
+        t = part.t if isinstance(part, Points) else None
+        sigma = scatter * search.sigma[here]
+        found.append(Residuals(part.name, part.unit, t, search.measured[here], sigma, before[here], model[here]))
+    return tuple(found)
+
+
+def _combination(
+    one: Direction, others: list[Direction], names: list[str], rate: np.ndarray, relative: np.ndarray
+) -> OpenCombination:
+    """An open direction in relative changes of the parameters, and in words."""
+    change = one.change * rate
+    change = change / change[np.argmax(np.abs(change))]
+    told = [int(i) for i in np.argsort(-np.abs(change), kind="stable") if abs(change[i]) >= _SMALL]
+    parts = [f"{names[i]} {change[i] * (1.0 if relative[i] else 0.01):+.3g}{' %' if relative[i] else ''}" for i in told]
+    if len(told) == 1:
+        words = f"{names[told[0]]}: no measured value depends on it"
+        rest = [names[i] for i in np.flatnonzero(one.change) if i != told[0]]
+        if np.isfinite(one.spread):
+            words = f"{names[told[0]]}: its bounds say more of it than the data"
+        elif rest:
+            words = f"{names[told[0]]}: within its bounds it does no more than tiny changes of {', '.join(rest)}"
+    else:
+        together = f"{', '.join(parts[:-1])} and {parts[-1]} together"
+        words = f"{together} change no measured value"
+        if np.isfinite(one.spread):
+            words = f"{together} change the measured values by less than their errors show within the bounds"
+    alone = [other for other in others if other is not one and any(abs(other.change[i]) > 1e-6 for i in told)]
+    if len(told) == 2 and all(relative[told]) and not alone:
+        power = -change[told[0]] / change[told[1]]
+        words += f"; the data hold only ({names[told[0]]})·({names[told[1]]})^{power:.3g}"
+    if np.isfinite(one.spread):
+        words += f" (standard error {one.spread:.3g} of their range)"
+    shown: dict[str, Any] = {name: float(x) for name, x in zip(names, change, strict=True)}
+    return OpenCombination(shown, one.singular_value, one.spread, words)
+
+
+def _warnings(
+    search: Search, z: np.ndarray, chi2: float, probability: float | None, fixed: np.ndarray, paths: tuple[str, ...]
+) -> list[str]:
+    found = []
+    if probability is not None and probability < _UNLIKELY:
+        what = f"chi² is as improbable as {probability:.1g}: the model does not explain the data within their errors"
+        found.append(f"{what}, and the standard errors are too small")
+    elif probability is not None and probability > 1 - _UNLIKELY and chi2 > 0:
+        found.append("chi² is improbably small: the standard deviations of the data are too large")
+    if fixed.any():
+        named = ", ".join(path for path, at in zip(paths, fixed, strict=True) if at)
+        found.append(f"pressed on a bound: {named}; the errors of the others take it as given")
+    if not search.converged:
+        found.append("the search has not converged: values and errors are those of the best point found")
+    least = min((cost for cost, _ in search.ends), default=np.inf)
+    far = [
+        end
+        for cost, end in search.ends
+        if cost <= least * 1.01 + 1e-12 * search.measured.size and np.max(np.abs(end - z)) > 0.05
+    ]
+    if far:
+        values = ", ".join(f"{p} = {v:.5g}" for p, v in zip(paths, search.scale.up(far[0]), strict=True))
+        found.append(f"not unique: {len(far)} other starts end as well elsewhere, one at {values}")
+    reasons = ", ".join(f"{reason} ({n} times)" for reason, n in search.model.failures.items())
+    if reasons:
+        found.append(f"trial points were refused: {reasons}")
+    return found
+
+
+#: bounds whose ratio is greater are searched on a logarithmic scale
+_DECADES = 100.0
+
+
+def calibrate(
+    scene: Scene,
+    bounds: Mapping[str, tuple[float, float]],
+    data: Measured,
+    *,
+    start: Mapping[str, float] | None = None,
+    rtol: float = 1e-8,
+    solver: Any = None,
+    max_steps: int | None = None,
+    loss: str = "linear",
+    loss_scale: float = 1.0,
+    absolute: bool | None = None,
+    confidence: float = 0.95,
+    starts: int = 1,
+    method: str = "trf",
+    max_evaluations: int = 200,
+) -> Calibration:
+    """Fits numbers of a scene, within bounds, to measured data: `min ½ Σ ρ(((model − measured)/σ)²)`.
+
+    - `bounds`: `{"brake.linings.friction.coefficient": (0.2, 0.5)}` in SI units, paths as in `with_values`; where both
+      are positive and their ratio exceeds 100 the search is logarithmic
+    - `data`: `read_measured(…)` or `Measured.of(…)`;  `start`: start values, by default the scene's
+    - `rtol`, `solver`, `max_steps`: as for `simulate`
+    - `loss`: `linear`, or against outliers `soft_l1`, `huber`, `cauchy`, `arctan` of residuals beyond `loss_scale` σ
+    - `absolute`: whether the σ are absolute (errors from them alone) or only weights (errors scaled by the scatter of
+      the residuals, Student's t); by default absolute where all are given
+    - `starts`: so many starts, the first at `start`, the others spread over the bounds (Halton); the best fit counts
+    - `method`: `trf` or `dogbox` of `scipy.optimize.least_squares`;  `max_evaluations` of each start
+
+    A trial point whose run fails, or in which a measured event does not occur, is refused: the step is shortened, and
+    the reason is counted in `Calibration.failures`. Ctrl-C ends the search with the best point found so far.
+
+    Raises `InputError` with all errors at once, also where no start has all measured events.
+    Source: errors after Björck, Numerical Methods for Least Squares Problems (1996), 1.1, 2.7.
+    """
+    choices = {"loss": (loss, LOSSES), "method": (method, ("trf", "dogbox"))}
+    faults = [Fault(n, f"{v!r} is unknown", f"one of {', '.join(k)}") for n, (v, k) in choices.items() if v not in k]
+    limits = (
+        ("starts", starts, starts >= 1),
+        ("confidence", confidence, 0 < confidence < 1),
+        ("loss_scale", loss_scale, loss_scale > 0),
+        ("rtol", rtol, 1e-15 < rtol < 0.1),
+        ("max_evaluations", max_evaluations, max_evaluations >= 1),
+    )
+    faults += [Fault(name, f"{value} is out of range") for name, value, ok in limits if not ok]
+    first = _first(scene, bounds, start or {}, faults)
+    absolute = _absoluteness(data, absolute, len(bounds), faults)
+    if faults:
+        raise InputError(faults)
+    before = with_values(scene, dict(zip(bounds, first, strict=True)))
+    check(before)
+    check_measured(data, before)
+    low, high = (np.asarray([pair[i] for pair in bounds.values()], float) for i in (0, 1))
+    scale = Scale(low, high, (low > 0) & (high > _DECADES * low))
+    solver = _solver(before, bounds) if solver is None else solver
+    model = FitModel(before, tuple(bounds), data, solver=solver, rtol=rtol, max_steps=max_steps)
+    search = Search(model, scale, *measured_arrays(data), loss, loss_scale, method, max_evaluations, starts)
+    search.run(scale.down(first))
+    return assess(search, before, data, first, absolute=absolute, confidence=confidence, rtol=rtol)
+
+
+def _first(scene: Scene, bounds: Mapping[str, Any], start: Mapping[str, float], faults: list[Fault]) -> np.ndarray:
+    """Start values; adds what is wrong with them and with the bounds."""
+    known: dict[str, Leaf] = {leaf.path: leaf for leaf in leaves(scene)}
+    first = []
+    if not bounds:
+        faults.append(Fault("bounds", "no parameter is to be fitted", '{"brake.pulley.inertia": (500, 2000)}'))
+    for path in sorted(set(start) - set(bounds)):
+        faults.append(Fault(path, "has a start value but no bounds", "give bounds, or set it in the scene"))
+    for path, pair in bounds.items():
+        value = start.get(path)
+        try:
+            low, high = (float(end) for end in pair)
+            with_values(scene, {path: low})
+        except InputError as error:
+            faults += error.faults
+            continue
+        except (TypeError, ValueError):
+            faults.append(Fault(path, f"{pair!r} are not bounds", "two numbers (low, high)"))
+            continue
+        leaf = known.get(place_of(path, known)[0])
+        if not (np.isfinite([low, high]).all() and low < high):
+            faults.append(Fault(path, f"the bounds {low:g}…{high:g} are out of range", "finite, low < high"))
+            continue
+        if leaf is not None:
+            faults += [
+                Fault(path, f"the bound {end:g} {leaf.about.unit} is out of range", f"must be {leaf.about.range}")
+                for end in (low, high)
+                if not leaf.about.admits(np.asarray(end))
+            ]
+        value = _value(known, path) if value is None else float(value)
+        if value is None:
+            faults.append(Fault(path, "has no one value in the scene", "give its start value"))
+        elif not low <= value <= high:
+            faults.append(Fault(path, f"the start {value:g} is outside the bounds {low:g}…{high:g}", "give a start"))
+        else:
+            first.append(value)
+    return np.asarray(first)
+
+
+def _value(known: dict[str, Leaf], path: str) -> float | None:
+    field, index = place_of(path, known)
+    if field not in known:
+        return None
+    values = np.asarray(known[field].value, float)
+    if index is None:
+        return float(values.flat[0]) if values.size and np.ptp(values) == 0 else None
+    return float(values[index])
+
+
+def _absoluteness(data: Measured, wanted: bool | None, parameters: int, faults: list[Fault]) -> bool:
+    """Whether standard deviations are absolute; adds what is wrong with them."""
+    parts = (*data.points, *data.singles)
+    without = [part.name for part in parts if part.sigma is None]
+    hint = "give its measuring error, as a column …_sigma or by sigma={…}"
+    if without and (len(parts) > 1 or wanted):
+        faults += [Fault(name, "has no standard deviation", hint) for name in without]
+    absolute = not without if wanted is None else wanted
+    if not absolute and data.count <= parameters:
+        what = f"{data.count} values do not show their own scatter beside {parameters} parameters"
+        faults.append(Fault("data", what, "measure more, or give standard deviations"))
+    return absolute
+
+
+def _solver(scene: Scene, bounds: Mapping[str, Any]) -> Any:
+    """The method that `simulate` would take at the start or with any parameter at a bound: the stiff one if any is."""
+    trials = [scene, *(with_values(scene, {path: end}) for path, pair in bounds.items() for end in pair)]
+    return solver_for(scene.heated and any(stiffness(trial)[0] for trial in trials))

@@ -1,0 +1,377 @@
+"""The evaluator under all studies: a scene's run as a function of numbers, with derivatives and result codes.
+
+    x → place(scene, x, given) → run → find(result, given)
+
+`Evaluator` takes one point at a time, with the Jacobian; `run_chunk` many, without. A program is compiled once for
+scenes of one structure and kept; new numbers never re-trace. A run whose record was too short is repeated with a longer
+one.
+"""
+
+import dataclasses
+import functools
+import itertools
+import math
+import re
+import threading
+from collections.abc import Callable, Container, Iterable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from .._base._compiling import DeviceJit, Packing, Program, compiled, pack
+from .._parts._scene import Scene
+from .._run._edit import with_values
+from .._run._measure import Metric, measure, name_of
+from .._run._metrics import METRICS
+from .._run._probe import end_capacity
+from .._run._result import Result
+from .._run._simulate import room_for, simulate, solver_of, step_limits
+from ..hybrid import Code, Rodas5P
+from ..hybrid._arrays import Array
+
+#: the longest record that a run is repeated with, unless the caller allows more
+_LONGEST = 16384
+#: step attempts that suffice for most stops without heat: less to write and to measure than the first limit of one run
+_SHORT = 128
+#: points whose answers are remembered
+_REMEMBERED = 4
+#: compiled integrations of chunks that are kept, the latest last; a program takes a megabyte or more
+_KEPT = 16
+#: rows of a record that are measured: the next of these sizes that holds the longest run of a chunk
+_SIZES = tuple(64 * 4**i for i in range(8))
+#: of every run besides its metrics
+ABOUT = ("code", "band", "inner", "moved", "exceeded", "steps", "rejected", "retaken", "segments", "energy.closure")
+
+_ENTRY = re.compile(r"^(?P<field>.*)\[(?P<index>-?\d+)\]$")
+
+#: numbers x (k,) and numbers that are given besides → the scene with them
+Place = Callable[[Scene, Any, Any], Scene]
+#: a result (the scene, where nothing is run) and numbers given → values (m,) and whatever else is wanted of it
+Find = Callable[[Any, Any], tuple[Any, Any]]
+
+
+class Paths(NamedTuple):
+    """Numbers of a scene as one vector: their paths, and the shape of each."""
+
+    names: tuple[str, ...]
+    shapes: tuple[tuple[int, ...], ...]
+
+    @classmethod
+    def each(cls, names: Iterable[str]) -> "Paths":
+        """One number for each path; for a path of a list it counts for all entries."""
+        return cls(tuple(names), tuple(() for _ in names))
+
+    @property
+    def spans(self) -> list[slice]:
+        """Where each path lies in the vector."""
+        ends = np.cumsum([0, *(math.prod(shape) for shape in self.shapes)]).tolist()
+        return [slice(a, b) for a, b in itertools.pairwise(ends)]
+
+    def values(self, x: Any) -> dict[str, Any]:
+        """The numbers by path."""
+        parts = zip(self.names, self.shapes, self.spans, strict=True)
+        return {name: x[span].reshape(shape) for name, shape, span in parts}
+
+    def __call__(self, scene: Scene, x: Any, given: Any = None) -> Scene:
+        return with_values(scene, self.values(x))
+
+
+def place_of(path: str, fields: Container[str]) -> tuple[str, int | None]:
+    """Field and index that a path means: `("brake.linings.angle", 3)`; no index for a field as a whole."""
+    match = _ENTRY.match(path)
+    return (path, None) if path in fields or match is None else (match["field"], int(match["index"]))
+
+
+def same_numbers(paths: Iterable[str], sizes: Mapping[str, int]) -> dict[str, str]:
+    """Paths that mean a number which an earlier one means as well: path → the earlier one. `sizes`: by field."""
+    seen: dict[tuple[str, int | None], str] = {}
+    found = {}
+    for path in paths:
+        field, index = place_of(path, sizes)
+        index = None if index is None else index % sizes.get(field, 1)
+        for (other, i), earlier in seen.items():
+            if other == field and (index is None or i in (None, index)):
+                found.setdefault(path, earlier)
+        seen[field, index] = path
+    return found
+
+
+class Metrics(NamedTuple):
+    """Metrics of a result as one vector (m,)."""
+
+    asked: tuple[Metric, ...]
+
+    def __call__(self, result: Result, given: Any = None) -> tuple[Array, None]:
+        return jnp.stack([measure(result, one) for one in self.asked]), None
+
+
+class Asked(NamedTuple):
+    """What a program of one point depends on, besides the structure of its numbers.
+
+    - `solver`: `None` where nothing is run;  `reverse`: derivatives by as many passes as there are values, else by as
+      many as there are numbers;  `singly`: one pass at a time, which takes less memory and compiles faster
+    """
+
+    place: Place
+    find: Find
+    solver: Any
+    max_steps: int
+    reverse: bool
+    singly: bool
+
+
+class Evaluation(NamedTuple):
+    """Values (m,) at a point and their derivatives (m, k), the code of the run, and what else `find` gave."""
+
+    values: np.ndarray
+    jacobian: np.ndarray
+    code: int
+    more: Any
+
+
+@functools.lru_cache(maxsize=64)
+def _program(asked: Asked) -> DeviceJit:
+    def answer(x: Any, scene: Scene, given: Any, rtol: Any) -> Any:
+        found, code = asked.place(scene, x, given), jnp.zeros((), jnp.int32)
+        if asked.solver is not None:
+            found = simulate(found, solver=asked.solver, rtol=rtol, max_steps=asked.max_steps)
+            code = found.code
+        values, more = asked.find(found, given)
+        return values, (values, code, more)
+
+    def at_once(x: Any, *rest: Any) -> Any:
+        jacobian, found = (jax.jacrev if asked.reverse else jax.jacfwd)(answer, has_aux=True)(x, *rest)
+        return jacobian, *found
+
+    def along(x: Any, direction: Any, *rest: Any) -> Any:
+        """`direction` is of the values (reverse) or of the numbers (forward)."""
+        if asked.reverse:
+            _, back, found = jax.vjp(lambda x: answer(x, *rest), x, has_aux=True)
+            return back(direction)[0], *found
+        _, slope, found = jax.jvp(lambda x: answer(x, *rest), (x,), (direction,), has_aux=True)
+        return slope, *found
+
+    return DeviceJit(along if asked.singly else at_once)
+
+
+@functools.partial(DeviceJit, static_argnames="asked")
+def _measured(result: Result, *, asked: Metrics) -> Array:
+    return asked(result)[0]
+
+
+def values_of(result: Result, metrics: Metrics) -> np.ndarray:
+    """Metrics of a concrete result, by one program for every power of two of its length."""
+    return np.asarray(_measured(dataclasses.replace(result, record=result.record.compact()), asked=metrics))
+
+
+def _limits_from(first: int) -> tuple[int, ...]:
+    """Limits of the step attempts, tried one after the other: each four times the one before."""
+    limits = [first]
+    while limits[-1] < _LONGEST:
+        limits.append(4 * limits[-1])
+    return tuple(limits)
+
+
+class Evaluator:
+    """A scene's run as a function of a vector of numbers.
+
+    - `place`: the numbers' way into the scene, as `Paths`;  `find`: what is asked of the result, as `Metrics`
+    - `given`: numbers that both take besides, not differentiated;  `run`: whether `find` is of a run, not of the scene
+    - `size`: how many values `find` gives, where derivatives are taken `singly`;  `reverse`, `singly`: as in `Asked`
+    - `solver`, `rtol`, `max_steps`: as for `simulate`, the solver chosen once for the scene given
+
+    `runs` counts the points evaluated.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        place: Place,
+        find: Find,
+        *,
+        given: Any = None,
+        run: bool = True,
+        size: int = 0,
+        reverse: bool = False,
+        singly: bool = False,
+        solver: Any = None,
+        rtol: float = 1e-10,
+        max_steps: int | None = None,
+    ):
+        self.scene, self.given, self.rtol = scene, given, rtol
+        self.solver = solver_of(scene, solver) if run else None
+        self.limits = step_limits(scene, max_steps) if run else (0,)
+        self._asked = Asked(place, find, self.solver, self.limits[0], reverse, singly)
+        self._size, self._level, self.runs = size, 0, 0
+        self._known: dict[bytes, Evaluation] = {}
+
+    def result(self, scene: Scene | None = None, **options: Any) -> Result:
+        """The whole result of a run of the scene, or of another one like it, by `simulate`, which repeats it itself."""
+        return simulate(self.scene if scene is None else scene, solver=self.solver, rtol=self.rtol, **options)
+
+    def like(self, result: Result) -> None:
+        """Takes the length of this run for that of the others."""
+        self.limits, self._level = _limits_from(room_for(result)), 0
+
+    def __call__(self, x: np.ndarray, given: Any = None) -> Evaluation:
+        """Values and Jacobian at a point; the last few points are remembered, but for those with something `given`."""
+        key = x.tobytes()
+        if given is None and key in self._known:
+            return self._known[key]
+        self.runs += 1
+        found = self._at(x, self.given if given is None else given)
+        while found.code == Code.STEP_LIMIT and self._level < len(self.limits) - 1:
+            self._level += 1  # for the points to come as well
+            found = self._at(x, self.given if given is None else given)
+        if given is None:
+            self._known[key] = found
+            if len(self._known) > _REMEMBERED:
+                del self._known[next(iter(self._known))]
+        return found
+
+    def _at(self, x: np.ndarray, given: Any) -> Evaluation:
+        program = _program(self._asked._replace(max_steps=self.limits[self._level]))
+        rest = (self.scene, given, np.asarray(self.rtol, np.float64))
+        if not self._asked.singly:
+            jacobian, values, code, more = program(x, *rest)
+            return Evaluation(np.asarray(values), np.asarray(jacobian), int(code), more)
+        slopes = []
+        for direction in np.eye(self._size if self._asked.reverse else x.size):
+            slope, values, code, more = program(x, direction, *rest)
+            slopes.append(np.asarray(slope))
+            if int(code) != 0:  # a run that ended early has no derivatives: never a number that looks like one
+                return Evaluation(np.asarray(values), np.full((self._size, x.size), np.nan), int(code), more)
+        return Evaluation(np.asarray(values), np.stack(slopes, axis=0 if self._asked.reverse else 1), 0, more)
+
+
+# --- many points ------------------------------------------------------------------------------------------------------
+
+
+class Job(NamedTuple):
+    """What all runs of a chunk share. Structure and metrics are compiled in, numbers are not."""
+
+    scene: Scene
+    paths: Paths
+    metrics: tuple[Metric, ...]
+    solver: Any
+    rtol: float
+    max_steps: int
+
+
+def limits_of_many(scene: Scene, solver: Any, max_steps: int | None) -> tuple[int, ...]:
+    """Limits of the step attempts of many runs, tried in turn; long records cost time and memory, used or not."""
+    limits = step_limits(scene, max_steps)
+    # with heat a long duty or an implicit method needs more as a rule, and a limit too low compiles in vain
+    long = scene.heated and (isinstance(solver, Rodas5P) or limits[0] > 8 * _SHORT)
+    return limits if max_steps or long else (_SHORT, *limits)
+
+
+def scans(metric: Metric) -> bool:
+    """Whether a metric looks into every step (maxima), or may do so (functions)."""
+    return not isinstance(metric, str) or (metric in METRICS and METRICS[metric].greatest)
+
+
+def _about(result: Result) -> dict[str, Any]:
+    record, stats = result.record, result.record.stats
+    mode: Any = record.mode_end
+    numbers = {
+        "code": record.code,
+        "band": jnp.asarray(mode.band, jnp.int32),
+        "inner": jnp.asarray(mode.slides, jnp.int32),
+        "moved": jnp.any(record.rows.y[:, 1] != 0.0),
+        "exceeded": end_capacity(record).exceeded,
+        "steps": stats.accepted,
+        "rejected": stats.rejected,
+        "retaken": stats.retaken,
+        "segments": stats.segments,
+        "energy.closure": result.energy["closure"],
+    }
+    assert tuple(numbers) == ABOUT
+    return numbers
+
+
+def _side_by_side(one: Any, rows: Any) -> Any:
+    return jax.vmap(one)(rows)
+
+
+def _integrate(numbers: Any, *, like: Packing, job: Job, each: Any) -> tuple[dict[str, Any], Result | None]:
+    """Numbers of every run, and the runs themselves where a metric looks into all their steps."""
+    scene, rows, rtol = like.unpack(numbers)
+
+    def one(x: Any) -> tuple[dict[str, Any], Result | None]:
+        result = simulate(job.paths(scene, x), solver=job.solver, rtol=rtol, max_steps=job.max_steps)
+        light = {name_of(m): measure(result, m) for m in job.metrics if not scans(m)}
+        return _about(result) | light, result if any(map(scans, job.metrics)) else None
+
+    return each(one, rows)
+
+
+@functools.partial(DeviceJit, static_argnames=("metrics", "size", "lanes"))
+def _scanner(result: Result, *, metrics: Sequence[Metric], size: int, lanes: int) -> dict[str, Any]:
+    """Metrics that look into all steps of a batch of results, of which the first `size` rows are used."""
+    rows = jax.tree.map(lambda leaf: leaf[:, :size], result.record.rows)
+    result = eqx.tree_at(lambda r: r.record.rows, result, rows)
+
+    def heavy(one: Result) -> dict[str, Any]:
+        return {name_of(m): measure(one, m) for m in metrics if scans(m)}
+
+    # a scan looks at every step several times: a few runs at once are enough work, and all would take gigabytes
+    return jax.lax.map(heavy, result, batch_size=lanes)
+
+
+_integrators: dict[Any, Program] = {}
+_ready: set[Any] = set()
+_compiling = threading.Lock()
+
+
+def _scan(key: Any, result: Result, **static: Any) -> Any:
+    """The metrics that look into all steps; of several threads that want them first, one compiles, the others wait."""
+    if key in _ready:
+        return jax.block_until_ready(_scanner(result, **static))
+    with _compiling:
+        found = jax.block_until_ready(_scanner(result, **static))
+        _ready.add(key)
+    return found
+
+
+def _integrator(job: Job, numbers: np.ndarray, like: Packing, device: Any) -> Program:
+    """The compiled integration of a chunk whose numbers lie like this; one thread compiles and the others wait.
+
+    On a CPU the runs follow one another, if XLA can make one function of it: side by side every step that is an event
+    for one of them would cost all of them the work of an event, and the arithmetic becomes no faster.
+    """
+    key = (like, *job[1:4], job.max_steps, device)
+    with _compiling:
+        if key not in _integrators:
+            # the scene's numbers come in the vector: a kept program keeps none of them
+            run = functools.partial(_integrate, like=like, job=job._replace(scene=None))  # pyright: ignore
+            serial, parallel = (functools.partial(run, each=each) for each in (jax.lax.map, _side_by_side))
+            _integrators[key] = compiled(serial, numbers, otherwise=parallel, device=device)
+            while len(_integrators) > _KEPT:
+                del _integrators[next(iter(_integrators))]
+        return _integrators[key]
+
+
+def run_chunk(job: Job, rows: np.ndarray, size: int, device: Any = None) -> dict[str, np.ndarray]:
+    """Runs the points `rows` (points, numbers), filled up to `size`.
+
+    Gives an array over the points for every name in `ABOUT`, every metric, and `method`. What a single run would raise
+    is not raised: failures are in `code`.
+    """
+    jax.config.update("jax_enable_x64", True)  # on a worker elsewhere
+    count = len(rows)
+    device = device or jax.devices()[0]
+    numbers, like = pack((job.scene, np.concatenate([rows, np.repeat(rows[-1:], size - count, axis=0)]), job.rtol))
+    with jax.default_device(device):
+        found, result = jax.block_until_ready(_integrator(job, numbers, like, device).call(numbers))
+        if result is not None:
+            used = int(np.max(np.asarray(result.record.count))) + 1
+            kept = min(next((n for n in _SIZES if n >= used), used), job.max_steps + 1)
+            lanes = 1 if device.platform == "cpu" else 16
+            key = (like, job.solver, job.max_steps, device, job.metrics, kept)
+            found = found | _scan(key, result, metrics=job.metrics, size=kept, lanes=lanes)
+    columns = {name: np.asarray(value)[:count] for name, value in jax.device_get(found).items()}
+    return columns | {"method": np.full(count, type(job.solver).__name__, dtype="<U32")}

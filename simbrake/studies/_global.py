@@ -1,0 +1,375 @@
+"""Which uncertain numbers make a result uncertain: Sobol indices and Morris screening, computed by SALib."""
+
+import dataclasses
+from collections.abc import Iterator, Mapping, Sequence
+from types import SimpleNamespace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .._base._faults import Fault, InputError
+from .._base._table import Column, Table, Tabular, plain
+from .._parts._scene import Scene
+from .._run._measure import Metric, check_metrics, name_of, unit_of
+from .._run._outcome import SimulationError
+from ._ensemble import ensemble
+from ._sampling import Distribution, Draws, attempt, complete, power_of_two
+from ._uncertainty import Estimate, failure_name
+
+
+class MorrisNumbers(NamedTuple):
+    """Mean elementary effects (d,), means of their absolute values with half the interval, standard deviations."""
+
+    mu: np.ndarray
+    mu_star: np.ndarray
+    mu_star_half: np.ndarray
+    sigma: np.ndarray
+
+
+def _salib() -> Any:
+    try:
+        from SALib.analyze import morris as morris_analysis
+        from SALib.analyze import sobol as sobol_analysis
+        from SALib.sample import morris as morris_sample
+        from SALib.sample import sobol as sobol_sample
+    except ModuleNotFoundError as error:
+        raise ModuleNotFoundError(
+            "global sensitivity indices are computed by SALib, which is not installed: pip install 'simbrake[global]'"
+        ) from error
+    return SimpleNamespace(
+        morris_analysis=morris_analysis,
+        morris_sample=morris_sample,
+        sobol_analysis=sobol_analysis,
+        sobol_sample=sobol_sample,
+    )
+
+
+def _problem(d: int) -> dict[str, Any]:
+    return {"num_vars": d, "names": [f"x{i}" for i in range(d)], "bounds": [[0.0, 1.0]] * d}
+
+
+def _seeds(seed: int) -> tuple[int, int]:
+    """Seeds of the design and of the bootstrap; never 0, which SALib takes for none."""
+    design, resampling = np.random.SeedSequence(seed).generate_state(2)
+    return int(design) | 1, int(resampling) | 1
+
+
+def sobol_design(n: int, d: int, second: bool, seed: int) -> np.ndarray:
+    """Saltelli's design on scrambled Sobol points, `n (d + 2)` rows, with pairs `n (2d + 2)`; `n` a power of two."""
+    return _salib().sobol_sample.sample(_problem(d), n, calc_second_order=second, seed=_seeds(seed)[0])
+
+
+def morris_design(trajectories: int, d: int, levels: int, seed: int) -> np.ndarray:
+    """Trajectories of one step in each direction on a grid of `levels` from 0 to 1: `trajectories (d + 1)` rows."""
+    return _salib().morris_sample.sample(_problem(d), trajectories, num_levels=levels, seed=_seeds(seed)[0])
+
+
+def morris_numbers(
+    x: np.ndarray, y: np.ndarray, levels: int, confidence: float, resamples: int, seed: int
+) -> MorrisNumbers:
+    """Elementary effects of a function with the values `y` (rows,) on the design `x`, per unit of `x`."""
+    found = _salib().morris_analysis.analyze(
+        _problem(x.shape[1]),
+        x,
+        y,
+        num_levels=levels,
+        conf_level=confidence,
+        num_resamples=resamples,
+        seed=_seeds(seed)[1],
+    )
+    columns = ("mu", "mu_star", "mu_star_conf", "sigma")
+    return MorrisNumbers(*(np.asarray(found[name], np.float64) for name in columns))
+
+
+@dataclasses.dataclass(frozen=True)
+class SobolIndex:
+    """Shares of a metric's variance that come from one number alone (`first`) and with all it acts on (`total`)."""
+
+    path: str
+    first: Estimate
+    total: Estimate
+
+
+@dataclasses.dataclass(frozen=True)
+class SobolPair:
+    """Share of a metric's variance that two numbers make together, beyond what each makes alone."""
+
+    paths: tuple[str, str]
+    second: Estimate
+
+
+@dataclasses.dataclass(frozen=True)
+class SobolTable(Tabular):
+    """Indices of one metric, the largest total effect first; its mean and standard deviation over the samples."""
+
+    metric: str
+    unit: str
+    mean: float
+    deviation: float
+    indices: tuple[SobolIndex, ...]
+    pairs: tuple[SobolPair, ...] | None
+    confidence: float
+
+    @property
+    def alone(self) -> float:
+        """Sum of the first-order indices: what is missing to 1 are interactions."""
+        return sum(one.first.value for one in self.indices)
+
+    def parts(self) -> Iterator[str | Table]:
+        unit = f" {self.unit}" if self.unit else ""
+        yield f"{self.metric}: mean {self.mean:.6g}{unit}, standard deviation {self.deviation:.4g}{unit}"
+        columns = [Column("path", heading="parameter", left=True), Column("total", heading="total S_T", show=_shown)]
+        rows = [(one.path, one.total, one.first) for one in self.indices]
+        interval = f"± half of the {100 * self.confidence:g} % interval"
+        yield Table([*columns, Column("first", heading="first order S_1", show=_shown)], rows, interval)
+        yield f"sum of the first order {self.alone:.3f}: what is missing to 1 are interactions"
+        sure = [pair for pair in self.pairs or () if pair.second.low > 0]
+        yield from (f"together {pair.paths[0]} × {pair.paths[1]}: {_shown(pair.second)}" for pair in sure)
+        if self.pairs and not sure:
+            yield "no pair whose interaction is surely not 0"
+
+    def as_dict(self) -> dict[str, Any]:
+        found = plain({field.name: getattr(self, field.name) for field in dataclasses.fields(self)})
+        return found | {"standard_deviation": found.pop("deviation")}
+
+
+@dataclasses.dataclass(frozen=True)
+class MorrisEffect:
+    """Elementary effects of one number: change of the metric if it crosses its range (SI units of the metric).
+
+    - `mu`: mean;  `mu_star`: mean of the absolute values;  `sigma`: how much it depends on where the others are
+    - `low`, `high`: the range crossed
+    """
+
+    path: str
+    unit: str
+    low: float
+    high: float
+    mu: float
+    mu_star: Estimate
+    sigma: float
+
+
+@dataclasses.dataclass(frozen=True)
+class MorrisTable(Tabular):
+    """Elementary effects on one metric, the largest first."""
+
+    metric: str
+    unit: str
+    effects: tuple[MorrisEffect, ...]
+    confidence: float
+
+    def parts(self) -> Iterator[str | Table]:
+        unit = f", {self.unit}" if self.unit else ""
+        yield f"{self.metric}{unit}: effect of crossing the range (± half of the {100 * self.confidence:g} % interval)"
+        columns = [Column("path", heading="parameter", left=True), Column("range", left=True)]
+        columns += [Column("μ*", heading="mean |effect| μ*", show=_shown)]
+        columns += [Column("μ", heading="mean μ", show=".4g"), Column("σ", show=".4g")]
+        ranges = [f"{one.low:.4g} … {one.high:.4g} {'' if one.unit == '1' else one.unit}" for one in self.effects]
+        rows = zip(self.effects, ranges, strict=True)
+        yield Table(columns, [(one.path, span, one.mu_star, one.mu, one.sigma) for one, span in rows])
+
+
+@dataclasses.dataclass(frozen=True)
+class GlobalSensitivity(Tabular):
+    """Tables by metric (`found["stopping_time"]`), and every run in `data`."""
+
+    tables: dict[str, Any]
+    data: Any
+    method: str
+    runs: int
+
+    def __getitem__(self, metric: Metric) -> Any:
+        return self.tables[name_of(metric)]
+
+    def parts(self) -> Iterator[str | Table]:
+        yield f"{self.method}, {self.runs} runs"
+        for table in self.tables.values():
+            yield ""
+            yield from table.parts()
+
+    def as_dict(self) -> dict[str, Any]:
+        """Everything but the runs."""
+        tables = {name: table.as_dict() for name, table in self.tables.items()}
+        return {"method": self.method, "runs": self.runs, "metrics": tables}
+
+
+def around(value: Any, half: Any) -> Estimate:
+    """A value and what lies `half` to either side."""
+    return Estimate(float(value), float(value - half), float(value + half))
+
+
+def _shown(e: Estimate) -> str:
+    return f"{e.value:.4g} ± {e.high - e.value:.2g}"
+
+
+def sobol_indices(
+    scene: Scene,
+    distributions: Mapping[str, Distribution],
+    metrics: Metric | Sequence[Metric] = "stopping_time",
+    n: int = 512,
+    *,
+    second_order: bool = False,
+    confidence: float = 0.95,
+    resamples: int = 1000,
+    seed: int = 0,
+    **options: Any,
+) -> GlobalSensitivity:
+    """First-order and total Sobol indices of metrics, with confidence intervals, a `SobolTable` for each.
+
+    `S_i = Var(E[y | x_i])/Var(y)`, `S_Ti = 1 − Var(E[y | x_~i])/Var(y)` for independent `x`; estimators of Saltelli et
+    al. (Comput. Phys. Commun. 181, 2010) on scrambled Sobol points by SALib, intervals by its bootstrap over points.
+
+    - `distributions`: as `samples` takes them;  `metrics`: names, or functions of a result
+    - `n`: base points, rounded up to a power of two; `n (d + 2)` runs for `d` numbers, with `second_order` (indices of
+      pairs) `n (2d + 2)`
+    - `resamples`: of the bootstrap;  `options` go to `ensemble`
+
+    Raises `InputError` with all errors at once, `ModuleNotFoundError` without SALib, and `SimulationError` where a run
+    has no finite value or a metric never changes: there the indices do not exist. Its `result` holds all runs.
+    """
+    asked, draws = _checked(scene, distributions, metrics, confidence, [("n", n, 2), ("resamples", resamples, 2)])
+    base, d = 2 ** power_of_two(n), len(draws.paths)
+    unit = sobol_design(base, d, second_order, seed)
+    data = complete(ensemble(scene, draws.values(unit), asked, **options))
+    tables = {}
+    for one, y in _values(data, asked, varies=True).items():
+        tables[one] = sobol_table(draws.paths, y, second_order, confidence, resamples, seed, name=one)
+    for one in asked:
+        tables[name_of(one)] = dataclasses.replace(tables[name_of(one)], unit=unit_of(one))
+    return GlobalSensitivity(tables, data, f"Sobol indices from {base} scrambled Sobol points", len(unit))
+
+
+def sobol_table(
+    paths: Sequence[str],
+    y: np.ndarray,
+    second_order: bool = False,
+    confidence: float = 0.95,
+    resamples: int = 1000,
+    seed: int = 0,
+    *,
+    name: str = "y",
+) -> SobolTable:
+    """The table of any function that has the values `y` on `sobol_design`."""
+    d = len(paths)
+    found = _salib().sobol_analysis.analyze(
+        _problem(d),
+        y,
+        calc_second_order=second_order,
+        num_resamples=resamples,
+        conf_level=confidence,
+        seed=_seeds(seed)[1],
+    )
+    firsts, totals = (map(around, found[kind], found[f"{kind}_conf"]) for kind in ("S1", "ST"))
+    rows = [SobolIndex(*row) for row in zip(paths, firsts, totals, strict=True)]
+    pairs = None
+    if second_order:
+        ends = [(i, j) for i in range(d) for j in range(i + 1, d)]
+        both = [SobolPair((paths[i], paths[j]), around(found["S2"][i, j], found["S2_conf"][i, j])) for i, j in ends]
+        pairs = tuple(sorted(both, key=lambda pair: -pair.second.value))
+    step = 2 * d + 2 if second_order else d + 2
+    unmixed = np.concatenate([y[::step], y[step - 1 :: step]])
+    rows.sort(key=lambda row: -row.total.value)
+    return SobolTable(name, "", float(unmixed.mean()), float(unmixed.std(ddof=1)), tuple(rows), pairs, confidence)
+
+
+def morris(
+    scene: Scene,
+    distributions: Mapping[str, Distribution],
+    metrics: Metric | Sequence[Metric] = "stopping_time",
+    trajectories: int = 20,
+    levels: int = 4,
+    *,
+    tail: float = 0.01,
+    confidence: float = 0.95,
+    resamples: int = 1000,
+    seed: int = 0,
+    **options: Any,
+) -> GlobalSensitivity:
+    """Screening by elementary effects (Morris 1991; `μ*` of Campolongo et al. 2007), a `MorrisTable` for each metric.
+
+    `trajectories (d + 1)` runs for `d` numbers. Steps are even in the probability of each number: on a uniform one
+    even in its value. A distribution without an end is cut where `tail` is left. `μ*` orders numbers by weight, a `σ`
+    of the size of `μ*` tells of interactions or curvature; the interval of `μ*` is SALib's bootstrap over trajectories.
+
+    `distributions`, `metrics`, `options` and errors as in `sobol_indices`; a metric that never changes has effects 0.
+    """
+    counts = [("trajectories", trajectories, 2), ("resamples", resamples, 2), ("levels", levels, 2)]
+    more = []
+    if isinstance(levels, int) and levels % 2:
+        more.append(Fault("levels", f"{levels} is odd", "an even number, as 4: steps are half of the range and more"))
+    if not 0 < tail < 0.5:
+        more.append(Fault("tail", f"{tail!r} is not a share", "between 0 and 0.5, as 0.01"))
+    asked, draws = _checked(scene, distributions, metrics, confidence, counts, more)
+    unit = morris_design(trajectories, len(draws.paths), levels, seed)
+    ends = np.array([_ends(draws.quantiles[path], tail) for path in draws.paths])
+    points = ends[:, 0] + unit * (ends[:, 1] - ends[:, 0])
+    data = complete(ensemble(scene, draws.values(points), asked, **options))
+    spans = {path: [float(x) for x in pair] for path, pair in draws.values(ends.T).items()}
+    tables = {}
+    values = _values(data, asked, varies=False)
+    for one in asked:
+        found = morris_numbers(unit, values[name_of(one)], levels, confidence, resamples, seed)
+        rows = [
+            MorrisEffect(
+                path, draws.units[path], spans[path][0], spans[path][1], float(mu), around(star, half), float(sigma)
+            )
+            for path, mu, star, half, sigma in zip(draws.paths, *found, strict=True)
+        ]
+        rows.sort(key=lambda row: -row.mu_star.value)
+        tables[name_of(one)] = MorrisTable(name_of(one), unit_of(one), tuple(rows), confidence)
+    method = f"elementary effects of Morris, {trajectories} trajectories on {levels} levels"
+    return GlobalSensitivity(tables, data, method, len(unit))
+
+
+def _ends(quantile: Any, tail: float) -> tuple[float, float]:
+    """Shares between which a distribution is crossed: all of it where it ends."""
+    return 0.0 if np.isfinite(quantile(0.0)) else tail, 1.0 if np.isfinite(quantile(1.0)) else 1.0 - tail
+
+
+def _checked(
+    scene: Scene,
+    distributions: Mapping[str, Distribution],
+    metrics: Metric | Sequence[Metric],
+    confidence: float,
+    counts: list[tuple[str, Any, int]],
+    more: Sequence[Fault] = (),
+) -> tuple[list[Metric], Draws]:
+    asked: list[Metric] = [metrics] if isinstance(metrics, str) or callable(metrics) else list(metrics)
+    found = [
+        Fault(name, f"{value!r} is too few", f"a whole number, at least {least}")
+        for name, value, least in counts
+        if not isinstance(value, int | np.integer) or value < least
+    ]
+    found += more
+    if not 0 < confidence < 1:
+        found.append(Fault("confidence", f"{confidence!r} is not a share", "between 0 and 1, as 0.95"))
+    draws = attempt(found, Draws, scene, distributions)
+    attempt(found, check_metrics, scene, asked)
+    if found or draws is None:
+        raise InputError(found)
+    return asked, draws
+
+
+def _values(data: Any, asked: Sequence[Metric], *, varies: bool) -> dict[str, np.ndarray]:
+    """Values by metric, if every run has them; else an error that counts and names what to do."""
+    code = np.asarray(data["code"])
+    found = {name_of(one): np.asarray(data[name_of(one)], np.float64) for one in asked}
+    words = []
+    for name, y in found.items():
+        missing = ~np.isfinite(y) & (code == 0)
+        if missing.any():
+            words.append(f"{name} does not exist in {missing.sum()} of {len(y)} runs (as a time that never comes)")
+        elif varies and not (code != 0).any() and np.ptp(y) == 0.0:
+            words.append(f"{name} is the same in every run: it has no variance to share out")
+    for c in np.unique(code[code != 0]):
+        words.append(f"{np.sum(code == c)} of {len(code)} runs failed: {failure_name(int(c))}")
+    if words:
+        raise SimulationError(
+            "indices do not exist: "
+            + "; ".join(words)
+            + ". Narrow the distributions, set a later end_time, or ask for a function that every run has, as "
+            "lambda r: jax.numpy.minimum(r.stopping_time, r.scene.end_time); all runs are in the error's `result`",
+            data,
+        )
+    return found

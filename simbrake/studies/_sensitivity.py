@@ -1,0 +1,359 @@
+"""Local sensitivities: how results move with every number of a scene, from one differentiated run."""
+
+import dataclasses
+import difflib
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax.flatten_util import ravel_pytree
+
+from .._base._compiling import DeviceJit
+from .._base._faults import Fault, InputError
+from .._base._progress import Waiting, waiting
+from .._base._quantity import Leaf, leaves
+from .._base._table import Column, Table, Tabular
+from .._parts._scene import Scene
+from .._physics._mechanism import Label
+from .._run._edit import with_values
+from .._run._measure import Metric, check_metrics, happened, name_of, unit_of
+from .._run._report import labels_of
+from .._run._result import Result
+from ..hybrid import LANDED, STOPPED, Record
+from ._evaluator import Evaluator, Metrics, Paths, values_of
+
+#: two events that lie within this share of a run are nearly simultaneous
+NEAR = 1e-6
+#: a guard is grazed if it passes 0 so slowly that its size of order one would take this many runs
+GRAZE = 1e4
+
+
+class Range(NamedTuple):
+    """Metrics at both ends of the range of every number (`None`: no run there), notes by path and on the whole run."""
+
+    ends: dict[str, tuple[np.ndarray | None, np.ndarray | None]]
+    changes: dict[str, str]
+    notes: tuple[str, ...]
+
+    def of(self, path: str, k: int) -> tuple[float | None, float | None, str]:
+        """Metric `k` at both ends of a path, and its note."""
+        low, high = (
+            None if end is None or not np.isfinite(end[k]) else float(end[k])
+            for end in self.ends.get(path, (None, None))
+        )
+        return low, high, self.changes.get(path, "")
+
+
+def sequence(result: Result) -> list[Label]:
+    """Modes of a concrete run in order."""
+    labels = labels_of(result.record)
+    return [label for i, label in enumerate(labels) if i == 0 or label != labels[i - 1]]
+
+
+def look_around(run: Evaluator, base: Result, metrics: Metrics, spans: Mapping[str, Any], told: Waiting) -> Range:
+    """Runs the scene at both ends `p ± span` of every number, one at a time; a list moves as a whole."""
+    usual, known = sequence(base), {leaf.path: np.asarray(leaf.value) for leaf in leaves(base.scene)}
+    ends: dict[str, tuple[np.ndarray | None, np.ndarray | None]] = {}
+    changes: dict[str, str] = {}
+    for i, (path, half) in enumerate(spans.items()):
+        told.now("ends of ranges", i, len(spans))
+        if not np.any(half):
+            continue
+        seen, words = [], []
+        for sign, name in ((-1, "lower"), (1, "upper")):
+            end, what = _end(run, with_values(base.scene, {path: known[path] + sign * half}), metrics, usual)
+            seen.append(end)
+            words += [f"{name} bound: {what}"] if what else []
+        ends[path] = (seen[0], seen[1])
+        if words:
+            changes[path] = "; ".join(words)
+    return Range(ends, changes, tuple(near_ties(base.record) + passages(base.record)))
+
+
+def _end(run: Evaluator, scene: Scene, metrics: Metrics, usual: list[Label]) -> tuple[np.ndarray | None, str]:
+    """Metrics at one end, and what is different there."""
+    try:
+        result = run.result(scene, throw=False)
+    except InputError:
+        return None, "out of range"
+    if not result.ok:
+        return None, f"the run ends as {result.status}"
+    other = sequence(result)
+    part = next((i for i, (a, b) in enumerate(zip(usual, other, strict=False)) if a != b), min(len(usual), len(other)))
+    what = ""
+    if other != usual:
+        mine, theirs = (str(s[part]) if part < len(s) else "the end" for s in (usual, other))
+        what = f"other modes ({theirs} instead of {mine} after {usual[part - 1]})"
+    return values_of(result, metrics), what
+
+
+def near_ties(record: Record) -> list[str]:
+    """Events that lie so close that a small change may exchange them."""
+    n = int(record.count)
+    t, kind = np.asarray(record.rows.t)[: n + 1], np.asarray(record.rows.kind)[:n]
+    at = np.flatnonzero((kind == LANDED) | (kind == STOPPED))
+    times, landed, whole = t[at + 1], kind[at] == LANDED, t[-1] - t[0]
+    found = []
+    for i in np.flatnonzero((np.diff(times) > 0) & (np.diff(times) < NEAR * whole)):
+        if landed[i] or landed[i + 1]:
+            what = "events" if landed[i] and landed[i + 1] else "an event and a corner of a given function"
+            words = f"{what} at {times[i]:.9g} s and {times[i + 1] - times[i]:.2g} s later nearly coincide"
+            found.append(f"{words}: derivatives are one-sided, they end where the two change their order")
+    return found
+
+
+def _approach(record: Record, index: Any) -> Any:
+    """Times, rates (1/s) at which the guards that fired came to 0, and whether others came to 0 at the same instant.
+
+    Guards that move alike, as those of speed and slip under a steady lever, are one.
+    """
+    t, y = record.ends(index)
+    flat, span = record.flat, record.t_end - record.rows.t[0]
+
+    def one(t: Any, y: Any, i: Any) -> Any:
+        mode, fired = record.rows.mode[i], record.rows.guard[i]
+        packed = ravel_pytree(y)[0]
+        f = flat.rhs(t, packed, mode)
+        g, rate = jax.jvp(lambda t, y: flat.guards(t, y, mode), (t, packed), (jnp.ones_like(t), f))
+        normals = jnp.column_stack(jax.jacfwd(lambda t, y: flat.guards(t, y, mode), (0, 1))(t, packed))
+        size = jnp.linalg.norm(normals, axis=1)
+        alike = jnp.abs(normals @ normals[fired]) >= (1 - 1e-9) * size * size[fired]
+        together = ~alike & (rate < 0) & (jnp.abs(g) <= 1e-12 * jnp.abs(rate) * span)
+        return rate[fired], jnp.any(together)
+
+    return t, *jax.vmap(one)(t, y, index)
+
+
+_approaches = DeviceJit(_approach)
+
+
+def passages(record: Record) -> list[str]:
+    """Events that the state only just reaches, and events that come several at once."""
+    record = record.compact()
+    t, kind = np.asarray(record.rows.t), np.asarray(record.rows.kind)[: int(record.count)]
+    index = np.flatnonzero(kind == LANDED)
+    if not len(index):
+        return []
+    padded = np.pad(index, (0, -len(index) % 16), mode="edge").astype(np.int32)
+    times, rates, together = (np.asarray(x)[: len(index)] for x in _approaches(record, padded))
+    whole = t[int(record.count)] - t[0]
+    slow = times[np.abs(rates) * whole * GRAZE < 1]
+    several = times[together]
+    return [
+        *(f"the event at {time:.9g} s is only just reached: a small change may undo it" for time in slow),
+        *(f"several marks are reached at once at {time:.9g} s: derivatives are one-sided there" for time in several),
+    ]
+
+
+#: an elasticity below this is rounding
+_ROUNDING = 1e-13
+#: rows that are printed
+_SHOWN = 30
+
+
+class Sensitivity(NamedTuple):
+    """What one number `p` of a scene does to a metric `M`.
+
+    - `path`, `unit`, `value` of the number (SI), and in words what it is (`meaning`)
+    - `derivative` `dM/dp`;  `elasticity` `(p/M) dM/dp`: percent of the metric for one percent of the number
+    - `half`: half of the range of `p` that was looked at;  `low`, `high`: the metric at its ends; `None` where it has
+      no value or was not looked at
+    - `note`: what happens within the range that a derivative does not know of; empty if nothing
+
+    A path that ends in `[:]` stands for all entries of a list: `value` is their mean, `derivative` that of one shift of
+    all of them, `elasticity` and range those of one factor for all of them.
+    """
+
+    path: str
+    unit: str
+    meaning: str
+    value: float
+    derivative: float
+    elasticity: float
+    half: float | None = None
+    low: float | None = None
+    high: float | None = None
+    note: str = ""
+
+
+@dataclasses.dataclass(frozen=True)
+class SensitivityTable(Tabular):
+    """Sensitivities of one metric, the largest elasticity first; `notes` concern the whole run."""
+
+    metric: str
+    unit: str
+    value: float
+    rows: tuple[Sensitivity, ...]
+    notes: tuple[str, ...] = ()
+
+    def at(self, path: str) -> Sensitivity:
+        """The row of a path; raises `KeyError` with the nearest paths."""
+        for row in self.rows:
+            if row.path == path:
+                return row
+        near = difflib.get_close_matches(path, [row.path for row in self.rows], n=3, cutoff=0.3)
+        raise KeyError(f"{path}: not in the table; nearest: {', '.join(near)}")
+
+    @property
+    def matters(self) -> tuple[Sensitivity, ...]:
+        """Of `wholes` those that move the metric, or that have a note."""
+        return tuple(row for row in self.wholes if row.note or _moves(row))
+
+    @property
+    def wholes(self) -> tuple[Sensitivity, ...]:
+        """The rows without the single entries of lists."""
+        return tuple(row for row in self.rows if row.path.endswith("[:]") or not row.path.endswith("]"))
+
+    def parts(self) -> Iterator[str | Table]:
+        """The single entries of lists are left out, parameters without influence only counted."""
+        yield f"{self.metric} = {self.value:.8g} {self.unit}"
+        shown = self.matters[:_SHOWN]
+        ends = any(row.low is not None or row.high is not None for row in shown)
+        columns = [Column("path", heading="parameter p", left=True), Column("value", show=".6g"), "unit"]
+        columns += [Column("derivative", show=".5g"), Column("elasticity", show=".4g")]
+        if ends:
+            columns += [Column("half", heading="± half", show=".3g")]
+            columns += [Column(f"at the {name} bound", show=".7g") for name in ("lower", "upper")]
+        rows = [
+            (row.path, row.value, row.unit, row.derivative, row.elasticity)
+            + ((row.half, row.low, row.high) if ends else ())
+            + (row.note,)
+            for row in shown
+        ]
+        yield Table([*columns, Column("note", heading="", left=True)], rows)
+        left, without = len(self.wholes) - len(shown), len(self.wholes) - len(self.matters)
+        rest = [f"{left - without} more"] * (left > without) + [f"{without} without influence"] * bool(without)
+        if rest:
+            yield f"and {' and '.join(rest)}"
+        yield from (f"note: {note}" for note in self.notes)
+
+
+def _moves(row: Sensitivity) -> bool:
+    """A number that is 0 has no elasticity, but may have an influence."""
+    return row.derivative != 0 and (row.value == 0 or abs(row.elasticity) > _ROUNDING)
+
+
+def sensitivity(
+    metric: Metric | Sequence[Metric],
+    scene: Scene,
+    wrt: str | Sequence[str] | None = None,
+    *,
+    span: float | Mapping[str, float] | None = 0.01,
+    rtol: float = 1e-10,
+    solver: Any = None,
+    progress: Any = None,
+) -> Any:
+    """Derivatives of one or several metrics with respect to numbers of a scene, through every event of its run.
+
+    - `metric`: a metric's name (`"stopping_time"`, `"max_tension"`, `"energy.friction_heat"`) or a function of a
+      `Result` to a number; a list of them gives a list of `SensitivityTable`
+    - `wrt`: paths, as `"brake.linings.friction"` for all below it, or one field; `None`: every number of the scene
+    - `span`: half of the range of each number, as a share of it, or by path in its own unit (for lists too: then a
+      shift); the scene is run at both ends and the table says where its modes follow each other differently. `None`: no
+      range is looked at
+    - `rtol`, `solver`: as for `simulate`
+    - `progress`: `None` says on a terminal how far it is, `True` always, `False` never
+
+    Forward derivatives are taken one number at a time, reverse ones one metric at a time, whichever are fewer; either
+    is one compiled program, which all scenes of a structure share.
+
+    Raises `InputError` for unknown paths and metrics, and where a metric has no value in this run (what did not happen
+    has no derivative); `SimulationError` where the run fails.
+    """
+    single = isinstance(metric, str) or callable(metric)
+    metrics = Metrics((metric,) if single else tuple(metric))  # pyright: ignore
+    check_metrics(scene, metrics.asked)
+    chosen = _chosen(leaves(scene), wrt)
+    spans = {} if span is None else _spans(chosen, span)
+    paths = Paths(tuple(leaf.path for leaf in chosen), tuple(np.shape(leaf.value) for leaf in chosen))
+    size, x = len(metrics.asked), np.concatenate([np.ravel(np.asarray(leaf.value, np.float64)) for leaf in chosen])
+    run = Evaluator(scene, paths, metrics, size=size, reverse=x.size > size, singly=True, rtol=rtol, solver=solver)
+    with waiting(progress, "sensitivity", "compiles the run") as told:
+        base = run.result(progress=told)
+        values = values_of(base, metrics)
+        _check_happened(metrics, values)
+        told.now("derivatives")
+        run.like(base)  # a derivative replays the run: its length is known
+        slopes = run(x)
+        if slopes.code != 0 or not np.all(np.isfinite(slopes.values)):
+            raise RuntimeError("the differentiated run ended before the plain one; please report this scene")
+        around = None if span is None else look_around(run, base, metrics, spans, told)
+    tables = [
+        SensitivityTable(
+            name_of(one),
+            unit_of(one),
+            float(values[k]),
+            _rows(chosen, paths.values(slopes.jacobian[k]), float(values[k]), spans, around, k),
+            () if around is None else around.notes,
+        )
+        for k, one in enumerate(metrics.asked)
+    ]
+    return tables[0] if single else tables
+
+
+def _chosen(known: list[Leaf], wrt: str | Sequence[str] | None) -> list[Leaf]:
+    """The numbers that are meant, each once, in the order asked."""
+    if wrt is None:
+        return known
+    found, faults = {}, []
+    for path in [wrt] if isinstance(wrt, str) else wrt:
+        here = [leaf for leaf in known if leaf.path == path or leaf.path.startswith((f"{path}.", f"{path}["))]
+        if not here:
+            near = difflib.get_close_matches(path, [leaf.path for leaf in known], n=3, cutoff=0.4)
+            hint = f"nearest: {', '.join(near or [leaf.path for leaf in known[:4]])}"
+            faults.append(Fault(path, "there is no such number in the scene", hint))
+        found |= {leaf.path: leaf for leaf in here}
+    if faults:
+        raise InputError(faults)
+    return list(found.values())
+
+
+def _spans(chosen: list[Leaf], span: float | Mapping[str, float]) -> dict[str, Any]:
+    """Half-ranges by path, in the units of the numbers."""
+    if not isinstance(span, Mapping):
+        return {leaf.path: span * np.abs(np.asarray(leaf.value)) for leaf in chosen}
+    paths = {leaf.path for leaf in chosen}
+    faults = [Fault(path, "has a span but is not among the numbers asked for") for path in span if path not in paths]
+    faults += [Fault(path, f"a span of {half!r}", "half a range is > 0") for path, half in span.items() if not half > 0]
+    if faults:
+        raise InputError(faults)
+    return {path: np.asarray(half, np.float64) for path, half in span.items()}
+
+
+def _check_happened(metrics: Metrics, values: np.ndarray) -> None:
+    hint = "its derivative does not exist; ask for one that occurs, or let the run go on for longer"
+    faults = [
+        Fault(name_of(one), "has no value in this run", hint)
+        for one, value in zip(metrics.asked, values, strict=True)
+        if not happened(value)
+    ]
+    if faults:
+        raise InputError(faults)
+
+
+def _rows(
+    chosen: list[Leaf],
+    derivatives: dict[str, np.ndarray],
+    value: float,
+    spans: Mapping[str, Any],
+    around: Range | None,
+    k: int,
+) -> tuple[Sensitivity, ...]:
+    """Rows of one metric, lists as wholes and by their entries."""
+    rows = []
+    for leaf in chosen:
+        p, slope, about = np.asarray(leaf.value, np.float64), derivatives[leaf.path], leaf.about
+        low, high, note = (None, None, "") if around is None else around.of(leaf.path, k)
+        half = None if leaf.path not in spans else float(np.mean(spans[leaf.path]))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            elasticity = slope * p / value
+        whole = leaf.path if p.ndim == 0 else f"{leaf.path}[:]"
+        sums = float(np.mean(p)), float(np.sum(slope)), float(np.sum(elasticity))
+        rows.append(Sensitivity(whole, about.unit, about.meaning, *sums, half, low, high, note))
+        for index in np.ndindex(p.shape) if p.ndim else ():
+            entry = f"{leaf.path}[{', '.join(str(i) for i in index)}]"
+            numbers = float(p[index]), float(slope[index]), float(elasticity[index])
+            rows.append(Sensitivity(entry, about.unit, about.meaning, *numbers))
+    return tuple(sorted(rows, key=lambda row: -abs(row.elasticity) if np.isfinite(row.elasticity) else 0.0))

@@ -1,0 +1,84 @@
+"""The evaluator of studies against closed forms: derivatives in every direction, codes, records that were too short."""
+
+import numpy as np
+import pytest
+from helpers import closed_form, stop_scene
+
+import simbrake as sb
+from simbrake.studies._evaluator import Evaluator, Metrics, Paths, place_of, same_numbers, values_of
+
+PATHS = ("initial.omega", "brake.pulley.inertia", "duty.slack_tension.level")
+NAMES = ("stopping_time", "stopping_angle")
+X = np.array([18.0, 900.0, 7e3])
+
+
+def scene(**changes):
+    return stop_scene(C=None, **changes)
+
+
+def truth(x):
+    """`t = ω_0 J/(R T_0 (Π − 1))`, `φ = ω_0 t/2`, and their derivatives."""
+    t = x[0] * x[1] / (0.725 * x[2] * (closed_form()["Pi"] - 1))
+    powers = np.array([[1.0, 1.0, -1.0], [2.0, 1.0, -1.0]])
+    values = np.array([t, x[0] * t / 2])
+    return values, values[:, None] * powers / x
+
+
+@pytest.mark.parametrize(
+    ("reverse", "singly"),
+    [
+        (False, False),
+        (True, True),
+        pytest.param(True, False, marks=pytest.mark.slow),
+        pytest.param(False, True, marks=pytest.mark.slow),
+    ],
+)
+def test_values_and_derivatives_of_a_stop(reverse, singly):
+    run = Evaluator(scene(), Paths.each(PATHS), Metrics(NAMES), size=2, reverse=reverse, singly=singly)
+    found, (values, slopes) = run(X), truth(X)
+    assert found.code == 0
+    np.testing.assert_allclose(found.values, values, rtol=1e-9)
+    np.testing.assert_allclose(found.jacobian, slopes, rtol=1e-8)
+    assert run(X) is found  # remembered
+    assert run.runs == 1
+
+
+def test_a_record_that_is_too_short_is_lengthened_and_a_failed_run_has_its_code():
+    short = sb.simulate(scene(end=1e-3))
+    run = Evaluator(
+        scene(end=1e-3), Paths.each(("end_time", *PATHS)), Metrics(NAMES), size=2, reverse=True, singly=True
+    )
+    run.like(short)
+    run.limits = (4, *run.limits)  # fewer than any stop takes
+    found = run(np.array([5.0, *X]))
+    assert found.code == 0
+    np.testing.assert_allclose(found.values, truth(X)[0], rtol=1e-9)
+    assert run.runs == 1
+    few = Evaluator(scene(), Paths.each(PATHS), Metrics(NAMES), size=2, reverse=True, singly=True, max_steps=4)
+    assert few(X).code == 1
+    assert np.all(np.isnan(few(X).jacobian))
+
+
+def test_values_of_a_concrete_result():
+    result = sb.simulate(sb.with_values(scene(), dict(zip(PATHS, X, strict=True))))
+    np.testing.assert_allclose(values_of(result, Metrics(NAMES)), truth(X)[0], rtol=1e-9)
+
+
+def test_numbers_as_a_vector_and_back():
+    paths = Paths(("brake.linings.angle", "initial.omega", "brake.linings.angle[2]"), ((20,), (), ()))
+    x = np.arange(1.0, 23.0)
+    laid = paths(scene(), x)
+    assert [span.stop - span.start for span in paths.spans] == [20, 1, 1]
+    assert float(laid.initial.omega) == 21.0
+    np.testing.assert_array_equal(laid.brake.linings.angle, [1, 2, 22, *range(4, 21)])
+
+
+def test_paths_of_entries_and_numbers_that_are_named_twice():
+    sizes = {"a.b": 3, "c[0].x": 1}
+    assert place_of("a.b[-1]", sizes) == ("a.b", -1)
+    assert place_of("c[0].x", sizes) == ("c[0].x", None)
+    assert place_of("d[e].f", sizes) == ("d[e].f", None)
+    assert same_numbers(["a.b[2]", "c[0].x", "a.b[0]"], sizes) == {}
+    assert same_numbers(["a.b[2]", "a.b[-1]"], sizes) == {"a.b[-1]": "a.b[2]"}
+    assert set(same_numbers(["a.b[2]", "a.b"], sizes)) == {"a.b"}
+    assert set(same_numbers(["a.b", "a.b[1]"], sizes)) == {"a.b[1]"}
