@@ -33,7 +33,7 @@ def main() -> None:
     assert pathlib.Path("py.typed") in source
     for name in sb.__all__:
         assert getattr(sb, name) is not None
-    assert sb.rim_material("cast_iron")
+    assert sb.formulas.rim_material("cast_iron")
     for scene in ("u2_5_5_stop.py", "u2_5_5_stop.toml"):
         shutil.copy(checkout / "scenarios" / scene, scene)
         assert json.loads(run("run", scene, "--json"))["status"] == "stopped"

@@ -31,7 +31,7 @@ def _solver(name: str) -> Any:
 
     import simbrake as sb
 
-    return {"Tsit5": diffrax.Tsit5, "Dopri8": diffrax.Dopri8, "Rodas5P": sb.Rodas5P}[name]()
+    return {"Tsit5": diffrax.Tsit5, "Dopri8": diffrax.Dopri8, "Rodas5P": sb.hybrid.Rodas5P}[name]()
 
 
 @functools.cache
@@ -119,7 +119,7 @@ def simbrake_runner(case: Case, method: str, tolerance: float) -> Callable[[], A
     def call() -> Answer:
         answer = run(rtol=tolerance)
         if answer.code:
-            raise RuntimeError(f"{method} ends with {sb.FAILURES[answer.code][0]}")
+            raise RuntimeError(f"{method} ends with {sb.results.FAILURES[answer.code][0]}")
         evaluations = stages * (answer.accepted + answer.rejected + answer.retaken) + answer.segments
         return Answer(answer.metrics["times"], answer.metrics["final_state"], evaluations, answer.accepted)
 

@@ -166,7 +166,7 @@ def _simbrake_stop(p: Stop, kind: str) -> Any:
 
     law, heat = sb.ConstantFriction(p.f), None
     if kind != "dry":
-        law = sb.ProductFriction(law, (sb.LinearFade(p.fade, ROOM),))
+        law = sb.friction.ProductFriction(law, (sb.LinearFade(p.fade, ROOM),))
         heat = _simbrake_heat(kind)
     linings = sb.Lining(law, np.full(p.n, 2 * math.atan(p.z)))
     brake = sb.Brake(sb.Pulley(p.R, p.J), sb.Band(p.R, p.C), linings)
@@ -180,17 +180,20 @@ def _simbrake_heat(kind: str) -> Any:
     def wall(name: str, numbers: dict[str, float], area: float, steps: np.ndarray) -> Any:
         material = sb.Material(numbers["conductivity"], numbers["density"], numbers["specific_heat"])
         growth = float(steps[1] / steps[0])
-        return sb.Wall(name, material, numbers["thickness"], area, len(steps), growth)
+        return sb.thermal.Wall(name, material, numbers["thickness"], area, len(steps), growth)
 
     rim = wall("rim", RIM, TRACK, layers(1e-6 if kind == "stiff" else None, RIM["thickness"], 20))
-    bodies: tuple[Any, ...] = (rim, sb.Reservoir("air"))
+    bodies: tuple[Any, ...] = (rim, sb.thermal.Reservoir("air"))
     if kind == "stiff":
         bodies = (rim, wall("lining", LINING, OVERLAP * TRACK, layers(10e-6, LINING["thickness"], 12)), bodies[1])
     lining = "lining.front" if kind == "stiff" else None
     return sb.Heat(
         bodies=bodies,
-        links=(sb.Convection("rim.back", TRACK, INSIDE), sb.Convection("rim.front", OPEN * TRACK, OUTSIDE)),
-        friction=sb.FrictionHeat("rim.front", lining, sb.ConstantPartition(SHARE), sensed="rim.front"),
+        links=(
+            sb.thermal.Convection("rim.back", TRACK, INSIDE),
+            sb.thermal.Convection("rim.front", OPEN * TRACK, OUTSIDE),
+        ),
+        friction=sb.thermal.FrictionHeat("rim.front", lining, sb.thermal.ConstantPartition(SHARE), sensed="rim.front"),
         rim="rim.front",
     )
 
@@ -212,7 +215,7 @@ def _simbrake_staged(p: Staged) -> Any:
         sb.Lining(sb.ConstantFriction(p.f_ext), np.full(p.n, 2 * math.atan(p.z))),
         sb.Bandage(p.J_b, sb.ConstantFriction(p.f_int), p.preload),
     )
-    lever = sb.ExponentialRise(p.level, p.tau, -p.ahead)
+    lever = sb.profiles.ExponentialRise(p.level, p.tau, -p.ahead)
     return sb.Scene(brake, sb.Duty(lever, sb.TorqueLoad(sb.Constant(p.load))), sb.Initial(p.w_0), p.end)
 
 
@@ -237,14 +240,14 @@ def _simbrake_cycles(p: Cycles) -> Any:
         rim=rim,
         linings=linings,
         band=band,
-        partition=sb.ConstantPartition(p.share),
+        partition=sb.thermal.ConstantPartition(p.share),
         rim_cooling=p.cooling[0],
         band_cooling=p.cooling[1],
         lining_to_band=p.between,
         temperature=ROOM,
         ambient=ROOM,
     )
-    law = sb.ProductFriction(sb.ConstantFriction(p.f), (sb.LinearFade(p.fade, ROOM),))
+    law = sb.friction.ProductFriction(sb.ConstantFriction(p.f), (sb.LinearFade(p.fade, ROOM),))
     brake = sb.Brake(sb.Pulley(p.R, p.J), sb.Band(p.R), sb.Lining(law, np.full(p.n, 2 * math.atan(p.z))))
     lever = sb.Repeated(list(p.times), list(p.tensions), p.period, p.count)
     duty = sb.Duty(lever, sb.TorqueLoad(sb.Constant(p.load), p.drag))

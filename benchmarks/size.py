@@ -124,7 +124,7 @@ def _scenario(name: str, title: str) -> Subject:
 SCENES: dict[str, Subject] = {
     "a": _case("a", diffrax.Dopri8()),
     "b": _case("b", diffrax.Tsit5()),
-    "c": _case("c", sb.Rodas5P()),
+    "c": _case("c", sb.hybrid.Rodas5P()),
     "d": _case("d", diffrax.Dopri8()),
     "e": _case("e", diffrax.Dopri8()),
     "everything": _scenario("everything_coupled", "staged brake, elastic band, walls of all linings, fade"),
@@ -180,7 +180,7 @@ def costs(programs: Programs) -> dict[str, float]:
     program, compile_ = clocked(lambda: compiled(programs.run, programs.numbers, longest=LONGEST))
     record = program.call(programs.numbers)
     if code := int(record.code):
-        raise RuntimeError(f"the run ends with {sb.FAILURES[code][0]}")
+        raise RuntimeError(f"the run ends with {sb.results.FAILURES[code][0]}")
     warm = interleaved({"run": lambda: jax.block_until_ready(program.call(programs.numbers))}, 1.0)["run"]
     return {
         "StableHLO lines": lowered.as_text().count("\n"),

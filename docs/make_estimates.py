@@ -40,17 +40,17 @@ def schmidt_errors(layers: int) -> tuple[float, float, float]:
 
     steel, thickness, q = sb.material("steel_20L"), 0.025, 3e5
     end = 0.5 * thickness**2 / float(steel.diffusivity)
-    face = float(sb.slab_rise(q, end, thickness, steel))
-    wall = sb.Wall("rim", steel, thickness, 1.0, layers, temperature=300.0)
-    air, source = sb.Reservoir("air", 300.0), sb.Source("rim.front", q)
+    face = float(sb.formulas.slab_rise(q, end, thickness, steel))
+    wall = sb.thermal.Wall("rim", steel, thickness, 1.0, layers, temperature=300.0)
+    air, source = sb.thermal.Reservoir("air", 300.0), sb.thermal.Source("rim.front", q)
 
     def network(coefficient: float) -> np.ndarray:
-        heat = sb.Heat((wall, air), (sb.Convection("rim.back", 1.0, coefficient),), None, (source,))
+        heat = sb.Heat((wall, air), (sb.thermal.Convection("rim.back", 1.0, coefficient),), None, (source,))
         return np.asarray(sb.simulate_heat(heat, np.array([0.0, end])).temperature[-1]) - 300.0
 
-    course = sb.schmidt(steel, thickness, layers, end, q)
-    truth = sb.slab_rise(q, end, thickness, steel, course.depth[1:-1])
-    cooled = sb.schmidt(steel, thickness, layers, end, q, back_coefficient=40.0).temperature[-1, 1:-1]
+    course = sb.formulas.schmidt(steel, thickness, layers, end, q)
+    truth = sb.formulas.slab_rise(q, end, thickness, steel, course.depth[1:-1])
+    cooled = sb.formulas.schmidt(steel, thickness, layers, end, q, back_coefficient=40.0).temperature[-1, 1:-1]
     found = (course.temperature[-1, 1:-1] - truth, network(0.0) - truth, cooled - network(40.0))
     return tuple(float(np.max(np.abs(x))) / face for x in found)  # pyright: ignore
 

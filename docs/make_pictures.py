@@ -47,8 +47,8 @@ def main(measured: list[str]) -> None:
     save(plot.lining_map(stop, "normal_load"), "lining_map")
     save(plot.tornado(sb.sensitivity(["stopping_time"], stop.scene, span=0.05)[0]), "tornado")
     layouts = {
-        "equal increments": sb.equal_increment_angles(0.3, 10, 10, math.radians(270.0)),
-        "equal loads": sb.equal_load_angles(0.3, 10, math.radians(270.0)),
+        "equal increments": sb.layouts.equal_increment_angles(0.3, 10, 10, math.radians(270.0)),
+        "equal loads": sb.layouts.equal_load_angles(0.3, 10, math.radians(270.0)),
     }
     save(plot.angles(layouts), "angles")
     save(plot.chord_angles(7, (0.1, 0.3, 0.5)), "chord_angles")

@@ -39,7 +39,7 @@ SPEED_NOISE, TEMPERATURE_NOISE, TIME_NOISE = 0.15, 1.5, 0.01  # rad/s, K, s; ass
 
 def scene() -> sb.Scene:
     """A stop of a lowered hook with a rim that heats and friction that fades, as guessed before the test."""
-    fading = sb.ProductFriction(sb.ConstantFriction(0.35), (sb.LinearFade(slope=5e-4, above=293.15),))
+    fading = sb.friction.ProductFriction(sb.ConstantFriction(0.35), (sb.LinearFade(slope=5e-4, above=293.15),))
     return sb.Scene(
         brake=sb.Brake(
             pulley=sb.Pulley(radius=0.590, inertia=1200.0),
@@ -53,7 +53,7 @@ def scene() -> sb.Scene:
         initial=sb.Initial(omega=24.0),
         end_time=4.0,
         # assumptions: the outer 3 mm of the tracks take the heat of one stop, 80 % of it; warm at the start
-        heat=sb.lumped_heat(rim=2e4, partition=sb.ConstantPartition(0.8), rim_cooling=50.0, temperature=303.15),
+        heat=sb.lumped_heat(rim=2e4, partition=sb.thermal.ConstantPartition(0.8), rim_cooling=50.0, temperature=303.15),
     )
 
 

@@ -14,7 +14,7 @@ def scene() -> sb.Scene:
     drum_radius, line_count = 0.40, 8  # m to the rope, lines strung; assumptions as in u2_5_5_stop.py
     hook_speed = 1.2  # m/s downwards; assumption: lowering of a heavy string
     # assumption: an organic pad, 0.40 cold, that loses 0.08 % per kelvin above 250 °C
-    friction = sb.ProductFriction(
+    friction = sb.friction.ProductFriction(
         sb.StribeckFriction(static_coefficient=0.44, kinetic_coefficient=0.40, stribeck_speed=0.5),
         (sb.LinearFade(slope=8e-4, above=523.15, floor=0.5, blend=10.0),),
     )
@@ -51,10 +51,10 @@ def scene() -> sb.Scene:
             lining_first=1e-4,
             each=8,
             outside=25.0,  # W/(m²·K) to the air; assumption
-            partition=sb.ConstantPartition(0.93),  # assumption: by the effusivities
+            partition=sb.thermal.ConstantPartition(0.93),  # assumption: by the effusivities
             permissible=623.15,
         ),
-        wear=sb.Wear(sb.ExponentialWear(3e-14, rise=120.0), permissible=0.012),  # assumption: some 0.1 mm³/MJ cold
+        wear=sb.Wear(sb.wear.ExponentialWear(3e-14, rise=120.0), permissible=0.012),  # assumption: some 0.1 mm³/MJ cold
     )
 
 
@@ -67,7 +67,7 @@ def main() -> None:
     print(result)
     brake = run_in.brake
     assert isinstance(brake, sb.DiscBrake)
-    pads = dataclasses.replace(brake.linings, pressure=sb.UniformPressure())
+    pads = dataclasses.replace(brake.linings, pressure=sb.brakes.UniformPressure())
     new = dataclasses.replace(run_in, brake=dataclasses.replace(brake, linings=pads))
     print(f"\nstopping time with pads that have run in {float(result.stopping_time):.5f} s, ", end="")
     print(f"with new ones, pressed evenly, {float(sb.simulate(new).stopping_time):.5f} s")

@@ -13,7 +13,7 @@ import simbrake as sb
 
 def scene(omega: float = 25.0, load: float = 250.0) -> sb.Scene:
     """The scene that `simbrake run` integrates."""
-    friction = sb.ProductFriction(
+    friction = sb.friction.ProductFriction(
         sb.ConstantFriction(0.32, static_ratio=1.1),  # Shigley; the ratio is an assumption
         (sb.LinearFade(slope=1.5e-3, above=373.15, floor=0.4, blend=10.0),),  # assumption
     )
@@ -38,12 +38,12 @@ def scene(omega: float = 25.0, load: float = 250.0) -> sb.Scene:
         end_time=4.0,
         heat=sb.Heat(
             bodies=(
-                sb.Lump("drum", 4.0e3),  # J/K; assumption: some 8 kg of iron
-                sb.Lump("shoes", 250.0, count=2),  # assumption: what of the linings takes heat in one stop
-                sb.Reservoir("air", 293.15),
+                sb.thermal.Lump("drum", 4.0e3),  # J/K; assumption: some 8 kg of iron
+                sb.thermal.Lump("shoes", 250.0, count=2),  # assumption: what of the linings takes heat in one stop
+                sb.thermal.Reservoir("air", 293.15),
             ),
-            links=(sb.Conductance("drum", "air", 8.0), sb.Conductance("shoes", "drum", 2.0)),
-            friction=sb.FrictionHeat("drum", "shoes", sb.ConstantPartition(0.85)),
+            links=(sb.thermal.Conductance("drum", "air", 8.0), sb.thermal.Conductance("shoes", "drum", 2.0)),
+            friction=sb.thermal.FrictionHeat("drum", "shoes", sb.thermal.ConstantPartition(0.85)),
             rim="drum",
             linings="shoes",
         ),

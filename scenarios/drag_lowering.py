@@ -25,7 +25,9 @@ def scene() -> sb.Scene:
         brake=sb.Brake(
             pulley=sb.Pulley(radius=0.590, inertia=1200.0),
             band=sb.Band(radius=0.623),  # rigid: stretch does not matter at constant speed
-            linings=sb.uniform_linings(20, math.radians(270.0), sb.ProductFriction(sb.ConstantFriction(0.35), (fade,))),
+            linings=sb.uniform_linings(
+                20, math.radians(270.0), sb.friction.ProductFriction(sb.ConstantFriction(0.35), (fade,))
+            ),
         ),
         duty=sb.Duty(
             slack_tension=sb.SpeedHold(limit=30.0e3),  # N; assumption: what the driller can give

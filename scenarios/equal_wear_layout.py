@@ -44,7 +44,7 @@ def wear_rate(slope: float = 6e-3) -> HotWear:
 
 def scene() -> sb.Scene:
     """The stop with the uniform pitch."""
-    friction = sb.ProductFriction(
+    friction = sb.friction.ProductFriction(
         sb.ConstantFriction(FRICTION),
         # 8 % less for every 100 K above 150 °C, not below a third; assumption
         (sb.LinearFade(slope=8e-4, above=423.15, floor=0.33),),
@@ -58,7 +58,7 @@ def scene() -> sb.Scene:
         rim=STEEL,
         rim_thickness=0.025,  # m, V table 1
         track_area=2 * math.pi * TRACK_RADIUS * TRACK_WIDTH,
-        partition=sb.EffusivityPartition(STEEL, LINING),
+        partition=sb.thermal.EffusivityPartition(STEEL, LINING),
         rim_layers=6,
         rim_first=1.5e-3,  # m
         lining=LINING,
@@ -116,14 +116,16 @@ def print_claim() -> None:
             )
 
 
-def rows_of(layouts: dict[str, np.ndarray], rate: HotWear) -> list[sb.LayoutRow]:
+def rows_of(layouts: dict[str, np.ndarray], rate: HotWear) -> list[sb.layouts.LayoutRow]:
     """Every layout with its wear over the stop."""
     rows = []
     for name, angle in layouts.items():
         result = sb.simulate(sb.with_values(scene(), {"brake.linings.angle": angle}))
-        worn = np.asarray(sb.lining_wear(result, rate))
-        rows.append(sb.LayoutRow(name, np.asarray(angle), np.full(LININGS, AREA), {"wear": worn}, {"wear": "m"}))
-        hot = np.asarray(sb.lining_peak(result, "normal_load")) / 1e3
+        worn = np.asarray(sb.results.lining_wear(result, rate))
+        rows.append(
+            sb.layouts.LayoutRow(name, np.asarray(angle), np.full(LININGS, AREA), {"wear": worn}, {"wear": "m"})
+        )
+        hot = np.asarray(sb.results.lining_peak(result, "normal_load")) / 1e3
         print(
             f"{name:26} stops after {result.metrics['stopping_time']:.4f} s, greatest tension "
             f"{result.metrics['max_tension'] / 1e3:6.2f} kN, hottest lining "
@@ -145,8 +147,8 @@ def main() -> None:
     work = sb.equal_layout(scene(), "friction_work", over="braking")
     layouts = {
         "uniform pitch": np.asarray(scene().brake.linings.angle),
-        "Z, equal increments": sb.equal_increment_angles(FRICTION, LININGS, LININGS, WRAP).angle,
-        "equal loads at full slip": sb.equal_load_angles(FRICTION, LININGS, WRAP).angle,
+        "Z, equal increments": sb.layouts.equal_increment_angles(FRICTION, LININGS, LININGS, WRAP).angle,
+        "equal loads at full slip": sb.layouts.equal_load_angles(FRICTION, LININGS, WRAP).angle,
         "equal work over the stop": work.angle,
         "equal wear, constant rate": fade_only.angle,
         "equal wear over the stop": design.angle,
@@ -164,7 +166,7 @@ def main() -> None:
         f"equal work over the stop differs from Z's by up to {np.degrees(np.abs(work.angle - z).max()):.2f}°; "
         f"Z's layout leaves a greatest over least work of {work.row('closed form').non_uniformity:.4f}"
     )
-    loads = [np.asarray(sb.lining_mean(sb.simulate(one), "normal_load")) for one in (scene(), design.scene)]
+    loads = [np.asarray(sb.results.lining_mean(sb.simulate(one), "normal_load")) for one in (scene(), design.scene)]
     print(
         f"running-on over running-off load, mean over the distance rubbed: uniform {loads[0][-1] / loads[0][0]:.3f} "
         f"(at cold full slip {float(load_ratio(FRICTION, WRAP, LININGS)[0]):.3f}), "

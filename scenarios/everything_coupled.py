@@ -14,9 +14,9 @@ LININGS, WRAP = 10, math.radians(270.0)  # Z: even, 8…26
 OUTER = TRACK_RADIUS + LINING
 
 
-def fading(coefficient: float) -> sb.ProductFriction:
+def fading(coefficient: float) -> sb.friction.ProductFriction:
     """Static friction 10 % above kinetic, 5 % lost every 100 K above 120 °C (assumptions)."""
-    return sb.ProductFriction(
+    return sb.friction.ProductFriction(
         sb.ConstantFriction(coefficient, static_ratio=1.1), (sb.LinearFade(5e-4, above=393.15, floor=0.1, blend=5.0),)
     )
 
@@ -24,7 +24,7 @@ def fading(coefficient: float) -> sb.ProductFriction:
 def brake() -> sb.Brake:
     material = sb.material("FK-24A")
     mass = material.density * WRAP * (OUTER**2 - TRACK_RADIUS**2) / 2 * TRACK_WIDTH  # kg
-    band = sb.LiningsOnPlates(
+    band = sb.brakes.LiningsOnPlates(
         modulus=2.06e11,  # Pa; assumption: carbon steel
         area=TRACK_WIDTH * BAND,
         slack_end=0.35,  # m; assumption
@@ -51,7 +51,7 @@ def heat() -> sb.Heat:
         rim=rim,
         rim_thickness=0.025,  # m, V table 1
         track_area=2 * math.pi * TRACK_RADIUS * TRACK_WIDTH,
-        partition=sb.EffusivityPartition(rim, lining),
+        partition=sb.thermal.EffusivityPartition(rim, lining),
         rim_layers=10,
         lining=lining,
         lining_thickness=LINING,
@@ -62,15 +62,15 @@ def heat() -> sb.Heat:
         each=LININGS,
         band=band,
         band_thickness=BAND,
-        inside=sb.SpeedCoefficient(at_rest=8.0, speed=6.0),  # W/(m²·K), m/s; assumptions
-        outside=sb.SpeedCoefficient(at_rest=10.0, speed=8.0),  # W/(m²·K), m/s; assumptions
+        inside=sb.thermal.SpeedCoefficient(at_rest=8.0, speed=6.0),  # W/(m²·K), m/s; assumptions
+        outside=sb.thermal.SpeedCoefficient(at_rest=10.0, speed=8.0),  # W/(m²·K), m/s; assumptions
         band_coefficient=15.0,  # W/(m²·K); assumption
         emissivity=0.6,  # assumption: bare, oxidised steel
         permissible=673.15,  # K; assumption for FK-24A
     )
-    network = sb.with_pulley_structure(network, rim)
+    network = sb.thermal.with_pulley_structure(network, rim)
     # the external pair: k_1 to the rim at once, k_2 to the band, the rest to the linings (S-12…14; figures assumed)
-    return sb.with_external_pair(network, sb.ConstantPartition(0.85), rim_share=0.02)
+    return sb.thermal.with_external_pair(network, sb.thermal.ConstantPartition(0.85), rim_share=0.02)
 
 
 def scene() -> sb.Scene:

@@ -49,19 +49,19 @@ def hot_scene() -> sb.Scene:
     assert spec.loader is not None
     module: Any = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
-    rate = sb.LinearWear(RATE, slope=6e-3, reference=423.15)
+    rate = sb.wear.LinearWear(RATE, slope=6e-3, reference=423.15)
     return dataclasses.replace(module.scene(), wear=sb.Wear(rate, permissible=PERMISSIBLE, geometry=True, heat=True))
 
 
 def layouts() -> dict[str, np.ndarray]:
     """Angles (rad) of the layouts in closed form."""
     return {
-        "Z, equal increments": np.asarray(sb.equal_increment_angles(FRICTION, LININGS, LININGS, WRAP).angle),
-        "equal loads": np.asarray(sb.equal_load_angles(FRICTION, LININGS, WRAP).angle),
+        "Z, equal increments": np.asarray(sb.layouts.equal_increment_angles(FRICTION, LININGS, LININGS, WRAP).angle),
+        "equal loads": np.asarray(sb.layouts.equal_load_angles(FRICTION, LININGS, WRAP).angle),
     }
 
 
-def lives(one: sb.Scene) -> dict[str, sb.LiningLife]:
+def lives(one: sb.Scene) -> dict[str, sb.studies.LiningLife]:
     """The life with every layout, and that of the uniform pitch with the band turned at the best moment."""
     found = {"uniform pitch": sb.lining_life(one), "uniform pitch, turned": sb.lining_life(one, turn_at="best")}
     for name, angle in layouts().items():

@@ -18,7 +18,7 @@ METRICS = ["stopping_time", "max_tension", "peak_lining_temperature"]
 def scene() -> sb.Scene:
     """The scene that `simbrake run` integrates."""
     track_radius = 0.590  # m, V table 1
-    friction = sb.ProductFriction(
+    friction = sb.friction.ProductFriction(
         sb.ConstantFriction(0.35),  # assumption: FK-24A on steel, within Z's 0.1…0.5
         (sb.LinearFade(slope=4e-4, above=423.15, floor=0.1, blend=5.0),),  # 4 % per 100 K above 150 °C; assumption
     )
@@ -29,7 +29,7 @@ def scene() -> sb.Scene:
         lining_to_band=15.0,  # W/K; assumption: through 30 mm of lining
         rim_cooling=40.0,  # W/K; assumption
         band_cooling=10.0,  # W/K; assumption
-        partition=sb.ConstantPartition(0.9),  # assumption: share of the metal
+        partition=sb.thermal.ConstantPartition(0.9),  # assumption: share of the metal
         permissible=673.15,  # K; assumption for FK-24A
         temperature=443.15,  # K; assumption: hot from the stands before
     )
@@ -66,7 +66,7 @@ def main() -> None:
     for table in tables:
         for row in table.matters[:3]:
             path = row.path.removesuffix("[:]")
-            p = np.asarray(next(leaf.value for leaf in sb.leaves(base) if leaf.path == path))
+            p = np.asarray(next(leaf.value for leaf in sb.files.leaves(base) if leaf.path == path))
             ends = [sb.simulate(sb.with_values(base, {path: p * (1 + s)}), rtol=1e-12) for s in (1e-4, -1e-4)]
             high, low = (end.metrics[table.metric] for end in ends)
             assert high is not None

@@ -17,9 +17,9 @@ STEEL, BAND_STEEL = sb.material("steel_20L"), sb.material("band_steel")
 LINING = sb.material("FK-24A")
 
 
-def _fading(coefficient: float) -> sb.ProductFriction:
+def _fading(coefficient: float) -> sb.friction.ProductFriction:
     """Friction that fades by 4 % every 100 K above 150 °C (assumption)."""
-    return sb.ProductFriction(sb.ConstantFriction(coefficient), (sb.LinearFade(4e-4, 423.15, 0.1, 0.01),))
+    return sb.friction.ProductFriction(sb.ConstantFriction(coefficient), (sb.LinearFade(4e-4, 423.15, 0.1, 0.01),))
 
 
 def _heat(lining_thickness: float) -> sb.Heat:
@@ -28,7 +28,7 @@ def _heat(lining_thickness: float) -> sb.Heat:
         rim=STEEL,
         rim_thickness=0.025,  # m, V table 1
         track_area=2 * math.pi * TRACK_RADIUS * TRACK_WIDTH,
-        partition=sb.EffusivityPartition(STEEL, LINING),
+        partition=sb.thermal.EffusivityPartition(STEEL, LINING),
         rim_layers=10,
         lining=LINING,
         lining_thickness=lining_thickness,
@@ -81,7 +81,7 @@ def scene() -> sb.Scene:
             area=WRAP * TRACK_RADIUS * TRACK_WIDTH / LININGS,
         ),
     )
-    heat = sb.with_external_pair(_heat(thickness), sb.EffusivityPartition(BAND_STEEL, LINING))
+    heat = sb.thermal.with_external_pair(_heat(thickness), sb.thermal.EffusivityPartition(BAND_STEEL, LINING))
     return _scene(brake, heat)
 
 

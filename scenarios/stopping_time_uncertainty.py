@@ -28,7 +28,7 @@ def _heat() -> sb.Heat:
         rim=steel,
         rim_thickness=0.025,  # m, V table 1
         track_area=BANDS * 2 * math.pi * TRACK_RADIUS * TRACK_WIDTH,
-        partition=sb.EffusivityPartition(steel, lining),
+        partition=sb.thermal.EffusivityPartition(steel, lining),
         rim_layers=10,
         lining=lining,
         lining_thickness=LINING_THICKNESS,
@@ -43,7 +43,7 @@ def _heat() -> sb.Heat:
 def scene() -> sb.Scene:
     """The scene at the middle of what is uncertain."""
     # fades by 4 % every 100 K above 150 °C (assumption)
-    friction = sb.ProductFriction(sb.ConstantFriction(0.50), (sb.LinearFade(4e-4, 423.15, 0.1, 0.01),))
+    friction = sb.friction.ProductFriction(sb.ConstantFriction(0.50), (sb.LinearFade(4e-4, 423.15, 0.1, 0.01),))
     return sb.Scene(
         brake=sb.Brake(
             pulley=sb.Pulley(TRACK_RADIUS, inertia=1200.0, width=TRACK_WIDTH),  # kg·m²; assumption

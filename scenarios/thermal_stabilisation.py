@@ -21,13 +21,13 @@ def heat() -> sb.Heat:
         rim=float(steel.density * steel.specific_heat) * track * 0.025,  # J/K; V: rim of 25 mm
         linings=float(lining.density * lining.specific_heat) * 0.75 * track * 0.030,  # V: linings of 30 mm
         band=float(band.density * band.specific_heat) * 0.75 * track * 0.006,  # V: band of 6 mm
-        partition=sb.EffusivityPartition(steel, lining),
+        partition=sb.thermal.EffusivityPartition(steel, lining),
         rim_cooling=25.0 * 2 * track,  # W/K; assumption: 25 W/(m²·K) inside and outside
         lining_to_band=float(lining.conductivity) * 0.75 * track / 0.030,
         band_cooling=10.0 * 0.75 * track,  # assumption
         permissible=273.15 + 250.0,  # K; assumption
     )
-    return sb.with_pulley_structure(lumps, steel, rim_place="rim", inside=15.0)
+    return sb.thermal.with_pulley_structure(lumps, steel, rim_place="rim", inside=15.0)
 
 
 def scene() -> sb.Scene:

@@ -20,7 +20,9 @@ def heat() -> sb.Heat:
     track_area = BANDS * 2 * math.pi * track_radius * width
     lining_area = 0.75 * track_area  # S: overlap coefficient about 0.75
     steel, lining = sb.material("steel_20L"), sb.material("FK-24A")
-    air = sb.SpeedCoefficient(at_rest=8.0, speed=2.0)  # W/(m²·K), m/s; assumption: free convection, then ∝ v^0.8
+    air = sb.thermal.SpeedCoefficient(
+        at_rest=8.0, speed=2.0
+    )  # W/(m²·K), m/s; assumption: free convection, then ∝ v^0.8
     layered = sb.layered_heat(
         rim=steel,
         rim_thickness=0.025,  # m, V table 1
@@ -34,7 +36,7 @@ def heat() -> sb.Heat:
         lining_area=lining_area,
         band=sb.material("band_steel"),
         band_thickness=0.006,  # m, V
-        partition=sb.EffusivityPartition(steel, lining),  # Charron
+        partition=sb.thermal.EffusivityPartition(steel, lining),  # Charron
         contact_resistance=2e-3,  # m²·K/W; assumption: worn surfaces, averaged over one revolution
         outside=air,
         inside=air,
@@ -43,7 +45,7 @@ def heat() -> sb.Heat:
         band_emissivity=0.8,
         permissible=273.15 + 130.0,  # K; assumption: the binder begins to soften
     )
-    return sb.with_pulley_structure(layered, steel)
+    return sb.thermal.with_pulley_structure(layered, steel)
 
 
 def scene() -> sb.Scene:
@@ -60,7 +62,9 @@ def scene() -> sb.Scene:
         brake=sb.Brake(
             pulley=sb.Pulley(radius=0.590, inertia=1200.0),  # m, V; kg·m², assumption
             band=sb.Band(radius=0.623, stiffness=1.0e5),  # m; N/m, assumption: linkage and anchor govern
-            linings=sb.uniform_linings(20, math.radians(270.0), sb.ProductFriction(sb.ConstantFriction(0.35), (fade,))),
+            linings=sb.uniform_linings(
+                20, math.radians(270.0), sb.friction.ProductFriction(sb.ConstantFriction(0.35), (fade,))
+            ),
         ),
         duty=sb.Duty(
             slack_tension=sb.Repeated(

@@ -15,9 +15,9 @@ BAND_THICKNESS = 0.006  # m, V: brake band
 WIDTH = 0.220  # m, V: of the rim; assumption: band and linings are as wide
 
 
-def band(thickness: float, tight_end: float) -> sb.BondedLinings:
+def band(thickness: float, tight_end: float) -> sb.brakes.BondedLinings:
     """One band with riveted linings (K-1)."""
-    return sb.BondedLinings(
+    return sb.brakes.BondedLinings(
         modulus=2.06e11,  # Pa; assumption: carbon steel
         area=WIDTH * thickness,
         lining_modulus=3.0e9,  # Pa; assumption: moulded asbestos friction material
@@ -34,7 +34,7 @@ def scene() -> sb.Scene:
     line_count = 8  # lines of the tackle; assumption: 4 × 5 sheaves
     drum_radius = 0.40  # m to the rope; assumption: first layer of a mid-size drum
     hook_speed = 1.2  # m/s downwards; assumption: lowering of a heavy string
-    bands = sb.ParallelBands(
+    bands = sb.brakes.ParallelBands(
         (
             band(BAND_THICKNESS, tight_end=0.60),  # m; assumption
             band(0.005, tight_end=1.40),  # m; assumptions: a replaced band, 1 mm thinner, on a longer anchor strap
@@ -90,14 +90,14 @@ def main() -> None:
     print(result)
 
     angle, f, R_b = brake.linings.angle, brake.linings.friction.coefficient, float(brake.band.radius)
-    shares = np.asarray(sb.tension_shares(brake))
+    shares = np.asarray(sb.brakes.tension_shares(brake))
     alone = [float(b.stiffness(f, angle, R_b)) for b in brake.band.stiffness.bands]
     compliance = [float(b.compliance(f, angle, R_b)) for b in brake.band.stiffness.bands]
-    ratios, _ = sb.tension_ratio(sb.grip(f, np.asarray(angle)))
+    ratios, _ = sb.brakes.tension_ratio(sb.brakes.grip(f, np.asarray(angle)))
     T_0, Pi = float(given.duty.slack_tension.scale()), float(np.prod(ratios))
     force = float(given.duty.slack_tension.force.scale())
     print(f"\nin full slip, lever at {force:.0f} N: slack tension {T_0 / 1e3:.2f} kN of both, T_n/T_0 = {Pi:.3f}")
-    print(f"stiffness at the tight end with all in series {float(sb.stiffness_of(brake)) / 1e3:.2f} kN/m")
+    print(f"stiffness at the tight end with all in series {float(sb.brakes.stiffness_of(brake)) / 1e3:.2f} kN/m")
 
     rows = []
     for j, b in enumerate(brake.band.stiffness.bands):

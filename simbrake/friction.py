@@ -15,6 +15,19 @@ from ._base._faults import Fault
 from ._base._quantity import Part, Scalar, part, quantity, short_for
 from .hybrid._arrays import Array
 
+__all__ = [
+    "AbstractFactor",
+    "AbstractFriction",
+    "ConstantFriction",
+    "Contact",
+    "LinearFade",
+    "PressureFactor",
+    "ProductFriction",
+    "StribeckFriction",
+    "TabulatedFade",
+    "TabulatedFriction",
+]
+
 
 class Contact(NamedTuple):
     """What a friction law sees: slip speed `v` (m/s), surface temperature `T` (K) and pressure `p` (Pa).

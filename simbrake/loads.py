@@ -13,6 +13,18 @@ from ._base._quantity import Part, Scalar, part, quantity, short_for, whole
 from .hybrid._arrays import Array
 from .profiles import AbstractProfile, Constant, Repeated
 
+__all__ = [
+    "GRAVITY",
+    "AbstractLoad",
+    "Driller",
+    "HookLoad",
+    "Lever",
+    "SpeedHold",
+    "TorqueLoad",
+    "TrippingLoad",
+    "differential_lever_tension",
+]
+
 GRAVITY = 9.80665  # m/s², standard acceleration of free fall (3rd CGPM, 1901)
 
 

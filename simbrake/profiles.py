@@ -16,6 +16,8 @@ from ._base._faults import Fault
 from ._base._quantity import Part, Quantity, Scalar, quantity, short_for, takes_values, whole
 from .hybrid._arrays import Array
 
+__all__ = ["AbstractProfile", "Constant", "ExponentialRise", "FunctionProfile", "PiecewiseLinear", "Repeated", "ramp"]
+
 #: knots of different profiles that lie closer together than this share of their time coincide
 _ROUNDING = 8 * float(np.finfo(np.float64).eps)
 

@@ -19,6 +19,19 @@ from .thermal._heat import Heat, TransmissionPartition
 from .thermal._material import ROOM
 from .thermal._network import Conductance, Lump, Wall, place_of
 
+__all__ = [
+    "AbstractWearRate",
+    "ArrheniusWear",
+    "ConstantWear",
+    "Delayed",
+    "ExponentialWear",
+    "LinearWear",
+    "ThresholdWear",
+    "Wear",
+    "turned_scene",
+    "worn_scene",
+]
+
 #: molar gas constant (J/(mol·K)), CODATA 2018
 GAS_CONSTANT = 8.31446261815324
 
@@ -143,7 +156,7 @@ class Wear(Part):
     - `worn` (m), a number or (n,): thickness that had been worn off before the run;  `permissible` (m): greatest wear
     - `thickness` (m): of a new lining
     - `geometry`, `heat`: whether the thickness worn before the run lowers the band circle, and the lining in the heat
-      part; `take_up_speed` (m/s): speed at which the lever draws in the slack that wear has left (`simbrake.worn_scene`
+      part; `take_up_speed` (m/s): speed at which the lever draws in the slack that wear has left (`worn_scene`
       has the formulas)
     - `turned_at` (s), one time or a list: the band is turned end for end, so that the lining of the tight end comes to
       the slack end; for linings that are alike, on a brake at rest

@@ -84,7 +84,7 @@ def check_conditions(record, count=300):
     ts = jnp.linspace(record.rows.t[0], record.t_end, count)
     y, m, q = sampled(0, record, ts)
     outer, inner = np.asarray(m.own.outer), np.asarray(m.own.inner)
-    pulls = (np.asarray(m.band) != sb.BandMode.OPEN)[:, None]
+    pulls = (np.asarray(m.band) != sb.results.BandMode.OPEN)[:, None]
     M, lam, slip = (
         np.asarray(q.capacity),
         np.asarray(q.inner_torque),

@@ -64,7 +64,7 @@ def drawworks(n, K=1e7, m=3.5, end=1.5, law=None):
 def traced(scene, rtol, max_steps):
     system, y0, mode0 = assemble(scene)
     limits = settings(rtol, max_steps=max_steps, guard_samples=system.guard_samples)
-    return sb.hybridsolve(system, y0, mode0, scene.initial.time, scene.end_time, DOPRI8, limits)
+    return sb.hybrid.hybridsolve(system, y0, mode0, scene.initial.time, scene.end_time, DOPRI8, limits)
 
 
 @functools.partial(eqx.filter_jit)
@@ -82,7 +82,7 @@ def changes(record):
 
 def stop_of(record) -> float:
     """The first time at which the pulley came to rest."""
-    return next(t for t, before, after in changes(record) if after.band == sb.BandMode.HELD != before.band)
+    return next(t for t, before, after in changes(record) if after.band == sb.results.BandMode.HELD != before.band)
 
 
 def full_slip_of(record) -> float:

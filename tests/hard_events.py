@@ -180,7 +180,7 @@ def scipy_from_rest() -> str:
 BELT = {"m": 1.0, "C": 1.0, "f_k": 0.3, "f_s": 0.39, "v": 0.05}
 
 
-def belt(law: sb.AbstractFriction, m=BELT["m"], stiffness=BELT["C"], v=BELT["v"], end=40.0) -> sb.Scene:
+def belt(law: sb.friction.AbstractFriction, m=BELT["m"], stiffness=BELT["C"], v=BELT["v"], end=40.0) -> sb.Scene:
     """`m ë = f z (C e + T_0) + T_0 − C e` while it slips, `ė = v` while it sticks; `T_0` = 1 N, `R_b` = 1 m."""
     return sb.Scene(
         sb.Brake(

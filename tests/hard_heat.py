@@ -29,7 +29,7 @@ def tension_ratio(f):
 
 # --- a surface node of 0.1 µm ----------------------------------------------------------------------------------------
 
-THIN = sb.layer_growth(1e-7, 0.028, 20)
+THIN = sb.thermal.layer_growth(1e-7, 0.028, 20)
 
 
 def layers(growth: float):
@@ -69,7 +69,7 @@ def thin_surface() -> list[Value | Named]:
     stop.terminal, stop.direction = True, -1  # pyright: ignore
     start = np.append(W0, np.zeros(20))
     out = solve_ivp(rigid_rhs(), (0, 5), start, "Radau", events=stop, rtol=1e-10, atol=1e-10)
-    T = result.series([float(result.stopping_time)], left=True).temperature[0] - sb.ROOM
+    T = result.series([float(result.stopping_time)], left=True).temperature[0] - sb.thermal.ROOM
     return [
         Value("stopping time", result.stopping_time, out.t[-1], 1e-8),
         Value("temperatures of the layers", T, out.y[1:, -1], 1e-6),
@@ -133,7 +133,10 @@ SIGMA = 5.670374419e-8
 
 
 def glowing(capacity: float = 1e5, T: float = 1500.0) -> sb.Heat:
-    return sb.Heat((sb.Lump("body", capacity, T), sb.Reservoir("air", 300.0)), (sb.Radiation("body", 1.0, 0.8),))
+    return sb.Heat(
+        (sb.thermal.Lump("body", capacity, T), sb.thermal.Reservoir("air", 300.0)),
+        (sb.thermal.Radiation("body", 1.0, 0.8),),
+    )
 
 
 def time_to_cool(T: float, capacity: float = 1e5, start: float = 1500.0, air: float = 300.0) -> float:
@@ -146,8 +149,8 @@ def time_to_cool(T: float, capacity: float = 1e5, start: float = 1500.0, air: fl
 def glows() -> list[Value | Named]:
     ts = np.array([0.0, 60.0, 3600.0, 86400.0])
     truth = [brentq(lambda T, t=t: time_to_cool(T) - t, 300.0 + 1e-9, 1500.0, xtol=1e-12) for t in ts[1:]]
-    found = sb.simulate_heat(glowing(), ts, solver=sb.Rodas5P())
-    light = sb.simulate_heat(glowing(1e3), ts, solver=sb.Rodas5P())
+    found = sb.simulate_heat(glowing(), ts, solver=sb.hybrid.Rodas5P())
+    light = sb.simulate_heat(glowing(1e3), ts, solver=sb.hybrid.Rodas5P())
 
     def end(capacity):
         return sb.simulate_heat(glowing(capacity), jnp.asarray(ts)).temperature[-1, 0]
@@ -194,7 +197,7 @@ def runs_away() -> list[Value | Named]:
             for a, b in itertools.pairwise(ends)
         )
 
-    u = float(result.end_temperatures[0]) - sb.ROOM
+    u = float(result.end_temperatures[0]) - sb.thermal.ROOM
     slowest = brentq(lambda u: torque(u) - M, 0.0, corner)
     least = float(np.min(np.asarray(result.series(np.linspace(0.0, 12.0, 4001)).omega)))
     return [
@@ -209,9 +212,9 @@ def runs_away() -> list[Value | Named]:
 # --- flash temperature ----------------------------------------------------------------------------------------------
 
 #: friction that rises steeply between 400 and 450 K
-STEEP = sb.ProductFriction(
+STEEP = sb.friction.ProductFriction(
     sb.ConstantFriction(0.3),
-    (sb.TabulatedFade(np.array([250.0, 400.0, 450.0, 2000.0]), np.array([0.9, 1.0, 2.2, 2.3])),),
+    (sb.friction.TabulatedFade(np.array([250.0, 400.0, 450.0, 2000.0]), np.array([0.9, 1.0, 2.2, 2.3])),),
 )
 HARD = eqx.tree_at(lambda f: f.hardness, FLASH, np.asarray(3e7), is_leaf=lambda x: x is None)
 
@@ -219,7 +222,7 @@ HARD = eqx.tree_at(lambda f: f.hardness, FLASH, np.asarray(3e7), is_leaf=lambda 
 def excess(T: float, v: float, f: Any) -> Any:
     """`f − F(T + ΔT(f))`."""
     rise = 2 * np.asarray(f) * 3e7 * v / 50.0 * math.sqrt(1.44e-5 * 1e-3 / (math.pi * v))
-    return f - 0.3 * np.asarray(STEEP.factors[0].factor(sb.Contact(v=None, T=jnp.asarray(T + rise))))
+    return f - 0.3 * np.asarray(STEEP.factors[0].factor(sb.friction.Contact(v=None, T=jnp.asarray(T + rise))))
 
 
 @functools.cache
@@ -264,7 +267,7 @@ def scipy_two_solutions() -> str:
 def no_solution() -> list[Value | Named]:
     """Warm already at the start: the branch without flash does not exist there; and friction beyond locking."""
 
-    def start(temperature: float, law: sb.AbstractFriction) -> sb.Result:
+    def start(temperature: float, law: sb.friction.AbstractFriction) -> sb.Result:
         given = warmed(law, 1e5, stiffness=None, end=1.0, flash=HARD, capacity=1e5, w0=20.0)
         given = eqx.tree_at(lambda s: s.heat.bodies[0].temperature, given, np.asarray(temperature))
         return sb.simulate(given, throw=False)

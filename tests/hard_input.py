@@ -64,7 +64,7 @@ def _traced(given: sb.Scene) -> Named:
         rows.append(jax.tree.unflatten(tree, changed))
     codes = [int(code) for code in _code(jax.tree.map(lambda *x: jnp.stack(x), *rows))]
     assert codes[0] == 0
-    return Named(f"{len(codes) - 1} runs", sorted({sb.FAILURES[code][0] for code in codes[1:]}), ["not_finite"])
+    return Named(f"{len(codes) - 1} runs", sorted({sb.results.FAILURES[code][0] for code in codes[1:]}), ["not_finite"])
 
 
 def traced_elastic() -> list[Value | Named]:
@@ -85,7 +85,7 @@ def own_profile() -> list[Value | Named]:
     """Parameters of a profile of one's own may be anything and are not looked at."""
     given, found = scene(), []
     for bad in (np.nan, np.inf):
-        lever = sb.FunctionProfile(_constant, jnp.asarray(bad), 1e4)
+        lever = sb.profiles.FunctionProfile(_constant, jnp.asarray(bad), 1e4)
         found.append(run(eqx.tree_at(lambda s: s.duty.slack_tension, given, lever)).status)
     return [Named("NaN, ∞", found, ["not_finite", "not_finite"])]
 
@@ -124,7 +124,7 @@ def options() -> list[Value | Named]:
             faults.append(_fault(lambda bad=bad, option=option: sb.simulate(given, **{option: bad})))
     faults.append(_fault(lambda: sb.simulate(given, max_steps=-1)))
     faults.append(_fault(lambda: sb.simulate(given, max_events=-1)))
-    heat = sb.Heat((sb.Lump("body", 1.0),))
+    heat = sb.Heat((sb.thermal.Lump("body", 1.0),))
     faults.append(_fault(lambda: sb.simulate_heat(heat, [0.0, 1.0], rtol=np.nan)))
     return [
         Named("refused", faults, ["rtol"] * 5 + ["max_step"] * 3 + ["max_steps", "max_events", "rtol"]),

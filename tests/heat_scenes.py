@@ -11,7 +11,7 @@ TRACK = 2 * math.pi * R * 0.23
 
 
 def fading(f=0.35, slope=3e-4, above=293.15, floor=0.0, blend=0.0):
-    return sb.ProductFriction(sb.ConstantFriction(f), (sb.LinearFade(slope, above, floor, blend),))
+    return sb.friction.ProductFriction(sb.ConstantFriction(f), (sb.LinearFade(slope, above, floor, blend),))
 
 
 def brake(law, stiffness=C, n=N, beta=BETA, area=None):
@@ -20,11 +20,11 @@ def brake(law, stiffness=C, n=N, beta=BETA, area=None):
 
 def layered_stop(growth=1.0, stiffness=C, end=2.0, law=None):
     """A stop from the onset of slip with a rim of 20 layers; nothing but the rim is heated (95 %)."""
-    rim = sb.Wall("rim", sb.Material(48.0, 7800.0, 500.0), 0.028, TRACK, 20, growth)
+    rim = sb.thermal.Wall("rim", sb.Material(48.0, 7800.0, 500.0), 0.028, TRACK, 20, growth)
     heat = sb.Heat(
-        bodies=(rim, sb.Reservoir("air")),
-        links=(sb.Convection("rim.back", TRACK, 60.0), sb.Convection("rim.front", 0.25 * TRACK, 60.0)),
-        friction=sb.FrictionHeat("rim.front", None, sb.ConstantPartition(0.95)),
+        bodies=(rim, sb.thermal.Reservoir("air")),
+        links=(sb.thermal.Convection("rim.back", TRACK, 60.0), sb.thermal.Convection("rim.front", 0.25 * TRACK, 60.0)),
+        friction=sb.thermal.FrictionHeat("rim.front", None, sb.thermal.ConstantPartition(0.95)),
         rim="rim.front",
     )
     duty = sb.Duty(sb.Constant(T0), sb.TorqueLoad())
@@ -33,7 +33,7 @@ def layered_stop(growth=1.0, stiffness=C, end=2.0, law=None):
 
 def lump(capacity=2e4, share=1.0, linings=None, cooling=0.0, **more):
     return sb.lumped_heat(
-        rim=capacity, partition=sb.ConstantPartition(share), rim_cooling=cooling, linings=linings, **more
+        rim=capacity, partition=sb.thermal.ConstantPartition(share), rim_cooling=cooling, linings=linings, **more
     )
 
 

@@ -17,17 +17,17 @@ from simbrake.checks._reference_scenes import closed_form as closed_form
 from simbrake.checks._reference_scenes import stop_scene as stop_scene
 from simbrake.hybrid import LANDED, STOPPED
 
-DOPRI8 = sb.ExplicitRungeKutta(diffrax.Dopri8())
-TSIT5 = sb.ExplicitRungeKutta(diffrax.Tsit5())
+DOPRI8 = sb.hybrid.ExplicitRungeKutta(diffrax.Dopri8())
+TSIT5 = sb.hybrid.ExplicitRungeKutta(diffrax.Tsit5())
 
 
-def settings(rtol: float = 1e-12, max_events: int = 100_000, **kwargs: Any) -> sb.Settings:
-    return sb.Settings(rtol=jnp.asarray(rtol), max_events=jnp.asarray(max_events), **kwargs)
+def settings(rtol: float = 1e-12, max_events: int = 100_000, **kwargs: Any) -> sb.hybrid.Settings:
+    return sb.hybrid.Settings(rtol=jnp.asarray(rtol), max_events=jnp.asarray(max_events), **kwargs)
 
 
 @functools.partial(eqx.filter_jit)
 def solve(system, y0, mode0, t0, t1, settings, method=DOPRI8):
-    return sb.hybridsolve(system, y0, mode0, t0, t1, method, settings)
+    return sb.hybrid.hybridsolve(system, y0, mode0, t0, t1, method, settings)
 
 
 def jacobians(f: Callable[[Any], Any]) -> Callable[[Any], Any]:

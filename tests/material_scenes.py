@@ -8,7 +8,9 @@ from helpers import stop_scene
 import simbrake as sb
 
 ROOM = 293.15
-DATA = sb.EstimateData(track_area=1.05, lining_area=0.75, rim_thickness=0.05)  # thick: no heat reaches the back
+DATA = sb.formulas.EstimateData(
+    track_area=1.05, lining_area=0.75, rim_thickness=0.05
+)  # thick: no heat reaches the back
 J, W0 = 800.0, 20.0  # of `stop_scene`
 
 
@@ -30,12 +32,12 @@ def whole_scene(partition=None, rim="steel_20L", lining="FK-24A"):
         rim=metal,
         rim_thickness=0.025,
         track_area=TRACK,
-        partition=partition or sb.EffusivityPartition(metal, lining),
+        partition=partition or sb.thermal.EffusivityPartition(metal, lining),
         lining=lining,
         lining_area=0.7 * TRACK,
         band=sb.material("band_steel"),
         inside=10.0,
     )
-    flash = sb.FlashTemperature(50e-6, metal.conductivity, metal.diffusivity)
-    heat = dataclasses.replace(sb.with_pulley_structure(layered, metal), flash=flash)
+    flash = sb.thermal.FlashTemperature(50e-6, metal.conductivity, metal.diffusivity)
+    heat = dataclasses.replace(sb.thermal.with_pulley_structure(layered, metal), flash=flash)
     return dataclasses.replace(heated(), heat=heat)

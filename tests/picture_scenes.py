@@ -18,7 +18,7 @@ def plain_result():
     """A stop with gaps between 8 linings and a soft linkage."""
     n, gaps = 8, np.full(7, GAP)
     gaps[3] = 3 * GAP
-    band = sb.LiningsOnPlates(modulus=2e11, area=1.3e-3, slack_end=0.3, tight_end=0.5, linkage=2e5, gap=gaps)
+    band = sb.brakes.LiningsOnPlates(modulus=2e11, area=1.3e-3, slack_end=0.3, tight_end=0.5, linkage=2e5, gap=gaps)
     scene = stop_scene(n=n, beta=30.0, end=4.0)
     brake = dataclasses.replace(scene.brake, band=sb.Band(scene.brake.band.radius, band))
     return sb.simulate(dataclasses.replace(scene, brake=brake))
@@ -47,7 +47,7 @@ def hot_result():
         lining_area=0.6,
         lining_layers=3,
         each=4,
-        partition=sb.EffusivityPartition(steel, lining),
+        partition=sb.thermal.EffusivityPartition(steel, lining),
     )
     scene = stop_scene(n=4, beta=60.0, lever=sb.ramp(2e3, 20e3, 0.0, 0.3), end=2.5)
     return sb.simulate(dataclasses.replace(scene, heat=heat))

@@ -15,17 +15,17 @@ def heated_stop():
     iron, stuff = sb.Material(48.0, 7800.0, 500.0), sb.Material(0.8, 2000.0, 900.0)
     heat = sb.Heat(
         bodies=(
-            sb.Wall("rim", iron, 0.028, 0.9, 3, 1.5),
-            sb.Lump("shield/cover", 2e3),
-            sb.Wall("lining", stuff, 0.03, 0.05, 2, copies=2),
-            sb.Reservoir("air"),
+            sb.thermal.Wall("rim", iron, 0.028, 0.9, 3, 1.5),
+            sb.thermal.Lump("shield/cover", 2e3),
+            sb.thermal.Wall("lining", stuff, 0.03, 0.05, 2, copies=2),
+            sb.thermal.Reservoir("air"),
         ),
         links=(
-            sb.Convection("rim.back", 0.9, 60.0),
-            sb.Convection("lining.back", 0.05, 20.0),
-            sb.Conductance("shield/cover", "air", 1.0),
+            sb.thermal.Convection("rim.back", 0.9, 60.0),
+            sb.thermal.Convection("lining.back", 0.05, 20.0),
+            sb.thermal.Conductance("shield/cover", "air", 1.0),
         ),
-        friction=sb.FrictionHeat("rim.front", "lining.front", sb.ConstantPartition(0.9)),
+        friction=sb.thermal.FrictionHeat("rim.front", "lining.front", sb.thermal.ConstantPartition(0.9)),
         rim="rim.front",
         linings="lining.front",
     )

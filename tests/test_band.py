@@ -13,7 +13,7 @@ from simbrake.published import DISAGREES, MISPRINT, cells
 
 
 def ratio(f, angles):
-    mu, locked = sb.tension_ratio(sb.grip(jnp.asarray(f), jnp.asarray(angles)))
+    mu, locked = sb.brakes.tension_ratio(sb.brakes.grip(jnp.asarray(f), jnp.asarray(angles)))
     assert not np.any(locked)
     return float(np.prod(mu))
 
@@ -25,14 +25,14 @@ def test_band_and_block_of_the_textbook():
     # moments about the fulcrum: 200·750 = T_n·30 − T_0·… with the tight end on the short arm
     T_0 = 200 * 0.750 / (0.120 - 0.030 * Pi)
     assert pytest.approx(3364.88191484, rel=1e-11) == T_0
-    forces = sb.sliding_tensions(jnp.asarray(T_0), jnp.full(14, 0.25), jnp.full(14, math.radians(15)))
+    forces = sb.brakes.sliding_tensions(jnp.asarray(T_0), jnp.full(14, 0.25), jnp.full(14, math.radians(15)))
     assert float(forces.tension[-1]) == pytest.approx(8459.52765938, rel=1e-11)
     assert 0.5 * float(forces.tension[-1] - T_0) == pytest.approx(2547.32287226585, rel=1e-11)
 
 
 def test_capstan_limit_is_approached_at_order_two():
     wrap, mu = math.radians(270), 0.4
-    truth = float(sb.capstan_ratio(jnp.asarray(mu), jnp.asarray(wrap)))
+    truth = float(sb.brakes.capstan_ratio(jnp.asarray(mu), jnp.asarray(wrap)))
     assert truth == pytest.approx(6.58606196269473, rel=1e-14)
     errors = [ratio(mu, np.full(n, wrap / n)) / truth - 1 for n in (16, 64, 128)]
     np.testing.assert_allclose(errors, [1.6106e-2, 9.8902e-4, 2.47040e-4], rtol=1e-4)
@@ -40,7 +40,7 @@ def test_capstan_limit_is_approached_at_order_two():
 
 
 def test_self_locking_lining_is_marked_not_infinite():
-    mu, locked = sb.tension_ratio(jnp.asarray([0.5, 0.999999, 1.0, 3.0]))
+    mu, locked = sb.brakes.tension_ratio(jnp.asarray([0.5, 0.999999, 1.0, 3.0]))
     assert list(np.asarray(locked)) == [False, False, True, True]
     assert np.all(np.isfinite(mu))
 
@@ -54,10 +54,10 @@ def test_self_locking_lining_is_marked_not_infinite():
 )
 def test_mobilised_forces_balance_and_respect_their_limits(f, T_0, share, angles):
     beta = np.asarray(angles)
-    mu, _ = sb.tension_ratio(sb.grip(jnp.asarray(f), jnp.asarray(beta)))
+    mu, _ = sb.brakes.tension_ratio(sb.brakes.grip(jnp.asarray(f), jnp.asarray(beta)))
     Pi = float(np.prod(mu))
     for T_n in (T_0 * Pi**share, T_0 * Pi**-share):
-        forces = sb.mobilised(jnp.asarray(T_0), jnp.asarray(T_n), mu, jnp.asarray(beta))
+        forces = sb.brakes.mobilised(jnp.asarray(T_0), jnp.asarray(T_n), mu, jnp.asarray(beta))
         total = float(np.sum(forces.friction / np.cos(beta / 2)))
         assert total == pytest.approx(T_n - T_0, abs=1e-9 * T_0)
         assert np.all(np.abs(forces.friction) <= f * np.asarray(forces.normal) * (1 + 1e-9) + 1e-9)
@@ -69,21 +69,23 @@ def test_mass_terms_of_a_carried_lining():
     beta, f, T_0 = 0.4, 0.3, 100.0
     c, s = math.cos(beta / 2), math.sin(beta / 2)
     one = jnp.asarray([beta])
-    forces = sb.sliding_tensions(jnp.asarray(T_0), jnp.asarray([f]), one, inertia_force=2.0, centrifugal_force=5.0)
+    forces = sb.brakes.sliding_tensions(
+        jnp.asarray(T_0), jnp.asarray([f]), one, inertia_force=2.0, centrifugal_force=5.0
+    )
     T_1, N, F = float(forces.tension[0]), float(forces.normal[0]), float(forces.friction[0])
     assert pytest.approx((T_1 - T_0) * c + 2.0, rel=1e-13) == F
     assert pytest.approx((T_1 + T_0) * s - 5.0, rel=1e-13) == N
     assert pytest.approx(f * N, rel=1e-13) == F
-    lifted = sb.sliding_tensions(jnp.asarray(T_0), jnp.asarray([f]), one, centrifugal_force=1e3)
+    lifted = sb.brakes.sliding_tensions(jnp.asarray(T_0), jnp.asarray([f]), one, centrifugal_force=1e3)
     assert float(lifted.normal[0]) == float(lifted.friction[0]) == 0.0
     assert float(lifted.tension[0]) == pytest.approx(T_0)
 
 
 @pytest.mark.parametrize(("f", "k"), [(0.5, 9), (0.3, 6), (0.1, 10)])
 def test_equal_increment_layout(f, k):
-    layout = sb.equal_increment_angles(f, 10, k, math.radians(270))
+    layout = sb.layouts.equal_increment_angles(f, 10, k, math.radians(270))
     assert float(np.sum(layout.angle)) == pytest.approx(math.radians(270), rel=1e-12)
-    forces = sb.sliding_tensions(jnp.asarray(1.0), jnp.full(k, f), jnp.asarray(layout.angle[:k]))
+    forces = sb.brakes.sliding_tensions(jnp.asarray(1.0), jnp.full(k, f), jnp.asarray(layout.angle[:k]))
     increments = np.diff(np.append(1.0, forces.tension))
     np.testing.assert_allclose(increments, increments[0], rtol=1e-10)
     assert float(forces.tension[-1]) == pytest.approx(layout.ratio, rel=1e-11)
@@ -93,8 +95,8 @@ def test_equal_increment_layout(f, k):
 
 def test_equal_increment_layout_with_unequal_friction():
     f = np.linspace(0.25, 0.35, 8)
-    layout = sb.equal_increment_angles(f, 8, 8, math.radians(240))
-    forces = sb.sliding_tensions(jnp.asarray(1.0), jnp.asarray(f), jnp.asarray(layout.angle))
+    layout = sb.layouts.equal_increment_angles(f, 8, 8, math.radians(240))
+    forces = sb.brakes.sliding_tensions(jnp.asarray(1.0), jnp.asarray(f), jnp.asarray(layout.angle))
     increments = np.diff(np.append(1.0, forces.tension))
     np.testing.assert_allclose(increments, increments[0], rtol=1e-10)
     assert float(forces.tension[-1]) == pytest.approx(layout.ratio, rel=1e-11)
@@ -102,33 +104,33 @@ def test_equal_increment_layout_with_unequal_friction():
 
 @pytest.mark.parametrize("area", [1.0, np.linspace(1.0, 1.5, 10)])
 def test_equal_load_layout(area):
-    layout = sb.equal_load_angles(0.3, 10, math.radians(270), area=area)
+    layout = sb.layouts.equal_load_angles(0.3, 10, math.radians(270), area=area)
     assert float(np.sum(layout.angle)) == pytest.approx(math.radians(270), rel=1e-10)
-    forces = sb.sliding_tensions(jnp.asarray(1.0), jnp.full(10, 0.3), jnp.asarray(layout.angle))
+    forces = sb.brakes.sliding_tensions(jnp.asarray(1.0), jnp.full(10, 0.3), jnp.asarray(layout.angle))
     pressure = np.asarray(forces.normal) / area
     np.testing.assert_allclose(pressure, pressure[0], rtol=1e-9)
 
 
 def test_chord_layout_and_its_infeasible_case():
     twenty = math.radians(20)
-    beta = sb.chord_equal_load_angles(0.2, 7, twenty, twenty)
-    forces = sb.chord_tensions(jnp.asarray(1.0), jnp.asarray(0.2), jnp.append(0.0, jnp.asarray(beta)))
+    beta = sb.layouts.chord_equal_load_angles(0.2, 7, twenty, twenty)
+    forces = sb.brakes.chord_tensions(jnp.asarray(1.0), jnp.asarray(0.2), jnp.append(0.0, jnp.asarray(beta)))
     np.testing.assert_allclose(forces.normal[1:], forces.normal[1], rtol=1e-12)
-    with pytest.raises(sb.InfeasibleLayout, match=r"chord 1: 1 − f·tan\(β_1/2\)"):
-        sb.chord_equal_load_angles(0.5, 7, twenty, twenty)
+    with pytest.raises(sb.layouts.InfeasibleLayout, match=r"chord 1: 1 − f·tan\(β_1/2\)"):
+        sb.layouts.chord_equal_load_angles(0.5, 7, twenty, twenty)
 
 
 @pytest.mark.parametrize(
     "call",
     [
-        lambda: sb.equal_increment_angles(2.0, 3, 3, 6.2),
-        lambda: sb.equal_increment_angles(0.3, 10, 11, 4.0),
-        lambda: sb.equal_increment_angles(-0.3, 10, 5, 4.0),
-        lambda: sb.equal_load_angles(3.0, 4, 6.2),
+        lambda: sb.layouts.equal_increment_angles(2.0, 3, 3, 6.2),
+        lambda: sb.layouts.equal_increment_angles(0.3, 10, 11, 4.0),
+        lambda: sb.layouts.equal_increment_angles(-0.3, 10, 5, 4.0),
+        lambda: sb.layouts.equal_load_angles(3.0, 4, 6.2),
     ],
 )
 def test_infeasible_layouts_say_so(call):
-    with pytest.raises(sb.InfeasibleLayout, match=r"\w+"):
+    with pytest.raises(sb.layouts.InfeasibleLayout, match=r"\w+"):
         call()
 
 

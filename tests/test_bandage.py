@@ -44,10 +44,10 @@ def test_26_linings_let_go_lock_and_stop():
     assert np.all(np.diff(locks) < 0)
     assert np.all(np.array(first) < locks)
     _, band, outer, inner = rows[-1]
-    assert band == sb.BandMode.HELD
+    assert band == sb.results.BandMode.HELD
     assert not np.any(outer)
     assert not np.any(inner)
-    assert [b for _, b, _, _ in rows[-3:-1]] == [sb.BandMode.SLIP, sb.BandMode.HELD]
+    assert [b for _, b, _, _ in rows[-3:-1]] == [sb.results.BandMode.SLIP, sb.results.BandMode.HELD]
     check_conditions(record)
     # onset of the first: the balance of lining n while all stick
     system = record.system
@@ -204,9 +204,9 @@ def test_stiff_springs_tend_to_the_rigid_bandage():
         assert float(energies(record)["closure"]) < 1e-8
         slip = next(t for t, _, _, inner in rows if np.all(inner == 1))
         misses.append(abs(slip / float(truth.internal_slip_time) - 1))
-        lock = next(t for t, band, _, inner in rows if band == sb.BandMode.HELD and np.all(inner == 1))
+        lock = next(t for t, band, _, inner in rows if band == sb.results.BandMode.HELD and np.all(inner == 1))
         locks.append(abs(lock / float(truth.external_lock_time) - 1))
-        stops.append(next(t for t, band, _, inner in rows if band == sb.BandMode.HELD and not np.any(inner)))
+        stops.append(next(t for t, band, _, inner in rows if band == sb.results.BandMode.HELD and not np.any(inner)))
     for each in (misses, locks):
         assert each[2] < 0.2 * each[1] < 0.2**2 * 3 * each[0]
         assert each[2] < 1e-3
@@ -303,15 +303,23 @@ def test_random_duties_end_well():
 
 def test_heat_of_both_pairs_enters_the_network():
     plain = scene()
-    bodies = (sb.Lump("rim", 2e4), sb.Lump("linings", 1e3, count=3), sb.Lump("band", 5e3), sb.Reservoir("air"))
+    bodies = (
+        sb.thermal.Lump("rim", 2e4),
+        sb.thermal.Lump("linings", 1e3, count=3),
+        sb.thermal.Lump("band", 5e3),
+        sb.thermal.Reservoir("air"),
+    )
     heat = sb.Heat(
         bodies=bodies,
-        links=(sb.Convection("rim", 2.0, 30.0),),
-        friction=sb.FrictionHeat("rim", "linings", sb.ConstantPartition(0.8)),
-        external=sb.FrictionHeat("band", "linings", sb.ConstantPartition(0.6), beyond="rim", beyond_share=0.1),
+        links=(sb.thermal.Convection("rim", 2.0, 30.0),),
+        friction=sb.thermal.FrictionHeat("rim", "linings", sb.thermal.ConstantPartition(0.8)),
+        external=sb.thermal.FrictionHeat(
+            "band", "linings", sb.thermal.ConstantPartition(0.6), beyond="rim", beyond_share=0.1
+        ),
     )
     linings = sb.Lining(
-        sb.ProductFriction(plain.brake.linings.friction, (sb.LinearFade(2e-4, 293.15),)), plain.brake.linings.angle
+        sb.friction.ProductFriction(plain.brake.linings.friction, (sb.LinearFade(2e-4, 293.15),)),
+        plain.brake.linings.angle,
     )
     brake = sb.Brake(plain.brake.pulley, plain.brake.band, linings, plain.brake.bandage)
     hot = sb.Scene(brake, plain.duty, plain.initial, plain.end_time, heat)
@@ -354,7 +362,7 @@ def test_a_bandage_runs_through_the_front_door():
     assert {e.lining for e in slips} == {1, 2, 3}
     assert names.index("internal_slip") < names.index("external_lock") < names.index("stop")
     t = 0.5 * (slips[0].time + slips[-1].time)
-    s, o = result.series([t]), sb.overlap(result, [t])
+    s, o = result.series([t]), sb.results.overlap(result, [t])
     sliding = np.count_nonzero(s.pairs["internal"].sense[0])
     assert 0 < sliding < 3
     assert float(o.internal_dynamic[0]) == pytest.approx(150 / 360 * sliding / 3)

@@ -42,7 +42,7 @@ def line(w0=20.0, T=8e3, noise=None):
 
 
 def speeds(values, sigma=SIGMA):
-    return sb.Measured.of(TS, {"omega": values}, sigma=None if sigma is None else {"omega": sigma})
+    return sb.studies.Measured.of(TS, {"omega": values}, sigma=None if sigma is None else {"omega": sigma})
 
 
 # --- errors ---------------------------------------------------------------------------------------------------------
@@ -165,7 +165,7 @@ def elastic_data():
     form, run = closed_form(**case), sb.simulate(stop_scene(**case), rtol=1e-12)
     ts = np.array([0.001, 0.004, 0.008, 0.1, 0.3, 0.5, 4.0])
     events = dict(zip(EVENTS, ((form["t0"], 1e-5), (form["t1"], 1e-5), (form["stop"], 1e-3)), strict=True))
-    return sb.Measured.of(ts, {"omega": run.series(ts).omega}, sigma={"omega": 0.1}, events=events)
+    return sb.studies.Measured.of(ts, {"omega": run.series(ts).omega}, sigma={"omega": 0.1}, events=events)
 
 
 @pytest.fixture(scope="module")
@@ -208,7 +208,7 @@ def test_friction_fade_and_heat_capacity_of_a_heated_stop():
     run = sb.simulate(scene(*planted), rtol=1e-12)
     ts = np.linspace(0.05, 1.5, 25)
     s = run.series(ts)
-    data = sb.Measured.of(
+    data = sb.studies.Measured.of(
         ts,
         {"omega": s.omega, "rim_temperature": s.rim_temperature[:, 0]},
         sigma={"omega": 0.1, "rim_temperature": 1.0},
@@ -247,7 +247,7 @@ def test_a_bound_that_holds_the_fit_is_said():
 
 
 def test_events_that_the_model_does_not_have():
-    data = sb.Measured.of(events={"stopping_time": (0.5, 0.01)})
+    data = sb.studies.Measured.of(events={"stopping_time": (0.5, 0.01)})
     bounds, weak = {F: (0.01, 0.6)}, {F: 0.011}
     with pytest.raises(sb.InputError, match="stopping_time does not occur"):
         sb.calibrate(rigid(end=2.0), bounds, data, start=weak)
@@ -255,7 +255,7 @@ def test_events_that_the_model_does_not_have():
     assert float(sb.simulate(fit.scene).stopping_time) == pytest.approx(0.5, rel=1e-7)
     assert fit.failures["stopping_time does not occur in the model"] >= 1
     assert fit.as_dict()["chi2_start"] is None
-    late = sb.calibrate(rigid(end=2.0), bounds, sb.Measured.of(events={"stopping_time": (3.0, 0.01)}))
+    late = sb.calibrate(rigid(end=2.0), bounds, sb.studies.Measured.of(events={"stopping_time": (3.0, 0.01)}))
     assert not late.converged
     assert "stopping_time does not occur" in late.message
     assert np.isfinite(late[F].value)
@@ -285,11 +285,11 @@ def test_what_is_wrong_with_a_fit_is_told_at_once():
     text = str(caught.value)
     for words in (F, "brake.pulley.mass", "-5 kg*m^2", "start 8000", OMEGA, "'square'", "end_time", "confidence"):
         assert words in text
-    data = speeds(line(), None) + sb.Measured.of(events={"stopping_time": 1.0})
+    data = speeds(line(), None) + sb.studies.Measured.of(events={"stopping_time": 1.0})
     with pytest.raises(sb.InputError, match="2 faults"):
         sb.calibrate(rigid(), LINE, data)
     with pytest.raises(sb.InputError, match="say which one was measured"):
-        sb.calibrate(rigid(), LINE, sb.Measured.of(TS, {"tension": line()}, sigma={"tension": 1.0}))
+        sb.calibrate(rigid(), LINE, sb.studies.Measured.of(TS, {"tension": line()}, sigma={"tension": 1.0}))
     with pytest.raises(sb.InputError, match="end_time"):
         sb.calibrate(rigid(end=0.3), LINE, speeds(line()))
 

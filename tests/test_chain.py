@@ -160,8 +160,8 @@ def test_a_whole_stop_of_26_linings():
         assert own[0] == (1 if i >= 6 else own[0])
         assert all((a == 0) != (b == 0) or 0 not in (a, b) for a, b in itertools.pairwise(own))
     bands = [int(after.band) for _, _, after in changes(record)]
-    assert sb.BandMode.SLIP in bands
-    assert bands[-1] == sb.BandMode.HELD
+    assert sb.results.BandMode.SLIP in bands
+    assert bands[-1] == sb.results.BandMode.HELD
     i = int(np.argmax(np.all(linings == 1, axis=1)))
     z, m, state = jax.tree.map(lambda x: x[i], (q, mode, y))
     (pair,) = record.system.mechanism.shown(z.slack_tension, state.omega, state.own, m, (None,), z).pairs
@@ -241,7 +241,7 @@ def test_linings_that_let_go_at_one_instant():
     assert found[0][0] == pytest.approx(t, rel=1e-10)
     np.testing.assert_array_equal(found[0][1].own.linings, 0)
     np.testing.assert_array_equal(found[0][2].own.linings, [1, 1, 1, 1, 0])
-    assert found[0][1].band == sb.BandMode.HELD
+    assert found[0][1].band == sb.results.BandMode.HELD
     # and under a jump all of them
     jump = sb.TorqueLoad(sb.PiecewiseLinear([0.0, 0.1, 0.1, 1.0], [0.0, 0.0, 5.0, 5.0]))
     record = run(
@@ -251,7 +251,7 @@ def test_linings_that_let_go_at_one_instant():
     assert [t for t, _, _ in found[:3]] == [0.1, 0.1, 0.1]  # both corners of the jump, then the linings
     np.testing.assert_array_equal(found[2][1].own.linings, 0)
     np.testing.assert_array_equal(found[2][2].own.linings, 1)
-    assert found[2][2].band == sb.BandMode.SLIP
+    assert found[2][2].band == sb.results.BandMode.SLIP
 
 
 def test_a_slack_band_is_drawn_tight_by_a_rising_lever():
@@ -272,11 +272,11 @@ def test_a_bare_steel_band_is_stiff():
 
 
 def test_friction_heat_lands_where_it_arises():
-    fade = sb.ProductFriction(sb.ConstantFriction(0.3), (sb.LinearFade(2e-3, 293.15),))
+    fade = sb.friction.ProductFriction(sb.ConstantFriction(0.3), (sb.LinearFade(2e-3, 293.15),))
     heat = sb.Heat(
-        bodies=(sb.Lump("rim", 5.0), sb.Lump("linings", 0.5, count=4), sb.Reservoir("air")),
-        links=(sb.Conductance("rim", "air", 0.01),),
-        friction=sb.FrictionHeat("rim", "linings", sb.ConstantPartition(0.6)),
+        bodies=(sb.thermal.Lump("rim", 5.0), sb.thermal.Lump("linings", 0.5, count=4), sb.thermal.Reservoir("air")),
+        links=(sb.thermal.Conductance("rim", "air", 0.01),),
+        friction=sb.thermal.FrictionHeat("rim", "linings", sb.thermal.ConstantPartition(0.6)),
     )
     record = run(chain(law=fade, m=1e-2, damping=0.05, heat=heat), 1e-10)
     assert int(record.code) == 0

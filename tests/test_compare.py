@@ -46,7 +46,7 @@ def test_provenance_says_what_ran_and_not_who(plain):
     import platform
     from datetime import datetime
 
-    found = sb.provenance(plain)
+    found = sb.results.provenance(plain)
     text = json.dumps(found, allow_nan=False)
     assert found["simbrake"] == sb.__version__
     assert found["versions"]["jax"] == jax.__version__
@@ -60,13 +60,13 @@ def test_provenance_says_what_ran_and_not_who(plain):
     assert datetime.fromisoformat(found["date"]).utcoffset().total_seconds() == 0
     numbers = {row["path"]: (row["value"], row["unit"]) for row in found["scene"]["numbers"]}
     assert numbers["brake.pulley.inertia"] == (800.0, "kg*m^2")
-    assert len(numbers) == len(sb.leaves(plain.scene))
+    assert len(numbers) == len(sb.files.leaves(plain.scene))
     assert found["scene"]["parts"]["duty.slack_tension"] == "Constant"
     for secret in (platform.node(), f'"{getpass.getuser()}"', str(Path.home()), str(Path.cwd())):
         assert secret not in text
 
 
-class OwnLaw(sb.AbstractFriction):
+class OwnLaw(sb.friction.AbstractFriction):
     """A law that no scene file knows."""
 
     level: Any = eqx.field(converter=np.asarray)
@@ -84,7 +84,7 @@ class OwnLaw(sb.AbstractFriction):
 def test_run_again_to_the_last_bit(tmp_path):
     scene = stop_scene(n=3, T0=30e3)
     first = sb.simulate(scene, solver=diffrax.Tsit5(), rtol=1e-7, max_step=0.02, max_steps=600, max_events=50)
-    assert sb.provenance(first)["settings"] == {
+    assert sb.results.provenance(first)["settings"] == {
         "method": "Tsit5",
         "rtol": 1e-7,
         "max_step": 0.02,
@@ -94,18 +94,18 @@ def test_run_again_to_the_last_bit(tmp_path):
     for suffix in SUFFIXES:
         path = sb.save(first, tmp_path / f"x{suffix}")
         # other numbers in the scene given do not matter: those stored count
-        again = sb.rerun(path, scene=stop_scene(n=3, T0=11e3, f=0.3))
+        again = sb.results.rerun(path, scene=stop_scene(n=3, T0=11e3, f=0.3))
         assert float(again.stopping_time) == float(first.stopping_time)
         assert sb.compare(path, again, rtol=0.0).equal
     with pytest.raises(sb.InputError, match=r"brake\.linings\.angle: is of shape \(4,\)"):
-        sb.rerun(path, scene=stop_scene(n=4))
+        sb.results.rerun(path, scene=stop_scene(n=4))
     with pytest.raises(sb.InputError, match=r"duty\.slack_tension: is PiecewiseLinear, in the stored run Constant"):
-        sb.rerun(path, scene=stop_scene(n=3, lever=sb.ramp(0.0, 1e3, 0.0, 1.0)))
+        sb.results.rerun(path, scene=stop_scene(n=3, lever=sb.ramp(0.0, 1e3, 0.0, 1.0)))
 
 
 def test_run_again_from_the_text_alone(result, tmp_path):
     path = sb.save(result, tmp_path / "x.nc")
-    again = sb.rerun(path)
+    again = sb.results.rerun(path)
     assert float(again.stopping_time) == float(result.stopping_time)
     assert sb.compare(path, again, rtol=0.0).equal
 
@@ -114,13 +114,13 @@ def test_a_law_of_ones_own_needs_the_scene(tmp_path):
     scene = stop_scene(n=3, law=OwnLaw(0.3))
     first = sb.simulate(scene)
     path = sb.save(first, tmp_path / "x.csv")
-    stored = sb.provenance(first)["scene"]
+    stored = sb.results.provenance(first)["scene"]
     assert stored["toml"] is None
     assert stored["parts"]["brake.linings.friction"] == f"{__name__}.OwnLaw"
     assert stored["parts"]["brake.linings.friction.level"] == 0.3
     with pytest.raises(sb.InputError, match="scene="):
-        sb.rerun(path)
-    again = sb.rerun(path, scene=scene)
+        sb.results.rerun(path)
+    again = sb.results.rerun(path, scene=scene)
     assert float(again.stopping_time) == float(first.stopping_time)
 
 

@@ -35,15 +35,15 @@ SLOTTED = {
 
 
 def bonded(**change):
-    return sb.BondedLinings(**{**BAND, **LINING, **change})
+    return sb.brakes.BondedLinings(**{**BAND, **LINING, **change})
 
 
 def plates(**change):
-    return sb.LiningsOnPlates(**{**BAND, **change})
+    return sb.brakes.LiningsOnPlates(**{**BAND, **change})
 
 
 def slotted(**change):
-    return sb.ContinuousLining(**{**SLOTTED, **change})
+    return sb.brakes.ContinuousLining(**{**SLOTTED, **change})
 
 
 def elongation_by_quadrature(S_C, pieces, ends=((L_C, E1 * A1), (L_H, E1 * A1)), end_factor=1.0):
@@ -90,7 +90,7 @@ def test_elongation_of_a_continuous_lining_beyond_a_full_turn_against_quadrature
     angle = np.full(50, wrap / 50)
     got = slotted(split=split).elongation(5e3, f, angle, R0)
     assert float(got) == pytest.approx(elongation_by_quadrature(5e3, pieces, ends), rel=1e-13)
-    assert float(sb.tension_rise(f, angle)) == pytest.approx(math.exp(f * wrap), rel=1e-13)
+    assert float(sb.brakes.tension_rise(f, angle)) == pytest.approx(math.exp(f * wrap), rel=1e-13)
 
 
 @pytest.mark.parametrize("make", [bonded, plates, slotted])
@@ -128,14 +128,14 @@ def test_anchor_and_linkage_are_in_series():
 
 def test_bands_in_parallel_stretch_alike_and_carry_the_whole():
     c = np.asarray([2e-8, 5e-8, 3e-8])
-    split = np.asarray(sb.lever_split(c, 1e4))
+    split = np.asarray(sb.brakes.lever_split(c, 1e4))
     assert split.sum() == pytest.approx(1e4, rel=1e-15)
     np.testing.assert_allclose(split * c, split[0] * c[0], rtol=1e-15)
-    np.testing.assert_array_equal(np.asarray(sb.lever_split([3e-8, 3e-8], 1e4)), [5e3, 5e3])
+    np.testing.assert_array_equal(np.asarray(sb.brakes.lever_split([3e-8, 3e-8], 1e4)), [5e3, 5e3])
     # geometries and numbers, with linings of their own friction
     angle = np.full(4, 0.6)
-    bands = sb.ParallelBands((bonded(), plates(tight_end=2.0), 4e8))
-    assert isinstance(bands.bands[2], sb.GivenStiffness)
+    bands = sb.brakes.ParallelBands((bonded(), plates(tight_end=2.0), 4e8))
+    assert isinstance(bands.bands[2], sb.brakes.GivenStiffness)
     shares = bands.shares(EACH, angle, R0)
     each = np.asarray([band.stiffness(EACH, angle, R0) for band in bands.bands])
     np.testing.assert_allclose(np.asarray(shares), each / each.sum(), rtol=1e-14)
@@ -143,7 +143,7 @@ def test_bands_in_parallel_stretch_alike_and_carry_the_whole():
     np.testing.assert_allclose(stretched, stretched[0], rtol=1e-14)
     assert float(bands.stiffness(EACH, angle, R0)) == pytest.approx(each.sum(), rel=1e-15)
     assert float(bands.elongation(8e3, EACH, angle, R0)) == pytest.approx(stretched[0], rel=1e-14)
-    joined = sb.ParallelBands(bands.bands, linkage=1e8).stiffness(EACH, angle, R0)
+    joined = sb.brakes.ParallelBands(bands.bands, linkage=1e8).stiffness(EACH, angle, R0)
     assert 1 / float(joined) == pytest.approx(1 / each.sum() + 1e-8, rel=1e-14)
 
 
@@ -154,27 +154,29 @@ def soft_scene(modulus=5e8, **rest):
 
 def test_a_scene_with_geometry_is_the_scene_with_that_number():
     scene = soft_scene()
-    C = float(sb.stiffness_of(scene.brake))
+    C = float(sb.brakes.stiffness_of(scene.brake))
     assert 1e5 < C < 1e6
     geometry, number = sb.simulate(scene), sb.simulate(stop_scene(C=C))
     assert float(geometry.stopping_time) == pytest.approx(float(number.stopping_time), rel=1e-14)
     assert float(geometry.stopping_time) == pytest.approx(closed_form(C=C)["stop"], rel=1e-10)
     # two equal bands are one of twice the stiffness, half the tension in each
-    pair = stop_scene(C=sb.ParallelBands((plates(modulus=5e8),) * 2))
-    np.testing.assert_allclose(np.asarray(sb.tension_shares(pair.brake)), [0.5, 0.5], rtol=4e-16)  # two roundings
-    np.testing.assert_array_equal(np.asarray(sb.tension_shares(scene.brake)), [1.0])
+    pair = stop_scene(C=sb.brakes.ParallelBands((plates(modulus=5e8),) * 2))
+    np.testing.assert_allclose(
+        np.asarray(sb.brakes.tension_shares(pair.brake)), [0.5, 0.5], rtol=4e-16
+    )  # two roundings
+    np.testing.assert_array_equal(np.asarray(sb.brakes.tension_shares(scene.brake)), [1.0])
     twice = float(sb.simulate(stop_scene(C=2 * C)).stopping_time)
     assert float(sb.simulate(pair).stopping_time) == pytest.approx(twice, rel=1e-14)
-    assert sb.stiffness_of(stop_scene(C=None).brake) is None
+    assert sb.brakes.stiffness_of(stop_scene(C=None).brake) is None
 
 
 def test_a_law_of_the_temperature_gives_the_friction_at_the_start():
-    law = sb.ProductFriction(sb.ConstantFriction(0.4), (sb.LinearFade(1e-3, 300.0),))
+    law = sb.friction.ProductFriction(sb.ConstantFriction(0.4), (sb.LinearFade(1e-3, 300.0),))
     brake = stop_scene(C=plates(), law=law).brake
     hot = stop_scene(C=plates(), f=0.4 * (1 - 1e-3 * 100.0)).brake
-    assert float(sb.stiffness_of(brake, 400.0)) == pytest.approx(float(sb.stiffness_of(hot)), rel=1e-14)
+    assert float(sb.brakes.stiffness_of(brake, 400.0)) == pytest.approx(float(sb.brakes.stiffness_of(hot)), rel=1e-14)
     with pytest.raises(ValueError, match="looks at the temperature"):
-        sb.stiffness_of(brake)
+        sb.brakes.stiffness_of(brake)
 
 
 def test_gradient_of_the_stop_by_modulus_length_and_friction():
@@ -200,7 +202,7 @@ def test_gradient_of_the_stop_by_modulus_length_and_friction():
 
 
 def test_values_of_a_geometry_are_set_by_path():
-    scene = stop_scene(C=sb.ParallelBands((plates(), 4e8)))
+    scene = stop_scene(C=sb.brakes.ParallelBands((plates(), 4e8)))
     stiffer = sb.with_values(scene, {"brake.band.stiffness.bands[0].modulus": 2 * E1})
     alone = [np.asarray(s.brake.band.stiffness.bands[0].stiffness(0.35, [BETA] * 20, 0.725)) for s in (scene, stiffer)]
     assert alone[1] == pytest.approx(2 * alone[0], rel=1e-14)
@@ -221,12 +223,12 @@ def test_values_of_a_geometry_are_set_by_path():
         (plates(area=[1e-3, 2e-3]), r"brake\.band\.stiffness\.area: has the shape \(2,\)"),
         (plates(gap=[0.1, 0.1]), r"brake\.band\.stiffness\.gap: has the shape \(2,\)"),
         (plates(gap=0.1), r"brake\.linings\.angle: the linings span 378\.9° with their gaps"),
-        (sb.ParallelBands(()), r"brake\.band\.stiffness\.bands: there is no band"),
+        (sb.brakes.ParallelBands(()), r"brake\.band\.stiffness\.bands: there is no band"),
         (
-            eqx.tree_at(lambda s: s.bands[1].value, sb.ParallelBands((2e5, 1.0)), -1.0),
+            eqx.tree_at(lambda s: s.bands[1].value, sb.brakes.ParallelBands((2e5, 1.0)), -1.0),
             r"brake\.band\.stiffness\.bands\[1\]\.value: -1 N/m",
         ),
-        (sb.ParallelBands((2e5, plates(gap=[0.1]))), r"brake\.band\.stiffness\.bands\[1\]\.gap"),
+        (sb.brakes.ParallelBands((2e5, plates(gap=[0.1]))), r"brake\.band\.stiffness\.bands\[1\]\.gap"),
     ],
 )
 def test_faults_of_a_geometry_are_named(stiffness, message):
@@ -245,10 +247,10 @@ def test_only_a_slotted_band_goes_more_than_once_around():
 def test_unequal_bands_are_a_warning_where_friction_looks_at_their_load():
     from simbrake._parts._scene import warnings
 
-    law = sb.ProductFriction(sb.ConstantFriction(0.3), (sb.PressureFactor(1e6, 0.1),))
-    assert warnings(stop_scene(C=sb.ParallelBands((2e5, 3e5)))) == []
-    assert warnings(stop_scene(C=sb.ParallelBands((2e5, 2e5)), law=law)) == []
-    scene = stop_scene(C=sb.ParallelBands((2e5, 3e5)), law=law)
+    law = sb.friction.ProductFriction(sb.ConstantFriction(0.3), (sb.friction.PressureFactor(1e6, 0.1),))
+    assert warnings(stop_scene(C=sb.brakes.ParallelBands((2e5, 3e5)))) == []
+    assert warnings(stop_scene(C=sb.brakes.ParallelBands((2e5, 2e5)), law=law)) == []
+    scene = stop_scene(C=sb.brakes.ParallelBands((2e5, 3e5)), law=law)
     linings = dataclasses.replace(scene.brake.linings, area=0.1)
     (text,) = warnings(eqx.tree_at(lambda s: s.brake.linings, scene, linings))
     assert text.startswith("unequal_bands: the bands carry 0.4, 0.6")
@@ -294,9 +296,9 @@ def test_faults_of_a_lever_are_named(lever, message):
 
 
 def test_a_differential_lever_locks_itself():
-    T_0 = float(sb.differential_lever_tension(200.0, 0.75, 0.12, 0.02, 4.0))
+    T_0 = float(sb.loads.differential_lever_tension(200.0, 0.75, 0.12, 0.02, 4.0))
     moments = T_0 * 0.12 - 4.0 * T_0 * 0.02 - 200.0 * 0.75
     assert abs(moments) < 1e-12
-    assert np.isinf(sb.differential_lever_tension(200.0, 0.75, 0.12, 0.03, 4.0))
-    slope = jax.grad(lambda b: sb.differential_lever_tension(200.0, 0.75, 0.12, b, 4.0))(0.02)
+    assert np.isinf(sb.loads.differential_lever_tension(200.0, 0.75, 0.12, 0.03, 4.0))
+    slope = jax.grad(lambda b: sb.loads.differential_lever_tension(200.0, 0.75, 0.12, b, 4.0))(0.02)
     assert float(slope) == pytest.approx(150.0 * 4.0 / 0.04**2, rel=1e-12)

@@ -22,7 +22,7 @@ def disc_scene(*, force=None, load=LOAD, omega=W0, friction=None, end=4.0, press
     force = sb.PiecewiseLinear([0.0, 9.0], [F, F]) if force is None else force
     load = load if isinstance(load, sb.PiecewiseLinear) else sb.PiecewiseLinear([0.0, 9.0], [load, load])
     friction = sb.ConstantFriction(FRICTION, RATIO) if friction is None else friction
-    pads = sb.Pads(friction, R_I, R_O, 0.7, N, pressure or sb.UniformWear())
+    pads = sb.Pads(friction, R_I, R_O, 0.7, N, pressure or sb.brakes.UniformWear())
     return sb.Scene(sb.DiscBrake(J, pads), sb.ForceDuty(force, sb.TorqueLoad(load)), sb.Initial(omega), end, **parts)
 
 
@@ -31,20 +31,24 @@ CAPACITY = 500.0  # J/K of a pad
 
 def heat():
     return sb.Heat(
-        (sb.Lump("disc", 2e5, 293.15), sb.Lump("pads", CAPACITY, 293.15, count=N), sb.Reservoir("air", 293.15)),
-        (sb.Conductance("pads", "air", 5.0), sb.Conductance("disc", "air", 20.0)),
-        sb.FrictionHeat("disc", "pads", sb.ConstantPartition(0.7)),
+        (
+            sb.thermal.Lump("disc", 2e5, 293.15),
+            sb.thermal.Lump("pads", CAPACITY, 293.15, count=N),
+            sb.thermal.Reservoir("air", 293.15),
+        ),
+        (sb.thermal.Conductance("pads", "air", 5.0), sb.thermal.Conductance("disc", "air", 20.0)),
+        sb.thermal.FrictionHeat("disc", "pads", sb.thermal.ConstantPartition(0.7)),
         rim="disc",
         linings="pads",
         permissible=310.0,
     )
 
 
-FADE = sb.ProductFriction(sb.ConstantFriction(FRICTION, RATIO), (sb.LinearFade(slope=2e-3, above=273.15),))
+FADE = sb.friction.ProductFriction(sb.ConstantFriction(FRICTION, RATIO), (sb.LinearFade(slope=2e-3, above=273.15),))
 
 
 def fading_scene(**changes):
-    return disc_scene(friction=FADE, heat=heat(), wear=sb.Wear(sb.ExponentialWear(1e-13, rise=80.0)), **changes)
+    return disc_scene(friction=FADE, heat=heat(), wear=sb.Wear(sb.wear.ExponentialWear(1e-13, rise=80.0)), **changes)
 
 
 @pytest.fixture(scope="module")
@@ -105,12 +109,15 @@ def test_both_directions_are_alike(stopped):
 
 
 def test_uniform_pressure_has_the_greater_radius():
-    result = sb.simulate(disc_scene(pressure=sb.UniformPressure()))
+    result = sb.simulate(disc_scene(pressure=sb.brakes.UniformPressure()))
     radius = 2 / 3 * (R_O**3 - R_I**3) / (R_O**2 - R_I**2)
     assert float(result.stopping_time) == pytest.approx(J * W0 / (N * FRICTION * F * radius - LOAD), rel=1e-12)
     brake = result.scene.brake
     # the radius and the greatest pressure follow from the distribution itself
-    for pressure, profile in ((sb.UniformWear(), lambda r: R_I / r), (sb.UniformPressure(), lambda r: np.ones_like(r))):
+    for pressure, profile in (
+        (sb.brakes.UniformWear(), lambda r: R_I / r),
+        (sb.brakes.UniformPressure(), lambda r: np.ones_like(r)),
+    ):
         r, weights = np.polynomial.legendre.leggauss(20)
         r, weights = 0.5 * (R_O + R_I) + 0.5 * (R_O - R_I) * r, 0.5 * (R_O - R_I) * weights
         pads = dataclasses.replace(brake.linings, pressure=pressure)
@@ -160,11 +167,11 @@ def test_fade_and_wear_against_scipy(faded):
     assert float(faded.energy["closure"]) <= 1e-11
     assert float(faded.energy["heat_closure"]) <= 1e-12
     assert [e.lining for e in faded.events if e.name == "permissible_temperature"] == [1, 2, 3, 4]
-    np.testing.assert_allclose(sb.friction_work(faded), float(faded.energy["friction_heat"]) / N, rtol=1e-9)
+    np.testing.assert_allclose(sb.results.friction_work(faded), float(faded.energy["friction_heat"]) / N, rtol=1e-9)
 
 
 def test_pads_of_different_friction_have_temperatures_and_wear_of_their_own():
-    law = sb.ProductFriction(
+    law = sb.friction.ProductFriction(
         sb.ConstantFriction(np.array([0.3, 0.4, 0.4, 0.5])), (sb.LinearFade(slope=2e-3, above=273.15),)
     )
     result = sb.simulate(disc_scene(friction=law, heat=heat(), wear=sb.Wear(1e-13)))
@@ -178,7 +185,9 @@ def test_pads_of_different_friction_have_temperatures_and_wear_of_their_own():
 
 
 def test_pressure_counts():
-    law = sb.ProductFriction(sb.ConstantFriction(FRICTION), (sb.PressureFactor(reference=1e6, exponent=0.3),))
+    law = sb.friction.ProductFriction(
+        sb.ConstantFriction(FRICTION), (sb.friction.PressureFactor(reference=1e6, exponent=0.3),)
+    )
     result = sb.simulate(disc_scene(friction=law))
     p = F / (0.5 * 0.7 * (R_O**2 - R_I**2))
     torque = TORQUE * (1 + p / 1e6) ** -0.3
@@ -210,7 +219,7 @@ def test_derivatives_through_fade_by_differences():
     table = {row.path: row.derivative for row in found.rows}
     for path, step in (("brake.linings.inner_radius", 1e-5), ("brake.inertia", 1e-2)):
         scene = fading_scene()
-        middle = float(next(leaf.value for leaf in sb.leaves(scene) if leaf.path == path))
+        middle = float(next(leaf.value for leaf in sb.files.leaves(scene) if leaf.path == path))
         ends = [
             float(sb.simulate(sb.with_values(scene, {path: middle + k * step}), rtol=1e-12).stopping_time)
             for k in (1, -1)
@@ -272,13 +281,13 @@ def test_all_faults_at_once():
         lambda scene, run: sb.estimates(scene),
         lambda scene, run: sb.synthesize(scene),
         lambda scene, run: sb.equal_layout(scene, "pressure"),
-        lambda scene, run: sb.overlap(run, [0.1]),
-        lambda scene, run: sb.geometric_overlap(scene.brake),
-        lambda scene, run: sb.stiffness_of(scene.brake),
-        lambda scene, run: sb.tension_shares(scene.brake),
-        lambda scene, run: sb.internal_slip_tension(scene.brake, 1.0),
+        lambda scene, run: sb.results.overlap(run, [0.1]),
+        lambda scene, run: sb.results.geometric_overlap(scene.brake),
+        lambda scene, run: sb.brakes.stiffness_of(scene.brake),
+        lambda scene, run: sb.brakes.tension_shares(scene.brake),
+        lambda scene, run: sb.results.internal_slip_tension(scene.brake, 1.0),
         lambda scene, run: sb.programme_scene(scene.brake, ("brake to rest",), sb.HookLoad(1e4, 0.4, 8.0), F),
-        lambda scene, run: sb.turned_scene(scene),
+        lambda scene, run: sb.wear.turned_scene(scene),
         lambda scene, run: plot.pulley(run),
         lambda scene, run: plot.animate(run, "film.gif"),
     ],
@@ -289,11 +298,11 @@ def test_what_is_of_a_band_says_so(stopped, feature):
 
 
 def test_a_file_holds_it_and_a_result_is_saved(faded, tmp_path):
-    text = sb.scene_text(faded.scene)
+    text = sb.files.scene_text(faded.scene)
     assert 'inertia = "400.0 kg*m^2"' in text
     assert "elongation" not in text
-    again = sb.scene_from_text(text)
-    assert sb.scene_text(again) == text
+    again = sb.files.scene_from_text(text)
+    assert sb.files.scene_text(again) == text
     assert float(sb.simulate(again, rtol=1e-11).stopping_time) == float(faded.stopping_time)
     sb.save(faded, tmp_path / "stop.nc")
     data = sb.load(tmp_path / "stop.nc")
@@ -322,18 +331,18 @@ omega = "30 rad/s"
 
 
 def test_a_file_by_hand():
-    result = sb.simulate(sb.scene_from_text(GOOD))
+    result = sb.simulate(sb.files.scene_from_text(GOOD))
     assert float(result.stopping_time) == pytest.approx(J * W0 / (TORQUE - LOAD), rel=1e-12)
     bad = GOOD.replace("400 kg*m^2", "400 m").replace("outer_radius", "outer_radus").replace("0.4", "-0.4")
     with pytest.raises(sb.InputError) as caught:
-        sb.scene_from_text(bad.replace("faces = 4", "faces = 0"))
+        sb.files.scene_from_text(bad.replace("faces = 4", "faces = 0"))
     text = str(caught.value)
     for path in ("brake.inertia", "linings.outer_radus", "linings.outer_radius", "linings.friction", "linings.faces"):
         assert path in text
     with pytest.raises(sb.InputError, match="a disc brake has no band"):
-        sb.check(sb.scene_from_text(GOOD.replace("force =", "slack_tension =")))
+        sb.check(sb.files.scene_from_text(GOOD.replace("force =", "slack_tension =")))
     with pytest.raises(sb.InputError, match=r"Duty \(key slack_tension\), ForceDuty \(key force\)"):
-        sb.scene_from_text(GOOD.replace('force = "20 kN"\n', ""))
+        sb.files.scene_from_text(GOOD.replace('force = "20 kN"\n', ""))
 
 
 def test_figures_and_page(faded):

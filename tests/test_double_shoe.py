@@ -47,15 +47,19 @@ def shoe_scene(*, omega=W0, load=0.0, friction=None, force=None, end=4.0, **part
 
 def heat():
     return sb.Heat(
-        (sb.Lump("drum", 4e3, 293.15), sb.Lump("shoes", 60.0, 293.15, count=2), sb.Reservoir("air", 293.15)),
-        (sb.Conductance("shoes", "air", 1.0),),
-        sb.FrictionHeat("drum", "shoes", sb.ConstantPartition(0.8)),
+        (
+            sb.thermal.Lump("drum", 4e3, 293.15),
+            sb.thermal.Lump("shoes", 60.0, 293.15, count=2),
+            sb.thermal.Reservoir("air", 293.15),
+        ),
+        (sb.thermal.Conductance("shoes", "air", 1.0),),
+        sb.thermal.FrictionHeat("drum", "shoes", sb.thermal.ConstantPartition(0.8)),
         rim="drum",
         linings="shoes",
     )
 
 
-FADE = sb.ProductFriction(sb.ConstantFriction(FRICTION), (sb.LinearFade(slope=3e-3, above=273.15),))
+FADE = sb.friction.ProductFriction(sb.ConstantFriction(FRICTION), (sb.LinearFade(slope=3e-3, above=273.15),))
 
 
 @pytest.fixture(scope="module")
@@ -157,7 +161,7 @@ def test_a_shoe_that_comes_to_lock_itself_ends_the_run():
     """Friction that rises with the temperature; the time is that at which `f(T) M_F = M_N`, by SciPy."""
     slope, base = 2e-2, 0.6 * LOCKS
 
-    class Rising(sb.AbstractFriction):
+    class Rising(sb.friction.AbstractFriction):
         base: jax.Array
         slope: jax.Array
 
@@ -206,7 +210,7 @@ def test_fade_of_each_shoe_against_scipy(faded):
     np.testing.assert_allclose(faded.worn_thickness, truth.y[3:, -1], rtol=1e-8)
     assert float(faded.energy["closure"]) <= 1e-11
     assert float(faded.energy["heat_closure"]) <= 1e-12
-    np.testing.assert_allclose(np.sum(sb.friction_work(faded)), float(faded.energy["friction_heat"]), rtol=1e-9)
+    np.testing.assert_allclose(np.sum(sb.results.friction_work(faded)), float(faded.energy["friction_heat"]), rtol=1e-9)
 
 
 def test_derivatives_of_the_stopping_time_have_the_closed_form():
@@ -234,7 +238,9 @@ def test_derivatives_of_the_stopping_time_have_the_closed_form():
 
 
 def test_all_faults_at_once():
-    law = sb.ProductFriction(sb.ConstantFriction(0.3), (sb.PressureFactor(reference=1e6, exponent=0.2),))
+    law = sb.friction.ProductFriction(
+        sb.ConstantFriction(0.3), (sb.friction.PressureFactor(reference=1e6, exponent=0.2),)
+    )
     bad = sb.with_values(shoe_scene(friction=law), {"brake.linings.end": 0.1, "brake.pin": 0.2})
     with pytest.raises(sb.InputError) as caught:
         sb.check(bad)
@@ -247,9 +253,9 @@ def test_all_faults_at_once():
 
 
 def test_a_file_holds_it_and_figures_show_both_shoes(faded, tmp_path):
-    text = sb.scene_text(faded.scene)
-    again = sb.scene_from_text(text)
-    assert sb.scene_text(again) == text
+    text = sb.files.scene_text(faded.scene)
+    again = sb.files.scene_from_text(text)
+    assert sb.files.scene_text(again) == text
     assert float(sb.simulate(again, rtol=1e-11).stopping_time) == float(faded.stopping_time)
     sb.save(faded, tmp_path / "stop.nc")
     np.testing.assert_allclose(sb.load(tmp_path / "stop.nc")["lever_force"], F)

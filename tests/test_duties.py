@@ -60,7 +60,7 @@ def test_cyclic_steady_state_is_where_long_cycling_ends():
         rim=1e4,
         linings=5e3,
         band=4e3,
-        partition=sb.ConstantPartition(0.8),
+        partition=sb.thermal.ConstantPartition(0.8),
         rim_cooling=60.0,
         lining_to_band=40.0,
         band_cooling=30.0,
@@ -68,9 +68,9 @@ def test_cyclic_steady_state_is_where_long_cycling_ends():
     scene = rigid_stop(fading(slope=1e-3, floor=0.4), heat, 60.0)
     found = sb.cyclic_steady_state(scene)
     assert found.change < 1e-7
-    T = np.full(3, sb.ROOM)
+    T = np.full(3, sb.thermal.ROOM)
     for _ in range(100):
-        run = sb.simulate(eqx.tree_at(lambda s: s.heat, scene, sb.with_temperatures(heat, T)))
+        run = sb.simulate(eqx.tree_at(lambda s: s.heat, scene, sb.results.with_temperatures(heat, T)))
         T = np.asarray(run.end_temperatures)
     np.testing.assert_allclose(T, np.asarray(found.result.end_temperatures), atol=1e-6)
     assert found.cycles < 40
@@ -86,7 +86,7 @@ def installation(each=1, **more):
     return sb.layered_heat(
         rim=sb.material("steel_20L"), rim_thickness=0.025, rim_layers=6, rim_first=1e-3, track_area=area,
         lining=sb.material("FK-24A"), lining_area=0.75 * area, lining_layers=5, lining_first=1e-4, each=each,
-        partition=sb.ConstantPartition(0.9), **more,
+        partition=sb.thermal.ConstantPartition(0.9), **more,
     )  # fmt: skip
 
 
@@ -94,7 +94,7 @@ def test_every_lining_gets_the_heat_of_its_own_friction():
     """Insulated walls, one per lining: stored heat in proportion to the tension increments, whatever the depth."""
     scene = rigid_stop(sb.ConstantFriction(0.35), installation(each=N))
     result = sb.simulate(scene)
-    stored = np.asarray(result.record.system.thermal.capacity) * (np.asarray(result.end_temperatures) - sb.ROOM)
+    stored = np.asarray(result.record.system.thermal.capacity) * (np.asarray(result.end_temperatures) - sb.thermal.ROOM)
     linings = stored[6:].reshape(N, 5).sum(axis=1)
     fz = 0.35 * math.tan(BETA / 2)
     tensions = ((1 + fz) / (1 - fz)) ** np.arange(N + 1)
@@ -105,7 +105,12 @@ def test_every_lining_gets_the_heat_of_its_own_friction():
 
 
 def test_one_wall_for_all_linings_is_the_mean_of_walls_for_each():
-    cooled = {"outside": 30.0, "inside": sb.SpeedCoefficient(8.0, 2.0), "emissivity": 0.8, "contact_resistance": 2e-3}
+    cooled = {
+        "outside": 30.0,
+        "inside": sb.thermal.SpeedCoefficient(8.0, 2.0),
+        "emissivity": 0.8,
+        "contact_resistance": 2e-3,
+    }
     runs = [sb.simulate(rigid_stop(sb.ConstantFriction(0.35), installation(each, **cooled))) for each in (1, N)]
     one, each = (np.asarray(run.end_temperatures) for run in runs)
     np.testing.assert_allclose(each[:6], one[:6], rtol=1e-9)
@@ -116,15 +121,15 @@ def test_one_wall_for_all_linings_is_the_mean_of_walls_for_each():
 def test_interface_without_capacity_shares_friction_heat_by_effusivity():
     """Friction heat given to a junction between two walls: the share that they find by themselves is Charron's."""
     steel, lining = sb.Material(45.0, 7850.0, 480.0), sb.Material(0.8, 2000.0, 1100.0)
-    growth = sb.layer_growth(5e-6, 0.03, 60)
+    growth = sb.thermal.layer_growth(5e-6, 0.03, 60)
     heat = sb.Heat(
         (
-            sb.Wall("rim", steel, 0.03, 1.0, 60, growth),
-            sb.Wall("lining", lining, 0.03, 1.0, 60, growth),
-            sb.Junction("face"),
+            sb.thermal.Wall("rim", steel, 0.03, 1.0, 60, growth),
+            sb.thermal.Wall("lining", lining, 0.03, 1.0, 60, growth),
+            sb.thermal.Junction("face"),
         ),
-        (sb.ThermalContact("face", "rim.front", 1.0), sb.ThermalContact("face", "lining.front", 1.0)),
-        sb.FrictionHeat("face", "face", sb.ConstantPartition(0.5), sensed="rim.front"),
+        (sb.thermal.ThermalContact("face", "rim.front", 1.0), sb.thermal.ThermalContact("face", "lining.front", 1.0)),
+        sb.thermal.FrictionHeat("face", "face", sb.thermal.ConstantPartition(0.5), sensed="rim.front"),
         rim="rim.front",
     )
     result = sb.simulate(rigid_stop(sb.ConstantFriction(0.35), heat))
@@ -136,22 +141,24 @@ def test_interface_without_capacity_shares_friction_heat_by_effusivity():
 @pytest.mark.slow
 def test_thermal_stabilisation_sends_nothing_to_the_flange():
     steel = sb.material("steel_20L")
-    with_flange = sb.with_pulley_structure(installation(), steel)
-    without = sb.with_pulley_structure(installation(), steel, flange=False)
+    with_flange = sb.thermal.with_pulley_structure(installation(), steel)
+    without = sb.thermal.with_pulley_structure(installation(), steel, flange=False)
     hot = [np.where(np.arange(11 + len(h.bodies) - 3) < 6, 450.0, 300.0) for h in (with_flange, without)]
     ends = []
     for heat, T in zip((with_flange, without), hot, strict=True):
-        run = sb.simulate_heat(sb.with_temperatures(heat, T), [0.0, 300.0])
+        run = sb.simulate_heat(sb.results.with_temperatures(heat, T), [0.0, 300.0])
         ends.append(float(run.temperature[-1, 0]))
     assert ends[0] < ends[1]
     assert "flange" not in [body.name for body in without.bodies]
     # V, table 1: the flange's resistance
-    assert float(sb.radial_resistance(0.035, 47.8, 0.420, 0.565)) == pytest.approx(0.028, abs=5e-4)
+    assert float(sb.thermal.radial_resistance(0.035, 47.8, 0.420, 0.565)) == pytest.approx(0.028, abs=5e-4)
 
 
 def test_radiation_governs_above_a_temperature():
-    T = sb.radiation_governs_above(25.0, 0.8)
-    assert pytest.approx(25.0 * (T - sb.ROOM), rel=1e-10) == 0.8 * sb.STEFAN_BOLTZMANN * (T**4 - sb.ROOM**4)
+    T = sb.thermal.radiation_governs_above(25.0, 0.8)
+    assert pytest.approx(25.0 * (T - sb.thermal.ROOM), rel=1e-10) == 0.8 * sb.thermal.STEFAN_BOLTZMANN * (
+        T**4 - sb.thermal.ROOM**4
+    )
 
 
 @pytest.mark.slow
@@ -159,17 +166,17 @@ def test_cost_grows_no_faster_than_the_layers():
     import time
 
     def cost(layers):
-        growth = sb.layer_growth(1e-6, 0.03, layers)
+        growth = sb.thermal.layer_growth(1e-6, 0.03, layers)
         steel = sb.material("steel_20L")
         heat = sb.Heat(
-            (sb.Wall("w", steel, 0.03, 1.0, layers, growth), sb.Reservoir("air")),
-            (sb.Convection("w.back", 1.0, 100.0),),
-            sources=(sb.Source("w.front", sb.ramp(1e6, 0.0, 0.0, 5.0)),),
+            (sb.thermal.Wall("w", steel, 0.03, 1.0, layers, growth), sb.thermal.Reservoir("air")),
+            (sb.thermal.Convection("w.back", 1.0, 100.0),),
+            sources=(sb.thermal.Source("w.front", sb.ramp(1e6, 0.0, 0.0, 5.0)),),
         )
         times = []
         for _ in range(6):
             start = time.perf_counter()
-            jax.block_until_ready(sb.simulate_heat(heat, [0.0, 5.0], rtol=1e-8, solver=sb.Rodas5P()).temperature)
+            jax.block_until_ready(sb.simulate_heat(heat, [0.0, 5.0], rtol=1e-8, solver=sb.hybrid.Rodas5P()).temperature)
             times.append(time.perf_counter() - start)
         return sorted(times[1:])[2]
 

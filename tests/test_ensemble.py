@@ -217,7 +217,9 @@ def test_fingerprints_see_numbers_structure_and_code():
     def law(k):
         return lambda t, p: k * jnp.sin(t)
 
-    scenes = [stop_scene(lever=sb.FunctionProfile(law(k)), n=n) for k, n in ((1.0, 4), (1.0, 4), (2.0, 4), (1.0, 5))]
+    scenes = [
+        stop_scene(lever=sb.profiles.FunctionProfile(law(k)), n=n) for k, n in ((1.0, 4), (1.0, 4), (2.0, 4), (1.0, 5))
+    ]
     marks = [fingerprint(scene) for scene in scenes]
     assert marks[0] == marks[1]
     assert len(set(marks)) == 3

@@ -20,7 +20,7 @@ def run():
 
 
 def test_the_classical_stop_is_the_closed_form_of_full_slip():
-    stop = sb.classical_stop(stop_scene(C=None))
+    stop = sb.formulas.classical_stop(stop_scene(C=None))
     truth = closed_form(C=1e15)  # as good as rigid: slips from the first moment
     assert stop is not None
     assert stop.time == pytest.approx(truth["stop"], rel=1e-8)
@@ -29,7 +29,7 @@ def test_the_classical_stop_is_the_closed_form_of_full_slip():
 
 
 def test_a_scene_alone_has_every_estimate_and_no_simulated_number():
-    table = sb.estimates(stop_scene(C=None), sb.EstimateData(track_area=1.0, lining_area=0.7))
+    table = sb.estimates(stop_scene(C=None), sb.formulas.EstimateData(track_area=1.0, lining_area=0.7))
     assert table["friction work"].value == pytest.approx(0.5 * 800.0 * 20.0**2)
     assert {row.simulated for row in table} == {None}
     assert {row.difference for row in table} == {None}
@@ -72,7 +72,7 @@ def test_inputs_of_a_run_come_from_its_scene(run):
     assert inputs["rim_thickness"].value == pytest.approx(0.028)
     assert "simulated" in str(table)
     assert "reason: " in str(table)
-    shares = sb.estimates(result, sb.EstimateData(power=sb.shares_of_S()))["work into heat"]
+    shares = sb.estimates(result, sb.formulas.EstimateData(power=sb.thermal.shares_of_S()))["work into heat"]
     assert shares.value == pytest.approx(0.68 * shares.simulated)
 
 
@@ -92,6 +92,6 @@ def test_a_scene_without_a_classical_stop_says_so(scene, word):
 def test_too_large_linings_and_numbers_of_another_brake_are_refused():
     scene = stop_scene(C=None)
     with pytest.raises(sb.InputError, match="of the track"):
-        sb.estimates(scene, sb.EstimateData(track_area=1.0, lining_area=1.2))
+        sb.estimates(scene, sb.formulas.EstimateData(track_area=1.0, lining_area=1.2))
     with pytest.raises(sb.InputError, match="only a staged brake"):
-        sb.estimates(scene, sb.EstimateData(outer_area=0.7))
+        sb.estimates(scene, sb.formulas.EstimateData(outer_area=0.7))

@@ -117,7 +117,7 @@ def test_an_event_just_behind_a_corner_comes_after_it(gap):
     np.testing.assert_allclose(event_times(r), [0.5 + gap], rtol=1e-14)
 
 
-class Chain(sb.AbstractHybridSystem):
+class Chain(sb.hybrid.AbstractHybridSystem):
     """At t = 0.5 five modes pass at one instant; with `loop` they go round for ever."""
 
     last: int = 5
@@ -151,14 +151,14 @@ def test_chain_of_mode_changes_at_one_instant():
 
 def test_chatter_ends_in_a_named_code():
     r = solve(Chain(loop=True), jnp.asarray(0.0), jnp.asarray(0), 0.0, 1.0, settings())
-    assert int(r.code) == sb.Code.CHATTER
+    assert int(r.code) == sb.hybrid.Code.CHATTER
     assert float(r.t_end) == pytest.approx(0.5, abs=1e-12)
 
 
 def test_zeno_ends_in_a_named_code():
     ball = arrays(BouncingBall(v_min=0.0))
     r = solve(ball, Oscillator(1.0, 0.0), jnp.asarray(0), 0.0, 3.0, settings())
-    assert int(r.code) == sb.Code.ZENO
+    assert int(r.code) == sb.hybrid.Code.ZENO
     fall = np.sqrt(2 / 9.81)
     assert float(r.t_end) == pytest.approx(fall * (1 + 2 * 0.7 / 0.3), abs=1e-4)
 
@@ -166,11 +166,11 @@ def test_zeno_ends_in_a_named_code():
 def test_limits_end_in_named_codes():
     ball = arrays(BouncingBall())
     few = solve(ball, Oscillator(1.0, 0.0), jnp.asarray(0), 0.0, 3.0, settings(max_events=4))
-    assert int(few.code) == sb.Code.EVENT_LIMIT
+    assert int(few.code) == sb.hybrid.Code.EVENT_LIMIT
     short = solve(ball, Oscillator(1.0, 0.0), jnp.asarray(0), 0.0, 3.0, settings(max_steps=32))
-    assert int(short.code) == sb.Code.STEP_LIMIT
+    assert int(short.code) == sb.hybrid.Code.STEP_LIMIT
     nan = solve(arrays(BouncingBall(g=np.nan)), Oscillator(1.0, 0.0), jnp.asarray(0), 0.0, 3.0, settings())
-    assert int(nan.code) == sb.Code.NOT_FINITE
+    assert int(nan.code) == sb.hybrid.Code.NOT_FINITE
 
 
 class Explosion(Chain):
@@ -185,7 +185,7 @@ class Explosion(Chain):
 
 def test_overflow_rejects_and_ends_in_a_named_code():
     r = solve(Explosion(), jnp.asarray(0.0), jnp.asarray(0), 0.0, 2.0, settings(1e-8))
-    assert int(r.code) in (sb.Code.STEP_TOO_SMALL, sb.Code.NOT_FINITE, sb.Code.STEP_LIMIT)
+    assert int(r.code) in (sb.hybrid.Code.STEP_TOO_SMALL, sb.hybrid.Code.NOT_FINITE, sb.hybrid.Code.STEP_LIMIT)
     assert float(r.t_end) == pytest.approx(1.0, abs=1e-3)
     fine = solve(Explosion(), jnp.asarray(0.0), jnp.asarray(0), 0.0, 0.9, settings(1e-10))
     assert float(fine.y_end) == pytest.approx(-np.log(0.1), rel=1e-8)
@@ -213,7 +213,7 @@ def test_a_batch_gives_the_numbers_of_single_runs():
     ball = arrays(BouncingBall())
 
     def times(e):
-        system = sb.hybridsolve(
+        system = sb.hybrid.hybridsolve(
             BouncingBall(ball.g, e, ball.v_min), Oscillator(1.0, 0.0), jnp.asarray(0), 0.0, 3.0, TSIT5, settings(1e-9)
         )
         return system.y_end.x, system.stats.events, system.t_end, jnp.max(system.rows.t)

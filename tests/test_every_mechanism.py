@@ -35,18 +35,20 @@ def scene(kind, hot=False):
     law = sb.ConstantFriction(0.4)
     heat = wear = None
     if hot:
-        law = sb.ProductFriction(law, (sb.LinearFade(2e-4, 293.15),))
-        rim, linings, band = (sb.Lump(name, C) for name, C in zip(("rim", "linings", "band"), CAPACITY, strict=True))
-        outer = sb.FrictionHeat("band", "linings", sb.ConstantPartition(0.6))
+        law = sb.friction.ProductFriction(law, (sb.LinearFade(2e-4, 293.15),))
+        rim, linings, band = (
+            sb.thermal.Lump(name, C) for name, C in zip(("rim", "linings", "band"), CAPACITY, strict=True)
+        )
+        outer = sb.thermal.FrictionHeat("band", "linings", sb.thermal.ConstantPartition(0.6))
         heat = sb.Heat(
-            bodies=(rim, linings, band, sb.Reservoir("air")),
-            links=(sb.Convection("rim", 2.0, 30.0), sb.Convection("band", 1.0, 10.0)),
-            friction=sb.FrictionHeat("rim", "linings", sb.ConstantPartition(0.8)),
+            bodies=(rim, linings, band, sb.thermal.Reservoir("air")),
+            links=(sb.thermal.Convection("rim", 2.0, 30.0), sb.thermal.Convection("band", 1.0, 10.0)),
+            friction=sb.thermal.FrictionHeat("rim", "linings", sb.thermal.ConstantPartition(0.8)),
             external=None if bandage is None else outer,
             linings="linings",
         )
-        inner = None if bandage is None else sb.ConstantWear(2e-14)
-        wear = sb.Wear(sb.ConstantWear(1e-14), internal=inner)
+        inner = None if bandage is None else sb.wear.ConstantWear(2e-14)
+        wear = sb.Wear(sb.wear.ConstantWear(1e-14), internal=inner)
     lever, load = sb.PiecewiseLinear([0.0, 4.0], [500.0, 9e3]), sb.TorqueLoad(sb.Constant(300.0), 2.0)
     if kind in PRESSED:
         return sb.Scene(PRESSED[kind](law), sb.ForceDuty(lever, load), sb.Initial(20.0), 9.0, heat, wear=wear)
@@ -99,7 +101,7 @@ def test_heat_wear_prepared_runs_and_files(kind, tmp_path):
     energy = {name: float(value) for name, value in result.energy.items()}
     assert energy["closure"] < 1e-9
     assert energy["heat_closure"] < 1e-12
-    stored = np.asarray(CAPACITY) * (np.asarray(result.end_temperatures) - sb.ROOM)
+    stored = np.asarray(CAPACITY) * (np.asarray(result.end_temperatures) - sb.thermal.ROOM)
     assert energy["heat_stored"] == pytest.approx(stored.sum(), rel=1e-12)
     # V = k W/f of each pair: Archard's law does not ask how the load is spread
     worn = result.record.y_end.worn
@@ -121,7 +123,7 @@ def test_heat_wear_prepared_runs_and_files(kind, tmp_path):
     np.testing.assert_array_equal(sum(pair.heat for pair in s.pairs.values()), s.friction_heat)
     np.testing.assert_array_equal(sum(pair.worn_thickness for pair in s.pairs.values()), s.worn_thickness)
 
-    answer = sb.prepare(hot, ["stopping_time", "energy.friction_heat"], rtol=1e-9, solver=sb.Rodas5P())()
+    answer = sb.prepare(hot, ["stopping_time", "energy.friction_heat"], rtol=1e-9, solver=sb.hybrid.Rodas5P())()
     assert answer.metrics["stopping_time"] == pytest.approx(float(result.stopping_time), rel=1e-6)
     assert answer.metrics["energy.friction_heat"] == pytest.approx(energy["friction_heat"], rel=1e-6)
     kept = sb.load(sb.save(result, tmp_path / "run.csv"))

@@ -47,21 +47,21 @@ def test_samples_have_the_moments_of_their_distributions(method, close):
         "brake.linings.angle[3]": stats.truncnorm(-2, 2, 0.25, 0.02),
         "initial.omega": stats.norm(20, 3),
     }
-    found = sb.samples(brake(), given, 1024, seed=3, method=method)
+    found = sb.studies.samples(brake(), given, 1024, seed=3, method=method)
     for path, one in (given | {"brake.linings.friction.coefficient": stats.uniform(0.3, 0.1)}).items():
         x = found[path]
         assert x.shape == (1024,)
         assert abs(x.mean() - one.mean()) < close * one.std()
         assert x.std() == pytest.approx(one.std(), rel=5 * close)
-    again = sb.samples(brake(), given, 1024, seed=3, method=method)
+    again = sb.studies.samples(brake(), given, 1024, seed=3, method=method)
     assert all(np.array_equal(found[path], again[path]) for path in given)
-    assert not np.array_equal(sb.samples(brake(), given, 1024, seed=4, method=method)["initial.omega"], x)
+    assert not np.array_equal(sb.studies.samples(brake(), given, 1024, seed=4, method=method)["initial.omega"], x)
 
 
 def test_any_number_of_sobol_samples_is_the_head_of_the_next_power_of_two():
     given = {"initial.omega": (10.0, 20.0)}
-    whole = sb.samples(brake(), given, 128)["initial.omega"]
-    assert np.array_equal(sb.samples(brake(), given, 100)["initial.omega"], whole[:100])
+    whole = sb.studies.samples(brake(), given, 128)["initial.omega"]
+    assert np.array_equal(sb.studies.samples(brake(), given, 100)["initial.omega"], whole[:100])
 
 
 def test_all_faults_of_the_input_in_one_report():

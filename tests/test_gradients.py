@@ -21,10 +21,10 @@ def test_every_number_of_the_stop_forward_reverse_and_closed_form():
     scene = jax.tree.map(jnp.asarray, stop_scene())
     vector, tree = ravel_pytree(scene)
     forward, reverse = (tree(x) for x in jacobians(lambda x: stopping_time(tree(x)))(vector)[1:])
-    numbers = [(leaf.path, leaf.value) for leaf in sb.leaves(reverse)]
+    numbers = [(leaf.path, leaf.value) for leaf in sb.files.leaves(reverse)]
     assert len(numbers) >= 12
-    scale = {leaf.path: np.maximum(np.abs(np.asarray(leaf.value)), 1e-3) for leaf in sb.leaves(scene)}
-    for (path, a), leaf in zip(numbers, sb.leaves(forward), strict=True):
+    scale = {leaf.path: np.maximum(np.abs(np.asarray(leaf.value)), 1e-3) for leaf in sb.files.leaves(scene)}
+    for (path, a), leaf in zip(numbers, sb.files.leaves(forward), strict=True):
         np.testing.assert_allclose(
             np.asarray(a) * scale[path], np.asarray(leaf.value) * scale[path], rtol=1e-10, atol=1e-12, err_msg=path
         )
@@ -62,9 +62,9 @@ def test_scenario_gradients_against_central_differences(scenarios):
 
     scene = jax.tree.map(jnp.asarray, open_scene(scenarios / "u2_5_5_stop.py"))
     J = jax.jit(jax.jacfwd(events_of))(scene)
-    jacobian = {leaf.path: np.asarray(leaf.value) for leaf in sb.leaves(J)}
+    jacobian = {leaf.path: np.asarray(leaf.value) for leaf in sb.files.leaves(J)}
     run = jax.jit(events_of)
-    for leaf in sb.leaves(scene):
+    for leaf in sb.files.leaves(scene):
         value = np.asarray(leaf.value, float)
         index = () if value.ndim == 0 else (0,)
         h = 1e-5 * max(abs(float(value[index])), 1e-2)

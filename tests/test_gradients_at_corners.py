@@ -31,7 +31,7 @@ def ratio_and_slope(f):
 # --- the end of a slide ----------------------------------------------------------------------------------------------
 
 
-class Magnitude(sb.AbstractFriction):
+class Magnitude(sb.friction.AbstractFriction):
     """`f = f_k + (f_s − f_k) exp(−|v|/v_s)`, as a user may write it."""
 
     static_coefficient: float
@@ -49,7 +49,7 @@ class Magnitude(sb.AbstractFriction):
 
 def straight(f_s, f_k, v_s):
     """A table of two points: a straight line from `f_s` at rest to `f_k` at `v_s`."""
-    return sb.TabulatedFriction(jnp.stack([0.0 * v_s, v_s]), jnp.stack([f_s, f_k]))
+    return sb.friction.TabulatedFriction(jnp.stack([0.0 * v_s, v_s]), jnp.stack([f_s, f_k]))
 
 
 LAWS = {
@@ -87,7 +87,7 @@ def test_laws_continue_past_rest_with_their_slope():
     for law in (sb.StribeckFriction(0.4, 0.3, 0.5, 1.0), straight(0.4, 0.3, 0.5), Magnitude(0.4, 0.3, 0.5)):
 
         def f(v, law=law):
-            return continued(lambda v: law.kinetic(sb.Contact(v)), v)
+            return continued(lambda v: law.kinetic(sb.friction.Contact(v)), v)
 
         v = np.array([-1e-7, 1e-7])
         value, slope = jax.jvp(f, (jnp.asarray(v),), (jnp.ones(2),))
@@ -100,7 +100,7 @@ def derivative_by_scale(scene, powers, stop):
     """A stopping time, and its derivative by `λ` where numbers of a scene grow as the powers of `λ` given."""
 
     def at(scale):
-        values = {leaf.path: leaf.value for leaf in sb.leaves(scene)}
+        values = {leaf.path: leaf.value for leaf in sb.files.leaves(scene)}
         return stop(sb.with_values(scene, {path: values[path] * scale**power for path, power in powers.items()}))
 
     return jax.jit(lambda: jax.jvp(at, (jnp.ones(()),), (jnp.ones(()),)))()
@@ -210,11 +210,11 @@ def test_stop_through_a_blend_against_quadrature():
 
     def exact(above, part):
         def integrand(w):
-            lost, by_above, by_blend = excess(sb.ROOM + J * (W0**2 - w**2) / (2 * C) - above)
+            lost, by_above, by_blend = excess(sb.thermal.ROOM + J * (W0**2 - w**2) / (2 * C) - above)
             Pi, by_f = ratio_and_slope(0.35 * (1 - slope * lost))
             return J / (R * T0 * (Pi - 1) ** 2) * by_f * 0.35 * slope * (by_above, by_blend)[part]
 
-        ends = [math.sqrt(W0**2 - 2 * C * (above + d - sb.ROOM) / J) for d in (blend, -blend)]
+        ends = [math.sqrt(W0**2 - 2 * C * (above + d - sb.thermal.ROOM) / J) for d in (blend, -blend)]
         points = [0.0, *ends, W0]
         return sum(quad(integrand, a, b, epsabs=0.0, epsrel=1e-13)[0] for a, b in itertools.pairwise(points))
 
@@ -228,7 +228,7 @@ def test_a_blend_has_four_continuous_derivatives():
     law = sb.LinearFade(slope=0.05, above=300.0, blend=2.0)
 
     def lost(x):
-        return 1 - law.factor(sb.Contact(v=None, T=300.0 + x))
+        return 1 - law.factor(sb.friction.Contact(v=None, T=300.0 + x))
 
     assert float(lost(0.0)) == pytest.approx(0.05 * 2.0 * 4.375 / 32, rel=1e-12)
     for end, wanted in ((-2.0, [0.0, 0.0]), (2.0, [0.1, 0.05])):

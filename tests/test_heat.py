@@ -89,13 +89,13 @@ def test_layered_rim_with_fade_against_scipy():
     assert events["stop"] == pytest.approx(stop, rel=1e-9)
     assert stop == pytest.approx(0.65866, abs=1e-5)
     series = result.series([stop], left=True)
-    np.testing.assert_allclose(series.temperature[0] - sb.ROOM, T, rtol=1e-7, atol=1e-9)
+    np.testing.assert_allclose(series.temperature[0] - sb.thermal.ROOM, T, rtol=1e-7, atol=1e-9)
     assert T[0] + 20.0 == pytest.approx(29.29, abs=0.005)
 
 
 @pytest.mark.slow
 def test_a_surface_layer_of_a_micrometre_gets_the_implicit_method_and_the_same_answer():
-    growth = sb.layer_growth(1e-6, 0.028, 20)
+    growth = sb.thermal.layer_growth(1e-6, 0.028, 20)
     result = layered_result(growth)
     assert result.method_name == "Rodas5P"
     slip, _, stop, T = scipy_stop(growth, "Radau", 1e-9)
@@ -103,11 +103,13 @@ def test_a_surface_layer_of_a_micrometre_gets_the_implicit_method_and_the_same_a
     assert events["full_slip"] == pytest.approx(slip, rel=1e-7)
     assert events["stop"] == pytest.approx(stop, rel=1e-7)
     series = result.series([stop], left=True)
-    np.testing.assert_allclose(series.temperature[0] - sb.ROOM, T, rtol=1e-5)
+    np.testing.assert_allclose(series.temperature[0] - sb.thermal.ROOM, T, rtol=1e-5)
     assert "explicit method" in str(result)
 
 
-@pytest.mark.parametrize("growth", [pytest.param(1.0, marks=pytest.mark.smoke), sb.layer_growth(1e-6, 0.028, 20)])
+@pytest.mark.parametrize(
+    "growth", [pytest.param(1.0, marks=pytest.mark.smoke), sb.thermal.layer_growth(1e-6, 0.028, 20)]
+)
 def test_every_watt_is_accounted_for(growth):
     energy = layered_result(growth).energy
     assert float(energy["closure"]) < 1e-9
@@ -160,14 +162,14 @@ def test_the_share_of_the_heat_may_differ_from_lining_to_lining_of_one_rim():
     assert float(energy["heat_closure"]) < 1e-12
 
 
-@pytest.mark.parametrize("solver", [diffrax.Dopri8(), pytest.param(sb.Rodas5P(), marks=pytest.mark.slow)])
+@pytest.mark.parametrize("solver", [diffrax.Dopri8(), pytest.param(sb.hybrid.Rodas5P(), marks=pytest.mark.slow)])
 def test_stop_with_an_adiabatic_lump_against_quadrature(solver):
     result = fade_stop(solver=solver)
     assert result.metrics["stopping_time"] == pytest.approx(stopping_time(0.35, 2e-3, 2e4), rel=1e-10)
-    assert result.metrics["peak_rim_temperature"] == pytest.approx(sb.ROOM + 0.5 * J * W0**2 / 2e4, rel=1e-12)
+    assert result.metrics["peak_rim_temperature"] == pytest.approx(sb.thermal.ROOM + 0.5 * J * W0**2 / 2e4, rel=1e-12)
 
 
-@pytest.mark.parametrize("solver", [diffrax.Dopri8(), pytest.param(sb.Rodas5P(), marks=pytest.mark.slow)])
+@pytest.mark.parametrize("solver", [diffrax.Dopri8(), pytest.param(sb.hybrid.Rodas5P(), marks=pytest.mark.slow)])
 def test_gradients_with_fade_against_quadrature(solver):
     def metrics(x):
         result = fade_stop(*x, solver)
@@ -196,10 +198,10 @@ def test_drag_holds_the_speed_and_the_lever_follows_the_fade():
     assert float(result.energy["friction_heat"]) == pytest.approx(power * 60.0, rel=1e-12)
     t = np.asarray([0.0, 20.0, 60.0])
     series = result.series(t)
-    rim = sb.ROOM + 0.9 * power / 300.0 * (1 - np.exp(-300.0 / 5e4 * t))
-    linings = sb.ROOM + 0.1 * power / 1e4 * t
+    rim = sb.thermal.ROOM + 0.9 * power / 300.0 * (1 - np.exp(-300.0 / 5e4 * t))
+    linings = sb.thermal.ROOM + 0.1 * power / 1e4 * t
     np.testing.assert_allclose(series.temperature, np.stack([rim, linings], axis=1), rtol=1e-10)
-    fz = 0.35 * (1 - 1e-3 * (linings - sb.ROOM)) * math.tan(BETA / 2)
+    fz = 0.35 * (1 - 1e-3 * (linings - sb.thermal.ROOM)) * math.tan(BETA / 2)
     Pi = ((1 + fz) / (1 - fz)) ** N
     np.testing.assert_allclose(series.slack_tension, 2e4 / (R * (Pi - 1)), rtol=1e-9)
     assert "grip_lost" not in [event.name for event in result.events]
@@ -218,13 +220,21 @@ def test_faults_of_a_scene_with_heat():
     with pytest.raises(sb.InputError, match="looks at the temperature"):
         sb.simulate(stop_scene(law=fading()))
     with pytest.raises(sb.InputError, match=r"brake\.linings\.area"):
-        sb.simulate(stop_scene(law=sb.ProductFriction(sb.ConstantFriction(0.3), (sb.PressureFactor(1e6, 0.2),))))
+        sb.simulate(
+            stop_scene(
+                law=sb.friction.ProductFriction(sb.ConstantFriction(0.3), (sb.friction.PressureFactor(1e6, 0.2),))
+            )
+        )
     scene = layered_stop()
-    bad = eqx.tree_at(lambda s: s.heat.friction, scene, sb.FrictionHeat("rim", "nowhere", sb.ConstantPartition(0.5)))
+    bad = eqx.tree_at(
+        lambda s: s.heat.friction, scene, sb.thermal.FrictionHeat("rim", "nowhere", sb.thermal.ConstantPartition(0.5))
+    )
     bad = eqx.tree_at(lambda s: s.heat.friction.partition.metal, bad, 1.5)
     with pytest.raises(sb.InputError, match=r"partition\.metal"):
         sb.simulate(bad)
-    bad = eqx.tree_at(lambda s: s.heat.friction, scene, sb.FrictionHeat("rim", "nowhere", sb.ConstantPartition(0.5)))
+    bad = eqx.tree_at(
+        lambda s: s.heat.friction, scene, sb.thermal.FrictionHeat("rim", "nowhere", sb.thermal.ConstantPartition(0.5))
+    )
     with pytest.raises(sb.InputError) as caught:
         sb.simulate(bad)
     assert "'rim'" in str(caught.value)
@@ -242,19 +252,21 @@ def test_numbers_of_a_heat_part_are_set_by_path():
 def test_heat_with_no_power_is_no_heat():
     """A friction law that fades, on a network that no heat reaches: the brake without heat, to rounding."""
     heat = layered_stop().heat
-    cold = eqx.tree_at(lambda h: h.friction, heat, sb.FrictionHeat(None, None, sb.ConstantPartition(0.5), "rim.front"))
+    cold = eqx.tree_at(
+        lambda h: h.friction, heat, sb.thermal.FrictionHeat(None, None, sb.thermal.ConstantPartition(0.5), "rim.front")
+    )
     scene = layered_stop()
     warm = sb.simulate(eqx.tree_at(lambda s: s.heat, scene, cold))
     plain = sb.simulate(sb.Scene(brake(sb.ConstantFriction(0.35)), scene.duty, scene.initial, 2.0))
     for name in ("full_slip_time", "stopping_time", "stopping_angle", "max_tension"):
         assert warm.metrics[name] == pytest.approx(plain.metrics[name], rel=1e-12)
-    np.testing.assert_allclose(np.asarray(warm.end_temperatures), sb.ROOM, rtol=1e-14)
+    np.testing.assert_allclose(np.asarray(warm.end_temperatures), sb.thermal.ROOM, rtol=1e-14)
     assert warm.metrics["heat_lost"] == pytest.approx(float(plain.energy["friction_heat"]), rel=1e-12)
 
 
 @pytest.mark.slow
 def test_a_batch_of_stiff_scenes_is_its_single_runs():
-    base = layered_stop(sb.layer_growth(1e-5, 0.028, 20))
+    base = layered_stop(sb.thermal.layer_growth(1e-5, 0.028, 20))
 
     def stop(f):
         scene = eqx.tree_at(lambda s: s.brake.linings.friction.base.coefficient, base, f)

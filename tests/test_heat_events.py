@@ -19,9 +19,9 @@ from simbrake.friction import SurfaceState
 def warmed(law, power, load=0.0, stiffness=C, end=200.0, capacity=1e4, n=N, beta=BETA, flash=None, area=None, w0=0.0):
     """A brake whose linings are warmed from outside: `T = T_0 + P t/C`."""
     heat = sb.Heat(
-        (sb.Lump("linings", capacity),),
-        sources=(sb.Source("linings", power),),
-        friction=sb.FrictionHeat(None, "linings", sb.ConstantPartition(1.0)),
+        (sb.thermal.Lump("linings", capacity),),
+        sources=(sb.thermal.Source("linings", power),),
+        friction=sb.thermal.FrictionHeat(None, "linings", sb.thermal.ConstantPartition(1.0)),
         flash=flash,
         linings="linings",
         permissible=293.15 + 50.0,
@@ -47,13 +47,14 @@ def test_a_held_brake_lets_go_when_it_is_heated(stiffness):
 
 @pytest.mark.slow
 def test_self_locking_reached_by_heat_is_an_event_or_a_code():
-    rising = sb.ProductFriction(
-        sb.ConstantFriction(0.9), (sb.TabulatedFade(np.asarray([250.0, 350.0, 900.0]), np.asarray([0.9, 1.0, 2.5])),)
+    rising = sb.friction.ProductFriction(
+        sb.ConstantFriction(0.9),
+        (sb.friction.TabulatedFade(np.asarray([250.0, 350.0, 900.0]), np.asarray([0.9, 1.0, 2.5])),),
     )
     elastic = sb.simulate(warmed(rising, 4e4, n=4, beta=math.radians(60.0), end=140.0))
     (locked,) = [event.time for event in elastic.events if event.name == "self_locking"]
-    T = sb.ROOM + 4.0 * locked
-    factor = float(rising.factors[0].factor(sb.Contact(v=None, T=jnp.asarray([T])))[0])
+    T = sb.thermal.ROOM + 4.0 * locked
+    factor = float(rising.factors[0].factor(sb.friction.Contact(v=None, T=jnp.asarray([T])))[0])
     assert 0.9 * factor * math.tan(math.radians(30.0)) == pytest.approx(1.0, rel=1e-9)
     rigid = sb.simulate(warmed(rising, 4e4, n=4, beta=math.radians(60.0), end=140.0, stiffness=None), throw=False)
     assert rigid.status == "singular_geometry"
@@ -63,7 +64,9 @@ def test_self_locking_reached_by_heat_is_an_event_or_a_code():
 @pytest.mark.slow
 def test_a_table_that_is_left_ends_the_run_or_is_refused_before_it():
     def law(*T):
-        return sb.ProductFriction(sb.ConstantFriction(0.3), (sb.TabulatedFade(np.asarray(T), np.asarray([1.0, 0.8])),))
+        return sb.friction.ProductFriction(
+            sb.ConstantFriction(0.3), (sb.friction.TabulatedFade(np.asarray(T), np.asarray([1.0, 0.8])),)
+        )
 
     result = sb.simulate(warmed(law(280.0, 400.0), 2e4), throw=False)
     assert result.status == "outside_table"
@@ -82,7 +85,7 @@ def test_band_snap_is_named():
     assert "capacity" in result.message
 
 
-FLASH = sb.FlashTemperature(length=1e-3, conductivity=50.0, diffusivity=1.44e-5)
+FLASH = sb.thermal.FlashTemperature(length=1e-3, conductivity=50.0, diffusivity=1.44e-5)
 
 
 def test_flash_temperature_of_a_moving_source():
@@ -91,8 +94,8 @@ def test_flash_temperature_of_a_moving_source():
 
 def test_implicit_friction_of_flash_and_pressure_against_scalar_roots():
     area, v = 0.02, 10.0
-    base = sb.ProductFriction(
-        sb.ConstantFriction(0.4), (sb.LinearFade(2e-3, 300.0), sb.PressureFactor(reference=1e6, exponent=0.3))
+    base = sb.friction.ProductFriction(
+        sb.ConstantFriction(0.4), (sb.LinearFade(2e-3, 300.0), sb.friction.PressureFactor(reference=1e6, exponent=0.3))
     )
     grip = sb_grip(base, area)
     T = np.full(5, 320.0)
@@ -136,8 +139,8 @@ def sb_grip(law, area):
 def test_flash_fold_is_named():
     """Friction that rises with temperature feeds its own flash: warmed far enough, the branch without flash ends."""
     table = np.asarray([250.0, 400.0, 450.0, 2000.0]), np.asarray([0.9, 1.0, 2.2, 2.3])
-    rising = sb.ProductFriction(sb.ConstantFriction(0.3), (sb.TabulatedFade(*table),))
-    flash = sb.FlashTemperature(length=1e-3, conductivity=50.0, diffusivity=1.44e-5, hardness=3.0e7)
+    rising = sb.friction.ProductFriction(sb.ConstantFriction(0.3), (sb.friction.TabulatedFade(*table),))
+    flash = sb.thermal.FlashTemperature(length=1e-3, conductivity=50.0, diffusivity=1.44e-5, hardness=3.0e7)
     scene = warmed(rising, 1e5, stiffness=None, end=80.0, flash=flash, capacity=1e5, w0=20.0)
     scene = eqx.tree_at(lambda s: s.brake.pulley.inertia, scene, np.asarray(1e6))
     result = sb.simulate(scene, throw=False)
@@ -145,7 +148,7 @@ def test_flash_fold_is_named():
     T, v = float(result.end_temperatures[0]), R * float(result.record.y_end.omega)
     per_f = 2 * 3.0e7 * v / 50.0 * math.sqrt(1.44e-5 * 1e-3 / (math.pi * v))
     f = np.linspace(0.28, 0.5, 2001)
-    excess = f - 0.3 * np.asarray(rising.factors[0].factor(sb.Contact(v=None, T=jnp.asarray(T + per_f * f))))
+    excess = f - 0.3 * np.asarray(rising.factors[0].factor(sb.friction.Contact(v=None, T=jnp.asarray(T + per_f * f))))
     # here the hill of the residual, behind the first root, has just sunk to 0
     hill = excess[np.argmax(np.diff(excess) < 0)]
     assert abs(hill) < 1e-4

@@ -87,8 +87,8 @@ def made(run, tmp_path_factory):
 
 def hot_scene(permissible, name="lining"):
     """A stop with a lump of 20 kJ/K as linings: at rest it is `W0² J/2 / 20 kJ/K` = 8 K warmer."""
-    bodies = (sb.Lump(name, 2e4, temperature=300.0), sb.Lump("rim", 1e5, temperature=300.0))
-    friction = sb.FrictionHeat("rim", name, sb.ConstantPartition(0.0))
+    bodies = (sb.thermal.Lump(name, 2e4, temperature=300.0), sb.thermal.Lump("rim", 1e5, temperature=300.0))
+    friction = sb.thermal.FrictionHeat("rim", name, sb.thermal.ConstantPartition(0.0))
     heat = sb.Heat(bodies, friction=friction, rim="rim", linings=name, permissible=permissible)
     return rigid_stop(fading(slope=1e-6), heat, end=4.0)
 
@@ -157,14 +157,14 @@ def test_scene_of_the_page_can_be_run_again(run, made):
     text = html.unescape(
         re.search(r"<summary>As a scene file, as it was run</summary><pre>(.*?)</pre>", made, re.S).group(1)
     )
-    again = sb.scene_from_text(text)
-    for a, b in zip(sb.leaves(run.scene), sb.leaves(again), strict=True):
+    again = sb.files.scene_from_text(text)
+    for a, b in zip(sb.files.leaves(run.scene), sb.files.leaves(again), strict=True):
         assert a.path == b.path
         np.testing.assert_array_equal(a.value, b.value)
 
 
 def test_scene_that_no_file_can_hold_says_so():
-    scene = stop_scene(lever=sb.FunctionProfile(_wave))
+    scene = stop_scene(lever=sb.profiles.FunctionProfile(_wave))
     files = contents_of_scene(scene)
     assert "duty.slack_tension" in files["No scene file can hold it"]
 

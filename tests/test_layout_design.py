@@ -38,12 +38,12 @@ def rate(slope=0.0):
 
 def heated_stop(fade=0.0, angle=None):
     """Rigid band, constant lever, no load; each lining a lump, whose temperature lowers its friction."""
-    law = sb.ProductFriction(sb.ConstantFriction(F), (sb.LinearFade(fade, 293.15, 0.2, 0.05),))
+    law = sb.friction.ProductFriction(sb.ConstantFriction(F), (sb.LinearFade(fade, 293.15, 0.2, 0.05),))
     linings = sb.Lining(law, np.full(N, BETA) if angle is None else angle, np.full(N, AREA))
     heat = sb.Heat(
-        bodies=(sb.Lump("rim", 1e5), sb.Lump("linings", 400.0, count=N), sb.Reservoir("air")),
-        links=(sb.Conductance("rim", "air", 5.0),),
-        friction=sb.FrictionHeat("rim", "linings", sb.ConstantPartition(0.9)),
+        bodies=(sb.thermal.Lump("rim", 1e5), sb.thermal.Lump("linings", 400.0, count=N), sb.thermal.Reservoir("air")),
+        links=(sb.thermal.Conductance("rim", "air", 5.0),),
+        friction=sb.thermal.FrictionHeat("rim", "linings", sb.thermal.ConstantPartition(0.9)),
         rim="rim",
         linings="linings",
     )
@@ -66,16 +66,16 @@ def test_a_rigid_stop_has_work_wear_and_means_in_closed_form():
     result = sb.simulate(heated_stop())
     T, normal = statics(np.full(N, BETA))
     energy = J * W0**2 / 2
-    work = np.asarray(sb.friction_work(result))
+    work = np.asarray(sb.results.friction_work(result))
     np.testing.assert_allclose(work, energy * np.diff(T) / (T[-1] - 1), rtol=1e-10)
     assert work.sum() == pytest.approx(float(result.energy["friction_heat"]), rel=1e-12)
     distance = energy / (T0 * (T[-1] - 1))
     np.testing.assert_allclose(
-        np.asarray(sb.lining_wear(result, rate())), 2e-14 * T0 * normal / AREA * distance, rtol=1e-10
+        np.asarray(sb.results.lining_wear(result, rate())), 2e-14 * T0 * normal / AREA * distance, rtol=1e-10
     )
-    increment = np.asarray(sb.lining_mean(result, "tension_increment"))
+    increment = np.asarray(sb.results.lining_mean(result, "tension_increment"))
     np.testing.assert_allclose(increment, T0 * np.diff(T), rtol=1e-12)
-    peaks = np.asarray(sb.lining_peak(result, "normal_load"))
+    peaks = np.asarray(sb.results.lining_peak(result, "normal_load"))
     assert peaks.max() == pytest.approx(result.metrics["max_normal_load"], rel=1e-12)
 
 
@@ -85,10 +85,10 @@ def _clock_and_speed(p):
 
 def test_integrals_of_what_is_known_are_exact():
     result = sb.simulate(heated_stop(fade=1e-3))
-    squares, turned = sb.integral(result, _clock_and_speed)
+    squares, turned = sb.results.integral(result, _clock_and_speed)
     assert float(squares) == pytest.approx(8.0**3 / 3, rel=1e-13)
     assert float(turned) == pytest.approx(float(result.record.y_end.phi), rel=1e-10)
-    coarse, fine = (np.asarray(sb.friction_work(result, points=k)) for k in (4, 8))
+    coarse, fine = (np.asarray(sb.results.friction_work(result, points=k)) for k in (4, 8))
     np.testing.assert_allclose(coarse, fine, rtol=1e-9)
     assert fine.sum() == pytest.approx(float(result.energy["friction_heat"]), rel=1e-9)
 
@@ -105,9 +105,9 @@ def test_integrals_of_what_is_known_are_exact():
 def test_work_of_the_linings_is_the_heat_in_the_ledger(scene):
     result = sb.simulate(scene())
     ledger = result.record.y_end.ledger
-    assert float(sb.friction_work(result).sum()) == pytest.approx(float(ledger.friction[0]), rel=1e-9)
+    assert float(sb.results.friction_work(result).sum()) == pytest.approx(float(ledger.friction[0]), rel=1e-9)
     if len(ledger.friction) > 1:
-        inner = sb.friction_work(result, pair="internal")
+        inner = sb.results.friction_work(result, pair="internal")
         assert float(inner.sum()) == pytest.approx(float(ledger.friction[1]), rel=1e-9)
 
 
@@ -117,7 +117,7 @@ def test_heat_of_a_break_away_belongs_to_no_lining():
     fz = 0.25 * math.tan(math.radians(20.0))
     before, after = (8e3 * ((1 + g) / (1 - g)) ** n for g in (1.2 * fz, fz))
     jump = (before - after) / C * (0.5 * (before + after) - 8e3)
-    lost = float(result.energy["friction_heat"]) - float(sb.friction_work(result).sum())
+    lost = float(result.energy["friction_heat"]) - float(sb.results.friction_work(result).sum())
     assert lost == pytest.approx(jump, rel=1e-8)
 
 
@@ -134,18 +134,18 @@ def test_gradients_of_wear_against_central_differences():
 
     def worn(scene):
         result = sb.simulate(scene, solver=diffrax.Dopri8(), rtol=1e-12, max_steps=64)
-        return 1e6 * shares @ sb.lining_wear(result, rate(2e-3))
+        return 1e6 * shares @ sb.results.lining_wear(result, rate(2e-3))
 
     scene = heated_stop(fade=1e-3)
     gradient = jax.jit(jax.grad(worn))(jax.tree.map(jnp.asarray, scene))
-    slopes = {leaf.path: np.asarray(leaf.value) for leaf in sb.leaves(gradient)}
+    slopes = {leaf.path: np.asarray(leaf.value) for leaf in sb.files.leaves(gradient)}
     for path, value in paths.items():
         base, _, index = path.removesuffix("]").rpartition("[") if path.endswith("]") else (path, "", "")
         got = slopes[base][int(index)] if index else slopes[base]
 
         def at(x, path=path):
             result = sb.simulate(sb.with_values(scene, {path: x}), solver=diffrax.Dopri8(), rtol=1e-12)
-            return 1e6 * float(shares @ sb.lining_wear(result, rate(2e-3)))
+            return 1e6 * float(shares @ sb.results.lining_wear(result, rate(2e-3)))
 
         h = 1e-3 * value
         near, far = (at(value + h) - at(value - h)) / (2 * h), (at(value + 2 * h) - at(value - 2 * h)) / (4 * h)
@@ -164,9 +164,9 @@ def test_static_layouts_are_the_closed_forms(target, f):
     design = sb.equal_layout(scene, target, start="given")
     wrap = 5 * math.radians(44.0)
     if target == "tension_increment":
-        expected = sb.equal_increment_angles(f, 5, 5, wrap).angle
+        expected = sb.layouts.equal_increment_angles(f, 5, 5, wrap).angle
     else:
-        expected = sb.equal_load_angles(f, 5, wrap, area=area if target == "pressure" else 1.0).angle
+        expected = sb.layouts.equal_load_angles(f, 5, wrap, area=area if target == "pressure" else 1.0).angle
     np.testing.assert_allclose(design.angle, expected, atol=1e-8)
     assert design.non_uniformity <= 1 + 1e-8
     assert design.angle.sum() == pytest.approx(wrap, rel=1e-14)
@@ -191,7 +191,7 @@ def test_angles_for_equal_work_with_areas_for_equal_wear_over_a_braking():
     design = sb.equal_layout(
         heated_stop(), ("friction_work", "wear"), free="both", over="braking", rate=rate(), start="given"
     )
-    angle = sb.equal_increment_angles(F, N, N, N * BETA).angle
+    angle = sb.layouts.equal_increment_angles(F, N, N, N * BETA).angle
     normal = statics(angle)[1]
     np.testing.assert_allclose(design.angle, angle, atol=1e-8)
     np.testing.assert_allclose(design.area, N * AREA * normal / normal.sum(), rtol=1e-8)
@@ -200,13 +200,13 @@ def test_angles_for_equal_work_with_areas_for_equal_wear_over_a_braking():
 @pytest.mark.slow
 def test_fade_and_hot_wear_move_the_layout_of_equal_wear():
     cold = sb.equal_layout(heated_stop(), "wear", over="braking", rate=rate(), start="given")
-    static = sb.equal_load_angles(F, N, N * BETA).angle
+    static = sb.layouts.equal_load_angles(F, N, N * BETA).angle
     np.testing.assert_allclose(cold.angle, static, atol=1e-8)
     hot = sb.equal_layout(heated_stop(fade=1e-3), "wear", over="braking", rate=rate(2e-3))
     assert hot.non_uniformity <= 1 + 1e-6
     assert hot.row("closed form").non_uniformity > 1.01
     assert np.abs(hot.angle - static).max() > math.radians(0.1)
-    worn = np.asarray(sb.lining_wear(sb.simulate(hot.scene), rate(2e-3)))
+    worn = np.asarray(sb.results.lining_wear(sb.simulate(hot.scene), rate(2e-3)))
     assert worn.max() / worn.min() <= 1 + 1e-6
     assert "closed form" in str(hot)
     assert hot.as_dict()["layouts"][-1]["angle"] == hot.angle.tolist()
@@ -215,7 +215,7 @@ def test_fade_and_hot_wear_move_the_layout_of_equal_wear():
 
 def test_what_cannot_be_levelled_says_why():
     scene = stop_scene(n=3, beta=110.0, f=0.3, C=None)
-    with pytest.raises(sb.InfeasibleLayout, match="nearest to locking itself"):
+    with pytest.raises(sb.layouts.InfeasibleLayout, match="nearest to locking itself"):
         sb.equal_layout(scene, "normal_load", start="given")
 
 

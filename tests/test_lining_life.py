@@ -76,26 +76,26 @@ def test_the_best_turn_of_equal_linings_is_at_half_of_the_life(braking):
 
 
 def test_a_turned_brake_has_all_that_goes_with_the_band_from_the_other_end():
-    law = sb.ProductFriction(
+    law = sb.friction.ProductFriction(
         sb.ConstantFriction(np.array([0.3, 0.28, 0.33, 0.25])),
-        (sb.TabulatedFade([300.0, 400.0, 500.0, 600.0], [1.0, 0.9, 0.8, 0.7]),),
+        (sb.friction.TabulatedFade([300.0, 400.0, 500.0, 600.0], [1.0, 0.9, 0.8, 0.7]),),
     )
     wear = sb.Wear(np.arange(1.0, 5.0) * 1e-14, worn=[1e-3, 2e-3, 3e-3, 4e-3])
     scene = ws.stop(wear, ws.lumps(), np.radians([40.0, 50.0, 60.0, 70.0]), law=law)
-    turned = sb.turned_scene(scene)
+    turned = sb.wear.turned_scene(scene)
     np.testing.assert_allclose(np.degrees(turned.brake.linings.angle), [70.0, 60.0, 50.0, 40.0])
     np.testing.assert_allclose(turned.brake.linings.friction.base.coefficient, [0.25, 0.33, 0.28, 0.3])
     np.testing.assert_allclose(turned.brake.linings.friction.factors[0].values, [1.0, 0.9, 0.8, 0.7])  # a table
     np.testing.assert_allclose(turned.wear.worn, [4e-3, 3e-3, 2e-3, 1e-3])
-    again = sb.turned_scene(turned)
-    assert sb.scene_text(again) == sb.scene_text(scene)
+    again = sb.wear.turned_scene(turned)
+    assert sb.files.scene_text(again) == sb.files.scene_text(scene)
     with pytest.raises(sb.InputError, match="ride on the pulley"):
-        sb.turned_scene(ws.wearing(staged_scenes.stop(), sb.Wear(1e-14)))
+        sb.wear.turned_scene(ws.wearing(staged_scenes.stop(), sb.Wear(1e-14)))
 
 
 def test_equal_loads_of_z_reduce_the_non_uniformity_by_the_factor_computed(braking):
     """`N_n/N_1 = μ^(n−1)` for the uniform pitch, 1 for equal loads, over the whole life; and the gain in brakings."""
-    angle = np.asarray(sb.equal_load_angles(ws.F, ws.N, ws.N * ws.BETA).angle)
+    angle = np.asarray(sb.layouts.equal_load_angles(ws.F, ws.N, ws.N * ws.BETA).angle)
     fz = ws.F * math.tan(ws.BETA / 2)
     factor = ((1 + fz) / (1 - fz)) ** (ws.N - 1)
     uniform, level = (
@@ -125,7 +125,7 @@ def test_a_worn_brake_has_a_smaller_circle_and_a_later_lever(braking):
     np.testing.assert_allclose(fresh.worn_thickness, braking.worn_thickness, rtol=1e-9)
     slow = dragged(0.05, worn=h)
     late = float(np.sum(h) * ws.BETA / 0.05)
-    lever = sb.worn_scene(slow).duty.slack_tension
+    lever = sb.wear.worn_scene(slow).duty.slack_tension
     assert float(lever.delay) == pytest.approx(late, rel=1e-14)
     prompt = dataclasses.replace(dragged(), initial=sb.Initial(ws.W0, time=0.0))
     moved = sb.simulate(slow)
@@ -143,11 +143,11 @@ def test_worn_linings_in_the_heat_part():
     heat = ws.lumps()
     heat = dataclasses.replace(
         heat,
-        bodies=(*heat.bodies, sb.Lump("band", 1e4)),
-        links=(sb.Conductance("linings", "band", 3.0),),
-        friction=sb.FrictionHeat("rim", "linings", sb.ConstantPartition(0.9)),
+        bodies=(*heat.bodies, sb.thermal.Lump("band", 1e4)),
+        links=(sb.thermal.Conductance("linings", "band", 3.0),),
+        friction=sb.thermal.FrictionHeat("rim", "linings", sb.thermal.ConstantPartition(0.9)),
     )
-    worn = sb.worn_scene(ws.stop(wear, heat)).heat
+    worn = sb.wear.worn_scene(ws.stop(wear, heat)).heat
     np.testing.assert_allclose(worn.bodies[1].capacity, ws.CAPACITY * (1 - h / 0.03), rtol=1e-14)
     np.testing.assert_allclose(worn.links[0].value, 3.0 / (1 - h / 0.03), rtol=1e-14)
     # walls: the conduction through them is λ A/(δ − h), each copy with its own h
@@ -157,7 +157,7 @@ def test_worn_linings_in_the_heat_part():
         rim_thickness=0.025,
         track_area=0.8,
         rim_layers=4,
-        partition=sb.ConstantPartition(0.9),
+        partition=sb.thermal.ConstantPartition(0.9),
         lining=lining,
         lining_thickness=0.03,
         lining_area=4 * ws.AREA,
@@ -173,9 +173,9 @@ def test_worn_linings_in_the_heat_part():
     stored = np.asarray(thermal.capacity[4:]).reshape(4, 5).sum(axis=1)
     expected = float(lining.density) * float(lining.specific_heat) * ws.AREA * (0.03 - h)
     np.testing.assert_allclose(stored, expected, rtol=1e-12)
-    table = sb.TransmissionPartition([300.0], [8.0], [8.0], [12.0], [1e-5], lining_thickness=0.03)
+    table = sb.thermal.TransmissionPartition([300.0], [8.0], [8.0], [12.0], [1e-5], lining_thickness=0.03)
     partition = dataclasses.replace(layered, friction=dataclasses.replace(layered.friction, partition=table))
-    seen = sb.worn_scene(ws.stop(sb.Wear(ws.K, worn=h, heat=True), partition)).heat.friction.partition
+    seen = sb.wear.worn_scene(ws.stop(sb.Wear(ws.K, worn=h, heat=True), partition)).heat.friction.partition
     assert float(seen.lining_thickness) == pytest.approx(0.03 - h.mean(), rel=1e-14)
 
 

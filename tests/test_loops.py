@@ -94,8 +94,11 @@ def test_rows_marked_as_linear_are_the_same_in_every_state_and_mode():
     scene = layered_stop()
     steel = sb.Material(48.0, 7800.0, 500.0)
     fading_steel = sb.Material(48.0, 7800.0, 500.0, conductivity_slope=-5e-4)
-    more = (sb.Wall("pair", steel, 0.02, 0.1, 4, 1.5, copies=2), sb.Wall("hot", fading_steel, 0.02, 0.1, 5))
-    links = (sb.Convection("pair.back", 0.1, 20.0), sb.Radiation("hot.front", 0.1, 0.8))
+    more = (
+        sb.thermal.Wall("pair", steel, 0.02, 0.1, 4, 1.5, copies=2),
+        sb.thermal.Wall("hot", fading_steel, 0.02, 0.1, 5),
+    )
+    links = (sb.thermal.Convection("pair.back", 0.1, 20.0), sb.thermal.Radiation("hot.front", 0.1, 0.8))
     heat = dataclasses.replace(scene.heat, bodies=scene.heat.bodies + more, links=scene.heat.links + links)
     system, y, mode = assemble(dataclasses.replace(scene, heat=heat))
     kinds = np.concatenate([np.ravel(kind) for kind in jax.tree.leaves(system.couplings())])

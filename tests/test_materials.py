@@ -17,30 +17,33 @@ import simbrake as sb
 
 def test_every_number_of_the_library_has_a_source_and_lies_in_its_range():
     printed = {"steel_20L": 47.8, "magnesium_alloy": 79.1, "brass": 109.0, "aluminium_alloy": 163.0}  # V, table 1
-    assert {name: sb.rim_material(name).numbers["conductivity"] for name in printed} == printed
-    for table, maker in ((sb.formulas.RIMS, sb.rim_material), (sb.formulas.LININGS, sb.lining_material)):
+    assert {name: sb.formulas.rim_material(name).numbers["conductivity"] for name in printed} == printed
+    for table, maker in (
+        (sb.formulas.RIMS, sb.formulas.rim_material),
+        (sb.formulas.LININGS, sb.formulas.lining_material),
+    ):
         for name, entries in table.items():
             one = maker(name)
             assert set(one.numbers) == set(one.sources)
             assert all(one.sources.values())
             assert all(entry.low <= entry.value <= entry.high for entry in entries.values()), name
-    assert "assum" in sb.rim_material("brass").sources["permissible_temperature"]
+    assert "assum" in sb.formulas.rim_material("brass").sources["permissible_temperature"]
 
 
 def test_a_number_of_a_material_can_be_given():
-    bronze = sb.rim_material("brass", conductivity=60.0, young=1.1e11, permissible_temperature=600.0)
+    bronze = sb.formulas.rim_material("brass", conductivity=60.0, young=1.1e11, permissible_temperature=600.0)
     assert (float(bronze.thermal.conductivity), bronze.elastic.young, bronze.permissible) == (60.0, 1.1e11, 600.0)
     assert bronze.sources["young"] == "given"
     with pytest.raises(KeyError, match="no rim material 'wood'; there are: aluminium_alloy"):
-        sb.rim_material("wood")
+        sb.formulas.rim_material("wood")
     with pytest.raises(KeyError, match="has no colour"):
-        sb.lining_material("FK-24A", colour=1.0)
+        sb.formulas.lining_material("FK-24A", colour=1.0)
     with pytest.raises(ValueError, match="solidus"):
-        sb.rim_material("brass", solidus=-1.0)
+        sb.formulas.rim_material("brass", solidus=-1.0)
 
 
 def test_wear_is_constant_up_to_the_threshold_and_follows_arrhenius_above():
-    law = sb.ThresholdWear(2e-14, 500.0, 40e3)
+    law = sb.wear.ThresholdWear(2e-14, 500.0, 40e3)
     cold, there, hot = (float(law(None, None, np.asarray(T))) for T in (300.0, 500.0, 650.0))
     assert (cold, there) == (2e-14, 2e-14)
     assert hot == pytest.approx(2e-14 * math.exp(40e3 / 8.31446261815324 * (1 / 500 - 1 / 650)), rel=1e-14)
@@ -61,10 +64,10 @@ def test_another_material_is_the_scene_built_with_it():
 
 def test_shares_follow_only_where_they_are_made_from_materials():
     brass, other = sb.material("brass"), sb.material("retinax")
-    given = sb.with_materials(whole_scene(sb.ConstantPartition(0.9)), brass, other).heat.friction.partition
+    given = sb.with_materials(whole_scene(sb.thermal.ConstantPartition(0.9)), brass, other).heat.friction.partition
     assert float(given.metal) == 0.9
     flat = np.full(2, 10.0)
-    law = sb.TransmissionPartition(np.array([300.0, 400.0]), flat, flat, flat, flat * 1e-6)
+    law = sb.thermal.TransmissionPartition(np.array([300.0, 400.0]), flat, flat, flat, flat * 1e-6)
     changed = sb.with_materials(whole_scene(law), brass, other).heat.friction.partition
     assert (float(changed.rim_conductivity), float(changed.lining_conductivity)) == (109.0, 0.6)
     assert float(changed.surface_conductivity) == 1.02
@@ -87,11 +90,11 @@ def test_a_stop_by_hand(name):
     """Constant torque, no load: W = ½ J ω², and a half-space while no heat reaches the back."""
     scene = stop_scene(C=None)
     table = compared([name], scene=scene)
-    row, m = table.row(name), sb.rim_material(name)
+    row, m = table.row(name), sb.formulas.rim_material(name)
     k, rho, c = (m.numbers[key] for key in ("conductivity", "density", "specific_heat"))
     lining = sb.material("FK-24A")
     e_1, e_2 = math.sqrt(k * rho * c), math.sqrt(0.736 * 2000.0 * 1000.0)
-    work, tau = 0.5 * J * W0**2, sb.classical_stop(scene).time
+    work, tau = 0.5 * J * W0**2, sb.formulas.classical_stop(scene).time
     share = e_1 / (e_1 + e_2)
     q = share * work / (1.05 * tau)
     a = k / (rho * c)
@@ -128,7 +131,7 @@ def test_a_stop_by_hand(name):
 
 def test_estimates_are_those_of_the_table_of_estimates():
     row = compared(["brass"]).row("brass")
-    m = sb.rim_material("brass")
+    m = sb.formulas.rim_material("brass")
     table = sb.estimates(
         stop_scene(C=None), dataclasses.replace(DATA, rim=m.thermal, elastic=m.elastic, hardness=300e6)
     )
@@ -150,7 +153,7 @@ def test_estimates_are_those_of_the_table_of_estimates():
 
 def test_the_greatest_work_in_closed_form_and_as_a_level():
     """Surface of a half-space: rise ∝ q √τ ∝ W^(3/4) at given torques; at that work a pair is just admissible."""
-    stiffless = sb.rim_material("steel_20L", young=1.0, permissible_temperature=ROOM + 30.0)
+    stiffless = sb.formulas.rim_material("steel_20L", young=1.0, permissible_temperature=ROOM + 30.0)
     row = compared([stiffless]).row("steel_20L")
     rise = row["surface"].value - ROOM
     assert row.greatest_work == pytest.approx(row["friction_work"].value * (30.0 / rise) ** (4 / 3), rel=1e-10)
@@ -169,7 +172,7 @@ def test_the_greatest_work_in_closed_form_and_as_a_level():
 
 
 def test_nothing_is_left_where_the_rim_is_too_hot_at_the_start():
-    row = compared([sb.rim_material("brass", permissible_temperature=290.0)]).row("brass")
+    row = compared([sb.formulas.rim_material("brass", permissible_temperature=290.0)]).row("brass")
     assert (row.greatest_work, row.ends) == (0.0, "rim temperature")
     assert not row.admissible
     assert "over 17 °C" in row.fails[0]
@@ -178,7 +181,8 @@ def test_nothing_is_left_where_the_rim_is_too_hot_at_the_start():
 def test_what_must_grow_grows():
     """At the same ρ c a better conductor is cooler and less stressed; a hotter lining wears no less; both exact."""
     rims = [
-        dataclasses.replace(sb.rim_material("steel_20L", conductivity=k), name=f"{k:g}") for k in (20.0, 50.0, 200.0)
+        dataclasses.replace(sb.formulas.rim_material("steel_20L", conductivity=k), name=f"{k:g}")
+        for k in (20.0, 50.0, 200.0)
     ]
     table = compared(rims, data=dataclasses.replace(DATA, share=0.95))
     for key in ("surface", "bulk", "stress_ratio"):
@@ -202,7 +206,7 @@ def test_levels_by_a_number_of_the_scene():
 
 
 def test_the_inertia_follows_the_mass_if_asked():
-    own, other = sb.rim_material("steel_20L"), sb.rim_material("magnesium_alloy")
+    own, other = sb.formulas.rim_material("steel_20L"), sb.formulas.rim_material("magnesium_alloy")
     radius = float(stop_scene().brake.pulley.radius)
     lighter = 1.05 * 0.05 * (other.numbers["density"] - own.numbers["density"])
     inertia = J + lighter * (radius**2 + (radius - 0.05) ** 2) / 2
@@ -213,15 +217,15 @@ def test_the_inertia_follows_the_mass_if_asked():
 
 
 def test_sizes_that_the_scene_does_not_have_are_said():
-    notes = " ".join(compared(["brass"], data=sb.EstimateData(track_area=1.05)).notes)
+    notes = " ".join(compared(["brass"], data=sb.formulas.EstimateData(track_area=1.05)).notes)
     assert "rim_thickness = 0.025 m is not the scene's: V, table 1" in notes
     assert "lining_area" in notes
     assert "track_area" not in notes
 
 
 def test_the_ranking_has_admissible_pairs_first():
-    weak = dataclasses.replace(sb.rim_material("steel_20L", permissible_stress=1e6), name="weak")
-    strong = dataclasses.replace(sb.rim_material("steel_20L", permissible_stress=1e9), name="strong")
+    weak = dataclasses.replace(sb.formulas.rim_material("steel_20L", permissible_stress=1e6), name="weak")
+    strong = dataclasses.replace(sb.formulas.rim_material("steel_20L", permissible_stress=1e9), name="strong")
     table = compared([weak, strong])
     assert [row.rim for row in table.ranking()] == ["strong", "weak"]
     assert [row.admissible for row in table.ranking()] == [True, False]

@@ -60,7 +60,7 @@ def test_estimates_meet_the_run_where_it_is_as_they_assume(simulated):
 def test_without_heat_the_scene_runs_once_and_wear_adds_up():
     """Mean wear by hand against the integral over the run, for a constant coefficient."""
     scene = stop_scene(C=None)
-    cold = sb.lining_material("FK-24A", wear_activation=0.0)
+    cold = sb.formulas.lining_material("FK-24A", wear_activation=0.0)
     table = compared(["brass", "cast_iron"], [cold], scene=scene, run=True)
     works = [row["friction_work"].value for row in table]
     assert works == pytest.approx([0.5 * J * W0**2] * 2, rel=1e-9)
@@ -69,7 +69,7 @@ def test_without_heat_the_scene_runs_once_and_wear_adds_up():
     n = scene.brake.linings.count
     linings = dataclasses.replace(scene.brake.linings, area=np.asarray(0.75 / n))
     result = sb.simulate(dataclasses.replace(scene, brake=dataclasses.replace(scene.brake, linings=linings)))
-    mean = float(np.mean(np.asarray(sb.lining_wear(result, 3e-14))))
+    mean = float(np.mean(np.asarray(sb.results.lining_wear(result, 3e-14))))
     assert table.row("brass")["wear"].value == pytest.approx(mean, rel=1e-9)
 
 
@@ -77,7 +77,7 @@ def test_without_heat_the_scene_runs_once_and_wear_adds_up():
 def test_simulated_wear_lies_between_that_of_the_coldest_and_the_hottest_lining():
     scene = whole_scene()
     scene = dataclasses.replace(scene, heat=dataclasses.replace(scene.heat, flash=None))
-    keen = sb.lining_material("retinax", wear_threshold=ROOM, wear_activation=60e3)
+    keen = sb.formulas.lining_material("retinax", wear_threshold=ROOM, wear_activation=60e3)
     row = sb.compare_materials(scene, ["brass"], [keen]).row("brass", "retinax")
     b = scene.brake
     load_way = row["friction_work"].value * math.cos(math.radians(13.5) / 2) / (0.35 * 0.7 * TRACK)
@@ -87,7 +87,7 @@ def test_simulated_wear_lies_between_that_of_the_coldest_and_the_hottest_lining(
 
 
 def test_materials_with_slopes_and_without_are_one_program():
-    sloped = sb.rim_material("brass")
+    sloped = sb.formulas.rim_material("brass")
     thermal = dataclasses.replace(sloped.thermal, conductivity_slope=1e-3)
     table = compared([dataclasses.replace(sloped, thermal=thermal), "cast_iron"])
     assert [float(rim.thermal.conductivity_slope) for rim in table.rims] == [1e-3, 0.0]

@@ -127,7 +127,7 @@ def test_names_of_columns_are_those_that_a_run_writes():
 
 def test_arrays_are_checked_as_files_are():
     with pytest.raises(sb.InputError) as caught:
-        sb.Measured.of(
+        sb.studies.Measured.of(
             [0.0, 1.0],
             {"omega": [1.0], "speed": [1.0, 2.0], "phi": [np.nan, np.nan], "tight_tension": [1.0, 2.0]},
             sigma={"tight_tension": -1.0, "slack_tension": 1.0},
@@ -135,7 +135,7 @@ def test_arrays_are_checked_as_files_are():
         )
     assert len(caught.value.faults) == 6
     t, values = [0.0, 1.0, 2.0], {"omega": [3.0, np.nan, 1.0]}
-    assert list(sb.Measured.of(t, values, sigma={"omega": [0.1, 0.2, 0.3]}).points[0].sigma) == [0.1, 0.3]
+    assert list(sb.studies.Measured.of(t, values, sigma={"omega": [0.1, 0.2, 0.3]}).points[0].sigma) == [0.1, 0.3]
 
 
 SCENE = """

@@ -31,7 +31,7 @@ T_0, R, R_B, BETA, AREA = 4e3, 0.59, 0.64, math.radians(50.0), 0.03
 Z = math.tan(BETA / 2)
 
 
-class Timed(sb.AbstractFriction):
+class Timed(sb.friction.AbstractFriction):
     """Friction `f ξ` that comes to another one by itself, `ξ̇ = (ξ_e − ξ)/τ`."""
 
     coefficient: Any = sb.quantity("1", "coefficient at the start", low=0.0, default=F)
@@ -175,7 +175,7 @@ def test_every_lining_of_a_staged_brake_runs_in_by_its_own_work():
     result = sb.simulate(band(RunningIn(F, 0.6, 3e6), 2e6, bandage=bandage), rtol=1e-11)
     assert "external_lock" in [event.name for event in result.events]
     for pair, (end, work) in enumerate([(0.6, 3e6), (1.3, 2e6)]):
-        done = np.asarray(sb.friction_work(result, pair=("external", "internal")[pair]))
+        done = np.asarray(sb.results.friction_work(result, pair=("external", "internal")[pair]))
         assert np.ptp(final(result, pair)) > 1e-3
         np.testing.assert_allclose(final(result, pair), towards(end, done / AREA / work), rtol=1e-8)
 
@@ -316,21 +316,21 @@ def test_a_staged_brake_whose_pairs_both_change():
 @pytest.fixture(scope="module")
 def recovering():
     heat = sb.Heat(
-        (sb.Lump("disc", 2e5), sb.Lump("pads", CAPACITY, count=PADS)),
-        friction=sb.FrictionHeat("disc", "pads", sb.ConstantPartition(0.6)),
+        (sb.thermal.Lump("disc", 2e5), sb.thermal.Lump("pads", CAPACITY, count=PADS)),
+        friction=sb.thermal.FrictionHeat("disc", "pads", sb.thermal.ConstantPartition(0.6)),
         linings="pads",
     )
     return disc(Recovering(F, time=0.7), heat=heat, end=4.0)
 
 
-@pytest.mark.parametrize("solver", [None, sb.Rodas5P()], ids=["explicit", "Rosenbrock"])
+@pytest.mark.parametrize("solver", [None, sb.hybrid.Rodas5P()], ids=["explicit", "Rosenbrock"])
 def test_two_states_and_heat_against_scipy(recovering, solver):
     result = sb.simulate(recovering, rtol=1e-12 if solver is None else 1e-11, solver=solver)
 
     def rhs(t, y):
         omega, T, fade, seen = y
         power = F * (1 - fade) * FORCE * ARM * omega
-        rates = [0.4 * power / CAPACITY, (1e-3 * (seen - sb.ROOM) - fade) / 0.7, (T - seen) / 0.5]
+        rates = [0.4 * power / CAPACITY, (1e-3 * (seen - sb.thermal.ROOM) - fade) / 0.7, (T - seen) / 0.5]
         return [-PADS * F * (1 - fade) * FORCE * ARM / J, *rates]
 
     def rest(t, y):
@@ -338,7 +338,7 @@ def test_two_states_and_heat_against_scipy(recovering, solver):
 
     rest.terminal = True
     how = {"method": "DOP853", "rtol": 1e-13, "atol": 1e-12}
-    run = solve_ivp(rhs, (0.0, 9.0), [OMEGA, sb.ROOM, 0.0, sb.ROOM], events=rest, **how)
+    run = solve_ivp(rhs, (0.0, 9.0), [OMEGA, sb.thermal.ROOM, 0.0, sb.thermal.ROOM], events=rest, **how)
     assert float(result.stopping_time) == pytest.approx(run.t_events[0][0], rel=1e-9)
     cooled = solve_ivp(lambda t, y: [0.0, *rhs(t, [0.0, *y[1:]])[1:]], (run.t[-1], 4.0), run.y[:, -1], **how)
     end = result.record.y_end.memory[0]
@@ -350,7 +350,7 @@ def test_what_results_files_and_pages_show_of_states(recovering, tmp_path):
     result = sb.simulate(recovering)
     series = result.series([0.0, 1.0])
     assert np.shape(series.friction_memory) == (2, 2, PADS)  # fade, seen
-    np.testing.assert_allclose(series.friction_memory[0], [[0.0] * PADS, [sb.ROOM] * PADS])
+    np.testing.assert_allclose(series.friction_memory[0], [[0.0] * PADS, [sb.thermal.ROOM] * PADS])
     f = F * (1 - series.friction_memory[:, 0])
     np.testing.assert_allclose(series.friction_coefficient, f, rtol=1e-12)
     kept = sb.load(sb.save(result, tmp_path / "run.csv"))["friction_memory"]
@@ -374,7 +374,9 @@ def test_one_state_is_one_column_per_lining(tmp_path):
     )
     table = sb.load(sb.save(plain, tmp_path / "run.nc"))
     assert table["internal_friction_memory"].dims == ("time", "lining")
-    heat = sb.Heat((sb.Lump("rim", 1e4),), friction=sb.FrictionHeat("rim", None, sb.ConstantPartition(1.0)))
+    heat = sb.Heat(
+        (sb.thermal.Lump("rim", 1e4),), friction=sb.thermal.FrictionHeat("rim", None, sb.thermal.ConstantPartition(1.0))
+    )
     with pytest.raises(sb.InputError, match="law with states"):
         sb.cyclic_steady_state(disc(Timed(), heat=heat))
 
@@ -431,7 +433,7 @@ def test_what_the_rates_read():
     assert of(Travelled(power=2)) == RatesRead(v=True, T=False, p=False, q=False, bends=True)
     assert of(RunningIn()) == RatesRead(v=False, T=False, p=False, q=True)
     assert of(Recovering()) == RatesRead(v=False, T=True, p=False, q=False)
-    assert of(sb.ProductFriction(Pressed(), ())) == RatesRead(v=False, T=False, p=True, q=False)
+    assert of(sb.friction.ProductFriction(Pressed(), ())) == RatesRead(v=False, T=False, p=True, q=False)
     assert reads(Recovering(), 4, T=True, p=True) == (False, False, False)  # the coefficients read the memory alone
 
 

@@ -162,7 +162,7 @@ def test_speed_through_zero_under_a_load_that_the_brake_cannot_hold():
     low = -0.725 * 8e3 * (1 - 1 / PI)
     result = sb.simulate(stop_scene(load=2 * low, w0=3.0, end=3.0))
     assert changes(result) == ["slip_onset", "full_slip"]
-    assert int(result.record.mode_end.band) == sb.BandMode.SLIP_BACK
+    assert int(result.record.mode_end.band) == sb.results.BandMode.SLIP_BACK
     end = result.record.y_end
     assert float(end.omega) < 0
     # in full slip backwards: ω̇ = (M_load + R_b T_0 (1 − 1/Π))/J
@@ -184,7 +184,9 @@ def test_reversed_load_while_held_lets_go_the_other_way():
 def test_a_short_pulse_of_the_load_is_not_overlooked_while_held():
     """1 s of overload in an hour of holding, given as a smooth function without any knots."""
     load = sb.TorqueLoad(
-        sb.FunctionProfile(lambda t, p: p * jnp.exp(-(((t - 1800.0) / 60.0) ** 2)), jnp.asarray(1.2 * HOLD), HOLD)
+        sb.profiles.FunctionProfile(
+            lambda t, p: p * jnp.exp(-(((t - 1800.0) / 60.0) ** 2)), jnp.asarray(1.2 * HOLD), HOLD
+        )
     )
     result = sb.simulate(with_load(stop_scene(w0=0.0, C=None, end=3600.0), load))
     assert changes(result)[:2] == ["restart", "full_slip"]
@@ -235,7 +237,7 @@ def test_random_duties_keep_the_books_and_never_gain_energy_by_friction():
         power = (np.asarray(s.tight_tension) - np.asarray(s.slack_tension)) * np.asarray(s.slip_speed)
         assert np.all(power >= -1e-9 * max(1.0, np.max(np.abs(power))))
         assert np.all(np.asarray(s.tension) >= 0)
-        held = np.asarray(s.band_mode) == sb.BandMode.HELD
+        held = np.asarray(s.band_mode) == sb.results.BandMode.HELD
         assert np.all(np.asarray(s.omega)[held] == 0.0)
         seen |= {e.name for e in result.events}
     assert {"slip_onset", "full_slip", "stop", "restart", "release", "restick"} <= seen

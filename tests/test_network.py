@@ -16,17 +16,18 @@ from simbrake._run._choice import stiff_heat
 STEEL = sb.Material(conductivity=50.0, density=7800.0, specific_heat=50.0 / (7800.0 * 1.4e-5))
 
 
-def wall(name, layers, thickness=0.08, material=STEEL, growth=1.0, temperature=sb.ROOM):
-    return sb.Wall(name, material, thickness, 1.0, layers, growth, temperature)
+def wall(name, layers, thickness=0.08, material=STEEL, growth=1.0, temperature=sb.thermal.ROOM):
+    return sb.thermal.Wall(name, material, thickness, 1.0, layers, growth, temperature)
 
 
 def heated_wall(layers, q=1e6, growth=1.0, power=None):
-    return sb.Heat(bodies=(wall("w", layers, growth=growth),), sources=(sb.Source("w.front", power or q),))
+    return sb.Heat(bodies=(wall("w", layers, growth=growth),), sources=(sb.thermal.Source("w.front", power or q),))
 
 
 def test_two_lumps():
     heat = sb.Heat(
-        bodies=(sb.Lump("a", 15.0, 373.15), sb.Lump("b", 15.0, 273.15)), links=(sb.Conductance("a", "b", 10.0),)
+        bodies=(sb.thermal.Lump("a", 15.0, 373.15), sb.thermal.Lump("b", 15.0, 273.15)),
+        links=(sb.thermal.Conductance("a", "b", 10.0),),
     )
     run = sb.simulate_heat(heat, [0.0, 0.1, 0.5, 1.0], rtol=1e-12)
     np.testing.assert_allclose(
@@ -42,10 +43,11 @@ def test_two_lumps():
         (300.0, [771.931270254850, 482.334096654852, 322.710682443192]),
     ],
 )
-@pytest.mark.parametrize("method", [None, sb.Rodas5P()])
+@pytest.mark.parametrize("method", [None, sb.hybrid.Rodas5P()])
 def test_radiation(ambient, truth, method):
     heat = sb.Heat(
-        bodies=(sb.Lump("a", 1e4, 900.0), sb.Reservoir("air", ambient)), links=(sb.Radiation("a", 1.0, 0.8),)
+        bodies=(sb.thermal.Lump("a", 1e4, 900.0), sb.thermal.Reservoir("air", ambient)),
+        links=(sb.thermal.Radiation("a", 1.0, 0.8),),
     )
     run = sb.simulate_heat(heat, [0.0, 60.0, 600.0, 3600.0], rtol=1e-12, solver=method)
     np.testing.assert_allclose(run.temperature[1:, 0], truth, rtol=1e-10)
@@ -62,7 +64,7 @@ def test_half_space_under_constant_flux_at_second_order():
         exact = (
             q / k * (2 * np.sqrt(a * t / math.pi) * np.exp(-(x**2) / (4 * a * t)) - x * erfc(x / (2 * np.sqrt(a * t))))
         )
-        rise = np.asarray(run.temperature[-1]) - sb.ROOM
+        rise = np.asarray(run.temperature[-1]) - sb.thermal.ROOM
         surface = rise[0] + q * x[0] / k
         errors.append([np.abs(rise - exact).max(), abs(surface - 119.416426428837)])
     orders = np.log2(np.asarray(errors)[:-1] / np.asarray(errors)[1:])
@@ -74,18 +76,18 @@ def test_a_wall_graded_to_both_faces_is_two_half_spaces():
     """Layers are symmetric, and either face has the closed form of its own flux as long as the middle stays cold."""
     k, rho_c, t = 0.5, 2e6, 20.0
     lining = sb.Material(k, 2000.0, 1000.0)
-    growth = sb.layer_growth(1e-4, 0.0225, 20)
-    body = sb.Wall("w", lining, 0.045, 1.0, 40, growth, both=True)
+    growth = sb.thermal.layer_growth(1e-4, 0.0225, 20)
+    body = sb.thermal.Wall("w", lining, 0.045, 1.0, 40, growth, both=True)
     np.testing.assert_allclose(body.steps, body.steps[::-1], rtol=1e-14)
     assert float(body.steps[0]) == pytest.approx(1e-4, rel=1e-9)
-    heat = sb.Heat((body,), sources=(sb.Source("w.front", 2e4), sb.Source("w.back", 1e4)))
+    heat = sb.Heat((body,), sources=(sb.thermal.Source("w.front", 2e4), sb.thermal.Source("w.back", 1e4)))
     run = sb.simulate_heat(heat, [0.0, t], rtol=1e-9)
     half = np.cumsum(body.steps) - body.steps / 2
     for flux, node in ((2e4, 0), (1e4, -1)):
         x, a = float(half[0]), k / rho_c
         root = np.sqrt(a * t)
         exact = flux / k * (2 * root / math.sqrt(math.pi) * np.exp(-(x**2) / (4 * a * t)) - x * erfc(x / (2 * root)))
-        assert float(run.temperature[-1, node]) - sb.ROOM == pytest.approx(exact, rel=5e-3)
+        assert float(run.temperature[-1, node]) - sb.thermal.ROOM == pytest.approx(exact, rel=5e-3)
 
 
 def test_half_space_under_linearly_falling_flux():
@@ -95,7 +97,7 @@ def test_half_space_under_linearly_falling_flux():
     times = np.linspace(0.0, t_s, 201)
     run = sb.simulate_heat(heat, times, rtol=1e-9)
     half = float(heat.bodies[0].centres[0])
-    surface = np.asarray(run.temperature[:, 0]) - sb.ROOM + q * (1 - times / t_s) * half / 50.0
+    surface = np.asarray(run.temperature[:, 0]) - sb.thermal.ROOM + q * (1 - times / t_s) * half / 50.0
     exact = 2 * q / 50.0 * np.sqrt(1.4e-5 * times / math.pi) * (1 - 2 * times / (3 * t_s))
     assert np.abs(surface - exact)[5:].max() < 2e-3 * exact.max()
     assert times[np.argmax(surface)] == pytest.approx(t_s / 2, abs=0.021)
@@ -113,7 +115,7 @@ def test_convecting_slab_at_second_order():
         x = (np.arange(n) + 0.5) * L / n
         mode = 100.0 * np.cos(beta * x / L)
         body = wall("w", n, L, temperature=300.0 + mode)
-        heat = sb.Heat((body, sb.Reservoir("air", 300.0)), (sb.Convection("w.back", 1.0, h),))
+        heat = sb.Heat((body, sb.thermal.Reservoir("air", 300.0)), (sb.thermal.Convection("w.back", 1.0, h),))
         run = sb.simulate_heat(heat, [0.0, t], rtol=1e-11)
         exact = mode * math.exp(-a * (beta / L) ** 2 * t)
         errors.append(np.abs(np.asarray(run.temperature[-1]) - 300.0 - exact).max())
@@ -125,21 +127,24 @@ def test_convecting_slab_at_second_order():
 def test_contact_finds_the_effusivity_split_by_itself():
     """Heat into an interface without capacity between two bodies: Charron's share, without being told."""
     steel, lining = sb.Material(45.0, 7850.0, 480.0), sb.Material(0.8, 2000.0, 1100.0)
-    n, growth = 200, sb.layer_growth(2e-6, 0.03, 200)
+    n, growth = 200, sb.thermal.layer_growth(2e-6, 0.03, 200)
     heat = sb.Heat(
         bodies=(
             wall("rim", n, 0.03, steel, growth),
             wall("lining", n, 0.03, lining, growth),
-            sb.Junction("face"),
+            sb.thermal.Junction("face"),
         ),
-        links=(sb.ThermalContact("face", "rim.front", 1.0), sb.ThermalContact("face", "lining.front", 1.0)),
-        sources=(sb.Source("face", 1e6),),
+        links=(
+            sb.thermal.ThermalContact("face", "rim.front", 1.0),
+            sb.thermal.ThermalContact("face", "lining.front", 1.0),
+        ),
+        sources=(sb.thermal.Source("face", 1e6),),
     )
     run = sb.simulate_heat(heat, [0.0, 0.05, 0.2], rtol=1e-9)
-    stored = np.asarray(run.record.system.thermal.capacity) * (np.asarray(run.temperature)[-1] - sb.ROOM)
+    stored = np.asarray(run.record.system.thermal.capacity) * (np.asarray(run.temperature)[-1] - sb.thermal.ROOM)
     share = stored[:n].sum() / stored.sum()
     assert share == pytest.approx(0.907538740903391, abs=2e-4)
-    assert float(sb.effusivity_share(steel, lining)) == pytest.approx(0.907538740903391, rel=1e-12)
+    assert float(sb.thermal.effusivity_share(steel, lining)) == pytest.approx(0.907538740903391, rel=1e-12)
     assert float(run.closure) < 1e-12
 
 
@@ -147,10 +152,10 @@ def test_properties_that_change_with_temperature_conserve_heat():
     """λ and c linear in T: an insulated wall, unevenly warm at the start, keeps its heat content to rounding."""
     m = sb.Material(40.0, 7800.0, 450.0, conductivity_slope=-5e-4, specific_heat_slope=8e-4)
     T0 = np.linspace(900.0, 300.0, 12)
-    heat = sb.Heat((sb.Wall("w", m, 0.03, 1.0, 12, 1.0, T0),))
+    heat = sb.Heat((sb.thermal.Wall("w", m, 0.03, 1.0, 12, 1.0, T0),))
     run = sb.simulate_heat(heat, [0.0, 5.0, 2000.0], rtol=1e-9)
     T = np.asarray(run.temperature)
-    content = (T - sb.ROOM) + 0.5 * 8e-4 * (T - sb.ROOM) ** 2
+    content = (T - sb.thermal.ROOM) + 0.5 * 8e-4 * (T - sb.thermal.ROOM) ** 2
     np.testing.assert_allclose(content.sum(axis=1), content[0].sum(), rtol=1e-12)
     assert np.ptp(T[-1]) < 1e-6
 
@@ -159,12 +164,12 @@ def test_kirchhoff_profile_of_a_wall_in_steady_state():
     """With λ(T) linear, λ T is harmonic: the steady flux through a wall is the mean conductivity's."""
     m = sb.Material(40.0, 7800.0, 450.0, conductivity_slope=-8e-4)
     heat = sb.Heat(
-        (wall("w", 400, 0.03, m), sb.Reservoir("hot", 700.0), sb.Reservoir("cold", 300.0)),
-        (sb.ThermalContact("hot", "w.front", 1.0), sb.ThermalContact("w.back", "cold", 1.0)),
+        (wall("w", 400, 0.03, m), sb.thermal.Reservoir("hot", 700.0), sb.thermal.Reservoir("cold", 300.0)),
+        (sb.thermal.ThermalContact("hot", "w.front", 1.0), sb.thermal.ThermalContact("w.back", "cold", 1.0)),
     )
     T = np.asarray(list(sb.steady_state(heat).values()))
-    theta = (T - sb.ROOM) - 4e-4 * (T - sb.ROOM) ** 2  # ∫ λ/λ_r dT
-    ends = [(x - sb.ROOM) - 4e-4 * (x - sb.ROOM) ** 2 for x in (700.0, 300.0)]
+    theta = (T - sb.thermal.ROOM) - 4e-4 * (T - sb.thermal.ROOM) ** 2  # ∫ λ/λ_r dT
+    ends = [(x - sb.thermal.ROOM) - 4e-4 * (x - sb.thermal.ROOM) ** 2 for x in (700.0, 300.0)]
     depth = np.asarray(heat.bodies[0].centres) / 0.03
     np.testing.assert_allclose(theta, ends[0] + (ends[1] - ends[0]) * depth, atol=2e-3)
 
@@ -176,9 +181,9 @@ def test_repeated_stops_of_a_lump():
     times = np.sort(np.concatenate([starts, starts, starts + pulse, starts + pulse]))
     power = np.tile([0.0, 1.0, 1.0, 0.0], 10) * 40.0 * C / pulse
     heat = sb.Heat(
-        (sb.Lump("drum", C, 300.0), sb.Reservoir("air", 300.0)),
-        (sb.Convection("drum", 1.0, C * b),),
-        sources=(sb.Source("drum", sb.PiecewiseLinear(times, power)),),
+        (sb.thermal.Lump("drum", C, 300.0), sb.thermal.Reservoir("air", 300.0)),
+        (sb.thermal.Convection("drum", 1.0, C * b),),
+        sources=(sb.thermal.Source("drum", sb.PiecewiseLinear(times, power)),),
     )
     run = sb.simulate_heat(heat, [0.0, pulse, 4 * t_c + pulse, 9 * t_c + pulse], rtol=1e-11)
     np.testing.assert_allclose(run.temperature[1:, 0] - 300.0, [40.0, 139.487655972995, 190.802296902655], rtol=1e-7)
@@ -187,14 +192,14 @@ def test_repeated_stops_of_a_lump():
 def test_a_junction_is_the_limit_of_a_small_capacity_and_may_radiate():
     def heat(middle):
         return sb.Heat(
-            (sb.Lump("a", 100.0, 800.0), middle, sb.Reservoir("air", 300.0)),
-            (sb.Conductance("a", "m", 5.0), sb.Radiation("m", 0.5, 0.9)),
+            (sb.thermal.Lump("a", 100.0, 800.0), middle, sb.thermal.Reservoir("air", 300.0)),
+            (sb.thermal.Conductance("a", "m", 5.0), sb.thermal.Radiation("m", 0.5, 0.9)),
         )
 
     times = [0.0, 20.0, 100.0]
-    exact = sb.simulate_heat(heat(sb.Junction("m")), times, rtol=1e-11)
-    assert heat(sb.Lump("m", 0.0)).bodies[1] == sb.Junction("m")
-    near = sb.simulate_heat(heat(sb.Lump("m", 1e-5, 600.0)), times, rtol=1e-9)
+    exact = sb.simulate_heat(heat(sb.thermal.Junction("m")), times, rtol=1e-11)
+    assert heat(sb.thermal.Lump("m", 0.0)).bodies[1] == sb.thermal.Junction("m")
+    near = sb.simulate_heat(heat(sb.thermal.Lump("m", 1e-5, 600.0)), times, rtol=1e-9)
     np.testing.assert_allclose(exact.temperature[1:, 0], near.temperature[1:, 0], rtol=2e-7)
     assert float(exact.closure) < 1e-11
 
@@ -202,18 +207,18 @@ def test_a_junction_is_the_limit_of_a_small_capacity_and_may_radiate():
 def test_steady_state_of_a_network_with_radiation_is_where_long_cooling_ends():
     heat = sb.Heat(
         (
-            sb.Lump("rim", 5e3, 700.0),
-            sb.Lump("flange", 8e3),
-            sb.Junction("bolt"),
-            sb.Reservoir("air", 300.0),
+            sb.thermal.Lump("rim", 5e3, 700.0),
+            sb.thermal.Lump("flange", 8e3),
+            sb.thermal.Junction("bolt"),
+            sb.thermal.Reservoir("air", 300.0),
         ),
         (
-            sb.Conductance("rim", "bolt", 30.0),
-            sb.Conductance("bolt", "flange", 20.0),
-            sb.Radiation("rim", 0.8, 0.7),
-            sb.Convection("flange", 1.2, sb.TemperatureCoefficient(2.0)),
+            sb.thermal.Conductance("rim", "bolt", 30.0),
+            sb.thermal.Conductance("bolt", "flange", 20.0),
+            sb.thermal.Radiation("rim", 0.8, 0.7),
+            sb.thermal.Convection("flange", 1.2, sb.thermal.TemperatureCoefficient(2.0)),
         ),
-        sources=(sb.Source("rim", 2000.0),),
+        sources=(sb.thermal.Source("rim", 2000.0),),
     )
     end = sb.simulate_heat(heat, [0.0, 2e5], rtol=1e-10).temperature[-1]
     steady = sb.steady_state(heat)
@@ -237,15 +242,15 @@ def eqx_source(heat, power):
 def test_a_thin_surface_node_costs_at_most_three_times_the_steps():
     def steps(first):
         n = 20
-        growth = 1.0 if first is None else sb.layer_growth(first, 0.03, n)
+        growth = 1.0 if first is None else sb.thermal.layer_growth(first, 0.03, n)
         heat = heated_wall_of(n, growth)
-        return int(sb.simulate_heat(heat, [0.0, 5.0], rtol=1e-8, solver=sb.Rodas5P()).record.stats.accepted)
+        return int(sb.simulate_heat(heat, [0.0, 5.0], rtol=1e-8, solver=sb.hybrid.Rodas5P()).record.stats.accepted)
 
     def heated_wall_of(n, growth):
         return sb.Heat(
-            (wall("w", n, 0.03, growth=growth), sb.Reservoir("air")),
-            (sb.Convection("w.back", 1.0, 100.0),),
-            sources=(sb.Source("w.front", sb.ramp(1e6, 0.0, 0.0, 5.0)),),
+            (wall("w", n, 0.03, growth=growth), sb.thermal.Reservoir("air")),
+            (sb.thermal.Convection("w.back", 1.0, 100.0),),
+            sources=(sb.thermal.Source("w.front", sb.ramp(1e6, 0.0, 0.0, 5.0)),),
         )
 
     uniform, thin = steps(None), steps(1e-6)
@@ -257,13 +262,13 @@ def test_gradient_of_a_radiating_wall_against_differences():
     def peak(conductivity, method):
         m = sb.Material(conductivity, 7800.0, 450.0)
         heat = sb.Heat(
-            (wall("w", 12, 0.03, m, 1.4), sb.Reservoir("air")),
-            (sb.Radiation("w.back", 1.0, 0.9),),
-            sources=(sb.Source("w.front", 1e6),),
+            (wall("w", 12, 0.03, m, 1.4), sb.thermal.Reservoir("air")),
+            (sb.thermal.Radiation("w.back", 1.0, 0.9),),
+            sources=(sb.thermal.Source("w.front", 1e6),),
         )
         return sb.simulate_heat(heat, jnp.asarray([0.0, 3.0]), rtol=1e-11, solver=method).temperature[-1, 0]
 
-    for method in (sb.Rodas5P(), None):
+    for method in (sb.hybrid.Rodas5P(), None):
         k, h = 40.0, 1e-2
         by_ad = jax.jit(jax.grad(lambda k: peak(k, method)))(k)
         value = jax.jit(lambda k: peak(k, method))
@@ -274,15 +279,21 @@ def test_gradient_of_a_radiating_wall_against_differences():
 @pytest.mark.parametrize("times", [[0.0, 10.0, 5.0], [0.0, math.nan], [], ["soon"]])
 def test_times_that_make_no_run_are_an_input_error(times):
     """The run ends at the last time: 10 s of `[0, 10, 5]` would have the values of 5 s."""
-    heat = sb.Heat((sb.Lump("a", 1.0), sb.Lump("b", 1.0, 300.0)), (sb.Conductance("a", "b", 1.0),))
+    heat = sb.Heat(
+        (sb.thermal.Lump("a", 1.0), sb.thermal.Lump("b", 1.0, 300.0)), (sb.thermal.Conductance("a", "b", 1.0),)
+    )
     with pytest.raises(sb.InputError, match=r"\n  ts: "):
         sb.simulate_heat(heat, times)
 
 
 def test_all_faults_of_a_network_in_one_report():
     heat = sb.Heat(
-        bodies=(sb.Lump("a", 1.0), sb.Lump("b", 1.0, 280.0), sb.Lump("c", np.asarray([0.0, 1.0]), count=2)),
-        links=(sb.Conductance("a", "b", 1.0), sb.Conductance("b", "c", 1.0)),
+        bodies=(
+            sb.thermal.Lump("a", 1.0),
+            sb.thermal.Lump("b", 1.0, 280.0),
+            sb.thermal.Lump("c", np.asarray([0.0, 1.0]), count=2),
+        ),
+        links=(sb.thermal.Conductance("a", "b", 1.0), sb.thermal.Conductance("b", "c", 1.0)),
     )
     with pytest.raises(sb.InputError, match=r"heat\.bodies\[2\]\.capacity: 0 J/K at some"):
         sb.simulate_heat(heat, [0.0, 1.0])
@@ -292,8 +303,18 @@ def test_all_faults_of_a_network_in_one_report():
     assert "heat.bodies[0].capacity" in str(caught.value)
     assert "heat.bodies[1].temperature" in str(caught.value)
     heat = sb.Heat(
-        bodies=(sb.Lump("a", 1.0), sb.Lump("c", 1.0), sb.Junction("j"), sb.Junction("k"), wall("w", 3)),
-        links=(sb.Conductance("j", "k", 1.0), sb.Conductance("a", "w", 1.0), sb.Conductance("a", "nowhere", 1.0)),
+        bodies=(
+            sb.thermal.Lump("a", 1.0),
+            sb.thermal.Lump("c", 1.0),
+            sb.thermal.Junction("j"),
+            sb.thermal.Junction("k"),
+            wall("w", 3),
+        ),
+        links=(
+            sb.thermal.Conductance("j", "k", 1.0),
+            sb.thermal.Conductance("a", "w", 1.0),
+            sb.thermal.Conductance("a", "nowhere", 1.0),
+        ),
     )
     with pytest.raises(sb.InputError) as caught:
         sb.simulate_heat(heat, [0.0, 1.0])
@@ -301,15 +322,17 @@ def test_all_faults_of_a_network_in_one_report():
     for part in ("'c' is connected to nothing", "'j' has no defined temperature", "'k' has no", "no face", "'nowhere'"):
         assert part in text, part
     with pytest.raises(sb.InputError, match="no reservoir"):
-        sb.steady_state(sb.Heat((sb.Lump("a", 1.0), sb.Lump("b", 1.0)), (sb.Conductance("a", "b", 1.0),)))
+        sb.steady_state(
+            sb.Heat((sb.thermal.Lump("a", 1.0), sb.thermal.Lump("b", 1.0)), (sb.thermal.Conductance("a", "b", 1.0),))
+        )
 
 
 def test_links_that_share_a_face_see_one_surface():
     """Two convections from one face are one of the sum, although each lies behind the same half layer."""
 
     def end(*coefficients):
-        links = tuple(sb.Convection("w.back", 1.0, h) for h in coefficients)
-        heat = sb.Heat((wall("w", 3, temperature=600.0), sb.Reservoir("air")), links)
+        links = tuple(sb.thermal.Convection("w.back", 1.0, h) for h in coefficients)
+        heat = sb.Heat((wall("w", 3, temperature=600.0), sb.thermal.Reservoir("air")), links)
         return np.asarray(sb.simulate_heat(heat, [0.0, 50.0], rtol=1e-11).temperature[-1])
 
     np.testing.assert_allclose(end(60.0, 90.0), end(150.0), rtol=1e-8)
@@ -321,9 +344,9 @@ def test_a_source_raises_the_face_from_which_a_wall_convects():
     """Steady wall, held at the back, heated and cooled at the front: `q = h (T_f − T_a) + λ (T_f − T_b)/L`."""
     q, h, L = 1e5, 50.0, 0.03
     heat = sb.Heat(
-        (wall("w", 4, L), sb.Reservoir("air", 300.0), sb.Reservoir("back", 350.0)),
-        (sb.Convection("w.front", 1.0, h), sb.ThermalContact("w.back", "back", 1.0)),
-        sources=(sb.Source("w.front", q),),
+        (wall("w", 4, L), sb.thermal.Reservoir("air", 300.0), sb.thermal.Reservoir("back", 350.0)),
+        (sb.thermal.Convection("w.front", 1.0, h), sb.thermal.ThermalContact("w.back", "back", 1.0)),
+        sources=(sb.thermal.Source("w.front", q),),
     )
     T = np.asarray(list(sb.steady_state(heat).values()))
     face = (q + h * 300.0 + 50.0 / L * 350.0) / (h + 50.0 / L)
@@ -331,7 +354,7 @@ def test_a_source_raises_the_face_from_which_a_wall_convects():
     np.testing.assert_allclose(T, face + (350.0 - face) * depth, rtol=1e-8)
 
 
-class Quartic(sb.AbstractLink):
+class Quartic(sb.thermal.AbstractLink):
     """A link of one's own, `g = s (T_a − T_b)²`."""
 
     a: str = eqx.field(static=True)
@@ -345,7 +368,9 @@ class Quartic(sb.AbstractLink):
 @pytest.mark.parametrize(("growth", "stiff"), [(1e-3, False), (10.0, True)])
 def test_a_link_of_ones_own_is_looked_at_when_the_method_is_chosen(growth, stiff):
     # 100 K at the start: g = 1e4 s W/K, so that 2 g/C · 10 s/6 is 17 steps for s = 1e-3, 1.7e5 for s = 10
-    heat = sb.Heat((sb.Lump("a", 2.0, 400.0), sb.Reservoir("air", 300.0)), (Quartic("a", "air", growth),))
+    heat = sb.Heat(
+        (sb.thermal.Lump("a", 2.0, 400.0), sb.thermal.Reservoir("air", 300.0)), (Quartic("a", "air", growth),)
+    )
     found, why = stiff_heat(heat, 10.0)
     assert found is stiff
     assert "the thermal node a follows" in why
@@ -353,28 +378,28 @@ def test_a_link_of_ones_own_is_looked_at_when_the_method_is_chosen(growth, stiff
 
 def test_a_link_of_ones_own_against_its_closed_form():
     # C dθ/dt = −s θ³, θ = θ_0/√(1 + 2 s θ_0² t/C)
-    heat = sb.Heat((sb.Lump("a", 2.0, 400.0), sb.Reservoir("air", 300.0)), (Quartic("a", "air", 1e-3),))
+    heat = sb.Heat((sb.thermal.Lump("a", 2.0, 400.0), sb.thermal.Reservoir("air", 300.0)), (Quartic("a", "air", 1e-3),))
     t = np.linspace(0.0, 10.0, 6)
     run = sb.simulate_heat(heat, t, rtol=1e-12)
     np.testing.assert_allclose(run.temperature[:, 0] - 300.0, 100.0 / np.sqrt(1 + 10.0 * t), rtol=1e-10)
     assert float(run.closure) < 1e-13
-    assert [leaf.path for leaf in sb.leaves(heat, "heat") if "links" in leaf.path] == ["heat.links[0].growth"]
+    assert [leaf.path for leaf in sb.files.leaves(heat, "heat") if "links" in leaf.path] == ["heat.links[0].growth"]
 
 
-@pytest.mark.parametrize("kind", [sb.Convection, sb.Radiation])
+@pytest.mark.parametrize("kind", [sb.thermal.Convection, sb.thermal.Radiation])
 def test_linings_cover_a_surface_while_the_band_is_closed(kind):
     """A lump against 0 K: `T_0 e^(−h A t/C)`, or `(T_0⁻³ + 3 ε σ A t/C)^(−1/3)`, `A` the open area."""
     h, emissivity, area, C, T_0, t = 20.0, 0.8, 0.7, 1e4, 900.0, 600.0
 
     def end(closed, **covered):
         heat = sb.Heat(
-            (sb.Lump("a", C, T_0), sb.Reservoir("air", 0.0)),
-            (kind("a", area, h if kind is sb.Convection else emissivity, **covered),),
+            (sb.thermal.Lump("a", C, T_0), sb.thermal.Reservoir("air", 0.0)),
+            (kind("a", area, h if kind is sb.thermal.Convection else emissivity, **covered),),
         )
         return float(sb.simulate_heat(heat, [0.0, t], closed=closed, rtol=1e-11).temperature[-1, 0])
 
     def truth(open_area):
-        if kind is sb.Convection:
+        if kind is sb.thermal.Convection:
             return T_0 * math.exp(-h * open_area * t / C)
         return (T_0**-3 + 3 * emissivity * 5.670374419e-8 * open_area * t / C) ** (-1 / 3)
 
@@ -386,17 +411,17 @@ def test_linings_cover_a_surface_while_the_band_is_closed(kind):
 def test_walls_side_by_side_and_lumps_between_them_exchange_no_heat():
     """Three copies of a wall, a wall of one layer and lumps, each heated by itself: what each took stays in it."""
     bodies = (
-        sb.Lump("before", 500.0),
-        sb.Wall("row", STEEL, 0.03, 1.0, 4, 1.2, copies=3),
-        sb.Lump("between", [300.0, 400.0], count=2),
+        sb.thermal.Lump("before", 500.0),
+        sb.thermal.Wall("row", STEEL, 0.03, 1.0, 4, 1.2, copies=3),
+        sb.thermal.Lump("between", [300.0, 400.0], count=2),
         wall("sheet", 1, 0.005),
         wall("single", 5, 0.02),
     )
     powers = {"before": 1e3, "row.front": 3e3, "row.back": 6e3, "between": 500.0, "single.back": 2e3}
     powers |= {"sheet.front": 800.0, "sheet.back": 400.0}
-    heat = sb.Heat(bodies, sources=tuple(sb.Source(place, power) for place, power in powers.items()))
+    heat = sb.Heat(bodies, sources=tuple(sb.thermal.Source(place, power) for place, power in powers.items()))
     run = sb.simulate_heat(heat, [0.0, 2.0])
-    stored = np.asarray(run.record.system.thermal.capacity) * (np.asarray(run.temperature[-1]) - sb.ROOM)
+    stored = np.asarray(run.record.system.thermal.capacity) * (np.asarray(run.temperature[-1]) - sb.thermal.ROOM)
     found = {name: stored[here] for name, here in run.record.system.thermal.spans.stores.items()}
     np.testing.assert_allclose(found["row"].reshape(3, 4).sum(axis=1), 3 * [6e3], rtol=1e-9)
     np.testing.assert_allclose(found["between"], [500.0, 500.0], rtol=1e-9)

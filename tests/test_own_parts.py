@@ -37,7 +37,7 @@ def falling(v):
 # --- friction laws: the same coefficient written in many ways ---------------------------------------------------------
 
 
-class Own(sb.AbstractFriction):
+class Own(sb.friction.AbstractFriction):
     coefficient: Any = sb.quantity("1", "coefficient at rest", low=0.0, default=AT_REST)
 
     def kinetic(self, contact):
@@ -86,7 +86,7 @@ class Declared(Own):
 
 
 LAWS = [Own(), Jitted(), Vmapped(), Unpacked(), Replaced(), Derived(AT_REST), Declared()]
-LAWS += [sb.ProductFriction(Derived(AT_REST), ())]
+LAWS += [sb.friction.ProductFriction(Derived(AT_REST), ())]
 
 
 def torque_at(law, omega):
@@ -135,7 +135,7 @@ class Fading(sb.ConstantFriction):
 
     def kinetic(self, contact):
         f = jnp.asarray(self.coefficient)
-        return f if contact.T is None else f * (1 - 1e-3 * (contact.T - sb.ROOM))
+        return f if contact.T is None else f * (1 - 1e-3 * (contact.T - sb.thermal.ROOM))
 
     def static(self, contact):
         return self.kinetic(contact)
@@ -144,7 +144,8 @@ class Fading(sb.ConstantFriction):
 def heated(law, capacity):
     """A stop whose friction heat stays in a rim of one node, which the law senses."""
     heat = sb.Heat(
-        (sb.Lump("rim", capacity, sb.ROOM),), friction=sb.FrictionHeat("rim", None, sb.ConstantPartition(1.0))
+        (sb.thermal.Lump("rim", capacity, sb.thermal.ROOM),),
+        friction=sb.thermal.FrictionHeat("rim", None, sb.thermal.ConstantPartition(1.0)),
     )
     return eqx.tree_at(lambda s: s.heat, stop_scene(C=None, law=law), heat, is_leaf=lambda x: x is None)
 
@@ -172,7 +173,7 @@ class NeedsAll(sb.ConstantFriction):
     """Cannot do without temperature and pressure."""
 
     def kinetic(self, contact):
-        return self.coefficient * (1 - 1e-3 * (contact.T - sb.ROOM)) * (1 + contact.p / 1e6) ** -0.1
+        return self.coefficient * (1 - 1e-3 * (contact.T - sb.thermal.ROOM)) * (1 + contact.p / 1e6) ** -0.1
 
 
 def test_what_a_law_needs_and_the_scene_lacks_is_named():
@@ -250,7 +251,7 @@ class Broken(Own):
 
 
 def product(*factors):
-    return sb.ProductFriction(sb.ConstantFriction(0.3), factors)
+    return sb.friction.ProductFriction(sb.ConstantFriction(0.3), factors)
 
 
 @pytest.mark.parametrize(
@@ -258,11 +259,11 @@ def product(*factors):
     [
         (sb.ConstantFriction(np.full(N, 0.3)), ""),
         (sb.StribeckFriction(0.4, 0.3, 0.5), "v"),
-        (sb.TabulatedFriction([0.0, 5.0], [0.4, 0.3]), "v"),
+        (sb.friction.TabulatedFriction([0.0, 5.0], [0.4, 0.3]), "v"),
         (product(), ""),
         (product(sb.LinearFade(1e-3, 300.0, blend=5.0)), "T"),
-        (product(sb.TabulatedFade([250.0, 900.0], [1.0, 0.5])), "T"),
-        (product(sb.PressureFactor(1e6, 0.1), sb.LinearFade(1e-3, 300.0)), "Tp"),
+        (product(sb.friction.TabulatedFade([250.0, 900.0], [1.0, 0.5])), "T"),
+        (product(sb.friction.PressureFactor(1e6, 0.1), sb.LinearFade(1e-3, 300.0)), "Tp"),
         (ShapeOnly(), ""),
         (Looped(), "T"),
         (Stepped(), "v"),
@@ -281,7 +282,7 @@ def test_what_a_law_reads(law, read):
 # --- thermal links ----------------------------------------------------------------------------------------------------
 
 
-class Cubic(sb.Conductance):
+class Cubic(sb.thermal.Conductance):
     """A shipped link whose conductance is made to grow, `g = s (T_a − T_b)²`."""
 
     def conductance(self, T_a, T_b, around):
@@ -298,9 +299,9 @@ class Cooling(AbstractCoefficient):
 def test_a_junction_behind_a_link_made_nonlinear():
     """`P = s (T_j − T_air)³` through the junction, `P = G (T_a − T_j)` before it."""
     P, G, s = 500.0, 10.0, 1e-3
-    bodies = (sb.Lump("a", 2.0, 400.0), sb.Junction("j"), sb.Reservoir("air", 300.0))
-    links = (sb.Conductance("a", "j", G), Cubic("j", "air", s))
-    found = sb.steady_state(sb.Heat(bodies, links, sources=(sb.Source("a", P),)))
+    bodies = (sb.thermal.Lump("a", 2.0, 400.0), sb.thermal.Junction("j"), sb.thermal.Reservoir("air", 300.0))
+    links = (sb.thermal.Conductance("a", "j", G), Cubic("j", "air", s))
+    found = sb.steady_state(sb.Heat(bodies, links, sources=(sb.thermal.Source("a", P),)))
     T_j = 300.0 + (P / s) ** (1 / 3)
     assert float(found["j"]) == pytest.approx(T_j, rel=1e-9)
     assert float(found["a"]) == pytest.approx(T_j + P / G, rel=1e-9)
@@ -309,21 +310,21 @@ def test_a_junction_behind_a_link_made_nonlinear():
 @pytest.mark.parametrize(
     ("link", "nonlinear", "constant"),
     [
-        (sb.Conductance("a", "b", 1.0), False, True),
-        (sb.ThermalContact("a", "b", 1.0), False, True),
-        (sb.Convection("a", 1.0, 10.0), False, True),
-        (sb.Convection("a", 1.0, 10.0, covered=0.5), False, False),
-        (sb.Convection("a", 1.0, sb.SpeedCoefficient(10.0, 5.0)), False, False),
-        (sb.Convection("a", 1.0, Cooling()), False, False),
-        (sb.Convection("a", 1.0, sb.TemperatureCoefficient(2.0)), True, False),
-        (sb.Radiation("a", 1.0, 0.8), True, False),
+        (sb.thermal.Conductance("a", "b", 1.0), False, True),
+        (sb.thermal.ThermalContact("a", "b", 1.0), False, True),
+        (sb.thermal.Convection("a", 1.0, 10.0), False, True),
+        (sb.thermal.Convection("a", 1.0, 10.0, covered=0.5), False, False),
+        (sb.thermal.Convection("a", 1.0, sb.thermal.SpeedCoefficient(10.0, 5.0)), False, False),
+        (sb.thermal.Convection("a", 1.0, Cooling()), False, False),
+        (sb.thermal.Convection("a", 1.0, sb.thermal.TemperatureCoefficient(2.0)), True, False),
+        (sb.thermal.Radiation("a", 1.0, 0.8), True, False),
         (Cubic("a", "b", 1.0), True, False),
     ],
 )
 def test_what_the_conductance_of_a_link_depends_on(link, nonlinear, constant):
     assert is_nonlinear(link, 3, 1) is nonlinear
     assert is_nonlinear(link, 1, 1) is nonlinear
-    bodies = (sb.Lump("a", 1.0, count=3), sb.Lump("b", 1.0), sb.Reservoir("air", 300.0))
+    bodies = (sb.thermal.Lump("a", 1.0, count=3), sb.thermal.Lump("b", 1.0), sb.thermal.Reservoir("air", 300.0))
     assert depends_on_temperatures(link, bodies) is nonlinear
     assert is_constant(link, bodies) is constant
 
@@ -349,7 +350,7 @@ class Slanted(sb.Constant):
         return self.level * (1 - t / 10.0) - 3.0
 
 
-class Doubled(sb.ExponentialRise):
+class Doubled(sb.profiles.ExponentialRise):
     """Not the curve that its class stands for."""
 
     def value(self, t, piece):
@@ -357,15 +358,15 @@ class Doubled(sb.ExponentialRise):
 
 
 def of(function):
-    return sb.FunctionProfile(lambda t, p: function(t))
+    return sb.profiles.FunctionProfile(lambda t, p: function(t))
 
 
 PLAIN = [
     sb.Constant(1.0),
     sb.ramp(0.0, 1.0, 0.0, 2.0),
     sb.Repeated([0.0, 1.0], [0.0, 5.0], 2.0, 9),
-    sb.ExponentialRise(1.0, 0.3),
-    sb.Lever(sb.ExponentialRise(1.0, 0.3), 0.8, 0.1),
+    sb.profiles.ExponentialRise(1.0, 0.3),
+    sb.Lever(sb.profiles.ExponentialRise(1.0, 0.3), 0.8, 0.1),
     sb.SpeedHold(1.0),
     Slanted(1.0),
 ]
@@ -409,10 +410,10 @@ def test_points_inside_steps_are_looked_at_only_where_something_can_hide():
 # --- another kind of brake --------------------------------------------------------------------------------------------
 
 
-class ConeLining(sb.AbstractLinings):
+class ConeLining(sb.brakes.AbstractLinings):
     """The lining of a cone."""
 
-    friction: sb.AbstractFriction
+    friction: sb.friction.AbstractFriction
     inner_radius: Any = sb.quantity("m", "inner radius", positive=True)
     outer_radius: Any = sb.quantity("m", "outer radius", positive=True)
     half_angle: Any = sb.quantity("rad", "half of the angle of the cone", positive=True, high=math.pi / 2)
@@ -430,12 +431,12 @@ class ConeLining(sb.AbstractLinings):
         return jnp.ones(1)
 
 
-class ConeBrake(sb.AbstractPressedBrake):
+class ConeBrake(sb.brakes.AbstractPressedBrake):
     """`M = f F (r_i + r_o)/(2 sin α)`."""
 
     inertia: Any = sb.quantity("kg*m^2", "inertia about the shaft", positive=True)
     linings: ConeLining
-    words: ClassVar[sb.BrakeWords] = sb.BrakeWords("cone brake", "lining", "cone")
+    words: ClassVar[sb.brakes.BrakeWords] = sb.brakes.BrakeWords("cone brake", "lining", "cone")
 
     @property
     def radius(self):
@@ -447,11 +448,16 @@ class ConeBrake(sb.AbstractPressedBrake):
 
 def test_a_cone_brake_of_a_user_has_all_that_a_brake_has():
     f, F, r_i, r_o, alpha, inertia, omega, load = 0.3, 2e3, 0.20, 0.26, math.radians(12.5), 50.0, 60.0, 50.0
-    rim, linings = sb.Lump("rim", 5e3), sb.Lump("linings", 500.0)
-    heat = sb.Heat((rim, linings), (), sb.FrictionHeat("rim", "linings", sb.ConstantPartition(0.8)), linings="linings")
+    rim, linings = sb.thermal.Lump("rim", 5e3), sb.thermal.Lump("linings", 500.0)
+    heat = sb.Heat(
+        (rim, linings),
+        (),
+        sb.thermal.FrictionHeat("rim", "linings", sb.thermal.ConstantPartition(0.8)),
+        linings="linings",
+    )
     brake = ConeBrake(inertia, ConeLining(sb.ConstantFriction(f, 1.2), r_i, r_o, alpha))
     duty = sb.ForceDuty(sb.Constant(F), sb.TorqueLoad(sb.Constant(load)))
-    scene = sb.Scene(brake, duty, sb.Initial(omega), 12.0, heat, wear=sb.Wear(sb.ConstantWear(1e-14)))
+    scene = sb.Scene(brake, duty, sb.Initial(omega), 12.0, heat, wear=sb.Wear(sb.wear.ConstantWear(1e-14)))
     run = sb.simulate(scene)
     N, r = F / math.sin(alpha), 0.5 * (r_i + r_o)
     stop = inertia * omega / (f * N * r - load)
@@ -461,7 +467,7 @@ def test_a_cone_brake_of_a_user_has_all_that_a_brake_has():
     assert "brought the cone to rest" in str(run)
     friction = f * N * r * omega * stop / 2
     assert float(run.energy["friction_heat"]) == pytest.approx(friction, rel=1e-11)
-    assert run.end_temperatures[1] - sb.ROOM == pytest.approx(0.2 * friction / 500.0, rel=1e-9)
+    assert run.end_temperatures[1] - sb.thermal.ROOM == pytest.approx(0.2 * friction / 500.0, rel=1e-9)
     worn = 1e-14 * N * r * omega * stop / 2 / float(brake.linings.area)
     np.testing.assert_allclose(run.worn_thickness, worn, rtol=1e-9)
 

@@ -163,7 +163,7 @@ def test_lining_map_shows_the_series(hot, quantity, unit, factor, shift):
 @pytest.mark.parametrize("pair", ["external", "internal"])
 def test_friction_heat_of_a_map_adds_up(staged, pair):
     _, _, shown = mesh_of(plot.lining_map(staged, "friction_heat", pair=pair).axes[0])
-    np.testing.assert_allclose(shown[:, -1] * 1e3, sb.friction_work(staged, pair=pair), rtol=1e-4)
+    np.testing.assert_allclose(shown[:, -1] * 1e3, sb.results.friction_work(staged, pair=pair), rtol=1e-4)
     assert np.all(np.diff(shown, axis=1) >= 0)
 
 

@@ -17,8 +17,8 @@ SHARES = sb.PowerShares(electrical=0.05, mechanical=0.27)
 
 def heated(shares=None):
     """A stop whose rim takes all heat and loses none, with friction that does not look at it."""
-    rim = sb.Lump("rim", capacity=2e4, temperature=300.0)
-    heat = sb.Heat((rim,), (), sb.FrictionHeat("rim", None, sb.ConstantPartition(1.0)), rim="rim")
+    rim = sb.thermal.Lump("rim", capacity=2e4, temperature=300.0)
+    heat = sb.Heat((rim,), (), sb.thermal.FrictionHeat("rim", None, sb.thermal.ConstantPartition(1.0)), rim="rim")
     return dataclasses.replace(stop_scene(), heat=heat, power_shares=shares)
 
 
@@ -67,11 +67,11 @@ def test_a_scene_without_heat_books_the_shares():
 
 def test_flash_temperature_sees_the_heat_alone():
     """Twice the friction power with half of it as heat is the same flash temperature."""
-    flash = sb.FlashTemperature(50e-6, 48.0, 1.2e-5, 1.0, 300e6)
+    flash = sb.thermal.FlashTemperature(50e-6, 48.0, 1.2e-5, 1.0, 300e6)
     linings = sb.uniform_linings(4, math.radians(120), sb.ConstantFriction(0.3))
     from simbrake._physics._sliding import Grip
 
-    law = sb.ProductFriction(sb.ConstantFriction(0.35), (sb.LinearFade(3e-4, 293.15),))
+    law = sb.friction.ProductFriction(sb.ConstantFriction(0.35), (sb.LinearFade(3e-4, 293.15),))
     linings = dataclasses.replace(linings, friction=law)
     args = (jnp.asarray(1e4), jnp.full(4, 5.0), SurfaceState(jnp.full(4, 293.15)), jnp.asarray(False))
     half = Grip.of(linings, flash, sb.PowerShares(mechanical=0.5)).coefficients(*args, static=False).f
@@ -88,11 +88,11 @@ def test_shares_of_more_than_everything_are_a_fault_with_a_path():
 
 
 def test_shares_are_written_and_read_back():
-    text = sb.scene_text(heated(SHARES))
+    text = sb.files.scene_text(heated(SHARES))
     assert "[power_shares]" in text
-    again = sb.scene_from_text(text)
+    again = sb.files.scene_from_text(text)
     assert float(again.power_shares.mechanical) == 0.27
-    assert sb.scene_text(again) == text
+    assert sb.files.scene_text(again) == text
 
 
 def test_thermal_estimates_take_the_heat_alone():

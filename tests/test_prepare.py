@@ -70,7 +70,7 @@ def test_never_is_infinite_and_its_derivative_zero(run):
 @pytest.mark.slow
 def test_measured_friction_runs_as_one_function_too():
     speeds, values = jnp.linspace(0.0, 30.0, 7), jnp.asarray([0.4, 0.36, 0.34, 0.33, 0.325, 0.32, 0.32])
-    run = sb.prepare(stop_scene(law=sb.TabulatedFriction(speeds, values)), ["stopping_time"], rtol=1e-8)
+    run = sb.prepare(stop_scene(law=sb.friction.TabulatedFriction(speeds, values)), ["stopping_time"], rtol=1e-8)
     assert run.program.one_function == (jax.default_backend() == "cpu")
     assert run().metrics["stopping_time"] == pytest.approx(float(run.result().stopping_time), rel=1e-9)
 
@@ -78,7 +78,7 @@ def test_measured_friction_runs_as_one_function_too():
 def test_heat_and_the_implicit_method():
     scene = rigid_stop(fading(), lump())
     expected = sb.simulate(scene, rtol=1e-11).stopping_time
-    for solver in (None, sb.Rodas5P()):
+    for solver in (None, sb.hybrid.Rodas5P()):
         run = sb.prepare(scene, ["stopping_time"], solver=solver, rtol=1e-8)
         assert run.program.one_function == (jax.default_backend() == "cpu")
         assert run().metrics["stopping_time"] == pytest.approx(float(expected), rel=1e-6)
@@ -121,7 +121,7 @@ def test_functions_with_arrays_and_another_tolerance():
     assert run.gradient().shape == (3, run.numbers.size)
 
 
-class Kinds(sb.AbstractFriction):
+class Kinds(sb.friction.AbstractFriction):
     """A law of one's own that picks the coefficient of every lining by its index."""
 
     values: jax.Array

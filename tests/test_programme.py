@@ -65,7 +65,7 @@ def test_the_stop_comes_when_planned_and_later_with_each_stand(tripping):
 
 
 def fading(factor):
-    law = sb.ProductFriction(sb.ConstantFriction(0.35), (factor,))
+    law = sb.friction.ProductFriction(sb.ConstantFriction(0.35), (factor,))
     return dataclasses.replace(BRAKE, linings=dataclasses.replace(BRAKE.linings, friction=law))
 
 
@@ -74,7 +74,7 @@ FADE = sb.LinearFade(1e-3, above=293.15, floor=0.5)
 
 def test_fade_moves_the_lever_and_not_the_hook():
     brake = fading(FADE)
-    heat = sb.lumped_heat(rim=8e4, partition=sb.ConstantPartition(1.0), rim_cooling=20.0)
+    heat = sb.lumped_heat(rim=8e4, partition=sb.thermal.ConstantPartition(1.0), rim_cooling=20.0)
     heat = dataclasses.replace(heat, friction=dataclasses.replace(heat.friction, sensed="rim"))
     lines = ("lower 27 m at 1.2 m/s", "brake to rest in 2 s", "hold 3 s")
     result = sb.simulate(sb.programme_scene(brake, lines, HOOK, pull=60e3, heat=heat))
@@ -139,8 +139,8 @@ def test_fading_friction_without_heat_is_the_error_of_any_duty(lines):
     for brake, heat, words in (
         (fading(FADE), None, "heat: is missing, but the friction law brake.linings.friction looks at the temperature"),
         (
-            fading(sb.TabulatedFade([400.0, 500.0], [1.0, 0.9])),
-            sb.lumped_heat(rim=8e4, partition=sb.ConstantPartition(1.0), rim_cooling=20.0),
+            fading(sb.friction.TabulatedFade([400.0, 500.0], [1.0, 0.9])),
+            sb.lumped_heat(rim=8e4, partition=sb.thermal.ConstantPartition(1.0), rim_cooling=20.0),
             "brake.linings.friction: the table of 400…500 K does not cover the start",
         ),
     ):
@@ -170,9 +170,9 @@ def test_a_programme_in_a_file_is_the_scene_in_python():
     line_count = 8
     """
     lines = ("lower 27 m at 1.2 m/s", "brake to rest", "hold 40 s", "repeat 30 times")
-    scene, wanted = sb.scene_from_text(text), sb.programme_scene(BRAKE, lines, HOOK, pull=30e3)
-    for a, b in ((scene, wanted), (sb.scene_from_text(sb.scene_text(scene)), wanted)):
+    scene, wanted = sb.files.scene_from_text(text), sb.programme_scene(BRAKE, lines, HOOK, pull=30e3)
+    for a, b in ((scene, wanted), (sb.files.scene_from_text(sb.files.scene_text(scene)), wanted)):
         assert jax.tree.structure(a) == jax.tree.structure(b)
         assert all(np.array_equal(x, y) for x, y in zip(jax.tree.leaves(a), jax.tree.leaves(b), strict=True))
     with pytest.raises(sb.InputError, match=r"\n  programme\[1\]: 'brake' is not understood"):
-        sb.scene_from_text(text.replace("brake to rest", "brake"))
+        sb.files.scene_from_text(text.replace("brake to rest", "brake"))

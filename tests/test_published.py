@@ -67,7 +67,7 @@ def test_numbers_in_the_words_of_the_page():
     """The page says them in sentences, where no script writes them."""
     words = (DOCS / "published.md").read_text("utf-8")
     wrap = math.radians(270.0)
-    proper = [sb.equal_increment_angles(f, 10, 10, wrap).ratio for f in (0.5, 0.3)]
+    proper = [sb.layouts.equal_increment_angles(f, 10, 10, wrap).ratio for f in (0.5, 0.3)]
     assert "{:.2f} (Z5) and {:.2f} (Z6)".format(*proper) in words
     increments, uniform = figures.band_diagrams()
     assert f"by {100 * (np.ptp(increments.normal) / increments.normal.min()):.0f} %" in words
@@ -75,8 +75,8 @@ def test_numbers_in_the_words_of_the_page():
     spread = 0.0
     for f in (0.5, 0.3):
         for k in (9, 8, 6, 4, 2):
-            beta = sb.equal_increment_angles(f, 10, k, wrap).angle
-            load = sb.sliding_tensions(*map(jnp.asarray, (1.0, np.full(k, f), beta[:k]))).normal
+            beta = sb.layouts.equal_increment_angles(f, 10, k, wrap).angle
+            load = sb.brakes.sliding_tensions(*map(jnp.asarray, (1.0, np.full(k, f), beta[:k]))).normal
             spread = max(spread, float(np.ptp(load) / np.min(load)))
     assert f"by up to {100 * spread:.0f} %" in words
 
@@ -97,12 +97,12 @@ def test_curves_of_z_fig_4_pass_through_table_1(f):
 def test_chords_of_z_fig_4_carry_equal_loads_up_to_their_end(f):
     curves = figures.chord_curves(f)
     for beta in curves.angle[[0, len(curves.last) // 2, -1]]:
-        normal = np.asarray(sb.chord_tensions(*map(jnp.asarray, (1.0, f, np.append(0.0, beta)))).normal)
+        normal = np.asarray(sb.brakes.chord_tensions(*map(jnp.asarray, (1.0, f, np.append(0.0, beta)))).normal)
         np.testing.assert_allclose(normal[1:], normal[1], rtol=1e-9)
         assert np.all(np.diff(beta) < 1e-12)  # the angles fall towards the tight end
     step = curves.last[1] - curves.last[0]
-    with pytest.raises(sb.InfeasibleLayout):
-        sb.chord_equal_load_angles(f, 7, curves.last[-1] + step, curves.last[-1] + step)
+    with pytest.raises(sb.layouts.InfeasibleLayout):
+        sb.layouts.chord_equal_load_angles(f, 7, curves.last[-1] + step, curves.last[-1] + step)
     assert curves.why_it_ends
     assert (curves.last[-1] < math.radians(20.0)) == (f == 0.5)  # as the text of Z remarks
 
@@ -134,7 +134,7 @@ def test_energy_levels_balance():
     assert stop.maximum[-1] == pytest.approx(stop.surface[-1])  # no flash at rest
     steel = sb.material("steel_20L")
     # once the heat is through, the surface leads the mean of the rim by q δ/(3 λ)
-    share = float(sb.effusivity_share(steel, sb.material("FK-24A")))
+    share = float(sb.thermal.effusivity_share(steel, sb.material("FK-24A")))
     q = 0.1 * share * 0.35 * 0.25e6 * 1.22 * 14.2 / figures.S1_TRACK
     lead = q * figures.S1_RIM / (3 * float(steel.conductivity))
     assert drag.surface[-1] - drag.bulk[-1] == pytest.approx(lead, rel=1e-3)

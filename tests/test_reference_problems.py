@@ -60,7 +60,7 @@ def test_belt_oscillator_times_and_extremes():
 
 
 def belt_period(belt):
-    r = sb.hybridsolve(belt, *belt_start(belt), 0.0, 12.0, DOPRI8, settings(1e-12, max_steps=128))
+    r = sb.hybrid.hybridsolve(belt, *belt_start(belt), 0.0, 12.0, DOPRI8, settings(1e-12, max_steps=128))
     return first_event_times(r, 2)[1]
 
 
@@ -88,7 +88,7 @@ def test_leine_slip_law():
 
 def staged_times(pair):
     start = (jnp.asarray(20.0), jnp.asarray(20.0), jnp.asarray(0.0), jnp.asarray(0.0))
-    r = sb.hybridsolve(pair, start, jnp.asarray(0), 0.0, 3.0, DOPRI8, settings(1e-12, max_steps=64))
+    r = sb.hybrid.hybridsolve(pair, start, jnp.asarray(0), 0.0, 3.0, DOPRI8, settings(1e-12, max_steps=64))
     return first_event_times(r, 3), r.y_end
 
 

@@ -46,13 +46,13 @@ def test_handy_arrays_and_differences():
 
 
 def test_installation_has_every_number_of_a_scene():
-    bodies = (sb.Lump("lining", 2e4), sb.Lump("rim", 1e5))
-    friction = sb.FrictionHeat("rim", "lining", sb.ConstantPartition(0.0))
+    bodies = (sb.thermal.Lump("lining", 2e4), sb.thermal.Lump("rim", 1e5))
+    friction = sb.thermal.FrictionHeat("rim", "lining", sb.thermal.ConstantPartition(0.0))
     heat = sb.Heat(bodies, friction=friction, rim="rim", linings="lining", permissible=304.0)
     scene = rigid_stop(fading(slope=1e-6), heat, end=4.0)
     parts = parts_of(scene)
     rows = {row.path: row for part in parts for row in part.rows}
-    assert {leaf.path for leaf in sb.leaves(scene)} <= set(rows)
+    assert {leaf.path for leaf in sb.files.leaves(scene)} <= set(rows)
     assert str(rows["heat.permissible"].value) == "30.85 °C"
     assert str(rows["duty.slack_tension.level"].value) == "8 kN"  # unit from its place
     assert str(rows["duty.load.profile.level"].value) == "0 N·m"
@@ -71,7 +71,7 @@ def test_profiles_and_loads_in_words():
     assert "100 N at all times" in lever
     many = profile_words(sb.PiecewiseLinear(np.arange(100.0), np.arange(100.0)), "N")
     assert "94 more" in many
-    assert profile_words(sb.FunctionProfile(_wave), "N") == "a function of its own, _wave"
+    assert profile_words(sb.profiles.FunctionProfile(_wave), "N") == "a function of its own, _wave"
     hook = load_words(sb.HookLoad(mass=60e3, drum_radius=0.4, line_count=8))
     assert hook == "60 t on the hook, 8 lines, rope at 0.4 m from the shaft: 29.42 kN·m on the shaft"
 

@@ -142,7 +142,7 @@ def test_traced_and_batched_results_are_refused(plain):
         jax.eval_shape(sb.dataset, plain)
     batch = jax.tree.map(lambda leaf: np.stack([leaf, leaf]), plain)
     with pytest.raises(ValueError, match="outside of jit"):
-        sb.provenance(batch)
+        sb.results.provenance(batch)
 
 
 @pytest.mark.smoke

@@ -131,8 +131,8 @@ def test_lever_that_is_still_to_pull_harder_is_no_runaway():
     assert status(sb.PiecewiseLinear(times, [1e3, T0, T0, T0])) == "runaway"  # no change is to come
     assert status(sb.PiecewiseLinear(times, [1e3, T0, T0, 2 * T0])) == "not_stopped"
     assert status(sb.PiecewiseLinear([0.0, 0.4, 1.0, 2.0], [1e3, T0, T0, T0])) == "not_stopped"
-    assert status(sb.ExponentialRise(T0, 0.01)) == "runaway"
-    assert status(sb.ExponentialRise(T0, 0.2)) == "not_stopped"
+    assert status(sb.profiles.ExponentialRise(T0, 0.01)) == "runaway"
+    assert status(sb.profiles.ExponentialRise(T0, 0.2)) == "not_stopped"
     assert status(sb.SpeedHold(limit=T0)) == "runaway"
     assert status(sb.SpeedHold(limit=2 * T0)) == "not_stopped"
 
@@ -145,7 +145,7 @@ def test_lever_that_is_still_to_pull_harder_is_no_runaway():
         (sb.PiecewiseLinear([0.0, 1.0, 2.0], [3.0, 0.0, 3.0]), 2.0),
         (sb.Lever(sb.PiecewiseLinear([0.0, 1.0], [0.0, 3.0]), 2.0, 1.0), 1.0),
         (sb.Repeated([0.0, 0.5], [1.0, 2.0], period=2.0, count=3), 4.5),
-        (sb.ExponentialRise(1.0, 0.1, begin=0.7), 0.7),
+        (sb.profiles.ExponentialRise(1.0, 0.1, begin=0.7), 0.7),
     ],
 )
 def test_time_of_the_last_turn_of_a_profile(profile, time):

@@ -96,28 +96,28 @@ def test_units_and_short_forms_mean_the_scene_in_python():
         initial=sb.Initial(omega=24.0),
         end_time=5.0,
     )
-    assert_same(sb.scene_from_text(TEXT), wanted)
+    assert_same(sb.files.scene_from_text(TEXT), wanted)
 
 
 def test_builders_of_heat_in_a_file():
-    scene = sb.scene_from_text(HEATED)
+    scene = sb.files.scene_from_text(HEATED)
     steel, lining = sb.material("steel_20L"), sb.Material(0.8, 2000.0, 1100.0)
     layered = sb.layered_heat(
         rim=steel,
         rim_thickness=0.025,
         rim_layers=5,
         track_area=0.8,
-        partition=sb.ConstantPartition(0.9),
+        partition=sb.thermal.ConstantPartition(0.9),
         lining=lining,
         lining_area=0.6,
         lining_layers=4,
-        inside=sb.SpeedCoefficient(8.0, 20 / 3.6),
+        inside=sb.thermal.SpeedCoefficient(8.0, 20 / 3.6),
         outside=25.0,
         temperature=293.15,
         permissible=723.15,
     )
-    assert_same(scene.heat, sb.with_pulley_structure(layered, steel))
-    assert_same(sb.scene_from_text(sb.scene_text(scene)), scene)
+    assert_same(scene.heat, sb.thermal.with_pulley_structure(layered, steel))
+    assert_same(sb.files.scene_from_text(sb.files.scene_text(scene)), scene)
 
 
 def test_a_history_from_csv_has_its_rows_as_knots(tmp_path):
@@ -138,14 +138,14 @@ def test_a_faulty_history_names_line_and_column(tmp_path):
         '{ start = "2 kN", end = "24 kN", begin = 0, duration = "350 ms" }', '{ file = "%s", column = "%s" }'
     )
     with pytest.raises(sb.InputError) as caught:
-        sb.scene_from_text(text % ("lever.csv", "slack_tension"), tmp_path)
+        sb.files.scene_from_text(text % ("lever.csv", "slack_tension"), tmp_path)
     assert "duty.slack_tension: " in str(caught.value)
     assert "'m' is no unit of a quantity in N" in str(caught.value)
     assert "line 3, column slack_tension [m]: 'x' is not a number" in str(caught.value)
     with pytest.raises(sb.InputError, match="has no column tension — there are: t, slack_tension"):
-        sb.scene_from_text(text % ("lever.csv", "tension"), tmp_path)
+        sb.files.scene_from_text(text % ("lever.csv", "tension"), tmp_path)
     with pytest.raises(sb.InputError, match="there is no such file"):
-        sb.scene_from_text(text % ("other.csv", "tension"), tmp_path)
+        sb.files.scene_from_text(text % ("other.csv", "tension"), tmp_path)
 
 
 def test_all_faults_of_a_file_in_one_report():
@@ -169,7 +169,7 @@ track_area = 2021-01-01
 temperature = "-300 degC"
 """
     with pytest.raises(sb.InputError) as caught:
-        sb.scene_from_text(text)
+        sb.files.scene_from_text(text)
     said = [str(fault) for fault in caught.value.faults]
     for words in (
         "end_time: '5 m': 'm' is no unit of end of the run, which is in s — known here: s, ms",
@@ -197,7 +197,7 @@ temperature = "-300 degC"
 
 def test_a_difference_of_temperatures_is_not_read_in_celsius():
     with pytest.raises(sb.InputError, match="not a difference of two"):
-        sb.scene_from_text(HEATED.replace("above = '120 degC'", "above = '120 degC', blend = '5 degC'"))
+        sb.files.scene_from_text(HEATED.replace("above = '120 degC'", "above = '120 degC', blend = '5 degC'"))
 
 
 @pytest.mark.parametrize(
@@ -213,16 +213,16 @@ def test_a_difference_of_temperatures_is_not_read_in_celsius():
 )
 def test_other_faults(old, new, words):
     with pytest.raises(sb.InputError, match=words):
-        sb.scene_from_text(TEXT.replace(old, new, 1))
+        sb.files.scene_from_text(TEXT.replace(old, new, 1))
 
 
 def test_a_bare_number_stands_for_a_constant_torque():
-    load = sb.scene_from_text(TEXT.replace("load = {", "load = '3 kN*m' #")).duty.load
+    load = sb.files.scene_from_text(TEXT.replace("load = {", "load = '3 kN*m' #")).duty.load
     assert_same(load, sb.TorqueLoad(sb.Constant(3e3)))
 
 
 def test_what_a_file_cannot_hold_is_named():
-    class Law(sb.AbstractFriction):
+    class Law(sb.friction.AbstractFriction):
         def kinetic(self, contact):
             return 0.3
 
@@ -234,9 +234,9 @@ def test_what_a_file_cannot_hold_is_named():
 
     scene = scenario("u2_5_5_stop")
     brake = dataclasses.replace(scene.brake, linings=dataclasses.replace(scene.brake.linings, friction=Law()))
-    lever = sb.FunctionProfile(lambda t, _: 1e3 * t)
+    lever = sb.profiles.FunctionProfile(lambda t, _: 1e3 * t)
     with pytest.raises(sb.InputError) as caught:
-        sb.scene_text(
+        sb.files.scene_text(
             dataclasses.replace(scene, brake=brake, duty=dataclasses.replace(scene.duty, slack_tension=lever))
         )
     assert [fault.path for fault in caught.value.faults] == ["brake.linings.friction", "duty.slack_tension"]
@@ -314,22 +314,22 @@ def test_mutated_files_are_read_or_refused(data):
     except (TypeError, ValueError):
         return
     try:
-        scene = sb.scene_from_text(text)
+        scene = sb.files.scene_from_text(text)
     except sb.InputError:
         return
-    assert_same(sb.scene_from_text(sb.scene_text(scene)), scene)
+    assert_same(sb.files.scene_from_text(sb.files.scene_text(scene)), scene)
 
 
 @settings(deadline=None, max_examples=200)
 @given(st.one_of(st.text(), st.binary().map(lambda raw: raw.decode("latin-1"))))
 def test_any_text_is_refused_in_words(text):
     with pytest.raises(sb.InputError):
-        sb.scene_from_text(text)
+        sb.files.scene_from_text(text)
 
 
-_EVERYTHING = sb.scene_text(scenario("everything_coupled"))
+_EVERYTHING = sb.files.scene_text(scenario("everything_coupled"))
 
-FIELDS = [leaf.path for leaf in leaves(sb.scene_from_text(TEXT))]
+FIELDS = [leaf.path for leaf in leaves(sb.files.scene_from_text(TEXT))]
 
 
 @settings(deadline=None, max_examples=60, suppress_health_check=[HealthCheck.too_slow])
@@ -343,7 +343,7 @@ FIELDS = [leaf.path for leaf in leaves(sb.scene_from_text(TEXT))]
 )
 def test_any_numbers_run_to_a_named_end_or_are_refused(changes):
     try:
-        scene = sb.with_values(sb.scene_from_text(TEXT), changes)
+        scene = sb.with_values(sb.files.scene_from_text(TEXT), changes)
         result = sb.simulate(scene, throw=False, max_steps=500)
     except sb.InputError:
         return

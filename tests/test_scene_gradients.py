@@ -33,7 +33,7 @@ def scene_and_direction(name):
     rng = np.random.default_rng(5)
     # every number moves by a random part of itself, but for those at the edge of their range
     direction = jax.tree.map(lambda p: np.asarray(p) * rng.uniform(-1, 1, np.shape(p)), scene)
-    for leaf in sb.leaves(scene):
+    for leaf in sb.files.leaves(scene):
         if not all(np.all(leaf.about.admits(np.atleast_1d(np.multiply(leaf.value, f)))) for f in (0.99, 1.01)):
             direction = sb.with_values(direction, {leaf.path: np.zeros(np.shape(leaf.value))})
     return scene, direction
@@ -89,7 +89,7 @@ def test_all_hundred_numbers_of_a_scene_in_one_reverse_pass():
     assert len(entries) >= 100
     rng = np.random.default_rng(3)
     slope, direction = 0.0, {}
-    for leaf in sb.leaves(scene):
+    for leaf in sb.files.leaves(scene):
         value = np.asarray(leaf.value, np.float64)
         if not all(np.all(leaf.about.admits(np.atleast_1d(value * f))) for f in (0.99, 1.01)):
             continue
@@ -98,7 +98,7 @@ def test_all_hundred_numbers_of_a_scene_in_one_reverse_pass():
         slope += sum(table.at(name).derivative * d for name, d in zip(names, step.ravel(), strict=True))
 
     def time(share):
-        values = {leaf.path: np.asarray(leaf.value) for leaf in sb.leaves(scene)}
+        values = {leaf.path: np.asarray(leaf.value) for leaf in sb.files.leaves(scene)}
         moved = {path: values[path] + share * step for path, step in direction.items()}
         return float(sb.simulate(sb.with_values(scene, moved), rtol=RTOL).stopping_time)
 

@@ -44,7 +44,7 @@ class Common:
         return Block(1.0, 1.0)
 
 
-class Plain(Common, sb.AbstractHybridSystem):
+class Plain(Common, sb.hybrid.AbstractHybridSystem):
     m: Any
 
     def rhs(self, t, y, mode):
@@ -57,7 +57,7 @@ class Plain(Common, sb.AbstractHybridSystem):
         return jnp.stack([mode[0] ^ fired[0].astype(jnp.int32), mode[1] | at_stop.astype(jnp.int32)]), 0
 
 
-class Shared(Common, sb.AbstractSemiExplicitSystem):
+class Shared(Common, sb.hybrid.AbstractSemiExplicitSystem):
     m: Any
 
     def variables(self, t, y, mode):
@@ -77,7 +77,7 @@ class Shared(Common, sb.AbstractSemiExplicitSystem):
 
 def run(kind, m=M):
     start, mode = Block(jnp.zeros(()), jnp.zeros(())), jnp.zeros(2, jnp.int32)
-    return sb.hybridsolve(kind(jnp.asarray(m)), start, mode, 0.0, END, DOPRI8, settings(1e-11, max_steps=128))
+    return sb.hybrid.hybridsolve(kind(jnp.asarray(m)), start, mode, 0.0, END, DOPRI8, settings(1e-11, max_steps=128))
 
 
 def closed_form(m):
@@ -104,7 +104,11 @@ def test_both_ways_are_the_same_run(records):
 def test_events_have_kinds_times_and_modes(records):
     let_go, stop, _ = closed_form(M)
     events = [event for event in records[Shared].events if event.time > 0]
-    assert [event.kind for event in events] == [sb.EventKind.GUARD, sb.EventKind.KNOWN_TIME, sb.EventKind.GUARD]
+    assert [event.kind for event in events] == [
+        sb.hybrid.EventKind.GUARD,
+        sb.hybrid.EventKind.KNOWN_TIME,
+        sb.hybrid.EventKind.GUARD,
+    ]
     np.testing.assert_allclose([event.time for event in events], [let_go, UNTIL, stop], rtol=1e-11)
     assert [event.guard for event in events] == [0, None, 0]
     assert [tuple(event.before) for event in events] == [(0, 0), (1, 0), (1, 1)]

@@ -117,7 +117,7 @@ def test_a_grazed_limit_is_noted(excess, notes):
     z = 0.3 * math.tan(beta / 2)
     capacity = 0.7 * 5e3 * (((1 + z) / (1 - z)) ** n - 1)
     brake = sb.Brake(sb.Pulley(0.7, 500.0), sb.Band(0.7), sb.Lining(sb.ConstantFriction(0.3), np.full(n, beta)))
-    crest = sb.FunctionProfile(lambda t, _: capacity * (1 + excess) * jax.numpy.sin(t))
+    crest = sb.profiles.FunctionProfile(lambda t, _: capacity * (1 + excess) * jax.numpy.sin(t))
     scene = sb.Scene(brake, sb.Duty(sb.Constant(5e3), sb.TorqueLoad(crest)), sb.Initial(0.0), 2.0)
     result = sb.simulate(scene)
     assert next(event.name for event in result.events) == "restart"

@@ -55,13 +55,13 @@ def test_staged_pair_has_its_gradients_forwards_and_backwards():
 def test_internal_slip_begins_at_one_tension_at_any_rate(rate):
     result = sb.simulate(staged.stop(rate=rate, start=500.0, end=100.0))
     tension = 500.0 + rate * float(result.internal_slip_time)
-    assert tension == pytest.approx(float(sb.internal_slip_tension(staged.brake(), staged.J, 300.0)), rel=1e-10)
+    assert tension == pytest.approx(float(sb.results.internal_slip_tension(staged.brake(), staged.J, 300.0)), rel=1e-10)
     assert float(result.energy["closure"]) <= 1e-9
 
 
 def test_onset_tension_tends_to_its_limit_with_slope_1_and_the_lock_to_the_onset_with_slope_one_half():
-    light = float(sb.internal_slip_tension(staged.brake(J_b=1e-12), staged.J, 300.0))
-    tensions = [float(sb.internal_slip_tension(staged.brake(J_b=J_b), staged.J, 300.0)) for J_b in (0.9, 0.09)]
+    light = float(sb.results.internal_slip_tension(staged.brake(J_b=1e-12), staged.J, 300.0))
+    tensions = [float(sb.results.internal_slip_tension(staged.brake(J_b=J_b), staged.J, 300.0)) for J_b in (0.9, 0.09)]
     slope = math.log10(abs(tensions[0] / light - 1) / abs(tensions[1] / light - 1))
     assert slope == pytest.approx(1.0, abs=0.01)
     # under the load that the band balances at the onset: the pulley goes on turning, the bandage lags with the ramp
@@ -272,13 +272,13 @@ def test_faults_of_a_bandage_in_one_report():
 
 def test_overlap_coefficients_follow_the_stages():
     result = sb.simulate(staged_pair())
-    o = sb.overlap(result, [0.5, 1.4, 1.8, 2.5])
+    o = sb.results.overlap(result, [0.5, 1.4, 1.8, 2.5])
     share = 4 * (math.pi / 3) / (2 * math.pi)
     np.testing.assert_allclose(o.external_dynamic, [share, share, 0, 0], rtol=1e-12)
     np.testing.assert_allclose(o.external_static, [0, 0, share, share], rtol=1e-12)
     np.testing.assert_allclose(o.internal_dynamic, [0, share, share, 0], rtol=1e-12)
     np.testing.assert_allclose(o.internal_static, [share, 0, 0, share], rtol=1e-12)
-    grown = sb.overlap(result, [1.8, 2.5], sb.RunningIn(0.4, 1e3))
+    grown = sb.results.overlap(result, [1.8, 2.5], sb.results.RunningIn(0.4, 1e3))
     worked = np.asarray([7835.30357277947, 7835.30357277947])
     np.testing.assert_allclose(grown.external_static, share * (1 - 0.6 * np.exp(-worked / 1e3)), rtol=1e-10)
     assert plot.stages(result).axes[0].get_ylabel() == "speed, rad/s"

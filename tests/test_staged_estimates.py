@@ -41,7 +41,7 @@ def by_hand(T_0, load=300.0, w0=20.0):
 
 @pytest.mark.parametrize("T_0", [3e3, 12e3])
 def test_the_classical_staged_stop_is_that_of_the_equations_of_motion(T_0):
-    stop, ((t_2, t_3), external, internal) = sb.classical_staged_stop(constant(T_0)), by_hand(T_0)
+    stop, ((t_2, t_3), external, internal) = sb.formulas.classical_staged_stop(constant(T_0)), by_hand(T_0)
     assert stop is not None
     assert stop.times == pytest.approx((0.0, t_2, t_3), rel=1e-9)
     assert stop.external.work == pytest.approx(external, rel=1e-12)
@@ -102,7 +102,7 @@ def test_shares_of_the_power_in_a_run_leave_the_friction_work_as_it_is(run):
 
 def test_a_brake_below_the_onset_rides_to_the_end():
     scene = constant(500.0)
-    stop = sb.classical_staged_stop(scene)
+    stop = sb.formulas.classical_staged_stop(scene)
     assert stop is not None
     assert stop.internal == (0.0, 0.0, 0.0, 0.0)
     assert stop.external.work == pytest.approx(0.5 * (J + J_B) * 20.0**2 + 300.0 * stop.angle, rel=1e-12)
@@ -114,11 +114,11 @@ def test_a_brake_below_the_onset_rides_to_the_end():
 
 
 def test_each_pair_has_its_own_shares_and_faces():
-    data = sb.EstimateData(
+    data = sb.formulas.EstimateData(
         share=0.9, external_share=0.6, beyond_share=0.05, track_area=0.9, lining_area=0.6, outer_area=0.7
     )
     table = sb.estimates(constant(3e3), data)
-    stop = sb.classical_staged_stop(constant(3e3))
+    stop = sb.formulas.classical_staged_stop(constant(3e3))
     assert stop is not None
     inputs = {i.name: i for i in table.inputs}
     rim, band = inputs["rim"].value, inputs["band"].value
@@ -159,7 +159,7 @@ def test_temperatures_of_both_pairs_beside_a_heated_run():
     file = str(staged_scenes.__file__).replace("tests/staged_scenes", "scenarios/staged_vs_standard")
     scene = runpy.run_path(file)["scene"]()
     coarse = next(body for body in scene.heat.bodies if body.name == "rim")
-    rim = sb.Wall("rim", coarse.material, coarse.thickness, coarse.area, 40)
+    rim = sb.thermal.Wall("rim", coarse.material, coarse.thickness, coarse.area, 40)
     bodies = tuple(rim if body is coarse else body for body in scene.heat.bodies)
     result = sb.simulate(dataclasses.replace(scene, heat=dataclasses.replace(scene.heat, bodies=bodies)))
     table = sb.estimates(result)

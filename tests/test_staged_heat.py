@@ -22,12 +22,12 @@ def heated(fade=4e-4, **parts):
         lining_to_band=30.0,
         rim_cooling=15.0,
         band_cooling=5.0,
-        partition=sb.ConstantPartition(0.7),
+        partition=sb.thermal.ConstantPartition(0.7),
     )
-    heat = sb.with_external_pair(heat, sb.ConstantPartition(0.5), rim_share=0.1)
+    heat = sb.thermal.with_external_pair(heat, sb.thermal.ConstantPartition(0.5), rim_share=0.1)
 
     def law(f):
-        return sb.ProductFriction(sb.ConstantFriction(f), (sb.LinearFade(fade, 293.15, 0.0, 0.0),))
+        return sb.friction.ProductFriction(sb.ConstantFriction(f), (sb.LinearFade(fade, 293.15, 0.0, 0.0),))
 
     return staged.stop(law=law(staged.F_EXT), inner=law(staged.F_INT), heat=heat, **parts)
 
@@ -138,7 +138,7 @@ def test_outer_face_of_the_linings_is_a_place_of_its_own():
         rim=steel,
         rim_thickness=0.025,
         track_area=1.0,
-        partition=sb.ConstantPartition(0.7),
+        partition=sb.thermal.ConstantPartition(0.7),
         rim_layers=4,
         lining=lining,
         lining_thickness=0.04,
@@ -148,12 +148,12 @@ def test_outer_face_of_the_linings_is_a_place_of_its_own():
         lining_first=4e-4,
         band=steel,
     )
-    heat = sb.with_external_pair(heat, sb.ConstantPartition(0.5))
+    heat = sb.thermal.with_external_pair(heat, sb.thermal.ConstantPartition(0.5))
     result = sb.simulate(staged.stop(heat=heat))
     onset = float(result.internal_slip_time)
     early = result.series([0.5 * onset, onset])
-    assert np.all(np.asarray(early.lining_temperature) < sb.ROOM + 1e-3)  # nothing slides inside yet
-    assert np.max(early.lining_outer_temperature[0]) > sb.ROOM + 1.0
+    assert np.all(np.asarray(early.lining_temperature) < sb.thermal.ROOM + 1e-3)  # nothing slides inside yet
+    assert np.max(early.lining_outer_temperature[0]) > sb.thermal.ROOM + 1.0
     outer, inner = result.peak_lining_outer_temperature, result.peak_lining_temperature
     lock = float(result.external_lock_time)
     assert float(outer.time) < lock < float(inner.time)
@@ -172,11 +172,11 @@ def test_fade_undoes_a_stage():
         lining_to_band=0.0,
         rim_cooling=0.0,
         band_cooling=0.0,
-        partition=sb.ConstantPartition(1.0),
+        partition=sb.thermal.ConstantPartition(1.0),
     )
-    pair = sb.FrictionHeat("band", "linings", sb.ConstantPartition(1.0), sensed="band")
+    pair = sb.thermal.FrictionHeat("band", "linings", sb.thermal.ConstantPartition(1.0), sensed="band")
     heat = dataclasses.replace(heat, external=pair)
-    law = sb.ProductFriction(sb.ConstantFriction(staged.F_EXT), (sb.LinearFade(2.5e-3, 293.15, 0.15, 0.05),))
+    law = sb.friction.ProductFriction(sb.ConstantFriction(staged.F_EXT), (sb.LinearFade(2.5e-3, 293.15, 0.15, 0.05),))
     scene = staged.stop(law=law, heat=heat, lever=sb.Constant(2e3), load=2e3, w0=40.0, preload=0.0, end=8.0)
     result = sb.simulate(scene)
     names = [e.name for e in result.events if e.name != "lining_limit"]

@@ -116,7 +116,7 @@ def test_exponential_rise_of_the_slack_tension():
     Pi = closed_form()["Pi"]
     a, ti = 4.0, 0.5
     T_1 = 800 * 20 / a / (0.725 * (Pi - 1))
-    scene = stop_scene(C=None, lever=sb.ExponentialRise(T_1, ti), end=8.0)
+    scene = stop_scene(C=None, lever=sb.profiles.ExponentialRise(T_1, ti), end=8.0)
     assert float(sb.simulate(scene).stopping_time) == pytest.approx(4.49993828748156, rel=1e-11)
 
 
@@ -159,7 +159,9 @@ def scipy_stop(T, dT, load, Pi, J, R, C, w0, t_end):
 
 def test_ramp_and_speed_dependent_load_against_scipy():
     """A lever and a load that change all the time; before the stop the rising tension makes the band stick again."""
-    lever = sb.FunctionProfile(lambda t, p: p[0] + p[1] * jnp.sin(p[2] * t) ** 2, jnp.asarray([6e3, 4e3, 1.5]), 1e4)
+    lever = sb.profiles.FunctionProfile(
+        lambda t, p: p[0] + p[1] * jnp.sin(p[2] * t) ** 2, jnp.asarray([6e3, 4e3, 1.5]), 1e4
+    )
     scene = stop_scene(C=4e4, lever=lever, end=3.0)
     load = sb.TorqueLoad(sb.PiecewiseLinear([0.0, 5.0], [2e3, 6e3]), drag=30.0)
     result = sb.simulate(sb.Scene(scene.brake, sb.Duty(lever, load), scene.initial, 3.0), rtol=1e-12)
@@ -185,7 +187,7 @@ def test_stribeck_and_tabulated_friction_against_scipy(table):
     v = np.linspace(0.0, 20.0, 161)
     f = 0.25 + 0.1 * np.exp(-v / 4.0)
     smooth = sb.StribeckFriction(0.35, 0.25, 4.0, exponent=1.0)
-    law = sb.TabulatedFriction(v, f) if table else smooth
+    law = sb.friction.TabulatedFriction(v, f) if table else smooth
     scene = stop_scene(C=None, law=law, end=3.0)
     z = math.tan(math.radians(13.5) / 2)
 
@@ -265,7 +267,7 @@ def test_series_refuses_times_outside_the_run(stop, times, words):
 
 def test_every_view_of_a_run_refuses_times_outside_it(stop):
     for view in (
-        lambda: sb.overlap(stop, [6.0]),
+        lambda: sb.results.overlap(stop, [6.0]),
         lambda: sb.dataset(stop, [6.0]),
         lambda: plot.pulley(stop, 6.0),
         lambda: look(stop, [6.0]),
@@ -300,10 +302,10 @@ def test_rounding_at_the_ends_of_a_run_is_no_fault(stop):
     np.testing.assert_array_equal(s.omega, [20.0, 0.0])
     assert np.issubdtype(np.asarray(s.band_mode).dtype, np.integer)
     assert sb.dataset(stop, [late])["time"].item() == 5.0
-    measured = sb.Measured.of([early, late], {"omega": [20.0, 0.0]})
+    measured = sb.studies.Measured.of([early, late], {"omega": [20.0, 0.0]})
     check_measured(measured, stop.scene)
     with pytest.raises(sb.InputError, match="measured at 6 s"):
-        check_measured(sb.Measured.of([0.0, 6.0], {"omega": [20.0, 0.0]}), stop.scene)
+        check_measured(sb.studies.Measured.of([0.0, 6.0], {"omega": [20.0, 0.0]}), stop.scene)
 
 
 def test_number_of_sliding_linings_follows_the_tension(stop):

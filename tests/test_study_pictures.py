@@ -26,7 +26,7 @@ def plain():
 
 
 def test_angles_add_up_to_the_wrap(plain):
-    layout = sb.equal_increment_angles(0.3, 10, 10, math.radians(270.0))
+    layout = sb.layouts.equal_increment_angles(0.3, 10, 10, math.radians(270.0))
     axes = plot.angles({"equal increments": layout, "with gaps": plain.scene}).axes[0]
     steps = [line for line in axes.lines if line.get_marker() == "None"]
     dots = {line.get_label().partition(":")[0]: line for line in axes.lines if line.get_marker() != "None"}

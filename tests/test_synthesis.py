@@ -25,7 +25,7 @@ def u2_5_5(scenarios):
 
 @pytest.fixture(scope="module")
 def classical(u2_5_5):
-    return sb.synthesize(u2_5_5, sb.EstimateData(track_area=2 * sb.polished_surface(0.590, 0.220)))
+    return sb.synthesize(u2_5_5, sb.formulas.EstimateData(track_area=2 * sb.formulas.polished_surface(0.590, 0.220)))
 
 
 def hard(scene):
@@ -67,7 +67,7 @@ def test_what_a_formula_shows_gives_its_value(classical):
     x = n["maximum temperature, S-27"]
     found = classical["maximum temperature, S-27"].value
     assert x["T"] + x["t_v"] + x["t_s"] / 3 + x["t_f"] / 3 == pytest.approx(found)
-    x, h = n["mean flux kept"], sb.radiation_coefficient(0.8, 293.15, 293.15)
+    x, h = n["mean flux kept"], sb.formulas.radiation_coefficient(0.8, 293.15, 293.15)
     loss = (1 - x["κ"]) * (x["h"] + h) * (x["T"] - x["T_a"])
     assert x["κ"] * x["q_1"] - loss == pytest.approx(classical["mean flux kept"].value)
     x = n["heat gained in it"]
@@ -82,7 +82,7 @@ def test_layers_of_a_stop_are_those_of_a_half_space_under_falling_power(classica
     face = classical["surface temperature, falling flux"].value
     assert classical["greatest face temperature"].value == pytest.approx(face, abs=5e-3 * (face - 293.15))
     assert classical["rim at the end, back"].value == pytest.approx(293.15, abs=1e-2)
-    end = sb.stopping_rise(2 * 430460.0, 0.95001, 0.95001, float(STEEL.effusivity))
+    end = sb.formulas.stopping_rise(2 * 430460.0, 0.95001, 0.95001, float(STEEL.effusivity))
     assert classical["rim at the end, face"].value - 293.15 == pytest.approx(end, rel=1e-2)
 
 
@@ -90,11 +90,13 @@ def test_transmission_may_stand_for_the_scenes_law(u2_5_5):
     found = sb.synthesize(u2_5_5, partition=sb.formulas.transmission_table())
     assert found["share into the rim"].value == pytest.approx(found["share into the rim, transmission"].value)
     with pytest.raises(sb.InputError, match="beside a law"):
-        sb.synthesize(u2_5_5, sb.EstimateData(share=0.9), partition=sb.formulas.transmission_table())
+        sb.synthesize(u2_5_5, sb.formulas.EstimateData(share=0.9), partition=sb.formulas.transmission_table())
 
 
 def test_only_the_heat_of_the_friction_work_warms(u2_5_5, classical):
-    data = sb.EstimateData(track_area=2 * sb.polished_surface(0.590, 0.220), power=sb.shares_of_S())
+    data = sb.formulas.EstimateData(
+        track_area=2 * sb.formulas.polished_surface(0.590, 0.220), power=sb.thermal.shares_of_S()
+    )
     found = sb.synthesize(u2_5_5, data)
     for name in ("mean bulk temperature, rim", "mean bulk temperature, lining", "rim at the end, face"):
         assert found[name].value - 293.15 == pytest.approx(0.68 * (classical[name].value - 293.15)), name
@@ -119,9 +121,9 @@ def bulk_rise(T, share, W, A, tau, material, thickness=0.025):
 @pytest.mark.parametrize("thickness", [0.025, 0.004])
 def test_the_temperature_of_the_properties_is_a_root(u2_5_5, thickness):
     """Heat that stays in the rim, and heat that passes through it; the root by bracketing."""
-    data = sb.EstimateData(rim=WARMER, share=0.9, track_area=0.35, rim_thickness=thickness)
+    data = sb.formulas.EstimateData(rim=WARMER, share=0.9, track_area=0.35, rim_thickness=thickness)
     found = sb.synthesize(hard(u2_5_5), data)
-    stop = sb.classical_stop(hard(u2_5_5))
+    stop = sb.formulas.classical_stop(hard(u2_5_5))
     truth = brentq(
         lambda T: 293.15 + bulk_rise(T, 0.9, stop.work, 0.35, stop.time, WARMER, thickness) - T,
         300.0,
@@ -141,9 +143,9 @@ def test_the_temperature_of_the_properties_is_a_root(u2_5_5, thickness):
 def test_rim_and_lining_settle_together_when_effusivities_share_the_heat(u2_5_5):
     """Two equations with two unknowns, by scipy's `root`."""
     lining = sb.material("FK-24A", specific_heat_slope=1e-3, conductivity_slope=5e-4)
-    data = sb.EstimateData(rim=WARMER, lining=lining, track_area=0.35)
+    data = sb.formulas.EstimateData(rim=WARMER, lining=lining, track_area=0.35)
     found = sb.synthesize(hard(u2_5_5), data)
-    stop = sb.classical_stop(hard(u2_5_5))
+    stop = sb.formulas.classical_stop(hard(u2_5_5))
 
     def effusivity(material, T):
         product = float(material.conductivity * material.density * material.specific_heat)
@@ -164,7 +166,7 @@ def test_rim_and_lining_settle_together_when_effusivities_share_the_heat(u2_5_5)
 
 
 def test_properties_stay_those_of_room_temperature_below_150_degrees(u2_5_5, classical):
-    data = sb.EstimateData(rim=WARMER, track_area=2 * sb.polished_surface(0.590, 0.220))
+    data = sb.formulas.EstimateData(rim=WARMER, track_area=2 * sb.formulas.polished_surface(0.590, 0.220))
     found = sb.synthesize(u2_5_5, data)
     assert found.rounds == 0
     name = "mean bulk temperature, rim, refined"
@@ -173,22 +175,22 @@ def test_properties_stay_those_of_room_temperature_below_150_degrees(u2_5_5, cla
 
 def test_a_capacity_that_falls_runs_away_and_says_so(u2_5_5):
     """T − T_0 = K/(1 − b (T − T_0)) has a solution while K b ≤ 1/4 (heat through a thin rim)."""
-    stop = sb.classical_stop(hard(u2_5_5))
+    stop = sb.formulas.classical_stop(hard(u2_5_5))
     K = bulk_rise(293.15, 0.9, stop.work, 0.35, stop.time, STEEL, 0.004)
 
     def found(slope, **options):
         steel = sb.material("steel_20L", specific_heat_slope=-slope)
-        data = sb.EstimateData(rim=steel, share=0.9, track_area=0.35, rim_thickness=0.004)
+        data = sb.formulas.EstimateData(rim=steel, share=0.9, track_area=0.35, rim_thickness=0.004)
         return sb.synthesize(hard(u2_5_5), data, **options)
 
     b = 0.9 / (4 * K)
     lower = (1 - math.sqrt(1 - 4 * b * K)) / (2 * b)
     rise = found(b)["mean bulk temperature, rim, refined"].value - 293.15
     assert rise == pytest.approx(lower, rel=1e-9)
-    with pytest.raises(sb.SynthesisError, match="specific heat of the rim") as error:
+    with pytest.raises(sb.formulas.SynthesisError, match="specific heat of the rim") as error:
         found(1.1 / (4 * K))
     assert error.value.code == "material_range"
-    with pytest.raises(sb.SynthesisError, match="after 5 rounds") as error:
+    with pytest.raises(sb.formulas.SynthesisError, match="after 5 rounds") as error:
         found(b, rounds=5)
     assert error.value.code == "no_convergence"
 
@@ -197,27 +199,27 @@ def test_a_capacity_that_falls_runs_away_and_says_so(u2_5_5):
 
 
 def test_heat_just_reaches_the_back_of_a_rational_rim():
-    found = sb.rational_rim_thickness(STEEL, 1.25, heat=8e5, rise=300.0)
-    assert sb.fourier_number(float(STEEL.diffusivity), 1.25, found.depth) == pytest.approx(1 / 1.73**2)
+    found = sb.formulas.rational_rim_thickness(STEEL, 1.25, heat=8e5, rise=300.0)
+    assert sb.formulas.fourier_number(float(STEEL.diffusivity), 1.25, found.depth) == pytest.approx(1 / 1.73**2)
     assert found.storage * float(STEEL.density * STEEL.specific_heat) * 300.0 == pytest.approx(8e5)
     assert found.rational == found.depth
     # S's criterion beside the slab: by then the back has risen by 26 % of the face, and half as deep by 52 % of it
-    face, back = (sb.slab_rise(1e5, 1.25, found.depth, STEEL, x) for x in (0.0, found.depth))
+    face, back = (sb.formulas.slab_rise(1e5, 1.25, found.depth, STEEL, x) for x in (0.0, found.depth))
     assert back / face == pytest.approx(0.264, abs=2e-3)
-    stored = sb.rational_rim_thickness(STEEL, 1.25, heat=8e7, rise=300.0)
+    stored = sb.formulas.rational_rim_thickness(STEEL, 1.25, heat=8e7, rise=300.0)
     assert stored.rational == stored.storage == pytest.approx(100 * found.storage)
-    assert sb.rational_rim_thickness(STEEL, 1.25, heat=8e5, rise=0.0).rational == math.inf
+    assert sb.formulas.rational_rim_thickness(STEEL, 1.25, heat=8e5, rise=0.0).rational == math.inf
 
 
 def test_the_back_of_a_held_slab():
     """Series and images meet; both against the half-space, and against volumes integrated by SciPy."""
     early = 0.05
     near = 2 * (erfc(1 / (2 * math.sqrt(early))) - erfc(3 / (2 * math.sqrt(early))))
-    assert sb.held_face_rise(early) == pytest.approx(near, rel=1e-12)
-    below, above = sb.held_face_rise(0.2 * (1 - 1e-12)), sb.held_face_rise(0.2 * (1 + 1e-12))
+    assert sb.formulas.held_face_rise(early) == pytest.approx(near, rel=1e-12)
+    below, above = sb.formulas.held_face_rise(0.2 * (1 - 1e-12)), sb.formulas.held_face_rise(0.2 * (1 + 1e-12))
     assert below == pytest.approx(above, rel=1e-10)
-    assert sb.held_face_rise(0.0) == 0.0
-    assert sb.held_face_rise(20.0) == pytest.approx(1.0, abs=1e-15)
+    assert sb.formulas.held_face_rise(0.0) == 0.0
+    assert sb.formulas.held_face_rise(20.0) == pytest.approx(1.0, abs=1e-15)
     errors = []
     for cells in (20, 40):
         h = 1 / cells
@@ -227,25 +229,25 @@ def test_the_back_of_a_held_slab():
             return (left - np.concatenate([-np.diff(T), [0.0]])) / h**2
 
         end = solve_ivp(rates, (0.0, 0.5), np.zeros(cells), method="BDF", rtol=1e-9, atol=1e-11).y[:, -1]
-        errors.append(1.125 * end[-1] - 0.125 * end[-2] - sb.held_face_rise(0.5))  # even about the back
+        errors.append(1.125 * end[-1] - 0.125 * end[-2] - sb.formulas.held_face_rise(0.5))  # even about the back
     assert abs(errors[1]) < 2e-4
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.2)
 
 
 def test_a_rational_lining_keeps_its_back_at_the_permissible_temperature():
     given = {"face": 600.0, "back": 393.15, "start": 293.15}
-    found = sb.rational_lining_thickness(LINING, 1500.0, **given)
-    back = sb.back_temperature(LINING, found.insulation, 1500.0, face=600.0, start=293.15)
+    found = sb.formulas.rational_lining_thickness(LINING, 1500.0, **given)
+    back = sb.formulas.back_temperature(LINING, found.insulation, 1500.0, face=600.0, start=293.15)
     assert back == pytest.approx(393.15, abs=1e-9)
-    Fo = brentq(lambda Fo: sb.held_face_rise(Fo) - 100.0 / 306.85, 0.05, 2.0, xtol=1e-14)
+    Fo = brentq(lambda Fo: sb.formulas.held_face_rise(Fo) - 100.0 / 306.85, 0.05, 2.0, xtol=1e-14)
     assert found.insulation == pytest.approx(math.sqrt(3.68e-7 * 1500.0 / Fo), rel=1e-10)
     assert found.rational == max(found.insulation, found.depth)
-    cool = sb.rational_lining_thickness(LINING, 1500.0, **{**given, "face": 390.0})
+    cool = sb.formulas.rational_lining_thickness(LINING, 1500.0, **{**given, "face": 390.0})
     assert cool.insulation == 0.0
     assert cool.rational == cool.depth
-    warm = sb.rational_lining_thickness(LINING, 1500.0, **{**given, "start": 393.15, "face": 500.0})
+    warm = sb.formulas.rational_lining_thickness(LINING, 1500.0, **{**given, "start": 393.15, "face": 500.0})
     assert warm.rational == math.inf
-    thin = sb.back_temperature(LINING, 0.5 * found.insulation, 1500.0, face=600.0, start=293.15)
+    thin = sb.formulas.back_temperature(LINING, 0.5 * found.insulation, 1500.0, face=600.0, start=293.15)
     assert thin > 393.15 + 50.0
 
 

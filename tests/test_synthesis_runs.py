@@ -72,7 +72,9 @@ def test_what_the_run_keeps_is_its_friction_heat_less_what_the_air_takes(run):
 
 
 def test_numbers_of_the_user_come_before_those_of_the_scene(run):
-    found = sb.synthesize(run, sb.EstimateData(rim_thickness=0.05), permissible=sb.Permissible(lining=300.0, power=1.0))
+    found = sb.synthesize(
+        run, sb.formulas.EstimateData(rim_thickness=0.05), permissible=sb.formulas.Permissible(lining=300.0, power=1.0)
+    )
     assert found.limits["margin, face of the linings"] == "exceeded"
     assert found.limits["margin, power load"] == "exceeded"
     assert found.limits["margin, back of the linings"] == "within limit"
@@ -80,7 +82,7 @@ def test_numbers_of_the_user_come_before_those_of_the_scene(run):
     assert inputs["rim_thickness"] == (0.05, "given")
     assert inputs["lining_permissible"] == (300.0, "given")
     assert (
-        sb.synthesize(run, permissible=sb.Permissible(lining=1e3)).limits["margin, face of the linings"]
+        sb.synthesize(run, permissible=sb.formulas.Permissible(lining=1e3)).limits["margin, face of the linings"]
         == "within limit"
     )
 
@@ -113,7 +115,7 @@ def test_the_hardest_of_several_brakings_has_its_own_classical_stop(twice):
 
 def test_no_thickness_will_do_for_a_lining_that_starts_too_hot(run):
     """No number stands for it, in words nor in JSON, nor a difference from the thickness of the run."""
-    found = sb.synthesize(run, permissible=sb.Permissible(lining=293.0, back=293.15))
+    found = sb.synthesize(run, permissible=sb.formulas.Permissible(lining=293.0, back=293.15))
     assert found.lining_thickness == found.rim_thickness == math.inf
     row = found["rational thickness, rim"]
     assert row.simulated == pytest.approx(0.028)
@@ -128,9 +130,9 @@ def test_no_thickness_will_do_for_a_lining_that_starts_too_hot(run):
 
 
 def test_all_faults_come_in_one_report(u2_5_5):
-    data = sb.EstimateData(rim_thickness=-1.0, share=1.5, elastic=sb.ElasticMaterial(poisson=0.7))
+    data = sb.formulas.EstimateData(rim_thickness=-1.0, share=1.5, elastic=sb.formulas.ElasticMaterial(poisson=0.7))
     with pytest.raises(sb.InputError) as error:
-        sb.synthesize(u2_5_5, data, permissible=sb.Permissible(back=math.nan), tolerance=0.0, rounds=0)
+        sb.synthesize(u2_5_5, data, permissible=sb.formulas.Permissible(back=math.nan), tolerance=0.0, rounds=0)
     paths = [fault.path for fault in error.value.faults]
     assert paths == ["rim_thickness", "share", "permissible.back", "elastic.poisson", "tolerance", "rounds"]
 

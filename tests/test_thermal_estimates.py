@@ -17,20 +17,22 @@ def test_table_s1_comes_from_the_formula_cell_by_cell():
     table = [cell for cell in cells() if cell.table == "S1"]
     assert len(table) == 24
     assert {cell.verdict for cell in table} == {AGREES}
-    assert sb.fourier_parameter(1.14e-5, 0.030) * 1000 == pytest.approx(12.667, abs=5e-4)
+    assert sb.formulas.fourier_parameter(1.14e-5, 0.030) * 1000 == pytest.approx(12.667, abs=5e-4)
 
 
 def test_the_penetration_depth_has_a_fourier_number_of_one_third():
-    depth = sb.penetration_depth(A, 2.0)
-    assert sb.fourier_number(A, 2.0, depth) == pytest.approx(1 / 3, rel=3e-3)  # 1.73² = 2.9929
-    assert sb.effective_fourier_number(A, 2.0, 1.01 * depth) == 1 / 3
-    assert sb.effective_fourier_number(A, 2.0, 0.5 * depth) == pytest.approx(4 / 1.73**2)
-    np.testing.assert_allclose(sb.effective_volume(2.0, 0.025, np.array([0.01, 0.03])), [0.02, 0.05])
+    depth = sb.formulas.penetration_depth(A, 2.0)
+    assert sb.formulas.fourier_number(A, 2.0, depth) == pytest.approx(1 / 3, rel=3e-3)  # 1.73² = 2.9929
+    assert sb.formulas.effective_fourier_number(A, 2.0, 1.01 * depth) == 1 / 3
+    assert sb.formulas.effective_fourier_number(A, 2.0, 0.5 * depth) == pytest.approx(4 / 1.73**2)
+    np.testing.assert_allclose(sb.formulas.effective_volume(2.0, 0.025, np.array([0.01, 0.03])), [0.02, 0.05])
 
 
 def test_bulk_rise_is_the_mean_over_a_braking_with_falling_power():
     mean = quad(lambda s: 2 * s - s**2, 0.0, 1.0)[0]
-    assert sb.mean_bulk_rise(0.9, 8e5, 534.0, 80.0) == pytest.approx(mean * 0.9 * 8e5 / (534.0 * 80.0), rel=1e-14)
+    assert sb.formulas.mean_bulk_rise(0.9, 8e5, 534.0, 80.0) == pytest.approx(
+        mean * 0.9 * 8e5 / (534.0 * 80.0), rel=1e-14
+    )
 
 
 def test_surface_of_a_stop_against_duhamels_integral():
@@ -38,35 +40,41 @@ def test_surface_of_a_stop_against_duhamels_integral():
     for t in (0.2, tau / 2, tau):
         # dT = q(s) ds/(e √(π (t − s))), with t − s = u²
         truth = quad(lambda u, t=t: 2 * q * (1 - (t - u**2) / tau) / (E * math.sqrt(math.pi)), 0.0, math.sqrt(t))[0]
-        assert sb.stopping_rise(q, t, tau, E) == pytest.approx(truth, rel=1e-12)
+        assert sb.formulas.stopping_rise(q, t, tau, E) == pytest.approx(truth, rel=1e-12)
     times = np.linspace(0.0, tau, 1001)
-    top = np.max(sb.stopping_rise(q, times, tau, E))
-    assert top == pytest.approx(2 / 3 * sb.half_space_rise(q, tau / 2, E), rel=1e-14)
+    top = np.max(sb.formulas.stopping_rise(q, times, tau, E))
+    assert top == pytest.approx(2 / 3 * sb.formulas.half_space_rise(q, tau / 2, E), rel=1e-14)
 
 
 def test_slab_is_a_half_space_at_first_and_warms_evenly_in_the_end():
     q, thickness = 3e5, 0.025
     early = 0.02 * thickness**2 / A
-    assert sb.slab_rise(q, early, thickness, STEEL) == pytest.approx(sb.half_space_rise(q, early, E), rel=1e-9)
+    assert sb.formulas.slab_rise(q, early, thickness, STEEL) == pytest.approx(
+        sb.formulas.half_space_rise(q, early, E), rel=1e-9
+    )
     late = 3.0 * thickness**2 / A
     conductivity = float(STEEL.conductivity)
     x = np.linspace(0.0, thickness, 6)
     shape = 3.0 + 0.5 * (1 - x / thickness) ** 2 - 1 / 6
-    found = sb.slab_rise(q, late, thickness, STEEL, x)
+    found = sb.formulas.slab_rise(q, late, thickness, STEEL, x)
     np.testing.assert_allclose(found, q * thickness / conductivity * shape, rtol=1e-12)
-    assert sb.slab_rise(q, 0.0, thickness, STEEL) == 0.0
+    assert sb.formulas.slab_rise(q, 0.0, thickness, STEEL) == 0.0
     times = np.array([0.02 * (1 - 1e-9), 0.02 * (1 + 1e-9)]) * thickness**2 / A
     for depth in (0.0, 0.1 * thickness, thickness):  # images and series meet
-        before, after = sb.slab_rise(q, times, thickness, STEEL, depth)
+        before, after = sb.formulas.slab_rise(q, times, thickness, STEEL, depth)
         assert before == pytest.approx(after, rel=1e-7, abs=1e-9 * q * thickness / conductivity)
-    assert sb.slab_rise(q, 1e-12, thickness, STEEL) == pytest.approx(sb.half_space_rise(q, 1e-12, E), rel=1e-12)
-    mean = quad(lambda x: float(sb.slab_rise(q, early, thickness, STEEL, x)), 0.0, thickness, points=[0.005])[0]
+    assert sb.formulas.slab_rise(q, 1e-12, thickness, STEEL) == pytest.approx(
+        sb.formulas.half_space_rise(q, 1e-12, E), rel=1e-12
+    )
+    mean = quad(lambda x: float(sb.formulas.slab_rise(q, early, thickness, STEEL, x)), 0.0, thickness, points=[0.005])[
+        0
+    ]
     stored = mean * float(STEEL.density * STEEL.specific_heat)
     assert stored == pytest.approx(q * early, rel=1e-9)
 
 
 def test_combinations_of_the_maximum_temperature():
-    found = sb.maximum_temperatures(30.0, 60.0, 90.0)
+    found = sb.formulas.maximum_temperatures(30.0, 60.0, 90.0)
     assert found == (90.0, 80.0, 180.0)
 
 
@@ -76,12 +84,12 @@ def test_combinations_of_the_maximum_temperature():
 def test_schmidt_on_a_half_space_is_a_random_walk():
     """Each step puts q Δx/(2 λ) into the first layer, from where it walks and is reflected at the face."""
     q, m, step = 2e5, 40, 0.5e-3
-    course = sb.schmidt(STEEL, 400 * step, 400, m * step**2 / (2 * A), q)
+    course = sb.formulas.schmidt(STEEL, 400 * step, 400, m * step**2 / (2 * A), q)
     once = q * step / (2 * float(STEEL.conductivity))
     walks = sum(math.comb(s, (s + 1) // 2) / 2**s for s in range(m))
     assert course.temperature[m, 1] == pytest.approx(once * walks, rel=1e-12)
     assert course.temperature[m, 0] == pytest.approx(once * (walks + 1), rel=1e-12)
-    assert course.temperature[m, 0] == pytest.approx(sb.half_space_rise(q, course.t[m], E), rel=1e-2)
+    assert course.temperature[m, 0] == pytest.approx(sb.formulas.half_space_rise(q, course.t[m], E), rel=1e-2)
 
 
 def test_schmidt_converges_to_the_slab_with_second_order():
@@ -89,17 +97,17 @@ def test_schmidt_converges_to_the_slab_with_second_order():
     end = 0.5 * thickness**2 / A  # a whole number of steps for every N below
     errors = []
     for layers in (8, 16, 32, 64):
-        course = sb.schmidt(STEEL, thickness, layers, end, q)
+        course = sb.formulas.schmidt(STEEL, thickness, layers, end, q)
         assert course.t[-1] == pytest.approx(end, rel=1e-12)
-        truth = sb.slab_rise(q, end, thickness, STEEL, course.depth)
+        truth = sb.formulas.slab_rise(q, end, thickness, STEEL, course.depth)
         errors.append(float(np.max(np.abs(course.temperature[-1] - truth))))
     orders = np.log2(np.divide(errors[:-1], errors[1:]))
     np.testing.assert_allclose(orders, 2.0, atol=0.1)
-    assert errors[-1] < 1e-3 * sb.slab_rise(q, end, thickness, STEEL)
+    assert errors[-1] < 1e-3 * sb.formulas.slab_rise(q, end, thickness, STEEL)
 
 
 def test_schmidt_keeps_every_joule():
-    course = sb.schmidt(STEEL, 0.025, 20, 3.0, lambda t0, t1: 1e5 * (t0 + t1) / 2)
+    course = sb.formulas.schmidt(STEEL, 0.025, 20, 3.0, lambda t0, t1: 1e5 * (t0 + t1) / 2)
     gained = 0.5 * 1e5 * course.t**2
     stored = course.mean * float(STEEL.density * STEEL.specific_heat) * 0.025
     np.testing.assert_allclose(stored, gained, rtol=1e-12, atol=1e-6)
@@ -110,15 +118,17 @@ def test_schmidt_beside_the_layered_rim():
     q, thickness, ts = 3e5, 0.025, np.array([0.0, 0.5 * 0.025**2 / A])
     apart = []
     for layers in (10, 20):
-        wall = sb.Wall("rim", STEEL, thickness, 1.0, layers, temperature=300.0)
+        wall = sb.thermal.Wall("rim", STEEL, thickness, 1.0, layers, temperature=300.0)
         heat = sb.Heat(
-            (wall, sb.Reservoir("air", 300.0)),
-            (sb.Convection("rim.back", 1.0, 40.0),),
+            (wall, sb.thermal.Reservoir("air", 300.0)),
+            (sb.thermal.Convection("rim.back", 1.0, 40.0),),
             None,
-            (sb.Source("rim.front", q),),
+            (sb.thermal.Source("rim.front", q),),
         )
         network = np.asarray(sb.simulate_heat(heat, ts).temperature[-1])
-        course = sb.schmidt(STEEL, thickness, layers, ts[-1], q, start=300.0, back_coefficient=40.0, ambient=300.0)
+        course = sb.formulas.schmidt(
+            STEEL, thickness, layers, ts[-1], q, start=300.0, back_coefficient=40.0, ambient=300.0
+        )
         apart.append(np.max(np.abs(network - course.temperature[-1, 1:-1])))
     assert apart[1] < 1e-3 * np.ptp(network)
     assert apart[0] / apart[1] == pytest.approx(4.0, rel=0.15)
@@ -126,26 +136,28 @@ def test_schmidt_beside_the_layered_rim():
 
 def test_schmidt_comes_to_the_steady_state_of_a_cooled_wall():
     q, h, thickness = 5e3, 200.0, 0.025
-    course = sb.schmidt(STEEL, thickness, 10, 12_000.0, q, back_coefficient=h, ambient=20.0, start=20.0)
+    course = sb.formulas.schmidt(STEEL, thickness, 10, 12_000.0, q, back_coefficient=h, ambient=20.0, start=20.0)
     steady = 20.0 + q / h + q * (thickness - course.depth) / float(STEEL.conductivity)
     np.testing.assert_allclose(course.temperature[-1], steady, rtol=1e-6)
 
 
 # --- thermal stress ---------------------------------------------------------------------------------------------------
 
-ELASTIC = sb.ElasticMaterial(2.0e11, 12e-6, 0.3, 150e6)
+ELASTIC = sb.formulas.ElasticMaterial(2.0e11, 12e-6, 0.3, 150e6)
 MODULUS = 2.0e11 * 12e-6 / 0.7
 
 
 def test_stress_of_a_linear_profile():
     z = np.linspace(0.0, 0.025, 11)
     T = 400.0 - 100.0 * z / 0.025
-    np.testing.assert_allclose(sb.plate_stress(T, z, ELASTIC, restraint="none"), 0.0, atol=1e-12 * MODULUS * 100)
-    held = sb.plate_stress(T, z, ELASTIC)
+    np.testing.assert_allclose(
+        sb.formulas.plate_stress(T, z, ELASTIC, restraint="none"), 0.0, atol=1e-12 * MODULUS * 100
+    )
+    held = sb.formulas.plate_stress(T, z, ELASTIC)
     assert held[0] == pytest.approx(-MODULUS * 50.0)
     assert held[-1] == pytest.approx(MODULUS * 50.0)
-    assert sb.surface_stress(400.0, 350.0, ELASTIC) == pytest.approx(held[0])
-    assert sb.plate_stress(T - 300.0, z, ELASTIC, restraint="all")[0] == pytest.approx(-MODULUS * 100.0)
+    assert sb.formulas.surface_stress(400.0, 350.0, ELASTIC) == pytest.approx(held[0])
+    assert sb.formulas.plate_stress(T - 300.0, z, ELASTIC, restraint="all")[0] == pytest.approx(-MODULUS * 100.0)
 
 
 def test_stress_of_a_parabolic_profile():
@@ -156,7 +168,7 @@ def test_stress_of_a_parabolic_profile():
         y = np.linspace(-c, c, n + 1)
         truth = MODULUS * T_0 * (2 / 3 - 1 + y**2 / c**2)
         for restraint in ("none", "bending"):  # symmetric: it does not bend
-            found = sb.plate_stress(T_0 * (1 - y**2 / c**2), y, ELASTIC, restraint=restraint)
+            found = sb.formulas.plate_stress(T_0 * (1 - y**2 / c**2), y, ELASTIC, restraint=restraint)
             np.testing.assert_allclose(found, truth, atol=1e-3 * MODULUS * T_0)
         errors.append(np.max(np.abs(found - truth)))
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.01)
@@ -167,7 +179,7 @@ def test_stress_carries_no_force_and_no_moment_where_the_plate_is_free():
     z = np.sort(rng.uniform(0.0, 0.03, 30))
     T = rng.uniform(300.0, 500.0, (4, 30))
     for restraint in ("none", "bending"):
-        stress = sb.plate_stress(T, z, ELASTIC, restraint=restraint)
+        stress = sb.formulas.plate_stress(T, z, ELASTIC, restraint=restraint)
         fine = np.linspace(z[0], z[-1], 20_001)
         force = [np.trapezoid(np.interp(fine, z, s), fine) for s in stress]
         np.testing.assert_allclose(force, 0.0, atol=1e-6 * MODULUS)
@@ -179,8 +191,8 @@ def test_stress_carries_no_force_and_no_moment_where_the_plate_is_free():
 def test_stress_history_of_a_heated_slab():
     """The surface passes its greatest stress only at the end of a constant flux, q δ/(3 λ) above the mean."""
     thickness, q = 0.025, 1e5
-    course = sb.schmidt(STEEL, thickness, 40, 3.0 * thickness**2 / A, q)
-    history = sb.stress_over_time(course.t, course.temperature, course.depth, ELASTIC)
+    course = sb.formulas.schmidt(STEEL, thickness, 40, 3.0 * thickness**2 / A, q)
+    history = sb.formulas.stress_over_time(course.t, course.temperature, course.depth, ELASTIC)
     final = -MODULUS * q * thickness / (3 * float(STEEL.conductivity))
     assert history.surface[-1] == pytest.approx(final, rel=1e-3)
     time, stress, ratio = history.worst
@@ -193,73 +205,77 @@ def test_stress_history_of_a_heated_slab():
 
 
 def test_parts_in_a_row_give_the_total_of_v1():
-    shell = sb.axial_resistance(0.220, 47.8, 0.565, 0.590)
+    shell = sb.thermal.axial_resistance(0.220, 47.8, 0.565, 0.590)
     parts = [(0.035, 0.420, 0.565), (0.025, 0.565, 0.615), (0.025, 0.575, 0.615), (0.025, 0.575, 0.590)]
-    rings = [sb.radial_resistance(width, 47.8, r, R) for width, r, R in parts]
-    assert sb.series_resistance(shell, *rings) == pytest.approx(0.102, abs=1e-3)
-    assert sb.parallel_resistance(2.0, 2.0, 1.0) == pytest.approx(0.5)
+    rings = [sb.thermal.radial_resistance(width, 47.8, r, R) for width, r, R in parts]
+    assert sb.formulas.series_resistance(shell, *rings) == pytest.approx(0.102, abs=1e-3)
+    assert sb.formulas.parallel_resistance(2.0, 2.0, 1.0) == pytest.approx(0.5)
     d, k = np.array([30e-3, 6e-3]), np.array([0.736, 53.94])
-    assert d.sum() / sb.series_conductivity(d, k) == pytest.approx(np.sum(d / k))
-    assert sb.parallel_conductivity([1.0, 3.0], [10.0, 50.0]) == pytest.approx(40.0)
-    assert sb.equivalent_specific_heat([1.0, 3.0], [400.0, 800.0]) == pytest.approx(700.0)
-    assert sb.equivalent_density([2.0, 3.0], [1e-3, 4e-3]) == pytest.approx(1000.0)
-    assert sb.equivalent_diffusivity(47.8, 7850.0, 534.135) == pytest.approx(1.14e-5, rel=1e-4)
-    assert sb.current_density(47.8, 30.0, 0.025) == pytest.approx(47.8 * 1200.0)
+    assert d.sum() / sb.formulas.series_conductivity(d, k) == pytest.approx(np.sum(d / k))
+    assert sb.formulas.parallel_conductivity([1.0, 3.0], [10.0, 50.0]) == pytest.approx(40.0)
+    assert sb.formulas.equivalent_specific_heat([1.0, 3.0], [400.0, 800.0]) == pytest.approx(700.0)
+    assert sb.formulas.equivalent_density([2.0, 3.0], [1e-3, 4e-3]) == pytest.approx(1000.0)
+    assert sb.formulas.equivalent_diffusivity(47.8, 7850.0, 534.135) == pytest.approx(1.14e-5, rel=1e-4)
+    assert sb.formulas.current_density(47.8, 30.0, 0.025) == pytest.approx(47.8 * 1200.0)
 
 
 def test_surfaces_and_radiation():
-    assert sb.polished_surface(0.590, 0.220) == pytest.approx(2 * math.pi * 0.590 * 0.220)
-    assert sb.matte_surface(sb.ring_face(0.0, 1.0), 1.0) == pytest.approx(math.pi + 1)
-    T, T_a, C_r = 650.0, 300.0, 1e8 * 0.8 * sb.STEFAN_BOLTZMANN
+    assert sb.formulas.polished_surface(0.590, 0.220) == pytest.approx(2 * math.pi * 0.590 * 0.220)
+    assert sb.formulas.matte_surface(sb.formulas.ring_face(0.0, 1.0), 1.0) == pytest.approx(math.pi + 1)
+    T, T_a, C_r = 650.0, 300.0, 1e8 * 0.8 * sb.thermal.STEFAN_BOLTZMANN
     printed = C_r * ((T / 100) ** 4 - (T_a / 100) ** 4) / (T - T_a)
-    assert sb.radiation_coefficient(0.8, T, T_a) == pytest.approx(printed, rel=1e-13)
-    assert sb.radiation_coefficient(0.8, T_a, T_a) == pytest.approx(4 * 0.8 * sb.STEFAN_BOLTZMANN * T_a**3)
-    assert sb.real_contact_area(0.6, 3e5, 3e8) == pytest.approx(6e-4)
+    assert sb.formulas.radiation_coefficient(0.8, T, T_a) == pytest.approx(printed, rel=1e-13)
+    assert sb.formulas.radiation_coefficient(0.8, T_a, T_a) == pytest.approx(
+        4 * 0.8 * sb.thermal.STEFAN_BOLTZMANN * T_a**3
+    )
+    assert sb.formulas.real_contact_area(0.6, 3e5, 3e8) == pytest.approx(6e-4)
 
 
 def test_heat_balance_over_four_revolutions():
     given = {"overlap": 0.75, "coefficient": 60.0, "ambient": 293.15, "omega": 12.0, "area": 0.8}
-    found = sb.heat_balance(4e4, surface=450.0, **given)
+    found = sb.formulas.heat_balance(4e4, surface=450.0, **given)
     assert found.time == pytest.approx(8 * math.pi / 12.0)
     assert found.mean_flux == pytest.approx(0.75 * 4e4 - 0.25 * 60.0 * (450.0 - 293.15))
     assert found.net == pytest.approx(found.mean_flux * 0.8 * found.time)
-    still = sb.heat_balance(4e4, surface=found.stationary, **given)
+    still = sb.formulas.heat_balance(4e4, surface=found.stationary, **given)
     assert still.net == pytest.approx(0.0, abs=1e-9 * found.gained)
-    assert sb.heat_balance(4e4, surface=450.0, **{**given, "overlap": 1.0}).stationary == math.inf
+    assert sb.formulas.heat_balance(4e4, surface=450.0, **{**given, "overlap": 1.0}).stationary == math.inf
 
 
 def test_a_network_settles_where_the_balance_says():
     """One lump, heated under the linings and cooled on the open track (S-21 without the four revolutions)."""
-    balance = sb.heat_balance(2e3, overlap=0.75, coefficient=80.0, surface=300.0, ambient=290.0, omega=5.0, area=0.8)
+    balance = sb.formulas.heat_balance(
+        2e3, overlap=0.75, coefficient=80.0, surface=300.0, ambient=290.0, omega=5.0, area=0.8
+    )
     heat = sb.Heat(
-        (sb.Lump("rim", 1e4, 300.0), sb.Reservoir("air", 290.0)),
-        (sb.Convection("rim", 0.8, 80.0, covered=0.75),),
-        sb.FrictionHeat("rim", None, sb.ConstantPartition(1.0)),
+        (sb.thermal.Lump("rim", 1e4, 300.0), sb.thermal.Reservoir("air", 290.0)),
+        (sb.thermal.Convection("rim", 0.8, 80.0, covered=0.75),),
+        sb.thermal.FrictionHeat("rim", None, sb.thermal.ConstantPartition(1.0)),
     )
     steady = sb.steady_state(heat, power=0.75 * 0.8 * 2e3, closed=1.0)
     assert float(steady["rim"]) == pytest.approx(balance.stationary, rel=1e-12)
 
 
 def test_power_is_split_without_rest():
-    split = sb.shares_of_S(electrical=0.02).split(1000.0)
+    split = sb.thermal.shares_of_S(electrical=0.02).split(1000.0)
     assert split == pytest.approx((680.0, 20.0, 300.0))
     assert sum(split) == pytest.approx(1000.0, rel=1e-15)
     assert sb.PowerShares().split(5.0) == (5.0, 0.0, 0.0)
-    assert "S-10" in sb.shares_of_S().source
+    assert "S-10" in sb.thermal.shares_of_S().source
     with pytest.raises(ValueError, match="more than 1"):
         sb.PowerShares(electrical=0.6, mechanical=0.5)
     with pytest.raises(ValueError, match="between 0 and 1"):
         sb.PowerShares(electrical=-0.1)
     with pytest.raises(ValueError, match=r"0\.32"):
-        sb.shares_of_S(0.4)
+        sb.thermal.shares_of_S(0.4)
 
 
 def test_triboelectric_estimate():
-    assert sb.triboelectric_power(0.02, 0.01) == pytest.approx(200.0 * 0.02 * 0.01)
-    voltage = sb.thermoelectric_voltage(10e-6, 600.0, 300.0)
+    assert sb.formulas.triboelectric_power(0.02, 0.01) == pytest.approx(200.0 * 0.02 * 0.01)
+    voltage = sb.formulas.thermoelectric_voltage(10e-6, 600.0, 300.0)
     assert voltage == pytest.approx(3e-3)
     # n spots of the same total area: each radius falls by √n, their number raises the current by n
-    one, many = (sb.contact_current(voltage, 1e-6, 1e-6, spots=n) for n in (1, 100))
+    one, many = (sb.formulas.contact_current(voltage, 1e-6, 1e-6, spots=n) for n in (1, 100))
     assert one == pytest.approx(voltage * 2 * math.sqrt(1e-6 / math.pi) / 1e-6)
     assert many == pytest.approx(10 * one)
 
@@ -267,26 +283,26 @@ def test_triboelectric_estimate():
 @pytest.mark.parametrize(
     ("call", "word"),
     [
-        (lambda: sb.penetration_depth(-1.0, 1.0), "diffusivity"),
-        (lambda: sb.fourier_number(A, math.nan, 0.01), "time"),
-        (lambda: sb.mean_bulk_rise(1.2, 1.0, 1.0, 1.0), "share"),
-        (lambda: sb.stopping_rise(1.0, 2.0, 1.0, E), "after the end"),
-        (lambda: sb.schmidt(STEEL, 0.025, 1, 1.0, 1.0), "layers"),
-        (lambda: sb.schmidt(STEEL, 0.025, 2, 1.0, 1.0, back_coefficient=-1.0), "back_coefficient"),
-        (lambda: sb.plate_stress([1.0, 2.0], [0.0, 0.0], ELASTIC), "rise"),
-        (lambda: sb.plate_stress([1.0, 2.0], [0.0, 1.0], ELASTIC, restraint="bolts"), "bolts"),
-        (lambda: sb.surface_stress(1.0, 2.0, ELASTIC._replace(poisson=0.6)), "poisson"),
-        (lambda: sb.real_contact_area(1.0, 2.0, 1.0), "hardness"),
-        (lambda: sb.ring_face(1.0, 0.5), "outer"),
-        (lambda: sb.parallel_resistance(1.0, 0.0), "resistance"),
+        (lambda: sb.formulas.penetration_depth(-1.0, 1.0), "diffusivity"),
+        (lambda: sb.formulas.fourier_number(A, math.nan, 0.01), "time"),
+        (lambda: sb.formulas.mean_bulk_rise(1.2, 1.0, 1.0, 1.0), "share"),
+        (lambda: sb.formulas.stopping_rise(1.0, 2.0, 1.0, E), "after the end"),
+        (lambda: sb.formulas.schmidt(STEEL, 0.025, 1, 1.0, 1.0), "layers"),
+        (lambda: sb.formulas.schmidt(STEEL, 0.025, 2, 1.0, 1.0, back_coefficient=-1.0), "back_coefficient"),
+        (lambda: sb.formulas.plate_stress([1.0, 2.0], [0.0, 0.0], ELASTIC), "rise"),
+        (lambda: sb.formulas.plate_stress([1.0, 2.0], [0.0, 1.0], ELASTIC, restraint="bolts"), "bolts"),
+        (lambda: sb.formulas.surface_stress(1.0, 2.0, ELASTIC._replace(poisson=0.6)), "poisson"),
+        (lambda: sb.formulas.real_contact_area(1.0, 2.0, 1.0), "hardness"),
+        (lambda: sb.formulas.ring_face(1.0, 0.5), "outer"),
+        (lambda: sb.formulas.parallel_resistance(1.0, 0.0), "resistance"),
         (
-            lambda: sb.heat_balance(
+            lambda: sb.formulas.heat_balance(
                 1.0, overlap=1.5, coefficient=1.0, surface=300.0, ambient=290.0, omega=1.0, area=1.0
             ),
             "overlap",
         ),
-        (lambda: sb.maximum_temperatures(-1.0, 1.0, 1.0), "bulk"),
-        (lambda: sb.triboelectric_power(-1.0, 1.0), "current"),
+        (lambda: sb.formulas.maximum_temperatures(-1.0, 1.0, 1.0), "bulk"),
+        (lambda: sb.formulas.triboelectric_power(-1.0, 1.0), "current"),
     ],
 )
 def test_what_is_out_of_range_is_named(call, word):

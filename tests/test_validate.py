@@ -118,11 +118,11 @@ def test_a_case_that_raises_is_a_fail_with_its_message():
         "tolerance": 1e-3,
         "verdict": "fail",
     }
-    report = sb.Validation([check])
+    report = sb.checks.Validation([check])
     assert not report.ok
     assert "step_limit: too long" in str(report)
     assert run_case(Case("a/c", "nowhere", 1.0, 1e-3, lambda: np.nan)).verdict == "fail"
-    assert not sb.Validation([]).ok
+    assert not sb.checks.Validation([]).ok
 
 
 def test_docs_list_the_cases_there_are():

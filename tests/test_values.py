@@ -44,11 +44,13 @@ def test_texts_and_numbers_make_the_same_scene():
 
 def test_numbers_stand_for_parts_of_every_family():
     assert isinstance(sb.TorqueLoad(29430.0).profile, sb.Constant)
-    assert isinstance(sb.Wear(1e-14).rate, sb.ConstantWear)
-    assert isinstance(sb.FrictionHeat("rim", None, 1.0).partition, sb.ConstantPartition)
+    assert isinstance(sb.Wear(1e-14).rate, sb.wear.ConstantWear)
+    assert isinstance(sb.thermal.FrictionHeat("rim", None, 1.0).partition, sb.thermal.ConstantPartition)
     assert isinstance(sb.ForceDuty("12 kN", 0).load, sb.TorqueLoad)
-    assert isinstance(sb.ProductFriction(0.4, (sb.LinearFade(1e-3, "20 degC"),)).base, sb.ConstantFriction)
-    assert isinstance(sb.lumped_heat(rim=1e5, partition=0.9, rim_cooling=20.0).friction.partition, sb.ConstantPartition)
+    assert isinstance(sb.friction.ProductFriction(0.4, (sb.LinearFade(1e-3, "20 degC"),)).base, sb.ConstantFriction)
+    assert isinstance(
+        sb.lumped_heat(rim=1e5, partition=0.9, rim_cooling=20.0).friction.partition, sb.thermal.ConstantPartition
+    )
 
 
 @pytest.mark.parametrize(
@@ -65,7 +67,7 @@ def test_numbers_stand_for_parts_of_every_family():
             ("Brake.band: 3.0 is none", "give a Band", "Brake.linings: 0.35"),
         ),
         (lambda: sb.uniform_linings(0, "-1 rad", 0.3), ("count: 0 is not", "wrap: '-1 rad' is not admissible")),
-        (lambda: sb.Wall("w", sb.material("cast_iron"), 0.02, 1.0, 0), ("Wall.layers: 0 is not admissible",)),
+        (lambda: sb.thermal.Wall("w", sb.material("cast_iron"), 0.02, 1.0, 0), ("Wall.layers: 0 is not admissible",)),
         (lambda: sb.Initial(jnp.float32(3)), ("Initial.omega: is float32",)),
     ],
 )

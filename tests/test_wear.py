@@ -23,11 +23,11 @@ from simbrake._run._linings import lining_values
 
 def test_laws_have_their_coefficient_at_the_reference_and_where_there_is_no_temperature():
     laws = [
-        sb.ConstantWear(3e-14),
-        sb.LinearWear(3e-14, slope=6e-3, reference=423.15),
-        sb.ExponentialWear(3e-14, rise=120.0, reference=423.15),
-        sb.ArrheniusWear(3e-14, energy=4e4, reference=423.15),
-        sb.ThresholdWear(3e-14, energy=4e4, threshold=423.15),
+        sb.wear.ConstantWear(3e-14),
+        sb.wear.LinearWear(3e-14, slope=6e-3, reference=423.15),
+        sb.wear.ExponentialWear(3e-14, rise=120.0, reference=423.15),
+        sb.wear.ArrheniusWear(3e-14, energy=4e4, reference=423.15),
+        sb.wear.ThresholdWear(3e-14, energy=4e4, threshold=423.15),
     ]
     for law in laws:
         for T in (None, jnp.asarray(423.15)):
@@ -57,7 +57,7 @@ def test_a_rigid_stop_wears_the_linings_by_their_loads(cold):
     # the volume is that of Archard for the friction work: f N = (T_i − T_{i−1}) cos(β/2)
     work = float(cold.energy["friction_heat"])
     assert ws.AREA * worn.sum() == pytest.approx(ws.K * work * math.cos(ws.BETA / 2) / ws.F, rel=1e-12)
-    np.testing.assert_allclose(worn, np.asarray(sb.lining_wear(cold, ws.K)), rtol=1e-12)
+    np.testing.assert_allclose(worn, np.asarray(sb.results.lining_wear(cold, ws.K)), rtol=1e-12)
 
 
 def test_metrics_series_and_words_of_the_wear(cold):
@@ -101,7 +101,7 @@ def test_derivatives_of_the_worn_thickness_forward_reverse_and_central(cold):
         return 1e6 * shares @ sb.simulate(scene, max_steps=64).worn_thickness
 
     scene = jax.tree.map(jnp.asarray, cold.scene)
-    reverse = {leaf.path: leaf.value for leaf in sb.leaves(jax.jit(jax.grad(worn))(scene))}
+    reverse = {leaf.path: leaf.value for leaf in sb.files.leaves(jax.jit(jax.grad(worn))(scene))}
     paths = {"duty.slack_tension.level": ws.T0, "initial.omega": ws.W0, "wear.rate.coefficient": ws.K}
     paths |= {"brake.linings.area": ws.AREA, "brake.linings.friction.coefficient": ws.F}
     ahead = jax.jit(lambda s, d: jax.jvp(worn, (s,), (d,))[1])
@@ -124,7 +124,7 @@ def test_derivatives_of_the_worn_thickness_forward_reverse_and_central(cold):
 @pytest.mark.slow
 def test_wear_that_grows_with_the_lining_s_own_temperature():
     """`dT_i ∝ ds`, so that the exponential law has a closed form; that of Arrhenius is left to SciPy's quadrature."""
-    law = sb.ExponentialWear(ws.K, rise=90.0, reference=320.0)
+    law = sb.wear.ExponentialWear(ws.K, rise=90.0, reference=320.0)
     result = sb.simulate(ws.stop(sb.Wear(law), ws.lumps()))
     T, normal = ws.statics()
     per_metre = ws.SHARE * ws.T0 * np.diff(T) / ws.CAPACITY  # K/m
@@ -133,14 +133,16 @@ def test_wear_that_grows_with_the_lining_s_own_temperature():
     closed = ws.K * start * p * 90.0 / per_metre * np.expm1(per_metre * way / 90.0)
     np.testing.assert_allclose(np.asarray(result.worn_thickness), closed, rtol=1e-9)
     assert closed[-1] / (ws.K * p[-1] * way) > 1.5  # the heat matters here
-    hot = sb.ArrheniusWear(ws.K, energy=3e4)
+    hot = sb.wear.ArrheniusWear(ws.K, energy=3e4)
     expected = [
         quad(
             lambda s, i=i: ws.K * p[i] * math.exp(3e4 / 8.31446261815324 * (1 / 293.15 - 1 / (293.15 + c * s))), 0, way
         )
         for i, c in enumerate(per_metre)
     ]
-    np.testing.assert_allclose(np.asarray(sb.lining_wear(result, hot)), [value for value, _ in expected], rtol=1e-9)
+    np.testing.assert_allclose(
+        np.asarray(sb.results.lining_wear(result, hot)), [value for value, _ in expected], rtol=1e-9
+    )
 
 
 # --- every kind of brake ----------------------------------------------------------------------------------------------
@@ -161,11 +163,11 @@ def test_the_states_are_the_integrals_over_the_run(scene):
     inner = None if scene.brake.bandage is None else 3e-14
     result = sb.simulate(ws.wearing(scene, sb.Wear(1e-14, internal=inner)))
     worn = result.record.y_end.worn
-    np.testing.assert_allclose(np.asarray(worn[0]), np.asarray(sb.lining_wear(result, 1e-14)), rtol=1e-9)
+    np.testing.assert_allclose(np.asarray(worn[0]), np.asarray(sb.results.lining_wear(result, 1e-14)), rtol=1e-9)
     assert np.min(worn[0]) > 0
     if inner is not None:
         np.testing.assert_allclose(
-            np.asarray(worn[1]), np.asarray(sb.lining_wear(result, inner, pair="internal")), rtol=1e-9
+            np.asarray(worn[1]), np.asarray(sb.results.lining_wear(result, inner, pair="internal")), rtol=1e-9
         )
         np.testing.assert_allclose(np.asarray(result.worn_thickness), np.asarray(worn[0] + worn[1]), rtol=1e-15)
         last = result.series([float(result.record.t_end)])
@@ -214,19 +216,21 @@ def test_a_scene_without_wear_is_assembled_and_compiled_as_if_there_was_none(sce
 
 
 def test_wear_in_a_scene_file():
-    text = sb.scene_text(ws.stop(sb.Wear(sb.ExponentialWear(2e-14, rise=90.0), permissible=8e-3, turned_at=[3.0])))
-    again = sb.scene_from_text(text)
-    assert again.wear.rate.rise == 90.0
-    assert sb.scene_text(again) == text
-    units = text.replace('coefficient = "2e-14 m^3/(N*m)"', 'coefficient = "2e-5 mm^3/(N*m)"')
-    assert float(sb.scene_from_text(units).wear.rate.coefficient) == pytest.approx(2e-14, rel=1e-15)
-    late = dataclasses.replace(
-        ws.stop(None), duty=sb.Duty(sb.Delayed(sb.ramp(200.0, ws.T0, 0.0, 0.3), 0.5), sb.TorqueLoad())
+    text = sb.files.scene_text(
+        ws.stop(sb.Wear(sb.wear.ExponentialWear(2e-14, rise=90.0), permissible=8e-3, turned_at=[3.0]))
     )
-    delayed = sb.scene_text(late)
-    assert sb.scene_text(sb.scene_from_text(delayed)) == delayed
+    again = sb.files.scene_from_text(text)
+    assert again.wear.rate.rise == 90.0
+    assert sb.files.scene_text(again) == text
+    units = text.replace('coefficient = "2e-14 m^3/(N*m)"', 'coefficient = "2e-5 mm^3/(N*m)"')
+    assert float(sb.files.scene_from_text(units).wear.rate.coefficient) == pytest.approx(2e-14, rel=1e-15)
+    late = dataclasses.replace(
+        ws.stop(None), duty=sb.Duty(sb.wear.Delayed(sb.ramp(200.0, ws.T0, 0.0, 0.3), 0.5), sb.TorqueLoad())
+    )
+    delayed = sb.files.scene_text(late)
+    assert sb.files.scene_text(sb.files.scene_from_text(delayed)) == delayed
     short = '[wear]\nrate = 3e-14\nworn = "2 mm"\n'
-    scene = sb.scene_from_text(sb.scene_text(ws.stop(None)) + "\n" + short)
+    scene = sb.files.scene_from_text(sb.files.scene_text(ws.stop(None)) + "\n" + short)
     assert float(scene.wear.rate.coefficient) == 3e-14
     assert float(scene.wear.worn) == pytest.approx(2e-3)
     assert float(sb.with_values(scene, {"wear.permissible": "6 mm"}).wear.permissible) == pytest.approx(6e-3)

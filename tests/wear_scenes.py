@@ -34,8 +34,8 @@ def stop(wear, heat=None, angle=None, end=8.0, law=None):
 def lumps():
     """Each lining a lump of its own, from which no heat goes away."""
     return sb.Heat(
-        bodies=(sb.Lump("rim", 1e5), sb.Lump("linings", CAPACITY, count=N)),
-        friction=sb.FrictionHeat("rim", "linings", sb.ConstantPartition(1 - SHARE)),
+        bodies=(sb.thermal.Lump("rim", 1e5), sb.thermal.Lump("linings", CAPACITY, count=N)),
+        friction=sb.thermal.FrictionHeat("rim", "linings", sb.thermal.ConstantPartition(1 - SHARE)),
         rim="rim",
         linings="linings",
     )

@@ -27,12 +27,12 @@ _INSTANT = 2e-7
 #: a mode that lasts less (s) counts as one that lasts no time
 _BRIEF = 1e-9
 _BANDS = {
-    sb.BandMode.OPEN: base.OPEN,
-    sb.BandMode.TAKE_UP: base.TAKE_UP,
-    sb.BandMode.ELASTIC: base.ELASTIC,
-    sb.BandMode.SLIP: base.SLIP,
-    sb.BandMode.SLIP_BACK: base.BACK,
-    sb.BandMode.HELD: base.HELD,
+    sb.results.BandMode.OPEN: base.OPEN,
+    sb.results.BandMode.TAKE_UP: base.TAKE_UP,
+    sb.results.BandMode.ELASTIC: base.ELASTIC,
+    sb.results.BandMode.SLIP: base.SLIP,
+    sb.results.BandMode.SLIP_BACK: base.BACK,
+    sb.results.BandMode.HELD: base.HELD,
 }
 Modes = list[tuple[float, tuple[Any, ...]]]
 
@@ -87,10 +87,11 @@ def ours(p: dict[str, Any]) -> Course:
     parts = [getattr(modes.own, name) for name in ("outer", "inner", "linings") if hasattr(modes.own, name)]
     columns = [np.asarray(x)[: n + 1].reshape(n + 1, -1) for x in (modes.band, *parts)]
     if p["kind"] == "resolved bandage":  # an open band touches no lining
-        columns[1] = np.where(columns[0] == sb.BandMode.OPEN, 0, columns[1])
+        columns[1] = np.where(columns[0] == sb.results.BandMode.OPEN, 0, columns[1])
     rows = np.column_stack(columns).astype(int)
     changes = [
-        (float(t), (_BANDS[sb.BandMode(row[0])], *map(int, row[1:]))) for t, row in zip(times, rows, strict=True)
+        (float(t), (_BANDS[sb.results.BandMode(row[0])], *map(int, row[1:])))
+        for t, row in zip(times, rows, strict=True)
     ]
     begins = 1 if changes[0][1][0] == base.OPEN and changes[1][0] == changes[0][0] else 0  # a run settles from open
     lasting, passing = _lasting(changes[begins:-1], float(times[-1]))

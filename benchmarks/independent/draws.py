@@ -114,7 +114,7 @@ def _heat(p: dict[str, Any], rng: Any, flavour: str, n: int) -> None:
 # --- simbrake's scene of the same numbers -----------------------------------------------------------------------------
 
 
-def _law(p: dict[str, Any], law: dict[str, Any], ratio: float) -> sb.AbstractFriction:
+def _law(p: dict[str, Any], law: dict[str, Any], ratio: float) -> sb.friction.AbstractFriction:
     if "speed" in law:
         base: Any = sb.StribeckFriction(law["static"], law["kinetic"], law["speed"])
     else:
@@ -122,7 +122,7 @@ def _law(p: dict[str, Any], law: dict[str, Any], ratio: float) -> sb.AbstractFri
     if p.get("fade") is None:
         return base
     q = p["fade"]
-    return sb.ProductFriction(base, (sb.LinearFade(q["slope"], q["above"], q["floor"], q["blend"]),))
+    return sb.friction.ProductFriction(base, (sb.LinearFade(q["slope"], q["above"], q["floor"], q["blend"]),))
 
 
 def _brake(p: dict[str, Any]) -> Any:
@@ -148,29 +148,31 @@ def _thermal(p: dict[str, Any]) -> tuple[sb.Heat | None, sb.Wear | None]:
     if q is None:
         return None, None
     rim, linings, band = (
-        sb.Lump("rim", q["rim"], q["start"][0]),
-        sb.Lump("linings", np.full(n, q["lining"]), q["start"][1:-1], count=n),
-        sb.Lump("band", q["band"], q["start"][-1]),
+        sb.thermal.Lump("rim", q["rim"], q["start"][0]),
+        sb.thermal.Lump("linings", np.full(n, q["lining"]), q["start"][1:-1], count=n),
+        sb.thermal.Lump("band", q["band"], q["start"][-1]),
     )
-    h = sb.SpeedCoefficient(q["h"], q["h_speed"])
+    h = sb.thermal.SpeedCoefficient(q["h"], q["h_speed"])
     staged = p["bandage"] is not None
     heat = sb.Heat(
-        bodies=(rim, linings, band, sb.Reservoir("air", q["air"])),
+        bodies=(rim, linings, band, sb.thermal.Reservoir("air", q["air"])),
         links=(
-            sb.Convection("rim", q["rim_area"], h, covered=q["covered"]),
-            sb.Radiation("rim", q["rim_area"], q["emissivity"], covered=q["covered"]),
-            sb.Conductance("linings", "band", q["conductance"]),
-            sb.Convection("band", 1.0, q["band_loss"]),  # pyright: ignore
+            sb.thermal.Convection("rim", q["rim_area"], h, covered=q["covered"]),
+            sb.thermal.Radiation("rim", q["rim_area"], q["emissivity"], covered=q["covered"]),
+            sb.thermal.Conductance("linings", "band", q["conductance"]),
+            sb.thermal.Convection("band", 1.0, q["band_loss"]),  # pyright: ignore
         ),
-        friction=sb.FrictionHeat("rim", "linings", sb.ConstantPartition(q["metal"])),
-        external=sb.FrictionHeat("band", "linings", sb.ConstantPartition(q["metal_out"])) if staged else None,
+        friction=sb.thermal.FrictionHeat("rim", "linings", sb.thermal.ConstantPartition(q["metal"])),
+        external=sb.thermal.FrictionHeat("band", "linings", sb.thermal.ConstantPartition(q["metal_out"]))
+        if staged
+        else None,
         rim="rim",
         linings="linings",
         band="band",
     )
     outer, *inner = p["wear"]
-    rate = sb.LinearWear(outer["k"], outer["slope"], outer["at"])
-    return heat, sb.Wear(rate, internal=sb.ConstantWear(inner[0]["k"]) if inner else None)
+    rate = sb.wear.LinearWear(outer["k"], outer["slope"], outer["at"])
+    return heat, sb.Wear(rate, internal=sb.wear.ConstantWear(inner[0]["k"]) if inner else None)
 
 
 def scene(p: dict[str, Any]) -> sb.Scene:
@@ -179,7 +181,7 @@ def scene(p: dict[str, Any]) -> sb.Scene:
         lever: Any = sb.PiecewiseLinear(*p["lever_points"])
         load: Any = sb.TorqueLoad(sb.PiecewiseLinear(*p["load_points"]), p["drag"])
     else:
-        lever = sb.ExponentialRise(*p["filling"])
+        lever = sb.profiles.ExponentialRise(*p["filling"])
         load = sb.HookLoad(p["mass"], HOOK_ARM, 1.0, drag=p["drag"])
     duty = (sb.ForceDuty if p["kind"] in ("disc", "shoe") else sb.Duty)(lever, load)
     heat, wear = _thermal(p)

@@ -48,7 +48,7 @@ def solver_named(name: str) -> Any:
     """A method by its name."""
     import diffrax
 
-    return {"Tsit5": diffrax.Tsit5, "Dopri8": diffrax.Dopri8, "Rodas5P": sb.Rodas5P}[name]()
+    return {"Tsit5": diffrax.Tsit5, "Dopri8": diffrax.Dopri8, "Rodas5P": sb.hybrid.Rodas5P}[name]()
 
 
 class Warm(NamedTuple):
@@ -74,7 +74,7 @@ def warm(name: str, method: str, rtol: float = _TOLERANCE) -> Warm:
     run = sb.prepare(case.simbrake(), [times], solver=solver_named(method), rtol=rtol)
     answer = run()
     if answer.code:
-        raise RuntimeError(f"({name}) {method} ends with {sb.FAILURES[answer.code][0]}")
+        raise RuntimeError(f"({name}) {method} ends with {sb.results.FAILURES[answer.code][0]}")
     attempts = answer.accepted + answer.rejected + answer.retaken
     # a restart evaluates the rates twice: there, and for the length of the first step
     steps = round(attempts + 2 * answer.segments / STAGES[method])

@@ -92,18 +92,18 @@ _STAGED = """sb.Scene(
     sb.Brake(
         sb.Pulley(0.59, 1200.0),
         sb.Band(0.638),
-        sb.Lining(sb.ProductFriction(sb.ConstantFriction(0.42), (sb.LinearFade(4e-4, 293.15),)), [{beta!r}] * 20),
-        sb.Bandage(60.0, sb.ProductFriction(sb.ConstantFriction(0.30), (sb.LinearFade(4e-4, 293.15),)), 4e3),
+        sb.Lining(sb.friction.ProductFriction(0.42, (sb.LinearFade(4e-4, 293.15),)), [{beta!r}] * 20),
+        sb.Bandage(60.0, sb.friction.ProductFriction(0.30, (sb.LinearFade(4e-4, 293.15),)), 4e3),
     ),
-    sb.Duty(sb.ExponentialRise(24e3, 0.25, -0.02), sb.TorqueLoad(sb.Constant(3e3))),
+    sb.Duty(sb.profiles.ExponentialRise(24e3, 0.25, -0.02), sb.TorqueLoad(sb.Constant(3e3))),
     sb.Initial(24.0),
     4.0,
-    sb.with_external_pair(
+    sb.thermal.with_external_pair(
         sb.lumped_heat(
             rim=4e4, linings=6e3, band=9e3, lining_to_band=30.0, rim_cooling=15.0, band_cooling=5.0,
-            partition=sb.ConstantPartition(0.7),
+            partition=sb.thermal.ConstantPartition(0.7),
         ),
-        sb.ConstantPartition(0.5),
+        sb.thermal.ConstantPartition(0.5),
         rim_share=0.1,
     ),
 )"""

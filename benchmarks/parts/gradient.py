@@ -53,7 +53,7 @@ def exact(p: Stop) -> dict[str, float]:
     return dict(zip(_COLD, (float(x) for x in found), strict=True))
 
 
-def differences(run: sb.Prepared, paths: tuple[str, ...]) -> dict[str, float]:
+def differences(run: sb.results.Prepared, paths: tuple[str, ...]) -> dict[str, float]:
     """Central differences of order 4 of tight runs."""
     found = {}
     for path in paths:
@@ -64,7 +64,7 @@ def differences(run: sb.Prepared, paths: tuple[str, ...]) -> dict[str, float]:
     return found
 
 
-def forward(run: sb.Prepared) -> tuple[Any, Callable[[np.ndarray], Any]]:
+def forward(run: sb.results.Prepared) -> tuple[Any, Callable[[np.ndarray], Any]]:
     """A program of numbers and a direction: stopping time and its derivative along it."""
     from simbrake._base._compiling import compiled, pack
 

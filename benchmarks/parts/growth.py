@@ -33,12 +33,15 @@ COLUMNS = (
 def layered(n: int) -> sb.Scene:
     """The stop of scene (b) with so many equal layers."""
     p = Stop(fade=3e-4, x_0=8e3 / 2e5)
-    law = sb.ProductFriction(sb.ConstantFriction(p.f), (sb.LinearFade(p.fade, sb.ROOM),))
+    law = sb.friction.ProductFriction(sb.ConstantFriction(p.f), (sb.LinearFade(p.fade, sb.thermal.ROOM),))
     material = sb.Material(RIM["conductivity"], RIM["density"], RIM["specific_heat"])
     heat = sb.Heat(
-        bodies=(sb.Wall("rim", material, RIM["thickness"], TRACK, n, 1.0), sb.Reservoir("air")),
-        links=(sb.Convection("rim.back", TRACK, INSIDE), sb.Convection("rim.front", OPEN * TRACK, OUTSIDE)),
-        friction=sb.FrictionHeat("rim.front", None, sb.ConstantPartition(SHARE), sensed="rim.front"),
+        bodies=(sb.thermal.Wall("rim", material, RIM["thickness"], TRACK, n, 1.0), sb.thermal.Reservoir("air")),
+        links=(
+            sb.thermal.Convection("rim.back", TRACK, INSIDE),
+            sb.thermal.Convection("rim.front", OPEN * TRACK, OUTSIDE),
+        ),
+        friction=sb.thermal.FrictionHeat("rim.front", None, sb.thermal.ConstantPartition(SHARE), sensed="rim.front"),
         rim="rim.front",
     )
     brake = sb.Brake(sb.Pulley(p.R, p.J), sb.Band(p.R, p.C), sb.Lining(law, np.full(p.n, 2 * math.atan(p.z))))
@@ -83,7 +86,7 @@ def point(curve: str, n: int, budget: float) -> dict[str, Any]:
     run = sb.prepare(scene, metrics, solver=solver, rtol=rtol, max_steps=room)
     answer = run()
     if answer.code:
-        raise RuntimeError(f"{n} {curve}: {sb.FAILURES[answer.code][0]}")
+        raise RuntimeError(f"{n} {curve}: {sb.results.FAILURES[answer.code][0]}")
     program = run.program  # a tight run may need room for more steps, which compiles another
     attempts = answer.accepted + answer.rejected + answer.retaken
     steps = round(attempts + 2 * answer.segments / STAGES[method])

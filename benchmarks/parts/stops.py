@@ -73,7 +73,7 @@ def order(count: int) -> tuple[float, float]:
     values = dict(zip(_PATHS, drawn(count).T, strict=True))
     lengths = 10 ** np.random.default_rng(2).uniform(-0.5, 1.5, count)
     unequal = {"end_time": lengths, "initial.omega": values["initial.omega"]}
-    swinging = _scene(sb.TorqueLoad(sb.FunctionProfile(wavy)))
+    swinging = _scene(sb.TorqueLoad(sb.profiles.FunctionProfile(wavy)))
     sorts, found = _chunks.expected_cost, []
     calls = {
         "stops": lambda: sb.ensemble(_scene(), values, _NAMES, progress=False),

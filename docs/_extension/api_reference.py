@@ -9,6 +9,7 @@ import ast
 import dataclasses
 import enum
 import functools
+import importlib
 import inspect
 import pathlib
 import re
@@ -21,8 +22,6 @@ from docutils.statemachine import StringList
 from source_pages import PACKAGE, _parsed
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
-
-import simbrake
 
 _FENCE = "`````"
 _MANY = 12
@@ -150,7 +149,11 @@ def linked(text: str, but: str) -> str:
     def link(match: re.Match[str]) -> str:
         name = match[1].removesuffix("()")
         plain = name.islower() and "_" not in name and name not in ("simulate", "ensemble", "prepare", "sensitivity")
-        return match[0] if name not in known or name == but or plain else f"{{py:obj}}`{name} <simbrake.{name}>`"
+        return (
+            match[0]
+            if name not in known or name == but or plain
+            else f"{{py:obj}}`{name} <{groups.path_of(name)}.{name}>`"
+        )
 
     lines = text.splitlines()
     return "\n".join(
@@ -218,6 +221,10 @@ def _comment(name: str) -> str:
     return " ".join(line[3:] for line in found[1].splitlines()) if found else ""
 
 
+def _value(name: str) -> Any:
+    return getattr(importlib.import_module(groups.path_of(name)), name)
+
+
 class PublicNames(SphinxDirective):
     """All public names of a page of the reference, or the functions of `simbrake.plot`."""
 
@@ -231,7 +238,7 @@ class PublicNames(SphinxDirective):
             names = [n for n, v in vars(plot).items() if isinstance(v, types.FunctionType) and not n.startswith("_")]
             found = [(name, getattr(plot, name), "simbrake.plot") for name in sorted(names)]
         else:
-            found = [(name, getattr(simbrake, name), "simbrake") for name in groups.names_on(page)]
+            found = [(name, _value(name), groups.path_of(name)) for name in groups.names_on(page)]
         for _, value, _ in found:
             if isinstance(value, type | types.FunctionType):
                 self.env.note_dependency(inspect.getsourcefile(value) or "")

@@ -1,7 +1,9 @@
 """Which page of the reference a public name stands on: by the module that defines it."""
 
 import ast
+import functools
 import pathlib
+import types
 
 import simbrake
 
@@ -15,6 +17,7 @@ PAGES: dict[str, tuple[str, ...]] = {
         "_base._quantity",
         "_run._edit",
         "files._scene_file",
+        "files._schema",
         "_parts._programme",
         "checks",
     ),
@@ -26,6 +29,7 @@ PAGES: dict[str, tuple[str, ...]] = {
         "_run._result",
         "_run._series",
         "_run._log",
+        "_run._metrics",
         "_physics._mechanism",
         "results._dataset",
         "results._provenance",
@@ -33,7 +37,7 @@ PAGES: dict[str, tuple[str, ...]] = {
         "results._rerun",
         "_pages._page",
     ),
-    "statics": ("brakes._band", "_parts._layout"),
+    "statics": ("brakes._band", "layouts._closed_form"),
     "wear": ("wear", "studies._lining_life"),
     "layouts": ("_run._linings", "_run._probe", "layouts"),
     "studies": ("studies",),
@@ -43,15 +47,44 @@ PAGES: dict[str, tuple[str, ...]] = {
 }
 
 
+PACKAGE = pathlib.Path(simbrake.__file__).parent
+
+
+@functools.cache
 def public_names() -> dict[str, str]:
-    """Public names of simbrake, with the module that `simbrake/__init__.pyi` takes each from."""
-    tree = ast.parse(pathlib.Path(simbrake.__file__).with_suffix(".pyi").read_text("utf-8"))
-    found = {}
-    for node in tree.body:
-        if isinstance(node, ast.ImportFrom) and node.level == 1 and node.module:
-            for alias in node.names:
-                found[alias.asname or alias.name] = node.module
-    return {name: module for name, module in found.items() if not name.startswith("_")}
+    """Public names of simbrake and its packages, with the module that defines each."""
+    found = _imported(PACKAGE / "__init__.pyi")
+    for stub in sorted(PACKAGE.glob("*/__init__.pyi")):
+        home = stub.parent.name
+        below = {name: f"{home}.{module}" for name, module in _imported(stub).items()}
+        of_runs = _imported(stub.with_name("_of_runs.py")) if stub.with_name("_of_runs.py").is_file() else {}
+        found = {**below, **{name: module for name, module in of_runs.items() if name in below}, **found}
+    for home in ("friction", "profiles", "loads", "wear"):
+        found = {**dict.fromkeys(_listed(PACKAGE / f"{home}.py"), home), **found}
+    hybrid = _imported(PACKAGE / "hybrid" / "__init__.py")
+    found |= {name: f"hybrid.{hybrid[name]}" for name in _listed(PACKAGE / "hybrid" / "__init__.py")}
+    return {name: module for name, module in found.items() if not name.startswith("_") and module}
+
+
+@functools.cache
+def path_of(name: str) -> str:
+    """Where a public name is imported from: `simbrake`, or the package that has it."""
+    if name in simbrake.__all__:
+        return "simbrake"
+    homes = [home for home in simbrake.__all__ if isinstance(getattr(simbrake, home), types.ModuleType)]
+    return next(f"simbrake.{home}" for home in homes if name in getattr(getattr(simbrake, home), "__all__", ()))
+
+
+def _imported(file: pathlib.Path) -> dict[str, str]:
+    """Names that a file imports from modules of its own package or the one above, with these modules."""
+    nodes = [n for n in ast.parse(file.read_text("utf-8")).body if isinstance(n, ast.ImportFrom) and n.level]
+    return {alias.asname or alias.name: node.module or "" for node in nodes for alias in node.names}
+
+
+def _listed(file: pathlib.Path) -> list[str]:
+    """The `__all__` of a module."""
+    assigned = [n for n in ast.parse(file.read_text("utf-8")).body if isinstance(n, ast.Assign)]
+    return next(ast.literal_eval(n.value) for n in assigned if getattr(n.targets[0], "id", "") == "__all__")
 
 
 def names_on(page: str) -> list[str]:
@@ -67,7 +100,7 @@ def _below(module: str, prefix: str) -> bool:
 
 
 def _in_order(module: str, mine: list[str]) -> list[str]:
-    file = pathlib.Path(simbrake.__file__).parent.joinpath(*module.split(".")).with_suffix(".py")
+    file = PACKAGE.joinpath(*module.split(".")).with_suffix(".py")
     if not file.is_file():
         return mine
     words = [getattr(node, "name", "") for node in ast.parse(file.read_text("utf-8")).body]

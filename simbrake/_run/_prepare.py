@@ -32,7 +32,7 @@ class Answer(NamedTuple):
     """What a prepared run gives: metrics by name (`inf`: a time that never came), result code, counts of steps."""
 
     metrics: dict[str, Any]
-    code: int  # 0: the run reached its end time; else one of `simbrake.FAILURES`
+    code: int  # 0: the run reached its end time; else one of `simbrake.results.FAILURES`
     accepted: int
     rejected: int
     retaken: int

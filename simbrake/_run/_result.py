@@ -71,7 +71,7 @@ class Result(eqx.Module):
 
     @property
     def code(self) -> Int[Array, "..."]:
-        """0 if the run reached its end time, else a failure code (`simbrake.FAILURES`)."""
+        """0 if the run reached its end time, else a failure code (`simbrake.results.FAILURES`)."""
         return self.record.code
 
     @property

@@ -269,7 +269,7 @@ def simulate(
     """Runs a scene to its end time through all its events.
 
     - `solver`: an explicit diffrax solver with error estimate (`Tsit5()` pays above a tolerance of about 1e-6), or
-      `simbrake.Rodas5P()` for stiff scenes. By default `diffrax.Dopri8()`, and Rodas5P where a thermal node, drag or a
+      `hybrid.Rodas5P()` for stiff scenes. By default `diffrax.Dopri8()`, and Rodas5P where a thermal node, drag or a
       state of a friction law is so fast that stability would govern an explicit method (the summary says why). Under
       jit, vmap or grad values cannot be looked at: there a scene with heat gets Rodas5P unless a solver is given
     - `rtol`: relative tolerance; absolute tolerances are `rtol` times the typical size of each state

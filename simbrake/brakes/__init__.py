@@ -1,1 +1,8 @@
-"""Brakes and what they consist of: band, linings, pulley, bandage; discs with pads, drums with shoes."""
+"""Brakes and what they consist of: band, linings, pulley, bandage; discs with pads, drums with shoes; their statics.
+
+The names stand in `__init__.pyi`, each with its module, which is imported when the name is first used.
+"""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -59,7 +59,7 @@ class RimMaterial:
 class LiningMaterial:
     """A material for linings: `thermal` properties, law of `wear`, and what it withstands.
 
-    - `wear`: rate `I(p, v, T)` (m³/(N·m)) as `sb.lining_wear` takes it
+    - `wear`: rate `I(p, v, T)` (m³/(N·m)) as `sb.results.lining_wear` takes it
     - `permissible` (K): of its surface; `hardness` (Pa); `sources`: number → where it is from
 
     Its friction is that of the scene: only a run with another law tells what another coefficient does.

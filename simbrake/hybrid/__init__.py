@@ -1,30 +1,46 @@
 """Event-driven integration of hybrid systems on the methods of diffrax: one flat loop over step attempts."""
 
-from simbrake.hybrid._arrays import largest as largest
-from simbrake.hybrid._arrays import smallest as smallest
-from simbrake.hybrid._bordered import CORE as CORE
-from simbrake.hybrid._bordered import LINEAR as LINEAR
-from simbrake.hybrid._bordered import QUADRATURE as QUADRATURE
-from simbrake.hybrid._method import AbstractMethod as AbstractMethod
-from simbrake.hybrid._method import ExplicitRungeKutta as ExplicitRungeKutta
-from simbrake.hybrid._rosenbrock import Rodas5P as Rodas5P
-from simbrake.hybrid._solve import EventKind as EventKind
-from simbrake.hybrid._solve import HybridEvent as HybridEvent
-from simbrake.hybrid._solve import Record as Record
-from simbrake.hybrid._solve import beginning as beginning
-from simbrake.hybrid._solve import hybridsolve as hybridsolve
-from simbrake.hybrid._solve import joined as joined
-from simbrake.hybrid._solve import stretch as stretch
-from simbrake.hybrid._system import ADVANCED as ADVANCED
-from simbrake.hybrid._system import FINISHED as FINISHED
-from simbrake.hybrid._system import INSTANT as INSTANT
-from simbrake.hybrid._system import LANDED as LANDED
-from simbrake.hybrid._system import SKIPPED as SKIPPED
-from simbrake.hybrid._system import STOPPED as STOPPED
-from simbrake.hybrid._system import SYSTEM_CODES as SYSTEM_CODES
-from simbrake.hybrid._system import AbstractHybridSystem as AbstractHybridSystem
-from simbrake.hybrid._system import AbstractSemiExplicitSystem as AbstractSemiExplicitSystem
-from simbrake.hybrid._system import Code as Code
-from simbrake.hybrid._system import Instant as Instant
-from simbrake.hybrid._system import Rows as Rows
-from simbrake.hybrid._system import Settings as Settings
+from ._arrays import largest as largest
+from ._arrays import smallest as smallest
+from ._bordered import CORE as CORE
+from ._bordered import LINEAR as LINEAR
+from ._bordered import QUADRATURE as QUADRATURE
+from ._method import AbstractMethod as AbstractMethod
+from ._method import ExplicitRungeKutta as ExplicitRungeKutta
+from ._rosenbrock import Rodas5P as Rodas5P
+from ._solve import EventKind as EventKind
+from ._solve import HybridEvent as HybridEvent
+from ._solve import Record as Record
+from ._solve import beginning as beginning
+from ._solve import hybridsolve as hybridsolve
+from ._solve import joined as joined
+from ._solve import stretch as stretch
+from ._system import ADVANCED as ADVANCED
+from ._system import FINISHED as FINISHED
+from ._system import INSTANT as INSTANT
+from ._system import LANDED as LANDED
+from ._system import SKIPPED as SKIPPED
+from ._system import STOPPED as STOPPED
+from ._system import SYSTEM_CODES as SYSTEM_CODES
+from ._system import AbstractHybridSystem as AbstractHybridSystem
+from ._system import AbstractSemiExplicitSystem as AbstractSemiExplicitSystem
+from ._system import Code as Code
+from ._system import Instant as Instant
+from ._system import Rows as Rows
+from ._system import Settings as Settings
+
+#: what users need; the rest is for the package
+__all__ = [
+    "AbstractHybridSystem",
+    "AbstractMethod",
+    "AbstractSemiExplicitSystem",
+    "Code",
+    "EventKind",
+    "ExplicitRungeKutta",
+    "HybridEvent",
+    "Instant",
+    "Record",
+    "Rodas5P",
+    "Settings",
+    "hybridsolve",
+]

@@ -97,8 +97,8 @@ class Record(eqx.Module):
     def events(self) -> list[HybridEvent]:
         """All events of a concrete record in order of time; those of one instant in the order in which they happened.
 
-        record = sb.hybridsolve(system, y0, mode0, 0.0, 1.0, method, settings)
-        [event.time for event in record.events if event.kind == sb.EventKind.GUARD]
+        record = sb.hybrid.hybridsolve(system, y0, mode0, 0.0, 1.0, method, settings)
+        [event.time for event in record.events if event.kind == sb.hybrid.EventKind.GUARD]
         """
         kinds, t = np.asarray(self.rows.kind)[: int(self.count)], np.asarray(self.rows.t)
         modes, guards, found = np.asarray(self.rows.mode), np.asarray(self.rows.guard), []

@@ -15,7 +15,6 @@ from .._base._faults import Fault, InputError
 from .._base._progress import Line, duration
 from .._base._quantity import as_number
 from .._base._table import Column, Table, Tabular, plain
-from .._parts._layout import InfeasibleLayout, equal_increment_angles, equal_load_angles
 from .._parts._scene import Scene, band_brake, faults, read_by_linings
 from .._physics._assemble import assemble
 from .._physics._sliding import Grip
@@ -27,6 +26,7 @@ from .._run._result import Result
 from ..brakes._band import running_product
 from ..hybrid._arrays import Array
 from ..studies._evaluator import Evaluation, Evaluator
+from ._closed_form import InfeasibleLayout, equal_increment_angles, equal_load_angles
 
 #: what can be equal for all linings, with units at full slip and over a braking
 TARGETS = {

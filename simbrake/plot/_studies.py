@@ -13,11 +13,11 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 
 from .._base._faults import Fault, InputError
-from .._parts._layout import InfeasibleLayout, Layout, chord_equal_load_angles
 from .._parts._scene import Scene, band_brake
 from .._run._measure import Metric, name_of
 from .._run._simulate import simulate
 from ..brakes._design import Brake, Lining
+from ..layouts._closed_form import InfeasibleLayout, Layout, chord_equal_load_angles
 from ..layouts._equal_layout import LayoutDesign, LayoutRow
 from ..studies._calibration import Calibration
 from ..studies._global import MorrisTable, SobolTable

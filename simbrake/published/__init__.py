@@ -19,7 +19,6 @@ import numpy as np
 from jaxtyping import Float
 
 from .._base._table import Column, Table
-from .._parts._layout import InfeasibleLayout, chord_equal_load_angles, equal_increment_angles
 from .._parts._scene import Duty, Initial, Scene
 from ..brakes._band import sliding_tensions
 from ..brakes._design import Band, Bandage, Brake, Pulley, uniform_linings
@@ -33,6 +32,7 @@ from ..formulas.heating import (
     transmission_table,
 )
 from ..friction import ConstantFriction
+from ..layouts._closed_form import InfeasibleLayout, chord_equal_load_angles, equal_increment_angles
 from ..loads import TorqueLoad
 from ..profiles import Constant, PiecewiseLinear
 from ..thermal._builders import axial_resistance, radial_resistance

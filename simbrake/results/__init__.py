@@ -1,1 +1,8 @@
-"""Results as labelled data, in files, and compared."""
+"""What a run tells: series, events, energies, what rubs at each lining; data sets, files, comparisons.
+
+The names stand in `__init__.pyi`, each with its module, which is imported when the name is first used.
+"""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -52,7 +52,7 @@ def dataset(result: Result, times: Any = None) -> Any:
       before (−1) and after (+1); elsewhere 0. `data.isel(time=data.side >= 0)` has every time once
     - `event_time`, `event_name`, `event_lining` (0: no single lining) over `event`; of a staged brake `stage_…` over
       `stage`; metrics and `energy.…` as single numbers (times that never come are `inf`)
-    - `status`, `code`, and in the attribute `provenance` (JSON) what `simbrake.provenance` says
+    - `status`, `code`, and in the attribute `provenance` (JSON) what `simbrake.results.provenance` says
 
     `times` (s): those wanted, by default 1001 even ones and all events and corners. Raises `InputError` for times
     outside the run, `ValueError` for a traced or batched result.

@@ -31,7 +31,7 @@ def provenance(result: Result) -> dict[str, Any]:
       law of one's own; `numbers` (path, value, unit, SI) and `parts` (path → class or word) of any scene
     - `settings`: the options of `simulate`;  `outcome`: status, code and counts of the solver
 
-    `simbrake.rerun` runs it again. Raises `ValueError` for a traced or batched result.
+    `simbrake.results.rerun` runs it again. Raises `ValueError` for a traced or batched result.
     """
     if not result.concrete:
         raise ValueError("a traced or batched result has no provenance: take it of one result outside of jit and vmap")

@@ -226,7 +226,7 @@ def ensemble(
     - `progress`: `None` shows a line where stderr is a terminal, `False` none; or a function of `(done, total)`
 
     The data set has the varied numbers as coordinates (`units`, `meaning`), every metric, `code` (0, a failure code as
-    in `simbrake.FAILURES`, or −1), `status` (the words of `Result.status`, or `not_run`), `steps`, `rejected`,
+    in `simbrake.results.FAILURES`, or −1), `status` (the words of `Result.status`, or `not_run`), `steps`, `rejected`,
     `retaken`, `segments`, `energy.closure` and `method`. A run that fails raises nothing. Times of what did not happen
     are `inf`. Ctrl-C ends the call early: what is finished is returned, the rest has the code −1 and `NaN`.
 

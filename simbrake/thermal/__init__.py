@@ -1,1 +1,8 @@
-"""Thermal networks: bodies, links between them, materials, and how friction feeds them."""
+"""Thermal networks: bodies, links between them, materials, and how friction feeds them.
+
+The names stand in `__init__.pyi`, each with its module, which is imported when the name is first used.
+"""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

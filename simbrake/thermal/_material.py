@@ -128,7 +128,7 @@ LIBRARY: dict[str, dict[str, Entry]] = {
 def material(name: str, **changes: float) -> Material:
     """A material of the library, with other numbers where `changes` names them.
 
-    `simbrake.LIBRARY[name]` tells the source and the range of every number, and which are assumptions.
+    `simbrake.thermal.LIBRARY[name]` tells the source and the range of every number, and which are assumptions.
     Raises `KeyError` with the names there are.
     """
     if name not in LIBRARY:

@@ -1,7 +1,6 @@
 """Lining angles in closed form for a wanted distribution along the band, each with its limit of feasibility.
 
-Numbers go in and out as NumPy float64: a layout is designed once, not inside a simulation.
-"""
+Numbers go in and out as NumPy float64: a layout is designed once, not inside a simulation."""
 
 import dataclasses
 import math
