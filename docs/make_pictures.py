@@ -45,7 +45,7 @@ def main(measured: list[str]) -> None:
     save(plot.stop(stop), "stop")
     save(plot.pulley(stop, 0.005), "pulley")
     save(plot.lining_map(stop, "normal_load"), "lining_map")
-    save(plot.tornado(sb.sensitivity(["stopping_time"], stop.scene, span=0.05)[0]), "tornado")
+    save(plot.tornado(sb.sensitivity(stop.scene, ["stopping_time"], span=0.05)[0]), "tornado")
     layouts = {
         "equal increments": sb.layouts.equal_increment_angles(0.3, 10, 10, math.radians(270.0)),
         "equal loads": sb.layouts.equal_load_angles(0.3, 10, math.radians(270.0)),

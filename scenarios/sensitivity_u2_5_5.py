@@ -58,7 +58,7 @@ def main() -> None:
 
     jax.config.update("jax_enable_x64", True)
     base = scene()
-    tables = sb.sensitivity(METRICS, base, span=0.05)
+    tables = sb.sensitivity(base, METRICS, span=0.05)
     for table in tables:
         print(f"{table}\n")
 

@@ -1,11 +1,28 @@
 """simbrake: a differentiable dynamic simulator of band-shoe brakes of drilling drawworks.
 
-The public names stand in `__init__.pyi`, each with its module, which is imported when the name is first used: who runs
-one braking need not wait for the modules of the studies, estimates and pages.
+The names at the top stand in `__init__.pyi`, each with its module, which is imported when the name is first used: who
+runs one braking need not wait for the modules of the studies, estimates and pages. What is wanted less often is in the
+packages: friction, loads, profiles, thermal, wear, brakes; hybrid, results, studies, layouts, formulas, published,
+checks, files, plot.
 """
+
+import importlib.util
+from typing import Any
 
 import lazy_loader
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+_named, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
 __version__ = "0.1.0"
+
+
+def __getattr__(name: str) -> Any:
+    try:
+        return _named(name)
+    except AttributeError:
+        if name.startswith("_"):
+            raise
+    packages = [_named(one) for one in __all__ if importlib.util.find_spec(f"{__name__}.{one}")]
+    homes = [home.__name__ for home in packages if name in getattr(home, "__all__", ())]
+    hint = f": it is {' and '.join(f'{home}.{name}' for home in homes)}" if homes else ""
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}{hint}")

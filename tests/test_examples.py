@@ -23,6 +23,7 @@ SLOW = {
         "calibration",
         "ensembles",
         "estimates",
+        "extending",
         "first_steps",
         "layout_design",
         "materials",

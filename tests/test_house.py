@@ -142,6 +142,10 @@ def test_public_names():
     classes = {one for one in found if isinstance(one, type)}
     assert len(classes) > 150
     assert not [one.__name__ for one in classes if not one.__doc__]
+    with pytest.raises(AttributeError, match=r"'Convection': it is simbrake\.thermal\.Convection"):
+        _ = sb.Convection
+    with pytest.raises(AttributeError, match=r"'Convektion'$"):
+        _ = sb.Convektion
 
 
 def test_a_thousand_values_do_not_re_trace():

@@ -132,7 +132,7 @@ def test_what_people_wrote_is_escaped(made, hot):
 
 def test_sensitivities_only_if_asked(run, made, parts):
     assert 'id="sensitivities"' in made
-    slope = sb.sensitivity("stopping_time", run.scene, "brake.pulley.inertia", span=None).rows[0].derivative
+    slope = sb.sensitivity(run.scene, "stopping_time", "brake.pulley.inertia", span=None).rows[0].derivative
     assert any(float(v) == pytest.approx(slope, rel=1e-9) for v in Page(made).values if "," not in v)
     plain = render(parts)
     assert "ensitivities" not in plain
@@ -391,7 +391,7 @@ def test_command(capsys, tmp_path):
         report_run(stop_scene(), file, out, limit=wrong)
     said = str(caught.value)
     assert len(caught.value.faults) == 4
-    assert "--limit max_tension: '120 kg': 'kg' is no unit of limit, which is in N" in said
+    assert "--limit max_tension: '120 kg': 'kg' is not a unit of limit, which is in N" in said
     assert "stopping_time: is given twice" in said
     with pytest.raises(sb.InputError, match="is a folder"):
         report_run(stop_scene(), file, tmp_path)

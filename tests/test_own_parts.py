@@ -471,7 +471,7 @@ def test_a_cone_brake_of_a_user_has_all_that_a_brake_has():
     worn = 1e-14 * N * r * omega * stop / 2 / float(brake.linings.area)
     np.testing.assert_allclose(run.worn_thickness, worn, rtol=1e-9)
 
-    (table,) = sb.sensitivity(["stopping_time"], scene, ["brake.linings.half_angle"], span=None)
+    (table,) = sb.sensitivity(scene, ["stopping_time"], ["brake.linings.half_angle"], span=None)
     slope = stop**2 * f * r * N / math.tan(alpha) / (inertia * omega)
     assert table.rows[0].derivative == pytest.approx(slope, rel=1e-9)
     swept = sb.sweep(scene, {"initial.omega": [30.0, 60.0]}, ["stopping_time"])

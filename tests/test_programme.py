@@ -110,7 +110,7 @@ def test_derivatives_pass_through_a_programme():
 @pytest.mark.parametrize(
     ("lines", "words"),
     [
-        (("lower 27 at 1.2 m",), "is no unit of speed of the hook"),
+        (("lower 27 at 1.2 m",), "is not a unit of speed of the hook"),
         (("brake to rest",), "'brake to rest' begins at rest"),
         (("lower 27 m at 1.2 m/s",), "ends in motion — add: brake to rest"),
         (("lower 1 m at 1.2 m/s", "brake to rest"), "too short to reach the speed, which takes 1.44 m"),
@@ -152,7 +152,7 @@ def test_fading_friction_without_heat_is_the_error_of_any_duty(lines):
 
 
 def test_numbers_of_the_load_are_named_as_in_a_programme():
-    with pytest.raises(sb.InputError, match=r"\n  load\.mass: -3 kg is not admissible"):
+    with pytest.raises(sb.InputError, match=r"\n  load\.mass: -3 kg is out of range"):
         sb.programme_scene(BRAKE, TRIP, eqx.tree_at(lambda load: load.mass, HOOK, -3.0), pull=60e3)
 
 

@@ -140,7 +140,7 @@ def test_a_faulty_history_names_line_and_column(tmp_path):
     with pytest.raises(sb.InputError) as caught:
         sb.files.scene_from_text(text % ("lever.csv", "slack_tension"), tmp_path)
     assert "duty.slack_tension: " in str(caught.value)
-    assert "'m' is no unit of a quantity in N" in str(caught.value)
+    assert "'m' is not a unit of a quantity in N" in str(caught.value)
     assert "line 3, column slack_tension [m]: 'x' is not a number" in str(caught.value)
     with pytest.raises(sb.InputError, match="has no column tension — there are: t, slack_tension"):
         sb.files.scene_from_text(text % ("lever.csv", "tension"), tmp_path)
@@ -172,24 +172,24 @@ temperature = "-300 degC"
         sb.files.scene_from_text(text)
     said = [str(fault) for fault in caught.value.faults]
     for words in (
-        "end_time: '5 m': 'm' is no unit of end of the run, which is in s — known here: s, ms",
-        "solver: is no key of Scene — there are: brake, duty",
-        "brake.pulley.radius: '-590 mm' = -0.59 m is not admissible — radius of the friction track must be > 0 m",
-        "brake.pulley.inertia: '12 kg*m^3': 'kg*m^3' is no unit",
-        "brake.pulley.widht: is no key of Pulley — nearest: width",
-        "brake.band.radius: True is no number",
-        "brake.band.stiffness: 'stiff' is no number with a unit",
-        "brake.linings.count: 2.5 is no whole number",
-        "brake.linings.wrap: '270 degC': 'degC' is no unit of wrap angle, which is in rad — known here: rad, deg",
-        "brake.linings.friction: 11 is not admissible — coefficient of friction must be ≥ 0 and ≤ 10",
+        "end_time: '5 m': 'm' is not a unit of end of the run, which is in s — known here: s, ms",
+        "solver: unknown key of Scene — there are: brake, duty",
+        "brake.pulley.radius: '-590 mm' = -0.59 m is out of range — radius of the friction track must be > 0 m",
+        "brake.pulley.inertia: '12 kg*m^3': 'kg*m^3' is not a unit",
+        "brake.pulley.widht: unknown key of Pulley — nearest: width",
+        "brake.band.radius: True is not a number",
+        "brake.band.stiffness: 'stiff' is not a number with a unit",
+        "brake.linings.count: 2.5 is not a whole number",
+        "brake.linings.wrap: '270 degC': 'degC' is not a unit of wrap angle, which is in rad — known here: rad, deg",
+        "brake.linings.friction: 11 is out of range — coefficient of friction must be ≥ 0 and ≤ 10",
         "duty.slack_tension.type: 'Ramp' is none that fits here — nearest: ramp",
-        "duty.load.drum_radius: 0 is not admissible",
+        "duty.load.drum_radius: 0 is out of range",
         "initial.omega: is missing — initial speed",
-        "heat.rim: 'steel_20' is no material of the library — nearest: steel_20L",
-        "heat.rim_thickness: nan is not admissible",
-        "heat.track_area: datetime.date(2021, 1, 1) is no number",
-        "heat.partition: 1.5 is not admissible",
-        "heat.temperature: '-300 degC' = -26.85 K is not admissible",
+        "heat.rim: 'steel_20' is not a material of the library — nearest: steel_20L",
+        "heat.rim_thickness: nan is out of range",
+        "heat.track_area: datetime.date(2021, 1, 1) is not a number",
+        "heat.partition: 1.5 is out of range",
+        "heat.temperature: '-300 degC' = -26.85 K is out of range",
     ):
         assert any(one.startswith(words) for one in said), (words, said)
     assert len(said) == 18

@@ -16,7 +16,7 @@ METRICS = ["stopping_time", "slip_onset_time", "max_tension", "energy.friction_h
 
 @pytest.fixture(scope="module")
 def tables():
-    return sb.sensitivity(METRICS, stop_scene(), span=0.01)
+    return sb.sensitivity(stop_scene(), METRICS, span=0.01)
 
 
 def test_derivatives_of_the_stop_are_those_of_its_closed_form(tables):
@@ -78,7 +78,7 @@ def test_rows_are_sorted_and_written(tables, tmp_path):
 
 
 def test_forward_for_one_number_equals_reverse_for_all(tables):
-    one = sb.sensitivity(["stopping_time", "max_tension"], stop_scene(), "brake.band.stiffness", span=None)
+    one = sb.sensitivity(stop_scene(), ["stopping_time", "max_tension"], "brake.band.stiffness", span=None)
     for table, full in zip(one, (tables[0], tables[2]), strict=True):
         (row,) = table.rows
         assert row.low is None
@@ -88,7 +88,7 @@ def test_forward_for_one_number_equals_reverse_for_all(tables):
 def test_a_change_of_modes_within_the_range_is_noted():
     scene = stop_scene(end=closed_form()["stop"] * 1.005)
     table = sb.sensitivity(
-        "stopping_time", scene, ["initial.omega", "brake.pulley.inertia"], span={"initial.omega": 0.5}
+        scene, "stopping_time", ["initial.omega", "brake.pulley.inertia"], span={"initial.omega": 0.5}
     )
     row = table.at("initial.omega")
     assert row.high is None  # with more speed it does not stop before the end of the run
@@ -104,9 +104,9 @@ def test_an_event_beside_a_corner_is_noted():
     for gap, notes in ((1e-8, 1), (1e-3, 0)):
         lever = sb.PiecewiseLinear([0.0, stop - gap, 10.0], [8e3, 8e3, 8e3])
         near = sb.Scene(scene.brake, sb.Duty(lever, scene.duty.load), scene.initial, scene.end_time)
-        table = sb.sensitivity("stopping_time", near, "initial.omega", span=None)
+        table = sb.sensitivity(near, "stopping_time", "initial.omega", span=None)
         assert table.notes == ()
-        table = sb.sensitivity("stopping_time", near, "initial.omega", span={"initial.omega": 1e-3})
+        table = sb.sensitivity(near, "stopping_time", "initial.omega", span={"initial.omega": 1e-3})
         assert len([note for note in table.notes if "corner" in note]) == notes
 
 
@@ -125,15 +125,15 @@ def test_a_grazed_limit_is_noted(excess, notes):
     def turned(result):
         return result.record.y_end.phi
 
-    table = sb.sensitivity(turned, scene, "brake.pulley.inertia", span={"brake.pulley.inertia": 1.0})
+    table = sb.sensitivity(scene, turned, "brake.pulley.inertia", span={"brake.pulley.inertia": 1.0})
     assert len([note for note in table.notes if "only just reached" in note]) == notes
 
 
 def test_all_faults_in_one_report():
     with pytest.raises(sb.InputError) as error:
-        sb.sensitivity("stopping_time", stop_scene(), ["brake.band.stifness", "initial"], span=None)
+        sb.sensitivity(stop_scene(), "stopping_time", ["brake.band.stifness", "initial"], span=None)
     assert "nearest: brake.band.stiffness" in str(error.value)
     with pytest.raises(sb.InputError, match="has no value in this run"):
-        sb.sensitivity("stopping_time", stop_scene(end=0.01), span=None)
+        sb.sensitivity(stop_scene(end=0.01), "stopping_time", span=None)
     with pytest.raises(sb.InputError, match="2 faults"):
-        sb.sensitivity("stopping_time", stop_scene(), "initial", span={"initial.omega": -1.0, "brake.band.radius": 1.0})
+        sb.sensitivity(stop_scene(), "stopping_time", "initial", span={"initial.omega": -1.0, "brake.band.radius": 1.0})

@@ -58,16 +58,16 @@ def test_numbers_stand_for_parts_of_every_family():
     [
         (lambda: sb.Pulley(-0.59, float("nan")), ("Pulley.radius: -0.59 m", "Pulley.inertia: nan", "must be > 0 m")),
         (lambda: sb.Pulley("590 kg", 1200), ("Pulley.radius: '590 kg'", "in m", "known here: m, cm, mm")),
-        (lambda: sb.Pulley("wide", True), ("'wide' is no number", 'as in "590 mm"', "Pulley.inertia: True is not")),
+        (lambda: sb.Pulley("wide", True), ("'wide' is not a number", 'as in "590 mm"', "Pulley.inertia: True is not")),
         (lambda: sb.Pulley(None, 1200, {}), ("Pulley.radius: is missing", "Pulley.width: a table is not a number")),
-        (lambda: sb.Duty("24 mm", 0), ("Duty.slack_tension", "'mm' is no unit", "in N")),
+        (lambda: sb.Duty("24 mm", 0), ("Duty.slack_tension", "'mm' is not a unit", "in N")),
         (lambda: sb.Constant("24 kN"), ("Constant.level: '24 kN' cannot be read", "give it in SI units")),
         (
             lambda: sb.Brake(sb.Pulley(1, 1), 3.0, 0.35),
             ("Brake.band: 3.0 is none", "give a Band", "Brake.linings: 0.35"),
         ),
-        (lambda: sb.uniform_linings(0, "-1 rad", 0.3), ("count: 0 is not", "wrap: '-1 rad' is not admissible")),
-        (lambda: sb.thermal.Wall("w", sb.material("cast_iron"), 0.02, 1.0, 0), ("Wall.layers: 0 is not admissible",)),
+        (lambda: sb.uniform_linings(0, "-1 rad", 0.3), ("count: 0 is out of range", "wrap: '-1 rad' is out of range")),
+        (lambda: sb.thermal.Wall("w", sb.material("cast_iron"), 0.02, 1.0, 0), ("Wall.layers: 0 is out of range",)),
         (lambda: sb.Initial(jnp.float32(3)), ("Initial.omega: is float32",)),
     ],
 )

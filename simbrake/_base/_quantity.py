@@ -74,7 +74,7 @@ class Quantity:
 def as_number(x: Any) -> Any:
     """Numbers, lists of them and NumPy arrays as float64 arrays, so that a new value never re-traces.
 
-    JAX arrays stay as they are, whole numbers in them become float64; what is no number stays what it is.
+    JAX arrays stay as they are, whole numbers in them become float64; what is not a number stays what it is.
     """
     if isinstance(x, jax.Array):
         return x.astype(np.float64) if jnp.issubdtype(x.dtype, jnp.integer) else x
@@ -210,7 +210,7 @@ class Part(eqx.Module):
     A number may be a Python or NumPy number, a list, an array, or a text with its unit, as "590 mm". Where a friction
     law, load or profile is wanted, a number stands for a constant one.
 
-    Raises `InputError` with every value that is no number, not finite or outside its range, and every part that is of
+    Raises `InputError` with every value that is not a number, not finite or outside its range, and every part that is of
     the wrong kind. What depends on several parts is looked at by `check`, and before a run.
     """
 
@@ -261,10 +261,10 @@ def _faults_of_kind(path: str, value: Any, kinds: tuple[Any, ...]) -> list[Fault
 
 def _faults_of_whole(path: str, value: Any, about: Whole) -> list[Fault]:
     if isinstance(value, bool) or not isinstance(value, int | np.integer):
-        return [Fault(path, f"{shown(value)} is no whole number", f"{about.meaning}, as in {max(about.low, 1)}")]
+        return [Fault(path, f"{shown(value)} is not a whole number", f"{about.meaning}, as in {max(about.low, 1)}")]
     if about.low <= value <= about.high:
         return []
-    return [Fault(path, f"{value} is not admissible", f"{about.meaning} must be {about.low}…{about.high}")]
+    return [Fault(path, f"{value} is out of range", f"{about.meaning} must be {about.low}…{about.high}")]
 
 
 def takes_values(build: _Build) -> _Build:
@@ -406,7 +406,7 @@ def _faults_of_leaf(leaf: Leaf, *, made: bool = True) -> list[Fault]:
     which = "" if value.ndim == 0 else "[" + ", ".join(str(i) for i in np.argwhere(bad)[0]) + "]"
     worst = value[bad].flat[0]
     words = f"{about.meaning} must be {about.wanted(worst)} {about.unit}"
-    return [Fault(leaf.path + which, f"{worst:g} {about.unit} is not admissible", words)]
+    return [Fault(leaf.path + which, f"{worst:g} {about.unit} is out of range", words)]
 
 
 def faults_of_tolerance(rtol: Any) -> list[Fault]:
@@ -416,7 +416,7 @@ def faults_of_tolerance(rtol: Any) -> list[Fault]:
     value = np.asarray(rtol)
     # written so that a NaN is a fault
     admissible = np.all((value > 1e-15) & (value < 0.1))
-    return [] if admissible else [Fault("rtol", f"{rtol} is not admissible", "must be > 1e-15 and < 0.1")]
+    return [] if admissible else [Fault("rtol", f"{rtol} is out of range", "must be > 1e-15 and < 0.1")]
 
 
 # --- units ------------------------------------------------------------------------------------------------------------
@@ -462,7 +462,7 @@ _TABLE: dict[str, dict[str, Unit]] = {
 }
 #: names, products, quotients and one-digit powers: what a parser of all units cannot spend an hour on
 _SPELLING = re.compile(r"(?:[A-Za-z°_]|%|1|[*/]|\((?:[A-Za-z°_*/]|\^-?[1-9](?!\d))+\)|\^-?[1-9](?!\d))+")
-#: a plane angle is no number here: 20 is not 20 rad, and 3 Hz are neither 3 rad/s nor 3 rev/s without asking
+#: a plane angle is not a number here: 20 is not 20 rad, and 3 Hz are neither 3 rad/s nor 3 rev/s without asking
 _ANGLES = {"radian", "degree", "revolution", "turn", "revolutions_per_minute", "arcminute", "arcsecond", "gradian"}
 
 
@@ -518,7 +518,7 @@ def _of_library(name: str, si: str) -> Unit:
         if str(error).startswith(";"):
             raise
         raise ValueError("") from None
-    except Exception:  # whatever a parser of free text raises: it is no unit
+    except Exception:  # whatever a parser of free text raises: it is not a unit
         raise ValueError("") from None
 
 
@@ -566,7 +566,7 @@ class NumberReader:
             try:
                 listed = json.loads(match["list"])
             except ValueError:
-                return self.fault(path, f"{shown(value)} is no list of numbers", 'as in "[0.2, 0.3] rad"')
+                return self.fault(path, f"{shown(value)} is not a list of numbers", 'as in "[0.2, 0.3] rad"')
             value = [f"{x!r} {match['unit']}" if isinstance(x, int | float) else x for x in listed]
         if isinstance(value, list) and not about.many:
             return self.fault(path, "is a list", f"one number is wanted: {about.meaning}{example(unit)}")
@@ -581,11 +581,11 @@ class NumberReader:
             return number
         words = f"{about.meaning} must be {about.wanted(number)}" + ("" if si in ("1", "SI") else f" {si}")
         same = isinstance(value, str) and f"{number:g} {si}" != value and np.isfinite(number)
-        return self.fault(path, f"{shown(value)}{f' = {number:g} {si}' if same else ''} is not admissible", words)
+        return self.fault(path, f"{shown(value)}{f' = {number:g} {si}' if same else ''} is out of range", words)
 
     def _in_si(self, value: Any, about: Quantity, path: str, si: str) -> Any:
         if isinstance(value, bool) or not isinstance(value, int | float | str):
-            return self.fault(path, f"{shown(value)} is no number", f"{about.meaning}{example(si)}")
+            return self.fault(path, f"{shown(value)} is not a number", f"{about.meaning}{example(si)}")
         if not isinstance(value, str):
             try:
                 return float(value)
@@ -593,11 +593,11 @@ class NumberReader:
                 return self.fault(path, f"{shown(value)} is too large")
         match = _NUMBER.fullmatch(value)
         if match is None:
-            return self.fault(path, f"{shown(value)} is no number with a unit", f"{about.meaning}{example(si)}")
+            return self.fault(path, f"{shown(value)} is not a number with a unit", f"{about.meaning}{example(si)}")
         try:
             of = unit(match["unit"], si)
         except ValueError as error:
-            what = f"{match['unit'].strip()!r} is no unit of {about.meaning}, which is in {si}"
+            what = f"{match['unit'].strip()!r} is not a unit of {about.meaning}, which is in {si}"
             return self.fault(path, f"{shown(value)}: {what}", str(error))
         if about.difference and of.offset:
             return self.fault(path, f"{shown(value)} is a temperature, not a difference of two", "give it in K")

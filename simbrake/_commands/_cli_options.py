@@ -64,7 +64,7 @@ def opened(scenario: Path, set_: list[str] | None, out: Path | None, **limits: t
     from ..files._scene_file import open_scene
 
     wrong = [
-        Fault(f"--{name.replace('_', '-')}", f"{value} is not admissible", hint)
+        Fault(f"--{name.replace('_', '-')}", f"{value} is out of range", hint)
         for name, (value, admissible, hint) in limits.items()
         if not admissible
     ]

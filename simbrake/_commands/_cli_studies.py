@@ -45,7 +45,7 @@ def sensitivity(
     share = (span, 0 <= span < 1, "a share of each number, 0 ≤ span < 1")
     scene = opened(scenario, set_, out, rtol=tolerance(rtol), span=share)
     try:
-        tables = tables_of(metric or ["stopping_time"], scene, wrt, span=span or None, rtol=rtol)
+        tables = tables_of(scene, metric or ["stopping_time"], wrt, span=span or None, rtol=rtol)
     except SimulationError as error:
         print(f"simbrake: {error}", file=sys.stderr)
         return 1

@@ -376,7 +376,7 @@ def _sensitivities(
     without = [name_of(one) for one in metrics if one not in there]
     if not there:
         return [], without
-    tables: list[SensitivityTable] = tables_of(there, result.scene, span=span, rtol=float(result.rtol), progress=told)
+    tables: list[SensitivityTable] = tables_of(result.scene, there, span=span, rtol=float(result.rtol), progress=told)
     parts = []
     for table in tables:
         shown = table.matters[:_MOST]

@@ -71,7 +71,7 @@ def parse_programme(lines: tuple[str, ...] | list[str], path: str = "programme")
             if i != len(lines) - 1:
                 reader.fault(here, f"{line!r} is not the last line", "it repeats all the lines before it")
             if count < 1:
-                reader.fault(here, f"{line!r} is no number of cycles", "at least 1")
+                reader.fault(here, f"{line!r} is not a number of cycles", "at least 1")
             continue
         numbers = {
             name: reader.number(words, about, here, about.unit)

@@ -44,9 +44,9 @@ def check_metrics(scene: Scene, metrics: Sequence[Any]) -> None:
             hint = (
                 f"nearest: {', '.join(near)}" if near else f"there are: {', '.join(names)}, or a function of the result"
             )
-            faults.append(Fault(one, "is no metric of this scene", hint))
+            faults.append(Fault(one, "is not a metric of this scene", hint))
         elif not isinstance(one, str) and not callable(one):
-            faults.append(Fault(repr(one), "is no metric", "a name, or a function of the result to a number"))
+            faults.append(Fault(repr(one), "is not a metric", "a name, or a function of the result to a number"))
     if faults:
         raise InputError(faults)
 

@@ -146,7 +146,7 @@ def _run(scene: Scene, rtol: Any, max_step: Any, max_events: Any, method: Abstra
 
 
 def _marked(scene: Scene) -> Scene:
-    """The scene with a start that is no number if any number in it is not finite: such a run ends before it begins.
+    """The scene with a start that is not a number if any number in it is not finite: such a run ends before it begins.
 
     Else an infinite inertia or capacity would leave only its energies without a value, and the code would not say so.
     """
@@ -220,10 +220,10 @@ def check_limits(rtol: Any, max_step: Any = np.inf, max_steps: int | None = None
     """Raises `InputError` where a tolerance or a limit cannot be meant; traced ones cannot be looked at and pass."""
     found = faults_of_tolerance(rtol)
     if not isinstance(max_step, Tracer) and not np.all(np.asarray(max_step) > 0):
-        found.append(Fault("max_step", f"{max_step} s is not admissible", "the longest step must be > 0 s"))
+        found.append(Fault("max_step", f"{max_step} s is out of range", "the longest step must be > 0 s"))
     for name, limit in (("max_steps", max_steps), ("max_events", max_events)):
         if limit is not None and limit < 0:
-            found.append(Fault(name, f"{limit} is not admissible", "must not be negative"))
+            found.append(Fault(name, f"{limit} is out of range", "must not be negative"))
     if found:
         raise InputError(found)
 

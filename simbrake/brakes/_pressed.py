@@ -177,7 +177,7 @@ class DiscBrake(AbstractPressedBrake):
     def faults_of_shape(self, path):
         pads, where = self.linings, f"{path}.linings"
         if pads.faces < 1:
-            return [Fault(f"{where}.faces", f"{pads.faces} is not admissible", "at least one pad")]
+            return [Fault(f"{where}.faces", f"{pads.faces} is out of range", "at least one pad")]
         if np.asarray(pads.outer_radius) <= np.asarray(pads.inner_radius):
             what = f"{float(pads.outer_radius):g} m is not outside of the inner radius {float(pads.inner_radius):g} m"
             return [Fault(f"{where}.outer_radius", what, "a pad reaches from inner_radius to outer_radius")]

@@ -431,9 +431,9 @@ def _faults(method: str | None, rtol: float, most: int) -> list[Fault]:
     if method is not None and method not in METHODS:
         found.append(Fault("method", f"SciPy has no {method!r}", f"one of {', '.join(METHODS)}"))
     if not 1e-13 <= rtol < 0.1:
-        found.append(Fault("rtol", f"{rtol} is not admissible", "1e-13 ≤ rtol < 0.1"))
+        found.append(Fault("rtol", f"{rtol} is out of range", "1e-13 ≤ rtol < 0.1"))
     if most < 1:
-        found.append(Fault("max_evaluations", f"{most} is not admissible", "at least 1"))
+        found.append(Fault("max_evaluations", f"{most} is out of range", "at least 1"))
     return found
 
 

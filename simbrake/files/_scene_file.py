@@ -40,7 +40,7 @@ class SceneReader(NumberReader):
         short = short_of(wanted)
         if not isinstance(value, dict):
             if short is None or isinstance(value, bool) or not isinstance(value, int | float | str | list):
-                return self.fault(path, f"{shown(value)} is no table", f"give a table with {_of(makers)}")
+                return self.fault(path, f"{shown(value)} is not a table", f"give a table with {_of(makers)}")
             first = parts_of(short)[0]
             inner = self.part(value, first, path, unit if first.unit == "SI" else first.unit)
             return BAD if inner is BAD else self._made(short, {first.name: inner}, path)
@@ -84,7 +84,7 @@ class SceneReader(NumberReader):
         for key in [key for key in table if key not in parts]:
             near = difflib.get_close_matches(key, parts, n=2, cutoff=0.5)
             hint = f"nearest: {', '.join(near)}" if near else f"there are: {', '.join(parts)}"
-            found[key] = self.fault(_join(path, key), f"is no key of {maker.__name__}", hint)
+            found[key] = self.fault(_join(path, key), f"unknown key of {maker.__name__}", hint)
         for name, part in parts.items():
             here = _join(path, name)
             if name in table:
@@ -110,7 +110,7 @@ class SceneReader(NumberReader):
             return material(name)
         near = difflib.get_close_matches(name, LIBRARY, n=2)
         hint = f"nearest: {', '.join(near)}" if near else f"there are: {', '.join(sorted(LIBRARY))}"
-        return self.fault(path, f"{shown(name)} is no material of the library", hint)
+        return self.fault(path, f"{shown(name)} is not a material of the library", hint)
 
     # --- parts ----------------------------------------------------------------------------------------------------
 
@@ -118,7 +118,7 @@ class SceneReader(NumberReader):
         """The value of one key."""
         if part.many:
             if not isinstance(value, list):
-                return self.fault(path, f"{shown(value)} is no list", "give a list, one entry for each")
+                return self.fault(path, f"{shown(value)} is not a list", "give a list, one entry for each")
             entries = [self._one(one, part, f"{path}[{i}]", unit) for i, one in enumerate(value)]
             return BAD if any(one is BAD for one in entries) else tuple(entries)
         return self._one(value, part, path, unit)
@@ -134,14 +134,14 @@ class SceneReader(NumberReader):
         if part.kind == "flag":
             return value if isinstance(value, bool) else self.fault(path, f"{shown(value)} is not true or false")
         if not isinstance(value, str):
-            return self.fault(path, f"{shown(value)} is no text", "give it in quotes")
+            return self.fault(path, f"{shown(value)} is not a text", "give it in quotes")
         return self.folder / value if part.kind == "file" else value
 
     def _whole(self, value: Any, about: Any, path: str) -> Any:
         if isinstance(value, bool) or not isinstance(value, int):
-            return self.fault(path, f"{shown(value)} is no whole number", "as in 20")
+            return self.fault(path, f"{shown(value)} is not a whole number", "as in 20")
         if isinstance(about, Whole) and not about.low <= value <= about.high:
-            return self.fault(path, f"{value} is not admissible", f"{about.meaning} must be {about.low}…{about.high}")
+            return self.fault(path, f"{value} is out of range", f"{about.meaning} must be {about.low}…{about.high}")
         return value
 
 

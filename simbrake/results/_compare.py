@@ -42,7 +42,7 @@ class SeriesChange(NamedTuple):
 
 
 class Word(NamedTuple):
-    """Something that is no number in both results."""
+    """Something that is not a number in both results."""
 
     name: str
     a: Any
@@ -176,7 +176,7 @@ def compare(a: Any, b: Any, rtol: float = 1e-9) -> Comparison:
     greatest value occurs is not judged either (on a plateau it means nothing). Raises `InputError`.
     """
     if not (np.ndim(rtol) == 0 and 0 <= rtol < 1):  # written so that a NaN is a fault
-        raise InputError([Fault("rtol", f"{rtol} is not admissible", "0 ≤ rtol < 1")])
+        raise InputError([Fault("rtol", f"{rtol} is out of range", "0 ≤ rtol < 1")])
     left, right = _data(a, b)
     from_a, from_b = origin(left), origin(right)
     events, only_a, only_b = _events(left, right, rtol)

@@ -236,8 +236,8 @@ def _moves(row: Sensitivity) -> bool:
 
 
 def sensitivity(
-    metric: Metric | Sequence[Metric],
     scene: Scene,
+    metric: Metric | Sequence[Metric],
     wrt: str | Sequence[str] | None = None,
     *,
     span: float | Mapping[str, float] | None = 0.01,
