@@ -83,7 +83,7 @@ def test_flash_temperature_sees_the_heat_alone():
 def test_shares_of_more_than_everything_are_a_fault_with_a_path():
     with pytest.raises(sb.InputError, match=r"power_shares.*more than 1"):
         sb.simulate(sb.with_values(heated(SHARES), {"power_shares.electrical": 0.9}))
-    with pytest.raises(sb.InputError, match=r"power_shares\.mechanical.*not admissible"):
+    with pytest.raises(sb.InputError, match=r"power_shares\.mechanical.*out of range"):
         sb.simulate(sb.with_values(heated(SHARES), {"power_shares.mechanical": -0.1}))
 
 

@@ -210,8 +210,8 @@ class Part(eqx.Module):
     A number may be a Python or NumPy number, a list, an array, or a text with its unit, as "590 mm". Where a friction
     law, load or profile is wanted, a number stands for a constant one.
 
-    Raises `InputError` with every value that is not a number, not finite or outside its range, and every part that is of
-    the wrong kind. What depends on several parts is looked at by `check`, and before a run.
+    Raises `InputError` with every value that is not a number, not finite or outside its range, and every part of the
+    wrong kind. What depends on several parts is looked at by `check`, and before a run.
     """
 
     def __check_init__(self) -> None:
