@@ -38,7 +38,9 @@ def pytest_configure(config):
         for name in ("simbrake", "simbrake._commands._cli", "simbrake._pages._export", "simbrake.plot"):
             module = importlib.import_module(name)
             for public in getattr(module, "__all__", ()):
-                getattr(module, public)  # public names are imported when they are first used
+                home = getattr(module, public)  # public names are imported when they are first used
+                for name_of_home in getattr(home, "__all__", ()):
+                    getattr(home, name_of_home)
     if os.environ.get("SIMBRAKE_USER_OPTIONS") != "1":
         # before the first program is compiled: see compile_flags
         importlib.import_module("simbrake._base._compiling")._CPU_OPTIONS["xla_backend_optimization_level"] = 0

@@ -6,6 +6,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pandas as pd
 import pytest
 from helpers import stop_scene
 
@@ -22,7 +23,16 @@ def test_a_number_in_any_form(value):
 
 
 @pytest.mark.parametrize(
-    "value", [[10, 20], (10.0, "20 N"), np.asarray([10, 20]), jnp.asarray([10, 20]), "[10, 20] N", ["0.01 kN", 20]]
+    "value",
+    [
+        [10, 20],
+        (10.0, "20 N"),
+        np.asarray([10, 20]),
+        jnp.asarray([10, 20]),
+        "[10, 20] N",
+        ["0.01 kN", 20],
+        pd.Series([10, 20]),
+    ],
 )
 def test_lists_in_any_form(value):
     preload = sb.Bandage("65 kg*m^2", 0.3, value).preload

@@ -72,12 +72,15 @@ class Quantity:
 
 
 def as_number(x: Any) -> Any:
-    """Numbers, lists of them and NumPy arrays as float64 arrays, so that a new value never re-traces.
+    """Numbers, lists of them, NumPy arrays and columns of tables as float64 arrays, so that a new value never re-traces.
 
     JAX arrays stay as they are, whole numbers in them become float64; what is not a number stays what it is.
     """
     if isinstance(x, jax.Array):
         return x.astype(np.float64) if jnp.issubdtype(x.dtype, jnp.integer) else x
+    column = getattr(x, "to_numpy", None)  # of pandas, xarray, polars
+    if column is not None and not isinstance(x, type):
+        x = column()
     if isinstance(x, bool) or not isinstance(x, int | float | list | tuple | np.ndarray | np.generic):
         return x
     try:

@@ -412,7 +412,7 @@ _LINING = "as for the rim; linings and rim also exchange heat through the contac
 BULK = rows(
     PART_SYMBOLS,
     {
-        "mean bulk temperature, {part}": Of(
+        "mean bulk temperature, {part}": Of[HeatedPart](
             lambda p: p.bulk, lambda p: p.simulated_bulk, why=lambda p: None if p.name == "rim" else _LINING
         )
     },

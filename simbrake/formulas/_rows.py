@@ -100,7 +100,8 @@ def _absent(context: Any) -> float:
     raise Absent
 
 
-class Of(NamedTuple, Generic[C]):
+@dataclasses.dataclass(frozen=True)
+class Of(Generic[C]):
     """The functions of a row: its `value` in a context and the `simulated` one, raising `Absent` where there is none.
 
     `formula`, `why` (`None`: as in the table of words) and `numbers` where these depend on the context.
@@ -113,7 +114,8 @@ class Of(NamedTuple, Generic[C]):
     numbers: Callable[[C], Given] | None = None
 
 
-class Row(NamedTuple, Generic[C]):
+@dataclasses.dataclass(frozen=True)
+class Row(Generic[C]):
     """A row as data: name (`{part}`: that of the context), formula in words, unit, source, why estimate and run differ,
 
     the functions that fill it, and the numbers put into the formula; `table`: which one of `rows.csv` it is in.

@@ -28,8 +28,11 @@ _C = TypeVar("_C")
 
 #: step 2 says which of the two formulas holds
 _FOURIER = {
-    row.name: row._replace(
-        of=row.of._replace(formula=lambda p: "a τ/δ², for b > δ" if p.depth > p.thickness else "1/3, for b ≤ δ")
+    row.name: dataclasses.replace(
+        row,
+        of=dataclasses.replace(
+            row.of, formula=lambda p: "a τ/δ², for b > δ" if p.depth > p.thickness else "1/3, for b ≤ δ"
+        ),
     )
     for row in PARTS.values()
     if row.name.startswith("Fourier")
@@ -109,7 +112,10 @@ _BESIDE: dict[str, Value] = {
     "mean flux kept": lambda b: _kept(b) / (b.track_area * b.time),
     "pressure, mean": _run_pressure,
 }
-_ROWS = ROWS | {name: ROWS[name]._replace(of=ROWS[name].of._replace(simulated=f)) for name, f in _BESIDE.items()}
+_ROWS = ROWS | {
+    name: dataclasses.replace(ROWS[name], of=dataclasses.replace(ROWS[name].of, simulated=f))
+    for name, f in _BESIDE.items()
+}
 
 
 def _load(b: Braking) -> tuple[float, float]:
@@ -242,7 +248,8 @@ def _verdict(row: SynthesisRow) -> str:
 # --- the steps --------------------------------------------------------------------------------------------------------
 
 
-class Place(NamedTuple, Generic[_C]):
+@dataclasses.dataclass(frozen=True)
+class Place(Generic[_C]):
     """Rows by name, and the contexts of a chain, each with the name of its part, in which they are filled."""
 
     rows: Mapping[str, Row[_C]]
@@ -294,7 +301,7 @@ def _rows_of(c: Chain) -> Iterator[SynthesisRow]:
     for line in read("steps.csv"):
         place, name = _PLACES[line["place"]], line["row"]
         row = place.rows[name]
-        row = row._replace(why=line["why"] or row.why)
+        row = dataclasses.replace(row, why=line["why"] or row.why)
         for context, part in place.contexts(c):
             found = row.of_step(int(line["step"]), context, part, ending=place.ending)
             if found is not None:
