@@ -72,7 +72,7 @@ class Quantity:
 
 
 def as_number(x: Any) -> Any:
-    """Numbers, lists of them, NumPy arrays and columns of tables as float64 arrays, so that a new value never re-traces.
+    """Numbers, lists, NumPy arrays and columns of tables as float64 arrays, so that a new value never re-traces.
 
     JAX arrays stay as they are, whole numbers in them become float64; what is not a number stays what it is.
     """
