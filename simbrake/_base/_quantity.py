@@ -8,7 +8,7 @@ import math
 import re
 import types
 import typing
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from fractions import Fraction
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, TypeVar, cast
 
@@ -127,15 +127,22 @@ def quantity(
     """
     about = Quantity(unit, meaning, 0.0 if positive else low, high, positive, difference, many, default == ())
     keywords = {} if default is dataclasses.MISSING else {"default": default}
-    shown = (float | Sequence[float]) if many else float
-    converter = _converter(in_si, shown | None if default is None else shown, about=about)
+    words = ("float | Sequence[float]" if many else "float") + (" | None" if default is None else "")
+    converter = _converter(in_si, words, about=about)
     return eqx.field(converter=converter, metadata={"quantity": about}, **keywords)
 
 
-def _converter(read: Callable[..., Any], annotation: Any, **known: Any) -> Callable[[Any], Any]:
-    """A converter of a field; `annotation`: what people see in the signature of the class."""
-    converter = functools.partial(read, **known)
-    kind = inspect.Parameter.POSITIONAL_ONLY
+class _Shown(type):
+    """Types that only say in a signature what people give; the values are looked at when the part is made."""
+
+    def __instancecheck__(cls, instance: Any) -> bool:
+        return True
+
+
+def _converter(read: Callable[..., Any], words: str, **known: Any) -> Callable[[Any], Any]:
+    """A converter of a field; `words`: the type that people see in the signature of the class."""
+    converter, kind = functools.partial(read, **known), inspect.Parameter.POSITIONAL_ONLY
+    annotation = _Shown(words, (), {"__module__": "builtins"})
     vars(converter)["__signature__"] = inspect.Signature([inspect.Parameter("x", kind, annotation=annotation)])
     return converter
 
@@ -202,8 +209,8 @@ def _faults_of_short(maker: type, x: Any, unit: str, path: str) -> list[Fault]:
 def part(family: type, unit: str | None = None, **keywords: Any) -> Any:
     """A field with a part of a scene, for which a number may stand; numbers of the unit `SI` in it are in `unit`."""
     metadata = {"part": family} if unit is None else {"part": family, "unit": unit}
-    shown = family | None if keywords.get("default", family) is None else family
-    converter = _converter(as_part, shown | float, family=family, unit=unit or "SI")
+    words = f"{family.__name__} | float" + ("" if keywords.get("default", family) is not None else " | None")
+    converter = _converter(as_part, words, family=family, unit=unit or "SI")
     return eqx.field(converter=converter, metadata=metadata, **keywords)
 
 
