@@ -13,7 +13,6 @@ from .._base._table import Column, Table, Tabular, plain
 from ._inputs import Input
 
 C = TypeVar("C")
-R = TypeVar("R", bound="EstimateRow")
 
 
 class Number(NamedTuple):
@@ -191,6 +190,9 @@ def fill(table: Mapping[str, Row[C]], context: C, *tables: str, part: str = "") 
     """The rows that have a value in a context, of all or of some `tables`."""
     chosen = [row.at(context, part) for row in table.values() if not tables or row.table in tables]
     return [row for row in chosen if row is not None]
+
+
+R = TypeVar("R", bound=EstimateRow)
 
 
 @dataclasses.dataclass(frozen=True)
