@@ -119,13 +119,15 @@ def quantity(
     positive: bool = False,
     difference: bool = False,
     many: bool = False,
+    may_be_empty: bool = False,
     default: Any = dataclasses.MISSING,
 ) -> Any:
     """A numeric field: an array leaf in SI units, with what a reader and a checker must know of it.
 
     The unit `SI` is that of the field in which the object stands (`holding`, or the quantity it stands for).
     """
-    about = Quantity(unit, meaning, 0.0 if positive else low, high, positive, difference, many, default == ())
+    low, may_be_empty = 0.0 if positive else low, may_be_empty or default == ()
+    about = Quantity(unit, meaning, low, high, positive, difference, many, may_be_empty)
     keywords = {} if default is dataclasses.MISSING else {"default": default}
     words = ("float | Sequence[float]" if many else "float") + (" | None" if default is None else "")
     converter = _converter(in_si, words, about=about)

@@ -331,7 +331,9 @@ class BondedLinings(AbstractGeometry):
     lining_radius: Scalar = quantity("m", "radius of the linings' middle", positive=True)
     slack_end: Scalar = quantity("m", "free length at the slack end", low=0.0, default=0.0)
     tight_end: Scalar = quantity("m", "free length at the tight end", low=0.0, default=0.0)
-    gap: Scalar = quantity("rad", "angle between neighbouring linings", low=0.0, many=True, default=0.0)
+    gap: Scalar = quantity(
+        "rad", "angle between neighbouring linings", low=0.0, many=True, may_be_empty=True, default=0.0
+    )
     linkage: Scalar | None = quantity("N/m", "stiffness of anchor and linkage", positive=True, default=None)
     halved_ends: bool = eqx.field(static=True, default=False)  # pyright: ignore
 
@@ -361,7 +363,9 @@ class LiningsOnPlates(AbstractGeometry):
     area: Scalar = quantity("m^2", "cross-section of the band", positive=True)
     slack_end: Scalar = quantity("m", "free length at the slack end", low=0.0, default=0.0)
     tight_end: Scalar = quantity("m", "free length at the tight end", low=0.0, default=0.0)
-    gap: Scalar = quantity("rad", "angle between neighbouring linings", low=0.0, many=True, default=0.0)
+    gap: Scalar = quantity(
+        "rad", "angle between neighbouring linings", low=0.0, many=True, may_be_empty=True, default=0.0
+    )
     linkage: Scalar | None = quantity("N/m", "stiffness of anchor and linkage", positive=True, default=None)
     halved_ends: bool = eqx.field(static=True, default=False)  # pyright: ignore
 

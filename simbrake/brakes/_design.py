@@ -49,9 +49,11 @@ class Segments(Part):
     - `anchor_damping` `D_n` (N·s/m) of the segment to the anchor
     """
 
-    stiffness: Scalar = quantity("N/m", "stiffness of the band between two linings", positive=True, many=True)
+    stiffness: Scalar = quantity(
+        "N/m", "stiffness of the band between two linings", positive=True, many=True, may_be_empty=True
+    )
     damping_ratio: Scalar = quantity(
-        "1", "share of critical damping between two linings", low=0.0, many=True, default=0.05
+        "1", "share of critical damping between two linings", low=0.0, many=True, may_be_empty=True, default=0.05
     )
     anchor_damping: Scalar = quantity("N*s/m", "damping of the segment to the anchor", low=0.0, default=0.0)
 
@@ -164,9 +166,11 @@ class Bandage(Part):
     preload: Scalar = quantity("N", "interference load of a lining on the rim", low=0.0, many=True, default=0.0)
     area: Scalar | None = quantity("m^2", "area of a lining's inner face", positive=True, many=True, default=None)
     spring: Scalar | None = quantity(
-        "N/m", "stiffness between neighbouring linings", positive=True, many=True, default=None
+        "N/m", "stiffness between neighbouring linings", positive=True, many=True, may_be_empty=True, default=None
     )
-    spring_damping: Scalar = quantity("1", "share of critical damping of the springs", low=0.0, many=True, default=0.05)
+    spring_damping: Scalar = quantity(
+        "1", "share of critical damping of the springs", low=0.0, many=True, may_be_empty=True, default=0.05
+    )
 
 
 def unloaded(pair: AbstractLinings | Bandage, v: Any, T: Any) -> AnyContact:
