@@ -6,7 +6,7 @@
 Cost `O(n m² + m³)` to factor and `O(n m)` to solve, instead of `O((n + m)³)`."""
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp

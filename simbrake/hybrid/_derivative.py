@@ -134,8 +134,8 @@ def pull_back(
                 return jax.tree.map(jnp.zeros_like, params), *c
 
             at_jump, c_t, c_y = jax.lax.cond(_jumps(row), jump, stay)
-            d_params, *rest = back(c_t, c_y)
-            return jax.tree.map(jnp.add, d_params, at_jump), *rest
+            d_params, d_t, d_y, d_f = back(c_t, c_y)
+            return jax.tree.map(jnp.add, d_params, at_jump), d_t, d_y, d_f
 
         def plain() -> tuple[PyTree, Scalar, State, State]:
             return jax.tree.map(jnp.zeros_like, params), *c, jnp.zeros_like(step.f)

@@ -7,6 +7,7 @@ import equinox.internal as eqxi
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.typing import ArrayLike
 from jaxtyping import Bool, Float, Int
 
 from ._arrays import Array, Count, Guards, Mark, Scalar, State
@@ -119,7 +120,7 @@ def _settled(p: Problem, c: Carry, a: Attempt) -> Carry:
     """
     first = c.settling == 2
 
-    def pick(new: Array, old: Array) -> Array:
+    def pick(new: ArrayLike, old: ArrayLike) -> Array:
         return jnp.where(first, new, old)
 
     f, g, size, span = pick(a.f1, c.f), pick(a.g1, c.g), jnp.abs(c.y), p.t1 - p.t0
@@ -203,7 +204,7 @@ def _stepped(c: Carry, a: Attempt, v: Verdict, p: Problem) -> Carry:
     """The carry after an attempt that was no event."""
     step = a.accept & ~v.retake
 
-    def pick(new: Array, old: Array) -> Array:
+    def pick(new: ArrayLike, old: ArrayLike) -> Array:
         return jnp.where(step, new, old)
 
     crossing = jnp.where(v.retake, jnp.where(v.crosses, a.h, jnp.inf), pick(c.crossing - a.h, c.crossing))

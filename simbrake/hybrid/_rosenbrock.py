@@ -8,7 +8,6 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jax.typing import ArrayLike
 from jaxtyping import Float, PyTree
 
 from ._arrays import Array, Rhs, RhsOf, Scalar, State, put, take
@@ -250,9 +249,9 @@ def _stages(
     outer: tuple[int, ...],
     drift: State,
     solved: Callable[[Array], Array],
-    table: tuple[ArrayLike, ...] = _TABLE,
+    table: tuple[np.ndarray, ...] = _TABLE,
     keep: bool = False,
-) -> tuple[Float[Array, "stage inner"], Float[Array, " outer"], tuple[Array, Array] | None]:
+) -> tuple[Float[Array, "stage inner"], Float[Array, " outer"], PyTree]:
     """Increments of all stages and the weighted sum of the quadratures' rates; to `keep`: arguments and rates."""
     x, n = take(y, inner), len(table[0])
 

@@ -117,7 +117,7 @@ def first_root(g0: Guards, d0: Guards, g1: Guards, d1: Guards) -> Guards:
         return jnp.where(from_zero, 2 * c3 * s + c2, (3 * c3 * s + 2 * c2) * s + d0)
 
     grid = jnp.arange(1, _SAMPLES + 1, dtype=g0.dtype) / _SAMPLES
-    below = jax.vmap(value)(grid) <= 0
+    below = jnp.asarray(jax.vmap(value)(grid) <= 0)
     j = jnp.argmax(below.at[-1].set(True), axis=0).astype(g0.dtype)
 
     def refine(_: Count | int, bracket: tuple[Guards, Guards, Guards]) -> tuple[Guards, Guards, Guards]:

@@ -169,12 +169,12 @@ class Settings(eqx.Module):
 SKIPPED, ADVANCED, FINISHED, LANDED, INSTANT, STOPPED = range(6)
 
 
-Leaf = TypeVar("Leaf")
+Leaf = TypeVar("Leaf", bound=Array | jax.ShapeDtypeStruct)
 
 
 def _parts(leaves: list[Leaf]) -> list[list[Leaf]]:
     """Leaves in order, scalars that follow each other together: in programs one equation takes or gives all of them."""
-    runs = ((scalars, list(run)) for scalars, run in itertools.groupby(leaves, key=lambda leaf: np.ndim(leaf) == 0))
+    runs = ((scalars, list(run)) for scalars, run in itertools.groupby(leaves, key=lambda leaf: leaf.shape == ()))
     return [part for scalars, run in runs for part in ([run] if scalars else [[leaf] for leaf in run])]
 
 
