@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Annotated, TypeVar
 from cyclopts import Parameter
 
 from .._base._faults import Fault, InputError
-from .._base._whole import whole_file, whole_folder
+from .._base._whole import whole_file as whole_file
+from .._base._whole import whole_folder
 
 if TYPE_CHECKING:
     from .._parts._scene import Scene
@@ -207,27 +208,14 @@ def print_written(written: Iterable[Path], json_: bool) -> None:
         say("written  " + ", ".join(str(path) for path in written))
 
 
-#: a text, or a function that writes to a path
-Content = str | Callable[[Path], object]
-
-
-def write(out: Path, content: Content | Mapping[str, Content], json_: bool) -> None:
-    """Writes a file, or a folder of files by their names, whole or not at all, and prints which."""
-
-    def put(path: Path, one: Content) -> None:
-        if isinstance(one, str):
-            path.write_text(one + "\n", "utf-8")
-        else:
-            one(path)
-
-    written = [out]
-    if isinstance(content, Mapping):
-        with whole_folder(out) as (scratch, written):
-            for name, one in content.items():
-                put(scratch / name, one)
-    else:
-        with whole_file(out) as scratch:
-            put(scratch, content)
+def write(folder: Path, files: Mapping[str, str | Callable[[Path], object]], json_: bool) -> None:
+    """Writes files by their names, all or none, and prints which: a text, or what a function writes to a path."""
+    with whole_folder(folder) as (scratch, written):
+        for name, content in files.items():
+            if isinstance(content, str):
+                (scratch / name).write_text(content + "\n", "utf-8")
+            else:
+                content(scratch / name)
     print_written(written, json_)
 
 

@@ -233,7 +233,10 @@ def synthesize(
         found = sb.synthesize(result or scene, data, permissible=permissible, partition=partition)
     cli.tell(found, found.as_list, json_)
     if out is not None:
-        cli.write(out, cli.as_json(found.as_list()) if json_ or out.suffix == ".json" else str(found), json_)
+        with cli.whole_file(out) as path:
+            text = cli.as_json(found.as_list()) if json_ or out.suffix == ".json" else str(found)
+            path.write_text(text + "\n", "utf-8")
+        cli.print_written([out], json_)
     return cli.exit_code(result is None or result.ok, fail_on_limit and bool(found.exceeded))
 
 
@@ -287,31 +290,26 @@ def materials(
         raise InputError([Fault("--rim, --lining", error.args[0])]) from None
     cli.tell(found, found.as_dict, json_)
     if out is not None:
-        figure = sb.plot.materials(found)
-        cli.write(out, lambda path: figure.savefig(path, dpi=120), json_)
+        with cli.whole_file(out) as path:
+            sb.plot.materials(found).savefig(path, dpi=120)
+        cli.print_written([out], json_)
     return cli.exit_code(True, fail_on_limit and not all(row.admissible for row in found))
 
 
 def _energy(scene: cli.Scene, text: str) -> list[float] | dict[str, list[float]]:
     """`--energy` in its forms. Raises `InputError` with all errors."""
     from .._base._quantity import NumberReader, Quantity, leaves
-    from .._run._edit import parse_assignments, with_values
 
-    path, equals, given = (part.strip() for part in text.partition("="))
-    listed = [part.strip() for part in (given if equals else text).split(",")]
-    if not (equals and path and all(listed)):
-        reader, joule = NumberReader(), Quantity("J", "friction work", 0.0, open_low=True)
-        works = [reader.number(one, joule, "--energy", "J") for one in listed]
-        if reader.faults:
-            raise InputError([Fault(fault.path, fault.problem, _ENERGY) for fault in reader.faults])
-        return works
-    values = []
-    for one in listed:  # each is read as by --set, units and all, and looked up where it then stands
-        there = leaves(with_values(scene, parse_assignments([f"{path}={one}"])))
-        values += [leaf.value for leaf in there if leaf.path == path and not getattr(leaf.value, "ndim", 0)]
-    if len(values) < len(listed):
+    path, _, given = (part.strip() for part in text.rpartition("="))
+    known = {leaf.path: leaf.about for leaf in leaves(scene) if not getattr(leaf.value, "ndim", 0)}
+    about = known.get(path) if path else Quantity("J", "friction work", 0.0, open_low=True)
+    if about is None:
         raise InputError([Fault("--energy", f"{path} is no single number of the scene", _ENERGY)])
-    return {path: [float(value) for value in values]}
+    reader = NumberReader()
+    values = [reader.number(one, about, "--energy", about.unit) for one in given.split(",")]
+    if reader.faults:
+        raise InputError([Fault(fault.path, fault.problem, _ENERGY) for fault in reader.faults])
+    return {path: values} if path else values
 
 
 COMMANDS = (run, report, animate, compare, estimates, synthesize, materials)

@@ -1,7 +1,8 @@
 """Commands that run a scene many times: sensitivities, sweeps, calibration, life of the linings."""
 
 import shlex
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Iterable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -19,9 +20,12 @@ if TYPE_CHECKING:
     from pandas import DataFrame
     from xarray import Dataset
 
+    from .._base._table import Table
     from ..studies import Calibration
 else:
-    ndarray = DataFrame = Dataset = Calibration = object  # they take long to load, for which `--help` does not wait
+    ndarray = DataFrame = Dataset = Table = Calibration = (
+        object  # they take long to load, for which `--help` does not wait
+    )
 
 
 def sensitivity(
@@ -104,21 +108,22 @@ def sweep(
     axes = cli.assignments("--vary", form, vary, _grid if sample is None else cli.bounds, faults)
     if not vary:
         faults.append(Fault("--vary", "is missing", form))
-    counts = {"sample": sample, "max_steps": max_steps, "workers": workers}
-    scene = cli.opened(scenario, set_, rtol, folder=out, faults=faults, **counts)
+    scene = cli.opened(
+        scenario, set_, rtol, folder=out, faults=faults, sample=sample, max_steps=max_steps, workers=workers
+    )
     asked = _metrics_of(scene, metrics)
     drawn = axes if sample is None else sb.studies.samples(scene, axes, sample, seed)
     data = (sb.sweep if sample is None else sb.ensemble)(
         scene, drawn, asked, rtol=rtol, max_steps=max_steps, workers=workers, directory=resume, client=scheduler
     )
-    rows = _rows_of(data)
-    cli.tell(_text(rows, data, asked), lambda: _summary(rows, data, asked), json_)
+    runs = _table_of(data)
+    cli.tell(_text(runs, asked), lambda: _summary(runs, axes, asked, rtol), json_)
     if out is not None:
-        units = {name: variable.attrs.get("units", "") for name, variable in data.variables.items()}
-        heads = [f"{name} [{units[name]}]" if units[name] not in ("", "1") else name for name in rows]
-        table = partial(rows.to_csv, index=False, header=heads, float_format="%.15g", lineterminator="\n")
-        cli.write(out, {"runs.csv": table, "runs.nc": partial(data.to_netcdf, engine="scipy")}, json_)
-    return 130 if (rows["code"] < 0).any() else cli.exit_code(not rows["code"].any())
+        heads = [one.name if one.unit in ("", "1") else f"{one.name} [{one.unit}]" for one in runs.columns]
+        rows = partial(runs.frame().to_csv, index=False, header=heads, float_format="%.15g", lineterminator="\n")
+        cli.write(out, {"runs.csv": rows, "runs.nc": partial(data.to_netcdf, engine="scipy")}, json_)
+    # -1: interrupted before it was run
+    return 130 if min(runs["code"]) < 0 else cli.exit_code(not any(runs["code"]))
 
 
 def _grid(text: str) -> ndarray:
@@ -144,28 +149,25 @@ def _metrics_of(scene: cli.Scene, text: str | None) -> tuple[str, ...]:
     return metric_names(scene) if text == "all" else tuple(name.strip() for name in text.split(",") if name.strip())
 
 
-def _paths(data: Dataset) -> list[str]:
-    return [str(name) for name in data.coords if name != "run"]
-
-
-def _rows_of(data: Dataset) -> DataFrame:
+def _table_of(data: Dataset) -> Table:
     """A row per run: varied parameters, metrics, and how it ended."""
+    from .._base._table import Column, Table
+
     rows = data.to_dataframe().reset_index()
-    return rows[[*_paths(data), *(name for name in data.data_vars if name != "run")]]
+    names = [str(name) for name in (*data.coords, *data.data_vars) if name != "run"]
+    columns = [Column(name, data[name].attrs.get("units", "")) for name in names]
+    return Table(columns, rows[names].itertuples(index=False, name=None))
 
 
-def _counts(rows: DataFrame) -> dict[str, int]:
+def _counts(runs: Table) -> dict[str, int]:
     """How many runs ended how."""
-    return {str(name): int(n) for name, n in rows["status"].value_counts().sort_index().items()}
+    return dict(sorted(Counter(runs["status"]).items()))
 
 
-def _summary(rows: DataFrame, data: Dataset, metrics: Sequence[str]) -> object:
+def _summary(runs: Table, paths: Iterable[str], metrics: Sequence[str], rtol: float) -> dict[str, object]:
     """What `--json` prints: every run with its numbers, `null` for what did not happen, and the units."""
-    from .._base._table import plain
-
-    paths = _paths(data)
     energies = [name for name in dict.fromkeys([*metrics, "energy.closure"]) if name.startswith("energy.")]
-    runs = [
+    rows = [
         {
             "run": i,
             "values": {path: row[path] for path in paths},
@@ -175,27 +177,28 @@ def _summary(rows: DataFrame, data: Dataset, metrics: Sequence[str]) -> object:
             "energy": {name.removeprefix("energy."): row[name] for name in energies},
             "solver": {name: row[name] for name in ("method", "steps", "rejected", "retaken", "segments")},
         }
-        for i, row in enumerate(rows.to_dict("records"))
+        for i, row in enumerate(runs.as_list())
     ]
-    units = {name: data[name].attrs.get("units", "") for name in [*paths, *metrics]}
-    return plain({"units": units, "counts": _counts(rows), "rtol": data.attrs["rtol"], "runs": runs})
+    units = {one.name: one.unit for one in runs.columns if one.name in (*paths, *metrics)}
+    return {"units": units, "counts": _counts(runs), "rtol": rtol, "runs": rows}
 
 
-def _text(rows: DataFrame, data: Dataset, metrics: Sequence[str]) -> str:
+def _text(runs: Table, metrics: Sequence[str]) -> str:
     """How the runs ended, and the range of every metric."""
     import numpy as np
 
     from .._base._table import Column, Table
 
-    ended = ", ".join(f"{n} {name.replace('_', ' ')}" for name, n in _counts(rows).items())
+    ended = ", ".join(f"{n} {name.replace('_', ' ')}" for name, n in _counts(runs).items())
     lines = []
-    for name in metrics:
-        values = rows[name][np.isfinite(rows[name])]
-        found = values.quantile([0.0, 0.5, 1.0]) if len(values) else (None, "—", None)
-        lines.append((name, *found, data[name].attrs.get("units", ""), len(values)))
+    for one in (one for one in runs.columns if one.name in metrics):
+        values = np.asarray(runs[one.name])
+        values = values[np.isfinite(values)]
+        found = np.quantile(values, [0.0, 0.5, 1.0]) if values.size else (None, "—", None)
+        lines.append((one.name, *found, one.unit, values.size))
     three = [Column(one) for one in ("minimum", "median", "maximum")]
     table = Table(["metric", *three, "unit", Column("of how many runs")], lines)
-    return f"{len(rows)} runs: {ended}\n{table}"
+    return f"{len(runs)} runs: {ended}\n{table}"
 
 
 def calibrate(

@@ -32,7 +32,7 @@ class SceneReader(NumberReader):
 
     # --- objects --------------------------------------------------------------------------------------------------
 
-    def object(self, value: Toml, wanted: tuple[type, ...], path: str, unit: str) -> object:
+    def read(self, value: Toml, wanted: tuple[type, ...], path: str, unit: str) -> object:
         """An object of one of the `wanted` classes from a table, or from what stands for one in short."""
         makers = makers_of(wanted)
         if isinstance(value, str) and Material in wanted:
@@ -115,7 +115,7 @@ class SceneReader(NumberReader):
 
     def _one(self, value: Toml, part: Part, path: str, unit: str) -> object:
         if part.kind is eqx.Module or (part.wanted and isinstance(value, dict)):
-            return self.object(value, part.wanted, path, unit)
+            return self.read(value, part.wanted, path, unit)
         if isinstance(part.about, Quantity):
             return self.number(value, part.about, path, unit)
         if isinstance(part.about, Whole):
@@ -183,7 +183,7 @@ def scene_from_text(text: str, folder: str | Path = ".") -> Scene:
     if version != _VERSION:
         reader.fault(FORMAT, f"{version!r} is not known", f'this program reads "{_VERSION}"')
     try:
-        scene = reader.object(tables, (Scene,), "", "SI")
+        scene = reader.read(tables, (Scene,), "", "SI")
     except RecursionError:
         raise InputError([Fault("TOML", "is nested too deeply")]) from None
     if reader.faults:

@@ -6,7 +6,7 @@ import functools
 import inspect
 import textwrap
 import typing
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Annotated, NamedTuple, TypeAlias
 
@@ -198,6 +198,7 @@ def all_makers() -> dict[str, Maker]:
 
 # --- JSON Schema ------------------------------------------------------------------------------------------------------
 
+Json: TypeAlias = Mapping[str, object]
 _UNITS = "SI, or a text with its unit"
 
 
@@ -224,9 +225,9 @@ def _table(name: str, maker: Maker, root: bool) -> dict[str, object]:
     return {"type": "object", "properties": properties, "required": needed, "additionalProperties": False}
 
 
-def _schema_of(part: Part) -> dict[str, object]:
+def _schema_of(part: Part) -> Json:
     about = part.about
-    objects: list[dict[str, object]] = [{"$ref": f"#/$defs/{name}"} for name in part.makers]
+    objects: list[Json] = [{"$ref": f"#/$defs/{name}"} for name in part.makers]
     if isinstance(about, Quantity):
         meaning = about.meaning if about.unit in ("1", "SI") else f"{about.meaning}, {about.unit} ({_UNITS})"
         one = {"anyOf": [*_numbers(about), *objects], "description": meaning}
@@ -241,13 +242,13 @@ def _schema_of(part: Part) -> dict[str, object]:
     return {"type": "array", "items": one} if part.many else one
 
 
-def _numbers(about: Quantity) -> list[dict[str, object]]:
+def _numbers(about: Quantity) -> list[Json]:
     number: dict[str, object] = {"type": "number"}
     if about.low is not None:
         number["exclusiveMinimum" if about.open_low else "minimum"] = about.low
     if about.high is not None:
         number["maximum"] = about.high
-    text: dict[str, object] = {"type": "string"}
+    text = {"type": "string"}
     return [number, text, {"type": "array", "items": {"anyOf": [number, text]}}] if about.many else [number, text]
 
 
