@@ -272,7 +272,7 @@ def test_scene_show_check_schema(capsys, scenario, tmp_path):
     code, text, _ = call(capsys, "scene", "show", scenario, "--toml")
     (tmp_path / "mine.toml").write_text(text, "utf-8")
     code, out, _ = call(capsys, "scene", "check", str(tmp_path / "mine.toml"))
-    assert (code, out.startswith("no fault: 39 numbers in 18 fields, 20 linings")) == (0, True)
+    assert (code, out.startswith("no error: 39 numbers in 18 fields, 20 linings")) == (0, True)
     code, out, _ = call(capsys, "scene", "schema", "--json")
     schema = json.loads(out)
     jsonschema.Draft202012Validator.check_schema(schema)

@@ -31,7 +31,7 @@ app = cyclopts.App(
 
     * A run, its figures and tables in a folder: `simbrake run scenarios/u2_5_5_stop.toml --out stop`
     * Every parameter of a scene: `simbrake scene show scenarios/u2_5_5_stop.toml`
-    * A scene of your own: copy that file and edit it; the file format: `simbrake scene schema`
+    * Your own scene: copy that file and edit it; the file format: `simbrake scene schema`
     * One parameter changed: `simbrake run mine.toml --set "duty.load.mass=80 t"`
     * What every parameter does to the stopping time: `simbrake sensitivity mine.toml`
     * A page to pass on: `simbrake report mine.toml`
@@ -88,7 +88,7 @@ def show(scenario: cli.Scenario, /, *, set_: cli.Set = None, toml: cli.Flag = Fa
 
 @scene.command
 def check(scenario: cli.Scenario, /, *, set_: cli.Set = None, json_: cli.Flag = False) -> int:
-    """Check a scene without running it: every fault in one report (exit code 2), or none, and what is unusual.
+    """Check a scene without running it: every error in one report (exit code 2), or none, and what is unusual.
 
     Parameters
     ----------
@@ -109,7 +109,7 @@ def check(scenario: cli.Scenario, /, *, set_: cli.Set = None, json_: cli.Flag = 
         cli.tell("", lambda: {"faults": faults, "warnings": []}, json_)
         return 2
     said = [*warnings(found), *plausibility(found)]
-    lines = [f"no fault: {count_text(found)}", *(f"warning  {text}" for text in said)]
+    lines = [f"no error: {count_text(found)}", *(f"warning  {text}" for text in said)]
     cli.tell("\n".join(lines), lambda: {"faults": [], "warnings": said}, json_)
     return 0
 

@@ -112,7 +112,7 @@ def write_completion(generate: Callable[..., str], shell: Shell | None, output: 
     """
     name = shell or Path(os.environ.get("SHELL", "")).name
     if name not in get_args(Shell):
-        what = f"the environment names no shell that is known (SHELL is {name!r})" if name else "SHELL is not set"
+        what = f"unknown shell (SHELL is {name!r})" if name else "SHELL is not set"
         raise InputError([Fault("--shell", what, "give --shell bash, zsh, fish or powershell")])
     script, home = generate(shell=name), Path.home()
     data = Path(os.environ.get("XDG_DATA_HOME") or home / ".local" / "share")
@@ -133,7 +133,7 @@ def write_completion(generate: Callable[..., str], shell: Shell | None, output: 
     }[name]
     place = output or usual
     if place is None:
-        raise InputError([Fault("--output", f"is missing: {name} has no place of its own for it", "give a file")])
+        raise InputError([Fault("--output", f"is missing: {name} has no standard place for it", "give a file")])
     place = place.absolute()
     with whole_file(place) as scratch:
         # Windows PowerShell takes a script without a mark for one in the machine's old encoding

@@ -304,7 +304,7 @@ def _energy(scene: cli.Scene, text: str) -> list[float] | dict[str, list[float]]
     known = {leaf.path: leaf.about for leaf in leaves(scene) if not getattr(leaf.value, "ndim", 0)}
     about = known.get(path) if path else Quantity("J", "friction work", 0.0, open_low=True)
     if about is None:
-        raise InputError([Fault("--energy", f"{path} is no single number of the scene", _ENERGY)])
+        raise InputError([Fault("--energy", f"{path} is not a single number of the scene", _ENERGY)])
     reader = NumberReader()
     values = [reader.number(one, about, "--energy", about.unit) for one in given.split(",")]
     if reader.faults:

@@ -40,7 +40,7 @@ def sensitivity(
     set_: cli.Set = None,
     rtol: cli.Rtol = 1e-10,
 ) -> int:
-    """Print how metrics of a scenario move with its numbers: derivatives, elasticities, ends of a range.
+    """Print how metrics of a scenario depend on its parameters: derivatives, elasticities, values at bounds.
 
     Parameters
     ----------
@@ -48,9 +48,9 @@ def sensitivity(
         Name of a metric, as stopping_time, max_tension, peak_rim_temperature or energy.friction_heat; may be repeated.
         Without it: the stopping time.
     wrt
-        Path of a number, or of a part of the scene for all numbers below it; may be repeated. Without it: all.
+        Path of a parameter, or of a part of the scene for all parameters below it; may be repeated. Without it: all.
     span
-        Half of the range of each number at whose ends the scene is run as well, as a share of the number; 0: no ranges.
+        Half-width of the range of each parameter, relative to its value: the scene is run at both bounds; 0: no ranges.
     out
         Folder for the tables (JSON, CSV) and a tornado chart of each metric.
     """
@@ -82,18 +82,18 @@ def sweep(
     resume: Path | None = None,
     scheduler: str | None = None,
 ) -> int:
-    """Run a scenario on a grid or a sample of its numbers.
+    """Run a scenario on a grid or a sample of its parameters.
 
     Parameters
     ----------
     vary
-        PATH=LOW:HIGH:COUNT or PATH=a,b,c: values of a number (SI units); repeated, a grid. With --sample PATH=LOW:HIGH.
+        PATH=LOW:HIGH:COUNT or PATH=a,b,c: values of a parameter (SI); repeated, a grid. With --sample PATH=LOW:HIGH.
     sample
         Number of quasi-random samples of the ranges, instead of a grid.
     seed
         Seed of the sample.
     metrics
-        Names with commas between them, or all. By default all but greatest values, which cost more than the runs.
+        Names with commas between them, or all. By default all but maxima, which cost more than the runs.
     out
         Folder for the tables: runs.csv and runs.nc (netCDF).
     workers
@@ -217,14 +217,14 @@ def calibrate(
     out: cli.Out = None,
     json_: cli.Json = False,
 ) -> int:
-    """Fit numbers of a scenario to measured data and tell how well the data hold them.
+    """Fit parameters of a scenario to measured data and tell how well the data determine them.
 
     Parameters
     ----------
     data
         CSV files: series with a column t and others as in `omega [rpm]`, `omega_sigma`, or events.
     fit
-        PATH=LOW:HIGH: a number of the scene to fit and its bounds (SI units); may be repeated.
+        PATH=LOW:HIGH: a parameter of the scene to fit and its bounds (SI units); may be repeated.
     events
         CSV file with the columns event, time, sigma; may be repeated.
     sigma
@@ -232,7 +232,7 @@ def calibrate(
     column
         Column of the series to use, all by default; may be repeated.
     start
-        PATH=VALUE: start value of a fitted number, the scene's by default; may be repeated.
+        PATH=VALUE: start value of a fitted parameter, the scene's by default; may be repeated.
     loss
         linear, or against outliers soft_l1, huber, cauchy, arctan.
     starts

@@ -1,4 +1,4 @@
-"""Scenes as files: TOML read with every fault in one report and written without loss, or Python."""
+"""Scenes as files: TOML read with every error in one report and written without loss, or Python."""
 
 import dataclasses
 import runpy
@@ -170,7 +170,7 @@ def scene_from_text(text: str, folder: str | Path = ".") -> Scene:
     not tell; a bare number stands for the constant law, a text for a material of the library. What is left out is
     absent or has its default. `folder`: where files that it names are sought.
 
-    Raises `InputError` with every fault: path, value, unit, why, and the nearest name or the range.
+    Raises `InputError` with every error: path, value, unit, why, and the nearest name or the range.
     """
     try:
         tables = tomllib.loads(text)
@@ -194,7 +194,7 @@ def scene_from_text(text: str, folder: str | Path = ".") -> Scene:
 
 
 def read_scene(path: str | Path) -> Scene:
-    """The scene of a TOML file; see `scene_from_text`. Raises `InputError` with every fault."""
+    """The scene of a TOML file; see `scene_from_text`. Raises `InputError` with every error."""
     path = _existing(Path(path), "*.toml")
     try:
         text = path.read_text("utf-8")
@@ -268,7 +268,7 @@ class _Writer:
 def open_scene(file: str | Path) -> Scene:
     """The scene of a TOML file, or that which the function `scene()` of a Python file returns.
 
-    Raises `InputError` with every fault of a TOML file, and with the error of a Python file in one line.
+    Raises `InputError` with every error of a TOML file, and with the error of a Python file in one line.
     """
     file = _existing(Path(file), "*.toml", "*.py")
     if file.suffix == ".toml":

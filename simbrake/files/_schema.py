@@ -1,4 +1,4 @@
-"""What may stand in a scene file: one description of every part, as tables to read and as JSON Schema."""
+"""Format of scene files: one description of every part, as tables to read and as JSON Schema."""
 
 import dataclasses
 import difflib
@@ -37,7 +37,7 @@ def history(
     - `column`, `time`: names of the columns; units stand in the header as `slack_tension [kN]`, `t [ms]`, SI without
     - `unit`: SI unit of the column;  `begin` (s) is added to the times
 
-    Two rows at one time are a jump. Rows with an empty cell are left out. Raises `InputError` with every fault of the
+    Two rows at one time are a jump. Rows with an empty cell are left out. Raises `InputError` with every error of the
     file: line, column, value and what to do.
     """
     table = CsvFile(Path(file))
