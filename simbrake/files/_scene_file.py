@@ -15,7 +15,7 @@ from .._base._quantity import BAD, NumberReader, Quantity, Whole, example, fault
 from .._base._whole import whole_file
 from .._parts._scene import Scene, check, paths_without_meaning
 from ..thermal._material import LIBRARY, Material, material
-from ._schema import Maker, Part, history, makers_of, nearest, parts_of, several, short_of
+from ._schema import FORMAT, VERSION, Maker, Part, history, makers_of, nearest, parts_of, several, short_of
 
 #: what a TOML file has: a text, number, flag, date, list or table
 Toml: TypeAlias = object
@@ -26,7 +26,7 @@ _FEW = 3
 class SceneReader(NumberReader):
     """Reads objects by the description of `_schema`. `folder`: where files are sought that the tables name."""
 
-    def __init__(self, folder: Path):
+    def __init__(self, folder: Path) -> None:
         super().__init__()
         self.folder = folder
 
@@ -156,10 +156,6 @@ def _wish(part: Part, unit: str) -> str:
 
 # --- TOML -------------------------------------------------------------------------------------------------------------
 
-#: key of a file that says in which form it is written
-FORMAT = "format"
-_VERSION = "simbrake scene 1"
-
 
 def scene_from_text(text: str, folder: str | Path = ".") -> Scene:
     """The scene that a TOML text describes.
@@ -179,9 +175,9 @@ def scene_from_text(text: str, folder: str | Path = ".") -> Scene:
     except (RecursionError, ValueError) as error:  # a number of more digits than Python converts
         raise InputError([Fault("TOML", f"cannot be read: {error}"[:200])]) from None
     reader = SceneReader(Path(folder))
-    version = tables.pop(FORMAT, _VERSION)
-    if version != _VERSION:
-        reader.fault(FORMAT, f"{version!r} is not known", f'this program reads "{_VERSION}"')
+    version = tables.pop(FORMAT, VERSION)
+    if version != VERSION:
+        reader.fault(FORMAT, f"{version!r} is not known", f'this program reads "{VERSION}"')
     try:
         scene = reader.read(tables, (Scene,), "", "SI")
     except RecursionError:
@@ -216,7 +212,7 @@ def scene_text(scene: Scene) -> str:
     tables = {} if faults else writer.table(scene, (Scene,), "", "SI")
     if faults:
         raise InputError(faults)
-    return tomli_w.dumps({FORMAT: _VERSION, **tables})
+    return tomli_w.dumps({FORMAT: VERSION, **tables})
 
 
 def write_scene(scene: Scene, path: str | Path) -> None:

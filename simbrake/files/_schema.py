@@ -61,6 +61,8 @@ def history(
     return PiecewiseLinear(t[there] + begin, values[there])
 
 
+#: key of a scene file that says in which format it is written, and the present one
+FORMAT, VERSION = "format", "simbrake scene 1"
 #: a class, or a function that makes an object of one
 Maker: TypeAlias = Callable[..., object]
 #: functions that make an object of a class, by name in a file as the classes themselves are
@@ -220,7 +222,7 @@ def _table(name: str, maker: Maker, root: bool) -> dict[str, object]:
     parts = parts_of(maker)
     properties = {part.name: _schema_of(part) for part in parts} | {"type": {"const": name}}
     if root:
-        properties["format"] = {"const": "simbrake scene 1"}
+        properties[FORMAT] = {"const": VERSION}
     needed = [part.name for part in parts if part.needed]
     return {"type": "object", "properties": properties, "required": needed, "additionalProperties": False}
 
