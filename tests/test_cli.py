@@ -271,7 +271,7 @@ def test_scene_show_check_schema(capsys, scenario, tmp_path):
     code, text, _ = call(capsys, "scene", "show", scenario, "--toml")
     (tmp_path / "mine.toml").write_text(text, "utf-8")
     code, out, _ = call(capsys, "scene", "check", str(tmp_path / "mine.toml"))
-    assert (code, out.startswith("no fault: 39 numbers in 18 fields, 20 linings")) == (0, True)
+    assert (code, out.startswith("no error: 39 numbers in 18 fields, 20 linings")) == (0, True)
     code, out, _ = call(capsys, "scene", "schema", "--json")
     schema = json.loads(out)
     jsonschema.Draft202012Validator.check_schema(schema)
@@ -339,14 +339,14 @@ def test_a_reader_that_goes_away_ends_no_work(tmp_path):
         return done.returncode, done.stderr
 
     file = tmp_path / "written"
-    program = "from simbrake._commands._cli_options import say\nsay('a' * 100_000)\nsay('b')\n"
+    program = "from simbrake._commands._options import say\nsay('a' * 100_000)\nsay('b')\n"
     assert unread(f"{program}open({str(file)!r}, 'w').write('c')") == (0, b"")
     assert file.read_text() == "c"
     assert unread("from simbrake._commands._cli import main\nmain(['scene', 'schema'])") == (1, b"")
 
 
 def test_without_a_place_for_compiled_programs_nothing_is_kept(monkeypatch, tmp_path):
-    from simbrake._commands._cli_options import _cache
+    from simbrake._commands._options import _cache
 
     monkeypatch.delenv("JAX_COMPILATION_CACHE_DIR")
     monkeypatch.chdir(tmp_path)

@@ -17,7 +17,7 @@ from result_scenes import SUFFIXES, heated_stop
 from staged_scenes import stop as staged_stop
 
 import simbrake as sb
-from simbrake._commands._compare_run import run as compare_run
+from simbrake._commands._runs import compare as compare_run
 
 
 @pytest.fixture(scope="module")
@@ -193,20 +193,20 @@ def test_compare_of_other_events_parts_and_times(plain):
 def test_the_command_compares_files_folders_and_scenes(plain, tmp_path, capsys):
     folder = tmp_path / "out"
     a, b = sb.save(plain, folder / "result.nc"), sb.save(plain, tmp_path / "b.parquet")
-    assert compare_run(folder, b, open_scene) == 0
+    assert compare_run(folder, b) == 0
     assert capsys.readouterr().out.startswith("equal: relative tolerance 1e-09")
     program = (
         Path(__file__).with_name("helpers.py").read_text("utf-8") + "\n\ndef scene():\n    return stop_scene(w0=21.0)\n"
     )
     (tmp_path / "faster.py").write_text(program, "utf-8")
-    assert compare_run(a, tmp_path / "faster.py", open_scene, json_=True) == 1
+    assert compare_run(a, tmp_path / "faster.py", json_=True) == 1
     found = json.loads(capsys.readouterr().out)
     assert [(row["name"], row["a"], row["b"]) for row in found["scene"]] == [("initial.omega", 20.0, 21.0)]
     for wrong in (tmp_path / "no.nc", tmp_path / "x.docx", tmp_path):
         with pytest.raises(sb.InputError):
-            compare_run(wrong, b, open_scene)
+            compare_run(wrong, b)
     with pytest.raises(sb.InputError, match="rtol"):
-        compare_run(a, b, open_scene, rtol=math.nan)
+        compare_run(a, b, rtol=math.nan)
     with pytest.raises(sb.InputError, match="is no result"):
         sb.compare(a, 3)
     with pytest.raises(sb.InputError, match="without status"):

@@ -17,7 +17,8 @@ import simbrake as sb
 from simbrake import plot, with_values
 from simbrake._base._table import number
 from simbrake._base._whole import whole_file
-from simbrake._commands._report_run import report_run, title_of
+from simbrake._commands._runs import report as report_run
+from simbrake._commands._runs import title_of
 from simbrake._pages._page import DUTY, PICTURES, contents, draw, render
 from simbrake._pages._page import _scene_text as contents_of_scene
 from simbrake._pages._rows import event_counts, event_rows, ledger, verdict
@@ -371,9 +372,10 @@ def _umask():
 
 def test_command(capsys, tmp_path):
     file = tmp_path / "my_scene.py"
-    file.write_text('"""A stop by hand.\n\nMore."""\n')
+    program = "from helpers import stop_scene as scene\n"
+    file.write_text('"""A stop by hand.\n\nMore."""\n' + program)
     out = tmp_path / "page.html"
-    assert report_run(stop_scene(), file, out, limit=["max_tension=1"], check=False, json_=True) == 0
+    assert report_run(file, out=out, limit=["max_tension=1"], check=False, json_=True) == 0
     said = json.loads(capsys.readouterr().out)
     assert said["status"] == "stopped"
     assert said["written"] == str(out)
@@ -382,17 +384,17 @@ def test_command(capsys, tmp_path):
     assert "A stop by hand" in page.words
     assert "my_scene.py" in page.words
     with pytest.raises(sb.InputError) as caught:
-        report_run(stop_scene(), file, out, limit=["max_tension"], sensitivity=["nix"])
+        report_run(file, out=out, limit=["max_tension"], sensitivity=["nix"])
     assert len(caught.value.faults) == 2
     wrong = ["max_tension=120 kg", "max_normal_load=much", "=3", "stopping_time=1 s", "stopping_time=2 s"]
     with pytest.raises(sb.InputError) as caught:
-        report_run(stop_scene(), file, out, limit=wrong)
+        report_run(file, out=out, limit=wrong)
     said = str(caught.value)
     assert len(caught.value.faults) == 4
     assert "--limit max_tension: '120 kg': 'kg' is not a unit of limit, which is in N" in said
     assert "stopping_time: is given twice" in said
     with pytest.raises(sb.InputError, match="is a folder"):
-        report_run(stop_scene(), file, tmp_path)
+        report_run(file, out=tmp_path)
 
 
 def test_limits_have_units():

@@ -158,8 +158,8 @@ def test_the_command(capsys, scenarios, tmp_path, monkeypatch):
     for wrong, word in (
         (["--rim", "wood"], "no rim material 'wood'"),
         (["--energy", "lots"], "friction works, as in"),
-        (["--energy", "brake.linings.angle=0.2"], "no single number"),
-        (["-o", "chart.doc"], "is no picture"),
+        (["--energy", "brake.linings.angle=0.2"], "not a single number"),
+        (["-o", "chart.doc"], "is not a format"),
     ):
         code, _, err = call(capsys, *command, *wrong)
         assert code == 2

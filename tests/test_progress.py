@@ -143,7 +143,7 @@ def test_a_terminal_is_told_and_a_pipe_is_not(tmp_path):
     said = os.read(ours, 1 << 16).decode()
     os.close(ours)
     assert shown.stdout == piped.stdout
-    assert "run: compiles, 0 s" in said
+    assert "run: compiling…, 0 s" in said
     assert said.endswith("\r\x1b[K")  # the line is cleared at last
 
 

@@ -246,7 +246,7 @@ def test_every_part_of_a_scene_can_be_described():
     for name, maker in all_makers().items():
         for part in parts_of(maker):
             assert part.kind, f"{name}.{part.name}"
-            assert part.kind not in ("number", "whole") or part.about is not None, f"{name}.{part.name}"
+            assert part.kind not in (float, int) or part.about is not None, f"{name}.{part.name}"
 
 
 # --- no text leads to a traceback ---------------------------------------------------------------------------------

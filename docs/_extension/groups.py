@@ -17,12 +17,11 @@ PAGES: dict[str, tuple[str, ...]] = {
         "_base._quantity",
         "_run._edit",
         "files._scene_file",
-        "files._schema",
         "_parts._programme",
         "checks",
     ),
     "brake": ("brakes._design", "brakes._pressed"),
-    "duty": ("profiles", "loads", "files._history"),
+    "duty": ("profiles", "loads", "files._schema"),
     "friction": ("friction",),
     "heat": ("thermal", "_run._networks"),
     "results": (

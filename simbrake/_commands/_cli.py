@@ -3,45 +3,24 @@
 Exit codes: 0 the run reached its end, 1 it failed, 2 the input is wrong, 3 a limit is exceeded (`--fail-on-limit`).
 """
 
-import json
 import sys
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import cyclopts
+from cyclopts import Parameter
 
-from ._cli_completion import OUTPUT, Shell, write_completion
-from ._cli_doctor import doctor, versions
-from ._cli_life import life
-from ._cli_materials import materials
-from ._cli_options import (
-    FailOnLimit,
-    Json,
-    Limits,
-    Rtol,
-    Scenario,
-    Set,
-    exit_code,
-    limits_asked,
-    nobody_reads,
-    opened,
-    prepare_jax,
-    print_written,
-    say,
-    tolerance,
-)
-from ._cli_options import limit as limit_of
-from ._cli_results import animate, compare, estimates, report
-from ._cli_scene import scene
-from ._cli_studies import calibrate, sensitivity, sweep
-from ._cli_synthesis import synthesize
-from ._cli_validate import validate
-from ._console import print_readably
+import simbrake as sb
+
+from .._base._faults import InputError
+from . import _checks, _runs, _studies
+from . import _options as cli
+from ._console import Shell, print_readably, write_completion
 
 
 def _version() -> str:
     """simbrake with the versions that its numbers depend on."""
-    python, *others = versions().items()
+    python, *others = _checks.versions().items()
     return ", ".join([*(f"{name} {number}" for name, number in others), f"Python {python[1]}"])
 
 
@@ -50,11 +29,11 @@ app = cyclopts.App(
     help="""Dynamic simulator of band-shoe brakes of drilling drawworks: stick and slip of every lining, heat, events,
     and derivatives of all of it. First steps:
 
-    * A run, its pictures and tables in a folder: `simbrake run scenarios/u2_5_5_stop.toml --out stop`
-    * Every number of a scene: `simbrake scene show scenarios/u2_5_5_stop.toml`
-    * A scene of your own: copy that file and edit it; what may stand in it: `simbrake scene schema`
-    * One number changed: `simbrake run mine.toml --set "duty.load.mass=80 t"`
-    * What every number does to the stopping time: `simbrake sensitivity mine.toml`
+    * A run, its figures and tables in a folder: `simbrake run scenarios/u2_5_5_stop.toml --out stop`
+    * Every parameter of a scene: `simbrake scene show scenarios/u2_5_5_stop.toml`
+    * Your own scene: copy that file and edit it; the file format: `simbrake scene schema`
+    * One parameter changed: `simbrake run mine.toml --set "duty.load.mass=80 t"`
+    * What every parameter does to the stopping time: `simbrake sensitivity mine.toml`
     * A page to pass on: `simbrake report mine.toml`
     """,
     help_format="markdown",
@@ -65,7 +44,9 @@ app = cyclopts.App(
 
 
 @app.command(name="--install-completion")
-def install_completion(*, shell: Shell | None = None, output: Annotated[Path | None, OUTPUT] = None) -> int:
+def install_completion(
+    *, shell: Shell | None = None, output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None
+) -> int:
     """Write the completion of commands and options for a shell; its start file is not touched.
 
     Parameters
@@ -79,118 +60,103 @@ def install_completion(*, shell: Shell | None = None, output: Annotated[Path | N
     return 0
 
 
-@app.command
-def run(
-    scenario: Scenario,
-    /,
-    *,
-    out: Path | None = None,
-    json_: Json = False,
-    set_: Set = None,
-    limit: Limits = None,
-    fail_on_limit: FailOnLimit = False,
-    rtol: Rtol = 1e-10,
-    max_steps: int | None = None,
-    max_events: int = 10_000,
-) -> int:
-    """Run a scenario and print a summary.
+scene = cyclopts.App(name="scene", help="Look at a scene, check it, or see the format of scene files.")
+
+
+@scene.command
+def show(scenario: cli.Scenario, /, *, set_: cli.Set = None, toml: cli.Flag = False, json_: cli.Flag = False) -> int:
+    """Print every parameter of a scene with its unit and meaning.
 
     Parameters
     ----------
-    out
-        Folder for every picture of the run, the series (CSV), the result as labelled data (netCDF) and the summary.
+    toml
+        Print the scene as a TOML file instead, with which it can be run again.
     json_
-        Print the summary and the limits as JSON, alone on stdout.
-    max_steps
-        Step attempts allowed.
-    max_events
-        Events allowed.
+        Print a list of {path, value, unit, meaning}, alone on stdout.
     """
-    prepare_jax()
-    from .._base._faults import InputError
-    from .._base._progress import Waiting
-    from .._run._measure import limit_checks, summary_with_limits, text_with_limits
-    from .._run._simulate import simulate
+    found = cli.opened(scenario, set_)
+    from ..files._scene_file import scene_text
+    from ..files._schema import parameter_table
 
-    options = {"rtol": tolerance(rtol), "max_events": limit_of(max_events), "max_steps": limit_of(max_steps)}
-    scene = opened(scenario, set_, out, **options)
-    limits, faults = limits_asked(scene, limit, fail_on_limit)
-    if faults:
-        raise InputError(faults)
-    with Waiting("run", "compiles") as told:
-        given: dict[str, Any] = {"max_steps": max_steps, "max_events": max_events}
-        result = simulate(scene, rtol=rtol, **given, throw=False, progress=told)
-        told.now("sums up")
-        checks = limit_checks(result, limits)
-        text = text_with_limits(result, checks)
-        if json_:
-            text = json.dumps(summary_with_limits(result, checks), indent=2, allow_nan=False)
-    say(text)
-    if out is not None:
-        from .._pages._export import write
-
-        print_written(write(result, out, None, checks), json_)
-    return exit_code(result.ok, checks, fail_on_limit)
+    if toml:
+        print(scene_text(found), end="")
+    else:
+        table = parameter_table(found)
+        cli.tell(table, table.as_list, json_)
+    return 0
 
 
-@app.command
-def reproduce(*, out: Path | None = None, json_: Json = False) -> int:
-    """Recompute the published tables cell by cell: printed, computed, difference, verdict; draw what a formula gives.
+@scene.command
+def check(scenario: cli.Scenario, /, *, set_: cli.Set = None, json_: cli.Flag = False) -> int:
+    """Check a scene without running it: every error in one report (exit code 2), or none, and what is unusual.
 
     Parameters
     ----------
-    out
-        Folder for pictures of the papers' figures and tables that a formula gives, with the printed numbers as points.
     json_
-        Print a list of {table, row, column, printed, computed, verdict}, alone on stdout.
+        Print {faults, warnings} as JSON, alone on stdout.
     """
-    prepare_jax()
-    from ..published import cells, report
+    cli.prepare_jax()
+    from .._parts._scene import plausibility, warnings
+    from ..files._schema import count_text
 
-    rows = cells()
-    print(json.dumps([cell.as_dict() for cell in rows], indent=1, allow_nan=False) if json_ else report(rows))
-    if out is not None:
-        from .._pages._export import write_published
+    try:
+        found = cli.opened(scenario, set_)
+        sb.check(found)
+    except InputError as error:
+        if not json_:
+            raise
+        faults = [{"path": f.path, "problem": f.problem, "hint": f.hint} for f in error.faults]
+        cli.tell("", lambda: {"faults": faults, "warnings": []}, json_)
+        return 2
+    said = [*warnings(found), *plausibility(found)]
+    lines = [f"no error: {count_text(found)}", *(f"warning  {text}" for text in said)]
+    cli.tell("\n".join(lines), lambda: {"faults": [], "warnings": said}, json_)
+    return 0
 
-        print_written(write_published(out), json_)
-    return 1 if any(cell.verdict == "disagrees" for cell in rows) else 0
+
+@scene.command
+def schema(name: str | None = None, /, *, json_: cli.Flag = False) -> int:
+    """Print the format of scene files: keys, units, ranges, meaning.
+
+    Parameters
+    ----------
+    name
+        A type, as HookLoad or layered_heat, or a key, as friction. Without it: everything, from the scene down.
+    json_
+        Print the JSON Schema of scene files (draft 2020-12), alone on stdout: editors complete and check with it.
+    """
+    from ..files._schema import json_schema, schema_text
+
+    print(cli.as_json(json_schema()) if json_ else schema_text(name))
+    return 0
 
 
-app.command(scene)
-for _command in (
-    report,
-    animate,
-    compare,
-    estimates,
-    synthesize,
-    materials,
-    life,
-    sensitivity,
-    sweep,
-    calibrate,
-    validate,
-    doctor,
-):
+for _command in (scene, *_runs.COMMANDS, *_studies.COMMANDS, *_checks.COMMANDS):
     app.command(_command)
 
 
 def main(arguments: list[str] | None = None) -> None:
     """Entry point of the `simbrake` command."""
-    from .._base._faults import InputError
-
     print_readably()
     try:
         code = app(arguments, exit_on_error=False, print_error=True, result_action="return_value")
         sys.stdout.flush()
+        sys.exit(code if isinstance(code, int) else 0)
     except cyclopts.CycloptsError:
         sys.exit(2)
     except InputError as error:
-        print(f"simbrake: {error}", file=sys.stderr)
-        sys.exit(2)
+        _end(error, 2)
+    except RuntimeError as error:
+        if not isinstance(error, sb.SimulationError | sb.formulas.SynthesisError):
+            raise
+        _end(error, 1)
     except KeyboardInterrupt:
-        print("simbrake: interrupted; what --resume DIR keeps is kept, the same command goes on", file=sys.stderr)
-        sys.exit(130)
+        _end("interrupted; what --resume DIR keeps is kept, the same command goes on", 130)
     except BrokenPipeError:
-        nobody_reads()
+        cli.redirect_output()
         sys.exit(1)
-    sys.exit(code if isinstance(code, int) else 0)
+
+
+def _end(message: object, code: int) -> None:
+    print(f"simbrake: {message}", file=sys.stderr)
+    sys.exit(code)

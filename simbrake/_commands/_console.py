@@ -1,25 +1,30 @@
-"""What is printed where the output takes fewer characters than UTF-8: ω as omega, ≤ as <=, and nothing that fails."""
+"""The terminal around the commands: outputs that take fewer characters than UTF-8, and the completion of shells."""
 
 import codecs
 import itertools
+import os
+import re
+import shlex
 import sys
 import unicodedata
+from collections.abc import Callable
 from io import TextIOWrapper
+from pathlib import Path
+from typing import Literal, get_args
+
+from .._base._faults import Fault, InputError
+from .._base._whole import whole_file
+
+# --- ω as omega, ≤ as <=, and nothing that fails ----------------------------------------------------------------------
 
 _NAME = "simbrake-readable"
 
 #: symbols in letters and signs of ASCII; none of these is a quote or a backslash, which mean something in JSON and TOML
 _SYMBOLS = {
+    **dict(zip("µ·⋅×•–—−≈∝∂∘ℓ“”’\N{NO-BREAK SPACE}", "u**x*---~~dol''' ", strict=True)),
+    **{dotted: f"{plain}'" for dotted, plain in zip("ċėġḣṪẋẏ", "ceghTxy", strict=True)},
     "°": "deg",
-    "µ": "u",
     "§": "section ",
-    "·": "*",
-    "⋅": "*",
-    "×": "x",
-    "•": "*",
-    "–": "-",
-    "—": "-",
-    "−": "-",
     "…": "...",
     "→": "->",
     "½": "1/2",
@@ -29,24 +34,14 @@ _SYMBOLS = {
     "≤": "<=",
     "≥": ">=",
     "≠": "!=",
-    "≈": "~",
-    "∝": "~",
     "≫": ">>",
     "∞": "inf",
-    "∂": "d",
     "∇": "grad ",
     "∫": "int",
     "∏": "prod",
     "√": "sqrt",
-    "∘": "o",
-    "ℓ": "l",
-    "“": "'",
-    "”": "'",
-    "’": "'",
     "✓": "ok",
-    **{dotted: f"{plain}'" for dotted, plain in zip("ċėġḣṪẋẏ", "ceghTxy", strict=True)},
     "ẍ": "x''",
-    "\N{NO-BREAK SPACE}": " ",
     "\N{COMBINING DOT ABOVE}": "'",
     "\N{COMBINING MACRON}": "",
     "\N{COMBINING CIRCUMFLEX ACCENT}": "",
@@ -102,3 +97,51 @@ def print_readably() -> None:
     for stream, usual in ((sys.stdout, ("strict", "surrogateescape")), (sys.stderr, ("backslashreplace",))):
         if isinstance(stream, TextIOWrapper) and stream.errors in usual:
             stream.reconfigure(errors=_NAME)
+
+
+# --- the completion script of a shell in one file, and the line that loads it -----------------------------------------
+
+Shell = Literal["zsh", "bash", "fish", "powershell"]
+
+
+def write_completion(generate: Callable[..., str], shell: Shell | None, output: Path | None) -> str:
+    """Writes the completion script that `generate(shell=…)` gives to `output`, whole or not at all, and nothing else.
+
+    Returns what was written, and how the shell is made to load it. Raises `InputError` where the shell is not known or
+    the file cannot be written.
+    """
+    name = shell or Path(os.environ.get("SHELL", "")).name
+    if name not in get_args(Shell):
+        what = f"unknown shell (SHELL is {name!r})" if name else "SHELL is not set"
+        raise InputError([Fault("--shell", what, "give --shell bash, zsh, fish or powershell")])
+    script, home = generate(shell=name), Path.home()
+    data = Path(os.environ.get("XDG_DATA_HOME") or home / ".local" / "share")
+    config = Path(os.environ.get("XDG_CONFIG_HOME") or home / ".config")
+    # zsh is told by name which function of the script completes
+    found = re.search(r"^(\w+)\(\)", script, re.MULTILINE)
+    function = found[1] if found else "_simbrake"
+    # where the shell looks for completions of a user, its start file, the line there that loads a file
+    usual, start, line = {
+        "bash": (data / "bash-completion" / "completions" / "simbrake", "~/.bashrc", ". {}"),
+        "zsh": (
+            home / ".zsh" / "completions" / function,
+            "~/.zshrc, after compinit",
+            f". {{}} && compdef {function} simbrake",
+        ),
+        "fish": (config / "fish" / "completions" / "simbrake.fish", "~/.config/fish/config.fish", "source {}"),
+        "powershell": (None, "your profile ($PROFILE)", ". {}"),
+    }[name]
+    place = output or usual
+    if place is None:
+        raise InputError([Fault("--output", f"is missing: {name} has no standard place for it", "give a file")])
+    place = place.absolute()
+    with whole_file(place) as scratch:
+        # Windows PowerShell takes a script without a mark for one in the machine's old encoding
+        scratch.write_text("\ufeff" * (name == "powershell") + script, "utf-8")
+    if output is None and name == "fish":
+        return f"written  {place}\nno start file was changed: fish loads it from there"
+    if output is None and name == "bash":
+        start += ", where bash-completion 2.8 or later does not load it from there"
+    path = f"'{str(place).replace(chr(39), 2 * chr(39))}'" if name == "powershell" else shlex.quote(str(place))
+    how = f"no start file was changed; a line that loads it, to be added to {start}:"
+    return f"written  {place}\n{how}\n    {line.format(path)}"

@@ -1,24 +1,24 @@
-"""Scenes as files: TOML read with every fault in one report and written without loss, or Python."""
+"""Scenes as files: TOML read with every error in one report and written without loss, or Python."""
 
 import dataclasses
-import difflib
-import importlib.util
+import runpy
 import tomllib
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TypeAlias
 
 import equinox as eqx
 import numpy as np
 from jax.core import Tracer
 
 from .._base._faults import Fault, InputError
-from .._base._quantity import BAD, NumberReader, Quantity, Whole, example, shown
+from .._base._quantity import BAD, NumberReader, Quantity, Whole, example, faults_of_whole, leaves, shown
 from .._base._whole import whole_file
 from .._parts._scene import Scene, check, paths_without_meaning
 from ..thermal._material import LIBRARY, Material, material
-from ._schema import Part, makers_of, parts_of, several, short_of
+from ._schema import FORMAT, VERSION, Maker, Part, history, makers_of, nearest, parts_of, several, short_of
 
+#: what a TOML file has: a text, number, flag, date, list or table
+Toml: TypeAlias = object
 #: so many kinds are told apart by their keys in a hint
 _FEW = 3
 
@@ -26,76 +26,73 @@ _FEW = 3
 class SceneReader(NumberReader):
     """Reads objects by the description of `_schema`. `folder`: where files are sought that the tables name."""
 
-    def __init__(self, folder: Path):
+    def __init__(self, folder: Path) -> None:
         super().__init__()
         self.folder = folder
 
     # --- objects --------------------------------------------------------------------------------------------------
 
-    def object(self, value: Any, wanted: tuple[type, ...], path: str, unit: str) -> Any:
+    def read(self, value: Toml, wanted: tuple[type, ...], path: str, unit: str) -> object:
         """An object of one of the `wanted` classes from a table, or from what stands for one in short."""
         makers = makers_of(wanted)
-        if isinstance(value, str) and "Material" in makers:
-            return self._material(value, path)
+        if isinstance(value, str) and Material in wanted:
+            if value in LIBRARY:
+                return material(value)
+            return self.fault(path, f"{shown(value)} is not a material of the library", nearest(value, sorted(LIBRARY)))
         short = short_of(wanted)
         if not isinstance(value, dict):
             if short is None or isinstance(value, bool) or not isinstance(value, int | float | str | list):
-                return self.fault(path, f"{shown(value)} is not a table", f"give a table with {_of(makers)}")
+                return self.fault(path, f"{shown(value)} is not a table", f"give a table with {_keys_of(makers)}")
             first = parts_of(short)[0]
-            inner = self.part(value, first, path, unit if first.unit == "SI" else first.unit)
+            inner = self.part(value, first, path, first.unit_at(unit))
             return BAD if inner is BAD else self._made(short, {first.name: inner}, path)
         table = dict(value)
         maker = self._maker(table, makers, path)
         return BAD if maker is None else self._fields(table, maker, path, unit)
 
-    def _maker(self, table: dict[str, Any], makers: dict[str, Callable[..., Any]], path: str) -> Any:
+    def _maker(self, table: dict[str, Toml], makers: dict[str, Maker], path: str) -> Maker | None:
         """Which class or builder a table means: by its `type`, or the only one that its keys fit."""
-        kind = table.pop("type", None)
+        kind, here = table.pop("type", None), _join(path, "type")
         if kind is not None:
             if isinstance(kind, str) and kind in makers:
                 return makers[kind]
-            near = difflib.get_close_matches(str(kind), makers, n=1)
-            hint = f"nearest: {near[0]}" if near else f"there are: {', '.join(makers)}"
-            return self.fault(f"{path}.type".lstrip("."), f"{shown(kind)} is none that fits here", hint) and None
+            self.fault(here, f"{shown(kind)} is none that fits here", nearest(str(kind), makers))
+            return None
         if len(makers) == 1:
             return next(iter(makers.values()))
         names = {name: {part.name for part in parts_of(maker)} for name, maker in makers.items()}
-        needed = {
-            name: {part.name for part in parts_of(m) if part.needed and not part.nullable} for name, m in makers.items()
-        }
+        needed = {name: {part.name for part in parts_of(maker) if part.needed} for name, maker in makers.items()}
         keys = set(table)
-        whole = [name for name in makers if needed[name] <= keys <= names[name]]
-        partly = [name for name in makers if keys and keys <= names[name]]
-        most = max((len(keys & names[name]) for name in makers), default=0)
-        closest = [name for name in makers if most and len(keys & names[name]) == most]
-        for fits in (whole, partly, closest):
-            if len(fits) == 1:
-                return makers[fits[0]]
-        fits = whole or partly or closest or list(makers)
+        # the better reason comes first: nothing is missing or unknown, nothing is unknown, the most keys are known
+        reasons = {
+            name: (needed[name] <= keys <= known, bool(keys) and keys <= known, len(keys & known))
+            for name, known in names.items()
+        }
+        fits = [name for name, reason in reasons.items() if reason == max(reasons.values())]
+        if len(fits) == 1:
+            return makers[fits[0]]
         hint = f"one of: {', '.join(_told_by(name, fits, needed) for name in fits)}"
-        self.fault(f"{path}.type".lstrip("."), "is missing: the keys do not tell which kind is meant", hint)
+        self.fault(here, "is missing: the keys do not tell which kind is meant", hint)
         return None
 
-    def _fields(self, table: dict[str, Any], maker: Callable[..., Any], path: str, unit: str) -> Any:
+    def _fields(self, table: dict[str, Toml], maker: Maker, path: str, unit: str) -> object:
         parts = {part.name: part for part in parts_of(maker)}
-        if "file" in parts:
-            parts.pop("unit")  # a history's column has the unit of the place where it stands
-        found: dict[str, Any] = {"unit": unit} if "file" in parts else {}
+        # a history's column has the unit of the place where it stands
+        found: dict[str, object] = {"unit": unit} if maker is history else {}
         for key in [key for key in table if key not in parts]:
-            near = difflib.get_close_matches(key, parts, n=2, cutoff=0.5)
-            hint = f"nearest: {', '.join(near)}" if near else f"there are: {', '.join(parts)}"
-            found[key] = self.fault(_join(path, key), f"unknown key of {maker.__name__}", hint)
+            what = f"unknown key of {maker.__name__}"
+            found[key] = self.fault(_join(path, key), what, nearest(key, parts))
         for name, part in parts.items():
             here = _join(path, name)
             if name in table:
-                found[name] = self.part(table[name], part, here, unit if part.unit == "SI" else part.unit)
-            elif part.needed and not part.nullable:
-                found[name] = self.fault(here, "is missing", _wish(part, unit))
+                found[name] = self.part(table[name], part, here, part.unit_at(unit))
             elif part.needed:
+                found[name] = self.fault(here, "is missing", _wish(part, part.unit_at(unit)))
+            elif part.default is dataclasses.MISSING:
                 found[name] = None
         return BAD if any(value is BAD for value in found.values()) else self._made(maker, found, path)
 
-    def _made(self, maker: Callable[..., Any], found: dict[str, Any], path: str) -> Any:
+    def _made(self, maker: Maker, found: dict[str, object], path: str) -> object:
         try:
             return maker(**found)
         except InputError as error:  # of a file that it read
@@ -105,16 +102,9 @@ class SceneReader(NumberReader):
         except (ValueError, OverflowError) as error:
             return self.fault(path, str(error))
 
-    def _material(self, name: str, path: str) -> Any:
-        if name in LIBRARY:
-            return material(name)
-        near = difflib.get_close_matches(name, LIBRARY, n=2)
-        hint = f"nearest: {', '.join(near)}" if near else f"there are: {', '.join(sorted(LIBRARY))}"
-        return self.fault(path, f"{shown(name)} is not a material of the library", hint)
-
     # --- parts ----------------------------------------------------------------------------------------------------
 
-    def part(self, value: Any, part: Part, path: str, unit: str) -> Any:
+    def part(self, value: Toml, part: Part, path: str, unit: str) -> object:
         """The value of one key."""
         if part.many:
             if not isinstance(value, list):
@@ -123,33 +113,27 @@ class SceneReader(NumberReader):
             return BAD if any(one is BAD for one in entries) else tuple(entries)
         return self._one(value, part, path, unit)
 
-    def _one(self, value: Any, part: Part, path: str, unit: str) -> Any:
-        if part.kind == "object" or (part.wanted and isinstance(value, dict)):
-            return self.object(value, part.wanted, path, unit)
-        if part.kind == "number":
-            assert isinstance(part.about, Quantity)
+    def _one(self, value: Toml, part: Part, path: str, unit: str) -> object:
+        if part.kind is eqx.Module or (part.wanted and isinstance(value, dict)):
+            return self.read(value, part.wanted, path, unit)
+        if isinstance(part.about, Quantity):
             return self.number(value, part.about, path, unit)
-        if part.kind == "whole":
-            return self._whole(value, part.about, path)
-        if part.kind == "flag":
+        if isinstance(part.about, Whole):
+            found = faults_of_whole(path, value, part.about)
+            self.faults += found
+            return BAD if found else value
+        if part.kind is bool:
             return value if isinstance(value, bool) else self.fault(path, f"{shown(value)} is not true or false")
         if not isinstance(value, str):
             return self.fault(path, f"{shown(value)} is not a text", "give it in quotes")
-        return self.folder / value if part.kind == "file" else value
-
-    def _whole(self, value: Any, about: Any, path: str) -> Any:
-        if isinstance(value, bool) or not isinstance(value, int):
-            return self.fault(path, f"{shown(value)} is not a whole number", "as in 20")
-        if isinstance(about, Whole) and not about.low <= value <= about.high:
-            return self.fault(path, f"{value} is out of range", f"{about.meaning} must be {about.low}…{about.high}")
-        return value
+        return self.folder / value if part.kind is Path else value
 
 
 def _join(path: str, name: str) -> str:
     return f"{path}.{name}" if path else name
 
 
-def _of(makers: dict[str, Callable[..., Any]]) -> str:
+def _keys_of(makers: dict[str, Maker]) -> str:
     if len(makers) > 1:
         return f"the keys of one of: {', '.join(makers)}"
     return "the keys " + ", ".join(part.name for maker in makers.values() for part in parts_of(maker))
@@ -162,23 +146,15 @@ def _told_by(name: str, fits: list[str], needed: dict[str, set[str]]) -> str:
 
 
 def _wish(part: Part, unit: str) -> str:
-    if part.kind == "number":
-        assert part.about is not None
-        return f"{part.about.meaning}{example(unit if part.unit == 'SI' else part.unit)}"
-    if part.kind == "whole":
-        assert part.about is not None
-        return f"{part.about.meaning}, a whole number"
-    if part.kind == "object":
-        makers = makers_of(part.wanted)
-        return f"a table: {', '.join(makers)}" if len(makers) > 1 else f"a table with {_of(makers)}"
-    return f"a {part.kind}"
+    """What is to be given for a part that is missing."""
+    if part.about is not None:
+        return part.about.meaning + (example(unit) if isinstance(part.about, Quantity) else ", a whole number")
+    if len(part.makers) > 1:
+        return f"a table: {', '.join(part.makers)}"
+    return f"a table with {_keys_of(part.makers)}" if part.makers else "a text"
 
 
 # --- TOML -------------------------------------------------------------------------------------------------------------
-
-#: key of a file that says in which form it is written
-FORMAT = "format"
-_VERSION = "simbrake scene 1"
 
 
 def scene_from_text(text: str, folder: str | Path = ".") -> Scene:
@@ -190,20 +166,20 @@ def scene_from_text(text: str, folder: str | Path = ".") -> Scene:
     not tell; a bare number stands for the constant law, a text for a material of the library. What is left out is
     absent or has its default. `folder`: where files that it names are sought.
 
-    Raises `InputError` with every fault: path, value, unit, why, and the nearest name or the range.
+    Raises `InputError` with every error: path, value, unit, why, and the nearest name or the range.
     """
     try:
         tables = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise InputError([Fault("TOML", str(error), "mend the line named; texts stand in quotes")]) from None
+        raise InputError([Fault("TOML", str(error), "fix this line; texts stand in quotes")]) from None
     except (RecursionError, ValueError) as error:  # a number of more digits than Python converts
         raise InputError([Fault("TOML", f"cannot be read: {error}"[:200])]) from None
     reader = SceneReader(Path(folder))
-    version = tables.pop(FORMAT, _VERSION)
-    if version != _VERSION:
-        reader.fault(FORMAT, f"{version!r} is not known", f'this program reads "{_VERSION}"')
+    version = tables.pop(FORMAT, VERSION)
+    if version != VERSION:
+        reader.fault(FORMAT, f"{version!r} is not known", f'this program reads "{VERSION}"')
     try:
-        scene = reader.object(tables, (Scene,), "", "SI")
+        scene = reader.read(tables, (Scene,), "", "SI")
     except RecursionError:
         raise InputError([Fault("TOML", "is nested too deeply")]) from None
     if reader.faults:
@@ -214,14 +190,10 @@ def scene_from_text(text: str, folder: str | Path = ".") -> Scene:
 
 
 def read_scene(path: str | Path) -> Scene:
-    """The scene of a TOML file; see `scene_from_text`. Raises `InputError` with every fault."""
-    path = Path(path)
+    """The scene of a TOML file; see `scene_from_text`. Raises `InputError` with every error."""
+    path = _existing(Path(path), "*.toml")
     try:
         text = path.read_text("utf-8")
-    except FileNotFoundError:
-        there = sorted(str(file) for file in path.parent.glob("*.toml")) if path.parent.is_dir() else []
-        hint = f"there are: {', '.join(there[:8])}" if there else "give the path of a scene file"
-        raise InputError([Fault(str(path), "there is no such file", hint)]) from None
     except (OSError, UnicodeDecodeError) as error:
         raise InputError([Fault(str(path), f"cannot be read: {error}", "give a TOML file in UTF-8")]) from None
     return scene_from_text(text, path.parent)
@@ -230,15 +202,17 @@ def read_scene(path: str | Path) -> Scene:
 def scene_text(scene: Scene) -> str:
     """A scene as TOML, every number with its unit; `scene_from_text` gives the same scene back, to the last bit.
 
-    Raises `InputError` naming all parts that a file cannot hold: functions and classes of one's own, traced numbers.
+    Raises `InputError` naming all parts that a file cannot hold: custom functions and classes, traced numbers.
     """
     import tomli_w
 
-    writer = _Writer(paths_without_meaning(scene))
-    tables = writer.table(scene, (Scene,), "", "SI")
-    if writer.faults:
-        raise InputError(writer.faults)
-    return tomli_w.dumps({FORMAT: _VERSION, **tables})
+    hint = "write the scene outside of jit and grad"
+    faults = [Fault(leaf.path, "is traced", hint) for leaf in leaves(scene) if isinstance(leaf.value, Tracer)]
+    writer = _Writer(paths_without_meaning(scene), faults)
+    tables = {} if faults else writer.table(scene, (Scene,), "", "SI")
+    if faults:
+        raise InputError(faults)
+    return tomli_w.dumps({FORMAT: VERSION, **tables})
 
 
 def write_scene(scene: Scene, path: str | Path) -> None:
@@ -251,56 +225,37 @@ def write_scene(scene: Scene, path: str | Path) -> None:
 class _Writer:
     """Goes through a scene by the same description that the reader has."""
 
-    def __init__(self, left_out: tuple[str, ...]) -> None:
-        self.faults: list[Fault] = []
-        self.left_out = left_out
+    def __init__(self, left_out: tuple[str, ...], faults: list[Fault]) -> None:
+        self.left_out, self.faults = left_out, faults
 
-    def table(self, node: Any, wanted: tuple[type, ...], path: str, unit: str) -> dict[str, Any]:
-        makers = makers_of(wanted)
-        name = type(node).__name__
-        if makers.get(name) is not type(node):
-            what = f"{name} is a class or a function of one's own"
+    def table(self, node: eqx.Module, wanted: tuple[type, ...], path: str, unit: str) -> dict[str, Toml]:
+        maker = type(node)
+        if makers_of(wanted).get(maker.__name__) is not maker:
+            what = f"{maker.__name__} is a custom class or function"
             self.faults.append(Fault(path, what, "a file cannot hold it; keep the scene in Python"))
             return {}
-        table: dict[str, Any] = {"type": name} if several(wanted) else {}
-        return table | self._entries(type(node), node, path, unit)
-
-    def _entries(self, maker: Callable[..., Any], node: Any, path: str, unit: str) -> dict[str, Any]:
-        entries = {}
+        table: dict[str, Toml] = {"type": maker.__name__} if several(wanted) else {}
         for part in parts_of(maker):
-            value = getattr(node, part.name)
-            here = f"{path}.{part.name}" if path else part.name
+            value, here = getattr(node, part.name), _join(path, part.name)
             if value is not None and here not in self.left_out:
-                entries[part.name] = self._value(value, part, here, unit if part.unit == "SI" else part.unit)
-        return entries
+                table[part.name] = self._value(value, part, here, part.unit_at(unit))
+        return table
 
-    def _value(self, value: Any, part: Part, path: str, unit: str) -> Any:
-        if part.many:
-            return [self._one(v, part, f"{path}[{i}]", unit) for i, v in enumerate(value)]
+    def _value(self, value: object, part: Part, path: str, unit: str) -> Toml:
+        if isinstance(value, tuple) and part.many:
+            return [self._one(one, part, f"{path}[{i}]", unit) for i, one in enumerate(value)]
         return self._one(value, part, path, unit)
 
-    def _one(self, value: Any, part: Part, path: str, unit: str) -> Any:
+    def _one(self, value: object, part: Part, path: str, unit: str) -> Toml:
         if isinstance(value, Material):
-            known = next((name for name in LIBRARY if _same(material(name), value)), None)
+            known = next((name for name in LIBRARY if eqx.tree_equal(material(name), value)), None)
             return known or self.table(value, part.wanted, path, unit)
         if isinstance(value, eqx.Module):
             return self.table(value, part.wanted, path, unit)
         if not isinstance(part.about, Quantity):
             return value
-        if isinstance(value, Tracer):
-            self.faults.append(Fault(path, "is traced", "write the scene outside of jit and grad"))
-            return 0.0
-        return _number(np.asarray(value, np.float64).tolist(), unit)
-
-
-def _number(value: float | list[float], unit: str) -> Any:
-    return value if unit in ("1", "SI") else f"{value!r} {unit}"
-
-
-def _same(a: Any, b: Any) -> bool:
-    """Whether two objects without parts of their own have the same numbers."""
-    pairs = [(getattr(a, field.name), getattr(b, field.name)) for field in dataclasses.fields(a)]
-    return all((x is None) == (y is None) and (x is None or np.array_equal(x, y)) for x, y in pairs)
+        number = np.asarray(value, np.float64).tolist()
+        return number if unit in ("1", "SI") else f"{number!r} {unit}"
 
 
 # --- files of either kind ---------------------------------------------------------------------------------------------
@@ -309,38 +264,33 @@ def _same(a: Any, b: Any) -> bool:
 def open_scene(file: str | Path) -> Scene:
     """The scene of a TOML file, or that which the function `scene()` of a Python file returns.
 
-    Raises `InputError` with every fault of a TOML file, and with the error of a Python file in one line.
+    Raises `InputError` with every error of a TOML file, and with the error of a Python file in one line.
     """
-    file = Path(file)
-    if not file.is_file():
-        folder = file.parent if file.parent.is_dir() else Path(".")
-        there = sorted(str(f) for kind in ("*.toml", "*.py") for f in folder.glob(kind))
-        if file.is_dir():
-            there = sorted(str(f) for kind in ("*.toml", "*.py") for f in file.glob(kind))
-        hint = f"there are: {', '.join(there[:8])}" if there else "give the path of a scene file"
-        raise InputError([Fault(str(file), "is a folder" if file.is_dir() else "there is no such file", hint)])
+    file = _existing(Path(file), "*.toml", "*.py")
     if file.suffix == ".toml":
         return read_scene(file)
     if file.suffix != ".py":
         hint = "a scene is a .toml file, or a .py file with a function scene()"
         raise InputError([Fault(str(file), "is neither TOML nor Python", hint)])
-    return _from_python(file)
-
-
-def _from_python(file: Path) -> Scene:
-    spec = importlib.util.spec_from_file_location(f"scenario_{file.stem}", file)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
     try:
-        spec.loader.exec_module(module)
-        if not callable(getattr(module, "scene", None)):
+        names = runpy.run_path(str(file), run_name=f"scenario_{file.stem}")
+        if not callable(names.get("scene")):
             raise InputError([Fault(str(file), "defines no function scene()", "return a simbrake.Scene from it")])
-        scene = module.scene()
+        scene = names["scene"]()
     except InputError:
         raise
-    except Exception as error:  # whatever goes wrong in somebody's file is a fault of the input, told in one line
-        raise InputError([Fault(str(file), f"{type(error).__name__}: {error}", "mend the scenario file")]) from error
+    except Exception as error:  # whatever goes wrong in somebody's file is an error of the input, told in one line
+        raise InputError([Fault(str(file), f"{type(error).__name__}: {error}", "fix the scenario file")]) from error
     if not isinstance(scene, Scene):
         raise InputError([Fault(str(file), f"scene() returned {type(scene).__name__}", "return a simbrake.Scene")])
     return scene
+
+
+def _existing(file: Path, *kinds: str) -> Path:
+    """The file. Raises `InputError` with the files of these kinds that there are, where it is a folder or none."""
+    if file.exists() and not file.is_dir():
+        return file
+    folder = file if file.is_dir() else file.parent if file.parent.is_dir() else Path(".")
+    there = sorted(str(one) for kind in kinds for one in folder.glob(kind))
+    hint = f"there are: {', '.join(there[:8])}" if there else "give the path of a scene file"
+    raise InputError([Fault(str(file), "is a folder" if file.is_dir() else "there is no such file", hint)])

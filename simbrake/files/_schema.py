@@ -1,31 +1,72 @@
-"""What may stand in a scene: one description of every part, as tables to read and as JSON Schema."""
+"""Format of scene files: one description of every part, as tables to read and as JSON Schema."""
 
 import dataclasses
 import difflib
 import functools
-import importlib
 import inspect
+import textwrap
 import typing
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Annotated, NamedTuple, TypeAlias
 
 import equinox as eqx
 import numpy as np
+from tabulate import tabulate
 
 from .._base._faults import Fault, InputError
-from .._base._quantity import Quantity, Whole, about_of, alternatives, leaves, short_of, unit_below
+from .._base._quantity import Quantity, Whole, about_of, alternatives, leaves, short_of, takes_values, unit_below
+from .._base._table import Column, Table, numbers
 from .._parts._programme import programme_scene
 from .._parts._scene import AbstractDuty, Scene
+from ..brakes import _pressed as _pressed  # kinds of brake, which are found among the subclasses of theirs
 from ..brakes._design import AbstractBrake, Lining, uniform_linings
-from ..profiles import AbstractProfile, ramp
+from ..profiles import AbstractProfile, PiecewiseLinear, ramp
+from ..studies._measured import CsvFile
 from ..thermal._builders import layered_heat, lumped_heat, with_external_pair, with_pulley_structure
 from ..thermal._heat import Heat
-from ..thermal._material import LIBRARY
-from ._history import history
+from ..thermal._material import LIBRARY, Material
 
+
+@takes_values
+def history(
+    file: Path, column: str, unit: str = "SI", time: str = "t", begin: Annotated[float, Quantity("s", "shift")] = 0.0
+) -> PiecewiseLinear:
+    """A profile of straight lines between the rows of a CSV file; every row is a time breakpoint, at which a step ends.
+
+    - `column`, `time`: names of the columns; units stand in the header as `slack_tension [kN]`, `t [ms]`, SI without
+    - `unit`: SI unit of the column;  `begin` (s) is added to the times
+
+    Two rows at one time are a jump. Rows with an empty cell are left out. Raises `InputError` with every error of the
+    file: line, column, value and what to do.
+    """
+    table = CsvFile(Path(file))
+    names = {head.name: i for i, head in enumerate(table.heads)}
+    if table.heads:
+        for name in (time, column):
+            if name not in names:
+                table.fault(" header", f"has no column {name}", f"there are: {', '.join(names)}")
+    if table.faults:
+        raise InputError(table.faults)
+    t, values = table.column(names[time], "s", needed=True), table.column(names[column], unit)
+    there = np.isfinite(t) & np.isfinite(values)
+    if not table.faults and not there.any():
+        table.fault(f" column {column}", "has no value")
+    if not table.faults and np.any(np.diff(t[there]) < 0):
+        first = int(np.flatnonzero(np.diff(t[there]) < 0)[0])
+        line = [line for (line, _), kept in zip(table.rows, there, strict=True) if kept][first + 1]
+        table.fault(f" line {line}, column {time}", "is earlier than the line before", "sort the rows by time")
+    if table.faults:
+        raise InputError(table.faults)
+    return PiecewiseLinear(t[there] + begin, values[there])
+
+
+#: key of a scene file that says in which format it is written, and the present one
+FORMAT, VERSION = "format", "simbrake scene 1"
+#: a class, or a function that makes an object of one
+Maker: TypeAlias = Callable[..., object]
 #: functions that make an object of a class, by name in a file as the classes themselves are
-BUILDERS: dict[type, tuple[Callable[..., Any], ...]] = {
+BUILDERS: dict[type, tuple[Maker, ...]] = {
     Lining: (uniform_linings,),
     AbstractProfile: (ramp, history),
     Scene: (programme_scene,),
@@ -33,96 +74,94 @@ BUILDERS: dict[type, tuple[Callable[..., Any], ...]] = {
 }
 #: families whose classes have no keys that would do for another one of them
 TOLD_BY_KEYS: set[type] = {AbstractBrake, AbstractDuty}
-#: modules that define parts
-_PARTS = (
-    "friction",
-    "loads",
-    "profiles",
-    "wear",
-    "thermal._builders",
-    "thermal._heat",
-    "brakes._design",
-    "brakes._pressed",
-)
 
 
 class Part(NamedTuple):
     """One field of a class, or parameter of a builder.
 
-    - `kind`: number, whole, text, flag, file, or object;  `many`: a list of them
+    - `kind`: `float` of a number, `eqx.Module` of an object, else `int`, `str`, `bool` or `Path` (a file), `None` of
+      what no file can hold;  `many`: a list of them
     - `about`: of a number or whole number;  `wanted`: classes of an object, which may also replace a number
     - `unit`: what the unit `SI` means below it, `SI` where that depends on what is above
     """
 
     name: str
-    kind: str
+    kind: type | None
     about: Quantity | Whole | None
     wanted: tuple[type, ...]
     many: bool
     nullable: bool
-    default: Any
+    default: object
     unit: str
 
     @property
     def needed(self) -> bool:
-        return self.default is dataclasses.MISSING
+        return self.default is dataclasses.MISSING and not self.nullable
+
+    @property
+    def makers(self) -> dict[str, Maker]:
+        return makers_of(self.wanted)
+
+    def unit_at(self, unit: str) -> str:
+        """Its unit where `SI` means `unit`."""
+        return unit if self.unit == "SI" else self.unit
 
 
-_KINDS = {str: "text", bool: "flag", int: "whole", Path: "file"}
+#: kinds beside numbers and objects: in words, and in JSON Schema
+_PLAIN = {
+    int: ("whole number", "integer"),
+    str: ("text", "string"),
+    bool: ("true or false", "boolean"),
+    Path: ("CSV file", "string"),
+}
 
 
 @functools.cache
-def parts_of(maker: Callable[..., Any]) -> tuple[Part, ...]:
-    """The fields of a class, or the parameters of a builder, in their order."""
+def parts_of(maker: Maker) -> tuple[Part, ...]:
+    """The fields of a class, or the parameters of a builder, in their order.
+
+    Without the unit of a history's column: in a file it is that of the place where the history stands.
+    """
     if isinstance(maker, type):
         hints = typing.get_type_hints(maker)
         fields = [field for field in dataclasses.fields(maker) if field.init]
         return tuple(_of_field(field, hints[field.name]) for field in fields)
     annotated = inspect.unwrap(maker)
     hints = typing.get_type_hints(annotated, include_extras=True)
-    return tuple(_of_parameter(one, hints[one.name]) for one in inspect.signature(annotated).parameters.values())
+    parameters = [one for one in inspect.signature(annotated).parameters.values() if one.name != "unit"]
+    return tuple(_of_parameter(one, hints[one.name]) for one in parameters)
 
 
-def _of_field(field: dataclasses.Field, hint: Any) -> Part:
+def _of_field(field: dataclasses.Field, hint: object) -> Part:
     default = field.default if field.default_factory is dataclasses.MISSING else field.default_factory()
     about = about_of(field, "SI") or field.metadata.get("whole")
     return _part(field.name, hint, about, default, unit_below(field, "SI"))
 
 
-def _of_parameter(parameter: inspect.Parameter, hint: Any) -> Part:
+def _of_parameter(parameter: inspect.Parameter, hint: object) -> Part:
     about = None
-    if typing.get_origin(hint) is typing.Annotated:
+    if typing.get_origin(hint) is Annotated:
         hint, about = typing.get_args(hint)
     default = dataclasses.MISSING if parameter.default is inspect.Parameter.empty else parameter.default
     return _part(parameter.name, hint, about, default, about.unit if isinstance(about, Quantity) else "SI")
 
 
-def _part(name: str, hint: Any, about: Any, default: Any, unit: str) -> Part:
+def _part(name: str, hint: object, about: Quantity | Whole | None, default: object, unit: str) -> Part:
     many = typing.get_origin(hint) is tuple
     kinds = alternatives(typing.get_args(hint)[0] if many else hint)
     wanted = tuple(t for t in kinds if isinstance(t, type) and issubclass(t, eqx.Module))
     nullable = type(None) in kinds or default is None
     if isinstance(about, Quantity):
-        kind = "number"
-    elif wanted:
-        kind = "object"
+        kind = float
     else:
-        kind = next((_KINDS[t] for t in kinds if t in _KINDS), "")
+        kind = eqx.Module if wanted else next((t for t in kinds if t in _PLAIN), None)
     return Part(name, kind, about, wanted, many, nullable, default, unit)
 
 
 @functools.cache
-def _import_all_parts() -> None:
-    """Classes are found among the subclasses of their family, so all of them must be there."""
-    for name in _PARTS:
-        importlib.import_module(f"{__name__.partition('.')[0]}.{name}")
-
-
-@functools.cache
-def makers_of(wanted: tuple[type, ...]) -> dict[str, Callable[..., Any]]:
+def makers_of(wanted: tuple[type, ...]) -> dict[str, Maker]:
     """Classes and builders that give one of the `wanted` classes and can be written in a file: name → maker."""
-    _import_all_parts()
-    found: dict[str, Callable[..., Any]] = {}
+    found: dict[str, Maker] = {}
     for base in wanted:
         family, seen = [base], set()
         while family:
@@ -132,7 +171,7 @@ def makers_of(wanted: tuple[type, ...]) -> dict[str, Callable[..., Any]]:
             if one in seen or not own or inspect.isabstract(one):
                 continue
             seen.add(one)
-            if all(part.kind for part in parts_of(one)):  # functions of one's own cannot be written
+            if all(part.kind for part in parts_of(one)):  # custom functions cannot be written
                 found[one.__name__] = one
         for builder in BUILDERS.get(base, ()):
             found[builder.__name__] = builder
@@ -147,72 +186,66 @@ def several(wanted: tuple[type, ...]) -> bool:
 
 
 @functools.cache
-def all_makers() -> dict[str, Callable[..., Any]]:
+def all_makers() -> dict[str, Maker]:
     """Everything that a scene file may name or imply, from the scene down: name → maker."""
-    found: dict[str, Callable[..., Any]] = dict(makers_of((Scene,)))
-    open_ends: list[Callable[..., Any]] = list(found.values())
+    found: dict[str, Maker] = dict(makers_of((Scene,)))
+    open_ends: list[Maker] = list(found.values())
     while open_ends:
         for part in parts_of(open_ends.pop(0)):
-            for name, maker in makers_of(part.wanted).items():
-                if name not in found:
-                    found[name] = maker
-                    open_ends.append(maker)
+            new = {name: maker for name, maker in part.makers.items() if name not in found}
+            found |= new
+            open_ends += new.values()
     return found
 
 
 # --- JSON Schema ------------------------------------------------------------------------------------------------------
 
+Json: TypeAlias = Mapping[str, object]
 _UNITS = "SI, or a text with its unit"
 
 
-def json_schema() -> dict[str, Any]:
+def json_schema() -> dict[str, object]:
     """JSON Schema (draft 2020-12) of a scene file, from the same description that reads it.
 
     Ranges are those of numbers in SI; texts with a unit are only checked by simbrake itself.
     """
-    makers = all_makers()
-    tables = {name: _table(name, maker) for name, maker in makers.items()}
     roots = makers_of((Scene,))
-    for name in roots:
-        tables[name]["properties"]["format"] = {"const": "simbrake scene 1"}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "simbrake scene",
         "anyOf": [{"$ref": f"#/$defs/{name}"} for name in roots],
-        "$defs": tables,
+        "$defs": {name: _table(name, maker, name in roots) for name, maker in all_makers().items()},
     }
 
 
-def _table(name: str, maker: Callable[..., Any]) -> dict[str, Any]:
-    parts = [part for part in parts_of(maker) if not (name == "history" and part.name == "unit")]
-    properties = {part.name: _part_schema(part) for part in parts} | {"type": {"const": name}}
-    needed = [part.name for part in parts if part.needed and not part.nullable]
+def _table(name: str, maker: Maker, root: bool) -> dict[str, object]:
+    parts = parts_of(maker)
+    properties = {part.name: _schema_of(part) for part in parts} | {"type": {"const": name}}
+    if root:
+        properties[FORMAT] = {"const": VERSION}
+    needed = [part.name for part in parts if part.needed]
     return {"type": "object", "properties": properties, "required": needed, "additionalProperties": False}
 
 
-def _part_schema(part: Part) -> dict[str, Any]:
-    one = _one(part)
+def _schema_of(part: Part) -> Json:
+    about = part.about
+    objects: list[Json] = [{"$ref": f"#/$defs/{name}"} for name in part.makers]
+    if isinstance(about, Quantity):
+        meaning = about.meaning if about.unit in ("1", "SI") else f"{about.meaning}, {about.unit} ({_UNITS})"
+        one = {"anyOf": [*_numbers(about), *objects], "description": meaning}
+    elif isinstance(about, Whole):
+        one = {"type": "integer", "minimum": about.low, "maximum": about.high, "description": about.meaning}
+    elif part.kind in _PLAIN:
+        one = {"type": _PLAIN[part.kind][1]}
+    else:
+        objects += [{"type": "number"}, {"type": "string"}] if short_of(part.wanted) else []
+        objects += [{"enum": sorted(LIBRARY)}] if Material in part.wanted else []
+        one = {"anyOf": objects}
     return {"type": "array", "items": one} if part.many else one
 
 
-def _one(part: Part) -> dict[str, Any]:
-    alternatives: list[dict[str, Any]] = [{"$ref": f"#/$defs/{name}"} for name in makers_of(part.wanted)]
-    if isinstance(part.about, Quantity) and part.kind == "number":
-        return {"anyOf": [*_numbers(part.about), *alternatives], "description": _meaning(part.about)}
-    if isinstance(part.about, Whole):
-        low, high = part.about.low, part.about.high
-        return {"type": "integer", "minimum": low, "maximum": high, "description": part.about.meaning}
-    if part.kind == "object":
-        if short_of(part.wanted):
-            alternatives += [{"type": "number"}, {"type": "string"}]
-        if "Material" in makers_of(part.wanted):
-            alternatives.append({"enum": sorted(LIBRARY)})
-        return {"anyOf": alternatives}
-    return {"type": "boolean" if part.kind == "flag" else "string"}
-
-
-def _numbers(about: Quantity) -> list[dict[str, Any]]:
-    number: dict[str, Any] = {"type": "number"}
+def _numbers(about: Quantity) -> list[Json]:
+    number: dict[str, object] = {"type": "number"}
     if about.low is not None:
         number["exclusiveMinimum" if about.open_low else "minimum"] = about.low
     if about.high is not None:
@@ -221,45 +254,18 @@ def _numbers(about: Quantity) -> list[dict[str, Any]]:
     return [number, text, {"type": "array", "items": {"anyOf": [number, text]}}] if about.many else [number, text]
 
 
-def _meaning(about: Quantity) -> str:
-    return about.meaning if about.unit in ("1", "SI") else f"{about.meaning}, {about.unit} ({_UNITS})"
-
-
 # --- tables to read ---------------------------------------------------------------------------------------------------
 
 
-def numbers_of(scene: Scene) -> list[dict[str, Any]]:
-    """Every number of a scene: path, value (SI), unit, meaning."""
-    return [
-        {
-            "path": leaf.path,
-            "value": np.asarray(leaf.value).tolist(),
-            "unit": leaf.about.unit,
-            "meaning": leaf.about.meaning,
-        }
-        for leaf in leaves(scene)
+def parameter_table(scene: Scene) -> Table:
+    """Every parameter of a scene: path, value (SI), unit, meaning."""
+    columns = [
+        "path",
+        Column("value", show=lambda value: numbers(value, count=10).text),
+        Column("unit", show=lambda unit: "" if unit in ("1", "SI") else unit, left=True),
+        "meaning",
     ]
-
-
-def _value_text(value: Any) -> str:
-    array = np.asarray(value)
-    if array.ndim == 0:
-        return f"{float(array):.10g}"
-    if array.size and np.ptp(array) <= 1e-14 * np.abs(array).max():
-        return f"{array.size} × {array.flat[0]:.10g}"
-    shown = [f"{x:.6g}" for x in array]
-    return f"[{', '.join(shown if len(shown) <= 6 else [*shown[:3], '…', *shown[-2:]])}]"
-
-
-def numbers_text(scene: Scene) -> str:
-    """The table of `simbrake scene show`."""
-    rows = [(row["path"], _value_text(row["value"]), row["unit"], row["meaning"]) for row in numbers_of(scene)]
-    widths = [max(len(row[i]) for row in rows) for i in range(3)]
-    lines = [
-        f"{path:<{widths[0]}}  {value:>{widths[1]}} {'' if unit in ('1', 'SI') else unit:<{widths[2]}}  {meaning}"
-        for path, value, unit, meaning in rows
-    ]
-    return "\n".join(line.rstrip() for line in lines)
+    return Table(columns, [(leaf.path, leaf.value, leaf.about.unit, leaf.about.meaning) for leaf in leaves(scene)])
 
 
 def count_text(scene: Scene) -> str:
@@ -275,61 +281,50 @@ def count_text(scene: Scene) -> str:
     return ", ".join(words)
 
 
-def range_text(about: Quantity | Whole | None, unit: str) -> str:
-    """The range of a number in words, as `> 0 m`."""
-    if isinstance(about, Whole):
-        return f"{about.low}…{about.high}"
+def _about_text(about: Quantity | Whole | None) -> str:
+    """Meaning and range of a number, as `width, > 0`."""
     if about is None:
         return ""
-    range_ = "" if about.range == "finite" else about.range
-    return range_ + (", one or a list" if about.many else "")
+    if isinstance(about, Whole):
+        return f"{about.meaning}, {about.low}…{about.high}"
+    within = "" if about.range == "finite" else about.range
+    return ", ".join(x for x in (about.meaning, within, "one or a list" if about.many else "") if x)
 
 
 def _kind_text(part: Part) -> str:
-    if part.kind == "object":
-        names = " | ".join(makers_of(part.wanted))
-        short = " | a number" if short_of(part.wanted) else ""
-        short += " | name in the library" if "Material" in makers_of(part.wanted) else ""
-        return f"list of {names}{short}" if part.many else names + short
-    if part.kind == "number":
-        laws = "".join(f" | {name}" for name in makers_of(part.wanted))
+    if part.kind in _PLAIN:
+        return _PLAIN[part.kind][0]
+    names = [*part.makers]
+    if part.kind is float:
         unit = "of its place" if part.unit == "SI" else part.unit
-        return ("number" if unit == "1" else f"number, {unit}") + laws
-    return {"whole": "whole number", "text": "text", "flag": "true or false", "file": "CSV file"}[part.kind]
+        names = ["number" if unit == "1" else f"number, {unit}", *names]
+    else:
+        names += ["a number"] if short_of(part.wanted) else []
+        names += ["name in the library"] if Material in part.wanted else []
+    return ("list of " if part.many else "") + " | ".join(names)
 
 
 def _default_text(part: Part) -> str:
-    if part.needed and not part.nullable:
+    default = part.default
+    if part.needed:
         return "needed"
-    if part.needed or part.default is None:
+    if default is None or default is dataclasses.MISSING:
         return "absent"
-    if isinstance(part.default, bool):
-        return str(part.default).lower()
-    if isinstance(part.default, int | float | np.ndarray) and np.size(part.default) == 1:
-        return f"{float(part.default):g}"
-    return part.default if isinstance(part.default, str) else "empty" if isinstance(part.default, tuple) else "zero"
+    if isinstance(default, bool):
+        return str(default).lower()
+    if isinstance(default, int | float | np.ndarray) and np.size(default) == 1:
+        return f"{float(default):g}"
+    return default if isinstance(default, str) else "empty" if isinstance(default, tuple) else "zero"
 
 
-def _block(name: str, maker: Callable[..., Any]) -> str:
+def _block(name: str, maker: Maker) -> str:
     doc = (inspect.getdoc(maker) or "").split("\n\n")[0].replace("\n", " ").partition("  - ")[0]
-    parts = [part for part in parts_of(maker) if not (name == "history" and part.name == "unit")]
     rows = [
-        (
-            part.name,
-            _default_text(part),
-            _kind_text(part),
-            ""
-            if part.about is None
-            else ", ".join(x for x in (part.about.meaning, range_text(part.about, part.unit)) if x),
-        )
-        for part in parts
+        (part.name, _default_text(part), "  — ".join(x for x in (_kind_text(part), _about_text(part.about)) if x))
+        for part in parts_of(maker)
     ]
-    widths = [max((len(row[i]) for row in rows), default=0) for i in range(2)]
-    lines = [
-        f"  {key:<{widths[0]}}  {default:<{widths[1]}}  {kind}{'  — ' + about if about else ''}"
-        for key, default, kind, about in rows
-    ]
-    return "\n".join([f"{name}: {doc}", *lines])
+    table = tabulate(rows, tablefmt="plain", disable_numparse=True)
+    return f"{name}: {doc}\n{textwrap.indent(table, '  ')}".rstrip()
 
 
 _HEAD = """A scene file is TOML. Keys are those below, from `Scene` down. Numbers are in SI, or texts with their unit
@@ -339,20 +334,25 @@ has the value given here."""
 
 
 def schema_text(name: str | None = None) -> str:
-    """What may stand in a scene file: of one type or key, or everything. Raises `InputError` for unknown names."""
+    """Format of scene files: of one type or key, or everything. Raises `InputError` for unknown names."""
     makers = all_makers()
+    parts = [part for maker in makers.values() for part in parts_of(maker)]
     if name is None:
-        return "\n\n".join([_HEAD, *(_block(key, maker) for key, maker in makers.items())])
-    if name in makers:
-        return _block(name, makers[name])
-    of_key: dict[str, Callable[..., Any]] = {}
-    keys = {part.name for maker in makers.values() for part in parts_of(maker)}
-    for maker in makers.values():
-        for part in parts_of(maker):
-            if part.name == name:
-                of_key |= makers_of(part.wanted)
-    if of_key:
-        return "\n\n".join(_block(key, maker) for key, maker in of_key.items())
-    near = difflib.get_close_matches(name, [*makers, *keys], n=3)
-    hint = f"nearest: {', '.join(near)}" if near else f"there are: {', '.join(makers)}"
-    raise InputError([Fault(name, "is no type and no key with a type of a scene", hint)])
+        chosen = makers
+    elif name in makers:
+        chosen = {name: makers[name]}
+    else:
+        chosen = {key: maker for part in parts if part.name == name for key, maker in part.makers.items()}
+    if not chosen:
+        keys = sorted({part.name for part in parts})
+        hint = nearest(str(name), [*makers, *keys], instead=makers)
+        raise InputError([Fault(str(name), "unknown type, or key without a type", hint)])
+    blocks = [_block(key, maker) for key, maker in chosen.items()]
+    return "\n\n".join([_HEAD, *blocks] if name is None else blocks)
+
+
+def nearest(name: str, names: Iterable[str], *, instead: Iterable[str] | None = None) -> str:
+    """Hint for an unknown name: the most similar ones, or all of them (of `instead`) where none is similar."""
+    names = list(names)
+    near = difflib.get_close_matches(name, names, n=2, cutoff=0.5)
+    return f"nearest: {', '.join(near)}" if near else f"there are: {', '.join(names if instead is None else instead)}"

@@ -1,0 +1,201 @@
+"""Commands about the installation and the program: doctor, validate, reproduce."""
+
+import os
+import platform
+import warnings
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import simbrake as sb
+
+from . import _options as cli
+
+CANNOT = "simbrake cannot compute here."
+PACKAGES = ("simbrake", "jax", "jaxlib", "diffrax", "equinox", "numpy", "scipy")
+
+
+def versions() -> dict[str, str]:
+    """Python, simbrake and the packages that its numbers depend on."""
+    return {"python": platform.python_version()} | {name: version(name) for name in PACKAGES}
+
+
+def doctor(*, time_: cli.Flag = False, json_: cli.Flag = False) -> int:
+    """Report what this installation has: versions, devices, 64 bits, kept programs, accelerators and their worth.
+
+    The exit code is 1 if simbrake cannot compute here.
+
+    Parameters
+    ----------
+    time_
+        Measure a standard stop as well, in seconds of processor time: compiling, a warm run, its error.
+    json_
+        Print {ok, notes, versions, tested_jax, x64, devices, cache, xla_flags, accelerators, timing}, alone on stdout.
+    """
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        try:
+            cli.prepare_jax()
+            found = _examined()
+        except (ImportError, RuntimeError, AssertionError) as error:  # JAX finds no device of JAX_PLATFORMS, say
+            why = f"{type(error).__name__}: {error}".strip().splitlines()[0]
+            platforms = os.environ.get("JAX_PLATFORMS")
+            note = why + (f" (JAX_PLATFORMS is {platforms}: try without it)" if platforms else "")
+            cli.tell(f"{CANNOT}\n  {note}", lambda: {"ok": False, "notes": [note], "versions": versions()}, json_)
+            return 1
+    notes = [str(one.message) for one in caught if issubclass(one.category, UserWarning)]
+    missing = [row["name"] for row in found["accelerators"] if not row["in_force"]]
+    if missing:
+        notes.append(f"XLA refuses {', '.join(missing)}: answers are the same, only slower (see accelerators)")
+    if not found["cache"]["folder"]:
+        notes.append("compiled programs are not kept: every command compiles anew; set JAX_COMPILATION_CACHE_DIR")
+    report = {"ok": found["x64"], "notes": notes} | found
+    if time_ and report["ok"]:
+        report["timing"] = _timing()
+    cli.tell(_text(report), lambda: report, json_)
+    return cli.exit_code(report["ok"])
+
+
+def _examined() -> dict[str, Any]:
+    """Everything but the time of a run."""
+    import jax
+    import jax.numpy as jnp
+
+    from .._base._compiling import FIRST_UNTESTED_JAX, OLDEST_JAX, WORTH, accelerators, run_device
+
+    here = run_device()
+    refused = accelerators(here.platform).refused
+    rows = [{"name": name, "in_force": name not in refused, "worth": worth} for name, worth in WORTH.items()]
+    oldest, untested = (".".join(map(str, numbers)) for numbers in (OLDEST_JAX, FIRST_UNTESTED_JAX))
+    folder = jax.config.jax_compilation_cache_dir or ""  # pyright: ignore
+    sizes = [file.stat().st_size for file in Path(folder).rglob("*") if file.is_file()] if folder else []
+    devices = [str(device) for device in jax.devices()]
+    return {
+        "versions": versions(),
+        "tested_jax": f"{oldest} to below {untested}",
+        "x64": jnp.ones(()).dtype == jnp.float64,
+        "devices": {"all": devices, "single_runs": str(here), "ensembles": devices},
+        "cache": {"folder": folder, "programs": len(sizes), "bytes": sum(sizes)},
+        "xla_flags": os.environ.get("XLA_FLAGS", ""),
+        "accelerators": rows if here.platform == "cpu" else [],
+    }
+
+
+def _timing() -> dict[str, float]:
+    """Processor time of a stop of 20 linings on an elastic band, and the relative error of its stopping time."""
+    import time
+
+    from ..checks._reference_scenes import closed_form, stop_scene
+
+    begin = time.process_time()
+    run = sb.prepare(stop_scene(), ("stopping_time",), max_steps=128)
+    compiling, count = time.process_time() - begin, 200
+    stop = run().metrics["stopping_time"]
+    begin = time.process_time()
+    for _ in range(count):
+        run()
+    warm = (time.process_time() - begin) / count
+    return {"compiling": compiling, "warm_run": warm, "error": abs(stop / closed_form()["stop"] - 1)}
+
+
+def _text(report: dict[str, Any]) -> str:
+    """The report for reading, verdict first."""
+    devices, cache = report["devices"], report["cache"]
+    size = f"{cache['programs']} files, {cache['bytes'] / 1e6:.1f} MB"
+    lines = [
+        ("versions", ", ".join(f"{name} {number}" for name, number in report["versions"].items())),
+        ("", f"tested with JAX {report['tested_jax']}"),
+        ("precision", f"{'64' if report['x64'] else '32'} bits"),
+        ("devices", ", ".join(devices["all"])),
+        ("", f"single runs on {devices['single_runs']}, ensembles on {', '.join(devices['ensembles'])}"),
+        ("programs", f"{cache['folder']} ({size})" if cache["folder"] else "not kept"),
+        ("XLA_FLAGS", f"{report['xla_flags'] or 'not set'} (simbrake never sets it)"),
+    ]
+    for i, row in enumerate(report["accelerators"]):
+        state = "in force" if row["in_force"] else "refused"
+        lines.append(("" if i else "accelerators", f"{row['name']:<38}{state:<10}{row['worth']}"))
+    if "timing" in report:
+        t = report["timing"]
+        took = f"compiling {t['compiling']:.2g} s, a warm run {t['warm_run'] * 1e6:.3g} µs of processor time"
+        lines.append(("timing", f"standard stop: {took}, error {t['error']:.1e}"))
+    verdict = "simbrake can compute here." if report["ok"] else CANNOT
+    notes = [f"  note: {note}" for note in report["notes"]]
+    return "\n".join([verdict, *notes, "", *(f"{name:<14}{text}" for name, text in lines)])
+
+
+def validate(
+    *,
+    only: str | None = None,
+    list_: cli.Flag = False,
+    cross_check: Path | None = None,
+    method: str | None = None,
+    rtol: float = 1e-10,
+    allowed: float | None = None,
+    max_evaluations: int = 400_000,
+    set_: cli.Set = None,
+    json_: cli.Flag = False,
+) -> int:
+    """Compare simbrake with independent reference solutions: closed forms and published numbers; or a scene with SciPy.
+
+    Parameters
+    ----------
+    only
+        Run the cases whose name holds this, or fits it as a pattern with *.
+    list_
+        Print the cases without running them.
+    cross_check
+        Scene to repeat with SciPy instead: changes of mode, event times, state and energies at the end, side by side.
+    method
+        Of scipy.integrate.solve_ivp, for --cross-check: DOP853, RK45, RK23, Radau, BDF, LSODA.
+    rtol
+        Relative tolerance of both runs of --cross-check.
+    allowed
+        Relative difference allowed by --cross-check, 100 times rtol by default.
+    max_evaluations
+        Evaluations of the right-hand side that SciPy may take in --cross-check.
+    json_
+        Print a list of {case, source, value, truth, error, tolerance, verdict}, alone on stdout.
+    """
+    cli.prepare_jax()
+    if list_ and cross_check is None:
+        from .._base._table import Column, Table
+        from ..checks._validate import chosen
+
+        columns = ["case", Column("tolerance", show=".0e"), "source", Column("truth", hidden=True)]
+        table = Table(columns, [(c.name, c.tolerance, c.source, c.truth) for lane in chosen(only) for c in lane])
+        cli.tell(table, table.as_list, json_)
+        return 0
+    if cross_check is None:
+        report = sb.validate(only, progress=None)
+    else:
+        scene = cli.opened(cross_check, set_, rtol, max_evaluations=max_evaluations)
+        report = sb.cross_check(
+            scene, method=method, rtol=rtol, tolerance=allowed, max_evaluations=max_evaluations, progress=None
+        )
+    cli.tell(report, report.as_list, json_)
+    return cli.exit_code(report.ok)
+
+
+def reproduce(*, out: cli.Out = None, json_: cli.Flag = False) -> int:
+    """Recompute the published tables cell by cell: printed, computed, difference, verdict; draw what a formula gives.
+
+    Parameters
+    ----------
+    out
+        Folder for figures of the papers' figures and tables that a formula gives, with the printed numbers as points.
+    json_
+        Print a list of {table, row, column, printed, computed, verdict}, alone on stdout.
+    """
+    cli.prepare_jax()
+    from ..published import cells, report
+
+    rows = cells()
+    cli.tell(report(rows), lambda: [cell.as_dict() for cell in rows], json_)
+    if out is not None:
+        from .._pages._export import write_published
+
+        cli.print_written(write_published(out), json_)
+    return cli.exit_code(not any(cell.verdict == "disagrees" for cell in rows))
+
+
+COMMANDS = (doctor, validate, reproduce)

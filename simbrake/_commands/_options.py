@@ -1,0 +1,230 @@
+"""What the commands share: options, the scene they work on, how they print and write, and their exit codes."""
+
+import gc
+import json
+import os
+import sys
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, TypeVar
+
+from cyclopts import Parameter
+
+from .._base._faults import Fault, InputError
+from .._base._whole import whole_file as whole_file
+from .._base._whole import whole_folder
+
+if TYPE_CHECKING:
+    from .._parts._scene import Scene
+    from .._run._measure import LimitCheck
+    from .._run._result import Result as Result
+else:
+    Scene = Result = LimitCheck = object  # the modules that define them load JAX, for which `--help` does not wait
+
+T = TypeVar("T")
+
+# --- options that several commands have, and what their help says; a command's docstring says the rest ----------------
+
+Many = Annotated[list[str] | None, Parameter(negative="", consume_multiple=False)]
+Flag = Annotated[bool, Parameter(negative="")]
+Out = Annotated[Path | None, Parameter(name=["--out", "-o"])]
+Scenario = Annotated[Path, Parameter(help="Scene file: TOML, or Python with a function scene().")]
+_SET = 'PATH=VALUE: override a parameter of the scene (SI, or with unit), as "duty.load.mass=30 t"; may be repeated.'
+Set = Annotated[Many, Parameter(help=_SET)]
+Rtol = Annotated[float, Parameter(help="Relative tolerance of the integration.")]
+MaxSteps = Annotated[int | None, Parameter(help="Step attempts allowed.")]
+Json = Annotated[Flag, Parameter(help="Print the results as JSON, alone on stdout.")]
+_SIMULATE = "Simulate the scene as well; without it time and work are those of a classical stop."
+Simulate = Annotated[bool, Parameter(help=_SIMULATE)]
+_LIMIT = (
+    'METRIC=VALUE: maximum allowed value (SI, or with its unit), as "max_tension=120 kN" or '
+    '"peak_rim_temperature=450 degC"; of a metric or max_pressure; may be repeated.'
+)
+Limits = Annotated[Many, Parameter(help=_LIMIT)]
+_FAIL = "Exit with code 3 if a limit is exceeded: one of --limit, or the permissible temperature of the scene."
+FailOnLimit = Annotated[Flag, Parameter(help=_FAIL)]
+
+# --- before a command works -------------------------------------------------------------------------------------------
+
+
+def _cache() -> str:
+    """Where compiled programs are kept; nowhere (empty) if there is no place that can be written."""
+    cache = os.environ.get("JAX_COMPILATION_CACHE_DIR")
+    if cache is None:
+        base = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
+        cache = os.path.join(base, "simbrake", "compiled")
+        if not os.path.isabs(cache):  # who has no home gets "~" for it
+            return ""
+    try:
+        if cache:
+            os.makedirs(cache, exist_ok=True)
+    except OSError:
+        return ""
+    return cache if os.access(cache, os.W_OK) else ""
+
+
+def prepare_jax() -> None:
+    """64 bits, and compiled programs kept between runs (`JAX_COMPILATION_CACHE_DIR` moves them, empty: none)."""
+    cache = _cache()
+    os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")  # hits of the cache are not logged
+    import jax
+
+    jax.config.update("jax_enable_x64", True)
+    if cache:
+        jax.config.update("jax_compilation_cache_dir", cache)
+        jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.1)
+    # tracing makes millions of small objects and hardly any rubbish in cycles: the collector need not look so often
+    gc.freeze()
+    gc.set_threshold(100_000, 50, 100)
+
+
+def attempt(faults: list[Fault], make: Callable[..., T], *arguments: object, **named: object) -> T | None:
+    """What `make` returns, or `None` and its errors added to `faults`, so that all of them come in one report."""
+    try:
+        return make(*arguments, **named)
+    except InputError as error:
+        faults += error.faults
+        return None
+
+
+def opened(
+    scenario: Path,
+    set_: list[str] | None,
+    rtol: float = 1e-10,
+    *,
+    folder: Path | None = None,
+    faults: Iterable[Fault] = (),
+    also: Callable[[Scene], Iterable[Fault]] | None = None,
+    **counts: int | None,
+) -> Scene:
+    """The scene of a command with its parameters overridden, after JAX is prepared.
+
+    - `folder`: of `--out`;  `counts`: options that are at least 1
+    - `faults`: errors of other options;  `also`: errors of what is asked of the scene
+
+    Raises one `InputError` with the errors of options, scene and parameters.
+    """
+    prepare_jax()
+    from .._run._edit import parse_assignments, with_values
+    from ..files._scene_file import open_scene
+
+    found = [*faults]
+    if not 1e-15 < rtol < 0.1:
+        found.append(Fault("--rtol", f"{rtol} is out of range", "0 < rtol < 0.1"))
+    for name, count in counts.items():
+        if count is not None and count < 1:
+            found.append(Fault(f"--{name.replace('_', '-')}", f"{count} is out of range", "at least 1"))
+    if folder is not None and folder.exists() and not folder.is_dir():
+        found.append(Fault("--out", f"{folder} is a file", "give a folder"))
+    scene, values = attempt(found, open_scene, scenario), attempt(found, parse_assignments, set_ or [])
+    if scene is not None and values:
+        scene = attempt(found, with_values, scene, values)
+    if scene is not None and also is not None:
+        found += also(scene)
+    if found or scene is None:
+        raise InputError(found)
+    return scene
+
+
+def faults_of_file(out: Path | None, *endings: str) -> list[Fault]:
+    """What is wrong with the name of a file to be written; `endings`: those that there are, any if none are given."""
+    if out is None:
+        return []
+    if out.is_dir():
+        return [Fault("--out", f"{out} is a folder", "give a file")]
+    if endings and out.suffix not in endings:
+        hint = f"give {', '.join(endings[:-1])} or {endings[-1]}"
+        return [Fault(str(out), f"{out.suffix or 'a name without ending'} is not a format of this file", hint)]
+    return []
+
+
+def assignments(
+    option: str, form: str, texts: list[str] | None, read: Callable[[str], T], faults: list[Fault]
+) -> dict[str, T]:
+    """Values by name from texts of the `form` NAME=VALUE; what `read` raises `ValueError` for goes to `faults`."""
+    found: dict[str, T] = {}
+    for text in texts or []:
+        name, _, value = (part.strip() for part in text.partition("="))
+        if name in found:
+            faults.append(Fault(f"{option} {name}", "is given twice", "give each parameter once"))
+            continue
+        try:
+            found[name] = read(value if name else "")
+        except ValueError:
+            faults.append(Fault(f"{option} {text}", f"is not of the form {form}", "numbers are in SI units"))
+    return found
+
+
+def bounds(text: str) -> tuple[float, float]:
+    """`LOW:HIGH` as two numbers. Raises `ValueError`."""
+    low, high = (float(end) for end in text.split(":"))
+    return low, high
+
+
+def limits_of(scene: Scene, texts: list[str] | None, fail: bool, metrics: Sequence[str] = ()) -> dict[str, float]:
+    """Limits of `--limit` in SI; `--fail-on-limit` (`fail`) needs something that can be exceeded.
+
+    Raises one `InputError` with the errors of both, and of the names of other `metrics`.
+    """
+    from .._run._measure import check_metrics, has_limit, parse_limits
+
+    limits, faults = parse_limits(scene, texts or [])
+    if fail and not texts and not has_limit(scene, {}):
+        hint = "give --limit, or the scene a permissible temperature (heat.permissible)"
+        faults.append(Fault("--fail-on-limit", "there is no limit that could be exceeded", hint))
+    attempt(faults, check_metrics, scene, metrics)
+    if faults:
+        raise InputError(faults)
+    return limits
+
+
+# --- after it has worked ----------------------------------------------------------------------------------------------
+
+
+def redirect_output() -> None:
+    """Discards what is printed from now on: its reader has gone."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def say(text: object) -> None:
+    """Prints at once. A reader that has gone, as `head -1` does, does not end the work that is still to be done."""
+    try:
+        print(text, flush=True)
+    except BrokenPipeError:
+        redirect_output()
+
+
+def as_json(data: object) -> str:
+    return json.dumps(data, indent=1, allow_nan=False)
+
+
+def tell(found: object, data: Callable[[], object], json_: bool) -> None:
+    """Prints what was found as text, or its `data` as JSON."""
+    say(as_json(data()) if json_ else found)
+
+
+def print_written(written: Iterable[Path], json_: bool) -> None:
+    if not json_:
+        say("written  " + ", ".join(str(path) for path in written))
+
+
+def write(folder: Path, files: Mapping[str, str | Callable[[Path], object]], json_: bool) -> None:
+    """Writes files by their names, all or none, and prints which: a text, or what a function writes to a path."""
+    with whole_folder(folder) as (scratch, written):
+        for name, content in files.items():
+            if isinstance(content, str):
+                (scratch / name).write_text(content + "\n", "utf-8")
+            else:
+                content(scratch / name)
+    print_written(written, json_)
+
+
+def exit_code(ok: bool, exceeded: bool = False) -> int:
+    """0 the command reached its end, 1 it failed, 3 a limit is exceeded and it was asked to say so."""
+    return 1 if not ok else 3 if exceeded else 0
+
+
+def any_exceeded(checks: Iterable[LimitCheck]) -> bool:
+    from .._run._measure import LimitVerdict
+
+    return any(check.verdict == LimitVerdict.EXCEEDED for check in checks)
