@@ -11,10 +11,10 @@ import jax.numpy as jnp
 import numpy as np
 
 import simbrake as sb
-from simbrake.checks._reference_problems import arrays as arrays
-from simbrake.checks._reference_problems import first_event_times as first_event_times
-from simbrake.checks._reference_scenes import closed_form as closed_form
-from simbrake.checks._reference_scenes import stop_scene as stop_scene
+from simbrake.checks._cases_band import closed_form as closed_form
+from simbrake.checks._cases_band import stop_scene as stop_scene
+from simbrake.checks._cases_integrator import arrays as arrays
+from simbrake.checks._cases_integrator import first_event_times as first_event_times
 from simbrake.hybrid import LANDED, STOPPED
 
 DOPRI8 = sb.hybrid.ExplicitRungeKutta(diffrax.Dopri8())
