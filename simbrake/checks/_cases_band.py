@@ -23,9 +23,9 @@ from ..brakes._band import AbstractStiffness, grip, tension_ratio
 from ..brakes._design import Band, Bandage, Brake, Lining, Pulley
 from ..friction import AbstractFriction, ConstantFriction, Contact
 from ..hybrid._arrays import Array
-from ..layouts._closed_form import equal_increment_angles
 from ..loads import AbstractLoad, HookLoad, TorqueLoad, differential_lever_tension
 from ..profiles import AbstractProfile, Constant, ExponentialRise, PiecewiseLinear
+from ..published import FRICTION, LAMBDA, allowed, cells, published_rows, stopped_band
 from ._validation import FORM, Case, Reader, Row, cases_of, cases_of_run
 
 _BOOK = "Khurmi & Gupta, Theory of Machines, band and block brake"
@@ -130,7 +130,7 @@ def staged_pair(
     J_1: Number = 40.0,
     J_2: Number = 4.0,
     w0: Number = 20.0,
-    lever: tuple[Values, Values] | None = None,
+    lever: tuple[Values, Sequence[Number] | Array] | None = None,
     end: Number = 3.0,
     c: Number = 500.0,
 ) -> Scene:
@@ -507,58 +507,39 @@ _TITLES = {
 }
 
 
-def _printed(what: str, source: str, printed: str, read: Reader) -> Row:
-    """A printed number is held to 1.5 units of its last place, or 0.5 % if that is more, as by `reproduce`."""
-    unit = 10.0 ** -len(printed.partition(".")[2])
-    return what, source, float(printed), read, max(0.005, 1.5 * unit / abs(float(printed)))
+def _row(what: str, table: str, printed: str, read: Reader) -> Row:
+    """A printed number, held to what `reproduce` allows."""
+    source = f"{_TITLES[table[0]]}, table {table[1]}"
+    return what, source, float(printed), read, allowed(printed) / abs(float(printed))
 
 
 def table_cases() -> list[Case]:
     """Rows of Z's tables 5 and 6 as stops: ten linings over 270°, λ = C R/T_0 = 5, at rest as k of them slide."""
-    found, n, wrap, lam = [], 10, math.radians(270.0), 5.0
-    for table, f, k, scheme, T_max, N_max in (
-        (5, 0.5, 8, "variable", "9.96", "2.36"),
-        (5, 0.5, 4, "uniform", "2.63", "1.23"),
-        (6, 0.3, 8, "variable", "3.56", "1.1"),
-    ):
-        angle = equal_increment_angles(f, n, k, wrap).angle if scheme == "variable" else np.full(n, wrap / n)
-        fz = f * np.tan(np.asarray(angle) / 2)
-        w_0 = lam / (float(np.prod(((1 + fz) / (1 - fz))[:k])) - 1)
-        scene = scene_of(1.0, n=n, f=f, R=1.0, J=lam / w_0**2, C=lam, w0=1.0, end=30.0)
-        source = f"{_TITLES['Z']}, table {table}"
-        stop = 1 / lam + math.pi / (2 * w_0)
+    found = []
+    for table, k, scheme in (("Z5", "8", "variable"), ("Z5", "4", "uniform"), ("Z6", "8", "variable")):
+        printed = next(row for row in published_rows(table) if (row["k"], row["scheme"]) == (k, scheme))
+        band = stopped_band(table, printed)
+        scene = scene_of(1.0, n=10, f=FRICTION[table], R=1.0, J=LAMBDA / band.w_0**2, C=LAMBDA, w0=1.0, end=30.0)
+        stop = 1 / LAMBDA + math.pi / (2 * band.w_0)
         rows = [
-            _printed("T_max", source, T_max, "metrics.max_tension"),
-            _printed("N_max", source, N_max, "metrics.max_normal_load"),
+            _row("T_max", table, printed["T_max"], "metrics.max_tension"),
+            _row("N_max", table, printed["N_max"], "metrics.max_normal_load"),
             ("stop", f"{FORM}1/λ + π/(2w_0) [Z-15, 16]", stop, "stopping_time"),
         ]
-        found += cases_of_run(
-            f"Z table {table}, k = {k}, {scheme}", with_values(scene, {"brake.linings.angle": angle}), rows
-        )
+        scene = with_values(scene, {"brake.linings.angle": band.angle})
+        found += cases_of_run(f"Z table {table[1]}, k = {k}, {scheme}", scene, rows)
     return found
 
 
 def cell_cases() -> list[Case]:
     """Single cells of the tables that `simbrake reproduce` recomputes whole."""
-
-    @functools.cache
-    def computed() -> dict[tuple[str, int, str], float]:
-        from ..published import cells
-
-        return {(cell.table, cell.row, cell.column): cell.computed for cell in cells()}
-
+    computed = functools.cache(lambda: {(cell.table, cell.row, cell.column): cell.computed for cell in cells()})
+    wanted = {"Z1": ["beta1_deg"], "Z2": ["T7"], "Z4": ["N3"], "V1": ["resistance"], "V2": ["K1", "share_metal"]}
     found = []
-    for table, row, column, printed in (
-        ("Z1", 0, "beta1_deg", "25.1"),
-        ("Z2", 0, "T7", "1.31"),
-        ("Z4", 0, "N3", "0.43"),
-        ("V1", 0, "resistance", "0.051"),
-        ("V2", 0, "K1", "3.329"),
-        ("V2", 0, "share_metal", "0.531"),
-    ):
-        source, key = f"{_TITLES[table[0]]}, table {table[1]}", (table, row, column)
-        line = _printed(column, source, printed, lambda values, key=key: values[key])
-        found += cases_of(f"{table} row {row}", computed, 0.0, [line])
+    for table, columns in wanted.items():
+        printed = published_rows(table)[0]
+        rows = [_row(name, table, printed[name], lambda values, key=(table, 0, name): values[key]) for name in columns]
+        found += cases_of(f"{table} row 0", computed, 0.0, rows)
     return found
 
 

@@ -125,6 +125,7 @@ class Course:
             return float(np.min(self.guards(t, y) + offset))
 
         lowest.terminal, lowest.direction = True, -1  # pyright: ignore
+        more: dict[str, Any] = {"jac": self.jacobian} if self.method in ("Radau", "BDF", "LSODA") else {}
         out = solve_ivp(
             self.rhs,
             (self.t, until),
@@ -134,7 +135,7 @@ class Course:
             rtol=self.rtol,
             atol=self.atol,
             max_step=self.max_step,
-            **({"jac": self.jacobian} if self.method in ("Radau", "BDF", "LSODA") else {}),
+            **more,
         )
         if out.status < 0:
             raise _EndedError(f"SciPy: {out.message}")

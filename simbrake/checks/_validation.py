@@ -40,12 +40,11 @@ Row: TypeAlias = tuple[str, str, float, Reader] | tuple[str, str, float, Reader,
 
 def cases_of(subject: str, run: Callable[[], Any], tolerance: float, rows: Iterable[Row]) -> list[Case]:
     """Cases that read one result, `run()`, which is made when the first of them is run."""
-    once = functools.cache(run)
-
-    def case(what: str, source: str, truth: float, read: Reader, allowed: float = tolerance) -> Case:
-        return Case(f"{subject}/{what}", source, truth, allowed, lambda: _read(once(), read))
-
-    return [case(*row) for row in rows]
+    once, found = functools.cache(run), []
+    for what, source, truth, read, *other in rows:
+        value = functools.partial(_read, once, read)
+        found.append(Case(f"{subject}/{what}", source, truth, other[0] if other else tolerance, value))
+    return found
 
 
 def cases_of_run(
@@ -55,7 +54,8 @@ def cases_of_run(
     return cases_of(subject, lambda: simulate(scene, rtol=rtol), tolerance, rows)
 
 
-def _read(found: Any, what: Reader) -> Any:
+def _read(run: Callable[[], Any], what: Reader) -> Any:
+    found = run()
     if not isinstance(what, str):
         return what(found)
     for name in what.split("."):

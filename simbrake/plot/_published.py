@@ -407,7 +407,7 @@ def _benchmark(data: dict[str, Any] | str | PathLike[str]) -> dict[str, Any]:
         except ValueError as error:
             raise InputError([Fault("data", f"is no JSON: {error}", hint)]) from error
     scenes = data.get("scenes") if isinstance(data, dict) else None
-    if not isinstance(scenes, dict) or not scenes:
+    if not isinstance(data, dict) or not isinstance(scenes, dict) or not scenes:
         raise InputError([Fault("data.scenes", "is missing or empty", hint)])
     missing = [f"{name}.{key}" for name, scene in scenes.items() for key in _missing(scene)]
     if missing:

@@ -11,7 +11,7 @@ formulas are checked against the printed tables instead, which hold the same for
 import csv
 import functools
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from importlib import resources
 from typing import NamedTuple, TypeAlias
 
@@ -85,13 +85,15 @@ def _misprints() -> dict[tuple[str, int, str], str]:
     return {(m["table"], int(m["row"]), m["column"]): m["reason"] for m in _rows("misprints.csv")}
 
 
-def agrees(printed: str, computed: float) -> bool:
-    """Within 1.5 units of the last printed place (integers: 1 unit) or 0.5 %."""
-    value = float(printed)
+def allowed(printed: str) -> float:
+    """The difference within which a number agrees: 1.5 units of its last place (integers: 1 unit), or 0.5 %."""
     places = len(printed.partition(".")[2])
-    unit = 10.0**-places * (1.5 if places else 1.0)
-    difference = abs(value - computed)
-    return bool(difference <= unit * (1 + 1e-9) or difference <= 0.005 * abs(value))
+    return max(10.0**-places * (1.5 if places else 1.0), 0.005 * abs(float(printed)))
+
+
+def agrees(printed: str, computed: float) -> bool:
+    """Whether a number agrees with a printed one (see `allowed`)."""
+    return bool(abs(float(printed) - computed) <= allowed(printed) * (1 + 1e-9))
 
 
 def _cell(table: str, row: int, column: str, printed: str, computed: float) -> Cell:
@@ -154,23 +156,30 @@ def _diagram(name: str, f: float, beta: Float[np.ndarray, " n"], k: int, lam: fl
     return BandDiagram(name, beta, tension, normal, float(lam / (tension[-1] - 1)))
 
 
-def _stop(f: float, printed: Printed) -> Computed:
-    """Z5, Z6: n = 10 linings over 270°, λ = 5; k of them slide."""
-    lam, n, wrap, k = 5.0, 10, math.radians(270.0), int(printed["k"])
+#: friction of Z's dynamic tables, and their `λ = C R/T_0`
+FRICTION = {"Z5": 0.5, "Z6": 0.3}
+LAMBDA = 5.0
+
+
+def stopped_band(table: str, printed: Printed) -> BandDiagram:
+    """A row of Z5 or Z6 at rest: n = 10 linings over 270°, k of them slide."""
+    f, n, wrap, k = FRICTION[table], 10, math.radians(270.0), int(printed["k"])
     if printed["scheme"] == "variable":
         k = min(k, 9)  # the rows headed k = 10 hold the numbers of k = 9
-        beta = equal_increment_angles(f, n, k, wrap).angle
-    else:
-        beta = np.full(n, wrap / n)
-    band = _diagram(printed["scheme"], f, beta, k, lam)
+        return _diagram("variable", f, equal_increment_angles(f, n, k, wrap).angle, k, LAMBDA)
+    return _diagram("uniform", f, np.full(n, wrap / n), k, LAMBDA)
+
+
+def _stop(table: str, printed: Printed) -> Computed:
+    band = stopped_band(table, printed)
     return {
-        "k": float(k),
+        "k": float(np.count_nonzero(np.diff(band.tension))),
         "w0": band.w_0,
-        **_numbered("beta{}_deg", np.degrees(beta)),
-        "tau_m": lam + math.pi / (2 * band.w_0),
+        **_numbered("beta{}_deg", np.degrees(band.angle)),
+        "tau_m": LAMBDA + math.pi / (2 * band.w_0),
         "T_max": float(band.tension[-1]),
         "N_max": float(np.max(band.normal)),
-        "tau_m_consistent": 1 / lam + math.pi / (2 * band.w_0),
+        "tau_m_consistent": 1 / LAMBDA + math.pi / (2 * band.w_0),
     }
 
 
@@ -191,34 +200,33 @@ def _resistances(rows: list[Printed]) -> list[Computed]:
     return found
 
 
-def _transmissions() -> list[Computed]:
+def _transmissions(rows: list[Printed]) -> list[Computed]:
     """V2: heat transmission to both sides of the friction surface, and the shares of the heat."""
     law = transmission_table()
     K_1, K_2 = (np.asarray(K) for K in law.transmissions(jnp.asarray(law.temperature)))
     share = K_1 / (K_1 + K_2)
     columns = {"K1": K_1, "K2": K_2, "R1": 1 / K_1, "R2": 1 / K_2, "share_metal": share, "share_lining": 1 - share}
-    return [{name: float(column[row]) for name, column in columns.items()} for row in range(len(K_1))]
+    return [{name: float(column[row]) for name, column in columns.items()} for row in range(len(rows))]
 
 
-def _fourier(printed: Printed) -> Computed:
+def _fourier(rows: list[Printed]) -> list[Computed]:
     """S1: `B = a/δ²` in 1/s, of the rim times 1000 (`Fo = 10⁻³ B τ` there)."""
-    diffusivity = {"steel": 1.14e-5, "cast_iron": 1.04e-5}[printed["material"]]
-    B = fourier_parameter(diffusivity, 1e-3 * float(printed["delta_mm"]))
-    return {"B": 1000 * B if printed["part"] == "rim" else B}
+    diffusivity, scale = {"steel": 1.14e-5, "cast_iron": 1.04e-5}, {"rim": 1000.0}
+    return [
+        {
+            "B": scale.get(row["part"], 1.0)
+            * fourier_parameter(diffusivity[row["material"]], 1e-3 * float(row["delta_mm"]))
+        }
+        for row in rows
+    ]
 
 
-#: the numbers of every row of a table
-_COMPUTED: dict[str, Callable[[list[Printed]], list[Computed]]] = {
-    **{
-        table: lambda rows, table=table: [_chords(float(printed["f"]))[table] for printed in rows]
-        for table in ("Z1", "Z2", "Z3", "Z4")
-    },
-    "Z5": lambda rows: [_stop(0.5, printed) for printed in rows],
-    "Z6": lambda rows: [_stop(0.3, printed) for printed in rows],
-    "V1": _resistances,
-    "V2": lambda rows: _transmissions(),
-    "S1": lambda rows: [_fourier(printed) for printed in rows],
-}
+def _computed(table: str, rows: list[Printed]) -> list[Computed]:
+    """The numbers of every row of a table."""
+    whole = {"V1": _resistances, "V2": _transmissions, "S1": _fourier}
+    if table in whole:
+        return whole[table](rows)
+    return [_stop(table, row) if table in FRICTION else _chords(float(row["f"]))[table] for row in rows]
 
 
 def cells() -> list[Cell]:
@@ -227,7 +235,7 @@ def cells() -> list[Cell]:
     return [
         _cell(table, row, column, printed[column.removesuffix("_consistent")], value)
         for table, rows in tables.items()
-        for row, (printed, values) in enumerate(zip(rows, _COMPUTED[table](rows), strict=True))
+        for row, (printed, values) in enumerate(zip(rows, _computed(table, rows), strict=True))
         for column, value in values.items()
     ]
 
