@@ -124,11 +124,8 @@ class Filippov(Smooth):
     Modes +1 above, −1 below, 0 sliding; on the line `ẋ = ẏ` fixes the convex weight.
     """
 
-    left_speed: Any = -2.0
-
     def rhs(self, t: Number, y: Float[Array, "2"], mode: Mode) -> Float[Array, "2"]:
-        above = jnp.stack([jnp.asarray(self.left_speed, jnp.float64), jnp.asarray(1.5)])
-        below = jnp.asarray([2.0, -3.0])
+        above, below = jnp.asarray([-2.0, 1.5]), jnp.asarray([2.0, -3.0])
         n_above, n_below = above[0] - above[1], below[0] - below[1]
         weight = n_below / (n_below - n_above)
         slide = weight * above + (1 - weight) * below

@@ -293,7 +293,7 @@ def materials(comparison: MaterialComparison, *, figure: Figure | None = None) -
     return figure
 
 
-def _shade(level: int, count: int) -> Any:
+def _shade(level: int, count: int) -> tuple[float, ...]:
     """Blue, the paler the weaker the level."""
     pale = 0.75 * (1 - (level + 1) / count)
     return tuple(pale + (1 - pale) * part for part in to_rgb(BLUE))
@@ -369,7 +369,7 @@ def work_precision(data: dict[str, Any] | str | PathLike[str], *, figure: Figure
     return figure
 
 
-def _panel(ax: Any, scene: dict[str, Any]) -> None:
+def _panel(ax: Axes, scene: dict[str, Any]) -> None:
     curves: dict[str, list[dict[str, Any]]] = {}
     for row in scene["rows"]:
         curves.setdefault(row["method"], []).append(row)
