@@ -293,10 +293,11 @@ def materials(comparison: MaterialComparison, *, figure: Figure | None = None) -
     return figure
 
 
-def _shade(level: int, count: int) -> tuple[float, ...]:
+def _shade(level: int, count: int) -> tuple[float, float, float]:
     """Blue, the paler the weaker the level."""
     pale = 0.75 * (1 - (level + 1) / count)
-    return tuple(pale + (1 - pale) * part for part in to_rgb(BLUE))
+    red, green, blue = (pale + (1 - pale) * part for part in to_rgb(BLUE))
+    return red, green, blue
 
 
 def _draw(axis: Axes, panel: _Panel, comparison: MaterialComparison, lining: LiningMaterial) -> None:
