@@ -10,7 +10,7 @@ from helpers import TSIT5, arrays, event_guards, event_times, settings, solve
 from problems import Timed
 
 import simbrake as sb
-from simbrake.checks._reference_problems import BouncingBall, Oscillator
+from simbrake.checks._cases_integrator import BouncingBall, Oscillator
 from simbrake.hybrid._search import first_root
 
 

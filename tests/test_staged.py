@@ -11,7 +11,7 @@ from helpers import jacobians, stop_scene
 
 import simbrake as sb
 from simbrake import plot
-from simbrake.checks._reference_scenes import staged_pair
+from simbrake.checks._cases_band import staged_pair
 
 
 def names(result):

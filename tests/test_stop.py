@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 import simbrake as sb
 from simbrake import plot
 from simbrake._run._linings import look
-from simbrake.checks._reference_scenes import FallingFriction
+from simbrake.checks._cases_band import FallingFriction
 from simbrake.plot._animation import film_of
 from simbrake.studies._measured import check_measured
 

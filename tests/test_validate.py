@@ -12,12 +12,11 @@ from helpers import stop_scene
 
 import simbrake as sb
 from simbrake._commands import _checks
+from simbrake.checks._cases_band import elastic_cases, elastic_stop, pair_cases
+from simbrake.checks._cases_heat import radiation_cases
 from simbrake.checks._cross_check import drive
 from simbrake.checks._validate import chosen
 from simbrake.checks._validation import Case, run_case
-from simbrake.checks._validation_brakes import elastic_cases, elastic_stop
-from simbrake.checks._validation_heat import radiation_cases
-from simbrake.checks._validation_staged import pair_cases
 from simbrake.thermal import _network as _links
 
 KEYS = ["case", "source", "value", "truth", "error", "tolerance", "verdict"]

@@ -85,7 +85,7 @@ def _timing() -> dict[str, float]:
     """Processor time of a stop of 20 linings on an elastic band, and the relative error of its stopping time."""
     import time
 
-    from ..checks._reference_scenes import closed_form, stop_scene
+    from ..checks._cases_band import closed_form, stop_scene
 
     begin = time.process_time()
     run = sb.prepare(stop_scene(), ("stopping_time",), max_steps=128)

@@ -1,26 +1,30 @@
 """A scene run twice, by simbrake and by SciPy, and what differs between the two."""
 
+import dataclasses
 import itertools
-import math
 import time
-from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple, TypeAlias
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax.flatten_util import ravel_pytree
+from jaxtyping import Bool, Float, Int
 
 from .._base._compiling import DeviceJit
 from .._base._faults import Fault, InputError
 from .._base._progress import waiting
+from .._base._table import Table
 from .._parts._scene import Scene
 from .._physics._mechanism import Label, events_of_change
 from .._run._choice import stiffness
+from .._run._log import Event
 from .._run._result import Result
 from .._run._simulate import simulate
 from ..hybrid import Record
-from ._validation import FAIL, PASS, AbstractChecks, Check
+from ..hybrid._arrays import Array
+from ._validation import FAIL, PASS, AbstractChecks, Check, judged
 
 #: a guard this near to 0 has been reached (guards are of order one)
 _REACHED = 1e-11
@@ -32,88 +36,76 @@ _SLICES = 200
 _CHAIN = 200
 METHODS = ("DOP853", "RK45", "RK23", "Radau", "BDF", "LSODA")
 
+FlatState: TypeAlias = Float[np.ndarray, " state"]
+Fired: TypeAlias = Bool[np.ndarray, " guard"]
+
+# --- the second integration -------------------------------------------------------------------------------------------
+
 
 class Change(NamedTuple):
     """A segment of a run: its first time and its mode (flat)."""
 
     t: float
-    mode: np.ndarray
+    mode: Int[np.ndarray, " mode"]
 
 
-class Course(NamedTuple):
-    """What `drive` found: modes in order, time and state (flat) at the end, and the work.
+class _EndedError(RuntimeError):
+    """Why a run ended before its time."""
 
-    `trouble`: empty, or why it ended before the end of the run.
+
+class Course:
+    """A run of a record by SciPy, as far as it has come: `drive` takes it to its end.
+
+    - `changes`: modes in order;  `t`, `y`: time reached, and the state there (flat)
+    - `evaluations`, `seconds`: work done;  `trouble`: empty, or why it ended before the end of the run
     """
 
-    changes: list[Change]
-    t: float
-    y: np.ndarray
-    evaluations: int
-    seconds: float
-    trouble: str
-
-
-class _LimitError(Exception):
-    """The work allowed was used up."""
-
-
-class _Compiled(NamedTuple):
-    """The system's functions on flat vectors, compiled, of one record."""
-
-    rhs: Callable[..., Any]
-    guards: Callable[..., Any]
-    rates: Callable[..., Any]
-    jacobian: Callable[..., Any]
-    jump: Callable[..., Any]
-    next_stop: Callable[..., Any]
-
-
-def _compiled(record: Record) -> _Compiled:
-    flat = record.flat
-    return _Compiled(
-        rhs=DeviceJit(lambda t, y, mode: flat.rhs(t, y, mode)),
-        guards=DeviceJit(lambda t, y, mode: flat.guards(t, y, mode)),
-        rates=DeviceJit(lambda t, y, mode: flat.rates(t, y, mode)[1]),
-        jacobian=DeviceJit(lambda t, y, mode: jax.jacfwd(flat.rhs, argnums=1)(t, y, mode)),
-        jump=DeviceJit(lambda *event: flat.jump(*event)),
-        next_stop=DeviceJit(lambda mode: flat.next_stop(mode)),
-    )
-
-
-class _Run:
-    """One run in progress."""
-
-    def __init__(self, record: Record, method: str, rtol: float, atol: np.ndarray, most: int, tell: Any):
-        self.tell = tell
-        self.do, self.method, self.rtol, self.atol, self.most = _compiled(record), method, rtol, atol, most
+    def __init__(
+        self, record: Record, method: str, rtol: float, atol: FlatState, most: int, tell: Callable[[float, float], None]
+    ) -> None:
+        self.tell, self.method, self.rtol, self.atol, self.most = tell, method, rtol, atol, most
         self.t, self.t1 = float(record.rows.t[0]), float(record.t1)
         self.y, self.mode = np.asarray(record.rows.y[0]), np.asarray(record.rows.mode[0], np.int32)
         self.changes = [Change(self.t, self.mode)]
-        self.evaluations, self._chain = 0, 0
+        self.evaluations, self.seconds, self.trouble, self._chain = 0, 0.0, "", 0
         self.max_step = (self.t1 - self.t) / _SLICES
+        flat = record.flat
 
-    def rhs(self, t: float, y: np.ndarray) -> np.ndarray:
+        def of_mode(function: Callable[[Array, Array, Array], Array]) -> Callable[[float, FlatState], np.ndarray]:
+            program = DeviceJit(function)
+            return lambda t, y: np.asarray(program(t, y, self.mode))
+
+        self._rhs = of_mode(lambda t, y, mode: flat.rhs(t, y, mode))
+        self.guards = of_mode(lambda t, y, mode: flat.guards(t, y, mode))
+        self.rates = of_mode(lambda t, y, mode: flat.rates(t, y, mode)[1])
+        self.jacobian = of_mode(lambda t, y, mode: jax.jacfwd(flat.rhs, argnums=1)(t, y, mode))
+        self._jump = DeviceJit(lambda *event: flat.jump(*event))
+        self._next_stop = DeviceJit(lambda mode: flat.next_stop(mode))
+        for function in (self._rhs, self.guards, self.rates):  # compiled before the time is taken
+            function(self.t, self.y)
+
+    def rhs(self, t: float, y: FlatState) -> FlatState:
         self.evaluations += 1
         if self.evaluations > self.most:
-            raise _LimitError
+            words = f"{self.most} evaluations of the right-hand side were not enough"
+            raise _EndedError(f"{words} (t = {self.t:.6g} s was reached)")
         self.tell(t, self.t1)
-        return np.asarray(self.do.rhs(t, y, self.mode))
+        return self._rhs(t, y)
 
-    def jump(self, fired: np.ndarray, at_stop: bool) -> str:
-        """Changes the mode at this instant; what went wrong, or nothing."""
-        y, after, code = self.do.jump(self.t, self.y, self.mode, fired, np.asarray(at_stop))
+    def jump(self, fired: Fired, at_stop: bool) -> None:
+        """Changes the mode at this instant."""
+        y, after, code = self._jump(self.t, self.y, self.mode, fired, np.asarray(at_stop))
         if int(code) != 0:
-            return f"the system ended the run with code {int(code)}"
+            raise _EndedError(f"the system ended the run with code {int(code)}")
         self.y, self.mode = np.asarray(y), np.asarray(after, np.int32)
         self._chain = self._chain + 1 if self.changes[-1].t == self.t else 0
         self.changes.append(Change(self.t, self.mode))
-        return "the modes change again and again at one instant" if self._chain > _CHAIN else ""
+        if self._chain > _CHAIN:
+            raise _EndedError("the modes change again and again at one instant")
 
-    def sinking(self, span: float) -> np.ndarray:
+    def sinking(self, span: float) -> Fired:
         """Of the guards that are negative already or fall from 0 now, the lowest."""
-        g = np.asarray(self.do.guards(self.t, self.y, self.mode))
-        rate = np.asarray(self.do.rates(self.t, self.y, self.mode))
+        g, rate = self.guards(self.t, self.y), self.rates(self.t, self.y)
         below = (g < -_REACHED) & ((rate <= 0) | (g < -1e3 * _REACHED))
         falls = (g <= _REACHED) & (rate * span < -1e3 * _REACHED)
         found = np.zeros(len(g), bool)
@@ -121,20 +113,19 @@ class _Run:
             found[np.argmin(np.where(below | falls, g, np.inf))] = True
         return found
 
-    def advance(self, until: float) -> tuple[np.ndarray, bool]:
+    def advance(self, until: float) -> tuple[Fired, bool]:
         """Integrates to the first guard or to `until`; guards that fired, and whether `until` was reached."""
         from scipy.integrate import solve_ivp  # half a second that only a cross-check pays
 
-        start = np.asarray(self.do.guards(self.t, self.y, self.mode))
-        armed = start > _REACHED
+        armed = self.guards(self.t, self.y) > _REACHED
         # a guard that starts at 0 counts once it has gone negative from there
         offset = np.where(armed, 0.0, 2 * _REACHED)
 
-        def lowest(t: float, y: np.ndarray) -> float:
-            return float(np.min(np.asarray(self.do.guards(t, y, self.mode)) + offset))
+        def lowest(t: float, y: FlatState) -> float:
+            return float(np.min(self.guards(t, y) + offset))
 
         lowest.terminal, lowest.direction = True, -1  # pyright: ignore
-        more: dict[str, Any] = {"jac": lambda t, y: np.asarray(self.do.jacobian(t, y, self.mode))}
+        more: dict[str, Any] = {"jac": self.jacobian} if self.method in ("Radau", "BDF", "LSODA") else {}
         out = solve_ivp(
             self.rhs,
             (self.t, until),
@@ -144,35 +135,35 @@ class _Run:
             rtol=self.rtol,
             atol=self.atol,
             max_step=self.max_step,
-            **(more if self.method in ("Radau", "BDF", "LSODA") else {}),
+            **more,
         )
         if out.status < 0:
-            raise RuntimeError(f"SciPy: {out.message}")
+            raise _EndedError(f"SciPy: {out.message}")
         self.t, self.y = float(out.t[-1]), np.asarray(out.y[:, -1])
-        g = np.asarray(self.do.guards(self.t, self.y, self.mode)) + offset
+        g = self.guards(self.t, self.y) + offset
         landed = out.status == 1
         fired = armed & (g <= _TOGETHER)
         if landed:
             fired[np.argmin(g)] = True
         return fired, not landed
 
-    def run(self) -> str:
-        """To the end; what stopped it before, or nothing."""
+    def run(self) -> None:
+        """To the end; raises `RuntimeError` where it comes to an end before."""
         while self.t < self.t1:
-            until = min(float(self.do.next_stop(self.mode)), self.t1)
+            until = min(float(self._next_stop(self.mode)), self.t1)
             fired = self.sinking(max(until - self.t, self.max_step))
-            if np.any(fired):
-                trouble = self.jump(fired, False)
-            elif until <= self.t:
-                trouble = self.jump(fired, True)
-            else:
+            reached = not np.any(fired)
+            if reached and until > self.t:
                 fired, reached = self.advance(until)
                 if reached and until >= self.t1:
-                    return ""
-                trouble = self.jump(fired, reached)
-            if trouble:
-                return trouble
-        return ""
+                    return
+            self.jump(fired, reached)
+
+
+def _sizes(record: Record) -> FlatState:
+    """Typical sizes of the states."""
+    like = jax.tree.map(lambda size, leaf: np.broadcast_to(size, np.shape(leaf)), record.system.scales(), record.y_like)
+    return np.asarray(ravel_pytree(like)[0])
 
 
 def drive(
@@ -181,7 +172,7 @@ def drive(
     rtol: float = 1e-10,
     most: int = 400_000,
     energy: float = 1.0,
-    tell: Callable[[float, float], Any] = lambda t, end: None,
+    tell: Callable[[float, float], None] = lambda t, end: None,
 ) -> Course:
     """Repeats the run of a record with SciPy.
 
@@ -192,40 +183,29 @@ def drive(
 
     Compiling is not counted in `seconds`: the first few evaluations are made before.
     """
-    like = jax.tree.map(lambda size, leaf: np.broadcast_to(size, np.shape(leaf)), record.system.scales(), record.y_like)
-    sizes = np.asarray(ravel_pytree(like)[0])
-    atol = rtol * np.where(np.isfinite(sizes), sizes, energy)
-    run = _Run(record, method, rtol, atol, most, tell)
-    for function in (run.do.rhs, run.do.guards, run.do.rates):
-        function(run.t, run.y, run.mode)
+    sizes = _sizes(record)
+    course = Course(record, method, rtol, rtol * np.where(np.isfinite(sizes), sizes, energy), most, tell)
     start = time.perf_counter()
     try:
-        trouble = run.run()
-    except _LimitError:
-        trouble = f"{most} evaluations of the right-hand side were not enough (t = {run.t:.6g} s was reached)"
+        course.run()
     except RuntimeError as problem:
-        trouble = str(problem)
-    seconds = time.perf_counter() - start
-    return Course(run.changes, run.t, run.y, run.evaluations, seconds, trouble)
+        course.trouble = str(problem)
+    course.seconds = time.perf_counter() - start
+    return course
 
 
-# --- the cross-check --------------------------------------------------------------------------------------------------
+# --- the report -------------------------------------------------------------------------------------------------------
 
-_CHANGES = {
-    *("slip_onset", "full_slip", "stop", "restick", "restart", "release"),
-    *("internal_slip", "internal_restick", "external_lock", "external_release"),
-}
-#: thermal nodes up to which each has its own line
-_NODES = 12
 #: lines of the table after which events that agree are left out
 _ROWS = 24
 SCOPE = (
     "Checked: integration, location of events and changes of mode, by another integrator that shares equations, guards "
     "and jumps with simbrake.\nNot checked: the physics in these equations (`simbrake validate` does that), limits of "
-    "single linings and other marks that are only passed, greatest values."
+    "single linings and other marks that are only logged, maximum values."
 )
 
 
+@dataclasses.dataclass(frozen=True, repr=False)
 class CrossCheck(AbstractChecks):
     """Quantities of both runs as checks, `value` simbrake's and `truth` SciPy's; printing it shows the table.
 
@@ -234,65 +214,60 @@ class CrossCheck(AbstractChecks):
     - `seconds`: of a warm run of simbrake and of SciPy's;  `evaluations` of the right-hand side by SciPy
     """
 
-    def __init__(self, checks: Any, course: Course, method: str, difference: str, seconds: tuple[float, float]):
-        self.checks, self.method = tuple(checks), method
-        self.first_difference, self.trouble = difference, course.trouble
-        self.seconds, self.evaluations = seconds, course.evaluations
+    method: str
+    first_difference: str
+    trouble: str
+    seconds: tuple[float, float]
+    evaluations: int
 
     @property
     def ok(self) -> bool:
         """Whether both runs are whole and agree in everything compared."""
         return not self.trouble and not self.failed
 
-    def __str__(self) -> str:
+    def parts(self) -> Iterator[str | Table]:
+        """The table, of many events the first ones and all that differ; then time, verdict and scope."""
+        shown = [c for i, c in enumerate(self) if i < _ROWS or c.verdict != PASS or not c.case[0].isdigit()]
+        yield from self.table(shown, "SciPy")
+        if len(shown) < len(self):
+            yield f"({len(self) - len(shown)} more events that agree are left out)"
         ours, theirs = self.seconds
         ratio = f", {theirs / ours:.3g} times as long" if ours > 0 else ""
-        lines = [
-            _table(self.checks),
-            "",
+        yield ""
+        yield (
             f"time     simbrake {1e3 * ours:.3g} ms (compiled), SciPy {1e3 * theirs:.3g} ms{ratio}; "
-            f"{self.evaluations} evaluations of a compiled right-hand side by {self.method}",
-            f"verdict  {len(self) - len(self.failed)} of {len(self)} quantities agree",
-        ]
-        if self.first_difference:
-            lines.append(f"modes    differ first {self.first_difference}")
-        if self.trouble:
-            lines.append(f"SciPy    ended early: {self.trouble}")
-        return "\n".join([*lines, SCOPE])
-
-    __repr__ = __str__
-
-
-def _table(checks: Sequence[Check]) -> str:
-    """Checks as text; of many events the first ones, and all that differ."""
-    head = f"{'quantity':34} {'simbrake':>22} {'SciPy':>22} {'difference':>11} {'relative':>9} {'allowed':>8}  verdict"
-    lines, left_out = [head], 0
-    for i, c in enumerate(checks):
-        if i >= _ROWS and c.verdict == PASS and c.case[0].isdigit():
-            left_out += 1
-            continue
-        if isinstance(c.error, str) or c.value is None:
-            lines += [f"{c.case:34} {'—':>22} {'—':>22} {'—':>11} {'—':>9} {'—':>8}  {c.verdict}", f"    {c.error}"]
-            continue
-        lines.append(
-            f"{c.case:34} {c.value:>22.15g} {c.truth:>22.15g} {c.value - c.truth:>11.1e} {c.error:>9.1e} "
-            f"{c.tolerance:>8.0e}  {c.verdict}"
+            f"{self.evaluations} evaluations of a compiled right-hand side by {self.method}"
         )
-    return "\n".join([*lines, f"({left_out} more events that agree are left out)"] if left_out else lines)
+        yield f"verdict  {len(self) - len(self.failed)} of {len(self)} quantities agree"
+        if self.first_difference:
+            yield f"modes    differ first {self.first_difference}"
+        if self.trouble:
+            yield f"SciPy    ended early: {self.trouble}"
+        yield SCOPE
 
 
-class _Named(NamedTuple):
-    """One change in the log of a run."""
+# --- what is compared -------------------------------------------------------------------------------------------------
 
-    time: float
-    name: str
-    lining: int | None
+#: name, simbrake's value, SciPy's, and what the difference is taken over
+_Compared: TypeAlias = tuple[str, float, float, float]
+#: marks in the log that change no mode
+_MARKS = ("lining_limit", "permissible_temperature", "grip_lost", "self_locking")
+#: thermal nodes up to which each has its own line
+_NODES = 12
+#: states of the mechanisms
+_WORDS = {
+    "phi": "angle (rad)",
+    "omega": "speed (rad/s)",
+    "x": "elongation (m)",
+    "omega_b": "bandage speed (rad/s)",
+    "e": "segment elongation (m)",
+    "v": "lining speed (m/s)",
+    "stretch": "spring elongation (m)",
+    "speeds": "lining speed (rad/s)",
+}
 
-    def __str__(self) -> str:
-        return self.name if self.lining is None else f"{self.name} of lining {self.lining}"
 
-
-def _scipy_events(result: Result, course: Course) -> list[_Named]:
+def _scipy_events(result: Result, course: Course) -> list[Event]:
     """Changes of SciPy's run in the words of the event log."""
     unpack = result.record.flat.unpack_mode
     modes: list[Any] = [jax.tree.map(np.asarray, unpack(jnp.asarray(change.mode))) for change in course.changes]
@@ -302,23 +277,17 @@ def _scipy_events(result: Result, course: Course) -> list[_Named]:
     first = 1 if len(modes) > 1 and times[1] == times[0] and labels[0].band == 0 else 0
     found, before = [], labels[0]
     for i in range(first, len(modes)):
-        found += [_Named(times[i], name, None) for name in events_of_change(before, labels[i], i == first)]
+        found += [Event(times[i], name) for name in events_of_change(before, labels[i], i == first)]
         before = labels[i]
     for (was, now), t in zip(itertools.pairwise(modes), times[1:], strict=True):
         for kind, column in now.contacts.items():
             for lining in np.flatnonzero(np.asarray(column) != np.asarray(was.contacts[kind])):
                 what = "stick" if np.asarray(column)[lining] == 0 else "slip"
-                found.append(_Named(t, f"{kind}_{what}", int(lining) + 1))
+                found.append(Event(t, f"{kind}_{what}", int(lining) + 1))
     return found
 
 
-def _own_events(result: Result) -> list[_Named]:
-    kinds = list(jax.tree.map(np.asarray, result.record.mode_end).contacts)
-    names = {*_CHANGES, *(f"{kind}_{what}" for kind in kinds for what in ("stick", "slip"))}
-    return [_Named(float(e.time), e.name, e.lining) for e in result.events if e.name in names]
-
-
-def _ordered(events: list[_Named], near: float) -> list[_Named]:
+def _ordered(events: list[Event], near: float) -> list[Event]:
     """Events in order of time; those of one instant by name, as their order there is a convention."""
     by_time, groups = sorted(events, key=lambda e: e.time), []
     for event in by_time:
@@ -329,101 +298,70 @@ def _ordered(events: list[_Named], near: float) -> list[_Named]:
     return [e for group in groups for e in sorted(group, key=lambda e: (e.name, e.lining or 0))]
 
 
-def _difference(ours: list[_Named], theirs: list[_Named]) -> tuple[int, str]:
+def _words(event: Event) -> str:
+    return event.name if event.lining is None else f"{event.name} of lining {event.lining}"
+
+
+def _difference(ours: list[Event], theirs: list[Event]) -> tuple[int, str]:
     """How many changes come in the same order in both, and where the first other one is."""
 
-    def said(events: list[_Named], i: int) -> str:
-        return f"{events[i]} at {events[i].time:.12g} s" if i < len(events) else "nothing more"
+    def said(event: Event | None) -> str:
+        return "nothing more" if event is None else f"{_words(event)} at {event.time:.12g} s"
 
-    for i in range(max(len(ours), len(theirs))):
-        a, b = ours[i : i + 1], theirs[i : i + 1]
-        if not a or not b or (a[0].name, a[0].lining) != (b[0].name, b[0].lining):
-            return i, f"at change {i + 1}: simbrake has {said(ours, i)}, SciPy {said(theirs, i)}"
+    for i, (a, b) in enumerate(itertools.zip_longest(ours, theirs)):
+        if a is None or b is None or (a.name, a.lining) != (b.name, b.lining):
+            return i, f"at change {i + 1}: simbrake has {said(a)}, SciPy {said(b)}"
     return len(ours), ""
 
 
-class _Compared:
-    """Collects checks; an error is a difference over the size of what is compared."""
-
-    def __init__(self, source: str, tolerance: float):
-        self.source, self.tolerance, self.checks = source, tolerance, []
-
-    def add(self, name: str, ours: Any, theirs: Any, size: float, over: float | None = None) -> None:
-        """`size`: the least that the difference is taken over, in place of a smaller truth; `over`: in its place."""
-        ours, theirs = float(ours), float(theirs)
-        error = abs(ours - theirs) / (over or max(abs(theirs), size))
-        verdict = PASS if error <= self.tolerance else FAIL
-        if not math.isfinite(error):
-            self.checks.append(Check(name, self.source, None, theirs, f"{ours} beside {theirs}", self.tolerance, FAIL))
-        else:
-            self.checks.append(Check(name, self.source, ours, theirs, error, self.tolerance, verdict))
-
-
-def _compare_events(found: _Compared, ours: list[_Named], theirs: list[_Named], span: float, difference: str) -> None:
-    same, _ = _difference(ours, theirs)
-    error: float | str = difference or 0.0
-    found.checks.append(
-        Check(
-            "changes of mode", found.source, float(same), float(len(theirs)), error, 0.0, FAIL if difference else PASS
-        )
-    )
+def _compared_times(ours: list[Event], theirs: list[Event], same: int, span: float) -> Iterator[_Compared]:
     stops = [next((e.time for e in events if e.name == "stop"), None) for events in (ours, theirs)]
     if stops[0] is not None and stops[1] is not None:
-        found.add("stopping time (s)", stops[0], stops[1], 1e-3 * span)
-    for i in range(same):
-        found.add(f"{i + 1} {ours[i]} (s)", ours[i].time, theirs[i].time, 1e-3 * span)
+        yield "stopping time (s)", stops[0], stops[1], max(abs(stops[1]), 1e-3 * span)
+    for i, (a, b) in enumerate(itertools.islice(zip(ours, theirs, strict=False), same)):
+        yield f"{i + 1} {_words(a)} (s)", a.time, b.time, max(abs(b.time), 1e-3 * span)
 
 
 def _labels(result: Result) -> list[tuple[str, str]]:
     """Name and kind of every entry of the flat state."""
-    found = []
-    words = {"phi": "angle (rad)", "omega": "speed (rad/s)", "x": "elongation (m)", "omega_b": "bandage speed (rad/s)"}
-    words |= {"e": "segment elongation (m)", "v": "lining speed (m/s)"}
-    words |= {"stretch": "spring elongation (m)", "speeds": "lining speed (rad/s)"}
-    nodes, system = result.nodes, result.record.system
-    pairs = system.pair_names  # pyright: ignore
+    found, nodes = [], iter(result.nodes)
+    pairs = result.record.system.pair_names  # pyright: ignore
     for path, leaf in jax.tree_util.tree_leaves_with_path(result.record.y_like):
         names = [str(getattr(key, "name", key)) for key in path]
         kind = "energy" if "ledger" in names else "heat" if names[0] == "heat" else "motion"
         for i in range(np.size(leaf)):
             if kind == "heat":
-                word = f"temperature {nodes[i]} (K)"
+                word = f"temperature {next(nodes)} (K)"
             elif "friction" in names:
                 word = "friction heat (J)" if len(pairs) == 1 else f"{pairs[path[-1].idx]} heat (J)"
             elif kind == "energy":
                 word = " ".join(names[1:]).replace("_", " ").replace("heat lost", "heat: lost") + " (J)"
             else:
                 own = names[-1] if names[0] == "own" else names[0]
-                word = words.get(own, own) + (f" {i + 1}" if np.ndim(leaf) else "")
+                word = _WORDS.get(own, own) + (f" {i + 1}" if np.ndim(leaf) else "")
             found.append((word, kind))
     return found
 
 
-def _compare_ends(found: _Compared, result: Result, y: np.ndarray) -> None:
+def _compared_ends(result: Result, y: FlatState) -> Iterator[_Compared]:
     """Final states by name; of many thermal nodes the one with the greatest difference."""
-    record, system = result.record, result.record.system
-    end = np.asarray(record.rows.y[record.count])
-    like = jax.tree.map(lambda size, leaf: np.broadcast_to(size, np.shape(leaf)), system.scales(), record.y_like)
-    sizes = np.asarray(ravel_pytree(like)[0])
-    labels = _labels(result)
-    energies = [i for i, (_, kind) in enumerate(labels) if kind == "energy"]
-    largest = max((abs(end[i]) for i in energies), default=1.0)
-    nodes = [i for i, (_, kind) in enumerate(labels) if kind == "heat"]
+    record, labels = result.record, _labels(result)
+    start, ours, theirs = np.array(record.rows.y[0]), np.array(record.rows.y[record.count]), np.array(y)
+    energies, nodes = ([i for i, label in enumerate(labels) if label[1] == kind] for kind in ("energy", "heat"))
+    size = np.maximum(np.abs(theirs), _sizes(record))
+    largest = max((abs(ours[i]) for i in energies), default=1.0)
+    size[energies] = np.maximum(np.abs(theirs[energies]), max(1e-3 * largest, 1e-12))
+    worst, more = None, ""
     if nodes:
-        thermal: Any = system.thermal  # pyright: ignore
-        start = np.asarray(record.rows.y[0])
-        change = max(1.0, float(np.max(np.abs(end[nodes] - start[nodes]))))
-        ours, theirs = (np.asarray(thermal.temperatures(part[nodes])) for part in (end, y))
-        worst = int(np.argmax(np.abs(ours - theirs)))
+        size[nodes] = max(1.0, float(np.max(np.abs(ours[nodes] - start[nodes]))))  # of the warming, not from 0 K
+        thermal: Any = record.system.thermal  # pyright: ignore
+        for state in (ours, theirs):
+            state[nodes] = thermal.temperatures(state[nodes])
+        if len(nodes) > _NODES:
+            worst, more = nodes[int(np.argmax(np.abs(ours - theirs)[nodes]))], f", most different of {len(nodes)}"
     for i, (name, kind) in enumerate(labels):
-        if kind == "motion":
-            found.add(f"end: {name}", end[i], y[i], float(sizes[i]))
-        elif kind == "energy":
-            found.add(f"end: {name}", end[i], y[i], max(1e-3 * largest, 1e-12))
-        elif len(nodes) <= _NODES or nodes[worst] == i:
-            k = nodes.index(i)
-            more = "" if len(nodes) <= _NODES else f", most different of {len(nodes)}"
-            found.add(f"end: {name}{more}", ours[k], theirs[k], change, over=change)  # of the warming, not from 0 K
+        if kind != "heat" or worst in (None, i):
+            yield f"end: {name}{more if kind == 'heat' else ''}", float(ours[i]), float(theirs[i]), float(size[i])
 
 
 def _faults(method: str | None, rtol: float, most: int) -> list[Fault]:
@@ -466,26 +404,29 @@ def cross_check(
     faults = _faults(method, rtol, max_evaluations)
     if faults:
         raise InputError(faults)
-    with waiting(progress, "cross-check", "compiles the run") as told:
+    with waiting(progress, "cross-check", "compiling…") as told:
         fresh = simulate(scene, rtol=rtol, progress=told) if result is None else result
         start = time.perf_counter()
         again = simulate(scene, rtol=rtol)
         own_seconds = time.perf_counter() - start
         method = method or ("Radau" if stiffness(scene)[0] else "DOP853")
-        told.now(f"compiles what SciPy {method} calls")
-        energy: Any = again.record.system
-        course = drive(again.record, method, rtol, max_evaluations, float(energy.sizes.torque), told.reach)
-    found = _Compared(f"SciPy {method}", 100 * rtol if tolerance is None else tolerance)
+        told.now(f"compiling what SciPy {method} calls")
+        system: Any = again.record.system
+        course = drive(again.record, method, rtol, max_evaluations, float(system.sizes.torque), told.reach)
+    source, allowed = f"SciPy {method}", 100 * rtol if tolerance is None else tolerance
     span = float(scene.end_time) - float(scene.initial.time)
-    near = 1e-9 * span
-    ours, theirs = _own_events(fresh), _scipy_events(again, course)
+    own = [event for event in fresh.events if event.name not in _MARKS]
     if course.trouble:
-        ours = [event for event in ours if event.time <= course.t]
-    ours, theirs = _ordered(ours, near), _ordered(theirs, near)
-    difference = _difference(ours, theirs)[1]
-    _compare_events(found, ours, theirs, span, difference)
+        own = [event for event in own if event.time <= course.t]
+    ours, theirs = (_ordered(events, 1e-9 * span) for events in (own, _scipy_events(again, course)))
+    same, difference = _difference(ours, theirs)
+    verdict = FAIL if difference else PASS
+    checks = [Check("changes of mode", source, float(same), float(len(theirs)), difference or 0.0, 0.0, verdict)]
+    pairs = itertools.chain(
+        _compared_times(ours, theirs, same, span), () if course.trouble else _compared_ends(fresh, course.y)
+    )
+    checks += [judged(name, source, a, b, allowed, size) for name, a, b, size in pairs]
     if course.trouble:
-        found.checks.append(Check("end of the run", found.source, None, span, course.trouble, found.tolerance, FAIL))
-    else:
-        _compare_ends(found, fresh, course.y)
-    return CrossCheck(found.checks, course, method, difference, (own_seconds, course.seconds))
+        checks.append(Check("end of the run", source, None, span, course.trouble, allowed, FAIL))
+    seconds = (own_seconds, course.seconds)
+    return CrossCheck(checks, method, difference, course.trouble, seconds, course.evaluations)

@@ -16,16 +16,13 @@ from ._validation import Case, Check, Validation, run_case
 def lanes_of_cases() -> list[list[Case]]:
     """Every case, none of them run yet, in two lanes that run side by side; subjects of one share compiled programs."""
     # loaded when they are wanted: they and what they compare with cost a good part of a second
-    from . import _validation_brakes as brakes
-    from . import _validation_events as events
-    from . import _validation_heat as heat
-    from . import _validation_invariants as invariants
-    from . import _validation_pressed as pressed
-    from . import _validation_staged as staged
-    from . import _validation_tables as tables
+    from . import _cases_band as band
+    from . import _cases_heat as heat
+    from . import _cases_integrator as integrator
+    from . import _cases_pressed as pressed
 
-    lanes = ((events, heat), (brakes, pressed, staged, invariants, tables))
-    return [[case for subject in lane for case in subject.cases()] for lane in lanes]
+    lanes = ((*integrator.CASES, *heat.CASES), (*band.CASES, *pressed.CASES))
+    return [[case for subject in lane for case in subject()] for lane in lanes]
 
 
 def chosen(only: str | None = None) -> list[list[Case]]:

@@ -1,12 +1,21 @@
-"""Validation cases: what simbrake computes beside a truth from outside, and a verdict."""
+"""Validation cases: what simbrake computes beside a truth from outside, and the verdicts."""
 
 import abc
 import dataclasses
+import functools
 import math
-from collections.abc import Callable, Iterable, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, NamedTuple, TypeAlias
+
+from .._base._table import Column, Table, Tabular
+from .._parts._scene import Scene
+from .._run._simulate import simulate
 
 PASS, FAIL = "pass", "fail"
+#: how the source of most truths begins
+FORM = "closed form: "
+
+# --- cases ------------------------------------------------------------------------------------------------------------
 
 
 class Case(NamedTuple):
@@ -21,6 +30,43 @@ class Case(NamedTuple):
     truth: float
     tolerance: float
     value: Callable[[], Any]
+
+
+#: what a case reads of a result: a function of it, or names, keys and places in it as `energy.friction_heat`
+Reader: TypeAlias = str | Callable[[Any], Any]
+#: what is compared, source of the truth, truth, what is read of the result, and the tolerance if it is another one
+Row: TypeAlias = tuple[str, str, float, Reader] | tuple[str, str, float, Reader, float]
+
+
+def cases_of(subject: str, run: Callable[[], Any], tolerance: float, rows: Iterable[Row]) -> list[Case]:
+    """Cases that read one result, `run()`, which is made when the first of them is run."""
+    once, found = functools.cache(run), []
+    for what, source, truth, read, *other in rows:
+        value = functools.partial(_read, once, read)
+        found.append(Case(f"{subject}/{what}", source, truth, other[0] if other else tolerance, value))
+    return found
+
+
+def cases_of_run(
+    subject: str, scene: Scene, rows: Iterable[Row], tolerance: float = 1e-11, rtol: float = 1e-12
+) -> list[Case]:
+    """Cases that read the result of a scene."""
+    return cases_of(subject, lambda: simulate(scene, rtol=rtol), tolerance, rows)
+
+
+def _read(run: Callable[[], Any], what: Reader) -> Any:
+    found = run()
+    if not isinstance(what, str):
+        return what(found)
+    for name in what.split("."):
+        if name.isdigit():
+            found = found[int(name)]
+        else:
+            found = found[name] if isinstance(found, Mapping) else getattr(found, name)
+    return found
+
+
+# --- verdicts ---------------------------------------------------------------------------------------------------------
 
 
 @dataclasses.dataclass(frozen=True)
@@ -44,51 +90,32 @@ class Check:
         return dataclasses.asdict(self)
 
 
-def error_of(value: float, truth: float) -> float:
-    """`|value − truth|/|truth|`, and `|value − truth|` where the truth is 0."""
-    return abs(value - truth) / (abs(truth) or 1.0)
+def judged(case: str, source: str, value: float, truth: float, tolerance: float, size: float | None = None) -> Check:
+    """The check of a value; `size`: what the difference is taken over, by default `|truth|`, and 1 where that is 0."""
+    error = abs(value - truth) / (size or abs(truth) or 1.0)
+    if not math.isfinite(error):
+        return Check(case, source, None, truth, f"the value is {value}, the truth {truth}", tolerance, FAIL)
+    return Check(case, source, value, truth, error, tolerance, PASS if error <= tolerance else FAIL)
 
 
 def run_case(case: Case) -> Check:
     """Runs a case; whatever it raises is a `fail` with the message."""
-    given = case.name, case.source
     try:
-        value = float(case.value())
+        return judged(case.name, case.source, float(case.value()), case.truth, case.tolerance)
     except Exception as problem:  # a validation has to come to its end, whatever is broken
         words = f"{type(problem).__name__}: {problem}".strip().splitlines()[0]
-        return Check(*given, None, case.truth, words, case.tolerance, FAIL)
-    if not math.isfinite(value):
-        return Check(*given, None, case.truth, f"the value is {value}", case.tolerance, FAIL)
-    error = error_of(value, case.truth)
-    return Check(*given, value, case.truth, error, case.tolerance, PASS if error <= case.tolerance else FAIL)
+        return Check(case.name, case.source, None, case.truth, words, case.tolerance, FAIL)
 
 
-def _number(x: float | None) -> str:
-    return "—" if x is None else f"{x:.15g}"
+def _error(error: float | str) -> str:
+    return "—" if isinstance(error, str) else f"{error:.1e}"
 
 
-def _cut(text: str, width: int) -> str:
-    return text if len(text) <= width else text[: width - 1] + "…"
-
-
-def table(checks: Sequence[Check], truth: str = "truth") -> str:
-    """Checks as text in columns; messages of failed runs stand below their line."""
-    lines = [f"{'case':42} {'value':>22} {truth:>22} {'error':>9} {'tolerance':>9} verdict  source"]
-    for c in checks:
-        error = "—" if isinstance(c.error, str) else f"{c.error:.1e}"
-        lines.append(
-            f"{_cut(c.case, 42):42} {_number(c.value):>22} {_number(c.truth):>22} {error:>9} {c.tolerance:>9.1e} "
-            f"{c.verdict:7}  {c.source}"
-        )
-        if isinstance(c.error, str):
-            lines.append(f"    {c.error}")
-    return "\n".join(lines)
-
-
-class AbstractChecks(Sequence[Check]):
+@dataclasses.dataclass(frozen=True, repr=False)
+class AbstractChecks(Tabular, Sequence[Check]):
     """Checks in order, in `checks`; a subclass says how they are shown and when all is well."""
 
-    checks: tuple[Check, ...]
+    checks: Sequence[Check]
 
     def __getitem__(self, index: Any) -> Any:
         return self.checks[index]
@@ -110,23 +137,32 @@ class AbstractChecks(Sequence[Check]):
         """What `simbrake validate --json` prints, with `--cross-check` too."""
         return [check.as_dict() for check in self.checks]
 
+    def table(self, checks: Sequence[Check], truth: str) -> list[str | Table]:
+        """Some checks as a table, and the messages of those that have one; `truth`: the heading of the truths."""
+        columns = [
+            *("case", Column("value", heading="simbrake", show=".15g"), Column("truth", heading=truth, show=".15g")),
+            *(Column("difference", show=".1e"), Column("error", show=_error), Column("tolerance", show=".1e")),
+            *("verdict", "source"),
+        ]
+        rows = [c.as_dict() | {"difference": None if c.value is None else c.value - c.truth} for c in checks]
+        return [Table(columns, rows), *(f"{c.case}: {c.error}" for c in checks if isinstance(c.error, str))]
 
+    __repr__ = Tabular.__str__
+
+
+@dataclasses.dataclass(frozen=True, repr=False)
 class Validation(AbstractChecks):
     """Checks in order; printing them shows the table and the count of verdicts."""
 
-    def __init__(self, checks: Iterable[Check], seconds: float = 0.0):
-        self.checks, self.seconds = tuple(checks), seconds
+    seconds: float = 0.0
 
     @property
     def ok(self) -> bool:
         """Whether there are checks, and every one passed."""
         return bool(self.checks) and not self.failed
 
-    def __str__(self) -> str:
+    def parts(self) -> list[str | Table]:
         failed = self.failed
         count = f"{len(self) - len(failed)} of {len(self)} cases pass in {self.seconds:.0f} s"
         count += f"; not: {', '.join(failed)}" if failed else ""
-        rule = "error: of the truth, absolute where that is 0"
-        return f"{table(self.checks)}\n\n{count} ({rule})"
-
-    __repr__ = __str__
+        return [*self.table(self.checks, "truth"), "", f"{count} (error: of the truth, absolute where that is 0)"]

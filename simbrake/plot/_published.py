@@ -49,33 +49,27 @@ def file_stem(name: str) -> str:
 
 
 def _z_fig_4(figure: Figure) -> None:
-    panels = figure.subplots(2, 3).ravel()
+    *panels, legend = figure.subplots(2, 3).ravel()
     printed = {float(row["f"]): row for row in published_rows("Z1")}
-    for f, colour, style in (
-        (0.1, BLUE, "-"),
-        (0.3, GREEN, "-"),
-        (0.5, VERMILLION, "-"),
-        (0.2, SKY, "--"),
-        (0.4, ORANGE, "--"),
-    ):
-        curves = chord_curves(f)
+    colours = {0.1: BLUE, 0.3: GREEN, 0.5: VERMILLION, 0.2: SKY, 0.4: ORANGE}
+    for f, colour in colours.items():
+        curves, more = chord_curves(f), "" if f in (0.1, 0.3, 0.5) else ", in table 1 only"
         last, angle = np.degrees(curves.last), np.degrees(curves.angle)
-        more = "" if style == "-" else ", in table 1 only"
+        drawn: dict[str, Any] = {"ls": "--", "lw": 1.0} if more else {"ls": "-", "lw": 1.8}
         label = f"f = {f:g}, exists up to β₇ = {last[-1]:.1f}°{more}"
-        for i in range(5):
-            panels[i].plot(last, angle[:, i], color=colour, ls=style, lw=1.8 if style == "-" else 1.0, label=label)
-            panels[i].plot(last[-1], angle[-1, i], color=colour, marker="|", ms=8)
+        for i, panel in enumerate(panels):
+            panel.plot(last, angle[:, i], color=colour, label=label, **drawn)
+            panel.plot(last[-1], angle[-1, i], color=colour, marker="|", ms=8)
             if f in printed:
                 where = float(printed[f][f"beta{i + 1}_deg"])
-                panels[i].plot(20.0, where, color=colour, marker="o", ms=6, mec="black", ls="")
-    for i in range(5):
-        panels[i].set_ylabel(f"β{'₁₂₃₄₅'[i]}, °")
-        panels[i].set_xlabel("β₇ = β₆, °")
-        panels[i].grid(alpha=0.3)
+                panel.plot(20.0, where, color=colour, marker="o", ms=6, mec="black", ls="")
+    for panel, number in zip(panels, "₁₂₃₄₅", strict=True):
+        panel.set(xlabel="β₇ = β₆, °", ylabel=f"β{number}, °")
+        panel.grid(alpha=0.3)
     lines, labels = panels[0].get_legend_handles_labels()
     points = panels[0].plot([], [], marker="o", ms=6, color="white", mec="black", ls="")
-    panels[5].axis("off")
-    panels[5].legend([*lines, *points], [*labels, "printed in table 1"], loc="center", fontsize=9)
+    legend.axis("off")
+    legend.legend([*lines, *points], [*labels, "printed in table 1"], loc="center", fontsize=9)
     figure.suptitle("Z, Fig. 4: chord angles of equal loads over the last angle (k = 7, β₀ = 0)", fontsize=11)
 
 
@@ -112,18 +106,16 @@ def _z_fig_5(figure: Figure) -> None:
 def _s_fig_1(figure: Figure) -> None:
     stop, drag = energy_levels()
     share, rise = figure.subplots(2, 2, sharex="col")
-    for axes, levels in zip(share, (stop, drag), strict=True):
-        axes.plot(levels.time, levels.power, color=VERMILLION, label="power N/N_m")
-        axes.plot(levels.time, levels.work, color=BLUE, ls="--", label="work W/W_T")
-    for axes, levels in zip(rise, (stop, drag), strict=True):
-        axes.plot(levels.time, levels.maximum, color=VERMILLION, label="maximum, S-26 (tₛ + t_f/3)")
-        axes.plot(levels.time, levels.surface, color=ORANGE, label="surface tₛ")
-        axes.plot(levels.time, levels.bulk, color=GREEN, ls="--", label="bulk tᵥ")
+    for above, below, levels in zip(share, rise, (stop, drag), strict=True):
+        above.plot(levels.time, levels.power, color=VERMILLION, label="power N/N_m")
+        above.plot(levels.time, levels.work, color=BLUE, ls="--", label="work W/W_T")
+        below.plot(levels.time, levels.maximum, color=VERMILLION, label="maximum, S-26 (tₛ + t_f/3)")
+        below.plot(levels.time, levels.surface, color=ORANGE, label="surface tₛ")
+        below.plot(levels.time, levels.bulk, color=GREEN, ls="--", label="bulk tᵥ")
     share[0].set_title("a: a stop, power falls linearly", fontsize=10)
     share[1].set_title("b: a drag at a tenth of that power", fontsize=10)
-    share[0].set_ylabel("share, 1")
-    rise[0].set_ylabel("rise of temperature, K")
-    rise[0].set_xlabel("relative time τ/τ_T, 1")
+    share[0].set_ylabel("share (–)")
+    rise[0].set(xlabel="relative time τ/τ_T", ylabel="temperature rise, K")
     rise[1].set_xlabel("time τ, s")
     finish([*share, *rise], "best")
     f, v, p, area = S1_PAIR["f_0"], S1_PAIR["V_0"], S1_PAIR["p_c"] / 1e6, S1_PAIR["A_c"]
@@ -166,6 +158,14 @@ def _k_fig_5(figure: Figure) -> None:
     figure.suptitle("K, Fig. 5, our reading: overlap coefficients of a staged brake in a stop", fontsize=11)
 
 
+def _on_log_axes(axes: Axes, ticks: list[int], **words: str) -> None:
+    axes.plot([], [], "o", color="0.4", ms=5, label="printed")
+    axes.set(xscale="log", yscale="log", **words)  # pyright: ignore
+    axes.set_xticks(ticks, [str(tick) for tick in ticks])
+    axes.minorticks_off()
+    finish([axes], "best")
+
+
 def _v_table_1(figure: Figure) -> None:
     axes = figure.subplots()
     rows = [row for row in published_rows("V1") if row["element"] != "total"]
@@ -176,16 +176,11 @@ def _v_table_1(figure: Figure) -> None:
         r, R, L = (float(of[0][column]) for column in ("r_m", "R_m", "L_m"))
         law = axial_resistance if of[0]["direction"] == "axial" else radial_resistance
         label = f"{name.replace('_', ' ')}, {of[0]['direction']}"
-        axes.loglog(conductivity, [float(law(L, k, r, R)) for k in conductivity], color=colour, label=label)
+        axes.plot(conductivity, law(L, conductivity, r, R), color=colour, label=label)
         printed = [float(row["resistance"]) for row in of]
-        axes.loglog([float(row["lambda_W_mK"]) for row in of], printed, "o", color=colour, ms=5)
-    axes.plot([], [], "o", color="0.4", ms=5, label="printed")
-    axes.set_xlabel("conductivity λ, W/(m·K)")
-    axes.set_ylabel("thermal resistance, K/W")
-    axes.set_xticks([40, 50, 80, 110, 160, 200], ["40", "50", "80", "110", "160", "200"])
-    axes.minorticks_off()
-    finish([axes], "best")
-    axes.set_title("V, table 1: parts of the pulley", fontsize=11)
+        axes.plot([float(row["lambda_W_mK"]) for row in of], printed, "o", color=colour, ms=5)
+    words = {"xlabel": "conductivity λ, W/(m·K)", "ylabel": "thermal resistance, K/W"}
+    _on_log_axes(axes, [40, 50, 80, 110, 160, 200], title="V, table 1: parts of the pulley", **words)
 
 
 def _v_table_2(figure: Figure) -> None:
@@ -199,19 +194,18 @@ def _v_table_2(figure: Figure) -> None:
         (coefficient, K, ("K1", "K2"), ("into the metal K₁", "into the lining K₂")),
         (share, (K[0] / (K[0] + K[1]), K[1] / (K[0] + K[1])), ("share_metal", "share_lining"), ("metal", "lining")),
     ):
+        ringed = []
         for curve, column, word, colour in zip(curves, columns, words, (BLUE, ORANGE), strict=True):
             axes.plot(T - ZERO, curve, color=colour, label=word)
             printed = np.asarray([float(row[column]) for row in rows])
             axes.plot(at, printed, "o", color=colour, ms=5)
-            for i in np.flatnonzero([(i, column) in wrong for i in range(len(rows))]):
-                axes.plot(at[i], printed[i], **_RING)
+            ringed += [(at[i], printed[i]) for i in range(len(rows)) if (i, column) in wrong]
         axes.plot([], [], "o", color="0.4", ms=5, label="printed")
-        if any(column in columns for _, column in wrong):
-            axes.plot([], [], **_RING, label="known misprint")
+        if ringed:
+            axes.plot(*zip(*ringed, strict=True), **_RING, label="known misprint")
         axes.set_xlabel("temperature of the polished surface, °C")
     coefficient.set_ylabel("heat transmission, W/(m²·K)")
-    share.set_ylabel("share of the friction heat, 1")
-    share.set_ylim(0, 1)
+    share.set(ylabel="share of the friction heat (–)", ylim=(0, 1))
     finish([coefficient, share], "best")
     figure.suptitle("V, table 2: heat transmission to both sides of the friction surface", fontsize=11)
 
@@ -224,19 +218,12 @@ def _s_table_1(figure: Figure) -> None:
         chosen = [c for c in found if (rows[c.row]["part"], rows[c.row]["material"]) == (part, of)]
         depth = np.asarray([float(rows[c.row]["delta_mm"]) for c in chosen])
         # B falls with the square of the depth: between two points of the formula it is a straight line here
-        scale = 1e3 if part == "rim" else 1.0
         fine = np.geomspace(depth[0], depth[-1], 50)
-        law = chosen[0].computed * (depth[0] / fine) ** 2
-        words = f"{part}, {of.replace('_', ' ')}"
-        axes.loglog(fine, law, color=colour, label=f"{words}: 10³ B, 1/s" if scale > 1 else f"{words}: B, 1/s")
-        axes.loglog(depth, [c.printed for c in chosen], marker, color=colour, ms=5)
-    axes.plot([], [], "o", color="0.4", ms=5, label="printed")
-    axes.set_xlabel("depth δ, mm")
-    axes.set_ylabel("parameter B as printed")
-    axes.set_xticks([1, 2, 5, 10, 20, 50, 80], ["1", "2", "5", "10", "20", "50", "80"])
-    axes.minorticks_off()
-    finish([axes], "best")
-    axes.set_title("S, table 1: parameter of the Fourier number", fontsize=11)
+        label = f"{part}, {of.replace('_', ' ')}: {'10³ B' if part == 'rim' else 'B'}, 1/s"
+        axes.plot(fine, chosen[0].computed * (depth[0] / fine) ** 2, color=colour, label=label)
+        axes.plot(depth, [c.printed for c in chosen], marker, color=colour, ms=5)
+    words = {"xlabel": "depth δ, mm", "ylabel": "parameter B as printed"}
+    _on_log_axes(axes, [1, 2, 5, 10, 20, 50, 80], title="S, table 1: parameter of the Fourier number", **words)
 
 
 #: what can be drawn: the function, and the size of its figure (inch)
@@ -259,21 +246,20 @@ class _Panel(NamedTuple):
 
     name: str
     title: str
-    shown: Callable[[float], float]
-    limit: Callable[[RimMaterial, LiningMaterial], float] | None
+    shown: Callable[[float], float] = lambda x: x
+    limit: Callable[[RimMaterial, LiningMaterial], float] | None = None
     each_level: bool = True
 
 
+def _permissible(rim: RimMaterial, lining: LiningMaterial) -> float:
+    return min(rim.permissible, lining.permissible) - ZERO
+
+
 _PANELS = (
-    _Panel(
-        "surface",
-        "greatest surface temperature, °C",
-        lambda T: T - ZERO,
-        lambda rim, lining: min(rim.permissible, lining.permissible) - ZERO,
-    ),
-    _Panel("stress_ratio", "thermal stress over permissible", lambda ratio: ratio, lambda rim, lining: 1.0),
-    _Panel("wear", "wear of the linings, µm", lambda h: 1e6 * h, None),
-    _Panel("mass", "mass of the rim, kg (all levels)", lambda m: m, None, each_level=False),
+    _Panel("surface", "maximum surface temperature, °C", lambda T: T - ZERO, _permissible),
+    _Panel("stress_ratio", "thermal stress over permissible", limit=lambda rim, lining: 1.0),
+    _Panel("wear", "wear of the linings, µm", lambda h: 1e6 * h),
+    _Panel("mass", "mass of the rim, kg (all levels)", each_level=False),
 )
 
 
@@ -297,17 +283,21 @@ def materials(comparison: MaterialComparison, *, figure: Figure | None = None) -
             axis.set_yticks(range(len(rims)), [""] * len(rims))
     for axis, panel in zip(axes[-1], _PANELS, strict=True):
         axis.set_xlabel(panel.title)
+    wear = [x for row in comparison for x in row["wear"] if x is not None and x > 0]
+    if wear and max(wear) > 100 * min(wear):
+        for axis in axes[:, 2]:
+            axis.set(xscale="log", xlim=(10 ** np.floor(np.log10(1e6 * min(wear))), None))
     for axis in axes.flat:
         axis.tick_params(labelbottom=True)
-    _spread(axes[:, 2], comparison)
     figure.legend(handles=_legend(comparison), loc="outside upper center", ncols=4, fontsize=9, frameon=False)
     return figure
 
 
-def _shade(level: int, count: int) -> Any:
+def _shade(level: int, count: int) -> tuple[float, float, float]:
     """Blue, the paler the weaker the level."""
     pale = 0.75 * (1 - (level + 1) / count)
-    return tuple(pale + (1 - pale) * part for part in to_rgb(BLUE))
+    red, green, blue = (pale + (1 - pale) * part for part in to_rgb(BLUE))
+    return red, green, blue
 
 
 def _draw(axis: Axes, panel: _Panel, comparison: MaterialComparison, lining: LiningMaterial) -> None:
@@ -328,14 +318,6 @@ def _draw(axis: Axes, panel: _Panel, comparison: MaterialComparison, lining: Lin
     axis.set_ylim(len(comparison.rims) - 0.4, -0.6)
     axis.grid(axis="x", alpha=0.3)
     axis.set_axisbelow(True)
-
-
-def _spread(axes: Any, comparison: MaterialComparison) -> None:
-    numbers = [x for row in comparison for x in row["wear"] if x is not None and x > 0]
-    if numbers and max(numbers) > 100 * min(numbers):
-        for axis in axes:
-            axis.set_xscale("log")
-            axis.set_xlim(10 ** np.floor(np.log10(1e6 * min(numbers))), None)
 
 
 def _legend(comparison: MaterialComparison) -> list[Any]:
@@ -374,7 +356,7 @@ def work_precision(data: dict[str, Any] | str | PathLike[str], *, figure: Figure
 
     Raises `InputError` for a file that cannot be read or is no such benchmark.
     """
-    found = _read(data)
+    found = _benchmark(data)
     scenes = list(found["scenes"].values())
     if figure is None:
         figure = Figure(figsize=(9.5, 5.6 * len(scenes) + 0.6), layout="constrained")
@@ -388,7 +370,7 @@ def work_precision(data: dict[str, Any] | str | PathLike[str], *, figure: Figure
     return figure
 
 
-def _panel(ax: Any, scene: dict[str, Any]) -> None:
+def _panel(ax: Axes, scene: dict[str, Any]) -> None:
     curves: dict[str, list[dict[str, Any]]] = {}
     for row in scene["rows"]:
         curves.setdefault(row["method"], []).append(row)
@@ -415,7 +397,8 @@ def _panel(ax: Any, scene: dict[str, Any]) -> None:
     ax.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), fontsize=8, frameon=False)
 
 
-def _read(data: Any) -> dict[str, Any]:
+def _benchmark(data: dict[str, Any] | str | PathLike[str]) -> dict[str, Any]:
+    """The numbers of a benchmark, read and checked."""
     hint = "give what benchmarks/speed_against_error.py --json wrote"
     if isinstance(data, str | PathLike):
         try:
@@ -425,17 +408,17 @@ def _read(data: Any) -> dict[str, Any]:
         except ValueError as error:
             raise InputError([Fault("data", f"is no JSON: {error}", hint)]) from error
     scenes = data.get("scenes") if isinstance(data, dict) else None
-    if not isinstance(scenes, dict) or not scenes:
+    if not isinstance(data, dict) or not isinstance(scenes, dict) or not scenes:
         raise InputError([Fault("data.scenes", "is missing or empty", hint)])
-    faults = []
-    for name, scene in scenes.items():
-        needed = ("name", "title", "reference", "rows")
-        missing = [key for key in needed if not isinstance(scene, dict) or key not in scene]
-        if not missing:
-            keys = ("method", "seconds", "error")
-            missing = [f"rows.{key}" for key in keys if any(key not in row for row in scene["rows"])]
-            missing += [] if "uncertainty" in scene["reference"] else ["reference.uncertainty"]
-        faults += [Fault(f"data.scenes.{name}.{key}", "is missing", hint) for key in missing]
-    if faults:
-        raise InputError(faults)
+    missing = [f"{name}.{key}" for name, scene in scenes.items() for key in _missing(scene)]
+    if missing:
+        raise InputError([Fault(f"data.scenes.{key}", "is missing", hint) for key in missing])
     return data
+
+
+def _missing(scene: Any) -> list[str]:
+    needed = ("name", "title", "reference", "rows")
+    if missing := [key for key in needed if not isinstance(scene, dict) or key not in scene]:
+        return missing
+    missing = [f"rows.{key}" for key in ("method", "seconds", "error") if any(key not in row for row in scene["rows"])]
+    return missing + ([] if "uncertainty" in scene["reference"] else ["reference.uncertainty"])

@@ -11,8 +11,9 @@ formulas are checked against the printed tables instead, which hold the same for
 import csv
 import functools
 import math
+from collections.abc import Iterable
 from importlib import resources
-from typing import Any, NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import jax.numpy as jnp
 import numpy as np
@@ -20,7 +21,6 @@ from jaxtyping import Float
 
 from .._base._table import Column, Table
 from .._parts._scene import Duty, Initial, Scene
-from ..brakes._band import sliding_tensions
 from ..brakes._design import Band, Bandage, Brake, Pulley, uniform_linings
 from ..formulas.heating import (
     fourier_parameter,
@@ -40,9 +40,7 @@ from ..thermal._heat import FlashTemperature
 from ..thermal._material import effusivity_share, material
 
 AGREES, MISPRINT, DISAGREES = "agrees", "known misprint", "disagrees"
-_LAMBDA = 5.0  # λ = C R/T_0 of Z5 and Z6
-_FRICTION = {"Z5": 0.5, "Z6": 0.3}
-_LININGS, _WRAP = 10, math.radians(270.0)
+_CONSISTENT = "printed as λ + π/(2 w_0); the equations of motion give 1/λ + π/(2 w_0)"
 #: table → its file in `published/`
 FILES = {f"Z{i}": f"table{i}.csv" for i in range(1, 7)} | {
     "V1": "thermal_resistance.csv",
@@ -62,17 +60,22 @@ class Cell(NamedTuple):
     verdict: str
     reason: str = ""
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> dict[str, str | int | float]:
         """`{table, row, column, printed, computed, verdict}`."""
         return {name: getattr(self, name) for name in self._fields[:-1]}
 
 
-def _rows(name: str) -> list[dict[str, str]]:
+#: a row as printed, and the numbers computed for one
+Printed: TypeAlias = dict[str, str]
+Computed: TypeAlias = dict[str, float]
+
+
+def _rows(name: str) -> list[Printed]:
     file = resources.files(__name__) / name
     return list(csv.DictReader(file.read_text("utf-8").splitlines()))
 
 
-def published_rows(table: str) -> list[dict[str, str]]:
+def published_rows(table: str) -> list[Printed]:
     """Rows of a table (`"Z1"` … `"S1"`) as printed, words as they are: every column, those that are given included."""
     return _rows(FILES[table])
 
@@ -82,144 +85,159 @@ def _misprints() -> dict[tuple[str, int, str], str]:
     return {(m["table"], int(m["row"]), m["column"]): m["reason"] for m in _rows("misprints.csv")}
 
 
-def agrees(printed: str, computed: float) -> bool:
-    """Within 1.5 units of the last printed place (integers: 1 unit) or 0.5 %."""
-    value = float(printed)
+def allowed(printed: str) -> float:
+    """The difference within which a number agrees: 1.5 units of its last place (integers: 1 unit), or 0.5 %."""
     places = len(printed.partition(".")[2])
-    unit = 10.0**-places * (1.5 if places else 1.0)
-    difference = abs(value - computed)
-    return bool(difference <= unit * (1 + 1e-9) or difference <= 0.005 * abs(value))
+    return max(10.0**-places * (1.5 if places else 1.0), 0.005 * abs(float(printed)))
+
+
+def agrees(printed: str, computed: float) -> bool:
+    """Whether a number agrees with a printed one (see `allowed`)."""
+    return bool(abs(float(printed) - computed) <= allowed(printed) * (1 + 1e-9))
 
 
 def _cell(table: str, row: int, column: str, printed: str, computed: float) -> Cell:
-    reason = ""
-    exact = column == "k"  # a count is not rounded
-    if float(printed) == computed if exact else agrees(printed, computed):
-        verdict = AGREES
-    else:
-        reason = _misprints().get((table, row, column), "")
-        verdict = MISPRINT if reason else DISAGREES
-    return Cell(table, row, column, float(printed), float(computed), verdict, reason)
+    # a count is not rounded
+    if float(printed) == computed if column == "k" else agrees(printed, computed):
+        return Cell(table, row, column, float(printed), float(computed), AGREES)
+    reason = _CONSISTENT if column == "tau_m_consistent" else _misprints().get((table, row, column), "")
+    return Cell(table, row, column, float(printed), float(computed), MISPRINT if reason else DISAGREES, reason)
 
 
-def _chord(f: float, beta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Tensions `T_1…T_k` and loads `N_1…N_k` of the chord model for `T_0 = 1`, `β_0 = 0` (Z-1…Z-4)."""
-    half = np.append(0.0, beta) / 2
-    c, s = np.cos(half), np.sin(half)
-    tension = np.append(1.0, np.cumprod((c[:-1] + f * s[:-1]) / (c[1:] - f * s[1:])))
-    return tension, tension[1:] * s[1:] + tension[:-1] * s[:-1]
+def _numbered(name: str, values: Iterable[float], first: int = 1) -> Computed:
+    return {name.format(i): float(value) for i, value in enumerate(values, start=first)}
 
 
-def _chord_tables() -> list[Cell]:
+@functools.cache
+def _chords(f: float) -> dict[str, Computed]:
     """Z1, Z2: k = 7 point linings under equal load, β_6 = β_7 = 20°. Z3, Z4: equal chords of the same ratio γ."""
     from scipy.optimize import brentq
 
-    cells: list[Cell] = []
-    twenty = math.radians(20.0)
-    tables = {name: published_rows(name) for name in ("Z1", "Z2", "Z3", "Z4")}
-    for row, printed in enumerate(tables["Z1"]):
-        f = float(printed["f"])
-        beta = chord_equal_load_angles(f, 7, twenty, twenty)
-        tension, normal = _chord(f, beta)
-        gamma = float(tension[-1])
-        equal: Any = brentq(lambda b, f=f, g=gamma: _chord(f, np.full(7, b))[0][-1] - g, 1e-3, 2 * math.atan(0.9 / f))
-        tension_equal, normal_equal = _chord(f, np.full(7, equal))
-        degrees = np.degrees(beta)
-        computed = {
-            "Z1": {f"beta{i + 1}_deg": degrees[i] for i in range(5)}
-            | {"alpha_deg": float(np.sum(degrees[:6])), "gamma": gamma},
-            "Z2": {f"T{i}": tension[i] for i in range(8)} | {"N1": normal[0], "N": normal[1]},
-            "Z3": {f"T{i}": tension_equal[i] for i in range(8)}
-            | {"beta_deg": math.degrees(equal), "alpha_deg": 6 * math.degrees(equal)},
-            "Z4": {f"N{i + 1}": normal_equal[i] for i in range(7)},
-        }
-        for table, values in computed.items():
-            line = tables[table][row]
-            cells += [_cell(table, row, column, line[column], value) for column, value in {"f": f, **values}.items()]
-    return cells
+    def forces(beta: Float[np.ndarray, "7"]) -> tuple[Float[np.ndarray, "8"], Float[np.ndarray, "7"]]:
+        """Tensions `T_0…T_7` and loads of the chord model for `T_0 = 1`, `β_0 = 0` (Z-1…Z-4)."""
+        half = np.append(0.0, beta) / 2
+        c, s = np.cos(half), np.sin(half)
+        tension = np.append(1.0, np.cumprod((c[:-1] + f * s[:-1]) / (c[1:] - f * s[1:])))
+        return tension, tension[1:] * s[1:] + tension[:-1] * s[:-1]
+
+    beta = chord_equal_load_angles(f, 7, math.radians(20.0), math.radians(20.0))
+    tension, normal = forces(beta)
+    high = 2 * math.atan(0.9 / f)
+    equal = float(brentq(lambda b: forces(np.full(7, b))[0][-1] - tension[-1], 1e-3, high))  # pyright: ignore
+    tension_equal, normal_equal = forces(np.full(7, equal))
+    degrees = np.degrees(beta)
+    of_z1 = {"alpha_deg": float(np.sum(degrees[:6])), "gamma": float(tension[-1])}
+    of_z3 = {"beta_deg": math.degrees(equal), "alpha_deg": 6 * math.degrees(equal)}
+    found = {
+        "Z1": _numbered("beta{}_deg", degrees[:5]) | of_z1,
+        "Z2": _numbered("T{}", tension, 0) | {"N1": float(normal[0]), "N": float(normal[1])},
+        "Z3": _numbered("T{}", tension_equal, 0) | of_z3,
+        "Z4": _numbered("N{}", normal_equal),
+    }
+    return {table: {"f": f, **values} for table, values in found.items()}
 
 
-def _dynamic_tables() -> list[Cell]:
-    """Z5, Z6: n = 10 linings over 270°, λ = 5; k of them slide."""
-    cells: list[Cell] = []
-    for table, f in _FRICTION.items():
-        for row, printed in enumerate(published_rows(table)):
-            k = int(printed["k"])
-            if printed["scheme"] == "variable":
-                k = min(k, 9)  # the rows headed k = 10 hold the numbers of k = 9
-                beta = equal_increment_angles(f, _LININGS, k, _WRAP).angle
-            else:
-                beta = np.full(_LININGS, _WRAP / _LININGS)
-            fz = f * np.tan(beta / 2)
-            Pi = np.cumprod((1 + fz) / (1 - fz))
-            ratio = float(Pi[k - 1])
-            tension = np.append(1.0, np.minimum(Pi, ratio))
-            w_0 = _LAMBDA / (ratio - 1)
-            values = {
-                "k": float(k),
-                "w0": w_0,
-                **{f"beta{i + 1}_deg": math.degrees(beta[i]) for i in range(_LININGS)},
-                "tau_m": _LAMBDA + math.pi / (2 * w_0),
-                "T_max": ratio,
-                "N_max": float(np.max((tension[1:] + tension[:-1]) * np.sin(beta / 2))),
-            }
-            cells += [_cell(table, row, column, printed[column], value) for column, value in values.items()]
-            consistent = 1 / _LAMBDA + math.pi / (2 * w_0)
-            why = "printed as λ + π/(2 w_0); the equations of motion give 1/λ + π/(2 w_0)"
-            cells.append(Cell(table, row, "tau_m_consistent", float(printed["tau_m"]), consistent, MISPRINT, why))
-    return cells
+class BandDiagram(NamedTuple):
+    """Central angles (n,) in rad, tension (n + 1,) and normal load (n,) over `T_0`."""
+
+    name: str
+    angle: Float[np.ndarray, " n"]
+    tension: Float[np.ndarray, " n_1"]
+    normal: Float[np.ndarray, " n"]
+    w_0: float  # λ/(Π − 1): at this and smaller ones all linings come to slide
 
 
-def _resistances() -> list[Cell]:
+def _diagram(name: str, f: float, beta: Float[np.ndarray, " n"], k: int, lam: float) -> BandDiagram:
+    """The band when the first `k` linings slide and the others carry nothing; `lam`: `λ = C R/T_0`."""
+    fz = f * np.tan(beta / 2)
+    Pi = np.cumprod((1 + fz) / (1 - fz))
+    tension = np.append(1.0, np.minimum(Pi, Pi[k - 1]))
+    normal = (tension[1:] + tension[:-1]) * np.sin(beta / 2)
+    return BandDiagram(name, beta, tension, normal, float(lam / (tension[-1] - 1)))
+
+
+#: friction of Z's dynamic tables, and their `λ = C R/T_0`
+FRICTION = {"Z5": 0.5, "Z6": 0.3}
+LAMBDA = 5.0
+
+
+def stopped_band(table: str, printed: Printed) -> BandDiagram:
+    """A row of Z5 or Z6 at rest: n = 10 linings over 270°, k of them slide."""
+    f, n, wrap, k = FRICTION[table], 10, math.radians(270.0), int(printed["k"])
+    if printed["scheme"] == "variable":
+        k = min(k, 9)  # the rows headed k = 10 hold the numbers of k = 9
+        return _diagram("variable", f, equal_increment_angles(f, n, k, wrap).angle, k, LAMBDA)
+    return _diagram("uniform", f, np.full(n, wrap / n), k, LAMBDA)
+
+
+def _stop(table: str, printed: Printed) -> Computed:
+    band = stopped_band(table, printed)
+    return {
+        "k": float(np.count_nonzero(np.diff(band.tension))),
+        "w0": band.w_0,
+        **_numbered("beta{}_deg", np.degrees(band.angle)),
+        "tau_m": LAMBDA + math.pi / (2 * band.w_0),
+        "T_max": float(band.tension[-1]),
+        "N_max": float(np.max(band.normal)),
+        "tau_m_consistent": 1 / LAMBDA + math.pi / (2 * band.w_0),
+    }
+
+
+def _resistances(rows: list[Printed]) -> list[Computed]:
     """V1: resistances of the pulley's parts, and their reciprocals (of the rounded resistance, as printed)."""
-    cells: list[Cell] = []
-    total: dict[str, float] = {}
-    for row, printed in enumerate(published_rows("V1")):
+    found: list[Computed] = []
+    total: dict[float, float] = {}
+    for printed in rows:
         conductivity = float(printed["lambda_W_mK"])
         if printed["element"] == "total":
-            resistance = total[printed["lambda_W_mK"]]
+            resistance = total[conductivity]
         else:
             r, R, L = (float(printed[column]) for column in ("r_m", "R_m", "L_m"))
-            along = printed["direction"] == "axial"
-            resistance = float((axial_resistance if along else radial_resistance)(L, conductivity, r, R))
-            total[printed["lambda_W_mK"]] = total.get(printed["lambda_W_mK"], 0.0) + resistance
-        cells.append(_cell("V1", row, "resistance", printed["resistance"], resistance))
-        cells.append(_cell("V1", row, "K", printed["K"], 1 / float(printed["resistance"])))
-    return cells
+            ring = axial_resistance if printed["direction"] == "axial" else radial_resistance
+            resistance = float(ring(L, conductivity, r, R))
+            total[conductivity] = total.get(conductivity, 0.0) + resistance
+        found.append({"resistance": resistance, "K": 1 / float(printed["resistance"])})
+    return found
 
 
-def _transmissions() -> list[Cell]:
+def _transmissions(rows: list[Printed]) -> list[Computed]:
     """V2: heat transmission to both sides of the friction surface, and the shares of the heat."""
-    cells: list[Cell] = []
-    rows, law = published_rows("V2"), transmission_table()
+    law = transmission_table()
     K_1, K_2 = (np.asarray(K) for K in law.transmissions(jnp.asarray(law.temperature)))
-    for row, printed in enumerate(rows):
-        share = K_1[row] / (K_1[row] + K_2[row])
-        values = {
-            "K1": K_1[row],
-            "K2": K_2[row],
-            "R1": 1 / K_1[row],
-            "R2": 1 / K_2[row],
-            "share_metal": share,
-            "share_lining": 1 - share,
-        }
-        cells += [_cell("V2", row, column, printed[column], float(value)) for column, value in values.items()]
-    return cells
+    share = K_1 / (K_1 + K_2)
+    columns = {"K1": K_1, "K2": K_2, "R1": 1 / K_1, "R2": 1 / K_2, "share_metal": share, "share_lining": 1 - share}
+    return [{name: float(column[row]) for name, column in columns.items()} for row in range(len(rows))]
 
 
-def _fourier() -> list[Cell]:
+def _fourier(rows: list[Printed]) -> list[Computed]:
     """S1: `B = a/δ²` in 1/s, of the rim times 1000 (`Fo = 10⁻³ B τ` there)."""
-    diffusivity = {"steel": 1.14e-5, "cast_iron": 1.04e-5}
-    cells: list[Cell] = []
-    for row, printed in enumerate(published_rows("S1")):
-        B = fourier_parameter(diffusivity[printed["material"]], 1e-3 * float(printed["delta_mm"]))
-        cells.append(_cell("S1", row, "B", printed["B"], 1000 * B if printed["part"] == "rim" else B))
-    return cells
+    diffusivity, scale = {"steel": 1.14e-5, "cast_iron": 1.04e-5}, {"rim": 1000.0}
+    return [
+        {
+            "B": scale.get(row["part"], 1.0)
+            * fourier_parameter(diffusivity[row["material"]], 1e-3 * float(row["delta_mm"]))
+        }
+        for row in rows
+    ]
+
+
+def _computed(table: str, rows: list[Printed]) -> list[Computed]:
+    """The numbers of every row of a table."""
+    whole = {"V1": _resistances, "V2": _transmissions, "S1": _fourier}
+    if table in whole:
+        return whole[table](rows)
+    return [_stop(table, row) if table in FRICTION else _chords(float(row["f"]))[table] for row in rows]
 
 
 def cells() -> list[Cell]:
     """Every numeric cell of every table, in order."""
-    return _chord_tables() + _dynamic_tables() + _resistances() + _transmissions() + _fourier()
+    tables = {table: published_rows(table) for table in FILES}
+    return [
+        _cell(table, row, column, printed[column.removesuffix("_consistent")], value)
+        for table, rows in tables.items()
+        for row, (printed, values) in enumerate(zip(rows, _computed(table, rows), strict=True))
+        for column, value in values.items()
+    ]
 
 
 def report(rows: list[Cell]) -> str:
@@ -261,16 +279,6 @@ def chord_curves(f: float, k: int = 7, step: float = math.radians(0.1)) -> Chord
     return ChordCurves(f, last[: len(found)], np.asarray(found), why)
 
 
-class BandDiagram(NamedTuple):
-    """Z, Fig. 5: central angles (n,) in rad, tension (n + 1,) and normal load (n,) of one layout over `T_0`."""
-
-    name: str
-    angle: Float[np.ndarray, " n"]
-    tension: Float[np.ndarray, " n_1"]
-    normal: Float[np.ndarray, " n"]
-    w_0: float  # λ/(Π − 1): at this and smaller ones all linings come to slide
-
-
 #: numbers of Z, Fig. 5
 Z5_LININGS, Z5_WRAP, Z5_FRICTION, Z5_LAMBDA, Z5_W_0 = 10, math.radians(270.0), 0.3, 5.08, 1.5
 
@@ -281,16 +289,11 @@ def band_diagrams() -> tuple[BandDiagram, BandDiagram]:
     With the figure's `λ` and `w_0` the tension would grow to `1 + λ/w_0 = 4.39 T_0` before the pulley rests; both
     layouts hold less, so that all ten linings slide and the maximum tension is `Π T_0` (Z-14).
     """
-    layouts = {
-        "equal tension increments": equal_increment_angles(Z5_FRICTION, Z5_LININGS, Z5_LININGS, Z5_WRAP).angle,
-        "uniform pitch": np.full(Z5_LININGS, Z5_WRAP / Z5_LININGS),
-    }
-    found = []
-    for name, beta in layouts.items():
-        forces = sliding_tensions(jnp.asarray(1.0), jnp.full(Z5_LININGS, Z5_FRICTION), jnp.asarray(beta))
-        tension = np.append(1.0, np.asarray(forces.tension))
-        found.append(BandDiagram(name, beta, tension, np.asarray(forces.normal), Z5_LAMBDA / float(tension[-1] - 1)))
-    return found[0], found[1]
+    n, increments = Z5_LININGS, equal_increment_angles(Z5_FRICTION, Z5_LININGS, Z5_LININGS, Z5_WRAP).angle
+    return (
+        _diagram("equal tension increments", Z5_FRICTION, increments, n, Z5_LAMBDA),
+        _diagram("uniform pitch", Z5_FRICTION, np.full(n, Z5_WRAP / n), n, Z5_LAMBDA),
+    )
 
 
 class EnergyLevels(NamedTuple):

@@ -2,10 +2,12 @@
 
 import functools
 import math
-from typing import Any
+from collections.abc import Callable
+from typing import Any, TypeAlias
 
 import diffrax
 import numpy as np
+from jaxtyping import Float
 from scipy.integrate import quad
 from scipy.optimize import brentq
 from scipy.special import erfc
@@ -13,6 +15,7 @@ from scipy.special import erfc
 from .._parts._scene import Scene
 from .._run._networks import simulate_heat, steady_state
 from ..friction import ConstantFriction, LinearFade, ProductFriction
+from ..hybrid._arrays import Array
 from ..profiles import PiecewiseLinear, ramp
 from ..thermal._builders import lumped_heat
 from ..thermal._heat import ConstantPartition, Heat
@@ -28,27 +31,38 @@ from ..thermal._network import (
     ThermalContact,
     Wall,
 )
-from ._reference_scenes import stop_scene
-from ._validation import Case
-from ._validation_brakes import ran
+from ._cases_band import stop_scene
+from ._validation import FORM, Case, cases_of, cases_of_run
 
-_FORM = "closed form: "
 _SIGMA = 5.670374419e-8  # W/(m²·K⁴), CODATA 2018
 _K, _A = 50.0, 1.4e-5  # conductivity and diffusivity of the half-spaces
 _STEEL = Material(_K, 7800.0, _K / (7800.0 * _A))
+
+# --- lumps ------------------------------------------------------------------------------------------------------------
+
+
+def _temperatures(
+    subject: str,
+    heat: Heat,
+    source: str,
+    truths: dict[float, tuple[str, float]],
+    tolerance: float = 1e-9,
+    rtol: float = 1e-12,
+    less: float = 0.0,
+) -> list[Case]:
+    """Cases of the first temperature of a network: names and truths at times (s); `less`: taken from it (K)."""
+    rows = [
+        (name, source, truth, lambda T, i=i: T[i, 0] - less) for i, (name, truth) in enumerate(truths.values(), start=1)
+    ]
+    return cases_of(subject, lambda: simulate_heat(heat, [0.0, *truths], rtol=rtol).temperature, tolerance, rows)
 
 
 def lump_cases() -> list[Case]:
     """Two lumps that come to one temperature."""
     C, G = 15.0, 10.0
     heat = Heat((Lump("a", C, 373.15), Lump("b", C, 273.15)), (Conductance("a", "b", G),))
-    times = [0.0, 0.1, 0.5, 1.0]
-    run = functools.cache(lambda: simulate_heat(heat, times, rtol=1e-12).temperature)
-    source = f"{_FORM}T_m + ΔT/2 · e^(−2Gt/C)"
-    return [
-        Case(f"two lumps/T1 at {t} s", source, 323.15 + 50 * math.exp(-2 * G / C * t), 1e-9, lambda i=i: run()[i, 0])
-        for i, t in enumerate(times[1:], 1)
-    ]
+    truths = {t: (f"T1 at {t} s", 323.15 + 50 * math.exp(-2 * G / C * t)) for t in (0.1, 0.5, 1.0)}
+    return _temperatures("two lumps", heat, f"{FORM}T_m + ΔT/2 · e^(−2Gt/C)", truths)
 
 
 def _radiated(T0: float, Ta: float, c: float, t: float) -> float:
@@ -65,21 +79,11 @@ def _radiated(T0: float, Ta: float, c: float, t: float) -> float:
 
 def radiation_cases() -> list[Case]:
     """A lump at 900 K that radiates to 0 K and to 300 K."""
-    T0, eps, mc = 900.0, 0.8, 1e4
-    times = [0.0, 60.0, 600.0, 3600.0]
-    found = []
-    for Ta in (0.0, 300.0):
+    T0, eps, mc, found = 900.0, 0.8, 1e4, []
+    for Ta, form in ((0.0, "T_0(1 + 3εσA T_0³t/mc)^(−1/3)"), (300.0, "∫ dT/(T⁴ − T_a⁴) = −εσA t/mc")):
         heat = Heat((Lump("a", mc, T0), Reservoir("air", Ta)), (Radiation("a", 1.0, eps),))  # pyright: ignore
-
-        @functools.cache
-        def run(heat: Heat = heat) -> Any:
-            return simulate_heat(heat, times, rtol=1e-12).temperature
-
-        form = "T_0(1 + 3εσA T_0³t/mc)^(−1/3)" if Ta == 0 else "∫ dT/(T⁴ − T_a⁴) = −εσA t/mc"
-        for i, t in enumerate(times[1:], 1):
-            truth = _radiated(T0, Ta, eps * _SIGMA / mc, t)
-            name = f"radiation to {Ta:.0f} K/T at {t:.0f} s"
-            found.append(Case(name, f"{_FORM}{form}", truth, 1e-9, lambda i=i, run=run: run()[i, 0]))
+        truths = {t: (f"T at {t:.0f} s", _radiated(T0, Ta, eps * _SIGMA / mc, t)) for t in (60.0, 600.0, 3600.0)}
+        found += _temperatures(f"radiation to {Ta:.0f} K", heat, f"{FORM}{form}", truths)
     return found
 
 
@@ -94,26 +98,25 @@ def repeated_cases() -> list[Case]:
         (Convection("drum", 1.0, C * b),),  # pyright: ignore
         sources=(Source("drum", PiecewiseLinear(times, power)),),
     )
-    looks = [0.0, pulse, 4 * t_c + pulse, 9 * t_c + pulse]
-    run = functools.cache(lambda: simulate_heat(heat, looks, rtol=1e-11).temperature)
     source = "Limpert, Brake Design and Safety: ΔT(1 − e^(−n b t_c))/(1 − e^(−b t_c))"
+    truths = {
+        (n - 1) * t_c + pulse: (f"rise after {n}", rise * math.expm1(-n * b * t_c) / math.expm1(-b * t_c))
+        for n in (1, 5, 10)
+    }
     # the pulse lasts 1 µs of the 300 s in which the drum cools
-    return [
-        Case(
-            f"repeated stops/rise after {n}",
-            source,
-            rise * math.expm1(-n * b * t_c) / math.expm1(-b * t_c),
-            1e-7,
-            lambda i=i: run()[i, 0] - 300.0,
-        )
-        for i, n in enumerate((1, 5, 10), 1)
-    ]
+    return _temperatures("repeated stops", heat, source, truths, tolerance=1e-7, rtol=1e-11, less=300.0)
 
+
+# --- walls ------------------------------------------------------------------------------------------------------------
 
 _TIMES = np.linspace(0.0, 2.0, 81)
 
 
-def _heated(layers: int, q: float, q_end: float) -> tuple[Any, Any]:
+#: depths of the layers (m) and their rises (K) at `_TIMES`
+Rises: TypeAlias = tuple[Float[np.ndarray, " layer"], Float[np.ndarray, "81 layer"]]
+
+
+def _heated(layers: int, q: float, q_end: float) -> Rises:
     """Depths of the layers of a half-space (m) and their rises (K) at `_TIMES`, the flux a straight line in time."""
     wall = Wall("w", _STEEL, 0.048, 1.0, layers)
     heat = Heat((wall,), sources=(Source("w.front", ramp(q, q_end, 0.0, float(_TIMES[-1]))),))
@@ -125,76 +128,54 @@ def half_space_cases() -> list[Case]:
     """Constant flux into a half-space: order of the layers, surface and depth on the finest."""
     q, t = 1e6, float(_TIMES[-1])
 
-    def exact(x: Any) -> Any:
-        return (
-            q
-            / _K
-            * (2 * np.sqrt(_A * t / math.pi) * np.exp(-(x**2) / (4 * _A * t)) - x * erfc(x / np.sqrt(4 * _A * t)))
-        )
+    def exact(x: float | Float[np.ndarray, " layer"]) -> Float[Array, "*layer"]:
+        spread = np.exp(-(x**2) / (4 * _A * t))
+        return q / _K * (2 * np.sqrt(_A * t / math.pi) * spread - x * erfc(x / np.sqrt(4 * _A * t)))
 
-    coarse = functools.cache(lambda: _heated(36, q, q))
     fine = functools.cache(lambda: _heated(108, q, q))
 
-    def order() -> float:
-        errors = [np.abs(rise[-1] - exact(x)).max() for x, rise in (coarse(), fine())]
+    def order(found: Rises) -> float:
+        errors = [np.abs(rise[-1] - exact(x)).max() for x, rise in (_heated(36, q, q), found)]
         return math.log(errors[0] / errors[1], 3)
 
-    def surface() -> float:
-        x, rise = fine()
-        return float(rise[-1, 0] + q * x[0] / _K)
-
-    def inside(depth: float) -> float:
-        x, rise = fine()
-        return float(rise[-1, int(np.argmin(np.abs(x - depth)))])
+    def inside(depth: float) -> Callable[[Rises], float]:
+        return lambda found: float(found[1][-1, int(np.argmin(np.abs(found[0] - depth)))])
 
     source = "Carslaw & Jaeger 2.9: half-space under constant flux"
     # of 108 layers some have their centres just 2 and 10 mm deep
-    return [
-        Case("half-space/order of the layers", "second-order finite volumes", 2.0, 0.05, order),
-        Case("half-space/surface", source, float(exact(0.0)), 1e-3, surface),
-        Case("half-space/2 mm deep", source, float(exact(0.002)), 1e-3, lambda: inside(0.002)),
-        Case("half-space/10 mm deep", source, float(exact(0.010)), 2e-3, lambda: inside(0.010)),
+    rows = [
+        ("order of the layers", "second-order finite volumes", 2.0, order, 0.05),
+        ("surface", source, float(exact(0.0)), lambda found: found[1][-1, 0] + q * found[0][0] / _K),
+        ("2 mm deep", source, float(exact(0.002)), inside(0.002)),
+        ("10 mm deep", source, float(exact(0.010)), inside(0.010), 2e-3),
     ]
+    return cases_of("half-space", fine, 1e-3, rows)
 
 
 def falling_flux_cases() -> list[Case]:
     """Flux that falls in a straight line to 0: the surface is hottest at half the time."""
     q, t_s = 1e6, float(_TIMES[-1])
 
-    @functools.cache
-    def surface() -> Any:
+    def surface() -> Float[np.ndarray, "81"]:
         x, rise = _heated(108, q, 0.0)
         return rise[:, 0] + q * (1 - _TIMES / t_s) * x[0] / _K
 
-    def hottest() -> float:
-        top = int(np.argmax(surface()))
-        a, b, c = surface()[top - 1 : top + 2]
+    def hottest(surface: Float[np.ndarray, "81"]) -> float:
+        top = int(np.argmax(surface))
+        a, b, c = surface[top - 1 : top + 2]
         return float(_TIMES[top] + 0.5 * (_TIMES[1] - _TIMES[0]) * (a - c) / (a - 2 * b + c))
 
-    effusivity = _K / math.sqrt(_A)
     source = "Fazekas 1953, Newcomb 1960"
-    greatest = 4 / (3 * math.sqrt(2 * math.pi)) * q * math.sqrt(t_s) / effusivity
-    return [
-        Case(
-            "falling flux/greatest rise",
-            f"{source}: 0.53192304 q_0 √t_s/√(kρc)",
-            greatest,
-            2e-3,
-            lambda: np.max(surface()),
-        ),
-        Case("falling flux/time of it", f"{source}: t_s/2", t_s / 2, 0.01, hottest),
+    greatest = 4 / (3 * math.sqrt(2 * math.pi)) * q * math.sqrt(t_s) / (_K / math.sqrt(_A))
+    rows = [
+        ("greatest rise", f"{source}: 0.53192304 q_0 √t_s/√(kρc)", greatest, np.max),
+        ("time of it", f"{source}: t_s/2", t_s / 2, hottest, 0.01),
     ]
+    return cases_of("falling flux", surface, 2e-3, rows)
 
 
 def effusivity_cases() -> list[Case]:
     """Heat into the interface of two bodies in perfect contact: the network finds Charron's share by itself."""
-    pairs = {
-        "steel and lining": (Material(45.0, 7850.0, 480.0), Material(0.8, 2000.0, 1100.0)),
-        "two metals": (
-            Material(51.0, 7100.0, 51.0 / (7100.0 * 1.44e-5)),
-            Material(34.3, 4700.0, 34.3 / (4700.0 * 1.46e-5)),
-        ),
-    }
     n, thickness = 120, 0.03
     growth = layer_growth(2e-6, thickness, n)
 
@@ -210,18 +191,15 @@ def effusivity_cases() -> list[Case]:
     def effusivity(m: Material) -> float:
         return math.sqrt(float(m.conductivity) * float(m.density) * float(m.specific_heat))
 
+    metals = Material(51.0, 7100.0, 51.0 / (7100.0 * 1.44e-5)), Material(34.3, 4700.0, 34.3 / (4700.0 * 1.46e-5))
     found = []
-    for name, (first, second) in pairs.items():
-        e1, e2 = effusivity(first), effusivity(second)
-        found.append(
-            Case(
-                f"two bodies in contact/{name}",
-                "Charron: e1/(e1 + e2), e = √(kρc)",
-                e1 / (e1 + e2),
-                5e-4,
-                lambda first=first, second=second: share(first, second),
-            )
-        )
+    for name, *bodies in (
+        ("steel and lining", Material(45.0, 7850.0, 480.0), Material(0.8, 2000.0, 1100.0)),
+        ("two metals", *metals),
+    ):
+        e1, e2 = map(effusivity, bodies)
+        row = (name, "Charron: e1/(e1 + e2), e = √(kρc)", e1 / (e1 + e2), lambda share: share)
+        found += cases_of("two bodies in contact", functools.partial(share, *bodies), 5e-4, [row])
     return found
 
 
@@ -234,18 +212,12 @@ def steady_cases() -> list[Case]:
         sources=(Source("w.front", q),),
     )
     face = (q + h * Ta + _K / L * Tb) / (h + _K / L)
-    truth = face + (Tb - face) / 8
-    source = f"{_FORM}q = h(T_f − T_a) + λ(T_f − T_b)/L"
-    return [
-        Case("wall in steady state/first layer", source, truth, 1e-8, lambda: next(iter(steady_state(heat).values())))
-    ]
+    source = f"{FORM}q = h(T_f − T_a) + λ(T_f − T_b)/L"
+    row = ("first layer", source, face + (Tb - face) / 8, lambda found: next(iter(found.values())))
+    return cases_of("wall in steady state", lambda: steady_state(heat), 1e-8, [row])
 
 
-def _fading(slope: float, capacity: float) -> Scene:
-    law = ProductFriction(ConstantFriction(0.35), (LinearFade(slope, ROOM, 0.0, 0.0),))  # pyright: ignore
-    heat = lumped_heat(rim=capacity, partition=ConstantPartition(1.0), rim_cooling=0.0)
-    scene = stop_scene(C=None, law=law, end=10.0)
-    return Scene(scene.brake, scene.duty, scene.initial, scene.end_time, heat)
+# --- brakes -----------------------------------------------------------------------------------------------------------
 
 
 def fade_cases() -> list[Case]:
@@ -253,49 +225,32 @@ def fade_cases() -> list[Case]:
     J, R, T0, w0, n, f = 800.0, 0.725, 8e3, 20.0, 20, 0.35
     slope, capacity = 2e-3, 2e4
     z = math.tan(math.radians(13.5) / 2)
+    warming = J * w0**2 / (2 * capacity)
 
     def torque(w: float, slope: float) -> float:
         now = f * (1 - slope * J * (w0**2 - w**2) / (2 * capacity))
         return R * T0 * (((1 + now * z) / (1 - now * z)) ** n - 1)
 
+    def fading(slope: float) -> Scene:
+        law = ProductFriction(ConstantFriction(f), (LinearFade(slope, ROOM, 0.0, 0.0),))  # pyright: ignore
+        heat = lumped_heat(rim=capacity, partition=ConstantPartition(1.0), rim_cooling=0.0)
+        scene = stop_scene(C=None, law=law, end=10.0)
+        return Scene(scene.brake, scene.duty, scene.initial, scene.end_time, heat)
+
     time = quad(lambda w: J / torque(w, slope), 0.0, w0, epsabs=1e-13, epsrel=1e-13)[0]
-    warm, cold = ran(_fading(slope, capacity), 1e-11), ran(_fading(0.0, capacity), 1e-11)
-    warmed = ROOM + J * w0**2 / (2 * capacity)
-    return [
-        Case(
-            "stop with fade/stopping time",
-            "quadrature ∫ J dω/M(T(ω)), T = T_0 + J(ω_0² − ω²)/2mc",
-            time,
-            1e-9,
-            lambda: warm().stopping_time,
-        ),
-        Case(
-            "stop with fade/temperature at rest",
-            f"{_FORM}T_0 + Jω_0²/2mc",
-            warmed,
-            1e-9,
-            lambda: warm().end_temperatures[0],
-        ),
-        Case("stop with fade/closure of the heat", "first law", 0.0, 1e-12, lambda: warm().energy["heat_closure"]),
-        Case(
-            "stop with no fade/stopping time",
-            f"{_FORM}J ω_0/M: as without heat",
-            J * w0 / torque(w0, 0.0),
-            1e-9,
-            lambda: cold().stopping_time,
-        ),
+    by_quadrature = "quadrature ∫ J dω/M(T(ω)), T = T_0 + J(ω_0² − ω²)/2mc"
+    warm = [
+        ("stopping time", by_quadrature, time, "stopping_time"),
+        ("temperature at rest", f"{FORM}T_0 + Jω_0²/2mc", ROOM + warming, "end_temperatures.0"),
+        ("closure of the heat", "first law", 0.0, "energy.heat_closure", 1e-12),
     ]
-
-
-def cases() -> list[Case]:
-    """All cases of this file, none of them run yet."""
-    return (
-        lump_cases()
-        + radiation_cases()
-        + repeated_cases()
-        + half_space_cases()
-        + falling_flux_cases()
-        + effusivity_cases()
-        + steady_cases()
-        + fade_cases()
+    cold = [("stopping time", f"{FORM}J ω_0/M: as without heat", J * w0 / torque(w0, 0.0), "stopping_time")]
+    return cases_of_run("stop with fade", fading(slope), warm, 1e-9, 1e-11) + cases_of_run(
+        "stop with no fade", fading(0.0), cold, 1e-9, 1e-11
     )
+
+
+CASES = (
+    *(lump_cases, radiation_cases, repeated_cases, half_space_cases, falling_flux_cases, effusivity_cases),
+    *(steady_cases, fade_cases),
+)
