@@ -127,7 +127,7 @@ def run(
             text = json.dumps(summary_with_limits(result, checks), indent=2, allow_nan=False)
     say(text)
     if out is not None:
-        from .._pages._export import write
+        from .._pages._page import write
 
         print_written(write(result, out, None, checks), json_)
     return exit_code(result.ok, checks, fail_on_limit)
@@ -150,7 +150,7 @@ def reproduce(*, out: Path | None = None, json_: Json = False) -> int:
     rows = cells()
     print(json.dumps([cell.as_dict() for cell in rows], indent=1, allow_nan=False) if json_ else report(rows))
     if out is not None:
-        from .._pages._export import write_published
+        from .._pages._page import write_published
 
         print_written(write_published(out), json_)
     return 1 if any(cell.verdict == "disagrees" for cell in rows) else 0

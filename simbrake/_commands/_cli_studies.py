@@ -54,7 +54,7 @@ def sensitivity(
     else:
         say("\n\n".join(str(table) for table in tables))
     if out is not None:
-        from .._pages._export import write_sensitivities
+        from .._pages._page import write_sensitivities
 
         print_written(write_sensitivities(tables, out), json_)
     return 0
