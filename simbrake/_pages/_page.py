@@ -1,9 +1,7 @@
 """What is made of a run: one self-contained page of HTML, and files in a folder, written all or not at all."""
 
-import base64
 import csv
 import inspect
-import io
 import json
 import os
 import re
@@ -12,10 +10,8 @@ from pathlib import Path
 from typing import NamedTuple, TypeAlias
 
 import jinja2
-import matplotlib
 import numpy as np
 from jaxtyping import Float
-from matplotlib.figure import Figure
 
 from .. import plot
 from .._base._faults import InputError
@@ -43,7 +39,7 @@ from .._run._simulate import simulate
 from ..brakes._pressed import DiscBrake, ShoeBrake
 from ..files._scene_file import scene_text
 from ..plot._published import PUBLISHED, file_stem, published
-from ..plot._shared import both_sides, span
+from ..plot._shared import Figure, both_sides, data_uri, span
 from ..results._dataset import save
 from ..results._provenance import provenance
 from ..results._rerun import Repeat, repeat
@@ -132,10 +128,6 @@ def pictures_of(result: Result, told: Waiting) -> Iterator[Picture]:
 
 # --- figures in the page ----------------------------------------------------------------------------------------------
 
-#: a figure whose SVG is longer is a PNG instead (bytes)
-_LONGEST = 400_000
-_DPI = 170.0  # of PNGs: sharp in print over the width of a page
-
 
 class Drawing(NamedTuple):
     """A figure as an image inside the page."""
@@ -152,16 +144,8 @@ def draw(result: Result, picture: Picture) -> Drawing:
 
 
 def drawing(name: str, title: str, caption: str, figure: Figure) -> Drawing:
-    """A figure as an image inside the page, the same for the same figure: SVG, or PNG where that is shorter to load."""
-    kind, file = "svg+xml", io.BytesIO()
-    # text that looks alike without the font; ids from a hash with a fixed salt; no date
-    with matplotlib.rc_context({"svg.hashsalt": "simbrake", "svg.fonttype": "path"}):
-        figure.savefig(file, format="svg", metadata={"Date": None})
-    if file.tell() > _LONGEST:
-        kind, file = "png", io.BytesIO()
-        figure.savefig(file, format="png", dpi=_DPI, metadata={"Software": None})
-    address = f"data:image/{kind};base64,{base64.b64encode(file.getvalue()).decode('ascii')}"
-    return Drawing(name, title, caption, address)
+    """A figure as an image inside the page."""
+    return Drawing(name, title, caption, data_uri(figure))
 
 
 # --- the page ---------------------------------------------------------------------------------------------------------

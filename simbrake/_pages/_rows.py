@@ -209,14 +209,14 @@ def ledger(title: str, into: Mapping[str, float], out: Mapping[str, float], clos
     sides = [[(words, sign * value) for words, value in terms if sign * value > 0] for sign in (1, -1)]
     totals = [sum(value for _, value in side) for side in sides]
     hues = itertools.count()
-    shares = [
+    left, right = (
         tuple(
             Share(words, number(value, "J", beside=max(totals)), 100 * value / total, next(hues))
             for words, value in side
         )
         for side, total in zip(sides, totals, strict=True)
-    ]
-    return Ledger(title, *shares, number(max(totals), "J"), digits(closure, 2), note)
+    )
+    return Ledger(title, left, right, number(max(totals), "J"), digits(closure, 2), note)
 
 
 #: terms of the balance that only some brakes have

@@ -102,7 +102,7 @@ def draw_band(axes: Axes, angles: Ends, ends: tuple[str, str]) -> None:
         start, tangent = spot(BAND, angle), direction * spot(1.0, angle + 0.5 * math.pi)
         _draw_arrow(axes, start, start + 0.5 * tangent, mutation_scale=14, color="0.25", lw=2.5)
         place = {"xytext": (0, -3), "textcoords": "offset points", "ha": "center", "va": "top"}
-        axes.annotate(words, start + 0.52 * tangent, fontsize=9, **place)
+        axes.annotate(words, tuple(start + 0.52 * tangent), fontsize=9, **place)
 
 
 def _draw_arrow(axes: Axes, start: Float[np.ndarray, "2"], end: Float[np.ndarray, "2"], **look: Any) -> None:
@@ -157,9 +157,9 @@ def pulley(result: Result, time: float | int | None = None, *, figure: Figure | 
     axes = figure.subplots()
     rings = draw_wheel(axes, angles, contacts)
     colour_linings(rings, contacts, 0)
-    outer = next(iter(rings.values()))
-    for i, wedge in enumerate(outer):
-        x, y = spot(wedge.r - 0.5 * wedge.width, angles[i].mean())
+    middle = LINING[1] - 0.5 * (LINING[1] - LINING[0]) / len(rings)  # of the outermost ring
+    for i, angle in enumerate(angles.mean(axis=1)):
+        x, y = spot(middle, angle)
         axes.text(x, y, str(i + 1), ha="center", va="center", fontsize=7, zorder=4)
     _draw_tension(axes, tension, angles)
     _draw_load(axes, [np.asarray(pair.normal)[0] / 1e3 for pair in p.shown.pairs], angles)
@@ -221,7 +221,7 @@ def _radial(axes: Axes, radius: float, angle: float, words: str, *, outwards: bo
     degrees = math.degrees(angle) % 360
     flipped = 90 < degrees < 270
     x, y = spot(radius, angle)
-    place = {"ha": "left" if outwards != flipped else "right", "va": "center"}
+    place: dict[str, Any] = {"ha": "left" if outwards != flipped else "right", "va": "center"}
     place |= {"rotation": degrees - 180 if flipped else degrees, "rotation_mode": "anchor"}
     axes.text(x, y, words, fontsize=7, zorder=5, **place, **look)
 
@@ -346,7 +346,8 @@ def _drum(wheel: Axes, course: Axes, brake: ShoeBrake, normal: PerLining, colour
         line = spot(0.92 * r - 0.45 * r * p / (max(pressures) or 1.0), pin + side * theta)
         base = spot(0.92 * r, pin + side * theta)
         wheel.fill(*np.concatenate([line, base[::-1]]).T, color=colour, alpha=0.25, lw=0, gid="pressure")
-        wheel.text(*spot(0.97 * r, pin + side * 0.5 * (start + end)), str(i + 1), ha="center", va="center", fontsize=9)
+        x, y = spot(0.97 * r, pin + side * 0.5 * (start + end))
+        wheel.text(x, y, str(i + 1), ha="center", va="center", fontsize=9)
         words = "leading ahead" if i == 0 else "trailing ahead"
         course.plot(np.degrees(theta), 1e-6 * p, color=colour, label=f"shoe {i + 1}, {words}")
     course.set_xlabel("angle from the pin, degrees")

@@ -103,7 +103,7 @@ def _panels(panels: Iterable[Axes], s: Series, words: BrakeWords) -> None:
     speed.plot(s.t, s.omega, color="k", label=f"{words.body} speed ω")
     speed.set_ylabel("ω, rad/s")
     if np.ptp(s.omega) <= 1e-6 * np.abs(s.omega).max():  # constant but for rounding, which is not worth a picture
-        speed.set_ylim(sorted((0.0, 1.2 * float(s.omega[0]) or 1.0)))
+        speed.set_ylim(*sorted((0.0, 1.2 * float(s.omega[0]) or 1.0)))
     torque.plot(s.t, s.brake_torque / 1e3, color="tab:blue", label="brake M_b")
     torque.plot(s.t, s.load_torque / 1e3, color="tab:brown", ls="-.", label="load M_load")
     torque.set_ylabel("torque, kN·m")
@@ -153,7 +153,7 @@ def stages(result: Result, *, running_in: RunningIn | None = None, figure: Figur
     external, internal = s.pairs["external"], s.pairs["internal"]
     torque.plot(t, external.torque / 1e3, color="tab:green", label="band on bandage M_ext")
     torque.plot(t, internal.torque / 1e3, color="tab:blue", label="pulley on bandage Λ")
-    torque.plot(t, internal.capacity / 1e3, color="tab:blue", ls=":", label="up to which it sticks M_int")
+    torque.plot(t, np.asarray(internal.capacity) / 1e3, color="tab:blue", ls=":", label="up to which it sticks M_int")
     torque.set_ylabel("torque, kN·m")
     heat.plot(t, external.heat / 1e3, color="tab:green", label="external pair")
     heat.plot(t, internal.heat / 1e3, color="tab:blue", label="internal pair")

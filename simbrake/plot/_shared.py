@@ -1,9 +1,12 @@
 """What figures share: colours, marks at events, windows and grids of time, axes."""
 
+import base64
+import io
 from collections.abc import Iterable
-from typing import NamedTuple, TypeAlias
+from typing import Literal, NamedTuple, TypeAlias
 
 import jax
+import matplotlib
 import numpy as np
 from jaxtyping import Float
 from matplotlib.axes import Axes
@@ -15,6 +18,7 @@ from .._run._result import Result
 from .._run._series import Series
 
 Times: TypeAlias = Float[np.ndarray, " t"]  # s
+Corner: TypeAlias = Literal["best", "upper left", "upper right", "lower right"]
 
 ZERO = 273.15  # K
 
@@ -150,9 +154,26 @@ def cells(result: Result, low: float, high: float) -> Times:
     return edges[kept]
 
 
-def finish(panels: Iterable[Axes], legend: str = "best") -> None:
+def finish(panels: Iterable[Axes], legend: Corner = "best") -> None:
     """Grids, and a legend where something has a name."""
     for panel in panels:
         panel.grid(alpha=0.3)
         if panel.get_legend_handles_labels()[0]:
             panel.legend(loc=legend, **SMALL)
+
+
+#: a figure whose SVG is longer is a PNG instead (bytes)
+_LONGEST = 400_000
+_DPI = 170.0  # of PNGs: sharp in print over the width of a page
+
+
+def data_uri(figure: Figure) -> str:
+    """A figure for a page, the same for the same figure: SVG, or PNG where that is shorter to load."""
+    kind, file = "svg+xml", io.BytesIO()
+    # text that looks alike without the font; ids from a hash with a fixed salt; no date
+    with matplotlib.rc_context({"svg.hashsalt": "simbrake", "svg.fonttype": "path"}):
+        figure.savefig(file, format="svg", metadata={"Date": None})
+    if file.tell() > _LONGEST:
+        kind, file = "png", io.BytesIO()
+        figure.savefig(file, format="png", dpi=_DPI, metadata={"Software": None})
+    return f"data:image/{kind};base64,{base64.b64encode(file.getvalue()).decode('ascii')}"

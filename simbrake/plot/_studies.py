@@ -41,13 +41,13 @@ def tornado(table: SensitivityTable, *, most: int = 12, figure: Figure | None = 
     if not ranged:
         rows = [row for row in table.matters if np.isfinite(row.elasticity)]
         bars = [(row, [(row.elasticity, "tab:red" if row.elasticity > 0 else "tab:blue")]) for row in rows]
-    bars = sorted(bars[:most], key=lambda bar: max(abs(end - base) for end, _ in bar[1]))
+    bars = sorted(bars[:most], key=lambda bar: max(abs(end - base) for end, _ in bar[1]))  # pyright: ignore
     figure = sheet(figure, 9.5, 1.6 + 0.38 * len(bars))
     axes = figure.subplots()
     labels = []
     for y, (row, ends) in enumerate(bars):
         for end, colour in ends:
-            axes.barh(y, end - base, left=base, color=colour, height=0.7)
+            axes.barh(y, end - base, left=base, color=colour, height=0.7)  # pyright: ignore
         half, unit = f" ± {row.half:.3g}" if ranged else "", "" if row.unit in ("1", "SI") else f" {row.unit}"
         labels.append(f"{row.path}\n{row.value:.5g}{half}{unit}")
     axes.set_yticks(range(len(bars)), labels, fontsize=8)
@@ -344,7 +344,7 @@ def wear(lives: LiningLife | Mapping[str, LiningLife], *, figure: Figure | None 
     """
     named = dict(lives) if isinstance(lives, Mapping) else {"": lives}
     figure = sheet(figure, max(9.5, 3.4 * len(named) + 1.5), 7.2)
-    upper, lower = figure.subfigures(2, 1, height_ratios=[1.15, 1.0])
+    upper, lower = figure.subfigures(2, 1, height_ratios=[1.15, 1.0])  # pyright: ignore
     top = upper.subplots(1, len(named), squeeze=False, sharey=True)[0]
     left, right = lower.subplots(1, 2)
     longest = max(life.brakings for life in named.values())
@@ -370,9 +370,9 @@ def wear(lives: LiningLife | Mapping[str, LiningLife], *, figure: Figure | None 
     upper.colorbar(colours, ax=list(top), label=f"brake applications{words}", pad=0.01)
     left.set(ylabel="worn off, mm", ylim=(0.0, None))
     right.set(ylabel="maximum over mean wear so far", ylim=(0.98, 1.05 * right.get_ylim()[1]))
-    for axes, place in ((left, "lower right"), (right, "upper right")):
+    for axes in (left, right):
         axes.set_xlabel(f"brake applications{words}")
-        finish([axes], place)
+        finish([axes], "lower right" if axes is left else "upper right")
     return figure
 
 
