@@ -133,7 +133,7 @@ _STAGES = {
 
 
 def stages(result: Result, *, running_in: RunningIn | None = None, figure: Figure | None = None) -> Figure:
-    """Stages of a staged brake: speeds of pulley and bandage, torques and heat of both pairs, and their overlap
+    """Speeds of pulley and bandage of a staged brake, torques and friction heat of both pairs, and their overlap
     coefficients (K, Fig. 5; filled while a pair slides, hatched while it sticks), stages shaded.
 
     Raises `ValueError` for a standard brake.
@@ -393,7 +393,8 @@ def _depth_axis(axes: Axes, edges: Float[np.ndarray, " n"]) -> None:
 def lining_map(
     result: Result, quantity: str = "temperature", *, pair: str = "external", figure: Figure | None = None
 ) -> Figure:
-    """A quantity of every lining over time as a map, with lines at events; a short onset of slip enlarged at the right.
+    """A quantity of every lining over time as a map, linings of a band from the slack to the tight end, with lines at
+    events; a short onset of slip enlarged at the right.
 
     - `quantity`: `temperature` (°C), `normal_load`, `tension` behind the lining, `tension_increment`, `friction_force`
       (kN), `pressure` (MPa), `slip_speed` (m/s), `friction_power` (kW), `friction_heat` since the start (kJ),
