@@ -46,13 +46,16 @@ def lining_edges(brake: Brake) -> Ends:
 
     Of bands in parallel the first one; its gaps stand for all.
     """
-    angle = np.asarray(brake.linings.angle, np.float64)
     stiffness: Any = brake.band.stiffness
     if isinstance(stiffness, ParallelBands):
         stiffness = stiffness.bands[0]
     gap = getattr(stiffness, "gap", 0.0) if isinstance(stiffness, AbstractStiffness) else 0.0
-    gaps = np.broadcast_to(np.asarray(gap, np.float64), (angle.size - 1,))
-    begin = np.append(0.0, np.cumsum(angle[:-1] + gaps))
+    return side_by_side(np.asarray(brake.linings.angle, np.float64), np.asarray(gap, np.float64))
+
+
+def side_by_side(angle: PerLining, gap: float | np.ndarray = 0.0) -> Ends:
+    """Angles at which linings begin and end, with one gap between all of them or one for each."""
+    begin = np.append(0.0, np.cumsum(angle[:-1] + gap))
     return np.stack([begin, begin + angle], axis=1)
 
 
@@ -216,7 +219,7 @@ def _rings(axes: Axes, top: float, count: int, scale: tuple[float, float], angle
     return top
 
 
-def _radial(axes: Axes, radius: float, angle: float, words: str, *, outwards: bool, **look: str) -> None:
+def _radial(axes: Axes, radius: float, angle: float, words: str, *, outwards: bool, **look: Any) -> None:
     """A number written along the radius, always readable from below or the side."""
     degrees = math.degrees(angle) % 360
     flipped = 90 < degrees < 270

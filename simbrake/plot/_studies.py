@@ -26,7 +26,7 @@ from ..studies._lining_life import LiningLife
 from ..studies._measured import pick
 from ..studies._sensitivity import SensitivityTable
 from ..studies._uncertainty import Uncertainty
-from ._pulley import Ends, PerLining, lining_edges
+from ._pulley import Ends, lining_edges, side_by_side
 from ._shared import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION, ZERO, dense_grid, finish, sheet
 
 
@@ -229,7 +229,7 @@ def angles(given: Any, *, uniform: bool = True, figure: Figure | None = None) ->
     first = next(iter(edges.values()))
     beta = first[:, 1] - first[:, 0]
     if uniform and np.ptp(beta) > 1e-9 * beta.max():
-        edges["uniform pitch"] = _side_by_side(np.full(len(beta), beta.mean()))
+        edges["uniform pitch"] = side_by_side(np.full(len(beta), beta.mean()))
     figure = sheet(figure, 9.0, 5.0)
     axes = figure.subplots()
     for i, (name, places) in enumerate(edges.items()):
@@ -244,8 +244,8 @@ def angles(given: Any, *, uniform: bool = True, figure: Figure | None = None) ->
         axes.plot(along.mean(axis=1), beta, color=colour, marker=marker, ms=5, ls=":", lw=0.8, label=label)
     axes.set(xlabel="position on the wrap from the slack end Σβ, °", ylabel="central angle of a lining βᵢ, °")
     axes.xaxis.set_major_locator(MultipleLocator(30))
-    axes.set_ylim(bottom=0)
     axes.margins(x=0.01)
+    axes.set_ylim(bottom=0)
     finish([axes])
     axes.set_title("angles of the linings along the band", fontsize=11)
     return figure
@@ -262,10 +262,8 @@ def _named(given: Any) -> dict[str, Any]:
 
 def _edges(one: Any) -> Ends:
     """Angles (rad) at which each lining begins and ends."""
-    if isinstance(one, Scene):
-        return lining_edges(band_brake(one))
-    if isinstance(one, Brake):
-        return lining_edges(one)
+    if isinstance(one, Scene | Brake):
+        return lining_edges(band_brake(one) if isinstance(one, Scene) else one)
     angle = one.angle if isinstance(one, Layout | LayoutRow | Lining) else one
     try:
         beta = np.asarray(angle, np.float64)
@@ -275,12 +273,7 @@ def _edges(one: Any) -> Ends:
         raise ValueError("angles must be a list of positive numbers")
     if np.sum(beta) > 4 * np.pi:
         raise ValueError(f"the angles add up to {np.sum(beta):.4g} rad, more than two turns: are they in degrees?")
-    return _side_by_side(beta)
-
-
-def _side_by_side(beta: PerLining) -> Ends:
-    places = np.append(0.0, np.cumsum(beta))
-    return np.stack([places[:-1], places[1:]], axis=1)
+    return side_by_side(beta)
 
 
 def layouts(rows: Sequence[LayoutRow], *, figure: Figure | None = None) -> Figure:
