@@ -6,10 +6,9 @@ import math
 import jax
 import jax.numpy as jnp
 import numpy as np
-from helpers import DOPRI8, settings, solve
+from helpers import DOPRI8, assemble, settings, solve
 
 import simbrake as sb
-from simbrake._physics._assemble import assemble
 
 R, R_B = 0.59, 0.64
 HALF = math.radians(25)  # of each of three linings

@@ -7,10 +7,9 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from helpers import DOPRI8, settings
+from helpers import DOPRI8, assemble, settings
 
 import simbrake as sb
-from simbrake._physics._assemble import assemble
 from simbrake.hybrid import LANDED
 
 ARM = math.cos(math.radians(13.5))

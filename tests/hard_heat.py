@@ -234,7 +234,7 @@ def roots(T: float, v: float) -> tuple[float, ...]:
 
 
 def two_solutions() -> list[Value | Named]:
-    from simbrake._physics._sliding import Grip
+    from helpers import Grip
 
     grip = Grip.of(sb.Lining(STEEP, np.full(2, 0.5)), HARD)
 

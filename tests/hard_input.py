@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 from test_scenarios import NAMES, load
 
 import simbrake as sb
-from simbrake._base._quantity import leaves
+from simbrake.files import leaves
 
 BAD = (np.nan, np.inf, -np.inf)
 

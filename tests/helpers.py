@@ -11,10 +11,15 @@ import jax.numpy as jnp
 import numpy as np
 
 import simbrake as sb
+from simbrake.__main__ import main as main
+from simbrake._base._progress import Waiting as Waiting
+from simbrake._physics._assemble import assemble as assemble
+from simbrake._physics._sliding import Grip as Grip
 from simbrake.checks._reference_problems import arrays as arrays
 from simbrake.checks._reference_problems import first_event_times as first_event_times
 from simbrake.checks._reference_scenes import closed_form as closed_form
 from simbrake.checks._reference_scenes import stop_scene as stop_scene
+from simbrake.files._scene_file import open_scene as open_scene
 from simbrake.hybrid import LANDED, STOPPED
 
 DOPRI8 = sb.hybrid.ExplicitRungeKutta(diffrax.Dopri8())

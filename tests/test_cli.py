@@ -8,8 +8,7 @@ import sys
 import tomllib
 
 import pytest
-
-from simbrake._commands._cli import main
+from helpers import main
 
 
 def call(capsys, *arguments):
@@ -318,7 +317,7 @@ def test_unusual_numbers_are_warnings_with_a_source(capsys, scenario):
 def test_a_long_wait_is_told_on_a_terminal_only(capsys):
     import time
 
-    from simbrake._base._progress import Waiting
+    from helpers import Waiting
 
     for shown in (True, False):
         with Waiting("run", "compiles", shown=shown, after=0.05):

@@ -12,13 +12,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from helpers import stop_scene
+from helpers import open_scene, stop_scene
 from result_scenes import SUFFIXES, heated_stop
 from staged_scenes import stop as staged_stop
 
 import simbrake as sb
 from simbrake._commands._compare_run import run as compare_run
-from simbrake.files._scene_file import open_scene
 
 
 @pytest.fixture(scope="module")

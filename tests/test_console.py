@@ -10,9 +10,9 @@ import sys
 import tomllib
 
 import pytest
+from helpers import main
 
 import simbrake
-from simbrake._commands._cli import main
 from simbrake._commands._console import readable
 
 PACKAGE = pathlib.Path(simbrake.__file__).parent

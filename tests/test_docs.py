@@ -11,12 +11,13 @@ import pytest
 import simbrake as sb
 from simbrake._physics import _mechanism as _modes
 from simbrake._physics._chain import ChainMode
-from simbrake._physics._mechanism import BAND_MODES, BandMode, BrakeCode, Label, events_of_change
+from simbrake._physics._mechanism import BAND_MODES, BrakeCode, Label, events_of_change
 from simbrake._physics._sprung import SprungMode
 from simbrake._run import _report
-from simbrake._run._log import EVENTS, STAGES, stage_of
-from simbrake._run._outcome import FAILURES, STATUS_MESSAGES, Status
+from simbrake._run._log import STAGES, stage_of
+from simbrake._run._outcome import STATUS_MESSAGES, Status
 from simbrake.hybrid import Code
+from simbrake.results import EVENTS, FAILURES, BandMode
 
 PACKAGE = pathlib.Path(sb.__file__).parent
 DOCS = PACKAGE.parent / "docs"

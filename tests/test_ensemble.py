@@ -12,12 +12,11 @@ import numpy as np
 import pytest
 import xarray as xr
 from heat_scenes import fading, lump, rigid_stop
-from helpers import closed_form, stop_scene
+from helpers import closed_form, main, stop_scene
 
 import simbrake as sb
 from simbrake._base._order import expected_cost, spread
 from simbrake._base._progress import Progress, duration
-from simbrake._commands._cli import main
 from simbrake._run._measure import measure
 from simbrake.studies import _chunks, _evaluator
 from simbrake.studies._chunks import fingerprint

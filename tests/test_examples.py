@@ -10,8 +10,7 @@ import shlex
 
 import jax
 import pytest
-
-from simbrake._commands._cli import main
+from helpers import main
 
 ROOT = pathlib.Path(__file__).parents[1]
 PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").rglob("*.md")])

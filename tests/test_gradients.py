@@ -58,7 +58,7 @@ def events_of(scene):
 
 @pytest.mark.slow
 def test_scenario_gradients_against_central_differences(scenarios):
-    from simbrake.files._scene_file import open_scene
+    from helpers import open_scene
 
     scene = jax.tree.map(jnp.asarray, open_scene(scenarios / "u2_5_5_stop.py"))
     J = jax.jit(jax.jacfwd(events_of))(scene)

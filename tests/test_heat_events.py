@@ -130,7 +130,7 @@ def test_implicit_friction_of_flash_and_pressure_against_scalar_roots():
 
 
 def sb_grip(law, area):
-    from simbrake._physics._sliding import Grip
+    from helpers import Grip
 
     return Grip.of(sb.Lining(law, np.full(5, 0.5), area), FLASH)
 

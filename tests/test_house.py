@@ -177,7 +177,7 @@ def test_vmap_gives_the_numbers_of_single_runs():
 
 
 def test_absent_physics_has_no_states():
-    from simbrake._physics._assemble import assemble
+    from helpers import assemble
 
     _, elastic, _ = assemble(stop_scene())
     _, rigid, _ = assemble(stop_scene(C=None))

@@ -11,20 +11,18 @@ import re
 import numpy as np
 import pytest
 from heat_scenes import fading, layered_stop, rigid_stop
-from helpers import closed_form, stop_scene
+from helpers import Waiting, closed_form, stop_scene
 
 import simbrake as sb
-from simbrake import plot
-from simbrake._base._progress import Waiting
+from simbrake import plot, with_values
 from simbrake._base._table import number
 from simbrake._base._whole import whole_file
 from simbrake._commands._report_run import report_run, title_of
 from simbrake._pages._page import DUTY, PICTURES, contents, draw, render
 from simbrake._pages._page import _scene_text as contents_of_scene
 from simbrake._pages._rows import event_counts, event_table, ledger, verdict
-from simbrake._run._edit import with_values
-from simbrake._run._log import EVENTS
 from simbrake._run._measure import limit_checks, read_limits
+from simbrake.results import EVENTS
 from simbrake.results._rerun import repeat
 
 VOID = {"meta", "img", "br", "wbr", "link", "hr", "input"}

@@ -9,11 +9,10 @@ import numpy as np
 import pytest
 import staged_scenes
 import wear_scenes as ws
+from helpers import assemble, main
 
 import simbrake as sb
 from simbrake import plot
-from simbrake._commands._cli import main
-from simbrake._physics._assemble import assemble
 from simbrake.wear import walls_left
 
 LIMIT = 8e-3

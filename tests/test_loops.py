@@ -7,14 +7,14 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from heat_scenes import layered_stop
+from helpers import assemble
 
 import simbrake as sb
-from simbrake._physics._assemble import assemble
-from simbrake._physics._mechanism import BandMode
 from simbrake.hybrid import CORE, LINEAR, largest, smallest
 from simbrake.hybrid._arrays import put, take
 from simbrake.hybrid._bordered import Bordered, Couplings, factor, jacobian, linear_rows, solve
 from simbrake.hybrid._system import flatten, pack_mode, ravel
+from simbrake.results import BandMode
 
 
 def test_entries_as_slices():

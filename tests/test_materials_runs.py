@@ -7,12 +7,11 @@ import math
 import numpy as np
 import pytest
 from heat_scenes import TRACK
-from helpers import stop_scene
+from helpers import main, stop_scene
 from material_scenes import ROOM, W0, J, compared, heated, whole_scene
 
 import simbrake as sb
 from simbrake import plot
-from simbrake._commands._cli import main
 from simbrake._run import _simulate
 
 # --- simulated --------------------------------------------------------------------------------------------------------

@@ -9,7 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from helpers import jacobians
+from helpers import assemble, jacobians
 from jax.flatten_util import ravel_pytree
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
@@ -17,10 +17,9 @@ from test_every_mechanism import KINDS, PRESSED, scene
 
 import simbrake as sb
 from simbrake._pages._page import series_table
-from simbrake._physics._assemble import assemble
-from simbrake._physics._mechanism import BandMode
 from simbrake.friction import RatesRead, rates_read, reads
 from simbrake.hybrid import QUADRATURE
+from simbrake.results import BandMode
 
 J, OMEGA, F, CAPACITY = 900.0, 20.0, 0.4, 3e4
 #: pads: force, count, effective radius by uniform wear, area, torque of the brake at the start

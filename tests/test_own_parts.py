@@ -8,17 +8,17 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from helpers import closed_form, stop_scene
+from helpers import assemble, closed_form, stop_scene
 from scipy.integrate import quad, solve_ivp
 
 import simbrake as sb
 from simbrake import plot
-from simbrake._physics._assemble import assemble
 from simbrake._physics._brake import course_of_profile
-from simbrake._physics._mechanism import BandMode
 from simbrake.friction import reads
 from simbrake.profiles import hides_nothing
-from simbrake.thermal._network import AbstractCoefficient, depends_on_temperatures, is_constant, is_nonlinear
+from simbrake.results import BandMode
+from simbrake.thermal import AbstractCoefficient
+from simbrake.thermal._network import depends_on_temperatures, is_constant, is_nonlinear
 
 N, BETA, R, J, T_0, SPEED = 20, math.radians(13.5), 0.725, 800.0, 8e3, 30.0
 AT_REST = 0.4

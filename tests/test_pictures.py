@@ -14,7 +14,7 @@ from picture_scenes import hot_result, plain_result, radius, scale, staged_resul
 
 import simbrake as sb
 from simbrake import plot
-from simbrake._run._linings import Contact
+from simbrake.friction import Contact
 from simbrake.plot._pulley import CONTACT_COLOURS
 
 

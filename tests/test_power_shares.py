@@ -69,7 +69,7 @@ def test_flash_temperature_sees_the_heat_alone():
     """Twice the friction power with half of it as heat is the same flash temperature."""
     flash = sb.thermal.FlashTemperature(50e-6, 48.0, 1.2e-5, 1.0, 300e6)
     linings = sb.uniform_linings(4, math.radians(120), sb.ConstantFriction(0.3))
-    from simbrake._physics._sliding import Grip
+    from helpers import Grip
 
     law = sb.friction.ProductFriction(sb.ConstantFriction(0.35), (sb.LinearFade(3e-4, 293.15),))
     linings = dataclasses.replace(linings, friction=law)

@@ -11,11 +11,11 @@ from types import SimpleNamespace
 import jax
 import numpy as np
 import pytest
-from helpers import closed_form, stop_scene
+from helpers import Waiting, closed_form, stop_scene
 
 import simbrake as sb
 from simbrake._base._compiling import pack
-from simbrake._base._progress import Progress, Waiting, piece, waiting
+from simbrake._base._progress import Progress, piece, waiting
 from simbrake._run import _simulate
 from simbrake._run import _simulate as _long_run
 

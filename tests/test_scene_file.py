@@ -13,7 +13,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import simbrake as sb
-from simbrake._base._quantity import leaves
+from simbrake.files import leaves
 from simbrake.files._schema import all_makers, parts_of
 
 SCENARIOS = pathlib.Path(__file__).parent.parent / "scenarios"

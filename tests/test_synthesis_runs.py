@@ -10,11 +10,10 @@ import runpy
 import numpy as np
 import pytest
 from heat_scenes import layered_stop
-from helpers import stop_scene
+from helpers import main, stop_scene
 from synthesis_by_hand import by_hand
 
 import simbrake as sb
-from simbrake._commands._cli import main
 from simbrake.formulas._inputs import read_given
 
 

@@ -11,11 +11,10 @@ import numpy as np
 import pytest
 import staged_scenes
 import wear_scenes as ws
-from helpers import stop_scene
+from helpers import assemble, stop_scene
 from scipy.integrate import quad
 
 import simbrake as sb
-from simbrake._physics._assemble import assemble
 from simbrake._run._linings import lining_values
 
 # --- laws -------------------------------------------------------------------------------------------------------------

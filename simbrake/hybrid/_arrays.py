@@ -1,17 +1,28 @@
 """What an array is here, and entries of a vector at places known while tracing."""
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, TypeAlias
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float, Int, PyTree
 
 if TYPE_CHECKING:
     Array: TypeAlias = jax.Array | np.ndarray
 else:
     # JAX's where a run is traced; NumPy's, and its scalars, in the numbers of a concrete run
     Array = jax.Array | np.ndarray | np.generic
+
+Scalar = Float[Array, ""]
+Count = Int[Array, ""]
+Mark = Bool[Array, ""]
+State = Float[Array, " state"]
+Guards = Float[Array, " guard"]
+#: rates of a state at `(t, y)`
+Rhs = Callable[[Scalar, State], State]
+#: the same as a function of the numbers in it as well, `(params, t, y)`
+RhsOf = Callable[[PyTree, Scalar, State], State]
 
 
 # --- entries of a vector at known places, as slices: gathers and scatters are slow in loops on a CPU ------------------

@@ -5,6 +5,7 @@
 
 Cost `O(n m² + m³)` to factor and `O(n m)` to solve, instead of `O((n + m)³)`."""
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import jax
@@ -78,7 +79,7 @@ class ChainRows(NamedTuple):
     upper: Float[Array, " n"]
 
 
-def _columns(push: Any, m: int, n: int) -> tuple[Float[Array, "m m"], ChainRows]:
+def _columns(push: Callable[[Array], Array], m: int, n: int) -> tuple[Float[Array, "m m"], ChainRows]:
     """Core and chain rows of a Jacobian from `m + 3` forward passes: core columns, and three colours of chain columns.
 
     `push` takes a direction `(m + n,)` to its derivative.
@@ -102,7 +103,7 @@ def _columns(push: Any, m: int, n: int) -> tuple[Float[Array, "m m"], ChainRows]
     return core, ChainRows(below, diagonal(-1), diagonal(0), diagonal(1))
 
 
-def _rows(push: Any, size: int, wanted: tuple[int, ...]) -> Float[Array, "k size"]:
+def _rows(push: Callable[[Array], Array], size: int, wanted: tuple[int, ...]) -> Float[Array, "k size"]:
     """Rows `wanted` of a Jacobian of `size` columns, from one reverse pass each."""
     if not wanted:
         return jnp.zeros((0, size))
@@ -110,12 +111,12 @@ def _rows(push: Any, size: int, wanted: tuple[int, ...]) -> Float[Array, "k size
     return jax.vmap(lambda e: pull(e)[0])(jnp.eye(len(wanted)))
 
 
-def linear_rows(push: Any, places: Couplings) -> ChainRows:
+def linear_rows(push: Callable[[Array], Array], places: Couplings) -> ChainRows:
     """The rows of a chain as they are here; those that are linear are the same everywhere in a run."""
     return _columns(push, len(places.core), len(places.chain))[1]
 
 
-def jacobian(push: Any, places: Couplings, known: ChainRows | None = None) -> Bordered:
+def jacobian(push: Callable[[Array], Array], places: Couplings, known: ChainRows | None = None) -> Bordered:
     """Jacobian of rates over the entries core, then chain, from their linear part `push`, (m + n,) → (m + n,).
 
     Core and chain columns from `m + 3` forward passes and the core's rows from `m` reverse ones, however long the chain

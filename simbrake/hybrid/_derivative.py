@@ -4,19 +4,22 @@ The step lengths are frozen, as they are no part of the answer. A row that lande
 derivative of its time, `dt = −dg / ġ`; one that stopped at a known time that of the known time."""
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple, NoReturn, TypeVar
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, PyTree
 
-from ._arrays import Array
+from ._arrays import Array, Count, Mark, Scalar, State
 from ._method import AbstractMethod
 from ._system import ADVANCED, FINISHED, INSTANT, LANDED, SKIPPED, STOPPED, Flat, Rows
 
+Start = tuple[Scalar, State]  # of a row, or its cotangents
+Turned = TypeVar("Turned")
 
-def _landing(flat: Flat, t1: Array, row: Rows, t: Array, y: Array, f: Array) -> tuple[Array, Array]:
+
+def _landing(flat: Flat, t1: Scalar, row: Rows, t: Scalar, y: State, f: State) -> Start:
     """Time and state of an event at the end of one row, before any jump, from the end of its step."""
     t2, y2 = t + row.delta, y + row.delta * f
     g = flat.guards(t2, y2, row.mode)
@@ -33,10 +36,10 @@ def _landing(flat: Flat, t1: Array, row: Rows, t: Array, y: Array, f: Array) -> 
     return jnp.where(stops, stop, t2 + dt), y2 + dt * f2
 
 
-def before_jump(flat: Flat, method: AbstractMethod, t1: Array, row: Rows) -> tuple[Array, Array]:
+def before_jump(flat: Flat, method: AbstractMethod, t1: Scalar, row: Rows) -> Start:
     """Time and state at the end of one row, before any jump, with the right derivatives."""
 
-    def moved():
+    def moved() -> Start:
         y, f = method.whole(lambda t, y: flat.rhs(t, y, row.mode), row.t, row.y, row.h)
         t = row.t + row.h
         return jax.lax.cond(row.kind == ADVANCED, lambda: (t, y), lambda: _landing(flat, t1, row, t, y, f))
@@ -46,28 +49,28 @@ def before_jump(flat: Flat, method: AbstractMethod, t1: Array, row: Rows) -> tup
 
 
 def _landing_back(
-    flat_of: Callable[[Any], Flat],
-    params: Any,
-    t1_of: Callable[[Any], Array],
+    flat_of: Callable[[PyTree], Flat],
+    params: PyTree,
+    t1_of: Callable[[PyTree], Scalar],
     row: Rows,
-    t: Array,
-    y: Array,
-    f: Array,
-) -> tuple[tuple[Array, Array], Callable[[Array, Array], tuple[Any, Array, Array, Array]]]:
+    t: Scalar,
+    y: State,
+    f: State,
+) -> tuple[Start, Callable[[Scalar, State], tuple[PyTree, Scalar, State, State]]]:
     """`_landing`, and its derivatives backwards: those of the guard give its rate as well, `ġ = ∂g/∂t + ∂g/∂y·f`."""
     flat, stops = flat_of(params), (row.kind == STOPPED) | (row.kind == FINISHED)
     t2, y2 = t + row.delta, y + row.delta * f
 
-    def guard(params, t, y):
+    def guard(params: PyTree, t: Scalar, y: State) -> Scalar:
         g = flat_of(params).guards(t, y, row.mode)
         return jnp.sum(jnp.where(jnp.arange(g.shape[0], dtype=jnp.int32) == row.guard, g, 0.0))
 
-    def stop(params):
+    def stop(params: PyTree) -> Scalar:
         return jnp.where(row.kind == FINISHED, t1_of(params), flat_of(params).next_stop(row.mode))
 
     stop_time, stop_back = jax.vjp(stop, params)
 
-    def back(c_t, c_y):
+    def back(c_t: Scalar, c_y: State) -> tuple[PyTree, Scalar, State, State]:
         f2 = flat.rhs(t2, y2, row.mode)
         by_params, by_t, by_y = jax.grad(guard, argnums=(0, 1, 2))(params, t2, y2)
         rate = by_t + jnp.sum(by_y * f2)
@@ -87,11 +90,11 @@ def _landing_back(
     return (jnp.where(stops, stop_time, t2), y2), back
 
 
-def _jumps(row: Rows) -> Array:
+def _jumps(row: Rows) -> Mark:
     return (row.kind == LANDED) | (row.kind == INSTANT) | (row.kind == STOPPED)
 
 
-def advance(flat: Flat, method: AbstractMethod, t1: Array, row: Rows, mode_after: Array) -> tuple[Array, Array]:
+def advance(flat: Flat, method: AbstractMethod, t1: Array, row: Rows, mode_after: Array) -> Start:
     """Start of the next row."""
     t, y = before_jump(flat, method, t1, row)
     y = jax.lax.cond(_jumps(row), lambda: flat.reset(t, y, row.mode, mode_after), lambda: y)
@@ -99,49 +102,49 @@ def advance(flat: Flat, method: AbstractMethod, t1: Array, row: Rows, mode_after
 
 
 def pull_back(
-    flat_of: Callable[[Any], Flat],
+    flat_of: Callable[[PyTree], Flat],
     method: AbstractMethod,
-    params: Any,
-    t1_of: Callable[[Any], Array],
+    params: PyTree,
+    t1_of: Callable[[PyTree], Scalar],
     row: Rows,
     mode_after: Array,
-    c: tuple[Array, Array],
-) -> tuple[Any, Array, Array]:
+    c: Start,
+) -> tuple[PyTree, Scalar, State]:
     """Cotangents of `(params, t, y)` at the start of a row for those of the start of the next: `advance` backwards.
 
     What only an event needs is differentiated within its branch: through branches, every one of them would hand on its
     intermediate results.
     """
 
-    def moved():
+    def moved() -> tuple[PyTree, Scalar, State]:
         step = method.pullback(lambda p, t, y: flat_of(p).rhs(t, y, row.mode), params, row.t, row.y, row.h)
         t = row.t + row.h
 
-        def event():
+        def event() -> tuple[PyTree, Scalar, State, State]:
             (t2, y2), back = _landing_back(flat_of, params, t1_of, row, t, step.y, step.f)
 
-            def jump():
-                def reset(params, t, y):
+            def jump() -> tuple[PyTree, Scalar, State]:
+                def reset(params: PyTree, t: Scalar, y: State) -> State:
                     return flat_of(params).reset(t, y, row.mode, mode_after)
 
                 d_params, c_t, c_y = jax.vjp(reset, params, t2, y2)[1](c[1])
                 return d_params, c[0] + c_t, c_y
 
-            def stay():
+            def stay() -> tuple[PyTree, Scalar, State]:
                 return jax.tree.map(jnp.zeros_like, params), *c
 
             at_jump, c_t, c_y = jax.lax.cond(_jumps(row), jump, stay)
-            d_params, *rest = back(c_t, c_y)
-            return jax.tree.map(jnp.add, d_params, at_jump), *rest
+            d_params, d_t, d_y, d_f = back(c_t, c_y)
+            return jax.tree.map(jnp.add, d_params, at_jump), d_t, d_y, d_f
 
-        def plain():
+        def plain() -> tuple[PyTree, Scalar, State, State]:
             return jax.tree.map(jnp.zeros_like, params), *c, jnp.zeros_like(step.f)
 
         at_event, c_t, c_y, c_f = jax.lax.cond(row.kind == ADVANCED, plain, event)
         d_params, d_t, d_y = step.back(c_y, c_f)
         return jax.tree.map(jnp.add, d_params, at_event), c_t + d_t, d_y
 
-    def unmoved():
+    def unmoved() -> tuple[PyTree, Scalar, State]:
         return jax.tree.map(jnp.zeros_like, params), *c
 
     return jax.lax.cond(row.kind == SKIPPED, unmoved, moved)
@@ -150,19 +153,21 @@ def pull_back(
 class RowMap(NamedTuple):
     """The start `(t, y)` of row `i + 1` as a function of that of row `i`, and its derivative backwards."""
 
-    advance: Callable[[Any, Array, Array], Array]  # (params, start, i) → start
-    back: Callable[[Any, Array, Array, Array], tuple[Any, Array]]  # (params, start, i, c) → cotangents of both
+    advance: Callable[[PyTree, Array, Count], Array]  # (params, start, i) → start
+    back: Callable[[PyTree, Array, Count, Array], tuple[PyTree, Array]]  # (params, start, i, c) → cotangents of both
 
 
-def sweep(row_map: RowMap, params: Any, starts: Float[Array, "row state"], count: Array, tangents: tuple[Any, Array]):
+def sweep(
+    row_map: RowMap, params: PyTree, starts: Float[Array, "row start"], count: Count, tangents: tuple[PyTree, Array]
+) -> Float[Array, "row start"]:
     """Tangents of every row's start, `(rows, 1 + ny)`, for tangents of the parameters and of the first start."""
     sealed = (_first_order_only(params), _first_order_only(starts))
 
-    def forward(_, b):
+    def forward(_: Callable[[PyTree], PyTree], b: PyTree) -> PyTree:
         params, starts = sealed
         d_params, d_start, _ = b
 
-        def body(i, state):
+        def body(i: Count, state: tuple[Array, Array]) -> tuple[Array, Array]:
             d, out = state
             d = jax.jvp(lambda q, x: row_map.advance(q, x, i), (params, starts[i]), (d_params, d))[1]
             return d, jax.lax.dynamic_update_slice(out, d[None], (i + 1, jnp.zeros_like(i)))
@@ -170,11 +175,11 @@ def sweep(row_map: RowMap, params: Any, starts: Float[Array, "row state"], count
         out = jnp.zeros_like(starts).at[0].set(d_start)
         return d_params, d_start, _repeat(count, body, (d_start, out))[1]
 
-    def backward(_, cotangents):
+    def backward(_: Callable[[PyTree], PyTree], cotangents: PyTree) -> PyTree:
         params, starts = sealed
         c_params, c_start, c_rows = cotangents
 
-        def body(j, state):
+        def body(j: Count, state: tuple[Array, PyTree]) -> tuple[Array, PyTree]:
             i = count - 1 - j
             c, total = state
             c = c + c_rows[i + 1]
@@ -195,29 +200,29 @@ def sweep(row_map: RowMap, params: Any, starts: Float[Array, "row state"], count
     return solution[2]
 
 
-def _repeat(count: Array, body: Callable[[Array, Any], Any], state: Any) -> Any:
+def _repeat(count: Count, body: Callable[[Count, Turned], Turned], state: Turned) -> Turned:
     """`body(i, state)` for `i < count`."""
 
-    def turn(loop: tuple[Array, Any]) -> tuple[Array, Any]:
+    def turn(loop: tuple[Count, Turned]) -> tuple[Count, Turned]:
         return loop[0] + 1, body(*loop)
 
     return jax.lax.while_loop(lambda loop: loop[0] < count, turn, (jnp.zeros_like(count), state))[1]
 
 
 @jax.custom_jvp
-def _first_order_only(x):
+def _first_order_only(x: PyTree) -> PyTree:
     return x
 
 
 @_first_order_only.defjvp
-def _(primals, tangents):
+def _(primals: tuple[PyTree], tangents: tuple[PyTree]) -> NoReturn:
     raise NotImplementedError(
         "simbrake gives first derivatives only: a derivative of a derivative through a run is not available. "
         "Take differences of first derivatives instead."
     )
 
 
-def no_tangent(x: Array) -> Any:
+def no_tangent(x: Array) -> Array:
     """Zero tangent of an output without derivative."""
     if jnp.issubdtype(jnp.result_type(x), jnp.inexact):
         return jnp.zeros_like(x)

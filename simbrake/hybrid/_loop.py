@@ -1,15 +1,16 @@
 """The flat loop: one iteration is one step attempt, which ends as accepted, rejected, retaken shorter or an event."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import equinox as eqx
 import equinox.internal as eqxi
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.typing import ArrayLike
 from jaxtyping import Bool, Float, Int
 
-from ._arrays import Array
+from ._arrays import Array, Count, Guards, Mark, Scalar, State
 from ._method import AbstractMethod
 from ._search import TINY, Carry, Found, Packed, Stats, crossed, leaving, pack, sampled, search, suspicious, unpack
 from ._system import ADVANCED, FINISHED, HEAD, INSTANT, LANDED, SKIPPED, STOPPED, Code, Flat, Settings, pack_row
@@ -21,14 +22,18 @@ _ZENO_INTERVAL, _ZENO_COUNT = 1e-6, 20
 _EPS = 2.220446049250313e-16
 
 
+PackedRows = Float[Array, "row column"]
+Ended = tuple[PackedRows, Count, Count, Stats]
+
+
 class Problem(NamedTuple):
     """Everything one run needs besides its starting point."""
 
     flat: Flat
     method: AbstractMethod
-    weights: Float[Array, " state"]  # 1 / typical size, 0 keeps a state out of the error norm
-    t0: Float[Array, ""]
-    t1: Float[Array, ""]
+    weights: State  # 1 / typical size, 0 keeps a state out of the error norm
+    t0: Scalar
+    t1: Scalar
     settings: Settings
 
     @property
@@ -36,7 +41,7 @@ class Problem(NamedTuple):
         # what a landing leaves behind: a guard this close to 0 counts as reached
         return 0.1 * self.settings.rtol + 1e-13
 
-    def norm(self, x, size) -> Array:
+    def norm(self, x: State, size: State) -> Scalar:
         """Root mean square of `x` in units of the tolerance at states of the given size."""
         w = self.weights
         counted = jnp.maximum(jnp.sum(jnp.where(w > 0, 1.0, 0.0)), 1.0)
@@ -46,32 +51,32 @@ class Problem(NamedTuple):
 class Attempt(NamedTuple):
     """One step attempt before anything is decided about it."""
 
-    h: Float[Array, ""]
-    t1: Float[Array, ""]
-    target: Float[Array, ""]  # the next known time
-    reaches: Bool[Array, ""]  # the attempt ends there
-    y1: Float[Array, " state"]
-    f1: Float[Array, " state"]
-    g1: Float[Array, " guard"]
-    rate1: Float[Array, " guard"]
-    accept: Bool[Array, ""]
-    finite: Bool[Array, ""]
-    h_next: Float[Array, ""]
-    resolution: Float[Array, ""]  # time differences below it are rounding
+    h: Scalar
+    t1: Scalar
+    target: Scalar  # the next known time
+    reaches: Mark  # the attempt ends there
+    y1: State
+    f1: State
+    g1: Guards
+    rate1: Guards
+    accept: Mark
+    finite: Mark
+    h_next: Scalar
+    resolution: Scalar  # time differences below it are rounding
 
 
 class Verdict(NamedTuple):
     """What becomes of an attempt."""
 
-    instant: Bool[Array, ""]
-    land: Bool[Array, ""]
-    retake: Bool[Array, ""]
-    stop: Bool[Array, ""]
-    share: Float[Array, ""]
-    beyond: Bool[Array, ""]  # rejected, and a guard crosses
-    crosses: Bool[Array, ""]
-    guard: Int[Array, ""]
-    delta: Float[Array, ""]
+    instant: Mark
+    land: Mark
+    retake: Mark
+    stop: Mark
+    share: Scalar
+    beyond: Mark  # rejected, and a guard crosses
+    crosses: Mark
+    guard: Count
+    delta: Scalar
 
 
 def _attempt(p: Problem, c: Carry) -> Attempt:
@@ -115,7 +120,7 @@ def _settled(p: Problem, c: Carry, a: Attempt) -> Carry:
     """
     first = c.settling == 2
 
-    def pick(new, old):
+    def pick(new: ArrayLike, old: ArrayLike) -> Array:
         return jnp.where(first, new, old)
 
     f, g, size, span = pick(a.f1, c.f), pick(a.g1, c.g), jnp.abs(c.y), p.t1 - p.t0
@@ -140,7 +145,7 @@ def _settled(p: Problem, c: Carry, a: Attempt) -> Carry:
     )
 
 
-def _hidden(c: Carry, a: Attempt, distance) -> Bool[Array, " guard"]:
+def _hidden(c: Carry, a: Attempt, distance: Guards) -> Bool[Array, " guard"]:
     """Guards at zero that steps towards it no longer move, as rounding of the state swallows what such a step adds."""
     short = (a.h > 0) & (a.h <= 64 * a.resolution)
     still = (jnp.abs(distance) <= 2 * a.h) & (c.g - a.g1 < -0.5 * a.rate1 * a.h)
@@ -199,7 +204,7 @@ def _stepped(c: Carry, a: Attempt, v: Verdict, p: Problem) -> Carry:
     """The carry after an attempt that was no event."""
     step = a.accept & ~v.retake
 
-    def pick(new, old):
+    def pick(new: ArrayLike, old: ArrayLike) -> Array:
         return jnp.where(step, new, old)
 
     crossing = jnp.where(v.retake, jnp.where(v.crosses, a.h, jnp.inf), pick(c.crossing - a.h, c.crossing))
@@ -287,7 +292,7 @@ def _jumped(p: Problem, c: Carry, a: Attempt, v: Verdict) -> Carry:
     )
 
 
-def _iterate(p: Problem, packed, ny: int, ng: int):
+def _iterate(p: Problem, packed: Packed, ny: int, ng: int) -> tuple[Packed, Float[Array, " column"], Mark]:
     """One attempt: the packed carry after it, the row that records it, and whether it was no mere look around."""
     c = unpack(packed, ny, ng)
     settles = c.settling > 0
@@ -296,11 +301,11 @@ def _iterate(p: Problem, packed, ny: int, ng: int):
     event = v.instant | v.land | (v.stop & (a.target < p.t1))
     plain = pack(_stepped(c, a, v, p))
 
-    def with_events():
+    def with_events() -> Packed:
         # lanes of a batch without an event of their own take the plain step
         return jax.tree.map(lambda x, y: jnp.where(event, x, y), pack(_jumped(p, c, a, v)), plain)
 
-    def with_restarts():
+    def with_restarts() -> Packed:
         return jax.tree.map(lambda x, y: jnp.where(settles, x, y), pack(_settled(p, c, a)), new)
 
     new = jax.lax.cond(eqxi.unvmap_any(event), with_events, lambda: plain)
@@ -314,7 +319,7 @@ def _iterate(p: Problem, packed, ny: int, ng: int):
     return new, pack_row(c.t, h, v.delta, kind, v.guard, c.y, c.mode), running & ~settles
 
 
-def started(p: Problem, y0, mode0) -> Carry:
+def started(p: Problem, y0: State, mode0: Int[Array, " mode"]) -> Carry:
     """The carry before the first iteration; rates, guards and the first step's length are found as after an event."""
     nothing = jnp.zeros(jax.eval_shape(p.flat.guards, p.t0, y0, mode0).shape, y0.dtype)
     zero = jnp.asarray(0, jnp.int32)
@@ -343,20 +348,22 @@ def started(p: Problem, y0, mode0) -> Carry:
     )
 
 
-def space(p: Problem, y0, mode0) -> Array:
+def space(p: Problem, y0: State, mode0: Int[Array, " mode"]) -> Array:
     return jnp.zeros((p.settings.max_steps + 1, HEAD + y0.shape[0] + mode0.shape[0]), y0.dtype)
 
 
-def advanced(p: Problem, packed: Packed, rows: Array, ny: int, ng: int, limit: Any):
+def advanced(
+    p: Problem, packed: Packed, rows: PackedRows, ny: int, ng: int, limit: Count | int
+) -> tuple[Packed, PackedRows, Count]:
     """The carry after `limit` more attempts or at the end of the run, the rows of these, and how many they were."""
     start = unpack(packed, ny, ng)
     p = p._replace(method=p.method.settled(lambda t, y: p.flat.rhs(t, y, start.mode), start.t, start.y))
 
-    def running(loop):
+    def running(loop: tuple[Count, Packed, PackedRows]) -> Mark:
         i, (_, integers), _ = loop
         return (i < limit) & eqxi.unvmap_any(integers[0] == _RUNNING)
 
-    def body(loop):
+    def body(loop: tuple[Count, Packed, PackedRows]) -> tuple[Count, Packed, PackedRows]:
         i, packed, rows = loop
         packed, row, counts = _iterate(p, packed, ny, ng)
         # (a look around leaves its row to the next attempt)
@@ -368,7 +375,7 @@ def advanced(p: Problem, packed: Packed, rows: Array, ny: int, ng: int, limit: A
     return packed, rows, count
 
 
-def closed(c: Carry, rows, count):
+def closed(c: Carry, rows: PackedRows, count: Count) -> Ended:
     """Rows with the end of the run behind the last attempt, their number, code and counts."""
     none = jnp.asarray(SKIPPED, jnp.int32)
     last = pack_row(c.t, jnp.zeros_like(c.t), jnp.zeros_like(c.t), none, none, c.y, c.mode)
@@ -378,7 +385,7 @@ def closed(c: Carry, rows, count):
 
 
 @eqx.filter_jit
-def run(p: Problem, y0: Float[Array, " state"], mode0: Int[Array, " mode"]):
+def run(p: Problem, y0: State, mode0: Int[Array, " mode"]) -> Ended:
     """Packed rows `(max_steps + 1, columns)`, number of attempts, code and counts.
 
     Traced once for a run and its derivative.

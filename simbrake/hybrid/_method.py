@@ -9,23 +9,21 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, PyTree
 
-from ._arrays import Array
+from ._arrays import Array, Count, Rhs, RhsOf, Scalar, State
 from ._bordered import Couplings
 
-Rhs = Callable[[Float[Array, ""], Float[Array, " state"]], Float[Array, " state"]]
-#: the same as a function of the numbers in it as well, `(params, t, y)`
-RhsOf = Callable[[Any, Float[Array, ""], Float[Array, " state"]], Float[Array, " state"]]
+_Stages = Float[Array, "stage state"]
 
 
 class Pullback(NamedTuple):
     """A step from `(t, y)` over `h`: the new state, `rhs` there, and what takes cotangents of both to those of
     `(params, t, y)`."""
 
-    y: Float[Array, " state"]
-    f: Float[Array, " state"]
-    back: Callable[[Array, Array], tuple[Any, Array, Array]]
+    y: State
+    f: State
+    back: Callable[[Array, Array], tuple[PyTree, Array, Array]]
 
 
 class AbstractMethod(eqx.Module):
@@ -42,14 +40,12 @@ class AbstractMethod(eqx.Module):
     def fitted(self, couplings: Couplings | None) -> "AbstractMethod":
         """The same method for a system whose states couple like this; explicit methods do not care."""
 
-    def settled(self, rhs: Rhs, t: Float[Array, ""], y: Float[Array, " state"]) -> "AbstractMethod":
+    def settled(self, rhs: Rhs, t: Scalar, y: State) -> "AbstractMethod":
         """The same method with what stays the same in a run computed, for `rhs` at any of its instants."""
         return self
 
     @abc.abstractmethod
-    def attempt(
-        self, rhs: Rhs, t: Float[Array, ""], y: Float[Array, " state"], f: Float[Array, " state"], h: Float[Array, ""]
-    ) -> tuple[Float[Array, " state"], Float[Array, " state"]]:
+    def attempt(self, rhs: Rhs, t: Scalar, y: State, f: State, h: Scalar) -> tuple[State, State]:
         """From `(t, y)` with `f = rhs(t, y)` over `h`: the new state, and its error estimate but for
         `h error_of_rate rhs(t + h, y₁)`."""
 
@@ -58,24 +54,18 @@ class AbstractMethod(eqx.Module):
         """Weight of the rate at the end of a step in its error estimate."""
         return 0.0
 
-    def step(
-        self, rhs: Rhs, t: Float[Array, ""], y: Float[Array, " state"], f: Float[Array, " state"], h: Float[Array, ""]
-    ) -> tuple[Float[Array, " state"], Float[Array, " state"], Float[Array, " state"]]:
+    def step(self, rhs: Rhs, t: Scalar, y: State, f: State, h: Scalar) -> tuple[State, State, State]:
         """From `(t, y)` with `f = rhs(t, y)` over `h`: the new state, its error estimate, and `rhs` there."""
         y1, error = self.attempt(rhs, t, y, f, h)
         f1 = rhs(t + h, y1)
         return y1, error + h * self.error_of_rate * f1, f1
 
     @abc.abstractmethod
-    def whole(
-        self, rhs: Rhs, t: Float[Array, ""], y: Float[Array, " state"], h: Float[Array, ""]
-    ) -> tuple[Float[Array, " state"], Float[Array, " state"]]:
+    def whole(self, rhs: Rhs, t: Scalar, y: State, h: Scalar) -> tuple[State, State]:
         """The new state of a step and `rhs` there, as a program in which the equations stand as rarely as can be."""
 
     @abc.abstractmethod
-    def pullback(
-        self, rhs: RhsOf, params: Any, t: Float[Array, ""], y: Float[Array, " state"], h: Float[Array, ""]
-    ) -> Pullback:
+    def pullback(self, rhs: RhsOf, params: PyTree, t: Scalar, y: State, h: Scalar) -> Pullback:
         """`whole` and its derivatives backwards, `h` frozen."""
 
 
@@ -97,7 +87,7 @@ class ExplicitRungeKutta(AbstractMethod):
     evaluations: int = eqx.field(static=True)
     unrolled: bool = eqx.field(static=True)
 
-    def __init__(self, solver: diffrax.AbstractERK, *, unrolled: bool = True):
+    def __init__(self, solver: diffrax.AbstractERK, *, unrolled: bool = True) -> None:
         if not isinstance(solver, diffrax.AbstractERK):
             raise TypeError(f"an explicit Runge–Kutta solver of diffrax is needed (Tsit5, Dopri8, …), not {solver!r}")
         tableau: Any = solver.tableau
@@ -114,20 +104,20 @@ class ExplicitRungeKutta(AbstractMethod):
         self.order = int(order)
         self.evaluations = len(self.c) + (0 if self.fsal else 1)
 
-    def fitted(self, couplings):
+    def fitted(self, couplings: Couplings | None) -> "ExplicitRungeKutta":
         return self
 
-    def rolled(self):
+    def rolled(self) -> "ExplicitRungeKutta":
         twin = object.__new__(ExplicitRungeKutta)
         for name in self.__dataclass_fields__:
             object.__setattr__(twin, name, False if name == "unrolled" else getattr(self, name))
         return twin
 
     @property
-    def error_of_rate(self):
+    def error_of_rate(self) -> float:
         return self.b_error[-1] if self.fsal else 0.0
 
-    def attempt(self, rhs, t, y, f, h):
+    def attempt(self, rhs: Rhs, t: Scalar, y: State, f: State, h: Scalar) -> tuple[State, State]:
         # FSAL: the last stage is taken at (t + h, y₁) itself, where the rate is found in any case
         rows, nodes = (self.a[:-1], self.c[:-1]) if self.fsal else (self.a, self.c)
         if not self.unrolled:
@@ -138,13 +128,22 @@ class ExplicitRungeKutta(AbstractMethod):
         weights = self.a[-1] if self.fsal else self.b
         return y + h * _combine(weights, stages), h * _combine(self.b_error[: len(stages)], stages)
 
-    def _in_a_loop(self, rows, nodes, rhs, t, y, f, h):
+    def _in_a_loop(
+        self,
+        rows: tuple[tuple[float, ...], ...],
+        nodes: tuple[float, ...],
+        rhs: Rhs,
+        t: Scalar,
+        y: State,
+        f: State,
+        h: Scalar,
+    ) -> tuple[State, State]:
         n = len(rows) + 1
         a = np.zeros((n - 1, n))
         for i, row in enumerate(rows):
             a[i, : len(row)] = row
 
-        def stage(k, entry):
+        def stage(k: _Stages, entry: tuple[Count, Float[Array, " stage"], Scalar]) -> tuple[_Stages, None]:
             i, weights, c = entry
             argument = y + h * weighted(weights, k)
             return jax.lax.dynamic_update_slice(k, rhs(t + c * h, argument)[None], (i, jnp.zeros_like(i))), None
@@ -162,12 +161,12 @@ class ExplicitRungeKutta(AbstractMethod):
             a[i, : len(row)] = row
         return a, np.asarray([0.0, *self.c] + ([] if self.fsal else [1.0]))
 
-    def _arguments(self, rhs, t, y, h):
+    def _arguments(self, rhs: Rhs, t: Scalar, y: State, h: Scalar) -> tuple[_Stages, _Stages]:
         """Where `rhs` is taken in every stage, and its values."""
         a, c = self._all_stages()
         n = len(c)
 
-        def stage(k, entry):
+        def stage(k: _Stages, entry: tuple[Count, Float[Array, " stage"], Scalar]) -> tuple[_Stages, State]:
             i, weights, c = entry
             argument = y + h * weighted(weights, k)
             k = jax.lax.dynamic_update_slice(k, rhs(t + c * h, argument)[None], (i, jnp.zeros_like(i)))
@@ -176,17 +175,17 @@ class ExplicitRungeKutta(AbstractMethod):
         entries = (jnp.arange(n, dtype=jnp.int32), jnp.asarray(a), jnp.asarray(c))
         return jax.lax.scan(stage, jnp.zeros((n, y.shape[0]), y.dtype), entries)
 
-    def whole(self, rhs, t, y, h):
+    def whole(self, rhs: Rhs, t: Scalar, y: State, h: Scalar) -> tuple[State, State]:
         k, arguments = self._arguments(rhs, t, y, h)
         return arguments[-1], k[-1]
 
-    def pullback(self, rhs, params, t, y, h):
+    def pullback(self, rhs: RhsOf, params: PyTree, t: Scalar, y: State, h: Scalar) -> Pullback:
         k, arguments = self._arguments(lambda t, y: rhs(params, t, y), t, y, h)
         a, c = self._all_stages()
         n = len(c)
 
-        def back(c_y, c_f):
-            def stage(carry, entry):
+        def back(c_y: State, c_f: State) -> tuple[PyTree, Scalar, State]:
+            def stage(carry: tuple[_Stages, PyTree], entry: tuple[Array, ...]) -> tuple[tuple[_Stages, PyTree], None]:
                 c_k, total = carry
                 i, weights, c, argument = entry
                 found = jax.vjp(rhs, params, t + c * h, argument)[1](jax.lax.dynamic_index_in_dim(c_k, i, 0, False))

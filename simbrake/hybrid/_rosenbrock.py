@@ -2,15 +2,15 @@
 
 import functools
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, PyTree
 
-from ._arrays import Array, put, take
+from ._arrays import Array, Rhs, RhsOf, Scalar, State, put, take
 from ._bordered import Bordered, ChainRows, Couplings, factor, jacobian, linear_rows, solve
 from ._method import AbstractMethod, Pullback, weighted
 
@@ -81,20 +81,20 @@ class Rodas5P(AbstractMethod):
     order: int = eqx.field(static=True, default=5)
     evaluations: int = eqx.field(static=True, default=9)
 
-    def rolled(self):
+    def rolled(self) -> "Rodas5P":
         return self
 
-    def fitted(self, couplings):
+    def fitted(self, couplings: Couplings | None) -> "Rodas5P":
         return Rodas5P(couplings)  # pyright: ignore
 
-    def settled(self, rhs, t, y):
+    def settled(self, rhs: Rhs, t: Scalar, y: State) -> "Rodas5P":
         places = self._couplings(y)
         if places.varying is None or len(places.varying) == len(places.chain):
             return self
         rows = linear_rows(_linearised(rhs, t, y, places).inside, places)
         return Rodas5P(self.couplings, jax.lax.stop_gradient(rows))  # pyright: ignore
 
-    def _couplings(self, y) -> Couplings:
+    def _couplings(self, y: State) -> Couplings:
         return self.couplings or Couplings(tuple(range(y.shape[0])), (), ())
 
     def _matrix(self, near: "_Linearised", h: Array) -> Bordered:
@@ -103,7 +103,7 @@ class Rodas5P(AbstractMethod):
         eye = jnp.eye(J.core.shape[0])
         return Bordered(scale * eye - J.core, -J.right, -J.below, -J.lower, scale - J.diagonal, -J.upper)
 
-    def attempt(self, rhs, t, y, f, h):
+    def attempt(self, rhs: Rhs, t: Scalar, y: State, f: State, h: Scalar) -> tuple[State, State]:
         near = _linearised(rhs, t, y, self._couplings(y))
         inner, outer = near.inner, near.outer
         x, nothing = take(y, inner), jnp.zeros_like(y)
@@ -118,7 +118,7 @@ class Rodas5P(AbstractMethod):
             y1 = put(y1, outer, take(y, outer) + h * (total + bend))
         return jnp.where(moves, y1, y), put(nothing, inner, u[-1])
 
-    def whole(self, rhs, t, y, h):
+    def whole(self, rhs: Rhs, t: Scalar, y: State, h: Scalar) -> tuple[State, State]:
         near = _linearised(rhs, t, y, self._couplings(y))
         inner, outer = near.inner, near.outer
 
@@ -148,7 +148,7 @@ class Rodas5P(AbstractMethod):
         y1 = jnp.where(moves, y1, y)
         return y1, rhs(t + full_step, y1)
 
-    def pullback(self, rhs, params, t, y, h):
+    def pullback(self, rhs: RhsOf, params: PyTree, t: Scalar, y: State, h: Scalar) -> Pullback:
         here = functools.partial(rhs, params)
         near = _linearised(here, t, y, self._couplings(y))
         inner, outer = near.inner, near.outer
@@ -172,13 +172,13 @@ class Rodas5P(AbstractMethod):
             bend = near.outside(_bd * h, weighted(jnp.asarray(_b), u))
             y1 = put(y1, outer, take(y, outer) + h * (total + bend))
 
-        def back(c_y, c_f):
+        def back(c_y: State, c_f: State) -> tuple[PyTree, Scalar, State]:
             c_moved = jnp.where(moves, c_y, 0.0)
             c_x, c_outer = take(c_moved, inner), h * take(c_moved, outer)
             leans = put(nothing, outer, c_outer)  # cotangent of the bend
             through = jax.linear_transpose(lambda v: near.outside(0.0, v), take(y, inner))(c_outer)[0]
 
-            def stage(carry, entry):
+            def stage(carry: tuple[Array, PyTree], entry: tuple[Array, ...]) -> tuple[tuple[Array, PyTree], Array]:
                 c_u, total = carry
                 i, a, c, node, b, argument = entry
                 c_b = solve(lu_transposed, jax.lax.dynamic_index_in_dim(c_u, i, 0, False))
@@ -201,7 +201,7 @@ class Rodas5P(AbstractMethod):
             weights = jax.vmap(lambda v: put(nothing, inner, v))(jnp.concatenate([c_b, drifts[None]]))
             weights = jnp.concatenate([weights, leans[None]])
 
-            def bends(params: Any, t: Array, y: Array, v_t: Array, v: Array, w: Array) -> Any:
+            def bends(params: PyTree, t: Scalar, y: State, v_t: Scalar, v: State, w: State) -> PyTree:
                 return jax.jvp(lambda t, y: jax.vjp(rhs, params, t, y)[1](w), (t, y), (v_t, v))[1]
 
             curved = jax.vmap(lambda v_t, v, w: bends(params, t, y, v_t, v, w))(times, ways, weights)
@@ -216,35 +216,48 @@ class Rodas5P(AbstractMethod):
 class _Linearised(NamedTuple):
     """The linear part of the rates at one instant, over the entries that linear systems are for and the quadratures."""
 
-    push: Callable[[Any, Array], Array]  # derivative along a change of time and state
-    y: Float[Array, " state"]
+    push: Callable[[Scalar, State], State]  # derivative along a change of time and state
+    y: State
     inner: tuple[int, ...]
     outer: tuple[int, ...]
 
-    def _along(self, dt: Any, v: Float[Array, " inner"]) -> Float[Array, " state"]:
+    def _along(self, dt: Scalar | float, v: Float[Array, " inner"]) -> State:
         return self.push(jnp.asarray(dt, self.y.dtype), put(jnp.zeros_like(self.y), self.inner, v))
 
     def inside(self, v: Float[Array, " inner"]) -> Float[Array, " inner"]:
         return take(self._along(0.0, v), self.inner)
 
-    def outside(self, dt: Any, v: Float[Array, " inner"]) -> Float[Array, " outer"]:
+    def outside(self, dt: Scalar | float, v: Float[Array, " inner"]) -> Float[Array, " outer"]:
         return take(self._along(dt, v), self.outer)
 
     @property
-    def drift(self) -> Float[Array, " state"]:
+    def drift(self) -> State:
         """`∂f/∂t`."""
         return self.push(jnp.ones((), self.y.dtype), jnp.zeros_like(self.y))
 
 
-def _linearised(rhs, t, y, places: Couplings) -> _Linearised:
+def _linearised(rhs: Rhs, t: Scalar, y: State, places: Couplings) -> _Linearised:
     return _Linearised(jax.linearize(rhs, t, y)[1], y, places.core + places.chain, places.quadrature)
 
 
-def _stages(rhs, t, y, h, inner, outer, drift, solved, table=_TABLE, keep=False) -> tuple[Array, Array, Any]:
+def _stages(
+    rhs: Rhs,
+    t: Scalar,
+    y: State,
+    h: Scalar,
+    inner: tuple[int, ...],
+    outer: tuple[int, ...],
+    drift: State,
+    solved: Callable[[Array], Array],
+    table: tuple[np.ndarray, ...] = _TABLE,
+    keep: bool = False,
+) -> tuple[Float[Array, "stage inner"], Float[Array, " outer"], PyTree]:
     """Increments of all stages and the weighted sum of the quadratures' rates; to `keep`: arguments and rates."""
     x, n = take(y, inner), len(table[0])
 
-    def stage(carry, entry):
+    def stage(
+        carry: tuple[Array, Array], entry: tuple[Array, ...]
+    ) -> tuple[tuple[Array, Array], tuple[Array, Array] | None]:
         u, total = carry
         i, a, c, node, d, b = entry
         argument = x + weighted(a, u)

@@ -4,44 +4,45 @@ The carry is packed into two vectors instead of twenty arrays: XLA then updates 
 kernel per array it would also repeat the decisions of an attempt in every one of them.
 """
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 from jaxtyping import Bool, Float, Int
 
-from ._arrays import Array
+from ._arrays import Array, Count, Guards, Mark, Scalar, State
 
 
 class Stats(NamedTuple):
     """Counts of one run: accepted steps, rejected ones, retakes towards an event, events, segments."""
 
-    accepted: Int[Array, ""]
-    rejected: Int[Array, ""]
-    retaken: Int[Array, ""]
-    events: Int[Array, ""]
-    segments: Int[Array, ""]
+    accepted: Count
+    rejected: Count
+    retaken: Count
+    events: Count
+    segments: Count
 
 
 class Carry(NamedTuple):
     """State of the loop between two attempts."""
 
-    t: Float[Array, ""]
-    h: Float[Array, ""]  # what the step-size controller proposes
-    cap: Float[Array, ""]  # how far a retake may go
-    crossing: Float[Array, ""]  # distance within which a guard is known to cross
-    t_event: Float[Array, ""]
-    y: Float[Array, " state"]
-    f: Float[Array, " state"]
-    g: Float[Array, " guard"]
-    rate: Float[Array, " guard"]
+    t: Scalar
+    h: Scalar  # what the step-size controller proposes
+    cap: Scalar  # how far a retake may go
+    crossing: Scalar  # distance within which a guard is known to cross
+    t_event: Scalar
+    y: State
+    f: State
+    g: Guards
+    rate: Guards
     armed: Bool[Array, " guard"]  # has stood clear of zero since the last restart
     cluster: Bool[Array, " guard"]  # fired in the present cluster of events with hardly any time between
-    status: Int[Array, ""]
-    retakes: Int[Array, ""]
-    chain: Int[Array, ""]  # events at this very instant
-    close: Int[Array, ""]  # repeated firings in the present cluster
-    settling: Int[Array, ""]  # just after a restart: 2 rates and guards are unknown, 1 the first step's length; else 0
+    status: Count
+    retakes: Count
+    chain: Count  # events at this very instant
+    close: Count  # repeated firings in the present cluster
+    settling: Count  # just after a restart: 2 rates and guards are unknown, 1 the first step's length; else 0
     stats: Stats
     mode: Int[Array, " mode"]
 
@@ -97,9 +98,7 @@ _SAMPLES = 16
 _REFINEMENTS = 8
 
 
-def first_root(
-    g0: Float[Array, " guard"], d0: Float[Array, " guard"], g1: Float[Array, " guard"], d1: Float[Array, " guard"]
-) -> Float[Array, " guard"]:
+def first_root(g0: Guards, d0: Guards, g1: Guards, d1: Guards) -> Guards:
     """First root in (0, 1] of the cubic Hermite interpolant of each guard.
 
     `g0, g1` are the values at the ends and `d0, d1` the rates times the step. A guard with `g0 <= 0` is taken to start
@@ -110,18 +109,18 @@ def first_root(
     c2 = 3 * (g1 - start) - 2 * d0 - d1
     c3 = 2 * (start - g1) + d0 + d1
 
-    def value(s):
+    def value(s: Guards | Scalar) -> Guards:
         full = ((c3 * s + c2) * s + d0) * s + start
         return jnp.where(from_zero, (c3 * s + c2) * s + d0, full)
 
-    def slope(s):
+    def slope(s: Guards) -> Guards:
         return jnp.where(from_zero, 2 * c3 * s + c2, (3 * c3 * s + 2 * c2) * s + d0)
 
     grid = jnp.arange(1, _SAMPLES + 1, dtype=g0.dtype) / _SAMPLES
-    below = jax.vmap(value)(grid) <= 0
+    below = jnp.asarray(jax.vmap(value)(grid) <= 0)
     j = jnp.argmax(below.at[-1].set(True), axis=0).astype(g0.dtype)
 
-    def refine(_, bracket):
+    def refine(_: Count | int, bracket: tuple[Guards, Guards, Guards]) -> tuple[Guards, Guards, Guards]:
         low, high, s = bracket
         v = value(s)
         low, high = jnp.where(v > 0, s, low), jnp.where(v > 0, high, s)
@@ -135,9 +134,7 @@ def first_root(
     return jax.lax.fori_loop(0, _REFINEMENTS, refine, (low, high, 0.5 * (low + high)))[2]
 
 
-def interior_minimum(
-    g0: Float[Array, " guard"], d0: Float[Array, " guard"], g1: Float[Array, " guard"], d1: Float[Array, " guard"]
-) -> tuple[Float[Array, " guard"], Float[Array, " guard"], Bool[Array, " guard"]]:
+def interior_minimum(g0: Guards, d0: Guards, g1: Guards, d1: Guards) -> tuple[Guards, Guards, Bool[Array, " guard"]]:
     """Place, value and existence of a minimum of the cubic Hermite interpolant strictly inside the step."""
     c2 = 3 * (g1 - g0) - 2 * d0 - d1
     c3 = 2 * (g0 - g1) + d0 + d1
@@ -158,35 +155,35 @@ TINY = 1e-15
 
 
 class Found(NamedTuple):
-    share: Float[Array, ""]  # of the step, `inf` where it may stand
-    crosses: Bool[Array, ""]  # a guard is negative at its end
-    guard: Int[Array, ""]
-    instant: Bool[Array, ""]  # `guard` fires where the step started
+    share: Scalar  # of the step, `inf` where it may stand
+    crosses: Mark  # a guard is negative at its end
+    guard: Count
+    instant: Mark  # `guard` fires where the step started
 
 
-def leaving(c: Carry, h) -> Bool[Array, " guard"]:
+def leaving(c: Carry, h: Scalar) -> Bool[Array, " guard"]:
     """Guards that rise out of zero over an attempt, not by rounding alone."""
     return ~c.armed & (c.rate * h > 2 * TINY)
 
 
-def crossed(c: Carry, h, g1, rate1, tol) -> Bool[Array, " guard"]:
+def crossed(c: Carry, h: Scalar, g1: Guards, rate1: Guards, tol: Scalar) -> Bool[Array, " guard"]:
     """Whether a guard is negative at the end of an attempt; a touch within rounding is none."""
     returned = g1 < jnp.where(leaving(c, h), jnp.minimum(c.g, 0.0) - TINY, -tol)
     return jnp.where(c.armed, (g1 < -TINY) | ((g1 <= 0) & (rate1 < 0)), returned)
 
 
-def inconsistent(c: Carry, tol) -> Bool[Array, " guard"]:
+def inconsistent(c: Carry, tol: Scalar) -> Bool[Array, " guard"]:
     """Guards that are negative already where the attempt starts (and not on their way back up from rounding)."""
     return (c.g < -tol) & ((c.rate <= 0) | (c.g < -1e3 * tol))
 
 
-def suspicious(c: Carry, h, g1, rate1, tol) -> Bool[Array, ""]:
+def suspicious(c: Carry, h: Scalar, g1: Guards, rate1: Guards, tol: Scalar) -> Mark:
     """Whether `search` could find anything: the cheap test of every attempt."""
     dips = (rate1 > 0) & ((c.rate < 0) | (3 * (g1 - c.g) < h * (c.rate + rate1)))
     return jnp.any(crossed(c, h, g1, rate1, tol) | inconsistent(c, tol) | dips)
 
 
-def search(c: Carry, h, g1, rate1, tol, negative_from: Float[Array, " guard"] | float) -> Found:
+def search(c: Carry, h: Scalar, g1: Guards, rate1: Guards, tol: Scalar, negative_from: Guards | float) -> Found:
     """First crossing or dip of any guard over the attempt from `c` with length `h`.
 
     `negative_from` is the share of the step from which a guard was seen to be negative, `inf` where it was not.
@@ -210,7 +207,15 @@ def search(c: Carry, h, g1, rate1, tol, negative_from: Float[Array, " guard"] | 
     return Found(share=share[i], crosses=jnp.any(crosses), guard=i, instant=jnp.any(at_start))
 
 
-def sampled(guards, c: Carry, h, y1, f1, tol, n: int) -> Float[Array, " guard"]:
+def sampled(
+    guards: Callable[[Scalar, State, Int[Array, " mode"]], Guards],
+    c: Carry,
+    h: Scalar,
+    y1: State,
+    f1: State,
+    tol: Scalar,
+    n: int,
+) -> Guards:
     """First of `n` evenly spaced points inside the step at which a guard is negative, as a share of the step.
 
     The state between the ends is the cubic Hermite interpolant; an excursion of 1/(n + 1) of the step or longer cannot
@@ -218,7 +223,7 @@ def sampled(guards, c: Carry, h, y1, f1, tol, n: int) -> Float[Array, " guard"]:
     """
     points = jnp.arange(1, n + 1, dtype=h.dtype) / (n + 1)
 
-    def guards_at(s):
+    def guards_at(s: Scalar) -> Guards:
         blend = s * s * (3 - 2 * s)
         y = (1 - blend) * c.y + blend * y1 + h * s * (1 - s) * ((1 - s) * c.f - s * f1)
         return guards(c.t + s * h, y, c.mode)

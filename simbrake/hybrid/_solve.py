@@ -9,13 +9,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
-from jaxtyping import Int, PyTree
+from jaxtyping import Float, Int, PyTree
 
 from . import _loop
-from ._arrays import Array
+from ._arrays import Array, Count, Scalar
 from ._bordered import Couplings
 from ._derivative import RowMap, advance, before_jump, no_tangent, pull_back, sweep
-from ._loop import Problem, advanced, closed, space, started
+from ._loop import Ended, Problem, advanced, closed, space, started
 from ._method import AbstractMethod
 from ._search import Stats, carried_size, pack, unpack
 from ._system import (
@@ -77,12 +77,12 @@ class Record(eqx.Module):
     def flat(self) -> Flat:
         return flatten(self.system, self.y_like, self.mode_like)
 
-    def _end(self, values: Any) -> Any:
+    def _end(self, values: Array) -> Array:
         concrete = not isinstance(values, Tracer) and not isinstance(self.count, Tracer)
         return np.asarray(values)[np.asarray(self.count)] if concrete else jnp.asarray(values)[self.count]
 
     @property
-    def t_end(self) -> Any:
+    def t_end(self) -> Scalar:
         return self._end(self.rows.t)
 
     @property
@@ -126,7 +126,7 @@ class Record(eqx.Module):
         """Times and states at the end of the rows named, before any jump."""
         flat = self.flat
 
-        def one(i):
+        def one(i: Count) -> tuple[Scalar, PyTree]:
             t, y = before_jump(flat, self.method, self.t1, self.row(i))
             return t, flat.unpack_state(y)
 
@@ -136,14 +136,14 @@ class Record(eqx.Module):
         """Times and states at `h` after the start of the rows named: a step of the method, not an interpolant."""
         flat, method = self.flat, self.method.rolled()
 
-        def one(i, h):
+        def one(i: Count, h: Scalar) -> tuple[Scalar, PyTree]:
             row = self.row(i)
             y, _ = method.whole(lambda t, y: flat.rhs(t, y, row.mode), row.t, row.y, h)
             return row.t + h, flat.unpack_state(y)
 
         return jax.vmap(one)(index, h)
 
-    def find(self, ts: Any, *, left: bool = False) -> Any:
+    def find(self, ts: Float[Array, " k"], *, left: bool = False) -> Int[Array, " k"]:
         """Rows that hold the times asked for: at an instant with events, the last row there (`left`: the first)."""
         # a compact record is looked at outside of jit, where every operation of JAX would compile by itself
         xp: Any = np if isinstance(self.rows.t, np.ndarray) else jnp
@@ -172,7 +172,7 @@ class Record(eqx.Module):
         return eqx.tree_at(lambda r: (r.rows, r.count), self, (rows, np.asarray(len(kept) - 1, np.int32)))
 
 
-def _column(values: Any) -> Any:
+def _column(values: Array) -> Array:
     """Values of the rows; concrete ones as NumPy has them, as every operation of JAX would compile by itself."""
     return values if isinstance(values, Tracer) else np.asarray(values)
 
@@ -199,8 +199,8 @@ def hybridsolve(
     system: AbstractHybridSystem,
     y0: PyTree,
     mode0: PyTree,
-    t0: Any,
-    t1: Any,
+    t0: Scalar | float,
+    t1: Scalar | float,
     method: AbstractMethod,
     settings: Settings,
 ) -> Record:
@@ -214,7 +214,7 @@ def hybridsolve(
     numbers, rest = eqx.partition(system, eqx.is_inexact_array)
     others, structure = eqx.partition((rest, settings, flat_mode0), eqx.is_array)
 
-    def problem(params, others) -> tuple[Problem, Array]:
+    def problem(params: PyTree, others: PyTree) -> tuple[Problem, Array]:
         numbers, t1, t0 = params
         rest, settings, mode0 = eqx.combine(others, structure)
         whole: AbstractHybridSystem = eqx.combine(numbers, rest)
@@ -222,14 +222,14 @@ def hybridsolve(
         return Problem(flatten(whole, y_like, mode_like), method, weights, t0, t1, settings), mode0
 
     @jax.custom_jvp
-    def run(params, flat_y0, others):
+    def run(params: PyTree, flat_y0: Array, others: PyTree) -> PyTree:
         p, mode0 = problem(params, others)
         packed, count, code, stats = _loop.run(p, flat_y0, mode0)
         rows = unpack_rows(packed, flat_y0.shape[0])
         return rows.t, rows.y, eqx.tree_at(lambda r: (r.t, r.y), rows, (None, None)), (count, code, stats)
 
     @run.defjvp
-    def _(primals, tangents):
+    def _(primals: PyTree, tangents: PyTree) -> tuple[PyTree, PyTree]:
         params, flat_y0, others = primals
         d_params, d_y0, _ = tangents
         t, y, rows, (count, code, stats) = run(params, flat_y0, others)
@@ -238,17 +238,17 @@ def hybridsolve(
         p, mode0 = problem(params, others)
         rolled = method.rolled().settled(lambda t, y: p.flat.rhs(t, y, mode0), p.t0, flat_y0)
 
-        def row(start, i):
+        def row(start: Array, i: Count) -> Rows:
             found = jax.tree.map(lambda leaf: leaf[i], rows)
             return eqx.tree_at(lambda r: (r.t, r.y), found, (start[0], start[1:]), is_leaf=lambda x: x is None)
 
-        def forwards(params, start, i):
+        def forwards(params: PyTree, start: Array, i: Count) -> Array:
             p, _ = problem(params, others)
             t, y = advance(p.flat, rolled, p.t1, row(start, i), rows.mode[i + 1])
             return jnp.concatenate([t[None], y])
 
-        def backwards(params, start, i, c):
-            def flat(params):
+        def backwards(params: PyTree, start: Array, i: Count, c: Array) -> tuple[PyTree, Array]:
+            def flat(params: PyTree) -> Flat:
                 return problem(params, others)[0].flat
 
             after = rows.mode[i + 1]
@@ -274,7 +274,7 @@ def hybridsolve(
 # --- long runs in stretches -------------------------------------------------------------------------------------------
 
 
-def _go_on(p: Problem, y0: Array, mode0: Array, carried: Array, limit: Any):
+def _go_on(p: Problem, y0: Array, mode0: Array, carried: Array, limit: Count | int) -> tuple[Ended, Array]:
     """As `_loop.run`, for `limit` attempts at most, from where `carried` says; and what the next part begins with.
 
     All of a carry as one vector, in which whole numbers are exact; one that begins with NaN begins the run.
@@ -293,12 +293,12 @@ def stretch(
     system: AbstractHybridSystem,
     y0: PyTree,
     mode0: PyTree,
-    t0: Any,
-    t1: Any,
+    t0: Scalar | float,
+    t1: Scalar | float,
     method: AbstractMethod,
     settings: Settings,
     carried: Array,
-    limit: Any,
+    limit: Count | int,
 ) -> tuple[Record, Array]:
     """A part of what `hybridsolve` does, `limit` attempts at most (up to `max_steps`), and what the next begins with.
 
@@ -316,7 +316,7 @@ def stretch(
     return Record(system, method, y_like, mode_like, t1, rows, count, code, stats), carried
 
 
-def beginning(system: AbstractHybridSystem, y0: PyTree, mode0: PyTree, t0: Any) -> np.ndarray:
+def beginning(system: AbstractHybridSystem, y0: PyTree, mode0: PyTree, t0: Scalar | float) -> np.ndarray:
     """What `stretch` begins a run with."""
     y, mode = ravel(y0, jnp.float64), pack_mode(mode0)
     guards = flatten(system, *likes(y0, mode0)).guards
@@ -328,7 +328,7 @@ def joined(parts: Sequence[Rows], last: Record, room: int) -> Record:
     """The rows of all parts as one record with space for `room` attempts; `last` is the part that ended the run."""
     count = sum(len(part.t) for part in parts)
 
-    def column(end: Any, *leaves: Any) -> np.ndarray:
+    def column(end: Array, *leaves: Array) -> np.ndarray:
         whole = np.zeros((room + 1, *end.shape[1:]), end.dtype)
         np.concatenate(leaves, out=whole[:count])
         whole[count] = np.asarray(end)[int(last.count)]

@@ -3,15 +3,16 @@
 import abc
 import enum
 import itertools
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Bool, Float, Int, PyTree
+from jax.typing import DTypeLike
+from jaxtyping import Bool, Float, Int, PyTree, Shaped
 
-from ._arrays import Array
+from ._arrays import Array, Count, Guards, Mark, Scalar, State
 
 
 class Code(enum.IntEnum):
@@ -43,17 +44,17 @@ class AbstractHybridSystem(eqx.Module):
     """
 
     @abc.abstractmethod
-    def rhs(self, t: Float[Array, ""], y: PyTree, mode: PyTree) -> PyTree:
+    def rhs(self, t: Scalar, y: PyTree, mode: PyTree) -> PyTree:
         """`dy/dt`, of the structure of `y`. Must extend smoothly a little past the end of its mode."""
 
     @abc.abstractmethod
-    def guards(self, t: Float[Array, ""], y: PyTree, mode: PyTree) -> Float[Array, " guard"]:
+    def guards(self, t: Scalar, y: PyTree, mode: PyTree) -> Guards:
         """Guards, positive while `mode` holds."""
 
     @abc.abstractmethod
     def transition(
-        self, t: Float[Array, ""], y: PyTree, mode: PyTree, fired: Bool[Array, " guard"], at_stop: Bool[Array, ""]
-    ) -> tuple[PyTree, Int[Array, ""] | int]:
+        self, t: Scalar, y: PyTree, mode: PyTree, fired: Bool[Array, " guard"], at_stop: Mark
+    ) -> tuple[PyTree, Count | int]:
         """The mode after an event and 0, or a code ≥ `SYSTEM_CODES` that ends the run.
 
         `fired` marks every guard that reached 0 at this instant, `at_stop` that a known time was reached. The mode
@@ -61,11 +62,11 @@ class AbstractHybridSystem(eqx.Module):
         """
 
     @abc.abstractmethod
-    def reset(self, t: Float[Array, ""], y: PyTree, before: PyTree, after: PyTree) -> PyTree:
+    def reset(self, t: Scalar, y: PyTree, before: PyTree, after: PyTree) -> PyTree:
         """The state just after a change of mode from `before` to `after`; differentiable in `t` and `y`."""
 
     @abc.abstractmethod
-    def next_stop(self, mode: PyTree) -> Float[Array, ""] | float:
+    def next_stop(self, mode: PyTree) -> Scalar | float:
         """The next known time in this mode, `inf` where there is none.
 
         Of several at one instant it is one, which `transition` passes alone: the others follow with steps of length 0.
@@ -90,7 +91,7 @@ class AbstractHybridSystem(eqx.Module):
 class Instant(NamedTuple):
     """What a semi-explicit system knows of itself at one instant, where an event happens."""
 
-    t: Float[Array, ""]
+    t: Scalar
     y: PyTree
     mode: PyTree
     z: PyTree  # variables
@@ -107,41 +108,41 @@ class AbstractSemiExplicitSystem(AbstractHybridSystem):
     """
 
     @abc.abstractmethod
-    def variables(self, t: Float[Array, ""], y: PyTree, mode: PyTree) -> PyTree:
+    def variables(self, t: Scalar, y: PyTree, mode: PyTree) -> PyTree:
         """`z`, everything algebraic at one instant: a PyTree of floating arrays."""
 
     @abc.abstractmethod
-    def rates(self, t: Float[Array, ""], y: PyTree, mode: PyTree, z: PyTree) -> PyTree:
+    def rates(self, t: Scalar, y: PyTree, mode: PyTree, z: PyTree) -> PyTree:
         """`dy/dt`, of the structure of `y`. Must extend smoothly a little past the end of its mode."""
 
     @abc.abstractmethod
-    def margins(self, t: Float[Array, ""], y: PyTree, mode: PyTree, z: PyTree) -> Float[Array, " guard"]:
+    def margins(self, t: Scalar, y: PyTree, mode: PyTree, z: PyTree) -> Guards:
         """The guards (see `guards`), positive while `mode` holds."""
 
     @abc.abstractmethod
-    def change(
-        self, now: Instant, fired: Bool[Array, " guard"], at_stop: Bool[Array, ""]
-    ) -> tuple[PyTree, Int[Array, ""] | int]:
+    def change(self, now: Instant, fired: Bool[Array, " guard"], at_stop: Mark) -> tuple[PyTree, Count | int]:
         """The mode after an event, and a code (see `transition`). It may ask for `variables` in other modes."""
 
-    def rhs(self, t, y, mode):
+    def rhs(self, t: Scalar, y: PyTree, mode: PyTree) -> PyTree:
         return self.rates(t, y, mode, variables_of(self, t, y, mode))
 
-    def guards(self, t, y, mode):
+    def guards(self, t: Scalar, y: PyTree, mode: PyTree) -> Guards:
         return self.margins(t, y, mode, variables_of(self, t, y, mode))
 
-    def instant(self, t: Float[Array, ""], y: PyTree, mode: PyTree) -> Instant:
+    def instant(self, t: Scalar, y: PyTree, mode: PyTree) -> Instant:
         """Variables and rates at one instant: `variables` is linearised once for all of them."""
         z, push = jax.linearize(lambda t, y: variables_of(self, t, y, mode), t, y)
         y_rate = jax.tree.map(jnp.asarray, self.rates(t, y, mode, z))
         return Instant(t, y, mode, z, y_rate, push(jnp.ones_like(t), y_rate))
 
-    def transition(self, t, y, mode, fired, at_stop):
+    def transition(
+        self, t: Scalar, y: PyTree, mode: PyTree, fired: Bool[Array, " guard"], at_stop: Mark
+    ) -> tuple[PyTree, Count | int]:
         return self.change(self.instant(t, y, mode), fired, at_stop)
 
 
 @eqx.filter_jit
-def variables_of(system: AbstractSemiExplicitSystem, t: Any, y: PyTree, mode: PyTree) -> PyTree:
+def variables_of(system: AbstractSemiExplicitSystem, t: Scalar, y: PyTree, mode: PyTree) -> PyTree:
     """`system.variables`, traced once for all systems of one structure, however often a program asks for it."""
     return system.variables(t, y, mode)
 
@@ -168,13 +169,16 @@ class Settings(eqx.Module):
 SKIPPED, ADVANCED, FINISHED, LANDED, INSTANT, STOPPED = range(6)
 
 
-def _parts(leaves: list[Any]) -> list[list[Any]]:
+Leaf = TypeVar("Leaf", bound=Array | jax.ShapeDtypeStruct)
+
+
+def _parts(leaves: list[Leaf]) -> list[list[Leaf]]:
     """Leaves in order, scalars that follow each other together: in programs one equation takes or gives all of them."""
-    runs = ((scalars, list(run)) for scalars, run in itertools.groupby(leaves, key=lambda leaf: np.ndim(leaf) == 0))
+    runs = ((scalars, list(run)) for scalars, run in itertools.groupby(leaves, key=lambda leaf: leaf.shape == ()))
     return [part for scalars, run in runs for part in ([run] if scalars else [[leaf] for leaf in run])]
 
 
-def unravel(flat: Any, like: PyTree) -> PyTree:
+def unravel(flat: Shaped[Array, "*rows n"], like: PyTree) -> PyTree:
     """Entries along the last axis of an array as leaves shaped like those of `like`."""
     leaves, structure = jax.tree.flatten(like)
     parts, known = _parts(leaves), isinstance(flat, np.ndarray)
@@ -194,7 +198,7 @@ def unravel(flat: Any, like: PyTree) -> PyTree:
     return jax.tree.unflatten(structure, found)
 
 
-def ravel(tree: PyTree, dtype: Any) -> Array:
+def ravel(tree: PyTree, dtype: DTypeLike) -> Array:
     """All leaves in one vector."""
     parts = _parts([jnp.asarray(leaf, dtype) for leaf in jax.tree.leaves(tree)])
     pieces = [jnp.ravel(part[0]) if np.ndim(part[0]) else jnp.stack(part) for part in parts]
@@ -277,7 +281,7 @@ def _packed(y: PyTree) -> Array:
 def flatten(system: AbstractHybridSystem, y0: PyTree, mode0: PyTree) -> Flat:
     """`system` on flat vectors laid out like `y0` and `mode0`."""
 
-    def likes(tree: PyTree, dtype: Any) -> PyTree:
+    def likes(tree: PyTree, dtype: DTypeLike) -> PyTree:
         return jax.tree.map(lambda leaf: jax.ShapeDtypeStruct(np.shape(leaf), dtype), tree)
 
     return Flat(system, likes(y0, np.float64), likes(mode0, np.int32))
@@ -302,7 +306,9 @@ class Rows(eqx.Module):
 HEAD = 5
 
 
-def pack_row(t, h, delta, kind, guard, y, mode) -> Float[Array, " column"]:
+def pack_row(
+    t: Scalar, h: Scalar, delta: Scalar, kind: Count, guard: Count, y: State, mode: Int[Array, " mode"]
+) -> Float[Array, " column"]:
     head = jnp.stack([t, h, delta, kind.astype(t.dtype), guard.astype(t.dtype)])
     return jnp.concatenate([head, y, mode.astype(t.dtype)])
 
