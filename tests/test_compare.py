@@ -12,7 +12,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from helpers import open_scene, stop_scene
+from helpers import stop_scene
 from result_scenes import SUFFIXES, heated_stop
 from staged_scenes import stop as staged_stop
 

@@ -21,7 +21,7 @@ from simbrake._commands._runs import report as report_run
 from simbrake._commands._runs import title_of
 from simbrake._pages._page import DUTY, PICTURES, contents, draw, render
 from simbrake._pages._page import _scene_text as contents_of_scene
-from simbrake._pages._rows import event_counts, event_rows, ledger, verdict
+from simbrake._pages._rows import event_counts, event_table, ledger, verdict
 from simbrake._run._measure import limit_checks, read_limits
 from simbrake.results import EVENTS
 from simbrake.results._rerun import repeat
@@ -318,13 +318,13 @@ def test_both_sides_of_a_ledger_are_equal(run):
 
 
 def test_events_at_linings_are_drawn_together(run):
-    rows = event_rows(run.events)
-    limits = next(row for row in rows if row.name == "lining_limit")
-    assert limits.linings == "1…20"
-    assert [lining for lining, _ in limits.members] == list(range(1, 21))
-    counts = {row.name: row.count for row in event_counts(run.events)}
+    rows = event_table(run.events)
+    limits = next(row for row in rows if row["event"] == "lining_limit")
+    assert limits["lining"] == "1…20"
+    assert [lining for lining, _ in limits["meaning_members"]] == list(range(1, 21))
+    counts = {row["event"]: row["how many"] for row in event_counts(run.events)}
     assert counts == {"slip_onset": 1, "lining_limit": 20, "full_slip": 1, "stop": 1}
-    assert sum(max(len(row.members), 1) for row in rows) == len(run.events)
+    assert sum(max(len(row["meaning_members"]), 1) for row in rows) == len(run.events)
     assert set(counts) <= set(EVENTS)
 
 

@@ -250,7 +250,7 @@ def test_the_picture_shows_the_life(braking):
     plain, turned = sb.lining_life(braking), sb.lining_life(braking, turn_at="best")
     figure = plot.wear({"as built": plain, "turned": turned})
     panels = {axes.get_xlabel(): axes for axes in figure.get_axes() if axes.get_title() == ""}
-    along = [axes for axes in figure.get_axes() if "brakings" in axes.get_title()]
+    along = [axes for axes in figure.get_axes() if "brake applications" in axes.get_title()]
     assert [axes.get_title().split(":")[0] for axes in along] == ["as built", "turned"]
     last = along[0].lines[4]
     np.testing.assert_allclose(last.get_ydata(), 1e3 * plain.worn, rtol=1e-9)
@@ -259,7 +259,7 @@ def test_the_picture_shows_the_life(braking):
     most = course.lines[0]
     assert most.get_xdata()[-1] == pytest.approx(plain.brakings / 1e3)
     assert most.get_ydata()[-1] == pytest.approx(8.0)
-    assert any(label == "brakings done, thousands" for label in panels)
+    assert any(label == "brake applications, thousands" for label in panels)
 
 
 @pytest.mark.slow

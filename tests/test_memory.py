@@ -16,7 +16,7 @@ from scipy.optimize import brentq
 from test_every_mechanism import KINDS, PRESSED, scene
 
 import simbrake as sb
-from simbrake._pages._export import series_table
+from simbrake._pages._page import series_table
 from simbrake.friction import RatesRead, rates_read, reads
 from simbrake.hybrid import QUADRATURE
 from simbrake.results import BandMode

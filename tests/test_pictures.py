@@ -14,8 +14,7 @@ from picture_scenes import hot_result, plain_result, radius, scale, staged_resul
 
 import simbrake as sb
 from simbrake import plot
-from simbrake.friction import Contact
-from simbrake.plot._pulley import CONTACT_COLOURS
+from simbrake.plot._pulley import CONTACT_COLOURS, Contact
 
 
 @pytest.fixture(scope="module")

@@ -45,7 +45,7 @@ def test_handy_arrays_and_differences():
     assert float(number(exact, "m").si) == exact
 
 
-def test_installation_has_every_number_of_a_scene():
+def test_equipment_has_every_number_of_a_scene():
     bodies = (sb.thermal.Lump("lining", 2e4), sb.thermal.Lump("rim", 1e5))
     friction = sb.thermal.FrictionHeat("rim", "lining", sb.thermal.ConstantPartition(0.0))
     heat = sb.Heat(bodies, friction=friction, rim="rim", linings="lining", permissible=304.0)
@@ -71,9 +71,9 @@ def test_profiles_and_loads_in_words():
     assert "100 N at all times" in lever
     many = profile_words(sb.PiecewiseLinear(np.arange(100.0), np.arange(100.0)), "N")
     assert "94 more" in many
-    assert profile_words(sb.profiles.FunctionProfile(_wave), "N") == "a function of its own, _wave"
+    assert profile_words(sb.profiles.FunctionProfile(_wave), "N") == "a user-defined function, _wave"
     hook = load_words(sb.HookLoad(mass=60e3, drum_radius=0.4, line_count=8))
-    assert hook == "60 t on the hook, 8 lines, rope at 0.4 m from the shaft: 29.42 kN·m on the shaft"
+    assert hook == "60 t on the hook, 8 lines strung, rope at 0.4 m from the shaft: 29.42 kN·m on the shaft"
 
 
 def _wave(t, parameters):

@@ -192,7 +192,7 @@ def reproduce(*, out: cli.Out = None, json_: cli.Flag = False) -> int:
     rows = cells()
     cli.tell(report(rows), lambda: [cell.as_dict() for cell in rows], json_)
     if out is not None:
-        from .._pages._export import write_published
+        from .._pages._page import write_published
 
         cli.print_written(write_published(out), json_)
     return cli.exit_code(not any(cell.verdict == "disagrees" for cell in rows))

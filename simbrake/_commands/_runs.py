@@ -43,7 +43,7 @@ def run(
         text, summary = text_with_limits(result, checks), summary_with_limits(result, checks)
     cli.tell(text, lambda: summary, json_)
     if out is not None:
-        from .._pages._export import write as write_run
+        from .._pages._page import write as write_run
 
         cli.print_written(write_run(result, out, None, checks), json_)
     return cli.exit_code(result.ok, fail_on_limit and cli.any_exceeded(checks))

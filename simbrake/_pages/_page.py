@@ -1,52 +1,77 @@
-"""A run as one self-contained page: what was braked, how it went, what it means and how sure it is."""
+"""What is made of a run: one self-contained page of HTML, and files in a folder, written all or not at all."""
 
-import base64
+import csv
+import inspect
+import json
 import os
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple, TypeAlias
 
+import jinja2
 import numpy as np
+from jaxtyping import Float
 
+from .. import plot
 from .._base._faults import InputError
 from .._base._progress import Waiting, waiting
-from .._base._table import Number, digits, number, pretty
-from .._base._whole import whole_file
+from .._base._table import Column, Number, Table, digits, number, pretty
+from .._base._whole import whole_file, whole_folder
 from .._parts._scene import Scene, paths_without_meaning
-from .._run._measure import Metric, check_metrics, happened, limit_checks, measure, name_of, read_limits, unit_of
+from .._run._measure import (
+    LimitCheck,
+    Metric,
+    check_metrics,
+    happened,
+    limit_checks,
+    measure,
+    name_of,
+    read_limits,
+    summary_with_limits,
+    text_with_limits,
+)
 from .._run._metrics import METRICS
 from .._run._result import Result
+from .._run._series import flat as flat_series
+from .._run._series import unit_of_column
 from .._run._simulate import simulate
 from ..brakes._pressed import DiscBrake, ShoeBrake
 from ..files._scene_file import scene_text
+from ..plot._published import PUBLISHED, file_stem, published
+from ..plot._shared import Figure, both_sides, data_uri, span
+from ..results._dataset import save
 from ..results._provenance import provenance
 from ..results._rerun import Repeat, repeat
 from ..studies._sensitivity import Sensitivity, SensitivityTable
 from ..studies._sensitivity import sensitivity as tables_of
 from ..thermal._heat import place_count
 from ._rows import (
+    EVENT,
     duty_words,
     event_counts,
-    event_rows,
+    event_table,
     key_figures,
     ledgers,
-    limit_rows,
+    limit_table,
     parts_of,
-    stage_rows,
+    stage_table,
     verdict,
     words_of,
 )
 
+#: what the template shows, by the names that it uses
+Contents: TypeAlias = dict[str, object]
+
 
 class Picture(NamedTuple):
-    """A function of `simbrake.plot` that draws a result, when it has something to draw, and what to see in it.
+    """A figure of a run: the function of `simbrake.plot` that draws it, its title, and which results have it.
 
-    `options`: what else the function is given, so that one function can draw several pictures.
+    `options`: what else the function is given, so that one function can draw several figures.
     """
 
     name: str
     title: str
-    caption: str
     wanted: Callable[[Result], bool] = lambda result: True
     options: tuple[str, ...] = ()
 
@@ -55,115 +80,35 @@ class Picture(NamedTuple):
         """A name for a file."""
         return "-".join([self.name, *self.options])
 
-    def figure(self, result: Result) -> Any:
-        """The picture as a matplotlib figure."""
-        from .. import plot
+    @property
+    def caption(self) -> str:
+        """What the figure shows: what its function says of it, without its arguments and errors."""
+        words = inspect.getdoc(getattr(plot, self.name)) or ""
+        return " ".join(re.split(r"\n\n(?:- |Raises )", words)[0].replace("`", "").split())
 
+    def figure(self, result: Result) -> Figure:
+        """The figure of a result."""
         return getattr(plot, self.name)(result, *self.options)
 
 
-def _heated(result: Result) -> bool:
-    return result.scene.heated
-
-
-def _banded(result: Result) -> bool:
-    return result.scene.brake.banded
-
-
-def _pressed(result: Result) -> bool:
-    return isinstance(result.scene.brake, DiscBrake | ShoeBrake)
-
-
-def _staged(result: Result) -> bool:
-    return result.scene.brake.in_series
-
-
-def _resolved(result: Result) -> bool:
-    return bool(result.record.modes.contacts)  # pyright: ignore
-
-
-def _walled(result: Result) -> bool:
-    return bool(result.scene.network.walls)
-
-
-def _lining_by_lining(result: Result) -> bool:
-    """Whether every lining has a temperature of its own."""
+def _each_lining_has_heat(result: Result) -> bool:
     heat = result.scene.network
     return heat.linings is not None and place_count(heat, heat.linings) > 1
 
 
 #: the duty has a section of its own
-DUTY = Picture(
-    "duty",
-    "What acts on the brake",
-    "What the lever gives, and torque with which the load drives the shaft, over the whole run.",
-)
-#: the pictures of a run in the order of the page; a new one is one line
+DUTY = Picture("duty", "What acts on the brake")
+#: the figures of a run in the order of the page; a new one is one line
 PICTURES = (
-    Picture(
-        "stop",
-        "The run over time",
-        "From above: speed of the pulley, torques of brake and load, tensions at the two ends of the band "
-        "or forces on the linings, number of "
-        "linings at their friction limit. Dashed lines are events; where there are two columns, the right one "
-        "enlarges the onset of slip.",
-    ),
-    Picture(
-        "pulley",
-        "Tensions and loads on the pulley's circle",
-        "At the time of the greatest tension: outwards the tension of the band at the ends of the linings, inwards the "
-        "normal load of each; linings at their true angles, coloured by what they do.",
-        _banded,
-    ),
-    Picture(
-        "pressed",
-        "What presses the linings",
-        "At the time of the greatest load: pads on their disc, or shoes in their drum, at their true angles, with the "
-        "pressure on a lining, and its forces.",
-        _pressed,
-    ),
-    Picture(
-        "lining_map",
-        "Normal load of every lining",
-        "Linings in their order, those of a band from the slack to the tight end, over time, coloured by their normal "
-        "load; lines are events.",
-        options=("normal_load",),
-    ),
-    Picture(
-        "stages",
-        "Stages of the staged brake",
-        "Speeds of pulley and bandage, torques and friction heat of both pairs, and their overlap coefficients (filled "
-        "while a pair slides, hatched while it sticks); the shading says which stage it is.",
-        _staged,
-    ),
-    Picture(
-        "contacts",
-        "Which linings slide",
-        "One line for each lining, from the slack end, over time: light blue while it sticks, orange while it slides "
-        "ahead, purple while it slides back.",
-        _resolved,
-    ),
-    Picture(
-        "temperatures",
-        "Temperatures",
-        "Surfaces over time with the permissible temperature of the linings, the coefficient of friction that is left, "
-        "and the temperature through the depth of the walls at the hottest moment.",
-        _heated,
-    ),
-    Picture(
-        "depth",
-        "Through the depth of the rim",
-        "Temperature over time and depth below the friction surface, and beside it profiles while the face heats, at "
-        "its hottest, and as it cools.",
-        _walled,
-    ),
-    Picture(
-        "lining_map",
-        "Temperature of every lining",
-        "Linings from the slack to the tight end over time, coloured by the temperature of their surface.",
-        _lining_by_lining,
-        ("temperature",),
-    ),
+    Picture("stop", "The run over time"),
+    Picture("pulley", "Tensions and loads on the pulley's circle", lambda run: run.scene.brake.banded),
+    Picture("pressed", "What presses the linings", lambda run: isinstance(run.scene.brake, DiscBrake | ShoeBrake)),
+    Picture("lining_map", "Normal load of every lining", options=("normal_load",)),
+    Picture("stages", "Stages of the staged brake", lambda run: run.scene.brake.in_series),
+    Picture("contacts", "Which linings slide", lambda run: bool(run.record.modes.contacts)),  # pyright: ignore
+    Picture("temperatures", "Temperatures", lambda run: run.scene.heated),
+    Picture("depth", "Through the depth of the rim", lambda run: bool(run.scene.network.walls)),
+    Picture("lining_map", "Temperature of every lining", _each_lining_has_heat, ("temperature",)),
 )
 
 
@@ -173,21 +118,19 @@ def lasted(result: Result) -> bool:
     return bool(times[int(result.record.count)] > times[0])
 
 
-def pictures_of(result: Result) -> Iterator[Picture]:
-    """All pictures that a result has something for."""
-    if lasted(result):
-        yield from (picture for picture in PICTURES if picture.wanted(result))
+def pictures_of(result: Result, told: Waiting) -> Iterator[Picture]:
+    """All figures that a result has something for; says which one is asked for."""
+    wanted = [picture for picture in PICTURES if lasted(result) and picture.wanted(result)]
+    for i, picture in enumerate(wanted):
+        told.now("figures", i, len(wanted))
+        yield picture
 
 
-# --- pictures in the page ---------------------------------------------------------------------------------------------
-
-#: a picture whose SVG is longer is a PNG instead (bytes)
-_LONGEST = 400_000
-_DPI = 170.0  # of PNGs: sharp in print over the width of a page
+# --- figures in the page ----------------------------------------------------------------------------------------------
 
 
 class Drawing(NamedTuple):
-    """A picture as an image inside the page."""
+    """A figure as an image inside the page."""
 
     name: str
     title: str
@@ -196,27 +139,13 @@ class Drawing(NamedTuple):
 
 
 def draw(result: Result, picture: Picture) -> Drawing:
-    """One picture of a result, as an image inside the page."""
+    """One figure of a result, as an image inside the page."""
     return drawing(picture.key, picture.title, picture.caption, picture.figure(result))
 
 
-def drawing(name: str, title: str, caption: str, figure: object) -> Drawing:
-    """A figure as an image inside the page: SVG, or PNG where that is shorter to load."""
-    from ..plot._shared import png, svg
-
-    kind, data = "svg+xml", svg(figure)  # pyright: ignore
-    if len(data) > _LONGEST:
-        kind, data = "png", png(figure, _DPI)  # pyright: ignore
-    return Drawing(name, title, caption, f"data:image/{kind};base64,{base64.b64encode(data).decode('ascii')}")
-
-
-def drawings_of(result: Result, told: Waiting) -> list[Drawing]:
-    """All pictures that a result has something for."""
-    drawn, pictures = [], list(pictures_of(result))
-    for i, picture in enumerate(pictures):
-        told.now("pictures", i, len(pictures))
-        drawn.append(draw(result, picture))
-    return drawn
+def drawing(name: str, title: str, caption: str, figure: Figure) -> Drawing:
+    """A figure as an image inside the page."""
+    return Drawing(name, title, caption, data_uri(figure))
 
 
 # --- the page ---------------------------------------------------------------------------------------------------------
@@ -227,17 +156,6 @@ _MOST = 20
 _FOLD = 30
 #: an elasticity below this is rounding
 _ROUNDING = 1e-13
-
-
-class SensitivityPart(NamedTuple):
-    """Sensitivities of one metric: its value, rows with derivative and elasticity, the tornado chart."""
-
-    words: str
-    value: Number
-    rows: tuple[tuple[Sensitivity, Number, str, str], ...]
-    left_out: int
-    notes: tuple[str, ...]
-    tornado: Drawing
 
 
 def report(
@@ -251,13 +169,13 @@ def report(
     files: Mapping[str, str] | None = None,
     check: bool = True,
     rtol: float = 1e-10,
-    progress: Any = False,
+    progress: bool | Waiting | None = False,
 ) -> str:
     """A run as one HTML page that needs nothing else: no network, no other files, no scripts. Returns the page.
 
     - `run`: a result, or a scene, which is run to its end or its failure with the tolerance `rtol`
     - `path`: where to write the page too; an existing file is replaced, whole or not at all
-    - `sensitivity`: metrics whose derivatives by every number of the scene are shown, with `span` as in
+    - `sensitivity`: metrics whose derivatives by every parameter of the scene are shown, with `span` as in
       `simbrake.sensitivity`; one that has no value in this run is named as such
     - `limits`: greatest permissible values of metrics (SI, or texts as "450 degC"), and of `max_pressure`, the
       greatest mean pressure on a lining (Pa); the scene's own permissible temperature is always evaluated. The heading
@@ -268,7 +186,7 @@ def report(
 
     Numbers are in handy units; the exact value in SI units is in the `value` of each `<data>` element.
 
-    Raises `InputError` for faults of the scene, unknown metrics and limits.
+    Raises `InputError` for errors of the scene, unknown metrics and limits.
     """
     scene = run.scene if isinstance(run, Result) else run
     bounds, found = read_limits(scene, limits or {})
@@ -282,7 +200,7 @@ def report(
         result = run if isinstance(run, Result) else simulate(run, rtol=rtol, throw=False, progress=told)
         parts = contents(result, bounds, title, files or {}, told)
         if sensitivity:
-            parts["sensitivities"], parts["without"] = _sensitivities(result, sensitivity, span, told)
+            parts |= _sensitivities(result, sensitivity, span, told)
         if check:
             told.now("second run, for the error estimate")
             parts["repeat"] = _accuracy(repeat(result, told))
@@ -295,53 +213,37 @@ def report(
 
 def contents(
     result: Result, limits: Mapping[str, float], title: str, files: Mapping[str, str], told: Waiting
-) -> dict[str, Any]:
+) -> Contents:
     """Everything that a page shows of one result."""
-    told.now("sums up")
-    scene, summary = result.scene, result.summary()
+    told.now("post-processing")
+    scene, summary, brake = result.scene, result.summary(), result.scene.brake
     absent = paths_without_meaning(scene)
     parts = [part._replace(rows=tuple(row for row in part.rows if row.path not in absent)) for part in parts_of(scene)]
     parts = [part for part in parts if part.rows]
-    events, checks = event_rows(result.events), limit_checks(result, limits)
+    events, checks = event_table(result.events), limit_checks(result, limits)
+    origin = {name: value for name, value in provenance(result).items() if name not in ("scene", "outcome")}
     return {
-        "title": title or _name(scene),
+        "title": title or f"A run of a {brake.kind} with {brake.linings.count} {brake.words.lining}s",
         "verdict": verdict(result, summary, checks),
-        "figures": key_figures(summary, unit_of),
+        "figures": key_figures(summary),
         "parts": [part for part in parts if not part.path.startswith("heat")],
         "thermal_parts": [part for part in parts if part.path.startswith("heat")],
         "duty": duty_words(scene),
         "duty_picture": draw(result, DUTY) if lasted(result) else None,
-        "pictures": drawings_of(result, told),
+        "pictures": [draw(result, picture) for picture in pictures_of(result, told)],
         "counts": event_counts(result.events),
         "events": events,
         "fold": len(events) > _FOLD,
-        "stages": stage_rows(summary),
-        "absent_stages": summary.get("absent_stages", []),
+        "stages": stage_table(summary),
         "ledgers": ledgers(result, summary),
-        "limits": limit_rows(checks),
-        "warnings": summary["warnings"],
-        "solver": summary["solver"],
-        "accuracy": {
-            "rtol": digits(summary["solver"]["rtol"], 3),
-            "closure": digits(summary["energy"]["closure"], 2),
-            "heat_closure": digits(summary["energy"].get("heat_closure", 0.0), 2) if scene.heated else "",
-        },
+        "limits": limit_table(checks),
+        "summary": summary,
         "sensitivities": None,
         "without": [],
         "repeat": None,
-        "provenance": flat(_provenance(result)),
+        "provenance": flat(origin),
         "files": {**_scene_text(scene), **files},
     }
-
-
-def _name(scene: Scene) -> str:
-    brake = scene.brake
-    return f"A run of a {brake.kind} with {brake.linings.count} {brake.words.lining}s"
-
-
-def _provenance(result: Result) -> Mapping[str, Any]:
-    """Where the result comes from; scene and outcome have sections of their own."""
-    return {name: value for name, value in provenance(result).items() if name not in ("scene", "outcome")}
 
 
 def _scene_text(scene: Scene) -> dict[str, str]:
@@ -352,7 +254,7 @@ def _scene_text(scene: Scene) -> dict[str, str]:
         return {"No scene file can hold it": str(error)}
 
 
-def flat(found: Mapping[str, Any], above: str = "") -> list[tuple[str, str]]:
+def flat(found: Mapping[str, object], above: str = "") -> list[tuple[str, str]]:
     """Names and texts of a mapping of mappings, in order; `above` begins the names."""
     rows: list[tuple[str, str]] = []
     for name, value in found.items():
@@ -366,78 +268,145 @@ def flat(found: Mapping[str, Any], above: str = "") -> list[tuple[str, str]]:
     return rows
 
 
-def _sensitivities(
-    result: Result, metrics: Sequence[Metric], span: float | None, told: Waiting
-) -> tuple[list[SensitivityPart], list[str]]:
-    """Tables of the metrics that have a value in this run, and the names of the others."""
-    from .. import plot
-
+def _sensitivities(result: Result, metrics: Sequence[Metric], span: float | None, told: Waiting) -> Contents:
+    """Sections of the metrics that have a value in this run, and the names of the others."""
     there = [one for one in metrics if result.ok and happened(measure(result, one))]
-    without = [name_of(one) for one in metrics if one not in there]
-    if not there:
-        return [], without
-    tables: list[SensitivityTable] = tables_of(result.scene, there, span=span, rtol=float(result.rtol), progress=told)
-    parts = []
-    for table in tables:
-        shown = table.matters[:_MOST]
-        rows = tuple((row, *_influence(row)) for row in shown)
-        words = words_of(table.metric)
-        caption = "Percent of the metric for one percent of each number; the widest bar on top."
-        if span:
-            over = f"its range of ± {100 * span:g} %"
-            caption = f"What every number does to it over {over}, the others fixed; the widest bar on top."
-        picture = drawing(f"tornado_{table.metric}", words, caption, plot.tornado(table))
-        value, left = number(table.value, table.unit), len(table.wholes) - len(shown)
-        parts.append(SensitivityPart(words, value, rows, left, table.notes, picture))
-    return parts, without
+    tables: list[SensitivityTable] = []
+    if there:
+        tables = tables_of(result.scene, there, span=span, rtol=float(result.rtol), progress=told)
+    caption = "Percent of the metric for one percent of each parameter; the widest bar on top."
+    if span:
+        over = f"its range of ± {100 * span:g} %"
+        caption = f"What every parameter does to it over {over}, the others fixed; the widest bar on top."
+    found = [
+        {
+            "words": words_of(table.metric),
+            "value": number(table.value, table.unit),
+            "tornado": drawing(f"tornado_{table.metric}", words_of(table.metric), caption, plot.tornado(table)),
+            "rows": _sensitivity_table(table.matters[:_MOST]),
+            "left_out": len(table.wholes) - len(table.matters[:_MOST]),
+            "notes": table.notes,
+        }
+        for table in tables
+    ]
+    return {"sensitivities": found, "without": [name_of(one) for one in metrics if one not in there]}
 
 
-def _influence(row: Sensitivity) -> tuple[Number, str, str]:
-    """Value, derivative and elasticity of a number for reading; what is rounding is 0."""
-    value = number(row.value, row.unit)
-    if row.value and abs(row.elasticity) < _ROUNDING:
-        return value, "0", "0"
-    return value, digits(row.derivative, 5), digits(row.elasticity, 4)
+def _sensitivity_table(rows: Sequence[Sensitivity]) -> Table:
+    columns = [Column("path", heading="parameter", left=True), "meaning", Column("value")]
+    columns += [Column("derivative", shown_in="SI units"), Column("elasticity"), Column("meaning_note", hidden=True)]
+    found = []
+    for row in rows:
+        rounding = row.value and abs(row.elasticity) < _ROUNDING  # what is rounding is 0
+        influence = [
+            Number("0" if rounding else digits(value, count), si=str(value))
+            for value, count in ((row.derivative, 5), (row.elasticity, 4))
+        ]
+        found.append((row.path, row.meaning, number(row.value, row.unit), *influence, row.note))
+    return Table(columns, found)
 
 
 def _in_si(difference: float | None, unit: str) -> Number:
     """A difference, whose size matters more than its unit, in SI."""
-    return (
-        Number("—")
-        if difference is None
-        else Number(digits(difference, 2), pretty(unit), repr(difference), pretty(unit))
-    )
+    if difference is None:
+        return Number("—")
+    return Number(digits(difference, 2), pretty(unit), repr(difference), pretty(unit))
 
 
-def _accuracy(second: Repeat) -> dict[str, Any]:
+def _accuracy(second: Repeat) -> Contents:
     """The comparison of two runs, with numbers for reading."""
-    order = list(METRICS)
+    events = [(shift.name, shift.count, _in_si(shift.difference, "s")) for shift in second.events]
+    order = {name: i for i, name in enumerate(METRICS)}
+    metrics = [
+        (
+            words_of(shift.name),
+            number(shift.value, shift.unit),
+            _in_si(shift.difference, shift.unit),
+            "—" if shift.relative is None else digits(shift.relative, 2),
+        )
+        for shift in sorted(second.metrics, key=lambda shift: order.get(shift.name, len(order)))
+        if shift.value is not None or shift.other is not None
+    ]
+    compared = ["metric", Column("value"), Column("difference"), Column("relative")]
     return {
-        "rtol": digits(second.rtol, 3),
-        "max_step": None if second.max_step is None else number(second.max_step, "s", count=3),
-        "tighter": second.tighter,
-        "problem": second.problem,
-        "unmatched": second.unmatched,
-        "events": [(shift.name, shift.count, _in_si(shift.difference, "s")) for shift in second.events],
-        "metrics": [
-            (
-                words_of(shift.name),
-                number(shift.value, shift.unit),
-                _in_si(shift.difference, shift.unit),
-                "—" if shift.relative is None else digits(shift.relative, 2),
-            )
-            for shift in sorted(
-                second.metrics, key=lambda shift: order.index(shift.name) if shift.name in order else 99
-            )
-            if shift.value is not None or shift.other is not None
-        ],
+        **second._asdict(),
+        "events": Table([EVENT, Column("how many"), Column("maximum difference of their times")], events),
+        "metrics": Table(compared, metrics),
     }
 
 
-def render(parts: Mapping[str, Any]) -> str:
+def render(parts: Mapping[str, object]) -> str:
     """The page of what `contents` found. Every text is escaped by the template."""
-    import jinja2  # loaded by those who want a page
-
     loader = jinja2.PackageLoader("simbrake", "templates")
     settings = {"autoescape": True, "trim_blocks": True, "lstrip_blocks": True, "undefined": jinja2.StrictUndefined}
-    return jinja2.Environment(loader=loader, **settings).get_template("report.html").render(parts)
+    environment = jinja2.Environment(loader=loader, **settings)
+    environment.filters |= {"digits": digits, "number": number}
+    return environment.get_template("report.html").render(parts)
+
+
+# --- files ------------------------------------------------------------------------------------------------------------
+
+
+def series_table(result: Result, count: int = 1001) -> tuple[list[str], Float[np.ndarray, "m columns"]]:
+    """Column names with units, and the series on an even grid with the values before and after every event."""
+    series = both_sides(result, np.linspace(*span(result), count), np.unique([e.time for e in result.events]))
+    names: list[str] = []
+    columns: list[np.ndarray] = []
+    for name, column in flat_series(series, pairs=result.tells_pairs_apart).items():
+        values, unit = np.asarray(column), f" [{unit_of_column(name)}]" if unit_of_column(name) else ""
+        each = ["_".join(str(i + 1) for i in place) for place in np.ndindex(values.shape[1:])]
+        labels = result.nodes if name == "temperature" else each
+        names += [name + unit] if values.ndim == 1 else [f"{name}_{label}{unit}" for label in labels]
+        columns += list(values.reshape(len(values), -1).T)
+    return names, np.stack(columns, axis=1)
+
+
+def write(
+    result: Result,
+    folder: Path,
+    progress: bool | Waiting | None = False,
+    checks: Sequence[LimitCheck] | None = None,
+) -> list[Path]:
+    """Writes `summary.json`, `summary.txt`, `series.csv`, `result.nc`, and every figure that the run has as PNG.
+
+    - `progress`: says on stderr what is done, `True`, or `None` on a terminal only
+    - `checks`: limits that the summaries tell, by default those of the scene
+    """
+    with waiting(progress, "run", "series") as told, whole_folder(folder) as (scratch, written):
+        checks = limit_checks(result, {}) if checks is None else checks
+        _write_json(scratch / "summary.json", summary_with_limits(result, checks))
+        (scratch / "summary.txt").write_text(text_with_limits(result, checks) + "\n", "utf-8")
+        names, table = series_table(result)
+        file, head = scratch / "series.csv", ",".join(names)
+        np.savetxt(file, table, fmt="%.12g", delimiter=",", header=head, comments="", encoding="utf-8")
+        told.now("labelled data")
+        save(result, scratch / "result.nc")
+        for picture in pictures_of(result, told):
+            picture.figure(result).savefig(scratch / f"{picture.key}.png", dpi=130)
+    return written
+
+
+def _write_json(file: Path, found: object) -> None:
+    file.write_text(json.dumps(found, indent=2, allow_nan=False) + "\n", "utf-8")
+
+
+def write_published(folder: Path) -> list[Path]:
+    """Writes the figures of the papers that a formula gives, and figures of their tables, as PNG."""
+    with whole_folder(folder) as (scratch, written):
+        for name in PUBLISHED:
+            published(name).savefig(scratch / f"{file_stem(name)}.png", dpi=130)
+    return written
+
+
+def write_sensitivities(tables: Sequence[SensitivityTable], folder: Path) -> list[Path]:
+    """Writes `sensitivity.json`, and of each metric its rows as CSV and its tornado chart."""
+    with whole_folder(folder) as (scratch, written):
+        _write_json(scratch / "sensitivity.json", [table.as_dict() for table in tables])
+        for table in tables:
+            name = table.metric.replace(".", "_")
+            with (scratch / f"sensitivity_{name}.csv").open("w", encoding="utf-8", newline="") as file:
+                writer = csv.writer(file)
+                writer.writerow(Sensitivity._fields)
+                writer.writerows(table.rows)
+            plot.tornado(table).savefig(scratch / f"tornado_{name}.png", dpi=130)
+    return written

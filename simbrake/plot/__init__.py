@@ -1,4 +1,4 @@
-"""Pictures. Each function draws into a given figure or makes one, and returns it; nothing is ever shown."""
+"""Figures. Each function draws into a given figure or makes one, and returns it; nothing is ever shown."""
 
 from ._animation import animate as animate
 from ._published import materials as materials

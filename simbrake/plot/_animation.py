@@ -1,22 +1,25 @@
-"""A film of one braking: the pulley turns, linings stick, slide and heat."""
+"""An animation of one braking: the pulley turns, linings stick, slide and heat."""
 
 import base64
+import importlib.resources
 import io
 import json
 import math
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import Normalize
+from matplotlib.colors import Normalize, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Wedge
+from matplotlib.ticker import MaxNLocator
 from PIL import Image
 from scipy.integrate import cumulative_trapezoid
 
@@ -27,21 +30,23 @@ from .._base._whole import whole_file
 from .._parts._scene import band_brake
 from .._run._linings import lining_contacts, look
 from .._run._result import Result
-from .._run._series import fault_of_times
+from .._run._series import Series, fault_of_times
 from ._pulley import (
     CONTACT_COLOURS,
     LINING,
-    RIM,
+    colour_linings,
     contact_legend,
     draw_band,
     draw_linings,
+    draw_wheel,
     lining_edges,
     on_circle,
     spot,
 )
-from ._shared import BLUE, SKY, ZERO, dense_grid, one_run, span, windows
+from ._shared import BLUE, SKY, ZERO, Times, dense_grid, one_run, span, windows
 
-SHARE = 0.45  # of the film that the onset of slip gets where it is short
+SHARE = 0.45  # of the animation that the onset of slip gets where it is short
+_Time = TypeVar("_Time", float, np.ndarray)  # s, one or many
 
 
 class Film(NamedTuple):
@@ -50,13 +55,18 @@ class Film(NamedTuple):
     run: tuple[float, ...]  # s
     film: tuple[float, ...]  # s
 
-    def run_time(self, film: Any) -> Any:
-        """Time of the run at a time of the film."""
-        return np.interp(film, self.film, self.run)
+    @property
+    def slow(self) -> bool:
+        """Whether it is slower at first."""
+        return len(self.run) == 3
 
-    def film_time(self, run: Any) -> Any:
+    def run_time(self, film: _Time) -> _Time:
+        """Time of the run at a time of the film."""
+        return np.interp(film, self.film, self.run)  # pyright: ignore
+
+    def film_time(self, run: _Time) -> _Time:
         """Time of the film at a time of the run."""
-        return np.interp(run, self.run, self.film)
+        return np.interp(run, self.run, self.film)  # pyright: ignore
 
     def rate(self, film: float) -> float:
         """Seconds of film for one second of the run."""
@@ -67,26 +77,22 @@ class Film(NamedTuple):
 def film_of(result: Result, duration: float, start: float | int | None, end: float | int | None) -> Film:
     """The first braking, from the start until shortly after the first stop, or what is asked for."""
     first, last = span(result)
-    begin, finish, _ = windows(result)
-    stop = next((e.time for e in result.events if e.name == "stop" and e.time > begin), None)
+    finish = windows(result)[0].end
+    stop = next((e.time for e in result.events if e.name == "stop" and e.time > first), None)
     if stop is not None:
-        finish = min(finish, begin + 1.15 * (stop - begin))
-    low = begin if start is None else float(as_number(start))
-    high = max(finish, low) if end is None else float(as_number(end))
-    high = last if end is None and high <= low else high
-    found = [
-        fault
-        for name, value in (("start", low), ("end", high))
-        if (fault := fault_of_times(np.asarray([value]), first, last, name))
-    ]
+        finish = min(finish, first + 1.15 * (stop - first))
+    low = first if start is None else float(as_number(start))
+    high = (finish if finish > low else last) if end is None else float(as_number(end))
+    faults = [fault_of_times(np.asarray([t]), first, last, name) for name, t in (("start", low), ("end", high))]
+    found = [fault for fault in faults if fault]
     low, high = max(low, first), min(high, last)
     if not found and not low < high:
         found.append(Fault("end", f"{high:g} s is not after the start at {low:g} s", "it must be later"))
     if found:
         raise InputError(found)
-    slip = next((e.time for e in result.events if e.name == "full_slip" and low < e.time < high), None)
-    slow = None if slip is None else low + 1.3 * (slip - low)
-    if slow is None or slow - low > 0.25 * (high - low):
+    slip = next((e.time for e in result.events if e.name == "full_slip" and low < e.time < high), high)
+    slow = low + 1.3 * (slip - low)
+    if slow - low > 0.25 * (high - low):
         return Film((low, high), (0.0, duration))
     return Film((low, slow, high), (0.0, SHARE * duration, duration))
 
@@ -107,12 +113,9 @@ def _round(x: float) -> str:
 
 def ticks(film: Film) -> list[tuple[float, str]]:
     """Times of the run for the ticks of a time axis that runs as the film does, with words."""
-    from matplotlib.ticker import MaxNLocator  # the numbers of a tick are its business
-
     found: list[tuple[float, str]] = []
-    slow = len(film.run) == 3
     for i, (low, high) in enumerate(zip(film.run, film.run[1:], strict=False)):
-        milliseconds = slow and i == 0 and high - low < 0.5
+        milliseconds = film.slow and i == 0 and high - low < 0.5
         factor, unit = (1e3, "ms") if milliseconds else (1.0, "s")
         for value in MaxNLocator(5, steps=[1, 2, 2.5, 5, 10]).tick_values(factor * low, factor * high):
             t = value / factor
@@ -123,7 +126,7 @@ def ticks(film: Film) -> list[tuple[float, str]]:
     return found
 
 
-# --- the film ---------------------------------------------------------------------------------------------------------
+# --- the animation ----------------------------------------------------------------------------------------------------
 
 _SPOKES = 3
 _FRAMES = 2000  # more would fill the memory
@@ -137,47 +140,48 @@ def animate(
     fps: float | int = 20.0,
     start: float | int | None = None,
     end: float | int | None = None,
-    progress: Any = None,
+    progress: bool | Callable[[int, int], object] | None = None,
 ) -> Path:
-    """Writes a film of one braking as `.gif` or as a self-contained `.html` page; returns its path.
+    """Writes an animation of one braking as `.gif` or as a self-contained `.html` page; returns its path.
 
     The pulley turns by the true angle, with a mark; linings are coloured by what they do on their partner and, with
     heat, by the temperature of their surface; below, speed and tensions with a cursor. Where the onset of slip is short
-    against the braking, the film is slow there: it says how much at every moment, and the axis of time runs as it does.
+    against the braking, the animation is slow there: it says how much at every moment, and the axis of time
+    runs as it does.
 
-    - `duration` (s) of the film and `fps`, its frames a second
+    - `duration` (s) of the animation and `fps`, its frames a second
     - `start`, `end` (s) in the run: default from its start until shortly after the first stop
     - `progress`: `None` tells the remaining time on a terminal if it takes longer than two seconds, `False` never; a
       function is called with the number of frames done and all of them
 
-    Raises `InputError` for another suffix, times outside the run, and numbers that make no film.
+    Raises `InputError` for another suffix, times outside the run, and a duration or rate out of range.
     """
     file = Path(path)
-    duration, fps = _numbers(file, duration, fps)
+    seconds, rate = _numbers(file, duration, fps)
     band_brake(result.scene)
-    film = film_of(one_run(result), duration, start, end)
-    count = max(2, round(duration * fps))
+    film = film_of(one_run(result), seconds, start, end)
+    count = max(2, round(seconds * rate))
     told = Progress(count, progress, what="frames", after=2.0)
     frames: list[Image.Image] = []
     try:
-        for image in _frames(result, film, np.linspace(0.0, duration, count)):
+        for image in _frames(result, film, np.linspace(0.0, seconds, count)):
             frames.append(image)
             told.add(1)
     finally:
         told.close()
-    data = _gif(frames, fps) if file.suffix.lower() == ".gif" else _html(frames, fps)
+    data = _gif(frames, rate) if file.suffix.lower() == ".gif" else _html(frames, rate)
     with whole_file(file) as scratch:
         scratch.write_bytes(data)
     return file
 
 
-def _numbers(file: Path, duration: Any, fps: Any) -> tuple[float, float]:
+def _numbers(file: Path, duration: float | int, fps: float | int) -> tuple[float, float]:
     found = []
     if file.suffix.lower() not in (".gif", ".html"):
-        found.append(Fault("path", f"{file.name!r} is no film", "let it end in .gif or .html"))
+        found.append(Fault("path", f"{file.name!r} is not an animation", "let it end in .gif or .html"))
     seconds, rate = float(as_number(duration)), float(as_number(fps))
     if not 0.0 < seconds < math.inf:
-        found.append(Fault("duration", f"{seconds:g} s is no duration", "it must be positive"))
+        found.append(Fault("duration", f"{seconds:g} s is out of range", "it must be positive"))
     if not 0.0 < rate <= 50.0:
         found.append(Fault("fps", f"{rate:g} frames a second cannot be shown", "more than 0, up to 50"))
     if not found and seconds * rate > _FRAMES:
@@ -193,61 +197,59 @@ def _numbers(file: Path, duration: Any, fps: Any) -> tuple[float, float]:
 class Scenery:
     """The figure of the film and what moves in it; `show` sets one moment."""
 
-    def __init__(self, result: Result, film: Film, times: np.ndarray):
+    def __init__(self, result: Result, film: Film, times: Times):
         self.film, self.times = film, times
-        self.p = p = look(result, film.run_time(times))
-        self.contacts = lining_contacts(result, p)
-        self.bandage: Any = None  # angle of the bandage since the beginning of the film
-        self.heat = _temperatures(p)
-        self.figure = Figure(figsize=(7.2, 7.8), dpi=90, layout="constrained")
-        FigureCanvasAgg(self.figure)
-        self.wheel, speed, tension = self.figure.subplots(3, 1, height_ratios=[5.2, 1, 1])
-        self._wheel(self.wheel, result)
-        grid, series = dense_grid(result, film.run[0], film.run[-1], result.events)
-        if series.bandage_speed is not None:
-            turned = cumulative_trapezoid(series.bandage_speed, grid, initial=0.0)
-            self.bandage = np.interp(film.run_time(times), grid, turned)
-        speed.plot(grid, series.omega, color="k", label="pulley ω")
-        if series.bandage_speed is not None:
-            speed.plot(grid, series.bandage_speed, color=BLUE, ls="--", label="bandage ω_b")
-            speed.legend(loc="upper right", fontsize=7)
-        tension.plot(grid, series.tight_tension / 1e3, color=BLUE, label="tight end Tₙ")
-        tension.plot(grid, series.slack_tension / 1e3, color=SKY, label="slack end T₀")
-        tension.legend(loc="upper left", fontsize=7)
-        speed.set_ylabel("speed,\nrad/s", fontsize=8)
-        tension.set_ylabel("tension,\nkN", fontsize=8)
-        if len(film.run) == 3:
-            place = {"transform": speed.transAxes, "ha": "center", "va": "center"}
-            speed.text(0.5 * SHARE, 0.4, "slow motion", fontsize=7, color="0.4", **place)
-        self._legend()
-        self.cursors = [self._strip(panel) for panel in (speed, tension)]
-        speed.tick_params(labelbottom=False)
+        self.p = look(result, film.run_time(times))
+        self.contacts = lining_contacts(result, self.p)
+        #: surface temperatures (°C), where the scene names them
+        self.heat = {name: np.asarray(T) - ZERO for name, T in self.p.surfaces.items() if name in ("linings", "rim")}
         travel = result.scene.duty.load.travel()
         self.travel = None if travel is None else float(np.asarray(travel))
         # a film too slow for the pulley would show it turn backwards: then spokes, and at last the mark, are gone
-        self.turn = np.abs(np.gradient(np.asarray(p.y.phi)))
+        self.turn = np.abs(np.gradient(np.asarray(self.p.y.phi)))
+        self.figure = Figure(figsize=(7.2, 7.8), dpi=90, layout="constrained")
+        FigureCanvasAgg(self.figure)
+        wheel, speed, tension = self.figure.subplots(3, 1, height_ratios=[5.2, 1, 1])
+        #: everything that `show` changes, in the order in which it is drawn
+        self.moving: list[Artist] = []
+        self._wheel(wheel, result)
+        series = dense_grid(result, film.run[0], film.run[-1])
+        self._bandage(wheel, series)
+        speed.plot(series.t, series.omega, color="k", label="pulley ω")
+        if series.bandage_speed is not None:
+            speed.plot(series.t, series.bandage_speed, color=BLUE, ls="--", label="bandage ω_b")
+            speed.legend(loc="upper right", fontsize=7)
+        tension.plot(series.t, series.tight_tension / 1e3, color=BLUE, label="tight end Tₙ")
+        tension.plot(series.t, series.slack_tension / 1e3, color=SKY, label="slack end T₀")
+        tension.legend(loc="upper left", fontsize=7)
+        speed.set_ylabel("speed,\nrad/s", fontsize=8)
+        tension.set_ylabel("tension,\nkN", fontsize=8)
+        self.cursors = [self._strip(panel) for panel in (speed, tension)]
+        speed.tick_params(labelbottom=False)
+        if film.slow:
+            place = {"transform": speed.transAxes, "ha": "center", "va": "center"}
+            speed.text(0.5 * SHARE, 0.4, "slow motion", fontsize=7, color="0.4", **place)
+        self.title = self.figure.suptitle(" \n \n ", fontsize=9, ha="left", x=0.03, family="monospace")
+        self.moving += [*self.cursors, self.title]
 
-    def _legend(self) -> None:
-        handles: list[Any] = [*contact_legend(list(self.contacts.values()))]
-        title = None
-        if self.bandage is not None:
+    def _bandage(self, wheel: Axes, series: Series) -> None:
+        """Marks of bandage and pulley, and the legend."""
+        handles, title = contact_legend(self.contacts), None
+        self.ride: Line2D | None = None  # mark of the bandage
+        self.ridden = np.zeros(0)  # its angle since the beginning of the film
+        if series.bandage_speed is not None:
+            turned = cumulative_trapezoid(series.bandage_speed, series.t, initial=0.0)
+            self.ridden = np.interp(self.film.run_time(self.times), series.t, turned)
             title = "outer half of a lining: band on lining; inner half: lining on rim; by their places under the band"
             mark = {"marker": "D", "color": "w", "mec": "k", "ls": "none", "ms": 6}
             handles.append(Line2D([], [], label="mark on the bandage", **mark))
-            (self.ride,) = self.wheel.plot([], [], zorder=5, **mark)
+            (self.ride,) = wheel.plot([], [], zorder=5, **mark)
+            self.moving.append(self.ride)
         handles.append(Line2D([], [], marker="o", ls="none", color="k", label="mark on the pulley"))
         place = {"loc": "outside lower center", "ncols": 4}
         self.figure.legend(handles=handles, fontsize=7, title=title, title_fontsize=7, **place)
 
-    @property
-    def moving(self) -> list[Any]:
-        """Everything that `show` changes, in the order in which it is drawn."""
-        found: list[Any] = [self.rim, *self.spokes, self.mark]
-        found += [wedge for wedges in self.wedges.values() for wedge in wedges]
-        found += [*self.hot, *([] if self.bandage is None else [self.ride]), *self.cursors, self.title]
-        return found
-
-    def _strip(self, axes: Axes) -> Any:
+    def _strip(self, axes: Axes) -> Line2D:
         film = self.film
         axes.set_xscale("function", functions=(film.film_time, film.run_time))
         axes.set_xlim(film.run[0], film.run[-1])
@@ -256,51 +258,41 @@ class Scenery:
         axes.set_xticks([], minor=True)
         axes.tick_params(axis="y", labelsize=7)
         axes.grid(alpha=0.3)
-        if len(film.run) == 3:
+        if film.slow:
             axes.axvspan(film.run[0], film.run[1], color="0.9", lw=0, zorder=0)
         return axes.axvline(film.run[0], color="k", lw=1.2)
 
     def _wheel(self, axes: Axes, result: Result) -> None:
         angles = on_circle(lining_edges(band_brake(result.scene)))
-        axes.add_patch(Wedge((0, 0), RIM, 0, 360, width=0.06, color="0.6"))
+        self.wedges = draw_wheel(axes, angles, self.contacts)
         self.rim = axes.add_patch(Wedge((0, 0), 0.93, 0, 360, width=0.09, color="0.8"))
         axes.add_patch(Circle((0, 0), 0.12, color="0.6"))
         self.spokes = [axes.plot([], [], color="0.6", lw=5, solid_capstyle="butt")[0] for _ in range(_SPOKES)]
         (self.mark,) = axes.plot([], [], marker="o", ms=11, color="k", ls="none")
-        halves = np.linspace(*LINING, len(self.contacts) + 1)
-        self.wedges = {
-            pair: draw_linings(axes, angles, (low, high), pair)
-            for pair, low, high in zip(self.contacts, halves[::-1][1:], halves[::-1], strict=False)
-        }
         draw_band(axes, angles, ("slack end\n(lever)", "tight end\n(anchor)"))
         self.hot: list[Wedge] = []
         if self.heat:
-            low, high = (f(np.concatenate([T.ravel() for T in self.heat.values()])) for f in (np.min, np.max))
+            low, high = (f([f(T) for T in self.heat.values()]) for f in (np.min, np.max))
             self.norm = Normalize(low, high if high > low else low + 1.0)
             self.colours = ScalarMappable(self.norm, "inferno")
             if "linings" in self.heat:
                 self.hot = draw_linings(axes, angles, (1.25, 1.38), "temperature")
-            where = "outer ring: linings" if self.hot else ""
-            where += ", inner ring: rim" if "rim" in self.heat else ""
+            rings = ["outer ring: linings"] * bool(self.hot) + ["inner ring: rim"] * ("rim" in self.heat)
             bar = self.figure.colorbar(self.colours, ax=axes, shrink=0.7, pad=0.0)
-            bar.set_label(f"surface temperature, °C\n({where.strip(', ')})", fontsize=8)
+            bar.set_label(f"surface temperature, °C\n({', '.join(rings)})", fontsize=8)
             bar.ax.tick_params(labelsize=7)
-        axes.set_aspect("equal")
-        axes.set_xlim(-1.5, 1.5)
-        axes.set_ylim(-1.6, 1.45)
+        axes.set(aspect="equal", xlim=(-1.5, 1.5), ylim=(-1.6, 1.45))
         axes.axis("off")
-        self.title = self.figure.suptitle(" \n \n ", fontsize=9, ha="left", x=0.03, family="monospace")
+        linings = [wedge for wedges in self.wedges.values() for wedge in wedges]
+        self.moving += [self.rim, *self.spokes, self.mark, *linings, *self.hot]
 
     def show(self, i: int) -> None:
         film, t = self.times[i], float(self.film.run_time(self.times[i]))
         phi, omega = float(self.p.y.phi[i]), float(self.p.y.omega[i])
-        for pair, wedges in self.wedges.items():
-            for wedge, state in zip(wedges, self.contacts[pair][i], strict=True):
-                wedge.set_facecolor(CONTACT_COLOURS[int(state)])  # pyright: ignore
+        colour_linings(self.wedges, self.contacts, i)
         if self.hot:
-            T = np.broadcast_to(self.heat["linings"][i], (len(self.hot),))
-            for wedge, value in zip(self.hot, T, strict=True):
-                wedge.set_facecolor(self.colours.to_rgba(value))  # pyright: ignore
+            for wedge, T in zip(self.hot, np.broadcast_to(self.heat["linings"][i], (len(self.hot),)), strict=True):
+                wedge.set_facecolor(self.colours.to_rgba(T))  # pyright: ignore
         if "rim" in self.heat:
             self.rim.set_color(self.colours.to_rgba(self.heat["rim"][i].max()))  # pyright: ignore
         for k, spoke in enumerate(self.spokes):
@@ -310,11 +302,11 @@ class Scenery:
         self.mark.set_data(*spot(np.array([0.7]), phi + math.pi / 2).T)
         seen = self.turn[i] < 0.9 * math.pi
         self.mark.set_alpha(1.0 if seen else 0.0)
-        if self.bandage is not None:
-            self.ride.set_data(*spot(np.array([np.mean(LINING)]), self.bandage[i] + math.pi / 2).T)
+        if self.ride is not None:
+            self.ride.set_data(*spot(np.array([np.mean(LINING)]), self.ridden[i] + math.pi / 2).T)
         for cursor in self.cursors:
             cursor.set_xdata([t, t])
-        slow = len(self.film.run) == 3 and film < self.film.film[1] and self.film.run[1] - self.film.run[0] < 0.5
+        slow = self.film.slow and film < self.film.film[1] and self.film.run[1] - self.film.run[0] < 0.5
         clock = f"{1e3 * t:9.3f} ms" if slow else f"{t:9.4f} s "
         words = words_of_rate(self.film.rate(film)) + ("" if seen else "; too fast to be seen")
         travel = "" if self.travel is None else f"   hook travel {phi * self.travel:7.4f} m"
@@ -325,12 +317,7 @@ class Scenery:
         )
 
 
-def _temperatures(p: Any) -> dict[str, np.ndarray]:
-    """Surface temperatures (°C) of linings and rim, where the scene names them."""
-    return {name: np.asarray(T) - ZERO for name, T in p.surfaces.items() if name in ("linings", "rim")}
-
-
-def _frames(result: Result, film: Film, times: np.ndarray) -> Iterator[Image.Image]:
+def _frames(result: Result, film: Film, times: Times) -> Iterator[Image.Image]:
     stage = Scenery(result, film, times)
     canvas: Any = stage.figure.canvas
     canvas.draw()
@@ -353,8 +340,6 @@ def _frames(result: Result, film: Film, times: np.ndarray) -> Iterator[Image.Ima
 
 def _palette(stage: Scenery, image: Image.Image) -> Image.Image:
     """One palette for all frames: what the first one has, colours of contacts and temperatures."""
-    from matplotlib.colors import to_rgb
-
     used = [to_rgb(colour) for colour in CONTACT_COLOURS.values()]
     if stage.heat:
         used += [stage.colours.to_rgba(T)[:3] for T in np.linspace(stage.norm.vmin, stage.norm.vmax, 64)]  # pyright: ignore
@@ -375,36 +360,11 @@ def _gif(frames: list[Image.Image], fps: float) -> bytes:
     return out.getvalue()
 
 
-_PAGE = """<!doctype html>
-<html lang="en"><head><meta charset="utf-8"><title>simbrake: a braking</title>
-<style>body{font-family:sans-serif;margin:1em;background:#fff}img{display:block;max-width:100%}input{width:24em}</style>
-</head><body>
-<img id="frame" alt="a braking, frame by frame">
-<button id="play" type="button">pause</button>
-<input id="at" type="range" min="0" value="0" aria-label="frame"> <span id="number"></span>
-<script>
-const frames = FRAMES, step = STEP;
-const image = document.getElementById("frame"), at = document.getElementById("at");
-const play = document.getElementById("play"), number = document.getElementById("number");
-let i = 0, runs = true;
-at.max = frames.length - 1;
-function show(k) {
-  i = k; image.src = "data:image/png;base64," + frames[i];
-  at.value = i; number.textContent = (i + 1) + "/" + frames.length;
-}
-play.onclick = () => { runs = !runs; play.textContent = runs ? "pause" : "play"; };
-at.oninput = () => { runs = false; play.textContent = "play"; show(Number(at.value)); };
-setInterval(() => { if (runs) show((i + 1) % frames.length); }, step);
-show(0);
-</script></body></html>
-"""
-
-
 def _html(frames: list[Image.Image], fps: float) -> bytes:
     found = []
     for frame in frames:
         out = io.BytesIO()
         frame.save(out, "PNG", optimize=False)
         found.append(base64.b64encode(out.getvalue()).decode("ascii"))
-    page = _PAGE.replace("STEP", f"{1000 / fps:.6g}").replace("FRAMES", json.dumps(found))
-    return page.encode("utf-8")
+    page = importlib.resources.files("simbrake").joinpath("templates/animation.html").read_text("utf-8")
+    return page.replace("STEP", f"{1000 / fps:.6g}").replace("FRAMES", json.dumps(found)).encode("utf-8")

@@ -2,13 +2,16 @@
 
 import math
 import textwrap
-from typing import Any
+from collections.abc import Callable, Iterable
+from typing import Any, TypeAlias
 
 import numpy as np
+from jaxtyping import Float
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Arc, FancyArrowPatch, Patch, Wedge
+from matplotlib.patches import Arc, Circle, FancyArrowPatch, Patch, Wedge
 from matplotlib.ticker import MaxNLocator
 
 from .._base._faults import Fault, InputError
@@ -20,7 +23,11 @@ from .._run._series import times_within
 from ..brakes._band import AbstractStiffness, ParallelBands
 from ..brakes._design import Brake
 from ..brakes._pressed import DiscBrake, ShoeBrake
-from ._shared import BLUE, GREEN, ORANGE, PURPLE, VERMILLION, one_run, span
+from ..hybrid._arrays import Array
+from ._shared import BLUE, GREEN, ORANGE, PURPLE, VERMILLION, finish, one_run, sheet, span
+
+Ends: TypeAlias = Float[np.ndarray, "n 2"]  # angles (rad) at which each lining begins and ends
+PerLining: TypeAlias = Float[np.ndarray, " n"]
 
 #: colour of what a lining does; light for what sticks, so that numbers stay readable on all of them
 CONTACT_COLOURS = {
@@ -34,38 +41,40 @@ CONTACT_COLOURS = {
 RIM, LINING, BAND = 1.0, (1.02, 1.18), 1.21
 
 
-def lining_edges(brake: Brake) -> np.ndarray:
-    """Angles (n, 2) in rad at which each lining begins and ends, from the slack end on, gaps between them included.
+def lining_edges(brake: Brake) -> Ends:
+    """Angles (rad) at which each lining begins and ends, from the slack end on, gaps between them included.
 
     Of bands in parallel the first one; its gaps stand for all.
     """
-    angle = np.asarray(brake.linings.angle, np.float64)
     stiffness: Any = brake.band.stiffness
     if isinstance(stiffness, ParallelBands):
         stiffness = stiffness.bands[0]
     gap = getattr(stiffness, "gap", 0.0) if isinstance(stiffness, AbstractStiffness) else 0.0
-    gaps = np.broadcast_to(np.asarray(gap, np.float64), (angle.size - 1,))
-    begin = np.append(0.0, np.cumsum(angle[:-1] + gaps))
+    return side_by_side(np.asarray(brake.linings.angle, np.float64), np.asarray(gap, np.float64))
+
+
+def side_by_side(angle: PerLining, gap: float | np.ndarray = 0.0) -> Ends:
+    """Angles at which linings begin and end, with one gap between all of them or one for each."""
+    begin = np.append(0.0, np.cumsum(angle[:-1] + gap))
     return np.stack([begin, begin + angle], axis=1)
 
 
-def on_circle(edges: np.ndarray) -> np.ndarray:
-    """Angles in the picture (rad, counter-clockwise from the right) of angles from the slack end on.
+def on_circle(edges: Ends) -> Ends:
+    """Angles in the figure (rad, counter-clockwise from the right) of angles from the slack end on.
 
     The wrap is centred on the top. The pulley turns counter-clockwise: it runs onto the band at the right, the tight
     end, and off at the left.
     """
-    wrap = float(np.max(edges))
-    return math.pi / 2 + wrap / 2 - edges
+    return math.pi / 2 + float(np.max(edges)) / 2 - edges
 
 
-def spot(radius: Any, angle: Any) -> Any:
-    """Points (…, 2) at a radius and an angle."""
+def spot(radius: float | Array, angle: float | Array) -> Float[np.ndarray, "... 2"]:
+    """Points at a radius and an angle."""
     return np.stack(np.broadcast_arrays(radius * np.cos(angle), radius * np.sin(angle)), axis=-1)
 
 
-def draw_linings(axes: Axes, angles: np.ndarray, radii: tuple[float, float], gid: str) -> list[Wedge]:
-    """A wedge for each lining between two radii, `angles` (n, 2) in the picture; coloured later."""
+def draw_linings(axes: Axes, angles: Ends, radii: tuple[float, float], gid: str) -> list[Wedge]:
+    """A wedge for each lining between two radii, `angles` in the figure; coloured later."""
     wedges = []
     for begin, end in np.degrees(angles):
         wedge = Wedge((0, 0), radii[1], end, begin, width=radii[1] - radii[0], ec="white", lw=0.8, gid=gid, zorder=2)
@@ -73,25 +82,34 @@ def draw_linings(axes: Axes, angles: np.ndarray, radii: tuple[float, float], gid
     return wedges
 
 
-def draw_band(axes: Axes, angles: np.ndarray, ends: tuple[str, str]) -> None:
+def draw_wheel(axes: Axes, angles: Ends, pairs: Iterable[str]) -> dict[str, list[Wedge]]:
+    """The rim, and on it a ring of linings for each friction pair, that under the band outermost; coloured later."""
+    axes.add_patch(Wedge((0, 0), RIM, 0, 360, width=0.06, color="0.6", zorder=1))
+    names = list(pairs)
+    radii = np.linspace(*LINING, len(names) + 1)[::-1]
+    return {name: draw_linings(axes, angles, (radii[i + 1], radii[i]), name) for i, name in enumerate(names)}
+
+
+def colour_linings(rings: dict[str, list[Wedge]], contacts: dict[str, np.ndarray], instant: int) -> None:
+    """Colours every lining by what it does at one of the instants of `contacts`."""
+    for pair, wedges in rings.items():
+        for wedge, state in zip(wedges, contacts[pair][instant], strict=True):
+            wedge.set_facecolor(CONTACT_COLOURS[state])
+
+
+def draw_band(axes: Axes, angles: Ends, ends: tuple[str, str]) -> None:
     """The band with its two straight ends and what is written at them, slack end first."""
     first, last = angles[0, 0], angles[-1, 1]
-    turn = np.linspace(first, last, 400)
-    axes.plot(*spot(BAND, turn).T, color="0.25", lw=2.5, zorder=3)
+    axes.plot(*spot(BAND, np.linspace(first, last, 400)).T, color="0.25", lw=2.5, zorder=3)
     for angle, direction, words in ((first, 1.0, ends[0]), (last, -1.0, ends[1])):
-        start = spot(BAND, angle)
-        tangent: Any = direction * np.array([-math.sin(angle), math.cos(angle)])
-        arrow = FancyArrowPatch(start, start + 0.5 * tangent, arrowstyle="-|>", mutation_scale=14, color="0.25", lw=2.5)
-        axes.add_patch(arrow)
-        axes.annotate(
-            words,
-            start + 0.52 * tangent,
-            xytext=(0, -3),
-            textcoords="offset points",
-            ha="center",
-            va="top",
-            fontsize=9,
-        )
+        start, tangent = spot(BAND, angle), direction * spot(1.0, angle + 0.5 * math.pi)
+        _draw_arrow(axes, start, start + 0.5 * tangent, mutation_scale=14, color="0.25", lw=2.5)
+        place = {"xytext": (0, -3), "textcoords": "offset points", "ha": "center", "va": "top"}
+        axes.annotate(words, tuple(start + 0.52 * tangent), fontsize=9, **place)
+
+
+def _draw_arrow(axes: Axes, start: Float[np.ndarray, "2"], end: Float[np.ndarray, "2"], **look: Any) -> None:
+    axes.add_patch(FancyArrowPatch(tuple(start), tuple(end), arrowstyle="-|>", **look))
 
 
 def draw_rotation(axes: Axes, omega: float, radius: float) -> None:
@@ -101,20 +119,25 @@ def draw_rotation(axes: Axes, omega: float, radius: float) -> None:
         axes.add_patch(Arc((0, 0), 2 * radius, 2 * radius, theta1=low, theta2=high, color="k", lw=1.4))
         tip, back = (high, high - 14) if omega > 0 else (low, low + 14)
         ends = [spot(radius, math.radians(a)) for a in (back, tip)]
-        axes.add_patch(FancyArrowPatch(*ends, arrowstyle="-|>", mutation_scale=12, color="k", lw=1.4, gid="rotation"))
+        _draw_arrow(axes, *ends, mutation_scale=12, color="k", lw=1.4, gid="rotation")
     words = f"ω\n{omega:.3g}\nrad/s" if omega != 0.0 else "at rest"
     axes.text(0, 0, words, ha="center", va="center", fontsize=8)
 
 
-def contact_legend(found: list[np.ndarray], lining: str = "lining") -> list[Patch]:
+def contact_legend(contacts: dict[str, np.ndarray], lining: str = "lining") -> list[Artist]:
     """Patches for the contacts that occur."""
-    present = set(np.unique(np.concatenate([states.ravel() for states in found])).tolist())
+    present = set(np.concatenate([states.ravel() for states in contacts.values()]).tolist())
     return [Patch(color=CONTACT_COLOURS[c], label=f"{lining} {words}") for c, words in WORDS.items() if c in present]
 
 
 # --- along the band ---------------------------------------------------------------------------------------------------
 
 _TENSION, _LOAD = (1.30, 0.72), (0.72, -0.44)  # where the scales begin, and their length; of the load inwards
+#: bars of the load of the first friction pair, and of the others
+_BARS: tuple[dict[str, Any], ...] = (
+    {"fc": GREEN, "alpha": 0.75, "gid": "load", "zorder": 2},
+    {"fill": False, "ec": "0.3", "lw": 0.7, "gid": "rim load"},
+)
 
 
 def pulley(result: Result, time: float | int | None = None, *, figure: Figure | None = None) -> Figure:
@@ -129,73 +152,58 @@ def pulley(result: Result, time: float | int | None = None, *, figure: Figure | 
 
     Raises `InputError` for a time outside the run, for a batch of runs and for a brake without a band (`pressed`).
     """
-    one_run(result)
-    band_brake(result.scene)
-    time, why, p = _moment(result, time)
-    pairs = lining_contacts(result, p)
-    edges = lining_edges(band_brake(result.scene))
-    angles = on_circle(edges)
+    angles = on_circle(lining_edges(band_brake(one_run(result).scene)))
+    t, p = _moment(result, time, "max_tension", lambda p: p.shown.tension)
+    contacts = lining_contacts(result, p)
     tension = np.append(float(p.flows.slack_tension[0]), np.asarray(p.shown.tension)[0]) / 1e3
-    loads = [np.asarray(pair.normal)[0] / 1e3 for pair in p.shown.pairs]
-    if figure is None:
-        figure = Figure(figsize=(9.0, 9.4), layout="constrained")
+    figure = sheet(figure, 9.0, 9.4)
     axes = figure.subplots()
-    axes.add_patch(Wedge((0, 0), RIM, 0, 360, width=0.06, color="0.6", zorder=1))
-    halves = np.linspace(*LINING, len(pairs) + 1)
-    for (pair, states), low, high in zip(pairs.items(), halves[::-1][1:], halves[::-1], strict=False):
-        for wedge, state in zip(draw_linings(axes, angles, (low, high), pair), states[0], strict=True):
-            wedge.set_facecolor(CONTACT_COLOURS[int(state)])  # pyright: ignore
+    rings = draw_wheel(axes, angles, contacts)
+    colour_linings(rings, contacts, 0)
+    middle = LINING[1] - 0.5 * (LINING[1] - LINING[0]) / len(rings)  # of the outermost ring
     for i, angle in enumerate(angles.mean(axis=1)):
-        x, y = spot(np.mean(halves[-2:]), angle)
+        x, y = spot(middle, angle)
         axes.text(x, y, str(i + 1), ha="center", va="center", fontsize=7, zorder=4)
     _draw_tension(axes, tension, angles)
-    _draw_load(axes, loads, angles)
+    _draw_load(axes, [np.asarray(pair.normal)[0] / 1e3 for pair in p.shown.pairs], angles)
     reverse = tension[-1] < tension[0]
-    names = ("lever end, now tight", "anchor end, now slack") if reverse else ("slack end", "tight end")
-    draw_band(
-        axes,
-        angles,
-        (f"{names[0]} (lever)\nT₀ = {tension[0]:.4g} kN", f"{names[1]} (anchor)\nTₙ = {tension[-1]:.4g} kN"),
-    )
+    slack, tight = ("lever end, now tight", "anchor end, now slack") if reverse else ("slack end", "tight end")
+    ends = (f"{slack} (lever)\nT₀ = {tension[0]:.4g} kN", f"{tight} (anchor)\nTₙ = {tension[-1]:.4g} kN")
+    draw_band(axes, angles, ends)
     draw_rotation(axes, float(p.y.omega[0]), 0.2)
-    axes.set_aspect("equal")
-    axes.set_xlim(-2.25, 2.25)
-    axes.set_ylim(-1.85, 2.15)
+    axes.set(aspect="equal", xlim=(-2.25, 2.25), ylim=(-1.85, 2.15))
     axes.axis("off")
-    torque = float(p.flows.brake_torque[0]) / 1e3
-    title = f"tension of the band and normal load of the linings at t = {time:.6g} s{why}"
-    title = f"{title}\nbrake torque {torque:.4g} kN·m"
-    under_band = next(iter(pairs.values()))
-    if np.any((under_band == Contact.STICKS) | (under_band == Contact.AT_LIMIT)):
+    why = ", when the tension is greatest" if time is None else ""
+    title = f"tension of the band and normal load of the linings at t = {t:.6g} s{why}"
+    title += f"\nbrake torque {float(p.flows.brake_torque[0]) / 1e3:.4g} kN·m"
+    if np.isin(next(iter(contacts.values())), (Contact.STICKS, Contact.AT_LIMIT)).any():
         distribution = result.record.system.mechanism.distribution  # pyright: ignore
         title += "\n" + textwrap.fill(f"how linings that stick share it: {distribution}", 100)
     figure.suptitle(title, fontsize=10)
-    handles: list[Any] = [
+    handles: list[Artist] = [
         Line2D([], [], color=BLUE, marker="o", ms=3, label="tension T of the band, kN, outwards"),
         Patch(color=GREEN, alpha=0.75, label="normal load N of a lining, kN, inwards"),
     ]
-    if len(pairs) > 1:
+    words = None
+    if len(contacts) > 1:
+        words = "outer half of a lining: band on lining; inner half: lining on rim"
         handles.append(Patch(fill=False, ec="0.3", label="load of a lining on the rim, preload included, kN"))
-    handles += contact_legend(list(pairs.values()))
-    title = "outer half of a lining: band on lining; inner half: lining on rim" if len(pairs) > 1 else None
-    figure.legend(handles=handles, loc="outside lower center", ncols=2, fontsize=8, title=title, title_fontsize=8)
+    handles += contact_legend(contacts)
+    figure.legend(handles=handles, loc="outside lower center", ncols=2, fontsize=8, title=words, title_fontsize=8)
     return figure
 
 
-def _moment(result: Result, time: float | int | None) -> tuple[float, str, Any]:
-    """The time to draw, why it is that one, and the run there."""
-    start, end = span(result)
+def _moment(result: Result, time: float | int | None, peak: str, values: Callable[[Probe], Any]) -> tuple[float, Probe]:
+    """The time to draw, by default that of the greatest of some values, and the run there."""
     if time is not None:
-        t = float(times_within([time], start, end, "time")[0])
-        return t, "", look(result, t)
-    t = float(result.report().peaks["max_tension"].time)
-    after, before = look(result, t), look(result, t, left=True)
-    # a tension that jumps at an event is greatest on one side of it
-    drops = np.max(before.shown.tension) > np.max(after.shown.tension)
-    return t, ", when the tension is greatest", before if drops else after
+        t = float(times_within([time], *span(result), "time")[0])
+        return t, look(result, t)
+    t = float(result.report().peaks[peak].time)
+    # what jumps at an event is greatest on one side of it
+    return t, max((look(result, t, left=left) for left in (False, True)), key=lambda p: float(np.max(values(p))))
 
 
-def _rings(axes: Axes, top: float, count: int, scale: tuple[float, float], angles: np.ndarray, gid: str) -> float:
+def _rings(axes: Axes, top: float, count: int, scale: tuple[float, float], angles: Ends, gid: str) -> float:
     """Arcs of a scale with their values; returns the value at its far end."""
     top = top if top > 0 else 1.0
     ticks = [x for x in MaxNLocator(count, steps=[1, 2, 2.5, 5, 10]).tick_values(0.0, top) if 0 <= x <= top * 1.0001]
@@ -205,43 +213,23 @@ def _rings(axes: Axes, top: float, count: int, scale: tuple[float, float], angle
         axes.plot(*spot(radius, turn).T, color="0.85", lw=0.7, zorder=0)
         # outside of the wrap, at its slack end, where the curve is low
         x, y = spot(radius, turn[0] + 0.05 / radius)
-        axes.text(
-            x,
-            y,
-            f"{value:g} kN" if value == ticks[-1] else f"{value:g}",
-            fontsize=6.5,
-            color="0.35",
-            ha="left" if scale[1] < 0 else "right",
-            va="top",
-            rotation=math.degrees(turn[0]) - 180.0,
-            rotation_mode="anchor",
-            gid=gid,
-        )
+        words = f"{value:g} kN" if value == ticks[-1] else f"{value:g}"
+        place = {"ha": "left" if scale[1] < 0 else "right", "va": "top", "rotation": math.degrees(turn[0]) - 180.0}
+        axes.text(x, y, words, fontsize=6.5, color="0.35", rotation_mode="anchor", gid=gid, **place)
     return top
 
 
-def _radial(axes: Axes, radius: float, angle: float, words: str, *, outwards: bool, gid: str, colour: str) -> None:
+def _radial(axes: Axes, radius: float, angle: float, words: str, *, outwards: bool, **look: Any) -> None:
     """A number written along the radius, always readable from below or the side."""
     degrees = math.degrees(angle) % 360
     flipped = 90 < degrees < 270
-    side = "left" if outwards != flipped else "right"
     x, y = spot(radius, angle)
-    axes.text(
-        x,
-        y,
-        words,
-        fontsize=7,
-        ha=side,
-        va="center",
-        rotation=degrees - 180 if flipped else degrees,
-        rotation_mode="anchor",
-        color=colour,
-        gid=gid,
-        zorder=5,
-    )
+    place: dict[str, Any] = {"ha": "left" if outwards != flipped else "right", "va": "center"}
+    place |= {"rotation": degrees - 180 if flipped else degrees, "rotation_mode": "anchor"}
+    axes.text(x, y, words, fontsize=7, zorder=5, **place, **look)
 
 
-def _draw_tension(axes: Axes, tension: np.ndarray, angles: np.ndarray) -> None:
+def _draw_tension(axes: Axes, tension: Float[np.ndarray, " m"], angles: Ends) -> None:
     top = _rings(axes, float(tension.max()), 4, _TENSION, angles, "tension scale")
     radius = _TENSION[0] + _TENSION[1] * tension / top
     # both ends of each lining: over a gap the tension stays
@@ -253,24 +241,20 @@ def _draw_tension(axes: Axes, tension: np.ndarray, angles: np.ndarray) -> None:
         axes.plot(*spot(np.array([_TENSION[0], radius[i]]), angle).T, color=BLUE, lw=0.7, zorder=3)
         if i % step == 0 or i == len(angles):
             words = f"{tension[i]:.3g}" if tension[i] < 1000 else f"{tension[i]:.0f}"
-            _radial(axes, radius[i] + 0.04, angle, words, outwards=True, gid="T", colour=BLUE)
+            _radial(axes, radius[i] + 0.04, angle, words, outwards=True, gid="T", color=BLUE)
 
 
-def _draw_load(axes: Axes, loads: list[np.ndarray], angles: np.ndarray) -> None:
+def _draw_load(axes: Axes, loads: list[PerLining], angles: Ends) -> None:
     """Loads of the linings inwards: filled those of the first friction pair, as outlines those of the others."""
-    load, *others = loads
-    top = _rings(axes, max(float(each.max()) for each in loads), 3, _LOAD, angles, "load scale")
+    top = _rings(axes, max(float(load.max()) for load in loads), 3, _LOAD, angles, "load scale")
     step = -(-len(angles) // 30)
     for i, (begin, end) in enumerate(np.degrees(angles)):
         middle, width = (begin + end) / 2, 0.36 * (begin - end)
-        depth = -_LOAD[1] * load[i] / top
-        place = {"theta1": middle - width, "theta2": middle + width}
-        axes.add_patch(Wedge((0, 0), _LOAD[0], width=depth, fc=GREEN, alpha=0.75, gid="load", zorder=2, **place))
-        for other in others:
-            depth = -_LOAD[1] * other[i] / top
-            axes.add_patch(Wedge((0, 0), _LOAD[0], width=depth, fill=False, ec="0.3", lw=0.7, gid="rim load", **place))
+        for k, load in enumerate(loads):
+            depth = -_LOAD[1] * load[i] / top
+            axes.add_patch(Wedge((0, 0), _LOAD[0], middle - width, middle + width, width=depth, **_BARS[min(k, 1)]))
         if i % step == 0:
-            _radial(axes, 0.92, math.radians(middle), f"{load[i]:.3g}", outwards=False, gid="N", colour="#00604a")
+            _radial(axes, 0.92, math.radians(middle), f"{loads[0][i]:.3g}", outwards=False, gid="N", color="#00604a")
 
 
 # --- pads and shoes ---------------------------------------------------------------------------------------------------
@@ -286,28 +270,24 @@ def pressed(result: Result, time: float | int | None = None, *, figure: Figure |
 
     Raises `InputError` for a time outside the run, for a batch of runs and for another kind of brake.
     """
-    one_run(result)
-    brake = result.scene.brake
+    brake = one_run(result).scene.brake
     if not isinstance(brake, DiscBrake | ShoeBrake):
         hint = "draw it with `plot.pulley`" if brake.banded else "`plot.stop` and `plot.lining_map` show its forces"
         raise InputError([Fault("brake", f"is a {brake.words.brake}: this draws discs and drums", hint)])
-    t, p = _pressed_moment(result, time)
-    (states,), (pair,) = lining_contacts(result, p).values(), p.shown.pairs
+    t, p = _moment(result, time, "max_normal_load", lambda p: p.shown.pairs[0].normal)
+    contacts, (pair,) = lining_contacts(result, p), p.shown.pairs
     normal, friction = np.asarray(pair.normal)[0], np.asarray(pair.friction)[0]
-    if figure is None:
-        figure = Figure(figsize=(11.0, 5.8), layout="constrained")
+    figure = sheet(figure, 11.0, 5.8)
     wheel, course = figure.subplots(1, 2, width_ratios=[1.3, 1])
-    colours = [CONTACT_COLOURS[int(state)] for state in states[0]]  # pyright: ignore
+    colours = [CONTACT_COLOURS[state] for (states,) in contacts.values() for state in states]
     if isinstance(brake, DiscBrake):
-        _disc(wheel, course, brake, normal, colours)
+        edge = _disc(wheel, course, brake, normal, colours)
     else:
-        _drum(wheel, course, brake, normal, colours)
-    wheel.set_aspect("equal")
+        edge = _drum(wheel, course, brake, normal, colours)
+    wheel.set(aspect="equal", xlim=(-edge, edge), ylim=(-edge, edge))
     wheel.axis("off")
-    course.set_ylabel("pressure, MPa")
-    course.set_ylim(bottom=0.0)
-    course.grid(alpha=0.3)
-    course.legend(loc="best", fontsize=8)
+    course.set(ylabel="pressure, MPa", ylim=(0.0, None))
+    finish([course])
     lines = [
         f"{brake.words.lining} {i + 1}: N = {N / 1e3:.4g} kN, friction {F / 1e3:.4g} kN"
         for i, (N, F) in enumerate(zip(normal, friction, strict=True))
@@ -320,24 +300,12 @@ def pressed(result: Result, time: float | int | None = None, *, figure: Figure |
         fontsize=11,
     )
     draw_rotation(wheel, float(p.y.omega[0]), 0.2 * float(brake.radius))
-    figure.legend(handles=contact_legend([states], brake.words.lining), loc="outside lower center", ncols=3, fontsize=8)
+    figure.legend(handles=contact_legend(contacts, brake.words.lining), loc="outside lower center", ncols=3, fontsize=8)
     return figure
 
 
-def _pressed_moment(result: Result, time: float | int | None) -> tuple[float, Probe]:
-    """The time to draw, and the run there."""
-    if time is not None:
-        t = float(times_within([time], *span(result), "time")[0])
-        return t, look(result, t)
-    t = float(result.report().peaks["max_normal_load"].time)
-    after, before = look(result, t), look(result, t, left=True)
-    # a force that jumps at an event is greatest on one side of it
-    before_it, after_it = (float(np.max(p.shown.pairs[0].normal)) for p in (before, after))
-    return t, before if before_it > after_it else after
-
-
-def _disc(wheel: Axes, course: Axes, brake: DiscBrake, normal: np.ndarray, colours: list[str]) -> None:
-    """Pads at their callipers, evenly around the disc; of the two faces the one in front."""
+def _disc(wheel: Axes, course: Axes, brake: DiscBrake, normal: PerLining, colours: list[str]) -> float:
+    """Pads at their callipers, evenly around the disc, the one in front of the two faces; returns what it all spans."""
     pads = brake.linings
     inner, outer, angle = float(pads.inner_radius), float(pads.outer_radius), math.degrees(float(pads.angle))
     edge = 1.06 * outer
@@ -345,49 +313,45 @@ def _disc(wheel: Axes, course: Axes, brake: DiscBrake, normal: np.ndarray, colou
     callipers = -(-pads.count // 2)
     for i in range(callipers):
         middle = 90.0 + 360.0 * i / callipers
-        place = {"theta1": middle - angle / 2, "theta2": middle + angle / 2, "width": outer - inner}
-        wheel.add_patch(Wedge((0, 0), outer, fc=colours[2 * i], ec="0.3", gid="pad", zorder=2, **place))
+        ends = (middle - angle / 2, middle + angle / 2)
+        pad = Wedge((0, 0), outer, *ends, width=outer - inner, fc=colours[2 * i], ec="0.3", gid="pad", zorder=2)
+        wheel.add_patch(pad)
         x, y = spot(0.5 * (inner + outer), math.radians(middle))
         words = ", ".join(str(k) for k in (2 * i + 1, 2 * i + 2) if k <= pads.count)
         wheel.text(x, y, words, ha="center", va="center", zorder=3)
-    turn = np.linspace(0, 2 * math.pi, 200)
-    wheel.plot(*spot(float(brake.radius), turn).T, color=BLUE, ls="--", lw=1.0, zorder=4)
-    wheel.set_xlim(-1.1 * edge, 1.1 * edge)
-    wheel.set_ylim(-1.1 * edge, 1.1 * edge)
+    wheel.add_patch(Circle((0, 0), float(brake.radius), fill=False, ec=BLUE, ls="--", lw=1.0, zorder=4))
     radius = np.linspace(inner, outer, 100)
-    share = np.asarray(pads.pressure.share(radius, inner))
     highest = float(np.asarray(pads.greatest_pressure(normal.max())))
-    course.plot(1e3 * radius, 1e-6 * highest * share, color=GREEN, label="pressure on a pad")
-    mean = 1e-6 * float(normal.max()) / float(pads.area)
+    pressure = 1e-6 * highest * np.asarray(pads.pressure.share(radius, inner))
+    course.plot(1e3 * radius, pressure, color=GREEN, label="pressure on a pad")
+    mean, effective = 1e-6 * float(normal.max()) / float(pads.area), 1e3 * float(brake.radius)
     course.axhline(mean, color="0.5", ls=":", label=f"mean {mean:.4g} MPa")
-    effective = 1e3 * float(brake.radius)
     course.axvline(effective, color=BLUE, ls="--", label=f"effective radius {effective:.4g} mm")
     course.set_xlabel("radius, mm")
+    return 1.1 * edge
 
 
-def _drum(wheel: Axes, course: Axes, brake: ShoeBrake, normal: np.ndarray, colours: list[str]) -> None:
+def _drum(wheel: Axes, course: Axes, brake: ShoeBrake, normal: PerLining, colours: list[str]) -> float:
     """Shoes with their pins at the bottom; left the leading one, as the drum turns counter-clockwise, to its pin."""
     shoes = brake.linings
     r, start, end = float(shoes.radius), float(shoes.start), float(shoes.end)
     wheel.add_patch(Wedge((0, 0), 1.08 * r, 0, 360, width=0.06 * r, color="0.75", zorder=1))
     theta = np.linspace(start, end, 200)
-    top = float(np.max([brake.greatest_pressure(N) for N in normal])) or 1.0
+    pressures = [float(brake.greatest_pressure(N)) for N in normal]
     highest = math.sin(min(max(0.5 * math.pi, start), end))
-    for i, (N, side) in enumerate(zip(normal, (-1.0, 1.0), strict=True)):
+    for i, (pressure, side) in enumerate(zip(pressures, (-1.0, 1.0), strict=True)):
         # a pin a little beside the vertical through the shaft; angles count from it, up along the shoe's side
         pin = -0.5 * math.pi + side * 0.12
-        ends = np.degrees(pin + side * np.array([start, end]))
-        place = {"theta1": float(min(ends)), "theta2": float(max(ends)), "width": 0.1 * r}
-        wheel.add_patch(Wedge((0, 0), 1.02 * r, fc=colours[i], ec="0.3", gid="shoe", zorder=2, **place))
+        ends = sorted(np.degrees(pin + side * np.array([start, end])).tolist())
+        wheel.add_patch(Wedge((0, 0), 1.02 * r, *ends, width=0.1 * r, fc=colours[i], ec="0.3", gid="shoe", zorder=2))
         wheel.plot(*spot(float(brake.pin), pin), marker="o", ms=9, mfc="white", mec="0.2", zorder=4)
-        p = float(brake.greatest_pressure(N)) * np.sin(theta) / highest
-        line = spot(0.92 * r - 0.45 * r * p / top, pin + side * theta)
+        p, colour = pressure * np.sin(theta) / highest, GREEN if i else BLUE
+        line = spot(0.92 * r - 0.45 * r * p / (max(pressures) or 1.0), pin + side * theta)
         base = spot(0.92 * r, pin + side * theta)
-        wheel.fill(*np.concatenate([line, base[::-1]]).T, color=GREEN if i else BLUE, alpha=0.25, lw=0, gid="pressure")
+        wheel.fill(*np.concatenate([line, base[::-1]]).T, color=colour, alpha=0.25, lw=0, gid="pressure")
         x, y = spot(0.97 * r, pin + side * 0.5 * (start + end))
-        wheel.text(x, y, str(i + 1), ha="center", va="center", fontsize=9, zorder=5)
+        wheel.text(x, y, str(i + 1), ha="center", va="center", fontsize=9)
         words = "leading ahead" if i == 0 else "trailing ahead"
-        course.plot(np.degrees(theta), 1e-6 * p, color=GREEN if i else BLUE, label=f"shoe {i + 1}, {words}")
-    wheel.set_xlim(-1.15 * r, 1.15 * r)
-    wheel.set_ylim(-1.15 * r, 1.15 * r)
+        course.plot(np.degrees(theta), 1e-6 * p, color=colour, label=f"shoe {i + 1}, {words}")
     course.set_xlabel("angle from the pin, degrees")
+    return 1.15 * r

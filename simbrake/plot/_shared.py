@@ -1,18 +1,24 @@
-"""What pictures share: colours, marks at events, grids of times, axes, and figures as bytes of a file."""
+"""What figures share: colours, marks at events, windows and grids of time, axes."""
 
+import base64
 import io
-from typing import Any
+from collections.abc import Iterable
+from typing import Literal, NamedTuple, TypeAlias
 
 import jax
 import matplotlib
 import numpy as np
+from jaxtyping import Float
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 
 from .._base._faults import Fault, InputError
-from .._run._log import Event
 from .._run._result import Result
+from .._run._series import Series
+
+Times: TypeAlias = Float[np.ndarray, " t"]  # s
+Corner: TypeAlias = Literal["best", "upper left", "upper right", "lower right"]
 
 ZERO = 273.15  # K
 
@@ -34,6 +40,15 @@ _MARKED = {
 }
 
 
+#: how legends look
+SMALL = {"fontsize": 8, "framealpha": 0.9}
+
+
+def sheet(figure: Figure | None, width: float, height: float) -> Figure:
+    """The figure to draw into: the one given, or a new one of this size (inch)."""
+    return Figure(figsize=(width, height), layout="constrained") if figure is None else figure
+
+
 def one_run(result: Result) -> Result:
     """The result, if it is one run. Raises `InputError` for a batch of them."""
     if np.ndim(result.record.count) > 0:
@@ -47,42 +62,58 @@ def span(result: Result) -> tuple[float, float]:
     return float(t[0]), float(t[int(result.record.count)])
 
 
-def windows(result: Result) -> tuple[float, float, float | None]:
-    """Start of a run, its end as far as it is worth a picture, and the end of the onset of slip where it is short.
+class Window(NamedTuple):
+    """A part of a run (s) that has a column of panels: all of it, or the onset of slip `enlarged`."""
+
+    start: float
+    end: float
+    enlarged: bool = False
+
+    @property
+    def title(self) -> str:
+        return "up to full slip, enlarged" if self.enlarged else "whole run"
+
+    def label_time(self, axes: Axes) -> None:
+        """Time in s, or in ms where a short time is enlarged."""
+        milliseconds = self.enlarged and self.end - self.start < 0.5
+        if milliseconds:
+            axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{1e3 * x:g}"))
+        axes.set_xlabel("time, ms" if milliseconds else "time, s")
+
+
+def windows(result: Result) -> list[Window]:
+    """The part of a run that is worth a figure, and the onset of slip where it is short.
 
     A run that ends at rest is cut shortly after its last stop; the onset reaches to the first full slip or lock.
     """
     start, end = span(result)
     events = result.events
-    last = [e.time for e in events if e.name in ("stop", "release", "restart")]
     # what swings after the stop, as linings of a chain do, is no motion of the pulley
     moves = [e for e in events if e.name in _MARKED]
-    if last and moves[-1].name == "stop" and moves[-1].time > start:
+    if moves and moves[-1].name == "stop" and moves[-1].time > start:
         end = min(end, start + 1.15 * (moves[-1].time - start))
-    slip = next((e.time for e in events if e.name in ("full_slip", "external_lock") and e.time > start), None)
-    short = slip is not None and slip - start < 0.25 * (end - start)
-    return start, end, start + 1.3 * (slip - start) if short else None  # pyright: ignore
+    slip = next((e.time for e in events if e.name in ("full_slip", "external_lock") and e.time > start), end)
+    short = slip - start < 0.25 * (end - start)
+    return [Window(start, end), *([Window(start, start + 1.3 * (slip - start), enlarged=True)] if short else [])]
 
 
-def marks(axes: Axes, events: list[Event], low: float, high: float, *, named: bool, front: bool = False) -> None:
+def marks(axes: Axes, result: Result, window: Window, *, named: bool, front: bool = False) -> None:
     """Vertical lines at events inside the window; names, staggered, in the topmost panel.
 
     `front`: the lines lie over what the panel shows, in white and black; many of them are ticks at its foot.
     """
-    shown = [e for e in events if e.name in _MARKED and low <= e.time <= high]
+    shown = [e for e in result.events if e.name in _MARKED and window.start <= e.time <= window.end]
+    few = len(shown) <= 12
     faint = 1.0 if len(shown) <= 40 else 0.3  # many brakings: the lines must not hide the curves
-    for event in shown:
-        colour = _MARKED[event.name][0]
+    for i, event in enumerate(shown):
+        colour, words = _MARKED[event.name]
         if front:
-            top = 1.0 if faint == 1.0 and len(shown) <= 12 else 0.03
-            axes.axvline(event.time, ymax=top, color="black", lw=0.8)
-            axes.axvline(event.time, ymax=top, color="white", lw=0.8, ls=(0, (4, 4)))
+            axes.axvline(event.time, ymax=1.0 if few else 0.03, color="black", lw=0.8)
+            axes.axvline(event.time, ymax=1.0 if few else 0.03, color="white", lw=0.8, ls=(0, (4, 4)))
         else:
             axes.axvline(event.time, color=colour, lw=0.9 * faint, ls="--", zorder=0, alpha=faint)
-    if named and len(shown) <= 12:
-        for i, event in enumerate(shown):
-            colour, words = _MARKED[event.name]
-            right = event.time > low + 0.75 * (high - low)
+        if named and few:
+            right = event.time > window.start + 0.75 * (window.end - window.start)
             axes.annotate(
                 words,
                 (event.time, 0.06 + 0.13 * (i % 4)),
@@ -96,23 +127,23 @@ def marks(axes: Axes, events: list[Event], low: float, high: float, *, named: bo
             )
 
 
-def dense_grid(result: Result, low: float, high: float, events: list[Event]) -> tuple[Any, Any]:
-    """A dense grid with the values before and after every event in it."""
-    inside = sorted({e.time for e in events if low < e.time < high})
-    t = cells(result, low, high)
-    right, left = result.series(t), result.series(np.asarray(inside), left=True) if inside else None
-    if left is None:
-        return np.asarray(right.t), right
-    order = np.argsort(np.concatenate([np.asarray(left.t), np.asarray(right.t)]), kind="stable")
-
-    def merged(a: Any, b: Any) -> Any:
-        return np.concatenate([np.asarray(a), np.asarray(b)])[order]
-
-    series = jax.tree.map(merged, left, right)
-    return series.t, series
+def both_sides(result: Result, times: Times, events: Float[np.ndarray, " e"]) -> Series:
+    """The series at times in order, and at those of events both before and after them."""
+    after = result.series(np.union1d(times, events))
+    if not events.size:
+        return after
+    before = result.series(events, left=True)
+    order = np.argsort(np.concatenate([before.t, after.t]), kind="stable")
+    return jax.tree.map(lambda a, b: np.concatenate([a, b])[order], before, after)
 
 
-def cells(result: Result, low: float, high: float) -> np.ndarray:
+def dense_grid(result: Result, low: float, high: float) -> Series:
+    """The series on a dense grid, with the values before and after every event in it."""
+    inside = np.unique([e.time for e in result.events if low < e.time < high])
+    return both_sides(result, cells(result, low, high), inside)
+
+
+def cells(result: Result, low: float, high: float) -> Times:
     """Edges (s) of the cells of a map over time: even ones, events, and steps, which are dense where it is quick."""
     t = np.unique(np.asarray(result.record.rows.t)[: int(result.record.count) + 1])
     steps = t[(t > low) & (t < high)]
@@ -123,35 +154,26 @@ def cells(result: Result, low: float, high: float) -> np.ndarray:
     return edges[kept]
 
 
-def time_axis(axes: Axes, *, milliseconds: bool) -> None:
-    """Time in s, or in ms for a panel that is enlarged."""
-    if milliseconds:
-        axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{1e3 * x:g}"))
-    axes.set_xlabel("time, ms" if milliseconds else "time, s")
-
-
-def finish(panels: Any, legend: str) -> None:
+def finish(panels: Iterable[Axes], legend: Corner = "best") -> None:
     """Grids, and a legend where something has a name."""
     for panel in panels:
         panel.grid(alpha=0.3)
         if panel.get_legend_handles_labels()[0]:
-            panel.legend(loc=legend, fontsize=8, framealpha=0.9)
+            panel.legend(loc=legend, **SMALL)
 
 
-# --- figures as bytes, the same for the same figure -------------------------------------------------------------------
+#: a figure whose SVG is longer is a PNG instead (bytes)
+_LONGEST = 400_000
+_DPI = 170.0  # of PNGs: sharp in print over the width of a page
 
 
-def svg(figure: Figure) -> bytes:
-    """The figure as an SVG whose text is drawn, so that it looks alike without the font, and without a date."""
-    file = io.BytesIO()
-    # ids inside the file come from a hash; without a salt of our own they differ from one time to the next
+def data_uri(figure: Figure) -> str:
+    """A figure for a page, the same for the same figure: SVG, or PNG where that is shorter to load."""
+    kind, file = "svg+xml", io.BytesIO()
+    # text that looks alike without the font; ids from a hash with a fixed salt; no date
     with matplotlib.rc_context({"svg.hashsalt": "simbrake", "svg.fonttype": "path"}):
         figure.savefig(file, format="svg", metadata={"Date": None})
-    return file.getvalue()
-
-
-def png(figure: Figure, dpi: float) -> bytes:
-    """The figure as a PNG."""
-    file = io.BytesIO()
-    figure.savefig(file, format="png", dpi=dpi, metadata={"Software": None})
-    return file.getvalue()
+    if file.tell() > _LONGEST:
+        kind, file = "png", io.BytesIO()
+        figure.savefig(file, format="png", dpi=_DPI, metadata={"Software": None})
+    return f"data:image/{kind};base64,{base64.b64encode(file.getvalue()).decode('ascii')}"
