@@ -25,7 +25,7 @@ from simbrake._pages._rows import event_counts, event_rows, ledger, verdict
 from simbrake._run._edit import with_values
 from simbrake._run._log import EVENTS
 from simbrake._run._measure import limit_checks, read_limits
-from simbrake.results._rerun import repeat
+from simbrake.results._compare import repeat
 
 VOID = {"meta", "img", "br", "wbr", "link", "hr", "input"}
 NASTY = "<script>alert(1)</script>"

@@ -48,7 +48,7 @@ def synthesize(
     from .._base._progress import Waiting
     from .._base._whole import whole_file
     from .._run._simulate import simulate
-    from ..formulas._chain import SynthesisError
+    from ..formulas._synthesis import SynthesisError
     from ..formulas._synthesis import synthesize as synthesis_of
     from ..formulas.heating import transmission_table
 

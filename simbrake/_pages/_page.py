@@ -19,8 +19,8 @@ from .._run._result import Result
 from .._run._simulate import simulate
 from ..brakes._pressed import DiscBrake, ShoeBrake
 from ..files._scene_file import scene_text
-from ..results._provenance import provenance
-from ..results._rerun import Repeat, repeat
+from ..results._compare import Repeat, repeat
+from ..results._dataset import provenance
 from ..studies._sensitivity import Sensitivity, SensitivityTable
 from ..studies._sensitivity import sensitivity as tables_of
 from ..thermal._heat import place_count
