@@ -251,7 +251,7 @@ class Braking:
         return there(self.run).mean_load / self.lining_area
 
     def contact_area(self) -> float:
-        return real_contact_area(self.face_area, self.pressure, self.hardness)
+        return float(real_contact_area(self.face_area, self.pressure, self.hardness))
 
     @property
     def stopping_load(self) -> tuple[float, float]:
@@ -320,7 +320,7 @@ class Braking:
         conductivity = [float(self.lining.conductivity), float(self.band.conductivity)]
         each = [d / (k * self.lining_area) for d, k in zip(thickness, conductivity, strict=True)]
         mean = float(series_conductivity(thickness, conductivity))
-        return {"conductivity": mean, "resistance": series_resistance(*each)}
+        return {"conductivity": mean, "resistance": float(series_resistance(*each))}
 
     @property
     def metal_heat(self) -> float:
@@ -445,7 +445,7 @@ class Braking:
 
     def drop_flux(self) -> float:
         """Flux (W/m²) by the maximum drop over the rim of the run."""
-        return current_density(self.rim_conductivity, there(self.run).drop, self.rim_thickness)
+        return float(current_density(self.rim_conductivity, there(self.run).drop, self.rim_thickness))
 
     def gradient(self) -> float:
         """Maximum gradient (K/m) at the face, as the power begins to fall."""

@@ -7,6 +7,7 @@ into formulas. A row whose path leads nowhere is left out.
 
 import csv
 import dataclasses
+import inspect
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from importlib import resources
@@ -99,7 +100,7 @@ def look(context: Any, path: str) -> Any:
             context = context[int(name)]
         else:
             context = getattr(context, name)
-        context = there(context() if callable(context) else context)
+        context = there(context() if inspect.isroutine(context) else context)
     return context
 
 

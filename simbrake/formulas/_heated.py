@@ -71,7 +71,7 @@ class WallCourse(NamedTuple):
     @property
     def content(self) -> Float[np.ndarray, " m"]:
         """Heat per area (J/m²) above that of the first row, with the material's temperature dependence."""
-        return heat_content(self.wall.material, self.layers[:1], self.layers) @ self.steps
+        return np.asarray(heat_content(self.wall.material, self.layers[:1], self.layers)) @ self.steps
 
 
 def wall_course(heat: Heat, s: Series, place: str | None) -> WallCourse | None:

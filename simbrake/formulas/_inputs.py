@@ -315,7 +315,7 @@ def settle(scene: Scene, data: EstimateData | None) -> dict[str, Input]:
         if name not in found or found[name].value is None:
             found[name] = Input(name, value, _NUMBERS[name].unit, source)
 
-    derive("track_area", polished_surface(float(brake.pulley.radius), 0.220), "one rim, 0.220 m wide (V)")
+    derive("track_area", float(polished_surface(float(brake.pulley.radius), 0.220)), "one rim, 0.220 m wide (V)")
     track = found["track_area"].value
     wrap = float(np.sum(np.asarray(brake.linings.angle)))
     derive("lining_area", min(1.0, wrap / (2 * np.pi)) * track, "linings as wide as the track")

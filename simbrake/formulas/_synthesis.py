@@ -19,7 +19,7 @@ from ..thermal._heat import AbstractPartition
 from ..thermal._material import ROOM, Material, effusivity_share
 from ._braking import Braking
 from ._estimates import ROWS, RowTable, SynthesisRow, braking_of, look, number, read, table_of
-from ._heated import HeatedPart, WallCourse, schmidt_layers, there
+from ._heated import HeatedPart, schmidt_layers, there
 from ._inputs import EstimateData, Permissible, faults_of_data
 from .heating import (
     SchmidtCourse,
@@ -52,22 +52,20 @@ class SynthesisError(RuntimeError):
         self.code = code
 
 
-def property_factor(material: Material, name: str, T: float) -> float:
-    """`1 + b (T − T_r)` of `conductivity` or `specific_heat` at `T` (K); 1 without a temperature dependence."""
-    slope = getattr(material, f"{name}_slope")
-    return 1.0 if slope is None else 1.0 + float(slope) * (T - float(material.reference))
+def property_at(material: Material, name: str, T: float) -> float:
+    """`conductivity` or `specific_heat` at `T` (K)."""
+    value, slope = float(getattr(material, name)), getattr(material, f"{name}_slope")
+    return value if slope is None else value * (1 + float(slope) * (T - float(material.reference)))
 
 
 def properties_at(material: Material, T: float, part: str) -> Material:
     """The material with its properties at `T` (K), constant. Raises `SynthesisError` where one is not positive."""
-    found = {}
-    for name in ("conductivity", "specific_heat"):
-        factor = property_factor(material, name, T)
-        if not factor > 0:
+    found = {name: property_at(material, name, T) for name in ("conductivity", "specific_heat")}
+    for name, value in found.items():
+        if not value > 0:
             end = float(material.reference) - 1 / float(getattr(material, f"{name}_slope"))
             words = f"{name.replace('_', ' ')} of the {part}, linear in the temperature, falls to 0 at {end:.5g} K"
             raise SynthesisError("material_range", f"{words}; the bulk temperature comes to {T:.5g} K")
-        found[name] = float(getattr(material, name)) * factor
     return Material(density=float(material.density), **found)
 
 
@@ -168,12 +166,11 @@ class Property(NamedTuple):
         return getattr(self.material, f"{self.field}_slope")
 
     def value(self) -> float:
-        return getattr(properties_at(self.material, self.T, self.part.name), self.field)
+        return float(getattr(properties_at(self.material, self.T, self.part.name), self.field))
 
     def simulated(self) -> float:
         """By the scene's own law at the simulated mean temperature of the heated depth."""
-        material = there(self.part.course).wall.material
-        return float(getattr(material, self.field)) * property_factor(material, self.field, self.part.simulated_bulk)
+        return property_at(there(self.part.course).wall.material, self.field, self.part.simulated_bulk)
 
     def words(self) -> str:
         return f"{self.symbol} " + ("(no temperature dependence known)" if self.slope is None else "[1 + b (T − T_r)]")
@@ -187,17 +184,6 @@ class Property(NamedTuple):
             reference = float(self.material.reference)
             found += [("b", float(self.slope), "1/K"), ("T", self.T, "K"), ("T_r", reference, "K")]
         return found
-
-
-class Layer(NamedTuple):
-    """Temperature (K) at a depth `x` (m) of the rim at the end, by Schmidt's scheme and in the run."""
-
-    x: float
-    value: float
-    simulated: float | None
-
-    def numbers(self) -> Given:
-        return [("x", self.x, "m")]
 
 
 class Margin(NamedTuple):
@@ -235,21 +221,11 @@ class Chain:
     start: dict[str, float]
     limits: dict[str, float]
 
-    @property
-    def rim(self) -> WallCourse | None:
-        """The simulated rim."""
-        return None if self.before.run is None else self.before.run.rim
-
-    @property
-    def lining(self) -> WallCourse | None:
-        """The simulated linings."""
-        return None if self.before.run is None else self.before.run.lining
-
     # steps 1 to 7
 
     def within(self) -> float:
         """Of the simulated heat of the rim at the end of the braking, the share within the depth of step 1."""
-        rim = there(self.rim)
+        rim = there(there(self.before.run).rim)
         rise = rim.layers[-1] - rim.layers[0]
         whole = float(rise @ rim.steps)
         return float(rise @ rim.inside(self.first["rim"].depth)) / there(whole if whole > 0 else None)
@@ -314,14 +290,16 @@ class Chain:
         return float(np.max(self.schmidt.temperature[:, 0]))
 
     @functools.cached_property
-    def at_end(self) -> list[Layer]:
-        """The rim's face, three depths, and its back."""
+    def at_end(self) -> list[dict[str, float | Given | None]]:
+        """Temperatures (K) of the rim's face, of three depths, and of its back."""
         course, run, found = self.schmidt, self.after.run, []
         end = [float(np.interp(self.after.time, course.t, column)) for column in course.temperature.T]
         for x in self.after.rim_thickness * np.array([0.0, 0.25, 0.5, 0.75, 1.0]):
-            layered = run is not None and run.layered
-            simulated = float(np.interp(x, run.profile_depth, run.profile[-1])) if layered else None
-            found.append(Layer(float(x), float(np.interp(x, course.depth, end)), simulated))
+            simulated = None
+            if run is not None and run.layered:
+                simulated = float(np.interp(x, run.profile_depth, run.profile[-1]))
+            value = float(np.interp(x, course.depth, end))
+            found.append({"value": value, "simulated": simulated, "numbers": [("x", float(x), "m")]})
         return found
 
     @property
@@ -332,7 +310,8 @@ class Chain:
     @property
     def lining_body(self) -> float:
         """Mean temperature of the whole lining as the braking begins (K)."""
-        return self.start["lining"] if self.lining is None else float(self.lining.mean()[0])
+        run = self.before.run
+        return self.start["lining"] if run is None or run.lining is None else float(run.lining.mean()[0])
 
     def lining_back(self) -> float:
         """Temperature (K) of its back after the braking."""
@@ -412,7 +391,7 @@ class Chain:
 #: margin → its unit, and the paths to the permissible value and to what is compared with it, estimated and in the run
 _MARGINS = {
     "face": ("K", "limits.lining_permissible", "face_peak", "before.run.face"),
-    "back": ("K", "limits.back_permissible", "lining_back", "lining.back.max"),
+    "back": ("K", "limits.back_permissible", "lining_back", "before.run.lining.back.max"),
     "stress": ("Pa", "after.elastic.permissible", "after.stress.__abs__", "after.run_stress.1.__abs__"),
     "pressure": ("Pa", "limits.pressure_permissible", "before.pressure", "before.run_pressure"),
     "power": ("W/m^2", "limits.power_permissible", "before.power_load.0", "before.power_load.1"),
@@ -423,20 +402,7 @@ _MARGINS = {
 
 _LINES = read("steps.csv")
 #: S's steps in its own order
-STEPS = (
-    "effective depth of heat",
-    "Fourier numbers",
-    "effective volumes",
-    "partition of the heat",
-    "mean bulk temperatures",
-    "properties at these temperatures, where above 150 °C",
-    "depth, Fourier numbers, volumes, partition once more",
-    "temperatures of the layers, rational thickness",
-    "maximum temperature of the friction surface",
-    "heat balance",
-    "thermal stress of the rim",
-    "operating characteristics",
-)
+STEPS = [line["title"] for line in _LINES if line["title"]]
 
 
 def _verdict(row: SynthesisRow) -> str:
@@ -461,11 +427,8 @@ def _rows_of(c: Chain) -> Iterator[SynthesisRow]:
         place = look(c, line["place"]) if line["place"] else c
         for context in place.values() if isinstance(place, Mapping) else place if isinstance(place, list) else [place]:
             for one in row.at(context):
-                found = SynthesisRow(
-                    **(vars(one) | {"name": one.name + line["ending"]}),
-                    step=int(line["step"]),
-                    numbers=tuple(row.put_in(context)),
-                )
+                told: dict[str, Any] = vars(one) | {"name": one.name + line["ending"]}
+                found = SynthesisRow(**told, step=int(line["step"]), numbers=tuple(row.put_in(context)))
                 yield dataclasses.replace(found, verdict=_verdict(found)) if row.table == "margin" else found
 
 

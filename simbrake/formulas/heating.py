@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from .._base._admissible import require_not_negative, require_positive, require_share
+from ..hybrid._arrays import Array
 from ..thermal._heat import TransmissionPartition
 from ..thermal._material import Material
 from .contact import Amount, Layers
@@ -123,13 +124,13 @@ def slab_rise(flux: Amount, time: Amount, thickness: Amount, material: Material,
     return (flux * thickness / conductivity * rise)[()]
 
 
-def _by_series(Fo: Amount, xi: Amount) -> Amount:
+def _by_series(Fo: Array, xi: Array) -> Array:
     n = np.arange(1, 16, dtype=float)
     terms = (-1.0) ** n / n**2 * np.exp(-(n**2) * math.pi**2 * Fo[..., None]) * np.cos(n * math.pi * xi[..., None])
     return Fo + (3 * xi**2 - 1) / 6 - 2 / math.pi**2 * terms.sum(axis=-1)
 
 
-def _by_images(Fo: Amount, xi: Amount) -> Amount:
+def _by_images(Fo: Array, xi: Array) -> Array:
     from scipy.special import erfc
 
     length = 2 * np.sqrt(np.where(Fo > 0, Fo, 1.0))
@@ -460,7 +461,7 @@ def plate_stress(
     modulus = _modulus(elastic)
     if restraint == "all":
         return -modulus * T
-    mean = profile_mean(T, z)[..., None]
+    mean = np.asarray(profile_mean(T, z))[..., None]
     stress = modulus * (mean - T)
     if restraint == "none":
         thickness, middle = z[-1] - z[0], 0.5 * (z[0] + z[-1])

@@ -22,7 +22,7 @@ from .._run._result import Result
 from .._run._simulate import simulate
 from ..files._scene_file import scene_from_text
 from ..hybrid import Rodas5P
-from ._dataset import FORMAT, POINTS, Dataset, dataset, load, parts, provenance
+from ._dataset import FORMAT, POINTS, DataArray, Dataset, dataset, load, parts, provenance
 
 Source = Result | Dataset | str | Path
 Settings = dict[str, Any]  # plain values of JSON by name
@@ -299,9 +299,9 @@ class Comparison:
         for name, rows in (("events", self.events), ("metrics", self.metrics), ("energies", self.energies)):
             moved = [row for row in rows if row.differs]
             yield from _table(name, _CHANGE, sorted(moved, key=lambda row: " of lining " in row.name))
-        rows = [row for row in self.series if row.differs or (not self.judged and row.absolute)]
-        rows.sort(key=lambda row: -(math.inf if row.relative is None else row.relative))
-        yield from _table("series", _SERIES, rows)
+        columns = [row for row in self.series if row.differs or (not self.judged and row.absolute)]
+        columns.sort(key=lambda row: -(math.inf if row.relative is None else row.relative))
+        yield from _table("series", _SERIES, columns)
         yield f"compared {_count(self.events, 'event')}, {_count(self.metrics, 'metric')}, series {self.how}"
         yield from _table("solver", _WORD, self.solver)
         yield from _table("versions", _WORD, self.versions)
@@ -517,16 +517,16 @@ def _series(a: Dataset, b: Dataset, rtol: float) -> tuple[list[SeriesChange], st
     return found, how, exact
 
 
-def _over_time(data: Dataset) -> dict[str, Dataset]:
+def _over_time(data: Dataset) -> dict[str, DataArray]:
     """Columns over time; layers of walls are nodes as well and stand there."""
     return {
         str(name): v
         for name, v in data.data_vars.items()
-        if "time" in v.dims and not name.endswith("_layer_temperature")
+        if "time" in v.dims and not str(name).endswith("_layer_temperature")
     }
 
 
-def _sizes(*groups: dict[str, Dataset]) -> dict[str, float]:
+def _sizes(*groups: dict[str, DataArray]) -> dict[str, float]:
     """Largest magnitude of all columns of one unit; pure numbers count as they are."""
     found: dict[str, float] = {"1": 1.0}
     for variable in (v for group in groups for v in group.values()):
@@ -536,7 +536,7 @@ def _sizes(*groups: dict[str, Dataset]) -> dict[str, float]:
     return found
 
 
-def _between(variable: Dataset, times: Float[np.ndarray, " m"]) -> Float[np.ndarray, "m ..."]:
+def _between(variable: DataArray, times: Float[np.ndarray, " m"]) -> Float[np.ndarray, "m ..."]:
     """Values at other times: at an instant with two, the one after it; straight lines between neighbours."""
     t, values = variable["time"].values, variable.values.astype(float)
     before = np.searchsorted(t, times, side="right") - 1
@@ -547,7 +547,7 @@ def _between(variable: Dataset, times: Float[np.ndarray, " m"]) -> Float[np.ndar
 
 
 def _greatest(
-    variable: Dataset, gap: Float[np.ndarray, "m ..."], times: Float[np.ndarray, " m"], size: float, rtol: float
+    variable: DataArray, gap: Float[np.ndarray, "m ..."], times: Float[np.ndarray, " m"], size: float, rtol: float
 ) -> SeriesChange:
     at = np.unravel_index(int(np.argmax(gap)), gap.shape)
     absolute = float(gap[at])

@@ -33,9 +33,9 @@ from ..thermal._network import Junction, Reservoir, Wall
 if TYPE_CHECKING:
     import xarray
 
-    Dataset = xarray.Dataset
+    Dataset, DataArray = xarray.Dataset, xarray.DataArray
 else:
-    Dataset = Any  # xarray is loaded by those who want a data set
+    Dataset = DataArray = Any  # xarray is loaded by those who want a data set
 
 #: of the data set, in its attribute `format`; a number that grows when the layout changes
 FORMAT = "simbrake result 1"
@@ -349,10 +349,10 @@ def normalised(data: Dataset) -> Dataset:
     """
     import xarray as xr
 
-    def plain(variable: Dataset) -> Variable:
+    def plain(variable: DataArray) -> Variable:
         values = np.asarray(variable.values)
         kind = {"i": np.int64, "u": np.int64, "b": np.int64, "f": np.float64}.get(values.dtype.kind, str)
-        return variable.dims, values.astype(kind), _texts(variable.attrs)
+        return tuple(map(str, variable.dims)), values.astype(kind), _texts(variable.attrs)
 
     coords = {name: plain(variable) for name, variable in data.coords.items()}
     return xr.Dataset({k: plain(v) for k, v in data.data_vars.items()}, coords, _texts(data.attrs))
