@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._base._faults import Fault, InputError
-from .._base._quantity import BAD, NumberReader, Quantity, faults_of_values, positive
+from .._base._quantity import NumberReader, Quantity, faults_of_values, positive
 from .._parts._scene import Scene, band_brake
 from ..thermal._heat import FrictionHeat, Heat, PowerShares
 from ..thermal._material import LIBRARY, ROOM, Material, effusivity_share, material
@@ -175,36 +175,28 @@ def read_given(texts: list[str]) -> tuple[EstimateData, Permissible]:
 
     Raises `InputError` with all that is wrong: unknown names, values that are no numbers or out of range.
     """
-    reader, data, limits, stress = NumberReader(), {}, {}, None
-    known = [*_NUMBERS, *_MATERIALS, *(f"permissible.{name}" for name in _LIMITS)]
+    reader, data, numbers = NumberReader(), {}, {}
+    ranges = _NUMBERS | {f"permissible.{name}": about for name, about in _LIMITS.items()}
     for text in texts:
         name, equals, value = (part.strip() for part in text.partition("="))
-        limit = name.removeprefix("permissible.")
         if not equals or not value:
             reader.fault(text, "is not of the form name=value", "as in rim_thickness=28 mm")
-        elif name not in known:
+        elif name in ranges:
+            numbers[name] = reader.number(value, ranges[name], name, ranges[name].unit)
+        elif name not in _MATERIALS:
+            known = [*_NUMBERS, *_MATERIALS, *(name for name in ranges if name not in _NUMBERS)]
             near = difflib.get_close_matches(name, known, n=3, cutoff=0.4) or known
             reader.fault(name, "unknown name", f"nearest: {', '.join(near)}")
-        elif name in _MATERIALS:
-            if value in LIBRARY:
-                data[name] = material(value)
-            else:
-                reader.fault(name, f"unknown material {value!r}", f"there are: {', '.join(sorted(LIBRARY))}")
+        elif value in LIBRARY:
+            data[name] = material(value)
         else:
-            about = _NUMBERS[name] if name in _NUMBERS else _LIMITS[limit]
-            number = reader.number(value, about, name, about.unit)
-            if number is BAD:
-                continue
-            if name in _NUMBERS:
-                data[name] = number
-            elif limit == "stress":
-                stress = number
-            else:
-                limits[limit] = number
+            reader.fault(name, f"unknown material {value!r}", f"there are: {', '.join(sorted(LIBRARY))}")
     if reader.faults:
         raise InputError(reader.faults)
+    limits = {name.removeprefix("permissible."): numbers.pop(name) for name in [*numbers] if name not in _NUMBERS}
+    stress = limits.pop("stress", None)
     elastic = None if stress is None else ElasticMaterial(permissible=stress)
-    return dataclasses.replace(EstimateData(**data), elastic=elastic), Permissible(**limits)
+    return EstimateData(**data, **numbers, elastic=elastic), Permissible(**limits)
 
 
 # --- of the scene -----------------------------------------------------------------------------------------------------
