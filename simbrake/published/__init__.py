@@ -212,7 +212,7 @@ def _fourier() -> list[Cell]:
     diffusivity = {"steel": 1.14e-5, "cast_iron": 1.04e-5}
     cells: list[Cell] = []
     for row, printed in enumerate(published_rows("S1")):
-        B = fourier_parameter(diffusivity[printed["material"]], 1e-3 * float(printed["delta_mm"]))
+        B = float(fourier_parameter(diffusivity[printed["material"]], 1e-3 * float(printed["delta_mm"])))
         cells.append(_cell("S1", row, "B", printed["B"], 1000 * B if printed["part"] == "rim" else B))
     return cells
 

@@ -297,8 +297,8 @@ class Comparison:
         yield from _table("only a", ["event"], [(name,) for name in self.only_a])
         yield from _table("only b", ["event"], [(name,) for name in self.only_b])
         for name, rows in (("events", self.events), ("metrics", self.metrics), ("energies", self.energies)):
-            moved = [row for row in rows if row.differs]
-            yield from _table(name, _CHANGE, sorted(moved, key=lambda row: " of lining " in row.name))
+            moved = sorted((row for row in rows if row.differs), key=lambda row: " of lining " in row.name)
+            yield from _table(name, _CHANGE, moved)
         columns = [row for row in self.series if row.differs or (not self.judged and row.absolute)]
         columns.sort(key=lambda row: -(math.inf if row.relative is None else row.relative))
         yield from _table("series", _SERIES, columns)

@@ -31,11 +31,9 @@ from ..studies._chunks import fingerprint
 from ..thermal._network import Junction, Reservoir, Wall
 
 if TYPE_CHECKING:
-    import xarray
-
-    Dataset, DataArray = xarray.Dataset, xarray.DataArray
+    from xarray import DataArray, Dataset
 else:
-    Dataset = DataArray = Any  # xarray is loaded by those who want a data set
+    DataArray = Dataset = Any  # xarray is loaded by those who want a data set
 
 #: of the data set, in its attribute `format`; a number that grows when the layout changes
 FORMAT = "simbrake result 1"
