@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import diffrax
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Num
 
 from .._base._faults import Fault, InputError
 from .._base._quantity import leaves
@@ -409,8 +409,8 @@ def _words(a: Settings, b: Settings) -> list[Word]:
 
 def _change(
     name: str,
-    a: float | None,
-    b: float | None,
+    a: float | int | None,
+    b: float | int | None,
     unit: str,
     rtol: float,
     *,
@@ -547,7 +547,7 @@ def _between(variable: DataArray, times: Float[np.ndarray, " m"]) -> Float[np.nd
 
 
 def _greatest(
-    variable: DataArray, gap: Float[np.ndarray, "m ..."], times: Float[np.ndarray, " m"], size: float, rtol: float
+    variable: DataArray, gap: Num[np.ndarray, "m ..."], times: Float[np.ndarray, " m"], size: float, rtol: float
 ) -> SeriesChange:
     at = np.unravel_index(int(np.argmax(gap)), gap.shape)
     absolute = float(gap[at])
