@@ -24,7 +24,7 @@ from simbrake._pages._page import _scene_text as contents_of_scene
 from simbrake._pages._rows import event_counts, event_table, ledger, verdict
 from simbrake._run._measure import limit_checks, read_limits
 from simbrake.results import EVENTS
-from simbrake.results._rerun import repeat
+from simbrake.results._compare import repeat
 
 VOID = {"meta", "img", "br", "wbr", "link", "hr", "input"}
 NASTY = "<script>alert(1)</script>"

@@ -40,9 +40,8 @@ from ..brakes._pressed import DiscBrake, ShoeBrake
 from ..files._scene_file import scene_text
 from ..plot._published import PUBLISHED, file_stem, published
 from ..plot._shared import Figure, both_sides, data_uri, span
-from ..results._dataset import save
-from ..results._provenance import provenance
-from ..results._rerun import Repeat, repeat
+from ..results._compare import Repeat, repeat
+from ..results._dataset import provenance, save
 from ..studies._sensitivity import Sensitivity, SensitivityTable
 from ..studies._sensitivity import sensitivity as tables_of
 from ..thermal._heat import place_count

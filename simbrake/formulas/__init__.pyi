@@ -1,8 +1,10 @@
 from . import contact as contact
 from . import heating as heating
 from . import stop as stop
-from ._chain import SynthesisError as SynthesisError
 from ._estimates import EngineeringEstimates as EngineeringEstimates
+from ._estimates import EstimateRow as EstimateRow
+from ._estimates import Number as Number
+from ._estimates import SynthesisRow as SynthesisRow
 from ._estimates import estimates as estimates
 from ._inputs import EstimateData as EstimateData
 from ._inputs import Input as Input
@@ -17,10 +19,8 @@ from ._materials import LiningMaterial as LiningMaterial
 from ._materials import RimMaterial as RimMaterial
 from ._materials import lining_material as lining_material
 from ._materials import rim_material as rim_material
-from ._rows import EstimateRow as EstimateRow
-from ._rows import Number as Number
-from ._rows import SynthesisRow as SynthesisRow
 from ._synthesis import Synthesis as Synthesis
+from ._synthesis import SynthesisError as SynthesisError
 from ._synthesis import synthesize as synthesize
 from .contact import contact_current as contact_current
 from .contact import current_density as current_density

@@ -1,320 +1,35 @@
-"""The braking that estimates are of: what its run shows, its inputs, its classical stop, and what it heats."""
+"""The braking that estimates are of: what their formulas give and what its run shows, as attributes by name."""
 
 import dataclasses
 import functools
 import math
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
 from .._parts._scene import Scene, band_brake
-from .._run._networks import with_temperatures
-from .._run._result import Result
-from .._run._series import Series
-from ..thermal._heat import FlashTemperature, Heat, PowerShares, initial_temperatures, node_names
-from ..thermal._material import Material
-from ..thermal._network import Wall, place_of
-from ._inputs import Input, rim_wall
-from ._rows import Absent, there
-from .contact import radiation_coefficient
+from ..thermal._heat import FlashTemperature, PowerShares, PowerSplit
+from ..thermal._material import effusivity_share
+from ._heated import Absent, HeatedPart, RunValues, run_values, there
+from ._inputs import Input
+from .contact import current_density, radiation_coefficient, real_contact_area, series_conductivity, series_resistance
 from .heating import (
-    ElasticMaterial,
     HeatBalance,
+    MaximumTemperatures,
     SchmidtCourse,
-    StressHistory,
-    effective_fourier_number,
-    effective_volume,
     heat_balance,
-    heat_content,
-    mean_bulk_rise,
-    penetration_depth,
+    maximum_temperatures,
+    plate_stress,
     schmidt,
     slab_rise,
     stopping_rise,
-    stress_over_time,
     surface_stress,
+    transmission_table,
 )
-from .stop import ClassicalStop, StagedStop, friction_at_start, internal_friction_at_start
-
-_TIMES = 2048  # times at which a run, and its hardest braking, are evaluated
-
-
-# --- simulated --------------------------------------------------------------------------------------------------------
-
-
-class WallCourse(NamedTuple):
-    """Layers (m, k) of a wall in K from the named face on, mean of its copies; depth and thickness (k,) of each (m)."""
-
-    wall: Wall
-    layers: Float[np.ndarray, "m k"]
-    depth: Float[np.ndarray, " k"]
-    steps: Float[np.ndarray, " k"]
-
-    def mean(self, depth: float = math.inf) -> Float[np.ndarray, " m"]:
-        """Mean temperature (K) down to a depth (m), weighted with the thickness of the layers inside it."""
-        inside = self.inside(depth)
-        return self.layers @ inside / np.sum(inside)
-
-    def inside(self, depth: float) -> Float[np.ndarray, " k"]:
-        """How much of each layer's thickness (m) lies within a depth."""
-        ends = np.cumsum(self.steps)
-        return np.clip(depth - (ends - self.steps), 0.0, self.steps)
-
-    @property
-    def content(self) -> Float[np.ndarray, " m"]:
-        """Heat per area (J/m²) above that of the first row, with the material's temperature dependence."""
-        return heat_content(self.wall.material, self.layers[:1], self.layers) @ self.steps
-
-
-def wall_course(heat: Heat, s: Series, place: str | None) -> WallCourse | None:
-    """The wall at whose face a place is, over a concrete series; `None` where that is no wall."""
-    if place is None or s.temperature is None:
-        return None
-    name, face = place_of(place)
-    wall = next(body for body in heat.bodies if body.name == name)
-    if not isinstance(wall, Wall):
-        return None
-    first = [wall.name, f"{wall.name}[1]", f"{wall.name}[1,1]"]
-    at = next(i for i, node in enumerate(node_names(heat)) if node in first)
-    layers = np.asarray(s.temperature)[:, at : at + wall.count].reshape(-1, wall.copies, wall.layers).mean(axis=1)
-    steps = np.asarray(wall.steps)
-    if face == "back":
-        layers, steps = layers[:, ::-1], steps[::-1]
-    return WallCourse(wall, layers, np.cumsum(steps) - 0.5 * steps, steps)
-
-
-@dataclasses.dataclass(frozen=True)
-class RunValues:
-    """The hardest braking of a run, that with the maximum friction work, or one pair's part of it, at m times.
-
-    - `series`: columns at these times; `scene`: of the run
-    - `work`, `other_work` (m,): friction work since its start (J) of all pairs or of the `pair`, and of the other pair;
-      `omega` (rad/s) and `torque` (N·m) over it
-    - `brakings`: how many stretches of sliding the run has; `total_work` of all of them (J)
-    """
-
-    scene: Scene
-    series: Series
-    pair: str
-    work: Float[np.ndarray, " m"]
-    other_work: Float[np.ndarray, " m"]
-    omega: Float[np.ndarray, " m"]
-    torque: Float[np.ndarray, " m"]
-    brakings: int
-    total_work: float
-
-    @property
-    def t(self) -> Float[np.ndarray, " m"]:
-        """Times (s)."""
-        return np.asarray(self.series.t)
-
-    @property
-    def duration(self) -> float:
-        """Time over which friction works (s)."""
-        return float(self.t[-1] - self.t[0])
-
-    @functools.cached_property
-    def rim(self) -> WallCourse | None:
-        """The rim, where it is a wall in layers."""
-        return wall_course(self.scene.network, self.series, self.scene.network.rim)
-
-    @functools.cached_property
-    def lining(self) -> WallCourse | None:
-        """The linings, where they are walls in layers."""
-        return wall_course(self.scene.network, self.series, self.scene.network.linings)
-
-    @functools.cached_property
-    def then(self) -> Scene:
-        """The scene as this braking finds it: speed, time and temperatures at its beginning."""
-        scene, s = self.scene, self.series
-        initial = dataclasses.replace(
-            scene.initial, omega=np.asarray(self.omega[0]), time=np.asarray(self.t[0]), elongation=np.asarray(0.0)
-        )
-        scene = dataclasses.replace(scene, initial=initial)
-        if s.temperature is None:
-            return scene
-        stores = np.asarray(s.temperature)[0, : initial_temperatures(scene.network).size]
-        return dataclasses.replace(scene, heat=with_temperatures(scene.network, stores))
-
-    @property
-    def face(self) -> float | None:
-        """Maximum temperature of the linings' face (K), of the rim's where only that is known."""
-        known = [c for c in (self.series.lining_temperature, self.series.rim_temperature) if c is not None]
-        return float(np.max(np.asarray(known[0]))) if known else None
-
-    @property
-    def band(self) -> Float[np.ndarray, " m"] | None:
-        """Mean temperature of the band (K)."""
-        band = self.series.band_temperature
-        return None if band is None else np.asarray(band).mean(axis=1)
-
-    # the rim, where it is what rubs and one wall in layers; absent else
-
-    @property
-    def course(self) -> WallCourse:
-        """Its layers."""
-        return there(self.rim if self.layered else None)
-
-    @property
-    def layered(self) -> bool:
-        """Whether there is one."""
-        one = self.rim is not None and self.rim.wall.copies == 1 and self.series.rim_temperature is not None
-        return one and self.pair != "external"
-
-    @property
-    def surface(self) -> Float[np.ndarray, " m"]:
-        """Temperature of its face (K)."""
-        return np.asarray(there(self.series.rim_temperature if self.layered else None))[:, 0]
-
-    @property
-    def profile_depth(self) -> Float[np.ndarray, " p"]:
-        """Depths (p,) of `profile`: the face, the layers' centres, and the back (m)."""
-        return np.concatenate([[0.0], self.course.depth, [np.sum(self.course.steps)]])
-
-    @property
-    def profile(self) -> Float[np.ndarray, "m p"]:
-        """Temperature (K) over the depth from face to back, the back face as its layer."""
-        layers = self.course.layers
-        return np.concatenate([self.surface[:, None], layers, layers[:, -1:]], axis=1)
-
-    @property
-    def drop(self) -> float:
-        """Maximum difference between face and back (K)."""
-        return float(np.max(self.profile[:, 0] - self.profile[:, -1]))
-
-    def stress(self, elastic: ElasticMaterial) -> StressHistory:
-        """Thermal stress of the rim over the braking."""
-        return stress_over_time(self.t, self.profile, self.profile_depth, elastic)
-
-    def schmidt(self, wall: Wall, share: float, area: float, beyond: float = 0.0) -> SchmidtCourse:
-        """Schmidt's scheme with the friction work of the run, from its temperatures at the start; adiabatic otherwise.
-
-        - `wall`: the rim; `share` of the friction heat into it; `area` (m²) of the track; `beyond`: share of the other
-          pair's heat
-        """
-        heat, thickness = share * self.work + beyond * self.other_work, float(wall.thickness)
-        layers = schmidt_layers(wall.material, thickness, self.duration)
-        depth = thickness * (np.arange(layers) + 0.5) / layers
-
-        def flux(t0: float, t1: float) -> float:
-            gained = np.interp(self.t[0] + t1, self.t, heat) - np.interp(self.t[0] + t0, self.t, heat)
-            return float(gained / (area * (t1 - t0)))
-
-        start = np.interp(depth, self.profile_depth, self.profile[0])
-        return schmidt(wall.material, thickness, layers, self.duration, flux, start=start)
-
-
-def schmidt_layers(material: Material, thickness: float, time: float) -> int:
-    """Layers for Schmidt's scheme over a `time` (s): at most some 20,000 steps."""
-    return int(np.clip(math.sqrt(1e4 / (float(material.diffusivity) * time / thickness**2)), 8, 100))
-
-
-def _hardest(t: np.ndarray, work: np.ndarray) -> tuple[int, int, int] | None:
-    """First and last index of the stretch over which friction works most, and how many such stretches there are."""
-    works = np.diff(work) > 1e-9 * max(float(work[-1] - work[0]), 1e-300)
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], works, [False]]).astype(int)))
-    found = list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
-    return (*max(found, key=lambda ends: float(work[ends[1]] - work[ends[0]])), len(found)) if found else None
-
-
-def _sliding(s: Series, pair: str) -> tuple[np.ndarray, np.ndarray]:
-    """Speed (rad/s) of one body of a pair in the other, and the torque between them (N·m)."""
-    omega, torque = np.asarray(s.omega), np.asarray(s.brake_torque)
-    if not pair:
-        return omega, torque
-    carried, torque = np.asarray(s.bandage_speed), np.asarray(s.pairs[pair].torque)
-    return (carried, torque) if pair == "external" else (omega - carried, np.abs(torque))
-
-
-def run_values(result: Result, pair: str = "", *, times: int = _TIMES) -> RunValues | None:
-    """The hardest braking of a concrete result, or the part of it in which one `pair` of a staged brake slides most.
-
-    `pair`: `"external"` or `"internal"`; `times`: evaluated at so many. `None` where nothing ever slid.
-    """
-
-    def worked(s: Series) -> np.ndarray:
-        return np.asarray(s.pairs[pair].friction_work if pair else s.friction_work)
-
-    start, end = float(result.scene.initial.time), float(result.record.t_end)
-    known = [event.time for event in result.events]
-    s = result.series(np.unique(np.concatenate([np.linspace(start, end, times), known])))
-    t, work = np.asarray(s.t), worked(s)
-    found = _hardest(t, np.asarray(s.friction_work))
-    if found is None:
-        return None
-    first, last, count = found
-    if pair:
-        own = _hardest(t[first : last + 1], work[first : last + 1])
-        if own is None:
-            return None
-        first, last = first + own[0], first + own[1]
-    s = result.series(np.linspace(t[first], t[last], times))
-    inside, whole = worked(s), np.asarray(s.friction_work)
-    inside = inside - inside[0]
-    total = float(work[-1] - work[0])
-    return RunValues(result.scene, s, pair, inside, whole - whole[0] - inside, *_sliding(s, pair), count, total)
-
-
-# --- estimated --------------------------------------------------------------------------------------------------------
-
-
-@dataclasses.dataclass(frozen=True)
-class HeatedPart:
-    """One part that a braking heats: steps 1, 2, 3 and 5 of the synthesis (SI units).
-
-    `share` of the heat `work` (J) goes into it, and `more` (J) of another pair; `start` (K): its temperature before;
-    `course`: its simulation. From these: thermal penetration `depth`, Fourier number `Fo`, `volume` and `mass` that
-    take up heat, mean `rise` of the bulk temperature and that itself, `bulk`.
-    """
-
-    name: str
-    material: Material
-    thickness: float
-    area: float
-    time: float
-    start: float
-    share: float
-    work: float
-    more: float = 0.0
-    course: WallCourse | None = None
-
-    @property
-    def diffusivity(self) -> float:
-        return float(self.material.diffusivity)
-
-    @property
-    def depth(self) -> float:
-        return float(penetration_depth(self.diffusivity, self.time))
-
-    @property
-    def Fo(self) -> float:
-        return float(effective_fourier_number(self.diffusivity, self.time, self.thickness))
-
-    @property
-    def volume(self) -> float:
-        return float(effective_volume(self.area, self.thickness, self.depth))
-
-    @property
-    def mass(self) -> float:
-        return self.volume * float(self.material.density)
-
-    @functools.cached_property
-    def rise(self) -> float:
-        heat = self.share * self.work + self.more
-        return float(mean_bulk_rise(1.0, heat, float(self.material.specific_heat), self.mass))
-
-    @property
-    def bulk(self) -> float:
-        return self.start + self.rise
-
-    @property
-    def simulated_bulk(self) -> float:
-        """Bulk temperature (K) in the run, mean over the depth and the braking."""
-        return float(np.mean(there(self.course).mean(self.depth)))
-
+from .stop import ClassicalStop, StagedStop, friction_at_start
 
 #: names for the metal that rubs → input of the rim, or of the band of an external pair
 _METAL = {
@@ -335,13 +50,15 @@ class Braking:
     pair's, `omega` its maximum sliding speed, `slid` (rad) how far it slides, and `more` (J) the heat that its metal
     gets from the other pair. Inputs are attributes, as `braking.rim_thickness`, and so are those of the metal that rubs
     (`metal_thickness`).
+
+    Methods are the functions of `rows.csv`, properties what these have in common; they raise `Absent` where a braking
+    has no such number.
     """
 
     scene: Scene
     inputs: Mapping[str, Input]
     stop: ClassicalStop | None
     stages: StagedStop | None
-    result: Result | None
     run: RunValues | None
     time: float
     work: float
@@ -349,6 +66,23 @@ class Braking:
     pair: str = ""
     slid: float | None = None
     more: float = 0.0
+
+    @classmethod
+    def of(
+        cls,
+        scene: Scene,
+        inputs: Mapping[str, Input],
+        stop: ClassicalStop | None,
+        stages: StagedStop | None = None,
+        run: RunValues | None = None,
+    ) -> "Braking":
+        """The hardest braking of a run, else a classical stop, if there is one."""
+        if run is not None:
+            time, work, omega = run.duration, float(run.work[-1]), float(abs(run.omega[0]))
+        else:
+            classical, omega = stop or stages, float(scene.initial.omega)
+            time, work = (0.0, 0.0) if classical is None else (classical.time, classical.work)
+        return cls(scene, inputs, stop, stages, run, time, work, omega)
 
     def __getattr__(self, name: str) -> Any:
         of_rim, of_band = _METAL.get(name, (name, name))
@@ -362,12 +96,28 @@ class Braking:
         inputs = {name: i._replace(value=values.get(name, i.value)) for name, i in self.inputs.items()}
         return dataclasses.replace(self, inputs=inputs)
 
-    # the pair
+    # the pair, and for which braking a row is
 
     @property
     def part(self) -> str:
         """The metal that rubs: the rim, or the band of an external pair."""
         return "band" if self.pair == "external" else "rim"
+
+    def on_rim(self) -> "Braking | None":
+        return self if self.part == "rim" else None
+
+    def stopped(self) -> "Braking | None":
+        """With a classical stop."""
+        return None if self.stop is None else self
+
+    def unstopped(self) -> "Braking | None":
+        """Without one."""
+        return self if self.stop is None else None
+
+    @property
+    def several(self) -> bool:
+        """Whether the run has several brakings."""
+        return self.run is not None and self.run.brakings > 1
 
     @property
     def parts(self) -> dict[str, HeatedPart]:
@@ -387,6 +137,11 @@ class Braking:
     # motion
 
     @property
+    def R(self) -> float:
+        """Radius of the pulley (m)."""
+        return float(band_brake(self.scene).pulley.radius)
+
+    @property
     def R_b(self) -> float:
         """Radius of the band (m)."""
         return float(band_brake(self.scene).band.radius)
@@ -394,12 +149,12 @@ class Braking:
     @property
     def arm(self) -> float:
         """Radius (m) at which the way is counted."""
-        return float(band_brake(self.scene).pulley.radius) if self.pair == "internal" else self.R_b
+        return self.R if self.pair == "internal" else self.R_b
 
     @property
     def speed(self) -> float:
         """Initial sliding speed (m/s)."""
-        return self.omega * (self.R_b if self.part == "band" else float(band_brake(self.scene).pulley.radius))
+        return self.omega * (self.R_b if self.part == "band" else self.R)
 
     @property
     def travel(self) -> float:
@@ -412,21 +167,76 @@ class Braking:
             angle = np.sum(0.5 * (self.run.omega[1:] + self.run.omega[:-1]) * np.diff(self.run.t))
         return self.arm * abs(float(angle))
 
+    def friction_travel(self) -> float:
+        """The same in the classical stop."""
+        return self.R_b * there(self.stop).angle
+
     @property
     def mean_omega(self) -> float:
         """Mean speed (rad/s)."""
         return self.travel / (self.arm * self.time)
 
     @property
+    def hardest_time(self) -> float:
+        """Time of the run to its rest (s); of the hardest of several brakings to its own, not that after another."""
+        if not self.several:
+            return there(there(self.run).result.metrics.get("stopping_time"))
+        run = there(self.run)
+        end = float(run.t[-1])
+        rests = [e.time for e in run.result.events if e.name == "stop" and e.time >= end - 1e-9 * max(end, 1.0)]
+        return there(rests[0] - float(run.t[0]) if rests and rests[0] - end < run.duration else None)
+
+    @property
+    def hardest_angle(self) -> float:
+        """Angle (rad) in that time."""
+        result = there(self.run).result
+        if not self.several:
+            return there(result.metrics.get("stopping_angle"))
+        begin = float(there(self.run).t[0])
+        phi = np.asarray(result.series(np.array([begin, begin + self.hardest_time])).phi)
+        return float(phi[1] - phi[0])
+
+    def hardest_work(self) -> float:
+        """Friction work (J) of the hardest of several brakings, else of the run."""
+        run = there(self.run)
+        return run.work[-1] if self.several else run.total_work
+
+    @property
+    def drum(self) -> tuple[float, float]:
+        """Effective drum radius (m) and lines strung, absent without a hook."""
+        load = self.scene.duty.load
+        radius, lines = getattr(load, "drum_radius", None), getattr(load, "line_count", None)
+        return float(there(radius)), float(there(lines))
+
+    def hook_travel(self) -> float:
+        """Travel of the hook (m) in the classical stop."""
+        radius, lines = self.drum
+        return radius / lines * float(there(self.stop).angle)
+
+    def hardest_hook_travel(self) -> float:
+        """And in the run."""
+        radius, lines = self.drum
+        return radius / lines * float(self.hardest_angle)
+
+    # forces and work
+
+    @property
     def T_0(self) -> float:
         """Maximum lever tension (N)."""
         return float(self.scene.duty.lever.scale())
 
+    def T_n(self) -> float:
+        """Maximum tight tension (N)."""
+        return there(self.stop).ratio * self.T_0
+
+    def mean_torque(self) -> float:
+        """Torque (N·m) by work and way."""
+        return self.work * self.R_b / there(self.travel or None)
+
     @functools.cached_property
     def friction(self) -> float:
         """Mean coefficient of friction at the start."""
-        at_start = internal_friction_at_start if self.pair == "internal" else friction_at_start
-        return float(np.mean(at_start(self.scene)))
+        return float(np.mean(friction_at_start(self.scene, self.pair or "external")))
 
     @property
     def pressure(self) -> float:
@@ -435,17 +245,82 @@ class Braking:
         pressure = self.work / (way * self.face_area) if way > 0 else 0.0
         return there(pressure if 0 < pressure <= self.hardness else None)
 
-    # heat
+    @property
+    def run_pressure(self) -> float:
+        """Mean pressure (Pa) over the way that the linings of the run slide."""
+        return there(self.run).mean_load / self.lining_area
+
+    def contact_area(self) -> float:
+        return float(real_contact_area(self.face_area, self.pressure, self.hardness))
+
+    @property
+    def stopping_load(self) -> tuple[float, float]:
+        """Work (J) and time (s) of the classical stop, else of the braking."""
+        return (self.work, self.time) if self.stop is None else (self.stop.work, self.stop.time)
+
+    def energy_load(self) -> tuple[float, float | None]:
+        """Work per area of the linings (J/m²), and in the run."""
+        return self.stopping_load[0] / self.lining_area, None if self.run is None else self.work / self.lining_area
+
+    @property
+    def power_load(self) -> tuple[float, float | None]:
+        """Mean power per area of the linings (W/m²), and in the run."""
+        work, time = self.stopping_load
+        simulated = None if self.run is None else self.work / (self.lining_area * self.time)
+        return work / (self.lining_area * time), simulated
+
+    # heat, and its shares
+
+    @property
+    def split(self) -> PowerSplit:
+        """Friction work (J) in its shares."""
+        return self.power.split(self.work)
 
     @property
     def heat(self) -> float:
         """Friction work that becomes heat (J)."""
-        return float(self.power.split(self.work).heat)
+        return float(self.split.heat)
 
     @property
     def booked(self) -> PowerShares:
         """Shares of the friction power that a run of the scene books."""
         return self.scene.power_shares or PowerShares()
+
+    def booked_split(self) -> PowerSplit:
+        """Friction work (J) in the shares that the run books."""
+        return there(self.run) and self.booked.split(self.work)
+
+    def booked_words(self) -> str:
+        own = "the run has shares of its own (`Scene.power_shares`)"
+        return own if self.booked.heat < 1 else "in the run all of it is heat"
+
+    def effusivity_share(self) -> float:
+        return float(effusivity_share(self.metal, self.lining))
+
+    @property
+    def transmission(self) -> float:
+        """Heat partition coefficient of the rim by V's table."""
+        K_1, K_2 = (float(np.asarray(K)) for K in transmission_table().transmissions(jnp.asarray(self.start_now)))
+        return K_1 / (K_1 + K_2)
+
+    @property
+    def simulated_share(self) -> float:
+        """Share of the heat that enters the metal in the run."""
+        run, energy = there(self.run), there(self.run).result.energy
+        if not self.scene.heated or not run.total_work > 0:
+            raise Absent
+        entered = there(energy.get("heat_to_band" if self.part == "band" else "heat_to_metal"))
+        if self.pair == "internal":  # without what the external pair sends beyond the linings
+            entered = entered - self.beyond_share * energy["heat_external"]
+        return float(entered) / float(self.booked.split(run.total_work).heat)
+
+    def stack(self) -> dict[str, float]:
+        """Lining and band one after the other: conductivity (W/(m·K)) and resistance (K/W)."""
+        thickness = [self.lining_thickness, self.band_thickness]
+        conductivity = [float(self.lining.conductivity), float(self.band.conductivity)]
+        each = [d / (k * self.lining_area) for d, k in zip(thickness, conductivity, strict=True)]
+        mean = float(series_conductivity(thickness, conductivity))
+        return {"conductivity": mean, "resistance": float(series_resistance(*each))}
 
     @property
     def metal_heat(self) -> float:
@@ -453,9 +328,30 @@ class Braking:
         return self.metal_share * self.heat + self.more
 
     @property
+    def kept(self) -> float:
+        """Heat (J) that the rim of the run keeps of the braking."""
+        rim = there(there(self.run).rim)
+        return float(rim.content[-1] * float(rim.wall.area) * rim.wall.copies)
+
+    def kept_flux(self) -> float:
+        return self.kept / (self.track_area * self.time)
+
+    @property
     def flux(self) -> float:
         """Mean heat flux into the whole track, or into the band (W/m²)."""
         return self.metal_heat / (self.metal_area * self.time)
+
+    @property
+    def initial_flux(self) -> float:
+        """Of a power that falls linearly (W/m²)."""
+        return 2 * self.flux
+
+    @property
+    def lining_flux(self) -> float:
+        """Flux (W/m²) under the linings, of which the track gets the mean."""
+        return self.flux / self.overlap
+
+    # temperatures of the metal
 
     @property
     def start_now(self) -> float:
@@ -471,20 +367,34 @@ class Braking:
         return self.parts[self.part]
 
     @property
+    def simulated_bulk(self) -> float:
+        """Mean temperature (K) of its heated depth in the run."""
+        return float(np.mean(self.body_mean(self.heated.depth)))
+
+    @property
     def whole_rise(self) -> float:
         """Rise (K) of all of the metal."""
         capacity = float(self.metal.density * self.metal.specific_heat)
         return self.metal_heat / (self.metal_area * self.metal_thickness * capacity)
 
-    @functools.cached_property
-    def plate_rise(self) -> float:
-        """Rise (K) of the surface of a slab under the mean flux, at the end."""
-        return float(slab_rise(self.flux, self.time, self.metal_thickness, self.metal))
+    @property
+    def end(self) -> float:
+        return self.start_now + self.whole_rise
+
+    def simulated_end(self) -> float:
+        return self.body_mean(math.inf)[-1]
+
+    def plate(self) -> float:
+        """Temperature (K) of the surface of a slab under the mean flux, at the end."""
+        return self.start_now + float(slab_rise(self.flux, self.time, self.metal_thickness, self.metal))
 
     @functools.cached_property
     def falling_rise(self) -> float:
         """Maximum rise (K) of the surface of a half-space under a flux that falls linearly."""
-        return float(stopping_rise(2 * self.flux, self.time / 2, self.time, float(self.metal.effusivity)))
+        return float(stopping_rise(self.initial_flux, self.time / 2, self.time, float(self.metal.effusivity)))
+
+    def falling(self) -> float:
+        return self.start_now + self.falling_rise
 
     @functools.cached_property
     def flash(self) -> float | None:
@@ -498,11 +408,48 @@ class Braking:
         return float(law.rise(spots, jnp.asarray(self.speed)))
 
     @property
-    def stress(self) -> float:
-        """Thermal stress (Pa) of the rim's surface, a slab under the mean flux, at the end."""
-        face = float(slab_rise(self.flux, self.time, self.rim_thickness, self.rim))
-        mean = self.flux * self.time / (self.rim_thickness * float(self.rim.density * self.rim.specific_heat))
-        return float(surface_stress(face, mean, self.elastic))
+    def maximum(self) -> MaximumTemperatures:
+        """Maximum temperature (K) in S's combinations, absent at rest."""
+        rises = maximum_temperatures(self.heated.rise, self.falling_rise, there(self.flash))
+        return MaximumTemperatures(*(self.start_now + rise for rise in rises))
+
+    @functools.cached_property
+    def run_schmidt(self) -> SchmidtCourse | None:
+        """Schmidt's scheme with the heat of the run, `None` without a run that has a rim in layers."""
+        run, hot = self.run, float(self.power.heat)
+        if run is None or not run.layered:
+            return None
+        beyond = hot * (self.beyond_share if self.pair else 0.0)
+        return run.schmidt(run.course.wall.material, hot * self.share, self.track_area, beyond)
+
+    def run_schmidt_peak(self) -> float:
+        """Maximum temperature (K) of the face by it."""
+        return float(np.max(there(self.run_schmidt).temperature[:, 0]))
+
+    def flux_schmidt_end(self) -> float:
+        """Without it: temperature (K) of the face at the end of a constant flux, by Schmidt's scheme."""
+        if self.run_schmidt is not None:
+            raise Absent
+        course = schmidt(self.metal, self.metal_thickness, 40, self.time, self.flux, start=self.start_now)
+        return float(np.interp(self.time, course.t, course.temperature[:, 0]))
+
+    # the rim: flow through it, balance, thermal stress
+
+    @property
+    def rim_conductivity(self) -> float:
+        return float(self.rim.conductivity)
+
+    def stationary_drop(self) -> float:
+        """Drop (K) over the rim under the mean flux."""
+        return self.flux * self.rim_thickness / self.rim_conductivity
+
+    def drop_flux(self) -> float:
+        """Flux (W/m²) by the maximum drop over the rim of the run."""
+        return float(current_density(self.rim_conductivity, there(self.run).drop, self.rim_thickness))
+
+    def gradient(self) -> float:
+        """Maximum gradient (K/m) at the face, as the power begins to fall."""
+        return self.initial_flux / self.rim_conductivity
 
     @property
     def radiation(self) -> float:
@@ -515,7 +462,7 @@ class Braking:
         if not (self.omega > 0 and self.mean_omega > 0 and self.overlap > 0):
             raise Absent
         return heat_balance(
-            self.flux / self.overlap,  # the flux under the linings, of which the track gets the mean
+            self.lining_flux,
             overlap=self.overlap,
             coefficient=self.coefficient + self.radiation,
             surface=self.start_now,
@@ -524,15 +471,40 @@ class Braking:
             area=self.track_area,
         )
 
-    @functools.cached_property
-    def run_schmidt(self) -> SchmidtCourse | None:
-        """Schmidt's scheme with the heat of the run, `None` without a run that has a rim in layers."""
-        wall, hot = rim_wall(self.scene), float(self.power.heat)
-        if self.run is None or wall is None or not self.run.layered:
-            return None
-        return self.run.schmidt(
-            wall, hot * self.share, self.track_area, hot * (self.beyond_share if self.pair else 0.0)
-        )
+    def balanced_overlap(self) -> float:
+        return self.balance and self.overlap
+
+    def four_turns(self) -> tuple[float, float]:
+        """Time (s) of the first four revolutions of the run and heat (J) into its rim, absent where it makes fewer."""
+        run = there(self.run)
+        angle = np.concatenate([[0.0], np.cumsum(0.5 * np.abs(run.omega[1:] + run.omega[:-1]) * np.diff(run.t))])
+        if angle[-1] < 8 * math.pi:
+            raise Absent
+        time = float(np.interp(8 * math.pi, angle, run.t))
+        return time - float(run.t[0]), self.share * float(self.power.heat) * float(np.interp(time, run.t, run.work))
+
+    @property
+    def stress(self) -> float:
+        """Thermal stress (Pa) of the rim's surface, a slab under the mean flux, at the end."""
+        face = float(slab_rise(self.flux, self.time, self.rim_thickness, self.rim))
+        mean = self.flux * self.time / (self.rim_thickness * float(self.rim.density * self.rim.specific_heat))
+        return float(surface_stress(face, mean, self.elastic))
+
+    def free_stress(self) -> float:
+        """The same where the rim may bend."""
+        z = self.rim_thickness * np.linspace(0.0, 1.0, 401) ** 2
+        rise = np.asarray(slab_rise(self.flux, self.time, self.rim_thickness, self.rim, z))
+        return float(plate_stress(rise, z, self.elastic, restraint="none")[0])
+
+    def stress_ratio(self) -> float:
+        return abs(self.stress) / self.elastic.permissible
+
+    @property
+    def run_stress(self) -> tuple[float, float, float]:
+        """Time (s) from the beginning, stress (Pa) and ratio where the stress of the run is largest."""
+        run = there(self.run)
+        time, stress, ratio = run.stress(self.elastic).worst
+        return time - float(run.t[0]), stress, ratio
 
     # the run
 
@@ -546,17 +518,45 @@ class Braking:
         """Maximum temperature of the rim's face in the run (K)."""
         return float(np.max(there(self.run).surface))
 
+    # the pairs of a staged brake
+
     @functools.cached_property
     def pair_runs(self) -> dict[str, RunValues | None]:
         """What the run of a staged brake shows of each pair; empty without a run."""
-        result = self.result
-        return {} if result is None else {pair: run_values(result, pair) for pair in ("external", "internal")}
+        return (
+            {} if self.run is None else {pair: run_values(self.run.result, pair) for pair in ("external", "internal")}
+        )
+
+    @property
+    def pair_works(self) -> dict[str, float]:
+        """Friction work (J) of each pair in the run, 0 where it never slides, and of both."""
+        runs = there(self.pair_runs or None)
+        works = {pair: 0.0 if run is None else float(run.work[-1]) for pair, run in runs.items()}
+        return works | {"both": sum(works.values())}
+
+    def pair_shares(self) -> dict[str, float]:
+        external = self.pair_works["external"] / there(self.pair_works["both"] or None)
+        return {"external": external, "internal": 1 - external}
+
+    def onset(self) -> float:
+        """Slack tension (N) at which the internal pair breaks away in the braking of a run."""
+        run = there(self.run)
+        result, begin, end = run.result, run.t[0], run.t[-1]
+        slips = [e.time for e in result.events if e.name == "internal_slip" and begin <= e.time <= end]
+        return float(np.asarray(result.series(np.asarray(there(slips or None)[:1])).slack_tension)[0])
+
+    def stage_times(self) -> tuple[float, ...]:
+        """How long the stages last (s) that have a part in the braking of a run."""
+        run = there(self.run)
+        stages = [stage for stage in run.result.stages if stage.end > run.t[0] and stage.start < run.t[-1]]
+        names = [f"stage_{i}" for i in (1, 2, 3)]
+        return tuple(sum((stage.duration for stage in stages if stage.name == name), 0.0) for name in names)
 
     def of_pairs(self) -> list["Braking"]:
         """The braking of each pair of a staged brake that slides: from the run, else from the classical stop."""
         found = []
         for pair in ("external", "internal"):
-            if self.result is not None:
+            if self.run is not None:
                 run = self.pair_runs[pair]
                 if run is None:
                     continue

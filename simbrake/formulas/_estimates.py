@@ -1,309 +1,243 @@
-"""Engineering estimates of a braking: every formula is one row of data, with its simulated counterpart."""
+"""Estimates as rows of data: what is computed, how, from which source, and what the run beside it says.
 
+A line of `rows.csv` names what it is made from by paths of attributes: from a braking (or a part that it heats, a
+synthesis, a pair of materials) to the value and to the simulated one; `symbols.csv` has the paths to the numbers put
+into formulas. A row whose path leads nowhere is left out.
+"""
+
+import csv
 import dataclasses
+import inspect
 import math
-from collections.abc import Callable, Mapping
-from typing import Any, ClassVar, SupportsFloat
+from collections.abc import Iterator, Mapping, Sequence
+from importlib import resources
+from typing import Any, ClassVar, Generic, NamedTuple, TypeVar
 
-import jax.numpy as jnp
 import numpy as np
 
 from .._base._faults import Fault, InputError
-from .._base._table import Table, plain
+from .._base._table import Column, Table, Tabular, plain
 from .._parts._scene import Scene, band_brake, check
 from .._run._result import Result
-from ..thermal._material import effusivity_share
-from ._braking import Braking, HeatedPart, RunValues, run_values
+from ._braking import Braking
+from ._heated import Absent, run_values, there
 from ._inputs import EstimateData, Input, settle
-from ._rows import Absent, EstimateRow, Of, RowTable, Symbols, fill, rows, table_of, there
-from .contact import current_density, real_contact_area, series_conductivity, series_resistance
-from .heating import fourier_parameter, maximum_temperatures, plate_stress, schmidt, slab_rise, transmission_table
-from .stop import ClassicalStop, StagedStop, classical_staged_stop, classical_stop
+from .stop import classical_staged_stop, classical_stop
 
-# --- rows of one pair -------------------------------------------------------------------------------------------------
-
-#: numbers put into formulas of a braking
-SYMBOLS: Symbols[Braking] = {
-    "f": ("1", lambda b: b.friction),
-    "n": ("1", lambda b: b.scene.brake.linings.count),
-    "n|turns": ("1", lambda b: 4),
-    "R_b": ("m", lambda b: b.R_b),
-    "T_0": ("N", lambda b: b.T_0),
-    "Π": ("1", lambda b: there(b.stop).ratio),
-    "M_b": ("N*m", lambda b: there(b.stop).torque),
-    "t": ("s", lambda b: there(b.stop).time),
-    "φ": ("rad", lambda b: there(b.stop).angle),
-    "ω_0": ("rad/s", lambda b: b.omega),
-    "ω": ("rad/s", lambda b: b.mean_omega),
-    "v": ("m/s", lambda b: b.speed),
-    "s": ("m", lambda b: b.travel),
-    "τ": ("s", lambda b: b.time),
-    "τ_T": ("s", lambda b: b.time),
-    "W": ("J", lambda b: b.work),
-    "W|heat": ("J", lambda b: b.heat),
-    "α": ("1", lambda b: b.share),
-    "q": ("W/m^2", lambda b: b.flux),
-    "q_0": ("W/m^2", lambda b: 2 * b.flux),
-    "q_1": ("W/m^2", lambda b: b.flux / b.overlap),
-    "T": ("K", lambda b: b.start_now),
-    "T_a": ("K", lambda b: b.ambient),
-    "t_s": ("K", lambda b: b.falling_rise),
-    "t_v": ("K", lambda b: b.heated.rise),
-    "t_f": ("K", lambda b: b.flash or 0.0),
-    "e": ("W*s^0.5/(m^2*K)", lambda b: b.metal.effusivity),
-    "e_1": ("W*s^0.5/(m^2*K)", lambda b: b.metal.effusivity),
-    "e_2": ("W*s^0.5/(m^2*K)", lambda b: b.lining.effusivity),
-    "λ": ("W/(m*K)", lambda b: b.rim.conductivity),
-    "h": ("W/(m^2*K)", lambda b: b.coefficient),
-    "ε": ("1", lambda b: b.emissivity),
-    "κ": ("1", lambda b: b.overlap),
-    "δ": ("m", lambda b: b.rim_thickness),
-    "A_a": ("m^2", lambda b: b.track_area),
-    "A_l": ("m^2", lambda b: b.face_area),
-    "HB": ("Pa", lambda b: b.hardness),
-    "l": ("m", lambda b: b.spot_length),
-    "E": ("Pa", lambda b: b.elastic.young),
-    "α_T": ("1/K", lambda b: b.elastic.expansion),
-    "ν": ("1", lambda b: b.elastic.poisson),
-    "σ_p": ("Pa", lambda b: b.elastic.permissible),
-}
-#: and of a part that it heats
-PART_SYMBOLS: Symbols[HeatedPart] = {
-    "a": ("m^2/s", lambda p: p.diffusivity),
-    "τ": ("s", lambda p: p.time),
-    "δ": ("m", lambda p: p.thickness),
-    "b": ("m", lambda p: p.depth),
-    "A": ("m^2", lambda p: p.area),
-    "T": ("K", lambda p: p.start),
-    "α": ("1", lambda p: p.share),
-    "W": ("J", lambda p: p.work),
-    "c": ("J/(kg*K)", lambda p: p.material.specific_heat),
-    "G": ("kg", lambda p: p.mass),
-}
-
-Value = Callable[[Braking], SupportsFloat]
+# --- what a row tells -------------------------------------------------------------------------------------------------
 
 
-def on_rim(f: Value) -> Value:
-    """A function of a braking that only a rim has."""
-    return lambda b: f(there(b if b.part == "rim" else None))
+class Number(NamedTuple):
+    """A number put into a formula: its symbol, value and unit."""
+
+    symbol: str
+    value: float
+    unit: str
+
+    def __str__(self) -> str:
+        return f"{self.symbol} = {self.value:.5g} {_unit(self.unit)}".rstrip()
 
 
-def _metric(name: str) -> Value:
-    return lambda b: there(there(b.result).metrics.get(name))
+@dataclasses.dataclass(frozen=True)
+class EstimateRow:
+    """One estimate: its `name`, `formula`, `value` and `unit`, the `source` of the formula, the `simulated` value
+
+    (`None` without a run, or where the run has no such number) and `why` the two differ. Temperatures are in K.
+    """
+
+    name: str
+    formula: str
+    value: float
+    unit: str
+    source: str
+    simulated: float | None = None
+    why: str = ""
+
+    @property
+    def difference(self) -> float | None:
+        """Estimate less simulated value, `None` without one or where the estimate is not finite."""
+        if self.simulated is None or not np.isfinite(self.value):
+            return None
+        apart = self.value - self.simulated
+        return 0.0 if abs(apart) <= 1e-14 * abs(self.value) else apart  # rounding
+
+    @property
+    def words(self) -> str:
+        """Name, value and unit."""
+        return f"{self.name} {_shown(self.value)} {_unit(self.unit)}".rstrip()
+
+    def as_dict(self) -> dict[str, Any]:
+        """`{name, formula, value, unit, simulated, difference, source, why}`."""
+        keys = ("name", "formula", "value", "unit", "simulated", "difference", "source", "why")
+        return {key: plain(getattr(self, key)) for key in keys}
 
 
-def _shares(i: int) -> Of[Braking]:
-    """A part of the friction work, as given and as the run books it."""
-    own, none = "the run has shares of its own (`Scene.power_shares`)", "in the run all of it is heat"
-    return Of(
-        lambda b: b.power.split(b.work)[i],
-        lambda b: there(b.run) and b.booked.split(b.work)[i],
-        why=lambda b: own if b.booked.heat < 1 else none,
-    )
+@dataclasses.dataclass(frozen=True)
+class SynthesisRow(EstimateRow):
+    """A row of one step: an `EstimateRow` with its `step` (1…12) and the `numbers` put into the formula.
+
+    `verdict`, of a permissible limit: `within limit` or `exceeded` by the estimate, and by the run where that differs.
+    """
+
+    step: int = 0
+    numbers: tuple[Number, ...] = ()
+    verdict: str = ""
+
+    def as_dict(self) -> dict[str, Any]:
+        """`{step, name, formula, value, unit, simulated, difference, source, why, numbers, verdict}`."""
+        return {"step": self.step, **super().as_dict(), "numbers": plain(self.numbers), "verdict": self.verdict}
 
 
-def simulated_share(b: Braking) -> float:
-    """Share of the heat that enters the metal in the run."""
-    run, energy = there(b.run), there(b.result).energy
-    if not b.scene.heated or not run.total_work > 0:
-        raise Absent
-    entered = there(energy.get("heat_to_band" if b.part == "band" else "heat_to_metal"))
-    if b.pair == "internal":  # without what the external pair sends beyond the linings
-        entered = entered - b.beyond_share * energy["heat_external"]
-    return float(entered) / float(b.booked.split(run.total_work).heat)
+# --- rows as data -----------------------------------------------------------------------------------------------------
 
 
-def _transmission(b: Braking) -> float:
-    K_1, K_2 = (float(np.asarray(K)) for K in transmission_table().transmissions(jnp.asarray(b.start_now)))
-    return K_1 / (K_1 + K_2)
+def look(context: Any, path: str) -> Any:
+    """What is at the end of a path of attributes, entries and methods. Raises `Absent` where there is none."""
+    for name in path.split("."):
+        if isinstance(context, Mapping):
+            context = context.get(name)
+        elif isinstance(context, Sequence | np.ndarray) and name.lstrip("-").isdigit():
+            context = context[int(name)]
+        else:
+            context = getattr(context, name)
+        context = there(context() if inspect.isroutine(context) else context)
+    return context
 
 
-def _stack(b: Braking) -> tuple[list[float], list[float]]:
-    """Thicknesses and conductivities of lining and band."""
-    return [b.lining_thickness, b.band_thickness], [float(b.lining.conductivity), float(b.band.conductivity)]
+def number(context: Any, cell: str) -> float | None:
+    """A number as it stands in a cell, or at the end of the path there; `None` where there is none."""
+    try:
+        return float(cell if cell[0].isdigit() else look(context, cell)) if cell else None
+    except Absent:
+        return None
 
 
-def _resistance(b: Braking) -> float:
-    return series_resistance(*(d / (k * b.lining_area) for d, k in zip(*_stack(b), strict=True)))
+def words(context: Any, cell: str) -> str:
+    """Text of a cell, or after an @ the path to it."""
+    return look(context, cell[1:]) if cell.startswith("@") else cell
 
 
-def _maximum(i: int) -> Of[Braking]:
-    """The maximum temperature in one of S's combinations, none at rest."""
-    return Of(
-        lambda b: b.start_now + maximum_temperatures(b.heated.rise, b.falling_rise, there(b.flash))[i],
-        lambda b: b.peak,
-    )
+@dataclasses.dataclass(frozen=True)
+class Row:
+    """A line of `rows.csv`: paths to `value` and `simulated` (empty: none), or a number; all else in words.
+
+    - `name`: with attributes in braces, as `depth of heat, {.name}`; `table`: the rows that it stands among
+    - `formula`, `why`: or `@` and a path to the text; `why`: or `= ` and the name of the row that has the same reason
+    - `numbers` put into the formula: symbols, as `symbol|which` where several have it, or `@` and a path to them
+    """
+
+    table: str
+    name: str
+    formula: str
+    value: str
+    simulated: str
+    unit: str
+    source: str
+    numbers: str
+    why: str
+
+    def at(self, context: Any) -> Iterator[EstimateRow]:
+        """The row, if it has a value."""
+        value = number(context, self.value)
+        if value is not None:
+            name, formula, why = self.name.format(context), words(context, self.formula), words(context, self.why)
+            simulated = number(context, self.simulated)
+            yield EstimateRow(name, formula, value, self.unit, self.source, simulated, why)
+
+    def put_in(self, context: Any) -> Iterator[Number]:
+        """The numbers put into the formula."""
+        if self.numbers.startswith("@"):
+            yield from (Number(symbol, float(value), unit) for symbol, value, unit in look(context, self.numbers[1:]))
+        else:
+            for symbol in filter(None, self.numbers.split("; ")):
+                unit, cell = SYMBOLS[type(context).__name__, symbol]
+                yield Number(symbol.partition("|")[0], there(number(context, cell)), unit)
 
 
-def _schmidt(b: Braking) -> float:
-    """Maximum face temperature with the run's own heat, else that at the end of a constant flux."""
-    if b.run_schmidt is not None:
-        return float(np.max(b.run_schmidt.temperature[:, 0]))
-    course = schmidt(b.metal, b.metal_thickness, 40, b.time, b.flux, start=b.start_now)
-    return float(np.interp(b.time, course.t, course.temperature[:, 0]))
+def read(name: str) -> list[dict[str, str]]:
+    """Lines of a table of data beside this module."""
+    return list(csv.DictReader((resources.files("simbrake") / "formulas" / name).read_text("utf-8").splitlines()))
 
 
-def _free(b: Braking) -> float:
-    """Thermal stress of the surface where the rim may bend."""
-    z = b.rim_thickness * np.linspace(0.0, 1.0, 401) ** 2
-    rise = np.asarray(slab_rise(b.flux, b.time, b.rim_thickness, b.rim, z))
-    return float(plate_stress(rise, z, b.elastic, restraint="none")[0])
+def _rows() -> tuple[Row, ...]:
+    lines = read("rows.csv")
+    reasons = {f"= {line['name']}": line["why"] for line in lines}
+    return tuple(Row(**(line | {"why": reasons.get(line["why"], line["why"])})) for line in lines)
 
 
-def _layered(b: Braking) -> RunValues:
-    """The run where it has a rim in layers."""
-    return there(b.run if b.run is not None and b.run.layered else None)
+ROWS = _rows()
+#: class and symbol → unit, and the cell with the path to its value
+SYMBOLS = {(line["of"], line["symbol"]): (line["unit"], line["value"]) for line in read("symbols.csv")}
 
 
-def _worst(b: Braking) -> tuple[float, float, float]:
-    """Time (s), stress (Pa) and ratio where the stress of the run is largest."""
-    return there(b.run).stress(b.elastic).worst
+def rows_of(table: str, context: Any) -> list[EstimateRow]:
+    """The rows of a table that have a value."""
+    return [found for row in ROWS if row.table == table for found in row.at(context)]
 
 
-#: rows of a braking with one pair
-ROWS = rows(
-    SYMBOLS,
-    {
-        # a stop by statics
-        "tension ratio": Of(lambda b: there(b.stop).ratio),
-        "brake torque": Of(lambda b: there(b.stop).torque, lambda b: np.max(there(b.run).torque)),
-        "stopping time": Of(lambda b: there(b.stop).time, _metric("stopping_time")),
-        "stopping angle": Of(lambda b: there(b.stop).angle, _metric("stopping_angle")),
-        "friction work": Of(lambda b: there(b.stop).work, lambda b: there(b.run).total_work),
-        "friction power at first": Of(
-            lambda b: there(b.stop).power, lambda b: np.max(np.diff(there(b.run).work) / np.diff(there(b.run).t))
-        ),
-        # the friction work in its shares
-        "work into heat": _shares(0),
-        "electrical work": _shares(1),
-        "mechanical work": _shares(2),
-        # heat partition coefficient, and the way of the heat through lining and band
-        "share into the {part}, effusivities": Of(lambda b: effusivity_share(b.metal, b.lining), simulated_share),
-        "share into the rim, transmission": Of(on_rim(_transmission), simulated_share),
-        "conductivity, lining and band": Of(on_rim(lambda b: series_conductivity(*_stack(b)))),
-        "resistance, lining and band": Of(on_rim(_resistance)),
-        # temperatures of the metal
-        "bulk temperature, mean": Of(
-            lambda b: b.start_now + b.heated.rise,
-            lambda b: np.mean(b.body_mean(b.heated.depth)),
-        ),
-        "bulk temperature, end": Of(lambda b: b.start_now + b.whole_rise, lambda b: b.body_mean(math.inf)[-1]),
-        "surface temperature, constant flux": Of(
-            lambda b: b.start_now + b.plate_rise, lambda b: there(b.run).surface[-1]
-        ),
-        "surface temperature, falling flux": Of(lambda b: b.start_now + b.falling_rise, lambda b: b.peak),
-        "flash temperature, rise": Of(lambda b: there(b.flash)),
-        "maximum temperature, S-26": _maximum(0),
-        "maximum temperature, S-27": _maximum(1),
-        "maximum temperature, sum": _maximum(2),
-        "surface temperature, Schmidt": Of(
-            _schmidt,
-            lambda b: there(b.run_schmidt) and b.peak,
-            lambda b: "½ (t_{j−1} + t_{j+1}), " + ("constant flux" if b.run_schmidt is None else "the run's own heat"),
-            lambda b: "" if b.run_schmidt is None else None,
-        ),
-        # real contact, surfaces, and the heat through the rim
-        "pressure, mean": Of(lambda b: b.pressure),
-        "real contact area": Of(lambda b: real_contact_area(b.face_area, b.pressure, b.hardness)),
-        "polished surface": Of(on_rim(lambda b: b.track_area)),
-        "matte surfaces": Of(on_rim(lambda b: b.matte_area)),
-        "radiation coefficient": Of(on_rim(lambda b: b.radiation)),
-        "drop over the rim, stationary flux": Of(
-            on_rim(lambda b: b.flux * b.rim_thickness / float(b.rim.conductivity)), lambda b: there(b.run).drop
-        ),
-        "flux by the greatest drop": Of(
-            lambda b: current_density(float(b.rim.conductivity), there(b.run).drop, b.rim_thickness)
-        ),
-        # heat balance of the rim over four revolutions at the mean speed of the braking
-        "overlap coefficient": Of(lambda b: there(b.balance) and b.overlap),
-        "time of four revolutions": Of(lambda b: b.balance.time),
-        "heat gained in it": Of(lambda b: b.balance.gained),
-        "heat given away in it": Of(lambda b: b.balance.lost),
-        "mean flux kept": Of(lambda b: b.balance.mean_flux),
-        # thermal stress of the rim's surface: of the slab under constant flux, beside that of the simulated profiles
-        "thermal stress, surface": Of(lambda b: b.stress, lambda b: _worst(b)[1]),
-        "thermal stress, free to bend": Of(_free),
-        "stress over permissible": Of(lambda b: abs(b.stress) / b.elastic.permissible, lambda b: _worst(b)[2]),
-        "time of greatest stress": Of(lambda b: _layered(b).duration, lambda b: _worst(b)[0] - there(b.run).t[0]),
-    },
-    *("stop", "power", "partition", "temperature", "contact", "balance", "stress"),
-)
-#: of each part that the pair heats
-PARTS = rows(
-    PART_SYMBOLS,
-    {
-        "depth of heat, {part}": Of(lambda p: p.depth),
-        "Fourier number, {part}": Of(lambda p: p.Fo),
-        "parameter B, {part}": Of(lambda p: fourier_parameter(p.diffusivity, p.thickness)),
-        "effective volume, {part}": Of(lambda p: p.volume),
-    },
-    "part",
-)
+# --- tables of rows ---------------------------------------------------------------------------------------------------
+
+R = TypeVar("R", bound=EstimateRow)
 
 
-# --- of a staged brake ------------------------------------------------------------------------------------------------
+@dataclasses.dataclass(frozen=True)
+class RowTable(Tabular, Generic[R]):
+    """Rows with a name each, the inputs that they are made from, and what braking they are `about`."""
+
+    about: str
+    inputs: tuple[Input, ...]
+    rows: tuple[R, ...]
+    kind: ClassVar[str] = "row"
+
+    def __getitem__(self, name: str) -> R:
+        """The row of that name. Raises `KeyError` with the names there are."""
+        for row in self.rows:
+            if row.name == name:
+                return row
+        raise KeyError(f"no {self.kind} {name!r}; there are: {', '.join(row.name for row in self.rows)}")
+
+    def __iter__(self) -> Iterator[R]:
+        return iter(self.rows)
+
+    def head(self) -> list[str | Table]:
+        """What the rows are about, and the inputs."""
+        columns = (Column("name", left=True), Column("value", show=_of_input), Column("unit", left=True, show=_unit))
+        inputs = Table([*columns, "source"], self.inputs, "inputs and assumptions")
+        return [self.about, "", inputs]
 
 
-def _pair_torque(pair: str) -> Value:
-    return lambda b: np.max(there(b.pair_runs.get(pair)).torque)
+def table_of(rows: Sequence[EstimateRow]) -> list[str | Table]:
+    """Rows as a table, those of a synthesis with their numbers, and below it why estimate and run differ."""
+    columns = [
+        Column("name", heading="", left=True),
+        *(Column(name, show=_shown) for name in ("estimate", "simulated", "difference")),
+        *(Column(name, left=True, show=_unit) for name in ("unit", "formula")),
+    ]
+    if any(isinstance(row, SynthesisRow) for row in rows):
+        columns += [Column("verdict", heading="", left=True), Column("numbers", heading="with", left=True)]
+    lines = []
+    for row in rows:
+        formula = f"{row.formula} ({row.source})" if row.source else row.formula
+        line = [row.name, row.value, row.simulated, row.difference, row.unit, formula]
+        lines.append([*line, row.verdict, ", ".join(map(str, row.numbers))] if isinstance(row, SynthesisRow) else line)
+    reasons: dict[str, list[str]] = {}
+    for row in rows:
+        if row.why and row.difference:
+            reasons.setdefault(row.why, []).append(row.name)
+    return [Table(columns, lines), *(f"reason: {why} ({'; '.join(names)})" for why, names in reasons.items())]
 
 
-def _pair_work(b: Braking, *pairs: str) -> float:
-    """Friction work of pairs in the run, 0 where a pair never slides."""
-    runs = [there(b.pair_runs or None)[pair] for pair in pairs]
-    return sum(0.0 if run is None else float(run.work[-1]) for run in runs)
+def _shown(value: float) -> str:
+    return f"{value:.5g}" if math.isfinite(value) else "none"
 
 
-def _external_share(b: Braking) -> float:
-    return _pair_work(b, "external") / there(_pair_work(b, "external", "internal") or None)
+def _unit(unit: str) -> str:
+    """A unit as it stands behind a number: nothing for a pure one."""
+    return "" if unit == "1" else unit
 
 
-def _onset(b: Braking) -> float:
-    """Slack tension (N) at which the internal pair breaks away in the braking of a run."""
-    begin, end = there(b.run).t[0], there(b.run).t[-1]
-    slips = [e.time for e in there(b.result).events if e.name == "internal_slip" and begin <= e.time <= end]
-    return float(np.asarray(there(b.result).series(np.asarray(there(slips or None)[:1])).slack_tension)[0])
-
-
-def _stage(i: int) -> Of[Braking]:
-    """How long a stage lasts (s), and lasted if it has a part in the braking of a run."""
-
-    def simulated(b: Braking) -> float:
-        begin, end = there(b.run).t[0], there(b.run).t[-1]
-        stages = [stage for stage in there(b.result).stages if stage.end > begin and stage.start < end]
-        return sum((stage.duration for stage in stages if stage.name == f"stage_{i + 1}"), 0.0)
-
-    return Of(lambda b: there(b.stages).times[i], simulated)
-
-
-#: tension ratio, torques, durations of the stages, friction work of both pairs
-STAGES = rows(
-    SYMBOLS,
-    {
-        "tension ratio": Of(lambda b: there(b.stages).ratio),
-        "slack tension of internal slip": Of(lambda b: there(b.stages).onset, _onset),
-        "torque, external pair": Of(lambda b: there(b.stages).external_torque, _pair_torque("external")),
-        "torque, both pairs slide": Of(lambda b: there(b.stages).internal_torque, _pair_torque("internal")),
-        **{f"stage {i + 1}": _stage(i) for i in range(3)},
-        "stopping time": Of(lambda b: there(b.stages).time, _metric("stopping_time")),
-        "stopping angle": Of(lambda b: there(b.stages).angle, _metric("stopping_angle")),
-        "friction work": Of(lambda b: there(b.stages).work, lambda b: _pair_work(b, "external", "internal")),
-        "friction work, external pair": Of(
-            lambda b: there(b.stages).external.work, lambda b: _pair_work(b, "external")
-        ),
-        "friction work, internal pair": Of(
-            lambda b: there(b.stages).internal.work, lambda b: _pair_work(b, "internal")
-        ),
-        "share of the external pair": Of(
-            lambda b: there(b.stages).external.work / there(b.stages).work, _external_share
-        ),
-        "share of the internal pair": Of(
-            lambda b: there(b.stages).internal.work / there(b.stages).work, lambda b: 1 - _external_share(b)
-        ),
-    },
-    "stages",
-)
+def _of_input(value: Any) -> str:
+    return f"{value:.5g}" if isinstance(value, float | int) else ""
 
 
 # --- the estimates ---------------------------------------------------------------------------------------------------
@@ -328,6 +262,12 @@ class EngineeringEstimates(RowTable[EstimateRow]):
         return {"about": self.about, "inputs": plain(self.inputs), "estimates": [row.as_dict() for row in self.rows]}
 
 
+def no_stop(hint: str) -> InputError:
+    """That a scene has no classical stop where one is needed."""
+    hint = f"it must begin in motion and the brake outweigh its load; or {hint}"
+    return InputError([Fault("scene", "has no classical stop", hint)])
+
+
 def braking_of(run: Scene | Result, data: EstimateData | None) -> tuple[Braking, str]:
     """The braking of a scene or of a run, and in words which one it is. Raises `InputError` as `estimates`."""
     scene = run.scene if isinstance(run, Result) else run
@@ -339,12 +279,9 @@ def braking_of(run: Scene | Result, data: EstimateData | None) -> tuple[Braking,
     stop = None if staged else classical_stop(scene)
     stages = classical_staged_stop(scene) if staged else None
     if not isinstance(run, Result):
-        of = stages if staged else stop
-        if of is None:
-            hint = "it must begin in motion and the brake outweigh its load; or simulate it and give the result"
-            raise InputError([Fault("scene", "has no classical stop", hint)])
-        braking = Braking(scene, inputs, stop, stages, None, None, of.time, of.work, float(scene.initial.omega))
-        return braking, "; time and friction work are those of a classical stop"
+        if stop is None and stages is None:
+            raise no_stop("simulate it and give the result")
+        return Braking.of(scene, inputs, stop, stages), "; time and friction work are those of a classical stop"
     values = run_values(run)
     if values is None:
         raise InputError([Fault("run", "has no friction work", "nothing ever slides in it")])
@@ -353,19 +290,7 @@ def braking_of(run: Scene | Result, data: EstimateData | None) -> tuple[Braking,
         f" beside the simulation; time and friction work are those of {which} "
         f"from {values.t[0]:.6g} s to {values.t[-1]:.6g} s"
     )
-    return of_result(run, inputs, stop, stages, values), about
-
-
-def of_result(
-    result: Result,
-    inputs: Mapping[str, Input],
-    stop: ClassicalStop | None,
-    stages: StagedStop | None,
-    values: RunValues,
-) -> Braking:
-    """The hardest braking of a run."""
-    work, first = float(values.work[-1]), float(abs(values.omega[0]))
-    return Braking(result.scene, inputs, stop, stages, result, values, values.duration, work, first)
+    return Braking.of(scene, inputs, stop, stages, values), about
 
 
 def estimates(run: Scene | Result, data: EstimateData | None = None) -> EngineeringEstimates:
@@ -390,25 +315,17 @@ def estimates(run: Scene | Result, data: EstimateData | None = None) -> Engineer
     nothing slides, and a traced or batched one.
     """
     braking, about = braking_of(run, data)
-    found = _staged(braking) if braking.scene.brake.in_series else _single(braking)
+    found = rows_of("stages" if braking.scene.brake.in_series else "stop", braking) + rows_of("power", braking)
+    if braking.scene.brake.in_series:
+        for one in braking.of_pairs():
+            found += [dataclasses.replace(row, name=f"{row.name}, {one.pair} pair") for row in _of_pair(one)]
+    else:
+        found += _of_pair(braking)
     return EngineeringEstimates(f"engineering estimates{about}", tuple(braking.inputs.values()), tuple(found))
-
-
-def _single(b: Braking) -> list[EstimateRow]:
-    """All rows of a brake with one pair."""
-    return [*fill(ROWS, b, "stop", "power"), *_of_pair(b)]
-
-
-def _staged(b: Braking) -> list[EstimateRow]:
-    """All rows of a staged brake: its stop, then both pairs, whose rows end with the name of the pair."""
-    pairs = [
-        dataclasses.replace(row, name=f"{row.name}, {one.pair} pair") for one in b.of_pairs() for row in _of_pair(one)
-    ]
-    return [*fill(STAGES, b), *fill(ROWS, b, "power"), *pairs]
 
 
 def _of_pair(b: Braking) -> list[EstimateRow]:
     """What one pair heats, shares, temperatures, contact; of a rim also balance and stress."""
-    parts = [row for part in b.parts.values() for row in fill(PARTS, part, part=part.name)]
+    parts = [row for part in b.parts.values() for row in rows_of("part", part)]
     tables = ["partition", "temperature", "contact", *(["balance", "stress"] if b.part == "rim" else [])]
-    return [*parts, *fill(ROWS, b, *tables, part=b.part)]
+    return parts + [row for table in tables for row in rows_of(table, b)]

@@ -2,13 +2,14 @@
 
 import dataclasses
 import difflib
+from dataclasses import field
 from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
 
 from .._base._faults import Fault, InputError
-from .._base._quantity import BAD, NumberReader, Quantity, faults_of_values, positive
+from .._base._quantity import NumberReader, Quantity, faults_of_values, positive
 from .._parts._scene import Scene, band_brake
 from ..thermal._heat import FrictionHeat, Heat, PowerShares
 from ..thermal._material import LIBRARY, ROOM, Material, effusivity_share, material
@@ -25,38 +26,16 @@ class _Known(NamedTuple):
     source: str = ""  # of what is assumed; empty: derived from other inputs
 
 
-def _share(meaning: str) -> _Known:
-    return _Known(Quantity("1", meaning, 0.0, 1.0))
+def _made(assumed: Material | ElasticMaterial | PowerShares, source: str) -> dict[str, _Known]:
+    return {"known": _Known(None, assumed, source)}
 
 
-#: of each field of `EstimateData`
-_FIELDS: dict[str, _Known] = {
-    "rim": _Known(None, material("steel_20L"), "steel 20L (V, table 1)"),
-    "lining": _Known(None, material("FK-24A"), "FK-24A (V, table 2)"),
-    "band": _Known(None, material("band_steel"), "brake band (V, table 2)"),
-    "rim_thickness": _Known(positive("m", "thickness of the rim"), 0.025, "V, table 1"),
-    "lining_thickness": _Known(positive("m", "thickness of the linings"), 0.030, "V"),
-    "band_thickness": _Known(positive("m", "thickness of the band"), 0.006, "V"),
-    "track_area": _Known(positive("m^2", "area of the track, all bands together")),
-    "lining_area": _Known(positive("m^2", "area of the linings, all bands together")),
-    "share": _share("share of the friction heat into the rim"),
-    "coefficient": _Known(
-        Quantity("W/(m^2*K)", "coefficient of the open track", 0.0), 20.0, "assumption: convection at a turning rim"
-    ),
-    "emissivity": _Known(Quantity("1", "emissivity of the open track", 0.0, 1.0), 0.8, "assumption: oxidised steel"),
-    "ambient": _Known(positive("K", "temperature of the air"), ROOM, "assumption: 20 °C"),
-    "hardness": _Known(positive("Pa", "hardness of the softer surface"), 300e6, "assumption: friction composite"),
-    "spot_length": _Known(positive("m", "length of a spot"), 50e-6, "assumption: spots of 50 µm"),
-    "matte_area": _Known(positive("m^2", "area of the matte surfaces"), None, "assumption: the rim's bore alone"),
-    "elastic": _Known(None, ElasticMaterial(), "assumption: cast carbon steel"),
-    "power": _Known(None, PowerShares(), "all heat"),
-    "outer_area": _Known(positive("m^2", "area of a staged brake's outer faces")),
-    "external_share": _share("share of the external pair's heat into the band"),
-    "beyond_share": _share("share of the external pair's heat into the rim"),
-}
-_NUMBERS: dict[str, Quantity] = {name: known.about for name, known in _FIELDS.items() if known.about is not None}
-_MATERIALS = ("rim", "lining", "band")
-_STAGED = ("outer_area", "external_share", "beyond_share")
+def _number(about: Quantity, assumed: float | None = None, source: str = "") -> Any:
+    return field(default=None, metadata={"known": _Known(about, assumed, source)})
+
+
+def _share(meaning: str) -> Any:
+    return _number(Quantity("1", f"share of {meaning}", 0.0, 1.0))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -74,26 +53,43 @@ class EstimateData:
       rim at once (`share`: of linings and rim)
     """
 
-    rim: Material | None = None
-    lining: Material | None = None
-    band: Material | None = None
-    rim_thickness: float | None = None
-    lining_thickness: float | None = None
-    band_thickness: float | None = None
-    track_area: float | None = None
-    lining_area: float | None = None
-    share: float | None = None
-    coefficient: float | None = None
-    emissivity: float | None = None
-    ambient: float | None = None
-    hardness: float | None = None
-    spot_length: float | None = None
-    matte_area: float | None = None
-    elastic: ElasticMaterial | None = None
-    power: PowerShares | None = None
-    outer_area: float | None = None
-    external_share: float | None = None
-    beyond_share: float | None = None
+    rim: Material | None = field(default=None, metadata=_made(material("steel_20L"), "steel 20L (V, table 1)"))
+    lining: Material | None = field(default=None, metadata=_made(material("FK-24A"), "FK-24A (V, table 2)"))
+    band: Material | None = field(default=None, metadata=_made(material("band_steel"), "brake band (V, table 2)"))
+    rim_thickness: float | None = _number(positive("m", "thickness of the rim"), 0.025, "V, table 1")
+    lining_thickness: float | None = _number(positive("m", "thickness of the linings"), 0.030, "V")
+    band_thickness: float | None = _number(positive("m", "thickness of the band"), 0.006, "V")
+    track_area: float | None = _number(positive("m^2", "area of the track, all bands together"))
+    lining_area: float | None = _number(positive("m^2", "area of the linings, all bands together"))
+    share: float | None = _share("the friction heat into the rim")
+    coefficient: float | None = _number(
+        Quantity("W/(m^2*K)", "coefficient of the open track", 0.0), 20.0, "assumption: convection at a turning rim"
+    )
+    emissivity: float | None = _number(
+        Quantity("1", "emissivity of the open track", 0.0, 1.0), 0.8, "assumption: oxidised steel"
+    )
+    ambient: float | None = _number(positive("K", "temperature of the air"), ROOM, "assumption: 20 °C")
+    hardness: float | None = _number(
+        positive("Pa", "hardness of the softer surface"), 300e6, "assumption: friction composite"
+    )
+    spot_length: float | None = _number(positive("m", "length of a spot"), 50e-6, "assumption: spots of 50 µm")
+    matte_area: float | None = _number(
+        positive("m^2", "area of the matte surfaces"), None, "assumption: the rim's bore alone"
+    )
+    elastic: ElasticMaterial | None = field(
+        default=None, metadata=_made(ElasticMaterial(), "assumption: cast carbon steel")
+    )
+    power: PowerShares | None = field(default=None, metadata=_made(PowerShares(), "all heat"))
+    outer_area: float | None = _number(positive("m^2", "area of a staged brake's outer faces"))
+    external_share: float | None = _share("the external pair's heat into the band")
+    beyond_share: float | None = _share("the external pair's heat into the rim")
+
+
+#: of each field of `EstimateData`
+_FIELDS: dict[str, _Known] = {one.name: one.metadata["known"] for one in dataclasses.fields(EstimateData)}
+_NUMBERS: dict[str, Quantity] = {name: known.about for name, known in _FIELDS.items() if known.about is not None}
+_MATERIALS = ("rim", "lining", "band")
+_STAGED = ("outer_area", "external_share", "beyond_share")
 
 
 class Input(NamedTuple):
@@ -160,9 +156,9 @@ def faults_of_data(data: EstimateData | None, limits: Permissible) -> list[Fault
             found += faults_of_values(given[name], name)
     elastic = given.get("elastic")
     if elastic is not None:
-        found.append(_fault("elastic.young", elastic.young, positive("Pa", "Young's modulus")))
-        found.append(_fault("elastic.permissible", elastic.permissible, _LIMITS["stress"]))
-        found.append(_fault("elastic.expansion", elastic.expansion, Quantity("1/K", "thermal expansion")))
+        constants = {"young": positive("Pa", "Young's modulus"), "permissible": _LIMITS["stress"]}
+        constants["expansion"] = Quantity("1/K", "thermal expansion")
+        found += [_fault(f"elastic.{name}", getattr(elastic, name), about) for name, about in constants.items()]
         if not -1 < elastic.poisson < 0.5:
             found.append(Fault("elastic.poisson", f"{elastic.poisson} is out of range", "must be > −1 and < 0.5"))
     return [fault for fault in found if fault is not None]
@@ -179,44 +175,31 @@ def read_given(texts: list[str]) -> tuple[EstimateData, Permissible]:
 
     Raises `InputError` with all that is wrong: unknown names, values that are no numbers or out of range.
     """
-    reader, data, limits, stress = NumberReader(), {}, {}, None
-    known = [*_NUMBERS, *_MATERIALS, *(f"permissible.{name}" for name in _LIMITS)]
+    reader, data, numbers = NumberReader(), {}, {}
+    ranges = _NUMBERS | {f"permissible.{name}": about for name, about in _LIMITS.items()}
     for text in texts:
         name, equals, value = (part.strip() for part in text.partition("="))
-        limit = name.removeprefix("permissible.")
         if not equals or not value:
             reader.fault(text, "is not of the form name=value", "as in rim_thickness=28 mm")
-        elif name not in known:
+        elif name in ranges:
+            numbers[name] = reader.number(value, ranges[name], name, ranges[name].unit)
+        elif name not in _MATERIALS:
+            known = [*_NUMBERS, *_MATERIALS, *(name for name in ranges if name not in _NUMBERS)]
             near = difflib.get_close_matches(name, known, n=3, cutoff=0.4) or known
             reader.fault(name, "unknown name", f"nearest: {', '.join(near)}")
-        elif name in _MATERIALS:
-            if value in LIBRARY:
-                data[name] = material(value)
-            else:
-                reader.fault(name, f"unknown material {value!r}", f"there are: {', '.join(sorted(LIBRARY))}")
+        elif value in LIBRARY:
+            data[name] = material(value)
         else:
-            about = _NUMBERS[name] if name in _NUMBERS else _LIMITS[limit]
-            number = reader.number(value, about, name, about.unit)
-            if number is BAD:
-                continue
-            if name in _NUMBERS:
-                data[name] = number
-            elif limit == "stress":
-                stress = number
-            else:
-                limits[limit] = number
+            reader.fault(name, f"unknown material {value!r}", f"there are: {', '.join(sorted(LIBRARY))}")
     if reader.faults:
         raise InputError(reader.faults)
+    limits = {name.removeprefix("permissible."): numbers.pop(name) for name in [*numbers] if name not in _NUMBERS}
+    stress = limits.pop("stress", None)
     elastic = None if stress is None else ElasticMaterial(permissible=stress)
-    return dataclasses.replace(EstimateData(**data), elastic=elastic), Permissible(**limits)
+    return EstimateData(**data, **numbers, elastic=elastic), Permissible(**limits)
 
 
 # --- of the scene -----------------------------------------------------------------------------------------------------
-
-
-def rim_wall(scene: Scene) -> Wall | None:
-    """The rim as a wall in layers, `None` where the scene has none."""
-    return _wall_at(scene.network, scene.network.rim)
 
 
 def start_temperature(scene: Scene, part: str = "rim") -> float:
@@ -234,7 +217,7 @@ def _body(heat: Heat, place: str) -> Any:
     return next(body for body in heat.bodies if body.name == place_of(place)[0])
 
 
-def _wall_at(heat: Heat, place: str | None) -> Wall | None:
+def wall_at(heat: Heat, place: str | None) -> Wall | None:
     body = None if place is None else _body(heat, place)
     return body if isinstance(body, Wall) else None
 
@@ -245,18 +228,11 @@ def _share_of(pair: FrictionHeat | None, T: float) -> float | None:
     return _mean(pair.partition.share(jnp.asarray(T), jnp.asarray(T)))
 
 
-def _faces(scene: Scene) -> dict[str, Any]:
-    """Areas of the linings' faces, of one lining or of each: on a staged brake those on the rim and on the band."""
-    areas = {pair: scene.brake.rubbing_part(pair).area for pair in scene.brake.pairs}
-    outer = areas["external"]
-    return {"lining_area": areas.get("internal", outer)} | ({"outer_area": outer} if scene.brake.in_series else {})
-
-
 def _of_walls(scene: Scene) -> dict[str, Any]:
     """Materials, thicknesses and areas of rim and linings in layers."""
     heat, found = scene.network, {}
     for name, area, place in (("rim", "track_area", heat.rim), ("lining", "lining_area", heat.linings)):
-        wall = _wall_at(heat, place)
+        wall = wall_at(heat, place)
         if wall is not None:
             found[name], found[f"{name}_thickness"] = wall.material, float(wall.thickness)
             found[area] = float(wall.area) * wall.copies
@@ -288,8 +264,10 @@ def _from_scene(scene: Scene) -> dict[str, Any]:
     brake, heat = band_brake(scene), scene.network
     if brake.pulley.width is not None:
         found["track_area"] = float(polished_surface(float(brake.pulley.radius), float(brake.pulley.width)))
-    for name, areas in _faces(scene).items():
+    for pair in brake.pairs:
+        areas = brake.rubbing_part(pair).area  # of one lining, or of each
         if areas is not None:
+            name = "outer_area" if brake.in_series and pair == "external" else "lining_area"
             found[name] = float(np.sum(np.broadcast_to(np.asarray(areas), (brake.linings.count,))))
     T = start_temperature(scene)
     found |= _of_walls(scene) | {"share": _share_of(heat.friction, T)}
@@ -329,7 +307,7 @@ def settle(scene: Scene, data: EstimateData | None) -> dict[str, Input]:
         if name not in found or found[name].value is None:
             found[name] = Input(name, value, _NUMBERS[name].unit, source)
 
-    derive("track_area", polished_surface(float(brake.pulley.radius), 0.220), "one rim, 0.220 m wide (V)")
+    derive("track_area", float(polished_surface(float(brake.pulley.radius), 0.220)), "one rim, 0.220 m wide (V)")
     track = found["track_area"].value
     wrap = float(np.sum(np.asarray(brake.linings.angle)))
     derive("lining_area", min(1.0, wrap / (2 * np.pi)) * track, "linings as wide as the track")

@@ -16,11 +16,11 @@ from .._base._table import Column, Table, Tabular, plain
 from .._parts._scene import Scene, band_brake, check
 from .._run._choice import stiffness
 from .._run._edit import named_materials, with_materials, with_values
-from .._run._result import Result
 from .._run._simulate import simulate, solver_for
 from ..thermal._material import Material
-from ._braking import Braking, RunValues, run_values
-from ._estimates import of_result
+from ._braking import Braking
+from ._estimates import no_stop, number
+from ._heated import RunValues, run_values, there
 from ._inputs import EstimateData, settle
 from ._materials import (
     LININGS,
@@ -37,7 +37,6 @@ from ._materials import (
     rim_material,
     ring_inertia,
 )
-from ._rows import there
 from .stop import classical_stop
 
 _ZERO = 273.15  # K
@@ -366,8 +365,7 @@ def _of_work(scene: Scene, work: float) -> Scene:
     def over(omega: float) -> float:
         stop = classical_stop(at(omega))
         if stop is None:
-            hint = "it must begin in motion and the brake outweigh its load; or give energy as a number of the scene"
-            raise InputError([Fault("scene", "has no classical stop for a friction work", hint)])
+            raise no_stop("give energy as a parameter of the scene")
         return stop.work / work - 1
 
     low = high = max(float(scene.initial.omega), 1e-3)
@@ -394,7 +392,7 @@ class _Study:
         self.named = named_materials(self.scene.network)
         own = self._own = settle(self.scene, self.data)
         self._own_mass = float(own["rim"].value.density) * own["rim_thickness"].value * own["track_area"].value
-        self._runs: dict[bytes, tuple[Result, RunValues]] = {}
+        self._runs: dict[bytes, RunValues] = {}
 
     def scene_of(self, scene: Scene, rim: RimMaterial, lining: LiningMaterial) -> Scene:
         """The scene of a level with the materials, where it names any."""
@@ -404,51 +402,39 @@ class _Study:
             scene = eqx.tree_at(lambda s: s.brake.linings.area, scene, area, is_leaf=lambda x: x is None)
         if self.inertia:
             b = self._braking(scene, rim, lining)
-            more = ring_inertia(rim_mass(b) - self._own_mass, float(band_brake(scene).pulley.radius), b.rim_thickness)
+            more = ring_inertia(rim_mass(b) - self._own_mass, b)
             scene = with_values(scene, {"brake.pulley.inertia": float(band_brake(scene).pulley.inertia) + more})
             check(scene)
         return scene
 
-    def _braking(
-        self,
-        scene: Scene,
-        rim: RimMaterial,
-        lining: LiningMaterial,
-        found: tuple[Result, RunValues] | None = None,
-    ) -> Braking:
+    def _braking(self, scene: Scene, rim: RimMaterial, lining: LiningMaterial, run: RunValues | None = None) -> Braking:
         hardness = self.data.hardness or min(rim.hardness, lining.hardness)  # of the softer surface
         given = {"rim": rim.thermal, "lining": lining.thermal, "elastic": rim.elastic, "hardness": hardness}
-        inputs, stop = settle(scene, dataclasses.replace(self.data, **given)), classical_stop(scene)
-        if found is not None:
-            return of_result(found[0], inputs, stop, None, found[1])
-        time, work = (0.0, 0.0) if stop is None else (stop.time, stop.work)
-        return Braking(scene, inputs, stop, None, None, None, time, work, float(scene.initial.omega))
+        inputs = settle(scene, dataclasses.replace(self.data, **given))
+        return Braking.of(scene, inputs, classical_stop(scene), run=run)
 
     def row(self, level: int, scene: Scene, rim: RimMaterial, lining: LiningMaterial, solver: Any) -> MaterialRow:
         """One row of the table."""
-        found = self._ran(scene, solver) if self.run else None
-        braking = self._braking(scene, rim, lining, found)
-        if braking.stop is None and found is None:
-            hint = "it must begin in motion and the brake outweigh its load; or let it run"
-            raise InputError([Fault("scene", "has no classical stop", hint)])
+        braking = self._braking(scene, rim, lining, self._ran(scene, solver) if self.run else None)
+        if braking.stop is None and braking.run is None:
+            raise no_stop("let it run")
         case, quantities = Case(braking, rim, lining, braking.flash or 0.0), {}
         shown = braking.run is not None and braking.run.layered and self.named[0]
         for name, asked in QUANTITIES.items():
-            value, simulated = asked.found(case)
-            quantities[name] = Compared(there(value), simulated if shown else None)
+            simulated = number(case, asked.simulated) if shown else None
+            quantities[name] = Compared(there(number(case, asked.value)), simulated)
         looked = {name: one.best for name, one in quantities.items()}
         fails = tuple(one.words for one in criteria(looked, rim, lining) if one.ratio > 1)
         return MaterialRow(level, rim.name, lining.name, quantities, fails, *greatest_work(case))
 
-    def _ran(self, scene: Scene, solver: Any) -> tuple[Result, RunValues]:
+    def _ran(self, scene: Scene, solver: Any) -> RunValues:
         """The run of a scene; scenes whose equations do not depend on the materials run once."""
         key = b"".join(np.asarray(leaf, float).tobytes() for leaf in jax.tree.leaves(scene))
         if key not in self._runs:
-            result = simulate(scene, solver=solver, rtol=self.rtol)
-            values = run_values(result, times=_TIMES)
+            values = run_values(simulate(scene, solver=solver, rtol=self.rtol), times=_TIMES)
             if values is None:
                 raise InputError([Fault("scene", "has no friction work", "nothing ever slides in its run")])
-            self._runs[key] = result, values
+            self._runs[key] = values
         return self._runs[key]
 
     def notes(self, linings: list[LiningMaterial]) -> tuple[str, ...]:

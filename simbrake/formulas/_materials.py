@@ -4,7 +4,7 @@ import dataclasses
 import functools
 import math
 from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple, SupportsFloat
+from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
@@ -12,11 +12,11 @@ import numpy as np
 from .._base._admissible import require_positive
 from .._parts._scene import Scene, band_brake
 from .._run._linings import lining_wear
-from ..thermal._material import LIBRARY, Entry, Material, effusivity_share, material
+from ..thermal._material import LIBRARY, Entry, Material, material
 from ..wear import ThresholdWear
 from ._braking import Braking
-from ._estimates import ROWS, simulated_share
-from ._rows import Of, Row, read, rows, there
+from ._estimates import ROWS, Row, look, number, read
+from ._heated import there
 from .heating import ElasticMaterial, maximum_temperatures, transmission_table
 
 _ZERO = 273.15  # K
@@ -44,15 +44,7 @@ class RimMaterial:
     @property
     def numbers(self) -> dict[str, float]:
         """All numbers by name (SI)."""
-        return _of_thermal(self.thermal) | {
-            "young": self.elastic.young,
-            "expansion": self.elastic.expansion,
-            "poisson": self.elastic.poisson,
-            "permissible_stress": self.elastic.permissible,
-            "permissible_temperature": self.permissible,
-            "solidus": self.solidus,
-            "hardness": self.hardness,
-        }
+        return {name: float(look(self, path)) for name, path in (_THERMAL | _ELASTIC | _LIMITS).items()}
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -78,17 +70,16 @@ class LiningMaterial:
     @property
     def numbers(self) -> dict[str, float]:
         """All numbers by name (SI); of the wear law those of `ThresholdWear`."""
-        found = _of_thermal(self.thermal)
-        if isinstance(self.wear, ThresholdWear):
-            law = self.wear
-            found |= {"wear_coefficient": law.coefficient, "wear_threshold": law.threshold}  # pyright: ignore
-            found |= {"wear_activation": law.energy}  # pyright: ignore
-        found |= {"permissible_temperature": self.permissible, "hardness": self.hardness}
-        return {name: float(value) for name, value in found.items()}
+        paths = _THERMAL | (_WEAR if isinstance(self.wear, ThresholdWear) else {}) | _LIMITS
+        return {name: float(look(self, path)) for name, path in paths.items() if name != "solidus"}
 
 
-def _of_thermal(thermal: Material) -> dict[str, float]:
-    return {name: float(getattr(thermal, name)) for name in ("conductivity", "density", "specific_heat")}
+#: number of a material → its place
+_THERMAL = {name: f"thermal.{name}" for name in ("conductivity", "density", "specific_heat")}
+_ELASTIC = {name: f"elastic.{name}" for name in ("young", "expansion", "poisson")}
+_ELASTIC |= {"permissible_stress": "elastic.permissible"}
+_WEAR = {"wear_coefficient": "wear.coefficient", "wear_threshold": "wear.threshold", "wear_activation": "wear.energy"}
+_LIMITS = {"permissible_temperature": "permissible", "solidus": "solidus", "hardness": "hardness"}
 
 
 def _library(part: str) -> dict[str, dict[str, Entry]]:
@@ -108,28 +99,20 @@ RIMS = _library("rim")
 LININGS = _library("lining")
 
 
-def _settled(name: str, table: dict[str, dict[str, Entry]], kind: str, changes: dict[str, float]):
-    """Numbers by name and their sources, with `changes`."""
+def _settled(
+    name: str, table: dict[str, dict[str, Entry]], kind: str, changes: dict[str, float]
+) -> tuple[dict[str, float], Material, dict[str, str]]:
+    """Numbers by name with `changes`, the thermal ones as a material, and where each is from."""
     if name not in table:
         raise KeyError(f"no {kind} {name!r}; there are: {', '.join(sorted(table))}")
-    entries = LIBRARY[name] | table[name]
-    unknown = sorted(set(changes) - set(entries))
-    if unknown:
+    entries, sources = LIBRARY[name] | table[name], {}
+    if unknown := sorted(set(changes) - set(entries)):
         raise KeyError(f"a {kind} has no {', '.join(unknown)}; there are: {', '.join(entries)}")
     numbers = {key: float(changes.get(key, entry.value)) for key, entry in entries.items()}
-    sources = {
-        key: "given" if key in changes else entry.source + (" (assumed)" if _unsaid(entry) else "")
-        for key, entry in entries.items()
-    }
-    return numbers, sources
-
-
-def _unsaid(entry: Entry) -> bool:
-    return entry.assumed and not entry.source.startswith("assumption")
-
-
-def _thermal(name: str, numbers: dict[str, float]) -> Material:
-    return material(name, **{key: numbers[key] for key in ("conductivity", "density", "specific_heat")})
+    for key, entry in entries.items():
+        unsaid = entry.assumed and not entry.source.startswith("assumption")
+        sources[key] = "given" if key in changes else entry.source + (" (assumed)" if unsaid else "")
+    return numbers, material(name, **{key: numbers[key] for key in _THERMAL}), sources
 
 
 def rim_material(name: str, **changes: float) -> RimMaterial:
@@ -139,10 +122,10 @@ def rim_material(name: str, **changes: float) -> RimMaterial:
     `permissible_temperature`, `solidus`, `hardness`. Where each number is from stands in `sources`: conductivities of
     V, handbook values, and assumptions. Raises `KeyError` with the names there are.
     """
-    n, sources = _settled(name, RIMS, "rim material", changes)
+    n, thermal, sources = _settled(name, RIMS, "rim material", changes)
     elastic = ElasticMaterial(n["young"], n["expansion"], n["poisson"], n["permissible_stress"])
     limits = n["permissible_temperature"], n["solidus"], n["hardness"]
-    return RimMaterial(name, _thermal(name, n), elastic, *limits, sources)
+    return RimMaterial(name, thermal, elastic, *limits, sources)
 
 
 def lining_material(name: str, **changes: float) -> LiningMaterial:
@@ -151,9 +134,9 @@ def lining_material(name: str, **changes: float) -> LiningMaterial:
     `changes` by name (SI): those of `Material`, `wear_coefficient`, `wear_threshold`, `wear_activation` (of
     `ThresholdWear`), `permissible_temperature`, `hardness`. Raises `KeyError` with the names there are.
     """
-    n, sources = _settled(name, LININGS, "lining material", changes)
+    n, thermal, sources = _settled(name, LININGS, "lining material", changes)
     wear = ThresholdWear(n["wear_coefficient"], n["wear_threshold"], n["wear_activation"])
-    return LiningMaterial(name, _thermal(name, n), wear, n["permissible_temperature"], n["hardness"], sources)
+    return LiningMaterial(name, thermal, wear, n["permissible_temperature"], n["hardness"], sources)
 
 
 # --- one braking with one pair of materials ---------------------------------------------------------------------------
@@ -184,13 +167,11 @@ class Case:
         """Maximum temperature of the rim's surface (K)."""
         return self.braking.start_now + self.surface_rise
 
-    @property
     def maximum(self) -> float:
         """The same with a third of the flash (K)."""
         found = maximum_temperatures(self.braking.heated.rise, self.surface_rise, self.flash)
         return self.braking.start_now + float(found.surface_and_third_flash)
 
-    @property
     def transmission(self) -> float:
         """Share into the rim by heat transmission."""
         b, T = self.braking, jnp.asarray(self.braking.start_now)
@@ -199,7 +180,6 @@ class Case:
         )
         return float(law.share(T, T))
 
-    @property
     def wear(self) -> float:
         """Mean depth (m) worn off the linings over all brakings, each as hot as the hardest."""
         b = self.braking
@@ -210,15 +190,34 @@ class Case:
         rate = self.lining.wear(jnp.asarray(load_way) / b.travel, speed, jnp.asarray(self.surface))
         return float(np.mean(np.asarray(rate))) * load_way
 
+    def lining_peak(self) -> float:
+        """Maximum temperature (K) of the linings in the run."""
+        there(self.braking.scene.network.linings)
+        return float(there(self.braking.run).result.peak_lining_temperature.value)
+
+    def run_wear(self) -> float:
+        """Mean depth (m) worn off in the run."""
+        result = there(self.braking.run).result
+        worn = lining_wear(there(result if knows_wear(result.scene) else None), self.lining.wear)
+        return float(np.mean(np.asarray(worn)))
+
+    def mass(self) -> float:
+        """`ρ δ A` of the rim (kg)."""
+        return rim_mass(self.braking)
+
+    def inertia(self) -> float:
+        """Of the rim (kg·m²)."""
+        return ring_inertia(rim_mass(self.braking), self.braking)
+
 
 def rim_mass(b: Braking) -> float:
     """`ρ δ A` (kg)."""
     return float(b.rim.density) * b.rim_thickness * b.track_area
 
 
-def ring_inertia(mass: float, radius: float, thickness: float) -> float:
-    """Inertia (kg·m²) of a ring of the outer `radius` (m): `m (R² + (R − δ)²)/2`."""
-    return mass * (radius**2 + (radius - thickness) ** 2) / 2
+def ring_inertia(mass: float, b: Braking) -> float:
+    """Inertia (kg·m²) of a ring as thick as the rim: `m (R² + (R − δ)²)/2`."""
+    return mass * (b.R**2 + (b.R - b.rim_thickness) ** 2) / 2
 
 
 def knows_wear(scene: Scene) -> bool:
@@ -239,54 +238,8 @@ class Compared(NamedTuple):
         return self.value if self.simulated is None else self.simulated
 
 
-def _of_estimate(name: str) -> Of[Case]:
-    """A row of the estimates."""
-    of = ROWS[name].of
-    return Of(lambda case: of.value(case.braking), lambda case: of.simulated(case.braking))
-
-
-def _lining_peak(case: Case) -> float:
-    there(case.braking.scene.network.linings)
-    return float(there(case.braking.result).peak_lining_temperature.value)
-
-
-def _run_wear(case: Case) -> SupportsFloat:
-    result = there(case.braking.result)
-    return np.mean(np.asarray(lining_wear(there(result if knows_wear(result.scene) else None), case.lining.wear)))
-
-
-def _inertia(case: Case) -> float:
-    b = case.braking
-    return ring_inertia(rim_mass(b), float(band_brake(b.scene).pulley.radius), b.rim_thickness)
-
-
-#: quantity → its estimate, and what a run with a rim in layers has of it
-QUANTITIES: dict[str, Row[Case]] = rows(
-    {},
-    {
-        "friction_work": Of(lambda case: case.braking.work),
-        "duration": Of(lambda case: case.braking.time),
-        "share": Of(lambda case: case.braking.share, lambda case: simulated_share(case.braking)),
-        "effusivity_share": Of(lambda case: effusivity_share(case.braking.rim, case.braking.lining)),
-        "transmission_share": Of(lambda case: case.transmission),
-        "bulk": _of_estimate("bulk temperature, mean"),
-        "bulk_end": _of_estimate("bulk temperature, end"),
-        "surface": Of(lambda case: case.surface, lambda case: case.braking.peak),
-        "lining_surface": Of(lambda case: case.surface, _lining_peak),
-        "maximum": Of(lambda case: case.maximum),
-        "stress": _of_estimate("thermal stress, surface"),
-        "stress_ratio": _of_estimate("stress over permissible"),
-        "wear": Of(lambda case: case.wear, _run_wear),
-        "mass": Of(lambda case: rim_mass(case.braking)),
-        "inertia": Of(_inertia),
-    },
-    "materials",
-)
-
-
-def estimated(case: Case, name: str) -> float:
-    """The estimate of a quantity (SI)."""
-    return float(QUANTITIES[name].of.value(case))
+#: quantity → its row: the estimate, and what a run with a rim in layers has of it
+QUANTITIES: dict[str, Row] = {row.name: row for row in ROWS if row.table == "materials"}
 
 
 class Criterion(NamedTuple):
@@ -324,7 +277,7 @@ def greatest_work(case: Case) -> tuple[float, str]:
     def worst(log_s: float) -> Criterion:
         scaled = case.scaled(math.exp(log_s))
         looked = ("surface", "lining_surface", "maximum", "stress_ratio")
-        values = {name: estimated(scaled, name) for name in looked}
+        values = {name: there(number(scaled, QUANTITIES[name].value)) for name in looked}
         return max(criteria(values, case.rim, case.lining), key=lambda one: one.ratio)
 
     low, high = math.log(1e-4), math.log(1e4)

@@ -1,239 +1,408 @@
-"""The parametric synthesis: S's twelve steps over a scene or a run, rows of data in one chain."""
+"""The parametric synthesis: S's twelve steps over a scene or a run, lines of `steps.csv` in one chain."""
 
 import dataclasses
+import functools
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from typing import Any, ClassVar, Generic, NamedTuple, SupportsFloat, TypeVar
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, ClassVar, NamedTuple
 
+import jax.numpy as jnp
 import numpy as np
 
 from .._base._faults import Fault, InputError
+from .._base._quantity import Scalar
 from .._base._table import Table, plain
 from .._parts._scene import Scene, band_brake, faults
 from .._run._measure import LimitVerdict
 from .._run._result import Result
 from ..thermal._heat import AbstractPartition
-from ._braking import Braking, HeatedPart, RunValues
-from ._chain import BULK, CASES, CHAIN, HEATED, PROPERTIES, Chain, Pass, refine
-from ._estimates import PARTS, ROWS, SYMBOLS, Value, braking_of
+from ..thermal._material import ROOM, Material, effusivity_share
+from ._braking import Braking
+from ._estimates import ROWS, RowTable, SynthesisRow, braking_of, look, number, read, table_of
+from ._heated import HeatedPart, schmidt_layers, there
 from ._inputs import EstimateData, Permissible, faults_of_data
-from ._rows import Absent, Of, Row, RowTable, Symbols, SynthesisRow, read, rows, table_of, there
-from .heating import penetration_depth
+from .heating import (
+    SchmidtCourse,
+    back_temperature,
+    penetration_depth,
+    rational_lining_thickness,
+    rational_rim_thickness,
+    schmidt,
+)
 from .stop import classical_stop
 
-_C = TypeVar("_C")
+#: above this mean bulk temperature (K) properties are taken at it (S, step 6), below at room temperature
+REPLACED_ABOVE = 273.15 + 150.0
+HEATED = ("rim", "lining")  # the band takes up no friction heat in a brake with one pair
+Given = list[tuple[str, float, str]]  # numbers put into a formula: symbol, value, unit
 
 
-# --- rows of parts and of the braking ---------------------------------------------------------------------------------
-
-#: step 2 says which of the two formulas holds
-_FOURIER = {
-    row.name: dataclasses.replace(
-        row,
-        of=dataclasses.replace(
-            row.of, formula=lambda p: "a τ/δ², for b > δ" if p.depth > p.thickness else "1/3, for b ≤ δ"
-        ),
-    )
-    for row in PARTS.values()
-    if row.name.startswith("Fourier")
-}
+# --- properties at the temperature that they lead to ------------------------------------------------------------------
 
 
-def _at_peak(run: RunValues) -> tuple[float, float, float]:
-    """Relative time, power and work at the maximum of the simulated face temperature."""
-    i, power = int(np.argmax(run.surface)), np.gradient(run.work, run.t)
-    time, last = float(run.t[i] - run.t[0]) / run.duration, float(run.work[-1])
-    return time, float(power[i]) * run.duration / last, float(run.work[i] / run.work[-1])
+class SynthesisError(RuntimeError):
+    """A synthesis that did not converge; `code` says why.
+
+    - `no_convergence`: the temperatures still changed after the last round
+    - `material_range`: a property, linear in the temperature, would no longer be positive
+    """
+
+    def __init__(self, code: str, message: str) -> None:
+        super().__init__(f"{code}: {message}")
+        self.code = code
 
 
-def _kept(b: Braking) -> float:
-    """Heat (J) that the rim of the run keeps of the braking."""
-    rim = there(there(b.run).rim)
-    return float(rim.content[-1] * float(rim.wall.area) * rim.wall.copies)
+def property_at(material: Material, name: str, T: float) -> float:
+    """`conductivity` or `specific_heat` at `T` (K)."""
+    value, slope = float(getattr(material, name)), getattr(material, f"{name}_slope")
+    return value if slope is None else value * (1 + float(slope) * (T - float(material.reference)))
 
 
-def _four_turns(b: Braking) -> tuple[float, float]:
-    """Time (s) of the first four revolutions of the run and heat (J) into its rim, absent where it makes fewer."""
-    run = there(b.run)
-    angle = np.concatenate([[0.0], np.cumsum(0.5 * np.abs(run.omega[1:] + run.omega[:-1]) * np.diff(run.t))])
-    if angle[-1] < 8 * math.pi:
-        raise Absent
-    time = float(np.interp(8 * math.pi, angle, run.t))
-    return time - float(run.t[0]), b.share * float(b.power.heat) * float(np.interp(time, run.t, run.work))
+def properties_at(material: Material, T: float, part: str) -> Material:
+    """The material with its properties at `T` (K), constant. Raises `SynthesisError` where one is not positive."""
+    found = {name: property_at(material, name, T) for name in ("conductivity", "specific_heat")}
+    for name, value in found.items():
+        if not value > 0:
+            end = float(material.reference) - 1 / float(getattr(material, f"{name}_slope"))
+            words = f"{name.replace('_', ' ')} of the {part}, linear in the temperature, falls to 0 at {end:.5g} K"
+            raise SynthesisError("material_range", f"{words}; the bulk temperature comes to {T:.5g} K")
+    return Material(density=float(material.density), **found)
 
 
-def _gradient(b: Braking) -> SupportsFloat:
-    """Maximum gradient (K/m) at the face in the run."""
-    run = there(b.run)
-    return np.max((run.surface - run.course.layers[:, 0]) / run.course.depth[0])
+_Law = Callable[[dict[str, float], dict[str, Material]], float]
+Parts = dict[str, HeatedPart]  # by name, with constant properties
 
 
-def _slid(b: Braking) -> float:
-    """Way of the linings on the track in the run (m)."""
-    s = there(b.run).series
-    return float(np.trapezoid(np.abs(np.asarray(s.slip_speed)), np.asarray(s.t)))
+def share_law(b: Braking, partition: AbstractPartition | None) -> _Law:
+    """The share into the rim from temperatures and materials: a given number or law, the scene's law, else Charron's.
+
+    Raises `InputError` where both a number and a law are given.
+    """
+    source, pair = b.inputs["share"].source, b.scene.network.friction
+    if partition is not None and source == "given":
+        raise InputError([Fault("share", "is given beside a law of the partition", "give one of the two")])
+    if source == "given":
+        return lambda T, materials: b.share
+    law = partition if partition is not None else pair.partition if source == "scene" and pair is not None else None
+    if law is None:
+        return lambda T, materials: float(effusivity_share(materials["rim"], materials["lining"]))
+    return lambda T, materials: float(np.mean(np.asarray(law.share(jnp.asarray(T["rim"]), jnp.asarray(T["lining"])))))
 
 
-def _run_pressure(b: Braking) -> float:
-    """Mean pressure (Pa) over the way that the linings of the run slide."""
-    s = there(b.run).series
-    power = np.asarray(s.normal_load).sum(axis=1) * np.abs(np.asarray(s.slip_speed))
-    return float(np.trapezoid(power, np.asarray(s.t)) / _slid(b)) / b.lining_area
+def one_pass(b: Braking, start: dict[str, float], at: dict[str, float], law: _Law) -> Parts:
+    """Steps 1 to 5, depth, Fourier number, volume, share and bulk temperature, with properties at `at` (K)."""
+    materials = {name: properties_at(part.material, at[name], name) for name, part in b.parts.items()}
+    share = law({name: max(at[name], start[name]) for name in materials}, materials)
+    shares = {"rim": share, "lining": 1 - share, "band": 0.0}
+    return {
+        name: dataclasses.replace(part, material=materials[name], start=start[name], share=shares[name])
+        for name, part in b.parts.items()
+    }
 
 
-def _rest(b: Braking) -> float:
-    """Time (s) from the beginning of the hardest of several brakings to its rest, not the rest after another one."""
-    run = there(b.run)
-    end = float(run.t[-1])
-    rests = [e.time for e in there(b.result).events if e.name == "stop" and e.time >= end - 1e-9 * max(end, 1.0)]
-    return there(rests[0] - float(run.t[0]) if rests and rests[0] - end < run.duration else None)
+def refine(
+    b: Braking, start: dict[str, float], partition: AbstractPartition | None, tolerance: float, rounds: int
+) -> tuple[Parts, Parts, int, float]:
+    """Repeat steps 1 to 5 with properties at the bulk temperatures they gave, until these change no more (K).
+
+    The first pass, with properties at room temperature; the last; how many rounds, and the change (K) in the last.
+
+    A part whose first bulk temperature stays at or below 150 °C keeps the properties of room temperature throughout, as
+    S words it: the choice is made once, since a switch inside the repeat would leave equations without a solution. The
+    rest is a plain fixed-point iteration: for a capacity that rises with the temperature it always contracts; for one
+    that falls it climbs to the lowest solution, or out of the material's range where there is none. Raises
+    `SynthesisError` with the code `no_convergence` or `material_range`.
+    """
+    law = share_law(b, partition)
+    first = last = one_pass(b, start, dict.fromkeys(start, ROOM), law)
+    replaced, change = replaced_in(first), math.inf
+    if not replaced:
+        return first, first, 0, 0.0
+    for n in range(1, rounds + 1):
+        at = {part: last[part].bulk if part in replaced else ROOM for part in start}
+        before, last = last, one_pass(b, start, at, law)
+        change = max(abs(last[part].bulk - before[part].bulk) for part in HEATED)
+        if change <= tolerance:
+            return first, last, n, change
+    told = ", ".join(f"{part} {last[part].bulk:.6g} K" for part in replaced)
+    words = f"after {rounds} rounds the bulk temperatures still change by {change:.3g} K ({told})"
+    raise SynthesisError("no_convergence", f"{words}; allow more rounds, or the braking is close to a thermal runaway")
 
 
-def _angle(b: Braking) -> float:
-    """Angle (rad) of the hardest of several brakings."""
-    begin = float(there(b.run).t[0])
-    phi = np.asarray(there(b.result).series(np.array([begin, begin + _rest(b)])).phi)
-    return float(phi[1] - phi[0])
+def replaced_in(first: Parts) -> tuple[str, ...]:
+    """Parts whose properties are replaced by those at their temperature."""
+    return tuple(part for part in HEATED if first[part].bulk > REPLACED_ABOVE)
 
 
-def _of_hardest(name: str, hardest: Value) -> Value:
-    """What the run shows beside a row of the stop; of several brakings that of the hardest alone."""
-    all_of_them = ROWS[name].of.simulated
-    return lambda b: hardest(b) if there(b.run).brakings > 1 else all_of_them(b)
+# --- what rows are made from: see `rows.csv` --------------------------------------------------------------------------
 
 
-#: rows of the estimates beside another simulated number
-_BESIDE: dict[str, Value] = {
-    "stopping time": _of_hardest("stopping time", _rest),
-    "stopping angle": _of_hardest("stopping angle", _angle),
-    "friction work": _of_hardest("friction work", lambda b: there(b.run).work[-1]),
-    "time of four revolutions": lambda b: _four_turns(b)[0],
-    "heat gained in it": lambda b: _four_turns(b)[1],
-    "mean flux kept": lambda b: _kept(b) / (b.track_area * b.time),
-    "pressure, mean": _run_pressure,
-}
-_ROWS = ROWS | {
-    name: dataclasses.replace(ROWS[name], of=dataclasses.replace(ROWS[name].of, simulated=f))
-    for name, f in _BESIDE.items()
-}
+class Case(NamedTuple):
+    """A thickness (m) for this `braking`, or for the `whole duty` where that has several brakings.
+
+    `depth`, `other`: the two that the `rational` one is the larger of; `numbers` put into the formula of the other.
+    """
+
+    name: str
+    depth: float
+    other: float
+    rational: float
+    numbers: Given
 
 
-def _load(b: Braking) -> tuple[float, float]:
-    """Work (J) and time (s) of the classical stop, else of the braking."""
-    return (b.work, b.time) if b.stop is None else (b.stop.work, b.stop.time)
+class Property(NamedTuple):
+    """What step 6 takes of a part: a property at `T` (K), `1 + b (T − T_r)` times that of `material`."""
+
+    part: HeatedPart  # of the first pass
+    material: Material
+    T: float
+    field: str
+    symbol: str
+    unit: str
+    limit: float = REPLACED_ABOVE
+
+    @property
+    def slope(self) -> Scalar | None:
+        return getattr(self.material, f"{self.field}_slope")
+
+    def value(self) -> float:
+        return float(getattr(properties_at(self.material, self.T, self.part.name), self.field))
+
+    def simulated(self) -> float:
+        """By the scene's own law at the simulated mean temperature of the heated depth."""
+        return property_at(there(self.part.course).wall.material, self.field, self.part.simulated_bulk)
+
+    def words(self) -> str:
+        return f"{self.symbol} " + ("(no temperature dependence known)" if self.slope is None else "[1 + b (T − T_r)]")
+
+    def T_words(self) -> str:
+        return "T_v of step 5" if self.limit < self.T else "room: T_v of step 5 is not above 150 °C"
+
+    def numbers(self) -> Given:
+        found: Given = [(self.symbol, float(getattr(self.material, self.field)), self.unit)]
+        if self.slope is not None:
+            reference = float(self.material.reference)
+            found += [("b", float(self.slope), "1/K"), ("T", self.T, "K"), ("T_r", reference, "K")]
+        return found
 
 
-def _drum(b: Braking) -> tuple[float, float]:
-    """Effective drum radius (m) and lines strung, absent without a hook."""
-    load = b.scene.duty.load
-    radius, lines = getattr(load, "drum_radius", None), getattr(load, "line_count", None)
-    return float(there(radius)), float(there(lines))
-
-
-def _hook(b: Braking, angle: SupportsFloat) -> float:
-    """Travel of the hook (m) for an angle of the drum."""
-    radius, lines = _drum(b)
-    return radius / lines * float(angle)
-
-
-_OPERATION_SYMBOLS: Symbols[Braking] = {
-    **SYMBOLS,
-    "r_d": ("m", lambda b: _drum(b)[0]),
-    "n|lines": ("1", lambda b: _drum(b)[1]),
-    "W|load": ("J", lambda b: _load(b)[0]),
-    "τ|load": ("s", lambda b: _load(b)[1]),
-}
-#: a lever that holds the speed, a load that outweighs the brake: no stop by statics
-_NO_STOP = rows(
-    SYMBOLS,
-    {
-        "mean brake torque": Of(lambda b: b.work * b.R_b / there(b.travel or None)),
-        "friction work": Of(lambda b: b.work),
-    },
-    "no stop",
-)
-_OWN = rows(
-    _OPERATION_SYMBOLS,
-    {
-        "relative time of the maximum": Of(lambda b: 0.5, lambda b: _at_peak(there(b.run))[0]),
-        "relative power then": Of(lambda b: 1.0, lambda b: _at_peak(there(b.run))[1]),
-        "relative work then": Of(lambda b: 0.75, lambda b: _at_peak(there(b.run))[2]),
-        "heat into the rim": Of(lambda b: b.metal_heat, _kept),
-        "greatest gradient at the face": Of(lambda b: 2 * b.flux / float(b.rim.conductivity), _gradient),
-        "slack tension, greatest": Of(lambda b: b.T_0, lambda b: np.max(np.asarray(there(b.run).series.slack_tension))),
-        "tight tension, greatest": Of(
-            lambda b: there(b.stop).ratio * b.T_0, lambda b: np.max(np.asarray(there(b.run).series.tight_tension))
-        ),
-        "friction travel": Of(lambda b: b.R_b * there(b.stop).angle, _slid),
-        "hook travel": Of(lambda b: _hook(b, there(b.stop).angle), lambda b: _hook(b, _BESIDE["stopping angle"](b))),
-        "energy load of the linings": Of(
-            lambda b: _load(b)[0] / b.lining_area, lambda b: there(b.run) and b.work / b.lining_area
-        ),
-        "power load of the linings, mean": Of(
-            lambda b: _load(b)[0] / (b.lining_area * _load(b)[1]),
-            lambda b: there(b.run) and b.work / (b.lining_area * b.time),
-        ),
-    },
-    *("relative", "heat", "operation"),
-)
-
-
-# --- limits -----------------------------------------------------------------------------------------------------------
-
-
-class Loaded(NamedTuple):
+class Margin(NamedTuple):
     """A permissible value and what is compared with it, by the estimate and in the run; `None`: there is none."""
 
+    unit: str
     permissible: float | None
     value: float | None
     simulated: float | None
 
+    def left(self) -> float:
+        return there(self.permissible) - there(self.value)
 
-def _of_row(c: Chain, limit: str, row: Row[_C], context: _C) -> Loaded:
-    """A row beside its permissible value."""
-    return Loaded(c.limits.get(limit), *row.found(context))
+    def left_in_run(self) -> float:
+        return there(self.permissible) - there(self.simulated)
 
-
-def _stressed(c: Chain) -> Loaded:
-    value, simulated = ROWS["thermal stress, surface"].found(c.after)
-    return Loaded(c.after.elastic.permissible, abs(there(value)), None if simulated is None else abs(simulated))
-
-
-def _margin(unit: str, loaded: Callable[[Chain], Loaded]) -> Of[Chain]:
-    """What is left up to a permissible value, by the estimate and by the run; no row without a limit."""
-    return Of(
-        lambda c: there(loaded(c).permissible) - there(loaded(c).value),
-        lambda c: there(loaded(c).permissible) - there(loaded(c).simulated),
-        numbers=lambda c: [
-            ("permissible", there(loaded(c).permissible), unit),
-            ("found", there(loaded(c).value), unit),
-        ],
-    )
+    def numbers(self) -> Given:
+        return [("permissible", there(self.permissible), self.unit), ("found", there(self.value), self.unit)]
 
 
-_MARGINS = rows(
-    {},
-    {
-        "margin, face of the linings": _margin(
-            "K",
-            lambda c: Loaded(
-                c.limits["lining_permissible"], c.face_peak, None if c.before.run is None else c.before.run.face
-            ),
-        ),
-        "margin, back of the linings": _margin(
-            "K", lambda c: _of_row(c, "back_permissible", CHAIN["lining's back after the braking"], c)
-        ),
-        "margin, stress of the rim": _margin("Pa", _stressed),
-        "margin, pressure": _margin(
-            "Pa", lambda c: _of_row(c, "pressure_permissible", _ROWS["pressure, mean"], c.before)
-        ),
-        "margin, power load": _margin(
-            "W/m^2",
-            lambda c: _of_row(c, "power_permissible", _OWN["power load of the linings, mean"], c.before),
-        ),
-    },
-    "margin",
-)
+@dataclasses.dataclass(frozen=True)
+class Chain:
+    """The braking of a synthesis: `before` with properties at room temperature, `after` with those of step 7.
+
+    `first`, `last`: passes of the `rounds` between the two, the last of which changed temperatures by `change` (K);
+    `start`: temperatures (K) of the parts as the braking begins; `limits` (SI).
+    """
+
+    before: Braking
+    after: Braking
+    first: Parts
+    last: Parts
+    rounds: int
+    change: float
+    start: dict[str, float]
+    limits: dict[str, float]
+
+    # steps 1 to 7
+
+    def within(self) -> float:
+        """Of the simulated heat of the rim at the end of the braking, the share within the depth of step 1."""
+        rim = there(there(self.before.run).rim)
+        rise = rim.layers[-1] - rim.layers[0]
+        whole = float(rise @ rim.steps)
+        return float(rise @ rim.inside(self.first["rim"].depth)) / there(whole if whole > 0 else None)
+
+    def law(self) -> str:
+        """In words, what the share into the rim is taken from."""
+        source = self.before.inputs["share"].source
+        if source.startswith("effusivities"):
+            return "α_TP = e_1/(e_1 + e_2)"
+        return "α_TP: law of the scene" if source == "scene" else "α_TP, as given"
+
+    def simulated_rest(self) -> float:
+        return 1 - self.before.simulated_share
+
+    def rounds_words(self) -> str:
+        return "until T_v changes no more" if self.rounds else "none: properties stay those of room temperature"
+
+    @functools.cached_property
+    def properties(self) -> dict[str, dict[str, Property]]:
+        """What step 6 takes of each part."""
+        replaced, found = replaced_in(self.first), {}
+        for name, part in self.first.items():
+            one = (part, self.before.parts[name].material, part.bulk if name in replaced else ROOM)
+            found[name] = {
+                "conductivity": Property(*one, "conductivity", "λ", "W/(m*K)"),
+                "specific_heat": Property(*one, "specific_heat", "c", "J/(kg*K)"),
+            }
+        return found
+
+    # layers
+
+    @functools.cached_property
+    def schmidt(self) -> SchmidtCourse:
+        """Schmidt's scheme over the braking: with the run's own heat, else with the falling power of a stop."""
+        b = self.after
+        share, run = b.share * float(b.power.heat), b.run
+        if run is not None and run.layered:
+            return run.schmidt(b.rim, share, b.track_area)
+
+        def work(t: float) -> float:
+            if run is not None:
+                return float(np.interp(run.t[0] + t, run.t, run.work))
+            s = min(t / b.time, 1.0)
+            return b.work * (2 * s - s**2)
+
+        def flux(t0: float, t1: float) -> float:
+            return share * (work(t1) - work(t0)) / (b.track_area * (t1 - t0))
+
+        layers = schmidt_layers(b.rim, b.rim_thickness, b.time)
+        return schmidt(b.rim, b.rim_thickness, layers, b.time, flux, start=self.start["rim"])
+
+    @property
+    def layers(self) -> int:
+        return self.schmidt.depth.size - 2
+
+    def heat_words(self) -> str:
+        return "½ (t_{j−1} + t_{j+1}), " + ("falling power" if self.after.run is None else "the run's own heat")
+
+    @property
+    def face_peak(self) -> float:
+        """Maximum temperature of the rim's face by Schmidt's scheme (K)."""
+        return float(np.max(self.schmidt.temperature[:, 0]))
+
+    @functools.cached_property
+    def at_end(self) -> list[dict[str, float | Given | None]]:
+        """Temperatures (K) of the rim's face, of three depths, and of its back."""
+        course, run, found = self.schmidt, self.after.run, []
+        end = [float(np.interp(self.after.time, course.t, column)) for column in course.temperature.T]
+        for x in self.after.rim_thickness * np.array([0.0, 0.25, 0.5, 0.75, 1.0]):
+            simulated = None
+            if run is not None and run.layered:
+                simulated = float(np.interp(x, run.profile_depth, run.profile[-1]))
+            value = float(np.interp(x, course.depth, end))
+            found.append({"value": value, "simulated": simulated, "numbers": [("x", float(x), "m")]})
+        return found
+
+    @property
+    def drop(self) -> float:
+        """Maximum difference (K) between face and back."""
+        return float(np.max(self.schmidt.temperature[:, 0] - self.schmidt.temperature[:, -1]))
+
+    @property
+    def lining_body(self) -> float:
+        """Mean temperature of the whole lining as the braking begins (K)."""
+        run = self.before.run
+        return self.start["lining"] if run is None or run.lining is None else float(run.lining.mean()[0])
+
+    def lining_back(self) -> float:
+        """Temperature (K) of its back after the braking."""
+        b = self.after
+        return back_temperature(b.lining, b.lining_thickness, b.time, face=self.face_peak, start=self.lining_body)
+
+    # rational thickness
+
+    @property
+    def capacity(self) -> float:
+        """Heat capacity of the rim per volume (J/(m³·K))."""
+        return float(self.after.rim.density * self.after.rim.specific_heat)
+
+    @functools.cached_property
+    def rim_cases(self) -> list[Case]:
+        """Thickness for this braking; for a duty of several, for the heat of all of them without cooling as well."""
+        b, limit = self.after, self.limits["lining_permissible"]
+        cases = [("braking", b.metal_heat / b.track_area, limit - self.start["rim"])]
+        if b.several:
+            heat = b.share * float(b.power.heat) * there(b.run).total_work / b.track_area
+            cases.append(("whole duty", heat, limit - float(b.start)))
+        return [
+            Case(
+                name,
+                *rational_rim_thickness(b.rim, b.time, heat=heat, rise=rise),
+                [("Q", heat, "J/m^2"), ("ρ c", self.capacity, "J/(m^3*K)"), ("ΔT_p", rise, "K")],
+            )
+            for name, heat, rise in cases
+        ]
+
+    @property
+    def rim_thicknesses(self) -> Given:
+        """All that the rational thickness of the rim is the maximum of."""
+        return [(f"δ, {case.name}", case.rational, "m") for case in self.rim_cases]
+
+    @property
+    def rim_thickness(self) -> float:
+        return max(value for _, value, _ in self.rim_thicknesses)
+
+    @functools.cached_property
+    def lining_cases(self) -> list[Case]:
+        """Thickness for this braking; for a duty of several, that which keeps the back cool over it as well."""
+        b, back = self.after, self.limits["back_permissible"]
+        cases = [("braking", b.time, self.face_peak, self.lining_body)]
+        if b.several:  # as if the rim had been as warm all the time
+            warm = self.start["rim"] + b.metal_heat / (b.track_area * b.rim_thickness * self.capacity)
+            cases.append(("whole duty", float(there(b.run).t[-1]) - float(b.scene.initial.time), warm, float(b.start)))
+        a = ("a", float(b.lining.diffusivity), "m^2/s")
+        return [
+            Case(
+                name,
+                *rational_lining_thickness(b.lining, time, face=face, back=back, start=start),
+                [a, ("τ", time, "s"), ("T_f", face, "K"), ("T_p", back, "K"), ("T_0", start, "K")],
+            )
+            for name, time, face, start in cases
+        ]
+
+    @property
+    def lining_thicknesses(self) -> Given:
+        """All that the rational thickness of a lining is the maximum of."""
+        reached = ("δ, heat reaches", self.lining_cases[0].depth, "m")
+        return [reached, *((f"δ, {case.name}", case.other, "m") for case in self.lining_cases)]
+
+    @property
+    def lining_thickness(self) -> float:
+        return max(value for _, value, _ in self.lining_thicknesses)
+
+    # limits
+
+    def margins(self) -> dict[str, Margin]:
+        """What the permissible values are compared with."""
+        return {
+            name: Margin(unit, *(number(self, path) for path in paths)) for name, (unit, *paths) in _MARGINS.items()
+        }
+
+
+#: margin → its unit, and the paths to the permissible value and to what is compared with it, estimated and in the run
+_MARGINS = {
+    "face": ("K", "limits.lining_permissible", "face_peak", "before.run.face"),
+    "back": ("K", "limits.back_permissible", "lining_back", "before.run.lining.back.max"),
+    "stress": ("Pa", "after.elastic.permissible", "after.stress.__abs__", "after.run_stress.1.__abs__"),
+    "pressure": ("Pa", "limits.pressure_permissible", "before.pressure", "before.run_pressure"),
+    "power": ("W/m^2", "limits.power_permissible", "before.power_load.0", "before.power_load.1"),
+}
+
+
+# --- the steps --------------------------------------------------------------------------------------------------------
+
+_LINES = read("steps.csv")
+#: S's steps in its own order
+STEPS = [line["title"] for line in _LINES if line["title"]]
 
 
 def _verdict(row: SynthesisRow) -> str:
@@ -245,67 +414,22 @@ def _verdict(row: SynthesisRow) -> str:
     return f"{by_estimate}" if by_run in (None, by_estimate) else f"{by_estimate}, in the run {by_run}"
 
 
-# --- the steps --------------------------------------------------------------------------------------------------------
-
-
-@dataclasses.dataclass(frozen=True)
-class Place(Generic[_C]):
-    """Rows by name, and the contexts of a chain, each with the name of its part, in which they are filled."""
-
-    rows: Mapping[str, Row[_C]]
-    contexts: Callable[[Chain], Iterable[tuple[_C, str]]]
-    ending: str = ""  # of the names
-
-
-def _heated(found: Pass, names: Iterable[str] = HEATED) -> list[tuple[HeatedPart, str]]:
-    """Parts of a pass, by default those that take up heat."""
-    return [(found.parts[name], name) for name in names]
-
-
-_OF_BRAKING = {**_ROWS, **_OWN}
-_OF_PART = {**PARTS, **_FOURIER, **BULK}
-#: places of `steps.csv`
-_PLACES: dict[str, Place[Any]] = {
-    "chain": Place({**CHAIN, **_MARGINS}, lambda c: [(c, "")]),
-    "all parts": Place(_OF_PART, lambda c: _heated(c.found.first, c.found.first.parts)),
-    "heated parts": Place(_OF_PART, lambda c: _heated(c.found.first)),
-    "refined parts": Place(_OF_PART, lambda c: _heated(c.found.last), ", refined"),
-    "rim properties": Place(PROPERTIES, lambda c: [(c.property_of("rim"), "rim")]),
-    "lining properties": Place(PROPERTIES, lambda c: [(c.property_of("lining"), "lining")]),
-    "rim cases": Place(CASES, lambda c: [(case, case.name) for case in c.rim_cases]),
-    "lining cases": Place(CASES, lambda c: [(case, case.name) for case in c.lining_cases]),
-    "before": Place(_OF_BRAKING, lambda c: [(c.before, "rim")]),
-    "after": Place(_OF_BRAKING, lambda c: [(c.after, "rim")]),
-    "stop": Place(_OF_BRAKING, lambda c: [] if c.before.stop is None else [(c.before, "rim")]),
-    "no stop": Place(_NO_STOP, lambda c: [(c.before, "rim")] if c.before.stop is None else []),
-}
-#: S's steps in its own order
-STEPS = (
-    "effective depth of heat",
-    "Fourier numbers",
-    "effective volumes",
-    "partition of the heat",
-    "mean bulk temperatures",
-    "properties at these temperatures, where above 150 °C",
-    "depth, Fourier numbers, volumes, partition once more",
-    "temperatures of the layers, rational thickness",
-    "maximum temperature of the friction surface",
-    "heat balance",
-    "thermal stress of the rim",
-    "operating characteristics",
-)
-
-
 def _rows_of(c: Chain) -> Iterator[SynthesisRow]:
-    """All rows in the order of `steps.csv`; a line is one row in one place of a step, and its reason if another one."""
-    for line in read("steps.csv"):
-        place, name = _PLACES[line["place"]], line["row"]
-        row = place.rows[name]
-        row = dataclasses.replace(row, why=line["why"] or row.why)
-        for context, part in place.contexts(c):
-            found = row.of_step(int(line["step"]), context, part, ending=place.ending)
-            if found is not None:
-                yield dataclasses.replace(found, verdict=_verdict(found)) if name in _MARGINS else found
+    """All rows in the order of `steps.csv`: a line is a row for what is at a place of the chain.
+
+    - `place`: a path; of several things there each has the row;  `ending` of the name
+    - `formula`, `simulated`, `why`: in place of those of `rows.csv`
+    """
+    known = {(row.table, row.name): row for row in ROWS}
+    for line in _LINES:
+        other = {key: line[key] for key in ("formula", "simulated", "why") if line[key]}
+        row = dataclasses.replace(known[line["table"], line["row"]], **other)
+        place = look(c, line["place"]) if line["place"] else c
+        for context in place.values() if isinstance(place, Mapping) else place if isinstance(place, list) else [place]:
+            for one in row.at(context):
+                told: dict[str, Any] = vars(one) | {"name": one.name + line["ending"]}
+                found = SynthesisRow(**told, step=int(line["step"]), numbers=tuple(row.put_in(context)))
+                yield dataclasses.replace(found, verdict=_verdict(found)) if row.table == "margin" else found
 
 
 @dataclasses.dataclass(frozen=True)
@@ -359,10 +483,10 @@ class Synthesis(RowTable[SynthesisRow]):
 
     def parts(self) -> Iterator[str | Table]:
         yield from self.head()
-        for number, title in enumerate(STEPS, 1):
-            rows = self.step(number)
-            yield from ("", f"{number}. {title}: {rows[0].words}")
-            yield from table_of(rows, numbers=True)
+        for i, title in enumerate(STEPS, 1):
+            rows = self.step(i)
+            yield from ("", f"{i}. {title}: {rows[0].words}")
+            yield from table_of(rows)
 
 
 # --- the function -----------------------------------------------------------------------------------------------------
@@ -396,9 +520,9 @@ def synthesize(
     Raises `InputError` as `estimates` does, for a staged brake, and for wrong options, `SynthesisError` with the
     code `no_convergence` or `material_range` where step 7 finds no temperature.
     """
-    limits = permissible or Permissible()
+    permissible = permissible or Permissible()
     scene = run.scene if isinstance(run, Result) else run
-    wrong = faults_of_synthesis(scene, data, limits)
+    wrong = faults_of_synthesis(scene, data, permissible)
     if not 0 < tolerance < math.inf:
         wrong.append(Fault("tolerance", f"{tolerance} is out of range", "must be > 0 K"))
     if rounds < 1:
@@ -406,16 +530,16 @@ def synthesize(
     if wrong:
         raise InputError(wrong)
     before, about = braking_of(run, data)
-    if before.run is not None and before.run.brakings > 1:
-        before = dataclasses.replace(before, stop=classical_stop(before.run.then))
+    if before.several:
+        before = dataclasses.replace(before, stop=classical_stop(there(before.run).then))
     start = _start_temperatures(before)
-    refined = refine(before, start, partition, tolerance, rounds)
-    settled = limits.settled(before.scene)
-    materials = {name: part.material for name, part in refined.last.parts.items()}
-    after = before.with_inputs(**materials, share=refined.last.share)
-    chain = Chain(before, after, refined, start, {limit.name: float(limit.value) for limit in settled})
+    first, last, count, change = refine(before, start, partition, tolerance, rounds)
+    settled = permissible.settled(before.scene)
+    after = before.with_inputs(**{name: part.material for name, part in last.items()}, share=last["rim"].share)
+    limits = {limit.name: float(limit.value) for limit in settled}
+    rows = tuple(_rows_of(Chain(before, after, first, last, count, change, start, limits)))
     inputs = (*before.inputs.values(), *settled)
-    return Synthesis(f"parametric synthesis{about}", inputs, tuple(_rows_of(chain)), refined.rounds, refined.replaced)
+    return Synthesis(f"parametric synthesis{about}", inputs, rows, count, replaced_in(first))
 
 
 def _start_temperatures(b: Braking) -> dict[str, float]:

@@ -1,15 +1,20 @@
 """Contact and surfaces: areas, radiation, triboelectricity, and equivalents of parts in series or parallel."""
 
 import math
-from typing import Any
+from collections.abc import Sequence
+from typing import TypeAlias
 
 import numpy as np
 
 from .._base._admissible import require_not_negative, require_positive
+from ..hybrid._arrays import Array
 from ..thermal._network import STEFAN_BOLTZMANN
 
+Amount: TypeAlias = float | int | Array  # one number, or an array of them
+Layers: TypeAlias = Sequence[float] | Array  # a number for each layer or part
 
-def real_contact_area(area: Any, pressure: Any, hardness: Any) -> Any:
+
+def real_contact_area(area: Amount, pressure: Amount, hardness: Amount) -> Amount:
     """Area of the spots that touch, all of them plastic: `A_r = A_a p_a/HB` (S-34), in m².
 
     - `area` `A_a` (m²), nominal; `pressure` `p_a` (Pa) on it; `hardness` `HB` (Pa) of the softer surface
@@ -27,13 +32,13 @@ def real_contact_area(area: Any, pressure: Any, hardness: Any) -> Any:
     return area * pressure / hardness
 
 
-def polished_surface(radius: Any, width: Any) -> Any:
+def polished_surface(radius: Amount, width: Amount) -> Amount:
     """The friction track `A_p = 2 π R b` (S-35), in m². Raises `ValueError` where an argument is not positive."""
     require_positive(radius=radius, width=width)
     return 2 * math.pi * radius * width
 
 
-def ring_face(inner: Any, outer: Any) -> Any:
+def ring_face(inner: Amount, outer: Amount) -> Amount:
     """One face of a ring, `π (R² − r²)`, in m²: rebord, flange or disc. Raises `ValueError` for `r ≥ R` or `r < 0`."""
     require_not_negative(inner=inner)
     if not outer > inner:
@@ -41,7 +46,7 @@ def ring_face(inner: Any, outer: Any) -> Any:
     return math.pi * (outer**2 - inner**2)
 
 
-def matte_surface(*areas: Any) -> Any:
+def matte_surface(*areas: Amount) -> Amount:
     """All that is not polished: `A_m = A_rebords + A_flange + A_bore + …` (S-36), in m².
 
     Raises `ValueError` where one is negative.
@@ -51,7 +56,7 @@ def matte_surface(*areas: Any) -> Any:
     return sum(areas)
 
 
-def radiation_coefficient(emissivity: Any, temperature: Any, ambient: Any) -> Any:
+def radiation_coefficient(emissivity: Amount, temperature: Amount, ambient: Amount) -> Amount:
     """Heat transfer coefficient of radiation in W/(m²·K), temperatures in K (S-37 polished, S-38 matte surfaces):
 
         α = C_r [(T/100)⁴ − (T_a/100)⁴]/(T − T_a),   C_r = 10⁸ ε σ
@@ -64,7 +69,7 @@ def radiation_coefficient(emissivity: Any, temperature: Any, ambient: Any) -> An
     return emissivity * STEFAN_BOLTZMANN * (temperature**2 + ambient**2) * (temperature + ambient)
 
 
-def triboelectric_power(current: Any, voltage: Any, factor: Any = 200.0) -> Any:
+def triboelectric_power(current: Amount, voltage: Amount, factor: Amount = 200.0) -> Amount:
     """Electrical share of the friction power (W): `W_el = k_v I U` (S-8). An estimate.
 
     - `current` `I` (A) between asperities of lining and metal; `voltage` `U` (V) at the end of the braking
@@ -77,7 +82,7 @@ def triboelectric_power(current: Any, voltage: Any, factor: Any = 200.0) -> Any:
     return factor * current * voltage
 
 
-def thermoelectric_voltage(seebeck: Any, hot: Any, cold: Any) -> Any:
+def thermoelectric_voltage(seebeck: Amount, hot: Amount, cold: Amount) -> Amount:
     """Voltage (V) of the contact as a thermocouple: `U = S_ab (T_c − T_0)`, stands in for what S-9 lost. An estimate.
 
     - `seebeck` `S_ab` (V/K), of the pair of materials; `hot` `T_c` (K) of the spots, `cold` `T_0` (K) of the bodies
@@ -87,7 +92,7 @@ def thermoelectric_voltage(seebeck: Any, hot: Any, cold: Any) -> Any:
     return seebeck * (hot - cold)
 
 
-def contact_current(voltage: Any, resistivity: Any, area: Any, spots: Any = 1) -> Any:
+def contact_current(voltage: Amount, resistivity: Amount, area: Amount, spots: Amount = 1) -> Amount:
     """Current (A) that a `voltage` `U` drives through the spots that touch; stands in for S-9. An estimate.
 
         I = U/R,   R = ρ_e/(2 n r) of n equal round spots in parallel,   n π r² = A_r
@@ -105,21 +110,21 @@ def contact_current(voltage: Any, resistivity: Any, area: Any, spots: Any = 1) -
     return voltage * 2 * spots * radius / resistivity
 
 
-def series_resistance(*resistances: Any) -> Any:
+def series_resistance(*resistances: Amount) -> Amount:
     """`R = Σ R_i` (K/W) of parts that the same heat passes one after the other (S-30). Raises `ValueError` below 0."""
     for R in resistances:
         require_not_negative(resistance=R)
     return sum(resistances)
 
 
-def parallel_resistance(*resistances: Any) -> Any:
+def parallel_resistance(*resistances: Amount) -> Amount:
     """`1/R = Σ 1/R_i` (K/W) of parts between the same two temperatures (S-30). Raises `ValueError` where one is ≤ 0."""
     for R in resistances:
         require_positive(resistance=R)
     return 1 / sum(1 / R for R in resistances)
 
 
-def series_conductivity(thickness: Any, conductivity: Any) -> Any:
+def series_conductivity(thickness: Layers, conductivity: Layers) -> float:
     """Conductivity (W/(m·K)) of layers (k,) that heat passes one after the other: `λ = Σ δ_k/Σ(δ_k/λ_k)` (S-30).
 
     The reading of a garbled formula that keeps the resistance of the layers. Raises `ValueError` where a number ≤ 0.
@@ -129,33 +134,33 @@ def series_conductivity(thickness: Any, conductivity: Any) -> Any:
     return np.sum(thickness) / np.sum(thickness / np.asarray(conductivity, float))
 
 
-def parallel_conductivity(area: Any, conductivity: Any) -> Any:
+def parallel_conductivity(area: Layers, conductivity: Layers) -> float:
     """Conductivity (W/(m·K)) of parts (k,) side by side: `λ = Σ λ_k A_k/Σ A_k` (S-30). Raises `ValueError` as above."""
     require_positive(area=area, conductivity=conductivity)
     area = np.asarray(area, float)
     return np.sum(area * np.asarray(conductivity, float)) / np.sum(area)
 
 
-def equivalent_specific_heat(mass: Any, specific_heat: Any) -> Any:
+def equivalent_specific_heat(mass: Layers, specific_heat: Layers) -> float:
     """`c = Σ G_k c_k/Σ G_k` (J/(kg·K)) of layers (k,) of the masses `G_k` (S-32). Raises `ValueError` as above."""
     require_positive(mass=mass, specific_heat=specific_heat)
     mass = np.asarray(mass, float)
     return np.sum(mass * np.asarray(specific_heat, float)) / np.sum(mass)
 
 
-def equivalent_density(mass: Any, volume: Any) -> Any:
+def equivalent_density(mass: Layers, volume: Layers) -> float:
     """`ρ = Σ m_k/Σ V_k` (kg/m³) of layers (k,) (S-33, a sum of quotients in the scan). Raises `ValueError` as above."""
     require_positive(mass=mass, volume=volume)
     return np.sum(np.asarray(mass, float)) / np.sum(np.asarray(volume, float))
 
 
-def equivalent_diffusivity(conductivity: Any, density: Any, specific_heat: Any) -> Any:
+def equivalent_diffusivity(conductivity: Amount, density: Amount, specific_heat: Amount) -> Amount:
     """`a = λ/(ρ c)` (m²/s) of the equivalent numbers (S-31). Raises `ValueError` where one of them is not positive."""
     require_positive(conductivity=conductivity, density=density, specific_heat=specific_heat)
     return conductivity / (density * specific_heat)
 
 
-def current_density(conductivity: Any, change: Any, depth: Any) -> Any:
+def current_density(conductivity: Amount, change: Amount, depth: Amount) -> Amount:
     """Current through a layer per area: `j = σ Δφ/δ` electrical (S-22, A/m²), `q = λ ΔT/δ` thermal (S-23, W/m²).
 
     - `conductivity` `σ` (S/m) or `λ` (W/(m·K)); `change` `Δφ` (V) or `ΔT` (K) over the `depth` `δ` (m)

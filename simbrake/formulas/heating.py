@@ -4,17 +4,19 @@ import csv
 import math
 from collections.abc import Callable
 from importlib import resources
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
 
 from .._base._admissible import require_not_negative, require_positive, require_share
+from ..hybrid._arrays import Array
 from ..thermal._heat import TransmissionPartition
 from ..thermal._material import Material
+from .contact import Amount, Layers
 
 
-def penetration_depth(diffusivity: Any, time: Any) -> Any:
+def penetration_depth(diffusivity: Amount, time: Amount) -> Amount:
     """Depth (m) that heat reaches in the `time` `τ` (s): `b = 1.73 √(a τ)` (S, step 1 of the synthesis).
 
     `1.73` is √3, so that `Fo = a τ/b² = 1/3` at that depth. `diffusivity` `a` in m²/s. Raises `ValueError` for a
@@ -25,7 +27,7 @@ def penetration_depth(diffusivity: Any, time: Any) -> Any:
     return 1.73 * np.sqrt(diffusivity * np.asarray(time, float))
 
 
-def fourier_number(diffusivity: Any, time: Any, depth: Any) -> Any:
+def fourier_number(diffusivity: Amount, time: Amount, depth: Amount) -> Amount:
     """`Fo = a τ/δ²` (S-15); below 0.01 the back face counts as adiabatic, S expects no more than 15.
 
     `diffusivity` `a` (m²/s), `time` `τ` (s), `depth` `δ` (m). Raises `ValueError` as `penetration_depth`.
@@ -35,12 +37,12 @@ def fourier_number(diffusivity: Any, time: Any, depth: Any) -> Any:
     return diffusivity * np.asarray(time, float) / np.asarray(depth, float) ** 2
 
 
-def fourier_parameter(diffusivity: Any, depth: Any) -> Any:
+def fourier_parameter(diffusivity: Amount, depth: Amount) -> Amount:
     """`B = a/δ²` in 1/s, so that `Fo = B τ` (S, table 1, which prints 1000 times that for the rim)."""
     return fourier_number(diffusivity, 1.0, depth)
 
 
-def effective_fourier_number(diffusivity: Any, time: Any, thickness: Any) -> Any:
+def effective_fourier_number(diffusivity: Amount, time: Amount, thickness: Amount) -> Amount:
     """Fourier number of a part, `a τ/δ²` while heat reaches through it, else 1/3 (S, step 2 of the synthesis).
 
     `1/3` where `1.73 √(a τ) ≤ δ`: the depth is then the penetration depth itself. Raises `ValueError` as above.
@@ -49,7 +51,7 @@ def effective_fourier_number(diffusivity: Any, time: Any, thickness: Any) -> Any
     return np.where(through, fourier_number(diffusivity, time, thickness), 1 / 3)[()]
 
 
-def effective_volume(area: Any, thickness: Any, depth: Any) -> Any:
+def effective_volume(area: Amount, thickness: Amount, depth: Amount) -> Amount:
     """Volume (m³) that takes up heat: `ψV = A min(b, δ)` (S, step 3), `area` `A` (m²), thicknesses in m.
 
     Raises `ValueError` where an argument is not positive (the depth: negative).
@@ -59,7 +61,7 @@ def effective_volume(area: Any, thickness: Any, depth: Any) -> Any:
     return area * np.minimum(depth, thickness)
 
 
-def mean_bulk_rise(share: Any, work: Any, specific_heat: Any, mass: Any) -> Any:
+def mean_bulk_rise(share: Amount, work: Amount, specific_heat: Amount, mass: Amount) -> Amount:
     """Mean rise of the bulk temperature (K) in a braking: `ΔT_v = (2/3) a W/(c G)` (S-25).
 
     - `share` `a` of the friction `work` `W` (J) that goes into the part; `specific_heat` `c` (J/(kg·K)); `mass` `G`
@@ -74,7 +76,7 @@ def mean_bulk_rise(share: Any, work: Any, specific_heat: Any, mass: Any) -> Any:
     return 2 / 3 * share * work / (specific_heat * mass)
 
 
-def half_space_rise(flux: Any, time: Any, effusivity: Any) -> Any:
+def half_space_rise(flux: Amount, time: Amount, effusivity: Amount) -> Amount:
     """Surface rise (K) of a half-space under a constant `flux` `q` (W/m²): `ΔT = 2 q √(τ/π)/e`.
 
     `effusivity` `e = √(λ ρ c)` (W·√s/(m²·K)). Raises `ValueError` where it is not positive or the time is negative.
@@ -86,7 +88,7 @@ def half_space_rise(flux: Any, time: Any, effusivity: Any) -> Any:
     return 2 * flux * np.sqrt(np.asarray(time, float) / math.pi) / effusivity
 
 
-def stopping_rise(flux: Any, time: Any, duration: Any, effusivity: Any) -> Any:
+def stopping_rise(flux: Amount, time: Amount, duration: Amount, effusivity: Amount) -> Amount:
     """Surface rise (K) of a half-space while the flux falls linearly, `q(t) = q_0 (1 − t/τ)`, as in a stop:
 
         ΔT(t) = (2 q_0/e) √(t/π) (1 − 2 t/(3 τ)),   maximum at t = τ/2: (2/3)(2 q_0/e) √(τ/(2π))
@@ -102,7 +104,7 @@ def stopping_rise(flux: Any, time: Any, duration: Any, effusivity: Any) -> Any:
     return half_space_rise(flux, t, effusivity) * (1 - 2 * t / (3 * duration))
 
 
-def slab_rise(flux: Any, time: Any, thickness: Any, material: Material, depth: Any = 0.0) -> Any:
+def slab_rise(flux: Amount, time: Amount, thickness: Amount, material: Material, depth: Amount = 0.0) -> Amount:
     """Rise (K) at a `depth` `x` below the heated face of a slab with an adiabatic back, under a constant flux:
 
         ΔT = (q δ/λ) {Fo + (3 ξ² − 1)/6 − (2/π²) Σ (−1)ⁿ/n² exp(−n² π² Fo) cos(n π ξ)},   ξ = 1 − x/δ,  n = 1, 2, …
@@ -122,13 +124,13 @@ def slab_rise(flux: Any, time: Any, thickness: Any, material: Material, depth: A
     return (flux * thickness / conductivity * rise)[()]
 
 
-def _by_series(Fo: Any, xi: Any) -> Any:
+def _by_series(Fo: Array, xi: Array) -> Array:
     n = np.arange(1, 16, dtype=float)
     terms = (-1.0) ** n / n**2 * np.exp(-(n**2) * math.pi**2 * Fo[..., None]) * np.cos(n * math.pi * xi[..., None])
     return Fo + (3 * xi**2 - 1) / 6 - 2 / math.pi**2 * terms.sum(axis=-1)
 
 
-def _by_images(Fo: Any, xi: Any) -> Any:
+def _by_images(Fo: Array, xi: Array) -> Array:
     from scipy.special import erfc
 
     length = 2 * np.sqrt(np.where(Fo > 0, Fo, 1.0))
@@ -148,7 +150,7 @@ def transmission_table() -> TransmissionPartition:
     return TransmissionPartition(T + 273.15, one, two, three, 1e-6 * layer)
 
 
-def heat_content(material: Material, start: Any, end: Any) -> Any:
+def heat_content(material: Material, start: Amount, end: Amount) -> Amount:
     """Heat per volume (J/m³) from `start` to `end` (K), `ρ ∫ c dT`: exact for a specific heat linear in temperature."""
     slope = 0.0 if material.specific_heat_slope is None else float(material.specific_heat_slope)
     middle = 0.5 * (start + end) - float(material.reference)
@@ -158,12 +160,12 @@ def heat_content(material: Material, start: Any, end: Any) -> Any:
 class MaximumTemperatures(NamedTuple):
     """Readings of the maximum temperature of a friction surface side by side (K, or rises in K)."""
 
-    surface_and_third_flash: Any  # S-26: t_s + t_flash/3
-    printed: Any  # S-27 as the scan shows it: t_v + t_s/3 + t_flash/3
-    plain_sum: Any  # t_v + t_s + t_flash
+    surface_and_third_flash: Amount  # S-26: t_s + t_flash/3
+    printed: Amount  # S-27 as the scan shows it: t_v + t_s/3 + t_flash/3
+    plain_sum: Amount  # t_v + t_s + t_flash
 
 
-def maximum_temperatures(bulk: Any, surface: Any, flash: Any) -> MaximumTemperatures:
+def maximum_temperatures(bulk: Amount, surface: Amount, flash: Amount) -> MaximumTemperatures:
     """The maximum temperature in the combinations of S (S-26, S-27) and as a plain sum, of rises in K:
 
         S-26: t_s + t_flash/3;   S-27: t_v + t_s/3 + t_flash/3 (doubtful scan);   sum: t_v + t_s + t_flash
@@ -234,7 +236,7 @@ def schmidt(
     dx = thickness / layers
     step, half = dx**2 / (2 * float(material.diffusivity)), dx / (2 * float(material.conductivity))
 
-    def face(t: Any, q: Any, h: float) -> Any:
+    def face(t: Amount, q: Amount, h: float) -> Amount:
         return (t + half * (q + h * ambient)) / (1 + half * h)
 
     count = max(1, math.ceil(end / step * (1 - 1e-12)))
@@ -258,24 +260,24 @@ def schmidt(
 class HeatBalance(NamedTuple):
     """Balance of a rim over whole revolutions at constant speed and surface temperature (SI units)."""
 
-    time: Any  # s, of the revolutions
-    gained: Any  # J, Q_1
-    lost: Any  # J, Q_2
-    net: Any  # J, Q_1 − Q_2
-    mean_flux: Any  # W/m² of the whole track, net over A_a τ
-    stationary: Any  # K, surface temperature at which net is 0, `inf` where no heat is rejected
+    time: Amount  # s, of the revolutions
+    gained: Amount  # J, Q_1
+    lost: Amount  # J, Q_2
+    net: Amount  # J, Q_1 − Q_2
+    mean_flux: Amount  # W/m² of the whole track, net over A_a τ
+    stationary: Amount  # K, surface temperature at which net is 0, `inf` where no heat is rejected
 
 
 def heat_balance(
-    flux: Any,
+    flux: Amount,
     *,
-    overlap: Any,
-    coefficient: Any,
-    surface: Any,
-    ambient: Any,
-    omega: Any,
-    area: Any,
-    revolutions: Any = 4,
+    overlap: Amount,
+    coefficient: Amount,
+    surface: Amount,
+    ambient: Amount,
+    omega: Amount,
+    area: Amount,
+    revolutions: Amount = 4,
 ) -> HeatBalance:
     """Heat that a rim gains and loses over `revolutions` `n` (S: four, one of which the open quarter makes up):
 
@@ -336,7 +338,7 @@ def rational_rim_thickness(material: Material, time: float, *, heat: float, rise
     return RimThickness(depth, storage, max(depth, storage))
 
 
-def held_face_rise(Fo: Any) -> Any:
+def held_face_rise(Fo: Amount) -> Amount:
     """Rise of the adiabatic back of a slab over that of its face, which is held from the first moment:
 
         θ(Fo) = 1 − (4/π) Σ (−1)ⁿ/(2n + 1) exp(−(2n + 1)² π² Fo/4),   n = 0, 1, …
@@ -422,7 +424,7 @@ class ElasticMaterial(NamedTuple):
     permissible: float = 150e6
 
 
-def surface_stress(surface: Any, mean: Any, elastic: ElasticMaterial) -> Any:
+def surface_stress(surface: Amount, mean: Amount, elastic: ElasticMaterial) -> Amount:
     """Stress of the rim's surface (Pa): `σ = −E α_T (T_s − T_mean)/(1 − ν)` (model §6.3), compression negative.
 
     - `surface` `T_s`, `mean` `T_mean` over the rim's thickness (K)
@@ -435,7 +437,9 @@ def surface_stress(surface: Any, mean: Any, elastic: ElasticMaterial) -> Any:
     return _modulus(elastic) * (mean - surface)
 
 
-def plate_stress(temperature: Any, depth: Any, elastic: ElasticMaterial, *, restraint: str = "bending") -> Any:
+def plate_stress(
+    temperature: Layers, depth: Layers, elastic: ElasticMaterial, *, restraint: str = "bending"
+) -> Float[np.ndarray, "..."]:
     """Stress (Pa) over a plate with the profile `temperature` (…, k) at the `depth`s (k,) from face to face:
 
         none:    σ = E' (T_m − T + 12 M (z − δ/2)/δ³),   M = ∫ (T − T_m)(z − δ/2) dz     free to expand and to bend
@@ -457,7 +461,7 @@ def plate_stress(temperature: Any, depth: Any, elastic: ElasticMaterial, *, rest
     modulus = _modulus(elastic)
     if restraint == "all":
         return -modulus * T
-    mean = profile_mean(T, z)[..., None]
+    mean = np.asarray(profile_mean(T, z))[..., None]
     stress = modulus * (mean - T)
     if restraint == "none":
         thickness, middle = z[-1] - z[0], 0.5 * (z[0] + z[-1])
@@ -469,7 +473,7 @@ def plate_stress(temperature: Any, depth: Any, elastic: ElasticMaterial, *, rest
     return stress
 
 
-def profile_mean(temperature: Any, depth: Any) -> Any:
+def profile_mean(temperature: Layers, depth: Layers) -> Amount:
     """Mean over the depth, `∫ T dz/δ`, of a profile (…, k) that is linear between the depths (k,)."""
     z, T = np.asarray(depth, float), np.asarray(temperature, float)
     return np.sum(0.5 * np.diff(z) * (T[..., 1:] + T[..., :-1]), axis=-1) / (z[-1] - z[0])
@@ -499,7 +503,7 @@ class StressHistory(NamedTuple):
 
 
 def stress_over_time(
-    t: Any, temperature: Any, depth: Any, elastic: ElasticMaterial, *, restraint: str = "bending"
+    t: Layers, temperature: Layers, depth: Layers, elastic: ElasticMaterial, *, restraint: str = "bending"
 ) -> StressHistory:
     """Stress of a plate with the profiles `temperature` (m, k) at the times `t` (m,); else as `plate_stress`."""
     stress = np.atleast_2d(plate_stress(temperature, depth, elastic, restraint=restraint))

@@ -4,6 +4,7 @@ from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Float
 
 from .._parts._scene import Scene, band_brake, sensed_at_start, sensed_on_rim_at_start
 from .._physics._staged import Held, InternalPair
@@ -25,12 +26,13 @@ class ClassicalStop(NamedTuple):
     power: float  # friction power at first, W
 
 
-def friction_at_start(scene: Scene) -> np.ndarray:
-    """Sliding coefficient (n,) at the initial speed and temperatures, without pressure."""
-    n, linings = scene.brake.linings.count, scene.brake.linings
-    v = abs(float(band_brake(scene).band.radius) * float(scene.initial.omega))
-    contact = unloaded(linings, jnp.full(n, v), sensed_at_start(scene))
-    return np.broadcast_to(np.asarray(linings.friction.kinetic(contact)), (n,))
+def friction_at_start(scene: Scene, pair: str = "external") -> Float[np.ndarray, " n"]:
+    """Sliding coefficient of a pair at the initial speed and temperatures, without pressure."""
+    brake, n, inside = band_brake(scene), scene.brake.linings.count, pair == "internal"
+    part, radius = brake.rubbing_part(pair), brake.pulley.radius if inside else brake.band.radius
+    sensed = sensed_on_rim_at_start(scene) if inside else sensed_at_start(scene)
+    contact = unloaded(part, jnp.full(n, abs(float(radius) * float(scene.initial.omega))), sensed)
+    return np.broadcast_to(np.asarray(part.friction.kinetic(contact)), (n,))
 
 
 def load_and_inertia(scene: Scene) -> tuple[float, float]:
@@ -103,13 +105,10 @@ class StagedStop(NamedTuple):
     def work(self) -> float:
         return self.external.work + self.internal.work
 
-
-def internal_friction_at_start(scene: Scene) -> np.ndarray:
-    """Sliding coefficient (n,) of linings and rim at the initial speed and temperatures, without pressure."""
-    n, bandage = scene.brake.linings.count, scene.brake.rubbing_part("internal")
-    v = abs(float(band_brake(scene).pulley.radius) * float(scene.initial.omega))
-    contact = unloaded(bandage, jnp.full(n, v), sensed_on_rim_at_start(scene))
-    return np.broadcast_to(np.asarray(bandage.friction.kinetic(contact)), (n,))
+    @property
+    def shares(self) -> tuple[float, float]:
+        """Of the friction work, those of the external and of the internal pair."""
+        return self.external.work / self.work, self.internal.work / self.work
 
 
 def classical_staged_stop(scene: Scene) -> StagedStop | None:
@@ -149,7 +148,12 @@ def classical_staged_stop(scene: Scene) -> StagedStop | None:
     onset = float(internal_slip_tension(brake, J, load, sensed_at_start(scene), T_inner))
     known = (float(Pi[-1]), onset, M_ext, M_int)
     if float(T_0) <= onset:
-        return _riding(known, load, J + J_b, omega)
+        if M_ext <= load:
+            return None
+        time = (J + J_b) * omega / (M_ext - load)
+        angle, at_rest = 0.5 * omega * time, PairStop(0.0, 0.0, 0.0, 0.0)
+        external = PairStop(time, angle, M_ext * angle, omega)
+        return StagedStop(*known, (time, 0.0, 0.0), (M_ext, 0.0, 0.0), angle, external, at_rest)
     ahead = jnp.asarray(1, jnp.int32)
     piece = pair.holding_piece(T_0, mu, ahead, arm, held)
     M_3 = float(arm * (pair.holding_tension(T_0, mu, piece, ahead, arm, held) - T_0))
@@ -166,14 +170,3 @@ def classical_staged_stop(scene: Scene) -> StagedStop | None:
     internal = PairStop(t_2 + t_3, inside, M_int * (phi_2 - phi_b) + M_3 * phi_3, left)
     times, torques = (0.0, t_2, t_3), (M_ext, M_int, M_3)
     return StagedStop(*known, times, torques, phi_2 + phi_3, external, internal)
-
-
-def _riding(known: tuple[float, float, float, float], load: float, inertia: float, omega: float) -> StagedStop | None:
-    """A stop in stage 1: the bandage rides with the pulley to the end. `known`: the first four numbers of the stop."""
-    torque = known[2]
-    if torque <= load:
-        return None
-    time = inertia * omega / (torque - load)
-    angle = 0.5 * omega * time
-    external, internal = PairStop(time, angle, torque * angle, omega), PairStop(0.0, 0.0, 0.0, 0.0)
-    return StagedStop(*known, (time, 0.0, 0.0), (torque, 0.0, 0.0), angle, external, internal)

@@ -1,7 +1,9 @@
 from ._compare import Comparison as Comparison
 from ._compare import compare as compare
+from ._compare import rerun as rerun
 from ._dataset import dataset as dataset
 from ._dataset import load as load
+from ._dataset import provenance as provenance
 from ._dataset import save as save
 from ._of_runs import EVENTS as EVENTS
 from ._of_runs import FAILURES as FAILURES
@@ -36,5 +38,3 @@ from ._of_runs import rubbing as rubbing
 from ._of_runs import simulate_heat as simulate_heat
 from ._of_runs import steady_state as steady_state
 from ._of_runs import with_temperatures as with_temperatures
-from ._provenance import provenance as provenance
-from ._rerun import rerun as rerun

@@ -1,18 +1,219 @@
-"""Two results side by side: what of the scenes differs, and what moved."""
+"""Stored results run again, a run at another tolerance, and two results side by side."""
 
 import dataclasses
 import json
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import diffrax
 import numpy as np
+from jaxtyping import Float, Num
 
 from .._base._faults import Fault, InputError
+from .._base._quantity import leaves
+from .._base._table import Column, Table, plain, pretty
+from .._parts._scene import Scene
+from .._run._edit import with_values
+from .._run._log import Event
+from .._run._metrics import about_metric
 from .._run._result import Result
-from ._dataset import FORMAT, POINTS, dataset, load
-from ._rerun import origin
+from .._run._simulate import simulate
+from ..files._scene_file import scene_from_text
+from ..hybrid import Rodas5P
+from ._dataset import FORMAT, POINTS, DataArray, Dataset, dataset, load, parts, provenance
+
+Source = Result | Dataset | str | Path
+Settings = dict[str, Any]  # plain values of JSON by name
+
+
+# --- a stored result, run again ---------------------------------------------------------------------------------------
+
+
+def origin(source: Source) -> Settings:
+    """What `provenance` said when a result was stored: of a file, a data set, or (now) a result."""
+    if isinstance(source, Result):
+        return provenance(source)
+    data, name = (load(source), str(source)) if isinstance(source, str | Path) else (source, "data set")
+    try:
+        return json.loads(data.attrs["provenance"])
+    except (AttributeError, KeyError, ValueError) as error:
+        what = "does not say where it came from"
+        raise InputError([Fault(name, what, "give a result file, or a data set of simbrake.dataset")]) from error
+
+
+def rerun(source: Source, *, scene: Scene | None = None, solver: Any = None) -> Result:
+    """Runs a stored result again: its scene, with its solver and settings.
+
+    - `source`: a result file, a data set or a `Result`
+    - `scene`: needed where the file holds no text of it (a custom law): a scene of the same parts, whose numbers
+      are replaced by those stored
+    - `solver`: needed where the stored one is no solver of diffrax without options, and not `Rodas5P`
+
+    With the same versions on the same machine the result is the same to the last bit. A run that fails is returned, as
+    `simulate(..., throw=False)` does. Raises `InputError`.
+    """
+    stored = origin(source)
+    settings = stored["settings"]
+    scene = _scene_of(stored["scene"]) if scene is None else _filled(scene, stored["scene"])
+    longest = settings["max_step"]
+    return simulate(
+        scene,
+        solver=solver or _solver_of(settings["method"]),
+        rtol=settings["rtol"],
+        max_step=np.inf if longest is None else longest,
+        max_steps=settings["max_steps"],
+        max_events=settings["max_events"],
+        throw=False,
+    )
+
+
+def _scene_of(stored: Settings) -> Scene:
+    if stored["toml"] is None:
+        hint = "give a scene of the same parts: rerun(…, scene=…)"
+        raise InputError([Fault("scene", f"is not in the file as text ({stored['why']})", hint)])
+    return scene_from_text(stored["toml"])
+
+
+def _filled(scene: Scene, stored: Settings) -> Scene:
+    """The scene with the stored numbers, if it is of the stored parts."""
+    own, theirs = parts(scene), stored["parts"]
+    faults = [
+        Fault(path or "scene", f"is {own.get(path)}, in the stored run {theirs.get(path)}", "give a scene of its parts")
+        for path in sorted(own.keys() | theirs.keys())
+        if own.get(path) != theirs.get(path)
+    ]
+    values = {row["path"]: np.asarray(row["value"], float) for row in stored["numbers"]}
+    shapes = {leaf.path: np.shape(leaf.value) for leaf in leaves(scene)}
+    for path in sorted(shapes.keys() | values.keys()):
+        if path not in shapes or path not in values:
+            where = "the stored run" if path in shapes else "the scene given"
+            faults.append(Fault(path, f"is absent in {where}", "give a scene of its parts"))
+        elif shapes[path] != values[path].shape:
+            what = f"is of shape {shapes[path]}, in the stored run {values[path].shape}"
+            faults.append(Fault(path, what, "give a scene of its parts"))
+    if faults:
+        raise InputError(faults)
+    return with_values(scene, values)
+
+
+def _solver_of(name: str) -> Any:
+    if name == "Rodas5P":
+        return Rodas5P()
+    solver = getattr(diffrax, name, None)
+    if isinstance(solver, type) and issubclass(solver, diffrax.AbstractERK):
+        return solver()
+    raise InputError([Fault("settings.method", f"{name} cannot be made by its name", "give it: rerun(…, solver=…)")])
+
+
+# --- at another tolerance ---------------------------------------------------------------------------------------------
+
+#: factor between the tolerances of the two runs
+RATIO = 100.0
+#: below this tolerance rounding governs, and a tighter run says nothing
+_TIGHTEST = 1e-13
+
+
+class Shift(NamedTuple):
+    """A metric in both runs, in its SI unit; `None` where it has no value."""
+
+    name: str
+    unit: str
+    value: float | None
+    other: float | None
+
+    @property
+    def difference(self) -> float | None:
+        return None if self.value is None or self.other is None else abs(self.value - self.other)
+
+    @property
+    def relative(self) -> float | None:
+        """Difference as a share of the value; kelvins as a share of the temperature above absolute zero."""
+        return self.difference / abs(self.value) if self.difference is not None and self.value else None
+
+
+class EventShift(NamedTuple):
+    """Events of one name: how many are in both runs, and the largest difference of their times (s)."""
+
+    name: str
+    count: int
+    difference: float
+
+
+class Repeat(NamedTuple):
+    """A run and the same scene at another tolerance.
+
+    With `tighter` the differences estimate the error of the run reported; else they are, mostly far above it, the error
+    of the looser one. `unmatched`: events that only one of the two has; `problem`: why there is no comparison.
+    """
+
+    rtol: float
+    tighter: bool
+    events: tuple[EventShift, ...] = ()
+    metrics: tuple[Shift, ...] = ()
+    unmatched: int = 0
+    max_step: float | None = None
+    problem: str = ""
+
+
+def repeat(result: Result, progress: Any = False) -> Repeat:
+    """Runs the scene of a concrete result again, 100 times tighter (or looser, where rounding would govern), with the
+    same method, and compares the times of all events and all metrics.
+
+    Where events and known times cut a run into pieces so short that both tolerances take the same steps, their
+    difference would be 0 and say nothing: the second run then takes steps of at most half the mean one. `progress` as
+    for `simulate`.
+    """
+    rtol = float(result.rtol)
+    tighter = rtol / RATIO >= _TIGHTEST
+    other_rtol = rtol / RATIO if tighter else min(rtol * RATIO, 1e-2)
+    if not result.ok:
+        return Repeat(other_rtol, tighter, problem=f"the run ended early ({result.status}) and was not repeated")
+    events, metrics = result.events, result.metrics  # before the other run: the scan of one result at a time is kept
+    options: dict[str, Any] = {"rtol": other_rtol, "solver": result.record.method, "throw": False}
+    options["progress"] = progress
+    other, longest = simulate(result.scene, **options), None
+    if other.ok and _steps(other) == _steps(result):
+        times = np.asarray(result.record.rows.t)
+        longest = float(times[int(result.record.count)] - times[0]) / (2 * max(_steps(result)[0], 1))
+        other = simulate(result.scene, max_step=longest, **options)
+    if not other.ok:
+        return Repeat(other_rtol, tighter, problem=f"the second run failed ({other.status}): {other.message}")
+    shifts, unmatched = _shifts(events, other.events)
+    found, rows = other.metrics, []
+    for name in (name for name in metrics if name in found):
+        unit = "J" if name.startswith("heat_") else about_metric(name)["units"]  # heats are there too
+        rows.append(Shift(name, unit, metrics[name], found[name]))
+    return Repeat(other_rtol, tighter, shifts, tuple(rows), unmatched, longest)
+
+
+def _steps(result: Result) -> tuple[int, int]:
+    return int(result.record.stats.accepted), int(result.record.stats.rejected)
+
+
+def _shifts(a: list[Event], b: list[Event]) -> tuple[tuple[EventShift, ...], int]:
+    """Shifts of the events that are in both, by name, and how many are not."""
+    times = [occurrences((e.name, e.lining, e.time) for e in events) for events in (a, b)]
+    by_name: dict[str, list[float]] = {}
+    for key, time in times[0].items():
+        if key in times[1]:
+            by_name.setdefault(key[0], []).append(abs(time - times[1][key]))
+    shifts = tuple(EventShift(name, len(found), float(np.max(found))) for name, found in by_name.items())
+    return shifts, len(times[0].keys() ^ times[1].keys())
+
+
+def occurrences(events: Iterable[tuple[str, int | None, float]]) -> dict[tuple[str, int | None, int], float]:
+    """Times (s) of events by name, lining, and which of these it is, from 1."""
+    found: dict[tuple[str, int | None, int], float] = {}
+    count: dict[tuple[str, int | None], int] = {}
+    for name, lining, time in events:
+        count[name, lining] = count.get((name, lining), 0) + 1
+        found[name, lining, count[name, lining]] = time
+    return found
+
+
+# --- two results side by side -----------------------------------------------------------------------------------------
 
 _SHOWN = 12  # rows of each kind in the text
 
@@ -30,7 +231,7 @@ class Change(NamedTuple):
 
 
 class SeriesChange(NamedTuple):
-    """Greatest difference of one column: `relative` to the greatest value of its unit; when (s) and at which label."""
+    """Largest difference of one column: `relative` to the maximum of its unit; when (s) and at which label."""
 
     name: str
     unit: str
@@ -84,102 +285,74 @@ class Comparison:
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values of JSON: `null` for what is absent or infinite."""
-        found: dict[str, Any] = {"equal": self.equal}
-        for field in dataclasses.fields(self):
-            value = getattr(self, field.name)
-            if isinstance(value, list):
-                value = [
-                    row if isinstance(row, str) else {k: _plain(v) for k, v in row._asdict().items()} for row in value
-                ]
-            elif isinstance(value, Word):
-                value = {"a": value.a, "b": value.b}
-            found[field.name] = value
-        return found
+        return {"equal": self.equal} | plain(self) | {"status": {"a": self.status.a, "b": self.status.b}}
+
+    def _tables(self) -> Iterator[str | Table]:
+        """Lines and tables in the order in which they are read."""
+        yield f"{'equal' if self.equal else 'different'}: relative tolerance {self.rtol:g}"
+        if self.status.a != self.status.b:
+            yield f"status   {self.status.a} → {self.status.b}"
+        yield from _table("parts", _WORD, self.parts)
+        yield from _table("scene", _CHANGE, self.scene)
+        yield from _table("only a", ["event"], [(name,) for name in self.only_a])
+        yield from _table("only b", ["event"], [(name,) for name in self.only_b])
+        for name, rows in (("events", self.events), ("metrics", self.metrics), ("energies", self.energies)):
+            moved = sorted((row for row in rows if row.differs), key=lambda row: " of lining " in row.name)
+            yield from _table(name, _CHANGE, moved)
+        columns = [row for row in self.series if row.differs or (not self.judged and row.absolute)]
+        columns.sort(key=lambda row: -(math.inf if row.relative is None else row.relative))
+        yield from _table("series", _SERIES, columns)
+        yield f"compared {_count(self.events, 'event')}, {_count(self.metrics, 'metric')}, series {self.how}"
+        yield from _table("solver", _WORD, self.solver)
+        yield from _table("versions", _WORD, self.versions)
 
     def __str__(self) -> str:
-        lines = [f"{'equal' if self.equal else 'different'}: relative tolerance {self.rtol:g}"]
-        if self.status.a != self.status.b:
-            lines.append(f"status   {self.status.a} → {self.status.b}")
-        lines += _block("parts", (f"{w.name}  {_word(w.a)} → {_word(w.b)}" for w in self.parts))
-        lines += _block("scene", map(_row, self.scene))
-        lines += _block("only a", self.only_a) + _block("only b", self.only_b)
-        moved = [row for row in self.events if row.differs]
-        lines += _block("events", map(_row, sorted(moved, key=lambda row: " of lining " in row.name)))
-        for name in ("metrics", "energies"):
-            lines += _block(name, (_row(row) for row in getattr(self, name) if row.differs))
-        rows = [row for row in self.series if row.differs or (not self.judged and row.absolute)]
-        rows.sort(key=lambda row: -(math.inf if row.relative is None else row.relative))
-        lines += _block("series", map(_series_row, rows))
-        lines.append(f"compared {_count(self.events, 'event')}, {_count(self.metrics, 'metric')}, series {self.how}")
-        for name in ("solver", "versions"):
-            lines += _block(name, (f"{w.name}  {_word(w.a)} → {_word(w.b)}" for w in getattr(self, name)))
-        return "\n".join(lines)
+        return "\n".join(str(part) for part in self._tables())
 
-    def __repr__(self) -> str:
-        return str(self)
+    __repr__ = __str__
 
 
-def _plain(x: Any) -> Any:
-    return None if isinstance(x, float) and not math.isfinite(x) else x
-
-
-def _count(rows: list[Any], name: str) -> str:
+def _count(rows: Sequence[Change], name: str) -> str:
     return f"{len(rows)} {name}{'' if len(rows) == 1 else 's'}"
 
 
-def _block(name: str, rows: Iterable[str]) -> list[str]:
-    """Lines of one kind, the first with its name."""
-    texts = list(rows)
-    if len(texts) > _SHOWN:
-        texts[_SHOWN:] = [f"… and {len(texts) - _SHOWN} more"]
-    return [f"{name if i == 0 else '':9}{text}" for i, text in enumerate(texts)]
+def _table(title: str, columns: Sequence[Column | str], rows: Sequence[tuple[Any, ...]]) -> Iterator[Table]:
+    """A table of one kind, none without rows; of many rows the first."""
+    if rows:
+        title = title if len(rows) <= _SHOWN else f"{title}: {_SHOWN} of {len(rows)}"
+        yield Table(columns, rows[:_SHOWN], title)
 
 
-def _word(x: Any) -> str:
-    return "—" if x is None else str(x)
+def _in_scene(value: float | list[float]) -> str:
+    return f"{len(value)} entries" if isinstance(value, list) else f"{value:.9g}"
 
 
-def _number(x: Any) -> str:
-    if x is None:
-        return "—"
-    return f"{len(x)} entries" if isinstance(x, list) else f"{x:.9g}"
-
-
-def _row(row: Change) -> str:
-    unit = f" {row.unit}" if row.unit not in ("", "1") else ""
-    text = f"{row.name}  {_number(row.a)} → {_number(row.b)}{unit}"
-    if row.absolute is None or not math.isfinite(row.absolute):
-        return text
-    share = "" if row.relative is None else f", relative {row.relative:.2g}"
-    return f"{text}  ({row.absolute:+.3g}{unit}{share})"
-
-
-def _series_row(row: SeriesChange) -> str:
-    if row.absolute is None:
-        return f"{row.name}  {row.place}"
-    unit = f" {row.unit}" if row.unit not in ("", "1") else ""
-    place = f", {row.place}" if row.place else ""
-    return f"{row.name}  by at most {row.absolute:.3g}{unit}, relative {row.relative:.2g}, at {row.time:.6g} s{place}"
-
-
-# --- the comparison ---------------------------------------------------------------------------------------------------
-
+_NAME, _UNIT = Column("name", left=True), Column("unit", left=True, show=pretty)
+_RELATIVE, _DIFFERS = Column("relative", show=".2g"), Column("differs", hidden=True)
+_WORD = [_NAME, Column("a", left=True, show=str), Column("b", left=True, show=str)]
+_AB = [Column("a", show=_in_scene), Column("b", show=_in_scene)]
+_CHANGE = [_NAME, *_AB, _UNIT, Column("difference", show="+.3g"), _RELATIVE, _DIFFERS]
+_SERIES = [
+    *(_NAME, _UNIT, Column("difference", heading="largest difference", show=".3g"), _RELATIVE),
+    *(Column("time", "s"), Column("place", left=True), _DIFFERS),
+]
 _NEEDED = ("time", "side", "status", "event_time", "event_name", "event_lining", "energy.friction_heat")
 
 
-def compare(a: Any, b: Any, rtol: float = 1e-9) -> Comparison:
+def compare(a: Source, b: Source, rtol: float = 1e-9) -> Comparison:
     """Compares two results: each a `Result`, a data set of `simbrake.dataset`, or the path of a result file.
 
     Judged against `rtol`: every number of the scenes, event time and metric relative to its own size; energies relative
-    to the largest one exchanged; series relative to the greatest value of their unit, at the times that both have.
+    to the largest one exchanged; series relative to the maximum of their unit, at the times that both have.
     Where they hardly have times in common, series are interpolated and shown, but not judged. When and where a
-    greatest value occurs is not judged either (on a plateau it means nothing). Raises `InputError`.
+    maximum occurs is not judged either (on a plateau it means nothing). Raises `InputError`.
     """
-    if not (np.ndim(rtol) == 0 and 0 <= rtol < 1):  # written so that a NaN is a fault
+    if not (np.ndim(rtol) == 0 and 0 <= rtol < 1):  # a NaN is not
         raise InputError([Fault("rtol", f"{rtol} is out of range", "0 ≤ rtol < 1")])
     left, right = _data(a, b)
     from_a, from_b = origin(left), origin(right)
     events, only_a, only_b = _events(left, right, rtol)
+    metrics, energies = _scalars(left, right, rtol)
     series, how, judged = _series(left, right, rtol)
     return Comparison(
         rtol=float(rtol),
@@ -189,8 +362,8 @@ def compare(a: Any, b: Any, rtol: float = 1e-9) -> Comparison:
         events=events,
         only_a=only_a,
         only_b=only_b,
-        metrics=_metrics(left, right, rtol),
-        energies=_energies(left, right, rtol),
+        metrics=metrics,
+        energies=energies,
         series=series,
         how=how,
         judged=judged,
@@ -199,7 +372,7 @@ def compare(a: Any, b: Any, rtol: float = 1e-9) -> Comparison:
     )
 
 
-def _data(a: Any, b: Any) -> list[Any]:
+def _data(a: Source, b: Source) -> list[Dataset]:
     """The data sets of both; two results are looked at at the same times."""
     times = None
     if isinstance(a, Result) and isinstance(b, Result) and a.concrete and b.concrete:
@@ -223,21 +396,30 @@ def _data(a: Any, b: Any) -> list[Any]:
     return found
 
 
-def _counts(outcome: dict[str, Any]) -> dict[str, int]:
+def _counts(outcome: Settings) -> Settings:
     names = ("accepted", "rejected", "retaken", "segments")
     return {f"steps {name}" if name != "segments" else name: outcome[name] for name in names}
 
 
-def _words(a: dict[str, Any], b: dict[str, Any]) -> list[Word]:
+def _words(a: Settings, b: Settings) -> list[Word]:
     """Entries that are not the same."""
     names = dict.fromkeys([*a, *b])
     return [Word(name or "scene", a.get(name), b.get(name)) for name in names if a.get(name) != b.get(name)]
 
 
 def _change(
-    name: str, a: Any, b: Any, unit: str, rtol: float, scale: float | None = None, judged: bool = True
+    name: str,
+    a: float | int | None,
+    b: float | int | None,
+    unit: str,
+    rtol: float,
+    *,
+    scale: float | None = None,
+    judged: bool = True,
 ) -> Change:
-    """Two numbers side by side; equal infinities are equal, and an infinite one differs from a finite one."""
+    """Two numbers side by side; equal infinities are equal, and an infinite or absent one differs from a finite one."""
+    if a is None or b is None:
+        return Change(name, a, b, unit, None, None, True)
     if a == b:
         return Change(name, a, b, unit, 0.0, 0.0, False)
     size = max(abs(a), abs(b)) if scale is None else scale
@@ -246,84 +428,65 @@ def _change(
     return Change(name, a, b, unit, b - a, relative, judged and not relative <= rtol)
 
 
-def _numbers(a: dict[str, Any], b: dict[str, Any], rtol: float) -> list[Change]:
+def _numbers(a: Settings, b: Settings, rtol: float) -> list[Change]:
     """Numbers of the scenes that are not the same; of arrays the entries."""
     rows_a, rows_b = ({row["path"]: row for row in one["numbers"]} for one in (a, b))
     found = []
     for path in dict.fromkeys([*rows_a, *rows_b]):
-        one, two = rows_a.get(path), rows_b.get(path)
-        unit = (one or two)["unit"]  # pyright: ignore
-        if one is None or two is None or np.shape(one["value"]) != np.shape(two["value"]):
-            found.append(Change(path, one and one["value"], two and two["value"], unit, None, None, True))
+        unit = (rows_a.get(path) or rows_b[path])["unit"]
+        one, two = (rows[path]["value"] if path in rows else None for rows in (rows_a, rows_b))
+        if one is None or two is None or np.shape(one) != np.shape(two):
+            found.append(Change(path, one, two, unit, None, None, True))
             continue
-        x, y = np.asarray(one["value"], float), np.asarray(two["value"], float)
+        x, y = np.asarray(one, float), np.asarray(two, float)
         for place in np.argwhere(x != y):
             index = f"[{','.join(map(str, place))}]" if place.size else ""
             found.append(_change(path + index, float(x[tuple(place)]), float(y[tuple(place)]), unit, rtol))
     return found
 
 
-def _events(a: Any, b: Any, rtol: float) -> tuple[list[Change], list[str], list[str]]:
+def _events(a: Dataset, b: Dataset, rtol: float) -> tuple[list[Change], list[str], list[str]]:
     """Events of the same name, lining and count in both, and those that one alone has."""
     times: list[dict[str, float]] = []
     for data in (a, b):
-        seen: dict[str, int] = {}
-        own: dict[str, float] = {}
-        rows = zip(data["event_name"].values, data["event_lining"].values, data["event_time"].values, strict=True)
-        for name, lining, time in rows:
-            key = f"{name} of lining {lining}" if lining else str(name)
-            seen[key] = seen.get(key, 0) + 1
-            own[key if seen[key] == 1 else f"{key} ({seen[key]})"] = float(time)
-        times.append(own)
-    both = [name for name in times[0] if name in times[1]]
+        columns = (data[name].values.tolist() for name in ("event_name", "event_lining", "event_time"))
+        times.append(
+            {
+                name + (f" of lining {lining}" if lining else "") + (f" ({i})" if i > 1 else ""): time
+                for (name, lining, i), time in occurrences(zip(*columns, strict=True)).items()
+            }
+        )
 
     def alone(own: dict[str, float], other: dict[str, float]) -> list[str]:
         return [f"{name} at {time:.6g} s" for name, time in own.items() if name not in other]
 
+    both = [name for name in times[0] if name in times[1]]
     rows = [_change(name, times[0][name], times[1][name], "s", rtol) for name in both]
     return rows, alone(*times), alone(*times[::-1])
 
 
-def _scalars(data: Any) -> dict[str, Any]:
+def _scalars(a: Dataset, b: Dataset, rtol: float) -> tuple[list[Change], list[Change]]:
+    """Metrics, and energies relative to the largest one exchanged."""
     skipped = {"status", "method", "rtol", "code", "steps", "rejected", "retaken", "segments"}
-    return {str(name): v for name, v in data.data_vars.items() if v.ndim == 0 and name not in skipped}
-
-
-def _lonely(name: str, own: dict[str, Any], other: dict[str, Any], unit: str) -> Change:
-    """A number that only one of the two has."""
-    one, two = (float(group[name]) if name in group else None for group in (own, other))
-    return Change(name, one, two, unit, None, None, True)
-
-
-def _metrics(a: Any, b: Any, rtol: float) -> list[Change]:
-    found = []
-    own, other = _scalars(a), _scalars(b)
-    for name in (name for name in dict.fromkeys([*own, *other]) if not name.startswith("energy.")):
-        unit = (own if name in own else other)[name].attrs["units"]
-        if name not in own or name not in other:
-            found.append(_lonely(name, own, other, unit))
-            continue
-        at_peak = name.startswith(("max_", "peak_")) and name.endswith(("_time", "_lining"))
-        found.append(_change(name, own[name].item(), other[name].item(), unit, rtol, judged=not at_peak))
-    return found
-
-
-def _energies(a: Any, b: Any, rtol: float) -> list[Change]:
-    own, other = ({k: v for k, v in _scalars(d).items() if k.startswith("energy.")} for d in (a, b))
-    largest = max(abs(float(v)) for one in (own, other) for v in one.values() if v.attrs["units"] == "J")
-    found = []
+    own, other = (
+        {str(name): v for name, v in data.data_vars.items() if v.ndim == 0 and name not in skipped} for data in (a, b)
+    )
+    units = {name: variable.attrs["units"] for name, variable in (own | other).items()}
+    energies = {name for name in units if name.startswith("energy.")}
+    in_joules = [name for name in energies if units[name] == "J"]
+    largest = max(abs(group[name].item()) for group in (own, other) for name in in_joules if name in group)
+    found: tuple[list[Change], list[Change]] = [], []
     for name in dict.fromkeys([*own, *other]):
-        unit = (own if name in own else other)[name].attrs["units"]
-        if name not in own or name not in other:
-            found.append(_lonely(name, own, other, unit))
-        else:  # closures are shares already
-            scale = largest if unit == "J" else 1.0
-            found.append(_change(name, float(own[name]), float(other[name]), unit, rtol, scale))
+        one, two = (group[name].item() if name in group else None for group in (own, other))
+        scale = largest if name in in_joules else 1.0 if name in energies else None  # closures are shares already
+        at_peak = name.startswith(("max_", "peak_")) and name.endswith(("_time", "_lining"))
+        change = _change(name, one, two, units[name], rtol, scale=scale, judged=not at_peak)
+        found[name in energies].append(change)
     return found
 
 
-def _series(a: Any, b: Any, rtol: float) -> tuple[list[SeriesChange], str, bool]:
-    """Greatest difference of every column, in words at which times, and whether it is judged."""
+def _series(a: Dataset, b: Dataset, rtol: float) -> tuple[list[SeriesChange], str, bool]:
+    """Largest difference of every column, in words at which times, and whether it is judged."""
     keys = [list(zip(d["time"].values.tolist(), d["side"].values.tolist(), strict=True)) for d in (a, b)]
     place = {key: j for j, key in enumerate(keys[1])}
     common = [(i, place[key]) for i, key in enumerate(keys[0]) if key in place]
@@ -354,17 +517,17 @@ def _series(a: Any, b: Any, rtol: float) -> tuple[list[SeriesChange], str, bool]
     return found, how, exact
 
 
-def _over_time(data: Any) -> dict[str, Any]:
+def _over_time(data: Dataset) -> dict[str, DataArray]:
     """Columns over time; layers of walls are nodes as well and stand there."""
     return {
         str(name): v
         for name, v in data.data_vars.items()
-        if "time" in v.dims and not name.endswith("_layer_temperature")
+        if "time" in v.dims and not str(name).endswith("_layer_temperature")
     }
 
 
-def _sizes(*groups: dict[str, Any]) -> dict[str, float]:
-    """Greatest magnitude of all columns of one unit; pure numbers count as they are."""
+def _sizes(*groups: dict[str, DataArray]) -> dict[str, float]:
+    """Largest magnitude of all columns of one unit; pure numbers count as they are."""
     found: dict[str, float] = {"1": 1.0}
     for variable in (v for group in groups for v in group.values()):
         unit = variable.attrs["units"]
@@ -373,7 +536,7 @@ def _sizes(*groups: dict[str, Any]) -> dict[str, float]:
     return found
 
 
-def _between(variable: Any, times: np.ndarray) -> np.ndarray:
+def _between(variable: DataArray, times: Float[np.ndarray, " m"]) -> Float[np.ndarray, "m ..."]:
     """Values at other times: at an instant with two, the one after it; straight lines between neighbours."""
     t, values = variable["time"].values, variable.values.astype(float)
     before = np.searchsorted(t, times, side="right") - 1
@@ -383,7 +546,9 @@ def _between(variable: Any, times: np.ndarray) -> np.ndarray:
     return values[before] + share * (values[after] - values[before])
 
 
-def _greatest(variable: Any, gap: np.ndarray, times: np.ndarray, size: float, rtol: float) -> SeriesChange:
+def _greatest(
+    variable: DataArray, gap: Num[np.ndarray, "m ..."], times: Float[np.ndarray, " m"], size: float, rtol: float
+) -> SeriesChange:
     at = np.unravel_index(int(np.argmax(gap)), gap.shape)
     absolute = float(gap[at])
     relative = absolute / size if size > 0 else 0.0

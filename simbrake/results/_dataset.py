@@ -1,30 +1,46 @@
-"""A run as one labelled data set, and in files that hold all of it: netCDF, Parquet, CSV."""
+"""A run as one labelled data set with its provenance, and files that hold all of it: netCDF, Parquet, CSV."""
 
 import csv
+import dataclasses
+import importlib
 import json
+import os
+import platform
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from datetime import UTC, datetime
+from importlib.metadata import version
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
 import numpy as np
+from jaxtyping import Float, Int
 
+from .._base._compiling import accelerators, run_device
 from .._base._faults import Fault, InputError
+from .._base._quantity import leaves
 from .._base._whole import whole_file
+from .._parts._scene import Scene, warnings
 from .._run._metrics import about_energy, about_metric
 from .._run._result import Result
 from .._run._series import SERIES_COLUMNS, Series, flat, meaning_of_column, times_within, unit_of_column
+from ..files._scene_file import scene_from_text, scene_text
 from ..hybrid import LANDED
 from ..studies._chunks import fingerprint
 from ..thermal._network import Junction, Reservoir, Wall
-from ._provenance import provenance
+
+if TYPE_CHECKING:
+    from xarray import DataArray, Dataset
+else:
+    DataArray = Dataset = Any  # xarray is loaded by those who want a data set
 
 #: of the data set, in its attribute `format`; a number that grows when the layout changes
 FORMAT = "simbrake result 1"
 #: times of an even grid
 POINTS = 1001
 
+#: numbers of a staged brake's stages
 _STAGE_FIELDS = {
     "start": ("s", "start of the stage"),
     "end": ("s", "end of the stage"),
@@ -33,15 +49,11 @@ _STAGE_FIELDS = {
     "lever_work": ("J", "work of the lever in the stage"),
     "load_work": ("J", "work of the load in the stage"),
 }
-_COUNTS = {
-    "steps": "steps accepted",
-    "rejected": "step attempts rejected for their error",
-    "retaken": "steps taken again, shorter, at events",
-    "segments": "parts of the run between events",
-}
+Variable = tuple[tuple[str, ...], np.ndarray, dict[str, str]]  # dimensions, values, unit and meaning
+Variables = dict[str, Variable]
 
 
-def dataset(result: Result, times: Any = None) -> Any:
+def dataset(result: Result, times: Any = None) -> Dataset:
     """A concrete result as an `xarray.Dataset`; every variable has its `units` (SI, `1`: none) and `meaning`.
 
     - over `time`: all columns of `Series`, those of single linings also over `lining` (from 1, from the slack end), and
@@ -62,21 +74,19 @@ def dataset(result: Result, times: Any = None) -> Any:
     if not result.concrete:
         raise ValueError("a traced or batched result has no data set: take one result outside of jit and vmap")
     series, t, side = _sampled(result, times)
-    coords: dict[str, Any] = {
-        "time": ("time", t, _about("s", SERIES_COLUMNS["t"].meaning)),
-        "side": ("time", side, _about("1", "-1 just before an event, +1 just after it, 0 elsewhere")),
-        "lining": (
-            "lining",
-            np.arange(series.normal_load.shape[1]) + 1,
-            _about("1", "lining, of a band from the slack end"),
-        ),
+    linings = np.arange(series.normal_load.shape[1]) + 1
+    coords = {
+        "time": _variable("time", t, "s", SERIES_COLUMNS["t"].meaning),
+        "side": _variable("time", side, "1", "-1 just before an event, +1 just after it, 0 elsewhere"),
+        "lining": _variable("lining", linings, "1", "lining, of a band from the slack end"),
     }
     data = _columns(result, series)
     for field, (dims, values, _) in data.items():
         if f"{field}_state" in dims:
-            coords[dims[1]] = (dims[1], np.arange(values.shape[1]) + 1, _about("1", "which state of the friction law"))
+            states = np.arange(values.shape[1]) + 1
+            coords[dims[1]] = _variable(dims[1], states, "1", "which state of the friction law")
     if series.temperature is not None:
-        coords["node"] = ("node", np.asarray(result.nodes), _about("1", "thermal node"))
+        coords["node"] = _variable("node", result.nodes, "1", "thermal node")
         _add_walls(result, np.asarray(series.temperature), coords, data)
     data |= _events(result) | _stages(result) | _numbers(result)
     attrs = {
@@ -87,11 +97,11 @@ def dataset(result: Result, times: Any = None) -> Any:
     return xr.Dataset(data, coords, attrs)
 
 
-def _about(units: str, meaning: str) -> dict[str, str]:
-    return {"units": units or "1", "meaning": meaning}
+def _variable(dims: str | tuple[str, ...], values: Any, units: str, meaning: str) -> Variable:
+    return (dims,) if isinstance(dims, str) else dims, np.asarray(values), {"units": units or "1", "meaning": meaning}
 
 
-def instants(result: Result) -> np.ndarray:
+def instants(result: Result) -> Float[np.ndarray, " k"]:
     """Times (s) after the start of all events, and of the corners and jumps of given profiles, each once."""
     record = result.record
     n, t = int(record.count), np.asarray(record.rows.t)
@@ -100,7 +110,7 @@ def instants(result: Result) -> np.ndarray:
     return found[found > t[0]]  # nothing comes before the start
 
 
-def _sampled(result: Result, times: Any) -> tuple[Series, np.ndarray, np.ndarray]:
+def _sampled(result: Result, times: Any) -> tuple[Series, Float[np.ndarray, " m"], Int[np.ndarray, " m"]]:
     """The series at the times wanted, in order, at events before and after; these times, and the side of each."""
     record = result.record
     start, end = float(np.asarray(record.rows.t)[0]), float(np.asarray(record.t_end))
@@ -124,7 +134,7 @@ def _sampled(result: Result, times: Any) -> tuple[Series, np.ndarray, np.ndarray
     return jax.tree.map(joined, after, before), t[order], side[order]
 
 
-def _columns(result: Result, series: Series) -> dict[str, Any]:
+def _columns(result: Result, series: Series) -> Variables:
     """Columns of a series as variables; a place of one node has no dimension beside the time."""
     n, data = series.normal_load.shape[1], {}
     for field, values in flat(series, pairs=result.tells_pairs_apart).items():
@@ -137,11 +147,11 @@ def _columns(result: Result, series: Series) -> dict[str, Any]:
         dims = ("time", *(() if value.ndim == 1 else (last,) if value.ndim == 2 else (f"{field}_state", last)))
         if value.ndim == 2 and field.endswith("_temperature") and value.shape[1] != n:
             dims, value = ("time",), value[:, 0]
-        data[field] = (dims, value, _about(unit_of_column(field), meaning_of_column(field)))
+        data[field] = _variable(dims, value, unit_of_column(field), meaning_of_column(field))
     return data
 
 
-def _add_walls(result: Result, temperature: np.ndarray, coords: dict[str, Any], data: dict[str, Any]) -> None:
+def _add_walls(result: Result, temperature: Float[np.ndarray, "m nodes"], coords: Variables, data: Variables) -> None:
     """Temperatures of every wall by its layers, and where these lie."""
     first = 0
     for body in result.scene.network.bodies:
@@ -152,17 +162,17 @@ def _add_walls(result: Result, temperature: np.ndarray, coords: dict[str, Any], 
             continue
         name = _free(body.name, data)
         layer, copy = f"{name}_layer", f"{name}_copy"
+        coords[layer] = _variable(layer, np.arange(body.layers) + 1, "1", f"layer of {body.name}, from its front")
         depth = np.asarray(body.centres, float)
-        coords[layer] = (layer, np.arange(body.layers) + 1, _about("1", f"layer of {body.name}, from its front"))
-        coords[f"{name}_depth"] = (layer, depth, _about("m", "depth of the layer's centre below the front"))
+        coords[f"{name}_depth"] = _variable(layer, depth, "m", "depth of the layer's centre below the front")
         values, dims = temperature[:, here], ("time", layer)
         if body.copies > 1:
             values, dims = values.reshape(-1, body.copies, body.layers), ("time", copy, layer)
-            coords[copy] = (copy, np.arange(body.copies) + 1, _about("1", f"which of the walls {body.name}"))
-        data[f"{name}_layer_temperature"] = (dims, values, _about("K", f"temperature of {body.name} in its layers"))
+            coords[copy] = _variable(copy, np.arange(body.copies) + 1, "1", f"which of the walls {body.name}")
+        data[f"{name}_layer_temperature"] = _variable(dims, values, "K", f"temperature of {body.name} in its layers")
 
 
-def _free(name: str, data: dict[str, Any]) -> str:
+def _free(name: str, data: Variables) -> str:
     """A name that files take, and that no other wall has."""
     name = re.sub(r"\W+", "_", name)
     while f"{name}_layer_temperature" in data:
@@ -170,81 +180,187 @@ def _free(name: str, data: dict[str, Any]) -> str:
     return name
 
 
-def _events(result: Result) -> dict[str, Any]:
-    events = result.events
-    names = np.asarray([event.name for event in events], dtype=str)
+def _events(result: Result) -> Variables:
+    times, names = [e.time for e in result.events], [e.name for e in result.events]
+    linings = np.asarray([e.lining or 0 for e in result.events], np.int64)
     return {
-        "event_time": ("event", np.asarray([e.time for e in events], float), _about("s", "time of the event")),
-        "event_name": ("event", names, _about("1", "what happened")),
-        "event_lining": (
-            "event",
-            np.asarray([e.lining or 0 for e in events], np.int64),
-            _about("1", "lining (from 1) that it concerns, 0: no single one"),
-        ),
+        "event_time": _variable("event", np.asarray(times, float), "s", "time of the event"),
+        "event_name": _variable("event", np.asarray(names, str), "1", "what happened"),
+        "event_lining": _variable("event", linings, "1", "lining (from 1) that it concerns, 0: no single one"),
     }
 
 
-def _stages(result: Result) -> dict[str, Any]:
+def _stages(result: Result) -> Variables:
     if not result.scene.brake.in_series:
         return {}
-    stages = result.stages
-    found = {"stage_name": ("stage", np.asarray([s.name for s in stages], dtype=str), _about("1", "name of the stage"))}
-    for field, about in _STAGE_FIELDS.items():
-        found[f"stage_{field}"] = ("stage", np.asarray([getattr(s, field) for s in stages], float), _about(*about))
-    return found
+    names = np.asarray([stage.name for stage in result.stages], str)
+    return {"stage_name": _variable("stage", names, "1", "name of the stage")} | {
+        f"stage_{field}": _variable("stage", np.asarray([getattr(s, field) for s in result.stages], float), *about)
+        for field, about in _STAGE_FIELDS.items()
+    }
 
 
-def _numbers(result: Result) -> dict[str, Any]:
+def _numbers(result: Result) -> Variables:
     """Metrics, energies, and how the solver fared: variables without a dimension."""
     summary, stats = result.summary(), result.record.stats
-    energies = summary["energy"]
-    found: dict[str, Any] = {}
+    energies, found = summary["energy"], {}
     for name, value in {**summary["metrics"], **summary["at"]}.items():
         if name not in energies:  # heats stand among the energies
             value = value if isinstance(value, int) else float(np.inf if value is None else value)
             found[name] = ((), np.asarray(value), about_metric(name))
-    for name, value in energies.items():
-        found[f"energy.{name}"] = ((), np.asarray(value), about_energy(name))
-    counts = dict(zip(_COUNTS, (stats.accepted, stats.rejected, stats.retaken, stats.segments), strict=True))
-    for name, count in counts.items():
-        found[name] = ((), np.asarray(int(count)), _about("1", _COUNTS[name]))
-    found["code"] = ((), np.asarray(int(result.code)), _about("1", "0 if the run reached its end time, else why not"))
-    found["status"] = ((), np.asarray(result.status), _about("1", "how the run ended"))
-    found["method"] = ((), np.asarray(result.method_name), _about("1", "solver of the run"))
-    found["rtol"] = ((), np.asarray(float(result.rtol)), _about("1", "relative tolerance of the run"))
+    found |= {f"energy.{name}": ((), np.asarray(value), about_energy(name)) for name, value in energies.items()}
+    about = {
+        "steps": (int(stats.accepted), "steps accepted"),
+        "rejected": (int(stats.rejected), "step attempts rejected for their error"),
+        "retaken": (int(stats.retaken), "steps taken again, shorter, at events"),
+        "segments": (int(stats.segments), "parts of the run between events"),
+        "code": (int(result.code), "0 if the run reached its end time, else why not"),
+        "status": (result.status, "how the run ended"),
+        "method": (result.method_name, "solver of the run"),
+        "rtol": (float(result.rtol), "relative tolerance of the run"),
+    }
+    return found | {name: _variable((), value, "1", meaning) for name, (value, meaning) in about.items()}
+
+
+# --- where a result came from ----------------------------------------------------------------------------------------
+
+_HOME = "simbrake"
+PACKAGES = ("jax", "jaxlib", "diffrax", "equinox", "interpax", "numpy", "scipy")
+
+
+def provenance(result: Result) -> dict[str, Any]:
+    """Where a concrete result came from, as plain values of JSON: no user, host or path is named.
+
+    - `simbrake`, `versions`, `machine`, `date` (UTC, ISO 8601, of this call)
+    - `scene`: `toml`, the text of a scene file, or `null` and `why` for a scene that no file can hold, as one with a
+      custom law; `numbers` (path, value, unit, SI) and `parts` (path → class or word) of any scene
+    - `settings`: the options of `simulate`;  `outcome`: status, code and counts of the solver
+
+    `simbrake.results.rerun` runs it again. Raises `ValueError` for a traced or batched result.
+    """
+    if not result.concrete:
+        raise ValueError("a traced or batched result has no provenance: take it of one result outside of jit and vmap")
+    stats, limits = result.record.stats, result.limits
+    longest = float(limits.max_step)
+    return {
+        "simbrake": str(importlib.import_module(_HOME).__version__),
+        "versions": {"python": platform.python_version(), **{name: version(name) for name in PACKAGES}},
+        "machine": machine(),
+        "date": datetime.now(UTC).isoformat(timespec="seconds"),
+        "scene": scene_dict(result.scene),
+        "settings": {
+            "method": result.method_name,
+            "rtol": float(result.rtol),
+            "max_step": longest if np.isfinite(longest) else None,
+            "max_steps": limits.max_steps,
+            "max_events": int(limits.max_events),
+        },
+        "outcome": {
+            "status": result.status,
+            "code": int(result.code),
+            "message": result.message,
+            "warnings": warnings(result.scene),
+            **{name: int(count) for name, count in zip(stats._fields, stats, strict=True)},
+        },
+    }
+
+
+def machine() -> dict[str, Any]:
+    """Processor, cores and operating system, and how JAX computes."""
+    cpu = platform.processor() or platform.machine()
+    info = Path("/proc/cpuinfo")
+    if info.exists():
+        lines = info.read_text("utf-8", errors="replace").splitlines()
+        cpu = next((line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")), cpu)
+    return {
+        "cpu": cpu,
+        "architecture": platform.machine(),
+        "cores": os.cpu_count(),
+        "system": platform.system(),
+        "backend": jax.default_backend(),
+        "one_function": accelerators(run_device().platform).one_function,
+    }
+
+
+def scene_dict(scene: Scene) -> dict[str, Any]:
+    """A scene as text where a scene file can hold it, and its numbers and parts."""
+    toml, why = _toml(scene)
+    numbers = [
+        {"path": leaf.path, "value": np.asarray(leaf.value, float).tolist(), "unit": leaf.about.unit}
+        for leaf in leaves(scene)
+    ]
+    return {"toml": toml, "why": why, "numbers": numbers, "parts": parts(scene)}
+
+
+def _toml(scene: Scene) -> tuple[str | None, str | None]:
+    """The text of a scene file from which the very same scene comes back, or why there is none."""
+    try:
+        text = scene_text(scene)
+        back = scene_from_text(text)
+    except InputError as error:
+        return None, "; ".join(str(fault) for fault in error.faults)
+    same = parts(back) == parts(scene) and all(
+        a.path == b.path and np.array_equal(a.value, b.value) for a, b in zip(leaves(back), leaves(scene), strict=True)
+    )
+    return (text, None) if same else (None, "the text does not give the same scene back")
+
+
+def parts(node: Any, path: str = "") -> dict[str, Any]:
+    """What a scene is made of beside its numbers with units: path → name of the class, or the value of a word or count.
+
+    Classes that are not of simbrake are named with their module.
+    """
+    found: dict[str, Any] = {}
+    if isinstance(node, tuple | list):
+        for i, child in enumerate(node):
+            found |= parts(child, f"{path}[{i}]")
+    elif dataclasses.is_dataclass(node) and not isinstance(node, type):
+        found[path] = _name(type(node))
+        for field in dataclasses.fields(node):
+            value = getattr(node, field.name)
+            if "quantity" not in field.metadata or dataclasses.is_dataclass(value):
+                found |= parts(value, f"{path}.{field.name}" if path else field.name)
+    elif isinstance(node, bool | int | float | str):
+        found[path] = node
+    elif isinstance(node, np.ndarray | jax.Array):  # numbers of a law of one's own that name no unit
+        found[path] = np.asarray(node).tolist()
+    elif node is not None:
+        found[path] = _name(node if callable(node) else type(node))
     return found
+
+
+def _name(thing: Any) -> str:
+    module, name = getattr(thing, "__module__", ""), getattr(thing, "__qualname__", type(thing).__qualname__)
+    return name if str(module).split(".")[0] == _HOME else f"{module}.{name}"
 
 
 # --- columns and a header, for tables in files ------------------------------------------------------------------------
 
+Header = dict[str, Any]  # plain values of JSON
 _TYPES = {"f": "float64", "i": "int64", "U": "str"}
 
 
-def normalised(data: Any) -> Any:
+def normalised(data: Dataset) -> Dataset:
     """The data set with 64-bit numbers and plain strings, however a file format keeps them, and no encodings.
 
     Attributes are text, as not every format keeps other types apart.
     """
     import xarray as xr
 
-    def texts(attrs: Any) -> dict[str, str]:
-        return {str(key): str(value) for key, value in attrs.items()}
-
-    def plain(variable: Any) -> tuple[Any, np.ndarray, dict[str, Any]]:
+    def plain(variable: DataArray) -> Variable:
         values = np.asarray(variable.values)
-        if values.dtype.kind in "iub":
-            values = values.astype(np.int64)
-        elif values.dtype.kind == "f":
-            values = values.astype(np.float64)
-        else:
-            values = values.astype(str)
-        return variable.dims, values, texts(variable.attrs)
+        kind = {"i": np.int64, "u": np.int64, "b": np.int64, "f": np.float64}.get(values.dtype.kind, str)
+        return tuple(map(str, variable.dims)), values.astype(kind), _texts(variable.attrs)
 
     coords = {name: plain(variable) for name, variable in data.coords.items()}
-    return xr.Dataset({k: plain(v) for k, v in data.data_vars.items()}, coords, texts(data.attrs))
+    return xr.Dataset({k: plain(v) for k, v in data.data_vars.items()}, coords, _texts(data.attrs))
 
 
-def split(data: Any) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+def _texts(attrs: Mapping[Any, Any]) -> dict[str, str]:
+    return {str(key): str(value) for key, value in attrs.items()}
+
+
+def split(data: Dataset) -> tuple[Header, dict[str, np.ndarray]]:
     """Header (plain values of JSON, every name a line of a file) and columns of a normalised data set."""
     header: dict[str, Any] = {"attrs": dict(data.attrs), "sizes": {str(k): int(n) for k, n in data.sizes.items()}}
     header["coords"] = [str(name) for name in data.coords]
@@ -263,7 +379,7 @@ def split(data: Any) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     return header, columns
 
 
-def _names(data: Any, name: str) -> list[str]:
+def _names(data: Dataset, name: str) -> list[str]:
     """One name for each column of a variable, with its labels and its unit, as in `tension_3 [N]`."""
     variable = data[name]
     unit = variable.attrs.get("units", "1")
@@ -281,7 +397,7 @@ def _plain(x: Any) -> Any:
     return x.item() if isinstance(x, np.generic) else x
 
 
-def join(header: dict[str, Any], columns: dict[str, np.ndarray]) -> Any:
+def join(header: Header, columns: dict[str, np.ndarray]) -> Dataset:
     """The data set of a header and its columns; `KeyError`, `ValueError`, … where these do not belong together."""
     import xarray as xr
 
@@ -298,7 +414,7 @@ def join(header: dict[str, Any], columns: dict[str, np.ndarray]) -> Any:
     return xr.Dataset(found, coords, header["attrs"])
 
 
-def as_lines(header: dict[str, Any]) -> list[str]:
+def as_lines(header: Header) -> list[str]:
     """A header as lines of text, one for each variable: `name: JSON`."""
     parts = {key: header[key] for key in ("attrs", "sizes", "coords")} | {
         f"variable {name}": about for name, about in header["variables"].items()
@@ -306,9 +422,9 @@ def as_lines(header: dict[str, Any]) -> list[str]:
     return [f"{key}: {json.dumps(part, ensure_ascii=False, allow_nan=False)}" for key, part in parts.items()]
 
 
-def from_lines(lines: list[str]) -> dict[str, Any]:
+def from_lines(lines: list[str]) -> Header:
     """The header that `as_lines` wrote."""
-    header: dict[str, Any] = {"variables": {}}
+    header: Header = {"variables": {}}
     for line in lines:
         key, _, text = line.partition(": ")
         if key.startswith("variable "):
@@ -324,7 +440,7 @@ _COMMENT = "# "
 _CHECK = "checksum"
 
 
-def save(result: Any, path: Any) -> Path:
+def save(result: Result | Dataset, path: str | Path) -> Path:
     """Writes a result, or a data set of `simbrake.dataset`, to one file: whole, or not at all.
 
     By the suffix of `path`: `.nc` netCDF (classic, opened by xarray, MATLAB, Octave, R, Panoply …), `.parquet` (one
@@ -344,7 +460,7 @@ def save(result: Any, path: Any) -> Path:
     return path
 
 
-def load(path: Any) -> Any:
+def load(path: str | Path) -> Dataset:
     """The data set (`xarray.Dataset`) of a result file, or of a folder of `simbrake run --out`.
 
     Raises `InputError` for a file that is not there, of another kind, damaged, or changed after it was written.
@@ -372,31 +488,27 @@ def load(path: Any) -> Any:
     return data
 
 
-def _checksum(data: Any) -> str:
+def _checksum(data: Dataset) -> str:
     """A hash of everything in a normalised data set, the same for all file formats."""
+
+    def content(values: np.ndarray) -> Any:
+        return values.tolist() if values.dtype.kind == "U" else values.astype(values.dtype.newbyteorder("<"))
+
     variables = {
-        str(name): [list(map(str, variable.dims)), _bytes(variable.values), sorted(variable.attrs.items())]
+        str(name): [list(map(str, variable.dims)), content(variable.values), sorted(variable.attrs.items())]
         for name, variable in sorted({**data.coords, **data.data_vars}.items())
     }
     attrs = sorted((key, value) for key, value in data.attrs.items() if key != _CHECK)
     return fingerprint(sorted(map(str, data.coords)), variables, attrs)
 
 
-def _bytes(values: np.ndarray) -> Any:
-    return values.tolist() if values.dtype.kind == "U" else values.astype(values.dtype.newbyteorder("<"))
-
-
-def _write_netcdf(data: Any, path: Path) -> None:
-    data.to_netcdf(path, engine="scipy")
-
-
-def _read_netcdf(path: Path) -> Any:
+def _read_netcdf(path: Path) -> Dataset:
     import xarray as xr
 
     return xr.load_dataset(path, engine="scipy", decode_times=False)
 
 
-def _write_csv(data: Any, path: Path) -> None:
+def _write_csv(data: Dataset, path: Path) -> None:
     header, columns = split(data)
     with path.open("w", encoding="utf-8", newline="") as file:
         file.writelines(f"{_COMMENT}{line}\n" for line in [FORMAT, *as_lines(header)])
@@ -410,7 +522,7 @@ def _write_csv(data: Any, path: Path) -> None:
 _PYTHON: dict[str, Callable[[str], Any]] = {"float64": float, "int64": int, "str": str}
 
 
-def _read_csv(path: Path) -> Any:
+def _read_csv(path: Path) -> Dataset:
     text = path.read_text("utf-8")
     if not text.startswith(f"{_COMMENT}{FORMAT}\n"):
         raise InputError([Fault(str(path), "is no result of a run", f"its first line would be {_COMMENT}{FORMAT}")])
@@ -437,7 +549,7 @@ def _pyarrow() -> Any:
     return pyarrow
 
 
-def _write_parquet(data: Any, path: Path) -> None:
+def _write_parquet(data: Dataset, path: Path) -> None:
     pa = _pyarrow()
     header, columns = split(data)
     meta = {"simbrake": json.dumps(header, ensure_ascii=False, allow_nan=False)}
@@ -449,7 +561,7 @@ def _write_parquet(data: Any, path: Path) -> None:
     pa.parquet.write_table(pa.Table.from_arrays(arrays, schema=pa.schema(fields, metadata=meta)), path)
 
 
-def _read_parquet(path: Path) -> Any:
+def _read_parquet(path: Path) -> Dataset:
     pa = _pyarrow()
     table = pa.parquet.read_table(path, partitioning=None)
     text = (table.schema.metadata or {}).get(b"simbrake")
@@ -463,13 +575,13 @@ class Kind(NamedTuple):
     """A file format: its name, and how it is written and read."""
 
     name: str
-    write: Callable[[Any, Path], None]
-    read: Callable[[Path], Any]
+    write: Callable[[Dataset, Path], None]
+    read: Callable[[Path], Dataset]
 
 
 #: file formats by suffix
 KINDS = {
-    ".nc": Kind("netCDF", _write_netcdf, _read_netcdf),
+    ".nc": Kind("netCDF", lambda data, path: data.to_netcdf(path, engine="scipy"), _read_netcdf),
     ".parquet": Kind("Parquet", _write_parquet, _read_parquet),
     ".csv": Kind("CSV", _write_csv, _read_csv),
 }

@@ -1,0 +1,349 @@
+"""Parts that a braking heats: by the formulas, and in the hardest braking of a run."""
+
+import dataclasses
+import functools
+import math
+from typing import NamedTuple, TypeVar
+
+import numpy as np
+from jaxtyping import Float
+
+from .._parts._scene import Scene
+from .._run._networks import with_temperatures
+from .._run._result import Result
+from .._run._series import Series
+from ..thermal._heat import Heat, initial_temperatures, node_names
+from ..thermal._material import Material
+from ..thermal._network import Wall, place_of
+from ._inputs import wall_at
+from .heating import (
+    ElasticMaterial,
+    SchmidtCourse,
+    StressHistory,
+    effective_fourier_number,
+    effective_volume,
+    fourier_parameter,
+    heat_content,
+    mean_bulk_rise,
+    penetration_depth,
+    schmidt,
+    stress_over_time,
+)
+
+_TIMES = 2048  # times at which a run, and its hardest braking, are evaluated
+T = TypeVar("T")
+
+
+class Absent(LookupError):
+    """What a row asks for does not exist, as a run beside the estimates: it has no value, or no simulated one."""
+
+
+def there(value: T | None) -> T:
+    """The value, which a row needs. Raises `Absent` where there is none."""
+    if value is None:
+        raise Absent
+    return value
+
+
+class WallCourse(NamedTuple):
+    """Layers (m, k) of a wall in K from the named face on, mean of its copies; depth and thickness (k,) of each (m)."""
+
+    wall: Wall
+    layers: Float[np.ndarray, "m k"]
+    depth: Float[np.ndarray, " k"]
+    steps: Float[np.ndarray, " k"]
+
+    def mean(self, depth: float = math.inf) -> Float[np.ndarray, " m"]:
+        """Mean temperature (K) down to a depth (m), weighted with the thickness of the layers inside it."""
+        inside = self.inside(depth)
+        return self.layers @ inside / np.sum(inside)
+
+    def inside(self, depth: float) -> Float[np.ndarray, " k"]:
+        """How much of each layer's thickness (m) lies within a depth."""
+        ends = np.cumsum(self.steps)
+        return np.clip(depth - (ends - self.steps), 0.0, self.steps)
+
+    @property
+    def back(self) -> Float[np.ndarray, " m"]:
+        """Temperature (K) of the last layer."""
+        return self.layers[:, -1]
+
+    @property
+    def content(self) -> Float[np.ndarray, " m"]:
+        """Heat per area (J/m²) above that of the first row, with the material's temperature dependence."""
+        return np.asarray(heat_content(self.wall.material, self.layers[:1], self.layers)) @ self.steps
+
+
+def wall_course(heat: Heat, s: Series, place: str | None) -> WallCourse | None:
+    """The wall at whose face a place is, over a concrete series; `None` where that is no wall."""
+    wall = wall_at(heat, place)
+    if place is None or wall is None or s.temperature is None:
+        return None
+    first = [wall.name, f"{wall.name}[1]", f"{wall.name}[1,1]"]
+    at = next(i for i, node in enumerate(node_names(heat)) if node in first)
+    layers = np.asarray(s.temperature)[:, at : at + wall.count].reshape(-1, wall.copies, wall.layers).mean(axis=1)
+    steps = np.asarray(wall.steps)
+    if place_of(place)[1] == "back":
+        layers, steps = layers[:, ::-1], steps[::-1]
+    return WallCourse(wall, layers, np.cumsum(steps) - 0.5 * steps, steps)
+
+
+@dataclasses.dataclass(frozen=True)
+class HeatedPart:
+    """One part that a braking heats: steps 1, 2, 3 and 5 of the synthesis (SI units).
+
+    `share` of the heat `work` (J) goes into it, and `more` (J) of another pair; `start` (K): its temperature before;
+    `course`: its simulation. From these: thermal penetration `depth`, Fourier number `Fo`, `volume` and `mass` that
+    take up heat, mean `rise` of the bulk temperature and that itself, `bulk`.
+    """
+
+    name: str
+    material: Material
+    thickness: float
+    area: float
+    time: float
+    start: float
+    share: float
+    work: float
+    more: float = 0.0
+    course: WallCourse | None = None
+
+    @property
+    def diffusivity(self) -> float:
+        return float(self.material.diffusivity)
+
+    @property
+    def depth(self) -> float:
+        return float(penetration_depth(self.diffusivity, self.time))
+
+    def Fo(self) -> float:
+        return float(effective_fourier_number(self.diffusivity, self.time, self.thickness))
+
+    def Fo_words(self) -> str:
+        return "a τ/δ², for b > δ" if self.depth > self.thickness else "1/3, for b ≤ δ"
+
+    def B(self) -> float:
+        return float(fourier_parameter(self.diffusivity, self.thickness))
+
+    @property
+    def volume(self) -> float:
+        return float(effective_volume(self.area, self.thickness, self.depth))
+
+    @property
+    def mass(self) -> float:
+        return self.volume * float(self.material.density)
+
+    @functools.cached_property
+    def rise(self) -> float:
+        heat = self.share * self.work + self.more
+        return float(mean_bulk_rise(1.0, heat, float(self.material.specific_heat), self.mass))
+
+    @property
+    def bulk(self) -> float:
+        return self.start + self.rise
+
+    @property
+    def simulated_bulk(self) -> float:
+        """Bulk temperature (K) in the run, mean over the depth and the braking."""
+        return float(np.mean(there(self.course).mean(self.depth)))
+
+
+@dataclasses.dataclass(frozen=True)
+class RunValues:
+    """The hardest braking of a run, that with the maximum friction work, or one pair's part of it, at m times.
+
+    - `series`: columns at these times; `result`: the run
+    - `work`, `other_work` (m,): friction work since its start (J) of all pairs or of the `pair`, and of the other pair;
+      `omega` (rad/s) and `torque` (N·m) over it
+    - `brakings`: how many stretches of sliding the run has; `total_work` of all of them (J)
+    """
+
+    result: Result
+    series: Series
+    pair: str
+    work: Float[np.ndarray, " m"]
+    other_work: Float[np.ndarray, " m"]
+    omega: Float[np.ndarray, " m"]
+    torque: Float[np.ndarray, " m"]
+    brakings: int
+    total_work: float
+
+    @property
+    def t(self) -> Float[np.ndarray, " m"]:
+        """Times (s)."""
+        return np.asarray(self.series.t)
+
+    @property
+    def duration(self) -> float:
+        """Time over which friction works (s)."""
+        return float(self.t[-1] - self.t[0])
+
+    def max_power(self) -> float:
+        """Maximum friction power (W), a mean over neighbouring times."""
+        return float(np.max(np.diff(self.work) / np.diff(self.t)))
+
+    @property
+    def slid(self) -> float:
+        """Way of the linings on the track (m)."""
+        return float(np.trapezoid(np.abs(np.asarray(self.series.slip_speed)), self.t))
+
+    @property
+    def mean_load(self) -> float:
+        """Sum of the normal forces on the linings (N), mean over the way that they slide."""
+        power = np.asarray(self.series.normal_load).sum(axis=1) * np.abs(np.asarray(self.series.slip_speed))
+        return float(np.trapezoid(power, self.t) / self.slid)
+
+    @functools.cached_property
+    def rim(self) -> WallCourse | None:
+        """The rim, where it is a wall in layers."""
+        return wall_course(self.result.scene.network, self.series, self.result.scene.network.rim)
+
+    @functools.cached_property
+    def lining(self) -> WallCourse | None:
+        """The linings, where they are walls in layers."""
+        return wall_course(self.result.scene.network, self.series, self.result.scene.network.linings)
+
+    @functools.cached_property
+    def then(self) -> Scene:
+        """The scene as this braking finds it: speed, time and temperatures at its beginning."""
+        scene, s = self.result.scene, self.series
+        initial = dataclasses.replace(
+            scene.initial, omega=np.asarray(self.omega[0]), time=np.asarray(self.t[0]), elongation=np.asarray(0.0)
+        )
+        scene = dataclasses.replace(scene, initial=initial)
+        if s.temperature is None:
+            return scene
+        stores = np.asarray(s.temperature)[0, : initial_temperatures(scene.network).size]
+        return dataclasses.replace(scene, heat=with_temperatures(scene.network, stores))
+
+    @property
+    def face(self) -> float | None:
+        """Maximum temperature of the linings' face (K), of the rim's where only that is known."""
+        known = [c for c in (self.series.lining_temperature, self.series.rim_temperature) if c is not None]
+        return float(np.max(np.asarray(known[0]))) if known else None
+
+    @property
+    def band(self) -> Float[np.ndarray, " m"] | None:
+        """Mean temperature of the band (K)."""
+        band = self.series.band_temperature
+        return None if band is None else np.asarray(band).mean(axis=1)
+
+    # the rim, where it is what rubs and one wall in layers; absent else
+
+    @property
+    def course(self) -> WallCourse:
+        """Its layers."""
+        return there(self.rim if self.layered else None)
+
+    @property
+    def layered(self) -> bool:
+        """Whether there is one."""
+        one = self.rim is not None and self.rim.wall.copies == 1 and self.series.rim_temperature is not None
+        return one and self.pair != "external"
+
+    def layered_duration(self) -> float:
+        return there(self.duration if self.layered else None)
+
+    @property
+    def surface(self) -> Float[np.ndarray, " m"]:
+        """Temperature of its face (K)."""
+        return np.asarray(there(self.series.rim_temperature if self.layered else None))[:, 0]
+
+    @property
+    def gradient(self) -> float:
+        """Maximum gradient (K/m) at the face."""
+        return float(np.max((self.surface - self.course.layers[:, 0]) / self.course.depth[0]))
+
+    def at_peak(self) -> tuple[float, float, float]:
+        """Relative time, power and work at the maximum temperature of the face."""
+        i, power = int(np.argmax(self.surface)), np.gradient(self.work, self.t)
+        time, last = float(self.t[i] - self.t[0]) / self.duration, float(self.work[-1])
+        return time, float(power[i]) * self.duration / last, float(self.work[i] / self.work[-1])
+
+    @property
+    def profile_depth(self) -> Float[np.ndarray, " p"]:
+        """Depths (p,) of `profile`: the face, the layers' centres, and the back (m)."""
+        return np.concatenate([[0.0], self.course.depth, [np.sum(self.course.steps)]])
+
+    @property
+    def profile(self) -> Float[np.ndarray, "m p"]:
+        """Temperature (K) over the depth from face to back, the back face as its layer."""
+        layers = self.course.layers
+        return np.concatenate([self.surface[:, None], layers, layers[:, -1:]], axis=1)
+
+    @property
+    def drop(self) -> float:
+        """Maximum difference between face and back (K)."""
+        return float(np.max(self.profile[:, 0] - self.profile[:, -1]))
+
+    def stress(self, elastic: ElasticMaterial) -> StressHistory:
+        """Thermal stress of the rim over the braking."""
+        return stress_over_time(self.t, self.profile, self.profile_depth, elastic)
+
+    def schmidt(self, material: Material, share: float, area: float, beyond: float = 0.0) -> SchmidtCourse:
+        """Schmidt's scheme with the friction work of the run, from its temperatures at the start; adiabatic otherwise.
+
+        - `material` of the rim; `share` of the friction heat into it; `area` (m²) of the track; `beyond`: share of the
+          other pair's heat
+        """
+        heat, thickness = share * self.work + beyond * self.other_work, float(self.course.wall.thickness)
+        layers = schmidt_layers(material, thickness, self.duration)
+        depth = thickness * (np.arange(layers) + 0.5) / layers
+
+        def flux(t0: float, t1: float) -> float:
+            gained = np.interp(self.t[0] + t1, self.t, heat) - np.interp(self.t[0] + t0, self.t, heat)
+            return float(gained / (area * (t1 - t0)))
+
+        start = np.interp(depth, self.profile_depth, self.profile[0])
+        return schmidt(material, thickness, layers, self.duration, flux, start=start)
+
+
+def schmidt_layers(material: Material, thickness: float, time: float) -> int:
+    """Layers for Schmidt's scheme over a `time` (s): at most some 20,000 steps."""
+    return int(np.clip(math.sqrt(1e4 / (float(material.diffusivity) * time / thickness**2)), 8, 100))
+
+
+def _hardest(t: np.ndarray, work: np.ndarray) -> tuple[int, int, int] | None:
+    """First and last index of the stretch over which friction works most, and how many such stretches there are."""
+    works = np.diff(work) > 1e-9 * max(float(work[-1] - work[0]), 1e-300)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], works, [False]]).astype(int)))
+    found = list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
+    return (*max(found, key=lambda ends: float(work[ends[1]] - work[ends[0]])), len(found)) if found else None
+
+
+def _sliding(s: Series, pair: str) -> tuple[np.ndarray, np.ndarray]:
+    """Speed (rad/s) of one body of a pair in the other, and the torque between them (N·m)."""
+    omega, torque = np.asarray(s.omega), np.asarray(s.brake_torque)
+    if not pair:
+        return omega, torque
+    carried, torque = np.asarray(s.bandage_speed), np.asarray(s.pairs[pair].torque)
+    return (carried, torque) if pair == "external" else (omega - carried, np.abs(torque))
+
+
+def run_values(result: Result, pair: str = "", *, times: int = _TIMES) -> RunValues | None:
+    """The hardest braking of a concrete result, or the part of it in which one `pair` of a staged brake slides most.
+
+    `pair`: `"external"` or `"internal"`; `times`: evaluated at so many. `None` where nothing ever slid.
+    """
+
+    def worked(s: Series) -> np.ndarray:
+        return np.asarray(s.pairs[pair].friction_work if pair else s.friction_work)
+
+    start, end = float(result.scene.initial.time), float(result.record.t_end)
+    known = [event.time for event in result.events]
+    s = result.series(np.unique(np.concatenate([np.linspace(start, end, times), known])))
+    t, work = np.asarray(s.t), worked(s)
+    found = _hardest(t, np.asarray(s.friction_work))
+    if found is None:
+        return None
+    first, last, count = found
+    if pair:
+        own = _hardest(t[first : last + 1], work[first : last + 1])
+        if own is None:
+            return None
+        first, last = first + own[0], first + own[1]
+    s = result.series(np.linspace(t[first], t[last], times))
+    inside, whole = worked(s), np.asarray(s.friction_work)
+    inside = inside - inside[0]
+    total = float(work[-1] - work[0])
+    return RunValues(result, s, pair, inside, whole - whole[0] - inside, *_sliding(s, pair), count, total)
