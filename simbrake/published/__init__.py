@@ -212,13 +212,12 @@ def _transmissions(rows: list[Printed]) -> list[Computed]:
 def _fourier(rows: list[Printed]) -> list[Computed]:
     """S1: `B = a/δ²` in 1/s, of the rim times 1000 (`Fo = 10⁻³ B τ` there)."""
     diffusivity, scale = {"steel": 1.14e-5, "cast_iron": 1.04e-5}, {"rim": 1000.0}
-    return [
-        {
-            "B": scale.get(row["part"], 1.0)
-            * fourier_parameter(diffusivity[row["material"]], 1e-3 * float(row["delta_mm"]))
-        }
-        for row in rows
-    ]
+
+    def found(row: Printed) -> Computed:
+        B = float(fourier_parameter(diffusivity[row["material"]], 1e-3 * float(row["delta_mm"])))
+        return {"B": scale.get(row["part"], 1.0) * B}
+
+    return [found(row) for row in rows]
 
 
 def _computed(table: str, rows: list[Printed]) -> list[Computed]:
