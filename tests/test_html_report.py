@@ -15,9 +15,9 @@ from helpers import closed_form, stop_scene
 
 import simbrake as sb
 from simbrake import plot
+from simbrake._base._faults import whole_file
 from simbrake._base._progress import Waiting
 from simbrake._base._table import number
-from simbrake._base._whole import whole_file
 from simbrake._commands._report_run import report_run, title_of
 from simbrake._pages._page import DUTY, PICTURES, contents, draw, render
 from simbrake._pages._page import _scene_text as contents_of_scene

@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from .._base._faults import Fault, InputError
-from .._base._whole import whole_folder
+from .._base._faults import Fault, InputError, whole_folder
 from .._parts._scene import Scene
 from ..studies._calibration import Calibration, calibrate
 from ..studies._measured import Measured, read_measured

@@ -63,7 +63,7 @@ def write_completion(generate: Callable[..., str], shell: Shell | None, output: 
     Returns what was written, and how the shell is made to load it. Raises `InputError` where the shell is not known or
     the file cannot be written.
     """
-    from .._base._whole import whole_file
+    from .._base._faults import whole_file
 
     shell = shell or _shell_in_use()
     script = generate(shell=shell)

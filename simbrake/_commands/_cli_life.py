@@ -57,7 +57,7 @@ def life(
     say(json.dumps(found.as_dict(), indent=1, allow_nan=False) if json_ else found)
     if out is not None:
         from .. import plot
-        from .._base._whole import whole_folder
+        from .._base._faults import whole_folder
 
         with whole_folder(out) as (scratch, written):
             (scratch / "life.json").write_text(json.dumps(found.as_dict(), indent=1, allow_nan=False) + "\n", "utf-8")

@@ -46,7 +46,7 @@ def synthesize(
     """
     prepare_jax()
     from .._base._progress import Waiting
-    from .._base._whole import whole_file
+    from .._base._faults import whole_file
     from .._run._simulate import simulate
     from ..formulas._chain import SynthesisError
     from ..formulas._synthesis import synthesize as synthesis_of

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from .._base._faults import whole_folder
 from .._base._progress import Waiting, waiting
-from .._base._whole import whole_folder
 from .._run._measure import LimitCheck, limit_checks, summary_with_limits, text_with_limits
 from .._run._result import Result
 from .._run._series import flat, unit_of_column

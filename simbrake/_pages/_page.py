@@ -8,10 +8,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .._base._faults import InputError
+from .._base._faults import InputError, whole_file
 from .._base._progress import Waiting, waiting
 from .._base._table import Number, digits, number, pretty
-from .._base._whole import whole_file
 from .._parts._scene import Scene, paths_without_meaning
 from .._run._measure import Metric, check_metrics, happened, limit_checks, measure, name_of, read_limits, unit_of
 from .._run._metrics import METRICS

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, SupportsFloat
 import jax.numpy as jnp
 import numpy as np
 
-from .._base._admissible import require_positive
+from .._base._faults import require_positive
 from .._parts._scene import Scene, band_brake
 from .._run._linings import lining_wear
 from ..thermal._material import LIBRARY, Entry, Material, effusivity_share, material

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from .._base._admissible import require_not_negative, require_positive
+from .._base._faults import require_not_negative, require_positive
 from ..thermal._network import STEFAN_BOLTZMANN
 
 

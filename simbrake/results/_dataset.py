@@ -10,8 +10,7 @@ from typing import Any, NamedTuple
 import jax
 import numpy as np
 
-from .._base._faults import Fault, InputError
-from .._base._whole import whole_file
+from .._base._faults import Fault, InputError, whole_file
 from .._run._metrics import about_energy, about_metric
 from .._run._result import Result
 from .._run._series import SERIES_COLUMNS, Series, flat, meaning_of_column, times_within, unit_of_column
