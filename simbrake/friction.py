@@ -1,7 +1,6 @@
 """Friction laws of a lining, `f(v, T, p)`, with fade, pressure and states of their own."""
 
 import abc
-import functools
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
@@ -10,9 +9,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from ._base._compiling import Skeleton, read_by, skeleton
+from ._base._compiling import per_structure, read_by
 from ._base._faults import Fault
-from ._base._quantity import Part, Scalar, part, quantity, short_for
+from ._base._quantity import Over, Part, Scalar, part, quantity, short_for
 from .hybrid._arrays import Array
 
 __all__ = [
@@ -171,14 +170,14 @@ def memory_sizes(law: AbstractFriction, memory: Any) -> Any:
 
 def remembers(law: AbstractFriction) -> bool:
     """Whether a law has states."""
-    return _memory_like(skeleton(law), 1) is not None
+    return _memory_like(law, 1) is not None
 
 
-@functools.lru_cache(maxsize=1024)
-def _memory_like(law: Skeleton, n: int) -> Any:
+@per_structure
+def _memory_like(law: AbstractFriction, n: int) -> Any:
     """Shapes of the states of a law of `n` linings."""
     try:
-        return jax.eval_shape(lambda law: memory_at_start(law, n), law.stand_in())
+        return jax.eval_shape(lambda law: memory_at_start(law, n), law)
     except Exception:  # a mistake, which `faults_of_memory` names, and the run itself
         return None
 
@@ -205,7 +204,7 @@ def faults_of_memory(law: AbstractFriction, path: str, n: int) -> list[Fault]:
 
 
 def _faults_of_rates(law: AbstractFriction, path: str, n: int) -> list[Fault]:
-    contact = contact_like(skeleton(law), n)[1]
+    contact = contact_like(law, n)[1]
     try:
         rates = jax.eval_shape(_rates, law, contact)
     except Exception as error:
@@ -233,7 +232,7 @@ def _rates(law: AbstractFriction, contact: AnyContact) -> Any:
     return law.rates(contact)
 
 
-def contact_like(law: Skeleton, n: int, *, T: bool = True, p: bool = True) -> tuple[Any, Any]:
+def contact_like(law: AbstractFriction, n: int, *, T: bool = True, p: bool = True) -> tuple[Any, Any]:
     """Shapes of the contact of `n` linings for the coefficients of a law, and for the rates of its states (`None`: it
     has none); with or without temperatures and pressures."""
     one = jax.ShapeDtypeStruct((n,), np.float64)
@@ -242,6 +241,7 @@ def contact_like(law: Skeleton, n: int, *, T: bool = True, p: bool = True) -> tu
     return surface.contact(one, pressure), rates
 
 
+@per_structure
 def reads(law: AbstractFriction, n: int, *, T: bool, p: bool) -> Reads:
     """On which fields of the contact of `n` linings the coefficients of a law depend.
 
@@ -249,12 +249,7 @@ def reads(law: AbstractFriction, n: int, *, T: bool, p: bool) -> Reads:
 
     Found from the lowered program, once for each structure of a law; in doubt a field counts as read (`read_by`).
     """
-    return _reads(skeleton(law), n, T, p)
-
-
-@functools.lru_cache(maxsize=1024)
-def _reads(law: Skeleton, n: int, T: bool, p: bool) -> Reads:
-    _, found = read_by(_coefficients, law.stand_in(), contact_like(law, n, T=T, p=p)[0])
+    _, found = read_by(_coefficients, law, contact_like(law, n, T=T, p=p)[0])
     return Reads(found.v, bool(found.T), bool(found.p))
 
 
@@ -276,18 +271,14 @@ class RatesRead(NamedTuple):
         return self.v or self.q
 
 
+@per_structure
 def rates_read(law: AbstractFriction, n: int, *, T: bool, p: bool) -> RatesRead | None:
     """The same of the rates of its states; `None` of a law without."""
-    return _rates_read(skeleton(law), n, T, p)
-
-
-@functools.lru_cache(maxsize=1024)
-def _rates_read(law: Skeleton, n: int, T: bool, p: bool) -> RatesRead | None:
     contact = contact_like(law, n, T=T, p=p)[1]
     if contact is None:
         return None
-    _, found = read_by(_rates, law.stand_in(), contact)
-    _, slope = read_by(_slopes, law.stand_in(), contact)
+    _, found = read_by(_rates, law, contact)
+    _, slope = read_by(_slopes, law, contact)
     return RatesRead(found.v, bool(found.T), bool(found.p), bool(found.q), slope.v or bool(slope.q))
 
 
@@ -298,19 +289,16 @@ def _slopes(law: AbstractFriction, contact: Any) -> Any:
     return jax.jvp(lambda slip: law.rates(contact._replace(v=slip[0], q=slip[1])), (slip,), (along,))[1]
 
 
+@per_structure
 def needs(law: AbstractFriction, n: int) -> Reads:
     """Which fields of the contact of `n` linings a law cannot do without: given as `None` they make it fail."""
-    return _needs(skeleton(law), n)
 
-
-@functools.lru_cache(maxsize=1024)
-def _needs(law: Skeleton, n: int) -> Reads:
     def fails(T: bool = True, p: bool = True) -> bool:
         try:
             contact, lasting = contact_like(law, n, T=T, p=p)
-            jax.eval_shape(_coefficients, law.stand_in(), contact)
+            jax.eval_shape(_coefficients, law, contact)
             if lasting is not None:
-                jax.eval_shape(_rates, law.stand_in(), lasting)
+                jax.eval_shape(_rates, law, lasting)
         except Exception:  # whatever None raises in a law
             return True
         return False
@@ -338,9 +326,6 @@ class ConstantFriction(AbstractFriction):
 
     def static(self, contact):
         return jnp.asarray(self.coefficient * self.static_ratio)
-
-    def faults(self, path):
-        return []
 
 
 class StribeckFriction(AbstractFriction):
@@ -383,8 +368,8 @@ class TabulatedFriction(AbstractFriction):
     slope, so that the table's knots need no stops of the integrator. One table serves all linings.
     """
 
-    speed: Scalar = quantity("m/s", "slip speeds of the table", low=0.0, many=True)
-    coefficient: Scalar = quantity("1", "coefficients of friction of the table", low=0.0, high=10.0, many=True)
+    speed: Scalar = quantity("m/s", "slip speeds of the table", low=0.0, many=Over.ROWS)
+    coefficient: Scalar = quantity("1", "coefficients of friction of the table", low=0.0, high=10.0, many=Over.ROWS)
     static_ratio: Scalar = quantity("1", "ratio of static friction to that at zero speed", low=1.0, default=1.0)
 
     def kinetic(self, contact):
@@ -420,9 +405,9 @@ class AbstractFactor(Part):
     def factor(self, contact: Contact) -> Float[Array, "..."]:
         """The factor at surface temperature `T` (K) and pressure `p` (Pa)."""
 
-    @abc.abstractmethod
     def faults(self, path: str) -> list[Fault]:
         """What cannot be right in this factor, beyond the ranges of single numbers."""
+        return []
 
     def temperature_range(self) -> tuple[Any, Any] | None:
         """Temperatures (K) between which it holds, `None` if there are no bounds."""
@@ -469,9 +454,6 @@ class LinearFade(AbstractFactor):
         lost = s * _rounded(contact.T - self.above, w)
         return self.floor + _rounded(1 - lost - self.floor, None if w is None else s * w)
 
-    def faults(self, path):
-        return []
-
 
 class TabulatedFade(AbstractFactor):
     """A measured factor over the temperature, interpolated by a monotone cubic (Fritsch–Carlson).
@@ -481,8 +463,8 @@ class TabulatedFade(AbstractFactor):
     The table is not extrapolated: a run that leaves it ends with the code `outside_table`.
     """
 
-    temperature: Scalar = quantity("K", "temperatures of the table", low=0.0, many=True)
-    values: Scalar = quantity("1", "factors of the table", low=0.0, high=10.0, many=True)
+    temperature: Scalar = quantity("K", "temperatures of the table", low=0.0, many=Over.ROWS)
+    values: Scalar = quantity("1", "factors of the table", low=0.0, high=10.0, many=Over.ROWS)
 
     def factor(self, contact):
         import interpax  # half a second that only tables pay
@@ -514,9 +496,6 @@ class PressureFactor(AbstractFactor):
 
     def factor(self, contact):
         return (1 + contact.p / self.reference) ** (-self.exponent)
-
-    def faults(self, path):
-        return []
 
 
 class ProductFriction(AbstractFriction):

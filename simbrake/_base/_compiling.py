@@ -8,12 +8,16 @@ import math
 import time
 import warnings
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax.errors import JaxRuntimeError
+
+from ..hybrid._arrays import Array
+
+_Answer = TypeVar("_Answer")
 
 #: options for programs on a CPU. XLA's older emitters of fused kernels: the newer ones take 1.6 times as long to
 #: compile these loops and run them no faster. LLVM's first level of optimisation: a quarter less compile time, the
@@ -120,7 +124,10 @@ class DeviceJit:
 
 
 class Packing(NamedTuple):
-    """How a PyTree of numbers lies in one vector; hashable, as it shapes a program."""
+    """A PyTree without its numbers: structure, shapes and types.
+
+    Hashable: it shapes programs, and answers that hold for all numbers are kept by it.
+    """
 
     structure: Any
     shapes: tuple[tuple[int, ...], ...]
@@ -130,10 +137,16 @@ class Packing(NamedTuple):
     def size(self) -> int:
         return sum(math.prod(shape) for shape in self.shapes)
 
-    def unpack(self, numbers: Any) -> Any:
+    def unpack(self, numbers: Array) -> Any:
+        """The tree whose numbers lie in one vector (`pack`)."""
         ends = np.cumsum([0, *(math.prod(shape) for shape in self.shapes)])
         parts = zip(ends[:-1], ends[1:], self.shapes, self.kinds, strict=True)
         return jax.tree.unflatten(self.structure, [numbers[a:b].reshape(s).astype(kind) for a, b, s, kind in parts])
+
+    def stand_in(self) -> Any:
+        """The tree with the shape and type of each number in place of it."""
+        parts = zip(self.shapes, self.kinds, strict=True)
+        return jax.tree.unflatten(self.structure, [jax.ShapeDtypeStruct(s, np.dtype(kind)) for s, kind in parts])
 
 
 def pack(tree: Any, xp: Any = np) -> tuple[Any, Packing]:
@@ -143,6 +156,26 @@ def pack(tree: Any, xp: Any = np) -> tuple[Any, Packing]:
     kinds = tuple("float64" if np.issubdtype(x.dtype, np.floating) else str(x.dtype) for x in arrays)
     shapes = tuple(x.shape for x in arrays)
     return xp.concatenate([xp.ravel(x).astype(np.float64) for x in arrays]), Packing(structure, shapes, kinds)
+
+
+def per_structure(find: Callable[..., _Answer]) -> Callable[..., _Answer]:
+    """A function of a part (a PyTree of numbers, traced ones included) whose answer holds for all of its numbers.
+
+    It is found once for each structure: `find` gets shapes and types in place of numbers, and further arguments that
+    can be hashed.
+    """
+
+    @functools.lru_cache(maxsize=1024)
+    def found(like: Packing, *arguments: Any, **named: Any) -> _Answer:
+        return find(like.stand_in(), *arguments, **named)
+
+    @functools.wraps(find)
+    def answer(part: Any, *arguments: Any, **named: Any) -> _Answer:
+        numbers, structure = jax.tree.flatten(part)
+        shapes, kinds = tuple(np.shape(x) for x in numbers), tuple(str(jnp.result_type(x)) for x in numbers)
+        return found(Packing(structure, shapes, kinds), *arguments, **named)
+
+    return answer
 
 
 class Program(NamedTuple):
@@ -194,26 +227,6 @@ def _timed(lowered: Any, start: float, one_function: bool) -> Program:
     traced = time.perf_counter()
     call = lowered.compile()
     return Program(call, traced - start, time.perf_counter() - traced, one_function)
-
-
-class Skeleton(NamedTuple):
-    """A PyTree without its numbers: structure, shapes and types. Hashable: answers that hold for all numbers are kept
-    by it."""
-
-    structure: Any
-    shapes: tuple[tuple[int, ...], ...]
-    kinds: tuple[Any, ...]
-
-    def stand_in(self) -> Any:
-        """The tree with the shape and type of each number in place of it."""
-        parts = zip(self.shapes, self.kinds, strict=True)
-        return jax.tree.unflatten(self.structure, [jax.ShapeDtypeStruct(shape, kind) for shape, kind in parts])
-
-
-def skeleton(tree: Any) -> Skeleton:
-    """The skeleton of a tree of numbers, traced ones included."""
-    numbers, structure = jax.tree.flatten(tree)
-    return Skeleton(structure, tuple(jnp.shape(x) for x in numbers), tuple(jnp.result_type(x) for x in numbers))
 
 
 def read_by(function: Callable[..., Any], *arguments: Any) -> tuple[Any, ...]:

@@ -1,6 +1,7 @@
 """Numbers with units: how a field says its unit, range and meaning, and how people write its value."""
 
 import dataclasses
+import enum
 import functools
 import inspect
 import json
@@ -17,23 +18,32 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from ..hybrid._arrays import Array
 from ._compiling import warn_of_untested_jax
 from ._faults import Fault, InputError
 
 if TYPE_CHECKING:
-    Scalar = Any  # what a caller may write: a number, a list, an array
+    Scalar = Values = Any  # what a caller may write: a number, a list, an array
 else:
     #: what a field holds: one number, or an array of them
-    Scalar = Float[Array, "..."] | Float[np.ndarray, "..."]
+    Scalar = Float[Array, "..."]
+    #: what a caller of a formula may give: one number, or an array or list of them
+    Values = Float[Array, "..."] | Int[Array, "..."] | float | int | list | tuple
 
 
 warn_of_untested_jax(jax.__version_info__)  # here, as every scene and every command that computes imports this module
 
 #: magnitude beyond which squares and products of a scene's numbers would leave the range of 64 bits
 LARGEST = 1e40
+
+
+class Over(enum.Enum):
+    """What a list of numbers goes over that does not have an entry for each lining."""
+
+    GAPS = "one between each two linings"
+    ROWS = "points of a table, times, nodes: any number"
 
 
 @dataclasses.dataclass(frozen=True)
@@ -46,7 +56,7 @@ class Quantity:
     high: float | None = None
     open_low: bool = False
     difference: bool = False  # of temperatures: 20 degC would be another number
-    many: bool = False  # one number, or one for each lining, node or row of a table
+    many: bool | Over = False  # one number, or one for each (lining, unless it says of what)
     may_be_empty: bool = False  # of many: none at all is a meaning, too
 
     def admits(self, value: np.ndarray) -> np.ndarray:
@@ -118,17 +128,18 @@ def quantity(
     high: float | None = None,
     positive: bool = False,
     difference: bool = False,
-    many: bool = False,
+    many: bool | Over = False,
     may_be_empty: bool = False,
     default: Any = dataclasses.MISSING,
+    **keywords: Any,
 ) -> Any:
     """A numeric field: an array leaf in SI units, with what a reader and a checker must know of it.
 
     The unit `SI` is that of the field in which the object stands (`holding`, or the quantity it stands for).
     """
-    low, may_be_empty = 0.0 if positive else low, may_be_empty or default == ()
+    low, may_be_empty = 0.0 if positive else low, may_be_empty or many is Over.GAPS or default == ()
     about = Quantity(unit, meaning, low, high, positive, difference, many, may_be_empty)
-    keywords = {} if default is dataclasses.MISSING else {"default": default}
+    keywords |= {} if default is dataclasses.MISSING else {"default": default}
     words = ("float | Sequence[float]" if many else "float") + (" | None" if default is None else "")
     converter = _converter(in_si, words, about=about)
     return eqx.field(converter=converter, metadata={"quantity": about}, **keywords)
@@ -407,7 +418,7 @@ def _faults_of_leaf(leaf: Leaf, *, made: bool = True) -> list[Fault]:
         unit = "SI units" if about.unit == "SI" else about.unit
         return [Fault(leaf.path, f"{shown(given)} is not a number", f"give a number in {unit}")]
     value = np.asarray(given)
-    if made and value.ndim > about.many:
+    if made and value.ndim > bool(about.many):
         hint = "give one number" + (", or a list of numbers" if about.many else "")
         return [Fault(leaf.path, f"has the shape {value.shape}", hint)]
     if value.size == 0 and not about.may_be_empty:
@@ -419,6 +430,16 @@ def _faults_of_leaf(leaf: Leaf, *, made: bool = True) -> list[Fault]:
     worst = value[bad].flat[0]
     words = f"{about.meaning} must be {about.wanted(worst)} {about.unit}"
     return [Fault(leaf.path + which, f"{worst:g} {about.unit} is out of range", words)]
+
+
+def faults_of_sizes(node: Any, path: str, n: int) -> list[Fault]:
+    """Lists without an entry for each of `n` linings, or for each gap between two."""
+    found = []
+    for leaf in leaves(node, path):
+        entries = {True: n, Over.GAPS: n - 1}.get(leaf.about.many)
+        if entries is not None and np.shape(leaf.value) not in ((), (entries,)):
+            found.append(Fault(leaf.path, f"does not fit {n} linings", f"give one number, or a list of {entries}"))
+    return found
 
 
 def faults_of_tolerance(rtol: Any) -> list[Fault]:

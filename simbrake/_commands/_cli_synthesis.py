@@ -45,8 +45,8 @@ def synthesize(
         Print the figures as JSON, alone on stdout: a list of {step, name, formula, value, unit, simulated, …}.
     """
     prepare_jax()
-    from .._base._progress import Waiting
     from .._base._faults import whole_file
+    from .._base._progress import Waiting
     from .._run._simulate import simulate
     from ..formulas._chain import SynthesisError
     from ..formulas._synthesis import synthesize as synthesis_of

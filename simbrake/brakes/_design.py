@@ -1,7 +1,6 @@
 """The parts of a brake: what could be weighed."""
 
 import abc
-import functools
 import math
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple
 
@@ -11,9 +10,19 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from .._base._compiling import Skeleton, skeleton
+from .._base._compiling import per_structure
 from .._base._faults import Fault, InputError
-from .._base._quantity import Part, Scalar, Whole, part, positive, quantity, takes_values
+from .._base._quantity import (
+    Over,
+    Part,
+    Scalar,
+    Whole,
+    faults_of_sizes,
+    part,
+    positive,
+    quantity,
+    takes_values,
+)
 from ..friction import (
     AbstractFriction,
     AnyContact,
@@ -49,11 +58,9 @@ class Segments(Part):
     - `anchor_damping` `D_n` (N·s/m) of the segment to the anchor
     """
 
-    stiffness: Scalar = quantity(
-        "N/m", "stiffness of the band between two linings", positive=True, many=True, may_be_empty=True
-    )
+    stiffness: Scalar = quantity("N/m", "stiffness of the band between two linings", positive=True, many=Over.GAPS)
     damping_ratio: Scalar = quantity(
-        "1", "share of critical damping between two linings", low=0.0, many=True, may_be_empty=True, default=0.05
+        "1", "share of critical damping between two linings", low=0.0, many=Over.GAPS, default=0.05
     )
     anchor_damping: Scalar = quantity("N*s/m", "damping of the segment to the anchor", low=0.0, default=0.0)
 
@@ -99,9 +106,9 @@ class AbstractLinings(Part):
         """Number of linings."""
 
     @property
-    @abc.abstractmethod
     def weights(self) -> Float[Array, " n"]:
         """Sizes by which linings count in a mean over all of them."""
+        return jnp.ones(self.count)
 
 
 class Lining(AbstractLinings):
@@ -166,10 +173,10 @@ class Bandage(Part):
     preload: Scalar = quantity("N", "interference load of a lining on the rim", low=0.0, many=True, default=0.0)
     area: Scalar | None = quantity("m^2", "area of a lining's inner face", positive=True, many=True, default=None)
     spring: Scalar | None = quantity(
-        "N/m", "stiffness between neighbouring linings", positive=True, many=True, may_be_empty=True, default=None
+        "N/m", "stiffness between neighbouring linings", positive=True, many=Over.GAPS, default=None
     )
     spring_damping: Scalar = quantity(
-        "1", "share of critical damping of the springs", low=0.0, many=True, may_be_empty=True, default=0.05
+        "1", "share of critical damping of the springs", low=0.0, many=Over.GAPS, default=0.05
     )
 
 
@@ -278,9 +285,17 @@ class AbstractBrake(Part):
     def locking_words(self, i: int, share: float) -> str:
         """Why lining `i` (from 1) locks itself, whose `self_locking` is `share`."""
 
-    @abc.abstractmethod
     def faults(self, path: str) -> list[Fault]:
         """What does not fit together, beyond the ranges of single numbers (concrete values only)."""
+        found = []
+        for name, place in self.pairs.items():
+            of = " of the internal pair" if name == "internal" else ""
+            found += _faults_of_pair(self.rubbing_part(name), f"{path}.{place.field}", self.linings.count, of)
+        return found + self.faults_of_shape(path)
+
+    def faults_of_shape(self, path: str) -> list[Fault]:
+        """What does not fit together in the geometry."""
+        return []
 
 
 class Brake(AbstractBrake):
@@ -346,31 +361,20 @@ class Brake(AbstractBrake):
         sprung = self.bandage is not None and self.bandage.spring is not None
         return self.band.segments is not None or sprung
 
-    def faults(self, path: str) -> list[Fault]:
-        """What does not fit together, beyond the ranges of single numbers (concrete values only)."""
-        found = self.linings.friction.faults(f"{path}.linings.friction")
-        angle = np.asarray(self.linings.angle)
-        where = f"{path}.linings.angle"
-        if angle.ndim != 1 or angle.size == 0:
-            return [*found, Fault(where, "a list of angles is needed, one per lining", "one lining: [0.5]")]
+    def faults_of_shape(self, path):
+        angle, where = np.asarray(self.linings.angle), f"{path}.linings.angle"
+        if angle.ndim != 1:
+            return [Fault(where, "a list of angles is needed, one per lining", "one lining: [0.5]")]
+        laws = tuple(f"{path}.{place.field}.friction" for place in self.pairs.values())  # they say it themselves
+        found = [fault for fault in faults_of_sizes(self, path, angle.size) if not fault.path.startswith(laws)]
         found += _faults_of_wrap(self.band.stiffness, angle, where, f"{path}.band.stiffness")
-        if np.all(np.isfinite([self.band.radius, self.pulley.radius])) and self.band.radius < self.pulley.radius:
-            found.append(
-                Fault(
-                    f"{path}.band.radius",
-                    f"{float(self.band.radius):g} m is inside the track of {float(self.pulley.radius):g} m",
-                    "the band circle is the track radius + lining + half the band",
-                )
-            )
-        if self.linings.area is None and needs(self.linings.friction, angle.size).p:
-            found.append(Fault(f"{path}.linings.area", "is missing", "the friction law looks at the pressure"))
-        found += faults_of_law(self.linings.friction, f"{path}.linings.friction", angle.size)
-        if self.bandage is not None:
-            found += _faults_of_bandage(self.bandage, f"{path}.bandage", angle.size)
-            found += _faults_of_springs(self, path, angle.size)
-        return found + self._faults_of_segments(path, angle.size)
+        if self.band.radius < self.pulley.radius:
+            what = f"{float(self.band.radius):g} m is inside the track of {float(self.pulley.radius):g} m"
+            hint = "the band circle is the track radius + lining + half the band"
+            found.append(Fault(f"{path}.band.radius", what, hint))
+        return found or [*self._faults_of_springs(path, angle.size), *self._faults_of_segments(path)]
 
-    def _faults_of_segments(self, path: str, n: int) -> list[Fault]:
+    def _faults_of_segments(self, path: str) -> list[Fault]:
         band, mass, found = self.band, self.linings.mass, []
         if band.segments is None:
             if mass is not None:
@@ -385,54 +389,37 @@ class Brake(AbstractBrake):
             found.append(Fault(f"{path}.band.stiffness", "is missing", hint))
         if mass is None:
             found.append(Fault(f"{path}.linings.mass", "is missing", "each lining of a chain moves for itself"))
-        elif np.shape(mass) not in ((), (n,)):
-            found.append(Fault(f"{path}.linings.mass", f"does not fit {n} linings", f"give one number, or {n}"))
-        for name in ("stiffness", "damping_ratio"):
-            if np.shape(getattr(band.segments, name)) not in ((), (n - 1,)):
-                where, what = f"{path}.band.segments.{name}", f"does not fit {n} linings"
-                found.append(Fault(where, what, f"give one number, or {n - 1}, one between each two"))
+        return found
+
+    def _faults_of_springs(self, path: str, n: int) -> list[Fault]:
+        """What a bandage of single linings cannot have, or a rigid one not."""
+        bandage, here, found = self.bandage, f"{path}.bandage", []
+        if bandage is None:
+            return found
+        if bandage.spring is None:
+            lists = [name for name in ("inertia", "spring_damping") if np.ndim(getattr(bandage, name))]
+            what = f"does not fit {n} linings"
+            return [Fault(f"{here}.{name}", what, "give one number, or springs") for name in lists]
+        if self.band.stiffness is not None:
+            hint = "leave it out: under linings that move apart, the motion of the band would not be one number"
+            found.append(Fault(f"{path}.band.stiffness", "a bandage with springs needs a rigid band", hint))
+        for pair, where in ((self.linings, f"{path}.linings.friction"), (bandage, f"{here}.friction")):
+            law = pair.friction
+            if needs(law, n).p or reads(law, n, T=True, p=pair.area is not None).p:
+                found.append(Fault(where, "cannot look at the pressure in a bandage with springs", "leave it out"))
+            elif pair is bandage and not reads(law, n, T=True, p=False).T:
+                still = unloaded(pair, jnp.zeros(n), None)
+                turns = self.pulley.radius * np.asarray(law.static(still)) * np.sin(np.asarray(self.linings.angle) / 2)
+                if np.any(turns >= self.band.radius):
+                    found.append(Fault(where, "a lining held by the band could not slide on the rim"))
         return found
 
 
-def _faults_of_bandage(bandage: Bandage, path: str, n: int) -> list[Fault]:
-    found = bandage.friction.faults(f"{path}.friction")
-    if bandage.area is None and needs(bandage.friction, n).p:
-        found.append(Fault(f"{path}.area", "is missing", "the friction law of the internal pair looks at the pressure"))
-    found += faults_of_law(bandage.friction, f"{path}.friction", n)
-    for name in ("preload", "area"):
-        if np.shape(getattr(bandage, name)) not in ((), (n,)) and getattr(bandage, name) is not None:
-            found.append(Fault(f"{path}.{name}", f"does not fit {n} linings", f"give one number, or a list of {n}"))
-    return found
-
-
-def _faults_of_springs(brake: Brake, path: str, n: int) -> list[Fault]:
-    """What a bandage of single linings cannot have, or a rigid one not."""
-    bandage, here = brake.bandage, f"{path}.bandage"
-    assert bandage is not None
-    resolved = bandage.spring is not None
-    found = []
-    for name, fitting in (("inertia", (n,)), ("spring", (n - 1,)), ("spring_damping", (n - 1,))):
-        shape = np.shape(getattr(bandage, name))
-        if shape != () and not (resolved and shape == fitting):
-            wanted = f"give one number, or a list of {fitting[0]}" if resolved else "give one number, or springs"
-            found.append(Fault(f"{here}.{name}", f"does not fit {n} linings", wanted))
-    if not resolved or found:
-        return found
-    if brake.band.stiffness is not None:
-        hint = "leave it out: under linings that move apart, the motion of the band would not be one number"
-        found.append(Fault(f"{path}.band.stiffness", "a bandage with springs needs a rigid band", hint))
-    for pair, where in ((brake.linings, f"{path}.linings"), (bandage, here)):
-        law = pair.friction
-        if needs(law, n).p or reads(law, n, T=True, p=pair.area is not None).p:
-            found.append(
-                Fault(f"{where}.friction", "cannot look at the pressure in a bandage with springs", "leave it out")
-            )
-        elif where == here and not reads(law, n, T=True, p=False).T:
-            still = unloaded(pair, jnp.zeros(n), None)
-            turns = brake.pulley.radius * np.asarray(law.static(still)) * np.sin(np.asarray(brake.linings.angle) / 2)
-            if np.any(turns >= brake.band.radius):
-                found.append(Fault(f"{where}.friction", "a lining held by the band could not slide on the rim"))
-    return found
+def _faults_of_pair(pair: AbstractLinings | Bandage, path: str, n: int, of: str) -> list[Fault]:
+    found, law = pair.friction.faults(f"{path}.friction"), pair.friction
+    if pair.area is None and needs(law, n).p:
+        found.append(Fault(f"{path}.area", "is missing", f"the friction law{of} looks at the pressure"))
+    return found + faults_of_law(law, f"{path}.friction", n)
 
 
 def _faults_of_wrap(stiffness: Any, angle: np.ndarray, where: str, path: str) -> list[Fault]:
@@ -452,17 +439,17 @@ def _faults_of_wrap(stiffness: Any, angle: np.ndarray, where: str, path: str) ->
 def faults_of_law(law: AbstractFriction, path: str, n: int) -> list[Fault]:
     """Numbers or states of a law that are neither one for all nor one for each of `n` linings."""
     found = faults_of_memory(law, path, n)
-    if found or _fits(skeleton(law), n):
+    if found or _fits(law, n):
         return found
     return [Fault(path, f"its numbers do not fit {n} linings", f"give one number, or a list of {n}")]
 
 
-@functools.lru_cache(maxsize=1024)
-def _fits(law: Skeleton, n: int) -> bool:
+@per_structure
+def _fits(law: AbstractFriction, n: int) -> bool:
     """Whether a law with numbers of these shapes gives one coefficient for each of `n` linings."""
     try:
         contact, _ = contact_like(law, n)
-        shape = jax.eval_shape(lambda law, contact: law.kinetic(contact), law.stand_in(), contact).shape
+        shape = jax.eval_shape(lambda law, contact: law.kinetic(contact), law, contact).shape
         return np.broadcast_shapes(shape, (n,)) == (n,)
     except jax.errors.TracerArrayConversionError:
         return True  # another mistake, which the run itself will name

@@ -13,7 +13,7 @@ from .._base._faults import Fault
 from .._base._quantity import Part, Scalar, part, quantity, whole
 from ..friction import AbstractFriction, reads
 from ..hybrid._arrays import Array
-from ._design import AbstractBrake, AbstractLinings, BrakeWords, faults_of_law
+from ._design import AbstractBrake, AbstractLinings, BrakeWords
 
 
 class AbstractPressedBrake(AbstractBrake):
@@ -51,14 +51,6 @@ class AbstractPressedBrake(AbstractBrake):
 
     def torque(self, force, f):
         return jnp.asarray(self.radius) * jnp.sum(f * self.normal(force, f, False))
-
-    def faults(self, path):
-        n, law, where = self.linings.count, self.linings.friction, f"{path}.linings.friction"
-        return [*law.faults(where), *faults_of_law(law, where, n), *self.faults_of_shape(path)]
-
-    def faults_of_shape(self, path: str) -> list[Fault]:
-        """What does not fit together in the geometry."""
-        return []
 
 
 # --- disc brake -------------------------------------------------------------------------------------------------------
@@ -140,10 +132,6 @@ class Pads(AbstractLinings):
         return 0.5 * jnp.asarray(self.angle) * (jnp.asarray(self.outer_radius) ** 2 - self.inner_radius**2)
 
     @property
-    def weights(self) -> Float[Array, " n"]:
-        return jnp.ones(self.faces)
-
-    @property
     def radius(self) -> Float[Array, ""]:
         """Effective radius `r_e` (m)."""
         return self.pressure.radius(self.inner_radius, self.outer_radius)
@@ -176,8 +164,6 @@ class DiscBrake(AbstractPressedBrake):
 
     def faults_of_shape(self, path):
         pads, where = self.linings, f"{path}.linings"
-        if pads.faces < 1:
-            return [Fault(f"{where}.faces", f"{pads.faces} is out of range", "at least one pad")]
         if np.asarray(pads.outer_radius) <= np.asarray(pads.inner_radius):
             what = f"{float(pads.outer_radius):g} m is not outside of the inner radius {float(pads.inner_radius):g} m"
             return [Fault(f"{where}.outer_radius", what, "a pad reaches from inner_radius to outer_radius")]
@@ -209,10 +195,6 @@ class Shoes(AbstractLinings):
     def area(self) -> Float[Array, ""]:
         """Area of a lining (m²): `A = b r (θ_2 − θ_1)`."""
         return jnp.asarray(self.width) * self.radius * (jnp.asarray(self.end) - self.start)
-
-    @property
-    def weights(self) -> Float[Array, " n"]:
-        return jnp.ones(2)
 
     @property
     def normal_share(self) -> Float[Array, ""]:

@@ -12,11 +12,11 @@ import numpy as np
 from .._base._faults import require_positive
 from .._parts._scene import Scene, band_brake
 from .._run._linings import lining_wear
-from ..thermal._material import LIBRARY, Entry, Material, effusivity_share, material
+from ..thermal._material import LIBRARY, Entry, Material, effusivity_share, library, material
 from ..wear import ThresholdWear
 from ._braking import Braking
 from ._estimates import ROWS, simulated_share
-from ._rows import Of, Row, read, rows, there
+from ._rows import Of, Row, rows, there
 from .heating import ElasticMaterial, maximum_temperatures, transmission_table
 
 _ZERO = 273.15  # K
@@ -91,21 +91,10 @@ def _of_thermal(thermal: Material) -> dict[str, float]:
     return {name: float(getattr(thermal, name)) for name in ("conductivity", "density", "specific_heat")}
 
 
-def _library(part: str) -> dict[str, dict[str, Entry]]:
-    """Material of a part → number → value with its source, from `materials.csv`."""
-    found: dict[str, dict[str, Entry]] = {}
-    for row in read("materials.csv"):
-        if row["part"] == part:
-            value, low, high = (float(row[key]) for key in ("value", "low", "high"))
-            entry = Entry(value, low, high, row["source"], bool(row["assumed"]))
-            found.setdefault(row["material"], {})[row["number"]] = entry
-    return found
-
-
 #: rim material → number → value with its source; the alloys are those whose conductivity is next to V's
-RIMS = _library("rim")
+RIMS = library("rim")
 #: lining material → number → value with its source
-LININGS = _library("lining")
+LININGS = library("lining")
 
 
 def _settled(name: str, table: dict[str, dict[str, Entry]], kind: str, changes: dict[str, float]):

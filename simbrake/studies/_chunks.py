@@ -463,7 +463,7 @@ def _run_level(
     return runs[~columns.done[runs]]
 
 
-# --- runs by expected cost: a chunk costs as much as its slowest run ---------------------------------------------------
+# --- runs by expected cost: a chunk costs as much as its slowest run --------------------------------------------------
 
 
 def _features(columns: np.ndarray, squares: bool) -> np.ndarray:

@@ -10,7 +10,7 @@ from jax.core import Tracer
 from jaxtyping import Float
 
 from .._base._faults import Fault
-from .._base._quantity import Part, Scalar, part, quantity, short_for
+from .._base._quantity import Over, Part, Scalar, part, quantity, short_for
 from ..hybrid._arrays import Array
 from ..profiles import AbstractProfile
 from ._material import Material, effusivity_share
@@ -143,11 +143,11 @@ class TransmissionPartition(AbstractPartition):
     Linear between the temperatures of the table, constant beyond its ends (stated, not extrapolated).
     """
 
-    temperature: Scalar = quantity("K", "temperatures of the table", low=0.0, many=True)
-    alpha_1: Scalar = quantity("W/(m^2*K)", "coefficients of the polished rim surface", positive=True, many=True)
-    alpha_2: Scalar = quantity("W/(m^2*K)", "coefficients of the matte rim surface", positive=True, many=True)
-    alpha_3: Scalar = quantity("W/(m^2*K)", "coefficients of the band", positive=True, many=True)
-    surface_layer: Scalar = quantity("m", "thickness of the lining's surface layer", positive=True, many=True)
+    temperature: Scalar = quantity("K", "temperatures of the table", low=0.0, many=Over.ROWS)
+    alpha_1: Scalar = quantity("W/(m^2*K)", "coefficients of the polished rim surface", positive=True, many=Over.ROWS)
+    alpha_2: Scalar = quantity("W/(m^2*K)", "coefficients of the matte rim surface", positive=True, many=Over.ROWS)
+    alpha_3: Scalar = quantity("W/(m^2*K)", "coefficients of the band", positive=True, many=Over.ROWS)
+    surface_layer: Scalar = quantity("m", "thickness of the lining's surface layer", positive=True, many=Over.ROWS)
     rim_thickness: Scalar = quantity("m", "thickness of the rim", positive=True, default=0.028)
     rim_conductivity: Scalar = quantity("W/(m*K)", "conductivity of the rim", positive=True, default=48.85)
     surface_conductivity: Scalar = quantity("W/(m*K)", "conductivity of the surface layer", positive=True, default=1.02)

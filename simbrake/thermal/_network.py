@@ -1,7 +1,6 @@
 """Parts of a thermal network: bodies that hold heat, and links through which it flows."""
 
 import abc
-import functools
 from typing import Any, ClassVar, NamedTuple
 
 import equinox as eqx
@@ -10,9 +9,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from .._base._compiling import Skeleton, read_by, skeleton
+from .._base._compiling import per_structure, read_by
 from .._base._faults import Fault
-from .._base._quantity import Part, Scalar, quantity, whole
+from .._base._quantity import Over, Part, Scalar, quantity, whole
 from ..hybrid._arrays import Array
 from ..profiles import AbstractProfile
 from ._material import ROOM, Material
@@ -45,26 +44,17 @@ class Reads(NamedTuple):
     surroundings: bool
 
 
+@per_structure
 def reads(link: AbstractLink, n_a: int, n_b: int) -> Reads:
     """What `g` of a link between places of `n_a` and `n_b` nodes depends on.
 
     Found from the lowered program, once for each structure of a link; in doubt it depends on them (`read_by`).
     """
-    return _reads(skeleton(link), n_a, n_b)
-
-
-def is_nonlinear(link: AbstractLink, n_a: int, n_b: int) -> bool:
-    """Whether `g` of a link between places of `n_a` and `n_b` nodes depends on their temperatures."""
-    return reads(link, n_a, n_b).temperatures
-
-
-@functools.lru_cache(maxsize=1024)
-def _reads(link: Skeleton, n_a: int, n_b: int) -> Reads:
     one = jax.ShapeDtypeStruct((), np.float64)
     ends = [jax.ShapeDtypeStruct((n,), np.float64) for n in (n_a, n_b)]
     _, *temperatures, around = read_by(
         lambda link, T_a, T_b, around: link.conductance(T_a, T_b, around),
-        link.stand_in(),
+        link,
         *ends,
         Surroundings(one, one),
     )
@@ -217,8 +207,8 @@ class Lump(Part):
     """
 
     name: str = eqx.field(static=True)
-    capacity: Scalar = quantity("J/K", "heat capacity", low=0.0, many=True)
-    temperature: Scalar = quantity("K", "temperature at the start", low=0.0, many=True, default=ROOM)
+    capacity: Scalar = quantity("J/K", "heat capacity", low=0.0, many=Over.ROWS)
+    temperature: Scalar = quantity("K", "temperature at the start", low=0.0, many=Over.ROWS, default=ROOM)
     capacity_slope: Scalar | None = quantity("1/K", "relative change of capacity per kelvin", default=None)
     reference: Scalar = quantity("K", "temperature at which the capacity holds", positive=True, default=ROOM)
     count: int = whole("number of nodes", default=1)
@@ -258,7 +248,7 @@ class Wall(Part):
     area: Scalar = quantity("m^2", "area of the wall", positive=True)
     layers: int = whole("number of layers")
     growth: Scalar = quantity("1", "ratio of neighbouring layers", positive=True, default=1.0)
-    temperature: Scalar = quantity("K", "temperature at the start", low=0.0, many=True, default=ROOM)
+    temperature: Scalar = quantity("K", "temperature at the start", low=0.0, many=Over.ROWS, default=ROOM)
     copies: int = whole("number of equal walls", high=10_000, default=1)
     both: bool = eqx.field(static=True, default=False)
 
@@ -302,7 +292,7 @@ def size_of(body: Body, face: str | None) -> int:
 
 def depends_on_temperatures(link: AbstractLink, bodies: tuple[Body, ...]) -> bool:
     """Whether the conductance of a link between two of the `bodies` depends on their temperatures."""
-    return is_nonlinear(link, *_sizes(link, bodies))
+    return reads(link, *_sizes(link, bodies)).temperatures
 
 
 def is_constant(link: AbstractLink, bodies: tuple[Body, ...]) -> bool:
