@@ -130,16 +130,15 @@ def quantity(
     difference: bool = False,
     many: bool | Over = False,
     may_be_empty: bool = False,
-    default: Any = dataclasses.MISSING,
     **keywords: Any,
 ) -> Any:
     """A numeric field: an array leaf in SI units, with what a reader and a checker must know of it.
 
     The unit `SI` is that of the field in which the object stands (`holding`, or the quantity it stands for).
     """
+    default = keywords.get("default", dataclasses.MISSING)
     low, may_be_empty = 0.0 if positive else low, may_be_empty or many is Over.GAPS or default == ()
     about = Quantity(unit, meaning, low, high, positive, difference, many, may_be_empty)
-    keywords |= {} if default is dataclasses.MISSING else {"default": default}
     words = ("float | Sequence[float]" if many else "float") + (" | None" if default is None else "")
     converter = _converter(in_si, words, about=about)
     return eqx.field(converter=converter, metadata={"quantity": about}, **keywords)
@@ -169,9 +168,8 @@ class Whole:
     high: int
 
 
-def whole(meaning: str, *, low: int = 1, high: int = 100_000, default: Any = dataclasses.MISSING) -> Any:
+def whole(meaning: str, *, low: int = 1, high: int = 100_000, **keywords: Any) -> Any:
     """A field with a whole number of the structure (static: another number is another program)."""
-    keywords = {} if default is dataclasses.MISSING else {"default": default}
     return eqx.field(static=True, metadata={"whole": Whole(meaning, low, high)}, **keywords)
 
 
@@ -179,7 +177,7 @@ def whole(meaning: str, *, low: int = 1, high: int = 100_000, default: Any = dat
 _SHORT: dict[type, type] = {}
 
 _T = TypeVar("_T", bound=type)
-_Build = TypeVar("_Build", bound=Callable[..., Any])
+_Build = TypeVar("_Build", bound=Callable)
 
 
 def short_for(family: type) -> Callable[[_T], _T]:
@@ -352,13 +350,11 @@ class Leaf:
 
 def leaves(node: Any, path: str = "", unit: str = "SI") -> list[Leaf]:
     """Every quantity below `node`, in the order of the fields; `unit`: what `SI` means here."""
-    found: list[Leaf] = []
     if isinstance(node, tuple | list):
-        for i, child in enumerate(node):
-            found += leaves(child, f"{path}[{i}]", unit)
-        return found
+        return [leaf for i, child in enumerate(node) for leaf in leaves(child, f"{path}[{i}]", unit)]
     if not dataclasses.is_dataclass(node) or isinstance(node, type):
-        return found
+        return []
+    found: list[Leaf] = []
     for field in dataclasses.fields(node):
         value = getattr(node, field.name)
         here = f"{path}.{field.name}" if path else field.name
@@ -446,9 +442,7 @@ def faults_of_tolerance(rtol: Any) -> list[Fault]:
     """A relative tolerance outside 1e-15…0.1. A traced one cannot be looked at and passes."""
     if isinstance(rtol, Tracer):
         return []
-    value = np.asarray(rtol)
-    # written so that a NaN is a fault
-    admissible = np.all((value > 1e-15) & (value < 0.1))
+    admissible = np.all((np.asarray(rtol) > 1e-15) & (np.asarray(rtol) < 0.1))  # a NaN is not
     return [] if admissible else [Fault("rtol", f"{rtol} is out of range", "must be > 1e-15 and < 0.1")]
 
 
@@ -463,36 +457,26 @@ class Unit(NamedTuple):
 
 
 _TURN = 2 * math.pi
-
-
-def _decimal(text: str) -> Unit:
-    return Unit(Fraction(text))
-
-
+_FACTORS: dict[str, dict[str, float | str | Fraction]] = {
+    "s": {"ms": "1e-3", "us": "1e-6", "min": 60, "h": 3600},
+    "rad": {"deg": _TURN / 360, "°": _TURN / 360, "rev": _TURN},
+    "rad/s": {"rpm": _TURN / 60, "1/min": _TURN / 60, "deg/s": _TURN / 360, "rev/s": _TURN},
+    "m": {"cm": "1e-2", "mm": "1e-3", "um": "1e-6"},
+    "m/s": {"mm/s": "1e-3", "km/h": Fraction(10, 36)},
+    "m^2": {"cm^2": "1e-4", "mm^2": "1e-6"},
+    "kg": {"g": "1e-3", "t": 1e3},
+    "N": {"kN": 1e3, "MN": 1e6},
+    "N/m": {"kN/m": 1e3, "MN/m": 1e6, "N/mm": 1e3, "kN/mm": 1e6},
+    "N*m": {"Nm": 1, "kN*m": 1e3, "kNm": 1e3},
+    "Pa": {"kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "bar": 1e5, "N/mm^2": 1e6},
+    "J": {"kJ": 1e3, "MJ": 1e6},
+    "W": {"kW": 1e3, "MW": 1e6},
+    "1": {"": 1, "1": 1, "-": 1, "%": "1e-2"},
+}
 #: SI unit → spellings of units of the same kind. These need no library, and are what engineers mean where a library
 #: of all units reads something else (C, 1/min); fractions, so that 95 % is 0.95 and not one rounding beside it
-_TABLE: dict[str, dict[str, Unit]] = {
-    "s": {"ms": _decimal("1e-3"), "us": _decimal("1e-6"), "min": Unit(60.0), "h": Unit(3600.0)},
-    "rad": {"deg": Unit(math.pi / 180), "°": Unit(math.pi / 180), "rev": Unit(_TURN)},
-    "rad/s": {
-        "rpm": Unit(_TURN / 60),
-        "1/min": Unit(_TURN / 60),
-        "deg/s": Unit(math.pi / 180),
-        "rev/s": Unit(_TURN),
-    },
-    "m": {"cm": _decimal("1e-2"), "mm": _decimal("1e-3"), "um": _decimal("1e-6")},
-    "m/s": {"mm/s": _decimal("1e-3"), "km/h": Unit(Fraction(10, 36))},
-    "m^2": {"cm^2": _decimal("1e-4"), "mm^2": _decimal("1e-6")},
-    "kg": {"g": _decimal("1e-3"), "t": Unit(1000.0)},
-    "N": {"kN": Unit(1e3), "MN": Unit(1e6)},
-    "N/m": {"kN/m": Unit(1e3), "MN/m": Unit(1e6), "N/mm": Unit(1e3), "kN/mm": Unit(1e6)},
-    "N*m": {"Nm": Unit(1.0), "kN*m": Unit(1e3), "kNm": Unit(1e3)},
-    "Pa": {"kPa": Unit(1e3), "MPa": Unit(1e6), "GPa": Unit(1e9), "bar": Unit(1e5), "N/mm^2": Unit(1e6)},
-    "J": {"kJ": Unit(1e3), "MJ": Unit(1e6)},
-    "W": {"kW": Unit(1e3), "MW": Unit(1e6)},
-    "K": {name: Unit(1, _decimal("273.15").factor) for name in ("degC", "°C", "C")},
-    "1": {"": Unit(1.0), "1": Unit(1.0), "-": Unit(1.0), "%": _decimal("1e-2")},
-}
+_TABLE = {si: {name: Unit(Fraction(x)) for name, x in known.items()} for si, known in _FACTORS.items()}
+_TABLE["K"] = {name: Unit(1, Fraction("273.15")) for name in ("degC", "°C", "C")}
 #: names, products, quotients and one-digit powers: what a parser of all units cannot spend an hour on
 _SPELLING = re.compile(r"(?:[A-Za-z°_]|%|1|[*/]|\((?:[A-Za-z°_*/]|\^-?[1-9](?!\d))+\)|\^-?[1-9](?!\d))+")
 #: a plane angle is not a number here: 20 is not 20 rad, and 3 Hz are neither 3 rad/s nor 3 rev/s without asking
@@ -505,16 +489,12 @@ def _plain(text: str) -> str:
     return name.replace("μ", "u").replace("µ", "u").replace(" ", "")
 
 
-def _si(si: str) -> str:
-    return si if si else "1"
-
-
 def unit(text: str, si: str) -> Unit:
     """The unit written as `text` for a quantity of the SI unit `si`; empty text is SI itself.
 
     Raises `ValueError` with the spellings that there are, or with what kind of quantity the unit is.
     """
-    name, si = _plain(text), _si(si)
+    name, si = _plain(text), si or "1"
     known = _TABLE.get(si, {})
     if not name or name == si or name in known:
         return known.get(name, Unit(1.0))
@@ -547,12 +527,8 @@ def _of_library(name: str, si: str) -> Unit:
         zero, one = registry.Quantity(Fraction(0), found).to(wanted), registry.Quantity(Fraction(1), found).to(wanted)
         offset = Fraction(zero.magnitude)
         return Unit(Fraction(one.magnitude) - offset, offset)
-    except ValueError as error:
-        if str(error).startswith(";"):
-            raise
-        raise ValueError("") from None
-    except Exception:  # whatever a parser of free text raises: it is not a unit
-        raise ValueError("") from None
+    except Exception as error:  # whatever a parser of free text raises: it is not a unit
+        raise ValueError(str(error) if str(error).startswith(";") else "") from None
 
 
 def spelled(text: str) -> bool:
@@ -563,14 +539,10 @@ def spelled(text: str) -> bool:
 
 def to_si(number: float, of: Unit) -> float:
     """A number in a unit as a number in SI."""
-    if isinstance(of.factor, Fraction) and math.isfinite(number):
-        return _rounded(Fraction(repr(float(number))), of)  # as written: 95 % is 0.95
-    return float(number * float(of.factor) + float(of.offset))
-
-
-def _rounded(number: Fraction, of: Unit) -> float:
+    if not math.isfinite(number):
+        return number
     try:
-        return float(number * Fraction(of.factor) + Fraction(of.offset))
+        return float(Fraction(repr(float(number))) * Fraction(of.factor) + Fraction(of.offset))  # as written
     except OverflowError:
         return math.copysign(math.inf, number)
 
