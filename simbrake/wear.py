@@ -277,7 +277,7 @@ def _linings(heat: Heat) -> set[str]:
     return {place_of(place)[0] for place in places if place is not None}
 
 
-def _left(h: Array, angle: Array, thickness: Any, count: int) -> Array:
+def _left(h: Array, angle: Array, thickness: Scalar | None, count: int) -> Array:
     """Share of the thickness that is left, of each of `count` bodies (all linings in one: their mean)."""
     share = 1 - h / jnp.asarray(thickness)
     return share if count > 1 else jnp.sum(share * angle, keepdims=True) / jnp.sum(angle)
@@ -295,7 +295,7 @@ def walls_left(scene: Any) -> dict[str, Array]:
     return {wall.name: _left(h, angle, wall.thickness, wall.copies) for wall in walls}
 
 
-def _thinner(heat: Heat, h: Array, angle: Array, thickness: Any) -> Heat:
+def _thinner(heat: Heat, h: Array, angle: Array, thickness: Scalar | None) -> Heat:
     bodies, links = list(heat.bodies), list(heat.links)
     for i, body in enumerate(bodies):
         if not isinstance(body, Lump) or body.name not in _linings(heat):

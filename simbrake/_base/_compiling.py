@@ -7,24 +7,28 @@ import functools
 import math
 import time
 import warnings
-from collections.abc import Callable
-from typing import Any, NamedTuple, TypeVar
+from collections.abc import Callable, Hashable
+from types import ModuleType
+from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax.errors import JaxRuntimeError
+from jaxtyping import PyTree
 
 from ..hybrid._arrays import Array
 
 _Answer = TypeVar("_Answer")
+#: of the compiler, by name
+Options: TypeAlias = dict[str, bool | int | str]
 
 #: options for programs on a CPU. XLA's older emitters of fused kernels: the newer ones take 1.6 times as long to
 #: compile these loops and run them no faster. LLVM's first level of optimisation: a quarter less compile time, the
 #: code as fast.
-_CPU_OPTIONS: dict[str, Any] = {"xla_cpu_use_fusion_emitters": False, "xla_backend_optimization_level": 1}
+_CPU_OPTIONS: Options = {"xla_cpu_use_fusion_emitters": False, "xla_backend_optimization_level": 1}
 #: only for a run as one function: matrix products that XLA would hand to a library cannot be part of it
-_ONE_FUNCTION_OPTIONS: dict[str, Any] = {"xla_cpu_experimental_ynn_fusion_type": ""}
+_ONE_FUNCTION_OPTIONS: Options = {"xla_cpu_experimental_ynn_fusion_type": ""}
 _MARK = "xla_cpu_small_call"
 #: what each accelerator is worth, measured once on 2 cores with JAX 0.10.2, or what it is for
 WORTH = {
@@ -38,8 +42,8 @@ WORTH = {
 class Accelerators(NamedTuple):
     """What the installed XLA accepts for programs on one platform."""
 
-    options: dict[str, Any]
-    one_function_options: dict[str, Any]  # these and those that a run as one function takes besides
+    options: Options
+    one_function_options: Options  # these and those that a run as one function takes besides
     one_function: bool  # a call can be marked so that everything in it, loops included, becomes one function
     refused: tuple[str, ...]
 
@@ -51,7 +55,7 @@ def accelerators(platform: str) -> Accelerators:
         return Accelerators({}, {}, False, ())
     numbers = np.ones(2)
 
-    def accepted(options: dict[str, Any]) -> dict[str, Any]:
+    def accepted(options: Options) -> Options:
         try:
             jax.jit(_tiny, compiler_options=options).lower(numbers).compile()
             return options
@@ -71,11 +75,11 @@ def accelerators(platform: str) -> Accelerators:
     return Accelerators(options, options | more, marked, (*refused, *([] if marked else [_MARK])))
 
 
-def _tiny(x: Any) -> Any:
+def _tiny(x: jax.Array) -> jax.Array:
     return jax.lax.fori_loop(0, 3, lambda _, x: 0.5 * x + 1.0, x)
 
 
-def one_function(function: Callable[[Any], Any], numbers: Any) -> Any:
+def one_function(function: Callable[[jax.Array], PyTree], numbers: jax.Array) -> PyTree:
     """`function(numbers)` for a jitted function, marked so that XLA makes one function of it for the CPU.
 
     XLA wants every argument of the call to be used, hence one vector.
@@ -86,7 +90,7 @@ def one_function(function: Callable[[Any], Any], numbers: Any) -> Any:
     return set_xla_metadata(function(numbers), **{_MARK: "true"}, inlineable="false")
 
 
-def run_device() -> Any:
+def run_device() -> jax.Device:
     """The device of single runs and of studies of few runs: a CPU, also where JAX finds an accelerator.
 
     Steps of one brake are much too small for an accelerator, which would take thousands of times as long. Another
@@ -104,12 +108,12 @@ def run_device() -> Any:
 class DeviceJit:
     """`jax.jit` of a program that runs by itself: on `run_device()`, with the options for it."""
 
-    def __init__(self, function: Callable[..., Any], *, static_argnames: Any = ()):
+    def __init__(self, function: Callable, *, static_argnames: str | tuple[str, ...] = ()):
         functools.update_wrapper(self, function)
         self._function, self._static = function, static_argnames
         self._programs: dict[str, Callable[..., Any]] = {}
 
-    def on(self, platform: str) -> Any:
+    def on(self, platform: str) -> Callable:
         """The jitted function for a platform."""
         if platform not in self._programs:
             options = accelerators(platform).options or None
@@ -117,7 +121,7 @@ class DeviceJit:
             self._programs.setdefault(platform, program)  # whichever thread was first
         return self._programs[platform]
 
-    def __call__(self, *arguments: Any, **named: Any) -> Any:
+    def __call__(self, *arguments: PyTree, **named: PyTree) -> PyTree:
         device = run_device()
         with jax.default_device(device):
             return self.on(device.platform)(*arguments, **named)
@@ -137,19 +141,19 @@ class Packing(NamedTuple):
     def size(self) -> int:
         return sum(math.prod(shape) for shape in self.shapes)
 
-    def unpack(self, numbers: Array) -> Any:
+    def unpack(self, numbers: Array) -> PyTree:
         """The tree whose numbers lie in one vector (`pack`)."""
         ends = np.cumsum([0, *(math.prod(shape) for shape in self.shapes)])
         parts = zip(ends[:-1], ends[1:], self.shapes, self.kinds, strict=True)
         return jax.tree.unflatten(self.structure, [numbers[a:b].reshape(s).astype(kind) for a, b, s, kind in parts])
 
-    def stand_in(self) -> Any:
+    def stand_in(self) -> PyTree:
         """The tree with the shape and type of each number in place of it."""
         parts = zip(self.shapes, self.kinds, strict=True)
         return jax.tree.unflatten(self.structure, [jax.ShapeDtypeStruct(s, np.dtype(kind)) for s, kind in parts])
 
 
-def pack(tree: Any, xp: Any = np) -> tuple[Any, Packing]:
+def pack(tree: PyTree, xp: ModuleType = np) -> tuple[Array, Packing]:
     """All numbers of a tree in one vector, and how they lie in it; `xp`: `jax.numpy` for traced ones."""
     leaves, structure = jax.tree.flatten(tree)
     arrays = [xp.asarray(leaf) for leaf in leaves]
@@ -166,11 +170,11 @@ def per_structure(find: Callable[..., _Answer]) -> Callable[..., _Answer]:
     """
 
     @functools.lru_cache(maxsize=1024)
-    def found(like: Packing, *arguments: Any, **named: Any) -> _Answer:
+    def found(like: Packing, *arguments: Hashable, **named: Hashable) -> _Answer:
         return find(like.stand_in(), *arguments, **named)
 
     @functools.wraps(find)
-    def answer(part: Any, *arguments: Any, **named: Any) -> _Answer:
+    def answer(part: PyTree, *arguments: Hashable, **named: Hashable) -> _Answer:
         numbers, structure = jax.tree.flatten(part)
         shapes, kinds = tuple(np.shape(x) for x in numbers), tuple(str(jnp.result_type(x)) for x in numbers)
         return found(Packing(structure, shapes, kinds), *arguments, **named)
@@ -223,13 +227,13 @@ def fits_one_function(text: str, longest: int) -> bool:
     return "custom_call" not in text and text.count("\n") < longest
 
 
-def _timed(lowered: Any, start: float, one_function: bool) -> Program:
+def _timed(lowered: jax.stages.Lowered, start: float, one_function: bool) -> Program:
     traced = time.perf_counter()
     call = lowered.compile()
     return Program(call, traced - start, time.perf_counter() - traced, one_function)
 
 
-def read_by(function: Callable[..., Any], *arguments: Any) -> tuple[Any, ...]:
+def read_by(function: Callable, *arguments: PyTree) -> tuple[PyTree, ...]:
     """For every leaf of the `arguments` (PyTrees of shapes) whether the result of `function` depends on it.
 
     The function is lowered once, which drops the arguments that its result does not need. What cannot be lowered by

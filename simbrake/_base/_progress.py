@@ -6,7 +6,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from typing import Any, NamedTuple
+from typing import NamedTuple, TypeAlias
 
 
 def duration(seconds: float) -> str:
@@ -18,6 +18,10 @@ def duration(seconds: float) -> str:
     if minutes < 60:
         return f"{minutes} min {s:02d} s"
     return f"{minutes // 60} h {minutes % 60:02d} min"
+
+
+#: who is told how far a run is: its time and its end (s)
+Tell: TypeAlias = Callable[[float, float], object]
 
 
 class Line:
@@ -146,7 +150,7 @@ class Waiting:
 
 
 @contextlib.contextmanager
-def waiting(progress: Any, name: str, what: str) -> Iterator[Waiting]:
+def waiting(progress: "Waiting | bool | None", name: str, what: str) -> Iterator[Waiting]:
     """The `Waiting` of a caller, told what comes now, or one of one's own: `None` on a terminal, `True`, `False`."""
     if isinstance(progress, Waiting):
         progress.now(what)
@@ -157,7 +161,7 @@ def waiting(progress: Any, name: str, what: str) -> Iterator[Waiting]:
 
 
 @contextlib.contextmanager
-def telling(progress: Any) -> Iterator[Callable[[float, float], Any] | None]:
+def telling(progress: "Waiting | Tell | bool | None") -> Iterator[Tell | None]:
     """Whom a run tells how far it is: nobody (`False`), a function of `(t, end_time)`, or as `waiting`."""
     if progress is False or callable(progress):
         yield progress or None
@@ -174,7 +178,14 @@ class Progress:
     first seconds, as many as `after`.
     """
 
-    def __init__(self, total: int, show: Any = None, done: int = 0, what: str = "runs", after: float = 0.0):
+    def __init__(
+        self,
+        total: int,
+        show: Callable[[int, int], object] | bool | None = None,
+        done: int = 0,
+        what: str = "runs",
+        after: float = 0.0,
+    ):
         self.total, self.done, self._what, self._after = total, done, what, after
         self._tell = show if callable(show) else None
         self._line = Line(shown=False if callable(show) else show)

@@ -5,13 +5,11 @@ import enum
 import functools
 import inspect
 import json
-import math
 import re
 import types
 import typing
 from collections.abc import Callable, Iterable
-from fractions import Fraction
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, TypeVar, cast
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar, cast
 
 import equinox as eqx
 import jax
@@ -23,6 +21,7 @@ from jaxtyping import Float, Int
 from ..hybrid._arrays import Array
 from ._compiling import warn_of_untested_jax
 from ._faults import Fault, InputError
+from ._table import to_si, unit
 
 if TYPE_CHECKING:
     Scalar = Values = Any  # what a caller may write: a number, a list, an array
@@ -111,7 +110,7 @@ def in_si(x: Any, about: Quantity) -> Any:
     return x if reader.faults else np.asarray(found, np.float64)
 
 
-def _has_units(x: Any) -> bool:
+def _has_units(x: object) -> bool:
     return isinstance(x, str) or (isinstance(x, list | tuple) and any(isinstance(one, str) for one in x))
 
 
@@ -147,7 +146,7 @@ def quantity(
 class _Shown(type):
     """Types that only say in a signature what people give; the values are looked at when the part is made."""
 
-    def __instancecheck__(cls, instance: Any) -> bool:
+    def __instancecheck__(cls, instance: object) -> bool:
         return True
 
 
@@ -190,7 +189,7 @@ def short_for(family: type) -> Callable[[_T], _T]:
     return marked
 
 
-def short_of(wanted: Iterable[Any]) -> type | None:
+def short_of(wanted: Iterable[object]) -> type | None:
     """What a bare number stands for where one of the `wanted` classes is expected."""
     return next((_SHORT[family] for family in wanted if family in _SHORT), None)
 
@@ -212,7 +211,7 @@ def _number_in(maker: type, unit: str) -> Quantity:
     return _number_in(below, unit_below(first, unit))
 
 
-def _faults_of_short(maker: type, x: Any, unit: str, path: str) -> list[Fault]:
+def _faults_of_short(maker: type, x: object, unit: str, path: str) -> list[Fault]:
     """What is wrong with a text that is to stand for a part."""
     return _faults_of_leaf(Leaf(path, x, _number_in(maker, unit)), made=False) if _has_units(x) else []
 
@@ -257,7 +256,7 @@ class Part(eqx.Module):
 
 
 @functools.cache
-def _hints(cls: type) -> dict[str, Any]:
+def _hints(cls: type) -> dict[str, object]:
     """Types of the fields of a class."""
     try:
         return typing.get_type_hints(cls)
@@ -265,13 +264,13 @@ def _hints(cls: type) -> dict[str, Any]:
         return {}
 
 
-def alternatives(hint: Any) -> tuple[Any, ...]:
+def alternatives(hint: object) -> tuple[object, ...]:
     """The members of a union, or the hint alone."""
     origin = typing.get_origin(hint)
     return typing.get_args(hint) if origin in (typing.Union, types.UnionType) else (hint,)
 
 
-def _faults_of_kind(path: str, value: Any, kinds: tuple[Any, ...]) -> list[Fault]:
+def _faults_of_kind(path: str, value: object, kinds: tuple[object, ...]) -> list[Fault]:
     """A value that is none of the parts that its field names; fields that may hold anything else are left alone."""
     parts = [kind for kind in kinds if isinstance(kind, type) and issubclass(kind, eqx.Module)]
     if not parts or set(kinds) - {*parts, type(None)} or isinstance(value, tuple(kinds)):
@@ -280,7 +279,7 @@ def _faults_of_kind(path: str, value: Any, kinds: tuple[Any, ...]) -> list[Fault
     return [Fault(path, f"{shown(value)} is none that fits here", f"give a {names}")]
 
 
-def _faults_of_whole(path: str, value: Any, about: Whole) -> list[Fault]:
+def _faults_of_whole(path: str, value: object, about: Whole) -> list[Fault]:
     if isinstance(value, bool) or not isinstance(value, int | np.integer):
         return [Fault(path, f"{shown(value)} is not a whole number", f"{about.meaning}, as in {max(about.low, 1)}")]
     if about.low <= value <= about.high:
@@ -348,7 +347,7 @@ class Leaf:
     about: Quantity
 
 
-def leaves(node: Any, path: str = "", unit: str = "SI") -> list[Leaf]:
+def leaves(node: object, path: str = "", unit: str = "SI") -> list[Leaf]:
     """Every quantity below `node`, in the order of the fields; `unit`: what `SI` means here."""
     if isinstance(node, tuple | list):
         return [leaf for i, child in enumerate(node) for leaf in leaves(child, f"{path}[{i}]", unit)]
@@ -384,7 +383,7 @@ def as_arrays(node: Any) -> Any:
     return dataclasses.replace(node, **changed) if changed else node
 
 
-def faults_of_values(node: Any, path: str = "") -> list[Fault]:
+def faults_of_values(node: object, path: str = "") -> list[Fault]:
     """Values that are not numbers, not finite, outside their range or of too few bits. Traced values pass the rest."""
     return [fault for leaf in leaves(node, path) for fault in _faults_of_leaf(leaf)]
 
@@ -428,7 +427,7 @@ def _faults_of_leaf(leaf: Leaf, *, made: bool = True) -> list[Fault]:
     return [Fault(leaf.path + which, f"{worst:g} {about.unit} is out of range", words)]
 
 
-def faults_of_sizes(node: Any, path: str, n: int) -> list[Fault]:
+def faults_of_sizes(node: object, path: str, n: int) -> list[Fault]:
     """Lists without an entry for each of `n` linings, or for each gap between two."""
     found = []
     for leaf in leaves(node, path):
@@ -438,113 +437,12 @@ def faults_of_sizes(node: Any, path: str, n: int) -> list[Fault]:
     return found
 
 
-def faults_of_tolerance(rtol: Any) -> list[Fault]:
+def faults_of_tolerance(rtol: Values) -> list[Fault]:
     """A relative tolerance outside 1e-15…0.1. A traced one cannot be looked at and passes."""
     if isinstance(rtol, Tracer):
         return []
     admissible = np.all((np.asarray(rtol) > 1e-15) & (np.asarray(rtol) < 0.1))  # a NaN is not
     return [] if admissible else [Fault("rtol", f"{rtol} is out of range", "must be > 1e-15 and < 0.1")]
-
-
-# --- units ------------------------------------------------------------------------------------------------------------
-
-
-class Unit(NamedTuple):
-    """A unit as `SI = factor · number + offset`; differences such as standard deviations take the factor alone."""
-
-    factor: float | Fraction
-    offset: float | Fraction = 0
-
-
-_TURN = 2 * math.pi
-_FACTORS: dict[str, dict[str, float | str | Fraction]] = {
-    "s": {"ms": "1e-3", "us": "1e-6", "min": 60, "h": 3600},
-    "rad": {"deg": _TURN / 360, "°": _TURN / 360, "rev": _TURN},
-    "rad/s": {"rpm": _TURN / 60, "1/min": _TURN / 60, "deg/s": _TURN / 360, "rev/s": _TURN},
-    "m": {"cm": "1e-2", "mm": "1e-3", "um": "1e-6"},
-    "m/s": {"mm/s": "1e-3", "km/h": Fraction(10, 36)},
-    "m^2": {"cm^2": "1e-4", "mm^2": "1e-6"},
-    "kg": {"g": "1e-3", "t": 1e3},
-    "N": {"kN": 1e3, "MN": 1e6},
-    "N/m": {"kN/m": 1e3, "MN/m": 1e6, "N/mm": 1e3, "kN/mm": 1e6},
-    "N*m": {"Nm": 1, "kN*m": 1e3, "kNm": 1e3},
-    "Pa": {"kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "bar": 1e5, "N/mm^2": 1e6},
-    "J": {"kJ": 1e3, "MJ": 1e6},
-    "W": {"kW": 1e3, "MW": 1e6},
-    "1": {"": 1, "1": 1, "-": 1, "%": "1e-2"},
-}
-#: SI unit → spellings of units of the same kind. These need no library, and are what engineers mean where a library
-#: of all units reads something else (C, 1/min); fractions, so that 95 % is 0.95 and not one rounding beside it
-_TABLE = {si: {name: Unit(Fraction(x)) for name, x in known.items()} for si, known in _FACTORS.items()}
-_TABLE["K"] = {name: Unit(1, Fraction("273.15")) for name in ("degC", "°C", "C")}
-#: names, products, quotients and one-digit powers: what a parser of all units cannot spend an hour on
-_SPELLING = re.compile(r"(?:[A-Za-z°_]|%|1|[*/]|\((?:[A-Za-z°_*/]|\^-?[1-9](?!\d))+\)|\^-?[1-9](?!\d))+")
-#: a plane angle is not a number here: 20 is not 20 rad, and 3 Hz are neither 3 rad/s nor 3 rev/s without asking
-_ANGLES = {"radian", "degree", "revolution", "turn", "revolutions_per_minute", "arcminute", "arcsecond", "gradian"}
-
-
-def _plain(text: str) -> str:
-    """One spelling of a unit: `kN·m`, `m²` and `µm` as `kN*m`, `m^2` and `um`."""
-    name = text.strip().replace("·", "*").replace("⋅", "*").replace("**", "^").replace("²", "^2").replace("³", "^3")
-    return name.replace("μ", "u").replace("µ", "u").replace(" ", "")
-
-
-def unit(text: str, si: str) -> Unit:
-    """The unit written as `text` for a quantity of the SI unit `si`; empty text is SI itself.
-
-    Raises `ValueError` with the spellings that there are, or with what kind of quantity the unit is.
-    """
-    name, si = _plain(text), si or "1"
-    known = _TABLE.get(si, {})
-    if not name or name == si or name in known:
-        return known.get(name, Unit(1.0))
-    try:
-        return _of_library(name, si)
-    except ValueError as error:
-        names = [si, *(name for name in known if name)] if si != "1" else [name for name in known if name]
-        raise ValueError(f"known here: {', '.join(names)}{error}") from None
-
-
-@functools.cache
-def _library() -> Any:
-    import pint  # a second, which only unusual units pay
-
-    return pint.UnitRegistry(non_int_type=Fraction, cache_folder=None)  # pyright: ignore
-
-
-@functools.lru_cache(maxsize=1024)
-def _of_library(name: str, si: str) -> Unit:
-    """A unit that the table has not, by the library of all units; `ValueError` says what is wrong beyond the names."""
-    if len(name) > 40 or not _SPELLING.fullmatch(name):
-        raise ValueError("")
-    registry = _library()
-    try:
-        found, wanted = registry.parse_units(name), registry.parse_units("" if si == "1" else si)
-        if bool(_ANGLES & set(found._units)) != bool(_ANGLES & set(wanted._units)):
-            raise ValueError("; an angle counts as a unit of its own")
-        if not found.is_compatible_with(wanted):
-            raise ValueError(f"; {name} is of another kind")
-        zero, one = registry.Quantity(Fraction(0), found).to(wanted), registry.Quantity(Fraction(1), found).to(wanted)
-        offset = Fraction(zero.magnitude)
-        return Unit(Fraction(one.magnitude) - offset, offset)
-    except Exception as error:  # whatever a parser of free text raises: it is not a unit
-        raise ValueError(str(error) if str(error).startswith(";") else "") from None
-
-
-def spelled(text: str) -> bool:
-    """Whether a text is a unit of any kind in the table (bare numbers are not)."""
-    name = text.strip()
-    return not name.isdigit() and (name in _TABLE or any(name in known for known in _TABLE.values()))
-
-
-def to_si(number: float, of: Unit) -> float:
-    """A number in a unit as a number in SI."""
-    if not math.isfinite(number):
-        return number
-    try:
-        return float(Fraction(repr(float(number))) * Fraction(of.factor) + Fraction(of.offset))  # as written
-    except OverflowError:
-        return math.copysign(math.inf, number)
 
 
 # --- numbers as people write them -------------------------------------------------------------------------------------
@@ -561,11 +459,11 @@ class NumberReader:
     def __init__(self) -> None:
         self.faults: list[Fault] = []
 
-    def fault(self, path: str, problem: str, hint: str = "") -> Any:
+    def fault(self, path: str, problem: str, hint: str = "") -> object:
         self.faults.append(Fault(path or "scene", problem, hint))
         return BAD
 
-    def number(self, value: Any, about: Quantity, path: str, unit: str) -> Any:
+    def number(self, value: object, about: Quantity, path: str, unit: str) -> Any:
         """A number or a list of numbers in SI, inside its range."""
         if isinstance(value, str) and (match := _LIST.fullmatch(value)):
             try:
@@ -580,7 +478,7 @@ class NumberReader:
             return BAD if any(one is BAD for one in entries) else np.asarray(entries, np.float64)
         return self._scalar(value, about, path, unit)
 
-    def _scalar(self, value: Any, about: Quantity, path: str, si: str) -> Any:
+    def _scalar(self, value: object, about: Quantity, path: str, si: str) -> Any:
         number = self._in_si(value, about, path, si)
         if number is BAD or about.admits(np.asarray(number)).all():
             return number
@@ -588,7 +486,7 @@ class NumberReader:
         same = isinstance(value, str) and f"{number:g} {si}" != value and np.isfinite(number)
         return self.fault(path, f"{shown(value)}{f' = {number:g} {si}' if same else ''} is out of range", words)
 
-    def _in_si(self, value: Any, about: Quantity, path: str, si: str) -> Any:
+    def _in_si(self, value: object, about: Quantity, path: str, si: str) -> Any:
         if isinstance(value, bool) or not isinstance(value, int | float | str):
             return self.fault(path, f"{shown(value)} is not a number", f"{about.meaning}{example(si)}")
         if not isinstance(value, str):
@@ -610,7 +508,7 @@ class NumberReader:
         return to_si(number, of)
 
 
-def shown(value: Any) -> str:
+def shown(value: object) -> str:
     """A value of a file, short enough for a message."""
     text = repr(value) if not isinstance(value, dict) else "a table"
     return text if len(text) <= 60 else text[:57] + "…"

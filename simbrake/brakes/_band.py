@@ -2,8 +2,8 @@
 
 import abc
 import math
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterable
+from typing import Any, NamedTuple, TypeAlias
 
 import equinox as eqx
 import jax
@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from .._base._faults import Fault
-from .._base._quantity import Over, Part, Scalar, as_number, quantity, short_for
+from .._base._quantity import Over, Part, Scalar, Values, as_number, quantity, short_for
 from ..hybrid._arrays import Array
 
 
@@ -33,6 +33,9 @@ def tension_ratio(fz: Float[Array, " n"]) -> tuple[Float[Array, " n"], Bool[Arra
     return (1 + safe) / (1 - safe), locked
 
 
+_Vectors: TypeAlias = tuple[Float[Array, " n"]]
+
+
 @jax.custom_jvp
 def product(mu: Float[Array, " n"]) -> Float[Array, ""]:
     """`∏ μ_i` of ratios that are never 0."""
@@ -40,7 +43,7 @@ def product(mu: Float[Array, " n"]) -> Float[Array, ""]:
 
 
 @product.defjvp
-def _(primals, tangents):
+def _(primals: _Vectors, tangents: _Vectors) -> tuple[Array, Array]:
     # the general rule of jnp.prod costs n products; here no factor is 0
     (mu,), (d_mu,) = primals, tangents
     whole = jnp.prod(mu)
@@ -63,7 +66,7 @@ def running_product(mu: Float[Array, " n"]) -> Float[Array, " n"]:
 
 
 @running_product.defjvp
-def _(primals, tangents):
+def _(primals: _Vectors, tangents: _Vectors) -> tuple[Array, Array]:
     (mu,), (d_mu,) = primals, tangents
     running = running_product(mu)
     return running, running * _running(jnp.add, d_mu / mu, 0.0)
@@ -76,7 +79,7 @@ def sliding_ratio(fz: Float[Array, " n"]) -> Float[Array, ""]:
 
 
 @sliding_ratio.defjvp
-def _(primals, tangents):
+def _(primals: _Vectors, tangents: _Vectors) -> tuple[Array, Array]:
     # d ln Π = Σ 2 d(f_i z_i)/(1 − (f_i z_i)²)
     (fz,), (d_fz,) = primals, tangents
     ratio = sliding_ratio(fz)
@@ -100,7 +103,7 @@ class LiningForces(NamedTuple):
     `tension` is `None` where no band presses the linings.
     """
 
-    tension: Any
+    tension: Values
     friction: Float[Array, " n"]
     normal: Float[Array, " n"]
     at_limit: Bool[Array, " n"]
@@ -192,7 +195,7 @@ def sliding_tensions(
     mrw = jnp.broadcast_to(jnp.asarray(centrifugal_force, c.dtype), c.shape)
     f = jnp.broadcast_to(f, c.shape)
 
-    def lining(before, one):
+    def lining(before: Array, one: tuple[Array, ...]) -> tuple[Array, tuple[Array, ...]]:
         f, c, s, ma, mrw = one
         after = (before * (c + f * s) - ma - f * mrw) / (c - f * s)
         lifted = (after + before) * s < mrw
@@ -229,7 +232,7 @@ def chord_tensions(T_0: Float[Array, ""], f: Float[Array, "..."], beta: Float[Ar
 # --- compliance -------------------------------------------------------------------------------------------------------
 
 
-def tension_rise(f: Any, angle: Any) -> Float[Array, ""]:
+def tension_rise(f: Values, angle: Values) -> Float[Array, ""]:
     """`S_H/S_C = exp(Σ f_i α_i)` of sliding linings; `f` a number or (n,), `angle` (n,) in rad."""
     return jnp.exp(jnp.sum(jnp.asarray(f) * jnp.asarray(angle)))
 
@@ -250,22 +253,22 @@ class AbstractStiffness(Part):
     """
 
     @abc.abstractmethod
-    def stiffness(self, f: Any, angle: Any, radius: Any) -> Float[Array, ""]:
+    def stiffness(self, f: Values, angle: Values, radius: Values) -> Float[Array, ""]:
         """`C = S_H/Δl` in N/m, linkage included."""
 
     def faults(self, path: str, n: int) -> list[Fault]:
         """What does not fit `n` linings, beyond the ranges of single numbers (concrete values only)."""
         return []
 
-    def compliance(self, f: Any, angle: Any, radius: Any) -> Float[Array, ""]:
+    def compliance(self, f: Values, angle: Values, radius: Values) -> Float[Array, ""]:
         """`c = Δl/S_C = e^{Σfα}/C` in m/N, the `C_i` of K-8, linkage included."""
         return tension_rise(f, angle) / self.stiffness(f, angle, radius)
 
-    def elongation(self, slack_tension: Any, f: Any, angle: Any, radius: Any) -> Float[Array, ""]:
+    def elongation(self, slack_tension: Values, f: Values, angle: Values, radius: Values) -> Float[Array, ""]:
         """`Δl = c S_C` in m for the slack tension `S_C` (N)."""
         return jnp.asarray(slack_tension) * self.compliance(f, angle, radius)
 
-    def bare_angle(self, n: int) -> Any:
+    def bare_angle(self, n: int) -> Scalar | float:
         """Angle (rad) on the pulley that no lining covers: `Σ β_i` of the gaps."""
         return 0.0
 
@@ -281,7 +284,7 @@ class GivenStiffness(AbstractStiffness):
 
     value: Scalar = quantity("N/m", "stiffness at the tight end", positive=True)
 
-    def stiffness(self, f, angle, radius):
+    def stiffness(self, f: Values, angle: Values, radius: Values) -> Float[Array, ""]:
         return jnp.asarray(self.value)
 
 
@@ -301,10 +304,10 @@ class AbstractGeometry(AbstractStiffness):
     linkage: eqx.AbstractVar[Any]
 
     @abc.abstractmethod
-    def stretch(self, f: Any, angle: Any, radius: Any) -> Float[Array, ""]:
+    def stretch(self, f: Values, angle: Values, radius: Values) -> Float[Array, ""]:
         """`Δl/S_C` in m/N of the band alone."""
 
-    def stiffness(self, f: Any, angle: Any, radius: Any) -> Float[Array, ""]:
+    def stiffness(self, f: Values, angle: Values, radius: Values) -> Float[Array, ""]:
         return _in_series(tension_rise(f, angle) / self.stretch(f, angle, radius), self.linkage)
 
 
@@ -333,7 +336,7 @@ class LiningsOnPlates(AbstractGeometry):
     linkage: Scalar | None = quantity("N/m", "stiffness of anchor and linkage", positive=True, default=None)
     halved_ends: bool = eqx.field(static=True, default=False)  # pyright: ignore
 
-    def stretch(self, f, angle, radius):
+    def stretch(self, f: Values, angle: Values, radius: Values) -> Float[Array, ""]:
         angle = jnp.asarray(angle)
         steps = jnp.broadcast_to(jnp.asarray(f), angle.shape) * angle
         after = jnp.exp(jnp.cumsum(steps))
@@ -343,14 +346,14 @@ class LiningsOnPlates(AbstractGeometry):
         ends = (0.5 if self.halved_ends else 1.0) * (self.slack_end + self.tight_end * after[-1])
         return arcs + (gaps + ends) / (jnp.asarray(self.modulus) * self.area)
 
-    def per_angle(self, radius: Scalar) -> Float[Array, ""]:
+    def per_angle(self, radius: Values) -> Float[Array, ""]:
         """`k`: tension (N) per unit of elongation and angle of an arc under a lining."""
         return jnp.asarray(self.modulus) * self.area / radius
 
-    def bare_angle(self, n):
+    def bare_angle(self, n: int) -> Scalar | float:
         return np.sum(np.broadcast_to(np.asarray(self.gap), (n - 1,)))
 
-    def faults(self, path, n):
+    def faults(self, path: str, n: int) -> list[Fault]:
         shape = np.shape(self.gap)
         if shape in ((), (n - 1,)):
             return []
@@ -374,7 +377,7 @@ class BondedLinings(LiningsOnPlates):
     lining_area: Scalar = quantity("m^2", "cross-section of the linings", low=0.0, kw_only=True)
     lining_radius: Scalar = quantity("m", "radius of the linings' middle", positive=True, kw_only=True)
 
-    def per_angle(self, radius):
+    def per_angle(self, radius: Values) -> Float[Array, ""]:
         return super().per_angle(radius) + self.lining_modulus * self.lining_area / self.lining_radius
 
 
@@ -406,7 +409,7 @@ class ContinuousLining(AbstractGeometry):
     tight_end: Scalar = quantity("m", "free length at the tight end", low=0.0, default=0.0)
     linkage: Scalar | None = quantity("N/m", "stiffness of anchor and linkage", positive=True, default=None)
 
-    def stretch(self, f, angle, radius):
+    def stretch(self, f: Values, angle: Values, radius: Values) -> Float[Array, ""]:
         f, angle = jnp.asarray(f), jnp.asarray(angle)
         E_1, E_2 = jnp.asarray(self.modulus), jnp.asarray(self.lining_modulus)
         slack = E_1 * self.slack_area / radius + E_2 * self.slack_lining_area / self.lining_radius
@@ -422,11 +425,11 @@ class ContinuousLining(AbstractGeometry):
         return jnp.sum(of_slack) / slack + jnp.sum(of_tight) / tight + ends
 
     @property
-    def longest_wrap(self):
+    def longest_wrap(self) -> float:
         return 4 * math.pi  # the tongue passes the slot once
 
 
-def _as_bands(bands: Any) -> tuple[AbstractStiffness, ...]:
+def _as_bands(bands: Iterable[AbstractStiffness | float]) -> tuple[AbstractStiffness, ...]:
     return tuple(band if isinstance(band, AbstractStiffness) else GivenStiffness(as_number(band)) for band in bands)
 
 
@@ -447,28 +450,28 @@ class ParallelBands(AbstractStiffness):
     bands: tuple[AbstractStiffness, ...] = eqx.field(converter=_as_bands)
     linkage: Scalar | None = quantity("N/m", "stiffness that the bands have in common", positive=True, default=None)
 
-    def stiffness(self, f, angle, radius):
+    def stiffness(self, f: Values, angle: Values, radius: Values) -> Float[Array, ""]:
         own = [band.stiffness(f, angle, radius) for band in self.bands]
         return _in_series(jnp.asarray(sum(own)), self.linkage)
 
-    def shares(self, f: Any, angle: Any, radius: Any) -> Float[Array, " k"]:
+    def shares(self, f: Values, angle: Values, radius: Values) -> Float[Array, " k"]:
         """Share of every tension that each band has; they sum to 1."""
         return lever_split(jnp.stack([band.compliance(f, angle, radius) for band in self.bands]), 1.0)
 
-    def bare_angle(self, n):
+    def bare_angle(self, n: int) -> Scalar | float:
         return max(band.bare_angle(n) for band in self.bands)
 
     @property
-    def longest_wrap(self):
+    def longest_wrap(self) -> float:
         return min(band.longest_wrap for band in self.bands)
 
-    def faults(self, path, n):
+    def faults(self, path: str, n: int) -> list[Fault]:
         if not self.bands:
             return [Fault(f"{path}.bands", "there is no band", "give a stiffness or a geometry for each")]
         return [fault for i, band in enumerate(self.bands) for fault in band.faults(f"{path}.bands[{i}]", n)]
 
 
-def lever_split(compliances: Any, tension: Any) -> Float[Array, " k"]:
+def lever_split(compliances: Values, tension: Values) -> Float[Array, " k"]:
     """Slack tensions (N) of bands in parallel under one lever that gives the sum `S`, with equal elongation.
 
         S_i = S/(c_i Σ_j 1/c_j)                                                                                   (K-8)

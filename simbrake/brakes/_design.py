@@ -16,6 +16,7 @@ from .._base._quantity import (
     Over,
     Part,
     Scalar,
+    Values,
     Whole,
     faults_of_sizes,
     part,
@@ -95,7 +96,7 @@ class AbstractLinings(Part):
         def friction(self) -> AbstractFriction: ...
 
         @property
-        def area(self) -> Any: ...
+        def area(self) -> Scalar | None: ...
     else:
         friction: eqx.AbstractVar[AbstractFriction]
         area: eqx.AbstractVar[Any]
@@ -180,7 +181,7 @@ class Bandage(Part):
     )
 
 
-def unloaded(pair: AbstractLinings | Bandage, v: Any, T: Any) -> AnyContact:
+def unloaded(pair: AbstractLinings | Bandage, v: Float[Array, " n"], T: Float[Array, "..."] | None) -> AnyContact:
     """The contact of surfaces without load, at slip speeds `v` (n,) and temperatures `T` (K; `None`: none known).
 
     As in a run it has a pressure only where the pair has areas; or where the law cannot do without one. States of the
@@ -224,19 +225,19 @@ class AbstractBrake(Part):
         def linings(self) -> AbstractLinings: ...
 
         @property
-        def inertia(self) -> Any: ...
+        def inertia(self) -> Scalar: ...
     else:
         linings: eqx.AbstractVar[AbstractLinings]
         inertia: eqx.AbstractVar[Any]
 
     @property
     @abc.abstractmethod
-    def track_radius(self) -> Any:
+    def track_radius(self) -> Scalar:
         """Radius (m) of the friction track: its speed is that of what cools it."""
 
     @property
     @abc.abstractmethod
-    def radius(self) -> Any:
+    def radius(self) -> Scalar:
         """Radius (m) at which the friction of the linings acts."""
 
     @property
@@ -249,7 +250,7 @@ class AbstractBrake(Part):
         """Friction pairs by name, first the one on which the lever acts."""
         return {"external": PairPlace("linings", f"{self.words.lining}s on the {self.words.body}")}
 
-    def rubbing_part(self, pair: str) -> Any:
+    def rubbing_part(self, pair: str) -> "AbstractLinings | Bandage":
         """The part that describes the linings of a friction pair: their law, their areas."""
         return getattr(self, self.pairs[pair].field)
 
@@ -274,7 +275,7 @@ class AbstractBrake(Part):
         return False
 
     @abc.abstractmethod
-    def torque(self, force: Any, f: Float[Array, " n"]) -> Float[Array, ""]:
+    def torque(self, force: Values, f: Float[Array, " n"]) -> Float[Array, ""]:
         """Torque (N·m) of linings that slide ahead with the coefficients `f` under the `force` (N) of the lever."""
 
     @abc.abstractmethod
@@ -314,30 +315,30 @@ class Brake(AbstractBrake):
     )
 
     @property
-    def inertia(self) -> Any:
+    def inertia(self) -> Scalar:
         return self.pulley.inertia
 
     @property
-    def track_radius(self) -> Any:
+    def track_radius(self) -> Scalar:
         return self.pulley.radius
 
     @property
-    def radius(self) -> Any:
+    def radius(self) -> Scalar:
         return self.band.radius
 
     @property
-    def pairs(self):
+    def pairs(self) -> dict[str, PairPlace]:
         on_rim = "linings on the rim"
         if self.bandage is None:
             return {"external": PairPlace("linings", on_rim)}
         return {"external": PairPlace("linings", "band on linings"), "internal": PairPlace("bandage", on_rim)}
 
     @property
-    def kind(self):
+    def kind(self) -> str:
         return "staged brake" if self.in_series else "resolved brake" if self.resolved else "standard brake"
 
     @property
-    def features(self):
+    def features(self) -> tuple[str, ...]:
         found = () if self.band.segments is None else ("each on its own segment of the band",)
         return (*found, "staged") if self.in_series else found
 
@@ -345,14 +346,14 @@ class Brake(AbstractBrake):
     def banded(self) -> bool:
         return True
 
-    def torque(self, force, f):
+    def torque(self, force: Values, f: Float[Array, " n"]) -> Float[Array, ""]:
         mu = tension_ratio(grip(f, jnp.asarray(self.linings.angle)))[0]
         return jnp.asarray(self.band.radius) * force * (product(mu) - 1)
 
-    def self_locking(self, f):
+    def self_locking(self, f: Float[Array, " n"]) -> Float[Array, " n"]:
         return grip(f, jnp.asarray(self.linings.angle))
 
-    def locking_words(self, i, share):
+    def locking_words(self, i: int, share: float) -> str:
         return f"lining {i}: f·tan(β/2) = {share:.4g} ≥ 1, the band locks itself"
 
     @property
@@ -361,7 +362,7 @@ class Brake(AbstractBrake):
         sprung = self.bandage is not None and self.bandage.spring is not None
         return self.band.segments is not None or sprung
 
-    def faults_of_shape(self, path):
+    def faults_of_shape(self, path: str) -> list[Fault]:
         angle, where = np.asarray(self.linings.angle), f"{path}.linings.angle"
         if angle.ndim != 1:
             return [Fault(where, "a list of angles is needed, one per lining", "one lining: [0.5]")]
@@ -422,7 +423,9 @@ def _faults_of_pair(pair: AbstractLinings | Bandage, path: str, n: int, of: str)
     return found + faults_of_law(law, f"{path}.friction", n)
 
 
-def _faults_of_wrap(stiffness: Any, angle: np.ndarray, where: str, path: str) -> list[Fault]:
+def _faults_of_wrap(
+    stiffness: Scalar | AbstractStiffness | None, angle: np.ndarray, where: str, path: str
+) -> list[Fault]:
     wrap, longest, gaps = np.sum(angle), 2 * math.pi, ""
     if isinstance(stiffness, AbstractStiffness):
         found = stiffness.faults(path, angle.size)
@@ -465,7 +468,7 @@ def under_a_band(brake: AbstractBrake) -> Brake:
     return brake
 
 
-def _still_friction(linings: Lining, temperature: Any) -> Float[Array, " n"]:
+def _still_friction(linings: Lining, temperature: Values | None) -> Float[Array, " n"]:
     law, n = linings.friction, linings.count
     if temperature is None and needs(law, n).T:
         raise ValueError("the friction law looks at the temperature: give it")
@@ -473,7 +476,7 @@ def _still_friction(linings: Lining, temperature: Any) -> Float[Array, " n"]:
     return jnp.broadcast_to(law.kinetic(unloaded(linings, jnp.zeros(n), T)), (n,))
 
 
-def stiffness_of(brake: Brake, temperature: Any = None) -> Float[Array, ""] | None:
+def stiffness_of(brake: Brake, temperature: Values | None = None) -> Float[Array, ""] | None:
     """Stiffness `C` of a brake's band in N/m, given or from its geometry; `None` for a rigid band.
 
     The friction along a geometry is the linings' kinetic coefficient at zero speed, without pressure, and at the
@@ -487,7 +490,7 @@ def stiffness_of(brake: Brake, temperature: Any = None) -> Float[Array, ""] | No
     return stiffness.stiffness(f, jnp.asarray(brake.linings.angle), jnp.asarray(brake.band.radius))
 
 
-def tension_shares(brake: Brake, temperature: Any = None) -> Float[Array, " k"]:
+def tension_shares(brake: Brake, temperature: Values | None = None) -> Float[Array, " k"]:
     """Share of every tension that each of a brake's parallel bands has (K-8); `[1]` where there is one band.
 
     Raises `InputError` for a brake without a band.
