@@ -197,9 +197,7 @@ def number(
     if value is None or not np.isfinite(value):
         return Number("—")
     x = float(value)
-    factor, offset, name = scale(
-        unit, abs(x) if beside is None else beside, absolute=unit == "K" if absolute is None else absolute
-    )
+    factor, offset, name = scale(unit, abs(x) if beside is None else beside, absolute=absolute is not False)
     return Number(digits(x * factor + offset, count), name, repr(x), pretty(unit))
 
 
@@ -211,9 +209,7 @@ def numbers(values: Any, unit: str = "", *, absolute: bool | None = None, count:
     if array.size == 0:
         return Number("none")
     flat = array.ravel()
-    factor, offset, name = scale(
-        unit, float(np.abs(flat).max()), absolute=unit == "K" if absolute is None else absolute
-    )
+    factor, offset, name = scale(unit, float(np.abs(flat).max()), absolute=absolute is not False)
     shown = [digits(x * factor + offset, count) for x in flat]
     exact = ", ".join(repr(x) for x in flat.tolist()) if flat.size <= 100 else ""
     if array.size > 1 and np.ptp(flat) <= 1e-12 * np.abs(flat).max():

@@ -4,12 +4,9 @@ import csv
 from importlib import resources
 from typing import NamedTuple
 
-import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float
 
 from .._base._quantity import Part, Scalar, quantity
-from ..hybrid._arrays import Array
 
 ROOM = 293.15  # K, reference of properties where nothing else is said (20 °C)
 
@@ -27,12 +24,6 @@ class Material(Part):
     conductivity_slope: Scalar | None = quantity("1/K", "relative change of conductivity per kelvin", default=None)
     specific_heat_slope: Scalar | None = quantity("1/K", "relative change of specific heat per kelvin", default=None)
     reference: Scalar = quantity("K", "temperature at which the properties hold", positive=True, default=ROOM)
-
-    def conductivity_at(self, T: Float[Array, "..."]) -> Float[Array, "..."]:
-        """`λ(T)` in W/(m·K)."""
-        if self.conductivity_slope is None:
-            return jnp.broadcast_to(jnp.asarray(self.conductivity), jnp.shape(T))
-        return self.conductivity * (1 + self.conductivity_slope * (T - self.reference))
 
     @property
     def diffusivity(self) -> Scalar:
