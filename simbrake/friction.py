@@ -80,7 +80,9 @@ class SurfaceState(NamedTuple):
 
     def contact(self, v: Any, p: Any = None, q: Any = None) -> AnyContact:
         """The contact at slip speeds `v`, pressures `p` and friction powers per area `q`."""
-        return Contact(v, self.T, p) if self.memory is None else _ContactWithMemory(v, self.T, p, self.memory, q)
+        if self.memory is None:
+            return Contact(v, self.T, p)
+        return _ContactWithMemory(v, self.T, p, self.memory, q)  # pyright: ignore
 
 
 def continued(coefficient: Callable[[Array], Array], v: Array) -> Array:
@@ -209,6 +211,7 @@ def faults_of_memory(law: AbstractFriction, path: str, n: int) -> list[Fault]:
 
 def _faults_of_rates(law: AbstractFriction, path: str, n: int) -> list[Fault]:
     contact = contact_like(law, n)[1]
+    assert contact is not None
     try:
         rates = jax.eval_shape(_rates, law, contact)
     except Exception as error:
@@ -489,7 +492,7 @@ class TabulatedFade(AbstractFactor):
     def faults(self, path: str) -> list[Fault]:
         if not _is_table(self.temperature, self.values):
             return [Fault(path, "the table needs temperatures and factors of one length, at least 2")]
-        rises = np.all(np.diff(np.asarray(self.temperature)) > 0)
+        rises = np.all(np.diff(np.asarray(self.temperature, float)) > 0)
         return [] if rises else [Fault(f"{path}.temperature", "the temperatures must increase")]
 
     def temperature_range(self) -> Bounds | None:

@@ -90,7 +90,7 @@ def one_function(function: Callable[[jax.Array], PyTree], numbers: jax.Array) ->
     return set_xla_metadata(function(numbers), **{_MARK: "true"}, inlineable="false")
 
 
-def run_device() -> jax.Device:
+def run_device() -> Any:
     """The device of single runs and of studies of few runs: a CPU, also where JAX finds an accelerator.
 
     Steps of one brake are much too small for an accelerator, which would take thousands of times as long. Another

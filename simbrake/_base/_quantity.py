@@ -264,13 +264,13 @@ def _hints(cls: type) -> dict[str, object]:
         return {}
 
 
-def alternatives(hint: object) -> tuple[object, ...]:
+def alternatives(hint: object) -> tuple[Any, ...]:
     """The members of a union, or the hint alone."""
     origin = typing.get_origin(hint)
     return typing.get_args(hint) if origin in (typing.Union, types.UnionType) else (hint,)
 
 
-def _faults_of_kind(path: str, value: object, kinds: tuple[object, ...]) -> list[Fault]:
+def _faults_of_kind(path: str, value: object, kinds: tuple[Any, ...]) -> list[Fault]:
     """A value that is none of the parts that its field names; fields that may hold anything else are left alone."""
     parts = [kind for kind in kinds if isinstance(kind, type) and issubclass(kind, eqx.Module)]
     if not parts or set(kinds) - {*parts, type(None)} or isinstance(value, tuple(kinds)):

@@ -275,11 +275,11 @@ class AbstractBrake(Part):
         return False
 
     @abc.abstractmethod
-    def torque(self, force: Values, f: Float[Array, " n"]) -> Float[Array, ""]:
+    def torque(self, force: Values, f: Float[Array, "..."]) -> Float[Array, ""]:
         """Torque (N·m) of linings that slide ahead with the coefficients `f` under the `force` (N) of the lever."""
 
     @abc.abstractmethod
-    def self_locking(self, f: Float[Array, " n"]) -> Float[Array, " n"]:
+    def self_locking(self, f: Float[Array, "..."]) -> Float[Array, " n"]:
         """How near each lining is to locking itself with the coefficients `f`: it does so from 1 on."""
 
     @abc.abstractmethod
@@ -346,11 +346,11 @@ class Brake(AbstractBrake):
     def banded(self) -> bool:
         return True
 
-    def torque(self, force: Values, f: Float[Array, " n"]) -> Float[Array, ""]:
+    def torque(self, force: Values, f: Float[Array, "..."]) -> Float[Array, ""]:
         mu = tension_ratio(grip(f, jnp.asarray(self.linings.angle)))[0]
         return jnp.asarray(self.band.radius) * force * (product(mu) - 1)
 
-    def self_locking(self, f: Float[Array, " n"]) -> Float[Array, " n"]:
+    def self_locking(self, f: Float[Array, "..."]) -> Float[Array, " n"]:
         return grip(f, jnp.asarray(self.linings.angle))
 
     def locking_words(self, i: int, share: float) -> str:

@@ -31,7 +31,7 @@ class AbstractPressedBrake(AbstractBrake):
         return self.radius
 
     @abc.abstractmethod
-    def normal(self, force: Values, f: Float[Array, " n"], back: Bool[Array, ""] | bool) -> Float[Array, " n"]:
+    def normal(self, force: Values, f: Float[Array, "..."], back: Bool[Array, ""] | bool) -> Float[Array, " n"]:
         """Normal forces `N_i` (N) on linings that slide with the coefficients `f`, the other way where `back`."""
 
     def normal_under(self, force: Values, friction: Float[Array, " n"]) -> Float[Array, " n"]:
@@ -43,13 +43,13 @@ class AbstractPressedBrake(AbstractBrake):
         """Whether friction presses a lining on, so that it can lock itself."""
         return False
 
-    def self_locking(self, f: Float[Array, " n"]) -> Float[Array, " n"]:
+    def self_locking(self, f: Float[Array, "..."]) -> Float[Array, " n"]:
         return jnp.zeros(self.linings.count)
 
     def locking_words(self, i: int, share: float) -> str:
         return f"{self.words.lining} {i} does not lock itself"
 
-    def torque(self, force: Values, f: Float[Array, " n"]) -> Float[Array, ""]:
+    def torque(self, force: Values, f: Float[Array, "..."]) -> Float[Array, ""]:
         return jnp.asarray(self.radius) * jnp.sum(f * self.normal(force, f, False))
 
 
@@ -159,7 +159,7 @@ class DiscBrake(AbstractPressedBrake):
     def radius(self) -> Float[Array, ""]:
         return self.linings.radius
 
-    def normal(self, force: Values, f: Float[Array, " n"], back: Bool[Array, ""] | bool) -> Float[Array, " n"]:
+    def normal(self, force: Values, f: Float[Array, "..."], back: Bool[Array, ""] | bool) -> Float[Array, " n"]:
         return jnp.broadcast_to(force, (self.linings.count,))
 
     def faults_of_shape(self, path: str) -> list[Fault]:
@@ -263,7 +263,7 @@ class ShoeBrake(AbstractPressedBrake):
         # sin² θ_2 − sin² θ_1 = (cos θ_1 − cos θ_2)(cos θ_1 + cos θ_2)
         return jnp.asarray(self.radius) - 0.5 * jnp.asarray(self.pin) * (jnp.cos(start) + jnp.cos(end))
 
-    def normal(self, force: Values, f: Float[Array, " n"], back: Bool[Array, ""] | bool) -> Float[Array, " n"]:
+    def normal(self, force: Values, f: Float[Array, "..."], back: Bool[Array, ""] | bool) -> Float[Array, " n"]:
         leads = jnp.where(back, -1.0, 1.0) * jnp.asarray([1.0, -1.0])
         arm = self.normal_moment - leads * f * self.friction_moment
         # a shoe that locks itself has no such force: that is for the caller to treat
@@ -273,7 +273,7 @@ class ShoeBrake(AbstractPressedBrake):
         own = friction * jnp.asarray([1.0, -1.0]) * self.friction_moment
         return (jnp.asarray(force) * self.arm + own) / self.normal_moment
 
-    def self_locking(self, f: Float[Array, " n"]) -> Float[Array, " n"]:
+    def self_locking(self, f: Float[Array, "..."]) -> Float[Array, " n"]:
         return self.friction_moment * f / self.normal_moment
 
     def locking_words(self, i: int, share: float) -> str:

@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Annotated, Any
 
 import numpy as np
@@ -110,7 +110,7 @@ def _cooled(
     covered: float | None = None,
 ) -> list[AbstractLink]:
     """Convection and radiation to the air from `area` of a place, each where it is given."""
-    given: tuple[tuple[Any, Any], ...] = ((Convection, coefficient), (Radiation, emissivity))
+    given: tuple[tuple[Callable[..., AbstractLink], Any], ...] = ((Convection, coefficient), (Radiation, emissivity))
     return [link(place, area, law, covered=covered) for link, law in given if law is not None]
 
 

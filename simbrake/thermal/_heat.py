@@ -285,10 +285,12 @@ class Heat(Part):
         for name, pair in pairs.items():
             named |= {f"{name}.{field}": getattr(pair, field) for field in ("metal", "lining", "sensed", "beyond")}
         for field, place in named.items():
-            body = None if place is None else body_at(place, by_name)
-            if place is not None and body is None:
+            if place is None:
+                continue
+            body = body_at(place, by_name)
+            if body is None:
                 found.append(Fault(f"{path}.{field}", f"there is no place {place!r}", "a body, or the face of a wall"))
-            elif body is not None and (nodes := size_of(body, place_of(place)[1])) not in (1, linings):
+            elif (nodes := size_of(body, place_of(place)[1])) not in (1, linings):
                 found.append(Fault(f"{path}.{field}", f"{place!r} has {nodes} nodes", f"1 or {linings}"))
         if not found:
             for name, pair in pairs.items():

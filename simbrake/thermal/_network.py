@@ -341,7 +341,7 @@ def faults_of_network(
             hint = "give each a capacity, or none of them: then it is a `Junction`"
             found.append(Fault(f"{where}.capacity", "0 J/K at some of its nodes", hint))
         for field in ("capacity", "temperature"):
-            shape = np.shape(getattr(body, field, None))
+            shape = np.shape(getattr(body, field, 0.0))
             if shape not in ((), (body.count,)):
                 found.append(Fault(f"{where}.{field}", f"shape {shape} does not fit {body.count} nodes"))
     touched: set[str] = {place_of(place)[0] for place in (*heated, *(source.a for source in sources))}
