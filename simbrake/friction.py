@@ -184,12 +184,32 @@ def _memory_like(law: AbstractFriction, n: int) -> PyTree:
     """Shapes of the states of a law of `n` linings."""
     try:
         return jax.eval_shape(lambda law: memory_at_start(law, n), law)
-    except Exception:  # a mistake, which `faults_of_memory` names, and the run itself
+    except Exception:  # a mistake, which `faults_of_law` names, and the run itself
         return None
 
 
-def faults_of_memory(law: AbstractFriction, path: str, n: int) -> list[Fault]:
-    """What is wrong with the states of a law of `n` linings, their rates or sizes (concrete values only)."""
+def faults_of_law(law: AbstractFriction, path: str, n: int) -> list[Fault]:
+    """What is wrong with a law, its states, and numbers that are neither one for all nor one for each lining."""
+    found = _faults_of_memory(law, path, n)
+    if not found and not _fits(law, n):
+        found = [Fault(path, f"its numbers do not fit {n} linings", f"give one number, or a list of {n}")]
+    return law.faults(path) + found
+
+
+@per_structure
+def _fits(law: AbstractFriction, n: int) -> bool:
+    """Whether a law with numbers of these shapes gives one coefficient for each of `n` linings."""
+    try:
+        contact, _ = contact_like(law, n)
+        shape = jax.eval_shape(lambda law, contact: law.kinetic(contact), law, contact).shape
+        return np.broadcast_shapes(shape, (n,)) == (n,)
+    except jax.errors.TracerArrayConversionError:
+        return True  # another mistake, which the run itself will name
+    except (TypeError, ValueError, IndexError):
+        return False
+
+
+def _faults_of_memory(law: AbstractFriction, path: str, n: int) -> list[Fault]:
     try:
         start, sizes = law.start(n), law.sizes()
     except Exception as error:  # whatever a law of somebody else raises

@@ -5,12 +5,10 @@ import math
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from .._base._compiling import per_structure
 from .._base._faults import Fault, InputError
 from .._base._quantity import (
     Over,
@@ -24,16 +22,7 @@ from .._base._quantity import (
     quantity,
     takes_values,
 )
-from ..friction import (
-    AbstractFriction,
-    AnyContact,
-    SurfaceState,
-    contact_like,
-    faults_of_memory,
-    memory_at_start,
-    needs,
-    reads,
-)
+from ..friction import AbstractFriction, AnyContact, SurfaceState, faults_of_law, memory_at_start, needs, reads
 from ..hybrid._arrays import Array
 from ._band import AbstractStiffness, ParallelBands, grip, product, tension_ratio
 
@@ -417,10 +406,10 @@ class Brake(AbstractBrake):
 
 
 def _faults_of_pair(pair: AbstractLinings | Bandage, path: str, n: int, of: str) -> list[Fault]:
-    found, law = pair.friction.faults(f"{path}.friction"), pair.friction
-    if pair.area is None and needs(law, n).p:
+    found = faults_of_law(pair.friction, f"{path}.friction", n)
+    if pair.area is None and needs(pair.friction, n).p:
         found.append(Fault(f"{path}.area", "is missing", f"the friction law{of} looks at the pressure"))
-    return found + faults_of_law(law, f"{path}.friction", n)
+    return found
 
 
 def _faults_of_wrap(
@@ -437,27 +426,6 @@ def _faults_of_wrap(
         has = "the pulley has" if longest <= 2 * math.pi else f"{math.degrees(longest):.0f}°"
         return [Fault(where, f"the linings span {math.degrees(wrap):.1f}°{gaps}", f"more than {has}")]
     return []
-
-
-def faults_of_law(law: AbstractFriction, path: str, n: int) -> list[Fault]:
-    """Numbers or states of a law that are neither one for all nor one for each of `n` linings."""
-    found = faults_of_memory(law, path, n)
-    if found or _fits(law, n):
-        return found
-    return [Fault(path, f"its numbers do not fit {n} linings", f"give one number, or a list of {n}")]
-
-
-@per_structure
-def _fits(law: AbstractFriction, n: int) -> bool:
-    """Whether a law with numbers of these shapes gives one coefficient for each of `n` linings."""
-    try:
-        contact, _ = contact_like(law, n)
-        shape = jax.eval_shape(lambda law, contact: law.kinetic(contact), law, contact).shape
-        return np.broadcast_shapes(shape, (n,)) == (n,)
-    except jax.errors.TracerArrayConversionError:
-        return True  # another mistake, which the run itself will name
-    except (TypeError, ValueError, IndexError):
-        return False
 
 
 def under_a_band(brake: AbstractBrake) -> Brake:
