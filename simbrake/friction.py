@@ -150,7 +150,7 @@ class AbstractFriction(Part):
         return 1.0
 
     def faults(self, path: str) -> list[Fault]:
-        """What cannot be right in this law, beyond the ranges of single numbers; a law of one's own may say nothing."""
+        """What cannot be right in this law, beyond the ranges of single numbers; a custom law may leave it out."""
         return []
 
     def temperature_range(self) -> Bounds | None:
@@ -482,7 +482,7 @@ class LinearFade(AbstractFactor):
 
     slope: Scalar = quantity("1/K", "loss of friction per kelvin", low=0.0, many=True)
     above: Scalar = quantity("K", "temperature at which fade begins", low=0.0, many=True)
-    floor: Scalar = quantity("1", "least factor", low=0.0, high=1.0, many=True, default=0.0)
+    floor: Scalar = quantity("1", "minimum factor", low=0.0, high=1.0, many=True, default=0.0)
     blend: Scalar | None = quantity(
         "K", "half-width of the rounded corner", low=0.0, difference=True, many=True, default=None
     )

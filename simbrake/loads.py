@@ -67,15 +67,15 @@ class TorqueLoad(AbstractLoad):
 class HookLoad(AbstractLoad):
     """A load on the hook, lowered through the tackle: `M_load = m g r_d/n`, `J_load = m (r_d/n)²`, travel `r_d φ/n`.
 
-    - `mass` `m` of all that hangs on the hook (kg); `drum_radius` `r_d` (m) to the rope; `line_count` `n` of the tackle
+    - `mass` `m` of all that hangs on the hook (kg); `drum_radius` `r_d` (m), effective; `line_count` `n`: lines strung
     - `gravity` `g` (m/s²); `drag` (N·m·s) as of bearings and an auxiliary brake
 
     Ropes are rigid and without weight, the tackle without loss.
     """
 
     mass: Scalar = quantity("kg", "mass on the hook", low=0.0)
-    drum_radius: Scalar = quantity("m", "radius of the drum to the rope", positive=True)
-    line_count: Scalar = quantity("1", "number of lines of the tackle", low=1.0)
+    drum_radius: Scalar = quantity("m", "effective drum radius", positive=True)
+    line_count: Scalar = quantity("1", "lines strung", low=1.0)
     gravity: Scalar = quantity("m/s^2", "acceleration of free fall", positive=True, default=GRAVITY)
     drag: Scalar = quantity("N*m*s", "drag torque per unit of speed", low=0.0, default=0.0)
 
@@ -111,15 +111,15 @@ class TrippingLoad(AbstractLoad):
     taken: Scalar = quantity("s", "time in the cycle at which the hook takes the string", low=0.0)
     set: Scalar = quantity("s", "time in the cycle at which the string is set into the slips", positive=True)
     period: Scalar = quantity("s", "length of a cycle", positive=True)
-    drum_radius: Scalar = quantity("m", "radius of the drum to the rope", positive=True)
-    line_count: Scalar = quantity("1", "number of lines of the tackle", low=1.0)
+    drum_radius: Scalar = quantity("m", "effective drum radius", positive=True)
+    line_count: Scalar = quantity("1", "lines strung", low=1.0)
     count: int = whole("number of cycles", high=1_000_000)
     gravity: Scalar = quantity("m/s^2", "acceleration of free fall", positive=True, default=GRAVITY)
     drag: Scalar = quantity("N*m*s", "drag torque per unit of speed", low=0.0, default=0.0)
 
     @property
     def profile(self) -> Repeated:
-        # its values bear the scale of the greatest torque
+        # its values bear the scale of the maximum torque
         most = (self.empty + self.string + (self.count - 1) * self.stand) * self.gravity * self.travel()
         times = jnp.stack([jnp.asarray(self.taken, jnp.float64), jnp.asarray(self.set, jnp.float64)])
         return Repeated(times, jnp.stack([most, most]), self.period, self.count)
@@ -166,7 +166,7 @@ class AbstractSpeedLever(AbstractProfile):
         return jnp.where(grips, jnp.clip(wanted, 0.0, self.greatest()), self.greatest())
 
     def greatest(self) -> Float[Array, ""]:
-        """Greatest slack tension (N)."""
+        """Maximum slack tension (N)."""
         return jnp.asarray(self.limit)
 
     def scale(self) -> Float[Array, ""]:
@@ -178,13 +178,13 @@ class SpeedHold(AbstractSpeedLever):
 
         T_0 = min(M_load/(R_b (Π − 1)), limit)
 
-    - `limit` (N): greatest slack tension; where fade asks for more the load runs away (event `grip_lost`)
+    - `limit` (N): maximum slack tension; where fade asks for more the load runs away (event `grip_lost`)
 
     The tension follows the friction of the hot linings, so that the power `M_load ω` goes into heat however it fades.
     For rigid bands, and laws without pressure and flash temperature.
     """
 
-    limit: Scalar = quantity("N", "greatest slack tension", positive=True)
+    limit: Scalar = quantity("N", "maximum slack tension", positive=True)
 
     def value(self, t: Real, piece: Piece) -> Real:
         return jnp.broadcast_to(jnp.asarray(self.limit, jnp.float64), np.shape(t))
@@ -206,7 +206,7 @@ class Driller(AbstractSpeedLever):
 
     - `tension`: `T_0(t)` of the other pieces, cycles of straight lines;  `speed`: `ω_r(t)` (rad/s), at the same points
     - `following`: for each point of a cycle, whether the piece that begins there follows the speed
-    - `limit` (N): greatest slack tension; where fade asks for more the load runs away (event `grip_lost`)
+    - `limit` (N): maximum slack tension; where fade asks for more the load runs away (event `grip_lost`)
     - `gain` `g` (1/s) of the correction
 
     `simbrake.programme_scene` makes one from a programme in words.
@@ -215,7 +215,7 @@ class Driller(AbstractSpeedLever):
     tension: Repeated = part(Repeated, "N")
     speed: Repeated = part(Repeated, "rad/s")  # pyright: ignore
     following: tuple[bool, ...] = eqx.field(static=True)  # pyright: ignore
-    limit: Scalar = quantity("N", "greatest slack tension", positive=True)
+    limit: Scalar = quantity("N", "maximum slack tension", positive=True)
     gain: Scalar = quantity("1/s", "correction of the speed", low=0.0, default=2.0)
 
     @property

@@ -1,4 +1,4 @@
-"""Given functions of time, as the lever's tension: constant, straight lines, repeated cycles, and of one's own."""
+"""Given functions of time, as the lever's tension: constant, straight lines, repeated cycles, custom functions."""
 
 import abc
 import dataclasses
@@ -308,7 +308,7 @@ class ExponentialRise(AbstractProfile):
 
 
 class FunctionProfile(AbstractProfile):
-    """A function of time of one's own, smooth between the `knots` given (corners and jumps).
+    """A custom function of time, smooth between the `knots` given (corners and jumps).
 
     `function(t, parameters)` must accept traced values; `parameters` is a PyTree of arrays whose numbers can be
     differentiated. `typical` is its typical magnitude. At a jump the piece before the knot is continued by its value.

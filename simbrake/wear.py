@@ -157,7 +157,7 @@ class Wear(Part):
     - `rate` `I`: law of the linings, or a number; `T_i` is the temperature that their friction law sees (the scene's
       heat part), else the law's reference temperature. On a staged brake the faces that rub on the band
     - `internal`: the same for the faces of a staged brake's linings that rub on the rim; `None`: they do not wear
-    - `worn` (m), a number or (n,): thickness that had been worn off before the run;  `permissible` (m): greatest wear
+    - `worn` (m), a number or (n,): thickness that had been worn off before the run;  `permissible` (m): maximum wear
     - `thickness` (m): of a new lining
     - `geometry`, `heat`: whether the thickness worn before the run lowers the band circle, and the lining in the heat
       part; `take_up_speed` (m/s): speed at which the lever draws in the slack that wear has left (`worn_scene`
@@ -252,7 +252,7 @@ def worn_scene(scene: Any) -> Any:
         heat            lumps of linings: C' = C s_i, conductances from them G' = G/s_i, s_i = 1 − h_i/δ;
                         `TransmissionPartition`: δ_l' = δ_l − h̄.  Walls of linings: all layers by s_i (`walls_left`)
 
-    The band circle is one, so that its radius falls by the mean; nobody readjusts the linkage in between. Faces do not
+    The band circle is one, so that its radius falls by the mean; the linkage is not readjusted in between. Faces do not
     grow or shrink: the inner one stays on the rim.
     """
     if not feeds_back(scene):

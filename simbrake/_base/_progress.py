@@ -20,7 +20,7 @@ def duration(seconds: float) -> str:
     return f"{minutes // 60} h {minutes % 60:02d} min"
 
 
-#: who is told how far a run is: its time and its end (s)
+#: called with the time that a run has reached and its end (s)
 Tell: TypeAlias = Callable[[float, float], object]
 
 
@@ -151,7 +151,7 @@ class Waiting:
 
 @contextlib.contextmanager
 def waiting(progress: "Waiting | bool | None", name: str, what: str) -> Iterator[Waiting]:
-    """The `Waiting` of a caller, told what comes now, or one of one's own: `None` on a terminal, `True`, `False`."""
+    """The `Waiting` of a caller, with what comes now, or a new one (`None`: shown on a terminal only)."""
     if isinstance(progress, Waiting):
         progress.now(what)
         yield progress
@@ -162,7 +162,7 @@ def waiting(progress: "Waiting | bool | None", name: str, what: str) -> Iterator
 
 @contextlib.contextmanager
 def telling(progress: "Waiting | Tell | bool | None") -> Iterator[Tell | None]:
-    """Whom a run tells how far it is: nobody (`False`), a function of `(t, end_time)`, or as `waiting`."""
+    """What a run reports its progress to: nothing (`False`), a function of `(t, end_time)`, or as `waiting`."""
     if progress is False or callable(progress):
         yield progress or None
         return

@@ -47,7 +47,7 @@ class Over(enum.Enum):
 
 @dataclasses.dataclass(frozen=True)
 class Quantity:
-    """Unit (SI), meaning and admissible range of a number; bounds are inclusive unless `open_low`."""
+    """Unit (SI), meaning and range of a number; bounds are inclusive unless `open_low`."""
 
     unit: str
     meaning: str
@@ -67,7 +67,7 @@ class Quantity:
         return np.asarray(ok)
 
     def wanted(self, value: float) -> str:
-        """What a number that is not admitted should have been."""
+        """What a number that is out of range should have been."""
         return f"at most {LARGEST:g} in magnitude" if LARGEST < abs(value) < np.inf else self.range
 
     @property
@@ -160,7 +160,7 @@ def _converter(read: Callable[..., Any], words: str, **known: Any) -> Callable[[
 
 @dataclasses.dataclass(frozen=True)
 class Whole:
-    """Meaning and admissible range of a whole number that belongs to the structure."""
+    """Meaning and range of a whole number that belongs to the structure."""
 
     meaning: str
     low: int
@@ -225,7 +225,7 @@ def part(family: type, unit: str | None = None, **keywords: Any) -> Any:
 
 
 class Part(eqx.Module):
-    """A part of a scene, which looks at its own concrete values as soon as it is made; traced ones pass.
+    """A part of a scene, which checks its own concrete values as soon as it is made; traced ones pass.
 
     A number may be a Python or NumPy number, a list, an array, or a text with its unit, as "590 mm". Where a friction
     law, load or profile is wanted, a number stands for a constant one.
@@ -291,7 +291,7 @@ def takes_values(build: _Build) -> _Build:
     """A function that makes a part, with arguments as the fields of parts have them.
 
     What is known of a number stands in its annotation, `Annotated[float, positive("m", "thickness")]`; the signature
-    that people see has only the type. Raises `InputError` with all values that are not admissible.
+    that people see has only the type. Raises `InputError` with all values that are out of range.
     """
     hints = typing.get_type_hints(build, include_extras=True)
     about = {name: typing.get_args(hint)[1] for name, hint in hints.items() if typing.get_origin(hint) is Annotated}
@@ -454,7 +454,7 @@ _LIST = re.compile(r"\s*(?P<list>\[[^\[\]]*\])\s*(?P<unit>.*)")
 
 
 class NumberReader:
-    """Reads numbers and keeps every fault: path, value, unit, why, and what is admissible."""
+    """Reads numbers and keeps every fault: path, value, unit, why, and what is in range."""
 
     def __init__(self) -> None:
         self.faults: list[Fault] = []

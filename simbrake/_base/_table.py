@@ -192,7 +192,7 @@ def number(
     """One number (SI) for reading; `None` and what is not finite become a dash.
 
     - `absolute`: as for `scale`; by default every K is a temperature
-    - `beside`: the magnitude whose unit is taken, that of the greatest of numbers to be compared
+    - `beside`: the magnitude whose unit is taken, that of the largest of numbers to be compared
     """
     if value is None or not np.isfinite(value):
         return Number("—")

@@ -65,7 +65,7 @@ class AbstractPadPressure(Part):
 
     @abc.abstractmethod
     def peak(self, inner: Values, outer: Values) -> Float[Array, ""]:
-        """Greatest pressure over the mean `N/A`; it is that at `r_i`."""
+        """Maximum pressure over the mean `N/A`; it is that at `r_i`."""
 
     @abc.abstractmethod
     def share(self, radius: Values, inner: Values) -> Float[Array, "..."]:
@@ -75,7 +75,7 @@ class AbstractPadPressure(Part):
 class UniformWear(AbstractPadPressure):
     """A pad that has run in and wears evenly, so that `p r` is constant: `r_e = (r_o + r_i)/2`.
 
-    Its greatest pressure is `(r_o + r_i)/(2 r_i)` times the mean one.
+    Its maximum pressure is `(r_o + r_i)/(2 r_i)` times the mean one.
 
     Reference: R. G. Budynas, J. K. Nisbett, *Shigley's Mechanical Engineering Design*, calliper brakes.
     """
@@ -137,7 +137,7 @@ class Pads(AbstractLinings):
         return self.pressure.radius(self.inner_radius, self.outer_radius)
 
     def greatest_pressure(self, force: Values) -> Float[Array, "..."]:
-        """Greatest pressure (Pa) on a pad under the `force` (N)."""
+        """Maximum pressure (Pa) on a pad under the `force` (N)."""
         return jnp.asarray(force) / self.area * self.pressure.peak(self.inner_radius, self.outer_radius)
 
 
@@ -203,7 +203,7 @@ class Shoes(AbstractLinings):
 
     @property
     def peak(self) -> Float[Array, ""]:
-        """Greatest pressure over the mean `N/A`: `sin θ_a (θ_2 − θ_1)/(cos θ_1 − cos θ_2)`.
+        """Maximum pressure over the mean `N/A`: `sin θ_a (θ_2 − θ_1)/(cos θ_1 − cos θ_2)`.
 
         `θ_a` is the angle of the lining nearest to 90°.
         """
@@ -281,7 +281,7 @@ class ShoeBrake(AbstractPressedBrake):
         return f"shoe {i}: M_F/M_N = {share:.4g} ≥ 1, leading in the {leads} direction it locks itself"
 
     def greatest_pressure(self, normal: Values) -> Float[Array, "..."]:
-        """Greatest pressure (Pa) on a lining under the normal force (N)."""
+        """Maximum pressure (Pa) on a lining under the normal force (N)."""
         return jnp.asarray(normal) / self.linings.area * self.linings.peak
 
     def faults_of_shape(self, path: str) -> list[Fault]:

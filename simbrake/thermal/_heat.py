@@ -234,7 +234,7 @@ class Heat(Part):
     - `flash`: flash temperature for the friction law
     - `rim`, `linings`, `band`: places whose temperatures are reported as those of rim, linings and band; `rim` is the
       body on which the linings rub, a disc or drum as well
-    - `permissible` (K): permissible temperature of the linings; passing it is an event
+    - `permissible` (K): permissible temperature of the linings; exceeding it is an event
     """
 
     bodies: tuple[Body, ...] = eqx.field(converter=_settled)
