@@ -10,7 +10,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float, Int, PyTree
 
 from ._base._compiling import per_structure
 from ._base._faults import Fault
@@ -28,10 +28,10 @@ class _Time:
 
     __array_ufunc__ = None  # NumPy leaves arithmetic to the methods here
 
-    def __add__(self, other: Any) -> "_Time":
+    def __add__(self, other: object) -> "_Time":
         return self
 
-    def __mul__(self, other: Any) -> "_Time":
+    def __mul__(self, other: object) -> "_Time":
         if isinstance(other, _Time):
             raise TypeError("a product of two straight lines is not a straight line")
         return self
@@ -343,7 +343,7 @@ class FunctionProfile(AbstractProfile):
         return [Fault(f"{path}.knots", "the knots must increase")] if np.any(np.diff(knots) < 0) else []
 
 
-def hides_nothing(part: Any, course: Callable[[Any, Any, Any], Any]) -> bool:
+def hides_nothing(part: PyTree, course: Callable) -> bool:
     """Whether nothing short can hide between two known times in the function of time `course(part, t, piece)`.
 
     That holds where the function is a straight line on every piece, or a sum of straight lines and exponential rises.
@@ -352,7 +352,7 @@ def hides_nothing(part: Any, course: Callable[[Any, Any, Any], Any]) -> bool:
     prove it: they are zero on both sides of a jump. Found once for each structure of a part.
     """
 
-    def rises(x: Any) -> bool:
+    def rises(x: object) -> bool:
         return type(x) is ExponentialRise  # a subclass may have another value
 
     straight = jax.tree.map(lambda x: Constant(x.level) if rises(x) else x, part, is_leaf=rises)
@@ -360,8 +360,8 @@ def hides_nothing(part: Any, course: Callable[[Any, Any, Any], Any]) -> bool:
 
 
 @per_structure
-def _is_straight(part: Any, course: Callable[[Any, Any, Any], Any]) -> bool:
-    def calculate(part: Any, piece: Piece) -> None:
+def _is_straight(part: PyTree, course: Callable) -> bool:
+    def calculate(part: PyTree, piece: Piece) -> None:
         course(part, _Time(), piece)
 
     try:

@@ -7,7 +7,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, PyTree
 
 from ._base._faults import Fault, InputError
 from ._base._quantity import Over, Part, Scalar, faults_of_sizes, leaves, part, quantity, short_for
@@ -308,7 +308,7 @@ def _thinner(heat: Heat, h: Array, angle: Array, thickness: Scalar | None) -> He
                 links[k] = eqx.tree_at(lambda one: one.value, link, jnp.asarray(link.value) / share)
     heat = eqx.tree_at(lambda x: (x.bodies, x.links), heat, (tuple(bodies), tuple(links)))
 
-    def thin(part: Any) -> Any:
+    def thin(part: PyTree) -> PyTree:
         if not isinstance(part, TransmissionPartition):
             return part
         mean = jnp.sum(h * angle) / jnp.sum(angle)
@@ -391,10 +391,10 @@ def turned_scene(scene: Any) -> Any:
     if brake.in_series:
         raise InputError(_faults_of_turning(brake))
 
-    def reverse(part: Any) -> Any:
+    def reverse(part: PyTree) -> PyTree:
         tables = TabulatedFade | TabulatedFriction  # their entries are no linings
 
-        def one(x: Any) -> Any:
+        def one(x: PyTree) -> PyTree:
             return x[::-1] if not isinstance(x, tables) and np.ndim(x) == 1 and np.shape(x)[0] in (n, n - 1) else x
 
         return jax.tree.map(one, part, is_leaf=lambda x: isinstance(x, tables))

@@ -108,7 +108,7 @@ def run_device() -> Any:
 class DeviceJit:
     """`jax.jit` of a program that runs by itself: on `run_device()`, with the options for it."""
 
-    def __init__(self, function: Callable, *, static_argnames: str | tuple[str, ...] = ()):
+    def __init__(self, function: Callable, *, static_argnames: str | tuple[str, ...] = ()) -> None:
         functools.update_wrapper(self, function)
         self._function, self._static = function, static_argnames
         self._programs: dict[str, Callable[..., Any]] = {}

@@ -28,7 +28,7 @@ class Fault:
 class InputError(ValueError):
     """All faults of an input in one report."""
 
-    def __init__(self, faults: list[Fault]):
+    def __init__(self, faults: list[Fault]) -> None:
         self.faults = tuple(faults)
         count = "1 fault" if len(faults) == 1 else f"{len(faults)} faults"
         super().__init__("\n".join([f"the input has {count}:", *(f"  {fault}" for fault in faults)]))

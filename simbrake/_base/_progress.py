@@ -27,7 +27,7 @@ Tell: TypeAlias = Callable[[float, float], object]
 class Line:
     """One line on a terminal's error stream that is written over; elsewhere nothing is printed, unless `shown`."""
 
-    def __init__(self, name: str = "", shown: bool | None = None):
+    def __init__(self, name: str = "", shown: bool | None = None) -> None:
         self.name, self.shown = f"{name}: " if name else "", sys.stderr.isatty() if shown is None else shown
         self._start = time.monotonic()
 
@@ -88,7 +88,7 @@ class Waiting:
     bound, since a brake at rest is simulated in no time.
     """
 
-    def __init__(self, name: str, what: str, shown: bool | None = None, after: float = 2.0):
+    def __init__(self, name: str, what: str, shown: bool | None = None, after: float = 2.0) -> None:
         self._line, self._after = Line(name, shown), after
         self._over = threading.Event()
         self._thread = threading.Thread(target=self._tell, daemon=True)
@@ -113,7 +113,15 @@ class Waiting:
             self._come(what, done, total, inner=True)
 
     def _come(
-        self, what: str, done: int | float, total: int | float, *, unit="", bound=False, inner=False, also=""
+        self,
+        what: str,
+        done: float,
+        total: float,
+        *,
+        unit: str = "",
+        bound: bool = False,
+        inner: bool = False,
+        also: str = "",
     ) -> None:
         (doing, _, way), now = self._doing, time.monotonic()
         goes_on = way is not None and doing == what and done > way.first
@@ -185,7 +193,7 @@ class Progress:
         done: int = 0,
         what: str = "runs",
         after: float = 0.0,
-    ):
+    ) -> None:
         self.total, self.done, self._what, self._after = total, done, what, after
         self._tell = show if callable(show) else None
         self._line = Line(shown=False if callable(show) else show)

@@ -283,7 +283,7 @@ class Table(Sequence[dict[str, Any]]):
         lining         3.2
     """
 
-    def __init__(self, columns: Iterable[Column | str], rows: Iterable[Sequence | Mapping], title: str = ""):
+    def __init__(self, columns: Iterable[Column | str], rows: Iterable[Sequence | Mapping], title: str = "") -> None:
         self.columns = tuple(Column(one, left=True) if isinstance(one, str) else one for one in columns)
         self.title = title
         self._rows = [self._ordered(row) for row in rows]

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from .._base._faults import Fault, require_share
-from .._base._quantity import Over, Part, Scalar, part, quantity, short_for
+from .._base._quantity import Over, Part, Scalar, Values, part, quantity, short_for
 from ..hybrid._arrays import Array
 from ..profiles import AbstractProfile
 from ._material import Material, effusivity_share
@@ -62,11 +62,11 @@ class PowerShares(Part):
             raise ValueError(found[0].problem)
 
     @property
-    def heat(self) -> Any:
+    def heat(self) -> Scalar:
         """Share of heat, `1 − electrical − mechanical`."""
         return 1.0 - self.electrical - self.mechanical
 
-    def split(self, power: Any) -> PowerSplit:
+    def split(self, power: Values) -> PowerSplit:
         """Parts of a friction power (W), or of a friction work (J); arrays pass through."""
         return PowerSplit(self.heat * power, self.electrical * power, self.mechanical * power)
 
@@ -153,7 +153,7 @@ class TransmissionPartition(AbstractPartition):
     def transmissions(self, T: Float[Array, "..."]) -> tuple[Float[Array, "..."], Float[Array, "..."]]:
         """`K_1`, `K_2` (W/(m²·K)) at the rim temperature `T` (K)."""
 
-        def at(values: Any) -> Array:
+        def at(values: Scalar) -> Array:
             return jnp.interp(T, jnp.asarray(self.temperature), jnp.asarray(values))
 
         through = at(self.surface_layer) / self.surface_conductivity + self.lining_thickness / self.lining_conductivity
