@@ -129,18 +129,19 @@ def quantity(
     difference: bool = False,
     many: bool | Over = False,
     may_be_empty: bool = False,
-    **keywords: Any,
+    default: Any = dataclasses.MISSING,
+    kw_only: bool = False,
 ) -> Any:
     """A numeric field: an array leaf in SI units, with what a reader and a checker must know of it.
 
     The unit `SI` is that of the field in which the object stands (`holding`, or the quantity it stands for).
     """
-    default = keywords.get("default", dataclasses.MISSING)
+    keywords = {} if default is dataclasses.MISSING else {"default": default}
     low, may_be_empty = 0.0 if positive else low, may_be_empty or many is Over.GAPS or default == ()
     about = Quantity(unit, meaning, low, high, positive, difference, many, may_be_empty)
     words = ("float | Sequence[float]" if many else "float") + (" | None" if default is None else "")
     converter = _converter(in_si, words, about=about)
-    return eqx.field(converter=converter, metadata={"quantity": about}, **keywords)
+    return eqx.field(converter=converter, metadata={"quantity": about}, kw_only=kw_only, **keywords)
 
 
 class _Shown(type):
