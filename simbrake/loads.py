@@ -149,8 +149,6 @@ class AbstractSpeedLever(AbstractProfile):
     """A lever whose tension answers the speed on some of its pieces. For rigid bands, and laws without pressure and
     flash temperature: the torque is then known from the tension."""
 
-    limit: eqx.AbstractVar[Scalar]
-
     @abc.abstractmethod
     def follows(self, piece: Piece) -> Bool[Array, ""] | bool:
         """Whether the tension answers the speed on the piece."""
@@ -166,8 +164,8 @@ class AbstractSpeedLever(AbstractProfile):
         return jnp.where(grips, jnp.clip(wanted, 0.0, self.greatest()), self.greatest())
 
     def greatest(self) -> Float[Array, ""]:
-        """Maximum slack tension (N)."""
-        return jnp.asarray(self.limit)
+        """Maximum slack tension (N), the `limit` of the lever."""
+        return jnp.asarray(self.limit)  # pyright: ignore
 
     def scale(self) -> Float[Array, ""]:
         return self.greatest()

@@ -2,8 +2,8 @@
 
 import dataclasses
 import math
-from collections.abc import Callable, Sequence
-from typing import Annotated, Any
+from collections.abc import Sequence
+from typing import Annotated
 
 import numpy as np
 
@@ -110,8 +110,12 @@ def _cooled(
     covered: float | None = None,
 ) -> list[AbstractLink]:
     """Convection and radiation to the air from `area` of a place, each where it is given."""
-    given: tuple[tuple[Callable[..., AbstractLink], Any], ...] = ((Convection, coefficient), (Radiation, emissivity))
-    return [link(place, area, law, covered=covered) for link, law in given if law is not None]
+    links: list[AbstractLink] = []
+    if coefficient is not None:
+        links.append(Convection(place, area, coefficient, covered=covered))  # pyright: ignore
+    if emissivity is not None:
+        links.append(Radiation(place, area, emissivity, covered=covered))  # pyright: ignore
+    return links
 
 
 @takes_values
