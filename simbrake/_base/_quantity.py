@@ -247,7 +247,7 @@ class Part(eqx.Module):
             elif about is not None and not isinstance(value, eqx.Module):
                 found += _faults_of_leaf(Leaf(path, value, about), made=False)
             elif isinstance(known := field.metadata.get("whole"), Whole):
-                found += _faults_of_whole(path, value, known)
+                found += faults_of_whole(path, value, known)
             else:
                 maker = short_of((field.metadata.get("part"),))
                 unread = [] if maker is None else _faults_of_short(maker, value, unit_below(field, "SI"), path)
@@ -280,7 +280,7 @@ def _faults_of_kind(path: str, value: object, kinds: tuple[Any, ...]) -> list[Fa
     return [Fault(path, f"{shown(value)} is none that fits here", f"give a {names}")]
 
 
-def _faults_of_whole(path: str, value: object, about: Whole) -> list[Fault]:
+def faults_of_whole(path: str, value: Any, about: Whole) -> list[Fault]:
     if isinstance(value, bool) or not isinstance(value, int | np.integer):
         return [Fault(path, f"{shown(value)} is not a whole number", f"{about.meaning}, as in {max(about.low, 1)}")]
     if about.low <= value <= about.high:
@@ -312,7 +312,7 @@ def takes_values(build: _Build) -> _Build:
                     read = in_si(value, known)
                     value = read.tolist() if isinstance(read, np.ndarray) else read
             elif isinstance(known, Whole):
-                found += _faults_of_whole(name, value, known)
+                found += faults_of_whole(name, value, known)
             elif (family := short_of(alternatives(plain.get(name)))) is not None:
                 value = family(value)
             bound.arguments[name] = value
