@@ -1,18 +1,17 @@
 """Friction laws of a lining, `f(v, T, p)`, with fade, pressure and states of their own."""
 
 import abc
-import functools
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float, PyTree
 
-from ._base._compiling import Skeleton, read_by, skeleton
+from ._base._compiling import per_structure, read_by
 from ._base._faults import Fault
-from ._base._quantity import Part, Scalar, part, quantity, short_for
+from ._base._quantity import Over, Part, Scalar, part, quantity, short_for
 from .hybrid._arrays import Array
 
 __all__ = [
@@ -68,6 +67,10 @@ else:
     AnyContact = Contact | _ContactWithMemory
 
 
+#: temperatures (K) between which a law or factor holds
+Bounds: TypeAlias = tuple[Float[Array, ""], Float[Array, ""]]
+
+
 class SurfaceState(NamedTuple):
     """What the law of a pair sees of its surfaces beside their motion: temperatures `T` (K) and its own `memory`, (n,)
     each; `None` where there is none."""
@@ -75,9 +78,11 @@ class SurfaceState(NamedTuple):
     T: Any = None
     memory: Any = None
 
-    def contact(self, v: Any, p: Any = None, q: Any = None) -> Any:
+    def contact(self, v: Any, p: Any = None, q: Any = None) -> AnyContact:
         """The contact at slip speeds `v`, pressures `p` and friction powers per area `q`."""
-        return Contact(v, self.T, p) if self.memory is None else _ContactWithMemory(v, self.T, p, self.memory, q)
+        if self.memory is None:
+            return Contact(v, self.T, p)
+        return _ContactWithMemory(v, self.T, p, self.memory, q)  # pyright: ignore
 
 
 def continued(coefficient: Callable[[Array], Array], v: Array) -> Array:
@@ -111,14 +116,14 @@ class AbstractFriction(Part):
     """
 
     @abc.abstractmethod
-    def kinetic(self, contact: Contact) -> Float[Array, "..."]:
+    def kinetic(self, contact: AnyContact) -> Float[Array, "..."]:
         """Coefficient while sliding."""
 
     @abc.abstractmethod
-    def static(self, contact: Contact) -> Float[Array, "..."]:
+    def static(self, contact: AnyContact) -> Float[Array, "..."]:
         """Coefficient up to which the lining sticks."""
 
-    def governing(self, contact: AnyContact, static: Any) -> Float[Array, "..."]:
+    def governing(self, contact: AnyContact, static: Bool[Array, "..."] | bool) -> Float[Array, "..."]:
         """Coefficient of linings that stick (`static`, a traced bool) or slide.
 
         A law whose two coefficients have a factor in common may say so here, where it is then found once.
@@ -126,34 +131,34 @@ class AbstractFriction(Part):
         still = contact._replace(v=jnp.zeros_like(contact.v))
         return jnp.where(static, self.static(still), self.kinetic(contact))
 
-    def start(self, n: int) -> Any:
+    def start(self, n: int) -> PyTree:
         """States of the law at the start of a run: a PyTree of numbers for all or for each of `n` linings.
 
         `None`: it has no states.
         """
         return None
 
-    def rates(self, contact: Contact) -> Any:
+    def rates(self, contact: AnyContact) -> PyTree:
         """Rates (1/s times the unit of each state) of the states `contact.memory`, a PyTree like that.
 
         They must be smooth in `v ≥ 0`. `contact.q` is the friction power per area (W/m²).
         """
         raise NotImplementedError(f"{type(self).__name__} has states and no `rates`")
 
-    def sizes(self) -> Any:
+    def sizes(self) -> PyTree:
         """Typical size of each state, a number or a PyTree like that of `start`: tolerances are in proportion to it."""
         return 1.0
 
     def faults(self, path: str) -> list[Fault]:
-        """What cannot be right in this law, beyond the ranges of single numbers; a law of one's own may say nothing."""
+        """What cannot be right in this law, beyond the ranges of single numbers; a custom law may leave it out."""
         return []
 
-    def temperature_range(self) -> tuple[Any, Any] | None:
+    def temperature_range(self) -> Bounds | None:
         """Temperatures (K) between which the law holds, `None` without bounds; a run ends where it leaves them."""
         return None
 
 
-def memory_at_start(law: AbstractFriction, n: int) -> Any:
+def memory_at_start(law: AbstractFriction, n: int) -> PyTree:
     """States of a law at the start, (n,) each; `None` of a law without."""
     found = law.start(n)
     if not jax.tree.leaves(found):
@@ -161,7 +166,7 @@ def memory_at_start(law: AbstractFriction, n: int) -> Any:
     return jax.tree.map(lambda x: jnp.broadcast_to(jnp.asarray(x, jnp.float64), (n,)), found)
 
 
-def memory_sizes(law: AbstractFriction, memory: Any) -> Any:
+def memory_sizes(law: AbstractFriction, memory: PyTree) -> PyTree:
     """Typical sizes of the states `memory` (n,) of a law."""
     sizes = law.sizes()
     if jax.tree.structure(sizes) == jax.tree.structure(0):  # one for all
@@ -171,20 +176,40 @@ def memory_sizes(law: AbstractFriction, memory: Any) -> Any:
 
 def remembers(law: AbstractFriction) -> bool:
     """Whether a law has states."""
-    return _memory_like(skeleton(law), 1) is not None
+    return _memory_like(law, 1) is not None
 
 
-@functools.lru_cache(maxsize=1024)
-def _memory_like(law: Skeleton, n: int) -> Any:
+@per_structure
+def _memory_like(law: AbstractFriction, n: int) -> PyTree:
     """Shapes of the states of a law of `n` linings."""
     try:
-        return jax.eval_shape(lambda law: memory_at_start(law, n), law.stand_in())
-    except Exception:  # a mistake, which `faults_of_memory` names, and the run itself
+        return jax.eval_shape(lambda law: memory_at_start(law, n), law)
+    except Exception:  # a mistake, which `faults_of_law` names, and the run itself
         return None
 
 
-def faults_of_memory(law: AbstractFriction, path: str, n: int) -> list[Fault]:
-    """What is wrong with the states of a law of `n` linings, their rates or sizes (concrete values only)."""
+def faults_of_law(law: AbstractFriction, path: str, n: int) -> list[Fault]:
+    """What is wrong with a law, its states, and numbers that are neither one for all nor one for each lining."""
+    found = _faults_of_memory(law, path, n)
+    if not found and not _fits(law, n):
+        found = [Fault(path, f"its numbers do not fit {n} linings", f"give one number, or a list of {n}")]
+    return law.faults(path) + found
+
+
+@per_structure
+def _fits(law: AbstractFriction, n: int) -> bool:
+    """Whether a law with numbers of these shapes gives one coefficient for each of `n` linings."""
+    try:
+        contact, _ = contact_like(law, n)
+        shape = jax.eval_shape(lambda law, contact: law.kinetic(contact), law, contact).shape
+        return np.broadcast_shapes(shape, (n,)) == (n,)
+    except jax.errors.TracerArrayConversionError:
+        return True  # another mistake, which the run itself will name
+    except (TypeError, ValueError, IndexError):
+        return False
+
+
+def _faults_of_memory(law: AbstractFriction, path: str, n: int) -> list[Fault]:
     try:
         start, sizes = law.start(n), law.sizes()
     except Exception as error:  # whatever a law of somebody else raises
@@ -205,7 +230,8 @@ def faults_of_memory(law: AbstractFriction, path: str, n: int) -> list[Fault]:
 
 
 def _faults_of_rates(law: AbstractFriction, path: str, n: int) -> list[Fault]:
-    contact = contact_like(skeleton(law), n)[1]
+    contact = contact_like(law, n)[1]
+    assert contact is not None
     try:
         rates = jax.eval_shape(_rates, law, contact)
     except Exception as error:
@@ -229,11 +255,13 @@ def _coefficients(law: AbstractFriction, contact: AnyContact) -> tuple[Array, Ar
     return law.kinetic(contact), law.static(contact._replace(v=jnp.zeros_like(contact.v)))
 
 
-def _rates(law: AbstractFriction, contact: AnyContact) -> Any:
+def _rates(law: AbstractFriction, contact: AnyContact) -> PyTree:
     return law.rates(contact)
 
 
-def contact_like(law: Skeleton, n: int, *, T: bool = True, p: bool = True) -> tuple[Any, Any]:
+def contact_like(
+    law: AbstractFriction, n: int, *, T: bool = True, p: bool = True
+) -> tuple[AnyContact, AnyContact | None]:
     """Shapes of the contact of `n` linings for the coefficients of a law, and for the rates of its states (`None`: it
     has none); with or without temperatures and pressures."""
     one = jax.ShapeDtypeStruct((n,), np.float64)
@@ -242,6 +270,7 @@ def contact_like(law: Skeleton, n: int, *, T: bool = True, p: bool = True) -> tu
     return surface.contact(one, pressure), rates
 
 
+@per_structure
 def reads(law: AbstractFriction, n: int, *, T: bool, p: bool) -> Reads:
     """On which fields of the contact of `n` linings the coefficients of a law depend.
 
@@ -249,12 +278,7 @@ def reads(law: AbstractFriction, n: int, *, T: bool, p: bool) -> Reads:
 
     Found from the lowered program, once for each structure of a law; in doubt a field counts as read (`read_by`).
     """
-    return _reads(skeleton(law), n, T, p)
-
-
-@functools.lru_cache(maxsize=1024)
-def _reads(law: Skeleton, n: int, T: bool, p: bool) -> Reads:
-    _, found = read_by(_coefficients, law.stand_in(), contact_like(law, n, T=T, p=p)[0])
+    _, found = read_by(_coefficients, law, contact_like(law, n, T=T, p=p)[0])
     return Reads(found.v, bool(found.T), bool(found.p))
 
 
@@ -276,41 +300,34 @@ class RatesRead(NamedTuple):
         return self.v or self.q
 
 
+@per_structure
 def rates_read(law: AbstractFriction, n: int, *, T: bool, p: bool) -> RatesRead | None:
     """The same of the rates of its states; `None` of a law without."""
-    return _rates_read(skeleton(law), n, T, p)
-
-
-@functools.lru_cache(maxsize=1024)
-def _rates_read(law: Skeleton, n: int, T: bool, p: bool) -> RatesRead | None:
     contact = contact_like(law, n, T=T, p=p)[1]
     if contact is None:
         return None
-    _, found = read_by(_rates, law.stand_in(), contact)
-    _, slope = read_by(_slopes, law.stand_in(), contact)
+    _, found = read_by(_rates, law, contact)
+    _, slope = read_by(_slopes, law, contact)
     return RatesRead(found.v, bool(found.T), bool(found.p), bool(found.q), slope.v or bool(slope.q))
 
 
-def _slopes(law: AbstractFriction, contact: Any) -> Any:
+def _slopes(law: AbstractFriction, contact: AnyContact) -> PyTree:
     """How the rates of a law's states change with slip speed and power together."""
     slip = (contact.v, contact.q)
     along = jax.tree.map(jnp.ones_like, slip)
     return jax.jvp(lambda slip: law.rates(contact._replace(v=slip[0], q=slip[1])), (slip,), (along,))[1]
 
 
+@per_structure
 def needs(law: AbstractFriction, n: int) -> Reads:
     """Which fields of the contact of `n` linings a law cannot do without: given as `None` they make it fail."""
-    return _needs(skeleton(law), n)
 
-
-@functools.lru_cache(maxsize=1024)
-def _needs(law: Skeleton, n: int) -> Reads:
     def fails(T: bool = True, p: bool = True) -> bool:
         try:
             contact, lasting = contact_like(law, n, T=T, p=p)
-            jax.eval_shape(_coefficients, law.stand_in(), contact)
+            jax.eval_shape(_coefficients, law, contact)
             if lasting is not None:
-                jax.eval_shape(_rates, law.stand_in(), lasting)
+                jax.eval_shape(_rates, law, lasting)
         except Exception:  # whatever None raises in a law
             return True
         return False
@@ -333,14 +350,11 @@ class ConstantFriction(AbstractFriction):
         "1", "ratio of static to kinetic friction", low=1.0, high=10.0, many=True, default=1.0
     )
 
-    def kinetic(self, contact):
+    def kinetic(self, contact: AnyContact) -> Float[Array, "..."]:
         return jnp.asarray(self.coefficient)
 
-    def static(self, contact):
+    def static(self, contact: AnyContact) -> Float[Array, "..."]:
         return jnp.asarray(self.coefficient * self.static_ratio)
-
-    def faults(self, path):
-        return []
 
 
 class StribeckFriction(AbstractFriction):
@@ -357,20 +371,32 @@ class StribeckFriction(AbstractFriction):
     stribeck_speed: Scalar = quantity("m/s", "Stribeck speed", positive=True, many=True)
     exponent: Scalar = quantity("1", "exponent of the Stribeck curve", low=1.0, high=4.0, many=True, default=2.0)
 
-    def kinetic(self, contact):
+    def kinetic(self, contact: AnyContact) -> Float[Array, "..."]:
         # slip begins at v = 0: the slope there must be that of sliding, also of an exponent of 1
         r = jnp.where(contact.v >= 0, contact.v, 0.0) / self.stribeck_speed
         positive, n = r > 0, jnp.asarray(self.exponent)
         power = r * jnp.where(positive | (n == 1), jnp.where(positive, r, 1.0) ** (n - 1), 0.0)
         return self.kinetic_coefficient + (self.static_coefficient - self.kinetic_coefficient) * jnp.exp(-power)
 
-    def static(self, contact):
+    def static(self, contact: AnyContact) -> Float[Array, "..."]:
         return jnp.asarray(self.static_coefficient)
 
-    def faults(self, path):
+    def faults(self, path: str) -> list[Fault]:
         if np.any(np.asarray(self.static_coefficient) < np.asarray(self.kinetic_coefficient)):
             return [Fault(path, "the static coefficient is below the kinetic one", "static must be ≥ kinetic")]
         return []
+
+
+def _interpolated(x: Array, at: Array, values: Array) -> Array:
+    """A monotone cubic through `values` (k,) at the places `at` (k,)."""
+    import interpax  # half a second that only tables pay
+
+    with jax.numpy_dtype_promotion("standard"):  # the library mixes integers and floats
+        return interpax.interp1d(x, at, values, method="monotonic")
+
+
+def _is_table(at: Scalar, values: Scalar) -> bool:
+    return np.ndim(at) == 1 and np.shape(at) == np.shape(values) and np.size(at) >= 2
 
 
 class TabulatedFriction(AbstractFriction):
@@ -383,25 +409,22 @@ class TabulatedFriction(AbstractFriction):
     slope, so that the table's knots need no stops of the integrator. One table serves all linings.
     """
 
-    speed: Scalar = quantity("m/s", "slip speeds of the table", low=0.0, many=True)
-    coefficient: Scalar = quantity("1", "coefficients of friction of the table", low=0.0, high=10.0, many=True)
+    speed: Scalar = quantity("m/s", "slip speeds of the table", low=0.0, many=Over.ROWS)
+    coefficient: Scalar = quantity("1", "coefficients of friction of the table", low=0.0, high=10.0, many=Over.ROWS)
     static_ratio: Scalar = quantity("1", "ratio of static friction to that at zero speed", low=1.0, default=1.0)
 
-    def kinetic(self, contact):
-        import interpax  # half a second that only tables pay
-
+    def kinetic(self, contact: AnyContact) -> Float[Array, "..."]:
         speed, coefficient = jnp.asarray(self.speed), jnp.asarray(self.coefficient)
         # (no clip: at v = 0, where slip begins, it would halve the slope)
         v = jnp.where(contact.v >= 0, jnp.minimum(contact.v, speed[-1]), 0.0)
-        with jax.numpy_dtype_promotion("standard"):  # the library mixes integers and floats
-            return interpax.interp1d(v, speed, coefficient, method="monotonic")
+        return _interpolated(v, speed, coefficient)
 
-    def static(self, contact):
+    def static(self, contact: AnyContact) -> Float[Array, "..."]:
         return jnp.asarray(self.coefficient[..., 0] * self.static_ratio)
 
-    def faults(self, path):
+    def faults(self, path: str) -> list[Fault]:
         speed, coefficient = np.asarray(self.speed), np.asarray(self.coefficient)
-        if speed.ndim != 1 or speed.shape != coefficient.shape or speed.size < 2:
+        if not _is_table(speed, coefficient):
             return [Fault(path, "the table needs speeds and coefficients of one length, at least 2")]
         if np.any(np.diff(speed) <= 0) or speed[0] != 0.0:
             return [Fault(f"{path}.speed", "the speeds must increase, from 0 upwards")]
@@ -417,14 +440,14 @@ class AbstractFactor(Part):
     """A factor of a coefficient of friction, 1 where the base law was measured. Never negative."""
 
     @abc.abstractmethod
-    def factor(self, contact: Contact) -> Float[Array, "..."]:
+    def factor(self, contact: AnyContact) -> Float[Array, "..."]:
         """The factor at surface temperature `T` (K) and pressure `p` (Pa)."""
 
-    @abc.abstractmethod
     def faults(self, path: str) -> list[Fault]:
         """What cannot be right in this factor, beyond the ranges of single numbers."""
+        return []
 
-    def temperature_range(self) -> tuple[Any, Any] | None:
+    def temperature_range(self) -> Bounds | None:
         """Temperatures (K) between which it holds, `None` if there are no bounds."""
         return None
 
@@ -459,18 +482,15 @@ class LinearFade(AbstractFactor):
 
     slope: Scalar = quantity("1/K", "loss of friction per kelvin", low=0.0, many=True)
     above: Scalar = quantity("K", "temperature at which fade begins", low=0.0, many=True)
-    floor: Scalar = quantity("1", "least factor", low=0.0, high=1.0, many=True, default=0.0)
+    floor: Scalar = quantity("1", "minimum factor", low=0.0, high=1.0, many=True, default=0.0)
     blend: Scalar | None = quantity(
         "K", "half-width of the rounded corner", low=0.0, difference=True, many=True, default=None
     )
 
-    def factor(self, contact):
+    def factor(self, contact: AnyContact) -> Float[Array, "..."]:
         w, s = None if self.blend is None else jnp.asarray(self.blend), self.slope
         lost = s * _rounded(contact.T - self.above, w)
         return self.floor + _rounded(1 - lost - self.floor, None if w is None else s * w)
-
-    def faults(self, path):
-        return []
 
 
 class TabulatedFade(AbstractFactor):
@@ -481,24 +501,21 @@ class TabulatedFade(AbstractFactor):
     The table is not extrapolated: a run that leaves it ends with the code `outside_table`.
     """
 
-    temperature: Scalar = quantity("K", "temperatures of the table", low=0.0, many=True)
-    values: Scalar = quantity("1", "factors of the table", low=0.0, high=10.0, many=True)
+    temperature: Scalar = quantity("K", "temperatures of the table", low=0.0, many=Over.ROWS)
+    values: Scalar = quantity("1", "factors of the table", low=0.0, high=10.0, many=Over.ROWS)
 
-    def factor(self, contact):
-        import interpax  # half a second that only tables pay
-
+    def factor(self, contact: AnyContact) -> Float[Array, "..."]:
         T, values = jnp.asarray(self.temperature), jnp.asarray(self.values)
-        with jax.numpy_dtype_promotion("standard"):  # the library mixes integers and floats
-            here = jnp.clip(contact.T, T[0], T[-1])
-            return interpax.interp1d(here.reshape(-1), T, values, method="monotonic").reshape(jnp.shape(contact.T))
+        here = jnp.clip(jnp.asarray(contact.T), T[0], T[-1])
+        return _interpolated(here.reshape(-1), T, values).reshape(here.shape)
 
-    def faults(self, path):
-        T, values = np.asarray(self.temperature), np.asarray(self.values)
-        if T.ndim != 1 or T.shape != values.shape or T.size < 2:
+    def faults(self, path: str) -> list[Fault]:
+        if not _is_table(self.temperature, self.values):
             return [Fault(path, "the table needs temperatures and factors of one length, at least 2")]
-        return [] if np.all(np.diff(T) > 0) else [Fault(f"{path}.temperature", "the temperatures must increase")]
+        rises = np.all(np.diff(np.asarray(self.temperature, float)) > 0)
+        return [] if rises else [Fault(f"{path}.temperature", "the temperatures must increase")]
 
-    def temperature_range(self):
+    def temperature_range(self) -> Bounds | None:
         T = jnp.asarray(self.temperature)
         return T[0], T[-1]
 
@@ -512,11 +529,8 @@ class PressureFactor(AbstractFactor):
     reference: Scalar = quantity("Pa", "reference pressure", positive=True, many=True)
     exponent: Scalar = quantity("1", "exponent of the pressure", low=-1.0, high=1.0, many=True)
 
-    def factor(self, contact):
+    def factor(self, contact: AnyContact) -> Float[Array, "..."]:
         return (1 + contact.p / self.reference) ** (-self.exponent)
-
-    def faults(self, path):
-        return []
 
 
 class ProductFriction(AbstractFriction):
@@ -531,31 +545,31 @@ class ProductFriction(AbstractFriction):
             product = one.factor(contact) if product is None else product * one.factor(contact)
         return jnp.ones(()) if product is None else product
 
-    def governing(self, contact, static):
+    def governing(self, contact: AnyContact, static: Bool[Array, "..."] | bool) -> Float[Array, "..."]:
         return self.base.governing(contact, static) * self._product(contact)
 
-    def kinetic(self, contact):
+    def kinetic(self, contact: AnyContact) -> Float[Array, "..."]:
         return self.base.kinetic(contact) * self._product(contact)
 
-    def static(self, contact):
+    def static(self, contact: AnyContact) -> Float[Array, "..."]:
         return self.base.static(contact) * self._product(contact)
 
-    def start(self, n):
+    def start(self, n: int) -> PyTree:
         return self.base.start(n)
 
-    def rates(self, contact):
+    def rates(self, contact: AnyContact) -> PyTree:
         return self.base.rates(contact)
 
-    def sizes(self):
+    def sizes(self) -> PyTree:
         return self.base.sizes()
 
-    def faults(self, path):
+    def faults(self, path: str) -> list[Fault]:
         found = self.base.faults(f"{path}.base")
         for i, one in enumerate(self.factors):
             found += one.faults(f"{path}.factors[{i}]")
         return found
 
-    def temperature_range(self):
+    def temperature_range(self) -> Bounds | None:
         bounds = [r for r in (part.temperature_range() for part in (self.base, *self.factors)) if r is not None]
         if not bounds:
             return None

@@ -1,17 +1,16 @@
 """What acts on a brake: the load on the shaft, and the lever that a driller moves."""
 
 import abc
-from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float
 
 from ._base._faults import Fault
-from ._base._quantity import Part, Scalar, part, quantity, short_for, whole
+from ._base._quantity import Part, Scalar, Values, part, quantity, short_for, whole
 from .hybrid._arrays import Array
-from .profiles import AbstractProfile, Constant, Repeated
+from .profiles import AbstractProfile, Constant, Piece, Real, Repeated
 
 __all__ = [
     "GRAVITY",
@@ -35,20 +34,20 @@ class AbstractLoad(Part):
     profile: eqx.AbstractVar[AbstractProfile]
 
     @abc.abstractmethod
-    def torque(self, t: Float[Array, ""], omega: Float[Array, ""], piece: Int[Array, ""]) -> Float[Array, ""]:
+    def torque(self, t: Real, omega: Real, piece: Piece) -> Real:
         """`M_load(t, ω)` in N·m."""
 
-    @abc.abstractmethod
     def inertia(self) -> Scalar | float:
         """Inertia it adds to the shaft at the start, in kg·m²."""
+        return 0.0
 
-    def added_inertia(self, piece: Int[Array, ""]) -> Array | None:
+    def added_inertia(self, piece: Piece) -> Array | None:
         """Inertia beyond that of the start, where the load changes in a run; `None`: it never does."""
         return None
 
-    @abc.abstractmethod
     def travel(self) -> Scalar | None:
         """Travel of the hook per radian of the pulley, in m, or `None`."""
+        return None
 
 
 @short_for(AbstractLoad)
@@ -61,42 +60,36 @@ class TorqueLoad(AbstractLoad):
     profile: AbstractProfile = part(AbstractProfile, "N*m", default_factory=lambda: Constant(0.0))
     drag: Scalar = quantity("N*m*s", "drag torque per unit of speed", low=0.0, default=0.0)
 
-    def torque(self, t, omega, piece):
+    def torque(self, t: Real, omega: Real, piece: Piece) -> Real:
         return self.profile.value(t, piece) - self.drag * omega
-
-    def inertia(self):
-        return 0.0
-
-    def travel(self):
-        return None
 
 
 class HookLoad(AbstractLoad):
     """A load on the hook, lowered through the tackle: `M_load = m g r_d/n`, `J_load = m (r_d/n)²`, travel `r_d φ/n`.
 
-    - `mass` `m` of all that hangs on the hook (kg); `drum_radius` `r_d` (m) to the rope; `line_count` `n` of the tackle
+    - `mass` `m` of all that hangs on the hook (kg); `drum_radius` `r_d` (m), effective; `line_count` `n`: lines strung
     - `gravity` `g` (m/s²); `drag` (N·m·s) as of bearings and an auxiliary brake
 
     Ropes are rigid and without weight, the tackle without loss.
     """
 
     mass: Scalar = quantity("kg", "mass on the hook", low=0.0)
-    drum_radius: Scalar = quantity("m", "radius of the drum to the rope", positive=True)
-    line_count: Scalar = quantity("1", "number of lines of the tackle", low=1.0)
+    drum_radius: Scalar = quantity("m", "effective drum radius", positive=True)
+    line_count: Scalar = quantity("1", "lines strung", low=1.0)
     gravity: Scalar = quantity("m/s^2", "acceleration of free fall", positive=True, default=GRAVITY)
     drag: Scalar = quantity("N*m*s", "drag torque per unit of speed", low=0.0, default=0.0)
 
-    def torque(self, t, omega, piece):
+    def torque(self, t: Real, omega: Real, piece: Piece) -> Real:
         return self.mass * self.gravity * self.travel() - self.drag * omega
 
-    def inertia(self):
+    def inertia(self) -> Scalar:
         return self.mass * self.travel() ** 2
 
-    def travel(self):
+    def travel(self) -> Scalar:
         return self.drum_radius / self.line_count
 
     @property
-    def profile(self):
+    def profile(self) -> Constant:
         return Constant(0.0)
 
 
@@ -118,34 +111,34 @@ class TrippingLoad(AbstractLoad):
     taken: Scalar = quantity("s", "time in the cycle at which the hook takes the string", low=0.0)
     set: Scalar = quantity("s", "time in the cycle at which the string is set into the slips", positive=True)
     period: Scalar = quantity("s", "length of a cycle", positive=True)
-    drum_radius: Scalar = quantity("m", "radius of the drum to the rope", positive=True)
-    line_count: Scalar = quantity("1", "number of lines of the tackle", low=1.0)
+    drum_radius: Scalar = quantity("m", "effective drum radius", positive=True)
+    line_count: Scalar = quantity("1", "lines strung", low=1.0)
     count: int = whole("number of cycles", high=1_000_000)
     gravity: Scalar = quantity("m/s^2", "acceleration of free fall", positive=True, default=GRAVITY)
     drag: Scalar = quantity("N*m*s", "drag torque per unit of speed", low=0.0, default=0.0)
 
     @property
-    def profile(self):
-        # its values bear the scale of the greatest torque
+    def profile(self) -> Repeated:
+        # its values bear the scale of the maximum torque
         most = (self.empty + self.string + (self.count - 1) * self.stand) * self.gravity * self.travel()
         times = jnp.stack([jnp.asarray(self.taken, jnp.float64), jnp.asarray(self.set, jnp.float64)])
         return Repeated(times, jnp.stack([most, most]), self.period, self.count)
 
-    def _mass(self, piece: Int[Array, ""]) -> Array:
+    def _mass(self, piece: Piece) -> Array:
         passed = jnp.asarray(piece, jnp.int32) - 1
         hangs = (passed >= 0) & (passed % 2 == 0)
         return self.empty + jnp.where(hangs, self.string + (passed // 2).astype(jnp.float64) * self.stand, 0.0)
 
-    def torque(self, t, omega, piece):
+    def torque(self, t: Real, omega: Real, piece: Piece) -> Real:
         return self._mass(piece) * self.gravity * self.travel() - self.drag * omega
 
-    def inertia(self):
+    def inertia(self) -> Scalar:
         return self.empty * self.travel() ** 2
 
-    def added_inertia(self, piece):
+    def added_inertia(self, piece: Piece) -> Array:
         return (self._mass(piece) - self.empty) * self.travel() ** 2
 
-    def travel(self):
+    def travel(self) -> Scalar:
         return self.drum_radius / self.line_count
 
 
@@ -157,24 +150,25 @@ class AbstractSpeedLever(AbstractProfile):
     flash temperature: the torque is then known from the tension."""
 
     @abc.abstractmethod
-    def follows(self, piece: Int[Array, ""]) -> Bool[Array, ""] | bool:
+    def follows(self, piece: Piece) -> Bool[Array, ""] | bool:
         """Whether the tension answers the speed on the piece."""
 
     @abc.abstractmethod
-    def wanted_torque(
-        self, t: Array, omega: Array, piece: Int[Array, ""], load: Array, inertia: Array
-    ) -> Float[Array, ""]:
+    def wanted_torque(self, t: Real, omega: Real, piece: Piece, load: Real, inertia: Real) -> Real:
         """Brake torque (N·m) that the driller wants at a load torque and an inertia of the shaft."""
 
-    @abc.abstractmethod
-    def greatest(self) -> Float[Array, ""]:
-        """Greatest slack tension (N)."""
-
-    def holding(self, torque: Array, gain: Array) -> Float[Array, ""]:
+    def holding(self, torque: Float[Array, ""], gain: Float[Array, ""]) -> Float[Array, ""]:
         """`T_0` (N) for a brake torque, and the torque per newton of it (m)."""
         grips = gain > 0
         wanted = torque / jnp.where(grips, gain, 1.0)
         return jnp.where(grips, jnp.clip(wanted, 0.0, self.greatest()), self.greatest())
+
+    def greatest(self) -> Float[Array, ""]:
+        """Maximum slack tension (N), the `limit` of the lever."""
+        return jnp.asarray(self.limit)  # pyright: ignore
+
+    def scale(self) -> Float[Array, ""]:
+        return self.greatest()
 
 
 class SpeedHold(AbstractSpeedLever):
@@ -182,37 +176,22 @@ class SpeedHold(AbstractSpeedLever):
 
         T_0 = min(M_load/(R_b (Π − 1)), limit)
 
-    - `limit` (N): greatest slack tension; where fade asks for more the load runs away (event `grip_lost`)
+    - `limit` (N): maximum slack tension; where fade asks for more the load runs away (event `grip_lost`)
 
     The tension follows the friction of the hot linings, so that the power `M_load ω` goes into heat however it fades.
     For rigid bands, and laws without pressure and flash temperature.
     """
 
-    limit: Scalar = quantity("N", "greatest slack tension", positive=True)
+    limit: Scalar = quantity("N", "maximum slack tension", positive=True)
 
-    def value(self, t, piece):
+    def value(self, t: Real, piece: Piece) -> Real:
         return jnp.broadcast_to(jnp.asarray(self.limit, jnp.float64), np.shape(t))
 
-    def follows(self, piece):
+    def follows(self, piece: Piece) -> bool:
         return True
 
-    def wanted_torque(self, t, omega, piece, load, inertia):
+    def wanted_torque(self, t: Real, omega: Real, piece: Piece, load: Real, inertia: Real) -> Real:
         return load
-
-    def greatest(self):
-        return jnp.asarray(self.limit)
-
-    def next_knot(self, piece):
-        return jnp.inf
-
-    def first_piece(self, t):
-        return 0
-
-    def scale(self):
-        return jnp.asarray(self.limit)
-
-    def faults(self, path, low):
-        return []
 
 
 class Driller(AbstractSpeedLever):
@@ -225,7 +204,7 @@ class Driller(AbstractSpeedLever):
 
     - `tension`: `T_0(t)` of the other pieces, cycles of straight lines;  `speed`: `ω_r(t)` (rad/s), at the same points
     - `following`: for each point of a cycle, whether the piece that begins there follows the speed
-    - `limit` (N): greatest slack tension; where fade asks for more the load runs away (event `grip_lost`)
+    - `limit` (N): maximum slack tension; where fade asks for more the load runs away (event `grip_lost`)
     - `gain` `g` (1/s) of the correction
 
     `simbrake.programme_scene` makes one from a programme in words.
@@ -234,41 +213,35 @@ class Driller(AbstractSpeedLever):
     tension: Repeated = part(Repeated, "N")
     speed: Repeated = part(Repeated, "rad/s")  # pyright: ignore
     following: tuple[bool, ...] = eqx.field(static=True)  # pyright: ignore
-    limit: Scalar = quantity("N", "greatest slack tension", positive=True)
+    limit: Scalar = quantity("N", "maximum slack tension", positive=True)
     gain: Scalar = quantity("1/s", "correction of the speed", low=0.0, default=2.0)
 
     @property
     def knot_count(self) -> int:
         return self.tension.knot_count
 
-    def follows(self, piece):
+    def follows(self, piece: Piece) -> Bool[Array, ""]:
         k = len(self.following)
         inside = (piece > 0) & (piece < self.knot_count)
         # constants of the program are searched by a mask, as the points of a profile are
         here = jnp.arange(k, dtype=jnp.int32) == (jnp.asarray(piece, jnp.int32) - 1) % k
         return inside & jnp.any(here & np.asarray(self.following))
 
-    def wanted_torque(self, t, omega, piece, load, inertia):
+    def wanted_torque(self, t: Real, omega: Real, piece: Piece, load: Real, inertia: Real) -> Real:
         reference = self.speed.value(t, piece)
         slope = self.speed.slope(piece)
         return load - inertia * (slope - self.gain * (omega - reference))
 
-    def greatest(self):
-        return jnp.asarray(self.limit)
-
-    def value(self, t, piece):
+    def value(self, t: Real, piece: Piece) -> Real:
         return self.tension.value(t, piece)
 
-    def next_knot(self, piece):
+    def next_knot(self, piece: Piece) -> Float[Array, "..."] | float:
         return self.tension.next_knot(piece)
 
-    def first_piece(self, t):
+    def first_piece(self, t: Real) -> Piece:
         return self.tension.first_piece(t)
 
-    def scale(self):
-        return jnp.asarray(self.limit)
-
-    def faults(self, path, low):
+    def faults(self, path: str, low: float | None) -> list[Fault]:
         found = self.tension.faults(f"{path}.tension", low) + self.speed.faults(f"{path}.speed", 0.0)
         points = np.size(self.tension.times)
         if len(self.following) != points:
@@ -305,41 +278,38 @@ class Lever(AbstractProfile):
 
     @property
     def knot_count(self) -> int:
-        return getattr(self.force, "knot_count", 0)
+        return self.force.knot_count
 
     @property
     def gain(self) -> Float[Array, ""]:
         """`T_0/F = η l/a`."""
         return jnp.asarray(self.efficiency) * self.arm / self.slack_arm
 
-    def value(self, t, piece):
+    def value(self, t: Real, piece: Piece) -> Real:
         return self.gain * self.force.value(t, piece)
 
-    def next_knot(self, piece):
+    def next_knot(self, piece: Piece) -> Float[Array, "..."] | float:
         return self.force.next_knot(piece)
 
-    def first_piece(self, t):
+    def first_piece(self, t: Real) -> Piece:
         return self.force.first_piece(t)
 
-    def no_more_turns(self, t):
+    def no_more_turns(self, t: Real) -> Bool[Array, ""]:
         return self.force.no_more_turns(t)
 
-    def scale(self):
+    def scale(self) -> Float[Array, ""]:
         return self.gain * self.force.scale()
 
-    def faults(self, path, low):
+    def faults(self, path: str, low: float | None) -> list[Fault]:
         if isinstance(self.force, AbstractSpeedLever):
             hint = "give it as the slack tension itself"
             return [Fault(f"{path}.force", "a lever that holds the speed gives a tension, not a force", hint)]
-        found = [
-            Fault(f"{path}.{name}", f"has the shape {np.shape(value)}", "give one number")
-            for name, value in (("arm", self.arm), ("slack_arm", self.slack_arm), ("efficiency", self.efficiency))
-            if np.shape(value) != ()
-        ]
-        return found or self.force.faults(f"{path}.force", None if low is None else low / float(self.gain))
+        return self.force.faults(f"{path}.force", None if low is None else low / float(self.gain))
 
 
-def differential_lever_tension(force: Any, arm: Any, slack_arm: Any, tight_arm: Any, ratio: Any) -> Float[Array, "..."]:
+def differential_lever_tension(
+    force: Values, arm: Values, slack_arm: Values, tight_arm: Values, ratio: Values
+) -> Float[Array, "..."]:
     """Slack tension (N) in full slip of a differential brake: both ends of the band on the lever, the tight one helps.
 
         T_0 a − T_n b = F l,   T_n = Π T_0   →   T_0 = F l/(a − b Π)

@@ -1,25 +1,59 @@
-"""Given functions of time, as the lever's tension: constant, straight lines, repeated cycles, and of one's own."""
+"""Given functions of time, as the lever's tension: constant, straight lines, repeated cycles, custom functions."""
 
 import abc
+import dataclasses
 import functools
 from collections.abc import Callable, Sequence
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float, Int, PyTree
 
-from ._base._compiling import Skeleton, skeleton
+from ._base._compiling import per_structure
 from ._base._faults import Fault
-from ._base._quantity import Part, Quantity, Scalar, quantity, short_for, takes_values, whole
+from ._base._quantity import Over, Part, Quantity, Scalar, quantity, short_for, takes_values, whole
 from .hybrid._arrays import Array
 
 __all__ = ["AbstractProfile", "Constant", "ExponentialRise", "FunctionProfile", "PiecewiseLinear", "Repeated", "ramp"]
 
 #: knots of different profiles that lie closer together than this share of their time coincide
 _ROUNDING = 8 * float(np.finfo(np.float64).eps)
+
+
+class _Time:
+    """Stands for the time in a calculation: what can be done with it keeps straight lines straight, all else raises."""
+
+    __array_ufunc__ = None  # NumPy leaves arithmetic to the methods here
+
+    def __add__(self, other: object) -> "_Time":
+        return self
+
+    def __mul__(self, other: object) -> "_Time":
+        if isinstance(other, _Time):
+            raise TypeError("a product of two straight lines is not a straight line")
+        return self
+
+    def __neg__(self) -> "_Time":
+        return self
+
+    def __bool__(self) -> bool:
+        raise TypeError("a decision by the time makes corners and jumps")
+
+    __radd__ = __sub__ = __rsub__ = __add__
+    __rmul__ = __truediv__ = __mul__
+    __eq__ = __ne__ = __hash__ = None  # pyright: ignore
+
+
+if TYPE_CHECKING:
+    Real: TypeAlias = Array | float
+else:
+    #: a time, or a value at it; while the course of a profile is looked at, what stands for them (`hides_nothing`)
+    Real = Float[Array, "..."] | float | int | _Time
+#: how many known times have passed
+Piece: TypeAlias = Int[Array, "..."] | int
 
 
 class AbstractProfile(Part):
@@ -31,18 +65,23 @@ class AbstractProfile(Part):
     """
 
     @abc.abstractmethod
-    def value(self, t: Float[Array, ""], piece: Int[Array, ""]) -> Float[Array, ""]:
+    def value(self, t: Real, piece: Piece) -> Real:
         """Value at `t` on the piece named."""
 
-    @abc.abstractmethod
-    def next_knot(self, piece: Int[Array, ""]) -> Float[Array, ""] | float:
-        """The known time that ends the piece, `inf` after the last."""
+    def next_knot(self, piece: Piece) -> Float[Array, "..."] | float:
+        """The known time that ends the piece, `inf` after the last (and where there is none, as by default)."""
+        return jnp.inf
 
-    @abc.abstractmethod
-    def first_piece(self, t: Any) -> Int[Array, ""] | int:
+    def first_piece(self, t: Real) -> Piece:
         """The piece that begins at or before `t`."""
+        return 0
 
-    def no_more_turns(self, t: Float[Array, ""]) -> Bool[Array, ""]:
+    @property
+    def knot_count(self) -> int:
+        """Number of known times, where it may be large; 0 otherwise."""
+        return 0
+
+    def no_more_turns(self, t: Real) -> Bool[Array, ""]:
         """Whether no known time after `t` changes the course of the profile."""
         return jnp.isinf(self.next_knot(jnp.asarray(self.first_piece(t), jnp.int32)))
 
@@ -50,9 +89,19 @@ class AbstractProfile(Part):
     def scale(self) -> Float[Array, ""]:
         """Largest magnitude, at least roughly: the reference of dimensionless guards."""
 
-    @abc.abstractmethod
     def faults(self, path: str, low: float | None) -> list[Fault]:
-        """What cannot be right; `low` is a bound on the value, if there is one."""
+        """What cannot be right; `low` is a bound on the value, if there is one.
+
+        By default on every number of the profile that is in the unit of its value.
+        """
+        found = []
+        for field in dataclasses.fields(self):
+            about = field.metadata.get("quantity")
+            values = np.asarray(getattr(self, field.name)) if about is not None and about.unit == "SI" else np.zeros(0)
+            if low is not None and np.any(values < low):
+                what = f"{values.min():g} is below {low:g}"
+                found.append(Fault(f"{path}.{field.name}", what, "a band cannot push"))
+        return found
 
 
 def next_known_time(
@@ -90,7 +139,7 @@ def next_known_time(
     return time - jax.lax.stop_gradient(late), turns
 
 
-def _next_of(times: Any, piece: Int[Array, ""]) -> Float[Array, ""] | float:
+def _next_of(times: Scalar, piece: Piece) -> Float[Array, "..."] | float:
     """The time that ends the piece, `inf` after the last."""
     if not np.shape(times)[0]:
         return jnp.inf
@@ -105,65 +154,70 @@ class Constant(AbstractProfile):
 
     level: Scalar = quantity("SI", "level of the profile")
 
-    def value(self, t, piece):
+    def value(self, t: Real, piece: Piece) -> Real:
         return jnp.broadcast_to(jnp.asarray(self.level, jnp.float64), np.shape(t))
 
-    def next_knot(self, piece):
-        return jnp.inf
-
-    def first_piece(self, t):
-        return 0
-
-    def scale(self):
+    def scale(self) -> Float[Array, ""]:
         return jnp.abs(jnp.asarray(self.level))
 
-    def faults(self, path, low):
-        return _below(path, "level", self.level, low)
+
+def _picked(x: Float[Array, " n"], here: Bool[Array, " n"]) -> Float[Array, ""]:
+    """The entry `here`: a mask is cheaper in the loop than an indexed load, and transposes well."""
+    return jnp.sum(jnp.where(here, x, 0.0))
 
 
-class PiecewiseLinear(AbstractProfile):
+def _slopes(rise: Float[Array, " n"], span: Float[Array, " n"]) -> Float[Array, " n"]:
+    return jnp.where(span > 0, rise / jnp.where(span > 0, span, 1.0), 0.0)
+
+
+class AbstractPoints(AbstractProfile):
+    """Straight lines between points `(times, values)`."""
+
+    times: eqx.AbstractVar[Scalar]
+    values: eqx.AbstractVar[Scalar]
+
+    def scale(self) -> Float[Array, ""]:
+        return jnp.max(jnp.abs(jnp.asarray(self.values)))
+
+    def faults(self, path: str, low: float | None) -> list[Fault]:
+        times = np.asarray(self.times)
+        if times.ndim != 1 or times.shape != np.shape(self.values):
+            return [Fault(path, "times and values must be lists of one length, at least 1")]
+        found = super().faults(path, low)
+        if np.any(np.diff(times) < 0):
+            found.append(Fault(f"{path}.times", "the times must not decrease", "two equal times make a jump"))
+        return found
+
+
+class PiecewiseLinear(AbstractPoints):
     """Straight lines between points `(times, values)`, constant before the first and after the last.
 
     Two points at one time are a jump. Every point is a known time at which a step of the integrator ends.
     """
 
-    times: Scalar = quantity("s", "times of the profile's points", many=True)
-    values: Scalar = quantity("SI", "values at the profile's points", many=True)
+    times: Scalar = quantity("s", "times of the profile's points", many=Over.ROWS)
+    values: Scalar = quantity("SI", "values at the profile's points", many=Over.ROWS)
 
-    def value(self, t, piece):
+    def value(self, t: Real, piece: Piece) -> Real:
         times, values = jnp.asarray(self.times), jnp.asarray(self.values)
-        n = times.shape[0]
-        here = (
-            jnp.arange(n + 1, dtype=jnp.int32) == piece
-        )  # a mask is cheaper in the loop than an indexed load, and transposes well
-        span = jnp.diff(times)
-        slope = jnp.where(span > 0, jnp.diff(values) / jnp.where(span > 0, span, 1.0), 0.0)
+        here = jnp.arange(times.shape[0] + 1, dtype=jnp.int32) == piece
+        slope = _slopes(jnp.diff(values), jnp.diff(times))
         zero = jnp.zeros(1)
         base = jnp.concatenate([values[:1], values])
         start = jnp.concatenate([times[:1], times])
         slopes = jnp.concatenate([zero, slope, zero])
+        return _picked(base, here) + _picked(slopes, here) * (t - _picked(start, here))
 
-        def pick(x):
-            return jnp.sum(jnp.where(here, x, 0.0))
-
-        return pick(base) + pick(slopes) * (t - pick(start))
-
-    def next_knot(self, piece):
+    def next_knot(self, piece: Piece) -> Float[Array, "..."] | float:
         return _next_of(self.times, piece)
 
-    def first_piece(self, t):
+    def first_piece(self, t: Real) -> Piece:
         return jnp.sum(jnp.asarray(self.times) <= t).astype(jnp.int32)
 
-    def no_more_turns(self, t):
+    def no_more_turns(self, t: Real) -> Bool[Array, ""]:
         values = jnp.asarray(self.values)  # points may follow that all have the last value
         passed = jnp.arange(values.shape[0], dtype=jnp.int32) < self.first_piece(t) - 1
         return jnp.all(passed | (values == values[-1]))
-
-    def scale(self):
-        return jnp.max(jnp.abs(jnp.asarray(self.values)))
-
-    def faults(self, path, low):
-        return _faults_of_points(path, self.times, self.values, low)
 
 
 @takes_values
@@ -177,7 +231,7 @@ def ramp(
     return PiecewiseLinear(times=np.asarray([begin, begin + duration]), values=np.asarray([start, end]))
 
 
-class Repeated(AbstractProfile):
+class Repeated(AbstractPoints):
     """A cycle of straight lines, repeated: `count` times the points `(times, values)`, every `period`, from `begin` on.
 
     - `times` (k,) in s from the start of a cycle, not decreasing, at most `period`;  `values` (k,)
@@ -186,8 +240,8 @@ class Repeated(AbstractProfile):
     after the last it is constant. The cost of a value does not depend on the number of cycles.
     """
 
-    times: Scalar = quantity("s", "times of the points in one cycle", low=0.0, many=True)
-    values: Scalar = quantity("SI", "values at the points", many=True)
+    times: Scalar = quantity("s", "times of the points in one cycle", low=0.0, many=Over.ROWS)
+    values: Scalar = quantity("SI", "values at the points", many=Over.ROWS)
     period: Scalar = quantity("s", "length of a cycle", positive=True)
     count: int = whole("number of cycles", high=1_000_000)
     begin: Scalar = quantity("s", "start of the first cycle", default=0.0)
@@ -196,51 +250,38 @@ class Repeated(AbstractProfile):
     def knot_count(self) -> int:
         return self.count * int(np.shape(self.times)[0])
 
-    def value(self, t, piece):
+    def value(self, t: Real, piece: Piece) -> Real:
         times, values = jnp.asarray(self.times), jnp.asarray(self.values)
         k = times.shape[0]
         passed = jnp.clip(piece - 1, 0, self.knot_count - 1)
         cycle, point = passed // k, passed % k
         here = jnp.arange(k, dtype=jnp.int32) == point
-        span = jnp.diff(times, append=self.period + times[:1])
-        slope = jnp.where(span > 0, jnp.diff(values, append=values[:1]) / jnp.where(span > 0, span, 1.0), 0.0)
-
-        def pick(x):
-            return jnp.sum(jnp.where(here, x, 0.0))
-
-        since = t - (self.begin + cycle.astype(jnp.float64) * self.period + pick(times))
+        slope = _slopes(jnp.diff(values, append=values[:1]), jnp.diff(times, append=self.period + times[:1]))
+        since = t - (self.begin + cycle.astype(jnp.float64) * self.period + _picked(times, here))
         inside = (piece > 0) & (piece < self.knot_count)
-        return pick(values) + jnp.where(inside, pick(slope), 0.0) * since
+        return _picked(values, here) + jnp.where(inside, _picked(slope, here), 0.0) * since
 
-    def slope(self, piece: Int[Array, ""]) -> Float[Array, ""]:
+    def slope(self, piece: Piece) -> Float[Array, ""]:
         """Rate of the value on the piece named."""
         return jax.jvp(lambda t: self.value(t, piece), (jnp.zeros(()),), (jnp.ones(()),))[1]
 
-    def next_knot(self, piece):
+    def next_knot(self, piece: Piece) -> Float[Array, "..."] | float:
         times, piece = jnp.asarray(self.times), jnp.asarray(piece, jnp.int32)
         k = times.shape[0]
         here = jnp.arange(k, dtype=jnp.int32) == piece % k
-        t = self.begin + (piece // k).astype(jnp.float64) * self.period + jnp.sum(jnp.where(here, times, 0.0))
+        t = self.begin + (piece // k).astype(jnp.float64) * self.period + _picked(times, here)
         return jnp.where(piece < self.knot_count, t, jnp.inf)
 
-    def first_piece(self, t):
-        ends = (
-            self.begin
-            + np.arange(self.count, dtype=np.float64)[:, None] * self.period
-            + jnp.asarray(self.times)[None, :]
-        )
+    def first_piece(self, t: Real) -> Piece:
+        cycles = np.arange(self.count, dtype=np.float64)[:, None]
+        ends = self.begin + cycles * self.period + jnp.asarray(self.times)[None, :]
         return jnp.sum(ends <= t).astype(jnp.int32)
 
-    def scale(self):
-        return jnp.max(jnp.abs(jnp.asarray(self.values)))
-
-    def faults(self, path, low):
-        faults = _faults_of_points(path, self.times, self.values, low)
+    def faults(self, path: str, low: float | None) -> list[Fault]:
+        found = super().faults(path, low)
         if np.max(self.times, initial=0.0) > np.asarray(self.period):
-            faults.append(Fault(f"{path}.times", "a time lies beyond the period", "make the period longer"))
-        if self.count < 1:
-            faults.append(Fault(f"{path}.count", f"{self.count} cycles", "at least one"))
-        return faults
+            found.append(Fault(f"{path}.times", "a time lies beyond the period", "make the period longer"))
+        return found
 
 
 class ExponentialRise(AbstractProfile):
@@ -253,24 +294,21 @@ class ExponentialRise(AbstractProfile):
     time_constant: Scalar = quantity("s", "time constant of the rise", positive=True)
     begin: Scalar = quantity("s", "time at which the rise begins", default=0.0)
 
-    def value(self, t, piece):
+    def value(self, t: Real, piece: Piece) -> Real:
         return jnp.where(piece > 0, -self.level * jnp.expm1(-(t - self.begin) / self.time_constant), 0.0 * t)
 
-    def next_knot(self, piece):
+    def next_knot(self, piece: Piece) -> Float[Array, "..."] | float:
         return jnp.where(piece > 0, jnp.inf, self.begin)
 
-    def first_piece(self, t):
+    def first_piece(self, t: Real) -> Piece:
         return (jnp.asarray(self.begin) <= t).astype(jnp.int32)
 
-    def scale(self):
+    def scale(self) -> Float[Array, ""]:
         return jnp.abs(jnp.asarray(self.level))
-
-    def faults(self, path, low):
-        return _below(path, "level", self.level, low)
 
 
 class FunctionProfile(AbstractProfile):
-    """A function of time of one's own, smooth between the `knots` given (corners and jumps).
+    """A custom function of time, smooth between the `knots` given (corners and jumps).
 
     `function(t, parameters)` must accept traced values; `parameters` is a PyTree of arrays whose numbers can be
     differentiated. `typical` is its typical magnitude. At a jump the piece before the knot is continued by its value.
@@ -279,9 +317,9 @@ class FunctionProfile(AbstractProfile):
     function: Callable[[Any, Any], Any] = eqx.field(static=True)
     parameters: Any = None
     typical: Scalar = quantity("SI", "typical magnitude of the profile", positive=True, default=1.0)
-    knots: Scalar = quantity("s", "times of corners and jumps", many=True, default=())
+    knots: Scalar = quantity("s", "times of corners and jumps", many=Over.ROWS, default=())
 
-    def value(self, t, piece):
+    def value(self, t: Real, piece: Piece) -> Real:
         knots = jnp.asarray(self.knots)
         if knots.shape[0]:
             # stay on this side of a jump: the piece ends just before its knot
@@ -291,45 +329,21 @@ class FunctionProfile(AbstractProfile):
             t = jax.lax.stop_gradient(inside - t) + t
         return jnp.asarray(self.function(t, self.parameters), jnp.float64)
 
-    def next_knot(self, piece):
+    def next_knot(self, piece: Piece) -> Float[Array, "..."] | float:
         return _next_of(self.knots, piece)
 
-    def first_piece(self, t):
+    def first_piece(self, t: Real) -> Piece:
         return jnp.sum(jnp.asarray(self.knots) <= t).astype(jnp.int32)
 
-    def scale(self):
+    def scale(self) -> Float[Array, ""]:
         return jnp.asarray(self.typical)
 
-    def faults(self, path, low):
+    def faults(self, path: str, low: float | None) -> list[Fault]:
         knots = np.asarray(self.knots)
         return [Fault(f"{path}.knots", "the knots must increase")] if np.any(np.diff(knots) < 0) else []
 
 
-class _Time:
-    """Stands for the time in a calculation: what can be done with it keeps straight lines straight, all else raises."""
-
-    __array_ufunc__ = None  # NumPy leaves arithmetic to the methods here
-
-    def __add__(self, other: Any) -> "_Time":
-        return self
-
-    def __mul__(self, other: Any) -> "_Time":
-        if isinstance(other, _Time):
-            raise TypeError("a product of two straight lines is not a straight line")
-        return self
-
-    def __neg__(self) -> "_Time":
-        return self
-
-    def __bool__(self) -> bool:
-        raise TypeError("a decision by the time makes corners and jumps")
-
-    __radd__ = __sub__ = __rsub__ = __add__
-    __rmul__ = __truediv__ = __mul__
-    __eq__ = __ne__ = __hash__ = None  # pyright: ignore
-
-
-def hides_nothing(part: Any, course: Callable[[Any, Any, Any], Any]) -> bool:
+def hides_nothing(part: PyTree, course: Callable) -> bool:
     """Whether nothing short can hide between two known times in the function of time `course(part, t, piece)`.
 
     That holds where the function is a straight line on every piece, or a sum of straight lines and exponential rises.
@@ -338,37 +352,20 @@ def hides_nothing(part: Any, course: Callable[[Any, Any, Any], Any]) -> bool:
     prove it: they are zero on both sides of a jump. Found once for each structure of a part.
     """
 
-    def rises(x: Any) -> bool:
+    def rises(x: object) -> bool:
         return type(x) is ExponentialRise  # a subclass may have another value
 
     straight = jax.tree.map(lambda x: Constant(x.level) if rises(x) else x, part, is_leaf=rises)
-    return _is_straight(skeleton(straight), course)
+    return _is_straight(straight, course)
 
 
-@functools.lru_cache(maxsize=1024)
-def _is_straight(part: Skeleton, course: Callable[[Any, Any, Any], Any]) -> bool:
-    def calculate(part: Any, piece: Any) -> None:
+@per_structure
+def _is_straight(part: PyTree, course: Callable) -> bool:
+    def calculate(part: PyTree, piece: Piece) -> None:
         course(part, _Time(), piece)
 
     try:
-        jax.eval_shape(calculate, part.stand_in(), jax.ShapeDtypeStruct((), np.int32))
+        jax.eval_shape(calculate, part, jax.ShapeDtypeStruct((), np.int32))
     except Exception:  # every operation that is not one of straight lines
         return False
     return True
-
-
-def _faults_of_points(path: str, times: Any, values: Any, low: float | None) -> list[Fault]:
-    times, values = np.asarray(times), np.asarray(values)
-    if times.ndim != 1 or times.shape != values.shape or times.size < 1:
-        return [Fault(path, "times and values must be lists of one length, at least 1")]
-    faults = _below(path, "values", values, low)
-    if np.any(np.diff(times) < 0):
-        faults.append(Fault(f"{path}.times", "the times must not decrease", "two equal times make a jump"))
-    return faults
-
-
-def _below(path: str, name: str, value: Any, low: float | None) -> list[Fault]:
-    array = np.asarray(value)
-    if low is None or not np.any(array < low):
-        return []
-    return [Fault(f"{path}.{name}", f"{array.min():g} is below {low:g}", "a band cannot push")]

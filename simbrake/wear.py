@@ -1,20 +1,20 @@
 """Wear of the linings: its rate, and what it changes in a brake before a run."""
 
 import abc
-from typing import Any
+from typing import Any, TypeAlias
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float, PyTree
 
 from ._base._faults import Fault, InputError
-from ._base._quantity import Part, Scalar, leaves, part, quantity, short_for
+from ._base._quantity import Over, Part, Scalar, faults_of_sizes, leaves, part, quantity, short_for
 from .friction import TabulatedFade, TabulatedFriction
 from .hybrid._arrays import Array
 from .loads import AbstractSpeedLever
-from .profiles import AbstractProfile
+from .profiles import AbstractProfile, Piece, Real
 from .thermal._heat import Heat, TransmissionPartition
 from .thermal._material import ROOM
 from .thermal._network import Conductance, Lump, Wall, place_of
@@ -36,6 +36,10 @@ __all__ = [
 GAS_CONSTANT = 8.31446261815324
 
 
+#: of the rubbing face (K), `None` where a scene has none
+Temperature: TypeAlias = Float[Array, "..."] | float | None
+
+
 class AbstractWearRate(Part):
     """Wear rate `I(T)` in m³/(N·m) = 1/Pa: volume worn off per newton of load and metre of slip (Archard).
 
@@ -43,11 +47,11 @@ class AbstractWearRate(Part):
     temperature (K) of the rubbing face, `None` where the scene has none: then the law is at its reference temperature.
     """
 
-    def __call__(self, p: Any, v: Any, T: Any) -> Float[Array, "..."]:
+    def __call__(self, p: Scalar, v: Scalar, T: Temperature) -> Float[Array, "..."]:
         return self.at(T)
 
     @abc.abstractmethod
-    def at(self, T: Any) -> Float[Array, "..."]:
+    def at(self, T: Temperature) -> Float[Array, "..."]:
         """The rate at the temperature `T` (K), or at the reference temperature for `None`."""
 
 
@@ -66,7 +70,7 @@ class ConstantWear(AbstractWearRate):
 
     coefficient: Scalar = _rate_at("")
 
-    def at(self, T):
+    def at(self, T: Temperature) -> Float[Array, "..."]:
         return jnp.asarray(self.coefficient)
 
 
@@ -80,7 +84,7 @@ class LinearWear(AbstractWearRate):
     slope: Scalar = quantity("1/K", "relative rise of the wear rate per kelvin", many=True)
     reference: Scalar = quantity("K", "temperature at which the coefficient holds", positive=True, default=ROOM)
 
-    def at(self, T):
+    def at(self, T: Temperature) -> Float[Array, "..."]:
         k = jnp.asarray(self.coefficient)
         return k if T is None else k * jnp.maximum(1 + self.slope * (T - self.reference), 0.0)
 
@@ -103,7 +107,7 @@ class ExponentialWear(AbstractWearRate):
     )
     reference: Scalar = quantity("K", "temperature at which the coefficient holds", positive=True, default=ROOM)
 
-    def at(self, T):
+    def at(self, T: Temperature) -> Float[Array, "..."]:
         k = jnp.asarray(self.coefficient)
         return k if T is None else k * jnp.exp((T - self.reference) / self.rise)
 
@@ -120,7 +124,7 @@ class ArrheniusWear(AbstractWearRate):
     energy: Scalar = quantity("J/mol", "activation energy", low=0.0, many=True)
     reference: Scalar = quantity("K", "temperature at which the coefficient holds", positive=True, default=ROOM)
 
-    def at(self, T):
+    def at(self, T: Temperature) -> Float[Array, "..."]:
         k = jnp.asarray(self.coefficient)
         return k if T is None else k * jnp.exp(self.energy / GAS_CONSTANT * (1 / self.reference - 1 / T))
 
@@ -139,7 +143,7 @@ class ThresholdWear(AbstractWearRate):
     threshold: Scalar = quantity("K", "temperature above which wear grows", positive=True, default=503.15)
     energy: Scalar = quantity("J/mol", "activation energy", low=0.0, many=True, default=40e3)
 
-    def at(self, T):
+    def at(self, T: Temperature) -> Float[Array, "..."]:
         k = jnp.asarray(self.coefficient)
         hot = self.threshold if T is None else jnp.maximum(T, self.threshold)
         return k * jnp.exp(self.energy / GAS_CONSTANT * (1 / self.threshold - 1 / hot))
@@ -153,7 +157,7 @@ class Wear(Part):
     - `rate` `I`: law of the linings, or a number; `T_i` is the temperature that their friction law sees (the scene's
       heat part), else the law's reference temperature. On a staged brake the faces that rub on the band
     - `internal`: the same for the faces of a staged brake's linings that rub on the rim; `None`: they do not wear
-    - `worn` (m), a number or (n,): thickness that had been worn off before the run;  `permissible` (m): greatest wear
+    - `worn` (m), a number or (n,): thickness that had been worn off before the run;  `permissible` (m): maximum wear
     - `thickness` (m): of a new lining
     - `geometry`, `heat`: whether the thickness worn before the run lowers the band circle, and the lining in the heat
       part; `take_up_speed` (m/s): speed at which the lever draws in the slack that wear has left (`worn_scene`
@@ -174,23 +178,18 @@ class Wear(Part):
     take_up_speed: Scalar | None = quantity(
         "m/s", "speed at which the lever draws in slack of the band", positive=True, default=None
     )
-    turned_at: Scalar | None = quantity("s", "times at which the band is turned end for end", many=True, default=None)
+    turned_at: Scalar | None = quantity(
+        "s", "times at which the band is turned end for end", many=Over.ROWS, default=None
+    )
 
     def faults(self, path: str, n: int) -> list[Fault]:
         """What does not fit `n` linings, beyond the ranges of single numbers (concrete values only)."""
-        found = []
-        laws = [*leaves(self.rate, f"{path}.rate")]
-        laws += [] if self.internal is None else leaves(self.internal, f"{path}.internal")
-        each = [(leaf.path, leaf.value) for leaf in laws]
-        each += [(f"{path}.worn", self.worn), (f"{path}.permissible", self.permissible)]
-        for where, value in each:
-            if value is not None and np.shape(value) not in ((), (n,)):
-                found.append(Fault(where, f"does not fit {n} linings", f"give one number, or a list of {n}"))
+        found = faults_of_sizes(self, path, n)
         if not found and self.thickness is not None:
-            i = int(np.argmax(np.broadcast_to(np.asarray(self.worn), (n,)) - np.asarray(self.thickness)))
-            worn = float(np.broadcast_to(np.asarray(self.worn), (n,))[i])
-            if worn >= float(self.thickness):
-                what = f"{worn:g} m worn off lining {i + 1} leave nothing of its {float(self.thickness):g} m"
+            worn, whole = np.broadcast_to(np.asarray(self.worn), (n,)), float(self.thickness)
+            i = int(np.argmax(worn))
+            if worn[i] >= whole:
+                what = f"{worn[i]:g} m worn off lining {i + 1} leave nothing of its {whole:g} m"
                 found.append(Fault(f"{path}.worn", what))
         return found
 
@@ -209,24 +208,24 @@ class Delayed(AbstractProfile):
 
     @property
     def knot_count(self) -> int:
-        return getattr(self.profile, "knot_count", 0)
+        return self.profile.knot_count
 
-    def value(self, t, piece):
+    def value(self, t: Real, piece: Piece) -> Real:
         return self.profile.value(t - self.delay, piece)
 
-    def next_knot(self, piece):
+    def next_knot(self, piece: Piece) -> Float[Array, "..."] | float:
         return self.profile.next_knot(piece) + self.delay
 
-    def first_piece(self, t):
+    def first_piece(self, t: Real) -> Piece:
         return self.profile.first_piece(t - self.delay)
 
-    def no_more_turns(self, t):
+    def no_more_turns(self, t: Real) -> Bool[Array, ""]:
         return self.profile.no_more_turns(t - self.delay)
 
-    def scale(self):
+    def scale(self) -> Float[Array, ""]:
         return self.profile.scale()
 
-    def faults(self, path, low):
+    def faults(self, path: str, low: float | None) -> list[Fault]:
         if isinstance(self.profile, AbstractSpeedLever):
             return [Fault(f"{path}.profile", "a lever that answers the speed cannot come later")]
         return self.profile.faults(f"{path}.profile", low)
@@ -253,7 +252,7 @@ def worn_scene(scene: Any) -> Any:
         heat            lumps of linings: C' = C s_i, conductances from them G' = G/s_i, s_i = 1 − h_i/δ;
                         `TransmissionPartition`: δ_l' = δ_l − h̄.  Walls of linings: all layers by s_i (`walls_left`)
 
-    The band circle is one, so that its radius falls by the mean; nobody readjusts the linkage in between. Faces do not
+    The band circle is one, so that its radius falls by the mean; the linkage is not readjusted in between. Faces do not
     grow or shrink: the inner one stays on the rim.
     """
     if not feeds_back(scene):
@@ -278,7 +277,7 @@ def _linings(heat: Heat) -> set[str]:
     return {place_of(place)[0] for place in places if place is not None}
 
 
-def _left(h: Array, angle: Array, thickness: Any, count: int) -> Array:
+def _left(h: Array, angle: Array, thickness: Scalar | None, count: int) -> Array:
     """Share of the thickness that is left, of each of `count` bodies (all linings in one: their mean)."""
     share = 1 - h / jnp.asarray(thickness)
     return share if count > 1 else jnp.sum(share * angle, keepdims=True) / jnp.sum(angle)
@@ -296,7 +295,7 @@ def walls_left(scene: Any) -> dict[str, Array]:
     return {wall.name: _left(h, angle, wall.thickness, wall.copies) for wall in walls}
 
 
-def _thinner(heat: Heat, h: Array, angle: Array, thickness: Any) -> Heat:
+def _thinner(heat: Heat, h: Array, angle: Array, thickness: Scalar | None) -> Heat:
     bodies, links = list(heat.bodies), list(heat.links)
     for i, body in enumerate(bodies):
         if not isinstance(body, Lump) or body.name not in _linings(heat):
@@ -309,7 +308,7 @@ def _thinner(heat: Heat, h: Array, angle: Array, thickness: Any) -> Heat:
                 links[k] = eqx.tree_at(lambda one: one.value, link, jnp.asarray(link.value) / share)
     heat = eqx.tree_at(lambda x: (x.bodies, x.links), heat, (tuple(bodies), tuple(links)))
 
-    def thin(part: Any) -> Any:
+    def thin(part: PyTree) -> PyTree:
         if not isinstance(part, TransmissionPartition):
             return part
         mean = jnp.sum(h * angle) / jnp.sum(angle)
@@ -327,28 +326,25 @@ def faults_of_wear(scene: Any) -> list[Fault]:
     if wear is None:
         return []
     found = wear.faults("wear", brake.linings.count)
-    if not brake.banded:
-        found += _faults_without_band(wear, brake.words.brake)
-        return found + (_faults_of_thickness(scene) if wear.heat and not found else [])
-    bandage = brake.bandage
-    if brake.linings.area is None:
-        found.append(Fault("brake.linings.area", "is missing", "wear looks at the pressure"))
-    if wear.internal is not None and bandage is None:
-        found.append(Fault("wear.internal", "has no effect", "only a staged brake (`brake.bandage`) has inner faces"))
-    elif wear.internal is not None and bandage is not None and bandage.area is None:
-        found.append(Fault("brake.bandage.area", "is missing", "wear of the inner faces looks at the pressure"))
-    if wear.turned_at is not None:
-        found += _faults_of_turning(brake)
-    if wear.take_up_speed is not None and isinstance(scene.duty.lever, AbstractSpeedLever):
-        found.append(Fault("wear.take_up_speed", "has no effect on a lever that answers the speed", "leave it out"))
-    return found + (_faults_of_thickness(scene) if wear.heat and not found else [])
-
-
-def _faults_without_band(wear: Any, name: str) -> list[Fault]:
-    """What of the wear is of the band alone."""
     given = {"internal": wear.internal is not None, "geometry": wear.geometry}
     given |= {"take_up_speed": wear.take_up_speed is not None, "turned_at": wear.turned_at is not None}
-    return [Fault(f"wear.{field}", f"has no effect on a {name}", "leave it out") for field, is_ in given.items() if is_]
+    if not brake.banded:
+        idle, why = [field for field, is_given in given.items() if is_given], f"has no effect on a {brake.words.brake}"
+        found += [Fault(f"wear.{field}", why, "leave it out") for field in idle]
+    elif brake.linings.area is None:
+        found.append(Fault("brake.linings.area", "is missing", "wear looks at the pressure"))
+    if given["internal"] and brake.banded:
+        if brake.bandage is None:
+            found.append(
+                Fault("wear.internal", "has no effect", "only a staged brake (`brake.bandage`) has inner faces")
+            )
+        elif brake.bandage.area is None:
+            found.append(Fault("brake.bandage.area", "is missing", "wear of the inner faces looks at the pressure"))
+    if given["turned_at"] and brake.banded:
+        found += _faults_of_turning(brake)
+    if given["take_up_speed"] and isinstance(scene.duty.lever, AbstractSpeedLever):
+        found.append(Fault("wear.take_up_speed", "has no effect on a lever that answers the speed", "leave it out"))
+    return found + (_faults_of_thickness(scene) if wear.heat and not found else [])
 
 
 def _faults_of_turning(brake: Any) -> list[Fault]:
@@ -395,10 +391,10 @@ def turned_scene(scene: Any) -> Any:
     if brake.in_series:
         raise InputError(_faults_of_turning(brake))
 
-    def reverse(part: Any) -> Any:
+    def reverse(part: PyTree) -> PyTree:
         tables = TabulatedFade | TabulatedFriction  # their entries are no linings
 
-        def one(x: Any) -> Any:
+        def one(x: PyTree) -> PyTree:
             return x[::-1] if not isinstance(x, tables) and np.ndim(x) == 1 and np.shape(x)[0] in (n, n - 1) else x
 
         return jax.tree.map(one, part, is_leaf=lambda x: isinstance(x, tables))

@@ -11,9 +11,8 @@ from helpers import closed_form, stop_scene
 from scipy.stats import binom, chi2, norm, t
 
 import simbrake as sb
-from simbrake._base._identify import identify
 from simbrake.studies import State
-from simbrake.studies._fit import FitModel, Search
+from simbrake.studies._fit import FitModel, Search, identify
 
 OMEGA, T0, J, F = (
     "initial.omega",

@@ -15,11 +15,10 @@ from heat_scenes import fading, lump, rigid_stop
 from helpers import closed_form, main, stop_scene
 
 import simbrake as sb
-from simbrake._base._order import expected_cost, spread
 from simbrake._base._progress import Progress, duration
 from simbrake._run._measure import measure
 from simbrake.studies import _chunks, _evaluator
-from simbrake.studies._chunks import fingerprint
+from simbrake.studies._chunks import expected_cost, fingerprint, spread
 from simbrake.studies._evaluator import _integrators, _scanner
 
 SPEED, FRICTION, LEVER = "initial.omega", "brake.linings.friction.coefficient", "duty.slack_tension.level"

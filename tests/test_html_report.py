@@ -15,8 +15,8 @@ from helpers import Waiting, closed_form, stop_scene
 
 import simbrake as sb
 from simbrake import plot, with_values
+from simbrake._base._faults import whole_file
 from simbrake._base._table import number
-from simbrake._base._whole import whole_file
 from simbrake._commands._runs import report as report_run
 from simbrake._commands._runs import title_of
 from simbrake._pages._page import DUTY, PICTURES, contents, draw, render

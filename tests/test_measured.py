@@ -9,7 +9,7 @@ from helpers import closed_form
 from test_cli import call
 
 import simbrake as sb
-from simbrake._base._quantity import unit
+from simbrake._base._table import unit
 from simbrake.studies._measured import COLUMNS, column_of
 
 

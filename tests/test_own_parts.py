@@ -18,7 +18,8 @@ from simbrake.friction import reads
 from simbrake.profiles import hides_nothing
 from simbrake.results import BandMode
 from simbrake.thermal import AbstractCoefficient
-from simbrake.thermal._network import depends_on_temperatures, is_constant, is_nonlinear
+from simbrake.thermal._network import depends_on_temperatures, is_constant
+from simbrake.thermal._network import reads as link_reads
 
 N, BETA, R, J, T_0, SPEED = 20, math.radians(13.5), 0.725, 800.0, 8e3, 30.0
 AT_REST = 0.4
@@ -322,8 +323,8 @@ def test_a_junction_behind_a_link_made_nonlinear():
     ],
 )
 def test_what_the_conductance_of_a_link_depends_on(link, nonlinear, constant):
-    assert is_nonlinear(link, 3, 1) is nonlinear
-    assert is_nonlinear(link, 1, 1) is nonlinear
+    assert link_reads(link, 3, 1).temperatures is nonlinear
+    assert link_reads(link, 1, 1).temperatures is nonlinear
     bodies = (sb.thermal.Lump("a", 1.0, count=3), sb.thermal.Lump("b", 1.0), sb.thermal.Reservoir("air", 300.0))
     assert depends_on_temperatures(link, bodies) is nonlinear
     assert is_constant(link, bodies) is constant

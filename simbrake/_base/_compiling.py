@@ -7,20 +7,28 @@ import functools
 import math
 import time
 import warnings
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from collections.abc import Callable, Hashable
+from types import ModuleType
+from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax.errors import JaxRuntimeError
+from jaxtyping import PyTree
+
+from ..hybrid._arrays import Array
+
+_Answer = TypeVar("_Answer")
+#: of the compiler, by name
+Options: TypeAlias = dict[str, bool | int | str]
 
 #: options for programs on a CPU. XLA's older emitters of fused kernels: the newer ones take 1.6 times as long to
 #: compile these loops and run them no faster. LLVM's first level of optimisation: a quarter less compile time, the
 #: code as fast.
-_CPU_OPTIONS: dict[str, Any] = {"xla_cpu_use_fusion_emitters": False, "xla_backend_optimization_level": 1}
+_CPU_OPTIONS: Options = {"xla_cpu_use_fusion_emitters": False, "xla_backend_optimization_level": 1}
 #: only for a run as one function: matrix products that XLA would hand to a library cannot be part of it
-_ONE_FUNCTION_OPTIONS: dict[str, Any] = {"xla_cpu_experimental_ynn_fusion_type": ""}
+_ONE_FUNCTION_OPTIONS: Options = {"xla_cpu_experimental_ynn_fusion_type": ""}
 _MARK = "xla_cpu_small_call"
 #: what each accelerator is worth, measured once on 2 cores with JAX 0.10.2, or what it is for
 WORTH = {
@@ -34,8 +42,8 @@ WORTH = {
 class Accelerators(NamedTuple):
     """What the installed XLA accepts for programs on one platform."""
 
-    options: dict[str, Any]
-    one_function_options: dict[str, Any]  # these and those that a run as one function takes besides
+    options: Options
+    one_function_options: Options  # these and those that a run as one function takes besides
     one_function: bool  # a call can be marked so that everything in it, loops included, becomes one function
     refused: tuple[str, ...]
 
@@ -47,7 +55,7 @@ def accelerators(platform: str) -> Accelerators:
         return Accelerators({}, {}, False, ())
     numbers = np.ones(2)
 
-    def accepted(options: dict[str, Any]) -> dict[str, Any]:
+    def accepted(options: Options) -> Options:
         try:
             jax.jit(_tiny, compiler_options=options).lower(numbers).compile()
             return options
@@ -67,11 +75,11 @@ def accelerators(platform: str) -> Accelerators:
     return Accelerators(options, options | more, marked, (*refused, *([] if marked else [_MARK])))
 
 
-def _tiny(x: Any) -> Any:
+def _tiny(x: jax.Array) -> jax.Array:
     return jax.lax.fori_loop(0, 3, lambda _, x: 0.5 * x + 1.0, x)
 
 
-def one_function(function: Callable[[Any], Any], numbers: Any) -> Any:
+def one_function(function: Callable[[jax.Array], PyTree], numbers: jax.Array) -> PyTree:
     """`function(numbers)` for a jitted function, marked so that XLA makes one function of it for the CPU.
 
     XLA wants every argument of the call to be used, hence one vector.
@@ -100,12 +108,12 @@ def run_device() -> Any:
 class DeviceJit:
     """`jax.jit` of a program that runs by itself: on `run_device()`, with the options for it."""
 
-    def __init__(self, function: Callable[..., Any], *, static_argnames: Any = ()):
+    def __init__(self, function: Callable, *, static_argnames: str | tuple[str, ...] = ()) -> None:
         functools.update_wrapper(self, function)
         self._function, self._static = function, static_argnames
         self._programs: dict[str, Callable[..., Any]] = {}
 
-    def on(self, platform: str) -> Any:
+    def on(self, platform: str) -> Callable:
         """The jitted function for a platform."""
         if platform not in self._programs:
             options = accelerators(platform).options or None
@@ -113,14 +121,17 @@ class DeviceJit:
             self._programs.setdefault(platform, program)  # whichever thread was first
         return self._programs[platform]
 
-    def __call__(self, *arguments: Any, **named: Any) -> Any:
+    def __call__(self, *arguments: PyTree, **named: PyTree) -> PyTree:
         device = run_device()
         with jax.default_device(device):
             return self.on(device.platform)(*arguments, **named)
 
 
 class Packing(NamedTuple):
-    """How a PyTree of numbers lies in one vector; hashable, as it shapes a program."""
+    """A PyTree without its numbers: structure, shapes and types.
+
+    Hashable: it shapes programs, and answers that hold for all numbers are kept by it.
+    """
 
     structure: Any
     shapes: tuple[tuple[int, ...], ...]
@@ -130,19 +141,45 @@ class Packing(NamedTuple):
     def size(self) -> int:
         return sum(math.prod(shape) for shape in self.shapes)
 
-    def unpack(self, numbers: Any) -> Any:
+    def unpack(self, numbers: Array) -> PyTree:
+        """The tree whose numbers lie in one vector (`pack`)."""
         ends = np.cumsum([0, *(math.prod(shape) for shape in self.shapes)])
         parts = zip(ends[:-1], ends[1:], self.shapes, self.kinds, strict=True)
         return jax.tree.unflatten(self.structure, [numbers[a:b].reshape(s).astype(kind) for a, b, s, kind in parts])
 
+    def stand_in(self) -> PyTree:
+        """The tree with the shape and type of each number in place of it."""
+        parts = zip(self.shapes, self.kinds, strict=True)
+        return jax.tree.unflatten(self.structure, [jax.ShapeDtypeStruct(s, np.dtype(kind)) for s, kind in parts])
 
-def pack(tree: Any, xp: Any = np) -> tuple[Any, Packing]:
+
+def pack(tree: PyTree, xp: ModuleType = np) -> tuple[Array, Packing]:
     """All numbers of a tree in one vector, and how they lie in it; `xp`: `jax.numpy` for traced ones."""
     leaves, structure = jax.tree.flatten(tree)
     arrays = [xp.asarray(leaf) for leaf in leaves]
     kinds = tuple("float64" if np.issubdtype(x.dtype, np.floating) else str(x.dtype) for x in arrays)
     shapes = tuple(x.shape for x in arrays)
     return xp.concatenate([xp.ravel(x).astype(np.float64) for x in arrays]), Packing(structure, shapes, kinds)
+
+
+def per_structure(find: Callable[..., _Answer]) -> Callable[..., _Answer]:
+    """A function of a part (a PyTree of numbers, traced ones included) whose answer holds for all of its numbers.
+
+    It is found once for each structure: `find` gets shapes and types in place of numbers, and further arguments that
+    can be hashed.
+    """
+
+    @functools.lru_cache(maxsize=1024)
+    def found(like: Packing, *arguments: Hashable, **named: Hashable) -> _Answer:
+        return find(like.stand_in(), *arguments, **named)
+
+    @functools.wraps(find)
+    def answer(part: PyTree, *arguments: Hashable, **named: Hashable) -> _Answer:
+        numbers, structure = jax.tree.flatten(part)
+        shapes, kinds = tuple(np.shape(x) for x in numbers), tuple(str(jnp.result_type(x)) for x in numbers)
+        return found(Packing(structure, shapes, kinds), *arguments, **named)
+
+    return answer
 
 
 class Program(NamedTuple):
@@ -190,33 +227,13 @@ def fits_one_function(text: str, longest: int) -> bool:
     return "custom_call" not in text and text.count("\n") < longest
 
 
-def _timed(lowered: Any, start: float, one_function: bool) -> Program:
+def _timed(lowered: jax.stages.Lowered, start: float, one_function: bool) -> Program:
     traced = time.perf_counter()
     call = lowered.compile()
     return Program(call, traced - start, time.perf_counter() - traced, one_function)
 
 
-class Skeleton(NamedTuple):
-    """A PyTree without its numbers: structure, shapes and types. Hashable: answers that hold for all numbers are kept
-    by it."""
-
-    structure: Any
-    shapes: tuple[tuple[int, ...], ...]
-    kinds: tuple[Any, ...]
-
-    def stand_in(self) -> Any:
-        """The tree with the shape and type of each number in place of it."""
-        parts = zip(self.shapes, self.kinds, strict=True)
-        return jax.tree.unflatten(self.structure, [jax.ShapeDtypeStruct(shape, kind) for shape, kind in parts])
-
-
-def skeleton(tree: Any) -> Skeleton:
-    """The skeleton of a tree of numbers, traced ones included."""
-    numbers, structure = jax.tree.flatten(tree)
-    return Skeleton(structure, tuple(jnp.shape(x) for x in numbers), tuple(jnp.result_type(x) for x in numbers))
-
-
-def read_by(function: Callable[..., Any], *arguments: Any) -> tuple[Any, ...]:
+def read_by(function: Callable, *arguments: PyTree) -> tuple[PyTree, ...]:
     """For every leaf of the `arguments` (PyTrees of shapes) whether the result of `function` depends on it.
 
     The function is lowered once, which drops the arguments that its result does not need. What cannot be lowered by

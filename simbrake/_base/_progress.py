@@ -6,7 +6,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from typing import Any, NamedTuple
+from typing import NamedTuple, TypeAlias
 
 
 def duration(seconds: float) -> str:
@@ -20,10 +20,14 @@ def duration(seconds: float) -> str:
     return f"{minutes // 60} h {minutes % 60:02d} min"
 
 
+#: called with the time that a run has reached and its end (s)
+Tell: TypeAlias = Callable[[float, float], object]
+
+
 class Line:
     """One line on a terminal's error stream that is written over; elsewhere nothing is printed, unless `shown`."""
 
-    def __init__(self, name: str = "", shown: bool | None = None):
+    def __init__(self, name: str = "", shown: bool | None = None) -> None:
         self.name, self.shown = f"{name}: " if name else "", sys.stderr.isatty() if shown is None else shown
         self._start = time.monotonic()
 
@@ -84,7 +88,7 @@ class Waiting:
     bound, since a brake at rest is simulated in no time.
     """
 
-    def __init__(self, name: str, what: str, shown: bool | None = None, after: float = 2.0):
+    def __init__(self, name: str, what: str, shown: bool | None = None, after: float = 2.0) -> None:
         self._line, self._after = Line(name, shown), after
         self._over = threading.Event()
         self._thread = threading.Thread(target=self._tell, daemon=True)
@@ -109,7 +113,15 @@ class Waiting:
             self._come(what, done, total, inner=True)
 
     def _come(
-        self, what: str, done: int | float, total: int | float, *, unit="", bound=False, inner=False, also=""
+        self,
+        what: str,
+        done: float,
+        total: float,
+        *,
+        unit: str = "",
+        bound: bool = False,
+        inner: bool = False,
+        also: str = "",
     ) -> None:
         (doing, _, way), now = self._doing, time.monotonic()
         goes_on = way is not None and doing == what and done > way.first
@@ -146,8 +158,8 @@ class Waiting:
 
 
 @contextlib.contextmanager
-def waiting(progress: Any, name: str, what: str) -> Iterator[Waiting]:
-    """The `Waiting` of a caller, told what comes now, or one of one's own: `None` on a terminal, `True`, `False`."""
+def waiting(progress: "Waiting | bool | None", name: str, what: str) -> Iterator[Waiting]:
+    """The `Waiting` of a caller, with what comes now, or a new one (`None`: shown on a terminal only)."""
     if isinstance(progress, Waiting):
         progress.now(what)
         yield progress
@@ -157,8 +169,8 @@ def waiting(progress: Any, name: str, what: str) -> Iterator[Waiting]:
 
 
 @contextlib.contextmanager
-def telling(progress: Any) -> Iterator[Callable[[float, float], Any] | None]:
-    """Whom a run tells how far it is: nobody (`False`), a function of `(t, end_time)`, or as `waiting`."""
+def telling(progress: "Waiting | Tell | bool | None") -> Iterator[Tell | None]:
+    """What a run reports its progress to: nothing (`False`), a function of `(t, end_time)`, or as `waiting`."""
     if progress is False or callable(progress):
         yield progress or None
         return
@@ -174,7 +186,14 @@ class Progress:
     first seconds, as many as `after`.
     """
 
-    def __init__(self, total: int, show: Any = None, done: int = 0, what: str = "runs", after: float = 0.0):
+    def __init__(
+        self,
+        total: int,
+        show: Callable[[int, int], object] | bool | None = None,
+        done: int = 0,
+        what: str = "runs",
+        after: float = 0.0,
+    ) -> None:
         self.total, self.done, self._what, self._after = total, done, what, after
         self._tell = show if callable(show) else None
         self._line = Line(shown=False if callable(show) else show)

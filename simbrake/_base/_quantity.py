@@ -1,33 +1,35 @@
 """Numbers with units: how a field says its unit, range and meaning, and how people write its value."""
 
 import dataclasses
+import enum
 import functools
 import inspect
 import json
-import math
 import re
 import types
 import typing
 from collections.abc import Callable, Iterable
-from fractions import Fraction
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, TypeVar, cast
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar, cast
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from ..hybrid._arrays import Array
 from ._compiling import warn_of_untested_jax
 from ._faults import Fault, InputError
+from ._table import to_si, unit
 
 if TYPE_CHECKING:
-    Scalar = Any  # what a caller may write: a number, a list, an array
+    Scalar = Values = Any  # what a caller may write: a number, a list, an array
 else:
     #: what a field holds: one number, or an array of them
-    Scalar = Float[Array, "..."] | Float[np.ndarray, "..."]
+    Scalar = Float[Array, "..."]
+    #: what a caller of a formula may give: one number, or an array or list of them
+    Values = Float[Array, "..."] | Int[Array, "..."] | float | int | list | tuple
 
 
 warn_of_untested_jax(jax.__version_info__)  # here, as every scene and every command that computes imports this module
@@ -36,9 +38,16 @@ warn_of_untested_jax(jax.__version_info__)  # here, as every scene and every com
 LARGEST = 1e40
 
 
+class Over(enum.Enum):
+    """What a list of numbers goes over that does not have an entry for each lining."""
+
+    GAPS = "one between each two linings"
+    ROWS = "points of a table, times, nodes: any number"
+
+
 @dataclasses.dataclass(frozen=True)
 class Quantity:
-    """Unit (SI), meaning and admissible range of a number; bounds are inclusive unless `open_low`."""
+    """Unit (SI), meaning and range of a number; bounds are inclusive unless `open_low`."""
 
     unit: str
     meaning: str
@@ -46,7 +55,7 @@ class Quantity:
     high: float | None = None
     open_low: bool = False
     difference: bool = False  # of temperatures: 20 degC would be another number
-    many: bool = False  # one number, or one for each lining, node or row of a table
+    many: bool | Over = False  # one number, or one for each (lining, unless it says of what)
     may_be_empty: bool = False  # of many: none at all is a meaning, too
 
     def admits(self, value: np.ndarray) -> np.ndarray:
@@ -58,7 +67,7 @@ class Quantity:
         return np.asarray(ok)
 
     def wanted(self, value: float) -> str:
-        """What a number that is not admitted should have been."""
+        """What a number that is out of range should have been."""
         return f"at most {LARGEST:g} in magnitude" if LARGEST < abs(value) < np.inf else self.range
 
     @property
@@ -101,7 +110,7 @@ def in_si(x: Any, about: Quantity) -> Any:
     return x if reader.faults else np.asarray(found, np.float64)
 
 
-def _has_units(x: Any) -> bool:
+def _has_units(x: object) -> bool:
     return isinstance(x, str) or (isinstance(x, list | tuple) and any(isinstance(one, str) for one in x))
 
 
@@ -118,26 +127,27 @@ def quantity(
     high: float | None = None,
     positive: bool = False,
     difference: bool = False,
-    many: bool = False,
+    many: bool | Over = False,
     may_be_empty: bool = False,
     default: Any = dataclasses.MISSING,
+    kw_only: bool = False,
 ) -> Any:
     """A numeric field: an array leaf in SI units, with what a reader and a checker must know of it.
 
     The unit `SI` is that of the field in which the object stands (`holding`, or the quantity it stands for).
     """
-    low, may_be_empty = 0.0 if positive else low, may_be_empty or default == ()
-    about = Quantity(unit, meaning, low, high, positive, difference, many, may_be_empty)
     keywords = {} if default is dataclasses.MISSING else {"default": default}
+    low, may_be_empty = 0.0 if positive else low, may_be_empty or many is Over.GAPS or default == ()
+    about = Quantity(unit, meaning, low, high, positive, difference, many, may_be_empty)
     words = ("float | Sequence[float]" if many else "float") + (" | None" if default is None else "")
     converter = _converter(in_si, words, about=about)
-    return eqx.field(converter=converter, metadata={"quantity": about}, **keywords)
+    return eqx.field(converter=converter, metadata={"quantity": about}, kw_only=kw_only, **keywords)
 
 
 class _Shown(type):
     """Types that only say in a signature what people give; the values are looked at when the part is made."""
 
-    def __instancecheck__(cls, instance: Any) -> bool:
+    def __instancecheck__(cls, instance: object) -> bool:
         return True
 
 
@@ -151,16 +161,15 @@ def _converter(read: Callable[..., Any], words: str, **known: Any) -> Callable[[
 
 @dataclasses.dataclass(frozen=True)
 class Whole:
-    """Meaning and admissible range of a whole number that belongs to the structure."""
+    """Meaning and range of a whole number that belongs to the structure."""
 
     meaning: str
     low: int
     high: int
 
 
-def whole(meaning: str, *, low: int = 1, high: int = 100_000, default: Any = dataclasses.MISSING) -> Any:
+def whole(meaning: str, *, low: int = 1, high: int = 100_000, **keywords: Any) -> Any:
     """A field with a whole number of the structure (static: another number is another program)."""
-    keywords = {} if default is dataclasses.MISSING else {"default": default}
     return eqx.field(static=True, metadata={"whole": Whole(meaning, low, high)}, **keywords)
 
 
@@ -168,7 +177,7 @@ def whole(meaning: str, *, low: int = 1, high: int = 100_000, default: Any = dat
 _SHORT: dict[type, type] = {}
 
 _T = TypeVar("_T", bound=type)
-_Build = TypeVar("_Build", bound=Callable[..., Any])
+_Build = TypeVar("_Build", bound=Callable)
 
 
 def short_for(family: type) -> Callable[[_T], _T]:
@@ -181,7 +190,7 @@ def short_for(family: type) -> Callable[[_T], _T]:
     return marked
 
 
-def short_of(wanted: Iterable[Any]) -> type | None:
+def short_of(wanted: Iterable[object]) -> type | None:
     """What a bare number stands for where one of the `wanted` classes is expected."""
     return next((_SHORT[family] for family in wanted if family in _SHORT), None)
 
@@ -203,7 +212,7 @@ def _number_in(maker: type, unit: str) -> Quantity:
     return _number_in(below, unit_below(first, unit))
 
 
-def _faults_of_short(maker: type, x: Any, unit: str, path: str) -> list[Fault]:
+def _faults_of_short(maker: type, x: object, unit: str, path: str) -> list[Fault]:
     """What is wrong with a text that is to stand for a part."""
     return _faults_of_leaf(Leaf(path, x, _number_in(maker, unit)), made=False) if _has_units(x) else []
 
@@ -217,7 +226,7 @@ def part(family: type, unit: str | None = None, **keywords: Any) -> Any:
 
 
 class Part(eqx.Module):
-    """A part of a scene, which looks at its own concrete values as soon as it is made; traced ones pass.
+    """A part of a scene, which checks its own concrete values as soon as it is made; traced ones pass.
 
     A number may be a Python or NumPy number, a list, an array, or a text with its unit, as "590 mm". Where a friction
     law, load or profile is wanted, a number stands for a constant one.
@@ -248,7 +257,7 @@ class Part(eqx.Module):
 
 
 @functools.cache
-def _hints(cls: type) -> dict[str, Any]:
+def _hints(cls: type) -> dict[str, object]:
     """Types of the fields of a class."""
     try:
         return typing.get_type_hints(cls)
@@ -256,13 +265,13 @@ def _hints(cls: type) -> dict[str, Any]:
         return {}
 
 
-def alternatives(hint: Any) -> tuple[Any, ...]:
+def alternatives(hint: object) -> tuple[Any, ...]:
     """The members of a union, or the hint alone."""
     origin = typing.get_origin(hint)
     return typing.get_args(hint) if origin in (typing.Union, types.UnionType) else (hint,)
 
 
-def _faults_of_kind(path: str, value: Any, kinds: tuple[Any, ...]) -> list[Fault]:
+def _faults_of_kind(path: str, value: object, kinds: tuple[Any, ...]) -> list[Fault]:
     """A value that is none of the parts that its field names; fields that may hold anything else are left alone."""
     parts = [kind for kind in kinds if isinstance(kind, type) and issubclass(kind, eqx.Module)]
     if not parts or set(kinds) - {*parts, type(None)} or isinstance(value, tuple(kinds)):
@@ -283,7 +292,7 @@ def takes_values(build: _Build) -> _Build:
     """A function that makes a part, with arguments as the fields of parts have them.
 
     What is known of a number stands in its annotation, `Annotated[float, positive("m", "thickness")]`; the signature
-    that people see has only the type. Raises `InputError` with all values that are not admissible.
+    that people see has only the type. Raises `InputError` with all values that are out of range.
     """
     hints = typing.get_type_hints(build, include_extras=True)
     about = {name: typing.get_args(hint)[1] for name, hint in hints.items() if typing.get_origin(hint) is Annotated}
@@ -339,15 +348,13 @@ class Leaf:
     about: Quantity
 
 
-def leaves(node: Any, path: str = "", unit: str = "SI") -> list[Leaf]:
+def leaves(node: object, path: str = "", unit: str = "SI") -> list[Leaf]:
     """Every quantity below `node`, in the order of the fields; `unit`: what `SI` means here."""
-    found: list[Leaf] = []
     if isinstance(node, tuple | list):
-        for i, child in enumerate(node):
-            found += leaves(child, f"{path}[{i}]", unit)
-        return found
+        return [leaf for i, child in enumerate(node) for leaf in leaves(child, f"{path}[{i}]", unit)]
     if not dataclasses.is_dataclass(node) or isinstance(node, type):
-        return found
+        return []
+    found: list[Leaf] = []
     for field in dataclasses.fields(node):
         value = getattr(node, field.name)
         here = f"{path}.{field.name}" if path else field.name
@@ -377,7 +384,7 @@ def as_arrays(node: Any) -> Any:
     return dataclasses.replace(node, **changed) if changed else node
 
 
-def faults_of_values(node: Any, path: str = "") -> list[Fault]:
+def faults_of_values(node: object, path: str = "") -> list[Fault]:
     """Values that are not numbers, not finite, outside their range or of too few bits. Traced values pass the rest."""
     return [fault for leaf in leaves(node, path) for fault in _faults_of_leaf(leaf)]
 
@@ -407,7 +414,7 @@ def _faults_of_leaf(leaf: Leaf, *, made: bool = True) -> list[Fault]:
         unit = "SI units" if about.unit == "SI" else about.unit
         return [Fault(leaf.path, f"{shown(given)} is not a number", f"give a number in {unit}")]
     value = np.asarray(given)
-    if made and value.ndim > about.many:
+    if made and value.ndim > bool(about.many):
         hint = "give one number" + (", or a list of numbers" if about.many else "")
         return [Fault(leaf.path, f"has the shape {value.shape}", hint)]
     if value.size == 0 and not about.may_be_empty:
@@ -421,137 +428,22 @@ def _faults_of_leaf(leaf: Leaf, *, made: bool = True) -> list[Fault]:
     return [Fault(leaf.path + which, f"{worst:g} {about.unit} is out of range", words)]
 
 
-def faults_of_tolerance(rtol: Any) -> list[Fault]:
+def faults_of_sizes(node: object, path: str, n: int) -> list[Fault]:
+    """Lists without an entry for each of `n` linings, or for each gap between two."""
+    found = []
+    for leaf in leaves(node, path):
+        entries = {True: n, Over.GAPS: n - 1}.get(leaf.about.many)
+        if entries is not None and np.shape(leaf.value) not in ((), (entries,)):
+            found.append(Fault(leaf.path, f"does not fit {n} linings", f"give one number, or a list of {entries}"))
+    return found
+
+
+def faults_of_tolerance(rtol: Values) -> list[Fault]:
     """A relative tolerance outside 1e-15…0.1. A traced one cannot be looked at and passes."""
     if isinstance(rtol, Tracer):
         return []
-    value = np.asarray(rtol)
-    # written so that a NaN is a fault
-    admissible = np.all((value > 1e-15) & (value < 0.1))
+    admissible = np.all((np.asarray(rtol) > 1e-15) & (np.asarray(rtol) < 0.1))  # a NaN is not
     return [] if admissible else [Fault("rtol", f"{rtol} is out of range", "must be > 1e-15 and < 0.1")]
-
-
-# --- units ------------------------------------------------------------------------------------------------------------
-
-
-class Unit(NamedTuple):
-    """A unit as `SI = factor · number + offset`; differences such as standard deviations take the factor alone."""
-
-    factor: float | Fraction
-    offset: float | Fraction = 0
-
-
-_TURN = 2 * math.pi
-
-
-def _decimal(text: str) -> Unit:
-    return Unit(Fraction(text))
-
-
-#: SI unit → spellings of units of the same kind. These need no library, and are what engineers mean where a library
-#: of all units reads something else (C, 1/min); fractions, so that 95 % is 0.95 and not one rounding beside it
-_TABLE: dict[str, dict[str, Unit]] = {
-    "s": {"ms": _decimal("1e-3"), "us": _decimal("1e-6"), "min": Unit(60.0), "h": Unit(3600.0)},
-    "rad": {"deg": Unit(math.pi / 180), "°": Unit(math.pi / 180), "rev": Unit(_TURN)},
-    "rad/s": {
-        "rpm": Unit(_TURN / 60),
-        "1/min": Unit(_TURN / 60),
-        "deg/s": Unit(math.pi / 180),
-        "rev/s": Unit(_TURN),
-    },
-    "m": {"cm": _decimal("1e-2"), "mm": _decimal("1e-3"), "um": _decimal("1e-6")},
-    "m/s": {"mm/s": _decimal("1e-3"), "km/h": Unit(Fraction(10, 36))},
-    "m^2": {"cm^2": _decimal("1e-4"), "mm^2": _decimal("1e-6")},
-    "kg": {"g": _decimal("1e-3"), "t": Unit(1000.0)},
-    "N": {"kN": Unit(1e3), "MN": Unit(1e6)},
-    "N/m": {"kN/m": Unit(1e3), "MN/m": Unit(1e6), "N/mm": Unit(1e3), "kN/mm": Unit(1e6)},
-    "N*m": {"Nm": Unit(1.0), "kN*m": Unit(1e3), "kNm": Unit(1e3)},
-    "Pa": {"kPa": Unit(1e3), "MPa": Unit(1e6), "GPa": Unit(1e9), "bar": Unit(1e5), "N/mm^2": Unit(1e6)},
-    "J": {"kJ": Unit(1e3), "MJ": Unit(1e6)},
-    "W": {"kW": Unit(1e3), "MW": Unit(1e6)},
-    "K": {name: Unit(1, _decimal("273.15").factor) for name in ("degC", "°C", "C")},
-    "1": {"": Unit(1.0), "1": Unit(1.0), "-": Unit(1.0), "%": _decimal("1e-2")},
-}
-#: names, products, quotients and one-digit powers: what a parser of all units cannot spend an hour on
-_SPELLING = re.compile(r"(?:[A-Za-z°_]|%|1|[*/]|\((?:[A-Za-z°_*/]|\^-?[1-9](?!\d))+\)|\^-?[1-9](?!\d))+")
-#: a plane angle is not a number here: 20 is not 20 rad, and 3 Hz are neither 3 rad/s nor 3 rev/s without asking
-_ANGLES = {"radian", "degree", "revolution", "turn", "revolutions_per_minute", "arcminute", "arcsecond", "gradian"}
-
-
-def _plain(text: str) -> str:
-    """One spelling of a unit: `kN·m`, `m²` and `µm` as `kN*m`, `m^2` and `um`."""
-    name = text.strip().replace("·", "*").replace("⋅", "*").replace("**", "^").replace("²", "^2").replace("³", "^3")
-    return name.replace("μ", "u").replace("µ", "u").replace(" ", "")
-
-
-def _si(si: str) -> str:
-    return si if si else "1"
-
-
-def unit(text: str, si: str) -> Unit:
-    """The unit written as `text` for a quantity of the SI unit `si`; empty text is SI itself.
-
-    Raises `ValueError` with the spellings that there are, or with what kind of quantity the unit is.
-    """
-    name, si = _plain(text), _si(si)
-    known = _TABLE.get(si, {})
-    if not name or name == si or name in known:
-        return known.get(name, Unit(1.0))
-    try:
-        return _of_library(name, si)
-    except ValueError as error:
-        names = [si, *(name for name in known if name)] if si != "1" else [name for name in known if name]
-        raise ValueError(f"known here: {', '.join(names)}{error}") from None
-
-
-@functools.cache
-def _library() -> Any:
-    import pint  # a second, which only unusual units pay
-
-    return pint.UnitRegistry(non_int_type=Fraction, cache_folder=None)  # pyright: ignore
-
-
-@functools.lru_cache(maxsize=1024)
-def _of_library(name: str, si: str) -> Unit:
-    """A unit that the table has not, by the library of all units; `ValueError` says what is wrong beyond the names."""
-    if len(name) > 40 or not _SPELLING.fullmatch(name):
-        raise ValueError("")
-    registry = _library()
-    try:
-        found, wanted = registry.parse_units(name), registry.parse_units("" if si == "1" else si)
-        if bool(_ANGLES & set(found._units)) != bool(_ANGLES & set(wanted._units)):
-            raise ValueError("; an angle counts as a unit of its own")
-        if not found.is_compatible_with(wanted):
-            raise ValueError(f"; {name} is of another kind")
-        zero, one = registry.Quantity(Fraction(0), found).to(wanted), registry.Quantity(Fraction(1), found).to(wanted)
-        offset = Fraction(zero.magnitude)
-        return Unit(Fraction(one.magnitude) - offset, offset)
-    except ValueError as error:
-        if str(error).startswith(";"):
-            raise
-        raise ValueError("") from None
-    except Exception:  # whatever a parser of free text raises: it is not a unit
-        raise ValueError("") from None
-
-
-def spelled(text: str) -> bool:
-    """Whether a text is a unit of any kind in the table (bare numbers are not)."""
-    name = text.strip()
-    return not name.isdigit() and (name in _TABLE or any(name in known for known in _TABLE.values()))
-
-
-def to_si(number: float, of: Unit) -> float:
-    """A number in a unit as a number in SI."""
-    if isinstance(of.factor, Fraction) and math.isfinite(number):
-        return _rounded(Fraction(repr(float(number))), of)  # as written: 95 % is 0.95
-    return float(number * float(of.factor) + float(of.offset))
-
-
-def _rounded(number: Fraction, of: Unit) -> float:
-    try:
-        return float(number * Fraction(of.factor) + Fraction(of.offset))
-    except OverflowError:
-        return math.copysign(math.inf, number)
 
 
 # --- numbers as people write them -------------------------------------------------------------------------------------
@@ -563,16 +455,16 @@ _LIST = re.compile(r"\s*(?P<list>\[[^\[\]]*\])\s*(?P<unit>.*)")
 
 
 class NumberReader:
-    """Reads numbers and keeps every fault: path, value, unit, why, and what is admissible."""
+    """Reads numbers and keeps every fault: path, value, unit, why, and what is in range."""
 
     def __init__(self) -> None:
         self.faults: list[Fault] = []
 
-    def fault(self, path: str, problem: str, hint: str = "") -> Any:
+    def fault(self, path: str, problem: str, hint: str = "") -> object:
         self.faults.append(Fault(path or "scene", problem, hint))
         return BAD
 
-    def number(self, value: Any, about: Quantity, path: str, unit: str) -> Any:
+    def number(self, value: object, about: Quantity, path: str, unit: str) -> Any:
         """A number or a list of numbers in SI, inside its range."""
         if isinstance(value, str) and (match := _LIST.fullmatch(value)):
             try:
@@ -587,7 +479,7 @@ class NumberReader:
             return BAD if any(one is BAD for one in entries) else np.asarray(entries, np.float64)
         return self._scalar(value, about, path, unit)
 
-    def _scalar(self, value: Any, about: Quantity, path: str, si: str) -> Any:
+    def _scalar(self, value: object, about: Quantity, path: str, si: str) -> Any:
         number = self._in_si(value, about, path, si)
         if number is BAD or about.admits(np.asarray(number)).all():
             return number
@@ -595,7 +487,7 @@ class NumberReader:
         same = isinstance(value, str) and f"{number:g} {si}" != value and np.isfinite(number)
         return self.fault(path, f"{shown(value)}{f' = {number:g} {si}' if same else ''} is out of range", words)
 
-    def _in_si(self, value: Any, about: Quantity, path: str, si: str) -> Any:
+    def _in_si(self, value: object, about: Quantity, path: str, si: str) -> Any:
         if isinstance(value, bool) or not isinstance(value, int | float | str):
             return self.fault(path, f"{shown(value)} is not a number", f"{about.meaning}{example(si)}")
         if not isinstance(value, str):
@@ -617,7 +509,7 @@ class NumberReader:
         return to_si(number, of)
 
 
-def shown(value: Any) -> str:
+def shown(value: object) -> str:
     """A value of a file, short enough for a message."""
     text = repr(value) if not isinstance(value, dict) else "a table"
     return text if len(text) <= 60 else text[:57] + "…"

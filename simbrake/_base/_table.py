@@ -1,4 +1,4 @@
-"""Numbers and rows for reading: values in the unit that keeps them short, and one table for everything with rows.
+"""Units, numbers for reading in the unit that keeps them short, and one table for everything with rows.
 
 A table is text, dictionaries for JSON, a data frame, and HTML in a notebook. What a study, an estimate or a comparison
 gives back is a `Tabular`: lines of text and tables, in the order in which they are read.
@@ -7,12 +7,118 @@ gives back is a `Tabular`: lines of text and tables, in the order in which they 
 import abc
 import dataclasses
 import enum
+import functools
 import html
 import math
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from fractions import Fraction
 from typing import Any, NamedTuple
 
 import numpy as np
+
+# --- units ------------------------------------------------------------------------------------------------------------
+
+
+class Unit(NamedTuple):
+    """A unit as `SI = factor · number + offset`; differences such as standard deviations take the factor alone."""
+
+    factor: float | Fraction
+    offset: float | Fraction = 0
+
+
+_TURN = 2 * math.pi
+_FACTORS: dict[str, dict[str, float | str | Fraction]] = {
+    "s": {"ms": "1e-3", "us": "1e-6", "min": 60, "h": 3600},
+    "rad": {"deg": _TURN / 360, "°": _TURN / 360, "rev": _TURN},
+    "rad/s": {"rpm": _TURN / 60, "1/min": _TURN / 60, "deg/s": _TURN / 360, "rev/s": _TURN},
+    "m": {"cm": "1e-2", "mm": "1e-3", "um": "1e-6"},
+    "m/s": {"mm/s": "1e-3", "km/h": Fraction(10, 36)},
+    "m^2": {"cm^2": "1e-4", "mm^2": "1e-6"},
+    "kg": {"g": "1e-3", "t": 1e3},
+    "N": {"kN": 1e3, "MN": 1e6},
+    "N/m": {"kN/m": 1e3, "MN/m": 1e6, "N/mm": 1e3, "kN/mm": 1e6},
+    "N*m": {"Nm": 1, "kN*m": 1e3, "kNm": 1e3},
+    "Pa": {"kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "bar": 1e5, "N/mm^2": 1e6},
+    "J": {"kJ": 1e3, "MJ": 1e6},
+    "W": {"kW": 1e3, "MW": 1e6},
+    "1": {"": 1, "1": 1, "-": 1, "%": "1e-2"},
+}
+#: SI unit → spellings of units of the same kind. These need no library, and are what engineers mean where a library
+#: of all units reads something else (C, 1/min); fractions, so that 95 % is 0.95 and not one rounding beside it
+_TABLE = {si: {name: Unit(Fraction(x)) for name, x in known.items()} for si, known in _FACTORS.items()}
+_TABLE["K"] = {name: Unit(1, Fraction("273.15")) for name in ("degC", "°C", "C")}
+#: names, products, quotients and one-digit powers: what a parser of all units cannot spend an hour on
+_SPELLING = re.compile(r"(?:[A-Za-z°_]|%|1|[*/]|\((?:[A-Za-z°_*/]|\^-?[1-9](?!\d))+\)|\^-?[1-9](?!\d))+")
+#: a plane angle is not a number here: 20 is not 20 rad, and 3 Hz are neither 3 rad/s nor 3 rev/s without asking
+_ANGLES = {"radian", "degree", "revolution", "turn", "revolutions_per_minute", "arcminute", "arcsecond", "gradian"}
+
+
+def _plain(text: str) -> str:
+    """One spelling of a unit: `kN·m`, `m²` and `µm` as `kN*m`, `m^2` and `um`."""
+    name = text.strip().replace("·", "*").replace("⋅", "*").replace("**", "^").replace("²", "^2").replace("³", "^3")
+    return name.replace("μ", "u").replace("µ", "u").replace(" ", "")
+
+
+def unit(text: str, si: str) -> Unit:
+    """The unit written as `text` for a quantity of the SI unit `si`; empty text is SI itself.
+
+    Raises `ValueError` with the spellings that there are, or with what kind of quantity the unit is.
+    """
+    name, si = _plain(text), si or "1"
+    known = _TABLE.get(si, {})
+    if not name or name == si or name in known:
+        return known.get(name, Unit(1.0))
+    try:
+        return _of_library(name, si)
+    except ValueError as error:
+        names = [si, *(name for name in known if name)] if si != "1" else [name for name in known if name]
+        raise ValueError(f"known here: {', '.join(names)}{error}") from None
+
+
+@functools.cache
+def _library() -> Any:
+    import pint  # a second, which only unusual units pay
+
+    return pint.UnitRegistry(non_int_type=Fraction, cache_folder=None)  # pyright: ignore
+
+
+@functools.lru_cache(maxsize=1024)
+def _of_library(name: str, si: str) -> Unit:
+    """A unit that the table has not, by the library of all units; `ValueError` says what is wrong beyond the names."""
+    if len(name) > 40 or not _SPELLING.fullmatch(name):
+        raise ValueError("")
+    registry = _library()
+    try:
+        found, wanted = registry.parse_units(name), registry.parse_units("" if si == "1" else si)
+        if bool(_ANGLES & set(found._units)) != bool(_ANGLES & set(wanted._units)):
+            raise ValueError("; an angle counts as a unit of its own")
+        if not found.is_compatible_with(wanted):
+            raise ValueError(f"; {name} is of another kind")
+        zero, one = registry.Quantity(Fraction(0), found).to(wanted), registry.Quantity(Fraction(1), found).to(wanted)
+        offset = Fraction(zero.magnitude)
+        return Unit(Fraction(one.magnitude) - offset, offset)
+    except Exception as error:  # whatever a parser of free text raises: it is not a unit
+        raise ValueError(str(error) if str(error).startswith(";") else "") from None
+
+
+def spelled(text: str) -> bool:
+    """Whether a text is a unit of any kind in the table (bare numbers are not)."""
+    name = text.strip()
+    return not name.isdigit() and (name in _TABLE or any(name in known for known in _TABLE.values()))
+
+
+def to_si(number: float, of: Unit) -> float:
+    """A number in a unit as a number in SI."""
+    if not math.isfinite(number):
+        return number
+    try:
+        return float(Fraction(repr(float(number))) * Fraction(of.factor) + Fraction(of.offset))  # as written
+    except OverflowError:
+        return math.copysign(math.inf, number)
+
+
+# --- numbers for reading ----------------------------------------------------------------------------------------------
 
 #: SI unit → from which magnitude on, factor and name of a unit for reading; the last one holds for all that is smaller
 _SCALES: dict[str, tuple[tuple[float, float, str], ...]] = {
@@ -86,14 +192,12 @@ def number(
     """One number (SI) for reading; `None` and what is not finite become a dash.
 
     - `absolute`: as for `scale`; by default every K is a temperature
-    - `beside`: the magnitude whose unit is taken, that of the greatest of numbers to be compared
+    - `beside`: the magnitude whose unit is taken, that of the largest of numbers to be compared
     """
     if value is None or not np.isfinite(value):
         return Number("—")
     x = float(value)
-    factor, offset, name = scale(
-        unit, abs(x) if beside is None else beside, absolute=unit == "K" if absolute is None else absolute
-    )
+    factor, offset, name = scale(unit, abs(x) if beside is None else beside, absolute=absolute is not False)
     return Number(digits(x * factor + offset, count), name, repr(x), pretty(unit))
 
 
@@ -105,9 +209,7 @@ def numbers(values: Any, unit: str = "", *, absolute: bool | None = None, count:
     if array.size == 0:
         return Number("none")
     flat = array.ravel()
-    factor, offset, name = scale(
-        unit, float(np.abs(flat).max()), absolute=unit == "K" if absolute is None else absolute
-    )
+    factor, offset, name = scale(unit, float(np.abs(flat).max()), absolute=absolute is not False)
     shown = [digits(x * factor + offset, count) for x in flat]
     exact = ", ".join(repr(x) for x in flat.tolist()) if flat.size <= 100 else ""
     if array.size > 1 and np.ptp(flat) <= 1e-12 * np.abs(flat).max():
@@ -151,7 +253,7 @@ class Column(NamedTuple):
         heading = self.name.replace("_", " ") if self.heading is None else self.heading
         return f"{heading}, {unit}" if unit and heading else heading or unit
 
-    def text(self, value: Any) -> str:
+    def text(self, value: object) -> str:
         """A value as it stands in the table."""
         if value is None:
             return ""
@@ -181,7 +283,7 @@ class Table(Sequence[dict[str, Any]]):
         lining         3.2
     """
 
-    def __init__(self, columns: Iterable[Column | str], rows: Iterable[Any], title: str = ""):
+    def __init__(self, columns: Iterable[Column | str], rows: Iterable[Sequence | Mapping], title: str = "") -> None:
         self.columns = tuple(Column(one, left=True) if isinstance(one, str) else one for one in columns)
         self.title = title
         self._rows = [self._ordered(row) for row in rows]

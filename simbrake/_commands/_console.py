@@ -12,8 +12,7 @@ from io import TextIOWrapper
 from pathlib import Path
 from typing import Literal, get_args
 
-from .._base._faults import Fault, InputError
-from .._base._whole import whole_file
+from .._base._faults import Fault, InputError, whole_file
 
 # --- ω as omega, ≤ as <=, and nothing that fails ----------------------------------------------------------------------
 

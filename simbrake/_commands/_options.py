@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Annotated, TypeVar
 
 from cyclopts import Parameter
 
-from .._base._faults import Fault, InputError
-from .._base._whole import whole_file as whole_file
-from .._base._whole import whole_folder
+from .._base._faults import Fault, InputError, whole_folder
+from .._base._faults import whole_file as whole_file
 
 if TYPE_CHECKING:
     from .._parts._scene import Scene

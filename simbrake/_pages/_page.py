@@ -14,10 +14,9 @@ import numpy as np
 from jaxtyping import Float
 
 from .. import plot
-from .._base._faults import InputError
+from .._base._faults import InputError, whole_file, whole_folder
 from .._base._progress import Waiting, waiting
 from .._base._table import Column, Number, Table, digits, number, pretty
-from .._base._whole import whole_file, whole_folder
 from .._parts._scene import Scene, paths_without_meaning
 from .._run._measure import (
     LimitCheck,

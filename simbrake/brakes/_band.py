@@ -2,8 +2,8 @@
 
 import abc
 import math
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterable
+from typing import Any, NamedTuple, TypeAlias
 
 import equinox as eqx
 import jax
@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from .._base._faults import Fault
-from .._base._quantity import Part, Scalar, as_number, leaves, quantity, short_for
+from .._base._quantity import Over, Part, Scalar, Values, as_number, quantity, short_for
 from ..hybrid._arrays import Array
 
 
@@ -33,6 +33,9 @@ def tension_ratio(fz: Float[Array, " n"]) -> tuple[Float[Array, " n"], Bool[Arra
     return (1 + safe) / (1 - safe), locked
 
 
+_Vectors: TypeAlias = tuple[Float[Array, " n"]]
+
+
 @jax.custom_jvp
 def product(mu: Float[Array, " n"]) -> Float[Array, ""]:
     """`∏ μ_i` of ratios that are never 0."""
@@ -40,7 +43,7 @@ def product(mu: Float[Array, " n"]) -> Float[Array, ""]:
 
 
 @product.defjvp
-def _(primals, tangents):
+def _(primals: _Vectors, tangents: _Vectors) -> tuple[Array, Array]:
     # the general rule of jnp.prod costs n products; here no factor is 0
     (mu,), (d_mu,) = primals, tangents
     whole = jnp.prod(mu)
@@ -63,7 +66,7 @@ def running_product(mu: Float[Array, " n"]) -> Float[Array, " n"]:
 
 
 @running_product.defjvp
-def _(primals, tangents):
+def _(primals: _Vectors, tangents: _Vectors) -> tuple[Array, Array]:
     (mu,), (d_mu,) = primals, tangents
     running = running_product(mu)
     return running, running * _running(jnp.add, d_mu / mu, 0.0)
@@ -76,7 +79,7 @@ def sliding_ratio(fz: Float[Array, " n"]) -> Float[Array, ""]:
 
 
 @sliding_ratio.defjvp
-def _(primals, tangents):
+def _(primals: _Vectors, tangents: _Vectors) -> tuple[Array, Array]:
     # d ln Π = Σ 2 d(f_i z_i)/(1 − (f_i z_i)²)
     (fz,), (d_fz,) = primals, tangents
     ratio = sliding_ratio(fz)
@@ -100,7 +103,7 @@ class LiningForces(NamedTuple):
     `tension` is `None` where no band presses the linings.
     """
 
-    tension: Any
+    tension: Values
     friction: Float[Array, " n"]
     normal: Float[Array, " n"]
     at_limit: Bool[Array, " n"]
@@ -192,7 +195,7 @@ def sliding_tensions(
     mrw = jnp.broadcast_to(jnp.asarray(centrifugal_force, c.dtype), c.shape)
     f = jnp.broadcast_to(f, c.shape)
 
-    def lining(before, one):
+    def lining(before: Array, one: tuple[Array, ...]) -> tuple[Array, tuple[Array, ...]]:
         f, c, s, ma, mrw = one
         after = (before * (c + f * s) - ma - f * mrw) / (c - f * s)
         lifted = (after + before) * s < mrw
@@ -229,7 +232,7 @@ def chord_tensions(T_0: Float[Array, ""], f: Float[Array, "..."], beta: Float[Ar
 # --- compliance -------------------------------------------------------------------------------------------------------
 
 
-def tension_rise(f: Any, angle: Any) -> Float[Array, ""]:
+def tension_rise(f: Values, angle: Values) -> Float[Array, ""]:
     """`S_H/S_C = exp(Σ f_i α_i)` of sliding linings; `f` a number or (n,), `angle` (n,) in rad."""
     return jnp.exp(jnp.sum(jnp.asarray(f) * jnp.asarray(angle)))
 
@@ -250,22 +253,22 @@ class AbstractStiffness(Part):
     """
 
     @abc.abstractmethod
-    def stiffness(self, f: Any, angle: Any, radius: Any) -> Float[Array, ""]:
+    def stiffness(self, f: Values, angle: Values, radius: Values) -> Float[Array, ""]:
         """`C = S_H/Δl` in N/m, linkage included."""
 
-    @abc.abstractmethod
     def faults(self, path: str, n: int) -> list[Fault]:
         """What does not fit `n` linings, beyond the ranges of single numbers (concrete values only)."""
+        return []
 
-    def compliance(self, f: Any, angle: Any, radius: Any) -> Float[Array, ""]:
+    def compliance(self, f: Values, angle: Values, radius: Values) -> Float[Array, ""]:
         """`c = Δl/S_C = e^{Σfα}/C` in m/N, the `C_i` of K-8, linkage included."""
         return tension_rise(f, angle) / self.stiffness(f, angle, radius)
 
-    def elongation(self, slack_tension: Any, f: Any, angle: Any, radius: Any) -> Float[Array, ""]:
+    def elongation(self, slack_tension: Values, f: Values, angle: Values, radius: Values) -> Float[Array, ""]:
         """`Δl = c S_C` in m for the slack tension `S_C` (N)."""
         return jnp.asarray(slack_tension) * self.compliance(f, angle, radius)
 
-    def bare_angle(self, n: int) -> Any:
+    def bare_angle(self, n: int) -> Scalar | float:
         """Angle (rad) on the pulley that no lining covers: `Σ β_i` of the gaps."""
         return 0.0
 
@@ -281,11 +284,13 @@ class GivenStiffness(AbstractStiffness):
 
     value: Scalar = quantity("N/m", "stiffness at the tight end", positive=True)
 
-    def stiffness(self, f, angle, radius):
+    def stiffness(self, f: Values, angle: Values, radius: Values) -> Float[Array, ""]:
         return jnp.asarray(self.value)
 
-    def faults(self, path, n):
-        return _faults_of_sizes(self, path)
+
+def _in_series(own: Float[Array, ""], linkage: Scalar | None) -> Float[Array, ""]:
+    """`1/C = 1/C_own + 1/C_linkage`."""
+    return own if linkage is None else 1 / (1 / own + 1 / jnp.asarray(linkage))
 
 
 class AbstractGeometry(AbstractStiffness):
@@ -299,63 +304,25 @@ class AbstractGeometry(AbstractStiffness):
     linkage: eqx.AbstractVar[Any]
 
     @abc.abstractmethod
-    def stretch(self, f: Any, angle: Any, radius: Any) -> Float[Array, ""]:
+    def stretch(self, f: Values, angle: Values, radius: Values) -> Float[Array, ""]:
         """`Δl/S_C` in m/N of the band alone."""
 
-    def stiffness(self, f: Any, angle: Any, radius: Any) -> Float[Array, ""]:
-        own = tension_rise(f, angle) / self.stretch(f, angle, radius)
-        return own if self.linkage is None else 1 / (1 / own + 1 / jnp.asarray(self.linkage))
-
-
-class BondedLinings(AbstractGeometry):
-    """Linings that stretch with the band: dovetail, bolts or rivets (K-1).
-
-        Δl/S_C = Σ_i e_{i−1} (e^{f_i α_i} − 1)/(f_i k) + R_0/(E_1A_1) Σ_{i<n} e_i β_i + (l_C + e_n l_H)/(E_1A_1)
-        e_i = exp(Σ_{j≤i} f_j α_j),   k = E_1A_1/R_0 + E_2A_2/R_0'
-
-    - `modulus` `E_1` (Pa), `area` `A_1` (m²) of the band;  `lining_modulus` `E_2`, `lining_area` `A_2`: cross-section
-    - `lining_radius` `R_0'` (m) of the linings' middle;  `R_0` is `Band.radius`, `α_i` are `Lining.angle`
-    - `slack_end` `l_C`, `tight_end` `l_H` (m): free ends beyond the first and the last lining
-    - `gap` `β` (rad) between neighbouring linings, beyond their own angles: a number or (n − 1,); no friction there
-    - `linkage` (N/m): stiffness of anchor and linkage in series;  `halved_ends`: half of the end terms, as K prints
-
-    K-1 as printed begins the sum over the arcs at `e^{fα}` instead of 1 (the first lining starts at `S_C`), and its
-    gaps and ends lack the factor `R_0/(E_1A_1)` that K-4 has: this is the consistent form. An end under a constant
-    tension stretches by `S l/(EA)`, so that the half is an option only. Source: K-1, model §2.3.
-    """
-
-    modulus: Scalar = quantity("Pa", "modulus of the band", positive=True)
-    area: Scalar = quantity("m^2", "cross-section of the band", positive=True)
-    lining_modulus: Scalar = quantity("Pa", "modulus of the linings", low=0.0)
-    lining_area: Scalar = quantity("m^2", "cross-section of the linings", low=0.0)
-    lining_radius: Scalar = quantity("m", "radius of the linings' middle", positive=True)
-    slack_end: Scalar = quantity("m", "free length at the slack end", low=0.0, default=0.0)
-    tight_end: Scalar = quantity("m", "free length at the tight end", low=0.0, default=0.0)
-    gap: Scalar = quantity(
-        "rad", "angle between neighbouring linings", low=0.0, many=True, may_be_empty=True, default=0.0
-    )
-    linkage: Scalar | None = quantity("N/m", "stiffness of anchor and linkage", positive=True, default=None)
-    halved_ends: bool = eqx.field(static=True, default=False)  # pyright: ignore
-
-    def stretch(self, f, angle, radius):
-        EA = jnp.asarray(self.modulus) * self.area
-        return _stretch(
-            self, f, angle, radius, EA / radius + self.lining_modulus * self.lining_area / self.lining_radius
-        )
-
-    def bare_angle(self, n):
-        return np.sum(np.broadcast_to(np.asarray(self.gap), (n - 1,)))
-
-    def faults(self, path, n):
-        return _faults_of_sizes(self, path, n)
+    def stiffness(self, f: Values, angle: Values, radius: Values) -> Float[Array, ""]:
+        return _in_series(tension_rise(f, angle) / self.stretch(f, angle, radius), self.linkage)
 
 
 class LiningsOnPlates(AbstractGeometry):
     """Linings on elastic plates: not bonded, the band stretches alone (K-2).
 
         Δl/S_C = R_0/(E_1A_1) [Σ_i e_{i−1} (e^{f_i α_i} − 1)/f_i + Σ_{i<n} e_i β_i] + (l_C + e_n l_H)/(E_1A_1)
+        e_i = exp(Σ_{j≤i} f_j α_j)
 
-    Symbols and the option `halved_ends` as in `BondedLinings`, of which this is the limit `E_2 A_2 → 0`.
+    - `modulus` `E_1` (Pa), `area` `A_1` (m²) of the band;  `R_0` is `Band.radius`, `α_i` are `Lining.angle`
+    - `slack_end` `l_C`, `tight_end` `l_H` (m): free ends beyond the first and the last lining
+    - `gap` `β` (rad) between neighbouring linings, beyond their own angles: a number or (n − 1,); no friction there
+    - `linkage` (N/m): stiffness of anchor and linkage in series;  `halved_ends`: half of the end terms, as K prints
+
+    An end under a constant tension stretches by `S l/(EA)`, so that the half is an option only.
     Source: K-2, model §2.3; consistent as printed but for the halved ends.
     """
 
@@ -364,19 +331,54 @@ class LiningsOnPlates(AbstractGeometry):
     slack_end: Scalar = quantity("m", "free length at the slack end", low=0.0, default=0.0)
     tight_end: Scalar = quantity("m", "free length at the tight end", low=0.0, default=0.0)
     gap: Scalar = quantity(
-        "rad", "angle between neighbouring linings", low=0.0, many=True, may_be_empty=True, default=0.0
+        "rad", "angle between neighbouring linings", low=0.0, many=Over.ROWS, may_be_empty=True, default=0.0
     )
     linkage: Scalar | None = quantity("N/m", "stiffness of anchor and linkage", positive=True, default=None)
     halved_ends: bool = eqx.field(static=True, default=False)  # pyright: ignore
 
-    def stretch(self, f, angle, radius):
-        return _stretch(self, f, angle, radius, jnp.asarray(self.modulus) * self.area / radius)
+    def stretch(self, f: Values, angle: Values, radius: Values) -> Float[Array, ""]:
+        angle = jnp.asarray(angle)
+        steps = jnp.broadcast_to(jnp.asarray(f), angle.shape) * angle
+        after = jnp.exp(jnp.cumsum(steps))
+        before = jnp.exp(jnp.cumsum(steps) - steps)
+        arcs = jnp.sum(before * angle * _mean_rise(steps)) / self.per_angle(radius)
+        gaps = jnp.sum(after[:-1] * jnp.asarray(self.gap)) * radius
+        ends = (0.5 if self.halved_ends else 1.0) * (self.slack_end + self.tight_end * after[-1])
+        return arcs + (gaps + ends) / (jnp.asarray(self.modulus) * self.area)
 
-    def bare_angle(self, n):
+    def per_angle(self, radius: Values) -> Float[Array, ""]:
+        """`k`: tension (N) per unit of elongation and angle of an arc under a lining."""
+        return jnp.asarray(self.modulus) * self.area / radius
+
+    def bare_angle(self, n: int) -> Scalar | float:
         return np.sum(np.broadcast_to(np.asarray(self.gap), (n - 1,)))
 
-    def faults(self, path, n):
-        return _faults_of_sizes(self, path, n)
+    def faults(self, path: str, n: int) -> list[Fault]:
+        shape = np.shape(self.gap)
+        if shape in ((), (n - 1,)):
+            return []
+        return [Fault(f"{path}.gap", f"has the shape {shape}", f"give one number, or {n - 1} for the gaps")]
+
+
+class BondedLinings(LiningsOnPlates):
+    """Linings that stretch with the band: dovetail, bolts or rivets (K-1).
+
+        Δl/S_C = Σ_i e_{i−1} (e^{f_i α_i} − 1)/(f_i k) + R_0/(E_1A_1) Σ_{i<n} e_i β_i + (l_C + e_n l_H)/(E_1A_1)
+        k = E_1A_1/R_0 + E_2A_2/R_0'
+
+    - `lining_modulus` `E_2` (Pa), `lining_area` `A_2` (m²): cross-section;  `lining_radius` `R_0'` (m) of their middle
+    - everything else as in `LiningsOnPlates`, which is the limit `E_2 A_2 → 0`
+
+    K-1 as printed begins the sum over the arcs at `e^{fα}` instead of 1 (the first lining starts at `S_C`), and its
+    gaps and ends lack the factor `R_0/(E_1A_1)` that K-4 has: this is the consistent form. Source: K-1, model §2.3.
+    """
+
+    lining_modulus: Scalar = quantity("Pa", "modulus of the linings", low=0.0, kw_only=True)
+    lining_area: Scalar = quantity("m^2", "cross-section of the linings", low=0.0, kw_only=True)
+    lining_radius: Scalar = quantity("m", "radius of the linings' middle", positive=True, kw_only=True)
+
+    def per_angle(self, radius: Values) -> Float[Array, ""]:
+        return super().per_angle(radius) + self.lining_modulus * self.lining_area / self.lining_radius
 
 
 class ContinuousLining(AbstractGeometry):
@@ -407,7 +409,7 @@ class ContinuousLining(AbstractGeometry):
     tight_end: Scalar = quantity("m", "free length at the tight end", low=0.0, default=0.0)
     linkage: Scalar | None = quantity("N/m", "stiffness of anchor and linkage", positive=True, default=None)
 
-    def stretch(self, f, angle, radius):
+    def stretch(self, f: Values, angle: Values, radius: Values) -> Float[Array, ""]:
         f, angle = jnp.asarray(f), jnp.asarray(angle)
         E_1, E_2 = jnp.asarray(self.modulus), jnp.asarray(self.lining_modulus)
         slack = E_1 * self.slack_area / radius + E_2 * self.slack_lining_area / self.lining_radius
@@ -423,14 +425,11 @@ class ContinuousLining(AbstractGeometry):
         return jnp.sum(of_slack) / slack + jnp.sum(of_tight) / tight + ends
 
     @property
-    def longest_wrap(self):
+    def longest_wrap(self) -> float:
         return 4 * math.pi  # the tongue passes the slot once
 
-    def faults(self, path, n):
-        return _faults_of_sizes(self, path, n)
 
-
-def _as_bands(bands: Any) -> tuple[AbstractStiffness, ...]:
+def _as_bands(bands: Iterable[AbstractStiffness | float]) -> tuple[AbstractStiffness, ...]:
     return tuple(band if isinstance(band, AbstractStiffness) else GivenStiffness(as_number(band)) for band in bands)
 
 
@@ -451,29 +450,28 @@ class ParallelBands(AbstractStiffness):
     bands: tuple[AbstractStiffness, ...] = eqx.field(converter=_as_bands)
     linkage: Scalar | None = quantity("N/m", "stiffness that the bands have in common", positive=True, default=None)
 
-    def stiffness(self, f, angle, radius):
-        own = sum(band.stiffness(f, angle, radius) for band in self.bands)
-        return jnp.asarray(own if self.linkage is None else 1 / (1 / own + 1 / jnp.asarray(self.linkage)))
+    def stiffness(self, f: Values, angle: Values, radius: Values) -> Float[Array, ""]:
+        own = [band.stiffness(f, angle, radius) for band in self.bands]
+        return _in_series(jnp.asarray(sum(own)), self.linkage)
 
-    def shares(self, f: Any, angle: Any, radius: Any) -> Float[Array, " k"]:
+    def shares(self, f: Values, angle: Values, radius: Values) -> Float[Array, " k"]:
         """Share of every tension that each band has; they sum to 1."""
         return lever_split(jnp.stack([band.compliance(f, angle, radius) for band in self.bands]), 1.0)
 
-    def bare_angle(self, n):
+    def bare_angle(self, n: int) -> Scalar | float:
         return max(band.bare_angle(n) for band in self.bands)
 
     @property
-    def longest_wrap(self):
+    def longest_wrap(self) -> float:
         return min(band.longest_wrap for band in self.bands)
 
-    def faults(self, path, n):
+    def faults(self, path: str, n: int) -> list[Fault]:
         if not self.bands:
             return [Fault(f"{path}.bands", "there is no band", "give a stiffness or a geometry for each")]
-        inside = [fault for i, band in enumerate(self.bands) for fault in band.faults(f"{path}.bands[{i}]", n)]
-        return inside + _faults_of_sizes(self, path)
+        return [fault for i, band in enumerate(self.bands) for fault in band.faults(f"{path}.bands[{i}]", n)]
 
 
-def lever_split(compliances: Any, tension: Any) -> Float[Array, " k"]:
+def lever_split(compliances: Values, tension: Values) -> Float[Array, " k"]:
     """Slack tensions (N) of bands in parallel under one lever that gives the sum `S`, with equal elongation.
 
         S_i = S/(c_i Σ_j 1/c_j)                                                                                   (K-8)
@@ -482,26 +480,3 @@ def lever_split(compliances: Any, tension: Any) -> Float[Array, " k"]:
     """
     yielding = 1 / jnp.asarray(compliances)
     return jnp.asarray(tension) * (yielding / jnp.sum(yielding))
-
-
-def _stretch(of: Any, f: Any, angle: Any, radius: Any, per_angle: Array) -> Float[Array, ""]:
-    """`Δl/S_C` of separate linings with gaps and ends, `per_angle` being the stiffness `k` (N) of an arc per rad."""
-    angle = jnp.asarray(angle)
-    steps = jnp.broadcast_to(jnp.asarray(f), angle.shape) * angle
-    after = jnp.exp(jnp.cumsum(steps))
-    before = jnp.exp(jnp.cumsum(steps) - steps)
-    arcs = jnp.sum(before * angle * _mean_rise(steps)) / per_angle
-    gaps = jnp.sum(after[:-1] * jnp.asarray(of.gap)) * radius
-    ends = (0.5 if of.halved_ends else 1.0) * (of.slack_end + of.tight_end * after[-1])
-    return arcs + (gaps + ends) / (jnp.asarray(of.modulus) * of.area)
-
-
-def _faults_of_sizes(of: AbstractStiffness, path: str, n: int | None = None) -> list[Fault]:
-    """Lists where one number is meant; only gaps may differ from one another."""
-    found = []
-    for leaf in leaves(of):
-        many = np.shape(leaf.value)
-        if "bands[" not in leaf.path and many != () and (leaf.path != "gap" or n is None or many != (n - 1,)):
-            hint = f"give one number, or {(n or 1) - 1} for the gaps" if leaf.path == "gap" else "give one number"
-            found.append(Fault(f"{path}.{leaf.path}", f"has the shape {many}", hint))
-    return found

@@ -1,29 +1,28 @@
 """The parts of a brake: what could be weighed."""
 
 import abc
-import functools
 import math
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from .._base._compiling import Skeleton, skeleton
 from .._base._faults import Fault, InputError
-from .._base._quantity import Part, Scalar, Whole, part, positive, quantity, takes_values
-from ..friction import (
-    AbstractFriction,
-    AnyContact,
-    SurfaceState,
-    contact_like,
-    faults_of_memory,
-    memory_at_start,
-    needs,
-    reads,
+from .._base._quantity import (
+    Over,
+    Part,
+    Scalar,
+    Values,
+    Whole,
+    faults_of_sizes,
+    part,
+    positive,
+    quantity,
+    takes_values,
 )
+from ..friction import AbstractFriction, AnyContact, SurfaceState, faults_of_law, memory_at_start, needs, reads
 from ..hybrid._arrays import Array
 from ._band import AbstractStiffness, ParallelBands, grip, product, tension_ratio
 
@@ -49,11 +48,9 @@ class Segments(Part):
     - `anchor_damping` `D_n` (N·s/m) of the segment to the anchor
     """
 
-    stiffness: Scalar = quantity(
-        "N/m", "stiffness of the band between two linings", positive=True, many=True, may_be_empty=True
-    )
+    stiffness: Scalar = quantity("N/m", "stiffness of the band between two linings", positive=True, many=Over.GAPS)
     damping_ratio: Scalar = quantity(
-        "1", "share of critical damping between two linings", low=0.0, many=True, may_be_empty=True, default=0.05
+        "1", "share of critical damping between two linings", low=0.0, many=Over.GAPS, default=0.05
     )
     anchor_damping: Scalar = quantity("N*s/m", "damping of the segment to the anchor", low=0.0, default=0.0)
 
@@ -88,7 +85,7 @@ class AbstractLinings(Part):
         def friction(self) -> AbstractFriction: ...
 
         @property
-        def area(self) -> Any: ...
+        def area(self) -> Scalar | None: ...
     else:
         friction: eqx.AbstractVar[AbstractFriction]
         area: eqx.AbstractVar[Any]
@@ -99,9 +96,9 @@ class AbstractLinings(Part):
         """Number of linings."""
 
     @property
-    @abc.abstractmethod
     def weights(self) -> Float[Array, " n"]:
         """Sizes by which linings count in a mean over all of them."""
+        return jnp.ones(self.count)
 
 
 class Lining(AbstractLinings):
@@ -166,14 +163,14 @@ class Bandage(Part):
     preload: Scalar = quantity("N", "interference load of a lining on the rim", low=0.0, many=True, default=0.0)
     area: Scalar | None = quantity("m^2", "area of a lining's inner face", positive=True, many=True, default=None)
     spring: Scalar | None = quantity(
-        "N/m", "stiffness between neighbouring linings", positive=True, many=True, may_be_empty=True, default=None
+        "N/m", "stiffness between neighbouring linings", positive=True, many=Over.GAPS, default=None
     )
     spring_damping: Scalar = quantity(
-        "1", "share of critical damping of the springs", low=0.0, many=True, may_be_empty=True, default=0.05
+        "1", "share of critical damping of the springs", low=0.0, many=Over.GAPS, default=0.05
     )
 
 
-def unloaded(pair: AbstractLinings | Bandage, v: Any, T: Any) -> AnyContact:
+def unloaded(pair: AbstractLinings | Bandage, v: Float[Array, " n"], T: Float[Array, "..."] | None) -> AnyContact:
     """The contact of surfaces without load, at slip speeds `v` (n,) and temperatures `T` (K; `None`: none known).
 
     As in a run it has a pressure only where the pair has areas; or where the law cannot do without one. States of the
@@ -217,19 +214,19 @@ class AbstractBrake(Part):
         def linings(self) -> AbstractLinings: ...
 
         @property
-        def inertia(self) -> Any: ...
+        def inertia(self) -> Scalar: ...
     else:
         linings: eqx.AbstractVar[AbstractLinings]
         inertia: eqx.AbstractVar[Any]
 
     @property
     @abc.abstractmethod
-    def track_radius(self) -> Any:
+    def track_radius(self) -> Scalar:
         """Radius (m) of the friction track: its speed is that of what cools it."""
 
     @property
     @abc.abstractmethod
-    def radius(self) -> Any:
+    def radius(self) -> Scalar:
         """Radius (m) at which the friction of the linings acts."""
 
     @property
@@ -242,7 +239,7 @@ class AbstractBrake(Part):
         """Friction pairs by name, first the one on which the lever acts."""
         return {"external": PairPlace("linings", f"{self.words.lining}s on the {self.words.body}")}
 
-    def rubbing_part(self, pair: str) -> Any:
+    def rubbing_part(self, pair: str) -> "AbstractLinings | Bandage":
         """The part that describes the linings of a friction pair: their law, their areas."""
         return getattr(self, self.pairs[pair].field)
 
@@ -267,20 +264,28 @@ class AbstractBrake(Part):
         return False
 
     @abc.abstractmethod
-    def torque(self, force: Any, f: Float[Array, " n"]) -> Float[Array, ""]:
+    def torque(self, force: Values, f: Float[Array, "..."]) -> Float[Array, ""]:
         """Torque (N·m) of linings that slide ahead with the coefficients `f` under the `force` (N) of the lever."""
 
     @abc.abstractmethod
-    def self_locking(self, f: Float[Array, " n"]) -> Float[Array, " n"]:
+    def self_locking(self, f: Float[Array, "..."]) -> Float[Array, " n"]:
         """How near each lining is to locking itself with the coefficients `f`: it does so from 1 on."""
 
     @abc.abstractmethod
     def locking_words(self, i: int, share: float) -> str:
         """Why lining `i` (from 1) locks itself, whose `self_locking` is `share`."""
 
-    @abc.abstractmethod
     def faults(self, path: str) -> list[Fault]:
         """What does not fit together, beyond the ranges of single numbers (concrete values only)."""
+        found = []
+        for name, place in self.pairs.items():
+            of = " of the internal pair" if name == "internal" else ""
+            found += _faults_of_pair(self.rubbing_part(name), f"{path}.{place.field}", self.linings.count, of)
+        return found + self.faults_of_shape(path)
+
+    def faults_of_shape(self, path: str) -> list[Fault]:
+        """What does not fit together in the geometry."""
+        return []
 
 
 class Brake(AbstractBrake):
@@ -299,30 +304,30 @@ class Brake(AbstractBrake):
     )
 
     @property
-    def inertia(self) -> Any:
+    def inertia(self) -> Scalar:
         return self.pulley.inertia
 
     @property
-    def track_radius(self) -> Any:
+    def track_radius(self) -> Scalar:
         return self.pulley.radius
 
     @property
-    def radius(self) -> Any:
+    def radius(self) -> Scalar:
         return self.band.radius
 
     @property
-    def pairs(self):
+    def pairs(self) -> dict[str, PairPlace]:
         on_rim = "linings on the rim"
         if self.bandage is None:
             return {"external": PairPlace("linings", on_rim)}
         return {"external": PairPlace("linings", "band on linings"), "internal": PairPlace("bandage", on_rim)}
 
     @property
-    def kind(self):
+    def kind(self) -> str:
         return "staged brake" if self.in_series else "resolved brake" if self.resolved else "standard brake"
 
     @property
-    def features(self):
+    def features(self) -> tuple[str, ...]:
         found = () if self.band.segments is None else ("each on its own segment of the band",)
         return (*found, "staged") if self.in_series else found
 
@@ -330,14 +335,14 @@ class Brake(AbstractBrake):
     def banded(self) -> bool:
         return True
 
-    def torque(self, force, f):
+    def torque(self, force: Values, f: Float[Array, "..."]) -> Float[Array, ""]:
         mu = tension_ratio(grip(f, jnp.asarray(self.linings.angle)))[0]
         return jnp.asarray(self.band.radius) * force * (product(mu) - 1)
 
-    def self_locking(self, f):
+    def self_locking(self, f: Float[Array, "..."]) -> Float[Array, " n"]:
         return grip(f, jnp.asarray(self.linings.angle))
 
-    def locking_words(self, i, share):
+    def locking_words(self, i: int, share: float) -> str:
         return f"lining {i}: f·tan(β/2) = {share:.4g} ≥ 1, the band locks itself"
 
     @property
@@ -346,31 +351,20 @@ class Brake(AbstractBrake):
         sprung = self.bandage is not None and self.bandage.spring is not None
         return self.band.segments is not None or sprung
 
-    def faults(self, path: str) -> list[Fault]:
-        """What does not fit together, beyond the ranges of single numbers (concrete values only)."""
-        found = self.linings.friction.faults(f"{path}.linings.friction")
-        angle = np.asarray(self.linings.angle)
-        where = f"{path}.linings.angle"
-        if angle.ndim != 1 or angle.size == 0:
-            return [*found, Fault(where, "a list of angles is needed, one per lining", "one lining: [0.5]")]
+    def faults_of_shape(self, path: str) -> list[Fault]:
+        angle, where = np.asarray(self.linings.angle), f"{path}.linings.angle"
+        if angle.ndim != 1:
+            return [Fault(where, "a list of angles is needed, one per lining", "one lining: [0.5]")]
+        laws = tuple(f"{path}.{place.field}.friction" for place in self.pairs.values())  # they say it themselves
+        found = [fault for fault in faults_of_sizes(self, path, angle.size) if not fault.path.startswith(laws)]
         found += _faults_of_wrap(self.band.stiffness, angle, where, f"{path}.band.stiffness")
-        if np.all(np.isfinite([self.band.radius, self.pulley.radius])) and self.band.radius < self.pulley.radius:
-            found.append(
-                Fault(
-                    f"{path}.band.radius",
-                    f"{float(self.band.radius):g} m is inside the track of {float(self.pulley.radius):g} m",
-                    "the band circle is the track radius + lining + half the band",
-                )
-            )
-        if self.linings.area is None and needs(self.linings.friction, angle.size).p:
-            found.append(Fault(f"{path}.linings.area", "is missing", "the friction law looks at the pressure"))
-        found += faults_of_law(self.linings.friction, f"{path}.linings.friction", angle.size)
-        if self.bandage is not None:
-            found += _faults_of_bandage(self.bandage, f"{path}.bandage", angle.size)
-            found += _faults_of_springs(self, path, angle.size)
-        return found + self._faults_of_segments(path, angle.size)
+        if self.band.radius < self.pulley.radius:
+            what = f"{float(self.band.radius):g} m is inside the track of {float(self.pulley.radius):g} m"
+            hint = "the band circle is the track radius + lining + half the band"
+            found.append(Fault(f"{path}.band.radius", what, hint))
+        return found or [*self._faults_of_springs(path, angle.size), *self._faults_of_segments(path)]
 
-    def _faults_of_segments(self, path: str, n: int) -> list[Fault]:
+    def _faults_of_segments(self, path: str) -> list[Fault]:
         band, mass, found = self.band, self.linings.mass, []
         if band.segments is None:
             if mass is not None:
@@ -385,57 +379,42 @@ class Brake(AbstractBrake):
             found.append(Fault(f"{path}.band.stiffness", "is missing", hint))
         if mass is None:
             found.append(Fault(f"{path}.linings.mass", "is missing", "each lining of a chain moves for itself"))
-        elif np.shape(mass) not in ((), (n,)):
-            found.append(Fault(f"{path}.linings.mass", f"does not fit {n} linings", f"give one number, or {n}"))
-        for name in ("stiffness", "damping_ratio"):
-            if np.shape(getattr(band.segments, name)) not in ((), (n - 1,)):
-                where, what = f"{path}.band.segments.{name}", f"does not fit {n} linings"
-                found.append(Fault(where, what, f"give one number, or {n - 1}, one between each two"))
+        return found
+
+    def _faults_of_springs(self, path: str, n: int) -> list[Fault]:
+        """What a bandage of single linings cannot have, or a rigid one not."""
+        bandage, here, found = self.bandage, f"{path}.bandage", []
+        if bandage is None:
+            return found
+        if bandage.spring is None:
+            lists = [name for name in ("inertia", "spring_damping") if np.ndim(getattr(bandage, name))]
+            what = f"does not fit {n} linings"
+            return [Fault(f"{here}.{name}", what, "give one number, or springs") for name in lists]
+        if self.band.stiffness is not None:
+            hint = "leave it out: under linings that move apart, the motion of the band would not be one number"
+            found.append(Fault(f"{path}.band.stiffness", "a bandage with springs needs a rigid band", hint))
+        for pair, where in ((self.linings, f"{path}.linings.friction"), (bandage, f"{here}.friction")):
+            law = pair.friction
+            if needs(law, n).p or reads(law, n, T=True, p=pair.area is not None).p:
+                found.append(Fault(where, "cannot look at the pressure in a bandage with springs", "leave it out"))
+            elif pair is bandage and not reads(law, n, T=True, p=False).T:
+                still = unloaded(pair, jnp.zeros(n), None)
+                turns = self.pulley.radius * np.asarray(law.static(still)) * np.sin(np.asarray(self.linings.angle) / 2)
+                if np.any(turns >= self.band.radius):
+                    found.append(Fault(where, "a lining held by the band could not slide on the rim"))
         return found
 
 
-def _faults_of_bandage(bandage: Bandage, path: str, n: int) -> list[Fault]:
-    found = bandage.friction.faults(f"{path}.friction")
-    if bandage.area is None and needs(bandage.friction, n).p:
-        found.append(Fault(f"{path}.area", "is missing", "the friction law of the internal pair looks at the pressure"))
-    found += faults_of_law(bandage.friction, f"{path}.friction", n)
-    for name in ("preload", "area"):
-        if np.shape(getattr(bandage, name)) not in ((), (n,)) and getattr(bandage, name) is not None:
-            found.append(Fault(f"{path}.{name}", f"does not fit {n} linings", f"give one number, or a list of {n}"))
+def _faults_of_pair(pair: AbstractLinings | Bandage, path: str, n: int, of: str) -> list[Fault]:
+    found = faults_of_law(pair.friction, f"{path}.friction", n)
+    if pair.area is None and needs(pair.friction, n).p:
+        found.append(Fault(f"{path}.area", "is missing", f"the friction law{of} looks at the pressure"))
     return found
 
 
-def _faults_of_springs(brake: Brake, path: str, n: int) -> list[Fault]:
-    """What a bandage of single linings cannot have, or a rigid one not."""
-    bandage, here = brake.bandage, f"{path}.bandage"
-    assert bandage is not None
-    resolved = bandage.spring is not None
-    found = []
-    for name, fitting in (("inertia", (n,)), ("spring", (n - 1,)), ("spring_damping", (n - 1,))):
-        shape = np.shape(getattr(bandage, name))
-        if shape != () and not (resolved and shape == fitting):
-            wanted = f"give one number, or a list of {fitting[0]}" if resolved else "give one number, or springs"
-            found.append(Fault(f"{here}.{name}", f"does not fit {n} linings", wanted))
-    if not resolved or found:
-        return found
-    if brake.band.stiffness is not None:
-        hint = "leave it out: under linings that move apart, the motion of the band would not be one number"
-        found.append(Fault(f"{path}.band.stiffness", "a bandage with springs needs a rigid band", hint))
-    for pair, where in ((brake.linings, f"{path}.linings"), (bandage, here)):
-        law = pair.friction
-        if needs(law, n).p or reads(law, n, T=True, p=pair.area is not None).p:
-            found.append(
-                Fault(f"{where}.friction", "cannot look at the pressure in a bandage with springs", "leave it out")
-            )
-        elif where == here and not reads(law, n, T=True, p=False).T:
-            still = unloaded(pair, jnp.zeros(n), None)
-            turns = brake.pulley.radius * np.asarray(law.static(still)) * np.sin(np.asarray(brake.linings.angle) / 2)
-            if np.any(turns >= brake.band.radius):
-                found.append(Fault(f"{where}.friction", "a lining held by the band could not slide on the rim"))
-    return found
-
-
-def _faults_of_wrap(stiffness: Any, angle: np.ndarray, where: str, path: str) -> list[Fault]:
+def _faults_of_wrap(
+    stiffness: Scalar | AbstractStiffness | None, angle: np.ndarray, where: str, path: str
+) -> list[Fault]:
     wrap, longest, gaps = np.sum(angle), 2 * math.pi, ""
     if isinstance(stiffness, AbstractStiffness):
         found = stiffness.faults(path, angle.size)
@@ -449,27 +428,6 @@ def _faults_of_wrap(stiffness: Any, angle: np.ndarray, where: str, path: str) ->
     return []
 
 
-def faults_of_law(law: AbstractFriction, path: str, n: int) -> list[Fault]:
-    """Numbers or states of a law that are neither one for all nor one for each of `n` linings."""
-    found = faults_of_memory(law, path, n)
-    if found or _fits(skeleton(law), n):
-        return found
-    return [Fault(path, f"its numbers do not fit {n} linings", f"give one number, or a list of {n}")]
-
-
-@functools.lru_cache(maxsize=1024)
-def _fits(law: Skeleton, n: int) -> bool:
-    """Whether a law with numbers of these shapes gives one coefficient for each of `n` linings."""
-    try:
-        contact, _ = contact_like(law, n)
-        shape = jax.eval_shape(lambda law, contact: law.kinetic(contact), law.stand_in(), contact).shape
-        return np.broadcast_shapes(shape, (n,)) == (n,)
-    except jax.errors.TracerArrayConversionError:
-        return True  # another mistake, which the run itself will name
-    except (TypeError, ValueError, IndexError):
-        return False
-
-
 def under_a_band(brake: AbstractBrake) -> Brake:
     """The brake where only a band brake will do. Raises `InputError` for another kind."""
     if not isinstance(brake, Brake):
@@ -478,7 +436,7 @@ def under_a_band(brake: AbstractBrake) -> Brake:
     return brake
 
 
-def _still_friction(linings: Lining, temperature: Any) -> Float[Array, " n"]:
+def _still_friction(linings: Lining, temperature: Values | None) -> Float[Array, " n"]:
     law, n = linings.friction, linings.count
     if temperature is None and needs(law, n).T:
         raise ValueError("the friction law looks at the temperature: give it")
@@ -486,7 +444,7 @@ def _still_friction(linings: Lining, temperature: Any) -> Float[Array, " n"]:
     return jnp.broadcast_to(law.kinetic(unloaded(linings, jnp.zeros(n), T)), (n,))
 
 
-def stiffness_of(brake: Brake, temperature: Any = None) -> Float[Array, ""] | None:
+def stiffness_of(brake: Brake, temperature: Values | None = None) -> Float[Array, ""] | None:
     """Stiffness `C` of a brake's band in N/m, given or from its geometry; `None` for a rigid band.
 
     The friction along a geometry is the linings' kinetic coefficient at zero speed, without pressure, and at the
@@ -500,7 +458,7 @@ def stiffness_of(brake: Brake, temperature: Any = None) -> Float[Array, ""] | No
     return stiffness.stiffness(f, jnp.asarray(brake.linings.angle), jnp.asarray(brake.band.radius))
 
 
-def tension_shares(brake: Brake, temperature: Any = None) -> Float[Array, " k"]:
+def tension_shares(brake: Brake, temperature: Values | None = None) -> Float[Array, " k"]:
     """Share of every tension that each of a brake's parallel bands has (K-8); `[1]` where there is one band.
 
     Raises `InputError` for a brake without a band.

@@ -2,18 +2,18 @@
 
 import abc
 import math
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from .._base._faults import Fault
-from .._base._quantity import Part, Scalar, part, quantity, whole
+from .._base._quantity import Part, Scalar, Values, part, quantity, whole
 from ..friction import AbstractFriction, reads
 from ..hybrid._arrays import Array
-from ._design import AbstractBrake, AbstractLinings, BrakeWords, faults_of_law
+from ._design import AbstractBrake, AbstractLinings, BrakeWords
 
 
 class AbstractPressedBrake(AbstractBrake):
@@ -27,14 +27,14 @@ class AbstractPressedBrake(AbstractBrake):
     """
 
     @property
-    def track_radius(self) -> Any:
+    def track_radius(self) -> Scalar:
         return self.radius
 
     @abc.abstractmethod
-    def normal(self, force: Any, f: Float[Array, " n"], back: Any) -> Float[Array, " n"]:
+    def normal(self, force: Values, f: Float[Array, "..."], back: Bool[Array, ""] | bool) -> Float[Array, " n"]:
         """Normal forces `N_i` (N) on linings that slide with the coefficients `f`, the other way where `back`."""
 
-    def normal_under(self, force: Any, friction: Float[Array, " n"]) -> Float[Array, " n"]:
+    def normal_under(self, force: Values, friction: Float[Array, " n"]) -> Float[Array, " n"]:
         """Normal forces (N) on linings that carry the `friction` (N), > 0 against a motion ahead."""
         return self.normal(force, jnp.zeros(self.linings.count), False)
 
@@ -43,22 +43,14 @@ class AbstractPressedBrake(AbstractBrake):
         """Whether friction presses a lining on, so that it can lock itself."""
         return False
 
-    def self_locking(self, f):
+    def self_locking(self, f: Float[Array, "..."]) -> Float[Array, " n"]:
         return jnp.zeros(self.linings.count)
 
-    def locking_words(self, i, share):
+    def locking_words(self, i: int, share: float) -> str:
         return f"{self.words.lining} {i} does not lock itself"
 
-    def torque(self, force, f):
+    def torque(self, force: Values, f: Float[Array, "..."]) -> Float[Array, ""]:
         return jnp.asarray(self.radius) * jnp.sum(f * self.normal(force, f, False))
-
-    def faults(self, path):
-        n, law, where = self.linings.count, self.linings.friction, f"{path}.linings.friction"
-        return [*law.faults(where), *faults_of_law(law, where, n), *self.faults_of_shape(path)]
-
-    def faults_of_shape(self, path: str) -> list[Fault]:
-        """What does not fit together in the geometry."""
-        return []
 
 
 # --- disc brake -------------------------------------------------------------------------------------------------------
@@ -68,33 +60,33 @@ class AbstractPadPressure(Part):
     """How the pressure of a pad is distributed over its radius, between `r_i` and `r_o`."""
 
     @abc.abstractmethod
-    def radius(self, inner: Any, outer: Any) -> Float[Array, ""]:
+    def radius(self, inner: Values, outer: Values) -> Float[Array, ""]:
         """Effective radius `r_e` (m), `M = f N r_e`."""
 
     @abc.abstractmethod
-    def peak(self, inner: Any, outer: Any) -> Float[Array, ""]:
-        """Greatest pressure over the mean `N/A`; it is that at `r_i`."""
+    def peak(self, inner: Values, outer: Values) -> Float[Array, ""]:
+        """Maximum pressure over the mean `N/A`; it is that at `r_i`."""
 
     @abc.abstractmethod
-    def share(self, radius: Any, inner: Any) -> Float[Array, "..."]:
+    def share(self, radius: Values, inner: Values) -> Float[Array, "..."]:
         """Pressure at a radius over that at `r_i`."""
 
 
 class UniformWear(AbstractPadPressure):
     """A pad that has run in and wears evenly, so that `p r` is constant: `r_e = (r_o + r_i)/2`.
 
-    Its greatest pressure is `(r_o + r_i)/(2 r_i)` times the mean one.
+    Its maximum pressure is `(r_o + r_i)/(2 r_i)` times the mean one.
 
     Reference: R. G. Budynas, J. K. Nisbett, *Shigley's Mechanical Engineering Design*, calliper brakes.
     """
 
-    def radius(self, inner, outer):
+    def radius(self, inner: Values, outer: Values) -> Float[Array, ""]:
         return 0.5 * (jnp.asarray(outer) + inner)
 
-    def peak(self, inner, outer):
+    def peak(self, inner: Values, outer: Values) -> Float[Array, ""]:
         return (jnp.asarray(outer) + inner) / (2 * jnp.asarray(inner))
 
-    def share(self, radius, inner):
+    def share(self, radius: Values, inner: Values) -> Float[Array, "..."]:
         return jnp.asarray(inner) / jnp.asarray(radius)
 
 
@@ -104,15 +96,15 @@ class UniformPressure(AbstractPadPressure):
     Reference: Budynas & Nisbett, calliper brakes.
     """
 
-    def radius(self, inner, outer):
+    def radius(self, inner: Values, outer: Values) -> Float[Array, ""]:
         # without the difference of squares, which a narrow pad would make small
         outer = jnp.asarray(outer)
         return 2 / 3 * (outer**2 + outer * inner + inner**2) / (outer + inner)
 
-    def peak(self, inner, outer):
+    def peak(self, inner: Values, outer: Values) -> Float[Array, ""]:
         return jnp.ones(())
 
-    def share(self, radius, inner):
+    def share(self, radius: Values, inner: Values) -> Float[Array, "..."]:
         return jnp.ones_like(jnp.asarray(radius))
 
 
@@ -140,16 +132,12 @@ class Pads(AbstractLinings):
         return 0.5 * jnp.asarray(self.angle) * (jnp.asarray(self.outer_radius) ** 2 - self.inner_radius**2)
 
     @property
-    def weights(self) -> Float[Array, " n"]:
-        return jnp.ones(self.faces)
-
-    @property
     def radius(self) -> Float[Array, ""]:
         """Effective radius `r_e` (m)."""
         return self.pressure.radius(self.inner_radius, self.outer_radius)
 
-    def greatest_pressure(self, force: Any) -> Float[Array, "..."]:
-        """Greatest pressure (Pa) on a pad under the `force` (N)."""
+    def greatest_pressure(self, force: Values) -> Float[Array, "..."]:
+        """Maximum pressure (Pa) on a pad under the `force` (N)."""
         return jnp.asarray(force) / self.area * self.pressure.peak(self.inner_radius, self.outer_radius)
 
 
@@ -171,13 +159,11 @@ class DiscBrake(AbstractPressedBrake):
     def radius(self) -> Float[Array, ""]:
         return self.linings.radius
 
-    def normal(self, force, f, back):
+    def normal(self, force: Values, f: Float[Array, "..."], back: Bool[Array, ""] | bool) -> Float[Array, " n"]:
         return jnp.broadcast_to(force, (self.linings.count,))
 
-    def faults_of_shape(self, path):
+    def faults_of_shape(self, path: str) -> list[Fault]:
         pads, where = self.linings, f"{path}.linings"
-        if pads.faces < 1:
-            return [Fault(f"{where}.faces", f"{pads.faces} is out of range", "at least one pad")]
         if np.asarray(pads.outer_radius) <= np.asarray(pads.inner_radius):
             what = f"{float(pads.outer_radius):g} m is not outside of the inner radius {float(pads.inner_radius):g} m"
             return [Fault(f"{where}.outer_radius", what, "a pad reaches from inner_radius to outer_radius")]
@@ -211,17 +197,13 @@ class Shoes(AbstractLinings):
         return jnp.asarray(self.width) * self.radius * (jnp.asarray(self.end) - self.start)
 
     @property
-    def weights(self) -> Float[Array, " n"]:
-        return jnp.ones(2)
-
-    @property
     def normal_share(self) -> Float[Array, ""]:
         """`∫ sin θ dθ = cos θ_1 − cos θ_2`: normal force over `p̂ b r`."""
         return jnp.cos(jnp.asarray(self.start)) - jnp.cos(jnp.asarray(self.end))
 
     @property
     def peak(self) -> Float[Array, ""]:
-        """Greatest pressure over the mean `N/A`: `sin θ_a (θ_2 − θ_1)/(cos θ_1 − cos θ_2)`.
+        """Maximum pressure over the mean `N/A`: `sin θ_a (θ_2 − θ_1)/(cos θ_1 − cos θ_2)`.
 
         `θ_a` is the angle of the lining nearest to 90°.
         """
@@ -260,7 +242,7 @@ class ShoeBrake(AbstractPressedBrake):
     )
 
     @property
-    def radius(self) -> Any:
+    def radius(self) -> Scalar:
         return self.linings.radius
 
     @property
@@ -281,28 +263,28 @@ class ShoeBrake(AbstractPressedBrake):
         # sin² θ_2 − sin² θ_1 = (cos θ_1 − cos θ_2)(cos θ_1 + cos θ_2)
         return jnp.asarray(self.radius) - 0.5 * jnp.asarray(self.pin) * (jnp.cos(start) + jnp.cos(end))
 
-    def normal(self, force, f, back):
+    def normal(self, force: Values, f: Float[Array, "..."], back: Bool[Array, ""] | bool) -> Float[Array, " n"]:
         leads = jnp.where(back, -1.0, 1.0) * jnp.asarray([1.0, -1.0])
         arm = self.normal_moment - leads * f * self.friction_moment
         # a shoe that locks itself has no such force: that is for the caller to treat
         return jnp.asarray(force) * self.arm / jnp.where(arm > 0, arm, self.normal_moment)
 
-    def normal_under(self, force, friction):
+    def normal_under(self, force: Values, friction: Float[Array, " n"]) -> Float[Array, " n"]:
         own = friction * jnp.asarray([1.0, -1.0]) * self.friction_moment
         return (jnp.asarray(force) * self.arm + own) / self.normal_moment
 
-    def self_locking(self, f):
+    def self_locking(self, f: Float[Array, "..."]) -> Float[Array, " n"]:
         return self.friction_moment * f / self.normal_moment
 
-    def locking_words(self, i, share):
+    def locking_words(self, i: int, share: float) -> str:
         leads = "braking" if i == 1 else "other"
         return f"shoe {i}: M_F/M_N = {share:.4g} ≥ 1, leading in the {leads} direction it locks itself"
 
-    def greatest_pressure(self, normal: Any) -> Float[Array, "..."]:
-        """Greatest pressure (Pa) on a lining under the normal force (N)."""
+    def greatest_pressure(self, normal: Values) -> Float[Array, "..."]:
+        """Maximum pressure (Pa) on a lining under the normal force (N)."""
         return jnp.asarray(normal) / self.linings.area * self.linings.peak
 
-    def faults_of_shape(self, path):
+    def faults_of_shape(self, path: str) -> list[Fault]:
         shoes, where, found = self.linings, f"{path}.linings", []
         if np.asarray(shoes.end) <= np.asarray(shoes.start):
             what = f"{float(shoes.end):g} rad is not beyond the start {float(shoes.start):g} rad"

@@ -10,9 +10,8 @@ import equinox as eqx
 import numpy as np
 from jax.core import Tracer
 
-from .._base._faults import Fault, InputError
+from .._base._faults import Fault, InputError, whole_file
 from .._base._quantity import BAD, NumberReader, Quantity, Whole, example, faults_of_whole, leaves, shown
-from .._base._whole import whole_file
 from .._parts._scene import Scene, check, paths_without_meaning
 from ..thermal._material import LIBRARY, Material, material
 from ._schema import FORMAT, VERSION, Maker, Part, history, makers_of, nearest, parts_of, several, short_of

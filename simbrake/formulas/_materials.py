@@ -9,13 +9,13 @@ from typing import Any, NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from .._base._admissible import require_positive
+from .._base._faults import require_positive
 from .._parts._scene import Scene, band_brake
 from .._run._linings import lining_wear
-from ..thermal._material import LIBRARY, Entry, Material, material
+from ..thermal._material import LIBRARY, Entry, Material, library, material
 from ..wear import ThresholdWear
 from ._braking import Braking
-from ._estimates import ROWS, Row, look, number, read
+from ._estimates import ROWS, Row, look, number
 from ._heated import there
 from .heating import ElasticMaterial, maximum_temperatures, transmission_table
 
@@ -82,21 +82,10 @@ _WEAR = {"wear_coefficient": "wear.coefficient", "wear_threshold": "wear.thresho
 _LIMITS = {"permissible_temperature": "permissible", "solidus": "solidus", "hardness": "hardness"}
 
 
-def _library(part: str) -> dict[str, dict[str, Entry]]:
-    """Material of a part → number → value with its source, from `materials.csv`."""
-    found: dict[str, dict[str, Entry]] = {}
-    for row in read("materials.csv"):
-        if row["part"] == part:
-            value, low, high = (float(row[key]) for key in ("value", "low", "high"))
-            entry = Entry(value, low, high, row["source"], bool(row["assumed"]))
-            found.setdefault(row["material"], {})[row["number"]] = entry
-    return found
-
-
 #: rim material → number → value with its source; the alloys are those whose conductivity is next to V's
-RIMS = _library("rim")
+RIMS = library("rim")
 #: lining material → number → value with its source
-LININGS = _library("lining")
+LININGS = library("lining")
 
 
 def _settled(

@@ -6,7 +6,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from .._base._admissible import require_not_negative, require_positive
+from .._base._faults import require_not_negative, require_positive
 from ..hybrid._arrays import Array
 from ..thermal._network import STEFAN_BOLTZMANN
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from .._base._admissible import require_not_negative, require_positive, require_share
+from .._base._faults import require_not_negative, require_positive, require_share
 from ..hybrid._arrays import Array
 from ..thermal._heat import TransmissionPartition
 from ..thermal._material import Material

@@ -23,10 +23,9 @@ from matplotlib.ticker import MaxNLocator
 from PIL import Image
 from scipy.integrate import cumulative_trapezoid
 
-from .._base._faults import Fault, InputError
+from .._base._faults import Fault, InputError, whole_file
 from .._base._progress import Progress
 from .._base._quantity import as_number
-from .._base._whole import whole_file
 from .._parts._scene import band_brake
 from .._run._linings import lining_contacts, look
 from .._run._result import Result

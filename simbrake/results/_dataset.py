@@ -18,9 +18,8 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from .._base._compiling import accelerators, run_device
-from .._base._faults import Fault, InputError
+from .._base._faults import Fault, InputError, whole_file
 from .._base._quantity import leaves
-from .._base._whole import whole_file
 from .._parts._scene import Scene, warnings
 from .._run._metrics import about_energy, about_metric
 from .._run._result import Result

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from .._base._faults import Fault, InputError
-from .._base._identify import LOSSES, Direction, Identified, identify
 from .._base._quantity import Leaf, leaves
 from .._base._table import Column, Table, Tabular, plain
 from .._parts._scene import Scene, check
@@ -16,7 +15,7 @@ from .._run._choice import stiffness
 from .._run._edit import with_values
 from .._run._simulate import solver_for
 from ._evaluator import place_of
-from ._fit import FitModel, Scale, Search, measured_arrays, slices
+from ._fit import LOSSES, Direction, FitModel, Identified, Scale, Search, identify, measured_arrays, slices
 from ._measured import Measured, Points, check_measured
 
 

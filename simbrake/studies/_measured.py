@@ -11,8 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .._base._faults import Fault, InputError
-from .._base._quantity import Unit, spelled, to_si, unit
-from .._base._table import Tabular, plain
+from .._base._table import Tabular, Unit, plain, spelled, to_si, unit
 from .._parts._scene import Scene
 from .._run._measure import Metric, check_metrics, name_of, unit_of
 from .._run._metrics import METRICS

@@ -3,11 +3,11 @@
 import dataclasses
 import math
 from collections.abc import Sequence
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 
-from .._base._quantity import Quantity, Whole, positive, takes_values
+from .._base._quantity import Quantity, Values, Whole, positive, takes_values
 from ._heat import AbstractPartition, FrictionHeat, Heat
 from ._material import ROOM, Material, layer_growth
 from ._network import (
@@ -32,12 +32,12 @@ def _coefficient(where: str) -> Quantity:
     return Quantity("W/(m^2*K)", f"heat transfer coefficient of {where}", 0.0)
 
 
-def axial_resistance(length: Any, conductivity: Any, inner: Any, outer: Any) -> Any:
+def axial_resistance(length: Values, conductivity: Values, inner: Values, outer: Values) -> Values:
     """Resistance (K/W) of a ring along its axis: `L/(λ π (R² − r²))` (V, table 1, shell)."""
     return length / (conductivity * math.pi * (outer**2 - inner**2))
 
 
-def radial_resistance(width: Any, conductivity: Any, inner: Any, outer: Any) -> Any:
+def radial_resistance(width: Values, conductivity: Values, inner: Values, outer: Values) -> Values:
     """Resistance (K/W) of a ring along its radius: `ln(R/r)/(2 π λ L)` (V, table 1, flange, rebords, disc)."""
     return np.log(outer / inner) / (2 * math.pi * conductivity * width)
 
@@ -77,32 +77,44 @@ def lumped_heat(
             links.append(Conductance("band", "air", band_cooling))
     elif linings is not None:
         links.append(Conductance("linings", "air", 0.0 if band_cooling is None else band_cooling))
-    return Heat(
-        tuple(bodies),
-        tuple(links),
-        FrictionHeat("rim", None if linings is None else "linings", partition),  # pyright: ignore
-        rim="rim",
-        linings=None if linings is None else "linings",
-        band=None if band is None else "band",
-        permissible=permissible,
-    )
+    return _rubbing("rim", None if linings is None else "linings", partition, bodies, links, permissible)
 
 
-def _lining_growth(thickness: float, first: float | None, layers: int, both: bool) -> Any:
-    """Ratio of neighbouring layers of a lining whose first layer is `first` thick; uniform without it."""
+def _rubbing(
+    rim: str,
+    linings: str | None,
+    partition: AbstractPartition | float,
+    bodies: list[Body],
+    links: list[AbstractLink],
+    permissible: float | None,
+) -> Heat:
+    """A network in which linings (`None`: none) rub on the rim, with a band where there is a body of this name."""
+    band = "band" if any(body.name == "band" for body in bodies) else None
+    pair = FrictionHeat(rim, linings, partition)  # pyright: ignore
+    return Heat(tuple(bodies), tuple(links), pair, rim=rim, linings=linings, band=band, permissible=permissible)
+
+
+def _growth(thickness: float, first: float | None, layers: int, both: bool = False) -> float:
+    """Ratio of neighbouring layers of a wall whose first layer is `first` thick; uniform without it."""
     if both and layers % 2:
         raise ValueError("layers that are graded to both faces are even in number")
     halves = 2 if both else 1
     return 1.0 if first is None else layer_growth(first, thickness / halves, layers // halves)
 
 
-def _cooled(place: str, area: Any, coefficient: Any, emissivity: Any = None, **covered: Any) -> list[AbstractLink]:
+def _cooled(
+    place: str,
+    area: float,
+    coefficient: AbstractCoefficient | float | None,
+    emissivity: float | None = None,
+    covered: float | None = None,
+) -> list[AbstractLink]:
     """Convection and radiation to the air from `area` of a place, each where it is given."""
     links: list[AbstractLink] = []
     if coefficient is not None:
-        links.append(Convection(place, area, coefficient, **covered))
+        links.append(Convection(place, area, coefficient, covered=covered))  # pyright: ignore
     if emissivity is not None:
-        links.append(Radiation(place, area, emissivity, **covered))
+        links.append(Radiation(place, area, emissivity, covered=covered))  # pyright: ignore
     return links
 
 
@@ -156,7 +168,7 @@ def layered_heat(
         raise ValueError("a band needs linings")
     if covered is None and lining_area is not None:
         covered = lining_area / track_area
-    growth = 1.0 if rim_first is None else layer_growth(rim_first, rim_thickness, rim_layers)
+    growth = _growth(rim_thickness, rim_first, rim_layers)
     bodies: list[Body] = [
         Wall("rim", rim, rim_thickness, track_area, rim_layers, growth, temperature),
         Reservoir("air", ambient),
@@ -166,7 +178,7 @@ def layered_heat(
     links += _cooled("rim.back", track_area, inside)
     if lining is not None and lining_area is not None:
         one = lining_area / each
-        growth = _lining_growth(lining_thickness, lining_first, lining_layers, lining_both)
+        growth = _growth(lining_thickness, lining_first, lining_layers, lining_both)
         bodies.append(
             Wall("lining", lining, lining_thickness, one, lining_layers, growth, temperature, each, lining_both)
         )
@@ -176,15 +188,7 @@ def layered_heat(
         bodies.append(Lump("band", band.density * band.specific_heat * band_thickness * lining_area, temperature))
         links.append(ThermalContact("lining.back", "band", lining_area / each))
         links += _cooled("band", lining_area, band_coefficient, band_emissivity)
-    return Heat(
-        tuple(bodies),
-        tuple(links),
-        FrictionHeat("rim.front", None if lining is None else "lining.front", partition),  # pyright: ignore
-        rim="rim.front",
-        linings=None if lining is None else "lining.front",
-        band=None if band is None else "band",
-        permissible=permissible,
-    )
+    return _rubbing("rim.front", None if lining is None else "lining.front", partition, bodies, links, permissible)
 
 
 @takes_values

@@ -6,11 +6,10 @@ from typing import Any, NamedTuple
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jax.core import Tracer
 from jaxtyping import Float
 
-from .._base._faults import Fault
-from .._base._quantity import Part, Scalar, part, quantity, short_for
+from .._base._faults import Fault, require_share
+from .._base._quantity import Over, Part, Scalar, Values, part, quantity, short_for
 from ..hybrid._arrays import Array
 from ..profiles import AbstractProfile
 from ._material import Material, effusivity_share
@@ -22,6 +21,7 @@ from ._network import (
     Reservoir,
     Source,
     Wall,
+    body_at,
     depends_on_temperatures,
     faults_of_network,
     place_of,
@@ -56,33 +56,27 @@ class PowerShares(Part):
     source: str = eqx.field(static=True, default="given")
 
     def __check_init__(self) -> None:
-        found = self.faults("")
-        if found:
-            raise ValueError("; ".join(f"{fault.path.lstrip('.')} {fault.problem}".strip() for fault in found))
+        numbers = {"electrical": self.electrical, "mechanical": self.mechanical}
+        require_share(**{name: x for name, x in numbers.items() if isinstance(x, np.ndarray) and x.ndim == 0})
+        if found := self.faults(""):
+            raise ValueError(found[0].problem)
 
     @property
-    def heat(self) -> Any:
+    def heat(self) -> Scalar:
         """Share of heat, `1 − electrical − mechanical`."""
         return 1.0 - self.electrical - self.mechanical
 
-    def split(self, power: Any) -> PowerSplit:
+    def split(self, power: Values) -> PowerSplit:
         """Parts of a friction power (W), or of a friction work (J); arrays pass through."""
         return PowerSplit(self.heat * power, self.electrical * power, self.mechanical * power)
 
     def faults(self, path: str) -> list[Fault]:
-        """Shares below 0, or of more than 1 together. Traced ones cannot be looked at and pass."""
-        parts = {"electrical": self.electrical, "mechanical": self.mechanical}
-        if any(isinstance(value, Tracer) or not isinstance(value, np.ndarray | np.generic) for value in parts.values()):
+        """Shares of more than 1 together. Traced ones cannot be looked at and pass."""
+        if not all(isinstance(share, np.ndarray | np.generic) for share in (self.electrical, self.mechanical)):
             return []
-        found = [
-            Fault(f"{path}.{name}", f"= {float(value):g} must be between 0 and 1")
-            for name, value in parts.items()
-            if np.ndim(value) == 0 and not 0 <= value <= 1
-        ]
-        if not found and np.any(self.electrical + self.mechanical > 1 + 1e-12):
-            total = float(np.max(self.electrical + self.mechanical))
-            found.append(Fault(path, f"electrical + mechanical = {total:.12g} is more than 1", "heat has the rest"))
-        return found
+        total = float(np.max(self.electrical + self.mechanical))
+        what = f"electrical + mechanical = {total:.12g} is more than 1"
+        return [Fault(path, what, "heat has the rest")] if total > 1 + 1e-12 else []
 
 
 def shares_of_S(electrical: float = 0.0) -> PowerShares:
@@ -117,7 +111,7 @@ class ConstantPartition(AbstractPartition):
 
     metal: Scalar = quantity("1", "share of the friction heat into the metal", low=0.0, high=1.0, many=True)
 
-    def share(self, T_metal, T_lining):
+    def share(self, T_metal: Float[Array, " n"], T_lining: Float[Array, " n"]) -> Float[Array, "..."]:
         return jnp.asarray(self.metal)
 
 
@@ -127,7 +121,7 @@ class EffusivityPartition(AbstractPartition):
     metal: Material
     lining: Material
 
-    def share(self, T_metal, T_lining):
+    def share(self, T_metal: Float[Array, " n"], T_lining: Float[Array, " n"]) -> Float[Array, "..."]:
         return jnp.asarray(effusivity_share(self.metal, self.lining))
 
 
@@ -143,11 +137,11 @@ class TransmissionPartition(AbstractPartition):
     Linear between the temperatures of the table, constant beyond its ends (stated, not extrapolated).
     """
 
-    temperature: Scalar = quantity("K", "temperatures of the table", low=0.0, many=True)
-    alpha_1: Scalar = quantity("W/(m^2*K)", "coefficients of the polished rim surface", positive=True, many=True)
-    alpha_2: Scalar = quantity("W/(m^2*K)", "coefficients of the matte rim surface", positive=True, many=True)
-    alpha_3: Scalar = quantity("W/(m^2*K)", "coefficients of the band", positive=True, many=True)
-    surface_layer: Scalar = quantity("m", "thickness of the lining's surface layer", positive=True, many=True)
+    temperature: Scalar = quantity("K", "temperatures of the table", low=0.0, many=Over.ROWS)
+    alpha_1: Scalar = quantity("W/(m^2*K)", "coefficients of the polished rim surface", positive=True, many=Over.ROWS)
+    alpha_2: Scalar = quantity("W/(m^2*K)", "coefficients of the matte rim surface", positive=True, many=Over.ROWS)
+    alpha_3: Scalar = quantity("W/(m^2*K)", "coefficients of the band", positive=True, many=Over.ROWS)
+    surface_layer: Scalar = quantity("m", "thickness of the lining's surface layer", positive=True, many=Over.ROWS)
     rim_thickness: Scalar = quantity("m", "thickness of the rim", positive=True, default=0.028)
     rim_conductivity: Scalar = quantity("W/(m*K)", "conductivity of the rim", positive=True, default=48.85)
     surface_conductivity: Scalar = quantity("W/(m*K)", "conductivity of the surface layer", positive=True, default=1.02)
@@ -159,7 +153,7 @@ class TransmissionPartition(AbstractPartition):
     def transmissions(self, T: Float[Array, "..."]) -> tuple[Float[Array, "..."], Float[Array, "..."]]:
         """`K_1`, `K_2` (W/(m²·K)) at the rim temperature `T` (K)."""
 
-        def at(values: Any) -> Array:
+        def at(values: Scalar) -> Array:
             return jnp.interp(T, jnp.asarray(self.temperature), jnp.asarray(values))
 
         through = at(self.surface_layer) / self.surface_conductivity + self.lining_thickness / self.lining_conductivity
@@ -168,7 +162,7 @@ class TransmissionPartition(AbstractPartition):
         K_2 = 1 / (1 / at(self.alpha_2) + through + 1 / at(self.alpha_3))
         return K_1, K_2
 
-    def share(self, T_metal, T_lining):
+    def share(self, T_metal: Float[Array, " n"], T_lining: Float[Array, " n"]) -> Float[Array, "..."]:
         K_1, K_2 = self.transmissions(T_metal)
         return K_1 / (K_1 + K_2)
 
@@ -240,7 +234,7 @@ class Heat(Part):
     - `flash`: flash temperature for the friction law
     - `rim`, `linings`, `band`: places whose temperatures are reported as those of rim, linings and band; `rim` is the
       body on which the linings rub, a disc or drum as well
-    - `permissible` (K): permissible temperature of the linings; passing it is an event
+    - `permissible` (K): permissible temperature of the linings; exceeding it is an event
     """
 
     bodies: tuple[Body, ...] = eqx.field(converter=_settled)
@@ -269,11 +263,9 @@ class Heat(Part):
         """Places whose temperatures are reported; `outer`: the outer faces of a staged brake's linings."""
         outer = None if self.external is None else self.external.lining
         named = {"rim": self.rim, "linings": self.linings, "band": self.band, "outer": outer}
-        return {
-            kind: place
-            for kind, place in named.items()
-            if place is not None and (kind != "outer" or place != self.linings)
-        }
+        if outer == self.linings:
+            del named["outer"]
+        return {kind: place for kind, place in named.items() if place is not None}
 
     @property
     def profiles(self) -> tuple[AbstractProfile, ...]:
@@ -288,26 +280,20 @@ class Heat(Part):
         if found:
             return found
         by_name = {body.name: body for body in self.bodies}
-        named: list[tuple[str, str | None]] = [(field, getattr(self, field)) for field in ("rim", "linings", "band")]
-        for name in ("friction", "external"):
-            pair = getattr(self, name)
-            if pair is not None:
-                named += [
-                    (f"{name}.{field}", getattr(pair, field)) for field in ("metal", "lining", "sensed", "beyond")
-                ]
-        for field, place in named:
+        pairs = {name: getattr(self, name) for name in ("friction", "external") if getattr(self, name) is not None}
+        named = {field: getattr(self, field) for field in ("rim", "linings", "band")}
+        for name, pair in pairs.items():
+            named |= {f"{name}.{field}": getattr(pair, field) for field in ("metal", "lining", "sensed", "beyond")}
+        for field, place in named.items():
             if place is None:
                 continue
-            name, face = place_of(place)
-            if name not in by_name or isinstance(by_name[name], Wall) != (face in ("front", "back")):
+            body = body_at(place, by_name)
+            if body is None:
                 found.append(Fault(f"{path}.{field}", f"there is no place {place!r}", "a body, or the face of a wall"))
-            elif size_of(by_name[name], face) not in (1, linings):
-                found.append(
-                    Fault(f"{path}.{field}", f"{place!r} has {size_of(by_name[name], face)} nodes", f"1 or {linings}")
-                )
-        for name in ("friction", "external"):
-            pair = getattr(self, name)
-            if pair is not None and not found:
+            elif (nodes := size_of(body, place_of(place)[1])) not in (1, linings):
+                found.append(Fault(f"{path}.{field}", f"{place!r} has {nodes} nodes", f"1 or {linings}"))
+        if not found:
+            for name, pair in pairs.items():
                 found += self._faults_of_pair(pair, f"{path}.{name}", by_name)
         return found
 
@@ -342,13 +328,13 @@ def node_names(heat: Heat) -> list[str]:
             return [f"{body.name}[{i + 1},{j + 1}]" for i in range(body.copies) for j in range(body.layers)]
         return [body.name] if body.count == 1 else [f"{body.name}[{i + 1}]" for i in range(body.count)]
 
-    stores = [name for body in heat.bodies if isinstance(body, Wall) or hasattr(body, "capacity") for name in of(body)]
+    stores = [name for body in heat.bodies if isinstance(body, Wall | Lump) for name in of(body)]
     return stores + [name for body in heat.bodies if isinstance(body, Junction) for name in of(body)]
 
 
 def initial_temperatures(heat: Heat) -> Float[np.ndarray, " k"]:
     """Temperatures at the start (K) of the nodes with capacity (concrete values)."""
-    stores = [body for body in heat.bodies if isinstance(body, Wall) or hasattr(body, "capacity")]
+    stores = [body for body in heat.bodies if isinstance(body, Wall | Lump)]
     return np.concatenate([np.broadcast_to(np.asarray(body.temperature, float), (body.count,)) for body in stores])  # pyright: ignore
 
 

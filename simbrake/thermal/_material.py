@@ -1,13 +1,12 @@
 """Materials: thermal properties with their temperature dependence, and a small library with sources."""
 
-from typing import Any, NamedTuple
+import csv
+from importlib import resources
+from typing import NamedTuple
 
-import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float
 
 from .._base._quantity import Part, Scalar, quantity
-from ..hybrid._arrays import Array
 
 ROOM = 293.15  # K, reference of properties where nothing else is said (20 °C)
 
@@ -26,19 +25,13 @@ class Material(Part):
     specific_heat_slope: Scalar | None = quantity("1/K", "relative change of specific heat per kelvin", default=None)
     reference: Scalar = quantity("K", "temperature at which the properties hold", positive=True, default=ROOM)
 
-    def conductivity_at(self, T: Float[Array, "..."]) -> Float[Array, "..."]:
-        """`λ(T)` in W/(m·K)."""
-        if self.conductivity_slope is None:
-            return jnp.broadcast_to(jnp.asarray(self.conductivity), jnp.shape(T))
-        return self.conductivity * (1 + self.conductivity_slope * (T - self.reference))
-
     @property
-    def diffusivity(self) -> Any:
+    def diffusivity(self) -> Scalar:
         """`a = λ/(ρ c)` in m²/s."""
         return self.conductivity / (self.density * self.specific_heat)
 
     @property
-    def effusivity(self) -> Any:
+    def effusivity(self) -> Scalar:
         """`e = √(λ ρ c)` in W·√s/(m²·K)."""
         return (self.conductivity * self.density * self.specific_heat) ** 0.5
 
@@ -53,76 +46,20 @@ class Entry(NamedTuple):
     assumed: bool = False
 
 
-_TEXTBOOK = "textbook range, VDI Heat Atlas, part D"
-_V1 = "V (Volchenko et al.), table 1"
-_V2 = "V (Volchenko et al.), table 2"
-_S = "S (Skrypnyk), table 1"
-
-
-def _diffusivity(value: float, conductivity: float, density: float, source: str) -> Entry:
-    """Specific heat that a published diffusivity implies."""
-    c = conductivity / (density * value)
-    return Entry(round(c, 1), 0.9 * c, 1.1 * c, f"from a = {value:g} m²/s ({source}), λ and ρ of this entry")
+def library(part: str) -> dict[str, dict[str, Entry]]:
+    """Material of a part (`thermal`: of any) → number → value with its source, from `materials.csv`."""
+    found: dict[str, dict[str, Entry]] = {}
+    text = (resources.files("simbrake") / "thermal" / "materials.csv").read_text("utf-8")
+    for row in csv.DictReader(text.splitlines()):
+        if row["part"] == part:
+            value, low, high = (float(row[key]) for key in ("value", "low", "high"))
+            entry = Entry(value, low, high, row["source"], bool(row["assumed"]))
+            found.setdefault(row["material"], {})[row["number"]] = entry
+    return found
 
 
 #: material → property → number with its source
-LIBRARY: dict[str, dict[str, Entry]] = {
-    "steel_20L": {
-        "conductivity": Entry(47.8, 40.0, 54.0, _V1 + " (48.85 in table 2)"),
-        "density": Entry(7850.0, 7800.0, 7870.0, _TEXTBOOK, True),
-        "specific_heat": _diffusivity(1.14e-5, 47.8, 7850.0, _S + ", steel"),
-    },
-    "steel_35KhNL": {
-        "conductivity": Entry(38.0, 33.0, 45.0, _TEXTBOOK + ": low-alloy Cr–Ni cast steel", True),
-        "density": Entry(7850.0, 7800.0, 7870.0, _TEXTBOOK, True),
-        "specific_heat": Entry(480.0, 460.0, 500.0, _TEXTBOOK, True),
-    },
-    "cast_iron": {
-        "conductivity": Entry(50.0, 40.0, 60.0, _TEXTBOOK + ": grey iron", True),
-        "density": Entry(7200.0, 7000.0, 7300.0, _TEXTBOOK, True),
-        "specific_heat": _diffusivity(1.04e-5, 50.0, 7200.0, _S + ", cast iron"),
-    },
-    "magnesium_alloy": {
-        "conductivity": Entry(79.1, 70.0, 90.0, _V1),
-        "density": Entry(1800.0, 1760.0, 1850.0, _TEXTBOOK, True),
-        "specific_heat": Entry(1050.0, 1000.0, 1100.0, _TEXTBOOK, True),
-    },
-    "brass": {
-        "conductivity": Entry(109.0, 100.0, 125.0, _V1),
-        "density": Entry(8500.0, 8300.0, 8700.0, _TEXTBOOK, True),
-        "specific_heat": Entry(385.0, 375.0, 395.0, _TEXTBOOK, True),
-    },
-    "aluminium_alloy": {
-        "conductivity": Entry(163.0, 130.0, 180.0, _V1),
-        "density": Entry(2700.0, 2640.0, 2800.0, _TEXTBOOK, True),
-        "specific_heat": Entry(900.0, 870.0, 960.0, _TEXTBOOK, True),
-    },
-    "band_steel": {
-        "conductivity": Entry(53.94, 45.0, 60.0, _V2 + ", brake band"),
-        "density": Entry(7850.0, 7800.0, 7870.0, _TEXTBOOK, True),
-        "specific_heat": Entry(480.0, 460.0, 500.0, _TEXTBOOK, True),
-    },
-    "FK-24A": {
-        "conductivity": Entry(0.736, 0.5, 1.0, _V2 + ", lining"),
-        "density": Entry(2000.0, 1800.0, 2300.0, "friction composite, order of magnitude", True),
-        "specific_heat": Entry(1000.0, 800.0, 1200.0, "friction composite, order of magnitude", True),
-    },
-    "FK-24A_surface_layer": {
-        "conductivity": Entry(1.02, 0.7, 1.5, _V2 + ", surface layer of the lining"),
-        "density": Entry(2000.0, 1800.0, 2300.0, "as the lining", True),
-        "specific_heat": Entry(1000.0, 800.0, 1200.0, "as the lining", True),
-    },
-    "retinax": {
-        "conductivity": Entry(0.6, 0.4, 0.9, "friction composite, order of magnitude", True),
-        "density": Entry(2150.0, 2000.0, 2400.0, "friction composite, order of magnitude", True),
-        "specific_heat": Entry(950.0, 800.0, 1150.0, "friction composite, order of magnitude", True),
-    },
-    "air": {
-        "conductivity": Entry(0.0257, 0.024, 0.06, "dry air at 20 °C and 1 bar, VDI Heat Atlas, D2.2"),
-        "density": Entry(1.189, 0.4, 1.3, "dry air at 20 °C and 1 bar, VDI Heat Atlas, D2.2"),
-        "specific_heat": Entry(1007.0, 1000.0, 1100.0, "dry air at 20 °C and 1 bar, VDI Heat Atlas, D2.2"),
-    },
-}
+LIBRARY = library("thermal")
 
 
 def material(name: str, **changes: float) -> Material:
@@ -133,11 +70,11 @@ def material(name: str, **changes: float) -> Material:
     """
     if name not in LIBRARY:
         raise KeyError(f"no material {name!r}; there are: {', '.join(sorted(LIBRARY))}")
-    numbers: dict[str, float] = {key: entry.value for key, entry in LIBRARY[name].items()}
+    numbers = {key: entry.value for key, entry in LIBRARY[name].items()}
     return Material(**{**numbers, **changes})  # pyright: ignore
 
 
-def effusivity_share(metal: Material, lining: Material) -> Any:
+def effusivity_share(metal: Material, lining: Material) -> Scalar:
     """Share of the friction heat into the metal when two half-spaces rub: `e_1/(e_1 + e_2)` (Charron, 1943)."""
     return metal.effusivity / (metal.effusivity + lining.effusivity)
 

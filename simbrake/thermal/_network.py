@@ -1,8 +1,7 @@
 """Parts of a thermal network: bodies that hold heat, and links through which it flows."""
 
 import abc
-import functools
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple, TypeAlias
 
 import equinox as eqx
 import jax
@@ -10,13 +9,15 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from .._base._compiling import Skeleton, read_by, skeleton
+from .._base._compiling import per_structure, read_by
 from .._base._faults import Fault
-from .._base._quantity import Part, Scalar, quantity, whole
+from .._base._quantity import Over, Part, Scalar, quantity, whole
 from ..hybrid._arrays import Array
 from ..profiles import AbstractProfile
 from ._material import ROOM, Material
 
+#: of the nodes of a place (K), and what follows from them at each
+Temperatures: TypeAlias = Float[Array, "..."]
 STEFAN_BOLTZMANN = 5.670374419e-8  # W/(m²·K⁴), CODATA 2018
 
 
@@ -34,7 +35,7 @@ class AbstractLink(Part):
     b: eqx.AbstractVar[str]
 
     @abc.abstractmethod
-    def conductance(self, T_a: Array, T_b: Array, around: Surroundings) -> Array | None:
+    def conductance(self, T_a: Temperatures, T_b: Temperatures, around: Surroundings) -> Temperatures | None:
         """`g` in W/K; `None` for perfect contact."""
 
 
@@ -45,26 +46,17 @@ class Reads(NamedTuple):
     surroundings: bool
 
 
+@per_structure
 def reads(link: AbstractLink, n_a: int, n_b: int) -> Reads:
     """What `g` of a link between places of `n_a` and `n_b` nodes depends on.
 
     Found from the lowered program, once for each structure of a link; in doubt it depends on them (`read_by`).
     """
-    return _reads(skeleton(link), n_a, n_b)
-
-
-def is_nonlinear(link: AbstractLink, n_a: int, n_b: int) -> bool:
-    """Whether `g` of a link between places of `n_a` and `n_b` nodes depends on their temperatures."""
-    return reads(link, n_a, n_b).temperatures
-
-
-@functools.lru_cache(maxsize=1024)
-def _reads(link: Skeleton, n_a: int, n_b: int) -> Reads:
     one = jax.ShapeDtypeStruct((), np.float64)
     ends = [jax.ShapeDtypeStruct((n,), np.float64) for n in (n_a, n_b)]
     _, *temperatures, around = read_by(
         lambda link, T_a, T_b, around: link.conductance(T_a, T_b, around),
-        link.stand_in(),
+        link,
         *ends,
         Surroundings(one, one),
     )
@@ -78,7 +70,7 @@ class Conductance(AbstractLink):
     b: str = eqx.field(static=True)
     value: Scalar = quantity("W/K", "thermal conductance", low=0.0)
 
-    def conductance(self, T_a, T_b, around):
+    def conductance(self, T_a: Temperatures, T_b: Temperatures, around: Surroundings) -> Temperatures | None:
         return jnp.asarray(self.value)
 
 
@@ -93,7 +85,7 @@ class ThermalContact(AbstractLink):
     area: Scalar = quantity("m^2", "area in contact", positive=True)
     resistance: Scalar | None = quantity("m^2*K/W", "contact resistance", positive=True, default=None)
 
-    def conductance(self, T_a, T_b, around):
+    def conductance(self, T_a: Temperatures, T_b: Temperatures, around: Surroundings) -> Temperatures | None:
         return None if self.resistance is None else self.area / jnp.asarray(self.resistance)
 
 
@@ -101,7 +93,7 @@ class AbstractCoefficient(Part):
     """A heat transfer coefficient `h(v, T, T_a)` in W/(m²·K)."""
 
     @abc.abstractmethod
-    def value(self, v: Array, T: Array, T_a: Array) -> Array:
+    def value(self, v: Float[Array, ""], T: Temperatures, T_a: Temperatures) -> Temperatures:
         """At the track speed `v` (m/s), surface and air temperature (K)."""
 
 
@@ -117,7 +109,7 @@ class SpeedCoefficient(AbstractCoefficient):
     speed: Scalar = quantity("m/s", "speed at which forced convection takes over", positive=True)
     exponent: Scalar = quantity("1", "exponent of the speed", low=0.0, high=2.0, default=0.8)
 
-    def value(self, v, T, T_a):
+    def value(self, v: Float[Array, ""], T: Temperatures, T_a: Temperatures) -> Temperatures:
         return self.at_rest * (1 + (v / self.speed) ** 2) ** (0.5 * self.exponent)
 
 
@@ -132,11 +124,11 @@ class TemperatureCoefficient(AbstractCoefficient):
     at_one_kelvin: Scalar = quantity("W/(m^2*K)", "coefficient at a difference of 1 K", positive=True)
     exponent: Scalar = quantity("1", "exponent of the difference", low=0.0, high=1.0, default=0.25)
 
-    def value(self, v, T, T_a):
+    def value(self, v: Float[Array, ""], T: Temperatures, T_a: Temperatures) -> Temperatures:
         return self.at_one_kelvin * ((T - T_a) ** 2 + 1.0) ** (0.5 * self.exponent)
 
 
-def _uncovered(g: Any, covered: Any, around: Surroundings) -> Any:
+def _uncovered(g: Temperatures, covered: Scalar | None, around: Surroundings) -> Temperatures:
     """What of a conductance is left while linings cover a share of the area (`None`: never any)."""
     return g if covered is None else g * (1 - covered * around.closed)
 
@@ -157,7 +149,7 @@ class Convection(AbstractLink):
         "1", "share covered by the linings while the band is closed", low=0.0, high=1.0, default=None
     )
 
-    def conductance(self, T_a, T_b, around):
+    def conductance(self, T_a: Temperatures, T_b: Temperatures, around: Surroundings) -> Temperatures | None:
         h = self.coefficient
         if isinstance(h, AbstractCoefficient):
             h = h.value(jnp.asarray(around.speed), T_a, T_b)
@@ -178,7 +170,7 @@ class Radiation(AbstractLink):
         "1", "share covered by the linings while the band is closed", low=0.0, high=1.0, default=None
     )
 
-    def conductance(self, T_a, T_b, around):
+    def conductance(self, T_a: Temperatures, T_b: Temperatures, around: Surroundings) -> Temperatures | None:
         h = self.emissivity * STEFAN_BOLTZMANN * (T_a**2 + T_b**2) * (T_a + T_b)
         return _uncovered(h * self.area, self.covered, around)
 
@@ -217,8 +209,8 @@ class Lump(Part):
     """
 
     name: str = eqx.field(static=True)
-    capacity: Scalar = quantity("J/K", "heat capacity", low=0.0, many=True)
-    temperature: Scalar = quantity("K", "temperature at the start", low=0.0, many=True, default=ROOM)
+    capacity: Scalar = quantity("J/K", "heat capacity", low=0.0, many=Over.ROWS)
+    temperature: Scalar = quantity("K", "temperature at the start", low=0.0, many=Over.ROWS, default=ROOM)
     capacity_slope: Scalar | None = quantity("1/K", "relative change of capacity per kelvin", default=None)
     reference: Scalar = quantity("K", "temperature at which the capacity holds", positive=True, default=ROOM)
     count: int = whole("number of nodes", default=1)
@@ -258,7 +250,7 @@ class Wall(Part):
     area: Scalar = quantity("m^2", "area of the wall", positive=True)
     layers: int = whole("number of layers")
     growth: Scalar = quantity("1", "ratio of neighbouring layers", positive=True, default=1.0)
-    temperature: Scalar = quantity("K", "temperature at the start", low=0.0, many=True, default=ROOM)
+    temperature: Scalar = quantity("K", "temperature at the start", low=0.0, many=Over.ROWS, default=ROOM)
     copies: int = whole("number of equal walls", high=10_000, default=1)
     both: bool = eqx.field(static=True, default=False)
 
@@ -286,6 +278,7 @@ class Wall(Part):
 
 
 Body = Lump | Junction | Reservoir | Wall
+_FACES = ("front", "back")
 
 
 def nodes_at(body: Body, face: str | None) -> slice:
@@ -302,7 +295,7 @@ def size_of(body: Body, face: str | None) -> int:
 
 def depends_on_temperatures(link: AbstractLink, bodies: tuple[Body, ...]) -> bool:
     """Whether the conductance of a link between two of the `bodies` depends on their temperatures."""
-    return is_nonlinear(link, *_sizes(link, bodies))
+    return reads(link, *_sizes(link, bodies)).temperatures
 
 
 def is_constant(link: AbstractLink, bodies: tuple[Body, ...]) -> bool:
@@ -322,6 +315,13 @@ def place_of(name: str) -> tuple[str, str | None]:
     return body, face if dot else None
 
 
+def body_at(place: str, by_name: dict[str, Body]) -> Body | None:
+    """The body that a place names; `None` where there is none, or a wall without its face, or a face of no wall."""
+    name, face = place_of(place)
+    body = by_name.get(name)
+    return None if isinstance(body, Wall) != (face in _FACES) else body
+
+
 def faults_of_network(
     bodies: tuple[Body, ...],
     links: tuple[AbstractLink, ...],
@@ -332,62 +332,43 @@ def faults_of_network(
     """Everything wrong with a network: names, sizes, nodes without connection, loops without a solution."""
     found: list[Fault] = []
     by_name = {body.name: body for body in bodies}
-    seen: set[str] = set()
     for i, body in enumerate(bodies):
         where = f"{path}.bodies[{i}]"
-        if body.name in seen or not body.name or "." in body.name:
-            found.append(
-                Fault(where, f"the name {body.name!r} is taken or not usable", "names are unique, without dots")
-            )
-        seen.add(body.name)
-        if body.count < 1:
-            found.append(Fault(where, f"{body.count} nodes", "at least one is needed"))
+        if body.name in [other.name for other in bodies[:i]] or not body.name or "." in body.name:
+            what = f"the name {body.name!r} is taken or not usable"
+            found.append(Fault(where, what, "names are unique, without dots"))
         if isinstance(body, Lump) and np.any(np.asarray(body.capacity) == 0):
             hint = "give each a capacity, or none of them: then it is a `Junction`"
             found.append(Fault(f"{where}.capacity", "0 J/K at some of its nodes", hint))
         for field in ("capacity", "temperature"):
-            value = getattr(body, field, None)
-            if (
-                value is not None
-                and not isinstance(value, AbstractProfile)
-                and np.shape(value) not in ((), (body.count,))
-            ):
-                found.append(Fault(f"{where}.{field}", f"shape {np.shape(value)} does not fit {body.count} nodes"))
-    touched: set[str] = {place_of(place)[0] for place in heated}
-    for kind, parts in (("links", links), ("sources", sources)):
-        for i, part in enumerate(parts):
-            ends = [place_of(getattr(part, side)) for side in ("a", "b") if hasattr(part, side)]
-            here = f"{path}.{kind}[{i}]"
-            known = True
-            for name, face in ends:
-                if name not in by_name:
-                    known = False
-                    found.append(Fault(here, f"there is no body {name!r}", f"there are: {', '.join(by_name)}"))
-                elif isinstance(by_name[name], Wall) != (face in ("front", "back")):
-                    known = False
-                    found.append(
-                        Fault(here, f"{name!r} has no face {face!r}", "walls: name.front, name.back; others: name")
-                    )
-            if kind == "sources":
-                touched |= {name for name, _ in ends}
-            if not known or kind == "sources":
-                continue
-            touched |= {name for name, _ in ends}
-            counts = {size_of(by_name[n], f) for n, f in ends} - {1}
-            if len(counts) > 1:
-                found.append(Fault(here, f"{sorted(counts)} nodes do not pair", "equal numbers of nodes, or one"))
-            perfect = isinstance(part, ThermalContact) and part.resistance is None
-            if perfect and not any(isinstance(by_name[name], Wall) for name, _ in ends):
-                found.append(
-                    Fault(
-                        f"{here}.resistance", "perfect contact of two lumps", "make them one lump, or give a resistance"
-                    )
-                )
+            shape = np.shape(getattr(body, field, 0.0))
+            if shape not in ((), (body.count,)):
+                found.append(Fault(f"{where}.{field}", f"shape {shape} does not fit {body.count} nodes"))
+    touched: set[str] = {place_of(place)[0] for place in (*heated, *(source.a for source in sources))}
+    ends = [(f"{path}.links[{i}]", link, (link.a, link.b)) for i, link in enumerate(links)]
+    ends += [(f"{path}.sources[{i}]", source, (source.a,)) for i, source in enumerate(sources)]
+    for here, part, places in ends:
+        named = [place_of(place) for place in places]
+        unknown = [name for name, _ in named if name not in by_name]
+        there = ", ".join(by_name)
+        found += [Fault(here, f"there is no body {name!r}", f"there are: {there}") for name in unknown]
+        misnamed = [(n, face) for n, face in named if n in by_name and isinstance(by_name[n], Wall) != (face in _FACES)]
+        hint = "walls: name.front, name.back; others: name"
+        found += [Fault(here, f"{name!r} has no face {face!r}", hint) for name, face in misnamed]
+        if unknown or misnamed:
+            continue
+        touched |= {name for name, _ in named}
+        counts = {size_of(by_name[name], face) for name, face in named} - {1}
+        if len(counts) > 1:
+            found.append(Fault(here, f"{sorted(counts)} nodes do not pair", "equal numbers of nodes, or one"))
+        perfect = isinstance(part, ThermalContact) and part.resistance is None
+        if perfect and not any(isinstance(by_name[name], Wall) for name, _ in named):
+            hint = "make them one lump, or give a resistance"
+            found.append(Fault(f"{here}.resistance", "perfect contact of two lumps", hint))
     alone = [body.name for body in bodies if body.name not in touched and not isinstance(body, Reservoir)]
     if len(bodies) > 1:
-        found += [
-            Fault(f"{path}.bodies", f"{name!r} is connected to nothing", "link it, or leave it out") for name in alone
-        ]
+        what = "is connected to nothing"
+        found += [Fault(f"{path}.bodies", f"{name!r} {what}", "link it, or leave it out") for name in alone]
     return found + _floating_junctions(bodies, links, path)
 
 
@@ -411,12 +392,6 @@ def _floating_junctions(bodies: tuple[Body, ...], links: tuple[AbstractLink, ...
         if new == grounded:
             break
         grounded = new
-    return [
-        Fault(
-            f"{path}.bodies",
-            f"the junction {body.name!r} has no defined temperature",
-            "link it to a body with capacity",
-        )
-        for body in bodies
-        if body.name not in grounded
-    ]
+    hint = "link it to a body with capacity"
+    loose = [body.name for body in bodies if body.name not in grounded]
+    return [Fault(f"{path}.bodies", f"the junction {name!r} has no defined temperature", hint) for name in loose]
