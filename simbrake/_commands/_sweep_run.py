@@ -11,9 +11,8 @@ from .._base._faults import Fault, InputError
 from .._base._table import Column, Table, plain
 from .._parts._scene import Scene
 from .._run._metrics import metric_names
-from ..studies._chunks import NOT_RUN
-from ..studies._ensemble import default_metrics, ensemble, sweep
-from ..studies._sampling import samples
+from ..studies._ensemble import NOT_RUN, default_metrics, ensemble, sweep
+from ..studies._uncertainty import samples
 
 _FORMS = "PATH=LOW:HIGH:COUNT, PATH=a,b,c, or PATH=LOW:HIGH with --sample; SI units"
 

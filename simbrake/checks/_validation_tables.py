@@ -8,7 +8,7 @@ import numpy as np
 
 from .._parts._scene import band_brake
 from .._run._simulate import simulate
-from ..layouts._closed_form import equal_increment_angles
+from ..layouts._equal_layout import equal_increment_angles
 from ..published import Cell, cells
 from ._validation import Case
 from ._validation_brakes import scene_of

@@ -16,7 +16,7 @@ from .._run._metrics import about_energy, about_metric
 from .._run._result import Result
 from .._run._series import SERIES_COLUMNS, Series, flat, meaning_of_column, times_within, unit_of_column
 from ..hybrid import LANDED
-from ..studies._chunks import fingerprint
+from ..studies._ensemble import fingerprint
 from ..thermal._network import Junction, Reservoir, Wall
 from ._provenance import provenance
 
