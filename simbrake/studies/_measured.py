@@ -171,10 +171,8 @@ def column_of(name: str) -> tuple[str, str | None] | None:
     base, _, entry = name.rpartition("_")
     if entry.isdigit() and _is_column(base):
         return base, entry
-    for base in sorted(COLUMNS, key=len, reverse=True):
-        if name.startswith(f"{base}_") and (base == "temperature" or name[len(base) + 1 :].isdigit()):
-            return base, name[len(base) + 1 :]
-    return None
+    base, _, node = name.partition("_")
+    return (base, node) if base == "temperature" and node else None
 
 
 def _is_column(name: str) -> bool:
@@ -420,13 +418,11 @@ class CsvFile:
         of = self._unit(f" header, column {head.text}", text, si)
         found = np.full(len(self.rows), np.nan)
         for k, (line, cells) in enumerate(self.rows):
-            where = f" line {line}, column {head.text}"
-            number = self._number(cells[i], where)
-            if number is None:
-                if needed and not cells[i].strip():
-                    self.fault(where, "is empty", "every line needs its time")
-                continue
-            found[k] = self._admitted(number, of, si, spread, where)
+            number = self._cell(line, cells, i, of, si, spread)
+            if number is not None:
+                found[k] = number
+            elif needed:
+                self.fault(f" line {line}, column {head.text}", "is empty", "every line needs its time")
         return found
 
     def _unit(self, where: str, text: str, si: str) -> Unit:
@@ -436,31 +432,25 @@ class CsvFile:
             self.fault(where, f"{text!r} is not a unit of a quantity in {si or '1'}", str(error))
             return Unit(1.0)
 
-    def _number(self, cell: str, where: str) -> float | None:
-        text = cell.strip()
+    def _cell(self, line: int, cells: list[str], i: int, of: Unit, si: str, spread: bool) -> float | None:
+        """One cell in SI, a standard deviation if `spread`: `None` where it is empty, NaN where it is faulty."""
+        text, where = cells[i].strip(), f" line {line}, column {self.heads[i].text}"
         if not text:
             return None
         try:
             number = float(text.replace(",", ".") if self.decimal_comma else text)
         except ValueError:
             self.fault(where, f"{text!r} is not a number", "numbers as in 12.5 or 1.25e1; an empty cell: not measured")
-            return None
+            return np.nan
         if not np.isfinite(number):
             self.fault(where, f"{text!r} is not finite", "leave the cell empty: not measured")
-            return None
-        return number
-
-    def _admitted(self, number: float, of: Unit, si: str, spread: bool, where: str) -> float:
-        if spread:
-            if number <= 0:
-                self.fault(where, f"{number:g} is not a standard deviation", "it must be > 0")
-                return np.nan
-            return number * float(of.factor)
-        value = to_si(number, of)
-        if si == "K" and value < 0:
+        elif spread and number <= 0:
+            self.fault(where, f"{number:g} is not a standard deviation", "it must be > 0")
+        elif not spread and si == "K" and to_si(number, of) < 0:
             self.fault(where, f"{number:g} is below absolute zero", "is the unit in the header right?")
-            return np.nan
-        return value
+        else:
+            return number * float(of.factor) if spread else to_si(number, of)
+        return np.nan
 
     # --- single values ----------------------------------------------------------------------------------------
 
@@ -478,35 +468,30 @@ class CsvFile:
         for line, cells in self.rows:
             metric = cells[names["event"]].strip()
             where = f" line {line}, event {metric}"
-            number = self._number(cells[at], f" line {line}, column {head.text}")
-            if not metric or number is None:
-                if not metric and number is not None:
-                    self.fault(f" line {line}, column event", "is empty beside a value", "name the event")
+            if not cells[at].strip():
                 continue
-            si = unit_of(metric)
+            if not metric:
+                self.fault(f" line {line}, column event", "is empty beside a value", "name the event")
+                continue
             if not (metric.startswith("energy.") or metric in METRICS):
                 self.fault(where, "unknown metric", f"there are: {', '.join(METRICS)}, energy.…")
                 continue
-            text = cells[names["unit"]] if "unit" in names and cells[names["unit"]].strip() else head.unit
-            of, error = Unit(1.0), sigma.get(metric)
+            si, of, error = unit_of(metric), Unit(1.0), sigma.get(metric)
             if head.name == "time" and si != "s":
                 self.fault(where, f"is not a time but a quantity in {si}", "call the column value")
             else:
+                text = cells[names["unit"]] if "unit" in names and cells[names["unit"]].strip() else head.unit
                 of = self._unit(where, text, si)
-            if "sigma" in names and cells[names["sigma"]].strip():
-                error = self._sigma_of_event(cells[names["sigma"]], line, self.heads[names["sigma"]], of, si)
-            value = self._admitted(number, of, si, False, where)
-            if not (np.isnan(value) or (error is not None and np.isnan(error))):  # these have their own faults
-                singles.append(Single(metric, value, error))
+            if "sigma" in names and cells[i := names["sigma"]].strip():
+                spread = self.heads[i]
+                own = self._unit(f" header, column {spread.text}", spread.unit, si) if spread.unit else of
+                error = self._cell(line, cells, i, own, si, True)
+            value = self._cell(line, cells, at, of, si, False)
+            if value is not None and not (np.isnan(value) or (error is not None and np.isnan(error))):
+                singles.append(Single(metric, value, error))  # else it has its own fault
         if not singles and not self.faults:
             self.fault("", "has no event with a value", "event,time,sigma")
         return Measured(singles=tuple(singles))
-
-    def _sigma_of_event(self, cell: str, line: int, head: _Head, of: Unit, si: str) -> float:
-        where = f" line {line}, column {head.text}"
-        number = self._number(cell, where)
-        of = self._unit(f" header, column {head.text}", head.unit, si) if head.unit else of
-        return np.nan if number is None else self._admitted(number, of, si, True, where)
 
 
 _HEAD = re.compile(r"^(?P<name>.*?)(?P<space>\s*)\[(?P<unit>[^\[\]]*)\]$")
