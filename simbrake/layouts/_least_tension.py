@@ -109,19 +109,15 @@ class _Searched(NamedTuple):
     names: tuple[str, ...]
 
     def __call__(self, result: Result, given: object) -> tuple[Array, None]:
-        return jnp.stack([_searched(result, name) for name in self.names]), None
-
-
-def _searched(result: Result, name: str) -> Array:
-    """A metric; for a brake that does not stop in the run, the time at which its mean deceleration would stop it."""
-    value = measure(result, name)
-    if name != "stopping_time":
-        return value
-    record = result.record
-    start, end = record.rows.t[0], record.t_end
-    left = record.y_end.omega / jnp.asarray(result.scene.initial.omega)
-    slow = 1 / (1 - jnp.minimum(left, _SLOW)) + jnp.maximum(left - _SLOW, 0.0) / (1 - _SLOW) ** 2
-    return jnp.where(jnp.isfinite(value), value, start + (end - start) * slow)
+        """A brake that does not stop in the run has the time at which its mean deceleration would stop it."""
+        record = result.record
+        start, end = record.rows.t[0], record.t_end
+        left = record.y_end.omega / jnp.asarray(result.scene.initial.omega)
+        slow = 1 / (1 - jnp.minimum(left, _SLOW)) + jnp.maximum(left - _SLOW, 0.0) / (1 - _SLOW) ** 2
+        found = {name: measure(result, name) for name in self.names}
+        time = found["stopping_time"]
+        found["stopping_time"] = jnp.where(jnp.isfinite(time), time, start + (end - start) * slow)
+        return jnp.stack([found[name] for name in self.names]), None
 
 
 class _Problem:

@@ -251,8 +251,9 @@ def assess(
     start = search.model(box.start)
     # without absolute standard deviations residuals are scaled by the scatter
     scatter = 1.0 if absolute or chi2 == 0 or freedom <= 0 else np.sqrt(chi2 / freedom)
-    each = zip(data.all, data.split(search.measured), data.split(scatter * search.sigma), strict=True)
-    runs = zip(data.split(start.values), data.split(found.values), strict=True)
+    columns = map(data.split, (search.measured, scatter * search.sigma, start.values, found.values))
+    rows = zip(data.all, *columns, strict=True)
+    residuals = tuple(Residuals(one.name, one.unit, one.t, *row) for one, *row in rows)  # pyright: ignore
     names = [paths[i] for i in np.flatnonzero(~fixed)]
     rate = (slope / np.where(theta == 0, 1.0, theta))[~fixed]
     return Calibration(
@@ -266,10 +267,7 @@ def assess(
         confidence=confidence,
         singular_values=known.singular_values,
         open=tuple(_combination(one, known.open, names, rate, theta[~fixed] != 0) for one in known.open),
-        residuals=tuple(
-            Residuals(one.name, one.unit, one.t, *numbers, *run)
-            for (one, *numbers), run in zip(each, runs, strict=True)
-        ),
+        residuals=residuals,
         scene=with_values(before, dict(zip(paths, theta.tolist(), strict=True))),
         before=before,
         data=data,

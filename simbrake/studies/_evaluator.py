@@ -218,10 +218,13 @@ def box_of(
             value = np.asarray(leaf.value, float)[... if index is None else index]
             if not each and np.size(value):
                 value = value.flat[0] if np.ptp(value) == 0 else None
+        shape = () if value is None else np.shape(value)
         try:
-            low, high = (np.broadcast_to(np.asarray(end, float), np.shape(value)) for end in pair)
+            low, high = (np.broadcast_to(np.asarray(end, float), shape) for end in pair)
         except (TypeError, ValueError):
-            found.append(Fault(path, f"{pair!r} are not bounds", f"(low, high), numbers or lists of {np.size(value)}"))
+            found.append(
+                Fault(path, f"{pair!r} are not bounds", f"(low, high), numbers or lists of {math.prod(shape)}")
+            )
             continue
         if not np.all(np.isfinite(low) & np.isfinite(high) & (low < high)):
             found.append(Fault(path, f"the bounds {pair!r} are out of range", "finite, low < high"))
@@ -235,7 +238,7 @@ def box_of(
         elif not np.all((value >= low) & (value <= high)):
             what = f"the start {value} is outside the bounds {pair!r}"
             found.append(Fault(path, what, "give a start inside them"))
-        shapes[path] = np.shape(value)
+        shapes[path] = shape
         rows.append([np.ravel(one) for one in (low, high, np.nan if value is None else value)])
     sizes = {path: np.size(leaf.value) for path, leaf in known.items()}
     twice = same_numbers(shapes, sizes) if each else {}

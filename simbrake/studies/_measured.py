@@ -97,18 +97,17 @@ class Measured(Tabular):
         Raises `InputError` with every error.
         """
         t, sigma = np.atleast_1d(np.asarray(t, np.float64)), dict(sigma or {})
-        points, singles, faults = [], [], Faults()
+        found: list[Points | Single | Fault] = []
         for name in sorted(set(sigma) - set(columns or {})):
-            faults.append(Fault(name, "has a standard deviation but no values", "leave it out, or give the column"))
+            found.append(Fault(name, "has a standard deviation but no values", "leave it out, or give the column"))
         for name, values in (columns or {}).items():
-            found = _points(name, t, values, sigma.get(name))
-            (points if isinstance(found, Points) else faults).append(found)
+            found.append(_points(name, t, values, sigma.get(name)))
         for metric, value in (events or {}).items():
             number, error = value if isinstance(value, tuple) else (value, None)
-            found = _single(metric, float(number), None if error is None else float(error))
-            (singles if isinstance(found, Single) else faults).append(found)
-        faults.report()
-        return cls(tuple(points), tuple(singles))
+            found.append(_single(metric, float(number), None if error is None else float(error)))
+        Faults(one for one in found if isinstance(one, Fault)).report()
+        points, singles = ([one for one in found if isinstance(one, kind)] for kind in (Points, Single))
+        return cls(tuple(points), tuple(singles))  # pyright: ignore
 
     def __add__(self, other: "Measured") -> "Measured":
         return Measured(self.points + other.points, self.singles + other.singles)
