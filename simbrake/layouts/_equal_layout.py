@@ -397,7 +397,7 @@ class LayoutDesign(Tabular):
 
 Place: TypeAlias = Callable[[Scene, Any, Any], Scene]
 #: angles, areas and the wear rate from which a search starts
-Given: TypeAlias = tuple[Angles, Areas, Rate]
+Given: TypeAlias = tuple[Float[Array, " n"], Float[Array, " n"] | None, Rate]
 
 
 def _placed(scene: Scene, angle: Array, area: Array | None) -> Scene:

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from .._base._faults import Fault
 from .._base._quantity import Unit, spelled, to_si, unit
@@ -81,10 +80,10 @@ class Measured(Tabular):
     @classmethod
     def of(
         cls,
-        t: ArrayLike = (),
-        columns: Mapping[str, ArrayLike] | None = None,
+        t: object = (),
+        columns: Mapping[str, object] | None = None,
         *,
-        sigma: Mapping[str, ArrayLike] | None = None,
+        sigma: Mapping[str, object] | None = None,
         events: Mapping[Metric, float | tuple[float, float]] | None = None,
     ) -> "Measured":
         """Data from arrays in SI units; NaN means that nothing was measured there.
@@ -190,7 +189,7 @@ def unknown_column(where: str, name: str) -> Fault:
     return Fault(where, f"unknown column {name!r}", hint)
 
 
-def _points(name: str, t: np.ndarray, values: ArrayLike, sigma: ArrayLike | None) -> Points | Fault:
+def _points(name: str, t: np.ndarray, values: object, sigma: object) -> Points | Fault:
     where, value = column_of(name), np.atleast_1d(np.asarray(values, np.float64))
     if where is None:
         return unknown_column(name, name)
