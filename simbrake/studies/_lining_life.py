@@ -17,9 +17,9 @@ from ..wear import feeds_back, turned_scene
 from ._evaluator import Faults
 
 #: thickness in m or with its unit, for all linings or for each
-Permissible: TypeAlias = float | str | Sequence[float] | np.ndarray | None
+Permissible: TypeAlias = float | int | str | Sequence[float | int] | np.ndarray | None
 #: stops after which the band is turned, or `"best"`
-TurnAt: TypeAlias = float | str | Sequence[float] | np.ndarray | None
+TurnAt: TypeAlias = float | int | str | Sequence[float | int] | np.ndarray | None
 
 
 class LifeHistory(NamedTuple):
