@@ -102,7 +102,6 @@ class Plan:
         return np.concatenate([array.reshape(self.count, -1) for array in self.values.values()], axis=1)
 
     def one(self, i: int) -> Scene:
-        """The scene of run `i`."""
         return with_values(self.scene, {path: array[i] for path, array in self.values.items()})
 
     def abouts(self) -> dict[str, Quantity]:
@@ -135,7 +134,6 @@ def plan_of(
     max_steps: int | None,
     chunk: int,
 ) -> Plan:
-    """The plan, or `InputError` with all errors of values, ranges, metrics and settings."""
     found = Faults()
     arrays = _arrays(values, found)
     found.unless(1e-15 < float(rtol) < 0.1, "rtol", rtol, "0 < rtol < 0.1")
@@ -309,12 +307,10 @@ class Store:
                 np.savez(scratch, run=task.runs, final=task.final(columns), **named)
 
     def read(self, task: Task) -> Columns | None:
-        """Numbers of a chunk that was kept, `None` if it was not."""
         found = _load(self._file(task))
         return None if found is None else found[2]
 
     def finished(self) -> Iterator[tuple[np.ndarray, Columns]]:
-        """All runs that are done, chunk by chunk."""
         for runs, final, columns in filter(None, map(_load, sorted(self.folder.glob("chunk-*.npz")))):
             yield runs[final], {name: column[final] for name, column in columns.items()}
 
