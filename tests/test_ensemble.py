@@ -17,8 +17,8 @@ from helpers import closed_form, main, stop_scene
 import simbrake as sb
 from simbrake._base._progress import Progress, duration
 from simbrake._run._measure import measure
-from simbrake.studies import _chunks, _evaluator
-from simbrake.studies._chunks import expected_cost, fingerprint, spread
+from simbrake.studies import _ensemble, _evaluator
+from simbrake.studies._ensemble import expected_cost, fingerprint, spread
 from simbrake.studies._evaluator import _integrators, _scanner
 
 SPEED, FRICTION, LEVER = "initial.omega", "brake.linings.friction.coefficient", "duty.slack_tension.level"
@@ -86,7 +86,7 @@ def test_failing_runs_keep_their_codes_and_only_short_ones_are_repeated(monkeypa
         seen.append((job.max_steps, len(rows)))
         return run(job, rows, size, device)
 
-    monkeypatch.setattr("simbrake.studies._chunks.run_chunk", counting)
+    monkeypatch.setattr("simbrake.studies._evaluator.run_chunk", counting)
     monkeypatch.setattr("simbrake.studies._evaluator._SHORT", 12)
     whole = sb.ensemble(stop_scene(), values, ["stopping_time"], progress=False)
     assert seen == [(12, 4), (1024, 2)]
@@ -178,7 +178,7 @@ def test_interrupted_and_resumed(tmp_path, capsys, monkeypatch):
         time.sleep(0.1)
         return run(*arguments)
 
-    monkeypatch.setattr("simbrake.studies._chunks.run_chunk", slow)
+    monkeypatch.setattr("simbrake.studies._evaluator.run_chunk", slow)
     part = sb.ensemble(stop_scene(), values, ["stopping_time"], directory=folder, workers=1, progress=Interrupting(100))
     missing = part.code.values == -1
     assert 0 < missing.sum() <= 200
@@ -186,7 +186,7 @@ def test_interrupted_and_resumed(tmp_path, capsys, monkeypatch):
     assert np.all(np.isnan(part.stopping_time.values[missing]))
     assert f"{missing.sum()} of 300 runs are missing" in capsys.readouterr().err
     again = []
-    monkeypatch.setattr("simbrake.studies._chunks.run_chunk", lambda *a: again.append(len(a[1])) or run(*a))
+    monkeypatch.setattr("simbrake.studies._evaluator.run_chunk", lambda *a: again.append(len(a[1])) or run(*a))
     whole = sb.ensemble(stop_scene(), values, ["stopping_time"], directory=folder, progress=False)
     assert sum(again) == missing.sum()
     fresh = sb.ensemble(stop_scene(), values, ["stopping_time"], progress=False)
@@ -327,6 +327,6 @@ def test_the_command_samples_and_tells_failures(capsys, scenarios, no_cache):
 def test_order_gives_back_the_callers_order(monkeypatch):
     values = drawn(100)
     data = sb.ensemble(stop_scene(), values, ["stopping_time"], chunk=8, workers=1, progress=False)
-    monkeypatch.setattr(_chunks, "expected_cost", lambda columns, known, steps: np.zeros(len(columns)))
+    monkeypatch.setattr(_ensemble, "expected_cost", lambda columns, known, steps: np.zeros(len(columns)))
     plain = sb.ensemble(stop_scene(), values, ["stopping_time"], chunk=8, workers=1, progress=False)
     np.testing.assert_allclose(data.stopping_time, plain.stopping_time, rtol=1e-13)

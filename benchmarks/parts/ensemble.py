@@ -191,9 +191,9 @@ def row_of(name: str, count: int, workers: int, rounds: int) -> dict[str, Any]:
 
 def measure(quick: bool) -> Part:
     """All sizes, one worker and all; `quick`: few runs of the scene without heat."""
-    from simbrake.studies._chunks import Threads
+    from simbrake.studies._evaluator import thread_count
 
-    sizes, workers = (_QUICK if quick else _SIZES), sorted({1, Threads().workers})
+    sizes, workers = (_QUICK if quick else _SIZES), sorted({1, thread_count()})
     name = "a" if quick else "b"
     slow = one_after_the_other(name, drawn(name, sizes[0]), 10 if quick else 40)
     rows = [row_of(name, count, some, 5 if count <= 10_000 else 1) for count in sizes for some in workers]

@@ -10,7 +10,7 @@ import simbrake as sb
 from benchmarks.parts.timing import interleaved
 from benchmarks.peers import scipy_ivp
 from benchmarks.scenes import CASES, closed_form
-from simbrake.studies import _chunks
+from simbrake.studies import _ensemble
 
 _PATHS = ("initial.omega", "brake.linings.friction.coefficient", "duty.slack_tension.level")
 _NAMES = ("slip_onset_time", "full_slip_time", "stopping_time")
@@ -74,17 +74,17 @@ def order(count: int) -> tuple[float, float]:
     lengths = 10 ** np.random.default_rng(2).uniform(-0.5, 1.5, count)
     unequal = {"end_time": lengths, "initial.omega": values["initial.omega"]}
     swinging = _scene(sb.TorqueLoad(sb.profiles.FunctionProfile(wavy)))
-    sorts, found = _chunks.expected_cost, []
+    sorts, found = _ensemble.expected_cost, []
     calls = {
         "stops": lambda: sb.ensemble(_scene(), values, _NAMES, progress=False),
         "lengthy": lambda: sb.ensemble(swinging, unequal, _NAMES, progress=False),
     }
     try:
         for way in (lambda columns, known, steps: np.zeros(len(columns)), sorts):
-            _chunks.expected_cost = way
+            _ensemble.expected_cost = way
             times = interleaved(calls, 0.0, 3)
             found.append([times[name].cpu_least for name in calls])
     finally:
-        _chunks.expected_cost = sorts
+        _ensemble.expected_cost = sorts
     (stops, lengthy), (stops_sorted, lengthy_sorted) = found
     return stops / stops_sorted, lengthy / lengthy_sorted

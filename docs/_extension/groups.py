@@ -34,7 +34,7 @@ PAGES: dict[str, tuple[str, ...]] = {
         "results._compare",
         "_pages._page",
     ),
-    "statics": ("brakes._band", "layouts._closed_form"),
+    "statics": ("brakes._band",),
     "wear": ("wear", "studies._lining_life"),
     "layouts": ("_run._linings", "_run._probe", "layouts"),
     "studies": ("studies",),

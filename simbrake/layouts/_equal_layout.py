@@ -1,8 +1,12 @@
-"""Lining angles and areas that level a quantity along the band, at full slip or over a whole braking."""
+"""Lining angles and areas that level a quantity along the band: in closed form, at full slip, over a whole braking.
+
+The closed forms take and give NumPy float64: a layout is designed once, not inside a simulation.
+"""
 
 import dataclasses
+import math
 from collections.abc import Callable, Iterator
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import equinox as eqx
 import jax
@@ -11,7 +15,7 @@ import numpy as np
 from jaxtyping import Float
 
 from .._base._compiling import DeviceJit
-from .._base._faults import Fault, InputError
+from .._base._faults import Fault
 from .._base._progress import Line, duration
 from .._base._quantity import as_number
 from .._base._table import Column, Table, Tabular, plain
@@ -25,8 +29,7 @@ from .._run._probe import as_tree
 from .._run._result import Result
 from ..brakes._band import running_product
 from ..hybrid._arrays import Array
-from ..studies._evaluator import Evaluation, Evaluator
-from ._closed_form import InfeasibleLayout, equal_increment_angles, equal_load_angles
+from ..studies._evaluator import Evaluation, Evaluator, Faults, Solver
 
 #: what can be equal for all linings, with units at full slip and over a braking
 TARGETS = {
@@ -36,9 +39,160 @@ TARGETS = {
     "wear": ("m/s", "m"),
     "friction_work": ("W", "J"),
 }
+#: what can be free, and how that is called
+FREE = {"angle": "angles", "area": "areas", "both": "angles and areas"}
+OVER = ("static", "braking")
+STARTS = ("closed form", "given")
+#: targets that look at the areas
+NEEDS_AREA = ("pressure", "wear")
 
 #: a target's name, or a function of a `Result` to one number per lining
-Target = str | Callable[[Result], Any]
+Target: TypeAlias = str | Callable[[Result], Any]
+#: a wear rate in m³/(N·m), or a function of pressure, slip speed and temperature
+Rate: TypeAlias = Any
+#: angles (n,) and areas (n,) of linings, these `None` where there are none
+Angles: TypeAlias = Float[np.ndarray, " n"]
+Areas: TypeAlias = Float[np.ndarray, " n"] | None
+
+
+# --- closed forms -----------------------------------------------------------------------------------------------------
+
+
+def _root(function: Callable[[float], float], low: float, high: float) -> float:
+    from scipy.optimize import brentq  # imported where it is used: most runs design no layout
+
+    return float(brentq(function, low, high, xtol=1e-16, rtol=1e-14))  # pyright: ignore
+
+
+class InfeasibleLayout(ValueError):
+    """No such layout exists; the message says which limit is exceeded and where."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Layout:
+    """`angle` (n,) in rad from the slack to the tight end, `ratio` `Π_k = T_k/T_0` with `k` linings at their limit."""
+
+    angle: Float[np.ndarray, " n"]
+    ratio: float
+    k: int
+
+
+def equal_increment_angles(f: float | Float[np.ndarray, " n"], n: int, k: int, wrap: float) -> Layout:
+    """Angles for equal tension increments, i.e. equal torque, of the first `k` of `n` linings (Z tables 5, 6).
+
+        1/(f_i z_i) = 1/(f_{i+1} z_{i+1}) − 2,   β_{k+1} = … = β_n = β_k,   Σβ = wrap
+        Π_k = (1/(f_k z_k) + 1)/(1/(f_1 z_1) − 1),   feasible while f_1 z_1 < 1
+
+    - `f`: coefficient of friction, one or per lining;  `wrap` (rad);  `1 ≤ k ≤ n`
+
+    Raises `InfeasibleLayout` where the wrap cannot be reached before `f_1 z_1 = 1`.
+    """
+    if not 1 <= k <= n:
+        raise InfeasibleLayout(f"k = {k} linings at their limit must lie between 1 and n = {n}")
+    friction = np.broadcast_to(np.asarray(f, float), (n,))[:k]
+    if np.any(friction <= 0) or not 0 < wrap <= 2 * math.pi * (1 + 1e-12):
+        raise InfeasibleLayout("friction must be positive and the wrap between 0 and 360°")
+
+    def angles(z_k: float) -> Float[np.ndarray, " n"]:
+        inverse = 1.0 / (friction[-1] * z_k) - 2.0 * np.arange(k - 1, -1, -1)  # 1/(f_k z_k) − 2 (k − i)
+        beta = 2 * np.arctan(1.0 / (friction * inverse))
+        return np.append(beta, np.full(n - k, beta[-1]))
+
+    z_max = 1.0 / (friction[-1] * (1.0 + 2.0 * (k - 1)))  # there f_1 z_1 = 1
+    if np.sum(angles(z_max)) <= wrap:
+        raise InfeasibleLayout(
+            f"equal tension increments of {k} of {n} linings reach f·tan(β_1/2) = 1 at a wrap of "
+            f"{math.degrees(np.sum(angles(z_max))):.1f}°, below the {math.degrees(wrap):.1f}° asked for"
+        )
+    z_k = _root(lambda z: float(np.sum(angles(z))) - wrap, 1e-12 * z_max, z_max)
+    beta = angles(z_k)
+    first = friction[0] * math.tan(beta[0] / 2)
+    last = friction[-1] * z_k
+    return Layout(beta, (1 / last + 1) / (1 / first - 1), k)
+
+
+def equal_load_angles(
+    f: float | Float[np.ndarray, " n"], n: int, wrap: float, *, area: float | Float[np.ndarray, " n"] = 1.0
+) -> Layout:
+    """Angles for equal normal loads `N_i` of `n` sliding linings, or equal pressures `N_i/A_i` (model §2.2).
+
+        s_i/((1 + f_i z_i) A_i) = s_{i+1}/((1 − f_{i+1} z_{i+1}) A_{i+1}),   Σβ = wrap
+
+    followed from the tight end on the branch `z < f^(−1/3)`, where the left side peaks.
+
+    Raises `InfeasibleLayout` where no lining of the branch carries the load, or a lining would lock itself.
+    """
+    friction = np.broadcast_to(np.asarray(f, float), (n,))
+    areas = np.broadcast_to(np.asarray(area, float), (n,))
+    if np.any(friction <= 0) or np.any(areas <= 0):
+        raise InfeasibleLayout("friction and areas must be positive")
+
+    def side(z: float, i: int, sign: float) -> float:
+        return z / math.sqrt(1 + z * z) / (1 + sign * friction[i] * z) / areas[i]
+
+    def chain(z_n: float) -> Float[np.ndarray, " n"] | int:
+        """`z` of all linings, or the index of the one that cannot carry the load."""
+        z = np.empty(n)
+        z[-1] = z_n
+        for i in range(n - 2, -1, -1):
+            if friction[i + 1] * z[i + 1] >= 1:
+                return i + 1
+            load, peak = side(z[i + 1], i + 1, -1.0), friction[i] ** (-1 / 3)
+            if load > side(peak, i, 1.0):
+                return i
+            z[i] = _root(lambda s, i=i, load=load: side(s, i, 1.0) - load, 0.0, peak)
+        return z if friction[0] * z[0] < 1 else 0
+
+    def surplus(z_n: float) -> float:
+        z = chain(z_n)
+        return 2 * math.pi if isinstance(z, int) else float(np.sum(2 * np.arctan(z))) - wrap
+
+    low, high = 1e-12, math.tan(min(wrap, 0.999 * math.pi) / 2)
+    if surplus(high) < 0:
+        raise InfeasibleLayout(f"{n} linings of equal load cannot span {math.degrees(wrap):.1f}°")
+    for _ in range(200):  # bisection: the chain ends abruptly where it becomes infeasible
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if surplus(middle) < 0 else (low, middle)
+    z = chain(low)
+    if isinstance(z, int) or abs(float(np.sum(2 * np.arctan(z))) - wrap) > 1e-9:
+        at = chain(high)
+        where = f"lining {at + 1}" if isinstance(at, int) else "a lining"
+        raise InfeasibleLayout(
+            f"equal loads on {n} linings over {math.degrees(wrap):.1f}°: {where} cannot carry the load "
+            "(the load of one lining peaks at tan(β/2) = f^(−1/3), and f·tan(β/2) must stay below 1)"
+        )
+    fz = friction * z
+    return Layout(2 * np.arctan(z), float(np.prod((1 + fz) / (1 - fz))), n)
+
+
+def chord_equal_load_angles(f: float, k: int, beta_k: float, beta_k1: float) -> Float[np.ndarray, " k"]:
+    """Chord angles `β_1…β_k` (rad) for equal normal loads `N_2 = … = N_k`, `β_k` and `β_{k−1}` given.
+
+        m_j = (1 + f z_j)/(1 − f z_j),  p_j = z_j/(1 − f z_j),  j = k…3                                     (Z-11)
+        z_{j−2} = m_{j−1} p_j/(1 − f m_{j−1} p_j)
+
+    Raises `InfeasibleLayout` where a `1 − f z` or a denominator is not positive, or the chords do not fit.
+    """
+    z = np.full(k + 1, np.nan)
+    z[k], z[k - 1] = math.tan(beta_k / 2), math.tan(beta_k1 / 2)
+    for j in range(k, 2, -1):
+        for i in (j, j - 1):
+            if 1 - f * z[i] <= 0:
+                raise InfeasibleLayout(f"chord {i}: 1 − f·tan(β_{i}/2) = {1 - f * z[i]:.4g} is not positive")
+        m, p = (1 + f * z[j - 1]) / (1 - f * z[j - 1]), z[j] / (1 - f * z[j])
+        denominator = 1 - f * m * p
+        if denominator <= 0:
+            raise InfeasibleLayout(f"chord {j - 2}: the denominator 1 − f m p = {denominator:.4g} is not positive")
+        z[j - 2] = m * p / denominator
+    beta = 2 * np.arctan(z[1:])
+    if 1 - f * z[1] <= 0:
+        raise InfeasibleLayout(f"chord 1: 1 − f·tan(β_1/2) = {1 - f * z[1]:.4g} is not positive")
+    if np.sum(beta) > 2 * math.pi:
+        raise InfeasibleLayout(f"the chords span {math.degrees(np.sum(beta)):.1f}°, more than the pulley has")
+    return beta
+
+
+# --- targets of a scene -----------------------------------------------------------------------------------------------
 
 
 def full_slip(scene: Scene) -> tuple[Rubbing, Array]:
@@ -70,7 +224,7 @@ def friction_at_start(scene: Scene) -> Float[np.ndarray, " n"]:
     return np.asarray(_full_slip_compiled(scene)[1], float)
 
 
-def at_full_slip(scene: Scene, target: str, rate: Any) -> Float[Array, " n"]:
+def at_full_slip(scene: Scene, target: str, rate: Rate) -> Float[Array, " n"]:
     """A target at the instant of `full_slip`: wear in m/s, friction work as power in W."""
     r, _ = full_slip(scene)
     if target == "wear":
@@ -78,7 +232,7 @@ def at_full_slip(scene: Scene, target: str, rate: Any) -> Float[Array, " n"]:
     return quantity_of("friction_power" if target == "friction_work" else target, r)
 
 
-def over_braking(result: Result, target: Target, rate: Any, pair: str) -> Float[Array, " n"]:
+def over_braking(result: Result, target: Target, rate: Rate, pair: str) -> Float[Array, " n"]:
     """A target over a run: sums of wear and friction work, else means over the distance that a lining rubs."""
     if not isinstance(target, str):
         return jnp.asarray(target(result))
@@ -89,49 +243,48 @@ def over_braking(result: Result, target: Target, rate: Any, pair: str) -> Float[
     return lining_mean(result, target, over="slip", pair=pair)
 
 
-def closed_form(scene: Scene, target: Target, *, areas: bool = True) -> tuple[Float[np.ndarray, " n"] | None, str]:
+def closed_form(scene: Scene, target: Target, *, areas: bool = True) -> tuple[Angles | None, str]:
     """Angles of model §2.2 that level a target at full slip, with the friction of the start; else why there are none.
 
     Equal friction work is equal tension increments, equal wear is equal pressure (exact for a constant wear rate);
     without `areas` the areas are free, and angles need not level what they can.
     """
-    n = scene.brake.linings.count
-    f, wrap = friction_at_start(scene), float(np.sum(np.asarray(band_brake(scene).linings.angle)))
-    area = scene.brake.linings.area
+    (angle, area), f = own_layout(scene), friction_at_start(scene)
+    n, wrap = len(angle), float(np.sum(angle))
     try:
         if target in ("tension_increment", "friction_work"):
             return equal_increment_angles(f, n, n, wrap).angle, ""
         if target == "normal_load":
             return equal_load_angles(f, n, wrap).angle, ""
-        if target in ("pressure", "wear") and areas and area is not None:
-            return equal_load_angles(f, n, wrap, area=np.broadcast_to(np.asarray(area, float), (n,))).angle, ""
+        if target in NEEDS_AREA and areas and area is not None:
+            return equal_load_angles(f, n, wrap, area=area).angle, ""
     except InfeasibleLayout as error:
         return None, str(error)
     return None, "there is no closed form for it"
 
 
-FREE = ("angle", "area", "both")
-OVER = ("static", "braking")
-STARTS = ("closed form", "given")
-#: targets that look at the areas
-NEEDS_AREA = ("pressure", "wear")
+def own_layout(scene: Scene) -> tuple[Angles, Areas]:
+    """Angles and areas of a scene's linings."""
+    linings = band_brake(scene).linings
+    angle = np.asarray(linings.angle, float)
+    return angle, None if linings.area is None else np.broadcast_to(np.asarray(linings.area, float), angle.shape)
+
+
+# --- what is asked, and what is found ---------------------------------------------------------------------------------
 
 
 def validate_request(
-    scene: Scene, targets: tuple[Target, ...], free: str, over: str, rate: Any, pair: str, start: str
-) -> list[Fault]:
-    """Everything wrong with a requested layout, errors of the scene included (arguments as of `equal_layout`)."""
-    found = faults(scene)
-    if start not in STARTS:
-        found.append(Fault("start", f"{start!r} is unknown", f"there are: {', '.join(STARTS)}"))
-    if free not in FREE:
-        found.append(Fault("free", f"{free!r} cannot be freed", f"there are: {', '.join(FREE)}"))
-    if over not in OVER:
-        found.append(Fault("over", f"{over!r} is unknown", f"there are: {', '.join(OVER)}"))
-    pairs = list(band_brake(scene).pairs)
-    if missing := fault_of_pair(pair, pairs):
+    scene: Scene, targets: tuple[Target, ...], free: str, over: str, rate: Rate, pair: str, start: str
+) -> None:
+    """Raises `InputError` with all that is wrong with a requested layout, errors of the scene included."""
+    brake, found = band_brake(scene), Faults(faults(scene))
+    found.choice("start", start, STARTS)
+    found.choice("free", free, FREE)
+    found.choice("over", over, OVER)
+    first, *others = brake.pairs
+    if missing := fault_of_pair(pair, list(brake.pairs)):
         found.append(missing)
-    elif pair != pairs[0] and over == "static":
+    elif pair != first and over == "static":
         found.append(Fault("pair", "statics are those of the band on the linings", 'give over="braking"'))
     for one in targets:
         if isinstance(one, str) and one not in TARGETS:
@@ -139,33 +292,24 @@ def validate_request(
             found.append(Fault("target", f"{one!r} is unknown", hint))
         elif not isinstance(one, str) and over == "static":
             found.append(Fault("target", "a function of a result needs a run", 'give over="braking"'))
-    if len(targets) != (2 if free == "both" else 1):
+        elif free == "area" and one in TARGETS and one not in NEEDS_AREA and not read_by_linings(scene).p:
+            found.append(Fault("target", f"{one} does not depend on the areas", "free the angles"))
+    count = 2 if free == "both" else 1
+    if len(targets) != count:
         hint = 'as ("tension_increment", "pressure"): the first for the angles, the second for the areas'
-        words = f"{free!r} levels {2 if free == 'both' else 1}, there are {len(targets)}"
+        words = f"{free!r} levels {count}, there are {len(targets)}"
         found.append(Fault("target", words, hint if free == "both" else 'free="both" levels two'))
     if "wear" in targets and rate is None:
         found.append(Fault("rate", "is missing", "wear needs a wear rate in m³/(N·m)"))
-    return found + _faults_of_areas(scene, targets, free, pair)
-
-
-def _faults_of_areas(scene: Scene, targets: tuple[Target, ...], free: str, pair: str) -> list[Fault]:
-    brake, found = band_brake(scene), []
-    n = int(np.size(brake.linings.angle))
-    if n < 2:
+    if np.size(brake.linings.angle) < 2:
         found.append(Fault("brake.linings.angle", "one lining has no layout", "give two or more"))
-    first, *others = brake.pairs
     looked_at = {pair} & set(brake.pairs) if any(one in NEEDS_AREA for one in targets) else set()
-    looked_at |= {first} if free in ("area", "both") else set()
-    for one in sorted(looked_at):
+    for one in sorted(looked_at | ({first} if free in ("area", "both") else set())):
         if brake.rubbing_part(one).area is None:
             found.append(Fault(f"brake.{brake.pairs[one].field}.area", "is missing", "the areas are looked at"))
     if free != "angle" and pair in others:
         found.append(Fault("free", "the areas that can be freed are those towards the band", 'free="angle"'))
-    if free == "area" and not read_by_linings(scene).p:
-        for one in targets:
-            if isinstance(one, str) and one in TARGETS and one not in NEEDS_AREA:
-                found.append(Fault("target", f"{one} does not depend on the areas", "free the angles"))
-    return found
+    found.report()
 
 
 @dataclasses.dataclass(frozen=True)
@@ -181,13 +325,11 @@ class LayoutRow:
     @property
     def non_uniformity(self) -> float:
         """Maximum over minimum of a target along the band, of the worst target; `nan` where it could not be found."""
-        if not self.values:
-            return float("nan")
-        return float(max(np.max(value) / np.min(value) for value in self.values.values()))
+        return float(max((np.max(value) / np.min(value) for value in self.values.values()), default=np.nan))
 
     def as_dict(self) -> dict[str, Any]:
         """Everything as numbers, lists and words."""
-        return {**plain(self), "non_uniformity": plain(self.non_uniformity)}
+        return plain(vars(self) | {"non_uniformity": self.non_uniformity})
 
 
 @dataclasses.dataclass(frozen=True)
@@ -209,10 +351,7 @@ class LayoutDesign(Tabular):
 
     def row(self, name: str) -> LayoutRow:
         """One of `rows` by its name. Raises `KeyError` where there is none."""
-        for row in self.rows:
-            if row.name == name:
-                return row
-        raise KeyError(name)
+        return {row.name: row for row in self.rows}[name]
 
     @property
     def angle(self) -> Float[np.ndarray, " n"]:
@@ -231,14 +370,12 @@ class LayoutDesign(Tabular):
 
     def as_dict(self) -> dict[str, Any]:
         """Everything but the scene, as numbers, lists and words."""
-        found = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
-        rows, _ = found.pop("rows"), found.pop("scene")
-        return plain(found) | {"layouts": [row.as_dict() for row in rows]}
+        found = {name: value for name, value in vars(self).items() if name not in ("scene", "rows")}
+        return plain(found) | {"layouts": [row.as_dict() for row in self.rows]}
 
     def parts(self) -> Iterator[str | Table]:
         over = "at full slip" if self.over == "static" else "over the braking"
-        freed = {"angle": "angles", "area": "areas", "both": "angles and areas"}[self.free]
-        yield f"equal {' and '.join(self.target)} {over}: {freed} found in {self.iterations} iterations"
+        yield f"equal {' and '.join(self.target)} {over}: {FREE[self.free]} found in {self.iterations} iterations"
         if self.note:
             yield f"no closed form to compare with: {self.note}"
         columns, values = [Column("lining")], [np.arange(1, len(self.angle) + 1)]
@@ -252,23 +389,23 @@ class LayoutDesign(Tabular):
                 columns.append(Column(f"{row.name} {name}", row.units[name], show=".5g"))
                 values.append(np.asarray(value))
         yield Table(columns, zip(*(column.tolist() for column in values), strict=True))
-        yield Table(
-            [Column("layout", left=True), Column("max/min", show=".7g")],
-            [(row.name, row.non_uniformity) for row in self.rows],
-        )
+        uneven = [(row.name, row.non_uniformity) for row in self.rows]
+        yield Table([Column("layout", left=True), Column("max/min", show=".7g")], uneven)
 
 
-Place = Callable[[Scene, Any, Any], Scene]
+# --- the search -------------------------------------------------------------------------------------------------------
+
+Place: TypeAlias = Callable[[Scene, Any, Any], Scene]
+#: angles, areas and the wear rate from which a search starts
+Given: TypeAlias = tuple[Float[Array, " n"], Float[Array, " n"] | None, Rate]
 
 
-def _placed(scene: Scene, angle: Any, area: Any) -> Scene:
+def _placed(scene: Scene, angle: Array, area: Array | None) -> Scene:
     """The scene with other lining angles, and areas where it has any."""
     scene = eqx.tree_at(lambda s: s.brake.linings.angle, scene, angle)
-    return scene if area is None else eqx.tree_at(lambda s: s.brake.linings.area, scene, area, is_leaf=_is_none)
-
-
-def _is_none(leaf: Any) -> bool:
-    return leaf is None
+    if area is None:
+        return scene
+    return eqx.tree_at(lambda s: s.brake.linings.area, scene, area, is_leaf=lambda leaf: leaf is None)
 
 
 def _contrasts(n: int) -> Float[np.ndarray, "m n"]:
@@ -278,12 +415,12 @@ def _contrasts(n: int) -> Float[np.ndarray, "m n"]:
     return np.where(j < i, 1.0, np.where(j == i, -i, 0.0)) / np.sqrt(i * (i + 1))
 
 
-def _unfolded(w: Any, angle: Any, area: Any, free: str) -> tuple[Any, Any]:
+def _unfolded(w: Array, angle: Array, area: Array | None, free: str) -> tuple[Array, Array | None]:
     """Angles and areas for the unknowns `w`: shares that stay positive, `x_i = Σx · softmax(ln x⁰ + Hᵀ w)_i`."""
     n = angle.shape[0]
     directions = jnp.asarray(_contrasts(n)).T
 
-    def scaled(start: Any, w: Any) -> Any:
+    def scaled(start: Any, w: Array) -> Array:
         return jnp.sum(start) * jax.nn.softmax(jnp.log(start) + directions @ w)
 
     if free != "area":
@@ -297,9 +434,8 @@ class _Unfolded(NamedTuple):
     free: str
     place: Place
 
-    def __call__(self, scene: Scene, w: Any, given: Any) -> Scene:
-        angle, area, _ = given
-        return self.place(scene, *_unfolded(w, angle, area, self.free))
+    def __call__(self, scene: Scene, w: Array, given: Given) -> Scene:
+        return self.place(scene, *_unfolded(w, *given[:2], self.free))
 
 
 class _Levelled(NamedTuple):
@@ -309,30 +445,26 @@ class _Levelled(NamedTuple):
     over: str
     pair: str
 
-    def __call__(self, found: Any, given: Any) -> tuple[Array, list[Array]]:
+    def __call__(self, found: Scene | Result, given: Given) -> tuple[Array, list[Array]]:
         angle, _, rate = given
         if self.over == "static":
             values = [at_full_slip(found, one, rate) for one in self.targets]  # pyright: ignore
         else:
-            values = [over_braking(found, one, rate, self.pair) for one in self.targets]
+            values = [over_braking(found, one, rate, self.pair) for one in self.targets]  # pyright: ignore
         contrasts = jnp.asarray(_contrasts(angle.shape[0]))
         logs = [jnp.log(jnp.where(value > 0, value, jnp.nan)) for value in values]
         return jnp.concatenate([contrasts @ log for log in logs]), values
 
 
 class _Search:
-    """Residuals and Jacobians for SciPy, from a starting layout `given`: angles, areas and the wear rate."""
+    """Residuals and Jacobians for SciPy, from the layout that the evaluator is given."""
 
-    def __init__(self, run: Evaluator, free: str, levelled: _Levelled, friction: np.ndarray):
+    def __init__(self, run: Evaluator, free: str, levelled: _Levelled, friction: np.ndarray) -> None:
         self.run, self.free, self.levelled, self.friction = run, free, levelled, friction
         self.progress = Line("layout")
+        self.start = np.zeros((2 if free == "both" else 1) * (len(run.given[0]) - 1))
 
-    @property
-    def size(self) -> int:
-        """How many unknowns there are."""
-        return (2 if self.free == "both" else 1) * (len(self.run.given[0]) - 1)
-
-    def look(self, w: np.ndarray, given: Any = None) -> Evaluation:
+    def look(self, w: np.ndarray, given: Given | None = None) -> Evaluation:
         """A layout; one in which a lining would lock itself is not run."""
         angle, area, _ = self.run.given if given is None else given
         angle = np.asarray(_unfolded(w, angle, area, self.free)[0])
@@ -346,27 +478,54 @@ class _Search:
             self.progress.show(f"run {self.run.runs}, maximum over minimum {worst:.9g}, {spent}")
         return found if found.code == 0 else found._replace(values=np.full_like(found.values, np.nan))
 
+    def row(self, name: str, layout: tuple[Array, Array | None], found: Evaluation) -> LayoutRow:
+        """A layout with its targets."""
+        asked = self.levelled
+        named = [name_of(one) for one in asked.targets]
+        units = [TARGETS[one][asked.over == "braking"] if isinstance(one, str) else "" for one in asked.targets]
+        columns = {} if found.more is None else {k: np.asarray(v) for k, v in zip(named, found.more, strict=True)}
+        angle, area = (None if x is None else np.asarray(x) for x in layout)
+        return LayoutRow(name, angle, area, columns, dict(zip(named, units, strict=True)))  # pyright: ignore
 
-def _start(scene: Scene, targets: tuple[Target, ...], free: str) -> tuple[Any, Any, str]:
+    def solve(self, tolerance: float, max_iterations: int) -> tuple[np.ndarray, int]:
+        """The unknowns at the end, and how many iterations that took."""
+        from scipy.optimize import least_squares  # imported where it is used: most runs design no layout
+
+        residual, _, code, _ = self.look(self.start)
+        if code != 0:
+            name, what, hint = FAILURES[code]  # pyright: ignore
+            raise SimulationError(f"{name}: the starting layout's run fails, {what}: {hint}", None)
+        if not np.all(np.isfinite(residual)):
+            raise InfeasibleLayout(
+                "the starting layout has no positive target at every lining: do all linings slide in the run, and does "
+                "no lining lock itself (f·tan(β/2) ≥ 1)?"
+            )
+        found = least_squares(
+            lambda w: self.look(w).values,
+            self.start,
+            lambda w: self.look(w).jacobian,  # pyright: ignore
+            method="trf",
+            ftol=1e-15,
+            xtol=1e-15,
+            gtol=0.01 * tolerance,
+            max_nfev=max_iterations,
+        )
+        return found.x, int(found.njev)
+
+
+def _start(scene: Scene, targets: tuple[Target, ...], free: str) -> tuple[tuple[Angles, Areas], str]:
     """Angles and areas in closed form (the scene's own where there is none), and why there is none."""
-    linings = band_brake(scene).linings
-    angle = np.asarray(linings.angle, float)
-    area, note = _areas(linings, angle), ""
+    (angle, area), note = own_layout(scene), ""
     if free != "area":
         found, note = closed_form(scene, targets[0], areas=free == "angle")
         angle = angle if found is None else found
     if free != "angle" and area is not None:
         if targets[-1] in NEEDS_AREA:  # A_i ∝ N_i at full slip
-            laid = _placed(scene, angle, area)
-            normal = np.asarray(at_full_slip(laid, "normal_load", None))
+            normal = np.asarray(at_full_slip(_placed(scene, angle, area), "normal_load", None))
             area = area.sum() * normal / normal.sum()
         else:
             note = note or "there is no closed form for the areas"
-    return angle, area, note
-
-
-def _areas(linings: Any, like: np.ndarray) -> np.ndarray | None:
-    return None if linings.area is None else np.broadcast_to(np.asarray(linings.area, float), like.shape)
+    return (angle, area), note
 
 
 def equal_layout(
@@ -375,11 +534,11 @@ def equal_layout(
     *,
     free: str = "angle",
     over: str = "static",
-    rate: Any = None,
+    rate: Rate = None,
     pair: str = "external",
     place: Place = _placed,
     start: str = "closed form",
-    solver: Any = None,
+    solver: Solver | None = None,
     rtol: float = 1e-10,
     tolerance: float = 1e-8,
     max_iterations: int = 50,
@@ -407,100 +566,31 @@ def equal_layout(
     `SimulationError` where the run of the starting layout fails.
     """
     targets = target if isinstance(target, tuple) else (target,)
-    if found := validate_request(scene, targets, free, over, rate, pair, start):
-        raise InputError(found)
+    validate_request(scene, targets, free, over, rate, pair, start)
     wear_rate = as_tree(rate) if callable(rate) else None if rate is None else jnp.asarray(as_number(rate))
-    angle, area, note = _start(scene, targets, free)
-    closed = None if note else _placed(scene, angle, area)
-    if start == "given":
-        linings = band_brake(scene).linings
-        angle, area = np.asarray(linings.angle, float), None if area is None else _areas(linings, angle)
-    levelled, given = _Levelled(targets, over, pair), (angle, area, wear_rate)
+    closed, note = _start(scene, targets, free)
+    layouts = {"given": own_layout(scene)} | ({} if note else {"closed form": closed})
+    levelled = _Levelled(targets, over, pair)
+    given = (*(layouts["given"] if start == "given" else closed), wear_rate)
     settings: dict[str, Any] = {"run": over == "braking", "solver": solver, "rtol": rtol}
     run = Evaluator(scene, _Unfolded(free, place), levelled, given=given, **settings)
     if over == "braking":
         run.like(run.result())
     search = _Search(run, free, levelled, friction_at_start(scene))
-    rows, iterations = _searched(search, scene, closed, tolerance, max_iterations)
-    best = rows[-1]
-    laid = place(scene, jnp.asarray(best.angle), None if best.area is None else jnp.asarray(best.area))
-    return LayoutDesign(
-        scene=jax.tree.map(np.asarray, laid),
-        target=tuple(name_of(one) for one in targets),
-        over=over,
-        free=free,
-        rows=rows,
-        iterations=iterations,
-        runs=run.runs,
-        note=note,
-    )
-
-
-def _searched(
-    search: _Search, scene: Scene, closed: Scene | None, tolerance: float, most: int
-) -> tuple[tuple[LayoutRow, ...], int]:
-    """The layouts given, in closed form where there is one, and level; and how many iterations that took."""
     try:
-        rows = [_row("given", scene, search)]
-        rows += [] if closed is None else [_row("closed form", closed, search)]
-        w, iterations = _solve(search, tolerance, most)
-        rows.append(_row("optimum", None, search, w))
+        rows = [search.row(name, one, search.look(search.start, (*one, wear_rate))) for name, one in layouts.items()]
+        w, iterations = search.solve(tolerance, max_iterations)
+        best = search.row("optimum", _unfolded(w, given[0], given[1], free), search.look(w))
     finally:
         search.progress.done()
-    if not rows[-1].non_uniformity <= 1 + tolerance:
-        raise InfeasibleLayout(_why_not(rows[-1], search.levelled.targets, search.friction))
-    return tuple(rows), iterations
-
-
-def _solve(search: _Search, tolerance: float, max_iterations: int) -> tuple[np.ndarray, int]:
-    from scipy.optimize import least_squares  # imported where it is used: most runs design no layout
-
-    w = np.zeros(search.size)
-    residual, _, code, _ = search.look(w)
-    if code != 0:
-        name, what, hint = FAILURES[code]
-        raise SimulationError(f"{name}: the starting layout's run fails, {what}: {hint}", None)
-    if not np.all(np.isfinite(residual)):
+    named = tuple(name_of(one) for one in targets)
+    if not best.non_uniformity <= 1 + tolerance:
+        grip = search.friction * np.tan(best.angle / 2)
         raise InfeasibleLayout(
-            "the starting layout has no positive target at every lining: do all linings slide in the run, and does no "
-            "lining lock itself (f·tan(β/2) ≥ 1)?"
+            f"{' and '.join(named)} cannot be made equal: the best layout found has a maximum over minimum of "
+            f"{best.non_uniformity:.6g}; lining {int(np.argmax(grip)) + 1} is nearest to locking itself, "
+            f"f·tan(β/2) = {np.max(grip):.4g}"
         )
-    found = least_squares(
-        lambda w: search.look(w).values,
-        w,
-        lambda w: search.look(w).jacobian,  # pyright: ignore
-        method="trf",
-        ftol=1e-15,
-        xtol=1e-15,
-        gtol=0.01 * tolerance,
-        max_nfev=max_iterations,
-    )
-    return found.x, int(found.njev)
-
-
-def _row(name: str, scene: Scene | None, search: _Search, w: np.ndarray | None = None) -> LayoutRow:
-    """One layout with its targets: that of a scene, or the one of the unknowns `w`."""
-    angle, area, rate = search.run.given
-    if scene is not None:
-        linings = band_brake(scene).linings
-        angle = np.asarray(linings.angle, float)
-        area = _areas(linings, angle)
-        values = search.look(np.zeros(search.size), (angle, area, rate)).more
-    else:
-        assert w is not None
-        values = search.look(w).more
-        angle, area = (None if x is None else np.asarray(x) for x in _unfolded(w, angle, area, search.free))
-    asked = search.levelled
-    named = [name_of(one) for one in asked.targets]
-    units = [TARGETS[one][asked.over == "braking"] if isinstance(one, str) else "" for one in asked.targets]
-    columns = {} if values is None else {k: np.asarray(v) for k, v in zip(named, values, strict=True)}
-    return LayoutRow(name, angle, area, columns, dict(zip(named, units, strict=True)))  # pyright: ignore
-
-
-def _why_not(best: LayoutRow, targets: tuple[Target, ...], f: np.ndarray) -> str:
-    grip = f * np.tan(best.angle / 2)
-    words = " and ".join(name_of(one) for one in targets)
-    return (
-        f"{words} cannot be made equal: the best layout found has a maximum over minimum of {best.non_uniformity:.6g}; "
-        f"lining {int(np.argmax(grip)) + 1} is nearest to locking itself, f·tan(β/2) = {np.max(grip):.4g}"
-    )
+    laid = place(scene, jnp.asarray(best.angle), None if best.area is None else jnp.asarray(best.area))
+    found = jax.tree.map(np.asarray, laid)
+    return LayoutDesign(found, named, over, free, (*rows, best), iterations, run.runs, note)

@@ -1,7 +1,7 @@
 """The smallest maximum tension under limits on a run: stopping time, temperatures, or any other metric."""
 
 import dataclasses
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 import jax
@@ -11,14 +11,12 @@ from jaxtyping import Float
 
 from .._base._faults import Fault, InputError
 from .._base._progress import Line, duration
-from .._base._quantity import leaves
 from .._base._table import Column, Table, Tabular, plain
 from .._parts._scene import Scene, faults
-from .._run._edit import with_values
 from .._run._measure import check_metrics, measure, unit_of
 from .._run._result import Result
 from ..hybrid._arrays import Array
-from ..studies._evaluator import Evaluator, Paths, place_of, same_numbers
+from ..studies._evaluator import Box, Evaluator, Faults, Solver, box_of
 
 
 class LimitRow(NamedTuple):
@@ -34,7 +32,7 @@ class LimitRow(NamedTuple):
 
 
 class BoundRow(NamedTuple):
-    """One free number: at the `start`, at the optimum, the bound it stands at (`low`, `high` or none), and
+    """One free number: at the `start`, at the optimum, the active bound (`low`, `high` or none), and
     `sensitivity` = d(objective)/d(bound)."""
 
     path: str
@@ -50,7 +48,7 @@ class LeastTension(Tabular):
 
     - `objective`, its `unit`, its values at the `start` and at the optimum (`value`)
     - `limits`, `variables`: with their multipliers, as derivatives of the objective by limit or bound
-    - `success`: the search ended at a point that keeps all limits;  `stationarity`: what the active limits and bounds
+    - `success`: the search ended at a point within all limits;  `stationarity`: what the active limits and bounds
       leave of the gradient, relative to it (0 at an optimum)
     - `runs` of the simulation, each with its derivatives
     """
@@ -75,8 +73,7 @@ class LeastTension(Tabular):
 
     def as_dict(self) -> dict[str, Any]:
         """Everything but the scene, as numbers, lists and words."""
-        found = {field.name: getattr(self, field.name) for field in dataclasses.fields(self) if field.name != "scene"}
-        return plain(found)
+        return plain({name: value for name, value in vars(self).items() if name != "scene"})
 
     def parts(self) -> Iterator[str | Table]:
         how = "found" if self.success else f"NOT found ({self.message})"
@@ -86,25 +83,12 @@ class LeastTension(Tabular):
         )
         start, value = Column("start"), Column("value")
         cost = f"d{self.objective}/dlimit"
-        yield Table(
-            [
-                Column("limit of", left=True),
-                start,
-                value,
-                Column("limit"),
-                "unit",
-                Column(cost, heading=cost, left=True),
-            ],
-            [
-                (
-                    row.name,
-                    *row[2:5],
-                    row.unit,
-                    f"{row.sensitivity:.6g} {self.unit}/{row.unit}" if row.active else "slack",
-                )
-                for row in self.limits
-            ],
-        )
+        rows = [
+            (row.name, *row[2:5], row.unit, f"{row.sensitivity:.6g} {self.unit}/{row.unit}" if row.active else "slack")
+            for row in self.limits
+        ]
+        columns = [Column("limit of", left=True), start, value, Column("limit"), "unit"]
+        yield Table([*columns, Column(cost, heading=cost, left=True)], rows)
         cost = f"d{self.objective}/dbound"
         sides = {"low": "at its lower bound", "high": "at its upper bound", "": ""}
         yield Table(
@@ -124,37 +108,38 @@ class _Searched(NamedTuple):
 
     names: tuple[str, ...]
 
-    def __call__(self, result: Result, given: Any) -> tuple[Array, None]:
-        return jnp.stack([_searched(result, name) for name in self.names]), None
-
-
-def _searched(result: Result, name: str) -> Array:
-    """A metric; for a brake that does not stop in the run, the time at which its mean deceleration would stop it."""
-    value = measure(result, name)
-    if name != "stopping_time":
-        return value
-    record = result.record
-    start, end = record.rows.t[0], record.t_end
-    left = record.y_end.omega / jnp.asarray(result.scene.initial.omega)
-    slow = 1 / (1 - jnp.minimum(left, _SLOW)) + jnp.maximum(left - _SLOW, 0.0) / (1 - _SLOW) ** 2
-    return jnp.where(jnp.isfinite(value), value, start + (end - start) * slow)
+    def __call__(self, result: Result, given: object) -> tuple[Array, None]:
+        """A brake that does not stop in the run has the time at which its mean deceleration would stop it."""
+        record = result.record
+        start, end = record.rows.t[0], record.t_end
+        left = record.y_end.omega / jnp.asarray(result.scene.initial.omega)
+        slow = 1 / (1 - jnp.minimum(left, _SLOW)) + jnp.maximum(left - _SLOW, 0.0) / (1 - _SLOW) ** 2
+        found = {name: measure(result, name) for name in self.names}
+        time = found["stopping_time"]
+        found["stopping_time"] = jnp.where(jnp.isfinite(time), time, start + (end - start) * slow)
+        return jnp.stack([found[name] for name in self.names]), None
 
 
 class _Problem:
     """The search in scaled unknowns `u = (x − low)/(high − low)` and relative limits, the objective first."""
 
-    def __init__(self, run: Evaluator, names: tuple[str, ...], low: np.ndarray, high: np.ndarray, limits: np.ndarray):
-        self.run, self.names, self.low, self.high, self.limits = run, names, low, high, limits
+    def __init__(self, run: Evaluator, names: tuple[str, ...], box: Box, limits: np.ndarray, keep_wrap: bool) -> None:
+        self.run, self.names, self.box, self.limits = run, names, box, limits
         self.scale, self.progress = 1.0, Line("least tension")
+        self.start = box.down(box.start)
+        # change of the wrap with the unknowns, where an angle is free
+        angles = [float(path.partition("[")[0] == _ANGLES) for path in box.paths.names]
+        sizes = [span.stop - span.start for span in box.paths.spans]
+        self.wrap = np.repeat(angles, sizes) * box.slope(box.start) if keep_wrap and any(angles) else None
 
     def look(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Metrics and their derivatives by `u`; infinite where the run fails."""
-        before, found = self.run.runs, self.run(self.low + u * (self.high - self.low))
+        before, found = self.run.runs, self.run(self.box.up(u))
         values = found.values if found.code == 0 else np.full_like(found.values, np.inf)
         if self.run.runs > before:
             spent = duration(self.progress.spent)
             self.progress.show(f"run {self.run.runs}, {self.names[0]} {values[0]:.6g}, {spent}")
-        return values, found.jacobian * (self.high - self.low)
+        return values, found.jacobian * self.box.slope(self.box.up(u))
 
     def objective(self, u: np.ndarray) -> tuple[float, np.ndarray]:
         found, jacobian = self.look(u)
@@ -174,65 +159,15 @@ class _Problem:
         return -factor[:, None] * jacobian[1:]
 
 
-def _variables(scene: Scene, given: dict[str, Any]) -> tuple[Paths, list[Any], list[Fault]]:
-    """What is free, its bounds and starting values (low, high, start), and what is wrong with that."""
-    known = {leaf.path: leaf for leaf in leaves(scene)}
-    shapes, numbers, found = dict[str, tuple[int, ...]](), [], []
-    if not given:
-        found.append(Fault("variables", "nothing is free", "as {'duty.slack_tension.level': (1e3, 3e4)}"))
-    for path, bounds in given.items():
-        base, index = place_of(path, known)
-        try:
-            with_values(scene, {path: 0.0})
-        except InputError as error:
-            found += error.faults
-            continue
-        if base not in known:
-            found.append(Fault(path, "is absent in the scene", "give the scene a value to start from"))
-            continue
-        value = np.asarray(known[base].value, float)
-        start = value.ravel() if index is None else value[index].reshape(1)
-        try:
-            low, high = (np.broadcast_to(np.asarray(one, float), start.shape) for one in bounds)
-        except (TypeError, ValueError):
-            found.append(Fault(path, "needs two bounds (low, high)", f"numbers, or lists of {start.size}"))
-            continue
-        about = known[base].about
-        if not np.all(low < high):
-            found.append(Fault(path, "the lower bound is not below the upper one", "swap them"))
-        elif not np.all(about.admits(low) & about.admits(high)):
-            found.append(Fault(path, "a bound is out of range", f"it must be {about.range} {about.unit}"))
-        elif not np.all((start >= low) & (start <= high)):
-            found.append(Fault(path, "the scene's value is outside the bounds", "start inside them"))
-        shapes[path] = value.shape if index is None else ()
-        numbers.append((low, high, start))
-    sizes = {path: np.size(leaf.value) for path, leaf in known.items()}
-    found += [Fault(path, "is free twice", f"as {old} is") for path, old in same_numbers(shapes, sizes).items()]
-    return Paths(tuple(shapes), tuple(shapes.values())), numbers, found
-
-
-def _check(scene: Scene, limits: dict[str, float], objective: str, found: list[Fault]) -> None:
-    found = [*faults(scene), *found]
-    try:
-        check_metrics(scene, [objective, *limits])
-    except InputError as error:
-        found += error.faults
-    for name, value in limits.items():
-        if not (np.isfinite(value) and value > 0):
-            found.append(Fault(name, f"a limit of {value:g} is not possible", "it must be positive and finite"))
-    if found:
-        raise InputError(found)
-
-
 def least_tension(
     scene: Scene,
     stopping_time: float,
-    variables: dict[str, Any],
+    variables: Mapping[str, Any],
     *,
     limits: dict[str, float] | None = None,
     keep_wrap: bool = True,
     objective: str = "max_tension",
-    solver: Any = None,
+    solver: Solver | None = None,
     rtol: float = 1e-10,
     tolerance: float = 1e-10,
     max_iterations: int = 100,
@@ -248,49 +183,44 @@ def least_tension(
       The search starts from the scene's own values: a local optimum near them is found. A uniform pitch is stationary
       by symmetry: start from another one where angles are free
     - `limits`: limits of further metrics by name, `{"peak_lining_temperature": 673.15}`
-    - `keep_wrap`: where lining angles are free, their sum stays;  `objective`: another metric to be made small
+    - `keep_wrap`: where lining angles are free, their sum stays;  `objective`: another metric to be minimised
     - `tolerance`: relative change of the objective at which the search ends
 
     Raises `InputError` with all errors at once, also where the scene as given does not stop.
     """
     allowed = {"stopping_time": float(stopping_time), **(limits or {})}
-    paths, numbers, found = _variables(scene, variables)
-    _check(scene, allowed, objective, found)
-    low, high, start = (np.concatenate([np.atleast_1d(one[k]) for one in numbers]) for k in range(3))
+    found = Faults(faults(scene))
+    if not variables:
+        found.append(Fault("variables", "nothing is free", "as {'duty.slack_tension.level': (1e3, 3e4)}"))
+    box = box_of(scene, variables, found, each=True)
+    found.attempt(check_metrics, scene, [objective, *allowed])
+    for name, value in allowed.items():
+        if not (np.isfinite(value) and value > 0):
+            found.append(Fault(name, f"a limit of {value:g} is not possible", "it must be positive and finite"))
+    found.report()
     names = (objective, *allowed)
-    asked, reverse = _Searched(names), len(low) > 4 * len(names)
-    run = Evaluator(scene, paths, asked, reverse=reverse, solver=solver, rtol=rtol)
+    reverse = len(box.low) > 4 * len(names)
+    run = Evaluator(scene, box.paths, _Searched(names), reverse=reverse, solver=solver, rtol=rtol)
     result = run.result()
     run.like(result)
-    problem = _Problem(run, names, low, high, np.asarray(list(allowed.values())))
-    u = (start - low) / (high - low)
+    problem = _Problem(run, names, box, np.asarray(list(allowed.values())), keep_wrap)
     try:
-        first = problem.look(u)[0]
+        first = problem.look(problem.start)[0]
         missing = [name for name, value in zip(names, first, strict=True) if not np.isfinite(value)]
         if missing:
             hint = "start from values with which it does: only from there derivatives show the way"
-            raise InputError(
-                [Fault(name, f"does not come about in the scene ({result.status})", hint) for name in missing]
-            )
+            what = f"does not occur in the scene ({result.status})"
+            raise InputError([Fault(name, what, hint) for name in missing])
         problem.scale = float(first[0])
-        wrap = _wrap_row(paths, high - low) if keep_wrap else None
-        solution = _solve(problem, u, wrap, tolerance, max_iterations)
-        return _report(problem, paths, u, solution, wrap)
+        return _report(problem, _solve(problem, tolerance, max_iterations))
     finally:
         problem.progress.done()
 
 
-def _wrap_row(paths: Paths, width: np.ndarray) -> np.ndarray | None:
-    """Change of the wrap with the scaled unknowns, `None` where no angle is free."""
-    mine = np.zeros_like(width)
-    for path, span in zip(paths.names, paths.spans, strict=True):
-        mine[span] = float(path.partition("[")[0] == _ANGLES)
-    return mine * width if np.any(mine) else None
-
-
-def _solve(problem: _Problem, u: np.ndarray, wrap: np.ndarray | None, tolerance: float, most: int) -> Any:
+def _solve(problem: _Problem, tolerance: float, most: int) -> Any:
     from scipy.optimize import Bounds, minimize  # imported where it is used
 
+    u, wrap = problem.start, problem.wrap
     rules: list[dict[str, Any]] = [{"type": "ineq", "fun": problem.room, "jac": problem.room_slope}]
     if wrap is not None:
         rules.append({"type": "eq", "fun": lambda v: np.atleast_1d(wrap @ (v - u)), "jac": lambda v: wrap[None, :]})
@@ -306,7 +236,7 @@ def _solve(problem: _Problem, u: np.ndarray, wrap: np.ndarray | None, tolerance:
 
 
 def _multipliers(
-    problem: _Problem, u: np.ndarray, wrap: np.ndarray | None
+    problem: _Problem, u: np.ndarray
 ) -> tuple[Float[np.ndarray, " limits"], Float[np.ndarray, " entries"], float]:
     """Multipliers of limits and bounds (scaled) and what is left of the gradient, by least squares at the optimum.
 
@@ -315,53 +245,40 @@ def _multipliers(
     from scipy.optimize import lsq_linear
 
     gradient, slope, room = problem.objective(u)[1], problem.room_slope(u), problem.room(u)
-    active = np.flatnonzero(np.abs(room) < _ACTIVE)
-    at_low, at_high = np.flatnonzero(u < _ACTIVE), np.flatnonzero(u > 1 - _ACTIVE)
-    unit = np.eye(len(u))
-    columns = [*slope[active], *unit[at_low], *(-unit[at_high]), *([] if wrap is None else [wrap])]
+    active, low, high = (np.flatnonzero(at) for at in (np.abs(room) < _ACTIVE, u < _ACTIVE, u > 1 - _ACTIVE))
+    unit, wrap = np.eye(len(u)), [] if problem.wrap is None else [problem.wrap]
+    columns = [*slope[active], *unit[low], *(-unit[high]), *wrap]
     lam, nu = np.zeros(len(room)), np.zeros(len(u))
-    size = max(float(np.linalg.norm(gradient)), 1e-300)
     if not columns:
         return lam, nu, float(np.linalg.norm(gradient))
-    least = np.zeros(len(columns))
-    if wrap is not None:
-        least[-1] = -np.inf
     matrix = np.stack(columns, axis=1)
+    least = np.append(np.zeros(len(columns) - len(wrap)), [-np.inf] * len(wrap))
     x = lsq_linear(matrix, gradient, (least, np.full(len(columns), np.inf)), tol=1e-14).x
-    lam[active] = x[: len(active)]
-    nu[at_low] = x[len(active) : len(active) + len(at_low)]
-    nu[at_high] = -x[len(active) + len(at_low) : len(active) + len(at_low) + len(at_high)]
-    return lam, nu, float(np.linalg.norm(matrix @ x - gradient)) / size
+    lam[active], nu[low], of_high, _ = np.split(x, np.cumsum([len(active), len(low), len(high)]))
+    nu[high] = -of_high
+    return lam, nu, float(np.linalg.norm(matrix @ x - gradient)) / max(float(np.linalg.norm(gradient)), 1e-300)
 
 
-def _report(problem: _Problem, paths: Paths, u: np.ndarray, solution: Any, wrap: np.ndarray | None) -> LeastTension:
-    end = np.clip(solution.x, 0.0, 1.0)
-    before, after = problem.look(u)[0], problem.look(end)[0]
-    lam, nu, residual = _multipliers(problem, end, wrap)
+def _report(problem: _Problem, solution: Any) -> LeastTension:
+    paths, end = problem.box.paths, np.clip(solution.x, 0.0, 1.0)
+    before, after = problem.look(problem.start)[0], problem.look(end)[0]
+    lam, nu, residual = _multipliers(problem, end)
     room = problem.room(end)
     units = [unit_of(name) for name in problem.names]
-    limits = tuple(
-        LimitRow(
-            name=name,
-            unit=units[j + 1],
-            start=float(before[j + 1]),
-            value=float(after[j + 1]),
-            limit=float(problem.limits[j]),
-            active=bool(abs(room[j]) < _ACTIVE),
-            # T* moves with its limit by −λ_j ∂(room_j)/∂(limit_j), where room_j = 0
-            sensitivity=-float(lam[j] * problem.scale / problem.limits[j]),
-        )
-        for j, name in enumerate(problem.names[1:])
-    )
-    x, width = problem.low + end * (problem.high - problem.low), problem.high - problem.low
-    rows = []
-    for path, span in zip(paths.names, paths.spans, strict=True):
-        entries = range(span.start, span.stop)
-        for i, k in enumerate(entries):
-            name = path if len(entries) == 1 else f"{path}[{i}]"
-            side = "low" if end[k] < _ACTIVE else "high" if end[k] > 1 - _ACTIVE else ""
-            start = float(problem.low[k] + u[k] * width[k])
-            rows.append(BoundRow(name, start, float(x[k]), side, float(nu[k] * problem.scale / width[k])))
+    # T* moves with its limit by −λ_j ∂(room_j)/∂(limit_j), where room_j = 0
+    moves = -lam * problem.scale / problem.limits
+    columns = (before[1:], after[1:], problem.limits, np.abs(room) < _ACTIVE, moves)
+    named = zip(problem.names[1:], units[1:], *(column.tolist() for column in columns), strict=True)
+    limits = tuple(LimitRow(*row) for row in named)
+    names = [
+        path if span.stop - span.start == 1 else f"{path}[{i}]"
+        for path, span in zip(paths.names, paths.spans, strict=True)
+        for i in range(span.stop - span.start)
+    ]
+    start, x = (problem.box.up(u) for u in (problem.start, end))
+    sides = np.where(end < _ACTIVE, "low", np.where(end > 1 - _ACTIVE, "high", ""))
+    columns = (start, x, sides, nu * problem.scale / problem.box.slope(x))
+    rows = tuple(BoundRow(*row) for row in zip(names, *(column.tolist() for column in columns), strict=True))
     scene = jax.tree.map(np.asarray, paths(problem.run.scene, jnp.asarray(x)))
     feasible = bool(np.all(room > -_ACTIVE))
     return LeastTension(
@@ -371,7 +288,7 @@ def _report(problem: _Problem, paths: Paths, u: np.ndarray, solution: Any, wrap:
         start=float(before[0]),
         value=float(after[0]),
         limits=limits,
-        variables=tuple(rows),
+        variables=rows,
         success=bool(solution.success) and feasible,
         message=str(solution.message) if feasible else f"a limit is exceeded: {solution.message}",
         iterations=int(solution.nit),

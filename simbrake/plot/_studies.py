@@ -18,8 +18,7 @@ from .._parts._scene import Scene, band_brake
 from .._run._measure import Metric, name_of
 from .._run._simulate import simulate
 from ..brakes._design import Brake, Lining
-from ..layouts._closed_form import InfeasibleLayout, Layout, chord_equal_load_angles
-from ..layouts._equal_layout import LayoutDesign, LayoutRow
+from ..layouts._equal_layout import InfeasibleLayout, Layout, LayoutDesign, LayoutRow, chord_equal_load_angles
 from ..studies._calibration import Calibration
 from ..studies._global import MorrisTable, SobolTable
 from ..studies._lining_life import LiningLife

@@ -32,7 +32,7 @@ from ..formulas.heating import (
     transmission_table,
 )
 from ..friction import ConstantFriction
-from ..layouts._closed_form import InfeasibleLayout, chord_equal_load_angles, equal_increment_angles
+from ..layouts._equal_layout import InfeasibleLayout, chord_equal_load_angles, equal_increment_angles
 from ..loads import TorqueLoad
 from ..profiles import Constant, PiecewiseLinear
 from ..thermal._builders import axial_resistance, radial_resistance

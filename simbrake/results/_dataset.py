@@ -26,7 +26,7 @@ from .._run._result import Result
 from .._run._series import SERIES_COLUMNS, Series, flat, meaning_of_column, times_within, unit_of_column
 from ..files._scene_file import scene_from_text, scene_text
 from ..hybrid import LANDED
-from ..studies._chunks import fingerprint
+from ..studies._ensemble import fingerprint
 from ..thermal._network import Junction, Reservoir, Wall
 
 if TYPE_CHECKING:

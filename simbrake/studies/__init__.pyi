@@ -13,10 +13,10 @@ from ._lining_life import LiningLife as LiningLife
 from ._lining_life import lining_life as lining_life
 from ._measured import Measured as Measured
 from ._measured import read_measured as read_measured
-from ._sampling import samples as samples
 from ._sensitivity import Sensitivity as Sensitivity
 from ._sensitivity import SensitivityTable as SensitivityTable
 from ._sensitivity import sensitivity as sensitivity
 from ._uncertainty import Estimate as Estimate
 from ._uncertainty import Uncertainty as Uncertainty
+from ._uncertainty import samples as samples
 from ._uncertainty import uncertainty as uncertainty

@@ -7,16 +7,16 @@ from typing import Any
 
 import numpy as np
 
-from .._base._faults import Fault, InputError
-from .._base._quantity import Leaf, leaves
+from .._base._faults import Fault
+from .._base._quantity import leaves
 from .._base._table import Column, Table, Tabular, plain
 from .._parts._scene import Scene, check
 from .._run._choice import stiffness
 from .._run._edit import with_values
 from .._run._simulate import solver_for
-from ._evaluator import place_of
-from ._fit import LOSSES, Direction, FitModel, Identified, Scale, Search, identify, measured_arrays, slices
-from ._measured import Measured, Points, check_measured
+from ._evaluator import Faults, Solver, box_of, place_of
+from ._fit import LOSSES, Direction, FitModel, Identified, Search, identify
+from ._measured import Measured, check_measured
 
 
 class State(enum.StrEnum):
@@ -64,6 +64,11 @@ class Residuals:
     @property
     def scaled(self) -> np.ndarray:
         return (self.model - self.measured) / self.sigma
+
+    @property
+    def largest(self) -> float:
+        """Largest magnitude of `scaled`."""
+        return float(np.max(np.abs(self.scaled)))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -117,10 +122,7 @@ class Calibration(Tabular):
     warnings: tuple[str, ...]
 
     def __getitem__(self, path: str) -> Parameter:
-        for parameter in self.parameters:
-            if parameter.path == path:
-                return parameter
-        raise KeyError(path)
+        return {parameter.path: parameter for parameter in self.parameters}[path]
 
     @property
     def values(self) -> dict[str, float]:
@@ -139,28 +141,23 @@ class Calibration(Tabular):
     @property
     def reduced_chi2(self) -> float:
         """`chi2` per degree of freedom; NaN without any."""
-        return self.chi2 / self.freedom if self.freedom > 0 else float("nan")
+        return self.chi2 / self.freedom if self.freedom > 0 else np.nan
 
     def as_dict(self) -> dict[str, Any]:
         """Everything for JSON; `null` where a number is infinite or unknown."""
         kept = ("converged", "message", "confidence", "covariance", "correlation", "chi2", "chi2_start")
         kept += ("reduced_chi2", "singular_values", "evaluations", "failures", "solver", "loss", "warnings")
-        found = {name: getattr(self, name) for name in kept}
+        found: dict[str, Any] = {name: getattr(self, name) for name in kept}
         parameters = [dataclasses.asdict(p) for p in self.parameters]
         found["parameters"] = [p | {"bounds": [p.pop("low"), p.pop("high")]} for p in parameters]
-        found |= {"degrees_of_freedom": self.freedom, "probability_of_larger_chi2": self.probability}
-        found["absolute_sigma"] = self.absolute
         combinations = [dataclasses.asdict(one) for one in self.open]
         found["open"] = [one | {"relative_change": one.pop("relative")} for one in combinations]
+        found |= {"degrees_of_freedom": self.freedom, "probability_of_larger_chi2": self.probability}
+        found["absolute_sigma"] = self.absolute
+        columns = ("name", "unit", "count", "chi2", "largest")
         found["residuals"] = [
-            {
-                "name": part.name,
-                "unit": part.unit,
-                "count": part.measured.size,
-                "chi2": np.sum(part.scaled**2),
-                "largest": np.max(np.abs(part.scaled)),
-            }
-            for part in self.residuals
+            dict(zip(columns, (r.name, r.unit, r.scaled.size, r.scaled @ r.scaled, r.largest), strict=True))
+            for r in self.residuals
         ]
         return plain(found)
 
@@ -177,14 +174,12 @@ class Calibration(Tabular):
         ]
         yield Table([*columns, Column("state", heading="", left=True)], rows)
         yield self._quality()
-        if len(self.parameters) > 1:
-            yield from self._correlations()
+        for i, j in zip(*np.nonzero(np.abs(np.tril(self.correlation, -1)) > 0.9), strict=True):
+            pair = f"{self.parameters[j].path} and {self.parameters[i].path}"
+            yield f"corr     {self.correlation[i, j]:+.4f} between {pair}"
         yield from (f"open     {one.words}" for one in self.open)
         data = [Column("name", heading="data", left=True), Column("values"), Column("rms", shown_in="σ", show=".3g")]
-        rows = [
-            (part.name, part.measured.size, np.sqrt(np.mean(part.scaled**2)), np.max(np.abs(part.scaled)))
-            for part in self.residuals
-        ]
+        rows = [(r.name, r.scaled.size, np.sqrt(np.mean(r.scaled**2)), r.largest) for r in self.residuals]
         yield Table([*data, Column("maximum", shown_in="σ", show=".3g")], rows)
         yield from (f"warning  {text}" for text in self.warnings)
         refused = sum(self.failures.values())
@@ -198,15 +193,6 @@ class Calibration(Tabular):
             return f"{text}; a larger one has probability {self.probability:.2g}"
         return text if self.absolute else f"{text}; errors are scaled by it, as σ are not absolute"
 
-    def _correlations(self) -> list[str]:
-        table, lines = self.correlation, []
-        for i in range(len(table)):
-            for j in range(i):
-                if abs(table[i, j]) > 0.9:
-                    pair = f"{self.parameters[j].path} and {self.parameters[i].path}"
-                    lines.append(f"corr     {table[i, j]:+.4f} between {pair}")
-        return lines
-
 
 def _words(p: Parameter) -> str:
     if p.state == State.OPEN:
@@ -215,55 +201,72 @@ def _words(p: Parameter) -> str:
     return {State.AT_LOW: "at its lower bound", State.AT_HIGH: "at its upper bound"}.get(p.state, "")
 
 
-#: shares of a combination that are not worth a word
+#: shares of a combination below this are not named
 _SMALL = 0.01
 #: chi² as unlikely as this says that model and data disagree
 _UNLIKELY = 1e-3
 
 
 def assess(
-    search: Search, before: Scene, data: Measured, first: np.ndarray, *, absolute: bool, confidence: float, rtol: float
+    search: Search, before: Scene, data: Measured, *, absolute: bool, confidence: float, rtol: float
 ) -> Calibration:
     """The calibration at the best point of a search."""
-    from scipy.stats import chi2 as chi2_law  # slow to import: only those who fit pay for it
+    from scipy import stats  # slow to import: loaded by a fit only
 
     assert search.best is not None
     _, z, found = search.best
-    scale, paths = search.scale, search.model.paths
-    theta, residual = scale.up(z), search.residual(found)
+    box, paths = search.box, search.model.paths
+    theta, residual = box.up(z), search.residual(found)
     fixed = search.pressed(z) & ((z == 0) | (z == 1))
     if fixed.any():  # noise alone drives what is open against a bound: then the bound holds it, not the data
         whole = _identified(search, z, np.zeros_like(fixed), absolute, rtol)
         fixed = fixed & ~whole.concerned
     known = _identified(search, z, fixed, absolute, rtol)
     chi2, freedom = float(residual @ residual), residual.size - known.rank
-    concerned, slope = np.zeros(z.size, bool), scale.slope(theta)
+    concerned, slope = np.zeros(z.size, bool), box.slope(theta)
     concerned[~fixed] = known.concerned
     covariance = np.full((z.size, z.size), np.nan)
     covariance[np.ix_(~fixed, ~fixed)] = known.covariance
-    error = np.sqrt(np.diag(covariance))
-    quantile = _quantile(confidence, absolute and search.loss == "linear", freedom)
-    ends = [scale.up(z + side * quantile * error) for side in (-1.0, 1.0)]
-    parameters = _parameters(search, before, theta, first, z, fixed, concerned, error * slope, ends)
+    error = np.where(concerned, np.inf, np.sqrt(np.diag(covariance)))
+    # noise that is known is normal, else the scatter of the residuals gives Student's t
+    noise_known = absolute and search.loss == "linear"
+    law = stats.norm if noise_known else stats.t(freedom)
+    quantile = float(law.ppf(0.5 + confidence / 2)) if noise_known or freedom > 0 else np.inf
+    ends = [np.where(concerned, side * np.inf, box.up(z + side * quantile * error)).tolist() for side in (-1.0, 1.0)]
+    states = [
+        State.OPEN if c else State.FITTED if not at else State.AT_LOW if here == 0 else State.AT_HIGH
+        for c, at, here in zip(concerned, fixed, z, strict=True)
+    ]
+    units = {leaf.path: leaf.about.unit for leaf in leaves(before)}
+    columns = (theta, error * slope, [*zip(*ends, strict=True)], states, box.start, box.low, box.high, box.logarithmic)
+    parameters = tuple(
+        Parameter(path, units.get(place_of(path, units)[0], ""), *row)  # pyright: ignore
+        for path, *row in zip(paths, *(c if isinstance(c, list) else c.tolist() for c in columns), strict=True)
+    )
     covariance = covariance * np.outer(slope, slope)
     covariance[concerned] = covariance[:, concerned] = np.nan
     covariance[concerned, concerned] = np.inf
-    probability = float(chi2_law.sf(chi2, freedom)) if absolute and search.loss == "linear" and freedom > 0 else None
-    start = search.model(first)
+    probability = float(stats.chi2.sf(chi2, freedom)) if noise_known and freedom > 0 else None
+    start = search.model(box.start)
+    # without absolute standard deviations residuals are scaled by the scatter
+    scatter = 1.0 if absolute or chi2 == 0 or freedom <= 0 else np.sqrt(chi2 / freedom)
+    columns = map(data.split, (search.measured, scatter * search.sigma, start.values, found.values))
+    rows = zip(data.all, *columns, strict=True)
+    residuals = tuple(Residuals(one.name, one.unit, one.t, *row) for one, *row in rows)  # pyright: ignore
     names = [paths[i] for i in np.flatnonzero(~fixed)]
     rate = (slope / np.where(theta == 0, 1.0, theta))[~fixed]
     return Calibration(
         parameters=parameters,
         covariance=covariance,
         chi2=chi2,
-        chi2_start=float(np.sum(search.residual(start) ** 2)) if search.model.refused(start) is None else float("inf"),
+        chi2_start=float(np.sum(search.residual(start) ** 2)) if search.model.refused(start) is None else np.inf,
         freedom=freedom,
         absolute=absolute,
         probability=probability,
         confidence=confidence,
         singular_values=known.singular_values,
         open=tuple(_combination(one, known.open, names, rate, theta[~fixed] != 0) for one in known.open),
-        residuals=_residuals(data, search, found.values, start.values, chi2, freedom, absolute),
+        residuals=residuals,
         scene=with_values(before, dict(zip(paths, theta.tolist(), strict=True))),
         before=before,
         data=data,
@@ -293,92 +296,35 @@ def _identified(search: Search, z: np.ndarray, fixed: np.ndarray, absolute: bool
     )
 
 
-def _quantile(confidence: float, known_noise: bool, freedom: int) -> float:
-    """Half width of an interval in standard errors: normal where the noise is known, else Student's t."""
-    from scipy.stats import norm, t
-
-    if known_noise:
-        return float(norm.ppf(0.5 + confidence / 2))
-    return float(t.ppf(0.5 + confidence / 2, freedom)) if freedom > 0 else float("inf")
-
-
-def _parameters(
-    search: Search,
-    scene: Scene,
-    theta: np.ndarray,
-    first: np.ndarray,
-    z: np.ndarray,
-    fixed: np.ndarray,
-    concerned: np.ndarray,
-    error: np.ndarray,
-    ends: list[np.ndarray],
-) -> tuple[Parameter, ...]:
-    units = {leaf.path: leaf.about.unit for leaf in leaves(scene)}
-    found = []
-    for i, path in enumerate(search.model.paths):
-        state = State.OPEN if concerned[i] else State.FITTED
-        if fixed[i]:
-            state = State.AT_LOW if z[i] == 0 else State.AT_HIGH
-        spread = np.inf if concerned[i] else np.nan if fixed[i] else float(error[i])
-        interval = (float(ends[0][i]), float(ends[1][i]))
-        if concerned[i] or fixed[i]:
-            interval = (-np.inf, np.inf) if concerned[i] else (np.nan, np.nan)
-        unit = units.get(place_of(path, units)[0], "")
-        low, high = float(search.scale.low[i]), float(search.scale.high[i])
-        logarithmic = bool(search.scale.logarithmic[i])
-        found.append(
-            Parameter(path, unit, float(theta[i]), spread, interval, state, float(first[i]), low, high, logarithmic)
-        )
-    return tuple(found)
-
-
-def _residuals(
-    data: Measured,
-    search: Search,
-    model: np.ndarray,
-    before: np.ndarray,
-    chi2: float,
-    freedom: int,
-    absolute: bool,
-) -> tuple[Residuals, ...]:
-    # without absolute standard deviations residuals are told in those that the scatter shows
-    scatter = 1.0 if absolute or chi2 == 0 or freedom <= 0 else np.sqrt(chi2 / freedom)
-    found = []
-    for part, here in slices(data):
-        t = part.t if isinstance(part, Points) else None
-        sigma = scatter * search.sigma[here]
-        found.append(Residuals(part.name, part.unit, t, search.measured[here], sigma, before[here], model[here]))
-    return tuple(found)
-
-
 def _combination(
     one: Direction, others: list[Direction], names: list[str], rate: np.ndarray, relative: np.ndarray
 ) -> OpenCombination:
     """An open direction in relative changes of the parameters, and in words."""
     change = one.change * rate
     change = change / change[np.argmax(np.abs(change))]
-    told = [int(i) for i in np.argsort(-np.abs(change), kind="stable") if abs(change[i]) >= _SMALL]
-    parts = [f"{names[i]} {change[i] * (1.0 if relative[i] else 0.01):+.3g}{' %' if relative[i] else ''}" for i in told]
-    if len(told) == 1:
-        words = f"{names[told[0]]}: no measured value depends on it"
-        rest = [names[i] for i in np.flatnonzero(one.change) if i != told[0]]
+    shown = [int(i) for i in np.argsort(-np.abs(change), kind="stable") if abs(change[i]) >= _SMALL]
+    parts = [
+        f"{names[i]} {change[i] * (1.0 if relative[i] else 0.01):+.3g}{' %' if relative[i] else ''}" for i in shown
+    ]
+    if len(shown) == 1:
+        words = f"{names[shown[0]]}: no measured value depends on it"
+        rest = [names[i] for i in np.flatnonzero(one.change) if i != shown[0]]
         if np.isfinite(one.spread):
-            words = f"{names[told[0]]}: its bounds say more of it than the data"
+            words = f"{names[shown[0]]}: its bounds say more of it than the data"
         elif rest:
-            words = f"{names[told[0]]}: within its bounds it does no more than tiny changes of {', '.join(rest)}"
+            words = f"{names[shown[0]]}: within its bounds it does no more than tiny changes of {', '.join(rest)}"
     else:
         together = f"{', '.join(parts[:-1])} and {parts[-1]} together"
         words = f"{together} change no measured value"
         if np.isfinite(one.spread):
             words = f"{together} change the measured values by less than their errors show within the bounds"
-    alone = [other for other in others if other is not one and any(abs(other.change[i]) > 1e-6 for i in told)]
-    if len(told) == 2 and all(relative[told]) and not alone:
-        power = -change[told[0]] / change[told[1]]
-        words += f"; the data hold only ({names[told[0]]})·({names[told[1]]})^{power:.3g}"
+    alone = [other for other in others if other is not one and any(abs(other.change[i]) > 1e-6 for i in shown)]
+    if len(shown) == 2 and all(relative[shown]) and not alone:
+        power = -change[shown[0]] / change[shown[1]]
+        words += f"; the data hold only ({names[shown[0]]})·({names[shown[1]]})^{power:.3g}"
     if np.isfinite(one.spread):
         words += f" (standard error {one.spread:.3g} of their range)"
-    shown: dict[str, Any] = {name: float(x) for name, x in zip(names, change, strict=True)}
-    return OpenCombination(shown, one.singular_value, one.spread, words)
+    return OpenCombination(dict(zip(names, change.tolist(), strict=True)), one.singular_value, one.spread, words)
 
 
 def _warnings(
@@ -402,7 +348,7 @@ def _warnings(
         if cost <= least * 1.01 + 1e-12 * search.measured.size and np.max(np.abs(end - z)) > 0.05
     ]
     if far:
-        values = ", ".join(f"{p} = {v:.5g}" for p, v in zip(paths, search.scale.up(far[0]), strict=True))
+        values = ", ".join(f"{p} = {v:.5g}" for p, v in zip(paths, search.box.up(far[0]), strict=True))
         found.append(f"not unique: {len(far)} other starts end as well elsewhere, one at {values}")
     reasons = ", ".join(f"{reason} ({n} times)" for reason, n in search.model.failures.items())
     if reasons:
@@ -421,7 +367,7 @@ def calibrate(
     *,
     start: Mapping[str, float] | None = None,
     rtol: float = 1e-8,
-    solver: Any = None,
+    solver: Solver | None = None,
     max_steps: int | None = None,
     loss: str = "linear",
     loss_scale: float = 1.0,
@@ -449,87 +395,36 @@ def calibrate(
     Raises `InputError` with all errors at once, also where no start has all measured events.
     Source: errors after Björck, Numerical Methods for Least Squares Problems (1996), 1.1, 2.7.
     """
-    choices = {"loss": (loss, LOSSES), "method": (method, ("trf", "dogbox"))}
-    faults = [Fault(n, f"{v!r} is unknown", f"one of {', '.join(k)}") for n, (v, k) in choices.items() if v not in k]
-    limits = (
-        ("starts", starts, starts >= 1),
-        ("confidence", confidence, 0 < confidence < 1),
-        ("loss_scale", loss_scale, loss_scale > 0),
-        ("rtol", rtol, 1e-15 < rtol < 0.1),
-        ("max_evaluations", max_evaluations, max_evaluations >= 1),
-    )
-    faults += [Fault(name, f"{value} is out of range") for name, value, ok in limits if not ok]
-    first = _first(scene, bounds, start or {}, faults)
-    absolute = _absoluteness(data, absolute, len(bounds), faults)
-    if faults:
-        raise InputError(faults)
-    before = with_values(scene, dict(zip(bounds, first, strict=True)))
+    found, starting = Faults(), start or {}
+    found.choice("loss", loss, LOSSES)
+    found.choice("method", method, ("trf", "dogbox"))
+    found.unless(starts >= 1, "starts", starts, "at least 1")
+    found.share("confidence", confidence, 0.95)
+    found.unless(loss_scale > 0, "loss_scale", loss_scale, "> 0")
+    found.unless(1e-15 < rtol < 0.1, "rtol", rtol, "0 < rtol < 0.1")
+    found.unless(max_evaluations >= 1, "max_evaluations", max_evaluations, "at least 1")
+    if not bounds:
+        found.append(Fault("bounds", "no parameter is to be fitted", '{"brake.pulley.inertia": (500, 2000)}'))
+    for path in sorted(set(starting) - set(bounds)):
+        found.append(Fault(path, "has a start value but no bounds", "give bounds, or set it in the scene"))
+    box = box_of(scene, bounds, found, starts=starting, decades=_DECADES)
+    absolute = _absoluteness(data, absolute, len(bounds), found)
+    found.report()
+    before = with_values(scene, box.paths.values(box.start))
     check(before)
     check_measured(data, before)
-    low, high = (np.asarray([pair[i] for pair in bounds.values()], float) for i in (0, 1))
-    scale = Scale(low, high, (low > 0) & (high > _DECADES * low))
     solver = _solver(before, bounds) if solver is None else solver
-    model = FitModel(before, tuple(bounds), data, solver=solver, rtol=rtol, max_steps=max_steps)
-    search = Search(model, scale, *measured_arrays(data), loss, loss_scale, method, max_evaluations, starts)
-    search.run(scale.down(first))
-    return assess(search, before, data, first, absolute=absolute, confidence=confidence, rtol=rtol)
+    model = FitModel(before, box.paths.names, data, solver=solver, rtol=rtol, max_steps=max_steps)
+    search = Search(model, box, *data.arrays, loss, loss_scale, method, max_evaluations, starts)
+    search.run()
+    return assess(search, before, data, absolute=absolute, confidence=confidence, rtol=rtol)
 
 
-def _first(scene: Scene, bounds: Mapping[str, Any], start: Mapping[str, float], faults: list[Fault]) -> np.ndarray:
-    """Start values; adds what is wrong with them and with the bounds."""
-    known: dict[str, Leaf] = {leaf.path: leaf for leaf in leaves(scene)}
-    first = []
-    if not bounds:
-        faults.append(Fault("bounds", "no parameter is to be fitted", '{"brake.pulley.inertia": (500, 2000)}'))
-    for path in sorted(set(start) - set(bounds)):
-        faults.append(Fault(path, "has a start value but no bounds", "give bounds, or set it in the scene"))
-    for path, pair in bounds.items():
-        value = start.get(path)
-        try:
-            low, high = (float(end) for end in pair)
-            with_values(scene, {path: low})
-        except InputError as error:
-            faults += error.faults
-            continue
-        except (TypeError, ValueError):
-            faults.append(Fault(path, f"{pair!r} are not bounds", "two numbers (low, high)"))
-            continue
-        leaf = known.get(place_of(path, known)[0])
-        if not (np.isfinite([low, high]).all() and low < high):
-            faults.append(Fault(path, f"the bounds {low:g}…{high:g} are out of range", "finite, low < high"))
-            continue
-        if leaf is not None:
-            faults += [
-                Fault(path, f"the bound {end:g} {leaf.about.unit} is out of range", f"must be {leaf.about.range}")
-                for end in (low, high)
-                if not leaf.about.admits(np.asarray(end))
-            ]
-        value = _value(known, path) if value is None else float(value)
-        if value is None:
-            faults.append(Fault(path, "has no one value in the scene", "give its start value"))
-        elif not low <= value <= high:
-            faults.append(Fault(path, f"the start {value:g} is outside the bounds {low:g}…{high:g}", "give a start"))
-        else:
-            first.append(value)
-    return np.asarray(first)
-
-
-def _value(known: dict[str, Leaf], path: str) -> float | None:
-    field, index = place_of(path, known)
-    if field not in known:
-        return None
-    values = np.asarray(known[field].value, float)
-    if index is None:
-        return float(values.flat[0]) if values.size and np.ptp(values) == 0 else None
-    return float(values[index])
-
-
-def _absoluteness(data: Measured, wanted: bool | None, parameters: int, faults: list[Fault]) -> bool:
+def _absoluteness(data: Measured, wanted: bool | None, parameters: int, faults: Faults) -> bool:
     """Whether standard deviations are absolute; adds what is wrong with them."""
-    parts = (*data.points, *data.singles)
-    without = [part.name for part in parts if part.sigma is None]
+    without = [part.name for part in data.all if part.sigma is None]
     hint = "give its measuring error, as a column …_sigma or by sigma={…}"
-    if without and (len(parts) > 1 or wanted):
+    if without and (len(data.all) > 1 or wanted):
         faults += [Fault(name, "has no standard deviation", hint) for name in without]
     absolute = not without if wanted is None else wanted
     if not absolute and data.count <= parameters:
@@ -538,7 +433,7 @@ def _absoluteness(data: Measured, wanted: bool | None, parameters: int, faults: 
     return absolute
 
 
-def _solver(scene: Scene, bounds: Mapping[str, Any]) -> Any:
+def _solver(scene: Scene, bounds: Mapping[str, tuple[float, float]]) -> Solver:
     """The method that `simulate` would take at the start or with any parameter at a bound: the stiff one if any is."""
     trials = [scene, *(with_values(scene, {path: end}) for path, pair in bounds.items() for end in pair)]
     return solver_for(scene.heated and any(stiffness(trial)[0] for trial in trials))

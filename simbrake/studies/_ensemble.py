@@ -1,28 +1,121 @@
-"""Many runs of one scene with other numbers, in one call: what is to run, the runs, and their data set."""
+"""Many runs of one scene with other numbers, in one call: what is to run, the runs, and their data set.
 
+Runs go in chunks to threads of this machine or to workers of a Dask cluster. Finished chunks may be kept in a folder,
+and runs whose records were too short are repeated with longer ones.
+"""
+
+import contextlib
+import dataclasses
+import functools
+import hashlib
+import json
 import math
 import os
-from collections.abc import Mapping, Sequence
+import sys
+import types
+import zipfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Future
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
+import jax
 import numpy as np
 
-from .._base._faults import Fault, InputError
-from .._base._quantity import Quantity
+from .._base._faults import Fault, InputError, whole_file
+from .._base._progress import Progress
+from .._base._quantity import Quantity, leaves
 from .._parts._scene import Scene, faults
 from .._physics._mechanism import Label
+from .._run._choice import stiffness
+from .._run._edit import with_values
 from .._run._measure import Metric, check_metrics, name_of, unit_of
 from .._run._metrics import METRICS, metric_names
 from .._run._outcome import FAILURES, status_of
-from .._run._simulate import require_64_bits
-from ._chunks import NOT_RUN, Plan, run_all
+from .._run._simulate import require_64_bits, solver_for
+from ._evaluator import (
+    ABOUT,
+    Columns,
+    Faults,
+    Job,
+    Paths,
+    Pool,
+    Solver,
+    Task,
+    limits_of_many,
+    place_of,
+    run_chunk,
+    threads,
+)
 
+if TYPE_CHECKING:
+    import dask.distributed
+    import xarray as xr
+
+    Dataset: TypeAlias = xr.Dataset
+    Client: TypeAlias = dask.distributed.Client | str
+else:  # these are loaded by those who use them
+    Dataset = Client = Any
+#: a function called with `(done, total)` runs; a progress line, on a terminal only (`None`); or none (`False`)
+Tell: TypeAlias = Callable[[int, int], object] | bool | None
+
+NOT_RUN = -1
+#: rows of all records of a chunk together: with some hundred columns half a gigabyte
+_ROWS = 2**19
+#: of the manifest
+_FORMAT = 1
 #: scenes looked at as a whole, besides those with the minimum and the maximum of every parameter
 _LOOKED_AT = 16
 #: runs named in one fault
 _NAMED = 5
+
+
+# --- what is to run ---------------------------------------------------------------------------------------------------
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Plan:
+    """A scene, the varied numbers (runs first), what is measured, and how it is integrated."""
+
+    scene: Scene
+    values: dict[str, np.ndarray]
+    metrics: tuple[Metric, ...]
+    rtol: float
+    solver: Solver | None
+    max_steps: int | None
+    chunk: int
+
+    @property
+    def paths(self) -> Paths:
+        return Paths(tuple(self.values), tuple(array.shape[1:] for array in self.values.values()))
+
+    @property
+    def count(self) -> int:
+        return len(next(iter(self.values.values())))
+
+    @functools.cached_property
+    def columns(self) -> np.ndarray:
+        """All varied numbers, (runs, numbers)."""
+        return np.concatenate([array.reshape(self.count, -1) for array in self.values.values()], axis=1)
+
+    def one(self, i: int) -> Scene:
+        return with_values(self.scene, {path: array[i] for path, array in self.values.items()})
+
+    def abouts(self) -> dict[str, Quantity]:
+        """Unit, meaning and range of every varied number."""
+        known = {leaf.path: leaf.about for leaf in leaves(self.one(0))}
+        return {path: known[place_of(path, known)[0]] for path in self.values}
+
+    def groups(self) -> list[tuple[Solver, np.ndarray]]:
+        """Solvers, and the runs that each of them gets: for every run what it would get by itself."""
+        every = np.arange(self.count)
+        if self.solver is not None or not self.scene.heated:
+            return [(self.solver or solver_for(False), every)]
+        if not any(path.startswith(("heat", "end_time", "initial.time")) for path in self.values):
+            return [(solver_for(stiffness(self.one(0))[0]), every)]
+        stiff = np.asarray([stiffness(self.one(i))[0] for i in range(self.count)])
+        return [(solver_for(kind), every[stiff == kind]) for kind in (False, True) if np.any(stiff == kind)]
 
 
 def default_metrics(scene: Scene) -> tuple[str, ...]:
@@ -32,45 +125,38 @@ def default_metrics(scene: Scene) -> tuple[str, ...]:
 
 def plan_of(
     scene: Scene,
-    values: Mapping[str, Any],
+    values: Mapping[str, object],
     metrics: Sequence[Metric] | None,
-    *,
     rtol: float,
-    solver: Any,
+    solver: Solver | None,
     max_steps: int | None,
     chunk: int,
 ) -> Plan:
-    """The plan, or `InputError` with all errors of values, ranges, metrics and settings."""
-    arrays, found = _arrays(values)
-    for name, value, good in (
-        ("rtol", rtol, 1e-15 < float(rtol) < 0.1),
-        ("chunk", chunk, chunk >= 1),
-        ("max_steps", max_steps, max_steps is None or max_steps > 0),
-    ):
-        if not good:
-            found.append(Fault(name, f"{value} is out of range", "0 < rtol < 0.1, chunk and max_steps > 0"))
-    if found:
-        raise InputError(found)
+    found = Faults()
+    arrays = _arrays(values, found)
+    found.unless(1e-15 < float(rtol) < 0.1, "rtol", rtol, "0 < rtol < 0.1")
+    found.unless(chunk >= 1, "chunk", chunk, "chunk > 0")
+    found.unless(max_steps is None or max_steps > 0, "max_steps", max_steps, "max_steps > 0")
+    found.report()
     asked = default_metrics(scene) if metrics is None else tuple(metrics)
     plan = Plan(scene, arrays, asked, float(rtol), solver, max_steps, int(chunk))
-    first = plan.one(0)  # names that the scene does not have are told here
-    found = [fault for path, about in plan.abouts().items() for fault in _outside(path, arrays[path], about)]
-    try:
-        check_metrics(first, asked)
-    except InputError as error:
-        found += error.faults
+    first = plan.one(0)  # raises for names that the scene does not have
+    for path, about in plan.abouts().items():
+        found += _outside(path, arrays[path], about)
+    found.attempt(check_metrics, first, asked)
     names = [name_of(metric) for metric in asked]
     twice = {name for name in names if names.count(name) > 1}
-    found += [Fault(name, "is asked for twice", "functions are told apart by their names") for name in sorted(twice)]
-    found = found or _of_times(plan) or _of_scenes(plan)
-    if found:
-        raise InputError(found)
+    found += [Fault(name, "is asked for twice", "functions are distinguished by their names") for name in sorted(twice)]
+    found += [] if found else _of_times(plan)
+    found += [] if found else _of_scenes(plan)
+    found.report()
     return plan
 
 
-def _arrays(values: Mapping[str, Any]) -> tuple[dict[str, np.ndarray], list[Fault]]:
-    arrays: dict[str, np.ndarray] = {}
-    found: list[Fault] = [] if values else [Fault("values", "nothing varies", "give {path: array of values}")]
+def _arrays(values: Mapping[str, object], found: Faults) -> Columns:
+    arrays: Columns = {}
+    if not values:
+        found.append(Fault("values", "nothing varies", "give {path: array of values}"))
     for path, value in values.items():
         try:
             array = np.array(value, dtype=np.float64)
@@ -85,10 +171,10 @@ def _arrays(values: Mapping[str, Any]) -> tuple[dict[str, np.ndarray], list[Faul
     if len(set(counts.values())) > 1:
         each = ", ".join(f"{path} {count}" for path, count in counts.items())
         found.append(Fault("values", f"the numbers of runs differ: {each}", "give every number once for every run"))
-    return arrays, found
+    return arrays
 
 
-def _named(runs: Any) -> str:
+def _named(runs: Sequence[int] | np.ndarray) -> str:
     """`(run 3)`, `(runs 3, 4, 5, 6, 7 and 12 more)`."""
     more = f" and {len(runs) - _NAMED} more" if len(runs) > _NAMED else ""
     return f"({'run' if len(runs) == 1 else 'runs'} {', '.join(str(i) for i in runs[:_NAMED])}{more})"
@@ -116,7 +202,7 @@ def _of_times(plan: Plan) -> list[Fault]:
 
 
 def _of_scenes(plan: Plan) -> list[Fault]:
-    """Faults between numbers, in the runs with the minima and maxima and in some others; each told once."""
+    """Faults between numbers, in the runs with the minima and maxima and in some others; each reported once."""
     columns = plan.columns
     ends = np.concatenate([columns.argmin(axis=0), columns.argmax(axis=0)])
     step = max(1, math.ceil(plan.count / _LOOKED_AT))
@@ -125,11 +211,291 @@ def _of_scenes(plan: Plan) -> list[Fault]:
     for i in chosen:
         for fault in faults(plan.one(int(i))):
             seen.setdefault((fault.path, fault.hint), (fault, []))[1].append(int(i))
-    found = []
-    for fault, runs in seen.values():
-        found.append(Fault(fault.path, f"{fault.problem} {_named(runs)}", fault.hint))
-    return found
+    return [Fault(fault.path, f"{fault.problem} {_named(runs)}", fault.hint) for fault, runs in seen.values()]
 
+
+# --- chunks that are kept ---------------------------------------------------------------------------------------------
+
+
+def fingerprint(*parts: object) -> str:
+    """A hash of values, structures and functions that is the same in every process."""
+    digest = hashlib.sha256()
+    _feed(digest.update, parts)
+    return digest.hexdigest()
+
+
+def _feed(update: Callable[[bytes], None], part: object) -> None:
+    if isinstance(part, jax.Array | np.ndarray | np.generic | float | int):
+        array = np.asarray(part)
+        update(f"{array.dtype.str}{array.shape}".encode() + array.tobytes())
+    elif isinstance(part, types.FunctionType):
+        update(f"{part.__module__}.{part.__qualname__}".encode() + part.__code__.co_code)
+        inner = [c.cell_contents for c in part.__closure__ or ()]
+        _feed(update, [part.__defaults__, inner, part.__code__.co_names, *_constants(part.__code__)])
+    elif dataclasses.is_dataclass(part) and not isinstance(part, type):
+        update(type(part).__qualname__.encode())
+        _feed(update, {field.name: getattr(part, field.name, None) for field in dataclasses.fields(part)})
+    elif isinstance(part, dict):
+        _feed(update, [*part.items()])
+    elif isinstance(part, tuple | list):
+        update(f"({len(part)}".encode())
+        for one in part:
+            _feed(update, one)
+    elif part is None or isinstance(part, str | bytes):
+        update(repr(part).encode())
+    else:
+        named = getattr(part, "__qualname__", None)
+        update((named or type(part).__qualname__).encode())
+
+
+def _constants(code: types.CodeType) -> list[object]:
+    """Constants of a function, those of functions inside it as well."""
+    found: list[object] = []
+    for constant in code.co_consts:
+        found += [constant.co_code, *_constants(constant)] if isinstance(constant, types.CodeType) else [constant]
+    return [c for c in found if c is None or isinstance(c, str | bytes | float | int | tuple)]
+
+
+class Store:
+    """A folder with a manifest and a file for every finished chunk, each written whole or not at all.
+
+    Without `about` the folder is one that another process has begun.
+    """
+
+    def __init__(self, folder: Path, key: str, about: dict[str, object] | None = None) -> None:
+        self.folder, self.key = Path(folder), key
+        manifest = self.folder / "manifest.json"
+        if self.folder.exists() and not self.folder.is_dir():
+            raise InputError([Fault("directory", f"{folder} is a file", "give a folder")])
+        if manifest.exists():
+            self._compare(manifest, about or {})
+            return
+        if about is None:
+            raise InputError([Fault("directory", f"{manifest} is not there")])
+        if self.folder.is_dir() and any(self.folder.iterdir()):
+            what = f"{folder} holds other files and no manifest of an ensemble"
+            raise InputError([Fault("directory", what, "give a new or an empty folder")])
+        text = json.dumps({"format": _FORMAT, "fingerprint": key, **about}, indent=2)
+        with whole_file(manifest) as scratch:
+            scratch.write_text(f"{text}\n", "utf-8")
+
+    def _compare(self, manifest: Path, about: dict[str, object]) -> None:
+        try:
+            there = json.loads(manifest.read_text("utf-8"))
+        except (OSError, ValueError) as error:
+            fault = Fault("directory", f"{manifest} cannot be read: {error}", "give another folder")
+            raise InputError([fault]) from error
+        if there.get("fingerprint") == self.key and there.get("format") == _FORMAT:
+            return
+        differ = [name for name, value in about.items() if there.get(name) != value]
+        what = ", ".join(differ) or "numbers or structure of the scene, or the values"
+        hint = "give another folder, or remove this one if its runs are no longer wanted"
+        raise InputError([Fault("directory", f"{self.folder} holds another ensemble: {what} differ", hint)])
+
+    def _file(self, task: Task) -> Path:
+        mark = hashlib.sha256(np.asarray(task.runs, np.int64).tobytes() + str(task.limit).encode()).hexdigest()[:16]
+        return self.folder / f"chunk-{int(task.runs[0]):08d}-{mark}.npz"
+
+    def write(self, task: Task, columns: Columns) -> None:
+        """Keeps the numbers of a chunk, and which of its runs are final."""
+        file = self._file(task)
+        if not file.exists():
+            named: dict[str, Any] = {f"_{name}": column for name, column in columns.items()}
+            with whole_file(file) as scratch:
+                np.savez(scratch, run=task.runs, final=task.final(columns), **named)
+
+    def read(self, task: Task) -> Columns | None:
+        found = _load(self._file(task))
+        return None if found is None else found[2]
+
+    def finished(self) -> Iterator[tuple[np.ndarray, Columns]]:
+        for runs, final, columns in filter(None, map(_load, sorted(self.folder.glob("chunk-*.npz")))):
+            yield runs[final], {name: column[final] for name, column in columns.items()}
+
+
+def _load(file: Path) -> tuple[np.ndarray, np.ndarray, Columns] | None:
+    """Runs, which of them are final, and columns; a corrupted file (e.g. disk full) counts as missing."""
+    try:
+        with np.load(file) as data:
+            return data["run"], data["final"], {name[1:]: data[name] for name in data.files if name.startswith("_")}
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+        return None
+
+
+def store_of(plan: Plan, folder: Path) -> Store:
+    """The folder that keeps the chunks of a plan and of no other."""
+    names = [name_of(metric) for metric in plan.metrics]
+    functions = [metric for metric in plan.metrics if not isinstance(metric, str)]
+    key = fingerprint(plan.scene, plan.values, names, functions, plan.rtol, plan.solver, plan.max_steps)
+    about = {
+        "runs": plan.count,
+        "paths": list(plan.values),
+        "metrics": names,
+        "rtol": plan.rtol,
+        "solver": None if plan.solver is None else type(plan.solver).__name__,
+        "max_steps": plan.max_steps,
+        "simbrake": version("simbrake"),
+    }
+    return Store(folder, key, about)
+
+
+@functools.lru_cache(maxsize=8)
+def _unpacked(payload: bytes) -> Job:
+    import cloudpickle
+
+    return cloudpickle.loads(payload)
+
+
+def run_packed(payload: bytes, task: Task, folder: str, key: str) -> Columns:
+    """A chunk on a worker elsewhere, which keeps it at once if it sees the folder, and looks there first.
+
+    Functions come anew with every message: one job is kept, or each would be traced.
+    """
+    store = Faults().attempt(Store, Path(folder), key) if folder else None
+    kept = None if store is None else store.read(task)
+    if kept is not None:
+        return kept
+    columns = run_chunk(_unpacked(payload), task.rows, task.size)
+    if store is not None:
+        store.write(task, columns)
+    return columns
+
+
+@contextlib.contextmanager
+def cluster(given: Client, store: Store | None) -> Iterator[Pool]:
+    """The workers of a Dask cluster. A chunk whose worker dies is given to another by Dask's own scheduler."""
+    try:
+        import cloudpickle
+        from distributed import Client
+    except ImportError as error:
+        hint = "pip install 'simbrake[ensemble]'"
+        raise InputError([Fault("client", "needs dask.distributed, which is not installed", hint)]) from error
+    if not isinstance(given, str | Client):
+        what = f"is a {type(given).__name__}"
+        raise InputError([Fault("client", what, "a dask.distributed.Client or a scheduler's address")])
+    place = ("", "") if store is None else (str(store.folder.resolve()), store.key)
+    own: Any = Client(given) if isinstance(given, str) else contextlib.nullcontext(given)
+    with own as client:
+        executor = client.get_executor(pure=False)
+
+        def start(job: Job, tasks: list[Task]) -> list[Future[Columns]]:
+            payload = cloudpickle.dumps(job)
+            return [executor.submit(run_packed, payload, task, *place) for task in tasks]
+
+        yield Pool(max(1, sum(client.nthreads().values())), start)
+
+
+# --- all runs ---------------------------------------------------------------------------------------------------------
+
+
+# --- runs by expected cost: a chunk costs as much as its slowest run --------------------------------------------------
+
+
+def _features(columns: np.ndarray, squares: bool) -> np.ndarray:
+    parts = [np.ones((len(columns), 1)), columns]
+    return np.concatenate([*parts, columns**2] if squares else parts, axis=1)
+
+
+def spread(count: int, size: int) -> np.ndarray:
+    """`size` of `count` runs without any order of their own (a regular choice could miss a whole direction)."""
+    return np.sort(np.random.default_rng(0).permutation(count)[:size])
+
+
+def expected_cost(columns: np.ndarray, known: np.ndarray, steps: np.ndarray) -> np.ndarray:
+    """Expected logarithm of the steps of every run, from those of the runs `known`.
+
+    Least squares on the varied numbers (runs, numbers), standardised, and their squares; on the numbers alone where
+    few runs are known. Numbers that do not vary say nothing.
+    """
+    scale = columns.std(axis=0)
+    columns = (columns[:, scale > 0] - columns[:, scale > 0].mean(axis=0)) / scale[scale > 0]
+    x = _features(columns, squares=2 * columns.shape[1] + 1 <= len(known) / 2)
+    some, log = x[known], np.log(np.maximum(steps, 1.0))
+    lhs = some.T @ some + 1e-6 * len(known) * np.eye(x.shape[1])
+    return x @ np.linalg.solve(lhs, some.T @ log)
+
+
+class Runs:
+    """Numbers of all runs of a plan, filled in as chunks of them come back from a pool."""
+
+    def __init__(self, plan: Plan, pool: Pool, store: Store | None, progress: Tell) -> None:
+        n = plan.count
+        self.plan, self.pool, self.store = plan, pool, store
+        self.columns: Columns = {name: np.zeros(n, np.int32) for name in ABOUT}
+        self.columns |= {"code": np.full(n, NOT_RUN, np.int32), "energy.closure": np.full(n, np.nan)}
+        self.columns |= {name_of(metric): np.full(n, np.nan) for metric in plan.metrics}
+        self.columns["method"] = np.full(n, "", dtype="<U32")
+        self.done = np.zeros(n, bool)
+        for runs, found in [] if store is None else store.finished():
+            self._fill(runs, found)
+        self.progress = Progress(n, progress, int(self.done.sum()))
+
+    def _fill(self, runs: np.ndarray, found: Columns) -> None:
+        for name, column in found.items():
+            self.columns[name][runs] = column
+        self.done[runs] = True
+
+    def take(self) -> None:
+        """Waits for what was submitted, and takes over the runs that are done."""
+        for task, found in self.pool.results():
+            final = task.final(found)
+            if self.store is not None:
+                self.store.write(task, found)
+            if np.any(final):
+                self._fill(task.runs[final], {name: column[final] for name, column in found.items()})
+                self.progress.add(int(final.sum()))
+
+    def level(self, solver: Solver, runs: np.ndarray, limit: int, size: int, last: bool) -> np.ndarray:
+        """Runs in chunks with one limit of the steps; gives back those for which it was too low, in the same order."""
+        plan = self.plan
+        size = max(1, min(size, _ROWS // limit))
+        parts = [runs[start : start + size] for start in range(0, len(runs), size)]
+        job = Job(plan.scene, plan.paths, plan.metrics, solver, plan.rtol, limit)
+        self.pool.submit(job, [Task(limit, part, plan.columns[part], size, last) for part in parts])
+        self.take()
+        return runs[~self.done[runs]]
+
+    def group(self, solver: Solver, runs: np.ndarray) -> None:
+        """All runs of one solver: a pilot chunk, then the rest in order of cost, then those that need more steps."""
+        missing = runs[~self.done[runs]]
+        limits = list(limits_of_many(self.plan.scene, solver, self.plan.max_steps))
+        size = min(self.plan.chunk, 1 << max(0, math.ceil(math.log2(max(1, len(runs))))))
+        if len(missing) > self.plan.chunk * self.pool.workers and not np.any(self.done[runs]):
+            pilot = missing[spread(len(missing), size)]
+            again = self.level(solver, pilot, limits[0], size, len(limits) == 1)
+            if len(limits) > 1 and 2 * len(again) > len(pilot):
+                limits = limits[1:]  # most runs are longer
+            missing = runs[~self.done[runs]]
+        known = runs[self.done[runs]]
+        if len(known) > 1:
+            attempts = np.sum(
+                [self.columns[name][known] for name in ("steps", "rejected", "retaken", "segments")], axis=0
+            )
+            cost = expected_cost(self.plan.columns[runs], np.searchsorted(runs, known), attempts)
+            missing = missing[np.argsort(-cost[np.searchsorted(runs, missing)], kind="stable")]
+        for limit in limits:
+            missing = self.level(solver, missing, limit, size, limit == limits[-1])
+
+
+def run_all(plan: Plan, workers: int | None, client: Client | None, directory: Path | None, progress: Tell) -> Columns:
+    """Columns of all runs of a plan; after Ctrl-C those of the finished ones, the others with the code `NOT_RUN`."""
+    store = None if directory is None else store_of(plan, directory)
+    with threads(workers) if client is None else cluster(client, store) as pool:
+        runs = Runs(plan, pool, store, progress)
+        try:
+            for solver, some in plan.groups():
+                runs.group(solver, some)
+        except KeyboardInterrupt:
+            pool.cancel()
+            runs.take()
+            left = int(np.sum(~runs.done))
+            print(f"simbrake: interrupted, {left} of {plan.count} runs are missing (code -1)", file=sys.stderr)
+        finally:
+            runs.progress.close()
+    return runs.columns
+
+
+# --- the data set -----------------------------------------------------------------------------------------------------
 
 _MEANINGS = {
     "code": "0 if the run reached its end time, else its failure code; -1: not run",
@@ -141,17 +507,8 @@ _MEANINGS = {
 }
 
 
-def status_names(columns: dict[str, np.ndarray]) -> np.ndarray:
-    """How every run ended, in the words of `Result.status`; `not_run` where it did not take place."""
-    code, band = columns["code"], columns["band"]
-    yes_or_no = [columns[name].astype(bool).astype(code.dtype) for name in ("moved", "exceeded")]
-    kinds = np.stack([code, band, columns["inner"], *yes_or_no], axis=1)
-    distinct, which = np.unique(kinds, axis=0, return_inverse=True)
-    names = np.asarray([_status(*(int(number) for number in kind)) for kind in distinct], dtype=object)
-    return names[which.reshape(-1)].astype(str)
-
-
 def _status(code: int, band: int, inner: int, moved: int, exceeded: int) -> str:
+    """How a run ended, in the words of `Result.status`; `not_run` where it did not take place."""
     if code == NOT_RUN:
         return "not_run"
     if code:
@@ -159,7 +516,7 @@ def _status(code: int, band: int, inner: int, moved: int, exceeded: int) -> str:
     return str(status_of(Label(band, inner), bool(moved), lambda: bool(exceeded)))
 
 
-def _as_dataset(plan: Plan, columns: dict[str, np.ndarray]) -> Any:
+def _as_dataset(plan: Plan, columns: Columns) -> Dataset:
     """One row per run: the varied numbers as coordinates, metrics, result code and step counts as variables."""
     import xarray as xr
 
@@ -169,43 +526,45 @@ def _as_dataset(plan: Plan, columns: dict[str, np.ndarray]) -> Any:
         dims = ("run",) if array.ndim == 1 else ("run", f"{path} entry")
         coords[path] = (dims, array, {"units": about.unit, "meaning": about.meaning})
     data: dict[str, Any] = {}
-    for metric in plan.metrics:
-        name = name_of(metric)
-        data[name] = ("run", columns[name], {"units": unit_of(metric)} if unit_of(metric) else {})
+    for name, unit in ((name_of(metric), unit_of(metric)) for metric in plan.metrics):
+        data[name] = ("run", columns[name], {"units": unit} if unit else {})
     for name, meaning in _MEANINGS.items():
         data[name] = ("run", columns[name], {"units": "1", "meaning": meaning})
-    data["status"] = ("run", status_names(columns), {"meaning": "how the run ended"})
-    data["method"] = ("run", columns["method"].astype(str), {"meaning": "solver of the run"})
+    kinds = np.stack([columns[name] for name in ("code", "band", "inner", "moved", "exceeded")], axis=1)
+    distinct, which = np.unique(kinds, axis=0, return_inverse=True)
+    status = np.asarray([_status(*kind) for kind in distinct.tolist()])[which.reshape(-1)]
+    data["status"] = ("run", status, {"meaning": "how the run ended"})
+    data["method"] = ("run", columns["method"], {"meaning": "solver of the run"})
     return xr.Dataset(data, coords, {"rtol": plan.rtol, "simbrake": version("simbrake"), "jax": version("jax")})
 
 
-def _as_grid(flat: Any, axes: dict[str, np.ndarray]) -> Any:
+def _as_grid(flat: Dataset, axes: Columns) -> Dataset:
     """The data set of a full grid (the last number varies fastest) with one dimension per number."""
     import xarray as xr
 
-    shape = tuple(len(axis) for axis in axes.values())
+    dims, shape = tuple(axes), tuple(len(axis) for axis in axes.values())
     data = {
-        name: (tuple(axes), variable.values.reshape(shape), variable.attrs) for name, variable in flat.data_vars.items()
+        name: (dims, one.values.reshape(shape), one.attrs)
+        for name, one in {**flat.data_vars, "run": flat["run"]}.items()
     }
-    data["run"] = (tuple(axes), np.arange(int(np.prod(shape))).reshape(shape), flat["run"].attrs)
     coords = {path: (path, axis, flat[path].attrs) for path, axis in axes.items()}
     return xr.Dataset(data, coords, flat.attrs)
 
 
 def ensemble(
     scene: Scene,
-    values: Mapping[str, Any],
+    values: Mapping[str, object],
     metrics: Sequence[Metric] | None = None,
     *,
     rtol: float = 1e-10,
-    solver: Any = None,
+    solver: Solver | None = None,
     chunk: int = 64,
     workers: int | None = None,
     max_steps: int | None = None,
-    progress: Any = None,
-    client: Any = None,
+    progress: Tell = None,
+    client: Client | None = None,
     directory: str | os.PathLike[str] | None = None,
-) -> Any:
+) -> Dataset:
     """Runs a scene once for every row of `values` and gives an `xarray.Dataset` with the dimension `run`.
 
     - `values`: `{path: array}`, (runs,) for one number (or one for all entries of a field), (runs, entries) for a
@@ -215,7 +574,7 @@ def ensemble(
     - `rtol`, `solver`, `max_steps`: as in `simulate`; every run gets the solver and the step limits that it would get
       by itself, and its numbers are those of a single run to rounding
     - `chunk`: runs in one call of one program: on a CPU one after the other in one function, elsewhere (and where XLA
-      cannot do that) side by side, when a chunk costs as much as its slowest run. A first chunk tells what the numbers
+      cannot do that) side by side, when a chunk costs as much as its slowest run. A first chunk shows what the numbers
       do to the steps, and the rest is sorted by that, the expensive ones first
     - `workers`: threads, by default one per core, or one per accelerator where there are any
     - `client`: a `dask.distributed.Client`, or the address of its scheduler: chunks are run there. simbrake must be
@@ -236,30 +595,30 @@ def ensemble(
     Raises `InputError` with all errors at once, and `RuntimeError` if JAX is not in 64-bit mode.
     """
     require_64_bits()
-    plan = plan_of(scene, values, metrics, rtol=rtol, solver=solver, max_steps=max_steps, chunk=chunk)
+    plan = plan_of(scene, values, metrics, rtol, solver, max_steps, chunk)
     if workers is not None and workers < 1:
         raise InputError([Fault("workers", f"{workers} is out of range", "at least 1")])
     folder = None if directory is None else Path(directory)
-    columns = run_all(plan, workers=workers, client=client, directory=folder, progress=progress)
-    return _as_dataset(plan, columns)
+    return _as_dataset(plan, run_all(plan, workers, client, folder, progress))
 
 
-def sweep(scene: Scene, values: Mapping[str, Any], metrics: Sequence[Metric] | None = None, **settings: Any) -> Any:
+def sweep(
+    scene: Scene, values: Mapping[str, object], metrics: Sequence[Metric] | None = None, **settings: Any
+) -> Dataset:
     """Runs a scene on the full grid of the values given, `{path: (k,)}`: a data set with one dimension per path.
 
     Everything else is as in `ensemble`; `run` is the number of each run, the last path varies fastest.
     """
-    axes, faults = {}, []
+    axes, found = {}, Faults()
     for path, axis in values.items():
         try:
             array = np.atleast_1d(np.asarray(axis, dtype=np.float64))
         except (TypeError, ValueError):
             array = np.zeros((1, 1))
         if array.ndim != 1 or len(np.unique(array)) != len(array):
-            faults.append(Fault(path, "is not a list of different numbers", "a grid needs every value once"))
+            found.append(Fault(path, "is not a list of different numbers", "a grid needs every value once"))
         axes[path] = array
-    if faults:
-        raise InputError(faults)
+    found.report()
     grid = np.meshgrid(*axes.values(), indexing="ij") if axes else []
     columns = {path: part.ravel() for path, part in zip(axes, grid, strict=True)}
     return _as_grid(ensemble(scene, columns, metrics, **settings), axes)

@@ -7,21 +7,28 @@ scenes of one structure and kept; new numbers never re-trace. A run whose record
 one.
 """
 
+import contextlib
 import dataclasses
 import functools
 import itertools
 import math
+import os
+import queue
 import re
 import threading
-from collections.abc import Callable, Container, Iterable, Mapping, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Callable, Container, Hashable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor, as_completed
+from typing import Any, NamedTuple, TypeAlias, TypeVar
 
+import diffrax
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 
 from .._base._compiling import DeviceJit, Packing, Program, compiled, pack
+from .._base._faults import Fault, InputError
+from .._base._quantity import leaves
 from .._parts._scene import Scene
 from .._run._edit import with_values
 from .._run._measure import Metric, measure, name_of
@@ -29,8 +36,14 @@ from .._run._metrics import METRICS
 from .._run._probe import end_capacity
 from .._run._result import Result
 from .._run._simulate import room_for, simulate, solver_of, step_limits
-from ..hybrid import Code, Rodas5P
+from ..hybrid import AbstractMethod, Code, Rodas5P
 from ..hybrid._arrays import Array
+
+#: how a scene is integrated, as `simulate` takes it
+Solver: TypeAlias = AbstractMethod | diffrax.AbstractSolver
+#: arrays over runs, by name
+Columns: TypeAlias = dict[str, np.ndarray]
+Made = TypeVar("Made")
 
 #: the longest record that a run is repeated with, unless the caller allows more
 _LONGEST = 16384
@@ -43,14 +56,25 @@ _KEPT = 16
 #: rows of a record that are measured: the next of these sizes that holds the longest run of a chunk
 _SIZES = tuple(64 * 4**i for i in range(8))
 #: of every run besides its metrics
-ABOUT = ("code", "band", "inner", "moved", "exceeded", "steps", "rejected", "retaken", "segments", "energy.closure")
+ABOUT: dict[str, Callable[[Result], Any]] = {
+    "code": lambda r: r.record.code,
+    "band": lambda r: jnp.asarray(r.record.mode_end.band, jnp.int32),
+    "inner": lambda r: jnp.asarray(r.record.mode_end.slides, jnp.int32),
+    "moved": lambda r: jnp.any(r.record.rows.y[:, 1] != 0.0),
+    "exceeded": lambda r: end_capacity(r.record).exceeded,
+    "steps": lambda r: r.record.stats.accepted,
+    "rejected": lambda r: r.record.stats.rejected,
+    "retaken": lambda r: r.record.stats.retaken,
+    "segments": lambda r: r.record.stats.segments,
+    "energy.closure": lambda r: r.energy["closure"],
+}
 
 _ENTRY = re.compile(r"^(?P<field>.*)\[(?P<index>-?\d+)\]$")
 
 #: numbers x (k,) and numbers that are given besides → the scene with them
-Place = Callable[[Scene, Any, Any], Scene]
+Place: TypeAlias = Callable[[Scene, Any, Any], Scene]
 #: a result (the scene, where nothing is run) and numbers given → values (m,) and whatever else is wanted of it
-Find = Callable[[Any, Any], tuple[Any, Any]]
+Find: TypeAlias = Callable[[Any, Any], tuple[Any, Any]]
 
 
 class Paths(NamedTuple):
@@ -70,13 +94,50 @@ class Paths(NamedTuple):
         ends = np.cumsum([0, *(math.prod(shape) for shape in self.shapes)]).tolist()
         return [slice(a, b) for a, b in itertools.pairwise(ends)]
 
-    def values(self, x: Any) -> dict[str, Any]:
+    def values(self, x: Array) -> dict[str, Array]:
         """The numbers by path."""
         parts = zip(self.names, self.shapes, self.spans, strict=True)
         return {name: x[span].reshape(shape) for name, shape, span in parts}
 
-    def __call__(self, scene: Scene, x: Any, given: Any = None) -> Scene:
+    def __call__(self, scene: Scene, x: Array, given: object = None) -> Scene:
         return with_values(scene, self.values(x))
+
+
+class Faults(list[Fault]):
+    """What is wrong with the input of a study, collected so that all of it comes in one report."""
+
+    def attempt(self, make: Callable[..., Made], *arguments: Any) -> Made | None:
+        """What `make` gives, or `None` where it raises an `InputError`, whose faults are added."""
+        try:
+            return make(*arguments)
+        except InputError as error:
+            self.extend(error.faults)
+            return None
+
+    def unless(self, good: bool | np.bool_, name: str, value: object, hint: str) -> None:
+        """Adds that a setting is out of range, unless it is `good`."""
+        if not good:
+            self.append(Fault(name, f"{value!r} is out of range", hint))
+
+    def share(self, name: str, value: float, example: float) -> None:
+        """Adds that a setting is not between 0 and 1, unless it is."""
+        if not 0 < value < 1:
+            self.append(Fault(name, f"{value!r} is not a share", f"between 0 and 1, as {example:g}"))
+
+    def choice(self, name: str, value: object, known: Iterable[str]) -> None:
+        """Adds that a setting is unknown, unless it is one of those known."""
+        if value not in (known := tuple(known)):
+            self.append(Fault(name, f"{value!r} is unknown", f"one of {', '.join(known)}"))
+
+    def report(self) -> None:
+        """Raises `InputError` if anything is wrong."""
+        if self:
+            raise InputError(self)
+
+
+def asked_of(metrics: Metric | Sequence[Metric]) -> list[Metric]:
+    """One metric, or several, as a list."""
+    return [metrics] if isinstance(metrics, str) or callable(metrics) else list(metrics)
 
 
 def place_of(path: str, fields: Container[str]) -> tuple[str, int | None]:
@@ -99,12 +160,100 @@ def same_numbers(paths: Iterable[str], sizes: Mapping[str, int]) -> dict[str, st
     return found
 
 
+class Box(NamedTuple):
+    """Numbers that are free within bounds (k,), and unknowns `z` in 0…1 in their place, linear or logarithmic."""
+
+    paths: Paths
+    low: np.ndarray
+    high: np.ndarray
+    start: np.ndarray
+    logarithmic: np.ndarray
+
+    @property
+    def _scale(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lower bounds and ratios of the bounds where unknowns are logarithmic."""
+        low = np.where(self.logarithmic, self.low, 1.0)
+        return low, np.where(self.logarithmic, self.high / low, np.e)
+
+    def up(self, z: np.ndarray) -> np.ndarray:
+        """The numbers for unknowns."""
+        low, ratio = self._scale
+        return np.where(self.logarithmic, low * ratio**z, self.low + (self.high - self.low) * z)
+
+    def down(self, x: np.ndarray) -> np.ndarray:
+        """The unknowns for numbers."""
+        low, ratio = self._scale
+        log = np.log(np.where(self.logarithmic, x / low, 1.0)) / np.log(ratio)
+        return np.where(self.logarithmic, log, (x - self.low) / (self.high - self.low))
+
+    def slope(self, x: np.ndarray) -> np.ndarray:
+        """`dx/dz`."""
+        return np.where(self.logarithmic, x * np.log(self._scale[1]), self.high - self.low)
+
+
+def box_of(
+    scene: Scene,
+    bounds: Mapping[str, Any],
+    found: Faults,
+    *,
+    each: bool = False,
+    starts: Mapping[str, float] | None = None,
+    decades: float = np.inf,
+) -> Box:
+    """The numbers at paths with bounds (low, high), by default from the scene's values; adds what is wrong with them.
+
+    - `each`: a field with many entries is free in every one of them, and none of them twice; else one number counts
+      for all of them
+    - `decades`: ratio of the bounds above which unknowns are logarithmic
+    """
+    known = {leaf.path: leaf for leaf in leaves(scene)}
+    shapes, rows = dict[str, tuple[int, ...]](), []
+    for path, pair in bounds.items():
+        field, index = place_of(path, known)
+        leaf = known.get(field)
+        value: Any = (starts or {}).get(path)
+        if found.attempt(with_values, scene, {path: 0.0}) is None:
+            continue
+        if value is None and leaf is not None:
+            value = np.asarray(leaf.value, float)[... if index is None else index]
+            if not each and np.size(value):
+                value = value.flat[0] if np.ptp(value) == 0 else None
+        shape = () if value is None else np.shape(value)
+        try:
+            low, high = (np.broadcast_to(np.asarray(end, float), shape) for end in pair)
+        except (TypeError, ValueError):
+            found.append(
+                Fault(path, f"{pair!r} are not bounds", f"(low, high), numbers or lists of {math.prod(shape)}")
+            )
+            continue
+        if not np.all(np.isfinite(low) & np.isfinite(high) & (low < high)):
+            found.append(Fault(path, f"the bounds {pair!r} are out of range", "finite, low < high"))
+            continue
+        if leaf is not None and not np.all(leaf.about.admits(low) & leaf.about.admits(high)):
+            worst = np.append(low, high)[~leaf.about.admits(np.append(low, high))][0]
+            what = f"the bound {worst:g} {leaf.about.unit} is out of range"
+            found.append(Fault(path, what, f"must be {leaf.about.range}"))
+        if value is None:
+            found.append(Fault(path, "has no one value in the scene", "give its start value"))
+        elif not np.all((value >= low) & (value <= high)):
+            what = f"the start {value} is outside the bounds {pair!r}"
+            found.append(Fault(path, what, "give a start inside them"))
+        shapes[path] = shape
+        rows.append([np.ravel(one) for one in (low, high, np.nan if value is None else value)])
+    sizes = {path: np.size(leaf.value) for path, leaf in known.items()}
+    twice = same_numbers(shapes, sizes) if each else {}
+    found += [Fault(path, "is free twice", f"as {old} is") for path, old in twice.items()]
+    low, high, start = [np.concatenate(column) for column in zip(*rows, strict=True)] or [np.zeros(0)] * 3
+    paths = Paths(tuple(shapes), tuple(shapes.values()))
+    return Box(paths, low, high, start, (low > 0) & (high / np.where(low > 0, low, 1.0) > decades))
+
+
 class Metrics(NamedTuple):
     """Metrics of a result as one vector (m,)."""
 
     asked: tuple[Metric, ...]
 
-    def __call__(self, result: Result, given: Any = None) -> tuple[Array, None]:
+    def __call__(self, result: Result, given: object = None) -> tuple[Array, None]:
         return jnp.stack([measure(result, one) for one in self.asked]), None
 
 
@@ -117,7 +266,7 @@ class Asked(NamedTuple):
 
     place: Place
     find: Find
-    solver: Any
+    solver: Solver | None
     max_steps: int
     reverse: bool
     singly: bool
@@ -134,7 +283,7 @@ class Evaluation(NamedTuple):
 
 @functools.lru_cache(maxsize=64)
 def _program(asked: Asked) -> DeviceJit:
-    def answer(x: Any, scene: Scene, given: Any, rtol: Any) -> Any:
+    def answer(x: Array, scene: Scene, given: Any, rtol: Array) -> tuple[Array, Any]:
         found, code = asked.place(scene, x, given), jnp.zeros((), jnp.int32)
         if asked.solver is not None:
             found = simulate(found, solver=asked.solver, rtol=rtol, max_steps=asked.max_steps)
@@ -142,11 +291,11 @@ def _program(asked: Asked) -> DeviceJit:
         values, more = asked.find(found, given)
         return values, (values, code, more)
 
-    def at_once(x: Any, *rest: Any) -> Any:
+    def at_once(x: Array, *rest: Any) -> tuple[Any, ...]:
         jacobian, found = (jax.jacrev if asked.reverse else jax.jacfwd)(answer, has_aux=True)(x, *rest)
         return jacobian, *found
 
-    def along(x: Any, direction: Any, *rest: Any) -> Any:
+    def along(x: Array, direction: Array, *rest: Any) -> tuple[Any, ...]:
         """`direction` is of the values (reverse) or of the numbers (forward)."""
         if asked.reverse:
             _, back, found = jax.vjp(lambda x: answer(x, *rest), x, has_aux=True)
@@ -165,14 +314,6 @@ def _measured(result: Result, *, asked: Metrics) -> Array:
 def values_of(result: Result, metrics: Metrics) -> np.ndarray:
     """Metrics of a concrete result, by one program for every power of two of its length."""
     return np.asarray(_measured(dataclasses.replace(result, record=result.record.compact()), asked=metrics))
-
-
-def _limits_from(first: int) -> tuple[int, ...]:
-    """Limits of the step attempts, tried one after the other: each four times the one before."""
-    limits = [first]
-    while limits[-1] < _LONGEST:
-        limits.append(4 * limits[-1])
-    return tuple(limits)
 
 
 class Evaluator:
@@ -197,10 +338,10 @@ class Evaluator:
         size: int = 0,
         reverse: bool = False,
         singly: bool = False,
-        solver: Any = None,
+        solver: Solver | None = None,
         rtol: float = 1e-10,
         max_steps: int | None = None,
-    ):
+    ) -> None:
         self.scene, self.given, self.rtol = scene, given, rtol
         self.solver = solver_of(scene, solver) if run else None
         self.limits = step_limits(scene, max_steps) if run else (0,)
@@ -214,19 +355,20 @@ class Evaluator:
 
     def like(self, result: Result) -> None:
         """Takes the length of this run for that of the others."""
-        self.limits, self._level = _limits_from(room_for(result)), 0
+        first = room_for(result)
+        longer = (first * 4**i for i in range(1, 16) if first * 4 ** (i - 1) < _LONGEST)
+        self.limits, self._level = (first, *longer), 0
 
     def __call__(self, x: np.ndarray, given: Any = None) -> Evaluation:
         """Values and Jacobian at a point; the last few points are remembered, but for those with something `given`."""
-        key = x.tobytes()
-        if given is None and key in self._known:
+        key = x.tobytes() if given is None else None
+        if key in self._known:
             return self._known[key]
         self.runs += 1
-        found = self._at(x, self.given if given is None else given)
-        while found.code == Code.STEP_LIMIT and self._level < len(self.limits) - 1:
+        given = self.given if given is None else given
+        while (found := self._at(x, given)).code == Code.STEP_LIMIT and self._level < len(self.limits) - 1:
             self._level += 1  # for the points to come as well
-            found = self._at(x, self.given if given is None else given)
-        if given is None:
+        if key is not None:
             self._known[key] = found
             if len(self._known) > _REMEMBERED:
                 del self._known[next(iter(self._known))]
@@ -256,12 +398,12 @@ class Job(NamedTuple):
     scene: Scene
     paths: Paths
     metrics: tuple[Metric, ...]
-    solver: Any
+    solver: Solver
     rtol: float
     max_steps: int
 
 
-def limits_of_many(scene: Scene, solver: Any, max_steps: int | None) -> tuple[int, ...]:
+def limits_of_many(scene: Scene, solver: Solver, max_steps: int | None) -> tuple[int, ...]:
     """Limits of the step attempts of many runs, tried in turn; long records cost time and memory, used or not."""
     limits = step_limits(scene, max_steps)
     # with heat a long duty or an implicit method needs more as a rule, and a limit too low compiles in vain
@@ -274,37 +416,15 @@ def scans(metric: Metric) -> bool:
     return not isinstance(metric, str) or (metric in METRICS and METRICS[metric].greatest)
 
 
-def _about(result: Result) -> dict[str, Any]:
-    record, stats = result.record, result.record.stats
-    mode: Any = record.mode_end
-    numbers = {
-        "code": record.code,
-        "band": jnp.asarray(mode.band, jnp.int32),
-        "inner": jnp.asarray(mode.slides, jnp.int32),
-        "moved": jnp.any(record.rows.y[:, 1] != 0.0),
-        "exceeded": end_capacity(record).exceeded,
-        "steps": stats.accepted,
-        "rejected": stats.rejected,
-        "retaken": stats.retaken,
-        "segments": stats.segments,
-        "energy.closure": result.energy["closure"],
-    }
-    assert tuple(numbers) == ABOUT
-    return numbers
-
-
-def _side_by_side(one: Any, rows: Any) -> Any:
-    return jax.vmap(one)(rows)
-
-
-def _integrate(numbers: Any, *, like: Packing, job: Job, each: Any) -> tuple[dict[str, Any], Result | None]:
+def _integrate(numbers: Array, *, like: Packing, job: Job, each: Any) -> tuple[dict[str, Any], Result | None]:
     """Numbers of every run, and the runs themselves where a metric looks into all their steps."""
     scene, rows, rtol = like.unpack(numbers)
 
-    def one(x: Any) -> tuple[dict[str, Any], Result | None]:
+    def one(x: Array) -> tuple[dict[str, Any], Result | None]:
         result = simulate(job.paths(scene, x), solver=job.solver, rtol=rtol, max_steps=job.max_steps)
         light = {name_of(m): measure(result, m) for m in job.metrics if not scans(m)}
-        return _about(result) | light, result if any(map(scans, job.metrics)) else None
+        about = {name: find(result) for name, find in ABOUT.items()}
+        return about | light, result if any(map(scans, job.metrics)) else None
 
     return each(one, rows)
 
@@ -322,12 +442,12 @@ def _scanner(result: Result, *, metrics: Sequence[Metric], size: int, lanes: int
     return jax.lax.map(heavy, result, batch_size=lanes)
 
 
-_integrators: dict[Any, Program] = {}
-_ready: set[Any] = set()
+_integrators: dict[Hashable, Program] = {}
+_ready: set[Hashable] = set()
 _compiling = threading.Lock()
 
 
-def _scan(key: Any, result: Result, **static: Any) -> Any:
+def _scan(key: Hashable, result: Result, **static: Any) -> Any:
     """The metrics that look into all steps; of several threads that want them first, one compiles, the others wait."""
     if key in _ready:
         return jax.block_until_ready(_scanner(result, **static))
@@ -348,14 +468,16 @@ def _integrator(job: Job, numbers: np.ndarray, like: Packing, device: Any) -> Pr
         if key not in _integrators:
             # the scene's numbers come in the vector: a kept program keeps none of them
             run = functools.partial(_integrate, like=like, job=job._replace(scene=None))  # pyright: ignore
-            serial, parallel = (functools.partial(run, each=each) for each in (jax.lax.map, _side_by_side))
+            serial, parallel = (
+                functools.partial(run, each=each) for each in (jax.lax.map, lambda one, rows: jax.vmap(one)(rows))
+            )
             _integrators[key] = compiled(serial, numbers, otherwise=parallel, device=device)
             while len(_integrators) > _KEPT:
                 del _integrators[next(iter(_integrators))]
         return _integrators[key]
 
 
-def run_chunk(job: Job, rows: np.ndarray, size: int, device: Any = None) -> dict[str, np.ndarray]:
+def run_chunk(job: Job, rows: np.ndarray, size: int, device: Any = None) -> Columns:
     """Runs the points `rows` (points, numbers), filled up to `size`.
 
     Gives an array over the points for every name in `ABOUT`, every metric, and `method`. What a single run would raise
@@ -375,3 +497,74 @@ def run_chunk(job: Job, rows: np.ndarray, size: int, device: Any = None) -> dict
             found = found | _scan(key, result, metrics=job.metrics, size=kept, lanes=lanes)
     columns = {name: np.asarray(value)[:count] for name, value in jax.device_get(found).items()}
     return columns | {"method": np.full(count, type(job.solver).__name__, dtype="<U32")}
+
+
+# --- where chunks are run ---------------------------------------------------------------------------------------------
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Task:
+    """One chunk: which runs (from 0), their numbers (runs, numbers), and how many they are filled up to."""
+
+    limit: int  # of the steps
+    runs: np.ndarray
+    rows: np.ndarray
+    size: int
+    last: bool = True  # no higher limit of the steps follows
+
+    def final(self, columns: Columns) -> np.ndarray:
+        """Which runs are done: the others reached the limit of the steps and get a higher one."""
+        return np.full(len(self.runs), True) if self.last else columns["code"] != int(Code.STEP_LIMIT)
+
+
+class Pool:
+    """Chunks at work on `workers`; `start` begins those of one job."""
+
+    def __init__(self, workers: int, start: Callable[[Job, list[Task]], list[Future[Columns]]]) -> None:
+        self.workers, self._start = workers, start
+        self._waiting: dict[Future[Columns], Task] = {}
+
+    def submit(self, job: Job, tasks: list[Task]) -> None:
+        self._waiting |= zip(self._start(job, tasks), tasks, strict=True)
+
+    def results(self) -> Iterator[tuple[Task, Columns]]:
+        """Finished tasks in the order in which they finish, until none is left."""
+        while self._waiting:
+            with contextlib.suppress(TimeoutError):  # awake now and then, so that Ctrl-C is heard
+                for future in as_completed(list(self._waiting), timeout=0.5):
+                    task = self._waiting.pop(future)
+                    if not future.cancelled():
+                        yield task, future.result()
+
+    def cancel(self) -> None:
+        """Nothing new is begun; what runs now comes to its end and is among the results."""
+        self._waiting = {future: task for future, task in self._waiting.items() if not future.cancel()}
+
+
+def thread_count(workers: int | None = None) -> int:
+    """Threads that run chunks: on a CPU one per core, on accelerators one per device; `workers` limits them."""
+    devices = jax.devices()
+    cores = len(os.sched_getaffinity(0)) if "sched_getaffinity" in dir(os) else os.cpu_count() or 1
+    count = max(cores, len(devices)) if devices[0].platform == "cpu" else len(devices)
+    return count if workers is None else min(workers, count)
+
+
+@contextlib.contextmanager
+def threads(workers: int | None) -> Iterator[Pool]:
+    """Threads that each hand chunks to a compiled program, which runs outside of Python's lock."""
+    count, devices = thread_count(workers), queue.SimpleQueue[Any]()
+    for device in itertools.islice(itertools.cycle(jax.devices()), count):
+        devices.put(device)
+
+    def run(job: Job, task: Task) -> Columns:
+        device = devices.get()
+        try:
+            return run_chunk(job, task.rows, task.size, device)
+        finally:
+            devices.put(device)
+
+    executor = ThreadPoolExecutor(count, thread_name_prefix="simbrake")
+    try:
+        yield Pool(count, lambda job, tasks: [executor.submit(run, job, task) for task in tasks])
+    finally:
+        executor.shutdown(cancel_futures=True)

@@ -1,7 +1,7 @@
 """The search of a fit: a scene's measured quantities as a function of its numbers, and bounded least squares on it."""
 
 import dataclasses
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
@@ -13,8 +13,8 @@ from .._run._measure import Metric, measure
 from .._run._outcome import FAILURES
 from .._run._result import Result
 from ..hybrid._arrays import Array
-from ._evaluator import Evaluation, Evaluator, Paths
-from ._measured import Measured, Points, pick
+from ._evaluator import Box, Evaluation, Evaluator, Faults, Paths, Solver
+from ._measured import Measured, pick
 
 
 class Asked(NamedTuple):
@@ -25,7 +25,7 @@ class Asked(NamedTuple):
 
     def __call__(self, result: Result, given: tuple[Array, tuple[Array, ...]]) -> tuple[Array, None]:
         ts, rows = given
-        parts, faults = [], []
+        parts, faults = [], Faults()
         if self.columns:
             series = result.series(ts)
             for (column, entry), row in zip(self.columns, rows, strict=True):
@@ -34,8 +34,7 @@ class Asked(NamedTuple):
                     faults.append(found)
                 else:
                     parts.append(found[row])
-        if faults:  # seen while it is traced, before anything runs
-            raise InputError(faults)
+        faults.report()  # seen while it is traced, before anything runs
         parts += [jnp.reshape(measure(result, metric), (1,)) for metric in self.metrics]
         return jnp.concatenate(parts), None
 
@@ -44,8 +43,15 @@ class FitModel:
     """Measured quantities of a scene as a function of the numbers at `paths`, with derivatives."""
 
     def __init__(
-        self, scene: Scene, paths: tuple[str, ...], data: Measured, *, solver: Any, rtol: float, max_steps: int | None
-    ):
+        self,
+        scene: Scene,
+        paths: tuple[str, ...],
+        data: Measured,
+        *,
+        solver: Solver,
+        rtol: float,
+        max_steps: int | None,
+    ) -> None:
         times = [part.t for part in data.points]
         ts = np.unique(np.concatenate(times)) if times else np.zeros(0)
         asked = Asked(tuple((part.column, part.entry) for part in data.points), tuple(s.metric for s in data.singles))
@@ -59,7 +65,7 @@ class FitModel:
             max_steps=max_steps,
         )
         self.paths = paths
-        self.names = [part.name for part in data.points for _ in part.t] + [one.name for one in data.singles]
+        self.names = [part.name for part in data.all for _ in np.atleast_1d(part.value)]
         self.failures: dict[str, int] = {}
 
     def __call__(self, theta: np.ndarray) -> Evaluation:
@@ -82,103 +88,57 @@ class FitModel:
         return None
 
 
-def measured_arrays(data: Measured) -> tuple[np.ndarray, np.ndarray]:
-    """All measured values (m,) and their standard deviations, 1 where nobody knows them, in the order of the model."""
-    parts: list[Any] = [*data.points, *data.singles]
-    value = [np.atleast_1d(part.value) for part in parts]
-    sigma = [np.broadcast_to(1.0 if p.sigma is None else p.sigma, v.shape) for p, v in zip(parts, value, strict=True)]
-    return np.concatenate(value), np.concatenate(sigma)
-
-
-def slices(data: Measured) -> list[tuple[Any, slice]]:
-    """Every column and single value with its place among all values."""
-    found, start = [], 0
-    for part in (*data.points, *data.singles):
-        end = start + (part.t.size if isinstance(part, Points) else 1)
-        found.append((part, slice(start, end)))
-        start = end
-    return found
-
-
 #: a parameter that ends this close to a bound (over the range), and is pressed on it, is put there
 _NEAR = 1e-3
 
 
-class Scale(NamedTuple):
-    """Parameters over the range of their bounds: `z` in 0…1, linear or logarithmic."""
-
-    low: np.ndarray
-    high: np.ndarray
-    logarithmic: np.ndarray
-
-    def up(self, z: np.ndarray) -> np.ndarray:
-        safe = np.where(self.logarithmic, self.low, 1.0)
-        ratio = np.where(self.logarithmic, self.high / safe, 1.0)
-        return np.where(self.logarithmic, safe * ratio**z, self.low + (self.high - self.low) * z)
-
-    def down(self, theta: np.ndarray) -> np.ndarray:
-        safe = np.where(self.logarithmic, self.low, 1.0)
-        ratio = np.where(self.logarithmic, self.high / safe, np.e)
-        log = np.log(np.where(self.logarithmic, theta / safe, 1.0)) / np.log(ratio)
-        return np.where(self.logarithmic, log, (theta - self.low) / (self.high - self.low))
-
-    def slope(self, theta: np.ndarray) -> np.ndarray:
-        """`dθ/dz`."""
-        ratio = self.high / np.where(self.logarithmic, self.low, self.high)
-        return np.where(self.logarithmic, theta * np.log(ratio), self.high - self.low)
-
-
+@dataclasses.dataclass
 class Search:
-    """Least squares from one or more starts, all points evaluated once."""
+    """Least squares from one or more starts, all points evaluated once; at most `most` evaluations from each."""
 
-    def __init__(
-        self,
-        model: FitModel,
-        scale: Scale,
-        measured: np.ndarray,
-        sigma: np.ndarray,
-        loss: str,
-        loss_scale: float,
-        method: str,
-        most: int,
-        starts: int,
-    ):
-        self.model, self.scale, self.loss, self.loss_scale = model, scale, loss, loss_scale
-        self.method, self.most, self.starts = method, most, starts
-        self.measured, self.sigma = measured, sigma
+    model: FitModel
+    box: Box
+    measured: np.ndarray
+    sigma: np.ndarray
+    loss: str
+    loss_scale: float
+    method: str
+    most: int
+    starts: int
+    best: tuple[float, np.ndarray, Evaluation] | None = None
+    ends: list[tuple[float, np.ndarray]] = dataclasses.field(default_factory=list)
+    converged: bool = False
+    message: str = ""
+
+    def __post_init__(self) -> None:
         self.progress, self.least = Waiting("calibrate", "compiles"), np.inf
-        self.best: tuple[float, np.ndarray, Evaluation] | None = None
-        self.ends: list[tuple[float, np.ndarray]] = []
-        self.converged, self.message = False, ""
 
     def look(self, z: np.ndarray) -> tuple[Evaluation, str | None]:
         """The model at a point, and why the point counts as a bad one."""
-        before, found = self.model.run.runs, self.model(self.scale.up(z))
+        before, found = self.model.run.runs, self.model(self.box.up(z))
         refused = self.model.refused(found)
         if refused is None and self.model.run.runs > before:
             if self.best is None or self.cost(found) < self.best[0]:
                 self.best = (self.cost(found), z.copy(), found)
-            self._show(float(np.sum(self.residual(found) ** 2)))
+            self.least, most = min(self.least, float(np.sum(self.residual(found) ** 2))), self.most * self.starts
+            # a search mostly ends long before its limit: the time left is shown as a bound
+            count, also = min(self.model.run.runs, most), f", chi² {self.least:.6g}"
+            self.progress.now("run", count, most, bound=True, also=also)
         return found, refused
-
-    def _show(self, chi2: float) -> None:
-        self.least, count, most = min(self.least, chi2), self.model.run.runs, self.most * self.starts
-        # a search mostly ends long before its limit: what is left is told as a bound
-        self.progress.now("run", min(count, most), most, bound=True, also=f", chi² {self.least:.6g}")
 
     def residual(self, found: Evaluation) -> np.ndarray:
         return (found.values - self.measured) / self.sigma
 
     def jacobian(self, z: np.ndarray, found: Evaluation) -> np.ndarray:
-        return found.jacobian * self.scale.slope(self.scale.up(z)) / self.sigma[:, None]
+        return found.jacobian * self.box.slope(self.box.up(z)) / self.sigma[:, None]
 
     def cost(self, found: Evaluation) -> float:
         return cost(self.residual(found), self.loss, self.loss_scale)
 
-    def run(self, first: np.ndarray) -> None:
+    def run(self) -> None:
         self.progress.__enter__()
         try:
-            for k, z in enumerate(self._spread(first)):
+            for k, z in enumerate(self._spread(self.box.down(self.box.start))):
                 refused = self.look(z)[1]
                 if refused is None:
                     self._descend(z)

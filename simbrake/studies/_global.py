@@ -1,20 +1,21 @@
 """Which uncertain numbers make a result uncertain: Sobol indices and Morris screening, computed by SALib."""
 
 import dataclasses
-from collections.abc import Iterator, Mapping, Sequence
-from types import SimpleNamespace
+import importlib
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from types import ModuleType
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from .._base._faults import Fault, InputError
+from .._base._faults import Fault
 from .._base._table import Column, Table, Tabular, plain
 from .._parts._scene import Scene
-from .._run._measure import Metric, check_metrics, name_of, unit_of
+from .._run._measure import Metric, name_of, unit_of
 from .._run._outcome import SimulationError
-from ._ensemble import ensemble
-from ._sampling import Distribution, Draws, attempt, complete, power_of_two
-from ._uncertainty import Estimate, failure_name
+from ._ensemble import Dataset, ensemble
+from ._evaluator import Faults, asked_of
+from ._uncertainty import Distribution, Draws, Estimate, Quantile, checked, complete, failure_name, power_of_two
 
 
 class MorrisNumbers(NamedTuple):
@@ -26,25 +27,19 @@ class MorrisNumbers(NamedTuple):
     sigma: np.ndarray
 
 
-def _salib() -> Any:
+def _salib(method: str) -> tuple[ModuleType, ModuleType]:
+    """SALib's sampling and analysis by a method."""
+    names = ("sample", "analyze", f"sample.{method}", f"analyze.{method}")
     try:
-        from SALib.analyze import morris as morris_analysis
-        from SALib.analyze import sobol as sobol_analysis
-        from SALib.sample import morris as morris_sample
-        from SALib.sample import sobol as sobol_sample
+        *_, sample, analyze = (importlib.import_module(f"SALib.{name}") for name in names)
     except ModuleNotFoundError as error:
         raise ModuleNotFoundError(
             "global sensitivity indices are computed by SALib, which is not installed: pip install 'simbrake[global]'"
         ) from error
-    return SimpleNamespace(
-        morris_analysis=morris_analysis,
-        morris_sample=morris_sample,
-        sobol_analysis=sobol_analysis,
-        sobol_sample=sobol_sample,
-    )
+    return sample, analyze
 
 
-def _problem(d: int) -> dict[str, Any]:
+def _problem(d: int) -> dict[str, object]:
     return {"num_vars": d, "names": [f"x{i}" for i in range(d)], "bounds": [[0.0, 1.0]] * d}
 
 
@@ -56,19 +51,19 @@ def _seeds(seed: int) -> tuple[int, int]:
 
 def sobol_design(n: int, d: int, second: bool, seed: int) -> np.ndarray:
     """Saltelli's design on scrambled Sobol points, `n (d + 2)` rows, with pairs `n (2d + 2)`; `n` a power of two."""
-    return _salib().sobol_sample.sample(_problem(d), n, calc_second_order=second, seed=_seeds(seed)[0])
+    return _salib("sobol")[0].sample(_problem(d), n, calc_second_order=second, seed=_seeds(seed)[0])
 
 
 def morris_design(trajectories: int, d: int, levels: int, seed: int) -> np.ndarray:
     """Trajectories of one step in each direction on a grid of `levels` from 0 to 1: `trajectories (d + 1)` rows."""
-    return _salib().morris_sample.sample(_problem(d), trajectories, num_levels=levels, seed=_seeds(seed)[0])
+    return _salib("morris")[0].sample(_problem(d), trajectories, num_levels=levels, seed=_seeds(seed)[0])
 
 
 def morris_numbers(
     x: np.ndarray, y: np.ndarray, levels: int, confidence: float, resamples: int, seed: int
 ) -> MorrisNumbers:
     """Elementary effects of a function with the values `y` (rows,) on the design `x`, per unit of `x`."""
-    found = _salib().morris_analysis.analyze(
+    found = _salib("morris")[1].analyze(
         _problem(x.shape[1]),
         x,
         y,
@@ -77,8 +72,7 @@ def morris_numbers(
         num_resamples=resamples,
         seed=_seeds(seed)[1],
     )
-    columns = ("mu", "mu_star", "mu_star_conf", "sigma")
-    return MorrisNumbers(*(np.asarray(found[name], np.float64) for name in columns))
+    return MorrisNumbers(*(np.asarray(found[name], float) for name in ("mu", "mu_star", "mu_star_conf", "sigma")))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -129,7 +123,7 @@ class SobolTable(Tabular):
             yield "no pair whose interaction is surely not 0"
 
     def as_dict(self) -> dict[str, Any]:
-        found = plain({field.name: getattr(self, field.name) for field in dataclasses.fields(self)})
+        found = plain(vars(self))
         return found | {"standard_deviation": found.pop("deviation")}
 
 
@@ -174,8 +168,8 @@ class MorrisTable(Tabular):
 class GlobalSensitivity(Tabular):
     """Tables by metric (`found["stopping_time"]`), and every run in `data`."""
 
-    tables: dict[str, Any]
-    data: Any
+    tables: Mapping[str, SobolTable | MorrisTable]
+    data: Dataset
     method: str
     runs: int
 
@@ -194,7 +188,7 @@ class GlobalSensitivity(Tabular):
         return {"method": self.method, "runs": self.runs, "metrics": tables}
 
 
-def around(value: Any, half: Any) -> Estimate:
+def around(value: float, half: float) -> Estimate:
     """A value and what lies `half` to either side."""
     return Estimate(float(value), float(value - half), float(value + half))
 
@@ -228,16 +222,16 @@ def sobol_indices(
     Raises `InputError` with all errors at once, `ModuleNotFoundError` without SALib, and `SimulationError` where a run
     has no finite value or a metric never changes: there the indices do not exist. Its `result` holds all runs.
     """
-    asked, draws = _checked(scene, distributions, metrics, confidence, [("n", n, 2), ("resamples", resamples, 2)])
-    base, d = 2 ** power_of_two(n), len(draws.paths)
-    unit = sobol_design(base, d, second_order, seed)
+    asked, draws = _checked(scene, distributions, metrics, confidence, n=n, resamples=resamples)
+    base = 2 ** power_of_two(n)
+    unit = sobol_design(base, len(draws.paths), second_order, seed)
+
+    def table(metric: Metric, y: np.ndarray) -> SobolTable:
+        found = sobol_table(draws.paths, y, second_order, confidence, resamples, seed, name=name_of(metric))
+        return dataclasses.replace(found, unit=unit_of(metric))
+
     data = complete(ensemble(scene, draws.values(unit), asked, **options))
-    tables = {}
-    for one, y in _values(data, asked, varies=True).items():
-        tables[one] = sobol_table(draws.paths, y, second_order, confidence, resamples, seed, name=one)
-    for one in asked:
-        tables[name_of(one)] = dataclasses.replace(tables[name_of(one)], unit=unit_of(one))
-    return GlobalSensitivity(tables, data, f"Sobol indices from {base} scrambled Sobol points", len(unit))
+    return _found(data, asked, table, f"Sobol indices from {base} scrambled Sobol points", varies=True)
 
 
 def sobol_table(
@@ -252,7 +246,7 @@ def sobol_table(
 ) -> SobolTable:
     """The table of any function that has the values `y` on `sobol_design`."""
     d = len(paths)
-    found = _salib().sobol_analysis.analyze(
+    found = _salib("sobol")[1].analyze(
         _problem(d),
         y,
         calc_second_order=second_order,
@@ -290,39 +284,34 @@ def morris(
 
     `trajectories (d + 1)` runs for `d` numbers. Steps are even in the probability of each number: on a uniform one
     even in its value. A distribution without an end is cut where `tail` is left. `μ*` orders numbers by weight, a `σ`
-    of the size of `μ*` tells of interactions or curvature; the interval of `μ*` is SALib's bootstrap over trajectories.
+    of the size of `μ*` indicates interactions or curvature; the interval of `μ*` is SALib's bootstrap.
 
     `distributions`, `metrics`, `options` and errors as in `sobol_indices`; a metric that never changes has effects 0.
     """
-    counts = [("trajectories", trajectories, 2), ("resamples", resamples, 2), ("levels", levels, 2)]
-    more = []
+    found = Faults()
     if isinstance(levels, int) and levels % 2:
-        more.append(Fault("levels", f"{levels} is odd", "an even number, as 4: steps are half of the range and more"))
-    if not 0 < tail < 0.5:
-        more.append(Fault("tail", f"{tail!r} is not a share", "between 0 and 0.5, as 0.01"))
-    asked, draws = _checked(scene, distributions, metrics, confidence, counts, more)
+        found.append(Fault("levels", f"{levels} is odd", "an even number, as 4: steps are half of the range and more"))
+    found.unless(0 < tail < 0.5, "tail", tail, "between 0 and 0.5, as 0.01")
+    counts = {"trajectories": trajectories, "resamples": resamples, "levels": levels}
+    asked, draws = _checked(scene, distributions, metrics, confidence, found, **counts)
     unit = morris_design(trajectories, len(draws.paths), levels, seed)
-    ends = np.array([_ends(draws.quantiles[path], tail) for path in draws.paths])
-    points = ends[:, 0] + unit * (ends[:, 1] - ends[:, 0])
-    data = complete(ensemble(scene, draws.values(points), asked, **options))
-    spans = {path: [float(x) for x in pair] for path, pair in draws.values(ends.T).items()}
-    tables = {}
-    values = _values(data, asked, varies=False)
-    for one in asked:
-        found = morris_numbers(unit, values[name_of(one)], levels, confidence, resamples, seed)
-        rows = [
-            MorrisEffect(
-                path, draws.units[path], spans[path][0], spans[path][1], float(mu), around(star, half), float(sigma)
-            )
-            for path, mu, star, half, sigma in zip(draws.paths, *found, strict=True)
-        ]
+    ends = np.array([_ends(quantile, tail) for quantile in draws.quantiles.values()])
+    spans = draws.values(ends.T)
+
+    def table(metric: Metric, y: np.ndarray) -> MorrisTable:
+        numbers, rows = morris_numbers(unit, y, levels, confidence, resamples, seed), []
+        for path, mu, star, half, sigma in zip(draws.paths, *numbers, strict=True):
+            low, high = spans[path].tolist()
+            rows.append(MorrisEffect(path, draws.units[path], low, high, float(mu), around(star, half), float(sigma)))
         rows.sort(key=lambda row: -row.mu_star.value)
-        tables[name_of(one)] = MorrisTable(name_of(one), unit_of(one), tuple(rows), confidence)
+        return MorrisTable(name_of(metric), unit_of(metric), tuple(rows), confidence)
+
+    data = complete(ensemble(scene, draws.values(ends[:, 0] + unit * (ends[:, 1] - ends[:, 0])), asked, **options))
     method = f"elementary effects of Morris, {trajectories} trajectories on {levels} levels"
-    return GlobalSensitivity(tables, data, method, len(unit))
+    return _found(data, asked, table, method, varies=False)
 
 
-def _ends(quantile: Any, tail: float) -> tuple[float, float]:
+def _ends(quantile: Quantile, tail: float) -> tuple[float, float]:
     """Shares between which a distribution is crossed: all of it where it ends."""
     return 0.0 if np.isfinite(quantile(0.0)) else tail, 1.0 if np.isfinite(quantile(1.0)) else 1.0 - tail
 
@@ -332,31 +321,30 @@ def _checked(
     distributions: Mapping[str, Distribution],
     metrics: Metric | Sequence[Metric],
     confidence: float,
-    counts: list[tuple[str, Any, int]],
-    more: Sequence[Fault] = (),
+    found: Faults | None = None,
+    **counts: int,
 ) -> tuple[list[Metric], Draws]:
-    asked: list[Metric] = [metrics] if isinstance(metrics, str) or callable(metrics) else list(metrics)
-    found = [
-        Fault(name, f"{value!r} is too few", f"a whole number, at least {least}")
-        for name, value, least in counts
-        if not isinstance(value, int | np.integer) or value < least
-    ]
-    found += more
-    if not 0 < confidence < 1:
-        found.append(Fault("confidence", f"{confidence!r} is not a share", "between 0 and 1, as 0.95"))
-    draws = attempt(found, Draws, scene, distributions)
-    attempt(found, check_metrics, scene, asked)
-    if found or draws is None:
-        raise InputError(found)
-    return asked, draws
+    asked, found = asked_of(metrics), Faults() if found is None else found
+    for name, value in counts.items():
+        if not isinstance(value, int | np.integer) or value < 2:
+            found.append(Fault(name, f"{value!r} is too few", "a whole number, at least 2"))
+    found.share("confidence", confidence, 0.95)
+    return asked, checked(found, scene, distributions, metrics=asked)
 
 
-def _values(data: Any, asked: Sequence[Metric], *, varies: bool) -> dict[str, np.ndarray]:
-    """Values by metric, if every run has them; else an error that counts and names what to do."""
+def _found(
+    data: Dataset,
+    asked: list[Metric],
+    table: Callable[[Metric, np.ndarray], SobolTable | MorrisTable],
+    method: str,
+    *,
+    varies: bool,
+) -> GlobalSensitivity:
+    """Tables of all metrics, if every run has them; else an error that counts and names what to do."""
     code = np.asarray(data["code"])
-    found = {name_of(one): np.asarray(data[name_of(one)], np.float64) for one in asked}
+    values = {name_of(one): np.asarray(data[name_of(one)], np.float64) for one in asked}
     words = []
-    for name, y in found.items():
+    for name, y in values.items():
         missing = ~np.isfinite(y) & (code == 0)
         if missing.any():
             words.append(f"{name} does not exist in {missing.sum()} of {len(y)} runs (as a time that never comes)")
@@ -366,10 +354,10 @@ def _values(data: Any, asked: Sequence[Metric], *, varies: bool) -> dict[str, np
         words.append(f"{np.sum(code == c)} of {len(code)} runs failed: {failure_name(int(c))}")
     if words:
         raise SimulationError(
-            "indices do not exist: "
-            + "; ".join(words)
-            + ". Narrow the distributions, set a later end_time, or ask for a function that every run has, as "
-            "lambda r: jax.numpy.minimum(r.stopping_time, r.scene.end_time); all runs are in the error's `result`",
+            f"indices do not exist: {'; '.join(words)}. Narrow the distributions, set a later end_time, or ask for a "
+            "function that every run has, as lambda r: jax.numpy.minimum(r.stopping_time, r.scene.end_time); all runs "
+            "are in the error's `result`",
             data,
         )
-    return found
+    tables = {name_of(one): table(one, values[name_of(one)]) for one in asked}
+    return GlobalSensitivity(tables, data, method, len(code))

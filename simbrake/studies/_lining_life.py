@@ -2,7 +2,7 @@
 
 import dataclasses
 from collections.abc import Iterator, Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -14,6 +14,12 @@ from .._run._edit import with_values
 from .._run._result import Result
 from .._run._simulate import simulate
 from ..wear import feeds_back, turned_scene
+from ._evaluator import Faults
+
+#: thickness in m or with its unit, for all linings or for each
+Permissible: TypeAlias = float | int | str | Sequence[float | int] | np.ndarray | None
+#: stops after which the band is turned, or `"best"`
+TurnAt: TypeAlias = float | int | str | Sequence[float | int] | np.ndarray | None
 
 
 class LifeHistory(NamedTuple):
@@ -62,15 +68,13 @@ class LiningLife(Tabular):
     @property
     def over_mean(self) -> np.ndarray:
         """Maximum over mean wear per stop (m,), over the life."""
-        w = self.history.per_braking
-        return w.max(axis=1) / w.mean(axis=1)
+        return self.history.per_braking.max(axis=1) / self.history.per_braking.mean(axis=1)
 
     @property
     def over_least(self) -> np.ndarray:
         """Maximum over minimum wear per stop (m,), over the life."""
-        w = self.history.per_braking
         with np.errstate(divide="ignore"):
-            return w.max(axis=1) / w.min(axis=1)
+            return self.history.per_braking.max(axis=1) / self.history.per_braking.min(axis=1)
 
     @property
     def used(self) -> float:
@@ -79,9 +83,8 @@ class LiningLife(Tabular):
 
     def as_dict(self) -> dict[str, Any]:
         """Everything as plain values of JSON."""
-        names = ("brakings", "first", "each", "permissible", "turned_at", "unturned", "gain", "used", "runs")
         history = self.history._asdict() | {"over_mean": self.over_mean, "over_least": self.over_least}
-        return plain({name: getattr(self, name) for name in names} | {"history": history})
+        return plain(vars(self) | {"gain": self.gain, "used": self.used, "history": history})
 
     def parts(self) -> Iterator[str | Table]:
         h, n = self.history, len(self.each)
@@ -148,12 +151,23 @@ class _Step(NamedTuple):
         return np.where((w > 0) & (found >= 0), found, np.inf)
 
 
-class _Brake:
-    """The stop of a scene with any thickness worn off, as it was built or with the band turned."""
+class _Path(NamedTuple):
+    steps: list[_Step]
+    end: _Point
 
-    def __init__(self, scene: Scene, options: dict[str, Any]):
+
+class _Brake:
+    """The stop of a scene with any thickness worn off, as it was built or with the band turned; and steps of stops.
+
+    `tolerance`, `step`: of the stops taken at once, as in `lining_life`
+    """
+
+    def __init__(
+        self, scene: Scene, limit: np.ndarray, tolerance: float, step: float | None, options: dict[str, Any]
+    ) -> None:
         self.scenes = {False: scene}
-        self.feeds_back, self.options, self.runs = feeds_back(scene), options, 0
+        self.limit, self.tolerance, self.step, self.options = limit, tolerance, step, options
+        self.feeds_back, self.runs = feeds_back(scene), 0
         self._known: dict[bool, tuple[np.ndarray, float]] = {}
         self.progress = Line("brakings")
 
@@ -161,70 +175,61 @@ class _Brake:
         if turned not in self._known or self.feeds_back:
             if turned not in self.scenes:
                 self.scenes[turned] = turned_scene(self.scenes[False])
-            here = worn[::-1] if turned else worn
-            result = simulate(with_values(self.scenes[turned], {"wear.worn": here}), **self.options)
+            along = slice(None, None, -1 if turned else 1)
+            result = simulate(with_values(self.scenes[turned], {"wear.worn": worn[along]}), **self.options)
             self.runs += 1
-            wear = np.asarray(result.worn_thickness)
-            self._known[turned] = wear[::-1] if turned else wear, float(result.stopping_time)
+            self._known[turned] = np.asarray(result.worn_thickness)[along], float(result.stopping_time)
         return _Point(done, worn, *self._known[turned], turned)
 
+    def follow(self, start: _Point, until: float = np.inf) -> _Path:
+        """Stops from `start` on until a lining is at its limit, or `until` stops are done."""
+        limit, step, still = self.limit, self.step, np.zeros_like(start.worn)
+        steps, now, length = list[_Step](), start, 1.0 if step is None else step
+        if not np.any(now.wear > 0):
+            raise InputError(
+                [Fault("scene", "no lining wears in it", "the linings must slide, at a wear rate above 0")]
+            )
+        if not self.feeds_back and step is None:
+            length = np.inf
+        while now.done < until:
+            left = float(np.min(_Step(now, 1.0, still).until(limit)))
+            length = min(length, until - now.done, left)
+            ahead, error = _Step(now, length, still), 0.0
+            if self.feeds_back and length > 1.0:
+                following = self.look(now.done + length, ahead.worn(length), now.turned)
+                ahead = ahead._replace(slope=(following.wear - now.wear) / length)
+                error = float(np.max(np.abs(ahead.worn(length) - following.worn) / limit))
+            if step is None and error > self.tolerance:
+                length *= max(_LEAST, _SAFETY * np.sqrt(self.tolerance / error))
+                continue
+            reached = float(np.min(ahead.until(limit)))
+            done = min(length, reached)
+            worn = ahead.worn(done)
+            steps.append(ahead._replace(length=done))
+            now = self.look(now.done + done, worn, now.turned)
+            self.progress.show(f"{now.done:.0f} done, {1e3 * float(np.max(worn)):.3g} mm worn")
+            if reached <= length or np.min(limit - worn) <= 1e-12 * np.max(limit):
+                break
+            if step is None and self.feeds_back:
+                length = done * (_MOST if error == 0 else min(_MOST, _SAFETY * float(np.sqrt(self.tolerance / error))))
+            else:
+                length = np.inf if step is None else step
+        return _Path(steps, now)
 
-class _Path(NamedTuple):
-    steps: list[_Step]
-    end: _Point
-
-
-def _follow(
-    brake: _Brake, start: _Point, limit: np.ndarray, until: float, tolerance: float, step: float | None
-) -> _Path:
-    """Stops from `start` on until a lining is at its limit, or `until` stops are done."""
-    steps, now, length = list[_Step](), start, 1.0 if step is None else step
-    if not np.any(now.wear > 0):
-        raise InputError([Fault("scene", "no lining wears in it", "the linings must slide, at a wear rate above 0")])
-    if not brake.feeds_back and step is None:
-        length = np.inf
-    still = np.zeros_like(start.worn)
-    while now.done < until:
-        left = float(np.min(_Step(now, 1.0, still).until(limit)))
-        length = min(length, until - now.done, left)
-        ahead = _Step(now, length, still)
-        error, following = 0.0, None
-        if brake.feeds_back and length > 1.0:
-            following = brake.look(now.done + length, ahead.worn(length), now.turned)
-            ahead = ahead._replace(slope=(following.wear - now.wear) / length)
-            error = float(np.max(np.abs(ahead.worn(length) - following.worn) / limit))
-        if step is None and error > tolerance:
-            length *= max(_LEAST, _SAFETY * np.sqrt(tolerance / error))
-            continue
-        reached = float(np.min(ahead.until(limit)))
-        done = min(length, reached)
-        worn = ahead.worn(done)
-        steps.append(ahead._replace(length=done))
-        now = brake.look(now.done + done, worn, now.turned)
-        brake.progress.show(f"{now.done:.0f} done, {1e3 * float(np.max(worn)):.3g} mm worn")
-        if reached <= length or np.min(limit - worn) <= 1e-12 * np.max(limit):
-            break
-        if step is None and brake.feeds_back:
-            length = done * (_MOST if error == 0 else min(_MOST, _SAFETY * float(np.sqrt(tolerance / error))))
-        else:
-            length = np.inf if step is None else step
-    return _Path(steps, now)
-
-
-def _life(brake: _Brake, first: _Point, limit: np.ndarray, turns: Sequence[float], **how: Any) -> list[_Path]:
-    """Paths from turn to turn; the last one ends with a worn lining."""
-    paths, now = list[_Path](), first
-    for until in [*turns, np.inf]:
-        if now.done < until:
-            paths.append(_follow(brake, now, limit, until, **how))
-            now = paths[-1].end
-        if now.done < until:
-            break
-        now = brake.look(now.done, now.worn, not now.turned)
-    return paths
+    def life(self, first: _Point, turns: Sequence[float]) -> list[_Path]:
+        """Paths from turn to turn; the last one ends with a worn lining."""
+        paths, now = list[_Path](), first
+        for until in [*turns, np.inf]:
+            if now.done < until:
+                paths.append(self.follow(now, until))
+                now = paths[-1].end
+            if now.done < until:
+                break
+            now = self.look(now.done, now.worn, not now.turned)
+        return paths
 
 
-def _best_turn(brake: _Brake, unturned: _Path, limit: np.ndarray, **how: Any) -> float:
+def _best_turn(brake: _Brake, unturned: _Path) -> float:
     """After how many stops a turn makes the life longest: the course up to there is known already."""
     from scipy.optimize import minimize_scalar
 
@@ -233,7 +238,7 @@ def _best_turn(brake: _Brake, unturned: _Path, limit: np.ndarray, **how: Any) ->
     def life(turn: float) -> float:
         step = unturned.steps[int(np.searchsorted(starts, turn, side="right")) - 1]
         worn = step.worn(turn - step.start.done)
-        return _follow(brake, brake.look(turn, worn, True), limit, np.inf, **how).end.done
+        return brake.follow(brake.look(turn, worn, True)).end.done
 
     end = unturned.end.done
     sharp = {"xatol": (1e-4 if brake.feeds_back else 1e-8) * end, "maxiter": 200}
@@ -241,7 +246,7 @@ def _best_turn(brake: _Brake, unturned: _Path, limit: np.ndarray, **how: Any) ->
     return float(found.x)
 
 
-def _wearing(run: Scene | Result, permissible: Any) -> tuple[Scene, np.ndarray]:
+def _wearing(run: Scene | Result, permissible: Permissible) -> tuple[Scene, np.ndarray]:
     """The scene with one thickness worn per lining, and the permissible one of each."""
     scene = run.scene if isinstance(run, Result) else run
     if scene.wear is not None and permissible is not None:
@@ -268,9 +273,9 @@ def _wearing(run: Scene | Result, permissible: Any) -> tuple[Scene, np.ndarray]:
 
 def lining_life(
     run: Scene | Result,
-    permissible: Any = None,
+    permissible: Permissible = None,
     *,
-    turn_at: Any = None,
+    turn_at: TurnAt = None,
     step: float | int | None = None,
     tolerance: float = 1e-3,
     **options: Any,
@@ -280,7 +285,7 @@ def lining_life(
         h(m + 1) = h(m) + w(h(m)),   h_i(0) = `wear.worn`,   until h_i = `permissible` for some lining
         w(h): thickness that one stop takes from a brake that has lost h already
 
-    Without feedback (`Wear.geometry`, `heat`, `take_up_speed`) `w` does not change and one stop tells all. With it
+    Without feedback (`Wear.geometry`, `heat`, `take_up_speed`) `w` does not change and one stop is enough. With it
     steps of `Δ` stops are taken, each with the brake simulated anew as worn as it is,
 
         h(m + Δ) = h + ½ [(Δ + 1) w(h) + (Δ − 1) w(h + Δ w(h))],
@@ -303,19 +308,18 @@ def lining_life(
     turns, best = _turns(turn_at), turn_at == "best"
     if turns or best:
         turned_scene(scene)  # refuses a brake whose linings no turn of a band moves
-    faults = [] if step is None or step >= 1 else [Fault("step", f"{step:g} stops", "at least 1")]
-    faults += [] if 0 < tolerance < 1 else [Fault("tolerance", f"{tolerance:g} is out of range", "between 0 and 1")]
-    if faults:
-        raise InputError(faults)
-    brake = _Brake(scene, options)
-    how = {"tolerance": tolerance, "step": None if step is None else float(step)}
+    found = Faults()
+    found.unless(step is None or step >= 1, "step", step, "at least 1 stop")
+    found.unless(0 < tolerance < 1, "tolerance", tolerance, "between 0 and 1")
+    found.report()
     assert scene.wear is not None
+    brake = _Brake(scene, limit, tolerance, None if step is None else float(step), options)
     first = brake.look(0.0, np.asarray(scene.wear.worn), False)
-    paths, unturned = _life(brake, first, limit, turns, **how), None
+    paths, unturned = brake.life(first, turns), None
     if best:
         unturned = paths[0].end.done
-        turns = (_best_turn(brake, paths[0], limit, **how),)
-        paths = _life(brake, first, limit, turns, **how)
+        turns = (_best_turn(brake, paths[0]),)
+        paths = brake.life(first, turns)
     brake.progress.done()
     points = [point for path in paths for point in (*(step.start for step in path.steps), path.end)]
     columns = [np.asarray(column) for column in list(zip(*points, strict=True))[:4]]
@@ -326,7 +330,7 @@ def lining_life(
     return LiningLife(end.done, where + 1, each, limit, done, unturned, LifeHistory(*columns), brake.runs)
 
 
-def _turns(turn_at: Any) -> tuple[float, ...]:
+def _turns(turn_at: TurnAt) -> tuple[float, ...]:
     if turn_at is None or turn_at == "best":
         return ()
     try:

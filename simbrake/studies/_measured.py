@@ -10,13 +10,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .._base._faults import Fault, InputError
+from .._base._faults import Fault
 from .._base._table import Tabular, Unit, plain, spelled, to_si, unit
 from .._parts._scene import Scene
 from .._run._measure import Metric, check_metrics, name_of, unit_of
 from .._run._metrics import METRICS
 from .._run._result import Result
-from .._run._series import SERIES_COLUMNS, flat, outside, pair_column, unit_of_column
+from .._run._series import SERIES_COLUMNS, Series, flat, outside, pair_column, unit_of_column
+from ..hybrid._arrays import Array
+from ._evaluator import Faults
 
 #: columns that count or name something: a fit has no derivative of them
 _WHOLE = ("at_limit", "band_mode", "sense")
@@ -31,7 +33,7 @@ class Points:
 
     `column` is a field of `Series`, or of one of its friction pairs as `internal_torque`, `entry` the lining or place
     (from 1), or a node's name, where it has several.
-    `sigma` is `None` where nobody knows it.
+    `sigma` is `None` where it is unknown.
     """
 
     column: str
@@ -56,6 +58,7 @@ class Single:
     metric: Metric
     value: float
     sigma: float | None = None
+    t: None = None
 
     @property
     def name(self) -> str:
@@ -76,11 +79,11 @@ class Measured(Tabular):
     @classmethod
     def of(
         cls,
-        t: Any = (),
-        columns: Mapping[str, Any] | None = None,
+        t: object = (),
+        columns: Mapping[str, object] | None = None,
         *,
-        sigma: Mapping[str, Any] | None = None,
-        events: Mapping[Any, Any] | None = None,
+        sigma: Mapping[str, object] | None = None,
+        events: Mapping[Metric, float | tuple[float, float]] | None = None,
     ) -> "Measured":
         """Data from arrays in SI units; NaN means that nothing was measured there.
 
@@ -92,32 +95,45 @@ class Measured(Tabular):
         Raises `InputError` with every error.
         """
         t, sigma = np.atleast_1d(np.asarray(t, np.float64)), dict(sigma or {})
-        points, singles, faults = [], [], []
+        found: list[Points | Single | Fault] = []
         for name in sorted(set(sigma) - set(columns or {})):
-            faults.append(Fault(name, "has a standard deviation but no values", "leave it out, or give the column"))
+            found.append(Fault(name, "has a standard deviation but no values", "leave it out, or give the column"))
         for name, values in (columns or {}).items():
-            found = _points(name, t, values, sigma.get(name))
-            (points if isinstance(found, Points) else faults).append(found)
+            found.append(_points(name, t, values, sigma.get(name)))
         for metric, value in (events or {}).items():
             number, error = value if isinstance(value, tuple) else (value, None)
-            found = single(metric, float(number), None if error is None else float(error))
-            (singles if isinstance(found, Single) else faults).append(found)
-        if faults:
-            raise InputError(faults)
-        return cls(tuple(points), tuple(singles))
+            found.append(_single(metric, float(number), None if error is None else float(error)))
+        Faults(one for one in found if isinstance(one, Fault)).report()
+        points, singles = ([one for one in found if isinstance(one, kind)] for kind in (Points, Single))
+        return cls(tuple(points), tuple(singles))  # pyright: ignore
 
     def __add__(self, other: "Measured") -> "Measured":
         return Measured(self.points + other.points, self.singles + other.singles)
 
     @property
+    def all(self) -> tuple[Points | Single, ...]:
+        """Columns and single values, in the order in which a fit takes them."""
+        return (*self.points, *self.singles)
+
+    @property
     def count(self) -> int:
         """How many numbers were measured."""
-        return sum(part.t.size for part in self.points) + len(self.singles)
+        return sum(np.size(part.value) for part in self.all)
 
     @property
     def sigma_known(self) -> bool:
         """Whether every column and event has a standard deviation."""
-        return all(part.sigma is not None for part in (*self.points, *self.singles))
+        return all(part.sigma is not None for part in self.all)
+
+    @property
+    def arrays(self) -> tuple[np.ndarray, np.ndarray]:
+        """All measured values (m,) and their standard deviations, 1 where unknown."""
+        sigma = [np.broadcast_to(1.0 if part.sigma is None else part.sigma, np.shape(part.value)) for part in self.all]
+        return np.hstack([part.value for part in self.all]), np.hstack(sigma)
+
+    def split(self, values: np.ndarray) -> list[np.ndarray]:
+        """What is of each column and single value among values of all (m,)."""
+        return np.split(values, np.cumsum([np.size(part.value) for part in self.all])[:-1])
 
     def parts(self) -> Iterator[str]:
         for part in self.points:
@@ -134,7 +150,7 @@ class Measured(Tabular):
         return plain({"points": points, "singles": singles})
 
 
-def _spread(sigma: Any) -> str:
+def _spread(sigma: float | np.ndarray | None) -> str:
     if sigma is None:
         return "no standard deviation"
     low, high = float(np.min(sigma)), float(np.max(sigma))
@@ -152,10 +168,8 @@ def column_of(name: str) -> tuple[str, str | None] | None:
     base, _, entry = name.rpartition("_")
     if entry.isdigit() and _is_column(base):
         return base, entry
-    for base in sorted(COLUMNS, key=len, reverse=True):
-        if name.startswith(f"{base}_") and (base == "temperature" or name[len(base) + 1 :].isdigit()):
-            return base, name[len(base) + 1 :]
-    return None
+    base, _, node = name.partition("_")
+    return (base, node) if base == "temperature" and node else None
 
 
 def _is_column(name: str) -> bool:
@@ -174,7 +188,7 @@ def unknown_column(where: str, name: str) -> Fault:
     return Fault(where, f"unknown column {name!r}", hint)
 
 
-def _points(name: str, t: np.ndarray, values: Any, sigma: Any) -> Points | Fault:
+def _points(name: str, t: np.ndarray, values: object, sigma: object) -> Points | Fault:
     where, value = column_of(name), np.atleast_1d(np.asarray(values, np.float64))
     if where is None:
         return unknown_column(name, name)
@@ -194,9 +208,8 @@ def _points(name: str, t: np.ndarray, values: Any, sigma: Any) -> Points | Fault
     return Points(where[0], t[kept], value[kept], error, where[1])
 
 
-def single(metric: Metric, value: float, sigma: float | None, where: str | None = None) -> Single | Fault:
-    """A measured metric, or the fault that it has."""
-    where = name_of(metric) if where is None else where
+def _single(metric: Metric, value: float, sigma: float | None) -> Single | Fault:
+    where = name_of(metric)
     if not np.isfinite(value):
         return Fault(where, f"{value} is not a measured value", "leave out what did not happen")
     if sigma is not None and not 0 < sigma < np.inf:
@@ -206,11 +219,8 @@ def single(metric: Metric, value: float, sigma: float | None, where: str | None 
 
 def check_measured(data: Measured, scene: Scene) -> None:
     """Raises `InputError` with everything that a run of the scene cannot be compared with."""
-    faults = []
-    try:
-        check_metrics(scene, [one.metric for one in data.singles])
-    except InputError as error:
-        faults += error.faults
+    faults = Faults()
+    faults.attempt(check_metrics, scene, [one.metric for one in data.singles])
     start, end = float(np.asarray(scene.initial.time)), float(np.asarray(scene.end_time))
     for part in data.points:
         beyond = part.t[outside(part.t, start, end)]
@@ -219,11 +229,10 @@ def check_measured(data: Measured, scene: Scene) -> None:
             faults.append(Fault(part.name, what, "set end_time (and initial.time) of the scene to the measurement"))
     if not data.count:
         faults.append(Fault("data", "nothing was measured", "give columns over time, or events"))
-    if faults:
-        raise InputError(faults)
+    faults.report()
 
 
-def pick(result: Result, series: Any, column: str, entry: str | None) -> Any | Fault:
+def pick(result: Result, series: Series, column: str, entry: str | None) -> Array | Fault:
     """The values (m,) of a measured column in a series of a run, or what is wrong with the column."""
     known = flat(series, pairs=True)
     name, values = column if entry is None else f"{column}[{entry}]", known.get(column)
@@ -265,27 +274,27 @@ def read_measured(
 
     Raises `InputError` with every error of every file: file, line, column, value and what to do.
     """
-    files = [CsvFile(Path(path)) for path in paths]
-    data = Measured()
-    given, wanted = dict(sigma or {}), None if columns is None else set(columns)
-    faults = [
+    data, given = Measured(), dict(sigma or {})
+    wanted = None if columns is None else {_normal(name) for name in columns}
+    faults = Faults(
         Fault(f"sigma of {name}", f"{value} is not a standard deviation", "it must be > 0")
         for name, value in given.items()
         if not 0 < value < np.inf
-    ]
-    for file in files:
-        found = file.read(given, wanted)
-        data += found
+    )
+    given = {_normal(name): value for name, value in given.items()}
+    for path in paths:
+        file = CsvFile(Path(path))
+        data += file.read(given, wanted)
         faults += file.faults
-    names = {part.name for part in (*data.points, *data.singles)}
-    known = {_normal(name) for name in given}
+    names = {part.name for part in data.all}
     if not faults:
-        faults += [Fault(name, "has a standard deviation but was not measured") for name in sorted(known - names)]
-        faults += [Fault(name, "is in no file") for name in sorted({_normal(n) for n in wanted or ()} - names)]
+        faults += [
+            Fault(name, "has a standard deviation but was not measured") for name in sorted(given.keys() - names)
+        ]
+        faults += [Fault(name, "is in no file") for name in sorted((wanted or set()) - names)]
     if not paths:
         faults.append(Fault("data", "no file was given", "give one or more CSV files"))
-    if faults:
-        raise InputError(faults)
+    faults.report()
     return data
 
 
@@ -305,7 +314,7 @@ class _Head(NamedTuple):
 class CsvFile:
     """One CSV file while it is read: its table and the faults found."""
 
-    def __init__(self, path: Path):
+    def __init__(self, path: Path) -> None:
         self.path, self.faults, self.left_out = path, [], 0
         self.heads: list[_Head] = []
         self.rows: list[tuple[int, list[str]]] = []
@@ -361,97 +370,84 @@ class CsvFile:
     # --- columns over time ------------------------------------------------------------------------------------
 
     def _series(self, names: dict[str, int], sigma: Mapping[str, float], wanted: set[str] | None) -> Measured:
-        t = self.column(names["t"], "s", needed=True)
-        points = []
-        wanted = None if wanted is None else {_normal(name) for name in wanted}
-        errors = {_normal(name): value for name, value in sigma.items()}
+        t, points = self.column(names["t"], "s", needed=True), list[Points]()
         for name, i in names.items():
+            header = f" header, column {self.heads[i].text}"
+            if name.endswith(_SIGMA) and name.removesuffix(_SIGMA) not in names and wanted is None:
+                what = f"there is no column {name.removesuffix(_SIGMA)}"
+                self.fault(header, what, "a standard deviation belongs to a column")
             if name == "t" or name.endswith(_SIGMA) or not (wanted is None or _normal(name) in wanted):
                 continue
             where = column_of(name)
             if where is None:
-                found = unknown_column(f"{self.path} header, column {self.heads[i].text}", name)
-                self.fault(" header, column " + self.heads[i].text, found.problem, found.hint)
+                found = unknown_column(name, name)
+                self.fault(header, found.problem, found.hint)
                 continue
             si = unit_of_column(where[0])
             value, error = self.column(i, si), None
             if name + _SIGMA in names:
-                error = self.column(names[name + _SIGMA], si, of_column=i)
-                self._missing_sigma(value, error, names[name + _SIGMA])
-            elif _normal(name) in errors:
-                error = np.full(value.shape, errors[_normal(name)])
+                error = self._sigma(names[name + _SIGMA], si, i, value)
+            elif _normal(name) in sigma:
+                error = np.full(value.shape, sigma[_normal(name)])
             kept = np.isfinite(value) & np.isfinite(t)
             if kept.any():
                 points.append(Points(where[0], t[kept], value[kept], None if error is None else error[kept], where[1]))
             elif not self.faults:
                 self.fault(f" column {self.heads[i].text}", "has no value", "leave the column out")
-        self._orphans(names, wanted)
         if not points and not self.faults:
-            known = f"columns of a run are: {', '.join(COLUMNS)}"
-            self.fault("", "has no column to fit", known)
+            self.fault("", "has no column to fit", f"columns of a run are: {', '.join(COLUMNS)}")
         return Measured(tuple(points))
 
-    def _orphans(self, names: dict[str, int], wanted: set[str] | None) -> None:
-        for name, i in names.items():
-            if name.endswith(_SIGMA) and name.removesuffix(_SIGMA) not in names and wanted is None:
-                what = f"there is no column {name.removesuffix(_SIGMA)}"
-                self.fault(f" header, column {self.heads[i].text}", what, "a standard deviation belongs to a column")
-
-    def _missing_sigma(self, value: np.ndarray, error: np.ndarray, i: int) -> None:
+    def _sigma(self, i: int, si: str, of: int, value: np.ndarray) -> np.ndarray:
+        """The standard deviations of the column `of` with these values."""
+        error = self.column(i, si, of_column=of)
         for k in np.flatnonzero(np.isfinite(value) & np.isnan(error)):
             line, cells = self.rows[k]
             if not cells[i].strip():  # what is not a number has its own fault
                 where = f" line {line}, column {self.heads[i].text}"
                 self.fault(where, "is empty beside a measured value", "give its standard deviation")
+        return error
 
     def column(self, i: int, si: str, *, of_column: int | None = None, needed: bool = False) -> np.ndarray:
         """A column in SI, NaN where a cell is empty or faulty; a standard deviation takes the unit `of_column`."""
         head, spread = self.heads[i], of_column is not None
         text = head.unit if head.unit or of_column is None else self.heads[of_column].unit
-        of = self._unit(head.text, text, si)
+        of = self._unit(f" header, column {head.text}", text, si)
         found = np.full(len(self.rows), np.nan)
         for k, (line, cells) in enumerate(self.rows):
-            where = f" line {line}, column {head.text}"
-            number = self._number(cells[i], where)
-            if number is None:
-                if needed and not cells[i].strip():
-                    self.fault(where, "is empty", "every line needs its time")
-                continue
-            found[k] = self._admitted(number, of, si, spread, where)
+            number = self._cell(line, cells, i, of, si, spread)
+            if number is not None:
+                found[k] = number
+            elif needed:
+                self.fault(f" line {line}, column {head.text}", "is empty", "every line needs its time")
         return found
 
     def _unit(self, where: str, text: str, si: str) -> Unit:
         try:
             return unit(text, si)
         except ValueError as error:
-            self.fault(f" header, column {where}", f"{text!r} is not a unit of a quantity in {si or '1'}", str(error))
+            self.fault(where, f"{text!r} is not a unit of a quantity in {si or '1'}", str(error))
             return Unit(1.0)
 
-    def _number(self, cell: str, where: str) -> float | None:
-        text = cell.strip()
+    def _cell(self, line: int, cells: list[str], i: int, of: Unit, si: str, spread: bool) -> float | None:
+        """One cell in SI, a standard deviation if `spread`: `None` where it is empty, NaN where it is faulty."""
+        text, where = cells[i].strip(), f" line {line}, column {self.heads[i].text}"
         if not text:
             return None
         try:
             number = float(text.replace(",", ".") if self.decimal_comma else text)
         except ValueError:
             self.fault(where, f"{text!r} is not a number", "numbers as in 12.5 or 1.25e1; an empty cell: not measured")
-            return None
+            return np.nan
         if not np.isfinite(number):
             self.fault(where, f"{text!r} is not finite", "leave the cell empty: not measured")
-            return None
-        return number
-
-    def _admitted(self, number: float, of: Unit, si: str, spread: bool, where: str) -> float:
-        if spread:
-            if number <= 0:
-                self.fault(where, f"{number:g} is not a standard deviation", "it must be > 0")
-                return np.nan
-            return number * float(of.factor)
-        value = to_si(number, of)
-        if si == "K" and value < 0:
+        elif spread and number <= 0:
+            self.fault(where, f"{number:g} is not a standard deviation", "it must be > 0")
+        elif not spread and si == "K" and to_si(number, of) < 0:
             self.fault(where, f"{number:g} is below absolute zero", "is the unit in the header right?")
-            return np.nan
-        return value
+        else:
+            return number * float(of.factor) if spread else to_si(number, of)
+        return np.nan
 
     # --- single values ----------------------------------------------------------------------------------------
 
@@ -469,42 +465,30 @@ class CsvFile:
         for line, cells in self.rows:
             metric = cells[names["event"]].strip()
             where = f" line {line}, event {metric}"
-            number = self._number(cells[at], f" line {line}, column {head.text}")
-            if not metric or number is None:
-                if not metric and number is not None:
-                    self.fault(f" line {line}, column event", "is empty beside a value", "name the event")
+            if not cells[at].strip():
                 continue
-            si = unit_of(metric)
+            if not metric:
+                self.fault(f" line {line}, column event", "is empty beside a value", "name the event")
+                continue
             if not (metric.startswith("energy.") or metric in METRICS):
                 self.fault(where, "unknown metric", f"there are: {', '.join(METRICS)}, energy.…")
                 continue
-            text = cells[names["unit"]] if "unit" in names and cells[names["unit"]].strip() else head.unit
-            of = self._unit_of_event(where, text, si, head)
-            error = sigma.get(metric)
-            if "sigma" in names and cells[names["sigma"]].strip():
-                error = self._sigma_of_event(cells[names["sigma"]], line, self.heads[names["sigma"]], of, si)
-            value = self._admitted(number, of, si, False, where)
-            if not (np.isnan(value) or (error is not None and np.isnan(error))):  # these have their own faults
-                singles.append(Single(metric, value, error))
+            si, of, error = unit_of(metric), Unit(1.0), sigma.get(metric)
+            if head.name == "time" and si != "s":
+                self.fault(where, f"is not a time but a quantity in {si}", "call the column value")
+            else:
+                text = cells[names["unit"]] if "unit" in names and cells[names["unit"]].strip() else head.unit
+                of = self._unit(where, text, si)
+            if "sigma" in names and cells[i := names["sigma"]].strip():
+                spread = self.heads[i]
+                own = self._unit(f" header, column {spread.text}", spread.unit, si) if spread.unit else of
+                error = self._cell(line, cells, i, own, si, True)
+            value = self._cell(line, cells, at, of, si, False)
+            if value is not None and not (np.isnan(value) or (error is not None and np.isnan(error))):
+                singles.append(Single(metric, value, error))  # else it has its own fault
         if not singles and not self.faults:
             self.fault("", "has no event with a value", "event,time,sigma")
         return Measured(singles=tuple(singles))
-
-    def _sigma_of_event(self, cell: str, line: int, head: _Head, of: Unit, si: str) -> float:
-        where = f" line {line}, column {head.text}"
-        number = self._number(cell, where)
-        of = self._unit(head.text, head.unit, si) if head.unit else of
-        return np.nan if number is None else self._admitted(number, of, si, True, where)
-
-    def _unit_of_event(self, where: str, text: str, si: str, head: _Head) -> Unit:
-        if head.name == "time" and si != "s":
-            self.fault(where, f"is not a time but a quantity in {si}", "call the column value")
-            return Unit(1.0)
-        try:
-            return unit(text, si)
-        except ValueError as error:
-            self.fault(where, f"{text!r} is not a unit of a quantity in {si}", str(error))
-            return Unit(1.0)
 
 
 _HEAD = re.compile(r"^(?P<name>.*?)(?P<space>\s*)\[(?P<unit>[^\[\]]*)\]$")

@@ -2,6 +2,7 @@
 
 import dataclasses
 import difflib
+import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -22,8 +23,10 @@ from .._run._measure import Metric, check_metrics, happened, name_of, unit_of
 from .._run._report import labels_of
 from .._run._result import Result
 from ..hybrid import LANDED, STOPPED, Record
-from ._evaluator import Evaluator, Metrics, Paths, values_of
+from ..hybrid._arrays import Array
+from ._evaluator import Evaluator, Faults, Metrics, Paths, Solver, asked_of, values_of
 
+_ENDS = ("lower", "upper")
 #: two events that lie within this share of a run are nearly simultaneous
 NEAR = 1e-6
 #: a guard is grazed if it passes 0 so slowly that its size of order one would take this many runs
@@ -31,60 +34,50 @@ GRAZE = 1e4
 
 
 class Range(NamedTuple):
-    """Metrics at both ends of the range of every number (`None`: no run there), notes by path and on the whole run."""
+    """Metrics (2, m) at both ends of the range of every number (NaN: no value there), and what happens within it.
 
-    ends: dict[str, tuple[np.ndarray | None, np.ndarray | None]]
+    `changes`: notes by path;  `notes`: on the whole run
+    """
+
+    ends: dict[str, np.ndarray]
     changes: dict[str, str]
     notes: tuple[str, ...]
 
-    def of(self, path: str, k: int) -> tuple[float | None, float | None, str]:
-        """Metric `k` at both ends of a path, and its note."""
-        low, high = (
-            None if end is None or not np.isfinite(end[k]) else float(end[k])
-            for end in self.ends.get(path, (None, None))
-        )
-        return low, high, self.changes.get(path, "")
 
-
-def sequence(result: Result) -> list[Label]:
-    """Modes of a concrete run in order."""
-    labels = labels_of(result.record)
-    return [label for i, label in enumerate(labels) if i == 0 or label != labels[i - 1]]
-
-
-def look_around(run: Evaluator, base: Result, metrics: Metrics, spans: Mapping[str, Any], told: Waiting) -> Range:
+def look_around(
+    run: Evaluator, base: Result, metrics: Metrics, spans: Mapping[str, np.ndarray], told: Waiting
+) -> Range:
     """Runs the scene at both ends `p ± span` of every number, one at a time; a list moves as a whole."""
-    usual, known = sequence(base), {leaf.path: np.asarray(leaf.value) for leaf in leaves(base.scene)}
-    ends: dict[str, tuple[np.ndarray | None, np.ndarray | None]] = {}
-    changes: dict[str, str] = {}
+    usual, known = _modes(base), {leaf.path: np.asarray(leaf.value) for leaf in leaves(base.scene)}
+    ends, changes = dict[str, np.ndarray](), dict[str, str]()
     for i, (path, half) in enumerate(spans.items()):
         told.now("ends of ranges", i, len(spans))
         if not np.any(half):
             continue
-        seen, words = [], []
-        for sign, name in ((-1, "lower"), (1, "upper")):
-            end, what = _end(run, with_values(base.scene, {path: known[path] + sign * half}), metrics, usual)
-            seen.append(end)
-            words += [f"{name} bound: {what}"] if what else []
-        ends[path] = (seen[0], seen[1])
-        if words:
-            changes[path] = "; ".join(words)
-    return Range(ends, changes, tuple(near_ties(base.record) + passages(base.record)))
+        scenes = (with_values(base.scene, {path: known[path] + sign * half}) for sign in (-1, 1))
+        values, words = zip(*(_end(run, scene, metrics, usual) for scene in scenes), strict=True)
+        ends[path] = np.stack(values)
+        changes[path] = "; ".join(f"{name} bound: {what}" for name, what in zip(_ENDS, words, strict=True) if what)
+    return Range(ends, changes, (*near_ties(base.record), *passages(base.record)))
 
 
-def _end(run: Evaluator, scene: Scene, metrics: Metrics, usual: list[Label]) -> tuple[np.ndarray | None, str]:
+def _modes(result: Result) -> list[Label]:
+    return [label for label, _ in itertools.groupby(labels_of(result.record))]
+
+
+def _end(run: Evaluator, scene: Scene, metrics: Metrics, usual: list[Label]) -> tuple[np.ndarray, str]:
     """Metrics at one end, and what is different there."""
+    nothing = np.full(len(metrics.asked), np.nan)
     try:
         result = run.result(scene, throw=False)
     except InputError:
-        return None, "out of range"
+        return nothing, "out of range"
     if not result.ok:
-        return None, f"the run ends as {result.status}"
-    other = sequence(result)
-    part = next((i for i, (a, b) in enumerate(zip(usual, other, strict=False)) if a != b), min(len(usual), len(other)))
-    what = ""
+        return nothing, f"the run ends as {result.status}"
+    other, what = _modes(result), ""
     if other != usual:
-        mine, theirs = (str(s[part]) if part < len(s) else "the end" for s in (usual, other))
+        part = next(i for i, (a, b) in enumerate(itertools.zip_longest(usual, other)) if a != b)
+        mine, theirs = (str(modes[part]) if part < len(modes) else "the end" for modes in (usual, other))
         what = f"other modes ({theirs} instead of {mine} after {usual[part - 1]})"
     return values_of(result, metrics), what
 
@@ -104,7 +97,7 @@ def near_ties(record: Record) -> list[str]:
     return found
 
 
-def _approach(record: Record, index: Any) -> Any:
+def _approach(record: Record, index: Array) -> tuple[Array, Array, Array]:
     """Times, rates (1/s) at which the guards that fired came to 0, and whether others came to 0 at the same instant.
 
     Guards that move alike, as those of speed and slip under a steady lever, are one.
@@ -112,7 +105,7 @@ def _approach(record: Record, index: Any) -> Any:
     t, y = record.ends(index)
     flat, span = record.flat, record.t_end - record.rows.t[0]
 
-    def one(t: Any, y: Any, i: Any) -> Any:
+    def one(t: Array, y: Any, i: Array) -> tuple[Array, Array]:
         mode, fired = record.rows.mode[i], record.rows.guard[i]
         packed = ravel_pytree(y)[0]
         f = flat.rhs(t, packed, mode)
@@ -213,13 +206,10 @@ class SensitivityTable(Tabular):
         ends = any(row.low is not None or row.high is not None for row in shown)
         columns = [Column("path", heading="parameter p", left=True), Column("value", show=".6g"), "unit"]
         columns += [Column("derivative", show=".5g"), Column("elasticity", show=".4g")]
-        if ends:
-            columns += [Column("half", heading="± half", show=".3g")]
-            columns += [Column(f"at the {name} bound", show=".7g") for name in ("lower", "upper")]
+        columns += [Column("half", heading="± half", show=".3g", hidden=not ends)]
+        columns += [Column(f"at the {name} bound", show=".7g", hidden=not ends) for name in _ENDS]
         rows = [
-            (row.path, row.value, row.unit, row.derivative, row.elasticity)
-            + ((row.half, row.low, row.high) if ends else ())
-            + (row.note,)
+            (row.path, row.value, row.unit, row.derivative, row.elasticity, row.half, row.low, row.high, row.note)
             for row in shown
         ]
         yield Table([*columns, Column("note", heading="", left=True)], rows)
@@ -242,8 +232,8 @@ def sensitivity(
     *,
     span: float | Mapping[str, float] | None = 0.01,
     rtol: float = 1e-10,
-    solver: Any = None,
-    progress: Any = None,
+    solver: Solver | None = None,
+    progress: Waiting | bool | None = None,
 ) -> Any:
     """Derivatives of one or several metrics with respect to numbers of a scene, through every event of its run.
 
@@ -263,7 +253,7 @@ def sensitivity(
     has no derivative); `SimulationError` where the run fails.
     """
     single = isinstance(metric, str) or callable(metric)
-    metrics = Metrics((metric,) if single else tuple(metric))  # pyright: ignore
+    metrics = Metrics(tuple(asked_of(metric)))
     check_metrics(scene, metrics.asked)
     chosen = _chosen(leaves(scene), wrt)
     spans = {} if span is None else _spans(chosen, span)
@@ -279,17 +269,11 @@ def sensitivity(
         slopes = run(x)
         if slopes.code != 0 or not np.all(np.isfinite(slopes.values)):
             raise RuntimeError("the differentiated run ended before the plain one; please report this scene")
-        around = None if span is None else look_around(run, base, metrics, spans, told)
-    tables = [
-        SensitivityTable(
-            name_of(one),
-            unit_of(one),
-            float(values[k]),
-            _rows(chosen, paths.values(slopes.jacobian[k]), float(values[k]), spans, around, k),
-            () if around is None else around.notes,
-        )
-        for k, one in enumerate(metrics.asked)
-    ]
+        around = Range({}, {}, ()) if span is None else look_around(run, base, metrics, spans, told)
+    tables = []
+    for k, (one, value) in enumerate(zip(metrics.asked, values.tolist(), strict=True)):
+        rows = _rows(chosen, paths.values(slopes.jacobian[k]), value, spans, around, k)
+        tables.append(SensitivityTable(name_of(one), unit_of(one), value, rows, around.notes))
     return tables[0] if single else tables
 
 
@@ -297,7 +281,7 @@ def _chosen(known: list[Leaf], wrt: str | Sequence[str] | None) -> list[Leaf]:
     """The numbers that are meant, each once, in the order asked."""
     if wrt is None:
         return known
-    found, faults = {}, []
+    found, faults = {}, Faults()
     for path in [wrt] if isinstance(wrt, str) else wrt:
         here = [leaf for leaf in known if leaf.path == path or leaf.path.startswith((f"{path}.", f"{path}["))]
         if not here:
@@ -305,47 +289,42 @@ def _chosen(known: list[Leaf], wrt: str | Sequence[str] | None) -> list[Leaf]:
             hint = f"nearest: {', '.join(near or [leaf.path for leaf in known[:4]])}"
             faults.append(Fault(path, "there is no such number in the scene", hint))
         found |= {leaf.path: leaf for leaf in here}
-    if faults:
-        raise InputError(faults)
+    faults.report()
     return list(found.values())
 
 
-def _spans(chosen: list[Leaf], span: float | Mapping[str, float]) -> dict[str, Any]:
+def _spans(chosen: list[Leaf], span: float | Mapping[str, float]) -> dict[str, np.ndarray]:
     """Half-ranges by path, in the units of the numbers."""
     if not isinstance(span, Mapping):
-        return {leaf.path: span * np.abs(np.asarray(leaf.value)) for leaf in chosen}
+        return {leaf.path: np.asarray(span * np.abs(np.asarray(leaf.value))) for leaf in chosen}
     paths = {leaf.path for leaf in chosen}
-    faults = [Fault(path, "has a span but is not among the numbers asked for") for path in span if path not in paths]
+    faults = Faults(Fault(path, "has a span but is not among those asked for") for path in span if path not in paths)
     faults += [Fault(path, f"a span of {half!r}", "half a range is > 0") for path, half in span.items() if not half > 0]
-    if faults:
-        raise InputError(faults)
+    faults.report()
     return {path: np.asarray(half, np.float64) for path, half in span.items()}
 
 
 def _check_happened(metrics: Metrics, values: np.ndarray) -> None:
     hint = "its derivative does not exist; ask for one that occurs, or let the run go on for longer"
-    faults = [
-        Fault(name_of(one), "has no value in this run", hint)
-        for one, value in zip(metrics.asked, values, strict=True)
-        if not happened(value)
-    ]
-    if faults:
-        raise InputError(faults)
+    missing = [one for one, value in zip(metrics.asked, values, strict=True) if not happened(value)]
+    Faults(Fault(name_of(one), "has no value in this run", hint) for one in missing).report()
 
 
 def _rows(
     chosen: list[Leaf],
-    derivatives: dict[str, np.ndarray],
+    derivatives: Mapping[str, Array],
     value: float,
-    spans: Mapping[str, Any],
-    around: Range | None,
+    spans: Mapping[str, np.ndarray],
+    around: Range,
     k: int,
 ) -> tuple[Sensitivity, ...]:
     """Rows of one metric, lists as wholes and by their entries."""
     rows = []
     for leaf in chosen:
         p, slope, about = np.asarray(leaf.value, np.float64), derivatives[leaf.path], leaf.about
-        low, high, note = (None, None, "") if around is None else around.of(leaf.path, k)
+        ends = around.ends[leaf.path][:, k].tolist() if leaf.path in around.ends else (np.nan, np.nan)
+        low, high = (end if np.isfinite(end) else None for end in ends)
+        note = around.changes.get(leaf.path, "")
         half = None if leaf.path not in spans else float(np.mean(spans[leaf.path]))
         with np.errstate(divide="ignore", invalid="ignore"):
             elasticity = slope * p / value

@@ -1,26 +1,218 @@
-"""Distributions on numbers of a scene in, quantiles and failure probabilities of its results out."""
+"""Distributions on numbers of a scene in, quantiles and failure probabilities of its results out.
+
+Samples are quasi-random, Latin hypercubes or random; every estimate has its confidence interval.
+"""
 
 import dataclasses
 import json
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
-from .._base._faults import Fault, InputError
+from .._base._faults import Fault
+from .._base._quantity import Quantity, leaves
 from .._base._table import Column, Table, Tabular, plain
-from .._parts._scene import Scene
+from .._parts._scene import Scene, faults
+from .._run._edit import with_values
 from .._run._measure import Metric, check_metrics, name_of, unit_of
-from .._run._outcome import FAILURES
-from ._ensemble import ensemble
-from ._sampling import Distribution, Draws, Method, attempt, complete, faults_of_sampling, power_of_two, unit_points
+from .._run._outcome import FAILURES, SimulationError
+from ._ensemble import Dataset, ensemble
+from ._evaluator import Columns, Faults, asked_of, place_of, same_numbers
 
+#: a frozen distribution of scipy.stats (anything with `ppf` or `icdf`), or (low, high) for a uniform one
+Distribution: TypeAlias = Any
+#: a quantile function: from shares to numbers
+Quantile: TypeAlias = Callable[[Any], Any]
+Method = Literal["sobol", "latin", "random"]
+#: how points of a method are called
+METHODS = {"sobol": "scrambled Sobol points", "latin": "Latin hypercube points", "random": "random points"}
+
+#: half a step of SciPy's Sobol points: a quantile function is never asked at 0 or 1, where a tail is infinite
+_EDGE = 2.0**-31
 #: hits (and misses) on average in a group that Student's t needs; below, the exact binomial interval is taken
 _ENOUGH = 2
+_HOT = "peak_lining_temperature"
+
+
+# --- samples ----------------------------------------------------------------------------------------------------------
+
+
+class Draws:
+    """Checked distributions of a scene: from points of the unit cube to numbers of the scene.
+
+    Raises `InputError` with all errors at once: unknown paths, paths that overlap, what is not a distribution, and
+    distributions that leave the range of their number.
+    """
+
+    def __init__(self, scene: Scene, distributions: Mapping[str, Distribution]) -> None:
+        found = Faults()
+        if not distributions:
+            found.append(Fault("distributions", "there are none", "as in {'brake.linings.friction.coefficient': …}"))
+        self.quantiles: dict[str, Quantile] = {}
+        self.units: dict[str, str] = {}
+        frozen: dict[str, Any] = {}
+        for path, given in distributions.items():
+            if (one := _distribution(path, given, found)) is not None:
+                self.quantiles[path], frozen[path] = _quantile_of(one), one
+        medians = {path: float(quantile(0.5)) for path, quantile in self.quantiles.items()}
+        found.attempt(with_values, scene, dict.fromkeys(distributions, 0.0) | medians)
+        sizes = {leaf.path: np.size(leaf.value) for leaf in leaves(scene)}
+        hint = "give each number one distribution"
+        for path, old in same_numbers(distributions, sizes).items():
+            found.append(Fault(path, f"means what {old} means as well", hint))
+        bad = {fault.path for fault in found}
+        middle = with_values(scene, {path: value for path, value in medians.items() if path not in bad})
+        about = {leaf.path: leaf.about for leaf in leaves(middle)}
+        for path in (path for path in medians if path not in bad):
+            quantity = about[place_of(path, about)[0]]
+            self.units[path] = quantity.unit
+            found += _faults_of_range(path, frozen[path], quantity)
+        if not found:
+            found += [Fault(f.path, f"{f.problem}, at the medians", f.hint) for f in faults(middle)]
+        found.report()
+
+    @property
+    def paths(self) -> list[str]:
+        return list(self.quantiles)
+
+    def values(self, unit: np.ndarray) -> Columns:
+        """Numbers of the scene (n,) by path, from points (n, d) of the unit cube."""
+        inside = np.clip(unit, _EDGE, 1.0 - _EDGE)
+        columns = zip(self.quantiles.items(), inside.T, strict=True)
+        return {path: np.asarray(quantile(u), np.float64) for (path, quantile), u in columns}
+
+
+def samples(
+    scene: Scene,
+    distributions: Mapping[str, Distribution],
+    n: int,
+    seed: int = 0,
+    method: Method = "sobol",
+) -> Columns:
+    """`n` samples of independent numbers of a scene: path → (n,), as `ensemble` takes them.
+
+    - `distributions`: by path (`"brake.linings.angle[3]"` for one entry; a path of an array alone means one number
+      for all its entries) a frozen distribution of `scipy.stats`, or `(low, high)` for a uniform one; SI units
+    - `method`: `"sobol"`, scrambled Sobol points, evenly spread where `n` is a power of two (for another `n` the
+      first `n` points of the next power, which are still well spread but no longer balanced); `"latin"`, a Latin
+      hypercube; `"random"`, independent points
+
+    The same seed gives the same samples. Raises `InputError` with all errors at once.
+    """
+    draws = checked(Faults(), scene, distributions, n, method)
+    return draws.values(unit_points(n, len(draws.paths), method, np.random.default_rng(seed)))
+
+
+def checked(
+    found: Faults,
+    scene: Scene,
+    distributions: Mapping[str, Distribution],
+    n: int | np.integer = 1,
+    method: str = "sobol",
+    metrics: Sequence[Metric] = (),
+) -> Draws:
+    """The distributions, or `InputError` with all that is wrong with them and what else was found."""
+    if not isinstance(n, int | np.integer) or n < 1:
+        found.append(Fault("n", f"{n!r} is not a number of samples", "a whole number, at least 1"))
+    found.choice("method", method, METHODS)
+    draws = found.attempt(Draws, scene, distributions)
+    found.attempt(check_metrics, scene, metrics)
+    found.report()
+    assert draws is not None
+    return draws
+
+
+def unit_points(n: int, d: int, method: str, rng: np.random.Generator) -> np.ndarray:
+    """Points (n, d) in the unit cube."""
+    if method == "random":
+        return rng.random((n, d))
+    from scipy.stats import qmc
+
+    if method == "latin":
+        return qmc.LatinHypercube(d, rng=rng).random(n)
+    return qmc.Sobol(d, rng=rng).random_base2(power_of_two(n))[:n]
+
+
+def power_of_two(n: int) -> int:
+    """Exponent of the least power of two that is not below `n`."""
+    return (int(n) - 1).bit_length()
+
+
+def _distribution(path: str, given: Distribution, found: Faults) -> Distribution:
+    """The frozen distribution meant, or `None`, and what is wrong with it is added."""
+    how = "a frozen distribution as scipy.stats.norm(0.35, 0.02), or (low, high) for a uniform one"
+    if isinstance(given, tuple | list):
+        try:
+            low, high = (float(x) for x in given)
+        except (TypeError, ValueError):
+            low = high = np.nan
+        if np.isfinite(low) and np.isfinite(high) and low < high:
+            from scipy import stats
+
+            return stats.uniform(low, high - low)
+        what, hint = f"{given!r} is not a range", "(low, high) with low < high, both finite"
+    elif _quantile_of(given) is None or isinstance(given, type) or not callable(getattr(given, "cdf", None)):
+        what, hint = f"{type(given).__name__} is not a distribution", how
+    else:
+        try:
+            middle = np.asarray(_quantile_of(given)(0.5), np.float64)
+        except Exception as error:  # a distribution that is not frozen asks for its parameters here
+            what, hint = f"has no median: {type(error).__name__}: {error}", how
+        else:
+            if not middle.ndim and np.isfinite(middle):
+                return given
+            what, hint = f"its median is {middle}, not one number", "look at the distribution's parameters"
+    found.append(Fault(path, what, hint))
+    return None
+
+
+def _quantile_of(distribution: Distribution) -> Any:
+    return getattr(distribution, "ppf", None) or getattr(distribution, "icdf", None)
+
+
+def _faults_of_range(path: str, distribution: Distribution, about: Quantity) -> list[Fault]:
+    """A distribution that puts weight where its number is out of range, however little."""
+    below = above = 0.0
+    if about.low is not None:
+        below = float(distribution.cdf(about.low if about.open_low else np.nextafter(about.low, -np.inf)))
+    if about.high is not None:
+        above = float(1.0 - distribution.cdf(about.high))
+    if not below + above > 0.0:
+        return []
+    unit = "" if about.unit == "1" else f" {about.unit}"
+    problem = f"is out of range with probability {below + above:.2g}: {about.meaning} must be {about.range}{unit}"
+    return [Fault(path, problem, _cut(distribution, about))]
+
+
+def _cut(distribution: Distribution, about: Quantity) -> str:
+    """How to keep a distribution inside a range."""
+    name, args, given = (getattr(distribution, key, None) for key in ("dist", "args", "kwds"))
+    if getattr(name, "name", "") != "norm" or args is None or given is None:
+        return "cut it (scipy.stats.truncnorm for a normal one), or take one that ends there"
+    mean, std = distribution.mean(), distribution.std()
+    low = "-inf" if about.low is None else f"{(about.low - mean) / std:.6g}"
+    high = "inf" if about.high is None else f"{(about.high - mean) / std:.6g}"
+    return f"cut it: scipy.stats.truncnorm({low}, {high}, {mean:g}, {std:g})".replace("inf", "numpy.inf")
+
+
+def complete(data: Dataset) -> Dataset:
+    """The data set of an ensemble, if every run was made: those made first are the expensive ones, no fair sample.
+
+    Raises `SimulationError`, whose `result` is the data set.
+    """
+    missing = int(np.sum(np.asarray(data["code"]) < 0))
+    if missing:
+        message = f"interrupted: {missing} of {data.sizes['run']} runs were not made, and the rest is no fair sample. "
+        raise SimulationError(f"{message}With directory=… the same call goes on where it ended", data)
+    return data
+
+
+# --- estimates with intervals -----------------------------------------------------------------------------------------
 
 
 class Estimate(NamedTuple):
-    """A value and its confidence interval; `nan` what cannot be told, an infinite end what is not bounded."""
+    """A value and its confidence interval; `nan` what is unknown, an infinite end what is not bounded."""
 
     value: float
     low: float
@@ -58,12 +250,12 @@ def mean_and_deviation(values: np.ndarray, group: np.ndarray, confidence: float)
     )
 
 
-def _moments(n: Any, first: Any, second: Any) -> Any:
+def _moments(n: Any, first: Any, second: Any) -> tuple[Any, Any]:
     variance = np.maximum(second - first**2 / n, 0.0) / np.where(n > 1, n - 1, np.nan)
     return first / n, np.sqrt(variance)
 
 
-def _jackknife(whole: Any, without: np.ndarray, confidence: float) -> float:
+def _jackknife(whole: float, without: np.ndarray, confidence: float) -> float:
     """Half width of the interval of an estimate, from its values without each of the groups."""
     from scipy.stats import t
 
@@ -78,7 +270,7 @@ def probability(hit: np.ndarray, group: np.ndarray, confidence: float) -> Estima
     """Share of runs that `hit` (n,), with its interval.
 
     Groups of one: Clopper–Pearson. Else Student's t over groups; where fewer than two hits or misses come to a group,
-    Clopper–Pearson as if all runs were independent, since a scatter among so few tells nothing. Points that are spread
+    Clopper–Pearson as if all runs were independent, since the scatter of so few is no estimate. Points that are spread
     evenly scatter less than that.
     """
     if len(hit) == 0:
@@ -134,9 +326,6 @@ def quantile(values: np.ndarray, group: np.ndarray, p: float, confidence: float)
     return Estimate(middle, float(ends[level[0]]), float(ends[level[-1] + 1]))
 
 
-_HOT = "peak_lining_temperature"
-
-
 @dataclasses.dataclass(frozen=True)
 class Statistics:
     """A metric over the runs that have it: `count` of them, mean, standard deviation, quantiles, extremes, SI units."""
@@ -166,7 +355,7 @@ class Uncertainty(Tabular):
     - `limits`: metric → its maximum permissible value (n,) or one number;  `inputs`: path → (unit, 5 %, median, 95 %)
     """
 
-    data: Any
+    data: Dataset
     statistics: dict[str, Statistics]
     failures: dict[str, Failure]
     codes: dict[str, int]
@@ -181,15 +370,8 @@ class Uncertainty(Tabular):
     def as_dict(self) -> dict[str, Any]:
         """Everything but the runs, for JSON: `None` where a number does not exist or has no bound."""
         metrics = {
-            name: {
-                "unit": s.unit,
-                "runs": s.count,
-                "mean": s.mean,
-                "standard_deviation": s.deviation,
-                "quantiles": {f"{p:g}": e for p, e in s.quantiles.items()},
-                "least": s.least,
-                "greatest": s.greatest,
-            }
+            name: {"unit": s.unit, "runs": s.count, "mean": s.mean, "standard_deviation": s.deviation}
+            | {"quantiles": {f"{p:g}": e for p, e in s.quantiles.items()}, "least": s.least, "greatest": s.greatest}
             for name, s in self.statistics.items()
         }
         inputs = {
@@ -204,8 +386,7 @@ class Uncertainty(Tabular):
         return json.dumps(self.as_dict(), indent=2, allow_nan=False)
 
     def parts(self) -> Iterator[str | Table]:
-        points = {"sobol": "scrambled Sobol points", "latin": "Latin hypercube points", "random": "random points"}
-        how = f"{self.runs} {points[self.method]}"
+        how = f"{self.runs} {METHODS[self.method]}"
         if self.method != "random":
             how += f", {self.groups} independent sets of {self.runs // self.groups}"
         yield f"{how}; seed {self.seed}; intervals of {100 * self.confidence:g} %"
@@ -245,7 +426,7 @@ def uncertainty(
     metrics: Metric | Sequence[Metric] = ("stopping_time",),
     n: int = 1024,
     *,
-    limits: Mapping[str, Any] | None = None,
+    limits: Mapping[str, object] | None = None,
     quantiles: Sequence[float] = (0.05, 0.5, 0.95),
     confidence: float = 0.95,
     replicates: int = 16,
@@ -265,29 +446,33 @@ def uncertainty(
     - `options` go to `ensemble`: client, directory, workers, chunk, rtol, solver
 
     Failures: the run `does not stop` (asked where `stopping_time` is among the metrics), a metric exceeds its limit,
-    any of these. A run that failed by its code counts as each of them, as nobody knows how it would have gone on.
+    any of these. A run that failed by its code counts as each of them, as its further course is unknown.
     Statistics are of the runs that have the metric, and say how many these are.
 
     Raises `InputError` with all errors at once, and `SimulationError` (with the runs made) if it was interrupted.
     """
-    asked = [metrics] if isinstance(metrics, str) or callable(metrics) else list(metrics)
-    found = faults_of_sampling(n, method) + _faults_of_statistics(quantiles, confidence, replicates)
+    asked, found = asked_of(metrics), Faults()
     bounds, hidden = _limits(scene, limits, asked)
-    draws = attempt(found, Draws, scene, distributions)
-    attempt(found, check_metrics, scene, [*asked, *hidden])
+    for p in quantiles:
+        found.share("quantiles", p, 0.95)
+    found.share("confidence", confidence, 0.95)
+    if not isinstance(replicates, int | np.integer) or replicates < 2:
+        found.append(Fault("replicates", f"{replicates!r} sets have no scatter", "at least 2; 8 to 32 are usual"))
     found += [
         Fault(f"limits[{name!r}]", f"{value!r} is not a number", "the maximum permissible value in SI units")
         for name, value in bounds.items()
         if not isinstance(value, int | float | np.floating) or np.isnan(value)
     ]
-    if found or draws is None:
-        raise InputError(found)
+    draws = checked(found, scene, distributions, n, method, [*asked, *hidden])
     unit, group = _points(n, len(draws.paths), method, replicates, seed)
     values = draws.values(unit)
     data = complete(ensemble(scene, values, [*asked, *hidden], **options))
     if "heat.permissible" in values and _HOT not in (limits or {}):
         bounds[_HOT] = values["heat.permissible"]
-    return _evaluate(data, group, asked, bounds, tuple(quantiles), confidence, method, seed, _inputs(draws))
+    inputs: dict[str, Any] = {
+        path: (draws.units[path], *(float(draws.quantiles[path](p)) for p in (0.05, 0.5, 0.95))) for path in draws.paths
+    }
+    return _evaluate(data, group, asked, bounds, tuple(quantiles), confidence, method, seed, inputs)
 
 
 def _points(n: int, d: int, method: str, replicates: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
@@ -301,48 +486,28 @@ def _points(n: int, d: int, method: str, replicates: int, seed: int) -> tuple[np
     return np.concatenate(sets), np.repeat(np.arange(replicates), each)
 
 
-def _inputs(draws: Draws) -> dict[str, tuple[str, float, float, float]]:
-    return {
-        path: (draws.units[path], *(float(draws.quantiles[path](p)) for p in (0.05, 0.5, 0.95)))  # pyright: ignore
-        for path in draws.paths
-    }
-
-
-def _permissible(scene: Scene) -> float | None:
-    heat = scene.network
-    known = heat.permissible is not None and "linings" in heat.hot_places
-    return float(np.asarray(heat.permissible)) if known else None
-
-
-def _limits(scene: Scene, given: Mapping[str, Any] | None, asked: list[Metric]) -> tuple[dict[str, Any], list[Metric]]:
+def _limits(
+    scene: Scene, given: Mapping[str, object] | None, asked: list[Metric]
+) -> tuple[dict[str, Any], list[Metric]]:
     """Limits by metric, and the metrics that only they ask for."""
     bounds = {name: value for name, value in (given or {}).items() if value is not None}
-    own = _permissible(scene)
-    if own is not None and _HOT not in (given or {}):
-        bounds[_HOT] = own
+    heat = scene.network
+    if heat.permissible is not None and "linings" in heat.hot_places and _HOT not in (given or {}):
+        bounds[_HOT] = float(np.asarray(heat.permissible))
     names = [name_of(one) for one in asked]
     return bounds, [name for name in bounds if name not in names]
 
 
-def _faults_of_statistics(quantiles: Sequence[float], confidence: float, replicates: int) -> list[Fault]:
-    found = [Fault("quantiles", f"{p!r} is not a share", "between 0 and 1") for p in quantiles if not 0 < p < 1]
-    if not 0 < confidence < 1:
-        found.append(Fault("confidence", f"{confidence!r} is not a share", "between 0 and 1, as 0.95"))
-    if not isinstance(replicates, int | np.integer) or replicates < 2:
-        found.append(Fault("replicates", f"{replicates!r} sets have no scatter", "at least 2; 8 to 32 are usual"))
-    return found
-
-
 def _evaluate(
-    data: Any,
+    data: Dataset,
     group: np.ndarray,
     asked: list[Metric],
-    bounds: dict[str, Any],
+    bounds: Mapping[str, float | np.ndarray],
     shares: tuple[float, ...],
     confidence: float,
     method: str,
     seed: int,
-    inputs: dict[str, Any],
+    inputs: dict[str, tuple[str, float, float, float]],
 ) -> Uncertainty:
     """Statistics and failures of runs that were made."""
     code = np.asarray(data["code"])
@@ -371,7 +536,7 @@ def _evaluate(
         failures={name: Failure(int(hit.sum()), probability(hit, group, confidence)) for name, hit in failures.items()},
         codes={failure_name(c): count for c, count in counts.items()},
         inputs=inputs,
-        limits=bounds,
+        limits=dict(bounds),
         runs=len(group),
         groups=len(np.unique(group)),
         method=method,
