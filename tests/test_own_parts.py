@@ -93,7 +93,7 @@ def torque_at(law, omega):
     """Brake torque of an assembled rigid brake in full slip."""
     system, state, mode = assemble(stop_scene(C=None, law=law, w0=omega))
     mode = jax.tree.map(jnp.asarray, mode._replace(band=int(BandMode.SLIP)))
-    return system.variables(jnp.zeros(()), state._replace(omega=jnp.asarray(omega)), mode).brake_torque
+    return system.variables(jnp.zeros(()), state._replace(omega=jnp.asarray(omega)), mode).contact.brake_torque
 
 
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)

@@ -1,26 +1,28 @@
 """A brake as a hybrid system: shaft, load and lever, heat, wear and ledger over whatever friction pairs there are."""
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int, PyTree
 
-from ..friction import SurfaceState
+from ..brakes._design import AbstractLinings
+from ..friction import SurfaceState, memory_at_start, memory_sizes
 from ..hybrid import CORE, QUADRATURE, AbstractSemiExplicitSystem, largest, smallest
 from ..hybrid._arrays import Array
-from ..hybrid._system import variables_of
+from ..hybrid._system import Instant, variables_of
 from ..loads import AbstractLoad, AbstractSpeedLever
 from ..profiles import AbstractProfile, hides_nothing, next_known_time
-from ..thermal._heat import place_count
+from ..thermal._heat import PowerShares, place_count
 from ..thermal._network import Surroundings
-from ._ageing import Wearing, couplings_of_memory, rates_of_memory, sizes_of_memory
 from ._mechanism import (
     AbstractMechanism,
     Acting,
     BandMode,
     BrakeCode,
+    ContactNow,
     HeatLedger,
     Ledger,
     Mode,
@@ -28,10 +30,11 @@ from ._mechanism import (
     Pair,
     Rub,
     Sizes,
+    Surfaces,
 )
 from ._sliding import AbstractGrip
-from ._sparsity import couplings
-from ._thermal import Deposit, Thermal
+from ._sparsity import couplings, couplings_of_memory
+from ._thermal import Deposit, HeatFlows, Thermal, total
 
 #: passes in which tension and temperature after a jump are settled; each leaves about 1e-3 of the one before it
 _PASSES = 4
@@ -41,6 +44,10 @@ _PASSES = 4
 _AT_REST = 1e-3
 #: relative rounding of a torque that balances another one
 _ROUNDING = 1e-9
+
+
+#: on which piece a given function of time is
+Piece = Int[Array, ""]
 
 
 class Capacity(NamedTuple):
@@ -66,18 +73,18 @@ class Capacity(NamedTuple):
         return self.settled & (self.load > 0) & (self.load >= self.torque * (1 - _ROUNDING))
 
 
-def course_of_profile(profile: AbstractProfile, t: Any, piece: Any) -> Any:
+def course_of_profile(profile: AbstractProfile, t: Array, piece: Piece) -> Array:
     """A profile as a function of time."""
     return profile.value(t, piece)
 
 
-def _course_of_lever(lever: AbstractProfile, t: Any, piece: Any) -> Any:
+def _course_of_lever(lever: AbstractProfile, t: Array, piece: Piece) -> tuple[Array, Array | None]:
     one = jnp.ones(())
     follows = isinstance(lever, AbstractSpeedLever)
     return lever.value(t, piece), lever.wanted_torque(t, one, piece, one, one) if follows else None
 
 
-def _course_of_load(load: AbstractLoad, t: Any, piece: Any) -> Any:
+def _course_of_load(load: AbstractLoad, t: Array, piece: Piece) -> Array:
     return load.torque(t, jnp.ones(()), piece)
 
 
@@ -101,7 +108,7 @@ class ThermalNow(NamedTuple):
 
     T: Array  # temperatures of the nodes with capacity (K)
     T_junctions: Array  # of those without, friction heat included
-    flows: Any  # HeatFlows, friction apart
+    flows: HeatFlows  # friction apart
     deposits: tuple[Deposit, ...]  # of the friction heat of each pair (W)
 
 
@@ -111,34 +118,21 @@ class BrakeNow(NamedTuple):
     lever_tension: Float[Array, ""]  # T_0 (N), as the lever would give it
     lever_rate: Float[Array, ""]  # its rate (N/s)
     load_torque: Float[Array, ""]  # M_load (N·m)
-    contact: Any
+    contact: ContactNow
     rubs: tuple[Rub, ...]
     thermal: ThermalNow | None
 
-    @property
-    def slack_tension(self) -> Array:
-        """`T_0` (N), as the contact has it."""
-        return self.contact.slack_tension
 
-    @property
-    def tight_tension(self) -> Array:
-        """`T_n` (N)."""
-        return self.contact.tight_tension
+class Wearing(NamedTuple):
+    """How the thickness worn off the linings is followed: no rate depends on it, it is a quadrature.
 
-    @property
-    def brake_torque(self) -> Array:
-        """`M_b` (N·m)."""
-        return self.contact.brake_torque
+    - `scale` (m): typical thickness that the run wears off
+    - `turned_at`: times at which the band is turned end for end. `h_i` of the first pair stays that of the lining which
+      was the `i`-th at the start; after an odd number of turns it rubs where the `(n + 1 − i)`-th did
+    """
 
-    @property
-    def alpha(self) -> Array:
-        """`ω̇` (rad/s²)."""
-        return self.contact.alpha
-
-    @property
-    def slip_speed(self) -> Array:
-        """`v_s` (m/s), of linings that move by themselves the mean."""
-        return self.contact.slip_speed
+    scale: Float[Array, ""]
+    turned_at: Array | None
 
 
 class BrakeSystem(AbstractSemiExplicitSystem):
@@ -167,7 +161,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         return self.mechanism.sizes
 
     @property
-    def shares(self) -> Any:
+    def shares(self) -> PowerShares | None:
         """Shares of the friction power, if the scene splits it."""
         return self.mechanism.grip.shares
 
@@ -177,7 +171,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         return self.mechanism.grip
 
     @property
-    def linings(self) -> Any:
+    def linings(self) -> AbstractLinings:
         """The linings under the band."""
         return self.grip.linings
 
@@ -213,19 +207,19 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         """Speed of the track, and whether the linings touch it, as the links of the network see them."""
         return Surroundings(jnp.abs(omega) * self.track_radius, jnp.where(mode.band == BandMode.OPEN, 0.0, 1.0))
 
-    def sensed(self, u: Any) -> tuple[Any, ...]:
+    def sensed(self, u: Array | None) -> tuple[Array | None, ...]:
         """Temperatures (K) that the law of each pair sees, (n,), for the heat contents `u`; `None`: there are none."""
         if self.thermal is None or u is None:
             return tuple(None for _ in self.mechanism.pairs)
         return self._at_sensors(self.thermal.temperatures(u))
 
-    def surfaces(self, y: State) -> tuple[SurfaceState | None, ...]:
+    def surfaces(self, y: State) -> Surfaces:
         """What the law of each pair sees of its surfaces in the state `y`; `None`: nothing."""
         memory = tuple(None for _ in self.mechanism.pairs) if y.memory is None else y.memory
         each = zip(self.sensed(y.heat), memory, strict=True)
         return tuple(None if T is None and own is None else SurfaceState(T, own) for T, own in each)
 
-    def _at_sensors(self, T: Array) -> tuple[Any, ...]:
+    def _at_sensors(self, T: Array) -> tuple[Array | None, ...]:
         """What of a value at every node the laws of the pairs see."""
         assert self.thermal is not None
         found = []
@@ -234,9 +228,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             found.append(None if sensor is None else self.thermal.at(T, sensor, pair.count))
         return tuple(found)
 
-    def lever_tension(
-        self, t: Array, omega: Array, mode: Mode, load: Array, surfaces: tuple[Any, ...]
-    ) -> tuple[Array, Array]:
+    def lever_tension(self, t: Array, omega: Array, mode: Mode, load: Array, surfaces: Surfaces) -> tuple[Array, Array]:
         """`T_0` (N) and its rate as the lever has them."""
         piece = _piece(mode.lever_piece)
         given, rate = jax.jvp(lambda t: self.lever.value(t, piece), (t,), (jnp.ones_like(t),))
@@ -249,36 +241,33 @@ class BrakeSystem(AbstractSemiExplicitSystem):
 
     # --- all of it at one instant -----------------------------------------------------------------------------------
 
-    def variables(self, t, y, mode):
+    def variables(self, t: Array, y: State, mode: Mode) -> BrakeNow:
         net, pairs, pieces = self.thermal, self.mechanism.pairs, tuple(map(_piece, mode.heat_pieces))
         load = self.load.torque(t, y.omega, _piece(mode.load_piece))
         surfaces = self.surfaces(y)
         tension, pull = self.lever_tension(t, y.omega, mode, load, surfaces)
 
-        def still(forces: Any) -> tuple[Any, ...]:
-            return tuple(None for _ in pairs)
-
-        if net is None:
-            acting = Acting(t, tension, pull, load, self.inertia_at(mode), surfaces, still)
-            z = self.mechanism.variables(acting, y.omega, y.own, mode)
-            return BrakeNow(tension, pull, load, z, self.mechanism.rubs(acting, mode, z), None)
-        around, T = self._around(y.omega, mode), net.temperatures(y.heat)
-        T_J = net.junctions(T, t, around, pieces)
-        flows = net.flows(T, T_J, t, around, pieces)
-
         def deposit(pair: Pair, heat: Array) -> Deposit:
             return net.deposit(pair.heat, T, T_J, t, around, jnp.atleast_1d(heat), pieces)
 
-        def warming(forces: tuple[Array | None, ...] | None) -> tuple[Any, ...]:
-            if forces is None:
-                return self._at_sensors(net.rise(flows.into))
-            given = [(pair, force) for pair, force in zip(pairs, forces, strict=True) if force is not None]
-            each = [deposit(pair, force).into for pair, force in given]
-            return self._at_sensors(net.rise(sum(each[1:], start=each[0])))
+        def warming(forces: tuple[Array | None, ...] | None) -> tuple[Array | None, ...]:
+            if net is None:
+                return (None,) * len(pairs)
+            into = flows.into
+            if forces is not None:
+                given = [(pair, force) for pair, force in zip(pairs, forces, strict=True) if force is not None]
+                into = total([deposit(pair, force).into for pair, force in given])
+            return self._at_sensors(net.rise(into))
 
+        if net is not None:
+            around, T = self._around(y.omega, mode), net.temperatures(y.heat)
+            T_J = net.junctions(T, t, around, pieces)
+            flows = net.flows(T, T_J, t, around, pieces)
         acting = Acting(t, tension, pull, load, self.inertia_at(mode), surfaces, warming)
         z = self.mechanism.variables(acting, y.omega, y.own, mode)
-        rubs = self.mechanism.rubs(acting, mode, z)
+        rubs = self.mechanism.rubs(mode, z)
+        if net is None:
+            return BrakeNow(tension, pull, load, z, rubs, None)
         deposits = []
         for pair, rub in zip(pairs, rubs, strict=True):
             if jnp.ndim(rub.slip) == 0:
@@ -288,19 +277,19 @@ class BrakeSystem(AbstractSemiExplicitSystem):
                 power = rub.force * rub.slip
                 found = deposit(pair, power if pair.apart else jnp.sum(power))
             deposits.append(found)
-        hot_junctions = sum((found.into_junctions for found in deposits), start=T_J)
+        hot_junctions = total([T_J, *(found.into_junctions for found in deposits)])
         return BrakeNow(tension, pull, load, z, rubs, ThermalNow(T, hot_junctions, flows, tuple(deposits)))
 
-    def rates(self, t, y, mode, z):
+    def rates(self, t: Array, y: State, mode: Mode, z: BrakeNow) -> State:
         ledger = Ledger(
             load_work=z.load_torque * y.omega,
             lever_work=z.contact.lever_power,
             friction=tuple(_total(rub.force * rub.slip) for rub in z.rubs),
             damper_heat=z.contact.damping if self.mechanism.damps else None,
         )
-        rates = State(y.omega, z.alpha, self.mechanism.own_rates(z.contact), ledger)
+        rates = State(y.omega, z.contact.alpha, self.mechanism.own_rates(z.contact), ledger)
         if self.wearing is not None:
-            rates = rates._replace(worn=self.wearing.rates(t, self.mechanism.pairs, z.rubs, self.sensed(y.heat)))
+            rates = rates._replace(worn=self._wear_rates(t, y, z.rubs, self.wearing.turned_at))
         if y.memory is not None:
             rates = rates._replace(memory=self._memory_rates(y, mode, z))
         if self.thermal is None:
@@ -311,7 +300,18 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         booked = booked._replace(lost=booked.lost + z.thermal.flows.lost, supplied=z.thermal.flows.supplied)
         return rates._replace(ledger=ledger._replace(heat=booked), heat=self.thermal.rise(into))
 
-    def _memory_rates(self, y: State, mode: Mode, z: BrakeNow) -> tuple[Any, ...]:
+    def _wear_rates(
+        self, t: Array, y: State, rubs: tuple[Rub, ...], turned_at: Array | None
+    ) -> tuple[Array | None, ...]:
+        """Rates of wear (m/s) of the linings as they were counted at the start."""
+        given = zip(self.mechanism.pairs, rubs, self.sensed(y.heat), strict=True)
+        first, *others = (pair.wear_rate(rub, T) for pair, rub, T in given)
+        if turned_at is not None and first is not None:
+            turns = jnp.sum(jnp.asarray(t) >= turned_at)
+            first = jnp.where(turns % 2 == 1, first[::-1], first)
+        return first, *others
+
+    def _memory_rates(self, y: State, mode: Mode, z: BrakeNow) -> tuple[PyTree, ...]:
         """Rates of the states of the friction laws."""
         found, is_open = [], mode.band == BandMode.OPEN
         for i, (pair, rub, surface) in enumerate(zip(self.mechanism.pairs, z.rubs, self.surfaces(y), strict=True)):
@@ -324,13 +324,13 @@ class BrakeSystem(AbstractSemiExplicitSystem):
                 if pair.memory.p:
                     seen = (z.lever_tension, y.omega, y.own, mode, self.surfaces(y), z.contact)
                     normal = jnp.where(rub.sense == 0, self.mechanism.shown(*seen).pairs[0].normal, normal)
-            found.append(rates_of_memory(pair, surface, v, normal, power))
+            found.append(pair.memory_rates(surface, v, normal, power))
         return tuple(found)
 
     def _booked(self, deposits: tuple[Deposit, ...]) -> HeatLedger:
         """Where the friction heat went."""
         found = [self._booked_of(pair, deposit) for pair, deposit in zip(self.mechanism.pairs, deposits, strict=True)]
-        return jax.tree.map(lambda *each: sum(each[1:], start=each[0]), *found)
+        return jax.tree.map(lambda *each: total(each), *found)
 
     def _booked_of(self, pair: Pair, deposit: Deposit) -> HeatLedger:
         metal, none = deposit.to_metal, jnp.zeros_like(deposit.to_metal)
@@ -349,7 +349,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         """Whether a friction law ends at some temperature."""
         return any(pair.law.temperature_range() is not None for pair in self.mechanism.pairs)
 
-    def _table_margin(self, u: Any) -> Array:
+    def _table_margin(self, u: Array | None) -> Float[Array, ""]:
         """By how much the temperatures are inside the tables of the friction laws, over 100 K."""
         room = []
         for pair, T in zip(self.mechanism.pairs, self.sensed(u), strict=True):
@@ -363,14 +363,14 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         inertia = self.inertia_at(mode)
         return Acting(t, z.lever_tension, z.lever_rate, z.load_torque, inertia, self.surfaces(y), lambda forces: ())
 
-    def margins(self, t, y, mode, z):
+    def margins(self, t: Array, y: State, mode: Mode, z: BrakeNow) -> Float[Array, " guard"]:
         found = self.mechanism.guards(self._acting(t, y, mode, z), y.omega, y.own, mode, z.contact)
         return jnp.append(found, self._table_margin(y.heat)) if self.has_tables else found
 
-    def change(self, now, fired, at_stop):
+    def change(self, now: Instant, fired: Bool[Array, " guard"], at_stop: Bool[Array, ""]) -> tuple[Mode, Array]:
         t, y = now.t, now.y
 
-        def ask(mode: Mode, omega: Array, own: Any) -> tuple[Acting, Any]:
+        def ask(mode: Mode, omega: Array, own: PyTree) -> tuple[Acting, ContactNow]:
             z = self.variables(t, y._replace(omega=omega, own=own), mode)
             return self._acting(t, y, mode, z), z.contact
 
@@ -381,50 +381,43 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             code = jnp.where(fired[-1], int(BrakeCode.OUTSIDE_TABLE), code)
         return new, code
 
-    def reset(self, t, y, before, after):
+    def reset(self, t: Array, y: State, before: Mode, after: Mode) -> State:
         more = self.load.added_inertia(_piece(after.load_piece))
         omega, own = self.mechanism.arrested(y.omega, y.own, before, after)
         still = y._replace(omega=omega, own=own)
         if more is not None:  # what comes onto the hook in motion brings its energy
             brought = 0.5 * (self.inertia_at(after) - self.inertia_at(before)) * y.omega**2
             still = still._replace(ledger=y.ledger._replace(load_work=y.ledger.load_work + brought))
-        if not self.mechanism.strains:
+        if not self.mechanism.stretches:
             return still
         z, surfaces = variables_of(self, t, y, before).contact, self.surfaces(y)
         load = self.load.torque(t, omega, _piece(after.load_piece))
         tension = self.lever_tension(t, omega, after, load, surfaces)[0]
         strained = self.mechanism.strained(omega, own, (before, z), (after, tension))
-        if self.thermal is None:
-            return self._jumped(still, *strained(surfaces))
-        per_joule = self._heat_of_a_jump(t, still, after)
+        per_joule = [] if self.thermal is None else self._heat_of_a_jump(t, still, after)
 
-        def warmed(heats: tuple[Any, ...]) -> Array:
-            heat = still.heat
-            for E, (rise, _) in zip(heats, per_joule, strict=True):
-                heat = heat + E * rise
-            return heat
+        def warmed(heats: tuple[Array, ...]) -> Array:
+            return total([still.heat, *(E * rise for E, (rise, _) in zip(heats, per_joule, strict=True))])
 
         # the heat of the jump warms the linings, on which the tension after it depends: settled in a few passes
-        def settle(jump: Any, _: None) -> tuple[Any, None]:
+        def settle(jump: PyTree, _: None) -> tuple[PyTree, None]:
             return strained(self.surfaces(still._replace(heat=warmed(jump[2])))), None
 
-        zero = jnp.zeros_like(omega)
-        jump: Any = (own, zero, tuple(zero for _ in per_joule))
-        passes = _PASSES if self.mechanism.varies else 1
-        jump = jax.lax.scan(settle, jump, None, length=passes)[0]
-        jumped = self._jumped(still._replace(heat=warmed(jump[2])), *jump)
-        booked = jumped.ledger.heat
-        for E, (_, shares) in zip(jump[2], per_joule, strict=True):
-            booked = jax.tree.map(lambda x, share, E=E: x + E * share, booked, shares)
-        booked = booked._replace(supplied=jumped.ledger.heat.supplied)
-        return jumped._replace(ledger=jumped.ledger._replace(heat=booked))
-
-    def _jumped(self, y: State, own: Any, work: Array, heats: tuple[Any, ...]) -> State:
-        """The state after a jump of tension, its work and heat booked."""
-        old = y.ledger
+        if per_joule and self.grip.varies:
+            zero = jnp.zeros_like(omega)
+            jump: Any = (own, zero, tuple(zero for _ in per_joule))
+            jump = jax.lax.scan(settle, jump, None, length=_PASSES)[0]
+        else:
+            jump = strained(surfaces)
+        own, work, heats = jump
+        old, booked = still.ledger, still.ledger.heat
         friction = tuple(one + heat for one, heat in zip(old.friction, heats, strict=True))
-        ledger = old._replace(lever_work=old.lever_work + work, friction=friction)
-        return y._replace(own=own, ledger=ledger)
+        for E, (_, shares) in zip(heats, per_joule, strict=False):
+            booked = jax.tree.map(lambda x, share, E=E: x + E * share, booked, shares)._replace(
+                supplied=booked.supplied
+            )
+        ledger = old._replace(lever_work=old.lever_work + work, friction=friction, heat=booked)
+        return still._replace(own=own, heat=warmed(heats) if per_joule else None, ledger=ledger)
 
     def _heat_of_a_jump(self, t: Array, y: State, mode: Mode) -> list[tuple[Array, HeatLedger]]:
         """What one joule of friction heat in a jump adds to the states of the network (K/J), and where it goes.
@@ -441,7 +434,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             found.append((net.rise_at_once(given.into), self._booked_of(pair, given)))
         return found
 
-    def _next_known(self, mode: Mode) -> tuple[Any, list[Any]]:
+    def _next_known(self, mode: Mode) -> tuple[Float[Array, ""] | float, list[Bool[Array, ""] | bool]]:
         """The next known time, and whether it is that of the lever, of the load, and of each profile of the heat.
 
         A pulley at rest, and a lever that only begins to pull, must be held back by nothing that is over, and held by
@@ -469,12 +462,26 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         ]
         return mode._replace(lever_piece=new[0], load_piece=new[1], heat_pieces=tuple(new[2:]))
 
-    def next_stop(self, mode):
+    def next_stop(self, mode: Mode) -> Float[Array, ""] | float:
         return self._next_known(mode)[0]
 
     # --- sizes ----------------------------------------------------------------------------------------------------
 
-    def _like(self, phi: Any, omega: Any, own: Any, quadrature: Any, heat: Any, worn: Any, memory: Any) -> State:
+    def start(self, omega: Array, own: PyTree, heat: Array | None) -> State:
+        """The state at the start: nothing is booked, and nothing worn off yet."""
+        zero, worn = jnp.zeros_like(omega), jnp.zeros(self.mechanism.pairs[0].count)
+        memory = self._of_laws(lambda pair: memory_at_start(pair.law, pair.count))
+        return self._like(zero, omega, own, zero, heat, worn, memory)
+
+    def _of_laws(self, of: Callable[[Pair], PyTree]) -> tuple[PyTree, ...] | None:
+        """What belongs to the states of the friction law of each pair (`None`: it has none); `None` without any."""
+        if not self.remembers:
+            return None
+        return tuple(None if pair.memory is None else of(pair) for pair in self.mechanism.pairs)
+
+    def _like(
+        self, phi: PyTree, omega: PyTree, own: PyTree, quadrature: PyTree, heat: PyTree, worn: PyTree, memory: PyTree
+    ) -> State:
         """What is like a state, with one value for every sum that no rate depends on."""
         booked = None
         if self.thermal is not None:
@@ -482,24 +489,27 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         friction = tuple(quadrature for _ in self.mechanism.pairs)
         damped = quadrature if self.mechanism.damps else None
         ledger = Ledger(quadrature, quadrature, friction, booked, damped)
-        return State(phi, omega, own, ledger, heat, None if self.wearing is None else self.wearing.each(worn), memory)
+        thickness = None
+        if self.wearing is not None:
+            thickness = tuple(worn if pair.wears else None for pair in self.mechanism.pairs)
+        return State(phi, omega, own, ledger, heat, thickness, memory)
 
-    def scales(self):
+    def scales(self) -> State:
         kelvin = None if self.thermal is None else jnp.full_like(self.thermal.capacity, 100.0)
         worn = None if self.wearing is None else self.wearing.scale
         mechanism = self.mechanism
-        memory = sizes_of_memory(mechanism.pairs)
+        memory = self._of_laws(lambda pair: memory_sizes(pair.law, memory_at_start(pair.law, pair.count)))
         return self._like(1.0, mechanism.sizes.speed, mechanism.own_sizes(), jnp.inf, kelvin, worn, memory)
 
-    def couplings(self):
+    def couplings(self) -> State | None:
         if self.thermal is None and not self.remembers:
             return None
         heat = None if self.thermal is None else couplings(self.thermal.heat)
         own = jax.tree.map(lambda size: np.full(jnp.shape(size), CORE), self.mechanism.own_sizes())
-        worn = None if self.wearing is None else np.full(self.wearing.count, QUADRATURE)
+        worn = np.full(self.mechanism.pairs[0].count, QUADRATURE)
         core, quadrature = np.asarray(CORE), np.asarray(QUADRATURE)
         others = np.concatenate([np.ravel(kind) for kind in jax.tree.leaves((core, own, heat))])
-        memory = couplings_of_memory(self.mechanism, others)
+        memory = self._of_laws(couplings_of_memory(self.mechanism, others))
         return self._like(quadrature, core, own, quadrature, heat, worn, memory)
 
     def stored(self, t: Array, y: State, mode: Mode) -> tuple[Array, Array]:
@@ -524,12 +534,12 @@ def _total(power: Array) -> Array:
     return jnp.sum(power) if jnp.ndim(power) else power
 
 
-def _piece(piece: Any) -> Any:
+def _piece(piece: Piece | None) -> Piece:
     """The piece on which a given function of time is; one without known times has no other."""
     return jnp.asarray(0, jnp.int32) if piece is None else piece
 
 
-def first_piece(profile: AbstractProfile, t: Any) -> Any:
+def first_piece(profile: AbstractProfile, t: Array) -> Piece | None:
     """The piece of a profile at the start of a run, `None` of one without known times: it is no part of the mode."""
     return None if isinstance(profile.next_knot(jnp.asarray(0, jnp.int32)), float) else profile.first_piece(t)
 

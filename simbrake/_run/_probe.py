@@ -63,7 +63,7 @@ def probe_at(record: Record, index: Array, h: Array) -> Probe:
     flows, shown, margins, hot, passed = jax.vmap(look)(t, y, mode)
     greater = None
     if shown.tension is not None:
-        before = jnp.concatenate([flows.slack_tension[:, None], shown.tension[:, :-1]], axis=1)
+        before = jnp.concatenate([flows.contact.slack_tension[:, None], shown.tension[:, :-1]], axis=1)
         greater = jnp.maximum(shown.tension, before)
     return Probe(t, y, mode, flows, shown, margins, greater, hot, passed)
 
