@@ -207,7 +207,7 @@ def test_pressure_where_linings_have_areas():
             f = 0.35 * (1 + (tight + after) * math.sin(BETA / 2) / area / 1e6) ** -0.2
         tight = after
     flows = jax.jit(lambda t, y, mode: system.variables(t, y, mode))(jnp.zeros(()), state, mode)
-    assert float(flows.tight_tension) == pytest.approx(tight, rel=1e-12)
+    assert float(flows.contact.tight_tension) == pytest.approx(tight, rel=1e-12)
 
 
 # --- the question itself ----------------------------------------------------------------------------------------------

@@ -133,8 +133,8 @@ def _mechanism(scene: Scene, pairs: tuple[Pair, ...], sizes: Sizes, still: AnyCo
     brake, heated = scene.brake, still.T is not None
     if isinstance(brake, AbstractPressedBrake):
         f = jnp.broadcast_to(brake.linings.friction.static(still), (brake.linings.count,))
-        friction = FaceGrip(brake.linings, scene.power_shares, heated)
-        return PressedContact(brake, friction, jnp.any(brake.self_locking(f) >= 1), pairs, sizes)
+        friction = FaceGrip(brake.linings, scene.power_shares, heated)  # pyright: ignore
+        return PressedContact(brake, friction, jnp.any(brake.self_locking(f) >= 1), pairs, sizes)  # pyright: ignore
     assert isinstance(brake, Brake)
     flash = scene.network.flash
     friction = Grip.of(brake.linings, flash, scene.power_shares, heated=heated)
@@ -155,10 +155,10 @@ def _under_a_band(
     wrap = Wrap.of(radius, friction, static, kinetic)
     if bandage is not None:
         rim = InternalPair(bandage, jnp.asarray(brake.pulley.radius), friction.sine)
-        return StagedBrake(wrap=wrap, stiffness=stiffness, internal=rim, pairs=pairs, sizes=sizes)
+        return StagedBrake(wrap=wrap, stiffness=stiffness, internal=rim, pairs=pairs, sizes=sizes)  # pyright: ignore
     if stiffness is None:
-        return RigidBand(wrap=wrap, pairs=pairs, sizes=sizes)
-    return ElasticBand(wrap=wrap, stiffness=stiffness, pairs=pairs, sizes=sizes)
+        return RigidBand(wrap=wrap, pairs=pairs, sizes=sizes)  # pyright: ignore
+    return ElasticBand(wrap=wrap, stiffness=stiffness, pairs=pairs, sizes=sizes)  # pyright: ignore
 
 
 def _chain(

@@ -118,7 +118,7 @@ class BrakeNow(NamedTuple):
     lever_tension: Float[Array, ""]  # T_0 (N), as the lever would give it
     lever_rate: Float[Array, ""]  # its rate (N/s)
     load_torque: Float[Array, ""]  # M_load (N·m)
-    contact: ContactNow
+    contact: PyTree  # a `ContactNow`
     rubs: tuple[Rub, ...]
     thermal: ThermalNow | None
 
@@ -242,7 +242,8 @@ class BrakeSystem(AbstractSemiExplicitSystem):
     # --- all of it at one instant -----------------------------------------------------------------------------------
 
     def variables(self, t: Array, y: State, mode: Mode) -> BrakeNow:
-        net, pairs, pieces = self.thermal, self.mechanism.pairs, tuple(map(_piece, mode.heat_pieces))
+        pairs, pieces = self.mechanism.pairs, tuple(map(_piece, mode.heat_pieces))
+        net: Any = self.thermal
         load = self.load.torque(t, y.omega, _piece(mode.load_piece))
         surfaces = self.surfaces(y)
         tension, pull = self.lever_tension(t, y.omega, mode, load, surfaces)
@@ -292,7 +293,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             rates = rates._replace(worn=self._wear_rates(t, y, z.rubs, self.wearing.turned_at))
         if y.memory is not None:
             rates = rates._replace(memory=self._memory_rates(y, mode, z))
-        if self.thermal is None:
+        if self.thermal is None or z.thermal is None:
             return rates
         into, booked = z.thermal.flows.into, self._booked(z.thermal.deposits)
         for deposit in z.thermal.deposits:
@@ -539,7 +540,7 @@ def _piece(piece: Piece | None) -> Piece:
     return jnp.asarray(0, jnp.int32) if piece is None else piece
 
 
-def first_piece(profile: AbstractProfile, t: Array) -> Piece | None:
+def first_piece(profile: AbstractProfile, t: Array) -> Piece | int | None:
     """The piece of a profile at the start of a run, `None` of one without known times: it is no part of the mode."""
     return None if isinstance(profile.next_knot(jnp.asarray(0, jnp.int32)), float) else profile.first_piece(t)
 
@@ -584,7 +585,7 @@ def passing(system: BrakeSystem, mode: Mode, q: BrakeNow, hot: dict[str, Array])
     found: list[Any] = []
     if _can_lose_grip(system):
         # sliding ahead, the brake no longer outweighs the load (a lever that holds the speed balances it to rounding)
-        short = (q.load_torque - q.brake_torque) / system.sizes.torque - 1e-9
+        short = (q.load_torque - q.contact.brake_torque) / system.sizes.torque - 1e-9
         # a lever that is being released lets go on purpose: that is no loss of grip
         pulls = q.lever_rate >= 0
         found.append(jnp.where((mode.band == BandMode.SLIP) & (mode.sense > 0) & pulls, short, -1.0)[None])

@@ -6,7 +6,8 @@ from typing import Any, NamedTuple
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Float, PyTree
+import numpy as np
+from jaxtyping import Bool, Float, PyTree
 
 from ..brakes._band import LiningForces
 from ..friction import SurfaceState
@@ -94,7 +95,7 @@ class AbstractElasticBand(AbstractBand):
     - `stiffness` `C` (N/m); `None`: the band is rigid
     """
 
-    stiffness: eqx.AbstractVar[Float[Array, ""] | None]
+    stiffness: eqx.AbstractVar[Any]
 
     @property
     def stretches(self):
@@ -314,7 +315,7 @@ class ElasticBand(AbstractElasticBand):
     pairs: tuple[Pair, ...]
     sizes: Sizes
 
-    def start(self, omega: Array, elongation: Array) -> tuple[Carried, Array, Together]:
+    def start(self, omega: Array, elongation: Array) -> tuple[Carried, np.int32, Together]:
         return Carried(elongation), OPEN, Together(self.starts_locked)
 
     def variables(self, acting: Acting, omega: Array, own: Carried, mode: Mode) -> ElasticNow:
@@ -344,20 +345,20 @@ class ElasticBand(AbstractElasticBand):
     def guards(self, acting: Acting, omega: Array, own: Carried, mode: Mode, z: ElasticNow) -> Float[Array, " guard"]:
         return jnp.stack(self.band_guards(acting, omega, mode, z))
 
-    def change(self, now: Moment, new: Mode, fired: Fired, ask: Ask) -> tuple[Mode, Array]:
-        fired = jnp.unstack(fired)
-        new = self.relocked(new, fired)
+    def change(self, now: Moment, new: Mode, fired: Bool[Array, " guard"], ask: Ask) -> tuple[Mode, Array]:
+        each = jnp.unstack(fired)
+        new = self.relocked(new, each)
         # at rest: does the band hold the load?
         acting, rest = ask(new._replace(band=HELD), now.omega, now.own)
         beyond = excess(rest.tight_tension, rest.lower, rest.upper, self.sizes.slight_torque / self.wrap.radius)
-        found = self.onset(now, fired, acting, jnp.where(self.locked_in(new), 0, beyond))
+        found = self.onset(now, each, acting, jnp.where(self.locked_in(new), 0, beyond))
         new = new._replace(sense=found.settled(now, new, now.mode.band).sense)
 
         def there(mode: Mode) -> ElasticNow:
             return ask(mode, found.omega, now.own)[1]
 
-        new = found.settled(now, new, self.taut_mode(now, new, fired, there, acting, rest, found))
-        return new, self.code_of(fired, jnp.asarray(0, jnp.int32))
+        new = found.settled(now, new, self.taut_mode(now, new, each, there, acting, rest, found))
+        return new, self.code_of(each, jnp.asarray(0, jnp.int32))
 
     def shown(self, tension: Array, omega: Array, own: Carried, mode: Mode, surfaces: Surfaces, z: ElasticNow) -> Shown:
         pair, along = self.first_shown(tension, omega, mode, surfaces, z)

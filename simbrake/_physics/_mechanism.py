@@ -2,7 +2,7 @@
 
 import abc
 import enum
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, ClassVar, NamedTuple
 
 import equinox as eqx
@@ -360,8 +360,8 @@ class Moment(NamedTuple):
     z_rate: Any
 
 
-#: which guards reached 0: a vector, or one by one
-Fired = Bool[Array, " guard"] | tuple[Bool[Array, ""], ...]
+#: which guards reached 0, one by one
+Fired = Sequence[Bool[Array, ""]]
 
 #: `ask(mode, omega, own)`: what acts, and the variables, in another mode, at other speeds, at the same instant
 Ask = Callable[[Mode, Array, PyTree], tuple[Acting, Any]]
@@ -394,7 +394,7 @@ class AbstractMechanism(eqx.Module):
     damps: ClassVar[bool] = False
 
     @abc.abstractmethod
-    def start(self, omega: Array, elongation: Array) -> tuple[PyTree, Array, PyTree]:
+    def start(self, omega: Array, elongation: Array) -> tuple[PyTree, Array | np.int32, PyTree]:
         """Own states, label of the band and own modes at the start; the run settles the true first mode itself, as an
         event."""
 

@@ -5,6 +5,7 @@ from typing import Any, ClassVar, NamedTuple
 
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from ..brakes._band import LiningForces
@@ -257,7 +258,7 @@ class AbstractRigidContact(AbstractContact):
         - `back`: the pulley turns backwards;  `static`: the static coefficients count
         """
 
-    def start(self, omega: Array, elongation: Array) -> tuple[None, Array, Together]:
+    def start(self, omega: Array, elongation: Array) -> tuple[None, np.int32, Together]:
         return None, OPEN, Together(self.starts_locked)
 
     def variables(self, acting: Acting, omega: Array, own: None, mode: Mode) -> RigidNow:
@@ -289,14 +290,14 @@ class AbstractRigidContact(AbstractContact):
         sound = {BrakeCode.FLASH_FOLD: most.slope}
         return jnp.stack(self.margins(acting, omega, mode, (high, low), most.margin, sound))
 
-    def change(self, now: Moment, new: Mode, fired: Fired, ask: Ask) -> tuple[Mode, Array]:
-        fired = jnp.unstack(fired)
-        new = self.relocked(new, fired)
+    def change(self, now: Moment, new: Mode, fired: Bool[Array, " guard"], ask: Ask) -> tuple[Mode, Array]:
+        each = jnp.unstack(fired)
+        new = self.relocked(new, each)
         acting, rest = ask(new._replace(band=HELD), now.omega, now.own)
         locked, most = self.locked_in(new), rest.torques
         beyond = excess(acting.load, -most.back, most.ahead, self.sizes.slight_torque)
-        found = self.onset(now, fired, acting, jnp.where(locked, 0, beyond))
-        code = self.code_of(fired, jnp.where(locked & found.pulls, int(BrakeCode.SINGULAR_GEOMETRY), 0))
+        found = self.onset(now, each, acting, jnp.where(locked, 0, beyond))
+        code = self.code_of(each, jnp.where(locked & found.pulls, int(BrakeCode.SINGULAR_GEOMETRY), 0))
         return found.settled(now, new, rigid_mode(found.direction)), code
 
     def stored(self, inertia: Array, omega: Array, own: None, mode: Mode) -> tuple[Array, Array]:

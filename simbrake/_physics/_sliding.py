@@ -133,7 +133,7 @@ class Grip(AbstractGrip):
     ) -> "Grip":
         """The friction of given linings, with what depends on their angles alone formed once for the whole run."""
         half = jnp.asarray(linings.angle) / 2
-        return cls(linings, shares, heated, jnp.tan(half), jnp.sin(half), flash)
+        return cls(linings, shares, heated, jnp.tan(half), jnp.sin(half), flash)  # pyright: ignore
 
     @property
     def implicit(self) -> bool:

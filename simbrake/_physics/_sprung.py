@@ -4,6 +4,7 @@ from typing import Any, ClassVar, NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from ..brakes._band import affine_tensions, tension_ratio
@@ -285,7 +286,7 @@ class SprungBandage(AbstractMechanism):
             return True
         return self.grip.reads.T or reads(inner.law, self.count, T=inner.heat is not None, p=False).T
 
-    def start(self, omega: Array, elongation: Array) -> tuple[SprungState, Array, SprungMode]:
+    def start(self, omega: Array, elongation: Array) -> tuple[SprungState, np.int32, SprungMode]:
         sense = jnp.where(omega < 0, -1, 1).astype(jnp.int32)
         contacts = SprungMode(jnp.broadcast_to(sense, (self.count,)), jnp.zeros(self.count, jnp.int32))
         return SprungState(jnp.zeros(self.count - 1), jnp.broadcast_to(omega, (self.count,))), OPEN, contacts

@@ -3,7 +3,8 @@
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Float, Int
+import numpy as np
+from jaxtyping import Bool, Float, Int
 
 from ..brakes._band import limit_tensions, piece_of, tensions_on
 from ..brakes._design import Bandage
@@ -158,7 +159,7 @@ class StagedBrake(AbstractElasticBand):
         """Where the guards of the internal pair begin."""
         return 4 + self.locking_varies + len(self.codes)
 
-    def start(self, omega: Array, elongation: Array) -> tuple[Carried, Array, Together]:
+    def start(self, omega: Array, elongation: Array) -> tuple[Carried, np.int32, Together]:
         zero = jnp.asarray(0, jnp.int32)
         return Carried(elongation if self.stretches else None, omega), OPEN, Together(self.starts_locked, zero, zero)
 
@@ -252,12 +253,12 @@ class StagedBrake(AbstractElasticBand):
 
         return at(rest.upper, n), at(rest.lower, -1 - n)
 
-    def change(self, now: Moment, new: Mode, fired: Fired, ask: Ask) -> tuple[Mode, Array]:
-        fired, old, size, R_b = jnp.unstack(fired), now.mode, self.sizes, self.wrap.radius
+    def change(self, now: Moment, new: Mode, fired: Bool[Array, " guard"], ask: Ask) -> tuple[Mode, Array]:
+        each, old, size, R_b = jnp.unstack(fired), now.mode, self.sizes, self.wrap.radius
         # the internal pair slides the way the torque acts that broke it loose
         way = jnp.where(ask(new, now.omega, now.own)[1].drive < 0, -1, 1)
-        inner = jnp.where(fired[self._first], jnp.where(old.own.inner == 0, way, 0), old.own.inner).astype(jnp.int32)
-        new = self.relocked(new, fired)
+        inner = jnp.where(each[self._first], jnp.where(old.own.inner == 0, way, 0), old.own.inner).astype(jnp.int32)
+        new = self.relocked(new, each)
         new = new._replace(own=new.own._replace(inner=inner))
         acting, rest = ask(new._replace(band=HELD), now.omega, now.own)
         T_0, locked = acting.tension, self.locked_in(new)
@@ -267,13 +268,13 @@ class StagedBrake(AbstractElasticBand):
         beyond = jnp.where(least < low - size.slight_torque, -1, 0)
         beyond = jnp.where(most > high + size.slight_torque, 1, beyond)
         # at rest on both pairs a load beyond the band breaks the rim loose where that is weaker, and the band stays
-        stands = (old.band == BandMode.HELD) | fired[0] | (now.own.omega_b == 0)
+        stands = (old.band == BandMode.HELD) | each[0] | (now.own.omega_b == 0)
         weak = self._slides_at_once(now, rest, beyond) & jnp.where(beyond > 0, grips[0] < high, grips[1] < -low)
         loose = stands & (inner == 0) & (beyond != 0) & weak & ~locked
         inner = jnp.where(loose, jnp.where(acting.load < 0, -1, 1), inner).astype(jnp.int32)
         beyond, new = jnp.where(loose, 0, beyond), new._replace(own=new.own._replace(inner=inner))
         carrier = now._replace(omega=now.own.omega_b)
-        found = self.onset(carrier, fired, acting, jnp.where(locked, 0, beyond))
+        found = self.onset(carrier, each, acting, jnp.where(locked, 0, beyond))
         moving = rigid_mode(found.direction)
         if self.stretches:
             turned = new._replace(sense=found.settled(carrier, new, old.band).sense)
@@ -281,10 +282,10 @@ class StagedBrake(AbstractElasticBand):
             def there(mode: Mode) -> StagedNow:
                 return ask(mode, now.omega, now.own._replace(omega_b=found.omega))[1]
 
-            moving = self.taut_mode(carrier, turned, fired, there, acting, rest, found)
+            moving = self.taut_mode(carrier, turned, each, there, acting, rest, found)
         new = found.settled(carrier, new, moving)
-        piece = self._piece(now, new, fired, acting, rest)
-        code = self.code_of(fired, jnp.asarray(0, jnp.int32))
+        piece = self._piece(now, new, each, acting, rest)
+        code = self.code_of(each, jnp.asarray(0, jnp.int32))
         code = jnp.where(locked, int(BrakeCode.SINGULAR_GEOMETRY), code)
         return new._replace(own=new.own._replace(piece=piece)), code
 
@@ -336,10 +337,10 @@ class StagedBrake(AbstractElasticBand):
 
     def stored(self, inertia: Array, omega: Array, own: Carried, mode: Mode) -> tuple[Array, Array]:
         kinetic = 0.5 * inertia * omega**2 + 0.5 * self.internal.bandage.inertia * own.omega_b**2
-        return kinetic, 0.5 * self.stiffness * own.x**2 if self.stretches else jnp.zeros_like(kinetic)
+        return kinetic, jnp.zeros_like(kinetic) if self.stiffness is None else 0.5 * self.stiffness * own.x**2
 
     def own_sizes(self) -> Carried:
-        return Carried(self.sizes.tension / self.stiffness if self.stretches else None, self.sizes.speed)
+        return Carried(None if self.stiffness is None else self.sizes.tension / self.stiffness, self.sizes.speed)
 
     def capacity(self, tension: Array, omega: Array, own: Carried, surfaces: Surfaces) -> Float[Array, " pairs"]:
         R_b = self.wrap.radius

@@ -8,7 +8,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, PyTree
 
 from ..hybrid._arrays import Array
 from ..profiles import AbstractProfile
@@ -28,7 +28,7 @@ from ..thermal._network import (
 )
 
 #: the pieces on which given functions of time are
-Pieces = tuple[Array | int, ...]
+Pieces = tuple[PyTree, ...]
 
 
 class Spans(NamedTuple):
@@ -389,7 +389,7 @@ def _half_at(heat: Heat, place: str, half: Array | None) -> Array | None:
     return half[nodes_of(heat, spans(heat), place)]
 
 
-def total(parts: Sequence[Array | float]) -> Array | float:
+def total(parts: Sequence[PyTree]) -> PyTree:
     return sum(parts[1:], start=parts[0]) if parts else jnp.zeros(())
 
 
@@ -428,9 +428,7 @@ def _numbers(body: Lump | Wall, left: Array | float) -> tuple[Array | float | No
     return capacity, m.specific_heat_slope, m.reference, body.temperature, half, m.conductivity_slope
 
 
-def _joined(
-    values: tuple[Array | float | None, ...], counts: list[int], absent: float = 0.0
-) -> Float[Array, " k"] | None:
+def _joined(values: Sequence[Array | float | None], counts: list[int], absent: float = 0.0) -> PyTree:
     """Numbers of all bodies, node by node; `None` where no body has any."""
     if all(value is None for value in values):
         return None
