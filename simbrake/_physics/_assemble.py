@@ -36,8 +36,8 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
     pairs = _pairs(scene, thermal)
     still = _at_the_start(brake.linings, pairs[0], thermal, u)
     t_0, omega_0 = jnp.asarray(initial.time), jnp.asarray(initial.omega)
-    sizes = _sizes(scene, still, omega_0)
     inertia = jnp.asarray(brake.inertia) + duty.load.inertia()
+    sizes = _sizes(scene, still, omega_0, inertia)
     mechanism, wearing = _mechanism(scene, pairs, sizes, still), None
     if scene.wear is not None:
         assert pairs[0].area is not None
@@ -112,7 +112,7 @@ def _positive(size: Array) -> Array:
     return jax.lax.stop_gradient(jnp.where(size > 0, size, 1.0))
 
 
-def _sizes(scene: Scene, still: AnyContact, omega_0: Array) -> Sizes:
+def _sizes(scene: Scene, still: AnyContact, omega_0: Array, inertia: Array) -> Sizes:
     """Typical sizes: the largest slack tension; what the brake could hold, or its load; the speed at the start, or the
     one that the largest torque could give in the run."""
     brake, duty, t_0 = scene.brake, scene.duty, jnp.asarray(scene.initial.time)
@@ -121,7 +121,6 @@ def _sizes(scene: Scene, still: AnyContact, omega_0: Array) -> Sizes:
     piece = jnp.asarray(duty.load.profile.first_piece(t_0), jnp.int32)
     load_0 = jnp.abs(duty.load.torque(t_0, omega_0, piece))
     torque = _positive(jnp.maximum(capacity, jnp.maximum(load_0, duty.load.profile.scale())))
-    inertia = jnp.asarray(brake.inertia) + duty.load.inertia()
     # from rest 1 rad/s at most
     reach = jnp.minimum(torque / inertia * (jnp.asarray(scene.end_time) - t_0), 1.0)
     speed = _positive(jnp.where(omega_0 == 0, reach, jnp.abs(omega_0)))
@@ -136,15 +135,7 @@ def _mechanism(scene: Scene, pairs: tuple[Pair, ...], sizes: Sizes, still: AnyCo
         friction = FaceGrip(brake.linings, scene.power_shares, heated)  # pyright: ignore
         return PressedContact(brake, friction, jnp.any(brake.self_locking(f) >= 1), pairs, sizes)  # pyright: ignore
     assert isinstance(brake, Brake)
-    flash = scene.network.flash
-    friction = Grip.of(brake.linings, flash, scene.power_shares, heated=heated)
-    return _under_a_band(scene, brake, pairs, sizes, friction, still)
-
-
-def _under_a_band(
-    scene: Scene, brake: Brake, pairs: tuple[Pair, ...], sizes: Sizes, friction: Grip, still: AnyContact
-) -> AbstractMechanism:
-    """The mechanism of a band brake."""
+    friction = Grip.of(brake.linings, scene.network.flash, scene.power_shares, heated=heated)
     linings, bandage, radius, n = brake.linings, brake.bandage, jnp.asarray(brake.band.radius), brake.linings.count
     stiffness = stiffness_of(brake, still.T)
     if brake.band.segments is not None:

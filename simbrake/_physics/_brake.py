@@ -1,5 +1,6 @@
 """A brake as a hybrid system: shaft, load and lever, heat, wear and ledger over whatever friction pairs there are."""
 
+import functools
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -8,19 +9,19 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float, Int, PyTree
 
-from ..brakes._design import AbstractLinings
 from ..friction import SurfaceState, memory_at_start, memory_sizes
 from ..hybrid import CORE, QUADRATURE, AbstractSemiExplicitSystem, largest, smallest
 from ..hybrid._arrays import Array
 from ..hybrid._system import Instant, variables_of
 from ..loads import AbstractLoad, AbstractSpeedLever
 from ..profiles import AbstractProfile, hides_nothing, next_known_time
-from ..thermal._heat import PowerShares, place_count
+from ..thermal._heat import place_count
 from ..thermal._network import Surroundings
 from ._mechanism import (
+    OPEN,
+    SLIP,
     AbstractMechanism,
     Acting,
-    BandMode,
     BrakeCode,
     ContactNow,
     HeatLedger,
@@ -34,7 +35,7 @@ from ._mechanism import (
 )
 from ._sliding import AbstractGrip
 from ._sparsity import couplings, couplings_of_memory
-from ._thermal import Deposit, HeatFlows, Thermal, total
+from ._thermal import Deposit, HeatFlows, Pieces, Thermal, total
 
 #: passes in which tension and temperature after a jump are settled; each leaves about 1e-3 of the one before it
 _PASSES = 4
@@ -161,19 +162,9 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         return self.mechanism.sizes
 
     @property
-    def shares(self) -> PowerShares | None:
-        """Shares of the friction power, if the scene splits it."""
-        return self.mechanism.grip.shares
-
-    @property
     def grip(self) -> AbstractGrip:
         """Friction of the linings under the band."""
         return self.mechanism.grip
-
-    @property
-    def linings(self) -> AbstractLinings:
-        """The linings under the band."""
-        return self.grip.linings
 
     @property
     def pair_names(self) -> tuple[str, ...]:
@@ -203,9 +194,13 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         more = self.load.added_inertia(_piece(mode.load_piece))
         return self.inertia if more is None else self.inertia + more
 
-    def _around(self, omega: Array, mode: Mode) -> Surroundings:
-        """Speed of the track, and whether the linings touch it, as the links of the network see them."""
-        return Surroundings(jnp.abs(omega) * self.track_radius, jnp.where(mode.band == BandMode.OPEN, 0.0, 1.0))
+    def _network(self, t: Array, y: State, mode: Mode) -> tuple[Array, Array, Array, Surroundings, Pieces]:
+        """The thermal network at one instant, as it is asked for its flows: temperatures of nodes and junctions, time,
+        speed of the track and whether the linings touch it, pieces of given functions."""
+        assert self.thermal is not None
+        around = Surroundings(jnp.abs(y.omega) * self.track_radius, jnp.where(mode.band == OPEN, 0.0, 1.0))
+        T, pieces = self.thermal.temperatures(y.heat), tuple(map(_piece, mode.heat_pieces))
+        return T, self.thermal.junctions(T, t, around, pieces), t, around, pieces
 
     def sensed(self, u: Array | None) -> tuple[Array | None, ...]:
         """Temperatures (K) that the law of each pair sees, (n,), for the heat contents `u`; `None`: there are none."""
@@ -242,14 +237,14 @@ class BrakeSystem(AbstractSemiExplicitSystem):
     # --- all of it at one instant -----------------------------------------------------------------------------------
 
     def variables(self, t: Array, y: State, mode: Mode) -> BrakeNow:
-        pairs, pieces = self.mechanism.pairs, tuple(map(_piece, mode.heat_pieces))
+        pairs = self.mechanism.pairs
         net: Any = self.thermal
         load = self.load.torque(t, y.omega, _piece(mode.load_piece))
         surfaces = self.surfaces(y)
         tension, pull = self.lever_tension(t, y.omega, mode, load, surfaces)
 
         def deposit(pair: Pair, heat: Array) -> Deposit:
-            return net.deposit(pair.heat, T, T_J, t, around, jnp.atleast_1d(heat), pieces)
+            return net.deposit(pair.heat, jnp.atleast_1d(heat), *now)
 
         def warming(forces: tuple[Array | None, ...] | None) -> tuple[Array | None, ...]:
             if net is None:
@@ -261,9 +256,8 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             return self._at_sensors(net.rise(into))
 
         if net is not None:
-            around, T = self._around(y.omega, mode), net.temperatures(y.heat)
-            T_J = net.junctions(T, t, around, pieces)
-            flows = net.flows(T, T_J, t, around, pieces)
+            now = self._network(t, y, mode)
+            flows = net.flows(*now)
         acting = Acting(t, tension, pull, load, self.inertia_at(mode), surfaces, warming)
         z = self.mechanism.variables(acting, y.omega, y.own, mode)
         rubs = self.mechanism.rubs(mode, z)
@@ -278,8 +272,8 @@ class BrakeSystem(AbstractSemiExplicitSystem):
                 power = rub.force * rub.slip
                 found = deposit(pair, power if pair.apart else jnp.sum(power))
             deposits.append(found)
-        hot_junctions = total([T_J, *(found.into_junctions for found in deposits)])
-        return BrakeNow(tension, pull, load, z, rubs, ThermalNow(T, hot_junctions, flows, tuple(deposits)))
+        hot_junctions = total([now[1], *(found.into_junctions for found in deposits)])
+        return BrakeNow(tension, pull, load, z, rubs, ThermalNow(now[0], hot_junctions, flows, tuple(deposits)))
 
     def rates(self, t: Array, y: State, mode: Mode, z: BrakeNow) -> State:
         ledger = Ledger(
@@ -314,7 +308,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
 
     def _memory_rates(self, y: State, mode: Mode, z: BrakeNow) -> tuple[PyTree, ...]:
         """Rates of the states of the friction laws."""
-        found, is_open = [], mode.band == BandMode.OPEN
+        found, is_open = [], mode.band == OPEN
         for i, (pair, rub, surface) in enumerate(zip(self.mechanism.pairs, z.rubs, self.surfaces(y), strict=True)):
             if pair.memory is None or surface is None:
                 found.append(None)
@@ -345,19 +339,14 @@ class BrakeSystem(AbstractSemiExplicitSystem):
 
     # --- guards and changes of mode -----------------------------------------------------------------------------------
 
-    @property
-    def has_tables(self) -> bool:
-        """Whether a friction law ends at some temperature."""
-        return any(pair.law.temperature_range() is not None for pair in self.mechanism.pairs)
-
-    def _table_margin(self, u: Array | None) -> Float[Array, ""]:
-        """By how much the temperatures are inside the tables of the friction laws, over 100 K."""
+    def _table_margin(self, u: Array | None) -> Float[Array, ""] | None:
+        """By how much the temperatures are inside the tables of the friction laws, over 100 K; `None`: none ends."""
         room = []
         for pair, T in zip(self.mechanism.pairs, self.sensed(u), strict=True):
             bounds = pair.law.temperature_range()
             if bounds is not None and T is not None:
                 room.append(jnp.minimum(smallest(T) - bounds[0], bounds[1] - largest(T)) / 100.0)
-        return room[0] if len(room) == 1 else jnp.minimum(*room)
+        return functools.reduce(jnp.minimum, room) if room else None
 
     def _acting(self, t: Array, y: State, mode: Mode, z: BrakeNow) -> Acting:
         """What acts, for guards and changes of mode: these no longer ask how temperatures change."""
@@ -366,7 +355,8 @@ class BrakeSystem(AbstractSemiExplicitSystem):
 
     def margins(self, t: Array, y: State, mode: Mode, z: BrakeNow) -> Float[Array, " guard"]:
         found = self.mechanism.guards(self._acting(t, y, mode, z), y.omega, y.own, mode, z.contact)
-        return jnp.append(found, self._table_margin(y.heat)) if self.has_tables else found
+        room = self._table_margin(y.heat)
+        return found if room is None else jnp.append(found, room)
 
     def change(self, now: Instant, fired: Bool[Array, " guard"], at_stop: Bool[Array, ""]) -> tuple[Mode, Array]:
         t, y = now.t, now.y
@@ -378,7 +368,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         acting = self._acting(t, y, now.mode, now.z)
         moment = Moment(t, y.omega, y.own, now.mode, acting, now.z.contact, now.z_rate.contact)
         new, code = self.mechanism.change(moment, self._next_pieces(now.mode, at_stop), fired, ask)
-        if self.has_tables:
+        if self._table_margin(y.heat) is not None:
             code = jnp.where(fired[-1], int(BrakeCode.OUTSIDE_TABLE), code)
         return new, code
 
@@ -427,11 +417,10 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         """
         net, found = self.thermal, []
         assert net is not None
-        around, T = self._around(y.omega, mode), net.temperatures(y.heat)
-        T_J = net.junctions(T, t, around, tuple(map(_piece, mode.heat_pieces)))
+        now = self._network(t, y, mode)
         for pair in self.mechanism.pairs:
             share = self.weights / jnp.sum(self.weights) if pair.apart else np.ones(1)
-            given = net.deposit(pair.heat, T, T_J, t, around, share, tuple(map(_piece, mode.heat_pieces)))
+            given = net.deposit(pair.heat, share, *now)
             found.append((net.rise_at_once(given.into), self._booked_of(pair, given)))
         return found
 
@@ -447,7 +436,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         def waits(t: Array) -> Array:
             before, after = lever.value(t, piece), lever.value(t, piece + 1)
             answers = lever.follows(piece + 1) if isinstance(lever, AbstractSpeedLever) else False
-            return (mode.band == BandMode.OPEN) | answers | ((after < before) & (after > 0))
+            return (mode.band == OPEN) | answers | ((after < before) & (after > 0))
 
         profiles = (lever, self.load.profile, *self.profiles)
         pieces = (piece, *map(_piece, (mode.load_piece, *mode.heat_pieces)))
@@ -573,7 +562,7 @@ def mark_names(system: BrakeSystem) -> list[tuple[str, int | None]]:
     names: list[tuple[str, int | None]] = [("grip_lost", None)] if _can_lose_grip(system) else []
     if system.thermal is None:
         return names
-    heat, n = system.thermal.heat, system.linings.count
+    heat, n = system.thermal.heat, system.grip.linings.count
     if heat.permissible is not None and heat.linings is not None:
         per_lining = place_count(heat, heat.linings) == n and n > 1
         names += [("permissible_temperature", i + 1 if per_lining else None) for i in range(n if per_lining else 1)]
@@ -588,7 +577,7 @@ def passing(system: BrakeSystem, mode: Mode, q: BrakeNow, hot: dict[str, Array])
         short = (q.load_torque - q.contact.brake_torque) / system.sizes.torque - 1e-9
         # a lever that is being released lets go on purpose: that is no loss of grip
         pulls = q.lever_rate >= 0
-        found.append(jnp.where((mode.band == BandMode.SLIP) & (mode.sense > 0) & pulls, short, -1.0)[None])
+        found.append(jnp.where((mode.band == SLIP) & (mode.sense > 0) & pulls, short, -1.0)[None])
     heat = None if system.thermal is None else system.thermal.heat
     if heat is not None and heat.permissible is not None and heat.linings is not None:
         found.append((hot["linings"] - heat.permissible) / 100.0)

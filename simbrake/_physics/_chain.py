@@ -15,7 +15,6 @@ from ._mechanism import (
     AbstractMechanism,
     Acting,
     Ask,
-    BandMode,
     ContactNow,
     Mode,
     Moment,
@@ -174,7 +173,7 @@ class Chain(AbstractMechanism):
         taut = jnp.where((mode.own.segments & TAUT) > 0, z.total, -z.total) / self.sizes.tension
         stretched = jnp.where((mode.own.segments & STRETCHED) > 0, z.elastic, -z.elastic) / self.sizes.tension
         motion = jnp.where(mode.sense > 0, omega, -omega) / self.sizes.speed
-        motion = jnp.where(mode.band == BandMode.HELD, 1.0, motion)
+        motion = jnp.where(mode.band == HELD, 1.0, motion)
         return jnp.concatenate([self._lining_guards(mode, z), taut, stretched, motion[None]])
 
     def _lining_guards(self, mode: Mode, z: ChainNow) -> Float[Array, " n"]:
@@ -190,7 +189,7 @@ class Chain(AbstractMechanism):
         changed = jnp.any(linings != old.own.linings)
         ahead, back = jnp.all(linings > 0), jnp.all(linings < 0)
         # at rest a pulley is held until, at a later instant, the last lining lets go
-        held = old.band == BandMode.HELD
+        held = old.band == HELD
         restarts = held & (ahead | back) & changed
         held = (held & ~restarts) | fired[3 * n]
         band = jnp.where(ahead, SLIP, jnp.where(back, SLIP_BACK, ELASTIC))

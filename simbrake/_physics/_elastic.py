@@ -21,7 +21,6 @@ from ._mechanism import (
     TAKE_UP,
     Acting,
     Ask,
-    BandMode,
     BrakeCode,
     ContactNow,
     Fired,
@@ -102,14 +101,20 @@ class AbstractElasticBand(AbstractBand):
         return self.stiffness is not None
 
     @property
+    def _follows_slip(self) -> bool:
+        """Whether friction changes by the slip itself, with its heat or with states of the law."""
+        rates = self.pairs[0].memory
+        return self.grip.reads.T or (rates is not None and rates.slip)
+
+    @property
     def codes(self):
-        found = [BrakeCode.BAND_SNAP] if self.grip.follows_slip and self.stretches else []
+        found = [BrakeCode.BAND_SNAP] if self._follows_slip and self.stretches else []
         return (*found, BrakeCode.FLASH_FOLD) if self.grip.implicit else tuple(found)
 
     # --- at one instant; `omega` is the speed of the carrier --------------------------------------------------------
 
     def at_limit(self, acting: Acting, omega: Array, mode: Mode) -> AtLimit:
-        sliding, back = slips(mode.band), mode.band == BandMode.SLIP_BACK
+        sliding, back = slips(mode.band), mode.band == SLIP_BACK
 
         def tension(T_0: Array, omega: Array, surface: SurfaceState | None) -> tuple[Array, Limit]:
             v = jnp.where(mode.sense > 0, omega, -omega) * self.wrap.radius
@@ -122,11 +127,11 @@ class AbstractElasticBand(AbstractBand):
     def tensions(self, acting: Acting, own: Carried, mode: Mode, upper: Array, held: Array) -> tuple[Array, Array]:
         """Slack tension, also that of an open band, and tight one (N), which is `held` on a carrier at rest."""
         band, slack = mode.band, acting.tension
-        tight = pick(band == BandMode.HELD, held, pick(slips(band), upper, 0.0))
+        tight = pick(band == HELD, held, pick(slips(band), upper, 0.0))
         if not self.stretches:
             return slack, tight
-        take_up, stretched = band == BandMode.TAKE_UP, self.stiffness * own.x
-        return pick(take_up, stretched, slack), pick(take_up | (band == BandMode.ELASTIC), stretched, tight)
+        take_up, stretched = band == TAKE_UP, self.stiffness * own.x
+        return pick(take_up, stretched, slack), pick(take_up | (band == ELASTIC), stretched, tight)
 
     def follow(
         self,
@@ -145,8 +150,8 @@ class AbstractElasticBand(AbstractBand):
         zero = jnp.zeros_like(speed)
         slide, band_speed = Slide(zero, speed, speed, None), zero
         if self.stretches:
-            slide = self._slide(acting, band == BandMode.SLIP_BACK, at, speed, carrier[1], inner)
-            carried = (band == BandMode.TAKE_UP) | (band == BandMode.ELASTIC)
+            slide = self._slide(acting, band == SLIP_BACK, at, speed, carrier[1], inner)
+            carried = (band == TAKE_UP) | (band == ELASTIC)
             band_speed = pick(carried, speed, pick(sliding, slide.growth, 0.0))
         return {
             "slip_speed": pick(sliding, slide.slip, 0.0),
@@ -183,7 +188,7 @@ class AbstractElasticBand(AbstractBand):
         at_rest = ageing(still)
         growth = stretch(acting.pull, alpha if fixed is None else still, drift, at_rest)
         lead = speed - growth
-        if not self.grip.follows_slip:
+        if not self._follows_slip:
             return Slide(growth, lead, lead, None)
         heating = acting.warming((friction, *(None,) * others))[0]
 
@@ -203,25 +208,25 @@ class AbstractElasticBand(AbstractBand):
 
     def band_guards(self, acting: Acting, omega: Array, mode: Mode, z: ElasticNow) -> list[Array]:
         band, size, R_b = mode.band, self.sizes, self.wrap.radius
-        held, take_up = band == BandMode.HELD, band == BandMode.TAKE_UP
+        held, take_up = band == HELD, band == TAKE_UP
         # at rest a difference of tensions is one of torques
         per_newton = jnp.where(held, R_b / size.torque, 1 / size.tension)
-        bounded = (held | (band == BandMode.ELASTIC)) & ~self.locked_in(mode)
+        bounded = (held | (band == ELASTIC)) & ~self.locked_in(mode)
         lead = z.lead / (R_b * size.speed)
-        ahead = jnp.where(band == BandMode.SLIP, lead, 1.0)
+        ahead = jnp.where(band == SLIP, lead, 1.0)
         most = jnp.where(take_up, acting.tension, z.upper)
         high = jnp.where(bounded | take_up, (most - z.tight_tension) * per_newton, ahead)
-        back = jnp.where(band == BandMode.SLIP_BACK, -lead, 1.0)
+        back = jnp.where(band == SLIP_BACK, -lead, 1.0)
         low = jnp.where(bounded, (z.tight_tension - z.lower) * per_newton, back)
-        sound: dict[BrakeCode, Any] = {BrakeCode.BAND_SNAP: z.snap, BrakeCode.FLASH_FOLD: z.limit.slope}
+        sound = {BrakeCode.BAND_SNAP: z.snap, BrakeCode.FLASH_FOLD: z.limit.slope}
         return self.margins(acting, omega, mode, (high, low), z.limit.margin, sound)
 
     def lining_margins(self, mode: Mode, z: ElasticNow) -> Float[Array, " twice_n"]:
         margins = self.wrap.margins(z.slack_tension, z.tight_tension, z.limit.fz) / self.sizes.tension
-        return jnp.where((mode.band == BandMode.ELASTIC) & ~self.locked_in(mode), margins, -1.0)
+        return jnp.where((mode.band == ELASTIC) & ~self.locked_in(mode), margins, -1.0)
 
     def outer_rub(self, mode: Mode, z: ElasticNow) -> Rub:
-        each, normal = self.wrap.sliding(z.slack_tension, z.limit.fz, mode.band == BandMode.SLIP_BACK)
+        each, normal = self.wrap.sliding(z.slack_tension, z.limit.fz, mode.band == SLIP_BACK)
         return Rub(each if self.pairs[0].apart else z.drag, z.slip_speed, sense_of(mode), normal)
 
     def linings(self, mode: Mode, z: ElasticNow) -> LiningForces:
@@ -249,12 +254,12 @@ class AbstractElasticBand(AbstractBand):
         """
         old, C, locked, T_0 = now.mode.band, self.stiffness, self.locked_in(new), acting.tension
         rounding, speed = self.sizes.slight_tension, self.wrap.radius * found.omega
-        was_slack = (old == BandMode.OPEN) | (old == BandMode.TAKE_UP)
+        was_slack = (old == OPEN) | (old == TAKE_UP)
         tension = self.tension_of(now.own.x, now.mode, now.z)
         # where the lever only begins to pull both limits are 0, and Ṫ_0/C lies between the speeds of the band on them
         lags = C * speed < acting.pull
         takes_up = jnp.where(found.rising, lags, tension < T_0 - rounding)
-        takes_up = was_slack & (found.omega > 0) & takes_up & ~((old == BandMode.TAKE_UP) & fired[1])
+        takes_up = was_slack & (found.omega > 0) & takes_up & ~((old == TAKE_UP) & fired[1])
         low, high = jnp.where(locked, 0.0, rest.lower), jnp.where(locked, jnp.inf, rest.upper)
         # the lever itself draws a slack band tight on a pulley that does not run into it
         tension = jnp.where(was_slack & (found.omega <= 0), jnp.maximum(tension, low), tension)
@@ -265,7 +270,7 @@ class AbstractElasticBand(AbstractBand):
         # slip speed yet, the direction in which the pulley starts decides
         at_high, at_low = tension >= high - rounding, tension <= low + rounding
         lags = lags | ((C * speed == acting.pull) & (found.direction < 0))
-        back = jnp.where(at_high, at_low & lags, at_low | (old == BandMode.SLIP_BACK))
+        back = jnp.where(at_high, at_low & lags, at_low | (old == SLIP_BACK))
         trial, way = jnp.where(back, SLIP_BACK, SLIP), jnp.where(back, -1.0, 1.0)
         slid = there(new._replace(band=Sliding(back)))
         # a band that slides stays at its kinetic limit; at rest and elastic the static one counts
@@ -273,9 +278,9 @@ class AbstractElasticBand(AbstractBand):
         limited = jnp.where(back, at_low, at_high) | ((old == trial) & (past >= -rounding))
         runs = (way * slid.lead > 0) | ((slid.lead == 0) & jnp.where(back, found.direction < 0, found.direction > 0))
         mode = jnp.where(limited & runs, trial, ELASTIC)
-        mode = jnp.where((old == BandMode.ELASTIC) & fired[1], SLIP, mode)
-        mode = jnp.where((old == BandMode.ELASTIC) & fired[2], SLIP_BACK, mode)
-        sticks = ((old == BandMode.SLIP) & fired[1]) | ((old == BandMode.SLIP_BACK) & fired[2])
+        mode = jnp.where((old == ELASTIC) & fired[1], SLIP, mode)
+        mode = jnp.where((old == ELASTIC) & fired[2], SLIP_BACK, mode)
+        sticks = ((old == SLIP) & fired[1]) | ((old == SLIP_BACK) & fired[2])
         mode = jnp.where(sticks, ELASTIC, mode)
         return jnp.where(takes_up, TAKE_UP, mode)
 
@@ -284,12 +289,12 @@ class AbstractElasticBand(AbstractBand):
     ) -> Callable[[Surfaces], tuple[Carried, Array, tuple[Array, ...]]]:
         (old, z), (new, T_0), C, x = before, after, self.stiffness, own.x
         omega = omega if own.omega_b is None else own.omega_b
-        was_open, locked, sliding = old.band == BandMode.OPEN, self.locked_in(new), slips(new.band)
-        is_open, held, elastic = new.band == BandMode.OPEN, new.band == BandMode.HELD, new.band == BandMode.ELASTIC
+        was_open, locked, sliding = old.band == OPEN, self.locked_in(new), slips(new.band)
+        is_open, held, elastic = new.band == OPEN, new.band == HELD, new.band == ELASTIC
         T_0 = jnp.where(is_open, 0.0, T_0)
         v = jnp.where(new.sense > 0, omega, -omega) * self.wrap.radius
-        back, tension = new.band == BandMode.SLIP_BACK, self.tension_of(x, old, z)
-        drawn_tight = was_open | (old.band == BandMode.TAKE_UP)
+        back, tension = new.band == SLIP_BACK, self.tension_of(x, old, z)
+        drawn_tight = was_open | (old.band == TAKE_UP)
         # what neither slides nor is held by friction keeps its elongation; a band that is let go springs back
         kept = jnp.where(is_open & ~was_open, 0.0, C * x)
 
@@ -323,10 +328,10 @@ class ElasticBand(AbstractElasticBand):
         at = self.at_limit(acting, omega, mode)
         # what is held bears the load
         slack, tight = self.tensions(acting, own, mode, at.upper, T_0 + acting.load / R_b)
-        shown = pick(band == BandMode.OPEN, 0.0, slack)
-        elastic = pick(band == BandMode.ELASTIC, self.stiffness * own.x - T_0, 0.0)
+        shown = pick(band == OPEN, 0.0, slack)
+        elastic = pick(band == ELASTIC, self.stiffness * own.x - T_0, 0.0)
         drag = pick(slips(band), at.upper - T_0, elastic)
-        alpha = pick(band == BandMode.HELD, 0.0, (acting.load - R_b * drag) / acting.inertia)
+        alpha = pick(band == HELD, 0.0, (acting.load - R_b * drag) / acting.inertia)
         return ElasticNow(
             slack_tension=shown,
             tight_tension=tight,

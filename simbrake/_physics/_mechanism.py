@@ -90,13 +90,13 @@ class Sliding:
         self.back = back
 
     def __eq__(self, label: object) -> Any:
-        if label == BandMode.SLIP_BACK:
+        if label == SLIP_BACK:
             return self.back
-        return ~self.back if label == BandMode.SLIP else np.False_
+        return ~self.back if label == SLIP else np.False_
 
 
 def slips(band: Any) -> Any:
-    return np.True_ if isinstance(band, Sliding) else (band == BandMode.SLIP) | (band == BandMode.SLIP_BACK)
+    return np.True_ if isinstance(band, Sliding) else (band == SLIP) | (band == SLIP_BACK)
 
 
 class Label(NamedTuple):
@@ -289,7 +289,7 @@ class Acting(NamedTuple):
     load: Float[Array, ""]
     inertia: Float[Array, ""]
     surfaces: Surfaces
-    warming: Callable[[tuple[Array | None, ...] | None], tuple[Array | None, ...]]
+    warming: Callable[[tuple[Array | None, ...] | None], tuple[PyTree, ...]]
 
 
 class Mode(NamedTuple):
@@ -486,5 +486,5 @@ def excess(value: Array, low: Array, high: Array, slack: Array) -> Int[Array, ""
 
 def speed_after(omega: Array, before: Mode, after: Mode, rests: Array) -> Array:
     """The speed just after a change of mode: exactly 0 where the pulley comes to rest or turns round."""
-    turned = (before.band != BandMode.OPEN) & (after.sense != before.sense)
+    turned = (before.band != OPEN) & (after.sense != before.sense)
     return jnp.where(rests | turned, 0.0, omega)

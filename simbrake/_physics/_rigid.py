@@ -6,7 +6,7 @@ from typing import Any, ClassVar, NamedTuple
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float, Int, PyTree
 
 from ..brakes._band import LiningForces
 from ..brakes._pressed import AbstractPressedBrake
@@ -21,7 +21,6 @@ from ._mechanism import (
     AbstractMechanism,
     Acting,
     Ask,
-    BandMode,
     BrakeCode,
     ContactNow,
     Fired,
@@ -111,13 +110,13 @@ class AbstractContact(AbstractMechanism):
         mode: Mode,
         limits: tuple[Array, Array],
         locking: Array | None,
-        sound: dict[BrakeCode, Array],
+        sound: dict[BrakeCode, PyTree],
     ) -> list[Array]:
         """The guards; `locking`: by how much the linings are away from locking themselves, `sound`: those of codes
         while the linings slide."""
-        is_open, size = mode.band == BandMode.OPEN, self.sizes
+        is_open, size = mode.band == OPEN, self.sizes
         motion = jnp.where(mode.sense > 0, omega, -omega) / size.speed
-        motion = jnp.where(is_open | (mode.band == BandMode.HELD), 1.0, motion)
+        motion = jnp.where(is_open | (mode.band == HELD), 1.0, motion)
         lever = jnp.where(is_open, -acting.tension, acting.tension) / size.tension
         more = [] if locking is None else [jnp.where(mode.own.locks > 0, -locking, locking)]
         more += [jnp.where(slips(mode.band), sound[code], 1.0) for code in self.codes]
@@ -144,7 +143,7 @@ class AbstractContact(AbstractMechanism):
         """
         T_0, rounding = acting.tension, self.sizes.slight_tension
         rising = (jnp.abs(T_0) <= rounding) & (acting.pull > 0)
-        was_open, was_held = now.mode.band == BandMode.OPEN, now.mode.band == BandMode.HELD
+        was_open, was_held = now.mode.band == OPEN, now.mode.band == HELD
         direction = jnp.where(was_held & fired[1], 1, jnp.where(was_held & fired[2], -1, beyond))
         stands = was_held | fired[0] | ((now.omega == 0) & was_open)
         moving = jnp.where(now.omega == 0, now.mode.sense, jnp.sign(now.omega).astype(jnp.int32))
@@ -152,7 +151,7 @@ class AbstractContact(AbstractMechanism):
         return Onset((rounding < T_0) | rising, rising, stands, direction, jnp.where(stands, 0.0, now.omega))
 
     def arrested(self, omega: Array, own: Any, before: Mode, after: Mode) -> tuple[Array, Any]:
-        return speed_after(omega, before, after, after.band == BandMode.HELD), own
+        return speed_after(omega, before, after, after.band == HELD), own
 
     @abc.abstractmethod
     def linings(self, mode: Mode, z: Any) -> LiningForces:
@@ -203,7 +202,7 @@ class AbstractBand(AbstractContact):
     def kinetic(self, force: Array, omega: Array, surface: SurfaceState | None, mode: Mode) -> Float[Array, " n"]:
         """Coefficients of friction that the linings have when they slide."""
         v = jnp.broadcast_to(jnp.where(mode.sense > 0, omega, -omega) * self.wrap.radius, (self.wrap.count,))
-        return self.grip.coefficients(force, v, surface, mode.band == BandMode.SLIP_BACK, static=False).f
+        return self.grip.coefficients(force, v, surface, mode.band == SLIP_BACK, static=False).f
 
 
 def rigid_mode(direction: Int[Array, ""]) -> Int[Array, ""]:
@@ -212,7 +211,7 @@ def rigid_mode(direction: Int[Array, ""]) -> Int[Array, ""]:
 
 def sense_of(mode: Mode) -> Float[Array, ""]:
     """The way in which linings that act as one slide: ±1, 0 while they stick."""
-    return jnp.where(mode.band == BandMode.SLIP, 1.0, jnp.where(mode.band == BandMode.SLIP_BACK, -1.0, 0.0))
+    return jnp.where(mode.band == SLIP, 1.0, jnp.where(mode.band == SLIP_BACK, -1.0, 0.0))
 
 
 # --- rigid contact ----------------------------------------------------------------------------------------------------
@@ -262,13 +261,13 @@ class AbstractRigidContact(AbstractContact):
         return None, OPEN, Together(self.starts_locked)
 
     def variables(self, acting: Acting, omega: Array, own: None, mode: Mode) -> RigidNow:
-        sliding, back, held = slips(mode.band), mode.band == BandMode.SLIP_BACK, mode.band == BandMode.HELD
+        sliding, back, held = slips(mode.band), mode.band == SLIP_BACK, mode.band == HELD
         force, speed = acting.tension, self.radius * omega
         v = jnp.where(mode.sense > 0, speed, -speed)
         found = self.torques(force, v, acting.surfaces[0], back, ~sliding)
         pulling = pick(sliding, pick(back, -found.back, found.ahead), 0.0)
         torque = pick(held, acting.load, pulling)
-        force = pick(mode.band == BandMode.OPEN, 0.0, force)
+        force = pick(mode.band == OPEN, 0.0, force)
         return RigidNow(
             slack_tension=force,
             tight_tension=force + torque / self.radius,
@@ -284,7 +283,7 @@ class AbstractRigidContact(AbstractContact):
 
     def guards(self, acting: Acting, omega: Array, own: None, mode: Mode, z: RigidNow) -> Float[Array, " guard"]:
         most, torque = z.torques, self.sizes.torque
-        bounded = (mode.band == BandMode.HELD) & ~self.locked_in(mode)
+        bounded = (mode.band == HELD) & ~self.locked_in(mode)
         high = jnp.where(bounded, (most.ahead - acting.load) / torque, 1.0)
         low = jnp.where(bounded, (acting.load + most.back) / torque, 1.0)
         sound = {BrakeCode.FLASH_FOLD: most.slope}
@@ -345,7 +344,7 @@ class RigidBand(AbstractBand, AbstractRigidContact):
         return jnp.full(2 * self.wrap.count, -1.0)
 
     def rubs(self, mode: Mode, z: RigidNow) -> tuple[Rub, ...]:
-        each, normal = self.wrap.sliding(z.slack_tension, z.torques.law, mode.band == BandMode.SLIP_BACK)
+        each, normal = self.wrap.sliding(z.slack_tension, z.torques.law, mode.band == SLIP_BACK)
         force = each if self.pairs[0].apart else z.brake_torque / self.radius
         return (Rub(force, z.slip_speed, sense_of(mode), normal),)
 
@@ -407,7 +406,7 @@ class PressedContact(AbstractRigidContact):
 
     def linings(self, mode: Mode, z: RigidNow) -> LiningForces:
         slack, found = z.slack_tension, z.torques.law
-        most = jnp.where(mode.band == BandMode.SLIP_BACK, found.back, found.ahead)
+        most = jnp.where(mode.band == SLIP_BACK, found.back, found.ahead)
         whole = jnp.sum(most)
         share = (z.tight_tension - slack) / jnp.where(whole > 0, whole, 1.0)
         friction = share * most
@@ -418,8 +417,8 @@ class PressedContact(AbstractRigidContact):
         return self._coefficients(force, jnp.where(mode.sense > 0, omega, -omega) * self.radius, surface, False)
 
     def rubs(self, mode: Mode, z: RigidNow) -> tuple[Rub, ...]:
-        back, sense, found = mode.band == BandMode.SLIP_BACK, sense_of(mode), z.torques.law
-        normal = jnp.where(mode.band == BandMode.OPEN, 0.0, self.brake.normal(z.slack_tension, found.f, back))
+        back, sense, found = mode.band == SLIP_BACK, sense_of(mode), z.torques.law
+        normal = jnp.where(mode.band == OPEN, 0.0, self.brake.normal(z.slack_tension, found.f, back))
         friction = sense * jnp.where(back, found.back, found.ahead)
         force = friction if self.pairs[0].apart else z.brake_torque / self.radius
         return (Rub(force, z.slip_speed, sense, normal),)

@@ -11,7 +11,7 @@ from jaxtyping import Bool, Float
 
 from ..brakes._band import LiningForces, mobilised, product, running_product, sliding_ratio, tension_ratio
 from ..brakes._design import AbstractLinings, Lining
-from ..friction import AnyContact, RatesRead, Reads, SurfaceState, continued, rates_read, reads, remembers
+from ..friction import AnyContact, Reads, SurfaceState, continued, reads, remembers
 from ..hybrid import largest, smallest
 from ..hybrid._arrays import Array
 from ..thermal._heat import FlashTemperature, PowerShares
@@ -67,17 +67,6 @@ class AbstractGrip(eqx.Module):
         """Whether the coefficients of sticking linings can change in a run."""
         read = self.reads
         return read.T or read.p or self.remembers
-
-    @property
-    def rates_read(self) -> RatesRead | None:
-        """What the rates of the law's states depend on; `None` of a law without."""
-        return rates_read(self.linings.friction, self.linings.count, T=self.heated, p=self.linings.area is not None)
-
-    @property
-    def follows_slip(self) -> bool:
-        """Whether the coefficients change by the slip itself, with its heat or with states of the law."""
-        rates = self.rates_read
-        return self.reads.T or (rates is not None and rates.slip)
 
 
 class FaceGrip(AbstractGrip):

@@ -20,7 +20,6 @@ from ._mechanism import (
     AbstractMechanism,
     Acting,
     Ask,
-    BandMode,
     BrakeCode,
     ContactNow,
     Mode,
@@ -334,7 +333,7 @@ class SprungBandage(AbstractMechanism):
 
     def variables(self, acting: Acting, omega: Array, own: SprungState, mode: Mode) -> SprungNow:
         R_b, stuck, held, rests = self.band_radius, mode.own.inner == 0, mode.own.outer == 0, mode.own.rests
-        T_0 = jnp.where(mode.band == BandMode.OPEN, 0.0, acting.tension)
+        T_0 = jnp.where(mode.band == OPEN, 0.0, acting.tension)
         c, (S, damped, Q) = self._coefficients(omega, own, mode, acting.surfaces), self._springs(own)
         r = self._resting(mode, c, Q)
 
@@ -404,7 +403,7 @@ class SprungBandage(AbstractMechanism):
     def guards(
         self, acting: Acting, omega: Array, own: SprungState, mode: Mode, z: SprungNow
     ) -> Float[Array, " guard"]:
-        size, is_open, rests = self.sizes, mode.band == BandMode.OPEN, mode.own.rests
+        size, is_open, rests = self.sizes, mode.band == OPEN, mode.own.rests
         lever = jnp.where(is_open, -acting.tension, acting.tension) / size.tension
         turning = jnp.where(is_open, 1.0, mode.sense.astype(jnp.float64) * omega / size.speed)
         high = jnp.where(rests, (z.most_hold - acting.load) / size.torque, turning)
@@ -422,7 +421,7 @@ class SprungBandage(AbstractMechanism):
         travel = mode.own.outer.astype(jnp.float64) * own.speeds / self.sizes.speed
         outer = jnp.where(held, (z.outer_limit - jnp.abs(z.outer_force)) / self.sizes.tension, travel)
         # fixed linings are bounded by their limits on the band; stuck ones move with the pulley
-        return inner, jnp.where(stuck | (mode.band == BandMode.OPEN), 1.0, outer)
+        return inner, jnp.where(stuck | (mode.band == OPEN), 1.0, outer)
 
     def _spring_margin(self, z: SprungNow) -> Array:
         """What both pairs of a fixed lining could hold, less what its springs pull (N·m)."""
@@ -438,7 +437,7 @@ class SprungBandage(AbstractMechanism):
         acting, z = ask(new, omega, own)
         T_0, rounding = acting.tension, size.slight_tension
         pulls = (rounding < T_0) | ((jnp.abs(T_0) <= rounding) & (acting.pull > 0))
-        was_open, rests = old.band == BandMode.OPEN, old.own.rests
+        was_open, rests = old.band == OPEN, old.own.rests
         broke, gone = fired[_FIRST : _FIRST + n], fired[_FIRST + n : _FIRST + 2 * n]
         new = new._replace(own=self._each_lining(omega, own, new, z, broke, gone))
 
@@ -536,7 +535,7 @@ class SprungBandage(AbstractMechanism):
             c = self._coefficients(omega, own, mode, surfaces)
             on_band = (c.mu_kinetic - 1) / (c.mu_kinetic + 1) / self.grip.tangent
             on_rim = c.inner_kinetic
-        outer, inner = jnp.where(mode.band == BandMode.OPEN, 0, mode.own.outer), mode.own.inner
+        outer, inner = jnp.where(mode.band == OPEN, 0, mode.own.outer), mode.own.inner
         external = PairNow.of(z.outer_force, z.normal, z.outer_slip, outer, z.brake_torque, on_band)
         external = external._replace(friction=z.outer_force * self.grip.cosine)
         on_track, driven, most = z.inner_torque / self.track_radius, jnp.sum(z.inner_torque), jnp.sum(z.capacity)

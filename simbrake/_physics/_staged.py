@@ -12,11 +12,14 @@ from ..friction import SurfaceState, continued, reads
 from ..hybrid._arrays import Array
 from ._elastic import AbstractElasticBand, Carried, ElasticNow
 from ._mechanism import (
+    ELASTIC,
     HELD,
     OPEN,
+    SLIP,
+    SLIP_BACK,
+    TAKE_UP,
     Acting,
     Ask,
-    BandMode,
     BrakeCode,
     Fired,
     Mode,
@@ -172,7 +175,7 @@ class StagedBrake(AbstractElasticBand):
 
     def variables(self, acting: Acting, omega: Array, own: Carried, mode: Mode) -> StagedNow:
         band, R_b, inner = mode.band, self.wrap.radius, mode.own.inner
-        sliding, held, stuck = slips(band), band == BandMode.HELD, inner == 0
+        sliding, held, stuck = slips(band), band == HELD, inner == 0
         T_0, n = acting.tension, self.wrap.count
         at = self.at_limit(acting, own.omega_b, mode)
         mu = (1 + at.limit.fz) / (1 - at.limit.fz)
@@ -180,11 +183,11 @@ class StagedBrake(AbstractElasticBand):
         # a held bandage bears the load, or what the sliding internal pair gives
         driven = self.internal.holding_tension(T_0, mu, mode.own.piece, inner, R_b, rim)
         drawn, tight = self.tensions(acting, own, mode, at.upper, pick(stuck, T_0 + acting.load / R_b, driven))
-        slack = pick(band == BandMode.OPEN, 0.0, drawn)
+        slack = pick(band == OPEN, 0.0, drawn)
         drag = tight - slack
         torque = R_b * drag
 
-        full = jnp.where(band == BandMode.SLIP_BACK, -1 - n, n)
+        full = jnp.where(band == SLIP_BACK, -1 - n, n)
         piece = pick(sliding, full, pick(stuck, piece_of(slack, tight, mu), mode.own.piece))
         along = tensions_on(slack, tight, mu, piece.astype(jnp.int32))
         friction = self.internal.friction(slack, along, rim)
@@ -228,7 +231,7 @@ class StagedBrake(AbstractElasticBand):
         grip = jnp.where(stuck, (z.capacity - jnp.abs(z.drive)) / size.torque, slip)
         # while the internal pair slides its torque depends on the linings at their limit on the band; the equations are
         # smooth only while their number stays the same
-        counted = ~stuck & ((mode.band == BandMode.ELASTIC) | (mode.band == BandMode.HELD))
+        counted = ~stuck & ((mode.band == ELASTIC) | (mode.band == HELD))
         limits = limit_tensions(z.slack_tension, ratios(z))
         at = jnp.arange(2 * n + 1, dtype=jnp.int32) - n
 
@@ -268,7 +271,7 @@ class StagedBrake(AbstractElasticBand):
         beyond = jnp.where(least < low - size.slight_torque, -1, 0)
         beyond = jnp.where(most > high + size.slight_torque, 1, beyond)
         # at rest on both pairs a load beyond the band breaks the rim loose where that is weaker, and the band stays
-        stands = (old.band == BandMode.HELD) | each[0] | (now.own.omega_b == 0)
+        stands = (old.band == HELD) | each[0] | (now.own.omega_b == 0)
         weak = self._slides_at_once(now, rest, beyond) & jnp.where(beyond > 0, grips[0] < high, grips[1] < -low)
         loose = stands & (inner == 0) & (beyond != 0) & weak & ~locked
         inner = jnp.where(loose, jnp.where(acting.load < 0, -1, 1), inner).astype(jnp.int32)
@@ -307,16 +310,16 @@ class StagedBrake(AbstractElasticBand):
         counted = (old.band == new.band) & (old.own.inner == new.own.inner) & (old.own.inner != 0)
         if self.stretches:
             tension = jnp.clip(self.tension_of(now.own.x, old, now.z), T_0 / ratio, T_0 * ratio)
-            driven = jnp.where(new.band == BandMode.ELASTIC, piece_of(T_0, tension, mu), driven)
+            driven = jnp.where(new.band == ELASTIC, piece_of(T_0, tension, mu), driven)
         step = fired[first + 1].astype(jnp.int32) - fired[first + 2].astype(jnp.int32)
         piece = jnp.where(counted & (step != 0), jnp.clip(old.own.piece + step, -n, n - 1), driven)
-        piece = jnp.where(new.band == BandMode.SLIP, n, jnp.where(new.band == BandMode.SLIP_BACK, -1 - n, piece))
-        slack = (new.band == BandMode.OPEN) | (new.band == BandMode.TAKE_UP)
+        piece = jnp.where(new.band == SLIP, n, jnp.where(new.band == SLIP_BACK, -1 - n, piece))
+        slack = (new.band == OPEN) | (new.band == TAKE_UP)
         return jnp.where(slack, 0, piece).astype(jnp.int32)
 
     def arrested(self, omega: Array, own: Carried, before: Mode, after: Mode) -> tuple[Array, Carried]:
-        turned = (before.band != BandMode.OPEN) & (after.sense != before.sense)
-        stopped, sticks = (after.band == BandMode.HELD) | turned, after.own.inner == 0
+        turned = (before.band != OPEN) & (after.sense != before.sense)
+        stopped, sticks = (after.band == HELD) | turned, after.own.inner == 0
         omega_b = jnp.where(stopped, 0.0, jnp.where(sticks, omega, own.omega_b))
         return jnp.where(sticks & stopped, 0.0, omega), own._replace(omega_b=omega_b)
 

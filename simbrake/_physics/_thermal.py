@@ -310,11 +310,11 @@ class Thermal(eqx.Module):
     def deposit(
         self,
         pair: FrictionHeat | None,
+        P: Float[Array, " n"],
         T: Array,
         T_J: Array,
         t: Array,
         around: Surroundings,
-        P: Float[Array, " n"],
         pieces: Pieces = (),
     ) -> Deposit:
         """Where the friction powers `P` of the linings in a pair go, as far as they are heat (W, or J); linear in `P`.
