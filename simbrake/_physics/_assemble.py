@@ -57,10 +57,10 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
     )
     own, band, own_mode = mechanism.start(omega_0, jnp.asarray(initial.elongation) + jnp.zeros_like(omega_0))
     given = (duty.lever, duty.load.profile, *system.profiles)
-    lever, load, *pieces = (first_piece(profile, t_0) for profile in given)
+    pieces = tuple(first_piece(profile, t_0) for profile in given)
     sense = jnp.where(omega_0 < 0, -1, 1).astype(jnp.int32)
     state = system.start(omega_0, own, u)
-    return system, state, Mode(jnp.asarray(band), sense, own_mode, lever, load, tuple(pieces))
+    return system, state, Mode(jnp.asarray(band), sense, own_mode, pieces)
 
 
 def _pairs(scene: Scene, thermal: Thermal | None) -> tuple[Pair, ...]:

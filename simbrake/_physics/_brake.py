@@ -49,12 +49,14 @@ _ROUNDING = 1e-9
 
 #: on which piece a given function of time is
 Piece = Int[Array, ""]
+#: places among `Mode.pieces`: of the lever, the load, and what the heat is given, from there on
+LEVER, LOAD, HEAT = 0, 1, 2
 
 
 class Capacity(NamedTuple):
     """Load and sliding brake at one instant, or at many: torques (N·m) in the direction in which the pulley turns.
 
-    - `load`: load torque;  `pairs` (…, k): greatest torque of each friction pair with its kinetic friction at the speed
+    - `load`: load torque;  `pairs` (…, k): maximum torque of each friction pair with its kinetic friction at the speed
       of the pulley and the temperatures of that instant: of a standard brake one, of a staged brake external, internal
     - `settled`: whether the lever is at its last value
     """
@@ -191,7 +193,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
 
     def inertia_at(self, mode: Mode) -> Array:
         """Inertia of all that turns and moves with the shaft (kg·m²)."""
-        more = self.load.added_inertia(_piece(mode.load_piece))
+        more = self.load.added_inertia(_piece(mode, LOAD))
         return self.inertia if more is None else self.inertia + more
 
     def _network(self, t: Array, y: State, mode: Mode) -> tuple[Array, Array, Array, Surroundings, Pieces]:
@@ -199,7 +201,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         speed of the track and whether the linings touch it, pieces of given functions."""
         assert self.thermal is not None
         around = Surroundings(jnp.abs(y.omega) * self.track_radius, jnp.where(mode.band == OPEN, 0.0, 1.0))
-        T, pieces = self.thermal.temperatures(y.heat), tuple(map(_piece, mode.heat_pieces))
+        T, pieces = self.thermal.temperatures(y.heat), tuple(_piece(mode, i) for i in range(HEAT, len(mode.pieces)))
         return T, self.thermal.junctions(T, t, around, pieces), t, around, pieces
 
     def sensed(self, u: Array | None) -> tuple[Array | None, ...]:
@@ -225,7 +227,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
 
     def lever_tension(self, t: Array, omega: Array, mode: Mode, load: Array, surfaces: Surfaces) -> tuple[Array, Array]:
         """`T_0` (N) and its rate as the lever has them."""
-        piece = _piece(mode.lever_piece)
+        piece = _piece(mode, LEVER)
         given, rate = jax.jvp(lambda t: self.lever.value(t, piece), (t,), (jnp.ones_like(t),))
         if not isinstance(self.lever, AbstractSpeedLever):
             return given, rate
@@ -239,7 +241,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
     def variables(self, t: Array, y: State, mode: Mode) -> BrakeNow:
         pairs = self.mechanism.pairs
         net: Any = self.thermal
-        load = self.load.torque(t, y.omega, _piece(mode.load_piece))
+        load = self.load.torque(t, y.omega, _piece(mode, LOAD))
         surfaces = self.surfaces(y)
         tension, pull = self.lever_tension(t, y.omega, mode, load, surfaces)
 
@@ -289,10 +291,11 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             rates = rates._replace(memory=self._memory_rates(y, mode, z))
         if self.thermal is None or z.thermal is None:
             return rates
-        into, booked = z.thermal.flows.into, self._booked(z.thermal.deposits)
-        for deposit in z.thermal.deposits:
-            into = into + deposit.into
-        booked = booked._replace(lost=booked.lost + z.thermal.flows.lost, supplied=z.thermal.flows.supplied)
+        flows, deposits = z.thermal.flows, z.thermal.deposits
+        into = total([flows.into, *(deposit.into for deposit in deposits)])
+        each = [self._booked_of(pair, deposit) for pair, deposit in zip(self.mechanism.pairs, deposits, strict=True)]
+        booked: HeatLedger = jax.tree.map(lambda *parts: total(parts), *each)
+        booked = booked._replace(lost=booked.lost + flows.lost, supplied=flows.supplied)
         return rates._replace(ledger=ledger._replace(heat=booked), heat=self.thermal.rise(into))
 
     def _wear_rates(
@@ -307,7 +310,6 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         return first, *others
 
     def _memory_rates(self, y: State, mode: Mode, z: BrakeNow) -> tuple[PyTree, ...]:
-        """Rates of the states of the friction laws."""
         found, is_open = [], mode.band == OPEN
         for i, (pair, rub, surface) in enumerate(zip(self.mechanism.pairs, z.rubs, self.surfaces(y), strict=True)):
             if pair.memory is None or surface is None:
@@ -321,11 +323,6 @@ class BrakeSystem(AbstractSemiExplicitSystem):
                     normal = jnp.where(rub.sense == 0, self.mechanism.shown(*seen).pairs[0].normal, normal)
             found.append(pair.memory_rates(surface, v, normal, power))
         return tuple(found)
-
-    def _booked(self, deposits: tuple[Deposit, ...]) -> HeatLedger:
-        """Where the friction heat went."""
-        found = [self._booked_of(pair, deposit) for pair, deposit in zip(self.mechanism.pairs, deposits, strict=True)]
-        return jax.tree.map(lambda *each: total(each), *found)
 
     def _booked_of(self, pair: Pair, deposit: Deposit) -> HeatLedger:
         metal, none = deposit.to_metal, jnp.zeros_like(deposit.to_metal)
@@ -373,7 +370,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         return new, code
 
     def reset(self, t: Array, y: State, before: Mode, after: Mode) -> State:
-        more = self.load.added_inertia(_piece(after.load_piece))
+        more = self.load.added_inertia(_piece(after, LOAD))
         omega, own = self.mechanism.arrested(y.omega, y.own, before, after)
         still = y._replace(omega=omega, own=own)
         if more is not None:  # what comes onto the hook in motion brings its energy
@@ -382,7 +379,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         if not self.mechanism.stretches:
             return still
         z, surfaces = variables_of(self, t, y, before).contact, self.surfaces(y)
-        load = self.load.torque(t, omega, _piece(after.load_piece))
+        load = self.load.torque(t, omega, _piece(after, LOAD))
         tension = self.lever_tension(t, omega, after, load, surfaces)[0]
         strained = self.mechanism.strained(omega, own, (before, z), (after, tension))
         per_joule = [] if self.thermal is None else self._heat_of_a_jump(t, still, after)
@@ -431,7 +428,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         nothing that is yet to come: where its tension falls, without going to 0, the lever comes after the load, and
         also where it is to answer the load.
         """
-        lever, piece = self.lever, jnp.asarray(_piece(mode.lever_piece), jnp.int32)
+        lever, piece = self.lever, jnp.asarray(_piece(mode, LEVER), jnp.int32)
 
         def waits(t: Array) -> Array:
             before, after = lever.value(t, piece), lever.value(t, piece + 1)
@@ -439,18 +436,17 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             return (mode.band == OPEN) | answers | ((after < before) & (after > 0))
 
         profiles = (lever, self.load.profile, *self.profiles)
-        pieces = (piece, *map(_piece, (mode.load_piece, *mode.heat_pieces)))
+        pieces = [piece, *(_piece(mode, i) for i in range(LOAD, len(profiles)))]
         return next_known_time(profiles, pieces, waits)
 
     def _next_pieces(self, mode: Mode, at_stop: Array) -> Mode:
         """The mode on the piece that begins at a known time."""
         _, turns = self._next_known(mode)
-        old = (mode.lever_piece, mode.load_piece, *mode.heat_pieces)
-        new = [
+        new = (
             None if piece is None else jnp.asarray(piece, jnp.int32) + (at_stop & turn).astype(jnp.int32)
-            for piece, turn in zip(old, turns, strict=True)
-        ]
-        return mode._replace(lever_piece=new[0], load_piece=new[1], heat_pieces=tuple(new[2:]))
+            for piece, turn in zip(mode.pieces, turns, strict=True)
+        )
+        return mode._replace(pieces=tuple(new))
 
     def next_stop(self, mode: Mode) -> Float[Array, ""] | float:
         return self._next_known(mode)[0]
@@ -510,12 +506,12 @@ class BrakeSystem(AbstractSemiExplicitSystem):
 
     def capacity(self, t: Array, y: State, mode: Mode, start: Array) -> Capacity:
         """Load and capacity of a turning brake at the time `t` of a run that began at `start`."""
-        T_0, rate = jax.jvp(lambda t: self.lever.value(t, _piece(mode.lever_piece)), (t,), (jnp.ones_like(t),))
+        T_0, rate = jax.jvp(lambda t: self.lever.value(t, _piece(mode, LEVER)), (t,), (jnp.ones_like(t),))
         if isinstance(self.lever, AbstractSpeedLever):
-            follows = self.lever.follows(_piece(mode.lever_piece))
+            follows = self.lever.follows(_piece(mode, LEVER))
             T_0, rate = jnp.where(follows, self.lever.greatest(), T_0), jnp.where(follows, 0.0, rate)
         settled = self.lever.no_more_turns(t) & (jnp.abs(rate) * (t - start) <= _AT_REST * T_0)
-        load = jnp.sign(y.omega) * self.load.torque(t, y.omega, _piece(mode.load_piece))
+        load = jnp.sign(y.omega) * self.load.torque(t, y.omega, _piece(mode, LOAD))
         return Capacity(load, self.mechanism.capacity(T_0, y.omega, y.own, self.surfaces(y)), settled)
 
 
@@ -524,9 +520,9 @@ def _total(power: Array) -> Array:
     return jnp.sum(power) if jnp.ndim(power) else power
 
 
-def _piece(piece: Piece | None) -> Piece:
+def _piece(mode: Mode, which: int) -> Piece:
     """The piece on which a given function of time is; one without known times has no other."""
-    return jnp.asarray(0, jnp.int32) if piece is None else piece
+    return jnp.asarray(0, jnp.int32) if mode.pieces[which] is None else mode.pieces[which]
 
 
 def first_piece(profile: AbstractProfile, t: Array) -> Piece | int | None:

@@ -97,7 +97,7 @@ class AbstractElasticBand(AbstractBand):
     stiffness: eqx.AbstractVar[Any]
 
     @property
-    def stretches(self):
+    def stretches(self) -> bool:
         return self.stiffness is not None
 
     @property
@@ -107,7 +107,7 @@ class AbstractElasticBand(AbstractBand):
         return self.grip.reads.T or (rates is not None and rates.slip)
 
     @property
-    def codes(self):
+    def codes(self) -> tuple[BrakeCode, ...]:
         found = [BrakeCode.BAND_SNAP] if self._follows_slip and self.stretches else []
         return (*found, BrakeCode.FLASH_FOLD) if self.grip.implicit else tuple(found)
 
@@ -124,13 +124,14 @@ class AbstractElasticBand(AbstractBand):
         surface = None if self.wrap.fixed is not None else acting.surfaces[0]
         return AtLimit(*jax.linearize(tension, acting.tension, omega, surface, has_aux=True))
 
-    def tensions(self, acting: Acting, own: Carried, mode: Mode, upper: Array, held: Array) -> tuple[Array, Array]:
-        """Slack tension, also that of an open band, and tight one (N), which is `held` on a carrier at rest."""
-        band, slack = mode.band, acting.tension
+    def tensions(
+        self, slack: Array, stretched: Array | None, band: Array | Sliding, upper: Array, held: Array
+    ) -> tuple[Array, Array]:
+        """Slack tension, also that of an open band, and tight one (N): `stretched` is `C x`, `held` that at rest."""
         tight = pick(band == HELD, held, pick(slips(band), upper, 0.0))
-        if not self.stretches:
+        if stretched is None:
             return slack, tight
-        take_up, stretched = band == TAKE_UP, self.stiffness * own.x
+        take_up = band == TAKE_UP
         return pick(take_up, stretched, slack), pick(take_up | (band == ELASTIC), stretched, tight)
 
     def follow(
@@ -263,7 +264,7 @@ class AbstractElasticBand(AbstractBand):
         low, high = jnp.where(locked, 0.0, rest.lower), jnp.where(locked, jnp.inf, rest.upper)
         # the lever itself draws a slack band tight on a pulley that does not run into it
         tension = jnp.where(was_slack & (found.omega <= 0), jnp.maximum(tension, low), tension)
-        if new.lever_piece is not None:  # late in a run the known times themselves are rounded
+        if new.pieces[0] is not None:  # late in a run the known times themselves are rounded
             steepest = jnp.maximum(jnp.abs(acting.pull), jnp.abs(now.acting.pull))
             rounding = rounding + 1e-15 * jnp.abs(now.t) * steepest * jnp.where(locked, 1.0, rest.limit.other)
         # at a limit of the tension it slides if the slip speed that it would have there has the right sign; with no
@@ -324,12 +325,12 @@ class ElasticBand(AbstractElasticBand):
         return Carried(elongation), OPEN, Together(self.starts_locked)
 
     def variables(self, acting: Acting, omega: Array, own: Carried, mode: Mode) -> ElasticNow:
-        band, R_b, T_0 = mode.band, self.wrap.radius, acting.tension
+        band, R_b, T_0, stretched = mode.band, self.wrap.radius, acting.tension, self.stiffness * own.x
         at = self.at_limit(acting, omega, mode)
         # what is held bears the load
-        slack, tight = self.tensions(acting, own, mode, at.upper, T_0 + acting.load / R_b)
+        slack, tight = self.tensions(T_0, stretched, band, at.upper, T_0 + acting.load / R_b)
         shown = pick(band == OPEN, 0.0, slack)
-        elastic = pick(band == ELASTIC, self.stiffness * own.x - T_0, 0.0)
+        elastic = pick(band == ELASTIC, stretched - T_0, 0.0)
         drag = pick(slips(band), at.upper - T_0, elastic)
         alpha = pick(band == HELD, 0.0, (acting.load - R_b * drag) / acting.inertia)
         return ElasticNow(

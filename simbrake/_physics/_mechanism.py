@@ -296,16 +296,14 @@ class Mode(NamedTuple):
     """What a brake does between two events.
 
     - `band`: label of the whole (`BandMode`);  `sense`: direction in which the pulley moves or last moved, ±1
-    - `own`: what only its mechanism has;  pieces on which the given functions of time are: of the lever, the load and
+    - `own`: what only its mechanism has;  `pieces` on which the given functions of time are: of the lever, the load and
       the heat, `None` of those without known times
     """
 
     band: Any
     sense: Any
     own: Any
-    lever_piece: Any
-    load_piece: Any
-    heat_pieces: tuple[Any, ...] = ()
+    pieces: tuple[Any, ...]
 
     @property
     def slides(self) -> Any:
@@ -473,7 +471,7 @@ class AbstractMechanism(eqx.Module):
 
     @abc.abstractmethod
     def capacity(self, tension: Array, omega: Array, own: PyTree, surfaces: Surfaces) -> Float[Array, " pairs"]:
-        """Greatest torque (N·m, ≥ 0) of each friction pair against the motion, sliding at the speed of the pulley."""
+        """Maximum torque (N·m, ≥ 0) of each friction pair against the motion, sliding at the speed of the pulley."""
 
 
 # --- changes of mode --------------------------------------------------------------------------------------------------

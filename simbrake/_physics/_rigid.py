@@ -36,7 +36,7 @@ from ._mechanism import (
     slips,
     speed_after,
 )
-from ._sliding import FaceGrip, Known, Wrap, pick
+from ._sliding import FaceGrip, Grip, Known, Wrap, pick
 
 
 class Together(NamedTuple):
@@ -188,15 +188,15 @@ class AbstractBand(AbstractContact):
     )
 
     @property
-    def grip(self):
+    def grip(self) -> Grip:
         return self.wrap.grip
 
     @property
-    def locked(self):
+    def locked(self) -> Bool[Array, ""]:
         return self.wrap.locked
 
     @property
-    def locking_varies(self):
+    def locking_varies(self) -> bool:
         return self.wrap.grip.varies
 
     def kinetic(self, force: Array, omega: Array, surface: SurfaceState | None, mode: Mode) -> Float[Array, " n"]:
@@ -218,7 +218,7 @@ def sense_of(mode: Mode) -> Float[Array, ""]:
 
 
 class Torques(NamedTuple):
-    """Greatest torques (N·m, ≥ 0) of linings that slide, or are about to, and what belongs to them.
+    """Maximum torques (N·m, ≥ 0) of linings that slide, or are about to, and what belongs to them.
 
     - `ahead`, `back`: against a motion forwards and backwards;  `slope`: of implicit coefficients (1 where explicit)
     - `margin`: by how much the linings are away from locking themselves, `None` where that cannot change
@@ -241,7 +241,7 @@ class RigidNow(ContactNow):
 class AbstractRigidContact(AbstractContact):
     """A pulley and a contact without elasticity: `J ω̇ = M_load − M`, `|M|` up to the static limit while it is held.
 
-    How the greatest torque follows from the lever's force and from friction is the torque law of the contact, and all
+    How the maximum torque follows from the lever's force and from friction is the torque law of the contact, and all
     that differs between a band, pads and shoes.
 
     - `radius` (m) at which the linings slide
@@ -323,11 +323,11 @@ class RigidBand(AbstractBand, AbstractRigidContact):
     sizes: Sizes
 
     @property
-    def radius(self):
+    def radius(self) -> Float[Array, ""]:
         return self.wrap.radius
 
     @property
-    def codes(self):
+    def codes(self) -> tuple[BrakeCode, ...]:
         return (BrakeCode.FLASH_FOLD,) if self.grip.implicit else ()
 
     def torques(self, force: Array, v: Array, surface: SurfaceState | None, back: Array, static: Array) -> Torques:
@@ -357,7 +357,7 @@ _NEARLY = 1e-6
 
 
 class Pressing(NamedTuple):
-    """Linings that slide, or are about to: coefficients (n,), and the greatest friction forces (N) either way."""
+    """Linings that slide, or are about to: coefficients (n,), and the maximum friction forces (N) either way."""
 
     f: Float[Array, " n"]
     ahead: Float[Array, " n"]
@@ -375,17 +375,17 @@ class PressedContact(AbstractRigidContact):
     locked: Bool[Array, ""]
     pairs: tuple[Pair, ...]
     sizes: Sizes
-    distribution: ClassVar[str] = "linings that stick share the torque as the greatest friction that each can give"
+    distribution: ClassVar[str] = "linings that stick share the torque as the maximum friction that each can give"
     banded: ClassVar[bool] = False
     couples_loads: ClassVar[bool] = False  # that of a shoe depends on its own friction alone
     codes: ClassVar[tuple[BrakeCode, ...]] = ()
 
     @property
-    def radius(self):
+    def radius(self) -> Float[Array, ""]:
         return jnp.asarray(self.brake.radius)
 
     @property
-    def locking_varies(self):
+    def locking_varies(self) -> bool:
         return self.brake.can_lock and self.grip.varies
 
     def _coefficients(self, force: Array, v: Array, surface: SurfaceState | None, static: Known) -> Float[Array, " n"]:

@@ -224,7 +224,7 @@ class SprungNow(ContactNow):
     stretching: Float[Array, " springs"]  # ė_j (m/s)
     spring_torque: Float[Array, " n"]  # Q_i (N·m)
     spring_force: Float[Array, " springs"]  # S_j (N), damper included
-    outer_limit: Float[Array, " n"]  # greatest |G_i| up to which it is held (N), of the tensions there are
+    outer_limit: Float[Array, " n"]  # maximum |G_i| up to which it is held (N), of the tensions there are
     resting: Resting  # the linings as equations for the tensions
     locking: Float[Array, ""]  # by how much the lining nearest to locking is away from it
     share: Float[Array, ""]  # θ of a pulley at rest, else 0

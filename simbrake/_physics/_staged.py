@@ -76,7 +76,7 @@ class InternalPair(eqx.Module):
         return jnp.where(held.static, law.static(still), kinetic)
 
     def friction(self, T_0: Array, along: Float[Array, " n"], held: Held) -> Float[Array, " n"]:
-        """Greatest forces `F_i` between linings and rim (N)."""
+        """Maximum forces `F_i` between linings and rim (N)."""
         N = self.normal(T_0, along)
         return self.coefficients(N, held) * N
 
@@ -127,7 +127,7 @@ class StagedNow(ElasticNow):
     drive: Float[Array, ""]  # Λ that the pulley gives to the bandage (N·m)
     capacity: Float[Array, ""]  # M_int up to which it sticks, or with which it slides (N·m)
     inner_slip: Float[Array, ""]  # R (ω − ω_b) while it slides (m/s)
-    inner_friction: Float[Array, " n"]  # greatest forces of the linings on the rim (N)
+    inner_friction: Float[Array, " n"]  # maximum forces of the linings on the rim (N)
     inner_normal: Float[Array, " n"]  # loads on the rim, preload included (N)
 
 
@@ -182,7 +182,9 @@ class StagedBrake(AbstractElasticBand):
         rim = self._rim(omega, own, mode, acting.surfaces[1], stuck)
         # a held bandage bears the load, or what the sliding internal pair gives
         driven = self.internal.holding_tension(T_0, mu, mode.own.piece, inner, R_b, rim)
-        drawn, tight = self.tensions(acting, own, mode, at.upper, pick(stuck, T_0 + acting.load / R_b, driven))
+        stretched = None if self.stiffness is None else self.stiffness * own.x
+        rest = pick(stuck, T_0 + acting.load / R_b, driven)
+        drawn, tight = self.tensions(T_0, stretched, band, at.upper, rest)
         slack = pick(band == OPEN, 0.0, drawn)
         drag = tight - slack
         torque = R_b * drag
@@ -330,7 +332,7 @@ class StagedBrake(AbstractElasticBand):
         if self.shows_friction:
             held = self._rim(omega, own, mode, surfaces[1], False)
             on_rim = jnp.broadcast_to(self.internal.coefficients(z.inner_normal, held), n)
-        # linings that stick to the rim share the torque as the greatest friction that each can give
+        # linings that stick to the rim share the torque as the maximum friction that each can give
         share = z.drive / jnp.where(z.capacity > 0, z.capacity, 1.0)
         friction = pick(inner == 0, share, signed(inner)) * z.inner_friction
         slip, sense = jnp.broadcast_to(z.inner_slip, n), jnp.broadcast_to(inner, n)
