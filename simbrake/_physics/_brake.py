@@ -178,7 +178,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         """Whether a friction law has states of its own."""
         return any(pair.memory is not None for pair in self.mechanism.pairs)
 
-    # --- what acts ------------------------------------------------------------------------------------------------
+    # --- load and lever -----------------------------------------------------------------------------------------------
 
     @property
     def profiles(self) -> tuple[AbstractProfile, ...]:
@@ -236,7 +236,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         gain = self.mechanism.gain(jnp.where(mode.sense > 0, omega, -omega), surfaces)
         return jnp.where(follows, self.lever.holding(torque, gain), given), jnp.where(follows, 0.0, rate)
 
-    # --- all of it at one instant -----------------------------------------------------------------------------------
+    # --- all of it at one instant -------------------------------------------------------------------------------------
 
     def variables(self, t: Array, y: State, mode: Mode) -> BrakeNow:
         pairs = self.mechanism.pairs
@@ -451,7 +451,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
     def next_stop(self, mode: Mode) -> Float[Array, ""] | float:
         return self._next_known(mode)[0]
 
-    # --- sizes ----------------------------------------------------------------------------------------------------
+    # --- sizes --------------------------------------------------------------------------------------------------------
 
     def start(self, omega: Array, own: PyTree, heat: Array | None) -> State:
         """The state at the start: nothing is booked, and nothing worn off yet."""
@@ -502,7 +502,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         """Kinetic and elastic energy (J)."""
         return self.mechanism.stored(self.inertia_at(mode), y.omega, y.own, mode)
 
-    # --- what it could hold ---------------------------------------------------------------------------------------
+    # --- capacity -----------------------------------------------------------------------------------------------------
 
     def capacity(self, t: Array, y: State, mode: Mode, start: Array) -> Capacity:
         """Load and capacity of a turning brake at the time `t` of a run that began at `start`."""
@@ -530,7 +530,7 @@ def first_piece(profile: AbstractProfile, t: Array) -> Piece | int | None:
     return None if isinstance(profile.next_knot(jnp.asarray(0, jnp.int32)), float) else profile.first_piece(t)
 
 
-# --- what one looks at in a run beside its states: surface temperatures, and marks that are passed --------------------
+# --- results beside the states: surface temperatures, and marks that are passed ---------------------------------------
 
 
 def surfaces(system: BrakeSystem, q: BrakeNow) -> dict[str, Array]:

@@ -219,7 +219,7 @@ class Chain(AbstractMechanism):
         # what sticks moves with the pulley, to the last digit
         return omega, own._replace(v=jnp.where(after.own.linings == 0, self.radius * omega, own.v))
 
-    # --- what one looks at, what it stores, what it could hold ------------------------------------------------------
+    # --- results, stored energy, capacity -----------------------------------------------------------------------------
 
     def shown(
         self, tension: Array, omega: Array, own: ChainState, mode: Mode, surfaces: Surfaces, z: ChainNow

@@ -111,7 +111,7 @@ class AbstractElasticBand(AbstractBand):
         found = [BrakeCode.BAND_SNAP] if self._follows_slip and self.stretches else []
         return (*found, BrakeCode.FLASH_FOLD) if self.grip.implicit else tuple(found)
 
-    # --- at one instant; `omega` is the speed of the carrier --------------------------------------------------------
+    # --- at one instant; `omega` is the speed of the carrier ----------------------------------------------------------
 
     def at_limit(self, acting: Acting, omega: Array, mode: Mode) -> AtLimit:
         sliding, back = slips(mode.band), mode.band == SLIP_BACK
@@ -233,7 +233,7 @@ class AbstractElasticBand(AbstractBand):
     def linings(self, mode: Mode, z: ElasticNow) -> LiningForces:
         return self.wrap.linings(z.slack_tension, z.tight_tension, z.limit.fz)
 
-    # --- changes of mode --------------------------------------------------------------------------------------------
+    # --- changes of mode ----------------------------------------------------------------------------------------------
 
     def tension_of(self, x: Array, mode: Mode, z: ElasticNow) -> Array:
         """`C x`, with the exact value where it follows from the slack tension."""

@@ -200,7 +200,6 @@ class AbstractBand(AbstractContact):
         return self.wrap.grip.varies
 
     def kinetic(self, force: Array, omega: Array, surface: SurfaceState | None, mode: Mode) -> Float[Array, " n"]:
-        """Coefficients of friction that the linings have when they slide."""
         v = jnp.broadcast_to(jnp.where(mode.sense > 0, omega, -omega) * self.wrap.radius, (self.wrap.count,))
         return self.grip.coefficients(force, v, surface, mode.band == SLIP_BACK, static=False).f
 

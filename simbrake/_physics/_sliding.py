@@ -143,7 +143,6 @@ class Grip(AbstractGrip):
         static = bool(static) if isinstance(static, np.bool_) else static
 
         def asked(contact: AnyContact) -> Array:
-            """Of the two coefficients the one that counts."""
             if isinstance(static, bool):
                 return law.static(contact._replace(v=jnp.zeros_like(v))) if static else law.kinetic(contact)
             return law.governing(contact, static)

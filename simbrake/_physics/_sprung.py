@@ -290,7 +290,7 @@ class SprungBandage(AbstractMechanism):
         contacts = SprungMode(jnp.broadcast_to(sense, (self.count,)), jnp.zeros(self.count, jnp.int32))
         return SprungState(jnp.zeros(self.count - 1), jnp.broadcast_to(omega, (self.count,))), OPEN, contacts
 
-    # --- all of it at one instant -----------------------------------------------------------------------------------
+    # --- all of it at one instant -------------------------------------------------------------------------------------
 
     def _coefficients(self, omega: Array, own: SprungState, mode: Mode, surfaces: Surfaces) -> Coefficients:
         """Friction of all linings; their own slip speeds, smooth past the end of the mode, decide while they slide."""
@@ -398,7 +398,7 @@ class SprungBandage(AbstractMechanism):
             Rub(z.inner_torque / self.track_radius, on_rim, inner.astype(jnp.float64), z.load),
         )
 
-    # --- guards ---------------------------------------------------------------------------------------------------
+    # --- guards -------------------------------------------------------------------------------------------------------
 
     def guards(
         self, acting: Acting, omega: Array, own: SprungState, mode: Mode, z: SprungNow
@@ -430,7 +430,7 @@ class SprungBandage(AbstractMechanism):
         most = jnp.where(Q > 0, before * r.mu, before / r.mu)
         return r.grip * (most + before) + r.floor + self.band_radius * jnp.abs(most - before) - jnp.abs(Q)
 
-    # --- changes of mode ------------------------------------------------------------------------------------------
+    # --- changes of mode ----------------------------------------------------------------------------------------------
 
     def change(self, now: Moment, new: Mode, fired: Bool[Array, " guard"], ask: Ask) -> tuple[Mode, Array]:
         n, old, omega, own, size = self.count, now.mode, now.omega, now.own, self.sizes
@@ -525,7 +525,7 @@ class SprungBandage(AbstractMechanism):
         speeds = jnp.where(after.own.outer == 0, 0.0, jnp.where(after.own.inner == 0, omega, own.speeds))
         return omega, own._replace(speeds=speeds)
 
-    # --- what one looks at, what it stores, what it could hold ------------------------------------------------------
+    # --- results, stored energy, capacity -----------------------------------------------------------------------------
 
     def shown(
         self, tension: Array, omega: Array, own: SprungState, mode: Mode, surfaces: Surfaces, z: SprungNow

@@ -166,10 +166,9 @@ class StagedBrake(AbstractElasticBand):
         zero = jnp.asarray(0, jnp.int32)
         return Carried(elongation if self.stretches else None, omega), OPEN, Together(self.starts_locked, zero, zero)
 
-    # --- all of it at one instant -----------------------------------------------------------------------------------
+    # --- all of it at one instant -------------------------------------------------------------------------------------
 
     def _rim(self, omega: Array, own: Carried, mode: Mode, surface: SurfaceState | None, static: Known) -> Held:
-        """What the friction of the internal pair depends on."""
         v = self.internal.radius * jnp.where(mode.own.inner < 0, -1.0, 1.0) * (omega - own.omega_b)
         return Held(v, surface, static)
 
@@ -325,7 +324,7 @@ class StagedBrake(AbstractElasticBand):
         omega_b = jnp.where(stopped, 0.0, jnp.where(sticks, omega, own.omega_b))
         return jnp.where(sticks & stopped, 0.0, omega), own._replace(omega_b=omega_b)
 
-    # --- what one looks at, what it stores, what it could hold ------------------------------------------------------
+    # --- results, stored energy, capacity -----------------------------------------------------------------------------
 
     def shown(self, tension: Array, omega: Array, own: Carried, mode: Mode, surfaces: Surfaces, z: StagedNow) -> Shown:
         inner, n, on_rim = mode.own.inner, (self.wrap.count,), None
