@@ -94,7 +94,7 @@ def torque_at(law, omega):
     """Brake torque of an assembled rigid brake in full slip."""
     system, state, mode = assemble(stop_scene(C=None, law=law, w0=omega))
     mode = jax.tree.map(jnp.asarray, mode._replace(band=int(BandMode.SLIP)))
-    return system.variables(jnp.zeros(()), state._replace(omega=jnp.asarray(omega)), mode).brake_torque
+    return system.variables(jnp.zeros(()), state._replace(omega=jnp.asarray(omega)), mode).contact.brake_torque
 
 
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
@@ -208,7 +208,7 @@ def test_pressure_where_linings_have_areas():
             f = 0.35 * (1 + (tight + after) * math.sin(BETA / 2) / area / 1e6) ** -0.2
         tight = after
     flows = jax.jit(lambda t, y, mode: system.variables(t, y, mode))(jnp.zeros(()), state, mode)
-    assert float(flows.tight_tension) == pytest.approx(tight, rel=1e-12)
+    assert float(flows.contact.tight_tension) == pytest.approx(tight, rel=1e-12)
 
 
 # --- the question itself ----------------------------------------------------------------------------------------------

@@ -12,17 +12,15 @@ from ..friction import AnyContact, rates_read
 from ..hybrid._arrays import Array
 from ..thermal._heat import FrictionHeat
 from ..wear import AbstractWearRate, walls_left, worn_scene
-from ._ageing import assemble_wear, start_of_memory
-from ._brake import BrakeSystem, State, first_piece
+from ._brake import BrakeSystem, State, Wearing, first_piece
 from ._chain import Chain
 from ._elastic import ElasticBand
-from ._mechanism import AbstractMechanism, HeatLedger, Ledger, Mode, Pair, Sizes
-from ._rigid import BandTorque, PressedTorque, RigidContact
-from ._sliding import FaceGrip, Grip
+from ._mechanism import AbstractMechanism, Mode, Pair, Sizes
+from ._rigid import PressedContact, RigidBand
+from ._sliding import FaceGrip, Grip, Wrap
 from ._sprung import SprungBandage
 from ._staged import InternalPair, StagedBrake
 from ._thermal import Thermal, assemble_thermal
-from ._wrap import Wrap
 
 
 def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
@@ -38,10 +36,15 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
     pairs = _pairs(scene, thermal)
     still = _at_the_start(brake.linings, pairs[0], thermal, u)
     t_0, omega_0 = jnp.asarray(initial.time), jnp.asarray(initial.omega)
-    sizes = _sizes(scene, still, omega_0)
     inertia = jnp.asarray(brake.inertia) + duty.load.inertia()
-    mechanism = _mechanism(scene, pairs, sizes, still)
-    wearing = assemble_wear(scene.wear, pairs, 0.5 * inertia * sizes.speed**2 + sizes.torque)
+    sizes = _sizes(scene, still, omega_0, inertia)
+    mechanism, wearing = _mechanism(scene, pairs, sizes, still), None
+    if scene.wear is not None:
+        assert pairs[0].area is not None
+        # volume k W/f of what a typical braking turns into heat, over all linings: f n is of the order of 1
+        energy = 0.5 * inertia * sizes.speed**2 + sizes.torque
+        turned_at = None if scene.wear.turned_at is None else jnp.asarray(scene.wear.turned_at)
+        wearing = Wearing(_positive(jnp.max(scene.wear.rate.at(None) / pairs[0].area) * energy), turned_at)
     system = BrakeSystem(
         mechanism=mechanism,
         inertia=inertia,
@@ -52,18 +55,12 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
         wearing=wearing,
         weights=brake.linings.weights,
     )
-    zero = jnp.zeros_like(omega_0)
-    on_band = zero if any(pair.on_band for pair in pairs) else None
-    booked = None if thermal is None else HeatLedger(zero, zero, zero, zero, on_band)
-    friction, damped = tuple(zero for _ in pairs), zero if mechanism.damps else None
-    own, band, own_mode = mechanism.start(omega_0, jnp.asarray(initial.elongation) + zero)
-    worn = None if wearing is None else wearing.start
-    ledger = Ledger(zero, zero, friction, booked, damped)
-    state = State(zero, omega_0, own, ledger, u, worn, start_of_memory(pairs))
+    own, band, own_mode = mechanism.start(omega_0, jnp.asarray(initial.elongation) + jnp.zeros_like(omega_0))
     given = (duty.lever, duty.load.profile, *system.profiles)
-    lever, load, *pieces = (first_piece(profile, t_0) for profile in given)
+    pieces = tuple(first_piece(profile, t_0) for profile in given)
     sense = jnp.where(omega_0 < 0, -1, 1).astype(jnp.int32)
-    return system, state, Mode(jnp.asarray(band), sense, own_mode, lever, load, tuple(pieces))
+    state = system.start(omega_0, own, u)
+    return system, state, Mode(jnp.asarray(band), sense, own_mode, pieces)
 
 
 def _pairs(scene: Scene, thermal: Thermal | None) -> tuple[Pair, ...]:
@@ -111,23 +108,22 @@ def _at_the_start(linings: AbstractLinings, pair: Pair, thermal: Thermal | None,
 _ROUNDING = 1e-12
 
 
-def _sizes(scene: Scene, still: AnyContact, omega_0: Array) -> Sizes:
+def _positive(size: Array) -> Array:
+    return jax.lax.stop_gradient(jnp.where(size > 0, size, 1.0))
+
+
+def _sizes(scene: Scene, still: AnyContact, omega_0: Array, inertia: Array) -> Sizes:
     """Typical sizes: the largest slack tension; what the brake could hold, or its load; the speed at the start, or the
     one that the largest torque could give in the run."""
     brake, duty, t_0 = scene.brake, scene.duty, jnp.asarray(scene.initial.time)
-
-    def positive(x: Array) -> Array:
-        return jax.lax.stop_gradient(jnp.where(x > 0, x, 1.0))
-
-    tension = positive(duty.lever.scale())
+    tension = _positive(duty.lever.scale())
     capacity = brake.torque(tension, brake.linings.friction.static(still))
     piece = jnp.asarray(duty.load.profile.first_piece(t_0), jnp.int32)
     load_0 = jnp.abs(duty.load.torque(t_0, omega_0, piece))
-    torque = positive(jnp.maximum(capacity, jnp.maximum(load_0, duty.load.profile.scale())))
-    inertia = jnp.asarray(brake.inertia) + duty.load.inertia()
+    torque = _positive(jnp.maximum(capacity, jnp.maximum(load_0, duty.load.profile.scale())))
     # from rest 1 rad/s at most
     reach = jnp.minimum(torque / inertia * (jnp.asarray(scene.end_time) - t_0), 1.0)
-    speed = positive(jnp.where(omega_0 == 0, reach, jnp.abs(omega_0)))
+    speed = _positive(jnp.where(omega_0 == 0, reach, jnp.abs(omega_0)))
     return Sizes(tension, torque, speed, _ROUNDING * tension, _ROUNDING * torque)
 
 
@@ -136,22 +132,10 @@ def _mechanism(scene: Scene, pairs: tuple[Pair, ...], sizes: Sizes, still: AnyCo
     brake, heated = scene.brake, still.T is not None
     if isinstance(brake, AbstractPressedBrake):
         f = jnp.broadcast_to(brake.linings.friction.static(still), (brake.linings.count,))
-        law = PressedTorque(
-            brake=brake,
-            friction=FaceGrip(brake.linings, scene.power_shares, heated),
-            locks=jnp.any(brake.self_locking(f) >= 1),
-        )
-        return RigidContact(law=law, pairs=pairs, sizes=sizes)
+        friction = FaceGrip(brake.linings, scene.power_shares, heated)  # pyright: ignore
+        return PressedContact(brake, friction, jnp.any(brake.self_locking(f) >= 1), pairs, sizes)  # pyright: ignore
     assert isinstance(brake, Brake)
-    flash = scene.network.flash
-    friction = Grip.of(brake.linings, flash, scene.power_shares, heated=heated)
-    return _under_a_band(scene, brake, pairs, sizes, friction, still)
-
-
-def _under_a_band(
-    scene: Scene, brake: Brake, pairs: tuple[Pair, ...], sizes: Sizes, friction: Grip, still: AnyContact
-) -> AbstractMechanism:
-    """The mechanism of a band brake."""
+    friction = Grip.of(brake.linings, scene.network.flash, scene.power_shares, heated=heated)
     linings, bandage, radius, n = brake.linings, brake.bandage, jnp.asarray(brake.band.radius), brake.linings.count
     stiffness = stiffness_of(brake, still.T)
     if brake.band.segments is not None:
@@ -162,10 +146,10 @@ def _under_a_band(
     wrap = Wrap.of(radius, friction, static, kinetic)
     if bandage is not None:
         rim = InternalPair(bandage, jnp.asarray(brake.pulley.radius), friction.sine)
-        return StagedBrake(wrap=wrap, stiffness=stiffness, internal=rim, pairs=pairs, sizes=sizes)
+        return StagedBrake(wrap=wrap, stiffness=stiffness, internal=rim, pairs=pairs, sizes=sizes)  # pyright: ignore
     if stiffness is None:
-        return RigidContact(law=BandTorque(wrap), pairs=pairs, sizes=sizes)
-    return ElasticBand(wrap=wrap, stiffness=stiffness, pairs=pairs, sizes=sizes)
+        return RigidBand(wrap=wrap, pairs=pairs, sizes=sizes)  # pyright: ignore
+    return ElasticBand(wrap=wrap, stiffness=stiffness, pairs=pairs, sizes=sizes)  # pyright: ignore
 
 
 def _chain(
@@ -187,7 +171,7 @@ def _chain(
         damping=jnp.append(damping, jnp.asarray(segments.anchor_damping)),
         preload=anchor * jnp.asarray(scene.initial.elongation),
         cosine=jnp.cos(jnp.asarray(brake.linings.angle) / 2),
-        friction=friction,
+        grip=friction,
         pairs=pairs,
         sizes=sizes,
     )
@@ -206,7 +190,7 @@ def _sprung(brake: Brake, pairs: tuple[Pair, ...], sizes: Sizes, friction: Grip)
         inertias=inertias,
         band_radius=R_b,
         track_radius=jnp.asarray(brake.pulley.radius),
-        friction=friction,
+        grip=friction,
         bandage=bandage,
         stiffness=stiffness,
         damping=2 * jnp.asarray(bandage.spring_damping) * jnp.sqrt(stiffness * reduced),

@@ -1,26 +1,29 @@
 """A brake as a hybrid system: shaft, load and lever, heat, wear and ledger over whatever friction pairs there are."""
 
+import functools
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int, PyTree
 
-from ..friction import SurfaceState
+from ..friction import SurfaceState, memory_at_start, memory_sizes
 from ..hybrid import CORE, QUADRATURE, AbstractSemiExplicitSystem, largest, smallest
 from ..hybrid._arrays import Array
-from ..hybrid._system import variables_of
+from ..hybrid._system import Instant, variables_of
 from ..loads import AbstractLoad, AbstractSpeedLever
 from ..profiles import AbstractProfile, hides_nothing, next_known_time
 from ..thermal._heat import place_count
 from ..thermal._network import Surroundings
-from ._ageing import Wearing, couplings_of_memory, rates_of_memory, sizes_of_memory
 from ._mechanism import (
+    OPEN,
+    SLIP,
     AbstractMechanism,
     Acting,
-    BandMode,
     BrakeCode,
+    ContactNow,
     HeatLedger,
     Ledger,
     Mode,
@@ -28,10 +31,11 @@ from ._mechanism import (
     Pair,
     Rub,
     Sizes,
+    Surfaces,
 )
 from ._sliding import AbstractGrip
-from ._sparsity import couplings
-from ._thermal import Deposit, Thermal
+from ._sparsity import couplings, couplings_of_memory
+from ._thermal import Deposit, HeatFlows, Pieces, Thermal, total
 
 #: passes in which tension and temperature after a jump are settled; each leaves about 1e-3 of the one before it
 _PASSES = 4
@@ -43,10 +47,16 @@ _AT_REST = 1e-3
 _ROUNDING = 1e-9
 
 
+#: on which piece a given function of time is
+Piece = Int[Array, ""]
+#: places among `Mode.pieces`: of the lever, the load, and what the heat is given, from there on
+LEVER, LOAD, HEAT = 0, 1, 2
+
+
 class Capacity(NamedTuple):
     """Load and sliding brake at one instant, or at many: torques (N·m) in the direction in which the pulley turns.
 
-    - `load`: load torque;  `pairs` (…, k): greatest torque of each friction pair with its kinetic friction at the speed
+    - `load`: load torque;  `pairs` (…, k): maximum torque of each friction pair with its kinetic friction at the speed
       of the pulley and the temperatures of that instant: of a standard brake one, of a staged brake external, internal
     - `settled`: whether the lever is at its last value
     """
@@ -66,18 +76,18 @@ class Capacity(NamedTuple):
         return self.settled & (self.load > 0) & (self.load >= self.torque * (1 - _ROUNDING))
 
 
-def course_of_profile(profile: AbstractProfile, t: Any, piece: Any) -> Any:
+def course_of_profile(profile: AbstractProfile, t: Array, piece: Piece) -> Array:
     """A profile as a function of time."""
     return profile.value(t, piece)
 
 
-def _course_of_lever(lever: AbstractProfile, t: Any, piece: Any) -> Any:
+def _course_of_lever(lever: AbstractProfile, t: Array, piece: Piece) -> tuple[Array, Array | None]:
     one = jnp.ones(())
     follows = isinstance(lever, AbstractSpeedLever)
     return lever.value(t, piece), lever.wanted_torque(t, one, piece, one, one) if follows else None
 
 
-def _course_of_load(load: AbstractLoad, t: Any, piece: Any) -> Any:
+def _course_of_load(load: AbstractLoad, t: Array, piece: Piece) -> Array:
     return load.torque(t, jnp.ones(()), piece)
 
 
@@ -101,7 +111,7 @@ class ThermalNow(NamedTuple):
 
     T: Array  # temperatures of the nodes with capacity (K)
     T_junctions: Array  # of those without, friction heat included
-    flows: Any  # HeatFlows, friction apart
+    flows: HeatFlows  # friction apart
     deposits: tuple[Deposit, ...]  # of the friction heat of each pair (W)
 
 
@@ -111,34 +121,21 @@ class BrakeNow(NamedTuple):
     lever_tension: Float[Array, ""]  # T_0 (N), as the lever would give it
     lever_rate: Float[Array, ""]  # its rate (N/s)
     load_torque: Float[Array, ""]  # M_load (N·m)
-    contact: Any
+    contact: PyTree  # a `ContactNow`
     rubs: tuple[Rub, ...]
     thermal: ThermalNow | None
 
-    @property
-    def slack_tension(self) -> Array:
-        """`T_0` (N), as the contact has it."""
-        return self.contact.slack_tension
 
-    @property
-    def tight_tension(self) -> Array:
-        """`T_n` (N)."""
-        return self.contact.tight_tension
+class Wearing(NamedTuple):
+    """How the thickness worn off the linings is followed: no rate depends on it, it is a quadrature.
 
-    @property
-    def brake_torque(self) -> Array:
-        """`M_b` (N·m)."""
-        return self.contact.brake_torque
+    - `scale` (m): typical thickness that the run wears off
+    - `turned_at`: times at which the band is turned end for end. `h_i` of the first pair stays that of the lining which
+      was the `i`-th at the start; after an odd number of turns it rubs where the `(n + 1 − i)`-th did
+    """
 
-    @property
-    def alpha(self) -> Array:
-        """`ω̇` (rad/s²)."""
-        return self.contact.alpha
-
-    @property
-    def slip_speed(self) -> Array:
-        """`v_s` (m/s), of linings that move by themselves the mean."""
-        return self.contact.slip_speed
+    scale: Float[Array, ""]
+    turned_at: Array | None
 
 
 class BrakeSystem(AbstractSemiExplicitSystem):
@@ -167,19 +164,9 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         return self.mechanism.sizes
 
     @property
-    def shares(self) -> Any:
-        """Shares of the friction power, if the scene splits it."""
-        return self.mechanism.grip.shares
-
-    @property
     def grip(self) -> AbstractGrip:
         """Friction of the linings under the band."""
         return self.mechanism.grip
-
-    @property
-    def linings(self) -> Any:
-        """The linings under the band."""
-        return self.grip.linings
 
     @property
     def pair_names(self) -> tuple[str, ...]:
@@ -191,7 +178,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         """Whether a friction law has states of its own."""
         return any(pair.memory is not None for pair in self.mechanism.pairs)
 
-    # --- what acts ------------------------------------------------------------------------------------------------
+    # --- load and lever -----------------------------------------------------------------------------------------------
 
     @property
     def profiles(self) -> tuple[AbstractProfile, ...]:
@@ -206,26 +193,30 @@ class BrakeSystem(AbstractSemiExplicitSystem):
 
     def inertia_at(self, mode: Mode) -> Array:
         """Inertia of all that turns and moves with the shaft (kg·m²)."""
-        more = self.load.added_inertia(_piece(mode.load_piece))
+        more = self.load.added_inertia(_piece(mode, LOAD))
         return self.inertia if more is None else self.inertia + more
 
-    def _around(self, omega: Array, mode: Mode) -> Surroundings:
-        """Speed of the track, and whether the linings touch it, as the links of the network see them."""
-        return Surroundings(jnp.abs(omega) * self.track_radius, jnp.where(mode.band == BandMode.OPEN, 0.0, 1.0))
+    def _network(self, t: Array, y: State, mode: Mode) -> tuple[Array, Array, Array, Surroundings, Pieces]:
+        """The thermal network at one instant, as it is asked for its flows: temperatures of nodes and junctions, time,
+        speed of the track and whether the linings touch it, pieces of given functions."""
+        assert self.thermal is not None
+        around = Surroundings(jnp.abs(y.omega) * self.track_radius, jnp.where(mode.band == OPEN, 0.0, 1.0))
+        T, pieces = self.thermal.temperatures(y.heat), tuple(_piece(mode, i) for i in range(HEAT, len(mode.pieces)))
+        return T, self.thermal.junctions(T, t, around, pieces), t, around, pieces
 
-    def sensed(self, u: Any) -> tuple[Any, ...]:
+    def sensed(self, u: Array | None) -> tuple[Array | None, ...]:
         """Temperatures (K) that the law of each pair sees, (n,), for the heat contents `u`; `None`: there are none."""
         if self.thermal is None or u is None:
             return tuple(None for _ in self.mechanism.pairs)
         return self._at_sensors(self.thermal.temperatures(u))
 
-    def surfaces(self, y: State) -> tuple[SurfaceState | None, ...]:
+    def surfaces(self, y: State) -> Surfaces:
         """What the law of each pair sees of its surfaces in the state `y`; `None`: nothing."""
         memory = tuple(None for _ in self.mechanism.pairs) if y.memory is None else y.memory
         each = zip(self.sensed(y.heat), memory, strict=True)
         return tuple(None if T is None and own is None else SurfaceState(T, own) for T, own in each)
 
-    def _at_sensors(self, T: Array) -> tuple[Any, ...]:
+    def _at_sensors(self, T: Array) -> tuple[Array | None, ...]:
         """What of a value at every node the laws of the pairs see."""
         assert self.thermal is not None
         found = []
@@ -234,11 +225,9 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             found.append(None if sensor is None else self.thermal.at(T, sensor, pair.count))
         return tuple(found)
 
-    def lever_tension(
-        self, t: Array, omega: Array, mode: Mode, load: Array, surfaces: tuple[Any, ...]
-    ) -> tuple[Array, Array]:
+    def lever_tension(self, t: Array, omega: Array, mode: Mode, load: Array, surfaces: Surfaces) -> tuple[Array, Array]:
         """`T_0` (N) and its rate as the lever has them."""
-        piece = _piece(mode.lever_piece)
+        piece = _piece(mode, LEVER)
         given, rate = jax.jvp(lambda t: self.lever.value(t, piece), (t,), (jnp.ones_like(t),))
         if not isinstance(self.lever, AbstractSpeedLever):
             return given, rate
@@ -247,38 +236,35 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         gain = self.mechanism.gain(jnp.where(mode.sense > 0, omega, -omega), surfaces)
         return jnp.where(follows, self.lever.holding(torque, gain), given), jnp.where(follows, 0.0, rate)
 
-    # --- all of it at one instant -----------------------------------------------------------------------------------
+    # --- all of it at one instant -------------------------------------------------------------------------------------
 
-    def variables(self, t, y, mode):
-        net, pairs, pieces = self.thermal, self.mechanism.pairs, tuple(map(_piece, mode.heat_pieces))
-        load = self.load.torque(t, y.omega, _piece(mode.load_piece))
+    def variables(self, t: Array, y: State, mode: Mode) -> BrakeNow:
+        pairs = self.mechanism.pairs
+        net: Any = self.thermal
+        load = self.load.torque(t, y.omega, _piece(mode, LOAD))
         surfaces = self.surfaces(y)
         tension, pull = self.lever_tension(t, y.omega, mode, load, surfaces)
 
-        def still(forces: Any) -> tuple[Any, ...]:
-            return tuple(None for _ in pairs)
-
-        if net is None:
-            acting = Acting(t, tension, pull, load, self.inertia_at(mode), surfaces, still)
-            z = self.mechanism.variables(acting, y.omega, y.own, mode)
-            return BrakeNow(tension, pull, load, z, self.mechanism.rubs(acting, mode, z), None)
-        around, T = self._around(y.omega, mode), net.temperatures(y.heat)
-        T_J = net.junctions(T, t, around, pieces)
-        flows = net.flows(T, T_J, t, around, pieces)
-
         def deposit(pair: Pair, heat: Array) -> Deposit:
-            return net.deposit(pair.heat, T, T_J, t, around, jnp.atleast_1d(heat), pieces)
+            return net.deposit(pair.heat, jnp.atleast_1d(heat), *now)
 
-        def warming(forces: tuple[Array | None, ...] | None) -> tuple[Any, ...]:
-            if forces is None:
-                return self._at_sensors(net.rise(flows.into))
-            given = [(pair, force) for pair, force in zip(pairs, forces, strict=True) if force is not None]
-            each = [deposit(pair, force).into for pair, force in given]
-            return self._at_sensors(net.rise(sum(each[1:], start=each[0])))
+        def warming(forces: tuple[Array | None, ...] | None) -> tuple[Array | None, ...]:
+            if net is None:
+                return (None,) * len(pairs)
+            into = flows.into
+            if forces is not None:
+                given = [(pair, force) for pair, force in zip(pairs, forces, strict=True) if force is not None]
+                into = total([deposit(pair, force).into for pair, force in given])
+            return self._at_sensors(net.rise(into))
 
+        if net is not None:
+            now = self._network(t, y, mode)
+            flows = net.flows(*now)
         acting = Acting(t, tension, pull, load, self.inertia_at(mode), surfaces, warming)
         z = self.mechanism.variables(acting, y.omega, y.own, mode)
-        rubs = self.mechanism.rubs(acting, mode, z)
+        rubs = self.mechanism.rubs(mode, z)
+        if net is None:
+            return BrakeNow(tension, pull, load, z, rubs, None)
         deposits = []
         for pair, rub in zip(pairs, rubs, strict=True):
             if jnp.ndim(rub.slip) == 0:
@@ -288,32 +274,43 @@ class BrakeSystem(AbstractSemiExplicitSystem):
                 power = rub.force * rub.slip
                 found = deposit(pair, power if pair.apart else jnp.sum(power))
             deposits.append(found)
-        hot_junctions = sum((found.into_junctions for found in deposits), start=T_J)
-        return BrakeNow(tension, pull, load, z, rubs, ThermalNow(T, hot_junctions, flows, tuple(deposits)))
+        hot_junctions = total([now[1], *(found.into_junctions for found in deposits)])
+        return BrakeNow(tension, pull, load, z, rubs, ThermalNow(now[0], hot_junctions, flows, tuple(deposits)))
 
-    def rates(self, t, y, mode, z):
+    def rates(self, t: Array, y: State, mode: Mode, z: BrakeNow) -> State:
         ledger = Ledger(
             load_work=z.load_torque * y.omega,
             lever_work=z.contact.lever_power,
             friction=tuple(_total(rub.force * rub.slip) for rub in z.rubs),
             damper_heat=z.contact.damping if self.mechanism.damps else None,
         )
-        rates = State(y.omega, z.alpha, self.mechanism.own_rates(z.contact), ledger)
+        rates = State(y.omega, z.contact.alpha, self.mechanism.own_rates(z.contact), ledger)
         if self.wearing is not None:
-            rates = rates._replace(worn=self.wearing.rates(t, self.mechanism.pairs, z.rubs, self.sensed(y.heat)))
+            rates = rates._replace(worn=self._wear_rates(t, y, z.rubs, self.wearing.turned_at))
         if y.memory is not None:
             rates = rates._replace(memory=self._memory_rates(y, mode, z))
-        if self.thermal is None:
+        if self.thermal is None or z.thermal is None:
             return rates
-        into, booked = z.thermal.flows.into, self._booked(z.thermal.deposits)
-        for deposit in z.thermal.deposits:
-            into = into + deposit.into
-        booked = booked._replace(lost=booked.lost + z.thermal.flows.lost, supplied=z.thermal.flows.supplied)
+        flows, deposits = z.thermal.flows, z.thermal.deposits
+        into = total([flows.into, *(deposit.into for deposit in deposits)])
+        each = [self._booked_of(pair, deposit) for pair, deposit in zip(self.mechanism.pairs, deposits, strict=True)]
+        booked: HeatLedger = jax.tree.map(lambda *parts: total(parts), *each)
+        booked = booked._replace(lost=booked.lost + flows.lost, supplied=flows.supplied)
         return rates._replace(ledger=ledger._replace(heat=booked), heat=self.thermal.rise(into))
 
-    def _memory_rates(self, y: State, mode: Mode, z: BrakeNow) -> tuple[Any, ...]:
-        """Rates of the states of the friction laws."""
-        found, is_open = [], mode.band == BandMode.OPEN
+    def _wear_rates(
+        self, t: Array, y: State, rubs: tuple[Rub, ...], turned_at: Array | None
+    ) -> tuple[Array | None, ...]:
+        """Rates of wear (m/s) of the linings as they were counted at the start."""
+        given = zip(self.mechanism.pairs, rubs, self.sensed(y.heat), strict=True)
+        first, *others = (pair.wear_rate(rub, T) for pair, rub, T in given)
+        if turned_at is not None and first is not None:
+            turns = jnp.sum(jnp.asarray(t) >= turned_at)
+            first = jnp.where(turns % 2 == 1, first[::-1], first)
+        return first, *others
+
+    def _memory_rates(self, y: State, mode: Mode, z: BrakeNow) -> tuple[PyTree, ...]:
+        found, is_open = [], mode.band == OPEN
         for i, (pair, rub, surface) in enumerate(zip(self.mechanism.pairs, z.rubs, self.surfaces(y), strict=True)):
             if pair.memory is None or surface is None:
                 found.append(None)
@@ -324,13 +321,8 @@ class BrakeSystem(AbstractSemiExplicitSystem):
                 if pair.memory.p:
                     seen = (z.lever_tension, y.omega, y.own, mode, self.surfaces(y), z.contact)
                     normal = jnp.where(rub.sense == 0, self.mechanism.shown(*seen).pairs[0].normal, normal)
-            found.append(rates_of_memory(pair, surface, v, normal, power))
+            found.append(pair.memory_rates(surface, v, normal, power))
         return tuple(found)
-
-    def _booked(self, deposits: tuple[Deposit, ...]) -> HeatLedger:
-        """Where the friction heat went."""
-        found = [self._booked_of(pair, deposit) for pair, deposit in zip(self.mechanism.pairs, deposits, strict=True)]
-        return jax.tree.map(lambda *each: sum(each[1:], start=each[0]), *found)
 
     def _booked_of(self, pair: Pair, deposit: Deposit) -> HeatLedger:
         metal, none = deposit.to_metal, jnp.zeros_like(deposit.to_metal)
@@ -344,87 +336,76 @@ class BrakeSystem(AbstractSemiExplicitSystem):
 
     # --- guards and changes of mode -----------------------------------------------------------------------------------
 
-    @property
-    def has_tables(self) -> bool:
-        """Whether a friction law ends at some temperature."""
-        return any(pair.law.temperature_range() is not None for pair in self.mechanism.pairs)
-
-    def _table_margin(self, u: Any) -> Array:
-        """By how much the temperatures are inside the tables of the friction laws, over 100 K."""
+    def _table_margin(self, u: Array | None) -> Float[Array, ""] | None:
+        """By how much the temperatures are inside the tables of the friction laws, over 100 K; `None`: none ends."""
         room = []
         for pair, T in zip(self.mechanism.pairs, self.sensed(u), strict=True):
             bounds = pair.law.temperature_range()
             if bounds is not None and T is not None:
                 room.append(jnp.minimum(smallest(T) - bounds[0], bounds[1] - largest(T)) / 100.0)
-        return room[0] if len(room) == 1 else jnp.minimum(*room)
+        return functools.reduce(jnp.minimum, room) if room else None
 
     def _acting(self, t: Array, y: State, mode: Mode, z: BrakeNow) -> Acting:
         """What acts, for guards and changes of mode: these no longer ask how temperatures change."""
         inertia = self.inertia_at(mode)
         return Acting(t, z.lever_tension, z.lever_rate, z.load_torque, inertia, self.surfaces(y), lambda forces: ())
 
-    def margins(self, t, y, mode, z):
+    def margins(self, t: Array, y: State, mode: Mode, z: BrakeNow) -> Float[Array, " guard"]:
         found = self.mechanism.guards(self._acting(t, y, mode, z), y.omega, y.own, mode, z.contact)
-        return jnp.append(found, self._table_margin(y.heat)) if self.has_tables else found
+        room = self._table_margin(y.heat)
+        return found if room is None else jnp.append(found, room)
 
-    def change(self, now, fired, at_stop):
+    def change(self, now: Instant, fired: Bool[Array, " guard"], at_stop: Bool[Array, ""]) -> tuple[Mode, Array]:
         t, y = now.t, now.y
 
-        def ask(mode: Mode, omega: Array, own: Any) -> tuple[Acting, Any]:
+        def ask(mode: Mode, omega: Array, own: PyTree) -> tuple[Acting, ContactNow]:
             z = self.variables(t, y._replace(omega=omega, own=own), mode)
             return self._acting(t, y, mode, z), z.contact
 
         acting = self._acting(t, y, now.mode, now.z)
         moment = Moment(t, y.omega, y.own, now.mode, acting, now.z.contact, now.z_rate.contact)
         new, code = self.mechanism.change(moment, self._next_pieces(now.mode, at_stop), fired, ask)
-        if self.has_tables:
+        if self._table_margin(y.heat) is not None:
             code = jnp.where(fired[-1], int(BrakeCode.OUTSIDE_TABLE), code)
         return new, code
 
-    def reset(self, t, y, before, after):
-        more = self.load.added_inertia(_piece(after.load_piece))
+    def reset(self, t: Array, y: State, before: Mode, after: Mode) -> State:
+        more = self.load.added_inertia(_piece(after, LOAD))
         omega, own = self.mechanism.arrested(y.omega, y.own, before, after)
         still = y._replace(omega=omega, own=own)
         if more is not None:  # what comes onto the hook in motion brings its energy
             brought = 0.5 * (self.inertia_at(after) - self.inertia_at(before)) * y.omega**2
             still = still._replace(ledger=y.ledger._replace(load_work=y.ledger.load_work + brought))
-        if not self.mechanism.strains:
+        if not self.mechanism.stretches:
             return still
         z, surfaces = variables_of(self, t, y, before).contact, self.surfaces(y)
-        load = self.load.torque(t, omega, _piece(after.load_piece))
+        load = self.load.torque(t, omega, _piece(after, LOAD))
         tension = self.lever_tension(t, omega, after, load, surfaces)[0]
         strained = self.mechanism.strained(omega, own, (before, z), (after, tension))
-        if self.thermal is None:
-            return self._jumped(still, *strained(surfaces))
-        per_joule = self._heat_of_a_jump(t, still, after)
+        per_joule = [] if self.thermal is None else self._heat_of_a_jump(t, still, after)
 
-        def warmed(heats: tuple[Any, ...]) -> Array:
-            heat = still.heat
-            for E, (rise, _) in zip(heats, per_joule, strict=True):
-                heat = heat + E * rise
-            return heat
+        def warmed(heats: tuple[Array, ...]) -> Array:
+            return total([still.heat, *(E * rise for E, (rise, _) in zip(heats, per_joule, strict=True))])
 
         # the heat of the jump warms the linings, on which the tension after it depends: settled in a few passes
-        def settle(jump: Any, _: None) -> tuple[Any, None]:
+        def settle(jump: PyTree, _: None) -> tuple[PyTree, None]:
             return strained(self.surfaces(still._replace(heat=warmed(jump[2])))), None
 
-        zero = jnp.zeros_like(omega)
-        jump: Any = (own, zero, tuple(zero for _ in per_joule))
-        passes = _PASSES if self.mechanism.varies else 1
-        jump = jax.lax.scan(settle, jump, None, length=passes)[0]
-        jumped = self._jumped(still._replace(heat=warmed(jump[2])), *jump)
-        booked = jumped.ledger.heat
-        for E, (_, shares) in zip(jump[2], per_joule, strict=True):
-            booked = jax.tree.map(lambda x, share, E=E: x + E * share, booked, shares)
-        booked = booked._replace(supplied=jumped.ledger.heat.supplied)
-        return jumped._replace(ledger=jumped.ledger._replace(heat=booked))
-
-    def _jumped(self, y: State, own: Any, work: Array, heats: tuple[Any, ...]) -> State:
-        """The state after a jump of tension, its work and heat booked."""
-        old = y.ledger
+        if per_joule and self.grip.varies:
+            zero = jnp.zeros_like(omega)
+            jump: Any = (own, zero, tuple(zero for _ in per_joule))
+            jump = jax.lax.scan(settle, jump, None, length=_PASSES)[0]
+        else:
+            jump = strained(surfaces)
+        own, work, heats = jump
+        old, booked = still.ledger, still.ledger.heat
         friction = tuple(one + heat for one, heat in zip(old.friction, heats, strict=True))
-        ledger = old._replace(lever_work=old.lever_work + work, friction=friction)
-        return y._replace(own=own, ledger=ledger)
+        for E, (_, shares) in zip(heats, per_joule, strict=False):
+            booked = jax.tree.map(lambda x, share, E=E: x + E * share, booked, shares)._replace(
+                supplied=booked.supplied
+            )
+        ledger = old._replace(lever_work=old.lever_work + work, friction=friction, heat=booked)
+        return still._replace(own=own, heat=warmed(heats) if per_joule else None, ledger=ledger)
 
     def _heat_of_a_jump(self, t: Array, y: State, mode: Mode) -> list[tuple[Array, HeatLedger]]:
         """What one joule of friction heat in a jump adds to the states of the network (K/J), and where it goes.
@@ -433,48 +414,60 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         """
         net, found = self.thermal, []
         assert net is not None
-        around, T = self._around(y.omega, mode), net.temperatures(y.heat)
-        T_J = net.junctions(T, t, around, tuple(map(_piece, mode.heat_pieces)))
+        now = self._network(t, y, mode)
         for pair in self.mechanism.pairs:
             share = self.weights / jnp.sum(self.weights) if pair.apart else np.ones(1)
-            given = net.deposit(pair.heat, T, T_J, t, around, share, tuple(map(_piece, mode.heat_pieces)))
+            given = net.deposit(pair.heat, share, *now)
             found.append((net.rise_at_once(given.into), self._booked_of(pair, given)))
         return found
 
-    def _next_known(self, mode: Mode) -> tuple[Any, list[Any]]:
+    def _next_known(self, mode: Mode) -> tuple[Float[Array, ""] | float, list[Bool[Array, ""] | bool]]:
         """The next known time, and whether it is that of the lever, of the load, and of each profile of the heat.
 
         A pulley at rest, and a lever that only begins to pull, must be held back by nothing that is over, and held by
         nothing that is yet to come: where its tension falls, without going to 0, the lever comes after the load, and
         also where it is to answer the load.
         """
-        lever, piece = self.lever, jnp.asarray(_piece(mode.lever_piece), jnp.int32)
+        lever, piece = self.lever, jnp.asarray(_piece(mode, LEVER), jnp.int32)
 
         def waits(t: Array) -> Array:
             before, after = lever.value(t, piece), lever.value(t, piece + 1)
             answers = lever.follows(piece + 1) if isinstance(lever, AbstractSpeedLever) else False
-            return (mode.band == BandMode.OPEN) | answers | ((after < before) & (after > 0))
+            return (mode.band == OPEN) | answers | ((after < before) & (after > 0))
 
         profiles = (lever, self.load.profile, *self.profiles)
-        pieces = (piece, *map(_piece, (mode.load_piece, *mode.heat_pieces)))
+        pieces = [piece, *(_piece(mode, i) for i in range(LOAD, len(profiles)))]
         return next_known_time(profiles, pieces, waits)
 
     def _next_pieces(self, mode: Mode, at_stop: Array) -> Mode:
         """The mode on the piece that begins at a known time."""
         _, turns = self._next_known(mode)
-        old = (mode.lever_piece, mode.load_piece, *mode.heat_pieces)
-        new = [
+        new = (
             None if piece is None else jnp.asarray(piece, jnp.int32) + (at_stop & turn).astype(jnp.int32)
-            for piece, turn in zip(old, turns, strict=True)
-        ]
-        return mode._replace(lever_piece=new[0], load_piece=new[1], heat_pieces=tuple(new[2:]))
+            for piece, turn in zip(mode.pieces, turns, strict=True)
+        )
+        return mode._replace(pieces=tuple(new))
 
-    def next_stop(self, mode):
+    def next_stop(self, mode: Mode) -> Float[Array, ""] | float:
         return self._next_known(mode)[0]
 
-    # --- sizes ----------------------------------------------------------------------------------------------------
+    # --- sizes --------------------------------------------------------------------------------------------------------
 
-    def _like(self, phi: Any, omega: Any, own: Any, quadrature: Any, heat: Any, worn: Any, memory: Any) -> State:
+    def start(self, omega: Array, own: PyTree, heat: Array | None) -> State:
+        """The state at the start: nothing is booked, and nothing worn off yet."""
+        zero, worn = jnp.zeros_like(omega), jnp.zeros(self.mechanism.pairs[0].count)
+        memory = self._of_laws(lambda pair: memory_at_start(pair.law, pair.count))
+        return self._like(zero, omega, own, zero, heat, worn, memory)
+
+    def _of_laws(self, of: Callable[[Pair], PyTree]) -> tuple[PyTree, ...] | None:
+        """What belongs to the states of the friction law of each pair (`None`: it has none); `None` without any."""
+        if not self.remembers:
+            return None
+        return tuple(None if pair.memory is None else of(pair) for pair in self.mechanism.pairs)
+
+    def _like(
+        self, phi: PyTree, omega: PyTree, own: PyTree, quadrature: PyTree, heat: PyTree, worn: PyTree, memory: PyTree
+    ) -> State:
         """What is like a state, with one value for every sum that no rate depends on."""
         booked = None
         if self.thermal is not None:
@@ -482,40 +475,43 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         friction = tuple(quadrature for _ in self.mechanism.pairs)
         damped = quadrature if self.mechanism.damps else None
         ledger = Ledger(quadrature, quadrature, friction, booked, damped)
-        return State(phi, omega, own, ledger, heat, None if self.wearing is None else self.wearing.each(worn), memory)
+        thickness = None
+        if self.wearing is not None:
+            thickness = tuple(worn if pair.wears else None for pair in self.mechanism.pairs)
+        return State(phi, omega, own, ledger, heat, thickness, memory)
 
-    def scales(self):
+    def scales(self) -> State:
         kelvin = None if self.thermal is None else jnp.full_like(self.thermal.capacity, 100.0)
         worn = None if self.wearing is None else self.wearing.scale
         mechanism = self.mechanism
-        memory = sizes_of_memory(mechanism.pairs)
+        memory = self._of_laws(lambda pair: memory_sizes(pair.law, memory_at_start(pair.law, pair.count)))
         return self._like(1.0, mechanism.sizes.speed, mechanism.own_sizes(), jnp.inf, kelvin, worn, memory)
 
-    def couplings(self):
+    def couplings(self) -> State | None:
         if self.thermal is None and not self.remembers:
             return None
         heat = None if self.thermal is None else couplings(self.thermal.heat)
         own = jax.tree.map(lambda size: np.full(jnp.shape(size), CORE), self.mechanism.own_sizes())
-        worn = None if self.wearing is None else np.full(self.wearing.count, QUADRATURE)
+        worn = np.full(self.mechanism.pairs[0].count, QUADRATURE)
         core, quadrature = np.asarray(CORE), np.asarray(QUADRATURE)
         others = np.concatenate([np.ravel(kind) for kind in jax.tree.leaves((core, own, heat))])
-        memory = couplings_of_memory(self.mechanism, others)
+        memory = self._of_laws(couplings_of_memory(self.mechanism, others))
         return self._like(quadrature, core, own, quadrature, heat, worn, memory)
 
     def stored(self, t: Array, y: State, mode: Mode) -> tuple[Array, Array]:
         """Kinetic and elastic energy (J)."""
         return self.mechanism.stored(self.inertia_at(mode), y.omega, y.own, mode)
 
-    # --- what it could hold ---------------------------------------------------------------------------------------
+    # --- capacity -----------------------------------------------------------------------------------------------------
 
     def capacity(self, t: Array, y: State, mode: Mode, start: Array) -> Capacity:
         """Load and capacity of a turning brake at the time `t` of a run that began at `start`."""
-        T_0, rate = jax.jvp(lambda t: self.lever.value(t, _piece(mode.lever_piece)), (t,), (jnp.ones_like(t),))
+        T_0, rate = jax.jvp(lambda t: self.lever.value(t, _piece(mode, LEVER)), (t,), (jnp.ones_like(t),))
         if isinstance(self.lever, AbstractSpeedLever):
-            follows = self.lever.follows(_piece(mode.lever_piece))
+            follows = self.lever.follows(_piece(mode, LEVER))
             T_0, rate = jnp.where(follows, self.lever.greatest(), T_0), jnp.where(follows, 0.0, rate)
         settled = self.lever.no_more_turns(t) & (jnp.abs(rate) * (t - start) <= _AT_REST * T_0)
-        load = jnp.sign(y.omega) * self.load.torque(t, y.omega, _piece(mode.load_piece))
+        load = jnp.sign(y.omega) * self.load.torque(t, y.omega, _piece(mode, LOAD))
         return Capacity(load, self.mechanism.capacity(T_0, y.omega, y.own, self.surfaces(y)), settled)
 
 
@@ -524,17 +520,17 @@ def _total(power: Array) -> Array:
     return jnp.sum(power) if jnp.ndim(power) else power
 
 
-def _piece(piece: Any) -> Any:
+def _piece(mode: Mode, which: int) -> Piece:
     """The piece on which a given function of time is; one without known times has no other."""
-    return jnp.asarray(0, jnp.int32) if piece is None else piece
+    return jnp.asarray(0, jnp.int32) if mode.pieces[which] is None else mode.pieces[which]
 
 
-def first_piece(profile: AbstractProfile, t: Any) -> Any:
+def first_piece(profile: AbstractProfile, t: Array) -> Piece | int | None:
     """The piece of a profile at the start of a run, `None` of one without known times: it is no part of the mode."""
     return None if isinstance(profile.next_knot(jnp.asarray(0, jnp.int32)), float) else profile.first_piece(t)
 
 
-# --- what one looks at in a run beside its states: surface temperatures, and marks that are passed --------------------
+# --- results beside the states: surface temperatures, and marks that are passed ---------------------------------------
 
 
 def surfaces(system: BrakeSystem, q: BrakeNow) -> dict[str, Array]:
@@ -562,7 +558,7 @@ def mark_names(system: BrakeSystem) -> list[tuple[str, int | None]]:
     names: list[tuple[str, int | None]] = [("grip_lost", None)] if _can_lose_grip(system) else []
     if system.thermal is None:
         return names
-    heat, n = system.thermal.heat, system.linings.count
+    heat, n = system.thermal.heat, system.grip.linings.count
     if heat.permissible is not None and heat.linings is not None:
         per_lining = place_count(heat, heat.linings) == n and n > 1
         names += [("permissible_temperature", i + 1 if per_lining else None) for i in range(n if per_lining else 1)]
@@ -574,10 +570,10 @@ def passing(system: BrakeSystem, mode: Mode, q: BrakeNow, hot: dict[str, Array])
     found: list[Any] = []
     if _can_lose_grip(system):
         # sliding ahead, the brake no longer outweighs the load (a lever that holds the speed balances it to rounding)
-        short = (q.load_torque - q.brake_torque) / system.sizes.torque - 1e-9
+        short = (q.load_torque - q.contact.brake_torque) / system.sizes.torque - 1e-9
         # a lever that is being released lets go on purpose: that is no loss of grip
         pulls = q.lever_rate >= 0
-        found.append(jnp.where((mode.band == BandMode.SLIP) & (mode.sense > 0) & pulls, short, -1.0)[None])
+        found.append(jnp.where((mode.band == SLIP) & (mode.sense > 0) & pulls, short, -1.0)[None])
     heat = None if system.thermal is None else system.thermal.heat
     if heat is not None and heat.permissible is not None and heat.linings is not None:
         found.append((hot["linings"] - heat.permissible) / 100.0)

@@ -1,11 +1,11 @@
 """The resolved chain: linings that move for themselves on segments of the band, each sticks or slides (model §3.1)."""
 
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import jax.numpy as jnp
 from jaxtyping import Bool, Float, Int
 
-from ..friction import SurfaceState, continued
+from ..friction import AnyContact, SurfaceState, continued
 from ..hybrid._arrays import Array
 from ._mechanism import (
     ELASTIC,
@@ -13,7 +13,9 @@ from ._mechanism import (
     SLIP,
     SLIP_BACK,
     AbstractMechanism,
-    BandMode,
+    Acting,
+    Ask,
+    ContactNow,
     Mode,
     Moment,
     Pair,
@@ -21,9 +23,9 @@ from ._mechanism import (
     Rub,
     Shown,
     Sizes,
+    Surfaces,
 )
 from ._sliding import Grip
-from ._wrap import band_torque
 
 #: bits of a segment's mode: its tension is positive; its elastic part is
 TAUT, STRETCHED = 1, 2
@@ -50,30 +52,20 @@ class ChainMode(NamedTuple):
     linings: Any
     segments: Any
 
-    def slides(self, mode: Any) -> Any:
+    locks = None  # linings that move by themselves do not lock
+
+    def slides(self, mode: Mode) -> Array:
         """There is no internal pair."""
         return 0 * mode.band
 
     @property
-    def locks(self) -> None:
-        """Linings that move by themselves do not lock."""
-        return None
-
-    @property
-    def contacts(self) -> dict[str, Any]:
-        """What every lining does for itself."""
+    def contacts(self) -> dict[str, Array]:
         return {"lining": self.linings}
 
 
-class ChainNow(NamedTuple):
-    """Variables of a chain."""
+class ChainNow(ContactNow):
+    """Variables of a chain; `brake_torque` is `R_b Σ G_i`, `lever_power` `T_0 u̇_1`."""
 
-    slack_tension: Float[Array, ""]  # T_0 (N)
-    tight_tension: Float[Array, ""]  # T_n (N)
-    brake_torque: Float[Array, ""]  # R_b Σ G_i (N·m)
-    alpha: Float[Array, ""]  # ω̇ (rad/s²)
-    slip_speed: Float[Array, ""]  # mean of the linings' (m/s)
-    lever_power: Float[Array, ""]  # T_0 u̇_1 (W)
     damping: Float[Array, ""]  # of all segments (W)
     tension: Float[Array, " n"]  # T_i (N)
     elastic: Float[Array, " n"]  # T_i^0 + K_i e_i (N), below 0 where the segment is slack
@@ -112,26 +104,26 @@ class Chain(AbstractMechanism):
     damping: Float[Array, " n"]
     preload: Float[Array, ""]
     cosine: Float[Array, " n"]
-    friction: Grip
+    grip: Grip
     pairs: tuple[Pair, ...]
     sizes: Sizes
+    distribution: ClassVar[str] = "every lining from its own balance"
+    resolved: ClassVar[bool] = True
+    damps: ClassVar[bool] = True
+    couples_loads: ClassVar[bool] = False  # tensions are those of the segments
 
-    def start(self, omega, elongation):
+    def start(self, omega: Array, elongation: Array) -> tuple[ChainState, Array, ChainMode]:
         n = self.mass.shape[0]
         still = jnp.zeros(n)
         own = ChainState(still, still + self.radius * omega)
         band = jnp.where(omega == 0, HELD, ELASTIC)
         return own, band, ChainMode(jnp.zeros(n, jnp.int32), jnp.full(n, TAUT | STRETCHED, jnp.int32))
 
-    def rests(self, mode):
-        # what sticks to a pulley without load torque still swings with it
-        return jnp.asarray(False)
-
-    def _contact(self, surface: SurfaceState | None, normal: Array, slip: Array) -> Any:
+    def _contact(self, surface: SurfaceState | None, normal: Array, slip: Array) -> AnyContact:
         area = self.pairs[0].area
         return (surface or SurfaceState()).contact(slip, None if area is None else normal / area)
 
-    def variables(self, acting, omega, own, mode):
+    def variables(self, acting: Acting, omega: Array, own: ChainState, mode: Mode) -> ChainNow:
         R_b, law, surface = self.radius, self.pairs[0].law, acting.surfaces[0]
         sign, sticks = mode.own.linings.astype(own.v.dtype), mode.own.linings == 0
         v = jnp.where(sticks, R_b * omega, own.v)
@@ -140,7 +132,7 @@ class Chain(AbstractMechanism):
         total = elastic + self.damping * stretching
         tension = jnp.where((mode.own.segments & TAUT) > 0, total, 0.0)
         before = jnp.append(acting.tension, tension[:-1])
-        normal = (tension + before) * self.friction.sine
+        normal = (tension + before) * self.grip.sine
         contact = self._contact(surface, normal, sign * slip)
         f = continued(lambda v: law.kinetic(contact._replace(v=v)), sign * slip)
         sliding = sign * f * normal / self.cosine
@@ -169,19 +161,19 @@ class Chain(AbstractMechanism):
             stretching=stretching,
         )
 
-    def own_rates(self, z):
+    def own_rates(self, z: ChainNow) -> ChainState:
         return ChainState(z.stretching, z.acceleration)
 
-    def rubs(self, acting, mode, z):
+    def rubs(self, mode: Mode, z: ChainNow) -> tuple[Rub, ...]:
         return (Rub(z.force, z.lining_slip, mode.own.linings.astype(z.force.dtype), z.normal),)
 
     # --- guards and changes of mode -----------------------------------------------------------------------------------
 
-    def guards(self, acting, omega, own, mode, z):
+    def guards(self, acting: Acting, omega: Array, own: ChainState, mode: Mode, z: ChainNow) -> Float[Array, " guard"]:
         taut = jnp.where((mode.own.segments & TAUT) > 0, z.total, -z.total) / self.sizes.tension
         stretched = jnp.where((mode.own.segments & STRETCHED) > 0, z.elastic, -z.elastic) / self.sizes.tension
         motion = jnp.where(mode.sense > 0, omega, -omega) / self.sizes.speed
-        motion = jnp.where(mode.band == BandMode.HELD, 1.0, motion)
+        motion = jnp.where(mode.band == HELD, 1.0, motion)
         return jnp.concatenate([self._lining_guards(mode, z), taut, stretched, motion[None]])
 
     def _lining_guards(self, mode: Mode, z: ChainNow) -> Float[Array, " n"]:
@@ -189,7 +181,7 @@ class Chain(AbstractMechanism):
         slides = mode.own.linings.astype(z.force.dtype) * z.lining_slip / (self.radius * self.sizes.speed)
         return jnp.where(mode.own.linings == 0, stuck, slides)
 
-    def change(self, now, new, fired, ask):
+    def change(self, now: Moment, new: Mode, fired: Bool[Array, " guard"], ask: Ask) -> tuple[Mode, Array]:
         old, n = now.mode, self.mass.shape[0]
         linings = self._next_linings(now, fired[:n])
         bits = fired[n : 3 * n].reshape(2, n).astype(jnp.int32)
@@ -197,7 +189,7 @@ class Chain(AbstractMechanism):
         changed = jnp.any(linings != old.own.linings)
         ahead, back = jnp.all(linings > 0), jnp.all(linings < 0)
         # at rest a pulley is held until, at a later instant, the last lining lets go
-        held = old.band == BandMode.HELD
+        held = old.band == HELD
         restarts = held & (ahead | back) & changed
         held = (held & ~restarts) | fired[3 * n]
         band = jnp.where(ahead, SLIP, jnp.where(back, SLIP_BACK, ELASTIC))
@@ -223,63 +215,33 @@ class Chain(AbstractMechanism):
         after = jnp.where(leaves, jnp.where(pulls > 0, 1, -1), jnp.where(fired, 0, linings))
         return after.astype(jnp.int32)
 
-    def arrested(self, omega, own, before, after):
+    def arrested(self, omega: Array, own: ChainState, before: Mode, after: Mode) -> tuple[Array, ChainState]:
         # what sticks moves with the pulley, to the last digit
         return omega, own._replace(v=jnp.where(after.own.linings == 0, self.radius * omega, own.v))
 
-    # --- what one looks at, what it stores, what it could hold ------------------------------------------------------
+    # --- results, stored energy, capacity -----------------------------------------------------------------------------
 
-    @property
-    def grip(self):
-        return self.friction
-
-    @property
-    def varies(self):
-        return self.friction.varies
-
-    @property
-    def resolved(self):
-        return True
-
-    @property
-    def couples_loads(self):
-        return False  # tensions are those of the segments
-
-    @property
-    def damps(self):
-        return True
-
-    @property
-    def distribution(self):
-        return "every lining from its own balance"
-
-    def shown(self, tension, omega, own, mode, surfaces, z):
+    def shown(
+        self, tension: Array, omega: Array, own: ChainState, mode: Mode, surfaces: Surfaces, z: ChainNow
+    ) -> Shown:
         f, displacement = None, jnp.cumsum(own.e[::-1])[::-1]
         if self.shows_friction:
             f = self.pairs[0].law.kinetic(self._contact(surfaces[0], z.normal, jnp.abs(z.lining_slip)))
             f = jnp.broadcast_to(f, z.normal.shape)
-        pair = PairNow(
-            force=z.force,
-            friction=z.force * self.cosine,
-            normal=z.normal,
-            slip=z.lining_slip,
-            sense=mode.own.linings,
-            at_limit=mode.own.linings != 0,
-            torque=z.brake_torque,
-            coefficient=f,
-        )
+        pair = PairNow.of(z.force, z.normal, z.lining_slip, mode.own.linings, z.brake_torque, f)
+        pair = pair._replace(friction=z.force * self.cosine)
         return Shown((pair,), z.tension, elongation=displacement[0], displacement=displacement)
 
-    def stored(self, inertia, omega, own, mode):
+    def stored(self, inertia: Array, omega: Array, own: ChainState, mode: Mode) -> tuple[Array, Array]:
         v = jnp.where(mode.own.linings == 0, self.radius * omega, own.v)
         kinetic = 0.5 * inertia * omega**2 + 0.5 * jnp.sum(self.mass * v**2)
         tension = jnp.maximum(self.preload + self.stiffness * own.e, 0.0)
         return kinetic, jnp.sum(tension**2 / (2 * self.stiffness))
 
-    def own_sizes(self):
+    def own_sizes(self) -> ChainState:
         size = self.sizes
         return ChainState(size.tension / self.stiffness, jnp.ones_like(self.mass) * self.radius * size.speed)
 
-    def capacity(self, tension, omega, own, surfaces):
+    def capacity(self, tension: Array, omega: Array, own: ChainState, surfaces: Surfaces) -> Float[Array, " pairs"]:
         # linings at rest on the band, the pulley sliding past all of them
-        return band_torque(self.friction, self.radius, tension, omega, surfaces[0])[None]
+        return self.grip.torque(self.radius, tension, omega, surfaces[0])[None]

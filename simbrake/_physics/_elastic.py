@@ -3,13 +3,15 @@
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Bool, Float
+import numpy as np
+from jaxtyping import Bool, Float, PyTree
 
+from ..brakes._band import LiningForces
 from ..friction import SurfaceState
 from ..hybrid._arrays import Array
-from ._ageing import rates_of_memory
 from ._mechanism import (
     ELASTIC,
     HELD,
@@ -17,30 +19,24 @@ from ._mechanism import (
     SLIP,
     SLIP_BACK,
     TAKE_UP,
-    AbstractMechanism,
     Acting,
-    BandMode,
+    Ask,
     BrakeCode,
+    ContactNow,
     Fired,
-    Locking,
     Mode,
     Moment,
-    Onset,
     Pair,
     Rub,
     Shown,
     Sizes,
     Sliding,
-    arrested,
-    failed,
-    moving_as_one,
-    onset,
-    pick,
-    sense_of,
-    settled_mode,
+    Surfaces,
+    excess,
     slips,
 )
-from ._wrap import MOBILISATION, Limit, Wrap, band_torque
+from ._rigid import AbstractBand, Onset, Together, sense_of
+from ._sliding import Limit, Wrap, pick
 
 #: Newton iterations of a slip speed under states of the law, and those after them that carry derivatives
 _SEARCH, _CARRY = 8, 2
@@ -48,195 +44,24 @@ _SEARCH, _CARRY = 8, 2
 _FAR, _OFF = 1e3, 1e-9
 
 
-class Stretched(NamedTuple):
-    """Elongation `x` (m) of the band."""
+class Carried(NamedTuple):
+    """Elongation `x` of the band (m; `None` where it is rigid), and the speed `ω_b` (rad/s) of a bandage that carries
+    it (`None`: the pulley does)."""
 
     x: Any
+    omega_b: Any = None
 
 
-class ElasticNow(NamedTuple):
-    """Variables of an elastic band."""
+class ElasticNow(ContactNow):
+    """Variables of an elastic band; `lever_power` is `T_0 ẋ`."""
 
-    slack_tension: Float[Array, ""]  # T_0 (N), as the band has it at its slack end
-    tight_tension: Float[Array, ""]  # T_n (N)
     drag: Float[Array, ""]  # T_n − T_0 (N) against the motion, 0 on a pulley at rest: what rates need of the tensions
-    brake_torque: Float[Array, ""]  # R_b (T_n − T_0) (N·m)
-    alpha: Float[Array, ""]  # ω̇ (rad/s²)
-    slip_speed: Float[Array, ""]  # v_s (m/s)
     band_speed: Float[Array, ""]  # ẋ (m/s)
-    lever_power: Float[Array, ""]  # T_0 ẋ (W)
     upper: Float[Array, ""]  # limits of T_n by friction (N)
     lower: Float[Array, ""]
-    ratio: Float[Array, ""]  # Π of the linings at rest
-    fz: Float[Array, " n"]  # f_i z_i of the linings at the limit that counts
-    slope: Array  # of implicit coefficients
-    margin: Any  # 1 − max f_s z
-    snap: Any  # 1 + γ: by how much the band still follows the fade
+    snap: Array | None  # 1 + γ: by how much the band still follows the fade
     lead: Float[Array, ""]  # R_b ω − ẋ_0 (m/s): the slip speed but for the factor 1 + γ > 0
-
-
-class ElasticBand(AbstractMechanism):
-    """An elastic band on a pulley (model §3).
-
-        J ω̇ = M_load − R_b (T_n − T_0),   T_n = C x while it sticks, T_0 Π^{±1} while it slides
-
-    While it slides the tension moves with the lever, the speed and the temperatures, and these with the heat of the
-    slip itself: `ẋ = Ṫ_n/C = ẋ_0 + γ v_s`, `v_s = (R_b ω − ẋ_0)/(1 + γ)`. States of the friction law whose rates depend
-    on the slip make `ẋ(v_s)` a curve; `1 + γ` is then `1 + dẋ/dv_s`.
-
-    Guards: motion, upper limit, lower limit, lever; then what can change with heat: locking, snap, fold.
-    """
-
-    wrap: Wrap
-    stiffness: Float[Array, ""]
-    pairs: tuple[Pair, ...]
-    sizes: Sizes
-
-    @property
-    def codes(self) -> tuple[BrakeCode, ...]:
-        """Ends of the run that heat can bring about; each has a guard, the last ones."""
-        grip = self.wrap.grip
-        found = [BrakeCode.BAND_SNAP] if grip.follows_slip else []
-        return (*found, BrakeCode.FLASH_FOLD) if grip.implicit else tuple(found)
-
-    def start(self, omega, elongation):
-        locks = self.wrap.locked.astype(jnp.int32) if self.wrap.grip.varies else None
-        return Stretched(elongation), OPEN, Locking(locks)
-
-    def rests(self, mode):
-        return mode.band == BandMode.HELD
-
-    def locked_in(self, mode: Mode) -> Bool[Array, ""]:
-        return self.wrap.locked if mode.own.locks is None else mode.own.locks > 0
-
-    def variables(self, acting, omega, own, mode):
-        band, R_b, C = mode.band, self.wrap.radius, self.stiffness
-        sliding, back, held = slips(band), band == BandMode.SLIP_BACK, band == BandMode.HELD
-        take_up = band == BandMode.TAKE_UP
-        T_0, speed, stretched = acting.tension, R_b * omega, C * own.x
-        upper, push, at_limit = limit_of(self, acting, omega, mode)
-        lower = T_0 / at_limit.other
-        elastic = band == BandMode.ELASTIC
-        carried = elastic | take_up
-        drag = pick(sliding, upper - T_0, pick(elastic, stretched - T_0, 0.0))
-        alpha = pick(held, 0.0, (acting.load - R_b * drag) / acting.inertia)
-        slack = pick(take_up, stretched, T_0)
-        # what is held bears the load
-        tight = pick(held, T_0 + acting.load / R_b, pick(carried, stretched, pick(sliding, upper, 0.0)))
-        shown = pick(band == BandMode.OPEN, 0.0, slack)
-
-        drift = None if self.wrap.fixed is not None else acting.warming(None)[0]
-        friction = (friction_of(self, T_0, at_limit.fz, back, upper),)
-        ageing = ageing_of(self, acting, T_0, at_limit.fz, back, friction[0])
-        slide = slide_of(self, push, acting, speed, alpha, drift, friction, ageing)
-        band_speed = pick(carried, speed, pick(sliding, slide.growth, 0.0))
-        return ElasticNow(
-            slack_tension=shown,
-            tight_tension=tight,
-            drag=drag,
-            brake_torque=R_b * (tight - shown),
-            alpha=alpha,
-            slip_speed=pick(sliding, slide.slip, 0.0),
-            band_speed=band_speed,
-            lever_power=slack * band_speed,
-            upper=upper,
-            lower=lower,
-            ratio=at_limit.other,
-            fz=at_limit.fz,
-            slope=at_limit.slope,
-            margin=at_limit.margin,
-            snap=slide.snap,
-            lead=pick(sliding, slide.lead, 0.0),
-        )
-
-    def own_rates(self, z):
-        return Stretched(z.band_speed)
-
-    def rubs(self, acting, mode, z):
-        back = mode.band == BandMode.SLIP_BACK
-        each, normal = self.wrap.sliding(z.slack_tension, z.fz, back)
-        return (Rub(each if self.pairs[0].apart else z.drag, z.slip_speed, sense_of(mode), normal),)
-
-    def guards(self, acting, omega, own, mode, z):
-        return jnp.stack(band_guards(self, acting, omega, mode, z))
-
-    # --- changes of mode ------------------------------------------------------------------------------------------
-
-    def change(self, now, new, fired, ask):
-        fired, old, size = jnp.unstack(fired), now.mode, self.sizes
-        if new.own.locks is not None:
-            new = new._replace(own=Locking(jnp.where(fired[4], 1 - old.own.locks, old.own.locks).astype(jnp.int32)))
-        # at rest: does the band hold the load?
-        acting, rest = ask(new._replace(band=HELD), now.omega, now.own)
-        spare = size.slight_torque / self.wrap.radius
-        beyond = jnp.where(rest.tight_tension < rest.lower - spare, -1, 0)
-        beyond = jnp.where(rest.tight_tension > rest.upper + spare, 1, beyond)
-        found = onset(now, fired, acting, jnp.where(self.locked_in(new), 0, beyond), size)
-        new = new._replace(sense=settled_mode(now, new, found, old.band).sense)
-
-        def there(mode: Mode) -> ElasticNow:
-            return ask(mode, found.omega, now.own)[1]
-
-        new = settled_mode(now, new, found, taut_mode(self, now, new, fired, there, acting, rest, found))
-        return new, failed(self.codes, fired, 4 + (new.own.locks is not None), jnp.asarray(0, jnp.int32))
-
-    def arrested(self, omega, own, before, after):
-        return arrested(omega, before, after), own
-
-    @property
-    def grip(self):
-        return self.wrap.grip
-
-    @property
-    def distribution(self):
-        return MOBILISATION
-
-    def lining_margins(self, mode, z):
-        margins = self.wrap.margins(z.slack_tension, z.tight_tension, z.fz) / self.sizes.tension
-        return jnp.where((mode.band == BandMode.ELASTIC) & ~self.locked_in(mode), margins, -1.0)
-
-    def shown(self, tension, omega, own, mode, surfaces, z):
-        forces = self.wrap.linings(z.slack_tension, z.tight_tension, z.fz)
-        f = self.wrap.kinetic(tension, omega, surfaces[0], mode) if self.shows_friction else None
-        return Shown((moving_as_one(forces, self.grip.cosine, mode, z, f),), forces.tension, elongation=own.x)
-
-    @property
-    def varies(self):
-        return self.wrap.grip.varies
-
-    @property
-    def couples_slip(self):
-        return True
-
-    @property
-    def strains(self):
-        return True
-
-    def strained(self, omega, own, before, after):
-        jump = strained(self, omega, own.x, before, after)
-
-        def of(surfaces: tuple[Any, ...]) -> tuple[Stretched, Array, tuple[Array, ...]]:
-            x, work, heat = jump(surfaces[0])
-            return Stretched(x), work, (heat,)
-
-        return of
-
-    # --- what it stores, what it could hold -------------------------------------------------------------------------
-
-    def stored(self, inertia, omega, own, mode):
-        return 0.5 * inertia * omega**2, 0.5 * self.stiffness * own.x**2
-
-    def own_sizes(self):
-        return Stretched(self.sizes.tension / self.stiffness)
-
-    def capacity(self, tension, omega, own, surfaces):
-        return band_torque(self.grip, self.wrap.radius, tension, omega, surfaces[0])[None]
-
-
-# --- what every elastic band has, whatever it lies on -----------------------------------------------------------------
-#
-# `m` is a mechanism with `wrap`, `stiffness`, `pairs`, `sizes`, `codes` and `locked_in`; `omega` the speed of what
-# carries the band.
+    limit: Limit  # of the linings, at the limit that counts
 
 
 class Slide(NamedTuple):
@@ -245,88 +70,314 @@ class Slide(NamedTuple):
     growth: Array
     slip: Array
     lead: Array
-    snap: Any
+    snap: Array | None
 
 
-def limit_of(m: Any, acting: Acting, omega: Array, mode: Mode) -> tuple[Array, Callable[..., Array], Limit]:
-    """The tension at the limit forwards, or of the way it slides; how that moves with the rates of slack tension, speed
-    and surfaces; and the linings there."""
-    sliding, back = slips(mode.band), mode.band == BandMode.SLIP_BACK
+class AtLimit(NamedTuple):
+    """The tension `upper` (N) at the limit forwards, or of the way the band slides; `push(rates)`: how it moves with
+    slack tension, speed of the carrier and surfaces; the linings there."""
 
-    def tension(T_0: Array, omega: Array, surface: Any) -> tuple[Array, Limit]:
-        v = jnp.where(mode.sense > 0, omega, -omega) * m.wrap.radius
-        found = m.wrap.limit(T_0, v, surface, back, ~sliding)
-        return T_0 * found.ratio, found
-
-    surface = None if m.wrap.fixed is not None else acting.surfaces[0]
-    return jax.linearize(tension, acting.tension, omega, surface, has_aux=True)
+    upper: Float[Array, ""]
+    push: Callable[..., Array]
+    limit: Limit
 
 
-def friction_of(m: Any, T_0: Array, fz: Array, back: Any, tight: Array) -> Float[Array, "*n"]:
-    """Friction `T_i − T_{i−1}` of the linings while every one slides, or its sum."""
-    if not m.pairs[0].apart:
-        return tight - T_0
-    return m.wrap.sliding(T_0, fz, back)[0]
+class AbstractElasticBand(AbstractBand):
+    """A band on a carrier, a pulley or a bandage: its tensions, and how its stretch follows the carrier (model §3).
 
+        T_n = C x,  ẋ = R_b ω while it sticks;   T_n = T_0 Π^{±1} while it slides
 
-def ageing_of(
-    m: Any, acting: Acting, T_0: Array, fz: Array, back: Any, friction: Array
-) -> Callable[[Array], Any] | None:
-    """Rates of the states of the law of linings that all slide, as a function of their slip speed; `None`: no states.
+    While it slides the tension moves with the lever, the speed and the temperatures, and these with the heat of the
+    slip itself: `ẋ = Ṫ_n/C = ẋ_0 + γ v_s`, `v_s = (R_b ω − ẋ_0)/(1 + γ)`. States of the friction law whose rates depend
+    on the slip make `ẋ(v_s)` a curve; `1 + γ` is then `1 + dẋ/dv_s`.
 
-    - `friction`: that of `friction_of`
+    - `stiffness` `C` (N/m); `None`: the band is rigid
     """
-    pair = m.pairs[0]
-    if pair.memory is None:
-        return None
-    normal = m.wrap.sliding(T_0, fz, back)[1]
 
-    def rates(slip: Array) -> Any:
-        return rates_of_memory(pair, acting.surfaces[0], pick(back, -slip, slip), normal, friction * slip)
+    stiffness: eqx.AbstractVar[Any]
 
-    return rates
+    @property
+    def stretches(self) -> bool:
+        return self.stiffness is not None
+
+    @property
+    def _follows_slip(self) -> bool:
+        """Whether friction changes by the slip itself, with its heat or with states of the law."""
+        rates = self.pairs[0].memory
+        return self.grip.reads.T or (rates is not None and rates.slip)
+
+    @property
+    def codes(self) -> tuple[BrakeCode, ...]:
+        found = [BrakeCode.BAND_SNAP] if self._follows_slip and self.stretches else []
+        return (*found, BrakeCode.FLASH_FOLD) if self.grip.implicit else tuple(found)
+
+    # --- at one instant; `omega` is the speed of the carrier ----------------------------------------------------------
+
+    def at_limit(self, acting: Acting, omega: Array, mode: Mode) -> AtLimit:
+        sliding, back = slips(mode.band), mode.band == SLIP_BACK
+
+        def tension(T_0: Array, omega: Array, surface: SurfaceState | None) -> tuple[Array, Limit]:
+            v = jnp.where(mode.sense > 0, omega, -omega) * self.wrap.radius
+            found = self.wrap.limit(T_0, v, surface, back, ~sliding)
+            return T_0 * found.ratio, found
+
+        surface = None if self.wrap.fixed is not None else acting.surfaces[0]
+        return AtLimit(*jax.linearize(tension, acting.tension, omega, surface, has_aux=True))
+
+    def tensions(
+        self, slack: Array, stretched: Array | None, band: Array | Sliding, upper: Array, held: Array
+    ) -> tuple[Array, Array]:
+        """Slack tension, also that of an open band, and tight one (N): `stretched` is `C x`, `held` that at rest."""
+        tight = pick(band == HELD, held, pick(slips(band), upper, 0.0))
+        if stretched is None:
+            return slack, tight
+        take_up = band == TAKE_UP
+        return pick(take_up, stretched, slack), pick(take_up | (band == ELASTIC), stretched, tight)
+
+    def follow(
+        self,
+        acting: Acting,
+        mode: Mode,
+        at: AtLimit,
+        slack: Array,
+        carrier: tuple[Array, Array],
+        inner: Array | None = None,
+    ) -> dict[str, Any]:
+        """What the band does on a `carrier` (`ω`, `ω̇`): variables that every elastic band has.
+
+        - `inner` (W): friction power of the internal pair, which warms the linings as well
+        """
+        band, speed, sliding = mode.band, self.wrap.radius * carrier[0], slips(mode.band)
+        zero = jnp.zeros_like(speed)
+        slide, band_speed = Slide(zero, speed, speed, None), zero
+        if self.stretches:
+            slide = self._slide(acting, band == SLIP_BACK, at, speed, carrier[1], inner)
+            carried = (band == TAKE_UP) | (band == ELASTIC)
+            band_speed = pick(carried, speed, pick(sliding, slide.growth, 0.0))
+        return {
+            "slip_speed": pick(sliding, slide.slip, 0.0),
+            "lever_power": slack * band_speed,
+            "band_speed": band_speed,
+            "upper": at.upper,
+            "lower": acting.tension / at.limit.other,
+            "snap": slide.snap,
+            "lead": pick(sliding, slide.lead, 0.0),
+            "limit": at.limit,
+        }
+
+    def _slide(
+        self, acting: Acting, back: Array, at: AtLimit, speed: Array, alpha: Array, inner: Array | None
+    ) -> Slide:
+        """The band in full slip: `x = T_n/C` moves with lever, speed, temperatures and states of the law."""
+        still, fixed, surface, pair = jnp.zeros_like(speed), self.wrap.fixed, acting.surfaces[0], self.pairs[0]
+        rates, others = pair.memory, len(self.pairs) - 1
+        each, normal = self.wrap.sliding(acting.tension, at.limit.fz, back)
+        friction = each if pair.apart else at.upper - acting.tension
+
+        def ageing(slip: Array) -> PyTree:
+            if rates is None or surface is None:
+                return None
+            return pair.memory_rates(surface, pick(back, -slip, slip), normal, friction * slip)
+
+        def stretch(pull: Array, alpha: Array, T_rate: Array | None, memory_rate: PyTree) -> Array:
+            none = fixed is not None or surface is None
+            return at.push(pull, alpha, None if none else SurfaceState(T_rate, memory_rate)) / self.stiffness
+
+        drift = None if fixed is not None else acting.warming(None)[0]
+        if drift is not None and inner is not None:
+            drift = drift + acting.warming((None, inner))[0]
+        at_rest = ageing(still)
+        growth = stretch(acting.pull, alpha if fixed is None else still, drift, at_rest)
+        lead = speed - growth
+        if not self._follows_slip:
+            return Slide(growth, lead, lead, None)
+        heating = acting.warming((friction, *(None,) * others))[0]
+
+        def change(slip: Array) -> PyTree:
+            return jax.tree.map(jnp.subtract, ageing(slip), at_rest)
+
+        if rates is not None and rates.bends:
+
+            def more(slip: Array) -> Array:
+                return stretch(still, still, None if heating is None else slip * heating, change(slip))
+
+            slip, snap = _slip_of(more, lead, self.wrap.radius * self.sizes.speed)
+            return Slide(speed - slip, slip, lead, snap)
+        gamma = stretch(still, still, heating, change(jnp.ones_like(still)))
+        slip = lead / jnp.where(1 + gamma > 0, 1 + gamma, 1.0)
+        return Slide(growth + gamma * slip, slip, lead, 1 + gamma)
+
+    def band_guards(self, acting: Acting, omega: Array, mode: Mode, z: ElasticNow) -> list[Array]:
+        band, size, R_b = mode.band, self.sizes, self.wrap.radius
+        held, take_up = band == HELD, band == TAKE_UP
+        # at rest a difference of tensions is one of torques
+        per_newton = jnp.where(held, R_b / size.torque, 1 / size.tension)
+        bounded = (held | (band == ELASTIC)) & ~self.locked_in(mode)
+        lead = z.lead / (R_b * size.speed)
+        ahead = jnp.where(band == SLIP, lead, 1.0)
+        most = jnp.where(take_up, acting.tension, z.upper)
+        high = jnp.where(bounded | take_up, (most - z.tight_tension) * per_newton, ahead)
+        back = jnp.where(band == SLIP_BACK, -lead, 1.0)
+        low = jnp.where(bounded, (z.tight_tension - z.lower) * per_newton, back)
+        sound = {BrakeCode.BAND_SNAP: z.snap, BrakeCode.FLASH_FOLD: z.limit.slope}
+        return self.margins(acting, omega, mode, (high, low), z.limit.margin, sound)
+
+    def lining_margins(self, mode: Mode, z: ElasticNow) -> Float[Array, " twice_n"]:
+        margins = self.wrap.margins(z.slack_tension, z.tight_tension, z.limit.fz) / self.sizes.tension
+        return jnp.where((mode.band == ELASTIC) & ~self.locked_in(mode), margins, -1.0)
+
+    def outer_rub(self, mode: Mode, z: ElasticNow) -> Rub:
+        each, normal = self.wrap.sliding(z.slack_tension, z.limit.fz, mode.band == SLIP_BACK)
+        return Rub(each if self.pairs[0].apart else z.drag, z.slip_speed, sense_of(mode), normal)
+
+    def linings(self, mode: Mode, z: ElasticNow) -> LiningForces:
+        return self.wrap.linings(z.slack_tension, z.tight_tension, z.limit.fz)
+
+    # --- changes of mode ----------------------------------------------------------------------------------------------
+
+    def tension_of(self, x: Array, mode: Mode, z: ElasticNow) -> Array:
+        """`C x`, with the exact value where it follows from the slack tension."""
+        return jnp.where(slips(mode.band), z.upper, self.stiffness * x)
+
+    def taut_mode(
+        self,
+        now: Moment,
+        new: Mode,
+        fired: Fired,
+        there: Callable[[Mode], ElasticNow],
+        acting: Acting,
+        rest: ElasticNow,
+        found: Onset,
+    ) -> Array:
+        """Mode of an elastic band that the lever pulls, on a carrier that moves or starts to.
+
+        - `there(mode)`: the variables in another mode;  `rest`: those at rest
+        """
+        old, C, locked, T_0 = now.mode.band, self.stiffness, self.locked_in(new), acting.tension
+        rounding, speed = self.sizes.slight_tension, self.wrap.radius * found.omega
+        was_slack = (old == OPEN) | (old == TAKE_UP)
+        tension = self.tension_of(now.own.x, now.mode, now.z)
+        # where the lever only begins to pull both limits are 0, and Ṫ_0/C lies between the speeds of the band on them
+        lags = C * speed < acting.pull
+        takes_up = jnp.where(found.rising, lags, tension < T_0 - rounding)
+        takes_up = was_slack & (found.omega > 0) & takes_up & ~((old == TAKE_UP) & fired[1])
+        low, high = jnp.where(locked, 0.0, rest.lower), jnp.where(locked, jnp.inf, rest.upper)
+        # the lever itself draws a slack band tight on a pulley that does not run into it
+        tension = jnp.where(was_slack & (found.omega <= 0), jnp.maximum(tension, low), tension)
+        if new.pieces[0] is not None:  # late in a run the known times themselves are rounded
+            steepest = jnp.maximum(jnp.abs(acting.pull), jnp.abs(now.acting.pull))
+            rounding = rounding + 1e-15 * jnp.abs(now.t) * steepest * jnp.where(locked, 1.0, rest.limit.other)
+        # at a limit of the tension it slides if the slip speed that it would have there has the right sign; with no
+        # slip speed yet, the direction in which the pulley starts decides
+        at_high, at_low = tension >= high - rounding, tension <= low + rounding
+        lags = lags | ((C * speed == acting.pull) & (found.direction < 0))
+        back = jnp.where(at_high, at_low & lags, at_low | (old == SLIP_BACK))
+        trial, way = jnp.where(back, SLIP_BACK, SLIP), jnp.where(back, -1.0, 1.0)
+        slid = there(new._replace(band=Sliding(back)))
+        # a band that slides stays at its kinetic limit; at rest and elastic the static one counts
+        past = way * (tension - slid.upper)
+        limited = jnp.where(back, at_low, at_high) | ((old == trial) & (past >= -rounding))
+        runs = (way * slid.lead > 0) | ((slid.lead == 0) & jnp.where(back, found.direction < 0, found.direction > 0))
+        mode = jnp.where(limited & runs, trial, ELASTIC)
+        mode = jnp.where((old == ELASTIC) & fired[1], SLIP, mode)
+        mode = jnp.where((old == ELASTIC) & fired[2], SLIP_BACK, mode)
+        sticks = ((old == SLIP) & fired[1]) | ((old == SLIP_BACK) & fired[2])
+        mode = jnp.where(sticks, ELASTIC, mode)
+        return jnp.where(takes_up, TAKE_UP, mode)
+
+    def strained(
+        self, omega: Array, own: Carried, before: tuple[Mode, ElasticNow], after: tuple[Mode, Array]
+    ) -> Callable[[Surfaces], tuple[Carried, Array, tuple[Array, ...]]]:
+        (old, z), (new, T_0), C, x = before, after, self.stiffness, own.x
+        omega = omega if own.omega_b is None else own.omega_b
+        was_open, locked, sliding = old.band == OPEN, self.locked_in(new), slips(new.band)
+        is_open, held, elastic = new.band == OPEN, new.band == HELD, new.band == ELASTIC
+        T_0 = jnp.where(is_open, 0.0, T_0)
+        v = jnp.where(new.sense > 0, omega, -omega) * self.wrap.radius
+        back, tension = new.band == SLIP_BACK, self.tension_of(x, old, z)
+        drawn_tight = was_open | (old.band == TAKE_UP)
+        # what neither slides nor is held by friction keeps its elongation; a band that is let go springs back
+        kept = jnp.where(is_open & ~was_open, 0.0, C * x)
+
+        def jump(surfaces: Surfaces) -> tuple[Carried, Array, tuple[Array, ...]]:
+            limit = self.wrap.limit(T_0, v, surfaces[0], back, ~sliding)
+            upper = T_0 * limit.ratio
+            low, high = jnp.where(locked, 0.0, T_0 / limit.other), jnp.where(locked, jnp.inf, upper)
+            drawn = jnp.maximum(tension, low)
+            resting = jnp.where(held, jnp.where(drawn_tight, drawn, tension), jnp.where(sliding, upper, kept))
+            T_n = jnp.where(elastic, jnp.minimum(drawn, high), resting)
+            drift = T_n / C - x
+            heat = drift * (T_0 - 0.5 * (C * x + T_n))
+            return own._replace(x=T_n / C), T_0 * drift, (heat, *(jnp.zeros_like(heat) for _ in self.pairs[1:]))
+
+        return jump
 
 
-def slide_of(
-    m: Any,
-    push: Callable[..., Array],
-    acting: Acting,
-    speed: Array,
-    alpha: Array,
-    drift: Any,
-    friction: tuple[Array | None, ...],
-    ageing: Callable[[Array], Any] | None,
-) -> Slide:
-    """The band in full slip: `x = T_n/C` moves with the lever, the speed, the temperatures and states of the law.
+class ElasticBand(AbstractElasticBand):
+    """An elastic band on a pulley: `J ω̇ = M_load − R_b (T_n − T_0)` (model §3)."""
 
-    `speed` (m/s) and `alpha` (rad/s²) of its carrier;  `drift`: rates of the temperatures but for the heat of this slip
-    """
-    still, grip, fixed = jnp.zeros_like(speed), m.wrap.grip, m.wrap.fixed is not None
+    wrap: Wrap
+    stiffness: Float[Array, ""]
+    pairs: tuple[Pair, ...]
+    sizes: Sizes
 
-    def stretch(pull: Array, alpha: Any, T_rate: Any, memory_rate: Any) -> Array:
-        none = fixed or acting.surfaces[0] is None
-        return push(pull, alpha, None if none else SurfaceState(T_rate, memory_rate)) / m.stiffness
+    def start(self, omega: Array, elongation: Array) -> tuple[Carried, np.int32, Together]:
+        return Carried(elongation), OPEN, Together(self.starts_locked)
 
-    at_rest = None if ageing is None else ageing(still)
-    growth = stretch(acting.pull, still if fixed else alpha, drift, at_rest)
-    lead = speed - growth
-    if not grip.follows_slip:
-        return Slide(growth, lead, lead, None)
-    heating, rates = acting.warming(friction)[0], m.pairs[0].memory
+    def variables(self, acting: Acting, omega: Array, own: Carried, mode: Mode) -> ElasticNow:
+        band, R_b, T_0, stretched = mode.band, self.wrap.radius, acting.tension, self.stiffness * own.x
+        at = self.at_limit(acting, omega, mode)
+        # what is held bears the load
+        slack, tight = self.tensions(T_0, stretched, band, at.upper, T_0 + acting.load / R_b)
+        shown = pick(band == OPEN, 0.0, slack)
+        elastic = pick(band == ELASTIC, stretched - T_0, 0.0)
+        drag = pick(slips(band), at.upper - T_0, elastic)
+        alpha = pick(band == HELD, 0.0, (acting.load - R_b * drag) / acting.inertia)
+        return ElasticNow(
+            slack_tension=shown,
+            tight_tension=tight,
+            drag=drag,
+            brake_torque=R_b * (tight - shown),
+            alpha=alpha,
+            **self.follow(acting, mode, at, slack, (omega, alpha)),
+        )
 
-    def change(slip: Array) -> Any:
-        return None if ageing is None else jax.tree.map(jnp.subtract, ageing(slip), at_rest)
+    def own_rates(self, z: ElasticNow) -> Carried:
+        return Carried(z.band_speed)
 
-    if rates is not None and rates.bends:
+    def rubs(self, mode: Mode, z: ElasticNow) -> tuple[Rub, ...]:
+        return (self.outer_rub(mode, z),)
 
-        def more(slip: Array) -> Array:
-            return stretch(still, still, None if heating is None else slip * heating, change(slip))
+    def guards(self, acting: Acting, omega: Array, own: Carried, mode: Mode, z: ElasticNow) -> Float[Array, " guard"]:
+        return jnp.stack(self.band_guards(acting, omega, mode, z))
 
-        slip, snap = _slip_of(more, lead, m.wrap.radius * m.sizes.speed)
-        return Slide(speed - slip, slip, lead, snap)
-    gamma = stretch(still, still, heating, change(jnp.ones_like(still)))
-    slip = lead / jnp.where(1 + gamma > 0, 1 + gamma, 1.0)
-    return Slide(growth + gamma * slip, slip, lead, 1 + gamma)
+    def change(self, now: Moment, new: Mode, fired: Bool[Array, " guard"], ask: Ask) -> tuple[Mode, Array]:
+        each = jnp.unstack(fired)
+        new = self.relocked(new, each)
+        # at rest: does the band hold the load?
+        acting, rest = ask(new._replace(band=HELD), now.omega, now.own)
+        beyond = excess(rest.tight_tension, rest.lower, rest.upper, self.sizes.slight_torque / self.wrap.radius)
+        found = self.onset(now, each, acting, jnp.where(self.locked_in(new), 0, beyond))
+        new = new._replace(sense=found.settled(now, new, now.mode.band).sense)
+
+        def there(mode: Mode) -> ElasticNow:
+            return ask(mode, found.omega, now.own)[1]
+
+        new = found.settled(now, new, self.taut_mode(now, new, each, there, acting, rest, found))
+        return new, self.code_of(each, jnp.asarray(0, jnp.int32))
+
+    def shown(self, tension: Array, omega: Array, own: Carried, mode: Mode, surfaces: Surfaces, z: ElasticNow) -> Shown:
+        pair, along = self.first_shown(tension, omega, mode, surfaces, z)
+        return Shown((pair,), along, elongation=own.x)
+
+    def stored(self, inertia: Array, omega: Array, own: Carried, mode: Mode) -> tuple[Array, Array]:
+        return 0.5 * inertia * omega**2, 0.5 * self.stiffness * own.x**2
+
+    def own_sizes(self) -> Carried:
+        return Carried(self.sizes.tension / self.stiffness)
+
+    def capacity(self, tension: Array, omega: Array, own: Carried, surfaces: Surfaces) -> Float[Array, " pairs"]:
+        return self.grip.torque(self.wrap.radius, tension, omega, surfaces[0])[None]
 
 
 def _slip_of(more: Callable[[Array], Array], lead: Array, size: Array) -> tuple[Array, Array]:
@@ -352,105 +403,3 @@ def _slip_of(more: Callable[[Array], Array], lead: Array, size: Array) -> tuple[
     r, slope = residual(v)
     off = jnp.abs(r) / size
     return jnp.where(off > _OFF, lead, v), jnp.where(off > _OFF, -jnp.minimum(off, 1.0), slope)
-
-
-def band_guards(m: Any, acting: Acting, omega: Array, mode: Mode, z: Any) -> list[Array]:
-    """Guards of a band: motion, upper limit, lower limit, lever, and codes."""
-    band, size = mode.band, m.sizes
-    forward, back, held = band == BandMode.SLIP, band == BandMode.SLIP_BACK, band == BandMode.HELD
-    is_open, take_up = band == BandMode.OPEN, band == BandMode.TAKE_UP
-    motion = jnp.where(mode.sense > 0, omega, -omega) / size.speed
-    motion = jnp.where(is_open | held, 1.0, motion)
-    # at rest a difference of tensions is one of torques
-    per_newton = jnp.where(held, m.wrap.radius / size.torque, 1 / size.tension)
-    bounded = (held | (band == BandMode.ELASTIC)) & ~m.locked_in(mode)
-    lead = z.lead / (m.wrap.radius * size.speed)
-    most = jnp.where(take_up, acting.tension, z.upper)
-    high = jnp.where(bounded | take_up, (most - z.tight_tension) * per_newton, jnp.where(forward, lead, 1.0))
-    low = jnp.where(bounded, (z.tight_tension - z.lower) * per_newton, jnp.where(back, -lead, 1.0))
-    lever = jnp.where(is_open, -acting.tension, acting.tension) / size.tension
-    more = [] if z.margin is None else [jnp.where(mode.own.locks > 0, -z.margin, z.margin)]
-    for code in m.codes:
-        more.append(jnp.where(slips(band), z.snap if code == BrakeCode.BAND_SNAP else z.slope, 1.0))
-    return [motion, high, low, lever, *more]
-
-
-def tension_of(m: Any, x: Array, mode: Mode, z: Any) -> Array:
-    """`C x`, with the exact value where it follows from the slack tension."""
-    return jnp.where(slips(mode.band), z.upper, m.stiffness * x)
-
-
-def taut_mode(
-    m: Any,
-    now: Moment,
-    new: Mode,
-    fired: Fired,
-    there: Callable[[Mode], Any],
-    acting: Acting,
-    rest: Any,
-    found: Onset,
-) -> Array:
-    """Mode of an elastic band that the lever pulls, on a carrier that moves or starts to.
-
-    - `there(mode)`: the variables in another mode;  `rest`: those at rest
-    """
-    old, C, locked, T_0 = now.mode.band, m.stiffness, m.locked_in(new), acting.tension
-    rounding, speed = m.sizes.slight_tension, m.wrap.radius * found.omega
-    was_slack = (old == BandMode.OPEN) | (old == BandMode.TAKE_UP)
-    tension = tension_of(m, now.own.x, now.mode, now.z)
-    # where the lever only begins to pull both limits are 0, and Ṫ_0/C lies between the speeds of the band on them
-    lags = C * speed < acting.pull
-    takes_up = jnp.where(found.rising, lags, tension < T_0 - rounding)
-    takes_up = was_slack & (found.omega > 0) & takes_up & ~((old == BandMode.TAKE_UP) & fired[1])
-    low, high = jnp.where(locked, 0.0, rest.lower), jnp.where(locked, jnp.inf, rest.upper)
-    # the lever itself draws a slack band tight on a pulley that does not run into it
-    tension = jnp.where(was_slack & (found.omega <= 0), jnp.maximum(tension, low), tension)
-    if new.lever_piece is not None:  # late in a run the known times themselves are rounded
-        steepest = jnp.maximum(jnp.abs(acting.pull), jnp.abs(now.acting.pull))
-        rounding = rounding + 1e-15 * jnp.abs(now.t) * steepest * jnp.where(locked, 1.0, rest.ratio)
-    # at a limit of the tension it slides if the slip speed that it would have there has the right sign; with no slip
-    # speed yet, the direction in which the pulley starts decides
-    at_high, at_low = tension >= high - rounding, tension <= low + rounding
-    lags = lags | ((C * speed == acting.pull) & (found.direction < 0))
-    back = jnp.where(at_high, at_low & lags, at_low | (old == BandMode.SLIP_BACK))
-    trial, way = jnp.where(back, SLIP_BACK, SLIP), jnp.where(back, -1.0, 1.0)
-    slid = there(new._replace(band=Sliding(back)))
-    # a band that slides stays at its kinetic limit; at rest and elastic the static one counts
-    past = way * (tension - slid.upper)
-    limited = jnp.where(back, at_low, at_high) | ((old == trial) & (past >= -rounding))
-    runs = (way * slid.lead > 0) | ((slid.lead == 0) & jnp.where(back, found.direction < 0, found.direction > 0))
-    mode = jnp.where(limited & runs, trial, ELASTIC)
-    mode = jnp.where((old == BandMode.ELASTIC) & fired[1], SLIP, mode)
-    mode = jnp.where((old == BandMode.ELASTIC) & fired[2], SLIP_BACK, mode)
-    sticks = ((old == BandMode.SLIP) & fired[1]) | ((old == BandMode.SLIP_BACK) & fired[2])
-    mode = jnp.where(sticks, ELASTIC, mode)
-    return jnp.where(takes_up, TAKE_UP, mode)
-
-
-def strained(
-    m: Any, omega: Array, x: Array, before: tuple[Mode, Any], after: tuple[Mode, Array]
-) -> Callable[[Any], tuple[Array, Array, Array]]:
-    """Elongation after a change of mode, the work of the lever in it and the heat that it sets free (J), as a function
-    of the surfaces of the linings."""
-    (old, z), (new, T_0), C = before, after, m.stiffness
-    was_open, locked, sliding = old.band == BandMode.OPEN, m.locked_in(new), slips(new.band)
-    is_open, held, elastic = new.band == BandMode.OPEN, new.band == BandMode.HELD, new.band == BandMode.ELASTIC
-    T_0 = jnp.where(is_open, 0.0, T_0)
-    v = jnp.where(new.sense > 0, omega, -omega) * m.wrap.radius
-    back, tension = new.band == BandMode.SLIP_BACK, tension_of(m, x, old, z)
-    drawn_tight = was_open | (old.band == BandMode.TAKE_UP)
-    # what neither slides nor is held by friction keeps its elongation; a band that is let go springs back
-    kept = jnp.where(is_open & ~was_open, 0.0, C * x)
-
-    def of(surface: Any) -> tuple[Array, Array, Array]:
-        limit = m.wrap.limit(T_0, v, surface, back, ~sliding)
-        upper = T_0 * limit.ratio
-        low, high = jnp.where(locked, 0.0, T_0 / limit.other), jnp.where(locked, jnp.inf, upper)
-        drawn = jnp.maximum(tension, low)
-        resting = jnp.where(held, jnp.where(drawn_tight, drawn, tension), jnp.where(sliding, upper, kept))
-        T_n = jnp.where(elastic, jnp.minimum(drawn, high), resting)
-        after = T_n / C
-        drift = after - x
-        return after, T_0 * drift, drift * (T_0 - 0.5 * (C * x + T_n))
-
-    return of

@@ -2,16 +2,16 @@
 
 import abc
 import enum
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from collections.abc import Callable, Sequence
+from typing import Any, ClassVar, NamedTuple
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float, Int, PyTree
 
-from ..brakes._band import LiningForces
-from ..friction import AbstractFriction, RatesRead
+from ..friction import AbstractFriction, RatesRead, SurfaceState
 from ..hybrid import SYSTEM_CODES
 from ..hybrid._arrays import Array
 from ..thermal._heat import FrictionHeat
@@ -83,18 +83,6 @@ BAND_MODES = {
 }
 
 
-def rigid_mode(direction: Int[Array, ""]) -> Int[Array, ""]:
-    return jnp.where(direction > 0, SLIP, SLIP_BACK)
-
-
-def pick(condition: Any, yes: Any, no: Any) -> Any:
-    """`jnp.where`, decided while tracing where the condition is known: a label of a band that is asked about."""
-    if isinstance(condition, bool | np.bool_):
-        found = yes if condition else no
-        return np.float64(found) if isinstance(found, float) else found  # an array like all others
-    return jnp.where(condition, yes, no)
-
-
 class Sliding:
     """The label of a band that is asked about: it slides, ahead or `back`, and is known to do nothing else."""
 
@@ -102,13 +90,13 @@ class Sliding:
         self.back = back
 
     def __eq__(self, label: object) -> Any:
-        if label == BandMode.SLIP_BACK:
+        if label == SLIP_BACK:
             return self.back
-        return ~self.back if label == BandMode.SLIP else np.False_
+        return ~self.back if label == SLIP else np.False_
 
 
 def slips(band: Any) -> Any:
-    return np.True_ if isinstance(band, Sliding) else (band == BandMode.SLIP) | (band == BandMode.SLIP_BACK)
+    return np.True_ if isinstance(band, Sliding) else (band == SLIP) | (band == SLIP_BACK)
 
 
 class Label(NamedTuple):
@@ -163,6 +151,25 @@ def _events_of_band(before: Label, after: Label, first: bool) -> list[str]:
 
 # --- mechanisms -------------------------------------------------------------------------------------------------------
 
+#: states of the surfaces that the law of each pair sees: temperatures (K) and the law's own states, (n,); `None` where
+#: the scene has neither
+Surfaces = tuple[SurfaceState | None, ...]
+
+
+class Rub(NamedTuple):
+    """A friction pair at one instant; its power is `force · slip`.
+
+    - `force` (N): friction at the radius of `slip`, signed like it: (n,), or the sum unless the pair is `apart`;
+      while they stick it makes no power, and may be any
+    - `slip` (m/s): (n,), or one for all linings; 0 while they stick
+    - `sense`: the way it slides (±1), 0 while it sticks, shaped like `slip`;  `normal` (n,): loads (N)
+    """
+
+    force: Float[Array, "*n"]
+    slip: Array
+    sense: Array
+    normal: Float[Array, " n"]
+
 
 class Pair(eqx.Module):
     """What a friction pair has for good.
@@ -185,20 +192,38 @@ class Pair(eqx.Module):
     apart: bool = eqx.field(static=True, default=False)
     memory: RatesRead | None = eqx.field(static=True, default=None)
 
+    def memory_rates(self, surface: SurfaceState, v: Array, normal: Float[Array, " n"], power: Array) -> PyTree:
+        """Rates of the states of its law, (n,) each.
 
-class Rub(NamedTuple):
-    """A friction pair at one instant; its power is `force · slip`.
+        - `v` (m/s): slip speed signed by the sense, `power` (W) of the friction of each lining: (n,) or one for all
 
-    - `force` (N): friction at the radius of `slip`, signed like it: (n,), or the sum unless the pair is `apart`;
-      while they stick it makes no power, and may be any
-    - `slip` (m/s): (n,), or one for all linings; 0 while they stick
-    - `sense`: the way it slides (±1), 0 while it sticks, shaped like `slip`;  `normal` (n,): loads (N)
-    """
+        Past the end of a slide, where both are below 0, a rate `g` goes on with the slope that it has,
+        `2 g(0) − g(|v|)`.
+        """
+        still, area = jnp.zeros(self.count), self.area
+        p, q = (None, None) if area is None else (normal / area, power / area + still)
+        v = v + still
 
-    force: Float[Array, "*n"]
-    slip: Array
-    sense: Array
-    normal: Float[Array, " n"]
+        def at(v: Array, q: Array | None) -> PyTree:
+            return jax.tree.map(lambda rate: rate + still, self.law.rates(surface.contact(v, p, q)))
+
+        if self.memory is None or not self.memory.bends:
+            return at(v, q)  # a straight line goes on by itself
+        past, at_rest = v < 0, at(still, None if q is None else still)
+        found = at(jnp.where(past, -v, v), None if q is None else jnp.where(past, -q, q))
+        return jax.tree.map(lambda rate, still: jnp.where(past, 2 * still - rate, rate), found, at_rest)
+
+    @property
+    def wears(self) -> bool:
+        """Whether the wear of its linings is followed."""
+        return self.wear is not None and self.area is not None
+
+    def wear_rate(self, rub: Rub, T: Array | None) -> Float[Array, " n"] | None:
+        """Rate of wear (m/s) of its linings, `ḣ_i = I(T_i) p_i v_i` (model §7), where it is followed."""
+        if self.wear is None or self.area is None:
+            return None
+        p, v = rub.normal / self.area, rub.sense * rub.slip
+        return jnp.broadcast_to(self.wear(p, v, T) * p * v, (self.count,))
 
 
 class PairNow(NamedTuple):
@@ -221,6 +246,13 @@ class PairNow(NamedTuple):
     torque: Float[Array, ""]
     coefficient: Any
     capacity: Any = None
+
+    @classmethod
+    def of(
+        cls, force: Array, normal: Array, slip: Array, sense: Array, torque: Array, f: Array | None, more: Any = None
+    ) -> "PairNow":
+        """Linings whose friction is used up where they slide, and acts at the radius of the slip; `more`: capacity."""
+        return cls(force, force, normal, slip, sense, sense != 0, torque, f, more)
 
 
 class Shown(NamedTuple):
@@ -246,10 +278,8 @@ class Acting(NamedTuple):
     """What acts on a mechanism at one instant.
 
     - `tension` (N): what the lever gives, a slack tension or a force, and `pull` its rate;  `load` (N·m) on the shaft
-    - `inertia` (kg·m²) of the shaft and all that moves with it
-    - `surfaces`: state of those that the law of each pair sees: temperatures (K) and the law's own states, (n,);
-      `None` where the scene has neither
-    - `warming(forces)`: rates (K/s) of these temperatures by the friction forces of each pair (as in `Rub`; `None`: not
+    - `inertia` (kg·m²) of the shaft and all that moves with it;  `surfaces` of the pairs
+    - `warming(forces)`: rates (K/s) of their temperatures by the friction forces of each pair (as in `Rub`; `None`: not
       this pair's) per unit of its slip speed, linear in them; without forces, by all else
     """
 
@@ -258,24 +288,22 @@ class Acting(NamedTuple):
     pull: Float[Array, ""]
     load: Float[Array, ""]
     inertia: Float[Array, ""]
-    surfaces: tuple[Any, ...]
-    warming: Callable[[tuple[Array | None, ...] | None], tuple[Any, ...]]
+    surfaces: Surfaces
+    warming: Callable[[tuple[Array | None, ...] | None], tuple[PyTree, ...]]
 
 
 class Mode(NamedTuple):
     """What a brake does between two events.
 
     - `band`: label of the whole (`BandMode`);  `sense`: direction in which the pulley moves or last moved, ±1
-    - `own`: what only its mechanism has;  pieces on which the given functions of time are: of the lever, the load and
+    - `own`: what only its mechanism has;  `pieces` on which the given functions of time are: of the lever, the load and
       the heat, `None` of those without known times
     """
 
     band: Any
     sense: Any
     own: Any
-    lever_piece: Any
-    load_piece: Any
-    heat_pieces: tuple[Any, ...] = ()
+    pieces: tuple[Any, ...]
 
     @property
     def slides(self) -> Any:
@@ -304,6 +332,17 @@ class Sizes(NamedTuple):
     slight_torque: Float[Array, ""]
 
 
+class ContactNow(eqx.Module):
+    """Variables that every mechanism has; each adds its own."""
+
+    slack_tension: Float[Array, ""]  # T_0 (N), as the contact has it: 0 while the lever does not pull
+    tight_tension: Float[Array, ""]  # T_n (N)
+    brake_torque: Float[Array, ""]  # M_b (N·m)
+    alpha: Float[Array, ""]  # ω̇ (rad/s²)
+    slip_speed: Float[Array, ""]  # v_s (m/s), of linings that move by themselves the mean
+    lever_power: Float[Array, ""]  # W
+
+
 class Moment(NamedTuple):
     """A mechanism at one instant, as its changes of mode see it.
 
@@ -319,11 +358,11 @@ class Moment(NamedTuple):
     z_rate: Any
 
 
-#: which guards reached 0: a vector, or one by one
-Fired = Bool[Array, " guard"] | tuple[Bool[Array, ""], ...]
+#: which guards reached 0, one by one
+Fired = Sequence[Bool[Array, ""]]
 
 #: `ask(mode, omega, own)`: what acts, and the variables, in another mode, at other speeds, at the same instant
-Ask = Callable[[Mode, Array, Any], tuple[Acting, Any]]
+Ask = Callable[[Mode, Array, PyTree], tuple[Acting, Any]]
 
 
 class AbstractMechanism(eqx.Module):
@@ -331,46 +370,60 @@ class AbstractMechanism(eqx.Module):
 
     A mechanism knows the shaft's speed `ω`, states and modes of its `own`, and what acts on it (`Acting`). It has
     friction pairs, of which all else sees only names, forces and slip speeds: no heat, no wear, no ledger is in here.
-    Its variables `z` have at least the fields `alpha` (rad/s²), `brake_torque` (N·m), `slack_tension`, `tight_tension`
-    (N), `slip_speed` (m/s) and `lever_power` (W); `damping` (W) where it has dampers.
+    Its variables `z` are a `ContactNow`, with `damping` (W) where it has dampers.
+
+    - `grip`: friction of the linings on which the lever acts
+    - `distribution`: how what rigid bodies leave undetermined among the linings is closed, in words
+    - `banded`: whether the linings are under a band, which has tensions
+    - `resolved`: whether single linings move by themselves
+    - `couples_loads`: whether the load of a lining depends on the friction of others at the same instant
+    - `stretches`: whether it has a band whose stretch follows its friction at once: slip speeds depend on how fast the
+      friction changes, and the tension jumps with changes of mode (`strained`)
+    - `damps`: whether it has dampers
     """
 
     pairs: eqx.AbstractVar[tuple[Pair, ...]]
     sizes: eqx.AbstractVar[Sizes]
+    grip: eqx.AbstractVar[AbstractGrip]
+    distribution: eqx.AbstractClassVar[str]
+    banded: ClassVar[bool] = True
+    resolved: ClassVar[bool] = False
+    couples_loads: ClassVar[bool] = True
+    damps: ClassVar[bool] = False
 
     @abc.abstractmethod
-    def start(self, omega: Array, elongation: Array) -> tuple[Any, Any, Any]:
+    def start(self, omega: Array, elongation: Array) -> tuple[PyTree, Array | np.int32, PyTree]:
         """Own states, label of the band and own modes at the start; the run settles the true first mode itself, as an
         event."""
 
     @abc.abstractmethod
-    def variables(self, acting: Acting, omega: Array, own: Any, mode: Mode) -> Any:
+    def variables(self, acting: Acting, omega: Array, own: PyTree, mode: Mode) -> ContactNow:
         """Everything algebraic at one instant."""
 
     @abc.abstractmethod
-    def own_rates(self, z: Any) -> Any:
+    def own_rates(self, z: ContactNow) -> PyTree:
         """Rates of the own states."""
 
     @abc.abstractmethod
-    def rests(self, mode: Mode) -> Bool[Array, ""]:
-        """Whether the pulley is at rest."""
-
-    @abc.abstractmethod
-    def guards(self, acting: Acting, omega: Array, own: Any, mode: Mode, z: Any) -> Float[Array, " guard"]:
+    def guards(self, acting: Acting, omega: Array, own: PyTree, mode: Mode, z: ContactNow) -> Float[Array, " guard"]:
         """Dimensionless margins, positive while the mode holds."""
 
     @abc.abstractmethod
-    def change(self, now: Moment, new: Mode, fired: Bool[Array, " guard"], ask: Ask) -> tuple[Mode, Any]:
+    def change(self, now: Moment, new: Mode, fired: Bool[Array, " guard"], ask: Ask) -> tuple[Mode, Array]:
         """The mode after an event, and a code; `new` is the old one on the pieces that begin at this instant."""
 
     @abc.abstractmethod
-    def arrested(self, omega: Array, own: Any, before: Mode, after: Mode) -> tuple[Array, Any]:
+    def arrested(self, omega: Array, own: PyTree, before: Mode, after: Mode) -> tuple[Array, PyTree]:
         """Speed and own states just after a change of mode: what sticks or rests from now on has exactly the speed of
         what it sticks to."""
 
+    @property
+    def stretches(self) -> bool:
+        return False
+
     def strained(
-        self, omega: Array, own: Any, before: tuple[Mode, Any], after: tuple[Mode, Array]
-    ) -> Callable[[tuple[Any, ...]], tuple[Any, Array, tuple[Array, ...]]]:
+        self, omega: Array, own: PyTree, before: tuple[Mode, PyTree], after: tuple[Mode, Array]
+    ) -> Callable[[Surfaces], tuple[PyTree, Array, tuple[Array, ...]]]:
         """The jumps of tension in a change of mode, as a function of the surfaces that the laws of the pairs see.
 
         It gives the own states after them, the work of the lever and the heat of each pair (J). `before`: the mode with
@@ -378,22 +431,7 @@ class AbstractMechanism(eqx.Module):
         """
         raise TypeError(f"nothing jumps in {type(self).__name__}")
 
-    @property
-    def strains(self) -> bool:
-        """Whether `strained` has anything to do."""
-        return False
-
-    @property
-    @abc.abstractmethod
-    def grip(self) -> AbstractGrip:
-        """Friction of the linings on which the lever acts."""
-
-    @property
-    @abc.abstractmethod
-    def distribution(self) -> str:
-        """How what rigid bodies leave undetermined among the linings is closed, in words."""
-
-    def lining_margins(self, mode: Mode, z: Any) -> Float[Array, " twice_n"]:
+    def lining_margins(self, mode: Mode, z: PyTree) -> Float[Array, " twice_n"]:
         """By how much each lining is past its static limit while the band is elastic, over the reference tension.
 
         The first `n` count from the slack end (`C x − T_0 Π_i`), the last `n` from the anchor for a band pulled the
@@ -402,7 +440,7 @@ class AbstractMechanism(eqx.Module):
         return jnp.zeros(0)
 
     @abc.abstractmethod
-    def shown(self, tension: Array, omega: Array, own: Any, mode: Mode, surfaces: tuple[Any, ...], z: Any) -> Shown:
+    def shown(self, tension: Array, omega: Array, own: PyTree, mode: Mode, surfaces: Surfaces, z: PyTree) -> Shown:
         """What results show of it at one instant; `tension` is the lever's."""
 
     @property
@@ -411,144 +449,40 @@ class AbstractMechanism(eqx.Module):
         return any(pair.heat is not None or pair.memory is not None for pair in self.pairs)
 
     @property
-    def banded(self) -> bool:
-        """Whether the linings are under a band, which has tensions."""
-        return True
-
-    @property
-    def resolved(self) -> bool:
-        """Whether single linings move by themselves."""
-        return False
-
-    @property
     def tells_pairs_apart(self) -> bool:
         """Whether its pairs show more than the brake as a whole: several, or one whose linings move by themselves."""
         return len(self.pairs) > 1 or self.resolved
 
-    @property
-    def couples_loads(self) -> bool:
-        """Whether the load of a lining depends on the friction of others at the same instant."""
-        return True
-
-    @property
-    def couples_slip(self) -> bool:
-        """Whether slip speeds depend on how fast the friction changes."""
-        return False
-
-    @property
-    def damps(self) -> bool:
-        """Whether it has dampers; its variables then have `damping` (W)."""
-        return False
-
-    @property
-    @abc.abstractmethod
-    def varies(self) -> bool:
-        """Whether the friction of what sticks can change in a run."""
-
-    def gain(self, omega: Array, surfaces: tuple[Any, ...]) -> Float[Array, ""]:
+    def gain(self, omega: Array, surfaces: Surfaces) -> Float[Array, ""]:
         """Torque (N·m) per newton of the lever while the pulley slides at the speed `omega` ≥ 0 (rad/s)."""
         raise TypeError(f"the torque of {type(self).__name__} does not follow from the lever alone")
 
     @abc.abstractmethod
-    def rubs(self, acting: Acting, mode: Mode, z: Any) -> tuple[Rub, ...]:
+    def rubs(self, mode: Mode, z: PyTree) -> tuple[Rub, ...]:
         """The friction pairs at one instant."""
 
     @abc.abstractmethod
-    def stored(self, inertia: Array, omega: Array, own: Any, mode: Mode) -> tuple[Array, Array]:
+    def stored(self, inertia: Array, omega: Array, own: PyTree, mode: Mode) -> tuple[Array, Array]:
         """Kinetic and elastic energy (J)."""
 
     @abc.abstractmethod
-    def own_sizes(self) -> Any:
+    def own_sizes(self) -> PyTree:
         """Typical sizes of the own states."""
 
     @abc.abstractmethod
-    def capacity(self, tension: Array, omega: Array, own: Any, surfaces: tuple[Any, ...]) -> Float[Array, " pairs"]:
-        """Greatest torque (N·m, ≥ 0) of each friction pair against the motion, sliding at the speed of the pulley."""
+    def capacity(self, tension: Array, omega: Array, own: PyTree, surfaces: Surfaces) -> Float[Array, " pairs"]:
+        """Maximum torque (N·m, ≥ 0) of each friction pair against the motion, sliding at the speed of the pulley."""
 
 
-class Locking(NamedTuple):
-    """Whether a lining locks itself (0, 1), where that can change in a run (else `None`)."""
-
-    locks: Any
-
-    def slides(self, mode: Any) -> Any:
-        """There is one pair."""
-        return 0 * mode.band
-
-    @property
-    def contacts(self) -> dict[str, Any]:
-        """The linings act as one."""
-        return {}
+# --- changes of mode --------------------------------------------------------------------------------------------------
 
 
-class Onset(NamedTuple):
-    """How the motion goes on after an event of a contact that moves as one.
-
-    - `pulls`: whether the lever pulls, `rising`: whether it only begins to
-    - `stands`: whether the pulley stands at this instant;  `direction`: where it goes (±1), 0: it is held
-    - `omega`: its speed, exactly 0 where it stands
-    """
-
-    pulls: Bool[Array, ""]
-    rising: Bool[Array, ""]
-    stands: Bool[Array, ""]
-    direction: Any
-    omega: Array
+def excess(value: Array, low: Array, high: Array, slack: Array) -> Int[Array, ""]:
+    """Which limit a value exceeds by more than `slack`: 1 the upper, −1 the lower, else 0."""
+    return jnp.where(value > high + slack, 1, jnp.where(value < low - slack, -1, 0))
 
 
-def onset(now: Moment, fired: Fired, acting: Acting, beyond: Any, sizes: Sizes) -> Onset:
-    """The motion after an event where the guards are motion, upper limit, lower limit, lever.
-
-    `beyond`: which limit of holding the load exceeds, 1 the upper, −1 the lower, else 0. A guard that fired has the
-    last word over such a comparison at rounding level. A pulley without speed in a mode of motion starts at this very
-    instant, the way that was found.
-    """
-    T_0, rounding = acting.tension, sizes.slight_tension
-    rising = (jnp.abs(T_0) <= rounding) & (acting.pull > 0)
-    was_open, was_held = now.mode.band == BandMode.OPEN, now.mode.band == BandMode.HELD
-    direction = jnp.where(was_held & fired[1], 1, jnp.where(was_held & fired[2], -1, beyond))
-    stands = was_held | fired[0] | ((now.omega == 0) & was_open)
-    moving = jnp.where(now.omega == 0, now.mode.sense, jnp.sign(now.omega).astype(jnp.int32))
-    direction = jnp.where(stands, direction, moving)
-    return Onset((rounding < T_0) | rising, rising, stands, direction, jnp.where(stands, 0.0, now.omega))
-
-
-def settled_mode(now: Moment, new: Mode, found: Onset, moving: Any) -> Mode:
-    """The mode after an event: held, open, or `moving`."""
-    band = jnp.where(found.stands & (found.direction == 0), HELD, moving)
-    band = jnp.where(found.pulls, band, OPEN)
-    sense = jnp.where(found.direction == 0, now.mode.sense, found.direction)
-    return new._replace(band=band.astype(jnp.int32), sense=sense.astype(jnp.int32))
-
-
-def failed(codes: tuple[BrakeCode, ...], fired: Fired, first: int, code: Any) -> Any:
-    """The code of the end of the run whose guard fired (`codes` belong to the guards from `first` on), else `code`."""
-    for i, failure in enumerate(codes, first):
-        code = jnp.where(fired[i], int(failure), code)
-    return code
-
-
-def arrested(omega: Array, before: Mode, after: Mode) -> Array:
+def speed_after(omega: Array, before: Mode, after: Mode, rests: Array) -> Array:
     """The speed just after a change of mode: exactly 0 where the pulley comes to rest or turns round."""
-    turned = (before.band != BandMode.OPEN) & (after.sense != before.sense)
-    return jnp.where((after.band == BandMode.HELD) | turned, 0.0, omega)
-
-
-def sense_of(mode: Mode) -> Array:
-    """The way in which a contact that moves as one slides: ±1, 0 while it sticks."""
-    return jnp.where(mode.band == BandMode.SLIP, 1.0, jnp.where(mode.band == BandMode.SLIP_BACK, -1.0, 0.0))
-
-
-def moving_as_one(forces: LiningForces, cosine: Any, mode: Mode, z: Any, coefficient: Any) -> PairNow:
-    """The pair of a contact that moves as one; `cosine`: friction at the face over the force along the slip."""
-    n = forces.normal.shape
-    return PairNow(
-        force=forces.friction / cosine,
-        friction=forces.friction,
-        normal=forces.normal,
-        slip=jnp.broadcast_to(z.slip_speed, n),
-        sense=jnp.broadcast_to(sense_of(mode).astype(jnp.int32), n),
-        at_limit=forces.at_limit,
-        torque=z.brake_torque,
-        coefficient=coefficient,
-    )
+    turned = (before.band != OPEN) & (after.sense != before.sense)
+    return jnp.where(rests | turned, 0.0, omega)

@@ -1,44 +1,223 @@
-"""Rigid contact: the brake torque follows at once from the lever's force and from friction."""
+"""Linings that act as one, and rigid contact: the brake torque follows at once from the lever's force and friction."""
 
 import abc
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import equinox as eqx
 import jax.numpy as jnp
-from jaxtyping import Bool, Float
+import numpy as np
+from jaxtyping import Bool, Float, Int, PyTree
 
 from ..brakes._band import LiningForces
 from ..brakes._pressed import AbstractPressedBrake
+from ..friction import SurfaceState
 from ..hybrid import largest
 from ..hybrid._arrays import Array
 from ._mechanism import (
     HELD,
     OPEN,
+    SLIP,
+    SLIP_BACK,
     AbstractMechanism,
-    BandMode,
+    Acting,
+    Ask,
     BrakeCode,
-    Locking,
+    ContactNow,
+    Fired,
     Mode,
+    Moment,
     Pair,
+    PairNow,
     Rub,
     Shown,
     Sizes,
-    arrested,
-    failed,
-    moving_as_one,
-    onset,
-    pick,
-    rigid_mode,
-    sense_of,
-    settled_mode,
+    Surfaces,
+    excess,
     slips,
+    speed_after,
 )
-from ._sliding import AbstractGrip, FaceGrip
-from ._wrap import MOBILISATION, Wrap, band_torque
+from ._sliding import FaceGrip, Grip, Known, Wrap, pick
+
+
+class Together(NamedTuple):
+    """What linings do that act as one.
+
+    - `locks`: whether a lining locks itself (0, 1), where that can change in a run (else `None`)
+    - `inner`, of a staged brake: 0 while the internal pair sticks, ±1 the sign of `ω − ω_b` while it slides
+    - `piece`, of a staged brake: number of linings at their limit on the band, as `_band.piece_of` counts them
+    """
+
+    locks: Any = None
+    inner: Any = None
+    piece: Any = None
+
+    def slides(self, mode: Mode) -> Array:
+        """The internal pair: 0 while it sticks, or where there is none, else ±1."""
+        return 0 * mode.band if self.inner is None else self.inner
+
+    @property
+    def contacts(self) -> dict[str, Array]:
+        return {}
+
+
+class Onset(NamedTuple):
+    """How the motion goes on after an event.
+
+    - `pulls`: whether the lever pulls, `rising`: whether it only begins to
+    - `stands`: whether the pulley stands at this instant;  `direction`: where it goes (±1), 0: it is held
+    - `omega`: its speed, exactly 0 where it stands
+    """
+
+    pulls: Bool[Array, ""]
+    rising: Bool[Array, ""]
+    stands: Bool[Array, ""]
+    direction: Int[Array, ""]
+    omega: Float[Array, ""]
+
+    def settled(self, now: Moment, new: Mode, moving: Int[Array, ""]) -> Mode:
+        """The mode after the event: held, open, or `moving`."""
+        band = jnp.where(self.stands & (self.direction == 0), HELD, moving)
+        band = jnp.where(self.pulls, band, OPEN)
+        sense = jnp.where(self.direction == 0, now.mode.sense, self.direction)
+        return new._replace(band=band.astype(jnp.int32), sense=sense.astype(jnp.int32))
+
+
+class AbstractContact(AbstractMechanism):
+    """Linings that act as one: open, held, sliding ahead or back, and on an elastic band what lies between.
+
+    Guards: motion, upper limit, lower limit, lever; then what can change with heat: locking, and one for each code.
+
+    - `locked`: whether a lining locks itself at the start; `locking_varies`: whether that can change in a run
+    - `codes`: ends of the run that heat can bring about
+    """
+
+    locked: eqx.AbstractVar[Bool[Array, ""]]
+    locking_varies: eqx.AbstractVar[bool]
+    codes: eqx.AbstractVar[tuple[BrakeCode, ...]]
+
+    def locked_in(self, mode: Mode) -> Bool[Array, ""]:
+        return self.locked if mode.own.locks is None else mode.own.locks > 0
+
+    @property
+    def starts_locked(self) -> Int[Array, ""] | None:
+        """Whether a lining locks itself in the first mode, where that can change."""
+        return self.locked.astype(jnp.int32) if self.locking_varies else None
+
+    def margins(
+        self,
+        acting: Acting,
+        omega: Array,
+        mode: Mode,
+        limits: tuple[Array, Array],
+        locking: Array | None,
+        sound: dict[BrakeCode, PyTree],
+    ) -> list[Array]:
+        """The guards; `locking`: by how much the linings are away from locking themselves, `sound`: those of codes
+        while the linings slide."""
+        is_open, size = mode.band == OPEN, self.sizes
+        motion = jnp.where(mode.sense > 0, omega, -omega) / size.speed
+        motion = jnp.where(is_open | (mode.band == HELD), 1.0, motion)
+        lever = jnp.where(is_open, -acting.tension, acting.tension) / size.tension
+        more = [] if locking is None else [jnp.where(mode.own.locks > 0, -locking, locking)]
+        more += [jnp.where(slips(mode.band), sound[code], 1.0) for code in self.codes]
+        return [motion, *limits, lever, *more]
+
+    def relocked(self, new: Mode, fired: Fired) -> Mode:
+        """The mode in which linings lock themselves, or no longer do, if the guard of that fired."""
+        if new.own.locks is None:
+            return new
+        return new._replace(own=new.own._replace(locks=(new.own.locks ^ fired[4].astype(jnp.int32)).astype(jnp.int32)))
+
+    def code_of(self, fired: Fired, code: Array) -> Array:
+        """The code of the end of the run whose guard fired, else `code`."""
+        for i, failure in enumerate(self.codes, 4 + self.locking_varies):
+            code = jnp.where(fired[i], int(failure), code)
+        return code
+
+    def onset(self, now: Moment, fired: Fired, acting: Acting, beyond: Array) -> Onset:
+        """The motion after an event.
+
+        `beyond`: which limit of holding the load exceeds, 1 the upper, −1 the lower, else 0. A guard that fired has
+        the last word over such a comparison at rounding level. A pulley without speed in a mode of motion starts at
+        this very instant, the way that was found.
+        """
+        T_0, rounding = acting.tension, self.sizes.slight_tension
+        rising = (jnp.abs(T_0) <= rounding) & (acting.pull > 0)
+        was_open, was_held = now.mode.band == OPEN, now.mode.band == HELD
+        direction = jnp.where(was_held & fired[1], 1, jnp.where(was_held & fired[2], -1, beyond))
+        stands = was_held | fired[0] | ((now.omega == 0) & was_open)
+        moving = jnp.where(now.omega == 0, now.mode.sense, jnp.sign(now.omega).astype(jnp.int32))
+        direction = jnp.where(stands, direction, moving)
+        return Onset((rounding < T_0) | rising, rising, stands, direction, jnp.where(stands, 0.0, now.omega))
+
+    def arrested(self, omega: Array, own: Any, before: Mode, after: Mode) -> tuple[Array, Any]:
+        return speed_after(omega, before, after, after.band == HELD), own
+
+    @abc.abstractmethod
+    def linings(self, mode: Mode, z: Any) -> LiningForces:
+        """Forces at every lining."""
+
+    @abc.abstractmethod
+    def kinetic(self, force: Array, omega: Array, surface: SurfaceState | None, mode: Mode) -> Float[Array, " n"]:
+        """Coefficients of friction that the linings have when they slide."""
+
+    def first_shown(
+        self, tension: Array, omega: Array, mode: Mode, surfaces: Surfaces, z: ContactNow
+    ) -> tuple[PairNow, Array | None]:
+        """The pair on which the lever acts, and the tension of the band behind every lining."""
+        forces, n = self.linings(mode, z), (self.pairs[0].count,)
+        pair = PairNow(
+            force=forces.friction / self.grip.cosine,
+            friction=forces.friction,
+            normal=forces.normal,
+            slip=jnp.broadcast_to(z.slip_speed, n),
+            sense=jnp.broadcast_to(sense_of(mode).astype(jnp.int32), n),
+            at_limit=forces.at_limit,
+            torque=z.brake_torque,
+            coefficient=self.kinetic(tension, omega, surfaces[0], mode) if self.shows_friction else None,
+        )
+        return pair, forces.tension
+
+
+class AbstractBand(AbstractContact):
+    """Linings that act as one under a band."""
+
+    wrap: eqx.AbstractVar[Wrap]
+    distribution: ClassVar[str] = (
+        "mobilisation rule: one lining after the other at its limit, from the slack end (reversed: from the anchor)"
+    )
+
+    @property
+    def grip(self) -> Grip:
+        return self.wrap.grip
+
+    @property
+    def locked(self) -> Bool[Array, ""]:
+        return self.wrap.locked
+
+    @property
+    def locking_varies(self) -> bool:
+        return self.wrap.grip.varies
+
+    def kinetic(self, force: Array, omega: Array, surface: SurfaceState | None, mode: Mode) -> Float[Array, " n"]:
+        v = jnp.broadcast_to(jnp.where(mode.sense > 0, omega, -omega) * self.wrap.radius, (self.wrap.count,))
+        return self.grip.coefficients(force, v, surface, mode.band == SLIP_BACK, static=False).f
+
+
+def rigid_mode(direction: Int[Array, ""]) -> Int[Array, ""]:
+    return jnp.where(direction > 0, SLIP, SLIP_BACK)
+
+
+def sense_of(mode: Mode) -> Float[Array, ""]:
+    """The way in which linings that act as one slide: ±1, 0 while they stick."""
+    return jnp.where(mode.band == SLIP, 1.0, jnp.where(mode.band == SLIP_BACK, -1.0, 0.0))
+
+
+# --- rigid contact ----------------------------------------------------------------------------------------------------
 
 
 class Torques(NamedTuple):
-    """Greatest torques (N·m, ≥ 0) of linings that slide, or are about to, and what belongs to them.
+    """Maximum torques (N·m, ≥ 0) of linings that slide, or are about to, and what belongs to them.
 
     - `ahead`, `back`: against a motion forwards and backwards;  `slope`: of implicit coefficients (1 where explicit)
     - `margin`: by how much the linings are away from locking themselves, `None` where that cannot change
@@ -52,136 +231,124 @@ class Torques(NamedTuple):
     law: Any
 
 
-class AbstractTorqueLaw(eqx.Module):
-    """The greatest torque of a rigid contact as a function of the lever's force and of friction."""
+class RigidNow(ContactNow):
+    """Variables of a rigid contact."""
 
-    @property
-    @abc.abstractmethod
-    def grip(self) -> AbstractGrip:
-        """Friction of the linings."""
+    torques: Torques
 
-    @property
-    @abc.abstractmethod
-    def locked(self) -> Bool[Array, ""]:
-        """Whether the linings lock themselves at the start."""
 
-    @property
-    @abc.abstractmethod
-    def distribution(self) -> str:
-        """How the linings share the torque, in words."""
+class AbstractRigidContact(AbstractContact):
+    """A pulley and a contact without elasticity: `J ω̇ = M_load − M`, `|M|` up to the static limit while it is held.
 
-    @abc.abstractmethod
-    def linings(self, slack: Array, tight: Array, mode: Mode, found: Torques) -> LiningForces:
-        """Forces at every lining."""
+    How the maximum torque follows from the lever's force and from friction is the torque law of the contact, and all
+    that differs between a band, pads and shoes.
+
+    - `radius` (m) at which the linings slide
+    """
+
+    radius: eqx.AbstractVar[Float[Array, ""]]
 
     @abc.abstractmethod
-    def kinetic(self, force: Array, omega: Array, surface: Any, mode: Mode) -> Float[Array, " n"]:
-        """Coefficients of friction that the linings have when they slide."""
-
-    @property
-    @abc.abstractmethod
-    def radius(self) -> Float[Array, ""]:
-        """At which the linings slide (m)."""
-
-    @property
-    @abc.abstractmethod
-    def varies(self) -> bool:
-        """Whether the friction of sticking linings can change in a run."""
-
-    @property
-    @abc.abstractmethod
-    def locking_varies(self) -> bool:
-        """Whether linings can come to lock themselves in a run, or cease to."""
-
-    @property
-    def banded(self) -> bool:
-        """Whether the linings are under a band."""
-        return False
-
-    @property
-    def couples_loads(self) -> bool:
-        """Whether the load of a lining depends on the friction of others."""
-        return True
-
-    @property
-    @abc.abstractmethod
-    def implicit(self) -> bool:
-        """Whether coefficients of friction depend on the forces and heat that they give."""
-
-    @abc.abstractmethod
-    def torques(self, force: Array, v: Array, surface: Any, back: Array, static: Array) -> Torques:
+    def torques(self, force: Array, v: Array, surface: SurfaceState | None, back: Array, static: Array) -> Torques:
         """Torques for the `force` (N) of the lever.
 
         - `v` (m/s): slip speed, signed by the sense;  `surface`: state of the surfaces
         - `back`: the pulley turns backwards;  `static`: the static coefficients count
         """
 
-    @abc.abstractmethod
-    def rub(self, force: Array, torque: Array, slip: Array, mode: Mode, found: Torques, apart: bool) -> Rub:
-        """The pair at one instant, for the `force` of the lever and the brake `torque`."""
+    def start(self, omega: Array, elongation: Array) -> tuple[None, np.int32, Together]:
+        return None, OPEN, Together(self.starts_locked)
 
-    @abc.abstractmethod
-    def capacity(self, force: Array, omega: Array, surface: Any) -> Float[Array, ""]:
-        """Greatest torque (N·m, ≥ 0) against the motion at the speed `omega` of the pulley."""
+    def variables(self, acting: Acting, omega: Array, own: None, mode: Mode) -> RigidNow:
+        sliding, back, held = slips(mode.band), mode.band == SLIP_BACK, mode.band == HELD
+        force, speed = acting.tension, self.radius * omega
+        v = jnp.where(mode.sense > 0, speed, -speed)
+        found = self.torques(force, v, acting.surfaces[0], back, ~sliding)
+        pulling = pick(sliding, pick(back, -found.back, found.ahead), 0.0)
+        torque = pick(held, acting.load, pulling)
+        force = pick(mode.band == OPEN, 0.0, force)
+        return RigidNow(
+            slack_tension=force,
+            tight_tension=force + torque / self.radius,
+            brake_torque=torque,
+            alpha=pick(held, 0.0, (acting.load - pulling) / acting.inertia),
+            slip_speed=pick(sliding, speed, 0.0),
+            lever_power=jnp.zeros_like(force),
+            torques=found,
+        )
+
+    def own_rates(self, z: RigidNow) -> None:
+        return None
+
+    def guards(self, acting: Acting, omega: Array, own: None, mode: Mode, z: RigidNow) -> Float[Array, " guard"]:
+        most, torque = z.torques, self.sizes.torque
+        bounded = (mode.band == HELD) & ~self.locked_in(mode)
+        high = jnp.where(bounded, (most.ahead - acting.load) / torque, 1.0)
+        low = jnp.where(bounded, (acting.load + most.back) / torque, 1.0)
+        sound = {BrakeCode.FLASH_FOLD: most.slope}
+        return jnp.stack(self.margins(acting, omega, mode, (high, low), most.margin, sound))
+
+    def change(self, now: Moment, new: Mode, fired: Bool[Array, " guard"], ask: Ask) -> tuple[Mode, Array]:
+        each = jnp.unstack(fired)
+        new = self.relocked(new, each)
+        acting, rest = ask(new._replace(band=HELD), now.omega, now.own)
+        locked, most = self.locked_in(new), rest.torques
+        beyond = excess(acting.load, -most.back, most.ahead, self.sizes.slight_torque)
+        found = self.onset(now, each, acting, jnp.where(locked, 0, beyond))
+        code = self.code_of(each, jnp.where(locked & found.pulls, int(BrakeCode.SINGULAR_GEOMETRY), 0))
+        return found.settled(now, new, rigid_mode(found.direction)), code
+
+    def stored(self, inertia: Array, omega: Array, own: None, mode: Mode) -> tuple[Array, Array]:
+        kinetic = 0.5 * inertia * omega**2
+        return kinetic, jnp.zeros_like(kinetic)
+
+    def own_sizes(self) -> None:
+        return None
+
+    def shown(self, tension: Array, omega: Array, own: None, mode: Mode, surfaces: Surfaces, z: RigidNow) -> Shown:
+        pair, along = self.first_shown(tension, omega, mode, surfaces, z)
+        return Shown((pair,), along)
+
+    def gain(self, omega: Array, surfaces: Surfaces) -> Float[Array, ""]:
+        no = jnp.asarray(False)
+        return self.torques(jnp.ones(()), self.radius * omega, surfaces[0], no, no).ahead
 
 
-class BandTorque(AbstractTorqueLaw):
+class RigidBand(AbstractBand, AbstractRigidContact):
     """A rigid band: `M = R_b T_0 (Π − 1)`, backwards `R_b T_0 (1 − 1/Π)` (Z-15…Z-18)."""
 
     wrap: Wrap
+    pairs: tuple[Pair, ...]
+    sizes: Sizes
 
     @property
-    def grip(self):
-        return self.wrap.grip
-
-    @property
-    def distribution(self):
-        return MOBILISATION
-
-    def linings(self, slack, tight, mode, found):
-        return self.wrap.linings(slack, tight, found.law)
-
-    def kinetic(self, force, omega, surface, mode):
-        return self.wrap.kinetic(force, omega, surface, mode)
-
-    @property
-    def radius(self):
+    def radius(self) -> Float[Array, ""]:
         return self.wrap.radius
 
     @property
-    def locked(self):
-        return self.wrap.locked
+    def codes(self) -> tuple[BrakeCode, ...]:
+        return (BrakeCode.FLASH_FOLD,) if self.grip.implicit else ()
 
-    @property
-    def varies(self):
-        return self.wrap.grip.varies
-
-    @property
-    def locking_varies(self):
-        return self.wrap.grip.varies
-
-    @property
-    def banded(self):
-        return True
-
-    @property
-    def implicit(self):
-        return self.wrap.grip.implicit
-
-    def torques(self, force, v, surface, back, static):
-        found, R_b = self.wrap.limit(force, v, surface, back, static), self.wrap.radius
+    def torques(self, force: Array, v: Array, surface: SurfaceState | None, back: Array, static: Array) -> Torques:
+        found, R_b = self.wrap.limit(force, v, surface, back, static), self.radius
         # the limit the other way is asked for at rest, where the one found is that ahead
         moving = R_b * (force * found.ratio - force)
-        return Torques(
-            moving, jnp.where(back, -moving, R_b * (force - force / found.other)), found.slope, found.margin, found.fz
-        )
+        falling = jnp.where(back, -moving, R_b * (force - force / found.other))
+        return Torques(moving, falling, found.slope, found.margin, found.fz)
 
-    def rub(self, force, torque, slip, mode, found, apart):
-        each, normal = self.wrap.sliding(force, found.law, mode.band == BandMode.SLIP_BACK)
-        return Rub(each if apart else torque / self.wrap.radius, slip, sense_of(mode), normal)
+    def linings(self, mode: Mode, z: RigidNow) -> LiningForces:
+        return self.wrap.linings(z.slack_tension, z.tight_tension, z.torques.law)
 
-    def capacity(self, force, omega, surface):
-        return band_torque(self.grip, self.wrap.radius, force, omega, surface)
+    def lining_margins(self, mode: Mode, z: RigidNow) -> Float[Array, " twice_n"]:
+        return jnp.full(2 * self.wrap.count, -1.0)
+
+    def rubs(self, mode: Mode, z: RigidNow) -> tuple[Rub, ...]:
+        each, normal = self.wrap.sliding(z.slack_tension, z.torques.law, mode.band == SLIP_BACK)
+        force = each if self.pairs[0].apart else z.brake_torque / self.radius
+        return (Rub(force, z.slip_speed, sense_of(mode), normal),)
+
+    def capacity(self, tension: Array, omega: Array, own: None, surfaces: Surfaces) -> Float[Array, " pairs"]:
+        return self.grip.torque(self.radius, tension, omega, surfaces[0])[None]
 
 
 #: a lining that is so near to locking itself does: its friction would be without bounds, and no step cross the end
@@ -189,63 +356,44 @@ _NEARLY = 1e-6
 
 
 class Pressing(NamedTuple):
-    """Linings that slide, or are about to: coefficients (n,), and the greatest friction forces (N) either way."""
+    """Linings that slide, or are about to: coefficients (n,), and the maximum friction forces (N) either way."""
 
     f: Float[Array, " n"]
     ahead: Float[Array, " n"]
     back: Float[Array, " n"]
 
 
-class PressedTorque(AbstractTorqueLaw):
+class PressedContact(AbstractRigidContact):
     """Linings that a force presses on a turning face, as pads and shoes: `M = r Σ f_i N_i`.
 
     - `brake`: says how the normal forces `N_i` follow from the force of the lever and from friction
-    - `friction`: its coefficients;  `locks`: whether a lining locks itself at the start
     """
 
     brake: AbstractPressedBrake
-    friction: FaceGrip
-    locks: Bool[Array, ""]
+    grip: FaceGrip
+    locked: Bool[Array, ""]
+    pairs: tuple[Pair, ...]
+    sizes: Sizes
+    distribution: ClassVar[str] = "linings that stick share the torque as the maximum friction that each can give"
+    banded: ClassVar[bool] = False
+    couples_loads: ClassVar[bool] = False  # that of a shoe depends on its own friction alone
+    codes: ClassVar[tuple[BrakeCode, ...]] = ()
 
     @property
-    def grip(self):
-        return self.friction
-
-    @property
-    def locked(self):
-        return self.locks
-
-    @property
-    def distribution(self):
-        return "linings that stick share the torque as the greatest friction that each can give"
-
-    @property
-    def radius(self):
+    def radius(self) -> Float[Array, ""]:
         return jnp.asarray(self.brake.radius)
 
     @property
-    def varies(self):
-        return self.friction.varies
+    def locking_varies(self) -> bool:
+        return self.brake.can_lock and self.grip.varies
 
-    @property
-    def couples_loads(self):
-        return False  # that of a shoe depends on its own friction alone
-
-    @property
-    def locking_varies(self):
-        return self.brake.can_lock and self.friction.varies
-
-    @property
-    def implicit(self):
-        return False
-
-    def _coefficients(self, force: Array, v: Array, surface: Any, static: Any) -> Float[Array, " n"]:
+    def _coefficients(self, force: Array, v: Array, surface: SurfaceState | None, static: Known) -> Float[Array, " n"]:
         n = self.brake.linings.count
         # only where no friction presses a lining on may its law look at the pressure
         N = None if self.brake.can_lock else self.brake.normal(force, jnp.zeros(n), False)
-        return self.friction.coefficients(jnp.broadcast_to(v, (n,)), surface, N, static)
+        return self.grip.coefficients(jnp.broadcast_to(v, (n,)), surface, N, static)
 
-    def torques(self, force, v, surface, back, static):
+    def torques(self, force: Array, v: Array, surface: SurfaceState | None, back: Array, static: Array) -> Torques:
         f = self._coefficients(force, v, surface, static)
         found = Pressing(f, f * self.brake.normal(force, f, False), f * self.brake.normal(force, f, True))
         margin = None
@@ -255,161 +403,28 @@ class PressedTorque(AbstractTorqueLaw):
         ahead, behind = self.radius * jnp.sum(found.ahead), self.radius * jnp.sum(found.back)
         return Torques(ahead, behind, jnp.ones(()), margin, found)
 
-    def linings(self, slack, tight, mode, found):
-        most = jnp.where(mode.band == BandMode.SLIP_BACK, found.law.back, found.law.ahead)
+    def linings(self, mode: Mode, z: RigidNow) -> LiningForces:
+        slack, found = z.slack_tension, z.torques.law
+        most = jnp.where(mode.band == SLIP_BACK, found.back, found.ahead)
         whole = jnp.sum(most)
-        share = (tight - slack) / jnp.where(whole > 0, whole, 1.0)
+        share = (z.tight_tension - slack) / jnp.where(whole > 0, whole, 1.0)
         friction = share * most
         at_limit = jnp.broadcast_to((jnp.abs(share) >= 1 - 1e-12) & (slack > 0), friction.shape)
         return LiningForces(None, friction, self.brake.normal_under(slack, friction), at_limit)
 
-    def kinetic(self, force, omega, surface, mode):
+    def kinetic(self, force: Array, omega: Array, surface: SurfaceState | None, mode: Mode) -> Float[Array, " n"]:
         return self._coefficients(force, jnp.where(mode.sense > 0, omega, -omega) * self.radius, surface, False)
 
-    def rub(self, force, torque, slip, mode, found, apart):
-        back, sense = mode.band == BandMode.SLIP_BACK, sense_of(mode)
-        normal = jnp.where(mode.band == BandMode.OPEN, 0.0, self.brake.normal(force, found.law.f, back))
-        friction = sense * jnp.where(back, found.law.back, found.law.ahead)
-        return Rub(friction if apart else torque / self.radius, slip, sense, normal)
+    def rubs(self, mode: Mode, z: RigidNow) -> tuple[Rub, ...]:
+        back, sense, found = mode.band == SLIP_BACK, sense_of(mode), z.torques.law
+        normal = jnp.where(mode.band == OPEN, 0.0, self.brake.normal(z.slack_tension, found.f, back))
+        friction = sense * jnp.where(back, found.back, found.ahead)
+        force = friction if self.pairs[0].apart else z.brake_torque / self.radius
+        return (Rub(force, z.slip_speed, sense, normal),)
 
-    def capacity(self, force, omega, surface):
+    def capacity(self, tension: Array, omega: Array, own: None, surfaces: Surfaces) -> Float[Array, " pairs"]:
         no = jnp.asarray(False)
-        found = self.torques(force, jnp.abs(omega) * self.radius, surface, no, no)
+        found = self.torques(tension, jnp.abs(omega) * self.radius, surfaces[0], no, no)
         torque = jnp.where(omega < 0, found.back, found.ahead)
         locks = jnp.max(self.brake.self_locking(found.law.f)) >= 1
-        return jnp.where(force > 0, jnp.where(locks, jnp.inf, torque), 0.0)
-
-
-class RigidNow(NamedTuple):
-    """Variables of a rigid contact."""
-
-    slack_tension: Float[Array, ""]  # T_0 (N): the lever's force, 0 while it does not pull
-    tight_tension: Float[Array, ""]  # T_n (N)
-    brake_torque: Float[Array, ""]  # N·m
-    alpha: Float[Array, ""]  # ω̇ (rad/s²)
-    slip_speed: Float[Array, ""]  # m/s
-    lever_power: Float[Array, ""]  # W
-    torques: Torques
-
-
-class RigidContact(AbstractMechanism):
-    """A pulley and a contact without elasticity: `J ω̇ = M_load − M`, `|M|` up to the static limit while it is held.
-
-    Guards: motion, load below the upper limit, above the lower one, lever; then what can change with heat: locking and
-    the fold of implicit coefficients.
-    """
-
-    law: AbstractTorqueLaw
-    pairs: tuple[Pair, ...]
-    sizes: Sizes
-
-    @property
-    def codes(self) -> tuple[BrakeCode, ...]:
-        """Ends of the run that heat can bring about; each has a guard, the last ones."""
-        return (BrakeCode.FLASH_FOLD,) if self.law.implicit else ()
-
-    def start(self, omega, elongation):
-        return None, OPEN, Locking(self.law.locked.astype(jnp.int32) if self.law.locking_varies else None)
-
-    def rests(self, mode):
-        return mode.band == BandMode.HELD
-
-    def _locked(self, mode: Mode) -> Bool[Array, ""]:
-        return self.law.locked if mode.own.locks is None else mode.own.locks > 0
-
-    def variables(self, acting, omega, own, mode):
-        sliding, back, held = slips(mode.band), mode.band == BandMode.SLIP_BACK, mode.band == BandMode.HELD
-        force, speed = acting.tension, self.law.radius * omega
-        v = jnp.where(mode.sense > 0, speed, -speed)
-        found = self.law.torques(force, v, acting.surfaces[0], back, ~sliding)
-        pulling = pick(sliding, pick(back, -found.back, found.ahead), 0.0)
-        torque = pick(held, acting.load, pulling)
-        force = pick(mode.band == BandMode.OPEN, 0.0, force)
-        return RigidNow(
-            slack_tension=force,
-            tight_tension=force + torque / self.law.radius,
-            brake_torque=torque,
-            alpha=pick(held, 0.0, (acting.load - pulling) / acting.inertia),
-            slip_speed=pick(sliding, speed, 0.0),
-            lever_power=jnp.zeros_like(force),
-            torques=found,
-        )
-
-    def own_rates(self, z):
-        return None
-
-    def rubs(self, acting, mode, z):
-        apart = self.pairs[0].apart
-        return (self.law.rub(z.slack_tension, z.brake_torque, z.slip_speed, mode, z.torques, apart),)
-
-    def guards(self, acting, omega, own, mode, z):
-        band, size = mode.band, self.sizes
-        held, is_open = band == BandMode.HELD, band == BandMode.OPEN
-        motion = jnp.where(is_open | held, 1.0, jnp.where(mode.sense > 0, omega, -omega) / size.speed)
-        bounded = held & ~self._locked(mode)
-        high = jnp.where(bounded, (z.torques.ahead - acting.load) / size.torque, 1.0)
-        low = jnp.where(bounded, (acting.load + z.torques.back) / size.torque, 1.0)
-        lever = jnp.where(is_open, -acting.tension, acting.tension) / size.tension
-        margin = z.torques.margin
-        more = [] if margin is None else [jnp.where(mode.own.locks > 0, -margin, margin)]
-        more += [jnp.where(slips(band), z.torques.slope, 1.0) for _ in self.codes]
-        return jnp.stack([motion, high, low, lever, *more])
-
-    def change(self, now, new, fired, ask):
-        fired = jnp.unstack(fired)
-        if new.own.locks is not None:
-            new = new._replace(own=Locking((new.own.locks ^ fired[4].astype(jnp.int32)).astype(jnp.int32)))
-        acting, rest = ask(new._replace(band=HELD), now.omega, now.own)
-        locked, spare = self._locked(new), self.sizes.slight_torque
-        beyond = jnp.where(acting.load < -rest.torques.back - spare, -1, 0)
-        beyond = jnp.where(acting.load > rest.torques.ahead + spare, 1, beyond)
-        found = onset(now, fired, acting, jnp.where(locked, 0, beyond), self.sizes)
-        code = jnp.where(locked & found.pulls, int(BrakeCode.SINGULAR_GEOMETRY), 0)
-        code = failed(self.codes, fired, 4 + (new.own.locks is not None), code)
-        return settled_mode(now, new, found, rigid_mode(found.direction)), code
-
-    def arrested(self, omega, own, before, after):
-        return arrested(omega, before, after), own
-
-    def stored(self, inertia, omega, own, mode):
-        kinetic = 0.5 * inertia * omega**2
-        return kinetic, jnp.zeros_like(kinetic)
-
-    def own_sizes(self):
-        return None
-
-    @property
-    def grip(self):
-        return self.law.grip
-
-    @property
-    def banded(self):
-        return self.law.banded
-
-    @property
-    def distribution(self):
-        return self.law.distribution
-
-    @property
-    def couples_loads(self):
-        return self.law.couples_loads
-
-    def lining_margins(self, mode, z):
-        return jnp.full(2 * self.pairs[0].count, -1.0) if self.law.banded else jnp.zeros(0)
-
-    def shown(self, tension, omega, own, mode, surfaces, z):
-        forces = self.law.linings(z.slack_tension, z.tight_tension, mode, z.torques)
-        f = self.law.kinetic(tension, omega, surfaces[0], mode) if self.shows_friction else None
-        return Shown((moving_as_one(forces, self.grip.cosine, mode, z, f),), forces.tension)
-
-    @property
-    def varies(self):
-        return self.law.varies
-
-    def gain(self, omega, surfaces):
-        one = jnp.ones(())
-        no = jnp.asarray(False)
-        return self.law.torques(one, self.law.radius * omega, surfaces[0], no, no).ahead
-
-    def capacity(self, tension, omega, own, surfaces):
-        return self.law.capacity(tension, omega, surfaces[0])[None]
+        return jnp.where(tension > 0, jnp.where(locks, jnp.inf, torque), 0.0)[None]

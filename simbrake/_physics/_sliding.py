@@ -1,6 +1,5 @@
-"""Coefficients of friction of all linings at one instant, also where they depend on their own heat and load."""
+"""Friction of all linings at one instant, also where it depends on their own heat and load; and under a band."""
 
-import abc
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -8,18 +7,29 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
-from ..brakes._band import tension_ratio
+from ..brakes._band import LiningForces, mobilised, product, running_product, sliding_ratio, tension_ratio
 from ..brakes._design import AbstractLinings, Lining
-from ..friction import RatesRead, Reads, SurfaceState, continued, rates_read, reads, remembers
+from ..friction import AnyContact, Reads, SurfaceState, continued, reads, remembers
 from ..hybrid import largest, smallest
 from ..hybrid._arrays import Array
 from ..thermal._heat import FlashTemperature, PowerShares
 
+#: a number or truth value that may be known while tracing
+Known = Array | bool | float
+
 _SEARCH = 24  # Newton iterations of an implicit coefficient before those that carry derivatives
 _CARRY = 2
 _LOOKS = 17  # along the way from the coefficient without flash to the root
+
+
+def pick(condition: Known, yes: Known, no: Known) -> Array:
+    """`jnp.where`, decided while tracing where the condition is known: a label of a band that is asked about."""
+    if isinstance(condition, bool | np.bool_):
+        found = yes if condition else no
+        return np.float64(found) if isinstance(found, float) else found  # pyright: ignore  # an array like all others
+    return jnp.where(condition, yes, no)
 
 
 class Coefficients(NamedTuple):
@@ -34,11 +44,13 @@ class AbstractGrip(eqx.Module):
     """Friction of the linings of a brake.
 
     - `linings`;  `shares` of the friction power;  `heated`: whether the scene has the linings' temperatures
+    - `cosine`: friction of a lining over the force that it makes at the radius of the slip
     """
 
     linings: AbstractLinings
     shares: PowerShares | None
     heated: bool = eqx.field(static=True)
+    cosine: eqx.AbstractVar[Array | float]
 
     @property
     def reads(self) -> Reads:
@@ -56,31 +68,17 @@ class AbstractGrip(eqx.Module):
         read = self.reads
         return read.T or read.p or self.remembers
 
-    @property
-    def rates_read(self) -> RatesRead | None:
-        """What the rates of the law's states depend on; `None` of a law without."""
-        return rates_read(self.linings.friction, self.linings.count, T=self.heated, p=self.linings.area is not None)
-
-    @property
-    def follows_slip(self) -> bool:
-        """Whether the coefficients change by the slip itself, with its heat or with states of the law."""
-        rates = self.rates_read
-        return self.reads.T or (rates is not None and rates.slip)
-
-    @property
-    @abc.abstractmethod
-    def cosine(self) -> Any:
-        """Friction of a lining over the force that it makes at the radius of the slip."""
-
 
 class FaceGrip(AbstractGrip):
     """Friction of linings that are pressed on a turning face: their normal forces do not hang on those of others."""
 
     @property
-    def cosine(self) -> Any:
+    def cosine(self) -> float:
         return 1.0
 
-    def coefficients(self, v: Array, surface: SurfaceState | None, N: Any, static: Any) -> Float[Array, " n"]:
+    def coefficients(
+        self, v: Array, surface: SurfaceState | None, N: Array | None, static: Known
+    ) -> Float[Array, " n"]:
         """`f_i` at slip speeds `v` (n,) signed by the sense, under the normal forces `N` (n,).
 
         `N` is `None` for a law that does not look at the pressure;  `surface`: state of the surfaces;  `static`: the
@@ -110,7 +108,7 @@ class Grip(AbstractGrip):
     flash: FlashTemperature | None
 
     @property
-    def cosine(self) -> Any:
+    def cosine(self) -> Float[Array, " n"]:
         return jnp.cos(jnp.asarray(self.linings.angle) / 2)
 
     @classmethod
@@ -124,7 +122,7 @@ class Grip(AbstractGrip):
     ) -> "Grip":
         """The friction of given linings, with what depends on their angles alone formed once for the whole run."""
         half = jnp.asarray(linings.angle) / 2
-        return cls(linings, shares, heated, jnp.tan(half), jnp.sin(half), flash)
+        return cls(linings, shares, heated, jnp.tan(half), jnp.sin(half), flash)  # pyright: ignore
 
     @property
     def implicit(self) -> bool:
@@ -135,7 +133,7 @@ class Grip(AbstractGrip):
         return continued(coefficient, v) if self.reads.v or self.flash is not None else coefficient(v)
 
     def coefficients(
-        self, T_0: Array, v: Array, surface: SurfaceState | None, back: Array, *, static: bool | Array
+        self, T_0: Array, v: Array, surface: SurfaceState | None, back: Array, *, static: Known
     ) -> Coefficients:
         """All `f_i`; `v` (n,) slip speeds signed by the sense, `surface` state of the surfaces, `back`: tensions fall.
 
@@ -144,8 +142,7 @@ class Grip(AbstractGrip):
         law, n, surface = self.linings.friction, self.linings.count, surface or SurfaceState()
         static = bool(static) if isinstance(static, np.bool_) else static
 
-        def asked(contact: Any) -> Array:
-            """Of the two coefficients the one that counts."""
+        def asked(contact: AnyContact) -> Array:
             if isinstance(static, bool):
                 return law.static(contact._replace(v=jnp.zeros_like(v))) if static else law.kinetic(contact)
             return law.governing(contact, static)
@@ -204,3 +201,118 @@ class Grip(AbstractGrip):
         """Tension ratios `μ_i`, and by how much the lining nearest to locking is away from it, `1 − max f_i z_i`."""
         fz = f * self.tangent
         return tension_ratio(fz)[0], 1 - largest(fz)
+
+    def torque(self, radius: Array, T_0: Array, omega: Array, surface: SurfaceState | None) -> Float[Array, ""]:
+        """`R_b T_0 (Π − 1)`, in reverse `R_b T_0 (1 − 1/Π)`, of linings that slide on a band at rest.
+
+        A lining that locks itself makes it infinite; in reverse the tight end can only become slack: `R_b T_0`.
+        """
+        back = omega < 0
+        v = jnp.broadcast_to(jnp.abs(omega) * radius, (self.linings.count,))
+        mu, margin = self.ratios(self.coefficients(T_0, v, surface, back, static=False).f)
+        growth = jnp.where(back, 1 - 1 / product(mu), product(mu) - 1)
+        growth = jnp.where(margin > 0, growth, jnp.where(back, 1.0, jnp.inf))
+        return jnp.where(T_0 > 0, radius * T_0 * growth, 0.0)
+
+
+# --- linings under a band that slide together -------------------------------------------------------------------------
+
+
+class Fixed(NamedTuple):
+    """`f_i z_i` and `Π` of linings whose friction cannot change in a run."""
+
+    static: Float[Array, " n"]
+    kinetic: Float[Array, " n"]
+    ratio_static: Float[Array, ""]
+    ratio_kinetic: Float[Array, ""]
+
+
+def _unlocked(fz: Float[Array, " n"]) -> Float[Array, " n"]:
+    """`f_i z_i`, 0 of a lining that locks itself: its limit is infinite, and for the caller to treat."""
+    return jnp.where(fz < 1, fz, 0.0)
+
+
+class Limit(NamedTuple):
+    """Linings that slide, or are about to, one way.
+
+    - `fz` (n,): `f_i z_i` of each, 0 of one that locks itself
+    - `ratio`: `T_n/T_0`, `Π = ∏ (1 + f_i z_i)/(1 − f_i z_i)` while the anchor end is the tight one, else `1/Π`
+    - `other`: `Π` the other way, which is another where the law looks at the pressure
+    - `slope`: the least slope of implicit coefficients (1 where explicit)
+    - `margin`: by how much the lining nearest to locking is away from it, `1 − max f_s z`; `None`: it cannot change
+    """
+
+    fz: Float[Array, " n"]
+    ratio: Float[Array, ""]
+    other: Float[Array, ""]
+    slope: Array
+    margin: Any
+
+
+class Wrap(eqx.Module):
+    """The grip of a band on linings: `T_i = T_{i−1} μ_i^{±1}` where they slide, `T_{i−1}/μ_i ≤ T_i ≤ T_{i−1} μ_i` else.
+
+    - `radius` `R_b` (m) of the band circle;  `locked`: whether a lining locks itself at the start
+    - `fixed`: `f_i z_i` (n,) and `Π` of sticking and of sliding linings, formed once where they cannot change in a run
+    """
+
+    radius: Float[Array, ""]
+    grip: Grip
+    locked: Bool[Array, ""]
+    fixed: Fixed | None
+
+    @classmethod
+    def of(cls, radius: Array, grip: Grip, static: Array, kinetic: Array) -> "Wrap":
+        """The grip of linings whose coefficients are `static` and `kinetic` (n,) at the start."""
+        read, fz = grip.reads, static * grip.tangent
+        fixed = None
+        if not (read.v or grip.varies or grip.implicit):
+            both = _unlocked(fz), _unlocked(kinetic * grip.tangent)
+            fixed = Fixed(*both, *(sliding_ratio(one) for one in both))
+        return cls(radius, grip, jnp.any(fz >= 1), fixed)
+
+    @property
+    def count(self) -> int:
+        return self.grip.linings.count
+
+    def limit(self, T_0: Array, v: Array, surface: SurfaceState | None, back: Array, static: Array) -> Limit:
+        """The limit at the slack tension `T_0`.
+
+        - `v`: slip speed (m/s) signed by the sense;  `surface`: state of the surfaces
+        - `back`: the lever end is the tight one;  `static`: the static coefficients count
+        """
+        if self.fixed is not None:
+            one = self.fixed
+            ratio = pick(static, one.ratio_static, one.ratio_kinetic)
+            signed = pick(back, 1 / one.ratio_kinetic, ratio)
+            return Limit(pick(static, one.static, one.kinetic), signed, ratio, jnp.ones(()), None)
+        grip, margin = self.grip, None
+        v = jnp.broadcast_to(v, (self.count,))
+        found = grip.coefficients(T_0, v, surface, back, static=static)
+        fz = _unlocked(found.f * grip.tangent)
+        ratio = other = sliding_ratio(pick(back, -fz, fz))
+        if grip.reads.p:
+            falling = grip.coefficients(T_0, v, surface, ~back, static=static).f
+            other = sliding_ratio(_unlocked(falling * grip.tangent))
+        if grip.varies:
+            still = grip.coefficients(T_0, v, surface, back & False, static=True).f
+            margin = 1 - largest(still * grip.tangent)
+        return Limit(fz, ratio, other, found.slope, margin)
+
+    def linings(self, T_0: Array, T_n: Array, fz: Array) -> LiningForces:
+        """Forces at every lining by the mobilisation rule (model §3)."""
+        return mobilised(T_0, T_n, (1 + fz) / (1 - fz), jnp.asarray(self.grip.linings.angle))
+
+    def sliding(self, T_0: Array, fz: Array, back: Array) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
+        """Friction `T_i − T_{i−1}` and normal load `(T_i + T_{i−1}) s_i` of the linings (N) while every one slides."""
+        signed = pick(back, -fz, fz)
+        along = T_0 * running_product((1 + signed) / (1 - signed))
+        before = jnp.concatenate([T_0[None], along[:-1]])
+        return along - before, (along + before) * self.grip.sine
+
+    def margins(self, T_0: Array, T_n: Array, fz: Array) -> Float[Array, " twice_n"]:
+        """By how much (N) each lining is past its limit, from either end (see `AbstractMechanism.lining_margins`)."""
+        mu = (1 + fz) / (1 - fz)
+        ahead = T_n - T_0 * jnp.cumprod(mu)
+        back = T_0 - T_n * jnp.cumprod(mu[::-1])[::-1]
+        return jnp.concatenate([ahead, back])

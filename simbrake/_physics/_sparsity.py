@@ -1,24 +1,34 @@
-"""Where the Jacobian of a thermal network is sparse: chains of nodes that meet in a small core."""
+"""Where the Jacobian of a brake with heat is sparse: chains of nodes that meet in a small core."""
 
+import itertools
+from collections.abc import Callable
+
+import jax
 import numpy as np
+from jaxtyping import Bool, Int, PyTree
 
+from ..friction import memory_at_start
 from ..hybrid import CORE, LINEAR
 from ..thermal._heat import Heat, shared_faces
-from ..thermal._network import Wall, place_of
-from ._thermal import Spans, nodes_of, spans
+from ..thermal._network import place_of
+from ._mechanism import AbstractMechanism, Pair
+from ._thermal import nodes_of, spans
+
+#: a node of the network: whether it has capacity, and its number among those that have, or have not
+Node = tuple[bool, int]
 
 
-def couplings(heat: Heat) -> np.ndarray:
+def couplings(heat: Heat) -> Int[np.ndarray, " k"]:
     """Where the Jacobian of the network is sparse: the core, and places in chains, per node with capacity.
 
     Bodies that friction heats or senses are in the core, as every lining's friction depends on those before it, and so
     are those around a face that several links share. Of the rest, nodes where three or more paths meet join the core
     until only unbranched chains are left. Layers inside a wall of constant properties are marked as linear.
     """
-    near = _neighbours(heat)
-    kinds = np.full(len(near), CORE)
-    core = _touched_by_friction(heat, near) | _around_shared_faces(heat)
-    open_ = {i: near[i] - core for i in range(len(near)) if i not in core}
+    joined = _joined(heat)
+    near = {i: _reached(joined, (store, i)) for store, i in joined if store}
+    kinds, core = np.full(len(near), CORE), _core(heat, joined)
+    open_ = {i: near[i] - core for i in near if i not in core}
     branching = [i for i in open_ if len(open_[i]) > 2]
     while branching:
         hub = max(branching, key=lambda i: len(open_[i]))
@@ -38,110 +48,101 @@ def couplings(heat: Heat) -> np.ndarray:
             place += 1
             left.discard(here)
             here = next(iter(open_[here] & left), None)
-    return np.where((kinds >= 0) & _inside_plain_walls(heat), kinds + LINEAR, kinds)
+    return np.where((kinds >= 0) & _inside_plain_walls(heat, len(near)), kinds + LINEAR, kinds)
 
 
-def _inside_plain_walls(heat: Heat) -> np.ndarray:
+def _inside_plain_walls(heat: Heat, size: int) -> Bool[np.ndarray, " k"]:
     """Which nodes with capacity are layers within a wall of constant properties, reached by conduction alone."""
-    where = spans(heat)
-    found = np.zeros(max((here.stop for here in where.stores.values()), default=0), bool)
-    for body in heat.bodies:
-        if isinstance(body, Wall):
-            m = body.material
-            found[where.stores[body.name]] = m.conductivity_slope is None and m.specific_heat_slope is None
-    reached = [link_end for link in heat.links for link_end in (link.a, link.b)]
-    reached += [source.a for source in heat.sources]
+    found = np.zeros(size, bool)
+    for body in heat.walls:
+        m = body.material
+        found[spans(heat).stores[body.name]] = m.conductivity_slope is None and m.specific_heat_slope is None
+    reached = [end for link in heat.links for end in (link.a, link.b)] + [source.a for source in heat.sources]
     reached += [p for pair in heat.pairs for p in (pair.metal, pair.lining, pair.beyond) if p]
-    for place in reached:
-        for store, i in _nodes(heat, where, place):
-            if store:
-                found[i] = False
+    for store, i in (node for place in reached for node in _nodes(heat, place)):
+        if store:
+            found[i] = False
     return found
 
 
-def _nodes(heat: Heat, where: Spans, place: str) -> list[tuple[bool, int]]:
-    """Nodes of a place: (has capacity, number)."""
-    name, _ = place_of(place)
+def _nodes(heat: Heat, place: str) -> list[Node]:
+    """Nodes of a place; a reservoir has none."""
+    where, (name, _) = spans(heat), place_of(place)
     if name not in where.stores and name not in where.junctions:
         return []
     nodes = nodes_of(heat, where, place)
     return [(name in where.stores, i) for i in range(nodes.start, nodes.stop, nodes.step)]
 
 
-def _linked(heat: Heat, where: Spans) -> list[tuple[tuple[bool, int], tuple[bool, int]]]:
-    """Pairs of nodes between which links run."""
-    found = []
+def _joined(heat: Heat) -> dict[Node, set[Node]]:
+    """The nodes to which each is joined, by links and inside of walls."""
+    where, ends = spans(heat), []
+    near: dict[Node, set[Node]] = {
+        (store, i): set()
+        for store, bodies in ((True, where.stores), (False, where.junctions))
+        for here in bodies.values()
+        for i in range(here.start, here.stop)
+    }
+    for body in heat.walls:
+        first = where.stores[body.name].start
+        ends += [((True, first + i - 1), (True, first + i)) for i in range(1, body.count) if i % body.layers]
     for link in heat.links:
-        a, b = _nodes(heat, where, link.a), _nodes(heat, where, link.b)
-        found += zip(a, b, strict=True) if len(a) == len(b) else [(x, y) for x in a for y in b]
-    return found
+        a, b = _nodes(heat, link.a), _nodes(heat, link.b)
+        ends += zip(a, b, strict=True) if len(a) == len(b) else itertools.product(a, b)
+    for a, b in ends:
+        if a != b:
+            near[a].add(b)
+            near[b].add(a)
+    return near
 
 
-def _neighbours(heat: Heat) -> list[set[int]]:
-    """Which nodes with capacity exchange heat, directly or through junctions."""
-    where = spans(heat)
-    size = max((here.stop for here in where.stores.values()), default=0)
-    near: dict[tuple[bool, int], set[tuple[bool, int]]] = {(True, i): set() for i in range(size)}
-    for here in where.junctions.values():
-        near |= {(False, i): set() for i in range(here.start, here.stop)}
-
-    def join(a: tuple[bool, int], b: tuple[bool, int]) -> None:
-        near[a].add(b)
-        near[b].add(a)
-
-    for body in heat.bodies:
-        if isinstance(body, Wall):
-            here = where.stores[body.name]
-            for i in range(here.start, here.stop - 1):
-                if (i + 1 - here.start) % body.layers:
-                    join((True, i), (True, i + 1))
-    for x, y in _linked(heat, where):
-        if x != y:
-            join(x, y)
-    for junction in [node for node in near if not node[0]]:  # eliminated: its neighbours see one another
-        around = near.pop(junction)
-        for x in around:
-            near[x] |= around - {x}
-            near[x].discard(junction)
-    return [{j for _, j in near[(True, i)]} for i in range(size)]
-
-
-def _touched_by_friction(heat: Heat, near: list[set[int]]) -> set[int]:
-    where, found = spans(heat), set()
-    bare = Heat(heat.bodies, heat.links)
-    for place in (p for pair in heat.pairs for p in (pair.metal, pair.lining, pair.sensor, pair.beyond)):
-        for store, i in _nodes(heat, where, place) if place else []:
-            if store:
-                found.add(i)
-            else:  # heat into a junction goes on to its neighbours
-                found |= _beside(bare, where, i)
-    return found
-
-
-def _around_shared_faces(heat: Heat) -> set[int]:
-    """Nodes at a face where several links end, and at their other ends: the flows there depend on all of them."""
-    where, found = spans(heat), set()
-    shared = shared_faces(heat)
-    for link in heat.links:
-        if {link.a, link.b} & shared:
-            for place in (link.a, link.b):
-                for store, i in _nodes(heat, where, place):
-                    found |= {i} if store else _beside(heat, where, i)
-    return found
-
-
-def _beside(heat: Heat, where: Spans, junction: int) -> set[int]:
-    """Nodes with capacity that a junction reaches directly or through other junctions."""
-    joined = _linked(heat, where)
-    joined += [(y, x) for x, y in joined]
-    reached, front = {junction}, [junction]
-    found: set[int] = set()
+def _reached(joined: dict[Node, set[Node]], node: Node) -> set[int]:
+    """Other nodes with capacity that a node is joined to, directly or through junctions."""
+    found, seen, front = set(), {node}, [node]
     while front:
-        here = (False, front.pop())
-        for store, i in (y for x, y in joined if x == here):
-            if store:
-                found.add(i)
-            elif i not in reached:
-                reached.add(i)
-                front.append(i)
+        for other in joined[front.pop()] - seen:
+            seen.add(other)
+            if other[0]:
+                found.add(other[1])
+            else:
+                front.append(other)
     return found
+
+
+def _core(heat: Heat, joined: dict[Node, set[Node]]) -> set[int]:
+    """Nodes that friction heats or senses, and those on links to a face where several links end; of junctions, those
+    beside them."""
+    shared = shared_faces(heat)
+    places = [p for pair in heat.pairs for p in (pair.metal, pair.lining, pair.sensor, pair.beyond) if p]
+    places += [p for link in heat.links if {link.a, link.b} & shared for p in (link.a, link.b)]
+    nodes = [node for place in places for node in _nodes(heat, place)]
+    return {i for node in nodes for i in ({node[1]} if node[0] else _reached(joined, node))}
+
+
+# --- states of friction laws ------------------------------------------------------------------------------------------
+
+
+def couplings_of_memory(mechanism: AbstractMechanism, others: Int[np.ndarray, " n"]) -> Callable[[Pair], PyTree]:
+    """Places of the states of a pair's law in the Jacobian, beside those of all `others`; to be asked pair after pair.
+
+    A state of a lining stands in the chain, without neighbours, where its rate depends on the core alone (speeds,
+    temperatures) and on itself; else it is one of the core, as all linings are coupled there. A chain of them alone is
+    worth its border only while that is the smaller part.
+    """
+    places, core = itertools.count(1 + max((kind % LINEAR for kind in others if kind >= 0), default=-1)), others == CORE
+    chained = bool(np.any(others >= 0))
+
+    def of(pair: Pair) -> PyTree:
+        states, tree = jax.tree.flatten(memory_at_start(pair.law, pair.count))
+        if len(states) > 1 or _couples(mechanism, pair) or not (chained or np.sum(core) < pair.count):
+            return tree.unflatten([np.full(state.shape, CORE) for state in states])
+        return tree.unflatten([np.fromiter(itertools.islice(places, pair.count), int)])
+
+    return of
+
+
+def _couples(mechanism: AbstractMechanism, pair: Pair) -> bool:
+    """Whether the rate of one lining's state depends on the states of others at the same instant."""
+    rates = pair.memory
+    assert rates is not None
+    return (mechanism.couples_loads and (rates.p or rates.q)) or (mechanism.stretches and rates.slip)

@@ -1,10 +1,11 @@
 """The bandage on springs: every lining of a staged brake a body of its own, held or sliding on band and rim."""
 
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Bool, Float
+import numpy as np
+from jaxtyping import Bool, Float, Int
 
 from ..brakes._band import affine_tensions, tension_ratio
 from ..brakes._design import Bandage
@@ -17,18 +18,22 @@ from ._mechanism import (
     SLIP,
     SLIP_BACK,
     AbstractMechanism,
+    Acting,
     Ask,
-    BandMode,
     BrakeCode,
+    ContactNow,
     Mode,
+    Moment,
     Pair,
     PairNow,
     Rub,
     Shown,
     Sizes,
+    Surfaces,
+    excess,
+    speed_after,
 )
 from ._sliding import Grip
-from ._wrap import Resting, Shared, holding_range, resting_tensions, share_load, yields_on_band
 
 #: guards before those of the linings: lever, pulley (two)
 _FIRST = 3
@@ -54,29 +59,24 @@ class SprungMode(NamedTuple):
 
     outer: Any
     inner: Any
+    locks = None  # a lining that comes to lock itself ends the run
 
     @property
-    def fixed(self) -> Any:
+    def fixed(self) -> Bool[Array, "*row n"]:
         """Linings that neither move on the band nor on the rim."""
         return (self.outer == 0) & (self.inner == 0)
 
     @property
-    def rests(self) -> Any:
+    def rests(self) -> Bool[Array, "*row"]:
         """Whether the pulley is at rest: a lining that is fixed holds it."""
         return jnp.any(self.fixed, axis=-1)
 
-    def slides(self, mode: Any) -> Any:
+    def slides(self, mode: Mode) -> Int[Array, "*row"]:
         """The internal pair as a whole: 0 while every lining sticks on the rim, else the sense of the pulley (±1)."""
         return jnp.where(jnp.all(self.inner == 0, axis=-1), 0, mode.sense)
 
     @property
-    def locks(self) -> None:
-        """A lining that comes to lock itself ends the run."""
-        return None
-
-    @property
-    def contacts(self) -> dict[str, Any]:
-        """What every lining does for itself on the band and on the rim."""
+    def contacts(self) -> dict[str, Array]:
         return {"lining_external": self.outer, "lining_internal": self.inner}
 
 
@@ -90,15 +90,127 @@ class Coefficients(NamedTuple):
     inner_kinetic: Float[Array, " n"]
 
 
-class SprungNow(NamedTuple):
-    """Variables of a bandage on springs."""
+# --- linings at rest --------------------------------------------------------------------------------------------------
 
-    slack_tension: Float[Array, ""]  # T_0 (N), 0 while open
-    tight_tension: Float[Array, ""]  # T_n (N)
-    brake_torque: Float[Array, ""]  # R_b (T_n − T_0) (N·m)
-    alpha: Float[Array, ""]  # ω̇ (rad/s²)
-    slip_speed: Float[Array, ""]  # mean of R_b ω_i (m/s)
-    lever_power: Float[Array, ""]  # W
+_GRID, _ROUNDS, _NEWTON = 32, 3, 4
+
+
+class Resting(NamedTuple):
+    """Linings while the pulley is at rest; some of them may still move.
+
+        fixed:   R_b (T_i − T_{i−1}) = θ M_i + Q_i, but T_{i−1}/μ_i ≤ T_i ≤ T_{i−1} μ_i;   M_i = q_i (T_i+T_{i−1}) + p_i
+        others:  T_i = a_i T_{i−1} + b_i,   λ_i = σ_i M_i
+
+    `arm` `R_b`; `mu` static ratios on the band; `grip` `q_i = R f_i s_i`, `floor` `p_i = R f_i N_pre,i` of the rim;
+    `pull` `Q_i`; `gain` `a_i`, `offset` `b_i` and `sense` `σ_i` of linings that are not `fixed`.
+    """
+
+    fixed: Bool[Array, " n"]
+    arm: Float[Array, ""]
+    mu: Float[Array, " n"]
+    grip: Float[Array, " n"]
+    floor: Float[Array, " n"]
+    pull: Float[Array, " n"]
+    gain: Float[Array, " n"]
+    offset: Float[Array, " n"]
+    sense: Float[Array, " n"]
+
+
+class Shared(NamedTuple):
+    """A load shared by the linings at rest: `θ`, tensions, and the load torques between which the pulley stays."""
+
+    share: Float[Array, ""]
+    tension: Float[Array, " n"]
+    least: Float[Array, ""]
+    most: Float[Array, ""]
+
+
+def unbounded(r: Resting, before: Array, share: Array) -> Array:
+    """`T_i` of fixed linings by the share of their grip on the rim alone."""
+    return ((r.arm + share * r.grip) * before + share * r.floor + r.pull) / (r.arm - share * r.grip)
+
+
+def resting_tensions(r: Resting, T_0: Float[Array, ""], share: Float[Array, ""]) -> Float[Array, " n"]:
+    """Tensions `T_1…T_n` for a share `θ` of the grip on the rim."""
+
+    def lining(before: Array, one: Resting) -> tuple[Array, Array]:
+        T = jnp.clip(unbounded(one, before, share), before / one.mu, before * one.mu)
+        T = jnp.where(one.fixed, T, one.gain * before + one.offset)
+        return T, T
+
+    each = r._replace(arm=jnp.broadcast_to(r.arm, r.mu.shape))
+    return jax.lax.scan(lining, T_0, each)[1]
+
+
+def yields_on_band(
+    r: Resting, T_0: Float[Array, ""], along: Float[Array, " n"], way: Int[Array, ""]
+) -> Bool[Array, " n"]:
+    """Which linings let go on the band, the others on the rim, when the pulley starts to move `way` (±1)."""
+    before = jnp.concatenate([T_0[None], along[:-1]])
+    wanted = unbounded(r, before, way.astype(jnp.float64))
+    return jnp.where(way > 0, wanted >= before * r.mu, wanted <= before / r.mu)
+
+
+def carried(r: Resting, T_0: Float[Array, ""], along: Float[Array, " n"]) -> Float[Array, ""]:
+    """Torque `Σ λ_i` that all linings together take from the pulley (N·m)."""
+    before = jnp.concatenate([T_0[None], along[:-1]])
+    moving = r.sense * (r.grip * (along + before) + r.floor)
+    return jnp.sum(jnp.where(r.fixed, r.arm * (along - before) - r.pull, moving))
+
+
+def holding_range(r: Resting, T_0: Float[Array, ""]) -> tuple[Array, Array]:
+    """Load torques between which the fixed linings hold the pulley: each at the limit of its weaker pair (θ = ∓1)."""
+    ends = jnp.asarray([-1.0, 1.0])
+    least, most = jax.vmap(lambda share: carried(r, T_0, resting_tensions(r, T_0, share)))(ends)
+    return least, most
+
+
+def share_load(r: Resting, T_0: Float[Array, ""], load: Float[Array, ""]) -> Shared:
+    """The share `θ` of their grip on the rim with which all fixed linings carry the load, and the tensions.
+
+    `Σ λ_i(θ) = M_load` is one equation for one number, with corners where linings come to their limit on the band. It
+    rises with `θ` while all linings are fixed; where springs move some of them it need not (these press harder on the
+    rim when the tension before them rises), and the last root at which it rises is taken. Three passes over a grid of
+    32 intervals bracket the root, Newton inside the bracket sharpens it, and one last Newton step with a frozen slope
+    carries the exact derivative. A load outside the range is carried up to `θ = ±1`.
+    """
+    frozen, T_f, load_f = jax.lax.stop_gradient((r, T_0, load))
+    steps = jnp.linspace(0.0, 1.0, _GRID + 1)
+
+    def sum_at(r: Resting, T_0: Array, share: Array) -> Array:
+        return carried(r, T_0, resting_tensions(r, T_0, share))
+
+    def narrow(_: Array, ends: tuple[Array, Array]) -> tuple[Array, Array]:
+        grid = ends[0] + (ends[1] - ends[0]) * steps
+        below = jax.vmap(lambda share: sum_at(frozen, T_f, share))(grid) < load_f
+        rising = jnp.max(jnp.where(below[:-1] & ~below[1:], jnp.arange(_GRID, dtype=jnp.int32), -1))
+        i = jnp.where(rising >= 0, rising, jnp.where(below[-1], _GRID - 1, 0)).astype(jnp.int32)
+        return grid[i], grid[i + 1]
+
+    def slope_at(share: Array) -> tuple[Array, Array]:
+        value, slope = jax.jvp(lambda share: sum_at(frozen, T_f, share), (share,), (jnp.ones_like(share),))
+        return value, jnp.where(slope > 0, slope, jnp.inf)
+
+    low, high = jax.lax.fori_loop(0, _ROUNDS, narrow, (-jnp.ones_like(T_f), jnp.ones_like(T_f)))
+
+    def newton(_: Array, share: Array) -> Array:
+        value, slope = slope_at(share)
+        return jnp.clip(share - (value - load_f) / slope, low, high)
+
+    share = jax.lax.fori_loop(0, _NEWTON, newton, 0.5 * (low + high))
+    least, most = holding_range(r, T_0)
+    inside = (least < load) & (load < most)
+    correction = (sum_at(r, T_0, share) - load) / slope_at(share)[1]
+    share = jnp.where(inside, share - correction, share)
+    return Shared(share, resting_tensions(r, T_0, share), least, most)
+
+
+# --- the mechanism ----------------------------------------------------------------------------------------------------
+
+
+class SprungNow(ContactNow):
+    """Variables of a bandage on springs; `brake_torque` is `R_b (T_n − T_0)`."""
+
     damping: Float[Array, ""]  # of all springs (W)
     tension: Float[Array, " n"]  # T_i (N)
     outer_force: Float[Array, " n"]  # G_i = T_i − T_{i−1}, by which the band holds lining i (N)
@@ -112,7 +224,7 @@ class SprungNow(NamedTuple):
     stretching: Float[Array, " springs"]  # ė_j (m/s)
     spring_torque: Float[Array, " n"]  # Q_i (N·m)
     spring_force: Float[Array, " springs"]  # S_j (N), damper included
-    outer_limit: Float[Array, " n"]  # greatest |G_i| up to which it is held (N), of the tensions there are
+    outer_limit: Float[Array, " n"]  # maximum |G_i| up to which it is held (N), of the tensions there are
     resting: Resting  # the linings as equations for the tensions
     locking: Float[Array, ""]  # by how much the lining nearest to locking is away from it
     share: Float[Array, ""]  # θ of a pulley at rest, else 0
@@ -149,12 +261,17 @@ class SprungBandage(AbstractMechanism):
     inertias: Float[Array, " n"]
     band_radius: Float[Array, ""]
     track_radius: Float[Array, ""]
-    friction: Grip
+    grip: Grip
     bandage: Bandage
     stiffness: Float[Array, " springs"]
     damping: Float[Array, " springs"]
     pairs: tuple[Pair, ...]
     sizes: Sizes
+    distribution: ClassVar[str] = (
+        "every lining from its own balance; at rest all mobilise one share of their grip on the rim"
+    )
+    resolved: ClassVar[bool] = True
+    damps: ClassVar[bool] = True
 
     @property
     def count(self) -> int:
@@ -166,19 +283,16 @@ class SprungBandage(AbstractMechanism):
         inner = self.pairs[1]
         if any(pair.memory is not None for pair in self.pairs):
             return True
-        return self.friction.reads.T or reads(inner.law, self.count, T=inner.heat is not None, p=False).T
+        return self.grip.reads.T or reads(inner.law, self.count, T=inner.heat is not None, p=False).T
 
-    def start(self, omega, elongation):
+    def start(self, omega: Array, elongation: Array) -> tuple[SprungState, np.int32, SprungMode]:
         sense = jnp.where(omega < 0, -1, 1).astype(jnp.int32)
         contacts = SprungMode(jnp.broadcast_to(sense, (self.count,)), jnp.zeros(self.count, jnp.int32))
         return SprungState(jnp.zeros(self.count - 1), jnp.broadcast_to(omega, (self.count,))), OPEN, contacts
 
-    def rests(self, mode):
-        return mode.own.rests
+    # --- all of it at one instant -------------------------------------------------------------------------------------
 
-    # --- all of it at one instant -----------------------------------------------------------------------------------
-
-    def _coefficients(self, omega: Array, own: SprungState, mode: Mode, surfaces: tuple[Any, ...]) -> Coefficients:
+    def _coefficients(self, omega: Array, own: SprungState, mode: Mode, surfaces: Surfaces) -> Coefficients:
         """Friction of all linings; their own slip speeds, smooth past the end of the mode, decide while they slide."""
         n, still = self.count, jnp.zeros(self.count)
         outer_v = self.band_radius * mode.own.outer.astype(jnp.float64) * own.speeds
@@ -188,12 +302,12 @@ class SprungBandage(AbstractMechanism):
             return jnp.broadcast_to(f, (n,))
 
         (outer, inner), (band, rim) = (pair.law for pair in self.pairs), (one or SurfaceState() for one in surfaces)
-        grip_static = each(outer.static(band.contact(still))) * self.friction.tangent
+        grip_static = each(outer.static(band.contact(still))) * self.grip.tangent
         on_band = continued(lambda v: outer.kinetic(band.contact(v)), outer_v)
         on_rim = continued(lambda v: inner.kinetic(rim.contact(v)), inner_v)
         return Coefficients(
             mu_static=tension_ratio(grip_static)[0],
-            mu_kinetic=tension_ratio(each(on_band) * self.friction.tangent)[0],
+            mu_kinetic=tension_ratio(each(on_band) * self.grip.tangent)[0],
             grip_static=grip_static,
             inner_static=each(inner.static(rim.contact(still))),
             inner_kinetic=each(on_rim),
@@ -210,16 +324,16 @@ class SprungBandage(AbstractMechanism):
         stuck, held = mode.own.inner == 0, mode.own.outer == 0
         sense, R_b = mode.own.inner.astype(jnp.float64), self.band_radius
         f = jnp.where(stuck, c.inner_static, c.inner_kinetic)
-        grip = self.track_radius * f * self.friction.sine
+        grip = self.track_radius * f * self.grip.sine
         floor = self.track_radius * f * jnp.asarray(self.bandage.preload)
         sliding = jnp.where(mode.own.outer > 0, c.mu_kinetic, 1 / c.mu_kinetic)
         gain = jnp.where(held, (R_b + sense * grip) / (R_b - sense * grip), sliding)
         offset = jnp.where(held, (sense * floor + Q) / (R_b - sense * grip), 0.0)
         return Resting(mode.own.fixed, R_b, c.mu_static, grip, floor, Q, gain, offset, sense)
 
-    def variables(self, acting, omega, own, mode):
+    def variables(self, acting: Acting, omega: Array, own: SprungState, mode: Mode) -> SprungNow:
         R_b, stuck, held, rests = self.band_radius, mode.own.inner == 0, mode.own.outer == 0, mode.own.rests
-        T_0 = jnp.where(mode.band == BandMode.OPEN, 0.0, acting.tension)
+        T_0 = jnp.where(mode.band == OPEN, 0.0, acting.tension)
         c, (S, damped, Q) = self._coefficients(omega, own, mode, acting.surfaces), self._springs(own)
         r = self._resting(mode, c, Q)
 
@@ -243,7 +357,7 @@ class SprungBandage(AbstractMechanism):
         torque = jnp.where(stuck, needed + self.inertias * alpha, slid)
         apart = jnp.where(held, 0.0, (torque - needed) / self.inertias)
         stretching = -R_b * jnp.diff(own.speeds)
-        on_rim = self.track_radius * c.inner_static * self.friction.sine / R_b
+        on_rim = self.track_radius * c.inner_static * self.grip.sine / R_b
         return SprungNow(
             slack_tension=T_0,
             tight_tension=along[-1],
@@ -254,8 +368,8 @@ class SprungBandage(AbstractMechanism):
             damping=jnp.sum(damped * stretching),
             tension=along,
             outer_force=G,
-            normal=total * self.friction.sine,
-            load=total * self.friction.sine + jnp.asarray(self.bandage.preload),
+            normal=total * self.grip.sine,
+            load=total * self.grip.sine + jnp.asarray(self.bandage.preload),
             inner_torque=torque,
             capacity=capacity,
             inner_slip=self.track_radius * (omega - own.speeds),
@@ -272,10 +386,10 @@ class SprungBandage(AbstractMechanism):
             most_hold=shared.most,
         )
 
-    def own_rates(self, z):
+    def own_rates(self, z: SprungNow) -> SprungState:
         return SprungState(z.stretching, z.accelerations)
 
-    def rubs(self, acting, mode, z):
+    def rubs(self, mode: Mode, z: SprungNow) -> tuple[Rub, ...]:
         outer, inner = mode.own.outer, mode.own.inner
         on_band = jnp.where(outer == 0, 0.0, z.outer_slip)
         on_rim = jnp.where(inner == 0, 0.0, z.inner_slip)
@@ -284,10 +398,12 @@ class SprungBandage(AbstractMechanism):
             Rub(z.inner_torque / self.track_radius, on_rim, inner.astype(jnp.float64), z.load),
         )
 
-    # --- guards ---------------------------------------------------------------------------------------------------
+    # --- guards -------------------------------------------------------------------------------------------------------
 
-    def guards(self, acting, omega, own, mode, z):
-        size, is_open, rests = self.sizes, mode.band == BandMode.OPEN, mode.own.rests
+    def guards(
+        self, acting: Acting, omega: Array, own: SprungState, mode: Mode, z: SprungNow
+    ) -> Float[Array, " guard"]:
+        size, is_open, rests = self.sizes, mode.band == OPEN, mode.own.rests
         lever = jnp.where(is_open, -acting.tension, acting.tension) / size.tension
         turning = jnp.where(is_open, 1.0, mode.sense.astype(jnp.float64) * omega / size.speed)
         high = jnp.where(rests, (z.most_hold - acting.load) / size.torque, turning)
@@ -305,7 +421,7 @@ class SprungBandage(AbstractMechanism):
         travel = mode.own.outer.astype(jnp.float64) * own.speeds / self.sizes.speed
         outer = jnp.where(held, (z.outer_limit - jnp.abs(z.outer_force)) / self.sizes.tension, travel)
         # fixed linings are bounded by their limits on the band; stuck ones move with the pulley
-        return inner, jnp.where(stuck | (mode.band == BandMode.OPEN), 1.0, outer)
+        return inner, jnp.where(stuck | (mode.band == OPEN), 1.0, outer)
 
     def _spring_margin(self, z: SprungNow) -> Array:
         """What both pairs of a fixed lining could hold, less what its springs pull (N·m)."""
@@ -314,14 +430,14 @@ class SprungBandage(AbstractMechanism):
         most = jnp.where(Q > 0, before * r.mu, before / r.mu)
         return r.grip * (most + before) + r.floor + self.band_radius * jnp.abs(most - before) - jnp.abs(Q)
 
-    # --- changes of mode ------------------------------------------------------------------------------------------
+    # --- changes of mode ----------------------------------------------------------------------------------------------
 
-    def change(self, now, new, fired, ask):
+    def change(self, now: Moment, new: Mode, fired: Bool[Array, " guard"], ask: Ask) -> tuple[Mode, Array]:
         n, old, omega, own, size = self.count, now.mode, now.omega, now.own, self.sizes
         acting, z = ask(new, omega, own)
         T_0, rounding = acting.tension, size.slight_tension
         pulls = (rounding < T_0) | ((jnp.abs(T_0) <= rounding) & (acting.pull > 0))
-        was_open, rests = old.band == BandMode.OPEN, old.own.rests
+        was_open, rests = old.band == OPEN, old.own.rests
         broke, gone = fired[_FIRST : _FIRST + n], fired[_FIRST + n : _FIRST + 2 * n]
         new = new._replace(own=self._each_lining(omega, own, new, z, broke, gone))
 
@@ -395,9 +511,7 @@ class SprungBandage(AbstractMechanism):
         acting, z = ask(trial, omega, own)
         T_0, r = acting.tension, z.resting._replace(fixed=together)
         least, most = holding_range(r, T_0)
-        slack = self.sizes.slight_torque
-        way = jnp.where(load > most + slack, 1, jnp.where(load < least - slack, -1, 0))
-        way = jnp.where(forced == 0, way, forced)
+        way = jnp.where(forced == 0, excess(load, least, most, self.sizes.slight_torque), forced)
         # nothing comes to rest: the pulley passes through zero
         none = ~jnp.any(together)
         way = jnp.where(none, -new.sense, way)
@@ -406,75 +520,38 @@ class SprungBandage(AbstractMechanism):
         inner = jnp.where(together, jnp.where(yields, 0, way), new.own.inner)
         return new._replace(own=SprungMode(outer, inner), sense=jnp.where(way == 0, new.sense, way))
 
-    def arrested(self, omega, own, before, after):
-        turned = (before.band != BandMode.OPEN) & (after.sense != before.sense)
-        omega = jnp.where(after.own.rests | turned, 0.0, omega)
+    def arrested(self, omega: Array, own: SprungState, before: Mode, after: Mode) -> tuple[Array, SprungState]:
+        omega = speed_after(omega, before, after, after.own.rests)
         speeds = jnp.where(after.own.outer == 0, 0.0, jnp.where(after.own.inner == 0, omega, own.speeds))
         return omega, own._replace(speeds=speeds)
 
-    # --- what one looks at, what it stores, what it could hold ------------------------------------------------------
+    # --- results, stored energy, capacity -----------------------------------------------------------------------------
 
-    @property
-    def grip(self):
-        return self.friction
-
-    @property
-    def varies(self):
-        return self.friction.varies
-
-    @property
-    def resolved(self):
-        return True
-
-    @property
-    def damps(self):
-        return True
-
-    @property
-    def distribution(self):
-        return "every lining from its own balance; at rest all mobilise one share of their grip on the rim"
-
-    def shown(self, tension, omega, own, mode, surfaces, z):
+    def shown(
+        self, tension: Array, omega: Array, own: SprungState, mode: Mode, surfaces: Surfaces, z: SprungNow
+    ) -> Shown:
         on_band = on_rim = None
         if self.shows_friction:
             c = self._coefficients(omega, own, mode, surfaces)
-            on_band = (c.mu_kinetic - 1) / (c.mu_kinetic + 1) / self.friction.tangent
+            on_band = (c.mu_kinetic - 1) / (c.mu_kinetic + 1) / self.grip.tangent
             on_rim = c.inner_kinetic
-        outer, inner = jnp.where(mode.band == BandMode.OPEN, 0, mode.own.outer), mode.own.inner
-        external = PairNow(
-            force=z.outer_force,
-            friction=z.outer_force * self.friction.cosine,
-            normal=z.normal,
-            slip=z.outer_slip,
-            sense=outer,
-            at_limit=outer != 0,
-            torque=z.brake_torque,
-            coefficient=on_band,
-        )
-        on_track = z.inner_torque / self.track_radius
-        internal = PairNow(
-            force=on_track,
-            friction=on_track,
-            normal=z.load,
-            slip=z.inner_slip,
-            sense=inner,
-            at_limit=inner != 0,
-            torque=jnp.sum(z.inner_torque),
-            coefficient=on_rim,
-            capacity=jnp.sum(z.capacity),
-        )
+        outer, inner = jnp.where(mode.band == OPEN, 0, mode.own.outer), mode.own.inner
+        external = PairNow.of(z.outer_force, z.normal, z.outer_slip, outer, z.brake_torque, on_band)
+        external = external._replace(friction=z.outer_force * self.grip.cosine)
+        on_track, driven, most = z.inner_torque / self.track_radius, jnp.sum(z.inner_torque), jnp.sum(z.capacity)
+        internal = PairNow.of(on_track, z.load, z.inner_slip, inner, driven, on_rim, most)
         mean = jnp.mean(own.speeds)
         return Shown((external, internal), z.tension, bandage_speed=mean, lining_speed=own.speeds)
 
-    def stored(self, inertia, omega, own, mode):
+    def stored(self, inertia: Array, omega: Array, own: SprungState, mode: Mode) -> tuple[Array, Array]:
         kinetic = 0.5 * inertia * omega**2 + 0.5 * jnp.sum(self.inertias * own.speeds**2)
         return kinetic, 0.5 * jnp.sum(self.stiffness * own.stretch**2)
 
-    def own_sizes(self):
+    def own_sizes(self) -> SprungState:
         size = self.sizes
         return SprungState(size.tension / self.stiffness, jnp.ones_like(self.inertias) * size.speed)
 
-    def capacity(self, tension, omega, own, surfaces):
+    def capacity(self, tension: Array, omega: Array, own: SprungState, surfaces: Surfaces) -> Float[Array, " pairs"]:
         # one sum: every lining in its weaker pair, as at the limit of a pulley at rest but with kinetic friction
         n, speed = self.count, jnp.abs(omega)
 
@@ -482,11 +559,11 @@ class SprungBandage(AbstractMechanism):
             contact = (surface or SurfaceState()).contact(jnp.broadcast_to(arm * speed, (n,)))
             return jnp.broadcast_to(law.kinetic(contact), (n,))
 
-        mu = tension_ratio(each(self.pairs[0].law, self.band_radius, surfaces[0]) * self.friction.tangent)[0]
+        mu = tension_ratio(each(self.pairs[0].law, self.band_radius, surfaces[0]) * self.grip.tangent)[0]
         on_rim = self.track_radius * each(self.pairs[1].law, self.track_radius, surfaces[1])
         floor, none = on_rim * jnp.asarray(self.bandage.preload), jnp.zeros(n)
         every = jnp.ones(n, bool)
         _, _, Q = self._springs(own)
-        r = Resting(every, self.band_radius, mu, on_rim * self.friction.sine, floor, Q, none, none, none)
+        r = Resting(every, self.band_radius, mu, on_rim * self.grip.sine, floor, Q, none, none, none)
         least, most = holding_range(r, tension)
         return jnp.where(omega < 0, -least, most)[None]

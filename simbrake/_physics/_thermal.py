@@ -1,14 +1,14 @@
 """A thermal network made ready for integration: temperatures, heat flows, and where friction heat enters."""
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, PyTree
 
 from ..hybrid._arrays import Array
 from ..profiles import AbstractProfile
@@ -26,6 +26,9 @@ from ..thermal._network import (
     nodes_at,
     place_of,
 )
+
+#: the pieces on which given functions of time are
+Pieces = tuple[PyTree, ...]
 
 
 class Spans(NamedTuple):
@@ -121,14 +124,6 @@ class Thermal(eqx.Module):
     def spans(self) -> Spans:
         return spans(self.heat)
 
-    @property
-    def halves(self) -> dict[str, Array]:
-        """Thermal resistance of half a layer at the reference temperature (K/W), of each wall."""
-        walls = {body.name for body in self.heat.bodies if isinstance(body, Wall)}
-        return {
-            name: self.half[here] for name, here in self.spans.stores.items() if name in walls and self.half is not None
-        }
-
     def rise(self, heat: Float[Array, " k"]) -> Float[Array, " k"]:
         """What heat into each node (W, or J) adds to its state (K/s, or K)."""
         return heat * self.per_capacity
@@ -144,11 +139,11 @@ class Thermal(eqx.Module):
         d = T - self.reference
         return d if self.slope is None else d + 0.5 * self.slope * d**2
 
-    def _given(self, t: Array, pieces: tuple[Any, ...]) -> tuple[dict[str, Array], list[Array]]:
+    def _given(self, t: Array, pieces: Pieces) -> tuple[dict[str, Array], list[Array]]:
         """Temperatures of the reservoirs and powers of the sources at one instant."""
         left = iter(pieces)
 
-        def value(given: Any) -> Array:
+        def value(given: AbstractProfile | Array | float) -> Array:
             now = given.value(t, next(left)) if isinstance(given, AbstractProfile) else given
             return jnp.reshape(jnp.asarray(now), (1,))
 
@@ -173,7 +168,7 @@ class Thermal(eqx.Module):
             return self.half
         return self.half / (1 + self.bend * (T - self.reference))
 
-    def flows(self, T: Array, T_J: Array, t: Array, around: Surroundings, pieces: tuple[Any, ...] = ()) -> HeatFlows:
+    def flows(self, T: Array, T_J: Array, t: Array, around: Surroundings, pieces: Pieces = ()) -> HeatFlows:
         """Heat flows at given temperatures, friction apart."""
         reservoirs, powers = self._given(t, pieces)
         given: dict[str, Array] = {}
@@ -189,8 +184,8 @@ class Thermal(eqx.Module):
         return HeatFlows(
             into=nodes,
             into_junctions=self._into_junctions(into),
-            lost=_total(lost),
-            supplied=_total([power[0] for power in powers]),
+            lost=total(lost),
+            supplied=total([power[0] for power in powers]),
             faces={place: flow for place, flow in into.items() if place_of(place)[1]},
         )
 
@@ -203,7 +198,7 @@ class Thermal(eqx.Module):
 
     def _spread(self, into: dict[str, Array]) -> Float[Array, " k"]:
         """Flows into places, at all nodes with capacity."""
-        parts: list[Any] = []
+        parts: list[Array] = []
         for name in self.spans.stores:
             body = body_of(self.heat, name)
             if not isinstance(body, Wall):
@@ -216,7 +211,7 @@ class Thermal(eqx.Module):
                 continue
             faces = [] if front is None else [jax.lax.pad(front, 0.0, [(0, between, between)])]
             faces += [] if back is None else [jax.lax.pad(back, 0.0, [(between, 0, between)])]
-            parts.append(_total(faces) if faces else _nothing(body.count))
+            parts.append(total(faces) if faces else _nothing(body.count))
         return jnp.concatenate(parts)
 
     def _into_junctions(self, into: dict[str, Array]) -> Float[Array, " j"]:
@@ -270,7 +265,7 @@ class Thermal(eqx.Module):
             g = _in_series(law, [end.half for end in ends])
         return g * (seen[1] - seen[0])
 
-    def junctions(self, T: Array, t: Array, around: Surroundings, pieces: tuple[Any, ...] = ()) -> Float[Array, " j"]:
+    def junctions(self, T: Array, t: Array, around: Surroundings, pieces: Pieces = ()) -> Float[Array, " j"]:
         """Temperatures of the nodes without capacity, friction apart: no heat stays in them."""
         where = self.spans.junctions
         n = max((here.stop for here in where.values()), default=0)
@@ -281,7 +276,7 @@ class Thermal(eqx.Module):
         def excess(T_J: Array) -> Array:
             return self.flows(T, T_J, t, around, pieces).into_junctions
 
-        def improve(T_J: Array, _: Any) -> tuple[Array, None]:
+        def improve(T_J: Array, _: None) -> tuple[Array, None]:
             return T_J - self._response(excess, T_J)(excess(T_J)), None
 
         touching = [k for k in self.heat.links if {place_of(k.a)[0], place_of(k.b)[0]} & set(where)]
@@ -289,7 +284,7 @@ class Thermal(eqx.Module):
             return improve(start, None)[0]
         return jax.lax.scan(improve, start, None, length=_NEWTON)[0]
 
-    def _response(self, excess: Any, T_J: Array) -> Any:
+    def _response(self, excess: Callable[[Array], Array], T_J: Array) -> Callable[[Array], Array]:
         """The inverse of the derivative of the junctions' excess heat with respect to their temperatures."""
         where = self.spans.junctions
         together = any({place_of(k.a)[0], place_of(k.b)[0]} <= set(where) for k in self.heat.links)
@@ -315,12 +310,12 @@ class Thermal(eqx.Module):
     def deposit(
         self,
         pair: FrictionHeat | None,
+        P: Float[Array, " n"],
         T: Array,
         T_J: Array,
         t: Array,
         around: Surroundings,
-        P: Float[Array, " n"],
-        pieces: tuple[Any, ...] = (),
+        pieces: Pieces = (),
     ) -> Deposit:
         """Where the friction powers `P` of the linings in a pair go, as far as they are heat (W, or J); linear in `P`.
 
@@ -346,7 +341,7 @@ class Thermal(eqx.Module):
                 self._enter(into, place, part)
             elif part is not None:
                 lost.append(jnp.sum(part))
-        nodes, rise, away = self._spread(into), jnp.zeros_like(T_J), _total(lost)
+        nodes, rise, away = self._spread(into), jnp.zeros_like(T_J), total(lost)
         faces = {place: flow for place, flow in into.items() if place_of(place)[1]}
         if set(into) & set(self.spans.junctions):
 
@@ -394,7 +389,7 @@ def _half_at(heat: Heat, place: str, half: Array | None) -> Array | None:
     return half[nodes_of(heat, spans(heat), place)]
 
 
-def _total(parts: list[Any]) -> Any:
+def total(parts: Sequence[PyTree]) -> PyTree:
     return sum(parts[1:], start=parts[0]) if parts else jnp.zeros(())
 
 
@@ -414,7 +409,7 @@ def _in_series(g: Array | None, halves: list[Array | None]) -> Array:
     if not behind:
         assert g is not None
         return g
-    R = _total(behind)
+    R = total(behind)
     return 1 / R if g is None else g / (1 + g * R)
 
 
@@ -423,7 +418,7 @@ def _each(per_metre: Array, wall: Wall) -> Array:
     return (jnp.broadcast_to(per_metre, (wall.copies,))[:, None] * wall.steps[None, :]).reshape(-1)
 
 
-def _numbers(body: Lump | Wall, left: Any) -> tuple[Any, ...]:
+def _numbers(body: Lump | Wall, left: Array | float) -> tuple[Array | float | None, ...]:
     """Capacity, its slope, reference and start temperature, resistance of half a layer, slope of conductivity."""
     if isinstance(body, Lump):
         return body.capacity, body.capacity_slope, body.reference, body.temperature, None, None
@@ -433,7 +428,7 @@ def _numbers(body: Lump | Wall, left: Any) -> tuple[Any, ...]:
     return capacity, m.specific_heat_slope, m.reference, body.temperature, half, m.conductivity_slope
 
 
-def _joined(values: tuple[Any, ...], counts: list[int], absent: float = 0.0) -> Any:
+def _joined(values: Sequence[Array | float | None], counts: list[int], absent: float = 0.0) -> PyTree:
     """Numbers of all bodies, node by node; `None` where no body has any."""
     if all(value is None for value in values):
         return None

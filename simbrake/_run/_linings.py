@@ -219,7 +219,7 @@ def _peaks(record: Record, pair: str, quantity: str) -> Array:
         return peak(record, pick).value
 
     system: Any = record.system
-    return jax.vmap(of)(jnp.arange(system.linings.count, dtype=jnp.int32))
+    return jax.vmap(of)(jnp.arange(system.grip.linings.count, dtype=jnp.int32))
 
 
 _peaks_compiled = DeviceJit(_peaks, static_argnames=("pair", "quantity"))

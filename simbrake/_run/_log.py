@@ -336,7 +336,7 @@ def stages_of(record: Record, labels: list[Label]) -> list[Stage]:
     t, states = np.asarray(record.rows.t)[: n + 1], record.states
     ledger = jax.tree.map(lambda column: np.asarray(column)[: n + 1], states.ledger)
     system: Any = record.system
-    shares = system.shares
+    shares = system.grip.shares
     hot = 1.0 if shares is None else float(shares.heat)
     names = [stage_of(label) for label in labels]
     heats = [hot * friction for friction in ledger.friction]

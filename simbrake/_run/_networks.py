@@ -182,7 +182,7 @@ def _steady(heat: Heat, speed: Any, closed: Any, power: Any, guess: Any) -> tupl
         if power is not None:
             into = (
                 into
-                + thermal.deposit(heat.friction, T, T_J, zero, around, jnp.atleast_1d(jnp.asarray(power)), pieces).into
+                + thermal.deposit(heat.friction, jnp.atleast_1d(jnp.asarray(power)), T, T_J, zero, around, pieces).into
             )
         return into
 

@@ -63,7 +63,7 @@ def probe_at(record: Record, index: Array, h: Array) -> Probe:
     flows, shown, margins, hot, passed = jax.vmap(look)(t, y, mode)
     greater = None
     if shown.tension is not None:
-        before = jnp.concatenate([flows.slack_tension[:, None], shown.tension[:, :-1]], axis=1)
+        before = jnp.concatenate([flows.contact.slack_tension[:, None], shown.tension[:, :-1]], axis=1)
         greater = jnp.maximum(shown.tension, before)
     return Probe(t, y, mode, flows, shown, margins, greater, hot, passed)
 
@@ -168,7 +168,7 @@ def energies(record: Record) -> dict[str, Array]:
     ends = [(record.rows.t[i], *_row_of(record, i)) for i in (jnp.zeros_like(record.count), record.count)]
     (kinetic_0, elastic_0), (kinetic_1, elastic_1) = (system.stored(*end) for end in ends)
     kinetic, elastic = kinetic_1 - kinetic_0, elastic_1 - elastic_0
-    shares = system.shares
+    shares = system.grip.shares
     work, hot, more = friction_work(ledger), 1.0 if shares is None else shares.heat, {}
     if len(ledger.friction) > 1:
         pairs = zip(system.pair_names, ledger.friction, strict=True)
@@ -224,7 +224,7 @@ def _heats(record: Record) -> dict[str, Array]:
     ledger = record.y_end.ledger
     booked = ledger.heat
     stored = sum(stored_heat(record).values(), start=jnp.zeros(()))
-    shares = system.shares
+    shares = system.grip.shares
     heat = friction_work(ledger) if shares is None else shares.heat * friction_work(ledger)
     residual = heat + booked.supplied - stored - booked.lost
     terms = [heat, booked.supplied, stored, booked.lost]

@@ -228,7 +228,7 @@ class Report:
         lever, pull = system.lever, np.asarray(flows.lever_tension)
         greatest = float(lever.greatest()) if isinstance(lever, AbstractSpeedLever) else np.max(pull)
         hardest = (pull > 0) & (pull >= (1 - _NEARLY) * greatest)
-        gains = np.sign(np.asarray(p.y.omega)) * np.asarray(flows.alpha) * float(system.inertia)
+        gains = np.sign(np.asarray(p.y.omega)) * np.asarray(flows.contact.alpha) * float(system.inertia)
         band = np.asarray(p.mode.band)
         slides = slips(band) | ((band == BandMode.HELD) & (np.asarray(p.mode.slides) != 0))
         if not np.any(hardest & slides & (gains > _ROUNDING * float(system.sizes.torque))):
