@@ -14,8 +14,7 @@ from simbrake._physics._chain import ChainMode
 from simbrake._physics._mechanism import BAND_MODES, BandMode, BrakeCode, Label, events_of_change
 from simbrake._physics._sprung import SprungMode
 from simbrake._run import _report
-from simbrake._run._log import EVENTS, STAGES, stage_of
-from simbrake._run._outcome import FAILURES, STATUS_MESSAGES, Status
+from simbrake._run._log import EVENTS, FAILURES, STAGES, STATUS_MESSAGES, Status, stage_of
 from simbrake.hybrid import Code
 
 PACKAGE = pathlib.Path(sb.__file__).parent

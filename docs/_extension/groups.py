@@ -12,7 +12,6 @@ PAGES: dict[str, tuple[str, ...]] = {
     "run": (
         "_parts._scene",
         "_run._simulate",
-        "_run._outcome",
         "_base._faults",
         "_base._quantity",
         "_run._edit",

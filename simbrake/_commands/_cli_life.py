@@ -40,7 +40,7 @@ def life(
     prepare_jax()
     from .._base._faults import Fault, InputError
     from .._base._progress import Waiting
-    from .._run._outcome import SimulationError
+    from .._run._log import SimulationError
     from ..studies._lining_life import lining_life
 
     scene = opened(scenario, set_, out, rtol=tolerance(rtol))

@@ -39,7 +39,7 @@ def sensitivity(
         Print a list of tables as JSON, alone on stdout.
     """
     prepare_jax()
-    from .._run._outcome import SimulationError
+    from .._run._log import SimulationError
     from ..studies._sensitivity import sensitivity as tables_of
 
     share = (span, 0 <= span < 1, "a share of each number, 0 ≤ span < 1")

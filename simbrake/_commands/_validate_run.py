@@ -5,7 +5,7 @@ import sys
 from typing import Any
 
 from .._parts._scene import Scene
-from .._run._outcome import SimulationError
+from .._run._log import SimulationError
 from ..checks._cross_check import cross_check
 from ..checks._validate import chosen, run_lanes
 

@@ -8,7 +8,7 @@ import numpy as np
 from jax.flatten_util import ravel_pytree
 
 from .._base._compiling import DeviceJit
-from .._parts._scene import Scene, pairs_of, sensed_at_start, sensed_on_rim_at_start
+from .._parts._scene import Scene, pairs_of, sensed_at_start
 from ..brakes._design import unloaded
 from ..friction import AbstractFriction, remembers
 from ..hybrid._arrays import Array
@@ -98,6 +98,13 @@ def _own_conductance(link: AbstractLink, kinds: dict[str, Body]) -> np.ndarray:
     return np.asarray(1e300 if g is None else g, float)
 
 
+def _demands(what: str, rate: float, span: float, patience: float) -> str:
+    """Why an explicit method will not do for something that follows at a rate (1/s) over a time (s); "": it will."""
+    steps = rate * span / _REACH
+    how = f"an explicit method would need at least {steps:.2g} steps to stay stable"
+    return f"{what} within {1 / rate:.2g} s: {how}" if steps > patience else ""
+
+
 def stiffness(scene: Scene) -> tuple[bool, str]:
     """Whether a scene (concrete values) wants a linearly implicit method, and the reason in words."""
     span = float(scene.end_time) - float(scene.initial.time)
@@ -105,32 +112,24 @@ def stiffness(scene: Scene) -> tuple[bool, str]:
     # linings that swing one by one have to be followed in any case
     if found[0] or scene.brake.resolved:
         return found
-    return _stiff_drag(scene, span) or _stiff_memory(scene, span) or found
+    drag = float(getattr(scene.duty.load, "drag", 0.0)) / float(scene.brake.inertia)
+    patience = _PATIENCE if scene.heated else _PATIENCE_COLD
+    why = _demands("drag balances the speed", drag, span, _PATIENCE_COLD)
+    why = why or _demands("a state of a friction law follows", _fastest_memory(scene), span, patience)
+    return (True, why) if why else found
 
 
-def _stiff_drag(scene: Scene, span: float) -> tuple[bool, str] | None:
-    """Whether drag brings the speed to its balance much faster than the run lasts."""
-    rate = float(getattr(scene.duty.load, "drag", 0.0)) / float(scene.brake.inertia)
-    if rate * span / _REACH <= _PATIENCE_COLD:
-        return None
-    how = f"drag balances the speed within {1 / rate:.2g} s"
-    return True, f"{how}: an explicit method would need at least {rate * span / _REACH:.2g} steps to stay stable"
-
-
-def _stiff_memory(scene: Scene, span: float) -> tuple[bool, str] | None:
-    """Whether a friction law has a state that follows much faster than the run lasts, at the start."""
-    v = abs(float(scene.brake.radius) * float(scene.initial.omega))
-    parts = [scene.brake.rubbing_part(pair) for pair in scene.brake.pairs]
+def _fastest_memory(scene: Scene) -> float:
+    """Largest rate (1/s) at which a state of a friction law follows at the start."""
+    v, count = abs(float(scene.brake.radius) * float(scene.initial.omega)), scene.brake.linings.count
     fastest = 0.0
-    for part, (law, *_) in zip(parts, pairs_of(scene), strict=True):
+    for i, (pair, (law, *_)) in enumerate(zip(scene.brake.pairs, pairs_of(scene), strict=True)):
         if remembers(law):
-            T = sensed_at_start(scene) if part is parts[0] else sensed_on_rim_at_start(scene)
-            contact = unloaded(part, jnp.full(scene.brake.linings.count, v), None if T is None else jnp.asarray(T))
+            T = sensed_at_start(scene, i)
+            part = scene.brake.rubbing_part(pair)
+            contact = unloaded(part, jnp.full(count, v), None if T is None else jnp.asarray(T))
             fastest = max(fastest, float(_fastest_state(law, contact)))
-    if fastest * span / _REACH <= (_PATIENCE if scene.heated else _PATIENCE_COLD):
-        return None
-    how = f"a state of a friction law follows within {1 / fastest:.2g} s"
-    return True, f"{how}: an explicit method would need at least {fastest * span / _REACH:.2g} steps to stay stable"
+    return fastest
 
 
 @DeviceJit
@@ -152,8 +151,6 @@ def stiff_heat(heat: Heat, span: float) -> tuple[bool, str]:
     rate, node = fastest_node(heat)
     if rate <= 0:
         return False, "no thermal node gives heat to another"
-    steps = rate * span / _REACH
-    how = f"the thermal node {node} follows within {1 / rate:.2g} s"
-    if steps > _PATIENCE:
-        return True, f"{how}: an explicit method would need at least {steps:.2g} steps to stay stable"
-    return False, f"{how}, which an explicit method can follow"
+    follows = f"the thermal node {node} follows"
+    why = _demands(follows, rate, span, _PATIENCE)
+    return bool(why), why or f"{follows} within {1 / rate:.2g} s, which an explicit method can follow"

@@ -10,11 +10,11 @@ import numpy as np
 
 from .._base._faults import Fault, InputError
 from .._base._quantity import BAD, NumberReader, Quantity
-from .._base._table import number
+from .._base._table import number, plain
 from .._parts._scene import Scene
 from ..hybrid._arrays import Array
 from ._linings import lining_peak
-from ._metrics import METRICS, metric_names
+from ._metrics import METRICS, about_output, metric_names
 from ._result import Result
 
 #: a metric's name, the name of an energy (`energy.friction_heat`), or a function of a `Result` to a number
@@ -27,12 +27,9 @@ def name_of(metric: Metric) -> str:
 
 
 def unit_of(metric: Metric) -> str:
-    """SI unit of a metric; empty for a function, whose unit nobody knows."""
-    if not isinstance(metric, str):
-        return ""
-    if metric.startswith("energy."):
-        return "J"
-    return METRICS[metric].unit if metric in METRICS else ""
+    """SI unit of a metric; empty for a function, whose unit nobody knows, and for an unknown name."""
+    known = isinstance(metric, str) and (metric in METRICS or metric.startswith("energy."))
+    return about_output(metric)["units"] if known else ""
 
 
 def check_metrics(scene: Scene, metrics: Sequence[Any]) -> None:
@@ -102,15 +99,8 @@ class LimitCheck(NamedTuple):
 
     def as_dict(self) -> dict[str, Any]:
         """`{name, verdict, value, limit, margin, unit, note}`, numbers in SI."""
-        return {
-            "name": self.name,
-            "verdict": str(self.verdict),
-            "value": self.value,
-            "limit": self.limit,
-            "margin": self.margin,
-            "unit": self.unit,
-            "note": self.note,
-        }
+        names = ("name", "verdict", "value", "limit", "margin", "unit", "note")
+        return {name: plain(getattr(self, name)) for name in names}
 
     def __str__(self) -> str:
         """Verdict with value, limit and margin, as a line of a summary."""

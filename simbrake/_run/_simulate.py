@@ -11,8 +11,10 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import Device
 from jax.core import Tracer
 from jax.custom_batching import custom_vmap
+from jaxtyping import PyTree
 
 from .._base._compiling import (
     Packing,
@@ -29,8 +31,9 @@ from .._base._progress import telling
 from .._base._quantity import faults_of_tolerance, leaves
 from .._parts._scene import Scene, checked
 from .._physics._assemble import assemble
+from .._physics._brake import BrakeSystem, State
+from .._physics._mechanism import Mode
 from ..hybrid import (
-    AbstractHybridSystem,
     AbstractMethod,
     Code,
     ExplicitRungeKutta,
@@ -42,8 +45,10 @@ from ..hybrid import (
     joined,
     stretch,
 )
+from ..hybrid._arrays import Array
 from ._choice import stiffness
-from ._outcome import SimulationError
+from ._log import SimulationError
+from ._probe import is_traced
 from ._result import Limits, Result
 
 #: step attempts in a stretch at most
@@ -59,11 +64,13 @@ _TARGET = 0.25
 
 #: told of the time reached and the end time, both s
 Tell = Callable[[float, float], Any]
+Solver = AbstractMethod | diffrax.AbstractERK
+Number = float | int | Array
 
 
 def posed(
-    scene: Scene, rtol: Any, max_step: Any, max_events: Any, max_steps: int
-) -> tuple[AbstractHybridSystem, Any, Any, Settings]:
+    scene: Scene, rtol: Number, max_step: Number, max_events: Number, max_steps: int
+) -> tuple[BrakeSystem, State, Mode, Settings]:
     """What is to be integrated: system, state and mode at the start, and the settings of the integrator."""
     system, state, mode = assemble(scene)
     if system.guard_samples:
@@ -81,11 +88,11 @@ def posed(
 
 
 @functools.lru_cache(maxsize=64)
-def _stretch_program(packing: Packing, method: AbstractMethod, device: Any) -> tuple[Program, np.ndarray]:
+def _stretch_program(packing: Packing, method: AbstractMethod, device: Device) -> tuple[Program, np.ndarray]:
     """One stretch of all runs of one structure, compiled: a function of the numbers, what the stretch before has left,
     and its length, in one vector; and what the first stretch begins with."""
 
-    def begin(numbers: Any) -> Any:
+    def begin(numbers: Array) -> Array:
         scene, *limits = packing.unpack(numbers)
         system, state, mode, _ = posed(scene, *limits, max_steps=STRETCH)
         return beginning(system, state, mode, scene.initial.time)
@@ -93,7 +100,7 @@ def _stretch_program(packing: Packing, method: AbstractMethod, device: Any) -> t
     n = packing.size
     size = jax.eval_shape(begin, np.ones(n)).shape[0]
 
-    def run(x: Any) -> tuple[Record, Any]:
+    def run(x: Array) -> tuple[Record, Array]:
         scene, *limits = packing.unpack(x[:n])
         system, state, mode, settings = posed(scene, *limits, max_steps=STRETCH)
         ends = scene.initial.time, scene.end_time
@@ -140,11 +147,6 @@ def long_run(
 _STEPS = (STRETCH, 16384, 131072)
 
 
-def _run(scene: Scene, rtol: Any, max_step: Any, max_events: Any, method: AbstractMethod, max_steps: int) -> Record:
-    system, state, mode, settings = posed(scene, rtol, max_step, max_events, max_steps)
-    return hybridsolve(system, state, mode, scene.initial.time, scene.end_time, method, settings)
-
-
 def _marked(scene: Scene) -> Scene:
     """The scene with a start that is not a number if any number in it is not finite: such a run ends before it begins.
 
@@ -156,18 +158,19 @@ def _marked(scene: Scene) -> Scene:
     return eqx.tree_at(lambda s: s.initial.time, scene, start)
 
 
-def run_of_numbers(packing: Packing, method: AbstractMethod, max_steps: int) -> Callable[[Any], Record]:
+def run_of_numbers(packing: Packing, method: AbstractMethod, max_steps: int) -> Callable[[Array], Record]:
     """The run of all scenes of one structure, a function of their numbers and of the limits."""
 
-    def run(numbers: Any) -> Record:
-        scene, rtol, max_step, max_events = packing.unpack(numbers)
-        return _run(scene, rtol, max_step, max_events, method=method, max_steps=max_steps)
+    def run(numbers: Array) -> Record:
+        scene, *limits = packing.unpack(numbers)
+        system, state, mode, settings = posed(scene, *limits, max_steps=max_steps)
+        return hybridsolve(system, state, mode, scene.initial.time, scene.end_time, method, settings)
 
     return run
 
 
 @functools.lru_cache(maxsize=256)
-def _program(packing: Packing, method: AbstractMethod, max_steps: int, device: Any) -> Program:
+def _program(packing: Packing, method: AbstractMethod, max_steps: int, device: Device) -> Program:
     """The compiled run of all scenes of one structure."""
     # a scene is mostly run once or a few times: what makes the first of them wait longer is left to `prepare`
     run = run_of_numbers(packing, method, max_steps)
@@ -175,7 +178,7 @@ def _program(packing: Packing, method: AbstractMethod, max_steps: int, device: A
 
 
 @functools.lru_cache(maxsize=256)
-def _part(packing: Packing, method: AbstractMethod, max_steps: int) -> Callable[[Any], Record]:
+def _part(packing: Packing, method: AbstractMethod, max_steps: int) -> Callable[[Array], Record]:
     """The run as part of a larger program: as one function where XLA can do that, but not where it is differentiated
     or many of it run side by side, as nobody can tell there what XLA makes of it."""
     run = jax.jit(run_of_numbers(packing, method, max_steps))
@@ -188,20 +191,20 @@ def _part(packing: Packing, method: AbstractMethod, max_steps: int) -> Callable[
         return "dot_general" not in text and fits_one_function(text, LONGEST)
 
     @custom_vmap
-    def marked(numbers: Any) -> Record:
+    def marked(numbers: Array) -> Record:
         return one_function(run, numbers) if joins() else run(numbers)
 
     @marked.def_vmap
-    def _(size: int, batched: Any, numbers: Any) -> tuple[Record, Any]:
+    def _(size: int, batched: PyTree, numbers: Array) -> tuple[Record, PyTree]:
         found = jax.vmap(run)(numbers)
         return found, jax.tree.map(lambda _: True, found)
 
     @jax.custom_jvp
-    def part(numbers: Any) -> Record:
+    def part(numbers: Array) -> Record:
         return marked(numbers)
 
     @part.defjvp
-    def _(primals: Any, tangents: Any) -> tuple[Record, Any]:
+    def _(primals: PyTree, tangents: PyTree) -> tuple[Record, PyTree]:
         return jax.jvp(run, primals, tangents)
 
     return part
@@ -216,7 +219,7 @@ def require_64_bits() -> None:
         )
 
 
-def check_limits(rtol: Any, max_step: Any = np.inf, max_steps: int | None = None, max_events: int = 0) -> None:
+def check_limits(rtol: Number, max_step: Number = np.inf, max_steps: int | None = None, max_events: int = 0) -> None:
     """Raises `InputError` where a tolerance or a limit cannot be meant; traced ones cannot be looked at and pass."""
     found = faults_of_tolerance(rtol)
     if not isinstance(max_step, Tracer) and not np.all(np.asarray(max_step) > 0):
@@ -228,7 +231,7 @@ def check_limits(rtol: Any, max_step: Any = np.inf, max_steps: int | None = None
         raise InputError(found)
 
 
-def solver_for(stiff: bool) -> Any:
+def solver_for(stiff: bool) -> Solver:
     """The solver where the caller names none."""
     return Rodas5P() if stiff else diffrax.Dopri8()
 
@@ -246,25 +249,16 @@ def room_for(result: Result) -> int:
     return 1 << math.ceil(math.log2(1.25 * int(result.record.count) + 48))
 
 
-def _recorded(numbers: Any, packing: Packing, method: AbstractMethod, limits: tuple[int, ...], tell: Any) -> Any:
-    """The record of a run in the numbers packed, with space for as many step attempts as the first limit that does."""
-    if limits[0] <= STRETCH:  # over in a moment
-        record: Any = _program(packing, method, limits[0], run_device()).call(numbers)
-        if int(record.code) != Code.STEP_LIMIT or len(limits) == 1:
-            return record
-    return long_run(numbers, packing, method, limits, tell)
-
-
 def simulate(
     scene: Scene,
     *,
-    solver: Any = None,
-    rtol: Any = 1e-10,
-    max_step: Any = np.inf,
+    solver: Solver | None = None,
+    rtol: Number = 1e-10,
+    max_step: Number = np.inf,
     max_steps: int | None = None,
     max_events: int = 10_000,
     throw: bool = True,
-    progress: Any = False,
+    progress: bool | Tell | None = False,
 ) -> Result:
     """Runs a scene to its end time through all its events.
 
@@ -291,40 +285,42 @@ def simulate(
     require_64_bits()
     check_limits(rtol, max_step, max_steps, max_events)
     scene = checked(scene)
-    traced = any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves((scene, rtol)))
     solver = solver_of(scene, solver)
     method = method_of(scene, solver)
     name = type(solver).__name__
     rtol_, longest = np.asarray(rtol, np.float64) if np.isscalar(rtol) else rtol, np.asarray(max_step, np.float64)
     events = np.asarray(max_events, np.int32)
     limits = Limits(longest, events, max_steps)
-    if traced:
+    if is_traced((scene, rtol)):
         numbers, packing = pack((_marked(scene), rtol_, longest, events), jnp)
         record = _part(packing, method, max_steps or _STEPS[0])(numbers)
         return Result(scene, record, rtol_, name, limits)
     numbers, packing = pack((scene, rtol_, longest, events))
+    rooms = step_limits(scene, max_steps)
     with telling(progress) as tell:
-        record = _recorded(numbers, packing, method, step_limits(scene, max_steps), tell)
+        short = rooms[0] <= STRETCH  # over in a moment
+        record = _program(packing, method, rooms[0], run_device()).call(numbers) if short else None
+        if record is None or (int(record.code) == Code.STEP_LIMIT and len(rooms) > 1):
+            record = long_run(numbers, packing, method, rooms, tell)
     result = Result(scene, record, rtol_, name, limits)  # pyright: ignore
     if throw and not result.ok:
         raise SimulationError(f"{result.status}: {result.message}", result)
     return result
 
 
-def solver_of(scene: Scene, solver: Any = None) -> Any:
+def solver_of(scene: Scene, solver: Solver | None = None) -> Solver:
     """The solver given, or the one that `simulate` chooses for a scene."""
     if solver is not None:
         return solver
-    traced = any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves(scene))
-    return solver_for(scene.heated if traced else stiffness(scene)[0])
+    return solver_for(scene.heated if is_traced(scene) else stiffness(scene)[0])
 
 
-def method_of(scene: Scene, solver: Any) -> AbstractMethod:
+def method_of(scene: Scene, solver: Solver) -> AbstractMethod:
     """The method of a scene's run with a solver."""
     # with heat the equations are long: a program in which they stand once compiles and runs faster
     return _method(solver).rolled() if scene.heated else _method(solver)
 
 
 @functools.lru_cache
-def _method(solver: Any) -> AbstractMethod:
+def _method(solver: Solver) -> AbstractMethod:
     return solver if isinstance(solver, AbstractMethod) else ExplicitRungeKutta(solver)

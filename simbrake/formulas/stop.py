@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from .._parts._scene import Scene, band_brake, sensed_at_start, sensed_on_rim_at_start
+from .._parts._scene import Scene, band_brake, sensed_at_start
 from .._physics._staged import Held, InternalPair
 from .._run._log import internal_slip_tension
 from ..brakes._band import grip, running_product, tension_ratio
@@ -108,7 +108,7 @@ def internal_friction_at_start(scene: Scene) -> np.ndarray:
     """Sliding coefficient (n,) of linings and rim at the initial speed and temperatures, without pressure."""
     n, bandage = scene.brake.linings.count, scene.brake.rubbing_part("internal")
     v = abs(float(band_brake(scene).pulley.radius) * float(scene.initial.omega))
-    contact = unloaded(bandage, jnp.full(n, v), sensed_on_rim_at_start(scene))
+    contact = unloaded(bandage, jnp.full(n, v), sensed_at_start(scene, -1))
     return np.broadcast_to(np.asarray(bandage.friction.kinetic(contact)), (n,))
 
 
@@ -139,7 +139,7 @@ def classical_staged_stop(scene: Scene) -> StagedStop | None:
     load, J = load_and_inertia(scene)
     T_0, J_b = jnp.asarray(float(lever.scale())), float(np.sum(np.asarray(bandage.inertia)))
     pair = InternalPair(bandage, jnp.asarray(brake.pulley.radius), jnp.sin(angle / 2))
-    T_inner, sliding = sensed_on_rim_at_start(scene), jnp.asarray(float(brake.pulley.radius) * omega)
+    T_inner, sliding = sensed_at_start(scene, -1), jnp.asarray(float(brake.pulley.radius) * omega)
     T_inner = None if T_inner is None else jnp.asarray(T_inner)
     surface = SurfaceState(T_inner, memory_at_start(bandage.friction, pair.count))
     held = Held(sliding, surface, jnp.asarray(False))

@@ -12,7 +12,7 @@ import numpy as np
 
 from .._base._faults import Fault, InputError
 from .._base._whole import whole_file
-from .._run._metrics import about_energy, about_metric
+from .._run._metrics import about_output
 from .._run._result import Result
 from .._run._series import SERIES_COLUMNS, Series, flat, meaning_of_column, times_within, unit_of_column
 from ..hybrid import LANDED
@@ -202,9 +202,9 @@ def _numbers(result: Result) -> dict[str, Any]:
     for name, value in {**summary["metrics"], **summary["at"]}.items():
         if name not in energies:  # heats stand among the energies
             value = value if isinstance(value, int) else float(np.inf if value is None else value)
-            found[name] = ((), np.asarray(value), about_metric(name))
+            found[name] = ((), np.asarray(value), about_output(name))
     for name, value in energies.items():
-        found[f"energy.{name}"] = ((), np.asarray(value), about_energy(name))
+        found[f"energy.{name}"] = ((), np.asarray(value), about_output(f"energy.{name}"))
     counts = dict(zip(_COUNTS, (stats.accepted, stats.rejected, stats.retaken, stats.segments), strict=True))
     for name, count in counts.items():
         found[name] = ((), np.asarray(int(count)), _about("1", _COUNTS[name]))

@@ -13,9 +13,9 @@ from .._base._faults import Fault, InputError
 from .._base._quantity import Quantity
 from .._parts._scene import Scene, faults
 from .._physics._mechanism import Label
+from .._run._log import FAILURES, status_of
 from .._run._measure import Metric, check_metrics, name_of, unit_of
 from .._run._metrics import METRICS, metric_names
-from .._run._outcome import FAILURES, status_of
 from .._run._simulate import require_64_bits
 from ._chunks import NOT_RUN, Plan, run_all
 

@@ -9,7 +9,7 @@ from .._base._faults import Fault, InputError
 from .._base._quantity import Quantity, leaves
 from .._parts._scene import Scene, faults
 from .._run._edit import with_values
-from .._run._outcome import SimulationError
+from .._run._log import SimulationError
 from ._evaluator import place_of, same_numbers
 
 #: a frozen distribution of scipy.stats (anything with `ppf` or `icdf`), or (low, high) for a uniform one

@@ -10,8 +10,8 @@ import numpy as np
 from .._base._faults import Fault, InputError
 from .._base._table import Column, Table, Tabular, plain
 from .._parts._scene import Scene
+from .._run._log import FAILURES
 from .._run._measure import Metric, check_metrics, name_of, unit_of
-from .._run._outcome import FAILURES
 from ._ensemble import ensemble
 from ._sampling import Distribution, Draws, Method, attempt, complete, faults_of_sampling, power_of_two, unit_points
 
