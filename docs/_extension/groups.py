@@ -41,7 +41,6 @@ PAGES: dict[str, tuple[str, ...]] = {
     "layouts": ("_run._linings", "_run._probe", "layouts"),
     "studies": ("studies",),
     "estimates": ("formulas", "published"),
-    "speed": ("_run._prepare",),
     "integrator": ("hybrid",),
 }
 

@@ -335,6 +335,13 @@ LININGS, RIM_CONDUCTIVITY, LINING_CONDUCTIVITY = (8.0, 26.0), (38.0, 163.0), (0.
 ZERO = 273.15  # K
 
 
+def _unusual(what: str, low: float, high: float, usual: tuple[float, float], words: str) -> list[str]:
+    """A warning of values from `low` to `high` that are not within what is usual; `words` say what that is."""
+    slack = 1e-9 * usual[1]  # the angles of equal linings add up to a wrap with rounding
+    within = usual[0] - slack <= low and high <= usual[1] + slack
+    return [] if within else [f"unusual: {what}, {words.format(f'{usual[0]:g}…{usual[1]:g}')}"]
+
+
 def plausibility(scene: Scene, peak_rim: float | None = None) -> list[str]:
     """Numbers of a scene that are unusual for a brake of drawworks: what, the usual range, its source, the reason.
 
@@ -345,51 +352,25 @@ def plausibility(scene: Scene, peak_rim: float | None = None) -> list[str]:
     """
     if any(isinstance(leaf.value, Tracer) for leaf in leaves(scene)):
         return []
-    found = _of_brake(scene)
-    if peak_rim is not None and peak_rim - ZERO > RIM[1]:
-        found.append(
-            f"unusual: rim at {peak_rim - ZERO:.0f} °C, usual in heavy service are {RIM[0]:.0f}…{RIM[1]:.0f} °C "
-            f"({_DRUMEANU}); properties of steel and linings are not known that hot"
-        )
-    return found + _of_materials(scene)
-
-
-def _of_brake(scene: Scene) -> list[str]:
-    brake, found = scene.brake, []
-    if not isinstance(brake, Brake):
-        return []  # the sources are about band brakes
-    n, f = brake.linings.count, static_friction(scene)
-    if _outside(f.min(), FRICTION) or _outside(f.max(), FRICTION):
+    found, brake, heat = list[str](), scene.brake, scene.network
+    if isinstance(brake, Brake):  # the sources are about band brakes
+        f, wrap = static_friction(scene), math.degrees(float(np.sum(brake.linings.angle)))
         values = f"{f.min():.4g}" if np.ptp(f) < 1e-12 else f"{f.min():.4g}…{f.max():.4g}"
-        found.append(
-            f"unusual: static coefficient of friction {values}, usual are {FRICTION[0]}…{FRICTION[1]} ({_DRUMEANU}); "
-            "tensions depend on it exponentially (Z computes cases down to 0.1)"
-        )
-    wrap = math.degrees(float(np.sum(brake.linings.angle)))
-    if _outside(wrap, WRAP):
-        found.append(
-            f"unusual: wrap {wrap:.5g}°, usual are {WRAP[0]:.0f}…{WRAP[1]:.0f}° ({_DRUMEANU}); "
-            "the grip of the band depends on it exponentially"
-        )
-    if _outside(float(n), LININGS):
-        found.append(f"unusual: {n} linings, usual are {LININGS[0]:.0f}…{LININGS[1]:.0f} (Z)")
-    return found
-
-
-def _of_materials(scene: Scene) -> list[str]:
-    found, heat = [], scene.network
+        why = "tensions depend on it exponentially (Z computes cases down to 0.1)"
+        what = f"static coefficient of friction {values}"
+        found += _unusual(what, f.min(), f.max(), FRICTION, f"usual are {{}} ({_DRUMEANU}); {why}")
+        why = "the grip of the band depends on it exponentially"
+        found += _unusual(f"wrap {wrap:.5g}°", wrap, wrap, WRAP, f"usual are {{}}° ({_DRUMEANU}); {why}")
+        n = brake.linings.count
+        found += _unusual(f"{n} linings", n, n, LININGS, "usual are {} (Z)")
+    if peak_rim is not None:
+        T, why = peak_rim - ZERO, "properties of steel and linings are not known that hot"
+        words = f"usual in heavy service are {{}} °C ({_DRUMEANU}); {why}"
+        found += _unusual(f"rim at {T:.0f} °C", max(T, RIM[0]), T, RIM, words)  # a single stop leaves it cooler
     walls = {wall.name: wall for wall in heat.walls}
-    for what, place, usual in (("rim", heat.rim, RIM_CONDUCTIVITY), ("linings", heat.linings, LINING_CONDUCTIVITY)):
+    for name, place, usual in (("rim", heat.rim, RIM_CONDUCTIVITY), ("linings", heat.linings, LINING_CONDUCTIVITY)):
         wall = walls.get(place_of(place)[0]) if place else None
-        if wall is not None and _outside(float(wall.material.conductivity), usual):
-            value = float(wall.material.conductivity)
-            found.append(
-                f"unusual: {what} with {value:.4g} W/(m·K), usual are {usual[0]:g}…{usual[1]:g} (V, tables 1 and 2); "
-                "is the unit right?"
-            )
+        if wall is not None:
+            value, words = float(wall.material.conductivity), "usual are {} (V, tables 1 and 2); is the unit right?"
+            found += _unusual(f"{name} with {value:.4g} W/(m·K)", value, value, usual, words)
     return found
-
-
-def _outside(value: float, usual: tuple[float, float]) -> bool:
-    slack = 1e-9 * usual[1]  # the angles of equal linings add up to a wrap with rounding
-    return not usual[0] - slack <= value <= usual[1] + slack

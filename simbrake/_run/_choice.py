@@ -1,16 +1,16 @@
 """Which method integrates a scene, and why."""
 
-from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax.flatten_util import ravel_pytree
+from jaxtyping import Float
 
 from .._base._compiling import DeviceJit
 from .._parts._scene import Scene, pairs_of, sensed_at_start
 from ..brakes._design import unloaded
-from ..friction import AbstractFriction, remembers
+from ..friction import AbstractFriction, AnyContact, remembers
 from ..hybrid._arrays import Array
 from ..profiles import AbstractProfile
 from ..thermal._heat import Heat
@@ -133,13 +133,12 @@ def _fastest_memory(scene: Scene) -> float:
 
 
 @DeviceJit
-def _fastest_state(law: AbstractFriction, contact: Any) -> Array:
+def _fastest_state(law: AbstractFriction, contact: AnyContact) -> Float[Array, ""]:
     """Largest rate (1/s) by which a change of the law's states decays, after Gershgorin."""
-    memory: Any
     memory, back = ravel_pytree(contact.memory)
     still = None if contact.p is None else jnp.zeros_like(contact.p)
 
-    def rates(memory: Any) -> Any:
+    def rates(memory: Array) -> Array:
         found = law.rates(contact._replace(memory=back(memory), q=still))
         return ravel_pytree(jax.tree.map(lambda x, y: x + 0.0 * y, found, back(memory)))[0]
 

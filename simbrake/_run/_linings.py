@@ -9,7 +9,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float, Int, PyTree
 
 from .._base._faults import Fault, InputError
 from .._base._quantity import Scalar, as_number, quantity
@@ -20,12 +20,14 @@ from ..brakes._design import Brake, under_a_band
 from ..hybrid import Record
 from ..hybrid._arrays import Array
 from ._metrics import peak
-from ._probe import POINTS, Probe, RunJit, Scan, as_tree, integral, probe_many, record_of
+from ._probe import POINTS, Number, Probe, RunJit, Scan, as_tree, integral, probe_many, record_of
 from ._result import Result
 from ._series import PAIR_COLUMNS, SERIES_COLUMNS, seen_of, times_within
 
 #: wear rate `I` (m³/(N·m)): a number, one per lining, or a function `I(p, v, T)` of pressure, slip speed, temperature
-WearRate = float | Array | Callable[..., Any]
+WearRate = Number | Callable[..., Any]
+#: a result, or its record
+Run = Result | Record
 
 
 class Rubbing(NamedTuple):
@@ -93,7 +95,7 @@ def quantity_of(quantity: str, r: Rubbing) -> Array:
     return QUANTITIES[quantity](r)
 
 
-def wearing(rate: Any, r: Rubbing) -> Array:
+def wearing(rate: WearRate, r: Rubbing) -> Array:
     """Rate of wear `ḣ = I p v` (m/s) of linings that rub; `rate` as in `lining_wear`."""
     value = rate(r.pressure, r.speed, r.temperature) if callable(rate) else jnp.asarray(rate)
     return value * r.pressure * r.speed
@@ -108,7 +110,7 @@ class _Picked(eqx.Module):
     over: str | None = eqx.field(static=True, default=None)  # with its weight, by which the quantity is multiplied
     rate: Any = None  # of wear, instead of the quantity
 
-    def __call__(self, p: Probe) -> Any:
+    def __call__(self, p: Probe) -> PyTree:
         r = rubbing(self.record, p, pair=self.pair)
         if self.rate is not None:
             return wearing(self.rate, r)
@@ -119,12 +121,12 @@ class _Picked(eqx.Module):
         return weight * value, weight
 
 
-def _system(run: Any) -> BrakeSystem:
+def _system(run: Run) -> BrakeSystem:
     return getattr(run, "record", run).system
 
 
 def _check(
-    run: Any,
+    run: Run,
     pair: str,
     quantity: str = "slip_speed",
     *,
@@ -153,7 +155,7 @@ def _check(
 # --- over a run -------------------------------------------------------------------------------------------------------
 
 
-def friction_work(run: Any, *, pair: str = "external", points: int = POINTS) -> Float[Array, " n"]:
+def friction_work(run: Run, *, pair: str = "external", points: int = POINTS) -> Float[Array, " n"]:
     """Friction work of every lining over a run, in J.
 
         W_i = ∫ |T_i − T_{i−1}| |v_i| dt,   |T_i − T_{i−1}| = f_i N_i/cos(β_i/2)                       (model §1, §6.1)
@@ -170,7 +172,7 @@ def friction_work(run: Any, *, pair: str = "external", points: int = POINTS) -> 
     return integral(record, _Picked(record, pair), points=points)
 
 
-def lining_wear(run: Any, rate: WearRate, *, pair: str = "external", points: int = POINTS) -> Float[Array, " n"]:
+def lining_wear(run: Run, rate: WearRate, *, pair: str = "external", points: int = POINTS) -> Float[Array, " n"]:
     """Depth worn off every lining over a run, in m (model §7; Archard).
 
         h_i = ∫ I(p_i, v_i, T_i) p_i v_i dt,   p_i = N_i/A_i
@@ -190,7 +192,7 @@ def lining_wear(run: Any, rate: WearRate, *, pair: str = "external", points: int
 
 
 def lining_mean(
-    run: Any, quantity: str, *, over: str = "slip", pair: str = "external", points: int = POINTS
+    run: Run, quantity: str, *, over: str = "slip", pair: str = "external", points: int = POINTS
 ) -> Float[Array, " n"]:
     """Mean of a quantity of every lining over a run, `∫ q w dt/∫ w dt`.
 
@@ -223,7 +225,7 @@ def _peaks(record: Record, pair: str, quantity: str) -> Float[Array, " n"]:
 _peaks_of_record = RunJit(_peaks, static_argnames=("pair", "quantity"))
 
 
-def lining_peak(run: Any, quantity: str, *, pair: str = "external") -> Float[Array, " n"]:
+def lining_peak(run: Run, quantity: str, *, pair: str = "external") -> Float[Array, " n"]:
     """Greatest value over a run of a quantity of every lining (`quantity` and `pair` as in `lining_mean`)."""
     _check(run, pair, quantity)
     return _peaks_of_record(record_of(run), pair=pair, quantity=quantity)

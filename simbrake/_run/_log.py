@@ -2,7 +2,7 @@
 
 import enum
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -14,6 +14,7 @@ from ..brakes._band import grip, product, running_product, tension_ratio
 from ..brakes._design import Brake, BrakeWords, under_a_band, unloaded
 from ..hybrid import Code, Record
 from ..hybrid._arrays import Array
+from ._probe import Entry, Number
 
 # --- how a run ends ---------------------------------------------------------------------------------------------------
 
@@ -206,8 +207,8 @@ class Event(NamedTuple):
     name: str
     lining: int | None = None
 
-    def as_dict(self) -> dict[str, Any]:
-        entry: dict[str, Any] = {"time": self.time, "name": self.name}
+    def as_dict(self) -> Entry:
+        entry: Entry = {"time": self.time, "name": self.name}
         if self.lining is not None:
             entry["lining"] = self.lining
         return entry
@@ -321,7 +322,7 @@ class Stage(NamedTuple):
     def duration(self) -> float:
         return self.end - self.start
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> Entry:
         return {**self._asdict(), "duration": self.duration}
 
 
@@ -346,7 +347,9 @@ def stage_of(label: Label) -> str:
     return "stage_3" if label.band == BandMode.HELD else "stage_2"
 
 
-def onset_bracket(brake: Brake, inertia: Any, T_external: Any = None, T_internal: Any = None) -> tuple[Array, Array]:
+def onset_bracket(
+    brake: Brake, inertia: Number, T_external: Array | None = None, T_internal: Array | None = None
+) -> tuple[Float[Array, ""], Float[Array, ""]]:
     """Growth of the two torques between which the internal pair decides, per unit of slack tension (m).
 
         Λ = T_0 R_b (Π − 1) J/(J + J_b) + …,   M_int = T_0 R Σ f_i (Π_i + Π_{i−1}) s_i + …                (model §4)
@@ -365,7 +368,11 @@ def onset_bracket(brake: Brake, inertia: Any, T_external: Any = None, T_internal
 
 
 def internal_slip_tension(
-    brake: Brake, inertia: Any, load_torque: Any = 0.0, T_external: Any = None, T_internal: Any = None
+    brake: Brake,
+    inertia: Number,
+    load_torque: Number = 0.0,
+    T_external: Array | None = None,
+    T_internal: Array | None = None,
 ) -> Float[Array, ""]:
     """Slack tension `T_on` (N) at which the internal pair of a staged brake begins to slide, at any rate of the lever.
 
@@ -399,8 +406,7 @@ def stages_of(record: Record, labels: list[Label]) -> list[Stage]:
     n = int(record.count)
     t, states = np.asarray(record.rows.t)[: n + 1], record.states
     ledger = jax.tree.map(lambda column: np.asarray(column)[: n + 1], states.ledger)
-    system: Any = record.system
-    shares = system.shares
+    shares = record.system.shares  # pyright: ignore
     hot = 1.0 if shares is None else float(shares.heat)
     names = [stage_of(label) for label in labels]
     heats = [hot * friction for friction in ledger.friction]
@@ -425,7 +431,7 @@ def stages_of(record: Record, labels: list[Label]) -> list[Stage]:
 
 
 def absent_stages(
-    brake: Brake, inertia: float, load_torque: float, seen: set[str], greatest: float, hot: tuple[Any, Any]
+    brake: Brake, inertia: float, load_torque: float, seen: set[str], greatest: float, hot: tuple[Array | None, ...]
 ) -> list[dict[str, str]]:
     """The stages of a staged stop that a run did not have, each with the reason.
 

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Bool
 
 from .._base._faults import Fault, InputError
 from .._base._quantity import BAD, NumberReader, Quantity
@@ -15,6 +16,7 @@ from .._parts._scene import Scene
 from ..hybrid._arrays import Array
 from ._linings import lining_peak
 from ._metrics import METRICS, about_output, metric_names
+from ._probe import Entry, Number
 from ._result import Result
 
 #: a metric's name, the name of an energy (`energy.friction_heat`), or a function of a `Result` to a number
@@ -58,7 +60,7 @@ def measure(result: Result, metric: Metric) -> Array:
     return jnp.asarray(getattr(found, "value", found))
 
 
-def happened(value: Any) -> Any:
+def happened(value: Number) -> Bool[np.ndarray, "*shape"] | np.bool_:
     """Whether a metric has a value: times of what did not happen are infinite."""
     return np.isfinite(np.asarray(value))
 
@@ -97,7 +99,7 @@ class LimitCheck(NamedTuple):
         """`limit − value`, below 0 where the limit is exceeded; `None` without one of the two."""
         return None if self.limit is None or self.value is None else self.limit - self.value
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> Entry:
         """`{name, verdict, value, limit, margin, unit, note}`, numbers in SI."""
         names = ("name", "verdict", "value", "limit", "margin", "unit", "note")
         return {name: plain(getattr(self, name)) for name in names}
@@ -190,7 +192,7 @@ def _judged(result: Result, name: str, bound: float, value: float, unit: str, no
     return LimitCheck(name, bound, value, unit, within if value <= bound else LimitVerdict.EXCEEDED, note)
 
 
-def _linings(result: Result, summary: dict[str, Any], limits: Mapping[str, float]) -> LimitCheck:
+def _linings(result: Result, summary: Entry, limits: Mapping[str, float]) -> LimitCheck:
     """The temperature of the linings, which a scene itself may limit."""
     own, value = result.scene.network.permissible, summary["metrics"].get(_HOT)
     own = None if own is None else float(np.asarray(own))
@@ -216,7 +218,7 @@ def limit_lines(checks: Sequence[LimitCheck]) -> list[str]:
     return [f"limit    {check}" for check in checks if check.limit is not None]
 
 
-def limit_dicts(checks: Sequence[LimitCheck]) -> list[dict[str, Any]]:
+def limit_dicts(checks: Sequence[LimitCheck]) -> list[Entry]:
     """The same as numbers and words."""
     return [check.as_dict() for check in checks if check.limit is not None]
 
@@ -226,6 +228,6 @@ def text_with_limits(result: Result, checks: Sequence[LimitCheck]) -> str:
     return "\n".join([str(result), *limit_lines(checks)])
 
 
-def summary_with_limits(result: Result, checks: Sequence[LimitCheck]) -> dict[str, Any]:
+def summary_with_limits(result: Result, checks: Sequence[LimitCheck]) -> Entry:
     """The same as `run --json` prints it: `Result.summary` and `limits`."""
     return {**result.summary(), "limits": limit_dicts(checks)}

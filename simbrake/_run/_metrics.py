@@ -4,6 +4,7 @@ They are functions of a run's record, traceable, so that they can be differentia
 """
 
 from collections.abc import Callable
+from types import ModuleType
 from typing import Any, NamedTuple
 
 import jax
@@ -403,7 +404,7 @@ def about_output(name: str) -> dict[str, str]:
 
 
 def _polish(
-    look: Callable[[Array, Array], Array], xp: Any, row: Array, share: Array, after: Array
+    look: Callable[[Array, Array], Array], xp: ModuleType, row: Array, share: Array, after: Array
 ) -> tuple[Array, Array]:
     """Row and share of a greatest value near a sample of it: two finer grids, each with a parabola through its best.
 

@@ -35,10 +35,10 @@ from ..thermal._heat import Heat, initial_temperatures, node_names
 from ..thermal._network import Junction, Reservoir, Surroundings
 from ._choice import stiff_heat
 from ._metrics import closure_of
-from ._probe import is_traced
+from ._probe import Number, is_traced
 from ._result import Result
 from ._series import array_of_times
-from ._simulate import Number, Solver, simulate
+from ._simulate import Solver, simulate
 
 #: state: heat content of the nodes over their capacity, heat lost and supplied;  mode: pieces of the profiles
 Course, Pieces = tuple[Array, Array, Array], tuple[Int[Array, ""], ...]

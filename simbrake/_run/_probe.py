@@ -2,6 +2,7 @@
 
 import dataclasses
 from collections.abc import Callable
+from types import ModuleType
 from typing import Any, NamedTuple, TypeVar
 
 import jax
@@ -22,6 +23,8 @@ LANES = 512  # times looked at in one call of a compiled program
 _MANY_STEPS = 1500  # a longer run has many steps in every part of it: fewer samples in each
 
 T = TypeVar("T")
+#: one number, or an array of them; what JSON has as a mapping
+Number, Entry = float | int | Array, dict[str, Any]
 
 
 class Probe(NamedTuple):
@@ -43,7 +46,7 @@ def is_traced(tree: PyTree) -> bool:
     return any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves(tree))
 
 
-def numpy_of(values: Any) -> Any:
+def numpy_of(values: Array) -> ModuleType:
     """NumPy for concrete values: outside of jit every operation of JAX would compile by itself."""
     return np if isinstance(values, np.ndarray | np.bool_) else jnp
 
@@ -81,7 +84,7 @@ def probe_at(record: Record, index: Int[Array, " m"], h: Float[Array, " m"]) -> 
     t, y = record.inside(index, h)
     mode = jax.vmap(record.flat.unpack_mode)(record.rows.mode[index])
 
-    def look(t: Array, y: State, mode: Mode) -> Any:
+    def look(t: Array, y: State, mode: Mode) -> PyTree:
         q, mechanism = system.variables(t, y, mode), system.mechanism
         hot = surfaces(system, q)
         return (
@@ -103,7 +106,7 @@ def probe_at(record: Record, index: Int[Array, " m"], h: Float[Array, " m"]) -> 
 _probe_compiled = DeviceJit(probe_at)
 
 
-def probe_many(record: Record, index: Any, h: Any) -> Probe:
+def probe_many(record: Record, index: Int[Array, " m"], h: Float[Array, " m"]) -> Probe:
     """`probe_at` of a compact record outside of jit.
 
     A call gets the rows that it looks at, always as many, instead of the whole record: the work grows with the number
@@ -125,10 +128,10 @@ class Scan:
     - `per_step`: number of samples in a step;  `xp`: NumPy of a concrete run, JAX's of a traced one
     """
 
-    def __init__(self, run: Any):
+    def __init__(self, run: Any) -> None:
         self.record = record_of(run)
         self.traced = is_traced(self.record)
-        self.xp: Any = jnp if self.traced else np
+        self.xp: ModuleType = jnp if self.traced else np
         steps = self.record.rows.t.shape[0] if self.traced else max(int(self.record.count), 1)
         self.per_step = SAMPLES if self.traced or steps <= _MANY_STEPS else 3
         self.row = self.xp.repeat(self.xp.arange(steps, dtype=np.int32), self.per_step)
@@ -150,7 +153,7 @@ class Scan:
 POINTS = 6
 
 
-def as_tree(function: Callable[..., Any]) -> Any:
+def as_tree(function: Callable[..., PyTree]) -> Callable[..., PyTree]:
     """A function as a PyTree, so that it can be an argument of a compiled program; PyTrees stay as they are."""
     leaf = jax.tree.structure(0)
     return jax.tree_util.Partial(function) if jax.tree.structure(function) == leaf else function

@@ -9,7 +9,7 @@ import numpy as np
 
 from .._base._table import number
 from .._parts._scene import plausibility, warnings
-from .._physics._brake import mark_names
+from .._physics._brake import BrakeSystem, mark_names
 from .._physics._mechanism import BandMode, Label, Mode, slips
 from ..hybrid import FINISHED, Record
 from ..hybrid._arrays import Array
@@ -17,10 +17,7 @@ from ..loads import AbstractSpeedLever
 from ._choice import stiffness
 from ._log import Event, Phase, Stage, Status, absent_stages, event_log, marks_passed, stages_of
 from ._metrics import METRICS, energies, metrics_of, peak
-from ._probe import Scan, capacities_at
-
-#: what JSON has as a mapping
-Entry = dict[str, Any]
+from ._probe import Entry, Scan, capacities_at
 
 #: the lever pulls hardest from this far below its greatest tension on
 _NEARLY = 1e-3
@@ -30,7 +27,7 @@ _ROUNDING = 1e-9
 
 def labels_of(record: Record) -> list[Label]:
     """What the log knows of the mode in every row of a concrete record."""
-    mode: Any = record.modes
+    mode: Mode = record.modes
     band = np.asarray(mode.band)[: int(record.count) + 1]
     inner = np.asarray(mode.slides)[: len(band)]
     return [Label(int(b), int(i)) for b, i in zip(band, inner, strict=True)]
@@ -103,7 +100,7 @@ class Report:
 
     def _marks(self) -> list[Event]:
         """Events of marks that heat passes, and of linings that come to lock themselves."""
-        system: Any = self._record.system
+        system: BrakeSystem = self._record.system  # pyright: ignore
         found: list[Event] = []
         crossings = marks_passed(np.asarray(self._probe.passing), self._scan.row)
         if crossings:
@@ -177,7 +174,7 @@ class Report:
     def _shortage(self) -> list[str]:
         """Times before the end in which the load exceeded what the brake gives under its greatest slack tension."""
         p, t, flows = self._probe, np.asarray(self._probe.t), self._probe.flows
-        system: Any = self._record.system
+        system: BrakeSystem = self._record.system  # pyright: ignore
         lever, pull = system.lever, np.asarray(flows.lever_tension)
         greatest = float(lever.greatest()) if isinstance(lever, AbstractSpeedLever) else np.max(pull)
         hardest = (pull > 0) & (pull >= (1 - _NEARLY) * greatest)

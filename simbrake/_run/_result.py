@@ -19,7 +19,7 @@ from ..hybrid._arrays import Array
 from ..thermal._heat import node_names
 from ._log import FAILURES, STATUS_MESSAGES, Event, Stage, Status, failure_of, status_of
 from ._metrics import METRICS, Peak, energies, peak, stored_heat, worn_thickness
-from ._probe import Scan, end_capacity, is_traced, probe_at, probe_many, record_of
+from ._probe import Entry, Scan, end_capacity, is_traced, probe_at, probe_many, record_of
 from ._report import Report, labels_of, text
 from ._series import Series, array_of_times, fault_of_times, outside, series_of
 
@@ -162,7 +162,7 @@ class Result(eqx.Module):
         if concrete and not fill:
             return found
 
-        def blank(column: Any) -> Any:
+        def blank(column: Array) -> Array:
             gone = away.reshape(-1, *(1,) * (column.ndim - 1))
             if xp.issubdtype(column.dtype, np.integer) and not fill:
                 return xp.where(gone, np.iinfo(column.dtype).min, column)
@@ -237,7 +237,7 @@ class Result(eqx.Module):
         """Main numbers of the run in SI units, `None` where something did not happen."""
         return self.report().metrics
 
-    def summary(self) -> dict[str, Any]:
+    def summary(self) -> Entry:
         """Everything that `simbrake run --json` prints."""
         return self.report().summary()
 

@@ -6,13 +6,13 @@ from typing import Annotated, Any, NamedTuple, get_args, get_origin
 
 import jax
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
 from .._base._faults import Fault, InputError
 from .._physics._mechanism import PairNow
 from ..hybrid._arrays import Array
 from ..thermal._heat import PowerShares
-from ._probe import Probe, numpy_of
+from ._probe import Number, Probe, numpy_of
 
 #: a value at each time, one of each lining, and whole numbers
 Values, Each, Whole = Float[Array, " m"], Float[Array, "m n"], Int[Array, " m"]
@@ -29,7 +29,7 @@ class Seen(NamedTuple):
     worn: Each | None  # thickness worn off the linings of the pair, m
 
     @property
-    def hot(self) -> Any:
+    def hot(self) -> Number:
         """Share of the friction work that is heat."""
         return 1.0 if self.shares is None else self.shares.heat
 
@@ -52,7 +52,7 @@ def _nodes(p: Probe) -> Float[Array, "m k"] | None:
     return None if now is None else numpy_of(now.T).concatenate([now.T, now.T_junctions], axis=1)
 
 
-def thickness(worn: Any) -> Any:
+def thickness(worn: tuple[Array | None, ...]) -> Array:
     """Thickness that linings have lost at all their faces (m)."""
     first, *more = (one for one in worn if one is not None)
     return sum(more, start=first)
@@ -276,7 +276,7 @@ def flat(series: Series, *, pairs: bool) -> dict[str, Any]:
 # --- times ------------------------------------------------------------------------------------------------------------
 
 
-def outside(ts: Any, start: Any, end: Any) -> Any:
+def outside(ts: Array, start: Number, end: Number) -> Bool[Array, " m"]:
     """Which of the times `ts` are not in a run from `start` to `end`, rounding at the two ends allowed for."""
     rounding = 1e-9 * (end - start) + 1e-15 * (abs(start) + abs(end))
     return ~((ts >= start - rounding) & (ts <= end + rounding))  # written so that a NaN is outside
