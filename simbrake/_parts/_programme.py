@@ -18,26 +18,21 @@ from ..thermal._heat import Heat
 from ..wear import Wear
 from ._scene import Duty, Initial, Scene, band_brake, faults, sensed_at_start
 
-FORMS = (
-    "lower 27 m at 1.2 m/s",
-    "brake to rest",
-    "brake to rest in 3 s",
-    "hold 40 s",
-    "take the string",
-    "set it into the slips",
-    "turn the band after 15 cycles",
-    "repeat 30 times",
-)
+#: steps by name: an example, and the form of their line
 _GRAMMAR = {
-    "lower": re.compile(r"lower (?P<distance>.+) at (?P<speed>.+)"),
-    "brake_in": re.compile(r"brake to rest in (?P<time>.+)"),
-    "brake": re.compile(r"brake to rest"),
-    "hold": re.compile(r"(?:hold|wait) (?:for )?(?P<time>.+)"),
-    "take": re.compile(r"take the string"),
-    "set": re.compile(r"set (?:it |the string )?(?:in|into|in the|into the) slips"),
-    "turn": re.compile(r"turn the band(?: end for end)?(?: after (?P<cycles>\d{1,6}) cycles?)?"),
-    "repeat": re.compile(r"repeat (?P<count>\d{1,6}) times"),
+    "lower": ("lower 27 m at 1.2 m/s", re.compile(r"lower (?P<distance>.+) at (?P<speed>.+)")),
+    "brake": ("brake to rest", re.compile(r"brake to rest")),
+    "brake_in": ("brake to rest in 3 s", re.compile(r"brake to rest in (?P<time>.+)")),
+    "hold": ("hold 40 s", re.compile(r"(?:hold|wait) (?:for )?(?P<time>.+)")),
+    "take": ("take the string", re.compile(r"take the string")),
+    "set": ("set it into the slips", re.compile(r"set (?:it |the string )?(?:in|into|in the|into the) slips")),
+    "turn": (
+        "turn the band after 15 cycles",
+        re.compile(r"turn the band(?: end for end)?(?: after (?P<cycles>\d{1,6}) cycles?)?"),
+    ),
+    "repeat": ("repeat 30 times", re.compile(r"repeat (?P<count>\d{1,6}) times")),
 }
+FORMS = tuple(example for example, _ in _GRAMMAR.values())
 _QUANTITIES = {
     "distance": positive("m", "distance"),
     "speed": positive("m/s", "speed of the hook"),
@@ -59,7 +54,7 @@ def parse_programme(lines: tuple[str, ...] | list[str], path: str = "programme")
     for i, line in enumerate(lines):
         here = f"{path}[{i}]"
         text = " ".join(line.lower().replace("set it", "set").split())
-        found = next(((what, m) for what, form in _GRAMMAR.items() if (m := form.fullmatch(text))), None)
+        found = next(((what, m) for what, (_, form) in _GRAMMAR.items() if (m := form.fullmatch(text))), None)
         if found is None:
             near = difflib.get_close_matches(text, FORMS, n=1, cutoff=0.3)
             hint = f"nearest: {near[0]}" if near else f"there are: {'; '.join(FORMS)}"
@@ -140,24 +135,26 @@ def programme_scene(
         problem = plan.add(step)
         if problem:
             reader.fault(f"programme[{i}]", f"{programme[i]!r} {problem[0]}", problem[1])
-    if ("take" in plan.marks) != ("set" in plan.marks):
-        reader.fault("programme", "takes the string or sets it down, but not both", "give both, or neither")
-    if stand and "take" not in plan.marks:
-        reader.fault("stand", "has no effect", "stands are added on the slips: take the string, set it into the slips")
-    if empty > float(load.mass):
-        reader.fault("empty", f"{empty:g} kg is more than the load of {float(load.mass):g} kg")
-    if plan.turns and wear is None:
-        reader.fault("wear", "is missing", "turning the band matters to linings that wear")
+    taken, down, mass = "take" in plan.marks, "set" in plan.marks, float(load.mass)
+    why = "stands are added on the slips: take the string, set it into the slips"
+    for wrong, *words in (
+        (taken != down, "programme", "takes the string or sets it down, but not both", "give both, or neither"),
+        (stand and not taken, "stand", "has no effect", why),
+        (empty > mass, "empty", f"{empty:g} kg is more than the load of {mass:g} kg"),
+        (plan.turns and wear is None, "wear", "is missing", "turning the band matters to linings that wear"),
+    ):
+        if wrong:
+            reader.fault(*words)
     if plan.moving and not reader.faults:
         reader.fault("programme", "ends in motion", "add: brake to rest")
     if reader.faults:
         raise InputError(reader.faults)
     lever, period = plan.lever(count, 2 * pull if limit is None else limit)
     hook = load
-    if "take" in plan.marks:
+    if taken:
         hook = TrippingLoad(  # pyright: ignore
-            empty=empty or 1e-9 * float(load.mass),  # a rope never hangs quite without mass
-            string=float(load.mass) - empty,
+            empty=empty or 1e-9 * mass,  # a rope never hangs quite without mass
+            string=mass - empty,
             stand=stand,
             taken=plan.marks["take"],
             set=plan.marks["set"],

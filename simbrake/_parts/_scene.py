@@ -1,6 +1,5 @@
 """One run: a brake, what acts on it, how it starts and when it ends; and what is unusual in it."""
 
-import abc
 import math
 from typing import TYPE_CHECKING, ClassVar
 
@@ -38,9 +37,9 @@ class AbstractDuty(Part):
         load: eqx.AbstractVar[AbstractLoad]
 
     @property
-    @abc.abstractmethod
     def lever(self) -> AbstractProfile:
         """What the lever gives over time (N)."""
+        return getattr(self, self.lever_field)
 
 
 class Duty(AbstractDuty):
@@ -53,10 +52,6 @@ class Duty(AbstractDuty):
     load: AbstractLoad = part(AbstractLoad)  # pyright: ignore
     lever_field: ClassVar[str] = "slack_tension"
 
-    @property
-    def lever(self) -> AbstractProfile:
-        return self.slack_tension
-
 
 class ForceDuty(AbstractDuty):
     """What acts on a disc brake or a double-shoe brake.
@@ -68,10 +63,6 @@ class ForceDuty(AbstractDuty):
     force: AbstractProfile = part(AbstractProfile, "N")
     load: AbstractLoad = part(AbstractLoad)  # pyright: ignore
     lever_field: ClassVar[str] = "force"
-
-    @property
-    def lever(self) -> AbstractProfile:
-        return self.force
 
 
 class Initial(Part):

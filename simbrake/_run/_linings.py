@@ -15,7 +15,6 @@ from .._base._faults import Fault, InputError
 from .._base._quantity import Scalar, as_number, quantity
 from .._parts._scene import band_brake
 from .._physics._brake import BrakeSystem
-from .._physics._mechanism import PairNow
 from ..brakes._design import Brake, under_a_band
 from ..hybrid import Record
 from ..hybrid._arrays import Array
@@ -297,14 +296,12 @@ def lining_contacts(result: Result, p: Probe) -> dict[str, np.ndarray]:
     Where the linings act as one, those at their limit while the band is elastic follow from the mobilisation rule
     (model §3).
     """
-    return {name: _contacts(now) for name, now in zip(_system(result).pair_names, p.shown.pairs, strict=True)}
-
-
-def _contacts(now: PairNow) -> np.ndarray:
-    sense, normal, used_up = (np.asarray(x) for x in (now.sense, now.normal, now.at_limit))
-    stays = np.where(used_up, Contact.AT_LIMIT, Contact.STICKS)
-    moves = np.where(sense > 0, Contact.SLIDES, Contact.SLIDES_BACK)
-    return np.where(normal > 0, np.where(sense == 0, stays, moves), Contact.FREE)
+    found = {}
+    for name, now in zip(_system(result).pair_names, p.shown.pairs, strict=True):
+        stays = np.where(now.at_limit, Contact.AT_LIMIT, Contact.STICKS)
+        moves = np.where(now.sense > 0, Contact.SLIDES, Contact.SLIDES_BACK)
+        found[name] = np.where(now.normal > 0, np.where(now.sense == 0, stays, moves), Contact.FREE)
+    return found
 
 
 def lining_values(result: Result, quantity: str, edges: Any, *, pair: str = "external") -> np.ndarray:

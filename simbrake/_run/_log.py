@@ -348,9 +348,10 @@ def stage_of(label: Label) -> str:
 
 
 def onset_bracket(
-    brake: Brake, inertia: Number, T_external: Array | None = None, T_internal: Array | None = None
-) -> tuple[Float[Array, ""], Float[Array, ""]]:
-    """Growth of the two torques between which the internal pair decides, per unit of slack tension (m).
+    brake: Brake, inertia: Number, T_external: Number | None = None, T_internal: Number | None = None
+) -> tuple[Float[Array, ""], Float[Array, ""], Float[Array, ""], Float[Array, ""]]:
+    """Growth of the two torques between which the internal pair decides, per unit of slack tension (m); the torque of
+    its preload (N·m); and the share of the load torque that goes into the bandage.
 
         Λ = T_0 R_b (Π − 1) J/(J + J_b) + …,   M_int = T_0 R Σ f_i (Π_i + Π_{i−1}) s_i + …                (model §4)
 
@@ -362,17 +363,18 @@ def onset_bracket(
     Pi = running_product(mu)
     loads = (Pi + jnp.concatenate([jnp.ones(1), Pi[:-1]])) * jnp.sin(angle / 2)
     f = bandage.friction.static(unloaded(bandage, still, T_internal))
-    J, J_b = jnp.asarray(inertia), jnp.sum(jnp.asarray(bandage.inertia))
+    J, J_b, R = jnp.asarray(inertia), jnp.sum(jnp.asarray(bandage.inertia)), jnp.asarray(brake.pulley.radius)
     drive = brake.band.radius * (product(mu) - 1) * J / (J + J_b)
-    return drive, jnp.asarray(brake.pulley.radius) * jnp.sum(f * loads)
+    preload = R * jnp.sum(f * bandage.preload * jnp.ones(linings.count))
+    return drive, R * jnp.sum(f * loads), preload, J_b / (J + J_b)
 
 
 def internal_slip_tension(
     brake: Brake,
     inertia: Number,
     load_torque: Number = 0.0,
-    T_external: Array | None = None,
-    T_internal: Array | None = None,
+    T_external: Number | None = None,
+    T_internal: Number | None = None,
 ) -> Float[Array, ""]:
     """Slack tension `T_on` (N) at which the internal pair of a staged brake begins to slide, at any rate of the lever.
 
@@ -386,14 +388,9 @@ def internal_slip_tension(
     """
     if not under_a_band(brake).in_series:
         raise ValueError("only a staged brake (with a bandage) has an internal pair")
-    bandage = brake.rubbing_part("internal")
-    still = jnp.zeros(brake.linings.count)
-    f = bandage.friction.static(unloaded(bandage, still, T_internal))
-    J, J_b = jnp.asarray(inertia), jnp.sum(jnp.asarray(bandage.inertia))
-    preload = brake.pulley.radius * jnp.sum(f * bandage.preload * jnp.ones(brake.linings.count))
-    drive, grip_growth = onset_bracket(brake, J, T_external, T_internal)
-    slips = drive > grip_growth
-    tension = (preload - J_b * load_torque / (J + J_b)) / jnp.where(slips, drive - grip_growth, 1.0)
+    drive, grip, preload, share = onset_bracket(brake, inertia, T_external, T_internal)
+    slips = drive > grip
+    tension = (preload - share * load_torque) / jnp.where(slips, drive - grip, 1.0)
     return jnp.where(slips, jnp.maximum(tension, 0.0), jnp.inf)
 
 
@@ -439,7 +436,7 @@ def absent_stages(
     """
     found = []
     if not seen & {"stage_2", "stage_3"}:
-        drive, growth = (float(x) for x in onset_bracket(brake, inertia, *hot))
+        drive, growth, *_ = (float(x) for x in onset_bracket(brake, inertia, *hot))
         tension = float(internal_slip_tension(brake, inertia, load_torque, *hot))
         if drive <= growth:
             reason = (

@@ -124,10 +124,7 @@ _compiled = DeviceJit(_run, static_argnames=_STATIC)
 
 def check_heat(heat: Heat) -> None:
     """Raises `InputError` with all faults of a network."""
-    found = faults_of_values(heat, "heat")
-    if not found:
-        found = heat.faults("heat", 1)
-    if found:
+    if found := faults_of_values(heat, "heat") or heat.faults("heat", 1):
         raise InputError(found)
 
 

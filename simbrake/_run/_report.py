@@ -7,12 +7,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from .._base._table import number
+from .._base._table import number, plain
 from .._parts._scene import plausibility, warnings
 from .._physics._brake import BrakeSystem, mark_names
 from .._physics._mechanism import BandMode, Label, Mode, slips
 from ..hybrid import FINISHED, Record
-from ..hybrid._arrays import Array
 from ..loads import AbstractSpeedLever
 from ._choice import stiffness
 from ._log import Event, Phase, Stage, Status, absent_stages, event_log, marks_passed, stages_of
@@ -31,11 +30,6 @@ def labels_of(record: Record) -> list[Label]:
     band = np.asarray(mode.band)[: int(record.count) + 1]
     inner = np.asarray(mode.slides)[: len(band)]
     return [Label(int(b), int(i)) for b, i in zip(band, inner, strict=True)]
-
-
-def _finite(value: float | Array) -> float | None:
-    """A number for JSON, which has no infinity: what did not happen, or left the range of numbers in a failed run."""
-    return float(value) if np.isfinite(value) else None
 
 
 def _rise(
@@ -150,8 +144,7 @@ class Report:
         values |= {name: peak.value for name, peak in self.peaks.items()}
         hot = {f"{name}_time": p.time for name, p in self.peaks.items() if name.startswith("peak_")}
         given = ("heat_to_metal", "heat_to_linings", "heat_to_band", "heat_lost")
-        values = {**values, **hot, **{name: energy[name] for name in given if name in energy}}
-        return {name: None if v is None else _finite(v) for name, v in values.items()}
+        return plain({**values, **hot, **{name: energy[name] for name in given if name in energy}})
 
     @property
     def stages(self) -> list[Stage]:
@@ -199,51 +192,41 @@ class Report:
             "sliding brake gives under its greatest slack tension"
         ]
 
-    def _locked(self) -> list[str]:
-        """Linings that came to lock themselves in the run; those that do from the start are told by the scene."""
-        times = [event.time for event in self.events if event.name == "self_locking"]
-        return [f"self_locking: a lining came to lock itself, first at {min(times):.6g} s"] if times else []
-
-    def _capacity(self) -> Entry | None:
-        """Load and capacity at the end, where the pulley still turns."""
-        if self.result.status not in (Status.NOT_STOPPED, Status.RUNAWAY):
-            return None
-        found = self.result.end_capacity
-        pairs = [_finite(torque) for torque in found.pairs]  # a lining that locks itself holds any load
-        return {"load_torque": float(found.load), "brake_torque": _finite(found.torque), "pairs": pairs}
-
     def summary(self) -> Entry:
         r, stats, metrics, words = self.result, self.result.record.stats, self.metrics, self.result.scene.brake.words
-        worn = [] if r.scene.wear is None else np.asarray(r.worn_thickness)
-        return {
+        said = [*warnings(r.scene), *plausibility(r.scene, metrics.get("peak_rim_temperature")), *self._shortage()]
+        # (those that do from the start are told by the scene)
+        if times := [event.time for event in self.events if event.name == "self_locking"]:
+            said.append(f"self_locking: a lining came to lock itself, first at {min(times):.6g} s")
+        capacity = None
+        if r.status in (Status.NOT_STOPPED, Status.RUNAWAY):  # a lining that locks itself holds any load
+            found = r.end_capacity
+            capacity = {"load_torque": found.load, "brake_torque": found.torque, "pairs": found.pairs}
+        found = {
             "status": r.status,
             "message": r.message,
-            "capacity": self._capacity(),
-            "warnings": [
-                *warnings(r.scene),
-                *plausibility(r.scene, metrics.get("peak_rim_temperature")),
-                *self._shortage(),
-                *self._locked(),
-            ],
+            "capacity": capacity,
+            "warnings": said,
             "events": [event.as_dict() for event in self.events],
             "metrics": metrics,
             "at": {
-                **{f"{name}_time": _finite(peak.time) for name, peak in self.peaks.items()},
+                **{f"{name}_time": peak.time for name, peak in self.peaks.items()},
                 **{f"{name}_lining": int(p.lining) for name, p in self.peaks.items() if self._per_lining(name)},
             },
             **self._staged(),
             **({} if r.scene.brake.banded else {"brake": words.brake, "lining": words.lining, "body": words.body}),
-            **({} if r.scene.wear is None else {"worn_thickness": [_finite(h) for h in worn]}),
+            **({} if r.scene.wear is None else {"worn_thickness": r.worn_thickness}),
             "distribution": r.record.system.mechanism.distribution,
-            "energy": {name: _finite(value) for name, value in self._energies.items()},
+            "energy": self._energies,
             "solver": {
                 "method": r.method_name,
                 "reason": stiffness(r.scene)[1],
-                "rtol": float(r.rtol),
-                "steps": int(stats.accepted),
-                **{name: int(getattr(stats, name)) for name in ("rejected", "retaken", "events", "segments")},
+                "rtol": r.rtol,
+                "steps": stats.accepted,
+                **{name: getattr(stats, name) for name in ("rejected", "retaken", "events", "segments")},
             },
         }
+        return plain(found)
 
 
 # --- the summary as text ----------------------------------------------------------------------------------------------
