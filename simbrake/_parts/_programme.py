@@ -135,26 +135,17 @@ def programme_scene(
         problem = plan.add(step)
         if problem:
             reader.fault(f"programme[{i}]", f"{programme[i]!r} {problem[0]}", problem[1])
-    taken, down, mass = "take" in plan.marks, "set" in plan.marks, float(load.mass)
-    why = "stands are added on the slips: take the string, set it into the slips"
-    for wrong, *words in (
-        (taken != down, "programme", "takes the string or sets it down, but not both", "give both, or neither"),
-        (stand and not taken, "stand", "has no effect", why),
-        (empty > mass, "empty", f"{empty:g} kg is more than the load of {mass:g} kg"),
-        (plan.turns and wear is None, "wear", "is missing", "turning the band matters to linings that wear"),
-    ):
-        if wrong:
-            reader.fault(*words)
+    reader.faults += plan.faults(empty, stand, wear)
     if plan.moving and not reader.faults:
         reader.fault("programme", "ends in motion", "add: brake to rest")
     if reader.faults:
         raise InputError(reader.faults)
     lever, period = plan.lever(count, 2 * pull if limit is None else limit)
     hook = load
-    if taken:
+    if "take" in plan.marks:
         hook = TrippingLoad(  # pyright: ignore
-            empty=empty or 1e-9 * mass,  # a rope never hangs quite without mass
-            string=mass - empty,
+            empty=empty or 1e-9 * float(load.mass),  # a rope never hangs quite without mass
+            string=float(load.mass) - empty,
             stand=stand,
             taken=plan.marks["take"],
             set=plan.marks["set"],
@@ -178,9 +169,10 @@ class _Plan:
         self.brake, self.sensed = band_brake(still), sensed_at_start(still)
         self.pull, self.lever_time, self.acceleration = pull, lever_time, acceleration
         self.per_metre = float(load.line_count) / float(load.drum_radius)  # rad of the pulley per m of the hook
-        self.weight = float(load.mass) * float(load.gravity) / self.per_metre  # N·m
+        self.mass = float(load.mass)
+        self.weight = self.mass * float(load.gravity) / self.per_metre  # N·m
         self.drag = float(load.drag)
-        self.inertia = float(self.brake.pulley.inertia) + float(load.mass) / self.per_metre**2
+        self.inertia = float(self.brake.pulley.inertia) + self.mass / self.per_metre**2
         self.t, self.omega, self.points, self.marks = 0.0, 0.0, list[tuple[float, float, float, bool]](), {}
         self.turns = list[tuple[float, int | None]]()  # time in a cycle, cycles before it (`None`: in every cycle)
         self._point(self.pull)
@@ -258,6 +250,18 @@ class _Plan:
 
     def _turn(self, cycles: float | None = None) -> None:
         self.turns.append((self.t, None if cycles is None else int(cycles)))
+
+    def faults(self, empty: float, stand: float, wear: Wear | None) -> list[Fault]:
+        """What is wrong with the cycle as a whole."""
+        taken, down = "take" in self.marks, "set" in self.marks
+        why = "stands are added on the slips: take the string, set it into the slips"
+        checks = (
+            (taken != down, "programme", "takes the string or sets it down, but not both", "give both, or neither"),
+            (stand and not taken, "stand", "has no effect", why),
+            (empty > self.mass, "empty", f"{empty:g} kg is more than the load of {self.mass:g} kg", ""),
+            (self.turns and wear is None, "wear", "is missing", "turning the band matters to linings that wear"),
+        )
+        return [Fault(path, what, hint) for wrong, path, what, hint in checks if wrong]
 
     def turned_at(self, period: float, count: int) -> np.ndarray:
         """Times at which the band is turned, in order."""

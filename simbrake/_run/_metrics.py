@@ -24,7 +24,7 @@ from ._series import thickness
 #: whether something happens at events, from the modes before and after them
 Happens = Callable[[Mode, Mode], Array]
 
-_POINTS = 33  # of a finer grid around a greatest value
+_POINTS = 33  # of a finer grid around a maximum value
 
 
 class Need(NamedTuple):
@@ -47,9 +47,9 @@ class Metric(NamedTuple):
 
     - `unit` (SI), `meaning` in words, `title` above it in pages
     - `find(record, scene)`: the number, `inf` for the time of what did not happen; of a `greatest` value `find(probe)`:
-      that of which it is the greatest over the run, (m, n)
+      that of which it is the maximum over the run, (m, n)
     - `needs`: what a scene has whose runs have it;  `shown_anyway`: as `inf` where it lacks that
-    - `of_linings`: whether a greatest value tells the lining
+    - `of_linings`: whether a maximum value tells the lining
     """
 
     unit: str
@@ -63,7 +63,7 @@ class Metric(NamedTuple):
 
 
 class Peak(NamedTuple):
-    """A greatest value over a run, when it occurs (s) and at which lining (from 1)."""
+    """A maximum value over a run, when it occurs (s) and at which lining (from 1)."""
 
     value: Any
     time: Any
@@ -131,7 +131,7 @@ def worn_thickness(record: Record) -> Float[Array, " n"]:
 
 
 def _greatest_wear_over(other: Callable[[Array], Array]) -> Callable[[Record, Scene], Array]:
-    """Greatest wear over another one, `inf` where there is none."""
+    """Maximum wear over another one, `inf` where there is none."""
 
     def find(record: Record, scene: Scene) -> Array:
         h = worn_thickness(record)
@@ -158,7 +158,7 @@ _HEAT = Need("heat", "the scene has no heat", lambda scene: scene.heated)
 
 
 def _surface(place: str, title: str, meaning: str, *, of_linings: bool = False) -> Metric:
-    """The greatest temperature of a place that the heat part of a scene names."""
+    """The maximum temperature of a place that the heat part of a scene names."""
     named = Need(
         "heat that names the place",
         "its heat part names no such place",
@@ -189,8 +189,8 @@ METRICS: dict[str, Metric] = {
     ),
     "max_tension": Metric(
         "N",
-        "greatest tension of the band at either side of any lining",
-        "Greatest tension of the band",
+        "maximum tension of the band at either side of any lining",
+        "Maximum tension of the band",
         lambda p: p.greater_tension,
         _BAND,
         greatest=True,
@@ -198,8 +198,8 @@ METRICS: dict[str, Metric] = {
     ),
     "max_normal_load": Metric(
         "N",
-        "greatest normal load on any lining",
-        "Greatest load on a lining",
+        "maximum normal load on any lining",
+        "Maximum load on a lining",
         lambda p: p.shown.pairs[0].normal,
         greatest=True,
         of_linings=True,
@@ -227,32 +227,32 @@ METRICS: dict[str, Metric] = {
     ),
     "greatest_wear": Metric(
         "m",
-        "greatest thickness that a lining lost in the run",
-        "Greatest wear of a lining",
+        "maximum thickness that a lining lost in the run",
+        "Maximum wear of a lining",
         lambda r, scene: largest(worn_thickness(r)),
         _WEAR,
     ),
     "wear_over_mean": Metric(
         "1",
-        "greatest wear over the mean of all linings",
-        "Greatest over mean wear",
+        "maximum wear over the mean of all linings",
+        "Maximum over mean wear",
         _greatest_wear_over(jnp.mean),
         _WEAR,
     ),
     "wear_over_least": Metric(
         "1",
-        "greatest wear over the least: how uneven the linings wear",
-        "Greatest over least wear",
+        "maximum wear over the minimum: how uneven the linings wear",
+        "Maximum over minimum wear",
         _greatest_wear_over(smallest),
         _WEAR,
     ),
-    "peak_rim_temperature": _surface("rim", "Hottest rim surface", "greatest surface temperature of the rim"),
+    "peak_rim_temperature": _surface("rim", "Hottest rim surface", "maximum surface temperature of the rim"),
     "peak_lining_temperature": _surface(
-        "linings", "Hottest lining surface", "greatest surface temperature of any lining", of_linings=True
+        "linings", "Hottest lining surface", "maximum surface temperature of any lining", of_linings=True
     ),
-    "peak_band_temperature": _surface("band", "Hottest band", "greatest temperature of the band"),
+    "peak_band_temperature": _surface("band", "Hottest band", "maximum temperature of the band"),
     "peak_lining_outer_temperature": _surface(
-        "outer", "Hottest outer lining face", "greatest temperature of the outer faces of the linings", of_linings=True
+        "outer", "Hottest outer lining face", "maximum temperature of the outer faces of the linings", of_linings=True
     ),
 }
 
@@ -367,7 +367,7 @@ def stored_heat(record: Record) -> dict[str, Array]:
 
 
 def metrics_of(scene: Scene, *, greatest: bool) -> dict[str, Metric]:
-    """Metrics of the runs of a scene: its greatest values, or all others."""
+    """Metrics of the runs of a scene: its maximum values, or all others."""
     return {
         name: metric
         for name, metric in METRICS.items()
@@ -385,7 +385,7 @@ def metric_names(scene: Scene) -> tuple[str, ...]:
 
 
 def about_output(name: str) -> dict[str, str]:
-    """Unit and meaning of a metric, of the time (`…_time`) or lining (`…_lining`) of a greatest value, or of an energy
+    """Unit and meaning of a metric, of the time (`…_time`) or lining (`…_lining`) of a maximum value, or of an energy
     (`energy.…`), of which `heat_…` with the name of a friction pair is its friction heat."""
     energy = name.removeprefix("energy.")
     if energy != name:
@@ -400,13 +400,13 @@ def about_output(name: str) -> dict[str, str]:
     return {"units": unit, "meaning": f"{words} of the {METRICS[value].meaning}"}
 
 
-# --- greatest values --------------------------------------------------------------------------------------------------
+# --- maximum values ---------------------------------------------------------------------------------------------------
 
 
 def _polish(
     look: Callable[[Array, Array], Array], xp: ModuleType, row: Array, share: Array, after: Array
 ) -> tuple[Array, Array]:
-    """Row and share of a greatest value near a sample of it: two finer grids, each with a parabola through its best.
+    """Row and share of a maximum value near a sample of it: two finer grids, each with a parabola through its best.
 
     `look(rows, shares)` gives values (m, n); `after` is the row that continues `row` without a jump, else `row` itself.
     At an interior maximum the rate is 0, so that its derivative does not depend on where exactly it was found.
@@ -430,7 +430,7 @@ def _polish(
 
 
 def peak(scan: Scan, pick: Callable[[Probe], Array]) -> Peak:
-    """Greatest of `pick(probe)` (m, n) over the run."""
+    """Maximum of `pick(probe)` (m, n) over the run."""
     xp, record = scan.xp, scan.record
     rows = xp.arange(record.rows.t.shape[0], dtype=np.int32)
     used = (rows < record.count) & (record.rows.kind != SKIPPED)

@@ -17,6 +17,7 @@ from .._physics._brake import BrakeNow, BrakeSystem, Capacity, State, passing, s
 from .._physics._mechanism import Mode, Shown
 from ..hybrid import SKIPPED, Record
 from ..hybrid._arrays import Array
+from ..hybrid._system import unravel
 
 SAMPLES = 9  # per step, when a whole run is scanned
 LANES = 512  # times looked at in one call of a compiled program
@@ -206,8 +207,9 @@ Instant = tuple[Array, State, Mode]
 
 def ends_of(record: Record) -> tuple[Instant, Instant]:
     """Time, state and mode at the start and at the end of a run; NumPy's of a concrete one."""
-    t = record.rows.t if is_traced(record) else np.asarray(record.rows.t)
-    start = jax.tree.map(lambda column: column[0], (t, record.states, record.modes))
+    rows = record.rows
+    first = [x[0] if is_traced(record) else np.asarray(x)[0] for x in (rows.t, rows.y, rows.mode)]
+    start = (first[0], unravel(first[1], record.y_like), unravel(first[2], record.mode_like))
     return start, (record.t_end, record.y_end, record.mode_end)
 
 
