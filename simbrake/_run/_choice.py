@@ -43,7 +43,7 @@ def _sizes(heat: Heat) -> tuple[dict[str, Array], dict[str, Array], list[Array |
             continue
         T = [at_start[place_of(place)[0]] for place in (link.a, link.b)]
         T = [jnp.asarray(ROOM) if isinstance(x, AbstractProfile) else jnp.mean(jnp.asarray(x)) for x in T]
-        g = link.conductance(*T, Surroundings())
+        g = link.conductance(T[0], T[1], Surroundings())
         links.append(jnp.zeros(()) if g is None else 1 / jnp.maximum(g, 1e-300))
     return capacity, halves, links
 
@@ -114,7 +114,7 @@ def _fastest_state(law: AbstractFriction, contact: AnyContact) -> Float[Array, "
     memory, back = ravel_pytree(contact.memory)
     still = None if contact.p is None else jnp.zeros_like(contact.p)
 
-    def rates(memory: Array) -> Array:
+    def rates(memory: jax.Array) -> jax.Array:
         found = law.rates(contact._replace(memory=back(memory), q=still))
         return ravel_pytree(jax.tree.map(lambda x, y: x + 0.0 * y, found, back(memory)))[0]
 

@@ -96,8 +96,8 @@ def quantity_of(quantity: str, r: Rubbing) -> Array:
 
 def wearing(rate: WearRate, r: Rubbing) -> Array:
     """Rate of wear `ḣ = I p v` (m/s) of linings that rub; `rate` as in `lining_wear`."""
-    value = rate(r.pressure, r.speed, r.temperature) if callable(rate) else jnp.asarray(rate)
-    return value * r.pressure * r.speed
+    value: Any = rate(r.pressure, r.speed, r.temperature) if callable(rate) else jnp.asarray(rate)
+    return value * r.pressure * r.speed  # pyright: ignore
 
 
 class _Picked(eqx.Module):
@@ -121,7 +121,7 @@ class _Picked(eqx.Module):
 
 
 def _system(run: Run) -> BrakeSystem:
-    return getattr(run, "record", run).system
+    return getattr(run, "record", run).system  # pyright: ignore
 
 
 def _check(

@@ -30,8 +30,9 @@ def name_of(metric: Metric) -> str:
 
 def unit_of(metric: Metric) -> str:
     """SI unit of a metric; empty for a function, whose unit nobody knows, and for an unknown name."""
-    known = isinstance(metric, str) and (metric in METRICS or metric.startswith("energy."))
-    return about_output(metric)["units"] if known else ""
+    if isinstance(metric, str) and (metric in METRICS or metric.startswith("energy.")):
+        return about_output(metric)["units"]
+    return ""
 
 
 def check_metrics(scene: Scene, metrics: Sequence[Any]) -> None:

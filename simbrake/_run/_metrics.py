@@ -3,7 +3,7 @@
 They are functions of a run's record, traceable, so that they can be differentiated and batched.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from types import ModuleType
 from typing import Any, NamedTuple
 
@@ -267,7 +267,7 @@ class Account(NamedTuple):
     friction: PowerSplit  # what became of the work of all friction pairs
     kinetic: Array  # change since the start, as the next
     elastic: Array | None  # None without a band
-    stored: dict[str, Array]  # heat in every body of the network since the start
+    stored: Mapping[str, Array]  # heat in every body of the network since the start
 
     @property
     def heat_stored(self) -> Array:
@@ -339,7 +339,7 @@ def _account(system: BrakeSystem, start: Instant, end: Instant) -> Account:
     return Account(ledger, friction, kinetic, elastic if system.mechanism.banded else None, stored)
 
 
-def _energies(system: BrakeSystem, start: Instant, end: Instant) -> tuple[dict[str, Array], dict[str, Array]]:
+def _energies(system: BrakeSystem, start: Instant, end: Instant) -> tuple[dict[str, Array], Mapping[str, Array]]:
     a = _account(system, start, end)
     rows = {name: one for name, one in ENERGIES.items() if a.ledger.heat is not None or one.needs is not _HEAT}
     found = {name: one.find(a) for name, one in rows.items()}

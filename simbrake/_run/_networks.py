@@ -42,7 +42,8 @@ from ._series import array_of_times
 from ._simulate import Solver, simulate
 
 #: state: heat content of the nodes over their capacity, heat lost and supplied;  mode: pieces of the profiles
-Course, Pieces = tuple[Array, Array, Array], tuple[Int[Array, ""], ...]
+Course = tuple[Array, Array, Array]
+Pieces = tuple[Int[Array, ""], ...]
 
 
 class NetworkSystem(AbstractHybridSystem):

@@ -24,8 +24,10 @@ LANES = 512  # times looked at in one call of a compiled program
 _MANY_STEPS = 1500  # a longer run has many steps in every part of it: fewer samples in each
 
 T = TypeVar("T")
-#: one number, or an array of them; what JSON has as a mapping
-Number, Entry = float | int | Array, dict[str, Any]
+#: one number, or an array of them
+Number = float | int | Array
+#: what JSON has as a mapping
+Entry = dict[str, Any]
 
 
 class Probe(NamedTuple):

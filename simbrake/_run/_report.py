@@ -96,7 +96,7 @@ class Report:
         """Events of marks that heat passes, and of linings that come to lock themselves."""
         system: BrakeSystem = self._record.system  # pyright: ignore
         found: list[Event] = []
-        crossings = marks_passed(np.asarray(self._probe.passing), self._scan.row)
+        crossings = marks_passed(np.asarray(self._probe.passing), np.asarray(self._scan.row))
         if crossings:
             times, names = self._locate(crossings, "passing"), mark_names(system)
             found += [Event(float(t), *names[j]) for t, (_, j) in zip(times, crossings, strict=True)]
@@ -121,14 +121,14 @@ class Report:
     def _locate(self, crossings: list[tuple[int, int]], which: str = "margins") -> np.ndarray:
         """Times at which margins rise through zero, by partial steps of the method."""
         sample, mark = np.asarray(crossings, int).T
-        row, t = self._scan.row[sample], np.asarray(self._record.rows.t)
+        row, at, t = (np.asarray(x) for x in (self._scan.row[sample], self._scan.share, self._record.rows.t))
 
         def margin(some: np.ndarray, share: np.ndarray) -> np.ndarray:
             looked = np.asarray(getattr(self._scan.look(row[some], share), which))
             return looked[np.arange(len(some)), mark[some]]
 
         margins, ends = np.asarray(getattr(self._probe, which)), (sample, sample + 1)
-        share = _rise(margin, *(self._scan.share[i] for i in ends), *(margins[i, mark] for i in ends))
+        share = _rise(margin, *(at[i] for i in ends), *(margins[i, mark] for i in ends))
         return t[row] + share * (t[row + 1] - t[row])
 
     def _per_lining(self, name: str) -> bool:

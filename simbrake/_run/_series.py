@@ -15,7 +15,9 @@ from ..thermal._heat import PowerShares
 from ._probe import Number, Probe, numpy_of
 
 #: a value at each time, one of each lining, and whole numbers
-Values, Each, Whole = Float[Array, " m"], Float[Array, "m n"], Int[Array, " m"]
+Values = Float[Array, " m"]
+Each = Float[Array, "m n"]
+Whole = Int[Array, " m"]
 
 
 class Seen(NamedTuple):

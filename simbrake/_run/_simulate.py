@@ -12,7 +12,6 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jax import Device
 from jax.core import Tracer
 from jax.custom_batching import custom_vmap
 from jaxtyping import Float, PyTree
@@ -90,7 +89,7 @@ def posed(
 
 
 @functools.lru_cache(maxsize=64)
-def _stretch_program(packing: Packing, method: AbstractMethod, device: Device) -> tuple[Program, np.ndarray]:
+def _stretch_program(packing: Packing, method: AbstractMethod, device: Any) -> tuple[Program, np.ndarray]:
     """One stretch of all runs of one structure, compiled: a function of the numbers, what the stretch before has left,
     and its length, in one vector; and what the first stretch begins with."""
 
@@ -172,7 +171,7 @@ def run_of_numbers(packing: Packing, method: AbstractMethod, max_steps: int) -> 
 
 
 @functools.lru_cache(maxsize=256)
-def _program(packing: Packing, method: AbstractMethod, max_steps: int, device: Device) -> Program:
+def _program(packing: Packing, method: AbstractMethod, max_steps: int, device: Any) -> Program:
     """The compiled run of all scenes of one structure."""
     # a scene is mostly run once or a few times: what makes the first of them wait longer is left to `prepare`
     run = run_of_numbers(packing, method, max_steps)
