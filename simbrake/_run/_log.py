@@ -43,11 +43,7 @@ FAILURES = {
         "the step size fell to rounding level",
         "the equations change faster than this method can follow: loosen rtol or check the laws and profiles",
     ),
-    BrakeCode.SINGULAR_GEOMETRY: (
-        "singular_geometry",
-        Brake.words.locking,
-        Brake.words.unlocking,
-    ),
+    BrakeCode.SINGULAR_GEOMETRY: ("singular_geometry", Brake.words.locking, Brake.words.unlocking),
     BrakeCode.BAND_SNAP: (
         "band_snap",
         "1 + γ fell to 0: friction fades faster than the elastic band can follow, and its tension would jump",

@@ -69,10 +69,11 @@ Tell = Callable[[float, float], Any]
 Solver = AbstractMethod | diffrax.AbstractERK
 
 
-def posed(
-    scene: Scene, rtol: Number, max_step: Number, max_events: Number, max_steps: int
-) -> tuple[BrakeSystem, State, Mode, Settings]:
-    """What is to be integrated: system, state and mode at the start, and the settings of the integrator."""
+def _posed(
+    packing: Packing, numbers: Float[Array, " k"], max_steps: int
+) -> tuple[tuple[BrakeSystem, State, Mode, Array, Array], Settings]:
+    """What is to be integrated: system, state and mode at the start, times; and the settings of the integrator."""
+    scene, rtol, max_step, max_events = packing.unpack(numbers)
     system, state, mode = assemble(scene)
     if system.guard_samples:
         # a profile of one's own may hide a pulse: with the samples inside a step, 1/1000 of the run is looked at
@@ -85,7 +86,7 @@ def posed(
         max_steps=max_steps,
         guard_samples=system.guard_samples,
     )
-    return system, state, mode, settings
+    return (system, state, mode, scene.initial.time, scene.end_time), settings
 
 
 @functools.lru_cache(maxsize=64)
@@ -93,19 +94,12 @@ def _stretch_program(packing: Packing, method: AbstractMethod, device: Any) -> t
     """One stretch of all runs of one structure, compiled: a function of the numbers, what the stretch before has left,
     and its length, in one vector; and what the first stretch begins with."""
 
-    def begin(numbers: Array) -> Array:
-        scene, *limits = packing.unpack(numbers)
-        system, state, mode, _ = posed(scene, *limits, max_steps=STRETCH)
-        return beginning(system, state, mode, scene.initial.time)
-
     n = packing.size
-    size = jax.eval_shape(begin, np.ones(n)).shape[0]
+    size = jax.eval_shape(lambda x: beginning(*_posed(packing, x, STRETCH)[0][:4]), np.ones(n)).shape[0]
 
     def run(x: Array) -> tuple[Record, Array]:
-        scene, *limits = packing.unpack(x[:n])
-        system, state, mode, settings = posed(scene, *limits, max_steps=STRETCH)
-        ends = scene.initial.time, scene.end_time
-        return stretch(system, state, mode, *ends, method, settings, x[n:-1], x[-1].astype(jnp.int32))
+        problem, settings = _posed(packing, x[:n], STRETCH)
+        return stretch(*problem, method, settings, x[n:-1], x[-1].astype(jnp.int32))
 
     return compiled(run, np.ones(n + size + 1), longest=LONGEST, device=device), np.full(size, np.nan)
 
@@ -163,9 +157,8 @@ def run_of_numbers(packing: Packing, method: AbstractMethod, max_steps: int) -> 
     """The run of all scenes of one structure, a function of their numbers and of the limits."""
 
     def run(numbers: Array) -> Record:
-        scene, *limits = packing.unpack(numbers)
-        system, state, mode, settings = posed(scene, *limits, max_steps=max_steps)
-        return hybridsolve(system, state, mode, scene.initial.time, scene.end_time, method, settings)
+        problem, settings = _posed(packing, numbers, max_steps)
+        return hybridsolve(*problem, method, settings)
 
     return run
 
