@@ -16,7 +16,6 @@ from .._base._faults import Fault, InputError
 from .._base._quantity import as_arrays, faults_of_tolerance, faults_of_values
 from .._parts._scene import Scene, pairs_of
 from .._physics._brake import course_of_profile
-from .._physics._mechanism import Fired
 from .._physics._sparsity import couplings
 from .._physics._thermal import Thermal, assemble_thermal
 from ..friction import remembers
@@ -67,7 +66,7 @@ class NetworkSystem(AbstractHybridSystem):
         return jnp.ones(1)
 
     def transition(
-        self, t: Array, y: Course, mode: Pieces, fired: Fired, at_stop: Bool[Array, ""]
+        self, t: Array, y: Course, mode: Pieces, fired: Bool[Array, " guard"], at_stop: Bool[Array, ""]
     ) -> tuple[Pieces, int]:
         _, turns = next_known_time(self.thermal.heat.profiles, mode)
         return tuple(piece + (at_stop & turn).astype(jnp.int32) for piece, turn in zip(mode, turns, strict=True)), 0

@@ -41,7 +41,8 @@ def seen_of(p: Probe, shares: PowerShares | None, i: int) -> Seen:
     friction, worn = p.y.ledger.friction, p.y.worn and p.y.worn[i]
     states = jax.tree.leaves(p.y.memory and p.y.memory[i])
     memory = numpy_of(states[0]).stack(states, axis=1) if len(states) > 1 else states[0] if states else None
-    return Seen(p.shown.pairs[i], friction[i], sum(friction[1:], start=friction[0]), shares, memory, worn)
+    all_work: Any = sum(friction[1:], start=friction[0])
+    return Seen(p.shown.pairs[i], friction[i], all_work, shares, memory, worn)
 
 
 def _of_band(p: Probe, tension: Values) -> Values | None:
