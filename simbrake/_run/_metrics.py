@@ -300,11 +300,11 @@ ENERGIES: dict[str, Energy] = {
     "load_work": Energy("work of the load", lambda a: a.ledger.load_work),
     "lever_work": Energy("work of the lever", lambda a: a.ledger.lever_work),
     "friction_heat": Energy("friction heat", lambda a: a.friction.heat),
-    "electrical_work": Energy("electrical part of the friction work", lambda a: a.friction.electrical, _SHARES),
-    "mechanical_work": Energy("mechanical part of the friction work", lambda a: a.friction.mechanical, _SHARES),
-    "damper_heat": Energy("heat of dampers", lambda a: a.ledger.damper_heat, _DAMPERS),
     "kinetic_change": Energy("change of the kinetic energy", lambda a: a.kinetic),
     "elastic_change": Energy("change of the elastic energy", lambda a: a.elastic, _BAND),
+    "damper_heat": Energy("heat of dampers", lambda a: a.ledger.damper_heat, _DAMPERS),
+    "electrical_work": Energy("electrical part of the friction work", lambda a: a.friction.electrical, _SHARES),
+    "mechanical_work": Energy("mechanical part of the friction work", lambda a: a.friction.mechanical, _SHARES),
     "closure": Energy(
         "residual of the energy balance as a share of the largest energy exchanged", _energy_closure, unit="1"
     ),
