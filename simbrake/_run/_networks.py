@@ -2,7 +2,6 @@
 
 from typing import Any, NamedTuple
 
-import diffrax
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -25,7 +24,6 @@ from ..hybrid import (
     AbstractMethod,
     ExplicitRungeKutta,
     Record,
-    Rodas5P,
     Settings,
     hybridsolve,
 )
@@ -38,7 +36,7 @@ from ._metrics import closure_of
 from ._probe import Number, is_traced
 from ._result import Result
 from ._series import array_of_times
-from ._simulate import Solver, simulate
+from ._simulate import Solver, simulate, solver_for
 
 #: state: heat content of the nodes over their capacity, heat lost and supplied;  mode: pieces of the profiles
 Course = tuple[Array, Array, Array]
@@ -161,7 +159,7 @@ def simulate_heat(
     heat = as_arrays(heat)
     if solver is None:
         span = 0.0 if traced else float(ts[-1] - ts[0])
-        solver = Rodas5P() if traced or stiff_heat(heat, span)[0] else diffrax.Dopri8()
+        solver = solver_for(traced or stiff_heat(heat, span)[0])
     method = solver if isinstance(solver, AbstractMethod) else ExplicitRungeKutta(solver, unrolled=False)
     run = _traced if traced else _compiled
     numbers = (np.asarray(x, np.float64) if not isinstance(x, Tracer) else x for x in (speed, closed, rtol))
