@@ -144,7 +144,8 @@ class Report:
         values |= {name: peak.value for name, peak in self.peaks.items()}
         hot = {f"{name}_time": p.time for name, p in self.peaks.items() if name.startswith("peak_")}
         given = ("heat_to_metal", "heat_to_linings", "heat_to_band", "heat_lost")
-        return plain({**values, **hot, **{name: energy[name] for name in given if name in energy}})
+        values = {**values, **hot, **{name: energy[name] for name in given if name in energy}}
+        return plain({name: float(value) for name, value in values.items()})
 
     @property
     def stages(self) -> list[Stage]:
@@ -201,7 +202,7 @@ class Report:
         capacity = None
         if r.status in (Status.NOT_STOPPED, Status.RUNAWAY):  # a lining that locks itself holds any load
             found = r.end_capacity
-            capacity = {"load_torque": found.load, "brake_torque": found.torque, "pairs": found.pairs}
+            capacity = {"load_torque": found.load, "brake_torque": float(found.torque), "pairs": found.pairs}
         found = {
             "status": r.status,
             "message": r.message,
@@ -210,7 +211,7 @@ class Report:
             "events": [event.as_dict() for event in self.events],
             "metrics": metrics,
             "at": {
-                **{f"{name}_time": peak.time for name, peak in self.peaks.items()},
+                **{f"{name}_time": float(peak.time) for name, peak in self.peaks.items()},
                 **{f"{name}_lining": int(p.lining) for name, p in self.peaks.items() if self._per_lining(name)},
             },
             **self._staged(),
