@@ -25,12 +25,12 @@ from ._parts._scene import Scene as Scene
 from ._parts._scene import check as check
 from ._run._edit import with_materials as with_materials
 from ._run._edit import with_values as with_values
+from ._run._log import SimulationError as SimulationError
 from ._run._networks import cyclic_steady_state as cyclic_steady_state
 from ._run._networks import simulate_heat as simulate_heat
 from ._run._networks import steady_state as steady_state
-from ._run._outcome import SimulationError as SimulationError
-from ._run._prepare import prepare as prepare
 from ._run._result import Result as Result
+from ._run._simulate import prepare as prepare
 from ._run._simulate import simulate as simulate
 from .brakes._design import Band as Band
 from .brakes._design import Bandage as Bandage

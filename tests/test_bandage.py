@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 
 import simbrake as sb
 from simbrake import plot
-from simbrake._run._probe import energies
+from simbrake._run._metrics import energies
 
 
 @functools.cache

@@ -14,10 +14,9 @@ from simbrake._physics._chain import ChainMode
 from simbrake._physics._mechanism import BAND_MODES, BrakeCode, Label, events_of_change
 from simbrake._physics._sprung import SprungMode
 from simbrake._run import _report
-from simbrake._run._log import STAGES, stage_of
-from simbrake._run._outcome import STATUS_MESSAGES, Status
+from simbrake._run._log import EVENTS, FAILURES, STAGES, STATUS_MESSAGES, Status, stage_of
 from simbrake.hybrid import Code
-from simbrake.results import EVENTS, FAILURES, BandMode
+from simbrake.results import BandMode
 
 PACKAGE = pathlib.Path(sb.__file__).parent
 DOCS = PACKAGE.parent / "docs"

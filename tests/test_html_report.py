@@ -237,7 +237,7 @@ def test_heading_says_what_is_exceeded(run):
     low = verdict(run, run.summary(), limit_checks(run, {"max_tension": peak - 1000.0}))
     assert (low.kind, low.status) == ("bad", "stopped, limit exceeded")
     limit = number(peak - 1000.0, "N")
-    assert f"Greatest tension of the band {number(peak, 'N')}, limit {limit}, exceeded by 1 kN" in low.text
+    assert f"Maximum tension of the band {number(peak, 'N')}, limit {limit}, exceeded by 1 kN" in low.text
     high = verdict(run, run.summary(), limit_checks(run, {"max_tension": peak + 1.0}))
     assert (high.kind, high.status) == ("good", "stopped")
     text = sb.report(run, check=False, limits={"max_tension": peak - 1000.0})

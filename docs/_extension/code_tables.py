@@ -9,7 +9,6 @@ from sphinx.util.docutils import SphinxDirective
 
 from simbrake._physics import _mechanism as _modes
 from simbrake._run import _log as _stages
-from simbrake._run import _outcome
 from simbrake._run._log import EVENTS
 from simbrake._run._metrics import METRICS
 from simbrake._run._series import PAIR_COLUMNS, SERIES_COLUMNS
@@ -36,13 +35,13 @@ def stages() -> list[str]:
 
 
 def statuses() -> list[str]:
-    rows: list[tuple[object, ...]] = [(f"`{status}`", words) for status, words in _outcome.STATUS_MESSAGES.items()]
+    rows: list[tuple[object, ...]] = [(f"`{status}`", words) for status, words in _stages.STATUS_MESSAGES.items()]
     return _table("status | message", rows)
 
 
 def codes() -> list[str]:
     done = (0, "a status above", "the run reached its end time", "")
-    found = [(int(code), f"`{name}`", what, hint) for code, (name, what, hint) in _outcome.FAILURES.items()]
+    found = [(int(code), f"`{name}`", what, hint) for code, (name, what, hint) in _stages.FAILURES.items()]
     return _table("code | status | message | what to do", [done, *sorted(found)])
 
 

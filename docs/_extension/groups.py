@@ -12,7 +12,6 @@ PAGES: dict[str, tuple[str, ...]] = {
     "run": (
         "_parts._scene",
         "_run._simulate",
-        "_run._outcome",
         "_base._faults",
         "_base._quantity",
         "_run._edit",
@@ -39,7 +38,6 @@ PAGES: dict[str, tuple[str, ...]] = {
     "layouts": ("_run._linings", "_run._probe", "layouts"),
     "studies": ("studies",),
     "estimates": ("formulas", "published"),
-    "speed": ("_run._prepare",),
     "integrator": ("hybrid",),
 }
 

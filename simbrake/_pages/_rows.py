@@ -10,10 +10,9 @@ import numpy as np
 from .._base._quantity import about_of, unit_below
 from .._base._table import Column, Number, Table, digits, number, numbers, scale
 from .._parts._scene import Scene
-from .._run._log import EVENTS, STAGES, Event
+from .._run._log import EVENTS, STAGES, Event, Status
 from .._run._measure import PRESSURE, LimitCheck, LimitVerdict, unit_of
 from .._run._metrics import METRICS
-from .._run._outcome import Status
 from .._run._result import Result
 from ..loads import AbstractLoad, Driller, HookLoad, Lever, SpeedHold, TorqueLoad, TrippingLoad
 from ..profiles import AbstractProfile, Constant, ExponentialRise, FunctionProfile, PiecewiseLinear, Repeated

@@ -3,7 +3,7 @@
 import dataclasses
 import difflib
 import re
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
@@ -16,28 +16,23 @@ from ..loads import AbstractLoad, Driller, HookLoad, TrippingLoad
 from ..profiles import Constant, Repeated
 from ..thermal._heat import Heat
 from ..wear import Wear
-from ._scene import Duty, Initial, Scene, faults, sensed_at_start
+from ._scene import Duty, Initial, Scene, band_brake, faults, sensed_at_start
 
-FORMS = (
-    "lower 27 m at 1.2 m/s",
-    "brake to rest",
-    "brake to rest in 3 s",
-    "hold 40 s",
-    "take the string",
-    "set it into the slips",
-    "turn the band after 15 cycles",
-    "repeat 30 times",
-)
+#: steps by name: an example, and the form of their line
 _GRAMMAR = {
-    "lower": re.compile(r"lower (?P<distance>.+) at (?P<speed>.+)"),
-    "brake_in": re.compile(r"brake to rest in (?P<time>.+)"),
-    "brake": re.compile(r"brake to rest"),
-    "hold": re.compile(r"(?:hold|wait) (?:for )?(?P<time>.+)"),
-    "take": re.compile(r"take the string"),
-    "set": re.compile(r"set (?:it |the string )?(?:in|into|in the|into the) slips"),
-    "turn": re.compile(r"turn the band(?: end for end)?(?: after (?P<cycles>\d{1,6}) cycles?)?"),
-    "repeat": re.compile(r"repeat (?P<count>\d{1,6}) times"),
+    "lower": ("lower 27 m at 1.2 m/s", re.compile(r"lower (?P<distance>.+) at (?P<speed>.+)")),
+    "brake": ("brake to rest", re.compile(r"brake to rest")),
+    "brake_in": ("brake to rest in 3 s", re.compile(r"brake to rest in (?P<time>.+)")),
+    "hold": ("hold 40 s", re.compile(r"(?:hold|wait) (?:for )?(?P<time>.+)")),
+    "take": ("take the string", re.compile(r"take the string")),
+    "set": ("set it into the slips", re.compile(r"set (?:it |the string )?(?:in|into|in the|into the) slips")),
+    "turn": (
+        "turn the band after 15 cycles",
+        re.compile(r"turn the band(?: end for end)?(?: after (?P<cycles>\d{1,6}) cycles?)?"),
+    ),
+    "repeat": ("repeat 30 times", re.compile(r"repeat (?P<count>\d{1,6}) times")),
 }
+FORMS = tuple(example for example, _ in _GRAMMAR.values())
 _QUANTITIES = {
     "distance": positive("m", "distance"),
     "speed": positive("m/s", "speed of the hook"),
@@ -59,7 +54,7 @@ def parse_programme(lines: tuple[str, ...] | list[str], path: str = "programme")
     for i, line in enumerate(lines):
         here = f"{path}[{i}]"
         text = " ".join(line.lower().replace("set it", "set").split())
-        found = next(((what, m) for what, form in _GRAMMAR.items() if (m := form.fullmatch(text))), None)
+        found = next(((what, m) for what, (_, form) in _GRAMMAR.items() if (m := form.fullmatch(text))), None)
         if found is None:
             near = difflib.get_close_matches(text, FORMS, n=1, cutoff=0.3)
             hint = f"nearest: {near[0]}" if near else f"there are: {'; '.join(FORMS)}"
@@ -129,66 +124,55 @@ def programme_scene(
         reader.fault("brake.band.stiffness", "a driller who leads the speed needs a rigid band", "leave it out")
     if brake.bandage is not None or brake.band.segments is not None:
         reader.fault("brake", "a driller cannot lead the speed of a staged brake or a chain", "give a standard brake")
-    reader.faults += _faults_of_parts(brake, load, heat)
+    # what is wrong with brake, load and heat in any scene: the plan looks at the friction at the start
+    still = Scene(brake, Duty(Constant(0.0), load), Initial(0.0), 1.0, heat)
+    reader.faults += [dataclasses.replace(one, path=one.path.removeprefix("duty.")) for one in faults(still)]
     if reader.faults:
         raise InputError(reader.faults)
     assert isinstance(load, HookLoad)
-    plan = _Plan(brake, load, heat, pull, lever_time, acceleration)
+    plan = _Plan(still, load, pull, lever_time, acceleration)
     for i, step in enumerate(steps):
         problem = plan.add(step)
         if problem:
             reader.fault(f"programme[{i}]", f"{programme[i]!r} {problem[0]}", problem[1])
-    if ("take" in plan.marks) != ("set" in plan.marks):
-        reader.fault("programme", "takes the string or sets it down, but not both", "give both, or neither")
-    if stand and "take" not in plan.marks:
-        reader.fault("stand", "has no effect", "stands are added on the slips: take the string, set it into the slips")
-    if empty > float(load.mass):
-        reader.fault("empty", f"{empty:g} kg is more than the load of {float(load.mass):g} kg")
-    if plan.turns and wear is None:
-        reader.fault("wear", "is missing", "turning the band matters to linings that wear")
+    reader.faults += plan.faults(empty, stand, wear)
     if plan.moving and not reader.faults:
         reader.fault("programme", "ends in motion", "add: brake to rest")
     if reader.faults:
         raise InputError(reader.faults)
     lever, period = plan.lever(count, 2 * pull if limit is None else limit)
-    hook = load if "take" not in plan.marks else _tripping(load, plan.marks, period, count, empty, stand)
+    hook = load
+    if "take" in plan.marks:
+        hook = TrippingLoad(  # pyright: ignore
+            empty=empty or 1e-9 * float(load.mass),  # a rope never hangs quite without mass
+            string=float(load.mass) - empty,
+            stand=stand,
+            taken=plan.marks["take"],
+            set=plan.marks["set"],
+            period=period,
+            count=count,
+            **{name: getattr(load, name) for name in ("drum_radius", "line_count", "gravity", "drag")},
+        )
     if wear is not None and plan.turns:
         wear = Wear(**{**vars(wear), "turned_at": plan.turned_at(period, count)})
     return Scene(brake, Duty(lever, hook), Initial(omega=0.0), end_time=period * count, heat=heat, wear=wear)
 
 
-def _faults_of_parts(brake: Brake, load: AbstractLoad, heat: Heat | None) -> list[Fault]:
-    """What is wrong with brake, load and heat in any scene: the plan looks at the friction at the start."""
-    found = faults(Scene(brake, Duty(Constant(0.0), load), Initial(0.0), 1.0, heat))
-    return [dataclasses.replace(fault, path=fault.path.removeprefix("duty.")) for fault in found]
-
-
-def _tripping(load: HookLoad, marks: dict[str, float], period: float, count: int, empty: float, stand: float) -> Any:
-    return TrippingLoad(  # pyright: ignore
-        empty=empty or 1e-9 * float(load.mass),  # a rope never hangs quite without mass
-        string=float(load.mass) - empty,
-        stand=stand,
-        taken=marks["take"],
-        set=marks["set"],
-        period=period,
-        drum_radius=load.drum_radius,
-        line_count=load.line_count,
-        count=count,
-        gravity=load.gravity,
-        drag=load.drag,
-    )
+#: what is wrong with a step, and what to do
+Problem = tuple[str, str] | None
 
 
 class _Plan:
     """Points of one cycle: time, tension of the lever, speed wanted, and whether the piece that follows leads it."""
 
-    def __init__(self, brake: Brake, load: HookLoad, heat: Heat | None, pull: Any, lever_time: Any, acceleration: Any):
-        self.pull, self.lever_time, self.acceleration = float(pull), float(lever_time), float(acceleration)
+    def __init__(self, still: Scene, load: HookLoad, pull: float, lever_time: float, acceleration: float) -> None:
+        self.brake, self.sensed = band_brake(still), sensed_at_start(still)
+        self.pull, self.lever_time, self.acceleration = pull, lever_time, acceleration
         self.per_metre = float(load.line_count) / float(load.drum_radius)  # rad of the pulley per m of the hook
-        self.weight = float(load.mass) * float(load.gravity) / self.per_metre  # N·m
+        self.mass = float(load.mass)
+        self.weight = self.mass * float(load.gravity) / self.per_metre  # N·m
         self.drag = float(load.drag)
-        self.inertia = float(brake.pulley.inertia) + float(load.mass) / self.per_metre**2
-        self.brake, self.heat, self.load = brake, heat, load
+        self.inertia = float(self.brake.pulley.inertia) + self.mass / self.per_metre**2
         self.t, self.omega, self.points, self.marks = 0.0, 0.0, list[tuple[float, float, float, bool]](), {}
         self.turns = list[tuple[float, int | None]]()  # time in a cycle, cycles before it (`None`: in every cycle)
         self._point(self.pull)
@@ -203,19 +187,23 @@ class _Plan:
     def _gain(self) -> float:
         """Torque per slack tension, `R_b (Π − 1)` (m), of the sliding linings with the friction of the start."""
         linings, n = self.brake.linings, self.brake.linings.count
-        scene = Scene(self.brake, Duty(Constant(0.0), self.load), Initial(0.0), 1.0, self.heat)
         v = jnp.full(n, self.omega * float(self.brake.pulley.radius))
-        f = linings.friction.kinetic(unloaded(linings, v, sensed_at_start(scene)))
+        f = linings.friction.kinetic(unloaded(linings, v, self.sensed))
         mu, _ = tension_ratio(grip(jnp.broadcast_to(f, (n,)), jnp.asarray(linings.angle)))
         return float(self.brake.band.radius) * (float(np.prod(mu)) - 1)
 
-    def add(self, step: Step) -> tuple[str, str] | None:
+    def add(self, step: Step) -> Problem:
         """Adds the points of a step; what is wrong with it, and what to do."""
+        if step.what in ("take", "set"):
+            return self._mark(step.what)
+        brakes = step.what in ("brake", "brake_in")
+        if brakes and not self.moving:
+            return "begins at rest", "lower before it"
+        if self.moving and not brakes:
+            return "begins in motion", "brake to rest before it"
         return getattr(self, f"_{step.what}")(**step.numbers)
 
-    def _lower(self, distance: float, speed: float) -> tuple[str, str] | None:
-        if self.moving:
-            return "begins in motion", "brake to rest before it"
+    def _lower(self, distance: float, speed: float) -> Problem:
         run_up = speed**2 / (2 * self.acceleration)
         if run_up > distance:
             return f"is too short to reach the speed, which takes {run_up:.4g} m", "a greater acceleration, or distance"
@@ -227,9 +215,7 @@ class _Plan:
         self.t += (distance - run_up) / speed
         return None
 
-    def _brake(self) -> tuple[str, str] | None:
-        if not self.moving:
-            return "begins at rest", "lower before it"
+    def _brake(self) -> Problem:
         gain = self._gain()
         if gain <= 0:
             return "cannot be done: without friction the band holds nothing", "give a greater coefficient of friction"
@@ -253,39 +239,36 @@ class _Plan:
         self.t = begin + max(time, self.lever_time)
         return None
 
-    def _brake_in(self, time: float) -> tuple[str, str] | None:
-        if not self.moving:
-            return "begins at rest", "lower before it"
+    def _brake_in(self, time: float) -> None:
         self._point(self.pull, following=True)
         self.t, self.omega = self.t + time, 0.0
         self._point(self.pull)
-        return None
 
-    def _hold(self, time: float) -> tuple[str, str] | None:
-        if self.moving:
-            return "begins in motion", "brake to rest before it"
+    def _hold(self, time: float) -> None:
         self._point(self.pull)
         self.t += time
-        return None
 
-    def _turn(self, cycles: float | None = None) -> tuple[str, str] | None:
-        if self.moving:
-            return "begins in motion", "brake to rest before it"
+    def _turn(self, cycles: float | None = None) -> None:
         self.turns.append((self.t, None if cycles is None else int(cycles)))
-        return None
+
+    def faults(self, empty: float, stand: float, wear: Wear | None) -> list[Fault]:
+        """What is wrong with the cycle as a whole."""
+        taken, down = "take" in self.marks, "set" in self.marks
+        why = "stands are added on the slips: take the string, set it into the slips"
+        checks = (
+            (taken != down, "programme", "takes the string or sets it down, but not both", "give both, or neither"),
+            (stand and not taken, "stand", "has no effect", why),
+            (empty > self.mass, "empty", f"{empty:g} kg is more than the load of {self.mass:g} kg", ""),
+            (self.turns and wear is None, "wear", "is missing", "turning the band matters to linings that wear"),
+        )
+        return [Fault(path, what, hint) for wrong, path, what, hint in checks if wrong]
 
     def turned_at(self, period: float, count: int) -> np.ndarray:
         """Times at which the band is turned, in order."""
         each = [t + period * k for t, after in self.turns if after is None for k in range(count)]
         return np.sort(each + [period * after for _, after in self.turns if after is not None])
 
-    def _take(self) -> tuple[str, str] | None:
-        return self._mark("take")
-
-    def _set(self) -> tuple[str, str] | None:
-        return self._mark("set")
-
-    def _mark(self, what: str) -> tuple[str, str] | None:
+    def _mark(self, what: str) -> Problem:
         if self.moving or what in self.marks or (what == "set" and "take" not in self.marks):
             return "is out of order", "at rest, once in a cycle, the string taken before it is set down"
         self.marks[what] = self.t

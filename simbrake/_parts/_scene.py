@@ -1,8 +1,7 @@
 """One run: a brake, what acts on it, how it starts and when it ends; and what is unusual in it."""
 
-import abc
 import math
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -38,9 +37,9 @@ class AbstractDuty(Part):
         load: eqx.AbstractVar[AbstractLoad]
 
     @property
-    @abc.abstractmethod
     def lever(self) -> AbstractProfile:
         """What the lever gives over time (N)."""
+        return getattr(self, self.lever_field)
 
 
 class Duty(AbstractDuty):
@@ -53,10 +52,6 @@ class Duty(AbstractDuty):
     load: AbstractLoad = part(AbstractLoad)  # pyright: ignore
     lever_field: ClassVar[str] = "slack_tension"
 
-    @property
-    def lever(self):
-        return self.slack_tension
-
 
 class ForceDuty(AbstractDuty):
     """What acts on a disc brake or a double-shoe brake.
@@ -68,10 +63,6 @@ class ForceDuty(AbstractDuty):
     force: AbstractProfile = part(AbstractProfile, "N")
     load: AbstractLoad = part(AbstractLoad)  # pyright: ignore
     lever_field: ClassVar[str] = "force"
-
-    @property
-    def lever(self):
-        return self.force
 
 
 class Initial(Part):
@@ -169,27 +160,21 @@ def _faults_of_kinds(scene: Scene) -> list[Fault]:
 
 
 def _faults_of_band(scene: Scene, brake: Brake) -> list[Fault]:
-    found = []
-    if brake.in_series:
-        found += _faults_of_staged(scene)
-    elif brake.band.stiffness is None:
-        found += [Fault(f"brake.linings.angle[{i - 1}]", locking_message(scene, i), _LOCK_HINT) for i in locked(scene)]
-    if brake.band.stiffness is None and float(scene.initial.elongation) != 0.0:
+    found, rigid = [], brake.band.stiffness is None
+    if brake.in_series or rigid:
+        hint = (
+            "a rigid band cannot hold such a lining: make it shorter, lower its friction, or give the band a stiffness"
+        )
+        if brake.in_series:
+            hint = "a staged brake cannot have it: make the lining shorter, or lower its friction"
+        found += [Fault(f"brake.linings.angle[{i - 1}]", why, hint) for i, why in locked(scene).items()]
+    if brake.in_series and isinstance(scene.duty.lever, AbstractSpeedLever):
+        found.append(Fault("duty.slack_tension", "cannot hold the speed of a staged brake", "give the slack tension"))
+    if brake.in_series and scene.network.flash is not None:
+        found.append(Fault("heat.flash", "is not available for a staged brake", "leave it out"))
+    if rigid and float(scene.initial.elongation) != 0.0:
         found.append(Fault("initial.elongation", "a rigid band has no elongation", "give brake.band.stiffness"))
     return found
-
-
-def _faults_of_staged(scene: Scene) -> list[Fault]:
-    where, hint = "brake.linings", "a staged brake cannot have it: make the lining shorter, or lower its friction"
-    found = [Fault(f"{where}.angle[{i - 1}]", locking_message(scene, i), hint) for i in locked(scene)]
-    if isinstance(scene.duty.lever, AbstractSpeedLever):
-        found.append(Fault("duty.slack_tension", "cannot hold the speed of a staged brake", "give the slack tension"))
-    if scene.network.flash is not None:
-        found.append(Fault("heat.flash", "is not available for a staged brake", "leave it out"))
-    return found
-
-
-_LOCK_HINT = "a rigid band cannot hold such a lining: make it shorter, lower its friction, or give the band a stiffness"
 
 
 def check(scene: Scene) -> None:
@@ -210,7 +195,7 @@ def warnings(scene: Scene) -> list[str]:
     if any(isinstance(leaf.value, Tracer) for leaf in leaves(scene)):
         return []
     then = "it never slips as long as that lasts" if scene.brake.banded else "a run ends as soon as its force acts"
-    found = [f"self_locking: {locking_message(scene, i)}; {then}" for i in locked(scene)]
+    found = [f"self_locking: {why}; {then}" for why in locked(scene).values()]
     brake = scene.brake
     if not (isinstance(brake, Brake) and isinstance(brake.band.stiffness, ParallelBands)):
         return found
@@ -249,7 +234,7 @@ def _faults_of_heat(scene: Scene) -> list[Fault]:
         found.append(
             Fault("heat.external", "has no effect", "only a staged brake (`brake.bandage`) has an external pair")
         )
-    for law, pair, where, field in pairs_of(scene):
+    for i, (law, pair, where, field) in enumerate(pairs_of(scene)):
         if pair is None:
             if scene.heated and scene.brake.in_series:
                 # its heat would leave the network, counted as lost, and warm nothing
@@ -258,7 +243,7 @@ def _faults_of_heat(scene: Scene) -> list[Fault]:
                 hint = f"give the scene a heat part whose `{field}` names the places that the heat enters"
                 found.append(Fault("heat", f"is missing, but the friction law {where} looks at the temperature", hint))
             continue
-        bounds, T = law.temperature_range(), _sensed_at_start(heat, pair, n)
+        bounds, T = law.temperature_range(), sensed_at_start(scene, i)
         if bounds is not None and T is not None and not (float(bounds[0]) <= T.min() and T.max() <= float(bounds[1])):
             table = f"{float(bounds[0]):g}…{float(bounds[1]):g} K"
             what = f"the table of {table} does not cover the start at {T.min():g}…{T.max():g} K"
@@ -295,29 +280,22 @@ def read_by_linings(scene: Scene) -> Reads:
     return reads(law, linings.count, T=pair is not None, p=linings.area is not None)
 
 
-def sensed_at_start(scene: Scene) -> np.ndarray | None:
-    """Temperatures that the linings' friction law on the band (staged), else on the rim, sees at the start (K)."""
-    pair, n = pairs_of(scene)[0][1], scene.brake.linings.count
-    return None if pair is None else _sensed_at_start(scene.network, pair, n)
+def sensed_at_start(scene: Scene, number: int = 0) -> np.ndarray | None:
+    """Temperatures (K) that the friction law of a pair sees at the start, `None` where the scene has none.
 
-
-def sensed_on_rim_at_start(scene: Scene) -> np.ndarray | None:
-    """Temperatures that the law of the pair of linings and rim sees at the start (K); `None` without one."""
-    heat, n = scene.network, scene.brake.linings.count
-    return None if heat.friction is None else _sensed_at_start(heat, heat.friction, n)
-
-
-def _sensed_at_start(heat: Heat, pair: FrictionHeat, n: int) -> np.ndarray | None:
-    if pair.sensor is None:
+    - `number` of the pair: the first is that on which the lever acts, the last (−1) that on the rim
+    """
+    _, pair, *_ = pairs_of(scene)[number]
+    if pair is None or pair.sensor is None:
         return None
     name, face = place_of(pair.sensor)
-    body = next(body for body in heat.bodies if body.name == name)
+    body = next(body for body in scene.network.bodies if body.name == name)
     T = np.broadcast_to(np.asarray(getattr(body, "temperature", np.nan), float), (body.count,))
-    return np.broadcast_to(T[nodes_at(body, face)], (n,))
+    return np.broadcast_to(T[nodes_at(body, face)], (scene.brake.linings.count,))
 
 
 @DeviceJit
-def _static_friction(linings: AbstractLinings, T: Any) -> Array:
+def _static_friction(linings: AbstractLinings, T: Array | None) -> Array:
     f = linings.friction.static(unloaded(linings, jnp.zeros(linings.count), T))
     return jnp.broadcast_to(f, (linings.count,))
 
@@ -328,23 +306,14 @@ def static_friction(scene: Scene) -> np.ndarray:
 
 
 @DeviceJit
-def _self_locking(brake: AbstractBrake, f: Any) -> Array:
+def _self_locking(brake: AbstractBrake, f: Array) -> Array:
     return brake.self_locking(f)
 
 
-def _locking(scene: Scene) -> np.ndarray:
-    """How near each lining is to locking itself with its static friction at the start."""
-    return np.asarray(_self_locking(scene.brake, static_friction(scene)))
-
-
-def locked(scene: Scene) -> list[int]:
-    """Numbers (from 1) of the linings that lock themselves with their static friction: of a band `f tan(β/2) ≥ 1`."""
-    return [int(i) + 1 for i in np.flatnonzero(_locking(scene) >= 1.0)]
-
-
-def locking_message(scene: Scene, i: int) -> str:
-    """Why lining `i` (from 1) locks itself, in words."""
-    return scene.brake.locking_words(i, float(_locking(scene)[i - 1]))
+def locked(scene: Scene) -> dict[int, str]:
+    """Linings (from 1) that lock themselves with their static friction, of a band `f tan(β/2) ≥ 1`; why, in words."""
+    near = np.asarray(_self_locking(scene.brake, static_friction(scene)))
+    return {int(i) + 1: scene.brake.locking_words(int(i) + 1, float(near[i])) for i in np.flatnonzero(near >= 1.0)}
 
 
 # --- what is unusual for drilling drawworks: warnings, never a refusal ------------------------------------------------
@@ -357,6 +326,13 @@ LININGS, RIM_CONDUCTIVITY, LINING_CONDUCTIVITY = (8.0, 26.0), (38.0, 163.0), (0.
 ZERO = 273.15  # K
 
 
+def _unusual(what: str, low: float, high: float, usual: tuple[float, float], words: str) -> list[str]:
+    """A warning of values from `low` to `high` that are not within what is usual; `words` say what that is."""
+    slack = 1e-9 * usual[1]  # the angles of equal linings add up to a wrap with rounding
+    within = usual[0] - slack <= low and high <= usual[1] + slack
+    return [] if within else [f"unusual: {what}, {words.format(f'{usual[0]:g}…{usual[1]:g}')}"]
+
+
 def plausibility(scene: Scene, peak_rim: float | None = None) -> list[str]:
     """Numbers of a scene that are unusual for a brake of drawworks: what, the usual range, its source, the reason.
 
@@ -367,51 +343,25 @@ def plausibility(scene: Scene, peak_rim: float | None = None) -> list[str]:
     """
     if any(isinstance(leaf.value, Tracer) for leaf in leaves(scene)):
         return []
-    found = _of_brake(scene)
-    if peak_rim is not None and peak_rim - ZERO > RIM[1]:
-        found.append(
-            f"unusual: rim at {peak_rim - ZERO:.0f} °C, usual in heavy service are {RIM[0]:.0f}…{RIM[1]:.0f} °C "
-            f"({_DRUMEANU}); properties of steel and linings are not known that hot"
-        )
-    return found + _of_materials(scene)
-
-
-def _of_brake(scene: Scene) -> list[str]:
-    brake, found = scene.brake, []
-    if not isinstance(brake, Brake):
-        return []  # the sources are about band brakes
-    n, f = brake.linings.count, static_friction(scene)
-    if _outside(f.min(), FRICTION) or _outside(f.max(), FRICTION):
+    found, brake, heat = list[str](), scene.brake, scene.network
+    if isinstance(brake, Brake):  # the sources are about band brakes
+        f, wrap = static_friction(scene), math.degrees(float(np.sum(brake.linings.angle)))
         values = f"{f.min():.4g}" if np.ptp(f) < 1e-12 else f"{f.min():.4g}…{f.max():.4g}"
-        found.append(
-            f"unusual: static coefficient of friction {values}, usual are {FRICTION[0]}…{FRICTION[1]} ({_DRUMEANU}); "
-            "tensions depend on it exponentially (Z computes cases down to 0.1)"
-        )
-    wrap = math.degrees(float(np.sum(brake.linings.angle)))
-    if _outside(wrap, WRAP):
-        found.append(
-            f"unusual: wrap {wrap:.5g}°, usual are {WRAP[0]:.0f}…{WRAP[1]:.0f}° ({_DRUMEANU}); "
-            "the grip of the band depends on it exponentially"
-        )
-    if _outside(float(n), LININGS):
-        found.append(f"unusual: {n} linings, usual are {LININGS[0]:.0f}…{LININGS[1]:.0f} (Z)")
-    return found
-
-
-def _of_materials(scene: Scene) -> list[str]:
-    found, heat = [], scene.network
+        why = "tensions depend on it exponentially (Z computes cases down to 0.1)"
+        what = f"static coefficient of friction {values}"
+        found += _unusual(what, f.min(), f.max(), FRICTION, f"usual are {{}} ({_DRUMEANU}); {why}")
+        why = "the grip of the band depends on it exponentially"
+        found += _unusual(f"wrap {wrap:.5g}°", wrap, wrap, WRAP, f"usual are {{}}° ({_DRUMEANU}); {why}")
+        n = brake.linings.count
+        found += _unusual(f"{n} linings", n, n, LININGS, "usual are {} (Z)")
+    if peak_rim is not None:
+        T, why = peak_rim - ZERO, "properties of steel and linings are not known that hot"
+        words = f"usual in heavy service are {{}} °C ({_DRUMEANU}); {why}"
+        found += _unusual(f"rim at {T:.0f} °C", max(T, RIM[0]), T, RIM, words)  # a single stop leaves it cooler
     walls = {wall.name: wall for wall in heat.walls}
-    for what, place, usual in (("rim", heat.rim, RIM_CONDUCTIVITY), ("linings", heat.linings, LINING_CONDUCTIVITY)):
+    for name, place, usual in (("rim", heat.rim, RIM_CONDUCTIVITY), ("linings", heat.linings, LINING_CONDUCTIVITY)):
         wall = walls.get(place_of(place)[0]) if place else None
-        if wall is not None and _outside(float(wall.material.conductivity), usual):
-            value = float(wall.material.conductivity)
-            found.append(
-                f"unusual: {what} with {value:.4g} W/(m·K), usual are {usual[0]:g}…{usual[1]:g} (V, tables 1 and 2); "
-                "is the unit right?"
-            )
+        if wall is not None:
+            value, words = float(wall.material.conductivity), "usual are {} (V, tables 1 and 2); is the unit right?"
+            found += _unusual(f"{name} with {value:.4g} W/(m·K)", value, value, usual, words)
     return found
-
-
-def _outside(value: float, usual: tuple[float, float]) -> bool:
-    slack = 1e-9 * usual[1]  # the angles of equal linings add up to a wrap with rounding
-    return not usual[0] - slack <= value <= usual[1] + slack

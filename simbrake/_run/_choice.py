@@ -1,34 +1,20 @@
 """Which method integrates a scene, and why."""
 
-from typing import Any
-
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax.flatten_util import ravel_pytree
+from jaxtyping import Float
 
 from .._base._compiling import DeviceJit
-from .._parts._scene import Scene, pairs_of, sensed_at_start, sensed_on_rim_at_start
+from .._parts._scene import Scene, pairs_of, sensed_at_start
 from ..brakes._design import unloaded
-from ..friction import AbstractFriction, remembers
+from ..friction import AbstractFriction, AnyContact, remembers
 from ..hybrid._arrays import Array
 from ..profiles import AbstractProfile
 from ..thermal._heat import Heat
 from ..thermal._material import ROOM
-from ..thermal._network import (
-    AbstractLink,
-    Body,
-    Conductance,
-    Convection,
-    Junction,
-    Lump,
-    Radiation,
-    Reservoir,
-    Surroundings,
-    ThermalContact,
-    Wall,
-    place_of,
-)
+from ..thermal._network import AbstractCoefficient, Lump, Radiation, Surroundings, Wall, place_of
 
 #: length of the real stability interval of Dopri8, roughly
 _REACH = 6.0
@@ -38,49 +24,47 @@ _PATIENCE = 150.0
 _PATIENCE_COLD = 1500.0
 
 
-def fastest_node(heat: Heat) -> tuple[float, str]:
-    """Largest rate `2 Σg/C` (1/s) of any node at the reference properties, after Gershgorin, and the node's name."""
-    capacity: dict[str, np.ndarray] = {}
-    total: dict[str, np.ndarray] = {}
-    halves: dict[str, np.ndarray] = {}
+@DeviceJit
+def _sizes(heat: Heat) -> tuple[dict[str, Array], dict[str, Array], list[Array | None]]:
+    """Capacities of the nodes of each body (J/K), of one copy of a wall and half of its layers' resistances (K/W), and
+    the resistance of each link at rest and at the temperatures of the start; `None` of one that changes with them."""
+    capacity, halves, links = {}, {}, []
+    at_start = {body.name: getattr(body, "temperature", ROOM) for body in heat.bodies}
     for body in heat.bodies:
         if isinstance(body, Lump):
-            capacity[body.name] = np.broadcast_to(np.asarray(body.capacity, float), (body.count,)).copy()
+            capacity[body.name] = jnp.broadcast_to(jnp.asarray(body.capacity), (body.count,))
         elif isinstance(body, Wall):
-            m = body.material
-            weights = float(body.growth) ** body.grades
-            steps = float(body.thickness) * weights / weights.sum()
-            # every copy of a wall is alike: look at one
-            area = float(np.min(body.area))
-            capacity[body.name] = float(m.density) * float(m.specific_heat) * area * steps
-            halves[body.name] = steps / (2 * area * float(m.conductivity))
-        else:
-            continue
-        total[body.name] = np.zeros_like(capacity[body.name])
-        if isinstance(body, Wall) and body.layers > 1:
-            half = halves[body.name]
-            g = 1 / (half[:-1] + half[1:])
-            total[body.name][:-1] += g
-            total[body.name][1:] += g
-    kinds = {body.name: body for body in heat.bodies}
+            area = jnp.min(jnp.asarray(body.area))  # every copy of a wall is alike
+            capacity[body.name] = body.material.density * body.material.specific_heat * area * body.steps
+            halves[body.name] = body.steps / (2 * area * body.material.conductivity)
     for link in heat.links:
-        if isinstance(link, Conductance):
-            own: float | np.ndarray = 1 / np.maximum(np.asarray(link.value, float), 1e-300)
-        elif isinstance(link, ThermalContact):
-            own = np.asarray(0.0 if link.resistance is None else link.resistance, float) / np.asarray(link.area, float)
-        elif isinstance(link, Convection) and not hasattr(link.coefficient, "value"):
-            h = np.maximum(np.asarray(link.coefficient, float) * np.asarray(link.area, float), 1e-300)
-            own = 1 / h
-        elif isinstance(link, Convection | Radiation):
+        if isinstance(link, Radiation) or isinstance(getattr(link, "coefficient", None), AbstractCoefficient):
+            links.append(None)
             continue
-        else:
-            own = 1 / np.maximum(_own_conductance(link, kinds), 1e-300)
+        T = [at_start[place_of(place)[0]] for place in (link.a, link.b)]
+        T = [jnp.asarray(ROOM) if isinstance(x, AbstractProfile) else jnp.mean(jnp.asarray(x)) for x in T]
+        g = link.conductance(T[0], T[1], Surroundings())
+        links.append(jnp.zeros(()) if g is None else 1 / jnp.maximum(g, 1e-300))
+    return capacity, halves, links
+
+
+def fastest_node(heat: Heat) -> tuple[float, str]:
+    """Largest rate `2 Σg/C` (1/s) of any node at the reference properties, after Gershgorin, and the node's name."""
+    capacity, halves, resistances = jax.tree.map(np.asarray, _sizes(heat))
+    total = {name: np.zeros_like(C) for name, C in capacity.items()}
+    for name, half in halves.items():
+        g = 1 / (half[:-1] + half[1:])
+        total[name][:-1] += g
+        total[name][1:] += g
+    for link, own in zip(heat.links, resistances, strict=True):
+        if own is None:
+            continue
         ends = [place_of(link.a), place_of(link.b)]
         behind = sum(halves[n][0 if f == "front" else -1] for n, f in ends if f is not None)
         g = 1 / np.maximum(own + behind, 1e-300)
         # a junction hands on what the other side of it lets through: no faster than this link
         for name, face in ends:
-            if name in total and not isinstance(kinds[name], Junction | Reservoir):
+            if name in total:
                 where = 0 if face == "front" else -1 if face else slice(None)
                 total[name][where] += np.sum(g) if face or total[name].size == 1 else g
     rates = {name: 2 * total[name] / capacity[name] for name in capacity}
@@ -90,12 +74,11 @@ def fastest_node(heat: Heat) -> tuple[float, str]:
     return float(rates[name][i]), node
 
 
-def _own_conductance(link: AbstractLink, kinds: dict[str, Body]) -> np.ndarray:
-    """Conductance (W/K) of a link of one's own, at rest and at the temperatures of the start; perfect: infinite."""
-    T = [getattr(kinds[place_of(place)[0]], "temperature", ROOM) for place in (link.a, link.b)]
-    at_start = [np.asarray(ROOM if isinstance(x, AbstractProfile) else np.mean(np.asarray(x, float))) for x in T]
-    g = link.conductance(jnp.asarray(at_start[0]), jnp.asarray(at_start[1]), Surroundings())
-    return np.asarray(1e300 if g is None else g, float)
+def _demands(what: str, rate: float, span: float, patience: float) -> str:
+    """Why an explicit method will not do for something that follows at a rate (1/s) over a time (s); "": it will."""
+    steps = rate * span / _REACH
+    how = f"an explicit method would need at least {steps:.2g} steps to stay stable"
+    return f"{what} within {1 / rate:.2g} s: {how}" if steps > patience else ""
 
 
 def stiffness(scene: Scene) -> tuple[bool, str]:
@@ -105,42 +88,33 @@ def stiffness(scene: Scene) -> tuple[bool, str]:
     # linings that swing one by one have to be followed in any case
     if found[0] or scene.brake.resolved:
         return found
-    return _stiff_drag(scene, span) or _stiff_memory(scene, span) or found
+    drag = float(getattr(scene.duty.load, "drag", 0.0)) / float(scene.brake.inertia)
+    patience = _PATIENCE if scene.heated else _PATIENCE_COLD
+    why = _demands("drag balances the speed", drag, span, _PATIENCE_COLD)
+    why = why or _demands("a state of a friction law follows", _fastest_memory(scene), span, patience)
+    return (True, why) if why else found
 
 
-def _stiff_drag(scene: Scene, span: float) -> tuple[bool, str] | None:
-    """Whether drag brings the speed to its balance much faster than the run lasts."""
-    rate = float(getattr(scene.duty.load, "drag", 0.0)) / float(scene.brake.inertia)
-    if rate * span / _REACH <= _PATIENCE_COLD:
-        return None
-    how = f"drag balances the speed within {1 / rate:.2g} s"
-    return True, f"{how}: an explicit method would need at least {rate * span / _REACH:.2g} steps to stay stable"
-
-
-def _stiff_memory(scene: Scene, span: float) -> tuple[bool, str] | None:
-    """Whether a friction law has a state that follows much faster than the run lasts, at the start."""
-    v = abs(float(scene.brake.radius) * float(scene.initial.omega))
-    parts = [scene.brake.rubbing_part(pair) for pair in scene.brake.pairs]
+def _fastest_memory(scene: Scene) -> float:
+    """Largest rate (1/s) at which a state of a friction law follows at the start."""
+    v, count = abs(float(scene.brake.radius) * float(scene.initial.omega)), scene.brake.linings.count
     fastest = 0.0
-    for part, (law, *_) in zip(parts, pairs_of(scene), strict=True):
+    for i, (pair, (law, *_)) in enumerate(zip(scene.brake.pairs, pairs_of(scene), strict=True)):
         if remembers(law):
-            T = sensed_at_start(scene) if part is parts[0] else sensed_on_rim_at_start(scene)
-            contact = unloaded(part, jnp.full(scene.brake.linings.count, v), None if T is None else jnp.asarray(T))
+            T = sensed_at_start(scene, i)
+            part = scene.brake.rubbing_part(pair)
+            contact = unloaded(part, jnp.full(count, v), None if T is None else jnp.asarray(T))
             fastest = max(fastest, float(_fastest_state(law, contact)))
-    if fastest * span / _REACH <= (_PATIENCE if scene.heated else _PATIENCE_COLD):
-        return None
-    how = f"a state of a friction law follows within {1 / fastest:.2g} s"
-    return True, f"{how}: an explicit method would need at least {fastest * span / _REACH:.2g} steps to stay stable"
+    return fastest
 
 
 @DeviceJit
-def _fastest_state(law: AbstractFriction, contact: Any) -> Array:
+def _fastest_state(law: AbstractFriction, contact: AnyContact) -> Float[Array, ""]:
     """Largest rate (1/s) by which a change of the law's states decays, after Gershgorin."""
-    memory: Any
     memory, back = ravel_pytree(contact.memory)
     still = None if contact.p is None else jnp.zeros_like(contact.p)
 
-    def rates(memory: Any) -> Any:
+    def rates(memory: jax.Array) -> jax.Array:
         found = law.rates(contact._replace(memory=back(memory), q=still))
         return ravel_pytree(jax.tree.map(lambda x, y: x + 0.0 * y, found, back(memory)))[0]
 
@@ -152,8 +126,6 @@ def stiff_heat(heat: Heat, span: float) -> tuple[bool, str]:
     rate, node = fastest_node(heat)
     if rate <= 0:
         return False, "no thermal node gives heat to another"
-    steps = rate * span / _REACH
-    how = f"the thermal node {node} follows within {1 / rate:.2g} s"
-    if steps > _PATIENCE:
-        return True, f"{how}: an explicit method would need at least {steps:.2g} steps to stay stable"
-    return False, f"{how}, which an explicit method can follow"
+    follows = f"the thermal node {node} follows"
+    why = _demands(follows, rate, span, _PATIENCE)
+    return bool(why), why or f"{follows} within {1 / rate:.2g} s, which an explicit method can follow"

@@ -4,7 +4,7 @@ import dataclasses
 import difflib
 import json
 import re
-from typing import Any
+from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
@@ -13,7 +13,7 @@ import numpy as np
 from jax.core import Tracer
 
 from .._base._faults import Fault, InputError
-from .._base._quantity import NumberReader, Quantity, about_of, as_number, leaves, unit_below
+from .._base._quantity import NumberReader, Quantity, about_of, as_number, unit_below
 from .._parts._scene import Scene
 from ..thermal._heat import EffusivityPartition, FlashTemperature, FrictionHeat, Heat, TransmissionPartition
 from ..thermal._material import Material
@@ -22,33 +22,26 @@ from ..thermal._network import AbstractLink, Body, Conductance, Lump, Wall, plac
 _INDEXED = re.compile(r"^(?P<path>.*?)(?:\[(?P<index>-?\d+)\])?$")
 
 
-def _slots(node: Any, path: str = "") -> dict[str, Any]:
-    """Every number of a scene that may be set, also those that are absent now: path → value."""
-    found = {leaf.path: leaf.value for leaf in leaves(node, path)}
+class _Slot(NamedTuple):
+    """A place for a number: what is there, what is known of it, and whether the physics behind it may be absent."""
+
+    value: Any
+    about: Quantity
+    optional: bool
+
+
+def _slots(node: Any, path: str = "", unit: str = "SI") -> dict[str, _Slot]:
+    """Every number of a scene that may be set, also those that are absent now, and laws that stand for a number."""
+    found: dict[str, _Slot] = {}
     if isinstance(node, tuple):
         for i, child in enumerate(node):
-            found |= _slots(child, f"{path}[{i}]")
+            found |= _slots(child, f"{path}[{i}]", unit)
     elif dataclasses.is_dataclass(node) and not isinstance(node, type):
         for field in dataclasses.fields(node):
             here, value = f"{path}.{field.name}" if path else field.name, getattr(node, field.name)
-            if "quantity" in field.metadata:
-                found.setdefault(here, value)  # also a law that stands for a number: a number may replace it
-            if "quantity" not in field.metadata or dataclasses.is_dataclass(value):
-                found |= _slots(value, here)
-    return found
-
-
-def _abouts(node: Any, path: str = "", unit: str = "SI") -> dict[str, Quantity]:
-    """What is known of every number that may be set: path → quantity, with the unit that it has there."""
-    found: dict[str, Quantity] = {}
-    if isinstance(node, tuple):
-        for i, child in enumerate(node):
-            found |= _abouts(child, f"{path}[{i}]", unit)
-    elif dataclasses.is_dataclass(node) and not isinstance(node, type):
-        for field in dataclasses.fields(node):
-            here, about = f"{path}.{field.name}" if path else field.name, about_of(field, unit)
-            found |= {} if about is None else {here: about}
-            found |= _abouts(getattr(node, field.name), here, unit_below(field, unit))
+            if about := about_of(field, unit):
+                found[here] = _Slot(value, about, field.default is None)
+            found |= _slots(value, here, unit_below(field, unit))
     return found
 
 
@@ -80,7 +73,7 @@ def with_values(scene: Scene, values: dict[str, Any]) -> Scene:
     Numbers are in SI, or texts with a unit (`"120 kN"`). One number given for an array field counts for every entry.
     Raises `InputError` with all unknown paths and the nearest names, and with values that do not fit.
     """
-    slots, abouts, faults = _slots(scene), _abouts(scene), []
+    slots, faults = _slots(scene), []
     for full, value in values.items():
         match = _INDEXED.match(full)
         assert match is not None
@@ -94,11 +87,11 @@ def with_values(scene: Scene, values: dict[str, Any]) -> Scene:
             continue
         if isinstance(value, str):
             reader = NumberReader()
-            value = reader.number(value, abouts[path], full, abouts[path].unit)
+            value = reader.number(value, slots[path].about, full, slots[path].about.unit)
             faults += reader.faults
             if reader.faults:
                 continue
-        old, new = slots[path], as_number(value)
+        old, new = slots[path].value, as_number(value)
         if index is not None:
             i, size = int(index), np.size(old) if np.ndim(old) == 1 else 0
             if not -size <= i < size:
@@ -109,15 +102,15 @@ def with_values(scene: Scene, values: dict[str, Any]) -> Scene:
                 continue
             new = _with_entry(old, i, value)
         elif new is None:
-            if old is not None and path not in _optional(scene):
+            if old is not None and not slots[path].optional:
                 faults.append(Fault(full, "cannot be absent", "give a number"))
                 continue
         elif np.ndim(old) == 1 and np.ndim(new) == 0:
             new = jnp.broadcast_to(new, np.shape(old)) if isinstance(new, jax.Array) else np.full(np.shape(old), new)
         scene = _replace(scene, path, new)
-        slots[path] = new
+        slots[path] = slots[path]._replace(value=new)
         if dataclasses.is_dataclass(old):  # its numbers went with it
-            slots = {name: value for name, value in slots.items() if not name.startswith(f"{path}.")}
+            slots = {name: slot for name, slot in slots.items() if not name.startswith(f"{path}.")}
     if faults:
         raise InputError(faults)
     return scene
@@ -129,19 +122,6 @@ def _with_entry(old: Any, i: int, value: Any) -> Any:
     new = np.array(old, dtype=np.float64)
     new[i] = value
     return new
-
-
-def _optional(node: Any, path: str = "") -> set[str]:
-    """Paths whose field has the default `None`: physics that may be absent."""
-    found: set[str] = set()
-    if dataclasses.is_dataclass(node) and not isinstance(node, type):
-        for field in dataclasses.fields(node):
-            here = f"{path}.{field.name}" if path else field.name
-            if "quantity" in field.metadata and field.default is None:
-                found.add(here)
-            else:
-                found |= _optional(getattr(node, field.name), here)
-    return found
 
 
 def _replace(scene: Scene, path: str, value: Any) -> Scene:

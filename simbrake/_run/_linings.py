@@ -1,44 +1,32 @@
 """What rubs at every lining, what each does and carries at any time, and what adds up over a run."""
 
 import enum
-import functools
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jax.tree_util import Partial
-from jaxtyping import Float
+from jaxtyping import Float, Int, PyTree
 
-from .._base._compiling import DeviceJit
 from .._base._faults import Fault, InputError
 from .._base._quantity import Scalar, as_number, quantity
 from .._parts._scene import band_brake
-from .._physics._mechanism import PairNow
+from .._physics._brake import BrakeSystem
 from ..brakes._design import Brake, under_a_band
 from ..hybrid import Record
 from ..hybrid._arrays import Array
 from ._metrics import peak
-from ._probe import POINTS, Probe, as_tree, integral, is_traced, probe_many
+from ._probe import POINTS, Number, Probe, RunJit, Scan, as_tree, integral, probe_many, record_of
 from ._result import Result
-from ._series import times_within
+from ._series import PAIR_COLUMNS, SERIES_COLUMNS, seen_of, times_within
 
 #: wear rate `I` (m³/(N·m)): a number, one per lining, or a function `I(p, v, T)` of pressure, slip speed, temperature
-WearRate = float | Array | Callable[..., Any]
-
-#: quantities of a lining that have means and greatest values, with their units
-QUANTITIES = {
-    "tension_increment": "N",
-    "normal_load": "N",
-    "pressure": "Pa",
-    "slip_speed": "m/s",
-    "friction_power": "W",
-}
-
-WEIGHTS = ("time", "slip", "work")
+WearRate = Number | Callable[..., Any]
+#: a result, or its record
+Run = Result | Record
 
 
 class Rubbing(NamedTuple):
@@ -52,8 +40,8 @@ class Rubbing(NamedTuple):
     increment: Array
     normal: Array
     speed: Array  # |v| ≥ 0, 0 while the lining sticks
-    pressure: Any  # N/A, `None` without areas
-    temperature: Any  # that the pair's friction law sees, `None` where the scene has none
+    pressure: Array | None  # N/A, `None` without areas
+    temperature: Array | None  # that the pair's friction law sees, `None` where the scene has none
 
 
 def fault_of_pair(pair: str, known: Iterable[str]) -> Fault | None:
@@ -70,7 +58,7 @@ def rubbing(record: Record, p: Probe, *, pair: str = "external") -> Rubbing:
 
     Raises `InputError` for a pair that the brake does not have.
     """
-    system: Any = record.system
+    system = _system(record)
     if fault := fault_of_pair(pair, system.pair_names):
         raise InputError([fault])
     number = system.pair_names.index(pair)
@@ -81,82 +69,92 @@ def rubbing(record: Record, p: Probe, *, pair: str = "external") -> Rubbing:
     return Rubbing(jnp.abs(now.force), now.normal, jnp.abs(now.slip), pressure, T)
 
 
-# --- what is picked out of a probe: functions of the module, so that each compiles once -------------------------------
+#: quantities of linings that rub, which have means and greatest values
+QUANTITIES: dict[str, Callable[[Rubbing], Any]] = {
+    "tension_increment": lambda r: r.increment,
+    "normal_load": lambda r: r.normal,
+    "pressure": lambda r: r.pressure,
+    "slip_speed": lambda r: r.speed,
+    "friction_power": lambda r: r.increment * r.speed,
+}
 
+#: over what means are taken
+WEIGHTS: dict[str, Callable[[Rubbing], Any]] = {
+    "time": lambda r: jnp.ones_like(r.speed),
+    "slip": QUANTITIES["slip_speed"],
+    "work": QUANTITIES["friction_power"],
+}
 
-def _power(record: Record, pair: str, p: Probe) -> Array:
-    r = rubbing(record, p, pair=pair)
-    return r.increment * r.speed
-
-
-def wearing(rate: Any, r: Rubbing) -> Array:
-    """Rate of wear `ḣ = I p v` (m/s) of linings that rub; `rate` as in `wear`."""
-    value = rate(r.pressure, r.speed, r.temperature) if callable(rate) else jnp.asarray(rate)
-    return value * r.pressure * r.speed
-
-
-def _wear(record: Record, pair: str, rate: Any, p: Probe) -> Array:
-    return wearing(rate, rubbing(record, p, pair=pair))
+#: quantities of the band, not of a friction pair
+_OF_BAND = ("tension", "displacement")
 
 
 def quantity_of(quantity: str, r: Rubbing) -> Array:
     """One of `QUANTITIES` of linings that rub."""
-    if quantity == "friction_power":
-        return r.increment * r.speed
-    names = {"tension_increment": "increment", "normal_load": "normal", "slip_speed": "speed"}
-    return getattr(r, names.get(quantity, quantity))
+    return QUANTITIES[quantity](r)
 
 
-def _weighted(record: Record, pair: str, quantity: str, over: str, p: Probe) -> tuple[Array, Array]:
-    r = rubbing(record, p, pair=pair)
-    weight = {"time": jnp.ones_like(r.speed), "slip": r.speed, "work": r.increment * r.speed}[over]
-    return weight * quantity_of(quantity, r), weight
+def wearing(rate: WearRate, r: Rubbing) -> Array:
+    """Rate of wear `ḣ = I p v` (m/s) of linings that rub; `rate` as in `lining_wear`."""
+    value: Any = rate(r.pressure, r.speed, r.temperature) if callable(rate) else jnp.asarray(rate)
+    return value * r.pressure * r.speed  # pyright: ignore
 
 
-def _pick(function: Callable[..., Any], record: Record, *static: str, rate: Any = None) -> Any:
-    """`function` of the record and its words as a PyTree that compiles once for each structure."""
-    words = _words(function, static)
-    return Partial(words, record) if rate is None else Partial(words, record, rate)
+class _Picked(eqx.Module):
+    """What is picked out of a probe of a run, for `integral`: a PyTree, so that it compiles once for each structure."""
+
+    record: Record
+    pair: str = eqx.field(static=True)
+    quantity: str = eqx.field(static=True, default="friction_power")
+    over: str | None = eqx.field(static=True, default=None)  # with its weight, by which the quantity is multiplied
+    rate: Any = None  # of wear, instead of the quantity
+
+    def __call__(self, p: Probe) -> PyTree:
+        r = rubbing(self.record, p, pair=self.pair)
+        if self.rate is not None:
+            return wearing(self.rate, r)
+        value = QUANTITIES[self.quantity](r)
+        if self.over is None:
+            return value
+        weight = WEIGHTS[self.over](r)
+        return weight * value, weight
 
 
-@functools.cache
-def _words(function: Callable[..., Any], static: tuple[str, ...]) -> Callable[..., Any]:
-    def picked(record: Record, *rest: Any) -> Any:
-        return function(record, *static, *rest)
-
-    return picked
+def _system(run: Run) -> BrakeSystem:
+    return getattr(run, "record", run).system  # pyright: ignore
 
 
-def _compact(run: Any) -> Record:
-    record: Record = getattr(run, "record", run)
-    return record if is_traced(record) else record.compact()
+def _check(
+    run: Run,
+    pair: str,
+    quantity: str = "slip_speed",
+    *,
+    known: Mapping[str, Any] = QUANTITIES,
+    over: str = "time",
+    area: bool = False,
+) -> None:
+    """Raises `InputError` for a pair, a quantity (of those `known`) or a weight that the run does not have."""
+    system = _system(run)
+    missing = fault_of_pair(pair, system.pair_names)
+    found = [] if missing is None else [missing]
+    if over not in WEIGHTS:
+        found.append(Fault("over", f"{over!r} is no weight", f"there are: {', '.join(WEIGHTS)}"))
+    if quantity not in known:
+        found.append(Fault("quantity", f"{quantity!r} is none", f"there are: {', '.join(known)}"))
+    if missing is None and quantity in _OF_BAND and pair != system.pair_names[0]:
+        found.append(Fault("pair", f"{quantity} is of the band, not of the {pair} pair", "leave it out"))
+    if (area or quantity == "pressure") and not found:
+        one = system.mechanism.pairs[system.pair_names.index(pair)]
+        if one.area is None:
+            found.append(Fault(f"brake.{one.field}.area", "is missing", "a pressure is looked at"))
+    if found:
+        raise InputError(found)
 
 
 # --- over a run -------------------------------------------------------------------------------------------------------
 
 
-def _check(run: Any, *, pair: str, over: str = "time", quantity: str = "slip_speed", area: bool = False) -> None:
-    record: Record = getattr(run, "record", run)
-    system: Any = record.system
-    missing = fault_of_pair(pair, system.pair_names)
-    found = [] if missing is None else [missing]
-    if over not in WEIGHTS:
-        found.append(Fault("over", f"{over!r} is no weight", f"there are: {', '.join(WEIGHTS)}"))
-    if quantity not in QUANTITIES:
-        found.append(Fault("quantity", f"{quantity!r} is none", f"there are: {', '.join(QUANTITIES)}"))
-    if (area or quantity == "pressure") and not found:
-        found += faults_of_area(system, pair)
-    if found:
-        raise InputError(found)
-
-
-def faults_of_area(system: Any, pair: str) -> list[Fault]:
-    """The fault of a pair whose pressure is asked for and whose linings have no areas."""
-    one = system.mechanism.pairs[system.pair_names.index(pair)]
-    return [] if one.area is not None else [Fault(f"brake.{one.field}.area", "is missing", "a pressure is looked at")]
-
-
-def friction_work(run: Any, *, pair: str = "external", points: int = POINTS) -> Float[Array, " n"]:
+def friction_work(run: Run, *, pair: str = "external", points: int = POINTS) -> Float[Array, " n"]:
     """Friction work of every lining over a run, in J.
 
         W_i = ∫ |T_i − T_{i−1}| |v_i| dt,   |T_i − T_{i−1}| = f_i N_i/cos(β_i/2)                       (model §1, §6.1)
@@ -168,12 +166,12 @@ def friction_work(run: Any, *, pair: str = "external", points: int = POINTS) -> 
 
     Raises `InputError` for a pair that the brake does not have.
     """
-    _check(run, pair=pair)
-    record = _compact(run)
-    return integral(record, _pick(_power, record, pair), points=points)
+    _check(run, pair)
+    record = record_of(run)
+    return integral(record, _Picked(record, pair), points=points)
 
 
-def lining_wear(run: Any, rate: WearRate, *, pair: str = "external", points: int = POINTS) -> Float[Array, " n"]:
+def lining_wear(run: Run, rate: WearRate, *, pair: str = "external", points: int = POINTS) -> Float[Array, " n"]:
     """Depth worn off every lining over a run, in m (model §7; Archard).
 
         h_i = ∫ I(p_i, v_i, T_i) p_i v_i dt,   p_i = N_i/A_i
@@ -186,14 +184,14 @@ def lining_wear(run: Any, rate: WearRate, *, pair: str = "external", points: int
 
     Reference: J. F. Archard, *J. Appl. Phys.* 24 (1953) 981.
     """
-    _check(run, pair=pair, area=True)
-    record = _compact(run)
+    _check(run, pair, area=True)
+    record = record_of(run)
     rate = as_tree(rate) if callable(rate) else jnp.asarray(as_number(rate))
-    return integral(record, _pick(_wear, record, pair, rate=rate), points=points)
+    return integral(record, _Picked(record, pair, rate=rate), points=points)
 
 
 def lining_mean(
-    run: Any, quantity: str, *, over: str = "slip", pair: str = "external", points: int = POINTS
+    run: Run, quantity: str, *, over: str = "slip", pair: str = "external", points: int = POINTS
 ) -> Float[Array, " n"]:
     """Mean of a quantity of every lining over a run, `∫ q w dt/∫ w dt`.
 
@@ -205,33 +203,31 @@ def lining_mean(
     `nan` where the weight is 0 throughout. With an elastic band the mean over time looks at the time before full slip
     as well, where linings come to their limit one by one inside a step: there the quadrature converges slowly.
     """
-    _check(run, pair=pair, over=over, quantity=quantity)
-    record = _compact(run)
-    above, below = integral(record, _pick(_weighted, record, pair, quantity, over), points=points)
+    _check(run, pair, quantity, over=over)
+    record = record_of(run)
+    above, below = integral(record, _Picked(record, pair, quantity, over), points=points)
     return above / below
 
 
-def _peaks(record: Record, pair: str, quantity: str) -> Array:
-    def of(i: Array) -> Array:
+def _peaks(record: Record, pair: str, quantity: str) -> Float[Array, " n"]:
+    scan, system = Scan(record), _system(record)
+
+    def of(i: Int[Array, ""]) -> Array:
         def pick(p: Probe) -> Array:
             return jnp.take(quantity_of(quantity, rubbing(record, p, pair=pair)), i[None], axis=1)
 
-        return peak(record, pick).value
+        return peak(scan, pick).value
 
-    system: Any = record.system
     return jax.vmap(of)(jnp.arange(system.grip.linings.count, dtype=jnp.int32))
 
 
-_peaks_compiled = DeviceJit(_peaks, static_argnames=("pair", "quantity"))
+_peaks_of_record = RunJit(_peaks, static_argnames=("pair", "quantity"))
 
 
-def lining_peak(run: Any, quantity: str, *, pair: str = "external") -> Float[Array, " n"]:
+def lining_peak(run: Run, quantity: str, *, pair: str = "external") -> Float[Array, " n"]:
     """Greatest value over a run of a quantity of every lining (`quantity` and `pair` as in `lining_mean`)."""
-    _check(run, pair=pair, quantity=quantity)
-    record = _compact(run)
-    if is_traced(record):
-        return _peaks(record, pair, quantity)
-    return _peaks_compiled(record, pair=pair, quantity=quantity)
+    _check(run, pair, quantity)
+    return _peaks_of_record(record_of(run), pair=pair, quantity=quantity)
 
 
 # --- what every lining does and carries -------------------------------------------------------------------------------
@@ -300,15 +296,12 @@ def lining_contacts(result: Result, p: Probe) -> dict[str, np.ndarray]:
     Where the linings act as one, those at their limit while the band is elastic follow from the mobilisation rule
     (model §3).
     """
-    system: Any = result.record.system
-    return {name: _contacts(now) for name, now in zip(system.pair_names, p.shown.pairs, strict=True)}
-
-
-def _contacts(now: PairNow) -> np.ndarray:
-    sense, normal, used_up = (np.asarray(x) for x in (now.sense, now.normal, now.at_limit))
-    stays = np.where(used_up, Contact.AT_LIMIT, Contact.STICKS)
-    moves = np.where(sense > 0, Contact.SLIDES, Contact.SLIDES_BACK)
-    return np.where(normal > 0, np.where(sense == 0, stays, moves), Contact.FREE)
+    found = {}
+    for name, now in zip(_system(result).pair_names, p.shown.pairs, strict=True):
+        stays = np.where(now.at_limit, Contact.AT_LIMIT, Contact.STICKS)
+        moves = np.where(now.sense > 0, Contact.SLIDES, Contact.SLIDES_BACK)
+        found[name] = np.where(now.normal > 0, np.where(now.sense == 0, stays, moves), Contact.FREE)
+    return found
 
 
 def lining_values(result: Result, quantity: str, edges: Any, *, pair: str = "external") -> np.ndarray:
@@ -320,56 +313,23 @@ def lining_values(result: Result, quantity: str, edges: Any, *, pair: str = "ext
     Raises `InputError` for what the run does not have.
     """
     edges = np.asarray(edges, np.float64)
-    _check_view(result, quantity, pair)
-    p = look(result, 0.5 * (edges[1:] + edges[:-1]))
+    _check(result, pair, quantity, known=VIEWS)
+    p, shares, system = look(result, 0.5 * (edges[1:] + edges[:-1])), result.scene.power_shares, _system(result)
     if quantity == "friction_heat":
-        power = _rubs(result, p, "friction_power", pair)
-        shares = result.scene.power_shares
         hot = 1.0 if shares is None else float(shares.heat)
+        power = np.asarray(QUANTITIES["friction_power"](rubbing(result.record, p, pair=pair)))
         return hot * np.cumsum(power * np.diff(edges)[:, None], axis=0)
-    found = _rubs(result, p, quantity, pair) if quantity in QUANTITIES else _seen(result, p, quantity, pair)
+    if quantity in QUANTITIES:
+        return np.asarray(QUANTITIES[quantity](rubbing(result.record, p, pair=pair)))
+    number, column = system.pair_names.index(pair), quantity
+    if quantity == "temperature":
+        outside = system.mechanism.pairs[number].on_band and "outer" in p.surfaces
+        column = "lining_outer_temperature" if outside else "lining_temperature"
+    about = PAIR_COLUMNS.get(column) or SERIES_COLUMNS[column]
+    found = about.find(p, seen_of(p, shares, number))
     if found is None:
         raise InputError([_absent(result, quantity)])
     return np.asarray(found)
-
-
-def _rubs(result: Result, p: Probe, quantity: str, pair: str) -> np.ndarray:
-    return np.asarray(quantity_of(quantity, jax.tree.map(jnp.asarray, rubbing(result.record, p, pair=pair))))
-
-
-def _seen(result: Result, p: Any, quantity: str, pair: str) -> Any:
-    """A quantity that is not of the rubbing itself, `None` where the run does not have it."""
-    system: Any = result.record.system
-    number = system.pair_names.index(pair)
-    now = p.shown.pairs[number]
-    outside = system.mechanism.pairs[number].on_band and "outer" in p.surfaces
-    values = {
-        "temperature": p.surfaces.get("outer" if outside else "linings"),
-        "tension": p.shown.tension,
-        "displacement": p.shown.displacement,
-        "friction_force": now.friction,
-        "friction_coefficient": now.coefficient,
-        "worn_thickness": None if p.y.worn is None else p.y.worn[number],
-    }
-    return values[quantity]
-
-
-#: quantities of the band, not of a friction pair
-_OF_BAND = ("tension", "displacement")
-
-
-def _check_view(result: Result, quantity: str, pair: str) -> None:
-    system: Any = result.record.system
-    missing = fault_of_pair(pair, system.pair_names)
-    found = [] if missing is None else [missing]
-    if quantity not in VIEWS:
-        found.append(Fault("quantity", f"{quantity!r} is none", f"there are: {', '.join(VIEWS)}"))
-    if missing is None and quantity in _OF_BAND and pair != system.pair_names[0]:
-        found.append(Fault("pair", f"{quantity} is of the band, not of the {pair} pair", "leave it out"))
-    if quantity == "pressure" and not found:
-        found += faults_of_area(system, pair)
-    if found:
-        raise InputError(found)
 
 
 def _absent(result: Result, quantity: str) -> Fault:

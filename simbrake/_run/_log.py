@@ -1,18 +1,115 @@
-"""What happened in a run and when: events of its log, and stages of a staged brake."""
+"""What happened in a run: how it ended, events of its log, and stages of a staged brake."""
 
+import enum
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from .._physics._mechanism import BandMode, Label, events_of_change
+from .._physics._mechanism import BandMode, BrakeCode, Label, events_of_change
 from ..brakes._band import grip, product, running_product, tension_ratio
-from ..brakes._design import Brake, under_a_band, unloaded
-from ..hybrid import Record
+from ..brakes._design import Brake, BrakeWords, under_a_band, unloaded
+from ..hybrid import Code, Record
 from ..hybrid._arrays import Array
+from ._probe import Entry, Number
+
+# --- how a run ends ---------------------------------------------------------------------------------------------------
+
+#: codes of failed runs: name, what happened, what to do
+FAILURES = {
+    Code.STEP_LIMIT: (
+        "step_limit",
+        "the step limit was reached before the end time",
+        "raise max_steps, loosen rtol, take solver=Rodas5P() where the motion is stiff (as under strong drag), "
+        "or look for a mode that changes all the time",
+    ),
+    Code.EVENT_LIMIT: ("event_limit", "the event limit was reached before the end time", "raise max_events"),
+    Code.CHATTER: (
+        "chatter",
+        "the modes changed again and again at one instant",
+        "look at the last modes: two of them exclude each other at this load",
+    ),
+    Code.ZENO: (
+        "zeno",
+        "events follow each other ever faster",
+        "look at the last events: the motion between two of them dies out",
+    ),
+    Code.NOT_FINITE: ("not_finite", "a state or a rate became infinite or not a number", "check the laws and profiles"),
+    Code.STEP_TOO_SMALL: (
+        "step_too_small",
+        "the step size fell to rounding level",
+        "the equations change faster than this method can follow: loosen rtol or check the laws and profiles",
+    ),
+    BrakeCode.SINGULAR_GEOMETRY: ("singular_geometry", Brake.words.locking, Brake.words.unlocking),
+    BrakeCode.BAND_SNAP: (
+        "band_snap",
+        "1 + γ fell to 0: friction fades faster than the elastic band can follow, and its tension would jump",
+        "give the surface that the friction law senses a larger capacity, states of the law slower rates, "
+        "or the band a higher stiffness",
+    ),
+    BrakeCode.FLASH_FOLD: (
+        "flash_fold",
+        "friction and its flash temperature have no common solution: a fold, or a lining that would lock as it slides",
+        "look at the friction law above this surface temperature, or at the size and hardness of the spots",
+    ),
+    BrakeCode.OUTSIDE_TABLE: (
+        "outside_table",
+        "a lining's temperature left the table of its friction law",
+        "extend the table; it is not extrapolated",
+    ),
+}
+
+
+def failure_of(code: int, words: BrakeWords) -> tuple[str, str]:
+    """What a failure code means for a kind of brake, and what to do."""
+    _, what, hint = FAILURES[code]  # pyright: ignore
+    return (words.locking, words.unlocking) if code == BrakeCode.SINGULAR_GEOMETRY else (what, hint)
+
+
+class SimulationError(RuntimeError):
+    """A run that ended in a failure code; `result` holds what was computed until then."""
+
+    def __init__(self, message: str, result: object) -> None:
+        super().__init__(message)
+        self.result = result
+
+
+class Status(enum.StrEnum):
+    """How a run that reached its end time ended."""
+
+    STOPPED = "stopped"
+    HELD = "held"
+    NOT_STOPPED = "not_stopped"
+    RUNAWAY = "runaway"
+    RELEASED = "released"
+
+
+STATUS_MESSAGES = {
+    Status.STOPPED: "the brake brought the pulley to rest and holds it",
+    Status.HELD: "the pulley was at rest from the start and is held",
+    Status.NOT_STOPPED: "the pulley still turns at the end time",
+    Status.RUNAWAY: "the brake cannot hold this load",
+    Status.RELEASED: "the brake is open at the end time",
+}
+
+
+def status_of(end: Label, moved: bool, exceeded: Callable[[], bool]) -> Status:
+    """Status of a run that ended in the mode `end`.
+
+    `moved`: whether the pulley turned at any time;  `exceeded`: whether the load exceeds what the brake can hold, asked
+    only where the pulley still turns
+    """
+    if end.band == BandMode.OPEN:
+        return Status.RELEASED
+    if end.rests:
+        return Status.STOPPED if moved else Status.HELD
+    return Status.RUNAWAY if exceeded() else Status.NOT_STOPPED
+
+
+# --- what an event means ----------------------------------------------------------------------------------------------
 
 
 class EventMeaning(NamedTuple):
@@ -40,39 +137,27 @@ EVENTS = {
         "a lining has reached its friction limit",
     ),
     "full_slip": EventMeaning(
-        "t1: every lining slides, `T_n = T_0 Π` (reversed: `T_0/Π`)",
-        _ANY,
-        "every lining slides",
+        "t1: every lining slides, `T_n = T_0 Π` (reversed: `T_0/Π`)", _ANY, "every lining slides"
     ),
     "restick": EventMeaning(
         "the slip speed came to 0 while the pulley turns",
         "elastic band, chain",
         "the slip ended while the pulley turns",
     ),
-    "stop": EventMeaning(
-        "the pulley came to rest and is held",
-        _ANY,
-        "the pulley came to rest",
-    ),
+    "stop": EventMeaning("the pulley came to rest and is held", _ANY, "the pulley came to rest"),
     "restart": EventMeaning(
         "the load exceeded the static limit of a brake at rest, or the grip fell below the load",
         _ANY,
         "the load exceeded what the brake at rest can hold",
     ),
     "release": EventMeaning(
-        "the force of the lever fell to 0, the brake is open",
-        _NO_CHAIN,
-        "the lever let go, the brake is open",
+        "the force of the lever fell to 0, the brake is open", _NO_CHAIN, "the lever let go, the brake is open"
     ),
     "internal_slip": EventMeaning(
-        "the linings begin to slide on the rim",
-        _STAGED,
-        "the linings begin to slide on the rim",
+        "the linings begin to slide on the rim", _STAGED, "the linings begin to slide on the rim"
     ),
     "internal_restick": EventMeaning(
-        "the linings stick to the turning rim again, `ω_b = ω`",
-        _STAGED,
-        "the linings stick to the rim again",
+        "the linings stick to the turning rim again, `ω_b = ω`", _STAGED, "the linings stick to the rim again"
     ),
     "external_lock": EventMeaning(
         "the bandage comes to rest on a turning pulley, `ω_b = 0`",
@@ -80,39 +165,15 @@ EVENTS = {
         "the bandage came to rest, the pulley turns in it",
     ),
     "external_release": EventMeaning(
-        "the bandage comes loose from the band again",
-        _STAGED,
-        "the bandage came loose again",
+        "the bandage comes loose from the band again", _STAGED, "the bandage came loose again"
     ),
-    "lining_slip": EventMeaning(
-        "lining `i` lets go of the rim",
-        _CHAIN,
-        "a lining lets go",
-    ),
-    "lining_stick": EventMeaning(
-        "lining `i` sticks to the rim",
-        _CHAIN,
-        "a lining sticks",
-    ),
-    "lining_internal_slip": EventMeaning(
-        "lining `i` lets go of the rim",
-        _RESOLVED,
-        "a lining lets go of the rim",
-    ),
-    "lining_internal_stick": EventMeaning(
-        "lining `i` sticks to the rim",
-        _RESOLVED,
-        "a lining sticks to the rim",
-    ),
-    "lining_external_slip": EventMeaning(
-        "lining `i` lets go of the band",
-        _RESOLVED,
-        "a lining lets go of the band",
-    ),
+    "lining_slip": EventMeaning("lining `i` lets go of the rim", _CHAIN, "a lining lets go"),
+    "lining_stick": EventMeaning("lining `i` sticks to the rim", _CHAIN, "a lining sticks"),
+    "lining_internal_slip": EventMeaning("lining `i` lets go of the rim", _RESOLVED, "a lining lets go of the rim"),
+    "lining_internal_stick": EventMeaning("lining `i` sticks to the rim", _RESOLVED, "a lining sticks to the rim"),
+    "lining_external_slip": EventMeaning("lining `i` lets go of the band", _RESOLVED, "a lining lets go of the band"),
     "lining_external_stick": EventMeaning(
-        "lining `i` comes to rest on the band",
-        _RESOLVED,
-        "a lining sticks to the band",
+        "lining `i` comes to rest on the band", _RESOLVED, "a lining sticks to the band"
     ),
     "permissible_temperature": EventMeaning(
         "the surface of the linings (of lining `i`, where each has its own) exceeded `Heat.permissible`; a mark",
@@ -142,8 +203,8 @@ class Event(NamedTuple):
     name: str
     lining: int | None = None
 
-    def as_dict(self) -> dict[str, Any]:
-        entry: dict[str, Any] = {"time": self.time, "name": self.name}
+    def as_dict(self) -> Entry:
+        entry: Entry = {"time": self.time, "name": self.name}
         if self.lining is not None:
             entry["lining"] = self.lining
         return entry
@@ -257,7 +318,7 @@ class Stage(NamedTuple):
     def duration(self) -> float:
         return self.end - self.start
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> Entry:
         return {**self._asdict(), "duration": self.duration}
 
 
@@ -282,8 +343,11 @@ def stage_of(label: Label) -> str:
     return "stage_3" if label.band == BandMode.HELD else "stage_2"
 
 
-def onset_bracket(brake: Brake, inertia: Any, T_external: Any = None, T_internal: Any = None) -> tuple[Array, Array]:
-    """Growth of the two torques between which the internal pair decides, per unit of slack tension (m).
+def onset_bracket(
+    brake: Brake, inertia: Number, T_external: Number | None = None, T_internal: Number | None = None
+) -> tuple[Float[Array, ""], Float[Array, ""], Float[Array, ""], Float[Array, ""]]:
+    """Growth of the two torques between which the internal pair decides, per unit of slack tension (m); the torque of
+    its preload (N·m); and the share of the load torque that goes into the bandage.
 
         Λ = T_0 R_b (Π − 1) J/(J + J_b) + …,   M_int = T_0 R Σ f_i (Π_i + Π_{i−1}) s_i + …                (model §4)
 
@@ -295,13 +359,18 @@ def onset_bracket(brake: Brake, inertia: Any, T_external: Any = None, T_internal
     Pi = running_product(mu)
     loads = (Pi + jnp.concatenate([jnp.ones(1), Pi[:-1]])) * jnp.sin(angle / 2)
     f = bandage.friction.static(unloaded(bandage, still, T_internal))
-    J, J_b = jnp.asarray(inertia), jnp.sum(jnp.asarray(bandage.inertia))
+    J, J_b, R = jnp.asarray(inertia), jnp.sum(jnp.asarray(bandage.inertia)), jnp.asarray(brake.pulley.radius)
     drive = brake.band.radius * (product(mu) - 1) * J / (J + J_b)
-    return drive, jnp.asarray(brake.pulley.radius) * jnp.sum(f * loads)
+    preload = R * jnp.sum(f * bandage.preload * jnp.ones(linings.count))
+    return drive, R * jnp.sum(f * loads), preload, J_b / (J + J_b)
 
 
 def internal_slip_tension(
-    brake: Brake, inertia: Any, load_torque: Any = 0.0, T_external: Any = None, T_internal: Any = None
+    brake: Brake,
+    inertia: Number,
+    load_torque: Number = 0.0,
+    T_external: Number | None = None,
+    T_internal: Number | None = None,
 ) -> Float[Array, ""]:
     """Slack tension `T_on` (N) at which the internal pair of a staged brake begins to slide, at any rate of the lever.
 
@@ -315,14 +384,9 @@ def internal_slip_tension(
     """
     if not under_a_band(brake).in_series:
         raise ValueError("only a staged brake (with a bandage) has an internal pair")
-    bandage = brake.rubbing_part("internal")
-    still = jnp.zeros(brake.linings.count)
-    f = bandage.friction.static(unloaded(bandage, still, T_internal))
-    J, J_b = jnp.asarray(inertia), jnp.sum(jnp.asarray(bandage.inertia))
-    preload = brake.pulley.radius * jnp.sum(f * bandage.preload * jnp.ones(brake.linings.count))
-    drive, grip_growth = onset_bracket(brake, J, T_external, T_internal)
-    slips = drive > grip_growth
-    tension = (preload - J_b * load_torque / (J + J_b)) / jnp.where(slips, drive - grip_growth, 1.0)
+    drive, grip, preload, share = onset_bracket(brake, inertia, T_external, T_internal)
+    slips = drive > grip
+    tension = (preload - share * load_torque) / jnp.where(slips, drive - grip, 1.0)
     return jnp.where(slips, jnp.maximum(tension, 0.0), jnp.inf)
 
 
@@ -335,8 +399,7 @@ def stages_of(record: Record, labels: list[Label]) -> list[Stage]:
     n = int(record.count)
     t, states = np.asarray(record.rows.t)[: n + 1], record.states
     ledger = jax.tree.map(lambda column: np.asarray(column)[: n + 1], states.ledger)
-    system: Any = record.system
-    shares = system.grip.shares
+    shares = record.system.grip.shares  # pyright: ignore
     hot = 1.0 if shares is None else float(shares.heat)
     names = [stage_of(label) for label in labels]
     heats = [hot * friction for friction in ledger.friction]
@@ -361,7 +424,7 @@ def stages_of(record: Record, labels: list[Label]) -> list[Stage]:
 
 
 def absent_stages(
-    brake: Brake, inertia: float, load_torque: float, seen: set[str], greatest: float, hot: tuple[Any, Any]
+    brake: Brake, inertia: float, load_torque: float, seen: set[str], greatest: float, hot: tuple[Array | None, ...]
 ) -> list[dict[str, str]]:
     """The stages of a staged stop that a run did not have, each with the reason.
 
@@ -369,7 +432,7 @@ def absent_stages(
     """
     found = []
     if not seen & {"stage_2", "stage_3"}:
-        drive, growth = (float(x) for x in onset_bracket(brake, inertia, *hot))
+        drive, growth, *_ = (float(x) for x in onset_bracket(brake, inertia, *hot))
         tension = float(internal_slip_tension(brake, inertia, load_torque, *hot))
         if drive <= growth:
             reason = (

@@ -7,14 +7,16 @@ from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Bool
 
 from .._base._faults import Fault, InputError
 from .._base._quantity import BAD, NumberReader, Quantity
-from .._base._table import number
+from .._base._table import number, plain
 from .._parts._scene import Scene
 from ..hybrid._arrays import Array
 from ._linings import lining_peak
-from ._metrics import METRICS, metric_names
+from ._metrics import METRICS, about_output, metric_names
+from ._probe import Entry, Number
 from ._result import Result
 
 #: a metric's name, the name of an energy (`energy.friction_heat`), or a function of a `Result` to a number
@@ -27,12 +29,10 @@ def name_of(metric: Metric) -> str:
 
 
 def unit_of(metric: Metric) -> str:
-    """SI unit of a metric; empty for a function, whose unit nobody knows."""
-    if not isinstance(metric, str):
-        return ""
-    if metric.startswith("energy."):
-        return "J"
-    return METRICS[metric].unit if metric in METRICS else ""
+    """SI unit of a metric; empty for a function, whose unit nobody knows, and for an unknown name."""
+    if isinstance(metric, str) and (metric in METRICS or metric.startswith("energy.")):
+        return about_output(metric)["units"]
+    return ""
 
 
 def check_metrics(scene: Scene, metrics: Sequence[Any]) -> None:
@@ -61,7 +61,7 @@ def measure(result: Result, metric: Metric) -> Array:
     return jnp.asarray(getattr(found, "value", found))
 
 
-def happened(value: Any) -> Any:
+def happened(value: Number) -> Bool[np.ndarray, "*shape"] | np.bool_:
     """Whether a metric has a value: times of what did not happen are infinite."""
     return np.isfinite(np.asarray(value))
 
@@ -100,17 +100,10 @@ class LimitCheck(NamedTuple):
         """`limit − value`, below 0 where the limit is exceeded; `None` without one of the two."""
         return None if self.limit is None or self.value is None else self.limit - self.value
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> Entry:
         """`{name, verdict, value, limit, margin, unit, note}`, numbers in SI."""
-        return {
-            "name": self.name,
-            "verdict": str(self.verdict),
-            "value": self.value,
-            "limit": self.limit,
-            "margin": self.margin,
-            "unit": self.unit,
-            "note": self.note,
-        }
+        names = ("name", "verdict", "value", "limit", "margin", "unit", "note")
+        return {name: plain(getattr(self, name)) for name in names}
 
     def __str__(self) -> str:
         """Verdict with value, limit and margin, as a line of a summary."""
@@ -200,7 +193,7 @@ def _judged(result: Result, name: str, bound: float, value: float, unit: str, no
     return LimitCheck(name, bound, value, unit, within if value <= bound else LimitVerdict.EXCEEDED, note)
 
 
-def _linings(result: Result, summary: dict[str, Any], limits: Mapping[str, float]) -> LimitCheck:
+def _linings(result: Result, summary: Entry, limits: Mapping[str, float]) -> LimitCheck:
     """The temperature of the linings, which a scene itself may limit."""
     own, value = result.scene.network.permissible, summary["metrics"].get(_HOT)
     own = None if own is None else float(np.asarray(own))
@@ -226,7 +219,7 @@ def limit_lines(checks: Sequence[LimitCheck]) -> list[str]:
     return [f"limit    {check}" for check in checks if check.limit is not None]
 
 
-def limit_dicts(checks: Sequence[LimitCheck]) -> list[dict[str, Any]]:
+def limit_dicts(checks: Sequence[LimitCheck]) -> list[Entry]:
     """The same as numbers and words."""
     return [check.as_dict() for check in checks if check.limit is not None]
 
@@ -236,6 +229,6 @@ def text_with_limits(result: Result, checks: Sequence[LimitCheck]) -> str:
     return "\n".join([str(result), *limit_lines(checks)])
 
 
-def summary_with_limits(result: Result, checks: Sequence[LimitCheck]) -> dict[str, Any]:
+def summary_with_limits(result: Result, checks: Sequence[LimitCheck]) -> Entry:
     """The same as `run --json` prints it: `Result.summary` and `limits`."""
     return {**result.summary(), "limits": limit_dicts(checks)}

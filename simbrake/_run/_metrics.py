@@ -3,20 +3,28 @@
 They are functions of a run's record, traceable, so that they can be differentiated and batched.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from types import ModuleType
 from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Float
 
 from .._parts._scene import Scene
-from .._physics._mechanism import BandMode, slips
+from .._physics._brake import BrakeSystem
+from .._physics._mechanism import BandMode, Ledger, Mode, slips
 from ..hybrid import ADVANCED, LANDED, SKIPPED, Record, largest, smallest
 from ..hybrid._arrays import Array
-from ._probe import SAMPLES, Probe, probe
+from ..thermal._heat import PowerSplit
+from ._probe import SAMPLES, Instant, Probe, RunJit, Scan, ends_of, numpy_of
+from ._series import thickness
 
-_POINTS = 33  # of a finer grid around a greatest value
+#: whether something happens at events, from the modes before and after them
+Happens = Callable[[Mode, Mode], Array]
+
+_POINTS = 33  # of a finer grid around a maximum value
 
 
 class Need(NamedTuple):
@@ -39,9 +47,9 @@ class Metric(NamedTuple):
 
     - `unit` (SI), `meaning` in words, `title` above it in pages
     - `find(record, scene)`: the number, `inf` for the time of what did not happen; of a `greatest` value `find(probe)`:
-      that of which it is the greatest over the run, (m, n)
+      that of which it is the maximum over the run, (m, n)
     - `needs`: what a scene has whose runs have it;  `shown_anyway`: as `inf` where it lacks that
-    - `of_linings`: whether a greatest value tells the lining
+    - `of_linings`: whether a maximum value tells the lining
     """
 
     unit: str
@@ -55,7 +63,7 @@ class Metric(NamedTuple):
 
 
 class Peak(NamedTuple):
-    """A greatest value over a run, when it occurs (s) and at which lining (from 1)."""
+    """A maximum value over a run, when it occurs (s) and at which lining (from 1)."""
 
     value: Any
     time: Any
@@ -65,112 +73,72 @@ class Peak(NamedTuple):
 # --- events and wear --------------------------------------------------------------------------------------------------
 
 
-class _Changes(NamedTuple):
-    """For every row: whether an event ended it, and the mode before and after it."""
-
-    event: Any
-    before: Any
-    after: Any
-
-    @property
-    def stops(self) -> Any:
-        return self.event & _rests(self.after) & ~_rests(self.before) & (self.before.band != BandMode.OPEN)
-
-
-def _rests(mode: Any) -> Any:
-    return (mode.band == BandMode.HELD) & (mode.slides == 0)
-
-
-def _changes(record: Record) -> _Changes:
-    rows, n = record.rows, record.rows.t.shape[0]
+def _first(record: Record, happens: Happens, values: Array) -> Array:
+    """Value just after the first event at which `happens(before, after)` of the modes, `inf` if there is none."""
     before = record.modes
-    xp = _numpy_of(before.band)
+    xp, n = numpy_of(before.band), record.rows.t.shape[0]
     after = jax.tree.map(lambda column: xp.concatenate([column[1:], column[-1:]]), before)
-    used = xp.arange(n, dtype=np.int32) < record.count
-    return _Changes(used & (rows.kind >= LANDED), before, after)
+    events = (xp.arange(n, dtype=np.int32) < record.count) & (record.rows.kind >= LANDED)
+    marked = events & happens(before, after)
+    i = xp.minimum(xp.argmax(marked) + 1, n - 1)
+    return xp.where(xp.any(marked), xp.asarray(values)[i], np.inf)
 
 
-def _numpy_of(values: Any) -> Any:
-    """NumPy for concrete values: outside of jit every operation of JAX would compile by itself."""
-    return np if isinstance(values, np.ndarray | np.bool_) else jnp
+def _time_of(happens: Happens) -> Callable[[Record, Scene], Array]:
+    """The time of the first such event."""
+    return lambda record, scene: _first(record, happens, record.rows.t)
 
 
-def _first(mask: Any, values: Any) -> Any:
-    """Value just after the first row marked, `inf` if there is none."""
-    xp = _numpy_of(mask)
-    i = xp.minimum(xp.argmax(mask) + 1, mask.shape[0] - 1)
-    return xp.where(xp.any(mask), xp.asarray(values)[i], np.inf)
+def _slip_begins(before: Mode, after: Mode) -> Array:
+    slack = (before.band == BandMode.OPEN) | (before.band == BandMode.TAKE_UP)
+    return slack & ((after.band == BandMode.ELASTIC) | slips(after.band))
 
 
-def _slip_onset_time(record: Record, scene: Scene) -> Any:
-    c = _changes(record)
-    slack = (c.before.band == BandMode.OPEN) | (c.before.band == BandMode.TAKE_UP)
-    return _first(c.event & slack & ((c.after.band == BandMode.ELASTIC) | slips(c.after.band)), record.rows.t)
+def _all_slide(before: Mode, after: Mode) -> Array:
+    return slips(after.band) & (before.band != after.band)
 
 
-def _full_slip_time(record: Record, scene: Scene) -> Any:
-    c = _changes(record)
-    return _first(c.event & slips(c.after.band) & (c.before.band != c.after.band), record.rows.t)
+def _internal_pair_slides(before: Mode, after: Mode) -> Array:
+    return (before.slides == 0) & (after.slides != 0)
 
 
-def _internal_slip_time(record: Record, scene: Scene) -> Any:
-    c = _changes(record)
-    return _first(c.event & (c.before.slides == 0) & (c.after.slides != 0), record.rows.t)
+def _bandage_rests(before: Mode, after: Mode) -> Array:
+    locks = (after.band == BandMode.HELD) & (before.band != BandMode.HELD) & (before.band != BandMode.OPEN)
+    return locks & (after.slides != 0)
 
 
-def _external_lock_time(record: Record, scene: Scene) -> Any:
-    c = _changes(record)
-    locks = (c.after.band == BandMode.HELD) & (c.before.band != BandMode.HELD) & (c.before.band != BandMode.OPEN)
-    return _first(c.event & locks & (c.after.slides != 0), record.rows.t)
+def _a_lining_slides(before: Mode, after: Mode) -> Array:
+    return ((before.own.linings == 0) & (after.own.linings != 0)).any(axis=1)
 
 
-def _first_lining_slip_time(record: Record, scene: Scene) -> Any:
-    c = _changes(record)
-    slides = (c.before.own.linings == 0) & (c.after.own.linings != 0)
-    return _first(c.event & slides.any(axis=1), record.rows.t)
+def _stops(before: Mode, after: Mode) -> Array:
+    rested, rests = ((mode.band == BandMode.HELD) & (mode.slides == 0) for mode in (before, after))
+    return rests & ~rested & (before.band != BandMode.OPEN)
 
 
-def _stopping_time(record: Record, scene: Scene) -> Any:
-    return _first(_changes(record).stops, record.rows.t)
+def _stopping_angle(record: Record, scene: Scene) -> Array:
+    return _first(record, _stops, record.states.phi)
 
 
-def _stopping_angle(record: Record, scene: Scene) -> Any:
-    return _first(_changes(record).stops, record.states.phi)
-
-
-def _hook_travel(record: Record, scene: Scene) -> Any:
+def _hook_travel(record: Record, scene: Scene) -> Array:
     travel = scene.duty.load.travel()
     return np.asarray(np.inf) if travel is None else _stopping_angle(record, scene) * travel
 
 
-def thickness(worn: Any) -> Any:
-    """Thickness that linings have lost at all their faces (m)."""
-    first, *more = (one for one in worn if one is not None)
-    return sum(more, start=first)
-
-
-def worn_thickness(record: Record) -> Any:
+def worn_thickness(record: Record) -> Float[Array, " n"]:
     """Thickness that every lining lost in a run (m)."""
     return thickness(record.y_end.worn)
 
 
-def _over(h: Any, below: Any) -> Array:
-    """Greatest wear over another one, `inf` where there is none."""
-    return jnp.where(below > 0, largest(h) / jnp.where(below > 0, below, 1.0), jnp.inf)
+def _greatest_wear_over(other: Callable[[Array], Array]) -> Callable[[Record, Scene], Array]:
+    """Maximum wear over another one, `inf` where there is none."""
 
+    def find(record: Record, scene: Scene) -> Array:
+        h = worn_thickness(record)
+        below = other(h)
+        return jnp.where(below > 0, largest(h) / jnp.where(below > 0, below, 1.0), jnp.inf)
 
-def _greatest_wear(record: Record, scene: Scene) -> Array:
-    return largest(worn_thickness(record))
-
-
-def _wear_over_mean(record: Record, scene: Scene) -> Array:
-    h = worn_thickness(record)
-    return _over(h, jnp.mean(h))
-
-
-def _wear_over_least(record: Record, scene: Scene) -> Array:
-    h = worn_thickness(record)
-    return _over(h, smallest(h))
+    return find
 
 
 # --- what they need ---------------------------------------------------------------------------------------------------
@@ -190,7 +158,7 @@ _HEAT = Need("heat", "the scene has no heat", lambda scene: scene.heated)
 
 
 def _surface(place: str, title: str, meaning: str, *, of_linings: bool = False) -> Metric:
-    """The greatest temperature of a place that the heat part of a scene names."""
+    """The maximum temperature of a place that the heat part of a scene names."""
     named = Need(
         "heat that names the place",
         "its heat part names no such place",
@@ -203,10 +171,12 @@ def _surface(place: str, title: str, meaning: str, *, of_linings: bool = False) 
 
 #: every number of a run by its name: results, files, tables, reports, studies and docs read it from here
 METRICS: dict[str, Metric] = {
-    "slip_onset_time": Metric("s", "first onset of slip t0: the band is taut", "Onset of slip t₀", _slip_onset_time),
-    "full_slip_time": Metric("s", "first time at which every lining slides, t1", "Full slip t₁", _full_slip_time),
+    "slip_onset_time": Metric(
+        "s", "first onset of slip t0: the band is taut", "Onset of slip t₀", _time_of(_slip_begins)
+    ),
+    "full_slip_time": Metric("s", "first time at which every lining slides, t1", "Full slip t₁", _time_of(_all_slide)),
     "stopping_time": Metric(
-        "s", "first time at which the brake brings the pulley to rest", "Stopping time", _stopping_time
+        "s", "first time at which the brake brings the pulley to rest", "Stopping time", _time_of(_stops)
     ),
     "stopping_angle": Metric("rad", "angle from the start to the first stop", "Angle to the stop", _stopping_angle),
     "hook_travel": Metric(
@@ -219,8 +189,8 @@ METRICS: dict[str, Metric] = {
     ),
     "max_tension": Metric(
         "N",
-        "greatest tension of the band at either side of any lining",
-        "Greatest tension of the band",
+        "maximum tension of the band at either side of any lining",
+        "Maximum tension of the band",
         lambda p: p.greater_tension,
         _BAND,
         greatest=True,
@@ -228,88 +198,176 @@ METRICS: dict[str, Metric] = {
     ),
     "max_normal_load": Metric(
         "N",
-        "greatest normal load on any lining",
-        "Greatest load on a lining",
+        "maximum normal load on any lining",
+        "Maximum load on a lining",
         lambda p: p.shown.pairs[0].normal,
         greatest=True,
         of_linings=True,
     ),
     "internal_slip_time": Metric(
-        "s", "first time at which the internal pair slides", "First internal slip", _internal_slip_time, _BANDAGE
+        "s",
+        "first time at which the internal pair slides",
+        "First internal slip",
+        _time_of(_internal_pair_slides),
+        _BANDAGE,
     ),
     "external_lock_time": Metric(
         "s",
         "first time at which the bandage is at rest on a turning pulley",
         "First rest of the bandage",
-        _external_lock_time,
+        _time_of(_bandage_rests),
         _BANDAGE,
     ),
     "first_lining_slip_time": Metric(
         "s",
         "first time at which a lining slides by itself",
         "First slip of a lining",
-        _first_lining_slip_time,
+        _time_of(_a_lining_slides),
         _CHAIN,
     ),
     "greatest_wear": Metric(
-        "m", "greatest thickness that a lining lost in the run", "Greatest wear of a lining", _greatest_wear, _WEAR
+        "m",
+        "maximum thickness that a lining lost in the run",
+        "Maximum wear of a lining",
+        lambda r, scene: largest(worn_thickness(r)),
+        _WEAR,
     ),
     "wear_over_mean": Metric(
-        "1", "greatest wear over the mean of all linings", "Greatest over mean wear", _wear_over_mean, _WEAR
+        "1",
+        "maximum wear over the mean of all linings",
+        "Maximum over mean wear",
+        _greatest_wear_over(jnp.mean),
+        _WEAR,
     ),
     "wear_over_least": Metric(
         "1",
-        "greatest wear over the least: how uneven the linings wear",
-        "Greatest over least wear",
-        _wear_over_least,
+        "maximum wear over the minimum: how uneven the linings wear",
+        "Maximum over minimum wear",
+        _greatest_wear_over(smallest),
         _WEAR,
     ),
-    "peak_rim_temperature": _surface("rim", "Hottest rim surface", "greatest surface temperature of the rim"),
+    "peak_rim_temperature": _surface("rim", "Hottest rim surface", "maximum surface temperature of the rim"),
     "peak_lining_temperature": _surface(
-        "linings", "Hottest lining surface", "greatest surface temperature of any lining", of_linings=True
+        "linings", "Hottest lining surface", "maximum surface temperature of any lining", of_linings=True
     ),
-    "peak_band_temperature": _surface("band", "Hottest band", "greatest temperature of the band"),
+    "peak_band_temperature": _surface("band", "Hottest band", "maximum temperature of the band"),
     "peak_lining_outer_temperature": _surface(
-        "outer",
-        "Hottest outer lining face",
-        "greatest temperature of the outer faces of the linings",
-        of_linings=True,
+        "outer", "Hottest outer lining face", "maximum temperature of the outer faces of the linings", of_linings=True
     ),
 }
 
 
+# --- energies ---------------------------------------------------------------------------------------------------------
+
+
+class Account(NamedTuple):
+    """What the energies of a run are found from, in J."""
+
+    ledger: Ledger  # at the end
+    friction: PowerSplit  # what became of the work of all friction pairs
+    kinetic: Array  # change since the start, as the next
+    elastic: Array | None  # None without a band
+    stored: Mapping[str, Array]  # heat in every body of the network since the start
+
+    @property
+    def heat_stored(self) -> Array:
+        return sum(self.stored.values(), start=jnp.zeros(()))
+
+
 class Energy(NamedTuple):
-    """An energy over a run (J)."""
+    """An energy over a run: its meaning, how it is found (`None` where a run has none), and which scenes have it."""
 
     meaning: str
+    find: Callable[[Account], Array | None]
     needs: Need = _NOTHING
+    unit: str = "J"
+
+
+def closure_of(*terms: Array | None) -> Array:
+    """The sum of terms that should balance, as a share of the largest."""
+    each = jnp.stack([term for term in terms if term is not None])
+    largest = jnp.max(jnp.abs(each))
+    return jnp.where(largest > 0, jnp.abs(jnp.sum(each)) / jnp.where(largest > 0, largest, 1.0), 0.0)
+
+
+def _energy_closure(a: Account) -> Array:
+    taken = [term for term in (*a.friction, a.ledger.damper_heat) if term is not None]
+    return closure_of(a.kinetic, a.elastic, -a.ledger.load_work, -a.ledger.lever_work, *taken)
 
 
 #: energies over the run by name, beside the heat of each pair of a brake with several (`heat_external`)
 ENERGIES: dict[str, Energy] = {
-    "load_work": Energy("work of the load"),
-    "lever_work": Energy("work of the lever"),
-    "friction_heat": Energy("friction heat"),
-    "kinetic_change": Energy("change of the kinetic energy"),
-    "elastic_change": Energy("change of the elastic energy", _BAND),
-    "damper_heat": Energy("heat of dampers", _DAMPERS),
-    "electrical_work": Energy("electrical part of the friction work", _SHARES),
-    "mechanical_work": Energy("mechanical part of the friction work", _SHARES),
-    "heat_to_metal": Energy("friction heat that entered the metal", _HEAT),
-    "heat_to_linings": Energy("friction heat that entered the linings", _HEAT),
-    "heat_to_band": Energy("friction heat that entered the band", _HEAT),
-    "heat_supplied": Energy("heat from sources", _HEAT),
-    "heat_stored": Energy("heat stored in the network", _HEAT),
-    "heat_lost": Energy("heat lost to the surroundings", _HEAT),
+    "load_work": Energy("work of the load", lambda a: a.ledger.load_work),
+    "lever_work": Energy("work of the lever", lambda a: a.ledger.lever_work),
+    "friction_heat": Energy("friction heat", lambda a: a.friction.heat),
+    "kinetic_change": Energy("change of the kinetic energy", lambda a: a.kinetic),
+    "elastic_change": Energy("change of the elastic energy", lambda a: a.elastic, _BAND),
+    "damper_heat": Energy("heat of dampers", lambda a: a.ledger.damper_heat, _DAMPERS),
+    "electrical_work": Energy("electrical part of the friction work", lambda a: a.friction.electrical, _SHARES),
+    "mechanical_work": Energy("mechanical part of the friction work", lambda a: a.friction.mechanical, _SHARES),
+    "closure": Energy(
+        "residual of the energy balance as a share of the largest energy exchanged", _energy_closure, unit="1"
+    ),
+    "heat_to_metal": Energy("friction heat that entered the metal", lambda a: a.ledger.heat.to_metal, _HEAT),
+    "heat_to_linings": Energy("friction heat that entered the linings", lambda a: a.ledger.heat.to_linings, _HEAT),
+    "heat_to_band": Energy(
+        "friction heat that entered the band",
+        lambda a: jnp.zeros(()) if a.ledger.heat.to_band is None else a.ledger.heat.to_band,
+        _HEAT,
+    ),
+    "heat_supplied": Energy("heat from sources", lambda a: a.ledger.heat.supplied, _HEAT),
+    "heat_stored": Energy("heat stored in the network", lambda a: a.heat_stored, _HEAT),
+    "heat_lost": Energy("heat lost to the surroundings", lambda a: a.ledger.heat.lost, _HEAT),
+    "heat_closure": Energy(
+        "residual of the heat balance as a share of the largest heat exchanged",
+        lambda a: closure_of(a.friction.heat, a.ledger.heat.supplied, -a.heat_stored, -a.ledger.heat.lost),
+        _HEAT,
+        "1",
+    ),
 }
-_CLOSURES = {
-    "closure": "residual of the energy balance as a share of the largest energy exchanged",
-    "heat_closure": "residual of the heat balance as a share of the largest heat exchanged",
-}
+
+
+def _account(system: BrakeSystem, start: Instant, end: Instant) -> Account:
+    ledger, shares, thermal = end[1].ledger, system.grip.shares, system.thermal
+    kinetic, elastic = jax.tree.map(lambda a, b: b - a, system.stored(*start), system.stored(*end))
+    work = sum(ledger.friction[1:], start=ledger.friction[0])
+    stored = {}
+    if thermal is not None:
+        change = thermal.capacity * (end[1].heat - start[1].heat)
+        stored = {name: jnp.sum(change[here]) for name, here in thermal.spans.stores.items()}
+    friction = PowerSplit(work, None, None) if shares is None else shares.split(work)
+    return Account(ledger, friction, kinetic, elastic if system.mechanism.banded else None, stored)
+
+
+def _energies(system: BrakeSystem, start: Instant, end: Instant) -> tuple[dict[str, Array], Mapping[str, Array]]:
+    a = _account(system, start, end)
+    rows = {name: one for name, one in ENERGIES.items() if a.ledger.heat is not None or one.needs is not _HEAT}
+    found = {name: one.find(a) for name, one in rows.items()}
+    if len(system.pair_names) > 1:
+        hot = 1.0 if system.grip.shares is None else system.grip.shares.heat
+        pairs = zip(system.pair_names, a.ledger.friction, strict=True)
+        found |= {f"heat_{pair}": hot * work for pair, work in pairs}
+    return {name: value for name, value in found.items() if value is not None}, a.stored
+
+
+_energies_of_ends = RunJit(_energies)
+
+
+def energies(record: Record) -> dict[str, Array]:
+    """Energies over the run in J, and the closures of their balances as shares of the largest exchanged (model §1)."""
+    return _energies_of_ends(record.system, *ends_of(record))[0]
+
+
+def stored_heat(record: Record) -> dict[str, Array]:
+    """Heat stored in every body of the network since the start (J)."""
+    return _energies_of_ends(record.system, *ends_of(record))[1]
+
+
+# --- the names in it --------------------------------------------------------------------------------------------------
 
 
 def metrics_of(scene: Scene, *, greatest: bool) -> dict[str, Metric]:
-    """Metrics of the runs of a scene: its greatest values, or all others."""
+    """Metrics of the runs of a scene: its maximum values, or all others."""
     return {
         name: metric
         for name, metric in METRICS.items()
@@ -320,14 +378,21 @@ def metrics_of(scene: Scene, *, greatest: bool) -> dict[str, Metric]:
 def metric_names(scene: Scene) -> tuple[str, ...]:
     """Names of everything that a run of the scene has as one number, energies as `energy.…`."""
     names = [name for name, metric in METRICS.items() if not metric.needs.lacks(scene)]
-    energies = [name for name, energy in ENERGIES.items() if not energy.needs.lacks(scene)]
+    energies = [name for name, one in ENERGIES.items() if one.unit == "J" and not one.needs.lacks(scene)]
     if scene.brake.in_series:
         energies += [f"heat_{pair}" for pair in scene.brake.pairs]
     return (*names, *(f"energy.{name}" for name in energies))
 
 
-def about_metric(name: str) -> dict[str, str]:
-    """Unit and meaning of a metric, or of the time (`…_time`) or lining (`…_lining`) of a greatest value."""
+def about_output(name: str) -> dict[str, str]:
+    """Unit and meaning of a metric, of the time (`…_time`) or lining (`…_lining`) of a maximum value, or of an energy
+    (`energy.…`), of which `heat_…` with the name of a friction pair is its friction heat."""
+    energy = name.removeprefix("energy.")
+    if energy != name:
+        ours = ENERGIES.get(energy) or Energy(
+            f"friction heat of the {energy.removeprefix('heat_')} pair", lambda a: None
+        )
+        return {"units": ours.unit, "meaning": ours.meaning}
     if name in METRICS:
         return {"units": METRICS[name].unit, "meaning": METRICS[name].meaning}
     value, _, what = name.rpartition("_")
@@ -335,20 +400,13 @@ def about_metric(name: str) -> dict[str, str]:
     return {"units": unit, "meaning": f"{words} of the {METRICS[value].meaning}"}
 
 
-def about_energy(name: str) -> dict[str, str]:
-    """Unit and meaning of an energy over the run; `heat_…` of a friction pair is its friction heat."""
-    if name in _CLOSURES:
-        return {"units": "1", "meaning": _CLOSURES[name]}
-    if name in ENERGIES:
-        return {"units": "J", "meaning": ENERGIES[name].meaning}
-    return {"units": "J", "meaning": f"friction heat of the {name.removeprefix('heat_')} pair"}
+# --- maximum values ---------------------------------------------------------------------------------------------------
 
 
-# --- greatest values --------------------------------------------------------------------------------------------------
-
-
-def polish(look: Callable[[Any, Any], Any], xp: Any, row: Any, share: Any, after: Any) -> tuple[Any, Any]:
-    """Row and share of a greatest value near a sample of it: two finer grids, each with a parabola through its best.
+def _polish(
+    look: Callable[[Array, Array], Array], xp: ModuleType, row: Array, share: Array, after: Array
+) -> tuple[Array, Array]:
+    """Row and share of a maximum value near a sample of it: two finer grids, each with a parabola through its best.
 
     `look(rows, shares)` gives values (m, n); `after` is the row that continues `row` without a jump, else `row` itself.
     At an interior maximum the rate is 0, so that its derivative does not depend on where exactly it was found.
@@ -371,25 +429,20 @@ def polish(look: Callable[[Any, Any], Any], xp: Any, row: Any, share: Any, after
     return row, share
 
 
-def peak(record: Record, pick: Callable[[Probe], Array]) -> Peak:
-    """Greatest of `pick(probe)` (m, n) over the run."""
-    n = record.rows.t.shape[0]
-    rows = jnp.arange(n, dtype=jnp.int32)
+def peak(scan: Scan, pick: Callable[[Probe], Array]) -> Peak:
+    """Maximum of `pick(probe)` (m, n) over the run."""
+    xp, record = scan.xp, scan.record
+    rows = xp.arange(record.rows.t.shape[0], dtype=np.int32)
     used = (rows < record.count) & (record.rows.kind != SKIPPED)
-    frozen = jax.lax.stop_gradient(record)
-
-    def look(index: Array, share: Array) -> Array:
-        return pick(probe(frozen, index, share))
-
-    share = jnp.tile(jnp.linspace(0.0, 1.0, SAMPLES), n)
-    values = jnp.where(jnp.repeat(used, SAMPLES)[:, None], look(jnp.repeat(rows, SAMPLES), share), -jnp.inf)
-    best = jnp.argmax(jnp.max(values, axis=1))
-    row = (best // SAMPLES).astype(jnp.int32)
+    values = xp.where(used[scan.row][:, None], pick(scan.seen), -np.inf)
+    best = xp.argmax(xp.max(values, axis=1))
+    row = scan.row[best]
     following = used & (rows > row)
-    after = jnp.where(jnp.any(following), jnp.argmax(following).astype(jnp.int32), row)
-    after = jnp.where(record.rows.kind[row] == ADVANCED, after, row)
-    row, where = polish(look, jnp, row, share[best], after)
-    p = probe(record, row[None], jax.lax.stop_gradient(where)[None])
+    goes_on = xp.any(following) & (record.rows.kind[row] == ADVANCED)
+    after = xp.where(goes_on, xp.argmax(following).astype(np.int32), row)
+    row, share = _polish(lambda rows, shares: pick(scan.look(rows, shares)), xp, row, scan.share[best], after)
+    share = jax.lax.stop_gradient(share) if scan.traced else share
+    p = scan.look(row[None], share[None], moves=True)
     value = pick(p)[0]
-    lining = jnp.argmax(value)
+    lining = xp.argmax(value)
     return Peak(value[lining], p.t[0], lining + 1)

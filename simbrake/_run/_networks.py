@@ -2,14 +2,13 @@
 
 from typing import Any, NamedTuple
 
-import diffrax
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 import optimistix as optx
 from jax.core import Tracer
-from jaxtyping import Float
+from jaxtyping import Bool, Float, Int, PyTree
 
 from .._base._compiling import DeviceJit
 from .._base._faults import Fault, InputError
@@ -25,7 +24,6 @@ from ..hybrid import (
     AbstractMethod,
     ExplicitRungeKutta,
     Record,
-    Rodas5P,
     Settings,
     hybridsolve,
 )
@@ -34,45 +32,53 @@ from ..profiles import hides_nothing, next_known_time
 from ..thermal._heat import Heat, initial_temperatures, node_names
 from ..thermal._network import Junction, Reservoir, Surroundings
 from ._choice import stiff_heat
+from ._metrics import closure_of
+from ._probe import Number, is_traced
 from ._result import Result
 from ._series import array_of_times
-from ._simulate import simulate
+from ._simulate import Solver, simulate, solver_for
+
+#: state: heat content of the nodes over their capacity, heat lost and supplied;  mode: pieces of the profiles
+Course = tuple[Array, Array, Array]
+Pieces = tuple[Int[Array, ""], ...]
 
 
 class NetworkSystem(AbstractHybridSystem):
     """The network as a system without guards; its state is `(u, heat lost, heat supplied)`."""
 
     thermal: Thermal
-    speed: Any
-    closed: Any
+    speed: Array
+    closed: Array
 
     @property
     def around(self) -> Surroundings:
         return Surroundings(jnp.asarray(self.speed), jnp.asarray(self.closed))
 
-    def rhs(self, t, y, mode):
+    def rhs(self, t: Array, y: Course, mode: Pieces) -> Course:
         T = self.thermal.temperatures(y[0])
         T_J = self.thermal.junctions(T, t, self.around, mode)
         flows = self.thermal.flows(T, T_J, t, self.around, mode)
         return self.thermal.rise(flows.into), flows.lost, flows.supplied
 
-    def guards(self, t, y, mode):
+    def guards(self, t: Array, y: Course, mode: Pieces) -> Float[Array, "1"]:
         return jnp.ones(1)
 
-    def transition(self, t, y, mode, fired, at_stop):
+    def transition(
+        self, t: Array, y: Course, mode: Pieces, fired: Bool[Array, " guard"], at_stop: Bool[Array, ""]
+    ) -> tuple[Pieces, int]:
         _, turns = next_known_time(self.thermal.heat.profiles, mode)
         return tuple(piece + (at_stop & turn).astype(jnp.int32) for piece, turn in zip(mode, turns, strict=True)), 0
 
-    def reset(self, t, y, before, after):
+    def reset(self, t: Array, y: Course, before: Pieces, after: Pieces) -> Course:
         return y
 
-    def next_stop(self, mode):
+    def next_stop(self, mode: Pieces) -> Float[Array, ""] | float:
         return next_known_time(self.thermal.heat.profiles, mode)[0]
 
-    def scales(self):
+    def scales(self) -> PyTree:
         return jnp.full_like(self.thermal.capacity, 100.0), jnp.inf, jnp.inf
 
-    def couplings(self):
+    def couplings(self) -> PyTree:
         return couplings(self.thermal.heat), np.asarray(QUADRATURE), np.asarray(QUADRATURE)
 
 
@@ -87,7 +93,9 @@ class HeatResult(NamedTuple):
     record: Record
 
 
-def _run(heat: Heat, ts: Any, speed: Any, closed: Any, rtol: Any, method: AbstractMethod, max_steps: int) -> HeatResult:
+def _run(
+    heat: Heat, ts: Array, speed: Array, closed: Array, rtol: Array, method: AbstractMethod, max_steps: int
+) -> HeatResult:
     thermal, u = assemble_thermal(heat)
     system = NetworkSystem(thermal, speed, closed)
     ts = jnp.asarray(ts, jnp.float64)
@@ -105,10 +113,7 @@ def _run(heat: Heat, ts: Any, speed: Any, closed: Any, rtol: Any, method: Abstra
     (course, lost, supplied), _ = record.at(ts)
     T = jax.vmap(thermal.temperatures)(course)
     stored = jnp.sum(thermal.capacity * (course[-1] - course[0]))
-    largest = jnp.max(jnp.abs(jnp.stack([stored, lost[-1], supplied[-1]])))
-    residual = jnp.abs(supplied[-1] - lost[-1] - stored)
-    closure = jnp.where(largest > 0, residual / jnp.where(largest > 0, largest, 1.0), 0.0)
-    return HeatResult(ts, T, lost, supplied, closure, record)
+    return HeatResult(ts, T, lost, supplied, closure_of(stored, lost[-1], -supplied[-1]), record)
 
 
 _STATIC = ("method", "max_steps")
@@ -118,10 +123,7 @@ _compiled = DeviceJit(_run, static_argnames=_STATIC)
 
 def check_heat(heat: Heat) -> None:
     """Raises `InputError` with all faults of a network."""
-    found = faults_of_values(heat, "heat")
-    if not found:
-        found = heat.faults("heat", 1)
-    if found:
+    if found := faults_of_values(heat, "heat") or heat.faults("heat", 1):
         raise InputError(found)
 
 
@@ -129,10 +131,10 @@ def simulate_heat(
     heat: Heat,
     ts: Any,
     *,
-    speed: Any = 0.0,
-    closed: Any = 0.0,
-    solver: Any = None,
-    rtol: Any = 1e-10,
+    speed: Number = 0.0,
+    closed: Number = 0.0,
+    solver: Solver | None = None,
+    rtol: Number = 1e-10,
     max_steps: int = 4096,
 ) -> HeatResult:
     """Temperatures of a network at the times `ts` (m,), without a brake: friction heat comes from `sources`, if at all.
@@ -145,7 +147,7 @@ def simulate_heat(
     Differentiable and batchable like `simulate`. Raises `InputError` with all faults of the network, for times that
     decrease or a tolerance that is none, `RuntimeError` if the integration fails.
     """
-    traced = any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves((heat, ts, speed, rtol)))
+    traced = is_traced((heat, ts, speed, rtol))
     found = faults_of_tolerance(rtol)
     if found:
         raise InputError(found)
@@ -157,7 +159,7 @@ def simulate_heat(
     heat = as_arrays(heat)
     if solver is None:
         span = 0.0 if traced else float(ts[-1] - ts[0])
-        solver = Rodas5P() if traced or stiff_heat(heat, span)[0] else diffrax.Dopri8()
+        solver = solver_for(traced or stiff_heat(heat, span)[0])
     method = solver if isinstance(solver, AbstractMethod) else ExplicitRungeKutta(solver, unrolled=False)
     run = _traced if traced else _compiled
     numbers = (np.asarray(x, np.float64) if not isinstance(x, Tracer) else x for x in (speed, closed, rtol))
@@ -169,14 +171,16 @@ def simulate_heat(
     return result
 
 
-def _steady(heat: Heat, speed: Any, closed: Any, power: Any, guess: Any) -> tuple[Array, Array]:
+def _steady(
+    heat: Heat, speed: Number, closed: Number, power: Number | None, guess: Array | None
+) -> tuple[Array, Array]:
     thermal, u = assemble_thermal(heat)
     around = Surroundings(jnp.asarray(speed), jnp.asarray(closed))
     pieces = tuple(jnp.asarray(p.first_piece(0.0), jnp.int32) for p in heat.profiles)
     zero = jnp.zeros(())
     start = thermal.temperatures(u) if guess is None else jnp.asarray(guess)
 
-    def excess(T: Array, _: Any) -> Array:
+    def excess(T: Array, _: None) -> Array:
         T_J = thermal.junctions(T, zero, around, pieces)
         into = thermal.flows(T, T_J, zero, around, pieces).into
         if power is not None:
@@ -189,7 +193,7 @@ def _steady(heat: Heat, speed: Any, closed: Any, power: Any, guess: Any) -> tupl
     # each balance over its own conductance: what is left is in kelvin
     own = jax.lax.stop_gradient(jnp.abs(jnp.diagonal(jax.jacfwd(excess)(start, None))))
 
-    def imbalance(T: Array, _: Any) -> Array:
+    def imbalance(T: Array, _: None) -> Array:
         return excess(T, None) / jnp.where(own > 0, own, 1.0)
 
     with jax.numpy_dtype_promotion("standard"):
@@ -203,8 +207,8 @@ _steady_jit = eqx.filter_jit(_steady)
 
 
 def steady_state(
-    heat: Heat, *, power: Any = None, speed: Any = 0.0, closed: Any = 0.0, guess: Any = None
-) -> dict[str, Any]:
+    heat: Heat, *, power: Number | None = None, speed: Number = 0.0, closed: Number = 0.0, guess: Array | None = None
+) -> dict[str, Array]:
     """Temperatures (K) at which no node of a network warms or cools any more, by name.
 
     - `power`: friction heat (W), one number or one per lining, that enters as `heat.friction` says
@@ -213,7 +217,7 @@ def steady_state(
     Newton's method on the balance of all nodes; differentiable (implicit function theorem). Raises `InputError` with
     all faults of the network, or where it has no outlet for its heat: then no steady state is determined.
     """
-    traced = any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves((heat, power, speed)))
+    traced = is_traced((heat, power, speed))
     if not traced:
         check_heat(heat)
         if not any(isinstance(body, Reservoir) for body in heat.bodies):
@@ -239,7 +243,7 @@ class CyclicState(NamedTuple):
     cycles: int  # runs it took to find it
 
 
-def with_temperatures(heat: Heat, T: Any) -> Heat:
+def with_temperatures(heat: Heat, T: Float[Array, " k"]) -> Heat:
     """The same network, starting at `T` (k,) in K: one temperature per node with capacity, in their order."""
     bodies, at = [], 0
     for body in heat.bodies:

@@ -7,17 +7,16 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from .._base._table import number
+from .._base._table import number, plain
 from .._parts._scene import plausibility, warnings
-from .._physics._brake import mark_names
-from .._physics._mechanism import BandMode, Label, slips
-from ..hybrid import ADVANCED, FINISHED, Record
+from .._physics._brake import BrakeSystem, mark_names
+from .._physics._mechanism import BandMode, Label, Mode, slips
+from ..hybrid import FINISHED, Record
 from ..loads import AbstractSpeedLever
 from ._choice import stiffness
-from ._log import Event, Phase, Stage, absent_stages, event_log, marks_passed, stages_of
-from ._metrics import METRICS, Peak, metrics_of, polish
-from ._outcome import Status
-from ._probe import SAMPLES, Probe, capacities_at, energies_of, probe_many
+from ._log import Event, Phase, Stage, Status, absent_stages, event_log, marks_passed, stages_of
+from ._metrics import METRICS, energies, metrics_of, peak
+from ._probe import Entry, Scan, capacities_at
 
 #: the lever pulls hardest from this far below its greatest tension on
 _NEARLY = 1e-3
@@ -25,35 +24,12 @@ _NEARLY = 1e-3
 _ROUNDING = 1e-9
 
 
-def _samples(steps: int) -> int:
-    """Looks per step when a whole run is scanned; a long run has many steps in every part of it."""
-    return SAMPLES if steps <= 1500 else 3
-
-
-def _scan(record: Record) -> tuple[Record, np.ndarray, np.ndarray, Probe]:
-    """All steps of a run sampled: record without unused rows, row and offset of each sample, and the probe."""
-    record = record.compact()
-    n, t = int(record.count), np.asarray(record.rows.t)
-    samples = _samples(n)
-    index = np.repeat(np.arange(n), samples)
-    share = np.tile(np.linspace(0.0, 1.0, samples), n)
-    h = share * (t[index + 1] - t[index])
-    if n == 0:
-        index, h = np.zeros(1, int), np.zeros(1)
-    return record, index, h, probe_many(record, index, h)
-
-
 def labels_of(record: Record) -> list[Label]:
     """What the log knows of the mode in every row of a concrete record."""
-    mode: Any = record.modes
+    mode: Mode = record.modes
     band = np.asarray(mode.band)[: int(record.count) + 1]
     inner = np.asarray(mode.slides)[: len(band)]
     return [Label(int(b), int(i)) for b, i in zip(band, inner, strict=True)]
-
-
-def _finite(value: Any) -> float | None:
-    """A number for JSON, which has no infinity: what did not happen, or left the range of numbers in a failed run."""
-    return float(value) if np.isfinite(value) else None
 
 
 def _rise(
@@ -88,22 +64,21 @@ def _rise(
 class Report:
     """What a person reads of one concrete result; the run is scanned once for all of it."""
 
-    def __init__(self, result: Any):
+    def __init__(self, result: Any) -> None:
         self.result = result
-        self._record, self._index, self._offset, self._probe = _scan(result.record)
-        self._energies = energies_of(self._record)
+        self._scan = Scan(result.record)
+        self._record, self._probe = self._scan.record, self._scan.seen
+        self._energies = energies(self._record)
         self.events = self._events()
         self.peaks = {
-            name: self._peak(lambda p, of=metric.find: np.asarray(of(p)))
-            for name, metric in metrics_of(result.scene, greatest=True).items()
+            name: peak(self._scan, metric.find) for name, metric in metrics_of(result.scene, greatest=True).items()
         }
 
     def _events(self) -> list[Event]:
-        record = self._record
+        record, samples = self._record, self._scan.per_step
         n = int(record.count)
         kind, t = np.asarray(record.rows.kind)[:n], np.asarray(record.rows.t)[: n + 1].tolist()
         labels = labels_of(record)
-        samples = _samples(n)
         last = np.union1d(np.flatnonzero(kind >= FINISHED), [n - 1] if n else []).astype(int).tolist()
         phases = [
             Phase(labels[i], first * samples, (i + 1) * samples - 1, t[first], t[i + 1])
@@ -119,13 +94,13 @@ class Report:
 
     def _marks(self) -> list[Event]:
         """Events of marks that heat passes, and of linings that come to lock themselves."""
-        system: Any = self._record.system
+        system: BrakeSystem = self._record.system  # pyright: ignore
         found: list[Event] = []
-        crossings = marks_passed(np.asarray(self._probe.passing), self._index)
+        crossings = marks_passed(np.asarray(self._probe.passing), np.asarray(self._scan.row))
         if crossings:
             times, names = self._locate(crossings, "passing"), mark_names(system)
             found += [Event(float(t), *names[j]) for t, (_, j) in zip(times, crossings, strict=True)]
-        modes: Any = self._record.modes
+        modes: Mode = self._record.modes
         found += self._contacts(modes)
         if modes.locks is not None:
             locks = np.asarray(modes.locks)[: int(self._record.count) + 1]
@@ -133,7 +108,7 @@ class Report:
             found += [Event(float(np.asarray(self._record.rows.t)[i]), "self_locking") for i in began]
         return found
 
-    def _contacts(self, modes: Any) -> list[Event]:
+    def _contacts(self, modes: Mode) -> list[Event]:
         """Linings that let go and stick by themselves; one that slides on in the other sense does neither."""
         found, t = [], np.asarray(self._record.rows.t)
         for name, column in modes.contacts.items():
@@ -146,35 +121,15 @@ class Report:
     def _locate(self, crossings: list[tuple[int, int]], which: str = "margins") -> np.ndarray:
         """Times at which margins rise through zero, by partial steps of the method."""
         sample, mark = np.asarray(crossings, int).T
-        row, margins = self._index[sample], np.asarray(getattr(self._probe, which))
+        row, at, t = (np.asarray(x) for x in (self._scan.row[sample], self._scan.share, self._record.rows.t))
 
-        def margin(some: np.ndarray, h: np.ndarray) -> np.ndarray:
-            looked = np.asarray(getattr(probe_many(self._record, row[some], h), which))
+        def margin(some: np.ndarray, share: np.ndarray) -> np.ndarray:
+            looked = np.asarray(getattr(self._scan.look(row[some], share), which))
             return looked[np.arange(len(some)), mark[some]]
 
-        ends = (self._offset[i] for i in (sample, sample + 1))
-        return np.asarray(self._record.rows.t)[row] + _rise(
-            margin, *ends, *(margins[i, mark] for i in (sample, sample + 1))
-        )
-
-    def _peak(self, pick: Any) -> Peak:
-        record = self._record
-        t, kind, n = np.asarray(record.rows.t), np.asarray(record.rows.kind), int(record.count)
-        values = pick(self._probe)
-        best = int(np.argmax(values.max(axis=1)))
-        row, last = int(self._index[best]), t[min(int(self._index[best]) + 1, n)]
-        share = self._offset[best] / (last - t[row]) if last > t[row] else 0.0
-
-        def look(rows: Any, shares: Any) -> Any:
-            rows = np.asarray(rows)
-            return pick(probe_many(record, rows, shares * (t[np.minimum(rows + 1, n)] - t[rows])))
-
-        continues = row + 1 < n and kind[row] == ADVANCED
-        row, share = polish(look, np, row, share, row + 1 if continues else row)
-        probe = probe_many(record, [row], [share * (t[min(int(row) + 1, n)] - t[row])])
-        value = pick(probe)[0]
-        lining = int(np.argmax(value))
-        return Peak(value[lining], np.asarray(probe.t)[0], np.asarray(lining + 1))
+        margins, ends = np.asarray(getattr(self._probe, which)), (sample, sample + 1)
+        share = _rise(margin, *(at[i] for i in ends), *(margins[i, mark] for i in ends))
+        return t[row] + share * (t[row + 1] - t[row])
 
     def _per_lining(self, name: str) -> bool:
         """Whether a greatest value is that of a lining, not of all of them as one body."""
@@ -190,14 +145,14 @@ class Report:
         hot = {f"{name}_time": p.time for name, p in self.peaks.items() if name.startswith("peak_")}
         given = ("heat_to_metal", "heat_to_linings", "heat_to_band", "heat_lost")
         values = {**values, **hot, **{name: energy[name] for name in given if name in energy}}
-        return {name: None if v is None else _finite(v) for name, v in values.items()}
+        return plain({name: float(value) for name, value in values.items()})
 
     @property
     def stages(self) -> list[Stage]:
         """Stages of a staged brake in order."""
         return stages_of(self._record, labels_of(self._record))
 
-    def _staged(self) -> dict[str, Any]:
+    def _staged(self) -> Entry:
         """The stages of a staged brake, and why one is missing."""
         scene = self.result.scene
         if not scene.brake.in_series:
@@ -210,21 +165,10 @@ class Report:
         absent = absent_stages(scene.brake, float(system.inertia), float(load), seen, float(greatest), hot)
         return {"stages": [stage.as_dict() for stage in stages], "absent_stages": absent}
 
-    def _kind(self) -> dict[str, Any]:
-        """What a brake without a band, its linings and the body on which they rub are called."""
-        brake, words = self.result.scene.brake, self.result.scene.brake.words
-        return {} if brake.banded else {"brake": words.brake, "lining": words.lining, "body": words.body}
-
-    def _worn(self) -> dict[str, Any]:
-        """The thickness that the linings lost."""
-        if self.result.scene.wear is None:
-            return {}
-        return {"worn_thickness": [_finite(h) for h in np.asarray(self.result.worn_thickness)]}
-
     def _shortage(self) -> list[str]:
         """Times before the end in which the load exceeded what the brake gives under its greatest slack tension."""
         p, t, flows = self._probe, np.asarray(self._probe.t), self._probe.flows
-        system: Any = self._record.system
+        system: BrakeSystem = self._record.system  # pyright: ignore
         lever, pull = system.lever, np.asarray(flows.lever_tension)
         greatest = float(lever.greatest()) if isinstance(lever, AbstractSpeedLever) else np.max(pull)
         hardest = (pull > 0) & (pull >= (1 - _NEARLY) * greatest)
@@ -249,53 +193,41 @@ class Report:
             "sliding brake gives under its greatest slack tension"
         ]
 
-    def _locked(self) -> list[str]:
-        """Linings that came to lock themselves in the run; those that do from the start are told by the scene."""
-        times = [event.time for event in self.events if event.name == "self_locking"]
-        return [f"self_locking: a lining came to lock itself, first at {min(times):.6g} s"] if times else []
-
-    def _capacity(self) -> dict[str, Any] | None:
-        """Load and capacity at the end, where the pulley still turns."""
-        if self.result.status not in (Status.NOT_STOPPED, Status.RUNAWAY):
-            return None
-        found = self.result.end_capacity
-        pairs = [_finite(torque) for torque in found.pairs]  # a lining that locks itself holds any load
-        return {"load_torque": float(found.load), "brake_torque": _finite(found.torque), "pairs": pairs}
-
-    def summary(self) -> dict[str, Any]:
-        r, stats, metrics = self.result, self.result.record.stats, self.metrics
-        return {
+    def summary(self) -> Entry:
+        r, stats, metrics, words = self.result, self.result.record.stats, self.metrics, self.result.scene.brake.words
+        said = [*warnings(r.scene), *plausibility(r.scene, metrics.get("peak_rim_temperature")), *self._shortage()]
+        # (those that do from the start are told by the scene)
+        if times := [event.time for event in self.events if event.name == "self_locking"]:
+            said.append(f"self_locking: a lining came to lock itself, first at {min(times):.6g} s")
+        capacity = None
+        if r.status in (Status.NOT_STOPPED, Status.RUNAWAY):  # a lining that locks itself holds any load
+            found = r.end_capacity
+            capacity = {"load_torque": found.load, "brake_torque": float(found.torque), "pairs": found.pairs}
+        found = {
             "status": r.status,
             "message": r.message,
-            "capacity": self._capacity(),
-            "warnings": [
-                *warnings(r.scene),
-                *plausibility(r.scene, metrics.get("peak_rim_temperature")),
-                *self._shortage(),
-                *self._locked(),
-            ],
+            "capacity": capacity,
+            "warnings": said,
             "events": [event.as_dict() for event in self.events],
             "metrics": metrics,
             "at": {
-                **{f"{name}_time": _finite(peak.time) for name, peak in self.peaks.items()},
+                **{f"{name}_time": float(peak.time) for name, peak in self.peaks.items()},
                 **{f"{name}_lining": int(p.lining) for name, p in self.peaks.items() if self._per_lining(name)},
             },
             **self._staged(),
-            **self._kind(),
-            **self._worn(),
+            **({} if r.scene.brake.banded else {"brake": words.brake, "lining": words.lining, "body": words.body}),
+            **({} if r.scene.wear is None else {"worn_thickness": r.worn_thickness}),
             "distribution": r.record.system.mechanism.distribution,
-            "energy": {name: _finite(value) for name, value in self._energies.items()},
+            "energy": self._energies,
             "solver": {
                 "method": r.method_name,
                 "reason": stiffness(r.scene)[1],
-                "rtol": float(r.rtol),
-                "steps": int(stats.accepted),
-                "rejected": int(stats.rejected),
-                "retaken": int(stats.retaken),
-                "events": int(stats.events),
-                "segments": int(stats.segments),
+                "rtol": r.rtol,
+                "steps": stats.accepted,
+                **{name: getattr(stats, name) for name in ("rejected", "retaken", "events", "segments")},
             },
         }
+        return plain(found)
 
 
 # --- the summary as text ----------------------------------------------------------------------------------------------
@@ -305,32 +237,36 @@ def _number(value: float | None, unit: str, digits: int = 6) -> str:
     return "—" if value is None else f"{value:.{digits}g} {unit}"
 
 
-def _kilo(value: float | None, unit: str, *, digits: int = 6, sign: int = 1) -> str:
+def _kilo(value: float | None, unit: str, *, digits: int = 6) -> str:
     """A number in thousands; a dash for what left the range of numbers in a failed run."""
-    return f"— {unit}" if value is None else f"{sign * value / 1e3 + 0.0:.{digits}g} {unit}"
+    return f"— {unit}" if value is None else f"{value / 1e3 + 0.0:.{digits}g} {unit}"
+
+
+def _sum(energies: Entry, words: dict[str, str], *, digits: int = 6) -> str:
+    """Those of the energies that there are, each after its words, in kJ."""
+    there = {name: word for name, word in words.items() if name in energies}
+    return " + ".join(f"{word} {_kilo(energies[name], 'kJ', digits=digits)}" for name, word in there.items())
 
 
 def _share(value: float | None) -> str:
     return "—" if value is None else f"{value:.1e}"
 
 
-def _grouped(events: list[dict[str, Any]]) -> str:
+def _grouped(events: list[Entry]) -> str:
     """Events in order, runs of one name at several linings drawn together."""
-    parts: list[str] = []
-    i = 0
-    while i < len(events):
-        event = events[i]
-        j = i
-        while "lining" in event and j + 1 < len(events) and events[j + 1]["name"] == event["name"]:
-            j += 1
-        words = event["name"].replace("_", " ")
-        if j > i:
-            first, last = event["lining"], events[j]["lining"]
-            parts.append(f"{words}s {first}…{last} {event['time']:.6g}…{events[j]['time']:.6g} s")
+    groups: list[list[Entry]] = []
+    for event in events:
+        if groups and "lining" in event and groups[-1][-1]["name"] == event["name"]:
+            groups[-1].append(event)
         else:
-            lining = f" {event['lining']}" if "lining" in event else ""
-            parts.append(f"{words}{lining} {event['time']:.6g} s")
-        i = j + 1
+            groups.append([event])
+    parts = []
+    for first, *more in groups:
+        words, lining = first["name"].replace("_", " "), f" {first['lining']}" if "lining" in first else ""
+        if more:
+            words, lining = f"{words}s", f"{lining}…{more[-1]['lining']}"
+        until = f"…{more[-1]['time']:.6g}" if more else ""
+        parts.append(f"{words}{lining} {first['time']:.6g}{until} s")
     shown = parts if len(parts) <= 12 else [*parts[:6], f"… {len(parts) - 10} more …", *parts[-4:]]
     return ", ".join(shown) if shown else "none"
 
@@ -343,77 +279,94 @@ _MARKS = {
 }
 
 
-def _heat_lines(summary: dict[str, Any]) -> list[str]:
+def _heat_lines(summary: Entry) -> list[str]:
     m, e, at = summary["metrics"], summary["energy"], summary["at"]
     if "heat_stored" not in e:
         return []
-    body, linings = summary.get("body", "rim"), f"{summary.get('lining', 'lining')}s"
-    names = {"peak_rim_temperature": body, "peak_lining_temperature": linings, "peak_band_temperature": "band"}
-    names["peak_lining_outer_temperature"] = "linings outside"
-    hot = [f"{w} {m[k] - 273.15:.5g} °C at {at[f'{k}_time']:.6g} s" for k, w in names.items() if m.get(k) is not None]
     marks = []
     for name, words in _MARKS.items():
         times = [event["time"] for event in summary["events"] if event["name"] == name]
         if times:
             often = "once, " if len(times) == 1 else f"{len(times)} times, first "
             marks.append(f"{words} {often}at {min(times):.6g} s")
+    places = {
+        "rim": summary.get("body", "rim"),
+        "lining": f"{summary.get('lining', 'lining')}s",
+        "band": "band",
+        "lining_outer": "linings outside",
+    }
+    names = {f"peak_{place}_temperature": words for place, words in places.items()}
+    hot = [f"{w} {m[k] - 273.15:.5g} °C at {at[f'{k}_time']:.6g} s" for k, w in names.items() if m.get(k) is not None]
+    given = {"heat_to_metal": "to metal", "heat_to_linings": "to linings"}
+    given |= {name: words for name, words in (("heat_to_band", "to band"), ("heat_supplied", "supplied")) if e[name]}
     return [
         *([f"marks    {', '.join(marks)}"] if marks else []),
         f"hottest  {', '.join(hot)}" if hot else "hottest  the scene names no rim, linings or band",
-        f"heat     to metal {_kilo(e['heat_to_metal'], 'kJ')} + to linings {_kilo(e['heat_to_linings'], 'kJ')}"
-        + (f" + to band {_kilo(e['heat_to_band'], 'kJ')}" if e["heat_to_band"] else "")
-        + (f" + supplied {_kilo(e['heat_supplied'], 'kJ')}" if e["heat_supplied"] else "")
-        + f" = stored {_kilo(e['heat_stored'], 'kJ')} + lost {_kilo(e['heat_lost'], 'kJ')}"
+        f"heat     {_sum(e, given)} = {_sum(e, {'heat_stored': 'stored', 'heat_lost': 'lost'})}"
         f" (closure {_share(e['heat_closure'])})",
     ]
 
 
-def _staged_lines(summary: dict[str, Any]) -> list[str]:
-    m, e = summary["metrics"], summary["energy"]
+def _staged_lines(summary: Entry) -> list[str]:
+    m, pairs = summary["metrics"], {"heat_external": "external", "heat_internal": "internal"}
     if "stages" not in summary:
         return []
-    lines = [
-        f"staged   internal slip {_number(m['internal_slip_time'], 's')}, "
-        f"external lock {_number(m['external_lock_time'], 's')}; "
-        f"heat external {_kilo(e['heat_external'], 'kJ')} + internal {_kilo(e['heat_internal'], 'kJ')}"
+    stages = [
+        f"         {stage['start']:.6g}…{stage['end']:.6g} s {stage['name']}: "
+        + _sum(stage, pairs, digits=4).replace(" + ", ", ")
+        for stage in summary["stages"]
     ]
-    for stage in summary["stages"]:
-        lines.append(
-            f"         {stage['start']:.6g}…{stage['end']:.6g} s {stage['name']}: external "
-            f"{_kilo(stage['heat_external'], 'kJ', digits=4)}, internal {_kilo(stage['heat_internal'], 'kJ', digits=4)}"
-        )
-    return lines + [f"         no {stage['name']}: {stage['reason']}" for stage in summary["absent_stages"]]
+    return [
+        f"staged   internal slip {_number(m['internal_slip_time'], 's')}, "
+        f"external lock {_number(m['external_lock_time'], 's')}; heat {_sum(summary['energy'], pairs)}",
+        *stages,
+        *(f"         no {stage['name']}: {stage['reason']}" for stage in summary["absent_stages"]),
+    ]
 
 
-def _tension_lines(summary: dict[str, Any]) -> list[str]:
+def _peak_line(summary: Entry, head: str, name: str, where: str) -> list[str]:
+    """A greatest force, its lining and its time."""
     m, at = summary["metrics"], summary["at"]
-    if "max_tension" not in m:
+    if name not in m:
         return []
     return [
-        f"tension  at most {_kilo(m['max_tension'], 'kN')} behind lining {at['max_tension_lining']} "
-        f"at {_number(at['max_tension_time'], 's')}"
+        f"{head:8} at most {_kilo(m[name], 'kN')} {where} {at[f'{name}_lining']} at {_number(at[f'{name}_time'], 's')}"
     ]
 
 
-def _wear_lines(summary: dict[str, Any]) -> list[str]:
-    worn, m = summary.get("worn_thickness"), summary["metrics"]
+def _wear_lines(summary: Entry) -> list[str]:
+    worn, m, lining = summary.get("worn_thickness"), summary["metrics"], summary.get("lining", "lining")
     if worn is None or m["greatest_wear"] is None:
         return []
-    where = worn.index(max(worn)) + 1
     if m["wear_over_mean"] is None:
-        return [f"wear     none: no {summary.get('lining', 'lining')} slid"]
+        return [f"wear     none: no {lining} slid"]
     least = "" if m["wear_over_least"] is None else f", {m['wear_over_least']:.4g} times the least"
     return [
-        f"wear     at most {1e6 * m['greatest_wear']:.5g} µm on {summary.get('lining', 'lining')} {where}, "
+        f"wear     at most {1e6 * m['greatest_wear']:.5g} µm on {lining} {worn.index(max(worn)) + 1}, "
         f"{m['wear_over_mean']:.4g} times the mean{least}"
     ]
 
 
-def text(summary: dict[str, Any]) -> str:
+def _energy_line(summary: Entry) -> str:
+    """What came in, and what became of it; kinetic energy stands where it is positive."""
+    e, change = summary["energy"], summary["energy"]["kinetic_change"]
+    gains = change is not None and change > 0  # the load has sped the pulley up
+    e = e | {"given": None if change is None else -change}
+    taken = {
+        "friction_heat": "friction heat",
+        "damper_heat": "dampers",
+        "electrical_work": "electrical",
+        "mechanical_work": "mechanical",
+        "elastic_change": "elastic",
+    }
+    given = {"load_work": "load", "lever_work": "lever"} | ({} if gains else {"given": "kinetic"})
+    taken |= {"kinetic_change": "kinetic energy gained"} if gains else {}
+    return f"energy   {_sum(e, given)} = {_sum(e, taken)}"
+
+
+def text(summary: Entry) -> str:
     """About ten lines that can be read without the source."""
     m, e, s = summary["metrics"], summary["energy"], summary["solver"]
-    at, normal = summary["at"], m["max_normal_load"]
-    gains = e["kinetic_change"] is not None and e["kinetic_change"] > 0  # the load has sped the pulley up
     lines = [
         f"{summary['status']}: {summary['message']}",
         f"events   {_grouped(summary['events'])}",
@@ -421,17 +374,9 @@ def text(summary: dict[str, Any]) -> str:
         f"stop     after {_number(m['stopping_time'], 's')}, {_number(m['stopping_angle'], 'rad')}"
         + ("" if m["hook_travel"] is None else f", hook travel {_number(m['hook_travel'], 'm')}"),
         *_staged_lines(summary),
-        *_tension_lines(summary),
-        f"load     at most {_kilo(normal, 'kN')} on {summary.get('lining', 'lining')} {at['max_normal_load_lining']} "
-        f"at {_number(at['max_normal_load_time'], 's')}",
-        f"energy   load {_kilo(e['load_work'], 'kJ')} + lever {_kilo(e['lever_work'], 'kJ')} "
-        + ("" if gains else f"+ kinetic {_kilo(e['kinetic_change'], 'kJ', sign=-1)} ")
-        + f"= friction heat {_kilo(e['friction_heat'], 'kJ')}"
-        + (f" + dampers {_kilo(e['damper_heat'], 'kJ')}" if "damper_heat" in e else "")
-        + (f" + electrical {_kilo(e['electrical_work'], 'kJ')}" if "electrical_work" in e else "")
-        + (f" + mechanical {_kilo(e['mechanical_work'], 'kJ')}" if "mechanical_work" in e else "")
-        + (f" + elastic {_kilo(e['elastic_change'], 'kJ')}" if "elastic_change" in e else "")
-        + (f" + kinetic energy gained {_kilo(e['kinetic_change'], 'kJ')}" if gains else ""),
+        *_peak_line(summary, "tension", "max_tension", "behind lining"),
+        *_peak_line(summary, "load", "max_normal_load", f"on {summary.get('lining', 'lining')}"),
+        _energy_line(summary),
         *_heat_lines(summary),
         *_wear_lines(summary),
         f"closure  {_share(e['closure'])} of the largest energy exchanged",
@@ -442,5 +387,4 @@ def text(summary: dict[str, Any]) -> str:
         lines.append(f"split    {summary['distribution']}")
     if "heat_stored" in e:
         lines.append(f"method   {s['method']}: {s['reason']}")
-    lines += [f"warning  {warning}" for warning in summary["warnings"]]
-    return "\n".join(lines)
+    return "\n".join([*lines, *(f"warning  {warning}" for warning in summary["warnings"])])

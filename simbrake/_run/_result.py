@@ -1,39 +1,42 @@
 """What a run gives back: states at any time, event log, metrics, energies and a result code."""
 
-from typing import Any
+import functools
+from collections.abc import Callable
+from typing import Any, TypeVar
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jax.core import Tracer
-from jaxtyping import Int
+from jaxtyping import Float, Int
 
 from .._base._faults import InputError
 from .._base._table import number
 from .._parts._scene import Scene
-from .._physics._brake import Capacity
+from .._physics._brake import BrakeSystem, Capacity
 from ..hybrid import Record
 from ..hybrid._arrays import Array
 from ..thermal._heat import node_names
-from ._log import Event, Stage
-from ._metrics import METRICS, peak, thickness, worn_thickness
-from ._outcome import FAILURES, STATUS_MESSAGES, Status, failure_of, status_of
-from ._probe import (
-    Probe,
-    end_capacity,
-    end_capacity_of,
-    energies,
-    energies_of,
-    friction_work,
-    probe_at,
-    probe_many,
-    stored_heat,
-)
+from ._log import FAILURES, STATUS_MESSAGES, Event, Stage, Status, failure_of, status_of
+from ._metrics import METRICS, Peak, energies, peak, stored_heat, worn_thickness
+from ._probe import Entry, Scan, end_capacity, is_traced, probe_at, probe_many, record_of
 from ._report import Report, labels_of, text
-from ._series import PairSeries, Series, array_of_times, fault_of_times, memory_column, outside
+from ._series import Series, array_of_times, fault_of_times, outside, series_of
 
 _last_report: Report | None = None
+
+
+T = TypeVar("T")
+
+
+def _of_each(find: Callable[["Result"], T]) -> Callable[["Result"], T]:
+    """What is found of a result; of a batch of results (not of one with values alone) of each by itself."""
+
+    @functools.wraps(find)
+    def found(result: "Result") -> T:
+        return jax.vmap(find)(result) if jnp.ndim(result.record.count) > 0 else find(result)
+
+    return found
 
 
 class Limits(eqx.Module):
@@ -64,7 +67,11 @@ class Result(eqx.Module):
     def __getattr__(self, name: str) -> Any:
         if name not in METRICS:
             raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
-        return _metric(self, name)
+        return _of_each(lambda result: _metric(result, name))(self)
+
+    @property
+    def _system(self) -> BrakeSystem:
+        return self.record.system  # pyright: ignore
 
     def __dir__(self) -> list[str]:
         return [*super().__dir__(), *METRICS]
@@ -75,15 +82,13 @@ class Result(eqx.Module):
         return self.record.code
 
     @property
-    def worn_thickness(self) -> Any:
+    @_of_each
+    def worn_thickness(self) -> Float[Array, "*batch n"]:
         """Thickness that every lining lost in the run (n,), in m; on a staged brake at both its faces.
 
         Differentiable. What had been worn off before is `scene.wear.worn`. Raises `ValueError` without wear.
         """
-        if jnp.ndim(self.record.count) > 0:
-            return jax.vmap(lambda one: one.worn_thickness)(self)
-        system: Any = self.record.system
-        if system.wearing is None:
+        if self._system.wearing is None:
             raise ValueError("the scene has no wear: give it a `Wear`")
         return worn_thickness(self.record)
 
@@ -95,10 +100,10 @@ class Result(eqx.Module):
     @property
     def end_temperatures(self) -> Array:
         """Temperatures (K) at the end of the nodes with capacity."""
-        system: Any = self.record.system
-        if system.thermal is None:
+        thermal = self._system.thermal
+        if thermal is None:
             raise ValueError("the scene has no heat")
-        return system.thermal.temperatures(self.record.y_end.heat)
+        return thermal.temperatures(self.record.y_end.heat)
 
     @property
     def stored_heat(self) -> dict[str, Array]:
@@ -106,26 +111,27 @@ class Result(eqx.Module):
         return stored_heat(self.record)
 
     @property
+    @_of_each
     def energy(self) -> dict[str, Array]:
-        """Energies over the run in J, and the closure of their balance as a share of the largest exchanged.
+        """Energies over the run in J, and the closures of their balances as shares of the largest exchanged.
 
         `kinetic_change + elastic_change = load_work + lever_work − friction_heat` (model §1); less
-        `electrical_work` and `mechanical_work` where the scene splits the friction power, less `damper_heat` of dampers
+        `electrical_work` and `mechanical_work` where the scene splits the friction power, less `damper_heat` of
+        dampers. Of the heat: `friction_heat + heat_supplied = heat_stored + heat_lost`; `heat_to_metal`,
+        `heat_to_linings`, `heat_to_band` are where it entered, `heat_lost` goes to the air and other reservoirs, and to
+        parts that are not modelled.
         """
-        if jnp.ndim(self.record.count) > 0:
-            return jax.vmap(lambda one: one.energy)(self)
-        return energies_of(self.record.compact()) if _concrete(self) else energies(self.record)
+        return energies(self.record)
 
     @property
+    @_of_each
     def end_capacity(self) -> Capacity:
         """Load torque and greatest torque of the sliding brake (N·m) at the end of the run, in the sense of rotation.
 
         With kinetic friction at the speed and the temperatures of the end; of meaning where the pulley still turns. A
         run whose load is not below that torque, with the lever at its last value, ends as `runaway`.
         """
-        if jnp.ndim(self.record.count) > 0:
-            return jax.vmap(lambda one: one.end_capacity)(self)
-        return end_capacity_of(self.record) if _concrete(self) else end_capacity(self.record)
+        return end_capacity(self.record)
 
     def series(self, ts: Any, *, left: bool = False, fill: bool = False) -> Series:
         """States and forces at the times `ts` (m,) in s, each as accurate as the integration itself.
@@ -136,7 +142,7 @@ class Result(eqx.Module):
         are NaN instead, and all columns are float64. Under jit, vmap and grad nothing can be raised: there real
         numbers are NaN outside the run, and whole numbers the least of their type (−2147483648 for int32).
         """
-        concrete = _concrete(self)
+        concrete = self.concrete
         if concrete:
             xp, record, look = np, self.record.compact(), probe_many
             ts = array_of_times(ts, "ts")
@@ -152,11 +158,11 @@ class Result(eqx.Module):
         away = outside(ts, start, end)
         inside = xp.where(away, start, xp.clip(ts, start, end))
         index = record.find(inside, left=left)
-        found = self._columns(look(record, index, inside - t[index]))
+        found = series_of(look(record, index, inside - t[index]), self.scene.power_shares, self._system.pair_names)
         if concrete and not fill:
             return found
 
-        def blank(column: Any) -> Any:
+        def blank(column: Array) -> Array:
             gone = away.reshape(-1, *(1,) * (column.ndim - 1))
             if xp.issubdtype(column.dtype, np.integer) and not fill:
                 return xp.where(gone, np.iinfo(column.dtype).min, column)
@@ -164,91 +170,18 @@ class Result(eqx.Module):
 
         return jax.tree.map(blank, found)._replace(t=xp.where(away, ts, found.t))
 
-    def _columns(self, p: Probe) -> Series:
-        shares, worn, shown = self.scene.power_shares, p.y.worn, p.shown
-        work, first = friction_work(p.y.ledger), shown.pairs[0]
-        hot = 1.0 if shares is None else shares.heat
-        banded = shown.tension is not None
-        return Series(
-            t=p.t,
-            phi=p.y.phi,
-            omega=p.y.omega,
-            slack_tension=p.flows.contact.slack_tension if banded else None,
-            tight_tension=p.flows.contact.tight_tension if banded else None,
-            load_torque=p.flows.load_torque,
-            brake_torque=p.flows.contact.brake_torque,
-            slip_speed=p.flows.contact.slip_speed,
-            at_limit=first.at_limit.sum(axis=1),
-            band_mode=p.mode.band,  # pyright: ignore
-            load_work=p.y.ledger.load_work,
-            lever_work=p.y.ledger.lever_work,
-            friction_heat=hot * work,
-            electrical_work=None if shares is None else shares.electrical * work,
-            mechanical_work=None if shares is None else shares.mechanical * work,
-            damper_heat=p.y.ledger.damper_heat,
-            tension=shown.tension,
-            lever_force=None if banded else p.flows.contact.slack_tension,
-            normal_load=first.normal,
-            friction_force=first.friction,
-            friction_coefficient=first.coefficient,
-            pairs=self._pairs(p, hot),
-            elongation=shown.elongation,
-            displacement=shown.displacement,
-            bandage_speed=shown.bandage_speed,
-            lining_speed=shown.lining_speed,
-            worn_thickness=None if worn is None else thickness(worn),
-            friction_memory=memory_column(p.y.memory and p.y.memory[0]),
-            **self._thermal_columns(p),
-        )
-
-    def _pairs(self, p: Probe, hot: Any) -> dict[str, PairSeries]:
-        """The columns of every friction pair; `hot`: share of the friction work that is heat."""
-        system: Any = self.record.system
-        found = {}
-        for i, (name, now) in enumerate(zip(system.pair_names, p.shown.pairs, strict=True)):
-            work = p.y.ledger.friction[i]
-            found[name] = PairSeries(
-                normal_load=now.normal,
-                friction_force=now.friction,
-                slip_speed=now.slip,
-                sense=now.sense,
-                torque=now.torque,
-                friction_work=work,
-                heat=hot * work,
-                capacity=now.capacity,
-                friction_coefficient=now.coefficient,
-                worn_thickness=None if p.y.worn is None else p.y.worn[i],
-                friction_memory=memory_column(p.y.memory and p.y.memory[i]),
-            )
-        return found
-
-    def _thermal_columns(self, p: Probe) -> dict[str, Any]:
-        now = p.flows.thermal
-        if now is None:
-            return {}
-        xp = np if _concrete(self) else jnp
-        return {
-            "temperature": xp.concatenate([now.T, now.T_junctions], axis=1),
-            "rim_temperature": p.surfaces.get("rim"),
-            "lining_temperature": p.surfaces.get("linings"),
-            "band_temperature": p.surfaces.get("band"),
-            "lining_outer_temperature": p.surfaces.get("outer"),
-            "heat_lost": p.y.ledger.heat.lost,
-        }
-
     @property
     def tells_pairs_apart(self) -> bool:
         """Whether files and tables have the columns of each friction pair: of a brake with several pairs, or whose
         linings move by themselves."""
-        system: Any = self.record.system
-        return system.mechanism.tells_pairs_apart
+        return self._system.mechanism.tells_pairs_apart
 
     # --- for people: concrete results only ---------------------------------------------------------------------
 
     @property
     def concrete(self) -> bool:
         """Whether this is one result with values: neither traced nor a batch."""
-        return _concrete(self)
+        return not is_traced(self) and jnp.ndim(self.record.count) == 0
 
     @property
     def ok(self) -> bool:
@@ -304,14 +237,12 @@ class Result(eqx.Module):
         """Main numbers of the run in SI units, `None` where something did not happen."""
         return self.report().metrics
 
-    def summary(self) -> dict[str, Any]:
+    def summary(self) -> Entry:
         """Everything that `simbrake run --json` prints."""
         return self.report().summary()
 
     def __str__(self) -> str:
-        if not _concrete(self):
-            return "Result(traced)"
-        return text(self.summary())
+        return text(self.summary()) if self.concrete else "Result(traced)"
 
     def __repr__(self) -> str:
         return str(self)
@@ -326,20 +257,11 @@ def _torques(found: Capacity, names: list[str]) -> str:
     return f"load torque {load}, the sliding brake gives {most} at the end time{weaker}"
 
 
-def _metric(result: Result, name: str) -> Any:
-    """A metric of a traced result, a batch of results or a concrete one."""
-    if jnp.ndim(result.record.count) > 0:
-        return jax.vmap(lambda one: _metric(one, name))(result)
+def _metric(result: Result, name: str) -> Array | Peak:
     metric, scene = METRICS[name], result.scene
     if (missing := metric.needs.lacks(scene)) and not metric.shown_anyway:
         raise ValueError(f"the scene has no {name}: {missing}")
     if metric.greatest:
-        return result.report().peaks[name] if _concrete(result) else peak(result.record, metric.find)
-    if _concrete(result):
-        return jnp.asarray(metric.find(result.record.compact(), scene))
-    return metric.find(result.record, scene)
-
-
-def _concrete(result: Result) -> bool:
-    arrays = jax.tree.leaves(result)
-    return not any(isinstance(leaf, Tracer) for leaf in arrays) and jnp.ndim(result.record.count) == 0
+        return result.report().peaks[name] if result.concrete else peak(Scan(result.record), metric.find)
+    found = metric.find(record_of(result), scene)
+    return jnp.asarray(found) if result.concrete else found

@@ -1,183 +1,247 @@
-"""The columns of a run over time, and of each friction pair, with their units."""
+"""The columns of a run over time, and of each friction pair: each once, with its unit, meaning, and how it is found."""
 
 import re
-from typing import Any, NamedTuple
+from collections.abc import Callable
+from typing import Annotated, Any, NamedTuple, get_args, get_origin
 
 import jax
-import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
 from .._base._faults import Fault, InputError
+from .._physics._mechanism import PairNow
 from ..hybrid._arrays import Array
+from ..thermal._heat import PowerShares
+from ._probe import Number, Probe, numpy_of
+
+#: a value at each time, one of each lining, and whole numbers
+Values = Float[Array, " m"]
+Each = Float[Array, "m n"]
+Whole = Int[Array, " m"]
+
+
+class Seen(NamedTuple):
+    """What columns are found from beside a probe: friction work, and what is seen of one of the friction pairs."""
+
+    pair: PairNow
+    work: Values  # of the pair, J
+    all_work: Values  # of all pairs, J
+    shares: PowerShares | None
+    memory: Array | None  # states of the pair's friction law
+    worn: Each | None  # thickness worn off the linings of the pair, m
+
+    @property
+    def hot(self) -> Number:
+        """Share of the friction work that is heat."""
+        return 1.0 if self.shares is None else self.shares.heat
+
+
+def seen_of(p: Probe, shares: PowerShares | None, i: int) -> Seen:
+    """What columns of the friction pair `i` are found from."""
+    friction, worn = p.y.ledger.friction, p.y.worn and p.y.worn[i]
+    states = jax.tree.leaves(p.y.memory and p.y.memory[i])
+    memory = numpy_of(states[0]).stack(states, axis=1) if len(states) > 1 else states[0] if states else None
+    all_work: Any = sum(friction[1:], start=friction[0])
+    return Seen(p.shown.pairs[i], friction[i], all_work, shares, memory, worn)
+
+
+def _of_band(p: Probe, tension: Values) -> Values | None:
+    return None if p.shown.tension is None else tension
+
+
+def _nodes(p: Probe) -> Float[Array, "m k"] | None:
+    """Temperatures of all nodes."""
+    now = p.flows.thermal
+    return None if now is None else numpy_of(now.T).concatenate([now.T, now.T_junctions], axis=1)
+
+
+def thickness(worn: tuple[Array | None, ...]) -> Array:
+    """Thickness that linings have lost at all their faces (m)."""
+    first, *more = (one for one in worn if one is not None)
+    return sum(more, start=first)
 
 
 class PairSeries(NamedTuple):
-    """One friction pair at the times of a `Series`, SI units; arrays over its linings are (m, n)."""
+    """One friction pair at the times of a `Series`, SI units; arrays over its linings are (m, n).
 
-    normal_load: Float[Array, "m n"]  # N, preload included
-    friction_force: Float[Array, "m n"]  # at the faces of the linings, f N at their limit, N
-    slip_speed: Float[Array, "m n"]  # m/s
-    sense: Int[Array, "m n"]  # 0: the lining sticks, ±1: it slides
-    torque: Float[Array, " m"]  # that the pair passes on, N·m
-    friction_work: Float[Array, " m"]  # J
-    heat: Float[Array, " m"]  # friction heat, J
-    capacity: Float[Array, " m"] | None = None  # torque up to which it sticks, or with which it slides, N·m
-    friction_coefficient: Float[Array, "m n"] | None = None  # of every lining, sliding; None where it cannot change
-    worn_thickness: Float[Array, "m n"] | None = None  # since the start, m; None without wear of the pair
-    friction_memory: Any = None  # state of the friction law (m, n), of several (m, s, n); None of a law without
+    `None`: `capacity` where the mechanism does not tell, `friction_coefficient` where it cannot change,
+    `worn_thickness` without wear of the pair, `friction_memory` of a law without states; of one with several (m, s, n).
+    """
+
+    normal_load: Annotated[Each, "N", "normal load on each lining, preload included", lambda p, s: s.pair.normal]
+    friction_force: Annotated[Each, "N", "friction force on each lining", lambda p, s: s.pair.friction]
+    slip_speed: Annotated[Each, "m/s", "slip speed of each lining", lambda p, s: s.pair.slip]
+    sense: Annotated[Int[Array, "m n"], "", "0 the lining sticks, +1 and -1 it slides", lambda p, s: s.pair.sense]
+    torque: Annotated[Values, "N*m", "torque that the pair passes on", lambda p, s: s.pair.torque]
+    friction_work: Annotated[Values, "J", "friction work since the start", lambda p, s: s.work]
+    heat: Annotated[Values, "J", "friction heat since the start", lambda p, s: s.hot * s.work]
+    capacity: Annotated[
+        Values | None,
+        "N*m",
+        "torque up to which the pair sticks, or with which it slides",
+        lambda p, s: s.pair.capacity,
+    ]
+    friction_coefficient: Annotated[
+        Each | None, "", "coefficient of friction of each lining, sliding", lambda p, s: s.pair.coefficient
+    ]
+    worn_thickness: Annotated[Each | None, "m", "thickness that each lining lost since the start", lambda p, s: s.worn]
+    friction_memory: Annotated[
+        Any, "", "state of the friction law of each lining (several: in the order of its PyTree)", lambda p, s: s.memory
+    ]
 
 
 class Series(NamedTuple):
     """States and forces at the times `t` (m,), SI units; arrays over linings are (m, n).
 
     `pairs` has each friction pair by its name: `external` is that on which the lever acts, of which normal loads,
-    friction forces and coefficients are columns here as well; a staged brake has `internal` beside it.
+    friction forces and coefficients are columns here as well; a staged brake has `internal` beside it. A column that
+    the scene does not have is `None`: tensions without a band, temperatures without heat or where it names no such
+    place, coefficients of friction that cannot change, the elongation of a rigid band, …
     """
 
-    t: Float[Array, " m"]
-    phi: Float[Array, " m"]  # angle, rad
-    omega: Float[Array, " m"]  # speed, rad/s
-    slack_tension: Any  # T_0 (m,), N; None without a band
-    tight_tension: Any  # T_n (m,), N; None without a band
-    load_torque: Float[Array, " m"]  # N·m
-    brake_torque: Float[Array, " m"]  # N·m
-    slip_speed: Float[Array, " m"]  # m/s
-    at_limit: Int[Array, " m"]  # k, number of linings at their limit
-    band_mode: Int[Array, " m"]  # BandMode
-    load_work: Float[Array, " m"]  # J
-    lever_work: Float[Array, " m"]  # J
-    friction_heat: Float[Array, " m"]  # J
-    tension: Any  # (m, n) behind each lining, N; None without a band
-    normal_load: Float[Array, "m n"]  # N
-    friction_force: Float[Array, "m n"]  # N
+    t: Annotated[Values, "s", "time", lambda p, s: p.t]
+    phi: Annotated[Values, "rad", "angle of the pulley since the start", lambda p, s: p.y.phi]
+    omega: Annotated[Values, "rad/s", "speed of the pulley, positive in the braking direction", lambda p, s: p.y.omega]
+    elongation: Annotated[Values | None, "m", "elongation x of the band", lambda p, s: p.shown.elongation]
+    slack_tension: Annotated[
+        Values | None,
+        "N",
+        "tension T_0 of the band at the slack (lever) end",
+        lambda p, s: _of_band(p, p.flows.contact.slack_tension),
+    ]
+    tight_tension: Annotated[
+        Values | None,
+        "N",
+        "tension T_n of the band at the tight (anchor) end",
+        lambda p, s: _of_band(p, p.flows.contact.tight_tension),
+    ]
+    load_torque: Annotated[Values, "N*m", "torque of the load on the pulley", lambda p, s: p.flows.load_torque]
+    brake_torque: Annotated[
+        Values, "N*m", "torque of the brake against the pulley", lambda p, s: p.flows.contact.brake_torque
+    ]
+    slip_speed: Annotated[
+        Values, "m/s", "speed of the track past the linings of the band", lambda p, s: p.flows.contact.slip_speed
+    ]
+    at_limit: Annotated[
+        Whole, "", "number of linings at their limit of friction", lambda p, s: s.pair.at_limit.sum(axis=1)
+    ]
+    band_mode: Annotated[
+        Whole,
+        "",
+        "0 open, 1 take-up, 2 elastic, 3 full slip, 4 full slip the other way, 5 held",
+        lambda p, s: p.mode.band,
+    ]
+    load_work: Annotated[Values, "J", "work of the load since the start", lambda p, s: p.y.ledger.load_work]
+    lever_work: Annotated[Values, "J", "work of the lever since the start", lambda p, s: p.y.ledger.lever_work]
+    friction_heat: Annotated[Values, "J", "friction heat since the start", lambda p, s: s.hot * s.all_work]
+    tension: Annotated[
+        Each | None,
+        "N",
+        "tension of the band behind each lining, counted from the slack end",
+        lambda p, s: p.shown.tension,
+    ]
+    lever_force: Annotated[
+        Values | None,
+        "N",
+        "force of the actuator on each pad or shoe",
+        lambda p, s: p.flows.contact.slack_tension if p.shown.tension is None else None,
+    ]
+    normal_load: Annotated[Each, "N", "normal load on each lining", lambda p, s: s.pair.normal]
+    friction_force: Annotated[Each, "N", "friction force on each lining", lambda p, s: s.pair.friction]
+    temperature: Annotated[Float[Array, "m k"] | None, "K", "temperature of every thermal node", lambda p, s: _nodes(p)]
+    rim_temperature: Annotated[
+        Float[Array, "m r"] | None, "K", "surface temperature of the rim", lambda p, s: p.surfaces.get("rim")
+    ]
+    lining_temperature: Annotated[
+        Float[Array, "m l"] | None, "K", "surface temperature of the linings", lambda p, s: p.surfaces.get("linings")
+    ]
+    band_temperature: Annotated[
+        Float[Array, "m b"] | None, "K", "temperature of the band", lambda p, s: p.surfaces.get("band")
+    ]
+    heat_lost: Annotated[
+        Values | None,
+        "J",
+        "heat lost to the surroundings since the start",
+        lambda p, s: p.y.ledger.heat and p.y.ledger.heat.lost,
+    ]
+    friction_coefficient: Annotated[
+        Each | None, "", "coefficient of friction of each lining, sliding", lambda p, s: s.pair.coefficient
+    ]
+    lining_outer_temperature: Annotated[
+        Float[Array, "m o"] | None,
+        "K",
+        "temperature of the outer faces of the linings",
+        lambda p, s: p.surfaces.get("outer"),
+    ]
+    bandage_speed: Annotated[
+        Values | None,
+        "rad/s",
+        "speed of the bandage (the mean of the linings where each has its own)",
+        lambda p, s: p.shown.bandage_speed,
+    ]
+    lining_speed: Annotated[Each | None, "rad/s", "speed of each lining", lambda p, s: p.shown.lining_speed]
+    displacement: Annotated[
+        Each | None, "m", "displacement of each lining along the band circle", lambda p, s: p.shown.displacement
+    ]
+    damper_heat: Annotated[Values | None, "J", "heat of dampers since the start", lambda p, s: p.y.ledger.damper_heat]
+    electrical_work: Annotated[
+        Values | None,
+        "J",
+        "electrical part of the friction work since the start",
+        lambda p, s: s.shares and s.shares.electrical * s.all_work,
+    ]
+    mechanical_work: Annotated[
+        Values | None,
+        "J",
+        "mechanical part of the friction work since the start",
+        lambda p, s: s.shares and s.shares.mechanical * s.all_work,
+    ]
+    worn_thickness: Annotated[
+        Each | None,
+        "m",
+        "thickness that each lining lost since the start",
+        lambda p, s: p.y.worn and thickness(p.y.worn),
+    ]
+    friction_memory: Annotated[
+        Any, "", "state of the friction law of each lining (several: in the order of its PyTree)", lambda p, s: s.memory
+    ]
     pairs: dict[str, PairSeries]
-    lever_force: Float[Array, " m"] | None = None  # F on every pad or shoe of a brake without a band, N
-    elongation: Float[Array, " m"] | None = None  # x, m; None for a rigid band
-    temperature: Float[Array, "m k"] | None = None  # of every thermal node (`Result.nodes`), K; None without heat
-    rim_temperature: Float[Array, "m r"] | None = None  # surface of the rim, K; None where the scene names none
-    lining_temperature: Float[Array, "m l"] | None = None  # surfaces of the linings, K
-    band_temperature: Float[Array, "m b"] | None = None  # K
-    lining_outer_temperature: Float[Array, "m o"] | None = None  # outer faces of a staged brake's linings, K
-    heat_lost: Float[Array, " m"] | None = None  # J
-    friction_coefficient: Float[Array, "m n"] | None = None  # of every lining, sliding; None where it cannot change
-    bandage_speed: Float[Array, " m"] | None = None  # ω_b of a staged brake, rad/s; None without a bandage
-    lining_speed: Float[Array, "m n"] | None = None  # ω_i of every lining of a resolved bandage, rad/s
-    displacement: Float[Array, "m n"] | None = None  # u of every lining of a chain along the band circle, m
-    damper_heat: Float[Array, " m"] | None = None  # of dampers in a chain or between linings, J
-    electrical_work: Float[Array, " m"] | None = None  # of the friction, J; None where all of it is heat
-    mechanical_work: Float[Array, " m"] | None = None  # J
-    worn_thickness: Float[Array, "m n"] | None = None  # of every lining since the start, at all faces, m; or no wear
-    friction_memory: Any = None  # state of the friction law (m, n), of several (m, s, n); None of a law without
 
     @property
-    def friction_work(self) -> Any:
+    def friction_work(self) -> Values:
         """All that friction has taken (J): heat, and the electrical and mechanical parts where the scene has them."""
         if self.electrical_work is None or self.mechanical_work is None:
             return self.friction_heat
         return self.friction_heat + self.electrical_work + self.mechanical_work
 
 
-def memory_column(memory: Any) -> Any:
-    """The column of the states of one friction law, a PyTree of (m, n)."""
-    states = jax.tree.leaves(memory)
-    if len(states) < 2:
-        return states[0] if states else None
-    return (np if isinstance(states[0], np.ndarray) else jnp).stack(states, axis=1)
-
-
-def outside(ts: Any, start: Any, end: Any) -> Any:
-    """Which of the times `ts` are not in a run from `start` to `end`, rounding at the two ends allowed for."""
-    rounding = 1e-9 * (end - start) + 1e-15 * (abs(start) + abs(end))
-    return ~((ts >= start - rounding) & (ts <= end + rounding))  # written so that a NaN is outside
-
-
-def fault_of_times(ts: np.ndarray, start: float, end: float, path: str, hint: str = "") -> Fault | None:
-    """What is wrong with times of which some are not in a run, `None` if all are."""
-    bad = ts[outside(ts, start, end)]
-    if not bad.size:
-        return None
-    more = f" (and {bad.size - 1} more of {ts.size} times)" if bad.size > 1 else ""
-    return Fault(path, f"{bad[0]:g} s is outside the run{more}", f"between {start:g} and {end:g} s{hint}")
-
-
-def array_of_times(ts: Any, path: str) -> np.ndarray:
-    """Times (m,) of a list, an array or one number. Raises `InputError` for anything else, and for no times."""
-    try:
-        found = np.atleast_1d(np.asarray(ts, np.float64))
-    except (TypeError, ValueError):
-        raise InputError([Fault(path, f"{ts!r} are no numbers", "times in s")]) from None
-    if found.ndim != 1 or not found.size:
-        raise InputError([Fault(path, f"have the shape {found.shape}", "one time in s, or a list of times")])
-    return found
-
-
-def times_within(ts: Any, start: float, end: float, path: str, hint: str = "") -> np.ndarray:
-    """Times (m,) in a run, those that only rounding puts outside moved to its ends. Raises `InputError` for others."""
-    found = array_of_times(ts, path)
-    if fault := fault_of_times(found, start, end, path, hint):
-        raise InputError([fault])
-    return np.clip(found, start, end)
-
-
 class About(NamedTuple):
-    """Unit of a column, "" where there is none, and its meaning."""
+    """A column: its unit, "" where there is none, its meaning, and how it is found, `None` where a run has none."""
 
     unit: str
     meaning: str
+    find: Callable[[Probe, Seen], Any]
 
 
-#: columns of a `Series`
-SERIES_COLUMNS = {
-    "t": About("s", "time"),
-    "phi": About("rad", "angle of the pulley since the start"),
-    "omega": About("rad/s", "speed of the pulley, positive in the braking direction"),
-    "elongation": About("m", "elongation x of the band"),
-    "slack_tension": About("N", "tension T_0 of the band at the slack (lever) end"),
-    "tight_tension": About("N", "tension T_n of the band at the tight (anchor) end"),
-    "load_torque": About("N*m", "torque of the load on the pulley"),
-    "brake_torque": About("N*m", "torque of the brake against the pulley"),
-    "slip_speed": About("m/s", "speed of the track past the linings of the band"),
-    "at_limit": About("", "number of linings at their limit of friction"),
-    "band_mode": About("", "0 open, 1 take-up, 2 elastic, 3 full slip, 4 full slip the other way, 5 held"),
-    "load_work": About("J", "work of the load since the start"),
-    "lever_work": About("J", "work of the lever since the start"),
-    "friction_heat": About("J", "friction heat since the start"),
-    "tension": About("N", "tension of the band behind each lining, counted from the slack end"),
-    "lever_force": About("N", "force of the actuator on each pad or shoe"),
-    "normal_load": About("N", "normal load on each lining"),
-    "friction_force": About("N", "friction force on each lining"),
-    "temperature": About("K", "temperature of every thermal node"),
-    "rim_temperature": About("K", "surface temperature of the rim"),
-    "lining_temperature": About("K", "surface temperature of the linings"),
-    "band_temperature": About("K", "temperature of the band"),
-    "heat_lost": About("J", "heat lost to the surroundings since the start"),
-    "friction_coefficient": About("", "coefficient of friction of each lining, sliding"),
-    "lining_outer_temperature": About("K", "temperature of the outer faces of the linings"),
-    "bandage_speed": About("rad/s", "speed of the bandage (the mean of the linings where each has its own)"),
-    "lining_speed": About("rad/s", "speed of each lining"),
-    "displacement": About("m", "displacement of each lining along the band circle"),
-    "damper_heat": About("J", "heat of dampers since the start"),
-    "electrical_work": About("J", "electrical part of the friction work since the start"),
-    "mechanical_work": About("J", "mechanical part of the friction work since the start"),
-    "worn_thickness": About("m", "thickness that each lining lost since the start"),
-    "friction_memory": About("", "state of the friction law of each lining (several: in the order of its PyTree)"),
-}
+def _columns(series: type) -> dict[str, About]:
+    """The columns of a `Series` or a `PairSeries`, as their annotations say."""
+    hints = series.__annotations__.items()
+    return {name: About(*get_args(hint)[1:]) for name, hint in hints if get_origin(hint) is Annotated}
 
-#: columns of a `PairSeries`
-PAIR_COLUMNS = {
-    "normal_load": About("N", "normal load on each lining, preload included"),
-    "friction_force": About("N", "friction force on each lining"),
-    "slip_speed": About("m/s", "slip speed of each lining"),
-    "sense": About("", "0 the lining sticks, +1 and -1 it slides"),
-    "torque": About("N*m", "torque that the pair passes on"),
-    "friction_work": About("J", "friction work since the start"),
-    "heat": About("J", "friction heat since the start"),
-    "capacity": About("N*m", "torque up to which the pair sticks, or with which it slides"),
-    "friction_coefficient": About("", "coefficient of friction of each lining, sliding"),
-    "worn_thickness": About("m", "thickness that each lining lost since the start"),
-    "friction_memory": About("", "state of the friction law of each lining (several: in the order of its PyTree)"),
-}
+
+SERIES_COLUMNS, PAIR_COLUMNS = _columns(Series), _columns(PairSeries)
+
+
+def series_of(p: Probe, shares: PowerShares | None, names: tuple[str, ...]) -> Series:
+    """All columns of a probe; `names`: of the friction pairs."""
+    pairs = {}
+    for i, name in enumerate(names):
+        seen = seen_of(p, shares, i)
+        pairs[name] = PairSeries(**{key: column.find(p, seen) for key, column in PAIR_COLUMNS.items()})
+    first = seen_of(p, shares, 0)
+    return Series(**{key: column.find(p, first) for key, column in SERIES_COLUMNS.items()}, pairs=pairs)
+
+
 _OF_PAIR = re.compile(rf"(?P<pair>[a-z][a-z_]*?)_(?P<column>{'|'.join(PAIR_COLUMNS)})")
 
 
@@ -212,3 +276,40 @@ def flat(series: Series, *, pairs: bool) -> dict[str, Any]:
         for pair, columns in series.pairs.items():
             found |= {f"{pair}_{name}": values for name, values in columns._asdict().items()}
     return {name: values for name, values in found.items() if values is not None}
+
+
+# --- times ------------------------------------------------------------------------------------------------------------
+
+
+def outside(ts: Array, start: Number, end: Number) -> Bool[Array, " m"]:
+    """Which of the times `ts` are not in a run from `start` to `end`, rounding at the two ends allowed for."""
+    rounding = 1e-9 * (end - start) + 1e-15 * (abs(start) + abs(end))
+    return ~((ts >= start - rounding) & (ts <= end + rounding))  # written so that a NaN is outside
+
+
+def fault_of_times(ts: np.ndarray, start: float, end: float, path: str, hint: str = "") -> Fault | None:
+    """What is wrong with times of which some are not in a run, `None` if all are."""
+    bad = ts[outside(ts, start, end)]
+    if not bad.size:
+        return None
+    more = f" (and {bad.size - 1} more of {ts.size} times)" if bad.size > 1 else ""
+    return Fault(path, f"{bad[0]:g} s is outside the run{more}", f"between {start:g} and {end:g} s{hint}")
+
+
+def array_of_times(ts: Any, path: str) -> np.ndarray:
+    """Times (m,) of a list, an array or one number. Raises `InputError` for anything else, and for no times."""
+    try:
+        found = np.atleast_1d(np.asarray(ts, np.float64))
+    except (TypeError, ValueError):
+        raise InputError([Fault(path, f"{ts!r} are no numbers", "times in s")]) from None
+    if found.ndim != 1 or not found.size:
+        raise InputError([Fault(path, f"have the shape {found.shape}", "one time in s, or a list of times")])
+    return found
+
+
+def times_within(ts: Any, start: float, end: float, path: str, hint: str = "") -> np.ndarray:
+    """Times (m,) in a run, those that only rounding puts outside moved to its ends. Raises `InputError` for others."""
+    found = array_of_times(ts, path)
+    if fault := fault_of_times(found, start, end, path, hint):
+        raise InputError([fault])
+    return np.clip(found, start, end)

@@ -1,10 +1,11 @@
-"""The front door: a scene in, a result out; long runs in stretches."""
+"""The front door: a scene in, a result out; long runs in stretches; programs prepared once for many runs."""
 
 import functools
 import math
+import re
 import time
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
 
 import diffrax
 import equinox as eqx
@@ -13,6 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
 from jax.custom_batching import custom_vmap
+from jaxtyping import Float, PyTree
 
 from .._base._compiling import (
     Packing,
@@ -27,10 +29,11 @@ from .._base._compiling import (
 from .._base._faults import Fault, InputError
 from .._base._progress import telling
 from .._base._quantity import faults_of_tolerance, leaves
-from .._parts._scene import Scene, checked
+from .._parts._scene import Scene, check, checked
 from .._physics._assemble import assemble
+from .._physics._brake import BrakeSystem, State
+from .._physics._mechanism import Mode
 from ..hybrid import (
-    AbstractHybridSystem,
     AbstractMethod,
     Code,
     ExplicitRungeKutta,
@@ -42,8 +45,12 @@ from ..hybrid import (
     joined,
     stretch,
 )
+from ..hybrid._arrays import Array
 from ._choice import stiffness
-from ._outcome import SimulationError
+from ._edit import with_values
+from ._log import SimulationError
+from ._measure import Metric, check_metrics, measure, name_of
+from ._probe import Number, is_traced
 from ._result import Limits, Result
 
 #: step attempts in a stretch at most
@@ -59,12 +66,14 @@ _TARGET = 0.25
 
 #: told of the time reached and the end time, both s
 Tell = Callable[[float, float], Any]
+Solver = AbstractMethod | diffrax.AbstractERK
 
 
-def posed(
-    scene: Scene, rtol: Any, max_step: Any, max_events: Any, max_steps: int
-) -> tuple[AbstractHybridSystem, Any, Any, Settings]:
-    """What is to be integrated: system, state and mode at the start, and the settings of the integrator."""
+def _posed(
+    packing: Packing, numbers: Float[Array, " k"], max_steps: int
+) -> tuple[tuple[BrakeSystem, State, Mode, Array, Array], Settings]:
+    """What is to be integrated: system, state and mode at the start, times; and the settings of the integrator."""
+    scene, rtol, max_step, max_events = packing.unpack(numbers)
     system, state, mode = assemble(scene)
     if system.guard_samples:
         # a profile of one's own may hide a pulse: with the samples inside a step, 1/1000 of the run is looked at
@@ -77,7 +86,7 @@ def posed(
         max_steps=max_steps,
         guard_samples=system.guard_samples,
     )
-    return system, state, mode, settings
+    return (system, state, mode, scene.initial.time, scene.end_time), settings
 
 
 @functools.lru_cache(maxsize=64)
@@ -85,19 +94,12 @@ def _stretch_program(packing: Packing, method: AbstractMethod, device: Any) -> t
     """One stretch of all runs of one structure, compiled: a function of the numbers, what the stretch before has left,
     and its length, in one vector; and what the first stretch begins with."""
 
-    def begin(numbers: Any) -> Any:
-        scene, *limits = packing.unpack(numbers)
-        system, state, mode, _ = posed(scene, *limits, max_steps=STRETCH)
-        return beginning(system, state, mode, scene.initial.time)
-
     n = packing.size
-    size = jax.eval_shape(begin, np.ones(n)).shape[0]
+    size = jax.eval_shape(lambda x: beginning(*_posed(packing, x, STRETCH)[0][:4]), np.ones(n)).shape[0]
 
-    def run(x: Any) -> tuple[Record, Any]:
-        scene, *limits = packing.unpack(x[:n])
-        system, state, mode, settings = posed(scene, *limits, max_steps=STRETCH)
-        ends = scene.initial.time, scene.end_time
-        return stretch(system, state, mode, *ends, method, settings, x[n:-1], x[-1].astype(jnp.int32))
+    def run(x: Array) -> tuple[Record, Array]:
+        problem, settings = _posed(packing, x[:n], STRETCH)
+        return stretch(*problem, method, settings, x[n:-1], x[-1].astype(jnp.int32))
 
     return compiled(run, np.ones(n + size + 1), longest=LONGEST, device=device), np.full(size, np.nan)
 
@@ -140,11 +142,6 @@ def long_run(
 _STEPS = (STRETCH, 16384, 131072)
 
 
-def _run(scene: Scene, rtol: Any, max_step: Any, max_events: Any, method: AbstractMethod, max_steps: int) -> Record:
-    system, state, mode, settings = posed(scene, rtol, max_step, max_events, max_steps)
-    return hybridsolve(system, state, mode, scene.initial.time, scene.end_time, method, settings)
-
-
 def _marked(scene: Scene) -> Scene:
     """The scene with a start that is not a number if any number in it is not finite: such a run ends before it begins.
 
@@ -156,12 +153,12 @@ def _marked(scene: Scene) -> Scene:
     return eqx.tree_at(lambda s: s.initial.time, scene, start)
 
 
-def run_of_numbers(packing: Packing, method: AbstractMethod, max_steps: int) -> Callable[[Any], Record]:
+def run_of_numbers(packing: Packing, method: AbstractMethod, max_steps: int) -> Callable[[Array], Record]:
     """The run of all scenes of one structure, a function of their numbers and of the limits."""
 
-    def run(numbers: Any) -> Record:
-        scene, rtol, max_step, max_events = packing.unpack(numbers)
-        return _run(scene, rtol, max_step, max_events, method=method, max_steps=max_steps)
+    def run(numbers: Array) -> Record:
+        problem, settings = _posed(packing, numbers, max_steps)
+        return hybridsolve(*problem, method, settings)
 
     return run
 
@@ -175,7 +172,7 @@ def _program(packing: Packing, method: AbstractMethod, max_steps: int, device: A
 
 
 @functools.lru_cache(maxsize=256)
-def _part(packing: Packing, method: AbstractMethod, max_steps: int) -> Callable[[Any], Record]:
+def _part(packing: Packing, method: AbstractMethod, max_steps: int) -> Callable[[Array], Record]:
     """The run as part of a larger program: as one function where XLA can do that, but not where it is differentiated
     or many of it run side by side, as nobody can tell there what XLA makes of it."""
     run = jax.jit(run_of_numbers(packing, method, max_steps))
@@ -188,20 +185,20 @@ def _part(packing: Packing, method: AbstractMethod, max_steps: int) -> Callable[
         return "dot_general" not in text and fits_one_function(text, LONGEST)
 
     @custom_vmap
-    def marked(numbers: Any) -> Record:
+    def marked(numbers: Array) -> Record:
         return one_function(run, numbers) if joins() else run(numbers)
 
     @marked.def_vmap
-    def _(size: int, batched: Any, numbers: Any) -> tuple[Record, Any]:
+    def _(size: int, batched: PyTree, numbers: Array) -> tuple[Record, PyTree]:
         found = jax.vmap(run)(numbers)
         return found, jax.tree.map(lambda _: True, found)
 
     @jax.custom_jvp
-    def part(numbers: Any) -> Record:
+    def part(numbers: Array) -> Record:
         return marked(numbers)
 
     @part.defjvp
-    def _(primals: Any, tangents: Any) -> tuple[Record, Any]:
+    def _(primals: PyTree, tangents: PyTree) -> tuple[Record, PyTree]:
         return jax.jvp(run, primals, tangents)
 
     return part
@@ -216,7 +213,7 @@ def require_64_bits() -> None:
         )
 
 
-def check_limits(rtol: Any, max_step: Any = np.inf, max_steps: int | None = None, max_events: int = 0) -> None:
+def check_limits(rtol: Number, max_step: Number = np.inf, max_steps: int | None = None, max_events: int = 0) -> None:
     """Raises `InputError` where a tolerance or a limit cannot be meant; traced ones cannot be looked at and pass."""
     found = faults_of_tolerance(rtol)
     if not isinstance(max_step, Tracer) and not np.all(np.asarray(max_step) > 0):
@@ -228,7 +225,7 @@ def check_limits(rtol: Any, max_step: Any = np.inf, max_steps: int | None = None
         raise InputError(found)
 
 
-def solver_for(stiff: bool) -> Any:
+def solver_for(stiff: bool) -> Solver:
     """The solver where the caller names none."""
     return Rodas5P() if stiff else diffrax.Dopri8()
 
@@ -246,25 +243,16 @@ def room_for(result: Result) -> int:
     return 1 << math.ceil(math.log2(1.25 * int(result.record.count) + 48))
 
 
-def _recorded(numbers: Any, packing: Packing, method: AbstractMethod, limits: tuple[int, ...], tell: Any) -> Any:
-    """The record of a run in the numbers packed, with space for as many step attempts as the first limit that does."""
-    if limits[0] <= STRETCH:  # over in a moment
-        record: Any = _program(packing, method, limits[0], run_device()).call(numbers)
-        if int(record.code) != Code.STEP_LIMIT or len(limits) == 1:
-            return record
-    return long_run(numbers, packing, method, limits, tell)
-
-
 def simulate(
     scene: Scene,
     *,
-    solver: Any = None,
-    rtol: Any = 1e-10,
-    max_step: Any = np.inf,
+    solver: Solver | None = None,
+    rtol: Number = 1e-10,
+    max_step: Number = np.inf,
     max_steps: int | None = None,
     max_events: int = 10_000,
     throw: bool = True,
-    progress: Any = False,
+    progress: bool | Tell | None = False,
 ) -> Result:
     """Runs a scene to its end time through all its events.
 
@@ -291,40 +279,207 @@ def simulate(
     require_64_bits()
     check_limits(rtol, max_step, max_steps, max_events)
     scene = checked(scene)
-    traced = any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves((scene, rtol)))
     solver = solver_of(scene, solver)
     method = method_of(scene, solver)
     name = type(solver).__name__
     rtol_, longest = np.asarray(rtol, np.float64) if np.isscalar(rtol) else rtol, np.asarray(max_step, np.float64)
     events = np.asarray(max_events, np.int32)
     limits = Limits(longest, events, max_steps)
-    if traced:
+    if is_traced((scene, rtol)):
         numbers, packing = pack((_marked(scene), rtol_, longest, events), jnp)
         record = _part(packing, method, max_steps or _STEPS[0])(numbers)
         return Result(scene, record, rtol_, name, limits)
     numbers, packing = pack((scene, rtol_, longest, events))
+    rooms = step_limits(scene, max_steps)
     with telling(progress) as tell:
-        record = _recorded(numbers, packing, method, step_limits(scene, max_steps), tell)
+        short = rooms[0] <= STRETCH  # over in a moment
+        record = _program(packing, method, rooms[0], run_device()).call(numbers) if short else None
+        if record is None or (int(record.code) == Code.STEP_LIMIT and len(rooms) > 1):
+            record = long_run(numbers, packing, method, rooms, tell)
     result = Result(scene, record, rtol_, name, limits)  # pyright: ignore
     if throw and not result.ok:
         raise SimulationError(f"{result.status}: {result.message}", result)
     return result
 
 
-def solver_of(scene: Scene, solver: Any = None) -> Any:
+def solver_of(scene: Scene, solver: Solver | None = None) -> Solver:
     """The solver given, or the one that `simulate` chooses for a scene."""
     if solver is not None:
         return solver
-    traced = any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves(scene))
-    return solver_for(scene.heated if traced else stiffness(scene)[0])
+    return solver_for(scene.heated if is_traced(scene) else stiffness(scene)[0])
 
 
-def method_of(scene: Scene, solver: Any) -> AbstractMethod:
+def method_of(scene: Scene, solver: Solver) -> AbstractMethod:
     """The method of a scene's run with a solver."""
     # with heat the equations are long: a program in which they stand once compiles and runs faster
     return _method(solver).rolled() if scene.heated else _method(solver)
 
 
 @functools.lru_cache
-def _method(solver: Any) -> AbstractMethod:
+def _method(solver: Solver) -> AbstractMethod:
     return solver if isinstance(solver, AbstractMethod) else ExplicitRungeKutta(solver)
+
+
+# --- prepared once: numbers in, metrics and their derivatives out, without any tracing or checking --------------------
+
+#: numbers by path, a whole vector of them, or those of the prepared scene
+Values = Mapping[str, Any] | np.ndarray | None
+
+_MOST_STEPS = 1 << 20
+#: lines up to which derivatives are compiled as one function: with Rodas5P it would take minutes
+_LONGEST_SLOPES = 19_000
+_COUNTS = 6  # code and counts of steps, behind the metrics
+_ENTRY = re.compile(r"^(?P<path>.*)\[(?P<index>-?\d+)\]$")
+
+
+class Answer(NamedTuple):
+    """What a prepared run gives: metrics by name (`inf`: a time that never came), result code, counts of steps."""
+
+    metrics: dict[str, Any]
+    code: int  # 0: the run reached its end time; else one of `simbrake.results.FAILURES`
+    accepted: int
+    rejected: int
+    retaken: int
+    events: int
+    segments: int
+
+
+class Prepared:
+    """A scene compiled for fast runs with other numbers; made by `prepare`.
+
+    - `numbers` (k,): all numbers of the scene as one vector; `places`: path → where they lie in it
+    - `metrics`: names in the order of `gradient`'s rows
+    - `program`: the compiled run, with the seconds that tracing and compiling took
+    """
+
+    def __init__(self, scene: Scene, metrics: Sequence[Metric], solver: Solver, rtol: float, max_steps: int) -> None:
+        self.scene, self.solver, self.rtol, self.max_steps = scene, solver, rtol, max_steps
+        self.metrics = tuple(name_of(metric) for metric in metrics)
+        self._asked = tuple(metrics)
+        self.numbers, self._like = pack(scene)
+        self.places = self._places()
+        self.program = self._compile()
+        self._slope: Program | None = None
+
+    def _places(self) -> dict[str, slice]:
+        # a scene whose numbers are replaced by their places tells where each path lies
+        counted = self._like.unpack(np.arange(self.numbers.size, dtype=np.float64))
+        found = {}
+        for leaf in leaves(counted):
+            first = int(np.ravel(leaf.value)[0])
+            found[leaf.path] = slice(first, first + int(np.size(leaf.value)))
+        return found
+
+    def _run(self, numbers: Float[Array, " k"]) -> Float[Array, " out"]:
+        scene, rtol = self._like.unpack(numbers[:-1]), numbers[-1]
+        result = simulate(scene, solver=self.solver, rtol=rtol, max_steps=self.max_steps)
+        found = [measure(result, metric) for metric in self._asked]
+        ends = np.cumsum([0, *(value.size for value in found)]).tolist()
+        wheres = [a if value.ndim == 0 else slice(a, b) for a, b, value in zip(ends, ends[1:], found, strict=False)]
+        self._spans = list(zip(self.metrics, wheres, strict=True))  # of the metrics, known once it is traced
+        counts = jnp.stack([jnp.asarray(n, jnp.float64) for n in (result.code, *result.record.stats)])
+        return jnp.concatenate([*(jnp.ravel(value) for value in found), counts])
+
+    def _compile(self) -> Program:
+        return compiled(self._run, self._input(self.numbers, self.rtol))
+
+    def vector(self, values: Values = None) -> np.ndarray:
+        """The numbers with some of them changed, by path (`{"initial.omega": 18.0}`), or such a vector as it is."""
+        if values is None:
+            return self.numbers
+        if isinstance(values, np.ndarray):
+            return values
+        numbers = self.numbers.copy()
+        for path, value in values.items():
+            numbers[self._place(path)] = value
+        return numbers
+
+    def _place(self, path: str) -> slice | int:
+        if path in self.places:
+            return self.places[path]
+        entry = _ENTRY.match(path)
+        whole = self.places.get(entry["path"]) if entry else None
+        if entry is None or whole is None:
+            with_values(self.scene, {path: 0.0})  # raises what is wrong with an unknown path
+            raise InputError([Fault(path, "is absent in the prepared scene", "prepare a scene that has it")])
+        return range(whole.start, whole.stop)[int(entry["index"])]
+
+    def __call__(self, values: Values = None, *, rtol: float | None = None) -> Answer:
+        """Runs with these numbers (and another tolerance); what a run of `simulate` would raise is in `code`.
+
+        Values are taken as they are: `check` looks at them first.
+        """
+        numbers = self._input(self.vector(values), self.rtol if rtol is None else rtol)
+        out = np.asarray(self.program.call(numbers))
+        *_, code, accepted, rejected, retaken, events, segments = out.tolist()
+        if code == Code.STEP_LIMIT and self.max_steps < _MOST_STEPS:
+            # the record was too short for these numbers: a longer one, from now on
+            self.max_steps, self._slope = 4 * self.max_steps, None
+            self.program = self._compile()
+            return self(values, rtol=rtol)
+        metrics = {name: out[where].item() if type(where) is int else out[where] for name, where in self._spans}
+        counts = int(accepted), int(rejected), int(retaken), int(events), int(segments)
+        return Answer(metrics, int(code), *counts)
+
+    @staticmethod
+    def _input(numbers: np.ndarray, rtol: float) -> np.ndarray:
+        whole = np.empty(numbers.size + 1)
+        whole[:-1] = numbers
+        whole[-1] = rtol
+        return whole
+
+    def gradient(self, values: Values = None) -> np.ndarray:
+        """Derivatives of all metrics with respect to all numbers, (metrics, k), by one reverse pass for each metric.
+
+        Zero for a metric that is infinite. Compiles at the first call.
+        """
+        numbers = self._input(self.vector(values), self.rtol)
+        if self._slope is None:
+            self._slope = compiled(self._slopes, numbers, longest=_LONGEST_SLOPES)
+        return np.asarray(self._slope.call(numbers))
+
+    def _slopes(self, numbers: Float[Array, " k"]) -> Float[Array, "metrics numbers"]:
+        found, back = jax.vjp(lambda x: self._run(x)[:-_COUNTS], numbers)
+        eye = jnp.where(jnp.isfinite(found), 1.0, 0.0) * jnp.eye(found.size)
+        if found.size < 3:
+            return jnp.stack([back(row)[0][:-1] for row in eye])
+        return jax.lax.map(lambda row: back(row)[0][:-1], eye)
+
+    def check(self, values: Values = None) -> Scene:
+        """The scene with these numbers. Raises `InputError` with all faults of it."""
+        scene = self._like.unpack(self.vector(values))
+        check(scene)
+        return scene
+
+    def result(self, values: Values = None) -> Result:
+        """The whole `Result` of a run with these numbers, by `simulate`."""
+        scene = self.check(values)
+        return simulate(scene, solver=self.solver, rtol=self.rtol, max_steps=self.max_steps, throw=False)
+
+
+def prepare(
+    scene: Scene,
+    metrics: Sequence[Metric] = ("slip_onset_time", "full_slip_time", "stopping_time"),
+    *,
+    solver: Solver | None = None,
+    rtol: float = 1e-10,
+    max_steps: int | None = None,
+) -> Prepared:
+    """Compiles a scene's run for many calls with other numbers, each some tens of microseconds: loops, live displays.
+
+        run = simbrake.prepare(scene, ["stopping_time"])
+        run({"initial.omega": 18.0}).metrics["stopping_time"]
+        run.gradient({"initial.omega": 18.0})[0, run.places["brake.pulley.inertia"]]
+
+    - `metrics`: names, energies as `energy.…`, or functions of a `Result` to a number or an array
+    - `solver`, `rtol`: as for `simulate`, chosen once for the scene given
+    - `max_steps`: step attempts to make room for; by default what the scene's own run needs and a quarter more. A run
+      that needs more is compiled anew with more room
+
+    Raises `InputError` for a faulty scene or metric, and `SimulationError` where the scene's own run fails.
+    """
+    scene = checked(scene)
+    check_metrics(scene, metrics)
+    solver = solver_of(scene, solver)
+    limit = max_steps or room_for(simulate(scene, solver=solver, rtol=rtol))
+    return Prepared(scene, metrics, solver, rtol, limit)

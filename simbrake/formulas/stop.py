@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from .._parts._scene import Scene, band_brake, sensed_at_start, sensed_on_rim_at_start
+from .._parts._scene import Scene, band_brake, sensed_at_start
 from .._physics._staged import Held, InternalPair
 from .._run._log import internal_slip_tension
 from ..brakes._band import grip, running_product, tension_ratio
@@ -30,7 +30,7 @@ def friction_at_start(scene: Scene, pair: str = "external") -> Float[np.ndarray,
     """Sliding coefficient of a pair at the initial speed and temperatures, without pressure."""
     brake, n, inside = band_brake(scene), scene.brake.linings.count, pair == "internal"
     part, radius = brake.rubbing_part(pair), brake.pulley.radius if inside else brake.band.radius
-    sensed = sensed_on_rim_at_start(scene) if inside else sensed_at_start(scene)
+    sensed = sensed_at_start(scene, -1) if inside else sensed_at_start(scene)
     contact = unloaded(part, jnp.full(n, abs(float(radius) * float(scene.initial.omega))), sensed)
     return np.broadcast_to(np.asarray(part.friction.kinetic(contact)), (n,))
 
@@ -138,7 +138,7 @@ def classical_staged_stop(scene: Scene) -> StagedStop | None:
     load, J = load_and_inertia(scene)
     T_0, J_b = jnp.asarray(float(lever.scale())), float(np.sum(np.asarray(bandage.inertia)))
     pair = InternalPair(bandage, jnp.asarray(brake.pulley.radius), jnp.sin(angle / 2))
-    T_inner, sliding = sensed_on_rim_at_start(scene), jnp.asarray(float(brake.pulley.radius) * omega)
+    T_inner, sliding = sensed_at_start(scene, -1), jnp.asarray(float(brake.pulley.radius) * omega)
     T_inner = None if T_inner is None else jnp.asarray(T_inner)
     surface = SurfaceState(T_inner, memory_at_start(bandage.friction, pair.count))
     held = Held(sliding, surface, jnp.asarray(False))

@@ -23,8 +23,8 @@ from .._parts._scene import Scene, band_brake, faults, read_by_linings
 from .._physics._assemble import assemble
 from .._physics._sliding import Grip
 from .._run._linings import Rubbing, fault_of_pair, friction_work, lining_mean, lining_wear, quantity_of, wearing
+from .._run._log import FAILURES, SimulationError
 from .._run._measure import name_of
-from .._run._outcome import FAILURES, SimulationError
 from .._run._probe import as_tree
 from .._run._result import Result
 from ..brakes._band import running_product

@@ -155,7 +155,7 @@ def pulley(result: Result, time: float | int | None = None, *, figure: Figure | 
     angles = on_circle(lining_edges(band_brake(one_run(result).scene)))
     t, p = _moment(result, time, "max_tension", lambda p: p.shown.tension)
     contacts = lining_contacts(result, p)
-    tension = np.append(float(p.flows.slack_tension[0]), np.asarray(p.shown.tension)[0]) / 1e3
+    tension = np.append(float(p.flows.contact.slack_tension[0]), np.asarray(p.shown.tension)[0]) / 1e3
     figure = sheet(figure, 9.0, 9.4)
     axes = figure.subplots()
     rings = draw_wheel(axes, angles, contacts)
@@ -175,7 +175,7 @@ def pulley(result: Result, time: float | int | None = None, *, figure: Figure | 
     axes.axis("off")
     why = ", when the tension is greatest" if time is None else ""
     title = f"tension of the band and normal load of the linings at t = {t:.6g} s{why}"
-    title += f"\nbrake torque {float(p.flows.brake_torque[0]) / 1e3:.4g} kN·m"
+    title += f"\nbrake torque {float(p.flows.contact.brake_torque[0]) / 1e3:.4g} kN·m"
     if np.isin(next(iter(contacts.values())), (Contact.STICKS, Contact.AT_LIMIT)).any():
         distribution = result.record.system.mechanism.distribution  # pyright: ignore
         title += "\n" + textwrap.fill(f"how linings that stick share it: {distribution}", 100)
@@ -294,7 +294,7 @@ def pressed(result: Result, time: float | int | None = None, *, figure: Figure |
     ]
     shown = lines if len(lines) <= 4 else [*lines[:2], f"… {len(lines) - 3} more …", lines[-1]]
     wheel.text(0.5, -0.02, "\n".join(shown), transform=wheel.transAxes, ha="center", va="top", fontsize=9)
-    force, torque = float(p.flows.slack_tension[0]) / 1e3, float(p.flows.brake_torque[0]) / 1e3
+    force, torque = float(p.flows.contact.slack_tension[0]) / 1e3, float(p.flows.contact.brake_torque[0]) / 1e3
     figure.suptitle(
         f"{brake.words.brake} at t = {t:.6g} s: force of the actuator {force:.4g} kN, brake torque {torque:.4g} kN·m",
         fontsize=11,

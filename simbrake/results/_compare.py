@@ -17,7 +17,7 @@ from .._base._table import Column, Table, plain, pretty
 from .._parts._scene import Scene
 from .._run._edit import with_values
 from .._run._log import Event
-from .._run._metrics import about_metric
+from .._run._metrics import about_output
 from .._run._result import Result
 from .._run._simulate import simulate
 from ..files._scene_file import scene_from_text
@@ -183,7 +183,7 @@ def repeat(result: Result, progress: Any = False) -> Repeat:
     shifts, unmatched = _shifts(events, other.events)
     found, rows = other.metrics, []
     for name in (name for name in metrics if name in found):
-        unit = "J" if name.startswith("heat_") else about_metric(name)["units"]  # heats are there too
+        unit = "J" if name.startswith("heat_") else about_output(name)["units"]  # heats are there too
         rows.append(Shift(name, unit, metrics[name], found[name]))
     return Repeat(other_rtol, tighter, shifts, tuple(rows), unmatched, longest)
 

@@ -21,7 +21,7 @@ from .._base._compiling import accelerators, run_device
 from .._base._faults import Fault, InputError, whole_file
 from .._base._quantity import leaves
 from .._parts._scene import Scene, warnings
-from .._run._metrics import about_energy, about_metric
+from .._run._metrics import about_output
 from .._run._result import Result
 from .._run._series import SERIES_COLUMNS, Series, flat, meaning_of_column, times_within, unit_of_column
 from ..files._scene_file import scene_from_text, scene_text
@@ -206,8 +206,10 @@ def _numbers(result: Result) -> Variables:
     for name, value in {**summary["metrics"], **summary["at"]}.items():
         if name not in energies:  # heats stand among the energies
             value = value if isinstance(value, int) else float(np.inf if value is None else value)
-            found[name] = ((), np.asarray(value), about_metric(name))
-    found |= {f"energy.{name}": ((), np.asarray(value), about_energy(name)) for name, value in energies.items()}
+            found[name] = ((), np.asarray(value), about_output(name))
+    found |= {
+        f"energy.{name}": ((), np.asarray(value), about_output(f"energy.{name}")) for name, value in energies.items()
+    }
     about = {
         "steps": (int(stats.accepted), "steps accepted"),
         "rejected": (int(stats.rejected), "step attempts rejected for their error"),

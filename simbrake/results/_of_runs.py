@@ -12,7 +12,9 @@ from .._run._linings import lining_wear as lining_wear
 from .._run._linings import overlap as overlap
 from .._run._linings import rubbing as rubbing
 from .._run._log import EVENTS as EVENTS
+from .._run._log import FAILURES as FAILURES
 from .._run._log import Event as Event
+from .._run._log import SimulationError as SimulationError
 from .._run._log import Stage as Stage
 from .._run._log import internal_slip_tension as internal_slip_tension
 from .._run._metrics import METRICS as METRICS
@@ -24,12 +26,10 @@ from .._run._networks import cyclic_steady_state as cyclic_steady_state
 from .._run._networks import simulate_heat as simulate_heat
 from .._run._networks import steady_state as steady_state
 from .._run._networks import with_temperatures as with_temperatures
-from .._run._outcome import FAILURES as FAILURES
-from .._run._outcome import SimulationError as SimulationError
-from .._run._prepare import Answer as Answer
-from .._run._prepare import Prepared as Prepared
-from .._run._prepare import prepare as prepare
 from .._run._probe import integral as integral
 from .._run._result import Result as Result
 from .._run._series import PairSeries as PairSeries
 from .._run._series import Series as Series
+from .._run._simulate import Answer as Answer
+from .._run._simulate import Prepared as Prepared
+from .._run._simulate import prepare as prepare

@@ -30,9 +30,9 @@ from .._parts._scene import Scene, faults
 from .._physics._mechanism import Label
 from .._run._choice import stiffness
 from .._run._edit import with_values
+from .._run._log import FAILURES, status_of
 from .._run._measure import Metric, check_metrics, name_of, unit_of
 from .._run._metrics import METRICS, metric_names
-from .._run._outcome import FAILURES, status_of
 from .._run._simulate import require_64_bits, solver_for
 from ._evaluator import (
     ABOUT,

@@ -9,8 +9,8 @@ import numpy as np
 from .._base._faults import Fault, InputError
 from .._base._progress import Waiting
 from .._parts._scene import Scene
+from .._run._log import FAILURES
 from .._run._measure import Metric, measure
-from .._run._outcome import FAILURES
 from .._run._result import Result
 from ..hybrid._arrays import Array
 from ._evaluator import Box, Evaluation, Evaluator, Faults, Paths, Solver

@@ -15,8 +15,8 @@ from .._base._quantity import Quantity, leaves
 from .._base._table import Column, Table, Tabular, plain
 from .._parts._scene import Scene, faults
 from .._run._edit import with_values
+from .._run._log import FAILURES, SimulationError
 from .._run._measure import Metric, check_metrics, name_of, unit_of
-from .._run._outcome import FAILURES, SimulationError
 from ._ensemble import Dataset, ensemble
 from ._evaluator import Columns, Faults, asked_of, place_of, same_numbers
 
