@@ -79,7 +79,7 @@ def _tiny(x: jax.Array) -> jax.Array:
     return jax.lax.fori_loop(0, 3, lambda _, x: 0.5 * x + 1.0, x)
 
 
-def one_function(function: Callable[[jax.Array], PyTree], numbers: jax.Array) -> PyTree:
+def one_function(function: Callable[[Array], PyTree], numbers: Array) -> PyTree:
     """`function(numbers)` for a jitted function, marked so that XLA makes one function of it for the CPU.
 
     XLA wants every argument of the call to be used, hence one vector.
@@ -193,7 +193,7 @@ class Program(NamedTuple):
 
 def compiled(
     function: Callable[[Any], Any],
-    numbers: np.ndarray,
+    numbers: Array,
     *,
     longest: int = 51_000,
     otherwise: Callable[[Any], Any] | None = None,

@@ -14,7 +14,7 @@ from ..hybrid import CORE, QUADRATURE, AbstractSemiExplicitSystem, largest, smal
 from ..hybrid._arrays import Array
 from ..hybrid._system import Instant, variables_of
 from ..loads import AbstractLoad, AbstractSpeedLever
-from ..profiles import AbstractProfile, hides_nothing, next_known_time
+from ..profiles import AbstractProfile, Real, hides_nothing, next_known_time
 from ..thermal._heat import place_count
 from ..thermal._network import Surroundings
 from ._mechanism import (
@@ -76,18 +76,18 @@ class Capacity(NamedTuple):
         return self.settled & (self.load > 0) & (self.load >= self.torque * (1 - _ROUNDING))
 
 
-def course_of_profile(profile: AbstractProfile, t: Array, piece: Piece) -> Array:
+def course_of_profile(profile: AbstractProfile, t: Array, piece: Piece) -> Real:
     """A profile as a function of time."""
     return profile.value(t, piece)
 
 
-def _course_of_lever(lever: AbstractProfile, t: Array, piece: Piece) -> tuple[Array, Array | None]:
+def _course_of_lever(lever: AbstractProfile, t: Array, piece: Piece) -> tuple[Real, Real | None]:
     one = jnp.ones(())
     follows = isinstance(lever, AbstractSpeedLever)
     return lever.value(t, piece), lever.wanted_torque(t, one, piece, one, one) if follows else None
 
 
-def _course_of_load(load: AbstractLoad, t: Array, piece: Piece) -> Array:
+def _course_of_load(load: AbstractLoad, t: Array, piece: Piece) -> Real:
     return load.torque(t, jnp.ones(()), piece)
 
 
@@ -231,7 +231,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         given, rate = jax.jvp(lambda t: self.lever.value(t, piece), (t,), (jnp.ones_like(t),))
         if not isinstance(self.lever, AbstractSpeedLever):
             return given, rate
-        torque = self.lever.wanted_torque(t, omega, piece, load, jnp.asarray(self.inertia_at(mode)))
+        torque = jnp.asarray(self.lever.wanted_torque(t, omega, piece, load, jnp.asarray(self.inertia_at(mode))))
         follows = self.lever.follows(piece)
         gain = self.mechanism.gain(jnp.where(mode.sense > 0, omega, -omega), surfaces)
         return jnp.where(follows, self.lever.holding(torque, gain), given), jnp.where(follows, 0.0, rate)
@@ -241,7 +241,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
     def variables(self, t: Array, y: State, mode: Mode) -> BrakeNow:
         pairs = self.mechanism.pairs
         net: Any = self.thermal
-        load = self.load.torque(t, y.omega, _piece(mode, LOAD))
+        load = jnp.asarray(self.load.torque(t, y.omega, _piece(mode, LOAD)))
         surfaces = self.surfaces(y)
         tension, pull = self.lever_tension(t, y.omega, mode, load, surfaces)
 
@@ -379,7 +379,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         if not self.mechanism.stretches:
             return still
         z, surfaces = variables_of(self, t, y, before).contact, self.surfaces(y)
-        load = self.load.torque(t, omega, _piece(after, LOAD))
+        load = jnp.asarray(self.load.torque(t, omega, _piece(after, LOAD)))
         tension = self.lever_tension(t, omega, after, load, surfaces)[0]
         strained = self.mechanism.strained(omega, own, (before, z), (after, tension))
         per_joule = [] if self.thermal is None else self._heat_of_a_jump(t, still, after)

@@ -36,7 +36,7 @@ from ._mechanism import (
     slips,
     speed_after,
 )
-from ._sliding import FaceGrip, Grip, Known, Wrap, pick
+from ._sliding import FaceGrip, Grip, Wrap, pick
 
 
 class Together(NamedTuple):
@@ -387,7 +387,9 @@ class PressedContact(AbstractRigidContact):
     def locking_varies(self) -> bool:
         return self.brake.can_lock and self.grip.varies
 
-    def _coefficients(self, force: Array, v: Array, surface: SurfaceState | None, static: Known) -> Float[Array, " n"]:
+    def _coefficients(
+        self, force: Array, v: Array, surface: SurfaceState | None, static: Array | bool
+    ) -> Float[Array, " n"]:
         n = self.brake.linings.count
         # only where no friction presses a lining on may its law look at the pressure
         N = None if self.brake.can_lock else self.brake.normal(force, jnp.zeros(n), False)

@@ -77,7 +77,7 @@ class FaceGrip(AbstractGrip):
         return 1.0
 
     def coefficients(
-        self, v: Array, surface: SurfaceState | None, N: Array | None, static: Known
+        self, v: Array, surface: SurfaceState | None, N: Array | None, static: Array | bool
     ) -> Float[Array, " n"]:
         """`f_i` at slip speeds `v` (n,) signed by the sense, under the normal forces `N` (n,).
 
@@ -133,7 +133,7 @@ class Grip(AbstractGrip):
         return continued(coefficient, v) if self.reads.v or self.flash is not None else coefficient(v)
 
     def coefficients(
-        self, T_0: Array, v: Array, surface: SurfaceState | None, back: Array, *, static: Known
+        self, T_0: Array, v: Array, surface: SurfaceState | None, back: Array, *, static: Array | bool
     ) -> Coefficients:
         """All `f_i`; `v` (n,) slip speeds signed by the sense, `surface` state of the surfaces, `back`: tensions fall.
 

@@ -11,7 +11,7 @@ from jaxtyping import Float
 
 from .._physics._mechanism import BandMode, BrakeCode, Label, events_of_change
 from ..brakes._band import grip, product, running_product, tension_ratio
-from ..brakes._design import Brake, BrakeWords, under_a_band, unloaded
+from ..brakes._design import Bandage, Brake, BrakeWords, under_a_band, unloaded
 from ..hybrid import Code, Record
 from ..hybrid._arrays import Array
 from ._probe import Entry, Number
@@ -354,6 +354,7 @@ def onset_bracket(
     The internal pair can slide only if the first is greater: K's condition that external friction exceeds internal.
     """
     bandage, linings = brake.rubbing_part("internal"), brake.linings
+    assert isinstance(bandage, Bandage)
     angle, still = jnp.asarray(linings.angle), jnp.zeros(linings.count)
     mu = tension_ratio(grip(linings.friction.kinetic(unloaded(linings, still, T_external)), angle))[0]
     Pi = running_product(mu)

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Callable
-from typing import Annotated, Any, NamedTuple, get_args, get_origin
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, get_args, get_origin
 
 import jax
 import numpy as np
@@ -18,6 +18,10 @@ from ._probe import Number, Probe, numpy_of
 Values = Float[Array, " m"]
 Each = Float[Array, "m n"]
 Whole = Int[Array, " m"]
+if TYPE_CHECKING:
+    OfBand = Any  # whoever knows that there is a band need not ask
+else:
+    OfBand = Values | None  # no band
 
 
 class Seen(NamedTuple):
@@ -104,13 +108,13 @@ class Series(NamedTuple):
     omega: Annotated[Values, "rad/s", "speed of the pulley, positive in the braking direction", lambda p, s: p.y.omega]
     elongation: Annotated[Values | None, "m", "elongation x of the band", lambda p, s: p.shown.elongation]
     slack_tension: Annotated[
-        Values | None,
+        OfBand,
         "N",
         "tension T_0 of the band at the slack (lever) end",
         lambda p, s: _of_band(p, p.flows.contact.slack_tension),
     ]
     tight_tension: Annotated[
-        Values | None,
+        OfBand,
         "N",
         "tension T_n of the band at the tight (anchor) end",
         lambda p, s: _of_band(p, p.flows.contact.tight_tension),

@@ -27,7 +27,7 @@ from .._base._compiling import (
     run_device,
 )
 from .._base._faults import Fault, InputError
-from .._base._progress import telling
+from .._base._progress import Tell, Waiting, telling
 from .._base._quantity import faults_of_tolerance, leaves
 from .._parts._scene import Scene, check, checked
 from .._physics._assemble import assemble
@@ -65,7 +65,6 @@ _FIRST = 64
 _TARGET = 0.25
 
 #: told of the time reached and the end time, both s
-Tell = Callable[[float, float], Any]
 Solver = AbstractMethod | diffrax.AbstractERK
 
 
@@ -105,7 +104,7 @@ def _stretch_program(packing: Packing, method: AbstractMethod, device: Any) -> t
 
 
 def long_run(
-    numbers: np.ndarray, packing: Packing, method: AbstractMethod, rooms: Sequence[int], tell: Tell | None = None
+    numbers: Array, packing: Packing, method: AbstractMethod, rooms: Sequence[int], tell: Tell | None = None
 ) -> Record:
     """A run of up to `rooms[-1]` step attempts; its record has space for the least of `rooms` that is enough.
 
@@ -252,7 +251,7 @@ def simulate(
     max_steps: int | None = None,
     max_events: int = 10_000,
     throw: bool = True,
-    progress: bool | Tell | None = False,
+    progress: Waiting | Tell | bool | None = False,
 ) -> Result:
     """Runs a scene to its end time through all its events.
 
@@ -383,13 +382,13 @@ class Prepared:
     def _compile(self) -> Program:
         return compiled(self._run, self._input(self.numbers, self.rtol))
 
-    def vector(self, values: Values = None) -> np.ndarray:
+    def vector(self, values: Values = None) -> Array:
         """The numbers with some of them changed, by path (`{"initial.omega": 18.0}`), or such a vector as it is."""
         if values is None:
             return self.numbers
         if isinstance(values, np.ndarray):
             return values
-        numbers = self.numbers.copy()
+        numbers = np.array(self.numbers)
         for path, value in values.items():
             numbers[self._place(path)] = value
         return numbers
@@ -422,7 +421,7 @@ class Prepared:
         return Answer(metrics, int(code), *counts)
 
     @staticmethod
-    def _input(numbers: np.ndarray, rtol: float) -> np.ndarray:
+    def _input(numbers: Array, rtol: float) -> np.ndarray:
         whole = np.empty(numbers.size + 1)
         whole[:-1] = numbers
         whole[-1] = rtol

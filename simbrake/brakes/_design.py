@@ -170,7 +170,9 @@ class Bandage(Part):
     )
 
 
-def unloaded(pair: AbstractLinings | Bandage, v: Float[Array, " n"], T: Float[Array, "..."] | None) -> AnyContact:
+def unloaded(
+    pair: AbstractLinings | Bandage, v: Float[Array, " n"], T: Float[Array, "..."] | float | None
+) -> AnyContact:
     """The contact of surfaces without load, at slip speeds `v` (n,) and temperatures `T` (K; `None`: none known).
 
     As in a run it has a pressure only where the pair has areas; or where the law cannot do without one. States of the

@@ -10,7 +10,7 @@ from .._parts._scene import Scene, band_brake, sensed_at_start
 from .._physics._staged import Held, InternalPair
 from .._run._log import internal_slip_tension
 from ..brakes._band import grip, running_product, tension_ratio
-from ..brakes._design import unloaded
+from ..brakes._design import Bandage, unloaded
 from ..friction import SurfaceState, memory_at_start
 from ..loads import AbstractSpeedLever
 
@@ -129,6 +129,7 @@ def classical_staged_stop(scene: Scene) -> StagedStop | None:
     """
     brake, lever, omega = band_brake(scene), scene.duty.lever, float(scene.initial.omega)
     bandage = brake.rubbing_part("internal")
+    assert isinstance(bandage, Bandage)
     if omega <= 0 or isinstance(lever, AbstractSpeedLever):
         return None
     angle = jnp.asarray(brake.linings.angle)

@@ -309,9 +309,8 @@ class Scenery:
         clock = f"{1e3 * t:9.3f} ms" if slow else f"{t:9.4f} s "
         words = words_of_rate(self.film.rate(film)) + ("" if seen else "; too fast to be seen")
         travel = "" if self.travel is None else f"   hook travel {phi * self.travel:7.4f} m"
-        slack, tight = (
-            float(x[i]) / 1e3 for x in (self.p.flows.contact.slack_tension, self.p.flows.contact.tight_tension)
-        )
+        now = self.p.flows.contact
+        slack, tight = (float(x[i]) / 1e3 for x in (now.slack_tension, now.tight_tension))
         self.title.set_text(
             f"t = {clock}   {words}\nω = {omega:7.3f} rad/s   φ = {phi / (2 * math.pi):7.4f} turns{travel}\n"
             f"T₀ = {slack:7.2f} kN   Tₙ = {tight:7.2f} kN   brake torque {now.brake_torque[i] / 1e3:7.2f} kN·m"

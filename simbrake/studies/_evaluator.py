@@ -20,7 +20,6 @@ from collections.abc import Callable, Container, Hashable, Iterable, Iterator, M
 from concurrent.futures import Future, ThreadPoolExecutor, as_completed
 from typing import Any, NamedTuple, TypeAlias, TypeVar
 
-import diffrax
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -35,12 +34,11 @@ from .._run._measure import Metric, measure, name_of
 from .._run._metrics import METRICS
 from .._run._probe import end_capacity
 from .._run._result import Result
-from .._run._simulate import room_for, simulate, solver_of, step_limits
-from ..hybrid import AbstractMethod, Code, Rodas5P
+from .._run._simulate import Solver, room_for, simulate, solver_of, step_limits
+from ..hybrid import Code, Rodas5P
 from ..hybrid._arrays import Array
 
 #: how a scene is integrated, as `simulate` takes it
-Solver: TypeAlias = AbstractMethod | diffrax.AbstractSolver
 #: arrays over runs, by name
 Columns: TypeAlias = dict[str, np.ndarray]
 Made = TypeVar("Made")
@@ -457,7 +455,7 @@ def _scan(key: Hashable, result: Result, **static: Any) -> Any:
     return found
 
 
-def _integrator(job: Job, numbers: np.ndarray, like: Packing, device: Any) -> Program:
+def _integrator(job: Job, numbers: Array, like: Packing, device: Any) -> Program:
     """The compiled integration of a chunk whose numbers lie like this; one thread compiles and the others wait.
 
     On a CPU the runs follow one another, if XLA can make one function of it: side by side every step that is an event
