@@ -80,6 +80,7 @@ def _first(record: Record, happens: Happens, values: Array) -> Array:
     after = jax.tree.map(lambda column: xp.concatenate([column[1:], column[-1:]]), before)
     events = (xp.arange(n, dtype=np.int32) < record.count) & (record.rows.kind >= LANDED)
     marked = events & happens(before, after)
+    xp = numpy_of(values)  # in a derivative outside of jit the modes alone are known
     i = xp.minimum(xp.argmax(marked) + 1, n - 1)
     return xp.where(xp.any(marked), xp.asarray(values)[i], np.inf)
 
