@@ -13,7 +13,6 @@ from staged_scenes import stop as staged_stop
 import simbrake as sb
 from simbrake._run._series import PAIR_COLUMNS, SERIES_COLUMNS
 from simbrake.results import PairSeries, Series
-from simbrake.results import _dataset as _columns
 from simbrake.results import _dataset as _result_file
 from simbrake.studies._measured import pick
 
@@ -283,17 +282,27 @@ def test_columns_of_pairs_can_be_measured(plain, staged):
     assert "internal_torque: is not in a run of this scene — nearest: external_torque" in fault
 
 
-def test_a_file_with_columns_of_an_older_release_is_read_as_it_is(staged, tmp_path):
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_a_file_of_an_older_release_is_answered_with_the_new_names(staged, tmp_path, suffix):
+    old = sb.dataset(staged).rename({"internal_normal_load": "internal_load", "internal_sense": "internal_mode"})
+    file = sb.save(old, tmp_path / f"old{suffix}")
+    with pytest.raises(sb.InputError) as caught:
+        sb.load(file)
+    told = str(caught.value)
+    assert "internal_load: was renamed to internal_normal_load" in told
+    assert "internal_mode: was renamed to internal_sense" in told
+    assert "rerun" in told
+    assert "internal_load" in sb.load(file, earlier=True)
+    assert float(sb.results.rerun(file).stopping_time) == pytest.approx(float(staged.stopping_time), rel=1e-12)
+
+
+def test_columns_that_one_result_lacks_are_told(staged):
     now = sb.dataset(staged)
-    old = now.rename({"internal_normal_load": "internal_load", "internal_sense": "internal_mode"})
-    old["internal_slip_speed"] = old.internal_slip_speed.isel(lining=0, drop=True)
-    kept = sb.load(sb.save(old, tmp_path / "old.csv"))
-    assert kept.equals(_columns.normalised(old))
-    found = {change.name: change.place for change in sb.compare(kept, now).series if change.absolute is None}
+    other = now.rename({"internal_normal_load": "pressure"})
+    other["internal_slip_speed"] = other.internal_slip_speed.isel(lining=0, drop=True)
+    found = {change.name: change.place for change in sb.compare(other, now).series if change.absolute is None}
     assert found == {
-        "internal_load": "only in a",
+        "pressure": "only in a",
         "internal_normal_load": "only in b",
-        "internal_mode": "only in a",
-        "internal_sense": "only in b",
         "internal_slip_speed": "of another shape",
     }

@@ -235,6 +235,15 @@ def _columns(series: type) -> dict[str, About]:
 
 SERIES_COLUMNS, PAIR_COLUMNS = _columns(Series), _columns(PairSeries)
 
+#: columns that earlier versions wrote under another name
+RENAMED = {
+    "internal_load": "internal_normal_load",
+    "internal_mode": "internal_sense",
+    "internal_sliding": "internal_sense",
+    "lining_internal_slip_speed": "internal_slip_speed",
+    "lining_internal_torque": "internal_torque",
+}
+
 
 def series_of(p: Probe, shares: PowerShares | None, names: tuple[str, ...]) -> Series:
     """All columns of a probe; `names`: of the friction pairs."""

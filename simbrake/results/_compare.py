@@ -35,7 +35,7 @@ def origin(source: Source) -> Settings:
     """What `provenance` said when a result was stored: of a file, a data set, or (now) a result."""
     if isinstance(source, Result):
         return provenance(source)
-    data, name = (load(source), str(source)) if isinstance(source, str | Path) else (source, "data set")
+    data, name = (load(source, earlier=True), str(source)) if isinstance(source, str | Path) else (source, "data set")
     try:
         return json.loads(data.attrs["provenance"])
     except (AttributeError, KeyError, ValueError) as error:

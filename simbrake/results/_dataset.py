@@ -23,7 +23,7 @@ from .._base._quantity import leaves
 from .._parts._scene import Scene, warnings
 from .._run._metrics import about_output
 from .._run._result import Result
-from .._run._series import SERIES_COLUMNS, Series, flat, meaning_of_column, times_within, unit_of_column
+from .._run._series import RENAMED, SERIES_COLUMNS, Series, flat, meaning_of_column, times_within, unit_of_column
 from ..files._scene_file import scene_from_text, scene_text
 from ..hybrid import LANDED
 from ..studies._ensemble import fingerprint
@@ -461,10 +461,11 @@ def save(result: Result | Dataset, path: str | Path) -> Path:
     return path
 
 
-def load(path: str | Path) -> Dataset:
+def load(path: str | Path, *, earlier: bool = False) -> Dataset:
     """The data set (`xarray.Dataset`) of a result file, or of a folder of `simbrake run --out`.
 
-    Raises `InputError` for a file that is not there, of another kind, damaged, or changed after it was written.
+    Raises `InputError` for a file that is not there, of another kind, damaged, or changed after it was written, and for
+    one of an earlier version whose columns had other names (`earlier=True` reads it as it is).
     """
     path = Path(path)
     if path.is_dir():
@@ -486,6 +487,11 @@ def load(path: str | Path) -> Dataset:
         raise InputError([Fault(str(path), "is no result of a run", f"its attribute `format` would be {FORMAT!r}")])
     if found != _checksum(data):
         raise InputError([Fault(str(path), "is damaged, or was changed after it was written", "save the result again")])
+    if not earlier:
+        hint = "the file is of an earlier version: `simbrake.results.rerun` runs its scene again"
+        renamed = [name for name in map(str, data.data_vars) if name in RENAMED]
+        if found_old := [Fault(f"{path}: {name}", f"was renamed to {RENAMED[name]}", hint) for name in renamed]:
+            raise InputError(found_old)
     return data
 
 

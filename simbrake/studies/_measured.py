@@ -16,7 +16,7 @@ from .._parts._scene import Scene
 from .._run._measure import Metric, check_metrics, name_of, unit_of
 from .._run._metrics import METRICS
 from .._run._result import Result
-from .._run._series import SERIES_COLUMNS, Series, flat, outside, pair_column, unit_of_column
+from .._run._series import RENAMED, SERIES_COLUMNS, Series, flat, outside, pair_column, unit_of_column
 from ..hybrid._arrays import Array
 from ._evaluator import Faults
 
@@ -183,6 +183,8 @@ def unknown_column(where: str, name: str) -> Fault:
     of_pair = pair_column(name)
     if name in _WHOLE or of_pair is not None:
         return Fault(where, f"{name} cannot be fitted", "it is a whole number without a derivative")
+    if name in RENAMED:
+        return Fault(where, f"{name} was renamed", f"it is {RENAMED[name]} now")
     near = difflib.get_close_matches(re.sub(r"\[.*", "", name), COLUMNS, n=3, cutoff=0.5)
     hint = f"nearest: {', '.join(near)}" if near else f"there are: t, {', '.join(COLUMNS)}"
     return Fault(where, f"unknown column {name!r}", hint)
