@@ -357,7 +357,7 @@ def test_what_results_files_and_pages_show_of_states(recovering, tmp_path):
     np.testing.assert_allclose(kept.values[-1, 1], result.record.y_end.memory[0]["seen"], rtol=1e-9)
     json.dumps(result.summary(), allow_nan=False)
     assert "friction_memory_2_3" in series_table(result)[0]
-    with pytest.raises(sb.InputError, match="Recovering is a class"):
+    with pytest.raises(sb.InputError, match="Recovering is a custom class"):
         sb.write_scene(recovering, tmp_path / "scene.toml")
     answer = sb.prepare(recovering, ["stopping_time"])({"brake.linings.friction.time": 1e6})
     assert answer.metrics["stopping_time"] == pytest.approx(OMEGA * J / TORQUE, rel=1e-5)

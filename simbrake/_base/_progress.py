@@ -83,7 +83,7 @@ class _Way(NamedTuple):
 class Waiting:
     """Says on a terminal how long something takes, once it has taken two seconds, and how long it still will if known.
 
-    A context: `with Waiting("run", "compiles") as waiting:`. `now` names what is done next, and how many pieces of it
+    A context: `with Waiting("run", "compiling…") as waiting:`. `now` names what is done next, and how many pieces of it
     are done if it has pieces; `reach` tells how far a run is in its own time. What a run still takes is an upper
     bound, since a brake at rest is simulated in no time.
     """
@@ -174,7 +174,7 @@ def telling(progress: "Waiting | Tell | bool | None") -> Iterator[Tell | None]:
     if progress is False or callable(progress):
         yield progress or None
         return
-    with waiting(progress, "run", "compiles") as told:
+    with waiting(progress, "run", "compiling…") as told:
         yield told.reach
 
 

@@ -111,7 +111,7 @@ class Search:
     message: str = ""
 
     def __post_init__(self) -> None:
-        self.progress, self.least = Waiting("calibrate", "compiles"), np.inf
+        self.progress, self.least = Waiting("calibrate", "compiling…"), np.inf
 
     def look(self, z: np.ndarray) -> tuple[Evaluation, str | None]:
         """The model at a point, and why the point counts as a bad one."""
