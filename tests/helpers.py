@@ -19,7 +19,7 @@ from simbrake.checks._cases_band import closed_form as closed_form
 from simbrake.checks._cases_band import stop_scene as stop_scene
 from simbrake.checks._cases_integrator import arrays as arrays
 from simbrake.checks._cases_integrator import first_event_times as first_event_times
-from simbrake.files._scene_file import open_scene as open_scene
+from simbrake.files import open_scene as open_scene
 from simbrake.hybrid import LANDED, STOPPED
 
 DOPRI8 = sb.hybrid.ExplicitRungeKutta(diffrax.Dopri8())

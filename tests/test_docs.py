@@ -9,18 +9,14 @@ import sys
 import pytest
 
 import simbrake as sb
-from simbrake._physics import _mechanism as _modes
-from simbrake._physics._chain import ChainMode
-from simbrake._physics._mechanism import BAND_MODES, BrakeCode, Label, events_of_change
-from simbrake._physics._sprung import SprungMode
-from simbrake._run import _report
-from simbrake._run._log import EVENTS, FAILURES, STAGES, STATUS_MESSAGES, Status, stage_of
+from simbrake._physics import _chain, _mechanism, _sprung
+from simbrake._run import _log, _report
 from simbrake.hybrid import Code
 from simbrake.results import BandMode
 
 PACKAGE = pathlib.Path(sb.__file__).parent
 DOCS = PACKAGE.parent / "docs"
-LABELS = [Label(int(band), inner) for band in BandMode for inner in (-1, 0, 1)]
+LABELS = [_mechanism.Label(int(band), inner) for band in BandMode for inner in (-1, 0, 1)]
 
 
 @pytest.fixture(scope="module")
@@ -40,10 +36,10 @@ def test_every_change_of_mode_has_names_with_a_row():
         name
         for before, after in itertools.product(LABELS, LABELS)
         for first in (True, False)
-        for name in events_of_change(before, after, first)
+        for name in _mechanism.events_of_change(before, after, first)
     }
     assert {"slip_onset", "full_slip", "stop", "restart", "external_lock", "internal_restick"} <= emitted
-    assert emitted <= EVENTS.keys()
+    assert emitted <= _log.EVENTS.keys()
 
 
 def test_every_name_that_makes_an_event_has_a_row():
@@ -56,17 +52,17 @@ def test_every_name_that_makes_an_event_has_a_row():
             if isinstance(node, ast.FunctionDef) and node.name == "mark_names":
                 found |= {text for text in text_constants(node) if re.fullmatch(r"[a-z_]+", text)}
     assert {"lining_limit", "self_locking", "grip_lost", "permissible_temperature"} <= found
-    assert found <= EVENTS.keys()
+    assert found <= _log.EVENTS.keys()
 
 
 def test_contacts_of_single_linings_have_rows():
-    chain = ChainMode(*[None] * len(ChainMode._fields))
-    bandage = SprungMode(*[None] * len(SprungMode._fields))
+    chain = _chain.ChainMode(*[None] * len(_chain.ChainMode._fields))
+    bandage = _sprung.SprungMode(*[None] * len(_sprung.SprungMode._fields))
     names = {
         f"{contact}_{what}" for mode in (chain, bandage) for contact in mode.contacts for what in ("slip", "stick")
     }
     assert len(names) == 6
-    assert names <= EVENTS.keys()
+    assert names <= _log.EVENTS.keys()
     assert {"slip", "stick"} <= text_constants(ast.parse(pathlib.Path(_report.__file__).read_text("utf-8")))
 
 
@@ -76,17 +72,17 @@ def test_no_row_for_an_event_that_nothing_can_emit():
         if file.name != "_event_names.py":
             said |= text_constants(ast.parse(file.read_text("utf-8")))
     contacts = {f"{contact}_{what}" for contact in said for what in ("slip", "stick")}
-    assert EVENTS.keys() <= said | contacts
+    assert _log.EVENTS.keys() <= said | contacts
 
 
 def test_every_mode_stage_status_and_code_has_words():
-    assert set(BAND_MODES) == set(BandMode)
-    assert {stage_of(label) for label in LABELS} == set(STAGES)
-    assert set(STATUS_MESSAGES) == set(Status)
-    assert set(FAILURES) == (set(Code) | set(BrakeCode)) - {Code.COMPLETED}
-    assert all(len(words) == 2 and all(words) for words in BAND_MODES.values())
-    assert all(about.meaning and about.brakes for about in EVENTS.values())
-    assert _modes.BandMode.HELD in BAND_MODES
+    assert set(_mechanism.BAND_MODES) == set(BandMode)
+    assert {_log.stage_of(label) for label in LABELS} == set(_log.STAGES)
+    assert set(_log.STATUS_MESSAGES) == set(_log.Status)
+    assert set(_log.FAILURES) == (set(Code) | set(_mechanism.BrakeCode)) - {Code.COMPLETED}
+    assert all(len(words) == 2 and all(words) for words in _mechanism.BAND_MODES.values())
+    assert all(about.meaning and about.brakes for about in _log.EVENTS.values())
+    assert _mechanism.BandMode.HELD in _mechanism.BAND_MODES
 
 
 def test_every_public_name_is_on_one_page_of_the_reference(extension):

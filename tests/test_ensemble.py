@@ -18,8 +18,6 @@ import simbrake as sb
 from simbrake._base._progress import Progress, duration
 from simbrake._run._measure import measure
 from simbrake.studies import _ensemble, _evaluator
-from simbrake.studies._ensemble import expected_cost, fingerprint, spread
-from simbrake.studies._evaluator import _integrators, _scanner
 
 SPEED, FRICTION, LEVER = "initial.omega", "brake.linings.friction.coefficient", "duty.slack_tension.level"
 TIMES = ("slip_onset_time", "full_slip_time", "stopping_time")
@@ -113,9 +111,9 @@ def test_many_stops_against_the_closed_form_in_the_callers_order():
         np.testing.assert_allclose(got, [truth["t0"], truth["t1"], truth["stop"]], rtol=1e-10)
     assert np.all(data.code == 0)
     assert done[-1] == (1000, 1000)
-    compiled = list(_integrators), _scanner.on("cpu")._cache_size()
+    compiled = list(_evaluator._integrators), _evaluator._scanner.on("cpu")._cache_size()
     other = sb.ensemble(stop_scene(end=21.0, J=700.0), drawn(1000, 2), TIMES, progress=False, workers=1, rtol=1e-9)
-    assert (list(_integrators), _scanner.on("cpu")._cache_size()) == compiled
+    assert (list(_evaluator._integrators), _evaluator._scanner.on("cpu")._cache_size()) == compiled
     assert not np.any(other.stopping_time == data.stopping_time)
 
 
@@ -204,10 +202,10 @@ def test_interrupted_and_resumed(tmp_path, capsys, monkeypatch):
 def test_expected_cost_is_a_fit_and_sorts():
     x = np.random.default_rng(0).uniform(-1, 1, (500, 3)) * [1.0, 1e3, 0.0]
     steps = np.exp(2.0 + 0.5 * x[:, 0] - 0.3e-6 * x[:, 1] ** 2)
-    known = spread(500, 64)
-    np.testing.assert_allclose(expected_cost(x, known, steps[known]), np.log(steps), atol=1e-4)
+    known = _ensemble.spread(500, 64)
+    np.testing.assert_allclose(_ensemble.expected_cost(x, known, steps[known]), np.log(steps), atol=1e-4)
     assert len(np.unique(known)) == 64
-    few = expected_cost(x, known[:3], steps[known[:3]])
+    few = _ensemble.expected_cost(x, known[:3], steps[known[:3]])
     assert np.all(np.isfinite(few))
 
 
@@ -218,10 +216,10 @@ def test_fingerprints_see_numbers_structure_and_code():
     scenes = [
         stop_scene(lever=sb.profiles.FunctionProfile(law(k)), n=n) for k, n in ((1.0, 4), (1.0, 4), (2.0, 4), (1.0, 5))
     ]
-    marks = [fingerprint(scene) for scene in scenes]
+    marks = [_ensemble.fingerprint(scene) for scene in scenes]
     assert marks[0] == marks[1]
     assert len(set(marks)) == 3
-    assert fingerprint(stop_scene(C=None)) != fingerprint(stop_scene())
+    assert _ensemble.fingerprint(stop_scene(C=None)) != _ensemble.fingerprint(stop_scene())
 
 
 def test_progress_tells_what_is_left(capsys, monkeypatch):

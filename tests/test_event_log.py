@@ -5,8 +5,7 @@ import numpy as np
 import pytest
 
 import simbrake as sb
-from simbrake._run import _probe
-from simbrake._run._report import _rise
+from simbrake._run import _probe, _report
 
 LININGS, BETA, F, T0 = 20, 0.2, 0.4, 1e4
 
@@ -86,7 +85,7 @@ def test_a_slow_zero_does_not_hold_up_the_others():
         return (x - a[some]) ** p[some]
 
     low, high = np.zeros(1001), np.ones(1001)
-    found = _rise(function, low, high, (low - a) ** p, (high - a) ** p)
+    found = _report._rise(function, low, high, (low - a) ** p, (high - a) ** p)
     np.testing.assert_allclose(np.delete(found, 500), np.delete(a, 500), rtol=3e-15)
     assert abs(found[500] - a[500]) <= 1e-15 ** (1 / 9)  # |f| ≤ 1e-15 is taken for 0
     assert evaluated[500] > 10

@@ -16,8 +16,7 @@ from scipy.special import ndtr, ndtri
 
 import simbrake as sb
 from simbrake import plot
-from simbrake.studies._global import morris_design, morris_numbers, sobol_design, sobol_table
-from simbrake.studies._uncertainty import _evaluate, _points, mean_and_deviation, probability, quantile
+from simbrake.studies import _global, _uncertainty
 
 SPREAD = {"initial.omega": 0.10, "brake.pulley.inertia": 0.20, "duty.slack_tension.level": 0.30}
 MEDIAN = {"initial.omega": 20.0, "brake.pulley.inertia": 800.0, "duty.slack_tension.level": 8e3}
@@ -105,14 +104,14 @@ def test_intervals_cover_the_truth_as_often_as_they_say(method, n):
     d, repeats = 4, 250
     hits: dict[str, int] = {}
     for seed in range(repeats):
-        unit, group = _points(n, d, method, 16, seed)
+        unit, group = _uncertainty._points(n, d, method, 16, seed)
         y = stats.norm.ppf(np.clip(unit, 1e-9, 1 - 1e-9)).sum(axis=1)  # normal with the variance d
-        mean, deviation = mean_and_deviation(y, group, 0.95)
+        mean, deviation = _uncertainty.mean_and_deviation(y, group, 0.95)
         pairs = {"mean": (mean, 0.0), "deviation": (deviation, math.sqrt(d))}
         for p in (0.05, 0.5):
-            pairs[f"quantile {p}"] = quantile(y, group, p, 0.95), math.sqrt(d) * ndtri(p)
+            pairs[f"quantile {p}"] = _uncertainty.quantile(y, group, p, 0.95), math.sqrt(d) * ndtri(p)
         for p in (0.3, 0.01):
-            pairs[f"probability {p}"] = probability(y > -math.sqrt(d) * ndtri(p), group, 0.95), p
+            pairs[f"probability {p}"] = _uncertainty.probability(y > -math.sqrt(d) * ndtri(p), group, 0.95), p
         for name, (estimate, truth) in pairs.items():
             hits[name] = hits.get(name, 0) + covered(estimate, truth)
     share = {name: count / repeats for name, count in hits.items()}
@@ -123,11 +122,11 @@ def test_intervals_cover_the_truth_as_often_as_they_say(method, n):
 
 def test_few_runs_bound_what_they_can():
     group = np.arange(20)
-    never = probability(np.zeros(20, bool), group, 0.95)
+    never = _uncertainty.probability(np.zeros(20, bool), group, 0.95)
     assert never.high == pytest.approx(1 - 0.025 ** (1 / 20), rel=1e-9)
-    assert quantile(np.arange(20.0), group, 0.99, 0.95).high == np.inf
+    assert _uncertainty.quantile(np.arange(20.0), group, 0.99, 0.95).high == np.inf
     # order statistics of 20: the 6th and the 15th hold the median with 95.9 %
-    middle = quantile(np.arange(1.0, 21.0), group, 0.5, 0.95)
+    middle = _uncertainty.quantile(np.arange(1.0, 21.0), group, 0.5, 0.95)
     assert (middle.low, middle.value, middle.high) == (6.0, 10.5, 15.0)
 
 
@@ -182,7 +181,9 @@ def test_failed_runs_count_as_failures_and_have_no_metrics():
     data["max_tension"] = "run", np.where(code == 1, np.nan, 1e3 * x)
     asked = ["stopping_time", "max_tension"]
     bounds = {"max_tension": 1.9e3}
-    found = _evaluate(data, np.arange(200), asked, bounds, (0.5,), 0.95, "random", 0, {"x": ("1", 1.0, 1.5, 2.0)})
+    found = _uncertainty._evaluate(
+        data, np.arange(200), asked, bounds, (0.5,), 0.95, "random", 0, {"x": ("1", 1.0, 1.5, 2.0)}
+    )
     assert found.statistics["stopping_time"].count == 150
     assert found.statistics["max_tension"].count == 190
     assert found.statistics["max_tension"].mean.value == pytest.approx(1e3 * x[10:].mean())
@@ -208,12 +209,12 @@ def test_an_interrupted_ensemble_is_no_sample():
 
 def test_sobol_indices_of_the_ishigami_function():
     a, b = 7.0, 0.1
-    x = np.pi * (2 * sobol_design(4096, 3, True, seed=2) - 1)
+    x = np.pi * (2 * _global.sobol_design(4096, 3, True, seed=2) - 1)
     y = np.sin(x[:, 0]) + a * np.sin(x[:, 1]) ** 2 + b * x[:, 2] ** 4 * np.sin(x[:, 0])
     first = (1 + b * np.pi**4 / 5) ** 2 / 2, a**2 / 8, 0.0
     both = b**2 * np.pi**8 * (1 / 18 - 1 / 50)
     variance = sum(first) + both
-    table = sobol_table(["x", "y", "z"], y, True, name="Ishigami")
+    table = _global.sobol_table(["x", "y", "z"], y, True, name="Ishigami")
     truth = dict(zip("xyz", zip(first, (first[0] + both, first[1], both), strict=True), strict=True))
     assert [row.path for row in table.indices] == ["x", "y", "z"]
     for row in table.indices:
@@ -234,8 +235,10 @@ def test_intervals_of_sobol_indices_cover_the_g_function():
     first, total = v / variance, v * np.prod(1 + v) / (1 + v) / variance
     hits, repeats = np.zeros((2, 3)), 100
     for seed in range(repeats):
-        u = sobol_design(128, 3, False, seed)
-        table = sobol_table(["0", "1", "2"], np.prod((abs(4 * u - 2) + a) / (1 + a), axis=1), resamples=200, seed=seed)
+        u = _global.sobol_design(128, 3, False, seed)
+        table = _global.sobol_table(
+            ["0", "1", "2"], np.prod((abs(4 * u - 2) + a) / (1 + a), axis=1), resamples=200, seed=seed
+        )
         for row in table.indices:
             i = int(row.path)
             hits[:, i] += covered(row.first, first[i]), covered(row.total, total[i])
@@ -262,8 +265,8 @@ def test_sobol_indices_of_a_brake_against_closed_forms():
 
 def test_morris_effects_of_a_linear_function_are_its_coefficients():
     a = np.array([3.0, -2.0, 0.5, 0.0])
-    x = morris_design(10, 4, 6, seed=1)
-    found = morris_numbers(x, x @ a, 6, 0.95, 100, seed=1)
+    x = _global.morris_design(10, 4, 6, seed=1)
+    found = _global.morris_numbers(x, x @ a, 6, 0.95, 100, seed=1)
     np.testing.assert_allclose(found.mu, a, atol=1e-12)
     np.testing.assert_allclose(found.mu_star, abs(a), atol=1e-12)
     np.testing.assert_allclose(found.sigma, 0.0, atol=1e-12)

@@ -15,13 +15,9 @@ from helpers import Waiting, closed_form, stop_scene
 
 import simbrake as sb
 from simbrake import plot, with_values
-from simbrake._base._faults import whole_file
-from simbrake._base._table import number
-from simbrake._commands._runs import report as report_run
-from simbrake._commands._runs import title_of
-from simbrake._pages._page import DUTY, PICTURES, contents, draw, render
-from simbrake._pages._page import _scene_text as contents_of_scene
-from simbrake._pages._rows import event_counts, event_table, ledger, verdict
+from simbrake._base import _faults, _table
+from simbrake._commands import _runs
+from simbrake._pages import _page, _rows
 from simbrake._run._measure import limit_checks, read_limits
 from simbrake.results import EVENTS
 from simbrake.results._compare import repeat
@@ -68,7 +64,7 @@ def run():
 @pytest.fixture(scope="module")
 def parts(run):
     """What the page of the run says, nothing asked for."""
-    return contents(run, {}, "", {}, Waiting("report", "sums up"))
+    return _page.contents(run, {}, "", {}, Waiting("report", "sums up"))
 
 
 @pytest.fixture(scope="module")
@@ -133,7 +129,7 @@ def test_sensitivities_only_if_asked(run, made, parts):
     assert 'id="sensitivities"' in made
     slope = sb.sensitivity(run.scene, "stopping_time", "brake.pulley.inertia", span=None).rows[0].derivative
     assert any(float(v) == pytest.approx(slope, rel=1e-9) for v in Page(made).values if "," not in v)
-    plain = render(parts)
+    plain = _page.render(parts)
     assert "ensitivities" not in plain
     assert "not repeated" in plain
 
@@ -146,7 +142,7 @@ def test_metrics_without_a_value_are_named():
 
 
 def test_same_picture_same_bytes(run, parts):
-    assert draw(run, DUTY).address == parts["duty_picture"].address
+    assert _page.draw(run, _page.DUTY).address == parts["duty_picture"].address
     names = {picture.name for picture in parts["pictures"]}
     assert "stop" in names
     assert not names & {"stages", "contacts", "temperatures"}
@@ -164,7 +160,7 @@ def test_scene_of_the_page_can_be_run_again(run, made):
 
 def test_scene_that_no_file_can_hold_says_so():
     scene = stop_scene(lever=sb.profiles.FunctionProfile(_wave))
-    files = contents_of_scene(scene)
+    files = _page._scene_text(scene)
     assert "duty.slack_tension" in files["No scene file can hold it"]
 
 
@@ -203,7 +199,7 @@ def test_permissible_temperature_exceeded_and_within(hot):
     end = 300.0 + 0.5 * 800 * 20.0**2 / 2e4
     assert first.value == pytest.approx(end, rel=1e-6)
     assert first.margin == pytest.approx(304.0 - end, rel=1e-4)
-    assert f"first exceeded at {number(event.time, 's')}" in first.note
+    assert f"first exceeded at {_table.number(event.time, 's')}" in first.note
     cool = sb.simulate(with_values(hot.scene, {"heat.permissible": 309.0}))
     assert checks_of(cool)["peak_lining_temperature"].verdict == "within limit"
     assert checks_of(cool, peak_lining_temperature=305.0)["peak_lining_temperature"].verdict == "exceeded"
@@ -234,11 +230,11 @@ def test_limits_of_the_user(run):
 def test_heading_says_what_is_exceeded(run):
     """Red and in words with value, limit and margin, however well the run stopped; green while all is within limit."""
     peak = run.metrics["max_tension"]
-    low = verdict(run, run.summary(), limit_checks(run, {"max_tension": peak - 1000.0}))
+    low = _rows.verdict(run, run.summary(), limit_checks(run, {"max_tension": peak - 1000.0}))
     assert (low.kind, low.status) == ("bad", "stopped, limit exceeded")
-    limit = number(peak - 1000.0, "N")
-    assert f"Maximum tension of the band {number(peak, 'N')}, limit {limit}, exceeded by 1 kN" in low.text
-    high = verdict(run, run.summary(), limit_checks(run, {"max_tension": peak + 1.0}))
+    limit = _table.number(peak - 1000.0, "N")
+    assert f"Maximum tension of the band {_table.number(peak, 'N')}, limit {limit}, exceeded by 1 kN" in low.text
+    high = _rows.verdict(run, run.summary(), limit_checks(run, {"max_tension": peak + 1.0}))
     assert (high.kind, high.status) == ("good", "stopped")
     text = sb.report(run, check=False, limits={"max_tension": peak - 1000.0})
     assert '<div class="verdict bad"' in text
@@ -310,7 +306,7 @@ def test_both_sides_of_a_ledger_are_equal(run):
     e = run.energy
     into = {"load": float(e["load_work"]), "kinetic": -float(e["kinetic_change"]), "lever": -5.0}
     out = {"heat": float(e["friction_heat"]), "nothing": 0.0}
-    book = ledger("x", into, out, 0.0)
+    book = _rows.ledger("x", into, out, 0.0)
     assert [share.words for share in book.into] == ["load", "kinetic"]
     assert [share.words for share in book.out] == ["lever", "heat"]  # given by the brake, so on the other side
     for side in (book.into, book.out):
@@ -318,32 +314,32 @@ def test_both_sides_of_a_ledger_are_equal(run):
 
 
 def test_events_at_linings_are_drawn_together(run):
-    rows = event_table(run.events)
+    rows = _rows.event_table(run.events)
     limits = next(row for row in rows if row["event"] == "lining_limit")
     assert limits["lining"] == "1…20"
     assert [lining for lining, _ in limits["meaning_members"]] == list(range(1, 21))
-    counts = {row["event"]: row["how many"] for row in event_counts(run.events)}
+    counts = {row["event"]: row["how many"] for row in _rows.event_counts(run.events)}
     assert counts == {"slip_onset": 1, "lining_limit": 20, "full_slip": 1, "stop": 1}
     assert sum(max(len(row["meaning_members"]), 1) for row in rows) == len(run.events)
     assert set(counts) <= set(EVENTS)
 
 
 def test_long_lists_of_events_are_folded(parts):
-    assert "Events by name" not in render(parts)
-    page = render({**parts, "fold": True})
+    assert "Events by name" not in _page.render(parts)
+    page = _page.render({**parts, "fold": True})
     assert "Events by name" in page
     Page(page)
 
 
 def test_pictures_exist_and_say_what_to_see():
-    for picture in (*PICTURES, DUTY):
+    for picture in (*_page.PICTURES, _page.DUTY):
         assert callable(getattr(plot, picture.name))
         assert len(picture.caption) > 60
-    assert len({(picture.name, picture.options) for picture in PICTURES}) == len(PICTURES)
+    assert len({(picture.name, picture.options) for picture in _page.PICTURES}) == len(_page.PICTURES)
 
 
 def write(text, path):
-    with whole_file(path) as file:
+    with _faults.whole_file(path) as file:
         file.write_text(text)
 
 
@@ -375,7 +371,7 @@ def test_command(capsys, tmp_path):
     program = "from helpers import stop_scene as scene\n"
     file.write_text('"""A stop by hand.\n\nMore."""\n' + program)
     out = tmp_path / "page.html"
-    assert report_run(file, out=out, limit=["max_tension=1"], check=False, json_=True) == 0
+    assert _runs.report(file, out=out, limit=["max_tension=1"], check=False, json_=True) == 0
     said = json.loads(capsys.readouterr().out)
     assert said["status"] == "stopped"
     assert said["written"] == str(out)
@@ -384,17 +380,17 @@ def test_command(capsys, tmp_path):
     assert "A stop by hand" in page.words
     assert "my_scene.py" in page.words
     with pytest.raises(sb.InputError) as caught:
-        report_run(file, out=out, limit=["max_tension"], sensitivity=["nix"])
+        _runs.report(file, out=out, limit=["max_tension"], sensitivity=["nix"])
     assert len(caught.value.faults) == 2
     wrong = ["max_tension=120 kg", "max_normal_load=much", "=3", "stopping_time=1 s", "stopping_time=2 s"]
     with pytest.raises(sb.InputError) as caught:
-        report_run(file, out=out, limit=wrong)
+        _runs.report(file, out=out, limit=wrong)
     said = str(caught.value)
     assert len(caught.value.faults) == 4
     assert "--limit max_tension: '120 kg': 'kg' is not a unit of limit, which is in N" in said
     assert "stopping_time: is given twice" in said
     with pytest.raises(sb.InputError, match="is a folder"):
-        report_run(file, out=tmp_path)
+        _runs.report(file, out=tmp_path)
 
 
 def test_limits_have_units():
@@ -411,10 +407,10 @@ def test_limits_have_units():
 def test_titles():
     from pathlib import Path
 
-    assert title_of(Path("two_bands.py"), '"""Two bands. """') == "Two bands"
-    assert title_of(Path("two_bands.py"), "def (") == "two bands"
-    assert title_of(Path("stop.toml"), "# An emergency stop\n[brake]\n") == "An emergency stop"
-    assert title_of(Path("stop.toml"), "[brake]\n") == "stop"
+    assert _runs.title_of(Path("two_bands.py"), '"""Two bands. """') == "Two bands"
+    assert _runs.title_of(Path("two_bands.py"), "def (") == "two bands"
+    assert _runs.title_of(Path("stop.toml"), "# An emergency stop\n[brake]\n") == "An emergency stop"
+    assert _runs.title_of(Path("stop.toml"), "[brake]\n") == "stop"
 
 
 def test_template_is_part_of_the_package():

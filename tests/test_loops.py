@@ -10,21 +10,18 @@ from heat_scenes import layered_stop
 from helpers import assemble
 
 import simbrake as sb
-from simbrake.hybrid import CORE, LINEAR, largest, smallest
-from simbrake.hybrid._arrays import put, take
-from simbrake.hybrid._bordered import Bordered, Couplings, factor, jacobian, linear_rows, solve
-from simbrake.hybrid._system import flatten, pack_mode, ravel
+from simbrake.hybrid import CORE, LINEAR, _arrays, _bordered, _system, largest, smallest
 from simbrake.results import BandMode
 
 
 def test_entries_as_slices():
     rng = np.random.default_rng(5)
     x, places = rng.normal(size=9), (7, 8, 0, 3, 4)
-    np.testing.assert_array_equal(take(jnp.asarray(x), places), x[list(places)])
+    np.testing.assert_array_equal(_arrays.take(jnp.asarray(x), places), x[list(places)])
     values, expected = rng.normal(size=5), x.copy()
     expected[list(places)] = values
-    np.testing.assert_array_equal(put(jnp.asarray(x), places, jnp.asarray(values)), expected)
-    assert take(jnp.asarray(x), ()).shape == (0,)
+    np.testing.assert_array_equal(_arrays.put(jnp.asarray(x), places, jnp.asarray(values)), expected)
+    assert _arrays.take(jnp.asarray(x), ()).shape == (0,)
 
 
 def test_largest_entry_and_its_derivative():
@@ -45,14 +42,14 @@ def test_bordered_systems_against_dense_ones(m, n):
     diagonal = 1 - lower - upper
     core = rng.normal(size=(m, m)) * 10.0 ** rng.uniform(-4, 4, (m, 1))  # pivots are not where they are at first
     right, below = rng.normal(size=(m, n)), rng.normal(size=(n, m))
-    a = Bordered(*(jnp.asarray(x) for x in (core, right, below, lower, diagonal, upper)))
+    a = _bordered.Bordered(*(jnp.asarray(x) for x in (core, right, below, lower, diagonal, upper)))
     dense = np.zeros((m + n, m + n))
     dense[:m, :m], dense[:m, m:], dense[m:, :m] = core, right, below
     if n:
         dense[m:, m:] = np.diag(diagonal) + np.diag(lower[1:], -1) + np.diag(upper[:-1], 1)
     b = rng.normal(size=m + n)
     for matrix, whole in ((a, dense), (a.transposed, dense.T)):
-        x = np.asarray(solve(factor(matrix), jnp.asarray(b)))
+        x = np.asarray(_bordered.solve(_bordered.factor(matrix), jnp.asarray(b)))
         size = np.abs(whole) @ np.abs(x) + np.abs(b)
         assert np.max(np.abs(whole @ x - b) / size) < 1e-12  # backward error, row by row
         np.testing.assert_allclose(x, np.linalg.solve(whole, b), rtol=1e-8, atol=1e-12)
@@ -74,13 +71,13 @@ def test_jacobian_with_rows_formed_once_is_the_dense_one(m, constant):
     n = 8
     linear = np.isin(np.arange(n), constant)
     kinds = np.append(np.full(m, CORE), np.arange(n) + LINEAR * linear)
-    places = Couplings.of(kinds)
-    assert places == Couplings(tuple(range(m)), tuple(range(m, m + n)), (), tuple(linear.tolist()))
+    places = _bordered.Couplings.of(kinds)
+    assert places == _bordered.Couplings(tuple(range(m)), tuple(range(m, m + n)), (), tuple(linear.tolist()))
     f = bordered_rates(m, n, linear)
     rng = np.random.default_rng(8)
     there, here = rng.normal(size=(2, m + n))
-    known = linear_rows(jax.linearize(f, there)[1], places)
-    found = jacobian(jax.linearize(f, here)[1], places, known)
+    known = _bordered.linear_rows(jax.linearize(f, there)[1], places)
+    found = _bordered.jacobian(jax.linearize(f, here)[1], places, known)
     dense = np.asarray(jax.jacfwd(f)(here))
     np.testing.assert_allclose(found.core, dense[:m, :m], rtol=1e-14)
     np.testing.assert_allclose(found.right, dense[:m, m:], rtol=1e-14)
@@ -104,14 +101,14 @@ def test_rows_marked_as_linear_are_the_same_in_every_state_and_mode():
     kinds = np.concatenate([np.ravel(kind) for kind in jax.tree.leaves(system.couplings())])
     marked = kinds >= LINEAR
     assert marked.sum() == 18 + 2 * 3  # all but the outermost layers that a link or friction reaches
-    flat = flatten(system, y, mode)
+    flat = _system.flatten(system, y, mode)
     slope = jax.jit(jax.jacfwd(flat.rhs, argnums=1))
     rng = np.random.default_rng(2)
-    start = np.asarray(ravel(y, jnp.float64))
+    start = np.asarray(_system.ravel(y, jnp.float64))
     found = []
     for band in (BandMode.SLIP, BandMode.ELASTIC, BandMode.HELD, BandMode.OPEN):
         state = start + rng.uniform(0.0, 300.0, start.size) * (kinds >= 0)
-        packed = pack_mode(mode._replace(band=jnp.asarray(int(band), jnp.int32)))
+        packed = _system.pack_mode(mode._replace(band=jnp.asarray(int(band), jnp.int32)))
         found.append(np.asarray(slope(rng.uniform(0.0, 1.0), state, packed)))
     for J in found[1:]:
         np.testing.assert_array_equal(J[marked], found[0][marked])

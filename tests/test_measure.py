@@ -6,8 +6,7 @@ from test_scenarios import load
 
 import simbrake as sb
 from simbrake._run._measure import check_metrics, happened, measure, name_of, unit_of
-from simbrake._run._metrics import metric_names
-from simbrake.results import METRICS
+from simbrake.results import METRICS, metric_names
 
 
 @pytest.mark.parametrize("name", ["u2_5_5_stop", "staged_vs_standard", "slip_onset_chain", "resolved_bandage"])

@@ -18,8 +18,7 @@ from simbrake.friction import reads
 from simbrake.profiles import hides_nothing
 from simbrake.results import BandMode
 from simbrake.thermal import AbstractCoefficient
-from simbrake.thermal._network import depends_on_temperatures, is_constant
-from simbrake.thermal._network import reads as link_reads
+from simbrake.thermal import _network as links
 
 N, BETA, R, J, T_0, SPEED = 20, math.radians(13.5), 0.725, 800.0, 8e3, 30.0
 AT_REST = 0.4
@@ -323,11 +322,11 @@ def test_a_junction_behind_a_link_made_nonlinear():
     ],
 )
 def test_what_the_conductance_of_a_link_depends_on(link, nonlinear, constant):
-    assert link_reads(link, 3, 1).temperatures is nonlinear
-    assert link_reads(link, 1, 1).temperatures is nonlinear
+    assert links.reads(link, 3, 1).temperatures is nonlinear
+    assert links.reads(link, 1, 1).temperatures is nonlinear
     bodies = (sb.thermal.Lump("a", 1.0, count=3), sb.thermal.Lump("b", 1.0), sb.thermal.Reservoir("air", 300.0))
-    assert depends_on_temperatures(link, bodies) is nonlinear
-    assert is_constant(link, bodies) is constant
+    assert links.depends_on_temperatures(link, bodies) is nonlinear
+    assert links.is_constant(link, bodies) is constant
 
 
 # --- profiles ---------------------------------------------------------------------------------------------------------

@@ -14,10 +14,8 @@ import pytest
 from helpers import Waiting, closed_form, stop_scene
 
 import simbrake as sb
-from simbrake._base._compiling import pack
-from simbrake._base._progress import Progress, piece, waiting
+from simbrake._base import _compiling, _progress
 from simbrake._run import _simulate
-from simbrake._run import _simulate as _long_run
 
 LONG = 2048  # step attempts allowed from which on a run goes in stretches
 
@@ -45,8 +43,8 @@ def test_a_long_run_has_the_times_of_the_closed_form(untold):
 
 @pytest.mark.parametrize("length", [1, 5])
 def test_told_and_untold_are_one_program_and_one_result_to_the_last_bit(untold, monkeypatch, length):
-    monkeypatch.setattr(_long_run, "_FIRST", length)
-    monkeypatch.setattr(_long_run, "_TARGET", 0.0)  # no time at all: from then on every attempt is a stretch of its own
+    monkeypatch.setattr(_simulate, "_FIRST", length)
+    monkeypatch.setattr(_simulate, "_TARGET", 0.0)  # no time at all: from then on every attempt is a stretch of its own
     programs = _simulate._stretch_program.cache_info().currsize, _simulate._program.cache_info().currsize
     seen = []
     told = sb.simulate(stop_scene(), max_steps=LONG, progress=lambda t, end: seen.append((t, end)))
@@ -61,13 +59,13 @@ def test_told_and_untold_are_one_program_and_one_result_to_the_last_bit(untold, 
 
 
 def test_a_limit_of_steps_holds_across_stretches(monkeypatch):
-    monkeypatch.setattr(_long_run, "_FIRST", 4)
-    monkeypatch.setattr(_long_run, "_TARGET", 0.0)
+    monkeypatch.setattr(_simulate, "_FIRST", 4)
+    monkeypatch.setattr(_simulate, "_TARGET", 0.0)
     scene = stop_scene()
-    numbers, packing = pack((scene, np.asarray(1e-10), np.asarray(np.inf), np.asarray(10_000, np.int32)))
+    numbers, packing = _compiling.pack((scene, np.asarray(1e-10), np.asarray(np.inf), np.asarray(10_000, np.int32)))
     method = _simulate._method(_simulate.solver_of(scene))
     for tell in (None, lambda t, end: None):
-        record = _long_run.long_run(numbers, packing, method, (10,), tell)
+        record = _simulate.long_run(numbers, packing, method, (10,), tell)
         assert int(record.code) == 1
         assert int(record.count) == 10
         assert record.rows.t.shape == (11,)
@@ -75,7 +73,7 @@ def test_a_limit_of_steps_holds_across_stretches(monkeypatch):
 
 
 def test_a_run_can_be_interrupted_between_stretches(monkeypatch):
-    monkeypatch.setattr(_long_run, "_FIRST", 4)
+    monkeypatch.setattr(_simulate, "_FIRST", 4)
 
     def stop(t, end):
         if t > 0:
@@ -114,16 +112,16 @@ def test_the_time_left_of_a_run_is_a_bound(monkeypatch):
 
 
 def test_pieces_reach_whoever_waits_and_nobody_else(capsys):
-    piece(1, 2)
+    _progress.piece(1, 2)
     with Waiting("run", "sums up", shown=True, after=0.02) as told:
-        piece(1, 2)
+        _progress.piece(1, 2)
         assert told.text() == "sums up 1 of 2"
-        with waiting(told, "report", "sums up again") as same:
+        with _progress.waiting(told, "report", "sums up again") as same:
             assert same is told
         assert told.text() == "sums up again, 0 s"
         time.sleep(0.1)
     assert "run: sums up again, 0 s" in capsys.readouterr().err
-    piece(2, 2)
+    _progress.piece(2, 2)
     assert told.text().startswith("sums up again")
 
 
@@ -148,11 +146,11 @@ def test_a_terminal_is_told_and_a_pipe_is_not(tmp_path):
 
 
 def test_progress_waits_before_it_speaks(capsys):
-    line = Progress(3, True, what="frames", after=3600.0)
+    line = _progress.Progress(3, True, what="frames", after=3600.0)
     line.add(3)
     line.close()
     assert capsys.readouterr().err == ""
-    line = Progress(3, True, what="frames")
+    line = _progress.Progress(3, True, what="frames")
     line.add(3)
     line.close()
     assert "3/3 frames" in capsys.readouterr().err

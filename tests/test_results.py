@@ -11,8 +11,7 @@ from result_scenes import SUFFIXES, heated_stop
 from staged_scenes import stop as staged_stop
 
 import simbrake as sb
-from simbrake._run._series import PAIR_COLUMNS, SERIES_COLUMNS
-from simbrake.results import PairSeries, Series
+from simbrake.results import PAIR_COLUMNS, SERIES_COLUMNS, PairSeries, Series
 from simbrake.results import _dataset as _result_file
 from simbrake.studies._measured import pick
 

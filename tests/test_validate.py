@@ -12,11 +12,7 @@ from helpers import stop_scene
 
 import simbrake as sb
 from simbrake._commands import _checks
-from simbrake.checks._cases_band import elastic_cases, elastic_stop, pair_cases
-from simbrake.checks._cases_heat import radiation_cases
-from simbrake.checks._cross_check import drive
-from simbrake.checks._validate import chosen
-from simbrake.checks._validation import Case, run_case
+from simbrake.checks import Case, _cases_band, _cases_heat, _cross_check, _validate, run_case
 from simbrake.thermal import _network as _links
 
 KEYS = ["case", "source", "value", "truth", "error", "tolerance", "verdict"]
@@ -24,7 +20,7 @@ DOCS = pathlib.Path(__file__).parent.parent / "docs"
 
 
 def cases():
-    return [case for lane in chosen() for case in lane]
+    return [case for lane in _validate.chosen() for case in lane]
 
 
 def test_cases_are_many_and_each_has_a_name_of_its_own_a_source_and_a_tolerance():
@@ -85,15 +81,15 @@ def test_report_as_table_and_as_json(capsys):
 
 def test_other_physics_than_that_of_the_truth_fails():
     """A coefficient of friction and an inertia off by a thousandth: the cases that see it fail."""
-    verdicts = [run_case(case).verdict for case in elastic_cases(elastic_stop(f=0.35 * 1.001))]
+    verdicts = [run_case(case).verdict for case in _cases_band.elastic_cases(_cases_band.elastic_stop(f=0.35 * 1.001))]
     assert verdicts == ["pass", "fail", "fail", "fail", "fail"]  # the onset of slip does not depend on friction
-    checks = {c.case.partition("/")[2]: c for c in map(run_case, pair_cases(J_2=4.004))}
+    checks = {c.case.partition("/")[2]: c for c in map(run_case, _cases_band.pair_cases(J_2=4.004))}
     assert checks["internal slip"].verdict == checks["external lock"].verdict == "fail"
     assert checks["internal slip"].error == pytest.approx(0.004 / 44, rel=1e-3)
 
 
 def test_a_planted_wrong_constant_of_nature_fails(monkeypatch):
-    case = next(c for c in radiation_cases() if c.name == "radiation to 0 K/T at 3600 s")
+    case = next(c for c in _cases_heat.radiation_cases() if c.name == "radiation to 0 K/T at 3600 s")
     monkeypatch.setattr(_links, "STEFAN_BOLTZMANN", 1.001 * _links.STEFAN_BOLTZMANN)
     jax.clear_caches()  # the constant is part of the program
     check = run_case(case)
@@ -138,7 +134,7 @@ def test_docs_list_the_cases_there_are():
 
 @pytest.fixture(scope="module")
 def elastic():
-    scene = elastic_stop(load=300.0, drag=20.0)
+    scene = _cases_band.elastic_stop(load=300.0, drag=20.0)
     return scene, sb.simulate(scene)
 
 
@@ -199,7 +195,7 @@ def test_scipy_loop_finds_what_the_closed_form_says():
     from helpers import closed_form
 
     scene = stop_scene(n=10, beta=27.0)
-    course = drive(sb.simulate(scene).record, rtol=1e-11, energy=1e5)
+    course = _cross_check.drive(sb.simulate(scene).record, rtol=1e-11, energy=1e5)
     truth = closed_form(n=10, beta=27.0)
     assert course.trouble == ""
     times = [change.t for change in course.changes]

@@ -84,7 +84,7 @@ def ours(p: dict[str, Any]) -> Course:
     record, energy, y = result.record, {k: float(v) for k, v in result.energy.items()}, result.record.y_end
     n = int(record.count)
     times, modes = np.asarray(record.rows.t)[: n + 1], record.modes
-    parts = [getattr(modes.own, name) for name in ("outer", "inner", "linings") if hasattr(modes.own, name)]
+    parts = [part for name in ("outer", "inner", "linings") if (part := getattr(modes.own, name, None)) is not None]
     columns = [np.asarray(x)[: n + 1].reshape(n + 1, -1) for x in (modes.band, *parts)]
     if p["kind"] == "resolved bandage":  # an open band touches no lining
         columns[1] = np.where(columns[0] == sb.results.BandMode.OPEN, 0, columns[1])

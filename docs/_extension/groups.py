@@ -28,6 +28,7 @@ PAGES: dict[str, tuple[str, ...]] = {
         "_run._series",
         "_run._log",
         "_run._metrics",
+        "_run._measure",
         "_physics._mechanism",
         "results._dataset",
         "results._compare",

@@ -16,10 +16,14 @@ from .._run._log import FAILURES as FAILURES
 from .._run._log import Event as Event
 from .._run._log import SimulationError as SimulationError
 from .._run._log import Stage as Stage
+from .._run._log import Status as Status
 from .._run._log import internal_slip_tension as internal_slip_tension
+from .._run._measure import LimitCheck as LimitCheck
+from .._run._measure import limit_checks as limit_checks
 from .._run._metrics import METRICS as METRICS
 from .._run._metrics import Metric as Metric
 from .._run._metrics import Need as Need
+from .._run._metrics import metric_names as metric_names
 from .._run._networks import CyclicState as CyclicState
 from .._run._networks import HeatResult as HeatResult
 from .._run._networks import cyclic_steady_state as cyclic_steady_state
@@ -28,6 +32,8 @@ from .._run._networks import steady_state as steady_state
 from .._run._networks import with_temperatures as with_temperatures
 from .._run._probe import integral as integral
 from .._run._result import Result as Result
+from .._run._series import PAIR_COLUMNS as PAIR_COLUMNS
+from .._run._series import SERIES_COLUMNS as SERIES_COLUMNS
 from .._run._series import PairSeries as PairSeries
 from .._run._series import Series as Series
 from .._run._simulate import Answer as Answer

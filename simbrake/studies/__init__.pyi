@@ -3,6 +3,9 @@ from ._calibration import State as State
 from ._calibration import calibrate as calibrate
 from ._ensemble import ensemble as ensemble
 from ._ensemble import sweep as sweep
+from ._evaluator import Evaluator as Evaluator
+from ._evaluator import Metrics as Metrics
+from ._evaluator import Paths as Paths
 from ._global import GlobalSensitivity as GlobalSensitivity
 from ._global import MorrisTable as MorrisTable
 from ._global import SobolTable as SobolTable
