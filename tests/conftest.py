@@ -34,7 +34,7 @@ def pytest_configure(config):
         os.environ[name.upper()] = str(value)  # for processes that tests start, and for commands that they call
     # shapes and types of every call are checked where asked, as they double the time to trace
     checked = os.environ.get("SIMBRAKE_CHECK_TYPES") == "1"
-    with install_import_hook("simbrake", "beartype.beartype") if checked else contextlib.nullcontext():
+    with install_import_hook("simbrake", "checked_types.checked") if checked else contextlib.nullcontext():
         for name in ("simbrake", "simbrake._commands._cli", "simbrake._pages._page", "simbrake.plot"):
             module = importlib.import_module(name)
             for public in getattr(module, "__all__", ()):

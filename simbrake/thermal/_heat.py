@@ -101,7 +101,7 @@ class AbstractPartition(Part):
     """How the friction heat of a lining is split between metal and lining."""
 
     @abc.abstractmethod
-    def share(self, T_metal: Float[Array, " n"], T_lining: Float[Array, " n"]) -> Float[Array, "..."]:
+    def share(self, T_metal: Float[Array, "..."], T_lining: Float[Array, "..."]) -> Float[Array, "..."]:
         """Share `a` (0…1) that goes into the metal; `1 − a` goes into the lining."""
 
 
@@ -111,7 +111,7 @@ class ConstantPartition(AbstractPartition):
 
     metal: Scalar = quantity("1", "share of the friction heat into the metal", low=0.0, high=1.0, many=True)
 
-    def share(self, T_metal: Float[Array, " n"], T_lining: Float[Array, " n"]) -> Float[Array, "..."]:
+    def share(self, T_metal: Float[Array, "..."], T_lining: Float[Array, "..."]) -> Float[Array, "..."]:
         return jnp.asarray(self.metal)
 
 
@@ -121,7 +121,7 @@ class EffusivityPartition(AbstractPartition):
     metal: Material
     lining: Material
 
-    def share(self, T_metal: Float[Array, " n"], T_lining: Float[Array, " n"]) -> Float[Array, "..."]:
+    def share(self, T_metal: Float[Array, "..."], T_lining: Float[Array, "..."]) -> Float[Array, "..."]:
         return jnp.asarray(effusivity_share(self.metal, self.lining))
 
 
@@ -162,7 +162,7 @@ class TransmissionPartition(AbstractPartition):
         K_2 = 1 / (1 / at(self.alpha_2) + through + 1 / at(self.alpha_3))
         return K_1, K_2
 
-    def share(self, T_metal: Float[Array, " n"], T_lining: Float[Array, " n"]) -> Float[Array, "..."]:
+    def share(self, T_metal: Float[Array, "..."], T_lining: Float[Array, "..."]) -> Float[Array, "..."]:
         K_1, K_2 = self.transmissions(T_metal)
         return K_1 / (K_1 + K_2)
 
