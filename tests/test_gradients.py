@@ -84,6 +84,21 @@ def test_scenario_gradients_against_central_differences(scenarios):
         np.testing.assert_allclose(got, difference, rtol=2e-6, atol=float(np.max(size)) * 1e-7, err_msg=leaf.path)
 
 
+def test_metrics_are_differentiable_outside_of_jit():
+    """Where only the numbers that are differentiated are traced, and the modes of the run are known."""
+
+    def asked(w0):
+        result = sb.simulate(stop_scene(C=None, w0=w0), rtol=1e-12, max_steps=64)
+        return result.stopping_time, result.stopping_angle, result.max_tension.value, result.energy["friction_heat"]
+
+    values, slopes = jax.jvp(asked, (20.0,), (1.0,))
+    t, phi, T, heat = (float(x) for x in values)
+    # a constant torque M stops J ω₀ after t = J ω₀/M, φ = ω₀ t/2, with J ω₀²/2 of heat; tensions do not know the speed
+    for slope, truth in zip(slopes, (t / 20, 2 * phi / 20, 0.0, 2 * heat / 20), strict=True):
+        assert float(slope) == pytest.approx(truth, rel=1e-9, abs=1e-9 * T)
+    assert heat == pytest.approx(0.5 * 800.0 * 20.0**2, rel=1e-9)
+
+
 def test_series_and_energy_are_differentiable():
     def metrics(T0):
         scene = stop_scene(T0=T0)
