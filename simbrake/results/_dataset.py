@@ -26,7 +26,7 @@ from .._run._result import Result
 from .._run._series import RENAMED, SERIES_COLUMNS, Series, flat, meaning_of_column, times_within, unit_of_column
 from ..files._scene_file import scene_from_text, scene_text
 from ..hybrid import LANDED
-from ..studies._ensemble import fingerprint
+from ..studies._store import fingerprint
 from ..thermal._network import Junction, Reservoir, Wall
 
 if TYPE_CHECKING:
@@ -487,11 +487,9 @@ def load(path: str | Path, *, earlier: bool = False) -> Dataset:
         raise InputError([Fault(str(path), "is no result of a run", f"its attribute `format` would be {FORMAT!r}")])
     if found != _checksum(data):
         raise InputError([Fault(str(path), "is damaged, or was changed after it was written", "save the result again")])
-    if not earlier:
+    if old := [] if earlier else [name for name in map(str, data.data_vars) if name in RENAMED]:
         hint = "the file is of an earlier version: `simbrake.results.rerun` runs its scene again"
-        renamed = [name for name in map(str, data.data_vars) if name in RENAMED]
-        if found_old := [Fault(f"{path}: {name}", f"was renamed to {RENAMED[name]}", hint) for name in renamed]:
-            raise InputError(found_old)
+        raise InputError([Fault(f"{path}: {name}", f"was renamed to {RENAMED[name]}", hint) for name in old])
     return data
 
 

@@ -1,0 +1,124 @@
+"""Finished chunks of an ensemble on disk: a folder that belongs to one set of runs, told by its fingerprint."""
+
+import dataclasses
+import hashlib
+import json
+import types
+import zipfile
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import jax
+import numpy as np
+
+from .._base._faults import Fault, InputError, whole_file
+from ._evaluator import Columns, Task
+
+#: of the manifest
+_FORMAT = 1
+
+
+def fingerprint(*parts: object) -> str:
+    """A hash of values, structures and functions that is the same in every process."""
+    digest = hashlib.sha256()
+    _feed(digest.update, parts)
+    return digest.hexdigest()
+
+
+def _feed(update: Callable[[bytes], None], part: object) -> None:
+    if isinstance(part, jax.Array | np.ndarray | np.generic | float | int):
+        array = np.asarray(part)
+        update(f"{array.dtype.str}{array.shape}".encode() + array.tobytes())
+    elif isinstance(part, types.FunctionType):
+        update(f"{part.__module__}.{part.__qualname__}".encode() + part.__code__.co_code)
+        inner = [c.cell_contents for c in part.__closure__ or ()]
+        _feed(update, [part.__defaults__, inner, part.__code__.co_names, *_constants(part.__code__)])
+    elif dataclasses.is_dataclass(part) and not isinstance(part, type):
+        update(type(part).__qualname__.encode())
+        _feed(update, {field.name: getattr(part, field.name, None) for field in dataclasses.fields(part)})
+    elif isinstance(part, dict):
+        _feed(update, [*part.items()])
+    elif isinstance(part, tuple | list):
+        update(f"({len(part)}".encode())
+        for one in part:
+            _feed(update, one)
+    elif part is None or isinstance(part, str | bytes):
+        update(repr(part).encode())
+    else:
+        named = getattr(part, "__qualname__", None)
+        update((named or type(part).__qualname__).encode())
+
+
+def _constants(code: types.CodeType) -> list[object]:
+    """Constants of a function, those of functions inside it as well."""
+    found: list[object] = []
+    for constant in code.co_consts:
+        found += [constant.co_code, *_constants(constant)] if isinstance(constant, types.CodeType) else [constant]
+    return [c for c in found if c is None or isinstance(c, str | bytes | float | int | tuple)]
+
+
+class Store:
+    """A folder with a manifest and a file for every finished chunk, each written whole or not at all.
+
+    Without `about` the folder is one that another process has begun.
+    """
+
+    def __init__(self, folder: Path, key: str, about: dict[str, object] | None = None) -> None:
+        self.folder, self.key = Path(folder), key
+        manifest = self.folder / "manifest.json"
+        if self.folder.exists() and not self.folder.is_dir():
+            raise InputError([Fault("directory", f"{folder} is a file", "give a folder")])
+        if manifest.exists():
+            self._compare(manifest, about or {})
+            return
+        if about is None:
+            raise InputError([Fault("directory", f"{manifest} is not there")])
+        if self.folder.is_dir() and any(self.folder.iterdir()):
+            what = f"{folder} holds other files and no manifest of an ensemble"
+            raise InputError([Fault("directory", what, "give a new or an empty folder")])
+        text = json.dumps({"format": _FORMAT, "fingerprint": key, **about}, indent=2)
+        with whole_file(manifest) as scratch:
+            scratch.write_text(f"{text}\n", "utf-8")
+
+    def _compare(self, manifest: Path, about: dict[str, object]) -> None:
+        try:
+            there = json.loads(manifest.read_text("utf-8"))
+        except (OSError, ValueError) as error:
+            fault = Fault("directory", f"{manifest} cannot be read: {error}", "give another folder")
+            raise InputError([fault]) from error
+        if there.get("fingerprint") == self.key and there.get("format") == _FORMAT:
+            return
+        differ = [name for name, value in about.items() if there.get(name) != value]
+        what = ", ".join(differ) or "numbers or structure of the scene, or the values"
+        hint = "give another folder, or remove this one if its runs are no longer wanted"
+        raise InputError([Fault("directory", f"{self.folder} holds another ensemble: {what} differ", hint)])
+
+    def _file(self, task: Task) -> Path:
+        mark = hashlib.sha256(np.asarray(task.runs, np.int64).tobytes() + str(task.limit).encode()).hexdigest()[:16]
+        return self.folder / f"chunk-{int(task.runs[0]):08d}-{mark}.npz"
+
+    def write(self, task: Task, columns: Columns) -> None:
+        """Keeps the numbers of a chunk, and which of its runs are final."""
+        file = self._file(task)
+        if not file.exists():
+            named: dict[str, Any] = {f"_{name}": column for name, column in columns.items()}
+            with whole_file(file) as scratch:
+                np.savez(scratch, run=task.runs, final=task.final(columns), **named)
+
+    def read(self, task: Task) -> Columns | None:
+        found = _load(self._file(task))
+        return None if found is None else found[2]
+
+    def finished(self) -> Iterator[tuple[np.ndarray, Columns]]:
+        for runs, final, columns in filter(None, map(_load, sorted(self.folder.glob("chunk-*.npz")))):
+            yield runs[final], {name: column[final] for name, column in columns.items()}
+
+
+def _load(file: Path) -> tuple[np.ndarray, np.ndarray, Columns] | None:
+    """Runs, which of them are final, and columns; a corrupted file (e.g. disk full) counts as missing."""
+    try:
+        with np.load(file) as data:
+            return data["run"], data["final"], {name[1:]: data[name] for name in data.files if name.startswith("_")}
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+        return None
