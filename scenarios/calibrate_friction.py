@@ -1,8 +1,8 @@
 """Calibration: friction, fade and heat capacity of a brake from speed, rim temperature and event times of one stop.
 
-`simbrake run` integrates the stop. Run as a script, it plants parameters, makes noisy measurements of them, writes
-these to CSV files and fits them back. **The measurements are synthetic**: a run of this model with seeded noise, no
-test of a real brake. They show what such a test could tell, and what not.
+`simbrake run` integrates the stop. Run as a script, it generates noisy measurements from known parameters, writes
+these to CSV files and recovers the parameters by a fit. **The measurements are synthetic**: a run of this model with
+seeded noise, no test of a real brake. They show what such a test determines, and what not.
 """
 
 import argparse
@@ -15,7 +15,7 @@ import numpy as np
 
 import simbrake as sb
 
-#: what the synthetic brake has; the scene has what one would guess before the test
+#: parameters of the synthetic brake; the scene has guesses before the test
 PLANTED = {
     "brake.linings.friction.base.coefficient": 0.31,
     "brake.linings.friction.factors[0].slope": 1.4e-3,  # 1/K
@@ -26,7 +26,7 @@ BOUNDS = {
     "brake.linings.friction.factors[0].slope": (0.0, 5.0e-3),
     "heat.bodies[0].capacity": (5.0e3, 2.0e5),
 }
-#: a fit that asks too much: forces and inertias, of which speeds and temperatures show ratios alone
+#: an underdetermined fit: forces and inertias, of which speeds and temperatures determine only ratios
 GREEDY = {
     "duty.slack_tension.values[0]": (1e3, 4e3),
     "duty.slack_tension.values[1]": (12e3, 48e3),
@@ -38,12 +38,12 @@ SPEED_NOISE, TEMPERATURE_NOISE, TIME_NOISE = 0.15, 1.5, 0.01  # rad/s, K, s; ass
 
 
 def scene() -> sb.Scene:
-    """A stop of a lowered hook with a rim that heats and friction that fades, as guessed before the test."""
+    """A stop of a lowered hook with a heated rim and friction that fades; parameters guessed before the test."""
     fading = sb.friction.ProductFriction(sb.ConstantFriction(0.35), (sb.LinearFade(slope=5e-4, above=293.15),))
     return sb.Scene(
         brake=sb.Brake(
             pulley=sb.Pulley(radius=0.590, inertia=1200.0),
-            band=sb.Band(radius=0.623),  # rigid: stretch does not matter at the sampling rate of the speed
+            band=sb.Band(radius=0.623),  # rigid: elasticity does not matter at the sampling rate of the speed
             linings=sb.uniform_linings(20, math.radians(270.0), fading),
         ),
         duty=sb.Duty(
@@ -58,7 +58,7 @@ def scene() -> sb.Scene:
 
 
 def measure(folder: Path, seed: int = 1) -> tuple[Path, Path]:
-    """Writes synthetic measurements, `series.csv` and `events.csv`, as a logger would: rpm, °C, milliseconds."""
+    """Write synthetic measurements, `series.csv` and `events.csv`, as a logger would: rpm, °C, milliseconds."""
     run = sb.simulate(sb.with_values(scene(), PLANTED))
     noise = np.random.default_rng(seed)
     t = np.linspace(0.05, 3.5, 70)
@@ -95,12 +95,12 @@ def main() -> None:
         print("synthetic measurements (seeded noise on a run of this model, no test of a brake):")
         print(data)
     fit = sb.calibrate(scene(), BOUNDS, data)
-    print(f"\n{fit}\n\nplanted, and how far the fit is from it in its own standard errors:")
+    print(f"\n{fit}\n\ntrue value, and deviation of the fit in its standard errors:")
     for path, planted in PLANTED.items():
         p = fit[path]
         print(f"  {path:<45} {planted:<8.6g} {p.unit:<4} {(p.value - planted) / p.standard_error:+.2f}")
     greedy = sb.calibrate(fit.scene, GREEDY, data)
-    print(f"\nwith this friction, asked for every force and inertia at once:\n{greedy}")
+    print(f"\nwith this friction, fit of every force and inertia at once:\n{greedy}")
     if folder is not None:
         import simbrake.plot
 

@@ -1,6 +1,6 @@
 """Emergency stop of a hook being lowered, by the disc brake of a drawworks: heat, fade and wear of eight pads.
 
-What no source gives is an assumption and says so beside its value.
+Values without a source are marked as assumptions.
 """
 
 import dataclasses
@@ -37,7 +37,7 @@ def scene() -> sb.Scene:
             load=sb.HookLoad(mass=60.0e3, drum_radius=drum_radius, line_count=line_count),
         ),
         initial=sb.Initial(omega=hook_speed * line_count / drum_radius),
-        end_time=4.0,  # s: past the stop, so that the hold is seen as well
+        end_time=4.0,  # s: past the stop, to show the hold
         heat=sb.layered_heat(
             rim=sb.material("steel_35KhNL"),
             rim_thickness=0.038,  # m: half of a disc, as both of its faces are heated; assumption
@@ -69,8 +69,8 @@ def main() -> None:
     assert isinstance(brake, sb.DiscBrake)
     pads = dataclasses.replace(brake.linings, pressure=sb.brakes.UniformPressure())
     new = dataclasses.replace(run_in, brake=dataclasses.replace(brake, linings=pads))
-    print(f"\nstopping time with pads that have run in {float(result.stopping_time):.5f} s, ", end="")
-    print(f"with new ones, pressed evenly, {float(sb.simulate(new).stopping_time):.5f} s")
+    print(f"\nstopping time with run-in pads {float(result.stopping_time):.5f} s, ", end="")
+    print(f"with new ones, uniform pressure, {float(sb.simulate(new).stopping_time):.5f} s")
 
 
 if __name__ == "__main__":

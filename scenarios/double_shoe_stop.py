@@ -1,7 +1,8 @@
-"""Stop and hold of a winch drum by a double-shoe brake, in both directions, and the friction at which it locks itself.
+"""Stop and hold of a winch drum by a double-shoe brake, in both directions, and the coefficient of friction for
+self-locking.
 
 Geometry of the shoes: an example of internal expanding shoes in the book (Shigley: Budynas & Nisbett, *Shigley's
-Mechanical Engineering Design*). What no source gives is an assumption and says so beside its value.
+Mechanical Engineering Design*). Values without a source are marked as assumptions.
 """
 
 import math
@@ -19,7 +20,7 @@ def scene(omega: float = 25.0, load: float = 250.0) -> sb.Scene:
     )
     return sb.Scene(
         brake=sb.ShoeBrake(
-            inertia=12.0,  # kg·m²; assumption: drum and what it winds
+            inertia=12.0,  # kg·m²; assumption: drum and wound rope
             linings=sb.Shoes(
                 friction,
                 radius=0.150,  # m; this and the following by Shigley
@@ -32,14 +33,14 @@ def scene(omega: float = 25.0, load: float = 250.0) -> sb.Scene:
         ),
         duty=sb.ForceDuty(
             force=sb.PiecewiseLinear(times=[0.0, 0.15, 3.0, 3.5], values=[0.0, 2.2e3, 2.2e3, 0.0]),  # N; assumption
-            load=sb.TorqueLoad(sb.Constant(load)),  # N·m; assumption: what hangs on the rope
+            load=sb.TorqueLoad(sb.Constant(load)),  # N·m; assumption: load on the rope
         ),
         initial=sb.Initial(omega=omega),
         end_time=4.0,
         heat=sb.Heat(
             bodies=(
                 sb.thermal.Lump("drum", 4.0e3),  # J/K; assumption: some 8 kg of iron
-                sb.thermal.Lump("shoes", 250.0, count=2),  # assumption: what of the linings takes heat in one stop
+                sb.thermal.Lump("shoes", 250.0, count=2),  # assumption: heated part of the linings in one stop
                 sb.thermal.Reservoir("air", 293.15),
             ),
             links=(sb.thermal.Conductance("drum", "air", 8.0), sb.thermal.Conductance("shoes", "drum", 2.0)),
@@ -59,12 +60,12 @@ def main() -> None:
     print(result)
     back = sb.simulate(scene(-25.0, -250.0))
     worn = np.asarray(result.worn_thickness)
-    print(f"\nthe other way round it stops after the same time: {float(back.stopping_time):.6f} s")
+    print(f"\nin the other direction it stops after the same time: {float(back.stopping_time):.6f} s")
     print(f"the leading shoe wears {worn[0] / worn[1]:.3f} times as much as the trailing one")
     brake = scene().brake
     assert isinstance(brake, sb.ShoeBrake)
     locks = float(brake.normal_moment / brake.friction_moment)
-    print(f"a leading shoe locks itself from a coefficient of friction of {locks:.4f} on")
+    print(f"a leading shoe is self-locking from a coefficient of friction of {locks:.4f}")
 
 
 if __name__ == "__main__":

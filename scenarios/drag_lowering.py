@@ -1,6 +1,6 @@
 """Lowering a heavy string at constant speed on the brake alone: the lever follows the friction of the heating linings.
 
-The heat flow is the power of the load, however the friction fades; what grows is the pull on the lever, and where it
+The heat flow is the power of the load at any fade; the lever force grows, and where it
 reaches its limit the load runs away. Sources and assumptions as in the tripping scenario.
 """
 
@@ -24,13 +24,13 @@ def scene() -> sb.Scene:
     return sb.Scene(
         brake=sb.Brake(
             pulley=sb.Pulley(radius=0.590, inertia=1200.0),
-            band=sb.Band(radius=0.623),  # rigid: stretch does not matter at constant speed
+            band=sb.Band(radius=0.623),  # rigid: elasticity does not matter at constant speed
             linings=sb.uniform_linings(
                 20, math.radians(270.0), sb.friction.ProductFriction(sb.ConstantFriction(0.35), (fade,))
             ),
         ),
         duty=sb.Duty(
-            slack_tension=sb.SpeedHold(limit=30.0e3),  # N; assumption: what the driller can give
+            slack_tension=sb.SpeedHold(limit=30.0e3),  # N; assumption: maximum of the driller
             load=sb.HookLoad(mass=120.0e3, drum_radius=drum_radius, line_count=line_count),  # kg; assumption: casing
         ),
         initial=sb.Initial(omega=hook_speed * line_count / drum_radius),

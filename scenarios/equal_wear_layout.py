@@ -1,9 +1,9 @@
 """Lining angles for equal wear over a heated stop with fade, beside the uniform pitch and the layouts of Z.
 
 Z (Zhuravlov et al.) level the tension increments of linings at full slip with one coefficient of friction. In a stop
-each lining heats by itself: those that work more fade more, and hot linings wear faster. Equal wear of equal linings
-then needs other angles, which the simulation finds with its own derivatives. Geometry from V (Volchenko et al.); what
-the papers do not give is an assumption and says so beside its value.
+each lining heats individually: those with more friction work fade more, and hot linings wear faster. Equal wear of
+equal linings then needs other angles, which the simulation finds with its own derivatives. Geometry from V (Volchenko
+et al.); other values are marked as assumptions.
 """
 
 import argparse
@@ -20,7 +20,7 @@ import simbrake as sb
 TRACK_RADIUS, TRACK_WIDTH = 0.590, 0.220  # m, V
 THICKNESS, BAND = 0.030, 0.006  # m, V: lining FK-24A, brake band
 LININGS, WRAP = 10, math.radians(270.0)  # Z: tables 5 and 6
-COVERED = 0.75  # share of the wrap that linings cover (S); they are alike, so that angles are pitches
+COVERED = 0.75  # share of the wrap that linings cover (S); they are equal, so that angles are pitches
 AREA = COVERED * WRAP * TRACK_RADIUS * TRACK_WIDTH / LININGS  # m² of one lining
 FRICTION = 0.3  # Z, table 6
 STEEL, LINING = sb.material("steel_20L"), sb.material("FK-24A")
@@ -51,7 +51,7 @@ def scene() -> sb.Scene:
     )
     brake = sb.Brake(
         sb.Pulley(TRACK_RADIUS, inertia=1200.0, width=TRACK_WIDTH),  # kg·m²; assumption, as in u2_5_5_stop
-        sb.Band(TRACK_RADIUS + THICKNESS + BAND / 2, stiffness=1.0e5),  # N/m; assumption: the linkage governs
+        sb.Band(TRACK_RADIUS + THICKNESS + BAND / 2, stiffness=1.0e5),  # N/m; assumption: the linkage dominates
         sb.uniform_linings(LININGS, WRAP, friction, area=AREA),
     )
     heat = sb.layered_heat(
@@ -69,7 +69,7 @@ def scene() -> sb.Scene:
         each=LININGS,
         inside=25.0,  # W/(m²·K); assumption
         outside=40.0,  # W/(m²·K); assumption
-        temperature=433.15,  # K; assumption: warm from the brakings before
+        temperature=433.15,  # K; assumption: warm from the brake applications before
     )
     duty = sb.Duty(
         slack_tension=sb.PiecewiseLinear([0.0, 0.35], [2.0e3, 30.0e3]),  # s, N; assumptions
@@ -127,16 +127,16 @@ def rows_of(layouts: dict[str, np.ndarray], rate: HotWear) -> list[sb.layouts.La
         )
         hot = np.asarray(sb.results.lining_peak(result, "normal_load")) / 1e3
         print(
-            f"{name:26} stops after {result.metrics['stopping_time']:.4f} s, greatest tension "
+            f"{name:26} stops after {result.metrics['stopping_time']:.4f} s, maximum tension "
             f"{result.metrics['max_tension'] / 1e3:6.2f} kN, hottest lining "
-            f"{result.metrics['peak_lining_temperature'] - 273.15:5.1f} °C, greatest load {hot.max():.2f} kN"
+            f"{result.metrics['peak_lining_temperature'] - 273.15:5.1f} °C, maximum load {hot.max():.2f} kN"
         )
     return rows
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--out", type=pathlib.Path, help="folder for the pictures")
+    parser.add_argument("--out", type=pathlib.Path, help="folder for the figures")
     out = parser.parse_args().out
     jax.config.update("jax_enable_x64", True)
 
@@ -164,11 +164,11 @@ def main() -> None:
     print(f"from those of equal loads at full slip by up to {np.degrees(np.abs(best - first).max()):.2f}°")
     print(
         f"equal work over the stop differs from Z's by up to {np.degrees(np.abs(work.angle - z).max()):.2f}°; "
-        f"Z's layout leaves a greatest over least work of {work.row('closed form').non_uniformity:.4f}"
+        f"Z's layout leaves a maximum over minimum work of {work.row('closed form').non_uniformity:.4f}"
     )
     loads = [np.asarray(sb.results.lining_mean(sb.simulate(one), "normal_load")) for one in (scene(), design.scene)]
     print(
-        f"running-on over running-off load, mean over the distance rubbed: uniform {loads[0][-1] / loads[0][0]:.3f} "
+        f"running-on over running-off load, mean over the sliding distance: uniform {loads[0][-1] / loads[0][0]:.3f} "
         f"(at cold full slip {float(load_ratio(FRICTION, WRAP, LININGS)[0]):.3f}), "
         f"equal wear {loads[1][-1] / loads[1][0]:.3f}"
     )
@@ -179,7 +179,7 @@ def main() -> None:
         out.mkdir(parents=True, exist_ok=True)
         plot.layouts([rows[i] for i in (0, 1, 2, 5)]).savefig(out / "layouts.png", dpi=130)
         plot.chord_angles(7, (0.1, 0.3, 0.5)).savefig(out / "chord_angles.png", dpi=130)
-        print(f"pictures in {out}")
+        print(f"figures in {out}")
 
 
 if __name__ == "__main__":

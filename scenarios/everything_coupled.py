@@ -1,8 +1,8 @@
-"""Everything at once: a staged brake with an elastic band, linings with walls of their own, a layered rim, fade.
+"""Everything at once: a staged brake with an elastic band, linings with separate walls, a layered rim, fade.
 
-Two brakings of a hook on a U2-5-5: lowered, braked, held, released, lowered again and braked hotter. One system of
-equations: k sliding linings on the band, internal pair, band compliance from geometry, thermal network with the
-pulley's structure, every event located. What the papers (V, K, Z) do not give is an assumption and says so.
+Two brake applications of a hook on a U2-5-5: lowered, braked, held, released, lowered again and braked hotter. One
+system of equations: k sliding linings on the band, internal pair, band compliance from geometry, thermal network with
+the pulley's structure, every event located. Values that the papers (V, K, Z) do not give are marked as assumptions.
 """
 
 import math
@@ -29,7 +29,7 @@ def brake() -> sb.Brake:
         area=TRACK_WIDTH * BAND,
         slack_end=0.35,  # m; assumption
         tight_end=0.60,  # m; assumption
-        linkage=1.0e5,  # N/m; assumption: lever, shaft and anchor govern
+        linkage=1.0e5,  # N/m; assumption: lever, shaft and anchor dominate
     )
     return sb.Brake(
         sb.Pulley(TRACK_RADIUS, inertia=1200.0, width=TRACK_WIDTH),  # kg·m²; assumption
@@ -58,7 +58,7 @@ def heat() -> sb.Heat:
         lining_area=area,
         lining_layers=14,
         lining_both=True,
-        lining_first=2e-4,  # m; thin, as the heat of a braking stays near the faces
+        lining_first=2e-4,  # m; thin, as the heat of a brake application stays near the faces
         each=LININGS,
         band=band,
         band_thickness=BAND,

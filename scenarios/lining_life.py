@@ -1,8 +1,9 @@
 """How many emergency stops the linings last: uniform pitch, the layouts of Z, and a band turned end for end.
 
 Z (Zhuravlov et al.) level the work of the linings by their angles, and name the practice of turning a worn band end for
-end. Here both are counted in brakings. The stop is that of u2_5_5_stop with 10 linings; `--hot` takes the stop of
-equal_wear_layout, with the rim in layers, linings that heat by themselves, fade, and wear that grows with temperature.
+end. Here both are counted in brake applications. The stop is that of u2_5_5_stop with 10 linings; `--hot` takes the
+stop of equal_wear_layout, with the rim in layers, linings that heat individually, fade, and wear that grows with
+temperature.
 """
 
 import argparse
@@ -23,14 +24,14 @@ LININGS, WRAP, FRICTION = 10, math.radians(270.0), 0.3  # Z: table 6
 AREA = 0.75 * WRAP * TRACK_RADIUS * TRACK_WIDTH / LININGS  # m² of one lining; 75 % of the wrap is covered (S)
 RATE = 1e-14  # m³/(N·m); assumption for FK-24A, cold
 PERMISSIBLE = 8e-3  # m; assumption
-TAKE_UP = 0.1  # m/s; assumption: speed of the band's end while the lever draws in slack
+TAKE_UP = 0.1  # m/s; assumption: speed of the band's end while the lever takes up slack
 
 
 def scene() -> sb.Scene:
     """One stop with the uniform pitch, cold."""
     brake = sb.Brake(
         sb.Pulley(TRACK_RADIUS, inertia=1200.0, width=TRACK_WIDTH),  # kg·m²; assumption, as in u2_5_5_stop
-        sb.Band(TRACK_RADIUS + THICKNESS + BAND / 2, stiffness=1.0e5),  # N/m; assumption: the linkage governs
+        sb.Band(TRACK_RADIUS + THICKNESS + BAND / 2, stiffness=1.0e5),  # N/m; assumption: the linkage dominates
         sb.uniform_linings(LININGS, WRAP, sb.ConstantFriction(FRICTION), area=AREA),
     )
     duty = sb.Duty(
@@ -62,7 +63,7 @@ def layouts() -> dict[str, np.ndarray]:
 
 
 def lives(one: sb.Scene) -> dict[str, sb.studies.LiningLife]:
-    """The life with every layout, and that of the uniform pitch with the band turned at the best moment."""
+    """The life with every layout, and with uniform pitch and the band turned at the best time."""
     found = {"uniform pitch": sb.lining_life(one), "uniform pitch, turned": sb.lining_life(one, turn_at="best")}
     for name, angle in layouts().items():
         found[name] = sb.lining_life(sb.with_values(one, {"brake.linings.angle": angle}))
@@ -72,12 +73,12 @@ def lives(one: sb.Scene) -> dict[str, sb.studies.LiningLife]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--hot", action="store_true", help="with heat, fade and hot wear")
-    parser.add_argument("--out", type=pathlib.Path, help="folder for the picture")
+    parser.add_argument("--out", type=pathlib.Path, help="folder for the figure")
     arguments = parser.parse_args()
     jax.config.update("jax_enable_x64", True)
     found = lives(hot_scene() if arguments.hot else scene())
     first = found["uniform pitch"]
-    print(f"{'':22}{'brakings':>10}{'gain':>8}{'max/mean':>10}{'max/min':>9}{'at the end':>12}{'used':>8}")
+    print(f"{'':22}{'stops':>10}{'gain':>8}{'max/mean':>10}{'max/min':>9}{'at the end':>12}{'used':>8}")
     for name, life in found.items():
         print(
             f"{name:22}{life.brakings:10.0f}{life.brakings / first.brakings:8.3f}{life.over_mean[0]:10.3f}"
@@ -89,7 +90,7 @@ def main() -> None:
 
         arguments.out.mkdir(parents=True, exist_ok=True)
         plot.wear(found).savefig(arguments.out / "wear.png", dpi=130)
-        print(f"picture in {arguments.out}")
+        print(f"figure in {arguments.out}")
 
 
 if __name__ == "__main__":

@@ -1,8 +1,8 @@
-"""A staged stop lining by lining: 26 linings between band and pulley, each with an own speed and two contacts.
+"""A staged stop lining by lining: 26 linings between band and pulley, each with its own speed and two contacts.
 
-The bandage of K (Kryshtopa, part III): linings on rods with an interference, springs between neighbours. Who lets go
-on the rim first, who comes to rest on the band first, and what a rigid bandage makes of it. Geometry from V (Volchenko
-et al.) and K; what the papers do not give is an assumption and says so beside its value.
+The bandage of K (Kryshtopa, part III): linings on rods with an interference, springs between neighbours. The order
+of slip on the rim and of rest on the band, beside a rigid bandage. Geometry from V (Volchenko
+et al.) and K; other values are marked as assumptions.
 """
 
 import dataclasses
@@ -18,7 +18,7 @@ def scene() -> sb.Scene:
     return sb.Scene(
         sb.Brake(
             sb.Pulley(track_radius, inertia=1200.0),  # kg·m²; assumption: drum, pulleys, fast line
-            sb.Band(track_radius + lining + band / 2),  # rigid: the speeds of the linings decide, not its stretch
+            sb.Band(track_radius + lining + band / 2),  # rigid: the speeds of the linings matter, not its elasticity
             sb.uniform_linings(count, wrap, sb.ConstantFriction(0.42)),  # assumption
             sb.Bandage(
                 inertia=22.0,  # kg·m², all linings; assumption: FK-24A at 2000 kg/m³
@@ -49,12 +49,12 @@ def main() -> None:
     jax.config.update("jax_enable_x64", True)
     resolved = sb.simulate(scene())
     rigid = sb.simulate(as_one(scene()))
-    print(f"--- every lining for itself ---\n{resolved}\n\n--- rigid bandage ---\n{rigid}\n")
+    print(f"--- resolved bandage ---\n{resolved}\n\n--- rigid bandage ---\n{rigid}\n")
     first = {}
     for event in resolved.events:
         first.setdefault((event.name, event.lining), event.time)
     n = scene().brake.linings.count
-    print("lining   lets go on the rim   comes to rest on the band")
+    print("lining   slips on the rim     comes to rest on the band")
     for i in range(1, n + 1):
         cells = [first.get((name, i)) for name in ("lining_internal_slip", "lining_external_stick")]
         slip, rest = ("never" if time is None else f"{time:.6f} s" for time in cells)

@@ -1,7 +1,7 @@
-"""What the stop of a U2-5-5 drawworks depends on: stopping time, greatest tension and hottest lining, by every number.
+"""Sensitivities of a stop of a U2-5-5 drawworks: stopping time, maximum tension, hottest lining, by every parameter.
 
-The brake of `u2_5_5_stop.py` with three thermal lumps and friction that fades; what the papers do not give is an
-assumption and says so beside its value. `python scenarios/sensitivity_u2_5_5.py --out DIR` also draws.
+The brake of `u2_5_5_stop.py` with three thermal lumps and friction that fades; values not in the papers are marked
+as assumptions. `python scenarios/sensitivity_u2_5_5.py --out DIR` also draws.
 """
 
 import argparse
@@ -23,7 +23,7 @@ def scene() -> sb.Scene:
         (sb.LinearFade(slope=4e-4, above=423.15, floor=0.1, blend=5.0),),  # 4 % per 100 K above 150 °C; assumption
     )
     heat = sb.lumped_heat(
-        rim=6.0e3,  # J/K; assumption: what heat reaches within a stop, 1.5 mm of the rim
+        rim=6.0e3,  # J/K; assumption: heated depth in a stop, 1.5 mm of the rim
         linings=2.0e3,  # J/K; assumption: some 0.9 mm of all linings
         band=1.9e4,  # J/K; assumption: 6 mm of steel
         lining_to_band=15.0,  # W/K; assumption: through 30 mm of lining

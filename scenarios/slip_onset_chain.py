@@ -1,8 +1,8 @@
 """The onset of slip and a stop of a U2-5-5 drawworks, lining by lining: a resolved chain of 20 linings.
 
 The brake of `u2_5_5_stop.py` (V: Volchenko et al.; Z: Zhuravlov et al.) under a constant slack tension from the onset
-of slip on, with each lining on its own segment of the band (model §3.1). What the papers do not give is an assumption
-and says so beside its value.
+of slip on, with each lining on its own segment of the band (model §3.1). Values not in the papers are marked as
+assumptions.
 """
 
 import dataclasses
@@ -11,13 +11,13 @@ import math
 import simbrake as sb
 
 SLACK_TENSION = 2.0e3  # N; assumption: as at the start of the main scenario
-ANCHOR = 1.0e5  # N/m; assumption: linkage and anchor govern, not the steel band
+ANCHOR = 1.0e5  # N/m; assumption: linkage and anchor dominate, not the steel band
 
 
 def scene() -> sb.Scene:
     """The scene with its band in segments."""
     track_radius, lining_thickness, band_thickness = 0.590, 0.030, 0.006  # m, V table 1; FK-24A; brake band
-    line_count, drum_radius = 8, 0.40  # lines of the tackle, m to the rope; assumptions
+    line_count, drum_radius = 8, 0.40  # lines strung, m to the rope; assumptions
     linings = sb.uniform_linings(
         20,  # Z: even, 8…26
         math.radians(270.0),  # Z: wrap
@@ -71,7 +71,7 @@ def main() -> None:
     whole = sb.simulate(as_a_whole(chain))
     log = {(event.name, event.lining): event.time for event in whole.events}
     limits = [log["lining_limit", i + 1] for i in range(n)]
-    print("lining   chain lets go   limit of the whole band")
+    print("lining   slip, chain     limit of the whole band")
     for i in range(n):
         print(f"{i + 1:6d} {slips[i] * 1e3:12.4f} ms {limits[i] * 1e3:14.4f} ms")
     print(EXPLANATION)
@@ -89,14 +89,14 @@ def main() -> None:
 
 EXPLANATION = """
 Both count the same limits, in opposite order. In the chain the anchor's spring pulls on the last lining alone. That
-lining carries the whole rise of the tension until it lets go, then its neighbour takes over: the front of slip runs
-from the tight to the slack end. The rule of the whole band counts from the slack end: which linings carry is open
-between rigid bodies, and the published model lets the first ones do it.
-The torque is R_b (T_n - T_0) with T_n = C x in both, whoever carries it; and k equal linings at their limit hold T_n up
-to T_0 Pi_k wherever they sit. So the k-th to slip in the chain does so when the k-th limit of the whole band is
-reached, later by as much as the segments stretch (K against C) and the linings' mass delays. What differs is who slides
-meanwhile and how hard it is pressed: heat and wear begin at the tight end. The stop comes a little later, too: nothing
-damps the linings on the anchor's spring, they swing, stick once in each swing, and carry less than their limit then.
+lining carries the whole rise of the tension until it slips, then its neighbour takes over: the front of slip runs
+from the tight to the slack end. The rule of the whole band counts from the slack end: the load sharing of
+rigid bodies is undetermined, and the published model loads the first ones.
+The torque is R_b (T_n - T_0) with T_n = C x in both, for any load sharing; and k equal linings at their limit hold T_n
+up to T_0 Pi_k at any position. So the k-th lining of the chain slips when the k-th limit of the whole band is
+reached, delayed by the elasticity of the segments (K against C) and the mass of the linings. The sliding linings and
+their loads differ meanwhile: heat and wear begin at the tight end. The stop comes a little later, too: the
+linings oscillate undamped on the anchor's spring, stick once in each period, and carry less than their limit then.
 """
 
 

@@ -1,8 +1,8 @@
 """The emergency stop of a U2-5-5 with its serial brake and with a staged one, side by side.
 
 The staged brake (K: Kryshtopa, part III) carries its linings on the pulley: the band first slides on them, then, once
-the internal pair lets go, they come to rest and the pulley slides in them. Geometry from V (Volchenko et al.) and K;
-what the papers do not give is an assumption and says so beside its value.
+the internal pair slips, they come to rest and the pulley slides in them. Geometry from V (Volchenko et al.) and K;
+values not in the papers are marked as assumptions.
 """
 
 import math
@@ -35,7 +35,7 @@ def _heat(lining_thickness: float) -> sb.Heat:
         lining_area=area,
         lining_layers=16,
         lining_both=True,
-        lining_first=3e-4,  # m; thin, as the heat of a braking stays near the faces
+        lining_first=3e-4,  # m; thin, as the heat of a brake application stays near the faces
         band=BAND_STEEL,
         band_thickness=BAND,
         inside=25.0,  # W/(m²·K); assumption
@@ -58,7 +58,7 @@ def standard() -> sb.Scene:
     thickness = 0.030
     brake = sb.Brake(
         sb.Pulley(TRACK_RADIUS, inertia=1200.0, width=TRACK_WIDTH),  # kg·m²; assumption
-        sb.Band(TRACK_RADIUS + thickness + BAND / 2, stiffness=1.0e5),  # N/m; assumption: the linkage governs
+        sb.Band(TRACK_RADIUS + thickness + BAND / 2, stiffness=1.0e5),  # N/m; assumption: the linkage dominates
         sb.uniform_linings(LININGS, WRAP, _fading(0.35), area=WRAP * TRACK_RADIUS * TRACK_WIDTH / LININGS),
     )
     return _scene(brake, _heat(thickness))
@@ -96,8 +96,8 @@ def main() -> None:
     rows = [
         ("stopping time, s", lambda r: r.metrics["stopping_time"]),
         ("hook travel, m", lambda r: r.metrics["hook_travel"]),
-        ("greatest tension, kN", lambda r: r.metrics["max_tension"] / 1e3),
-        ("greatest load on a lining, kN", lambda r: r.metrics["max_normal_load"] / 1e3),
+        ("maximum tension, kN", lambda r: r.metrics["max_tension"] / 1e3),
+        ("maximum load on a lining, kN", lambda r: r.metrics["max_normal_load"] / 1e3),
         ("friction heat, kJ", lambda r: float(r.energy["friction_heat"]) / 1e3),
         ("  of band and linings, kJ", lambda r: float(r.energy.get("heat_external", 0.0)) / 1e3),
         ("  into the rim, kJ", lambda r: float(r.energy["heat_to_metal"]) / 1e3),

@@ -1,10 +1,11 @@
-"""How sure is an emergency stop? A U2-5-5 with uncertain friction, load, lever, speed and temperature at the start.
+"""Uncertainty of an emergency stop: a U2-5-5 with uncertain friction, load, lever, speed and temperature at the start.
 
-The brake of `u2_5_5_stop.py` with heat and fade. `python scenarios/stopping_time_uncertainty.py` draws what is
-uncertain, prints quantiles of stopping time, travel and temperature, the probabilities that the brake does not stop in
-time, comes too low or passes the permissible temperature, and which of the uncertain numbers are to blame. `--out DIR`
-writes charts, the runs and the numbers as JSON. What the papers do not give is an assumption and says so beside its
-value. A brake that grips hard stops on the elastic band before all linings slide: it makes no friction heat at all.
+The brake of `u2_5_5_stop.py` with heat and fade. `python scenarios/stopping_time_uncertainty.py` samples the
+uncertain parameters, prints quantiles of stopping time, travel and temperature, the probabilities that the brake does
+not stop in time, travels too far or exceeds the permissible temperature, and the most influential parameters. `--out
+DIR` writes charts, the runs and the numbers as JSON. Values not in the papers are marked as
+assumptions. A brake that grips hard stops on the elastic band before all linings slide: it makes no friction heat at
+all.
 """
 
 import argparse
@@ -18,7 +19,7 @@ TRACK_RADIUS = 0.590  # m, V table 1
 TRACK_WIDTH = 0.220  # m, V
 LINING_THICKNESS, BAND_THICKNESS = 0.030, 0.006  # m, V
 LININGS, WRAP = 20, math.radians(270.0)  # Z
-LINES, DRUM_RADIUS = 8, 0.40  # lines of the tackle, m to the rope; assumptions, as in u2_5_5_stop
+LINES, DRUM_RADIUS = 8, 0.40  # lines strung, m to the rope; assumptions, as in u2_5_5_stop
 BANDS = 2  # both bands of the drawworks act as one: areas and tensions are sums over the two
 
 
@@ -41,7 +42,7 @@ def _heat() -> sb.Heat:
 
 
 def scene() -> sb.Scene:
-    """The scene at the middle of what is uncertain."""
+    """The scene with the central values of the uncertain parameters."""
     # fades by 4 % every 100 K above 150 °C (assumption)
     friction = sb.friction.ProductFriction(sb.ConstantFriction(0.50), (sb.LinearFade(4e-4, 423.15, 0.1, 0.01),))
     return sb.Scene(
@@ -55,22 +56,22 @@ def scene() -> sb.Scene:
             load=sb.HookLoad(mass=60.0e3, drum_radius=DRUM_RADIUS, line_count=LINES),  # kg; assumption
         ),
         initial=sb.Initial(omega=24.0),  # rad/s: the hook at 1.2 m/s; assumption
-        end_time=6.0,  # s: whoever has not stopped by then has lost the string
+        end_time=6.0,  # s: without a stop by then the string is lost
         heat=_heat(),
     )
 
 
 def distributions() -> dict:
-    """What is uncertain, each independent of the others (an assumption too: heavy strings are lowered slower)."""
+    """Independent distributions of the uncertain parameters (an assumption: heavy strings are lowered slower)."""
     from scipy import stats
 
     return {
-        # Drumeanu & Antonescu 2003: 0.35…0.65 on brakes of drawworks; that all values are as likely is an assumption
+        # Drumeanu & Antonescu 2003: 0.35…0.65 on brakes of drawworks; equal probability of all values is an assumption
         "brake.linings.friction.base.coefficient": (0.35, 0.65),
         "brake.linings.friction.factors[0].slope": (2e-4, 8e-4),  # 1/K; assumption: lining lots differ in fade
         "duty.load.mass": stats.triang(0.25, 40e3, 80e3),  # kg; assumption: 40…120 t, most often 60 t
-        "duty.slack_tension.values[1]": stats.truncnorm(-3, 3, 24e3, 3e3),  # N; assumption: how hard the driller pulls
-        "duty.slack_tension.times[1]": (0.25, 0.70),  # s; assumption: how fast
+        "duty.slack_tension.values[1]": stats.truncnorm(-3, 3, 24e3, 3e3),  # N; assumption: lever force of the driller
+        "duty.slack_tension.times[1]": (0.25, 0.70),  # s; assumption: time to apply the lever
         "initial.omega": (12.0, 32.0),  # rad/s; assumption: the hook at 0.6…1.6 m/s
         "heat.bodies[2].temperature": (293.15, 523.15),  # K; assumption: linings, cold or after some stands
     }

@@ -1,7 +1,7 @@
-"""Thermal stabilisation: braking again and again, the rim's flange catches up and heat no longer flows into it.
+"""Thermal stabilisation: in repeated braking the flange reaches the rim's temperature, and heat flow into it ceases.
 
-`simbrake run` integrates one cycle from cold. Run as a script, it also finds the cyclic steady state directly and
-compares the two: where the friction heat goes, and how much of it the flange takes (S: that flow ceases). Sources and
+`simbrake run` integrates one cycle from cold. Run as a script, it also computes the cyclic steady state directly and
+compares the two: the distribution of the friction heat and the part into the flange (S: that flow ceases). Sources and
 assumptions as in the tripping scenario.
 """
 
@@ -9,7 +9,7 @@ import math
 
 import simbrake as sb
 
-PERIOD = 90.0  # s from braking to braking; assumption
+PERIOD = 90.0  # s between brake applications; assumption
 BANDS = 2
 
 
@@ -31,11 +31,11 @@ def heat() -> sb.Heat:
 
 
 def scene() -> sb.Scene:
-    """One cycle: the driller throws the lever over a turning pulley, which stops and is held until the next braking."""
+    """One cycle: the driller brakes a turning pulley, which stops and is held until the next application."""
     return sb.Scene(
         brake=sb.Brake(
             pulley=sb.Pulley(radius=0.590, inertia=1200.0),
-            band=sb.Band(radius=0.623),  # rigid: stretch does not matter for the heat of a whole stop
+            band=sb.Band(radius=0.623),  # rigid: elasticity does not matter for the heat of a whole stop
             linings=sb.uniform_linings(20, math.radians(270.0), sb.ConstantFriction(0.35)),
         ),
         duty=sb.Duty(

@@ -1,8 +1,8 @@
-"""Running in 30 stands with a U2-5-5 drawworks: rim and linings heat up from braking to braking, and friction fades.
+"""Tripping in 30 stands with a U2-5-5 drawworks: rim and linings heat up with each stop, and friction fades.
 
-Each cycle: release, lower 27 m against the auxiliary brake, brake to rest, set the string into the slips, wait for the
-next stand. Geometry from the published description (V: Volchenko et al., table 1; Z: Zhuravlov et al.); what the papers
-do not give is an assumption and says so beside its value.
+Each cycle: release, lower 27 m against the auxiliary brake, brake to rest, set the string in the slips, wait for the
+next stand. Geometry from the published description (V: Volchenko et al., table 1; Z: Zhuravlov et al.); other values
+are marked as assumptions.
 """
 
 import math
@@ -27,7 +27,7 @@ def heat() -> sb.Heat:
         rim=steel,
         rim_thickness=0.025,  # m, V table 1
         rim_layers=16,
-        rim_first=0.4e-3,  # m: resolves the heat of one braking
+        rim_first=0.4e-3,  # m: resolves the heat of one brake application
         track_area=track_area,
         lining=lining,
         lining_thickness=0.030,  # m, V
@@ -61,14 +61,14 @@ def scene() -> sb.Scene:
     return sb.Scene(
         brake=sb.Brake(
             pulley=sb.Pulley(radius=0.590, inertia=1200.0),  # m, V; kg·m², assumption
-            band=sb.Band(radius=0.623, stiffness=1.0e5),  # m; N/m, assumption: linkage and anchor govern
+            band=sb.Band(radius=0.623, stiffness=1.0e5),  # m; N/m, assumption: linkage and anchor dominate
             linings=sb.uniform_linings(
                 20, math.radians(270.0), sb.friction.ProductFriction(sb.ConstantFriction(0.35), (fade,))
             ),
         ),
         duty=sb.Duty(
             slack_tension=sb.Repeated(
-                times=[1.0, 2.0, 20.0, 20.35],  # s in the cycle: release in 1 s, lower, throw the lever over in 0.35 s
+                times=[1.0, 2.0, 20.0, 20.35],  # s in the cycle: release in 1 s, lower, apply the lever in 0.35 s
                 values=[hold, 0.0, 0.0, hold],
                 period=PERIOD,
                 count=STANDS,
@@ -78,7 +78,7 @@ def scene() -> sb.Scene:
                 string=80.0e3,  # kg in mud when the 30 stands begin; assumption
                 stand=0.8e3,  # kg in mud; assumption: 27 m of 127 mm drill pipe
                 taken=0.5,  # s in the cycle: the hook takes the string out of the slips
-                set=40.0,  # s in the cycle: it is set into the slips again
+                set=40.0,  # s in the cycle: it is set in the slips again
                 period=PERIOD,
                 count=STANDS,
                 drum_radius=drum_radius,

@@ -1,8 +1,8 @@
-"""U2-5-5 with two unequal bands under one lever: who carries how much.
+"""U2-5-5 with two unequal bands under one lever: load sharing.
 
 The emergency stop of `u2_5_5_stop.py`, but the band's stiffness follows from its dimensions (K: Kryshtopa, compliance
 of friction units), and one of the two bands has been replaced by a thinner one with a longer tight end. Geometry from
-V: Volchenko et al., table 1, and Z: Zhuravlov et al.; the rest is an assumption and says so beside its value.
+V: Volchenko et al., table 1, and Z: Zhuravlov et al.; other values are marked as assumptions.
 """
 
 import math
@@ -31,7 +31,7 @@ def band(thickness: float, tight_end: float) -> sb.brakes.BondedLinings:
 
 def scene() -> sb.Scene:
     """The scene that `simbrake run` integrates."""
-    line_count = 8  # lines of the tackle; assumption: 4 × 5 sheaves
+    line_count = 8  # lines strung; assumption: 4 × 5 sheaves
     drum_radius = 0.40  # m to the rope; assumption: first layer of a mid-size drum
     hook_speed = 1.2  # m/s downwards; assumption: lowering of a heavy string
     bands = sb.brakes.ParallelBands(
@@ -39,9 +39,9 @@ def scene() -> sb.Scene:
             band(BAND_THICKNESS, tight_end=0.60),  # m; assumption
             band(0.005, tight_end=1.40),  # m; assumptions: a replaced band, 1 mm thinner, on a longer anchor strap
         ),
-        # both bands end at one rigid beam at the anchor and at one lever shaft (assumption): they stretch alike (K-8);
-        # beam, shaft and frame are in series with them
-        linkage=1.0e5,  # N/m at the tight end; assumption: it governs, not the steel bands
+        # both bands end at one rigid beam at the anchor and at one lever shaft (assumption): they have equal elongation
+        # (K-8); beam, shaft and frame are in series with them
+        linkage=1.0e5,  # N/m at the tight end; assumption: it dominates, not the steel bands
     )
     return sb.Scene(
         brake=sb.Brake(
@@ -60,7 +60,7 @@ def scene() -> sb.Scene:
         duty=sb.Duty(
             slack_tension=sb.Lever(
                 sb.PiecewiseLinear(
-                    times=[0.0, 0.35],  # s; assumption: the driller throws the lever over
+                    times=[0.0, 0.35],  # s; assumption: the driller applies the lever
                     values=[50.0, 605.0],  # N; assumptions: pretension and final force, with the pneumatic assistance
                 ),
                 arm=1.40,  # m; assumption
@@ -116,7 +116,7 @@ def main() -> None:
         print(f"{row[0]:>4}{row[1]:>9}{row[2]:>12}{row[3]:>13}" + "".join(f"{cell:>9}" for cell in row[4:]))
     torque = R_b * T_0 * (Pi - 1)
     more = (shares.max() / shares.mean() - 1) * 100
-    print(f"\nbraking torque {torque / 1e3:.2f} kN·m either way: it is the sum of the tensions that brakes.")
+    print(f"\nbraking torque {torque / 1e3:.2f} kN·m either way: it depends on the sum of the tensions.")
     print(f"Band {int(shares.argmax()) + 1} carries {more:.1f} % more than half, and so do its linings and its ends.")
 
 

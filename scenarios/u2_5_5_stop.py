@@ -1,7 +1,7 @@
 """Emergency stop of a hook being lowered by a U2-5-5 drawworks.
 
-Geometry from the published description of the installation (V: Volchenko et al., table 1; Z: Zhuravlov et al.).
-What the papers do not give is an assumption and says so beside its value.
+Geometry from the published description of the drawworks (V: Volchenko et al., table 1; Z: Zhuravlov et al.).
+Values not in the papers are marked as assumptions.
 """
 
 import math
@@ -14,7 +14,7 @@ def scene() -> sb.Scene:
     track_radius = 0.590  # m, V table 1
     lining_thickness = 0.030  # m, V: lining FK-24A
     band_thickness = 0.006  # m, V: brake band
-    line_count = 8  # lines of the tackle; assumption: 4 × 5 sheaves
+    line_count = 8  # lines strung; assumption: 4 × 5 sheaves
     drum_radius = 0.40  # m to the rope; assumption: first layer of a mid-size drum
     hook_speed = 1.2  # m/s downwards; assumption: lowering of a heavy string
     return sb.Scene(
@@ -25,7 +25,7 @@ def scene() -> sb.Scene:
             ),
             band=sb.Band(
                 radius=track_radius + lining_thickness + band_thickness / 2,
-                stiffness=1.0e5,  # N/m at the tight end; assumption: linkage and anchor govern, not the steel band
+                stiffness=1.0e5,  # N/m at the tight end; assumption: linkage and anchor dominate, not the steel band
             ),
             linings=sb.uniform_linings(
                 20,  # Z: even, 8…26
@@ -36,7 +36,7 @@ def scene() -> sb.Scene:
         duty=sb.Duty(
             # both bands of the drawworks act as one: tensions are sums over the two
             slack_tension=sb.PiecewiseLinear(
-                times=[0.0, 0.35],  # s; assumption: the driller throws the lever over
+                times=[0.0, 0.35],  # s; assumption: the driller applies the lever
                 values=[2.0e3, 24.0e3],  # N; assumptions: pretension and final slack tension
             ),
             load=sb.HookLoad(
@@ -46,7 +46,7 @@ def scene() -> sb.Scene:
             ),
         ),
         initial=sb.Initial(omega=hook_speed * line_count / drum_radius),
-        end_time=5.0,  # s: well past the stop, so that the hold is seen as well
+        end_time=5.0,  # s: well past the stop, to show the hold
     )
 
 

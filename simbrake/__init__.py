@@ -1,9 +1,10 @@
 """simbrake: a differentiable dynamic simulator of band-shoe brakes of drilling drawworks.
 
-The names at the top stand in `__init__.pyi`, each with its module, which is imported when the name is first used: who
-runs one braking need not wait for the modules of the studies, estimates and pages. What is wanted less often is in the
-packages: friction, loads, profiles, thermal, wear, brakes; hybrid, results, studies, layouts, formulas, published,
-checks, files, plot.
+The names at the top are in `__init__.pyi`, each with its module, which is imported at the first use of the name: a
+run
+does not load the modules of the studies, estimates and pages. Less frequent names are in the
+packages: friction, loads, profiles, thermal, wear, brakes; hybrid, results, studies, layouts, formulas,
+published, checks, files, plot.
 """
 
 import importlib.util

@@ -1,4 +1,4 @@
-"""`python -m simbrake` does what the `simbrake` command does."""
+"""Run the `simbrake` command by `python -m simbrake`."""
 
 from ._commands._cli import main
 

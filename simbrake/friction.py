@@ -1,4 +1,4 @@
-"""Friction laws of a lining, `f(v, T, p)`, with fade, pressure and states of their own."""
+"""Friction laws of a lining, `f(v, T, p)`, with fade, pressure and internal states."""
 
 import abc
 from collections.abc import Callable
@@ -29,7 +29,7 @@ __all__ = [
 
 
 class Contact(NamedTuple):
-    """What a friction law sees: slip speed `v` (m/s), surface temperature `T` (K) and pressure `p` (Pa).
+    """Inputs of a friction law: slip speed `v` (m/s), surface temperature `T` (K) and pressure `p` (Pa).
 
     Each broadcasts over the linings; `None` where the scene does not model it. A law with states has them in `memory`;
     their rates also see `q` (W/m²), the friction power per area of a lining.
@@ -63,7 +63,7 @@ class _ContactWithMemory(NamedTuple):
 if TYPE_CHECKING:
     AnyContact: TypeAlias = Contact
 else:
-    # with what laws are asked when a program runs: to those who write them both are a `Contact`
+    # inputs of laws in a running program; for authors of laws both are a `Contact`
     AnyContact = Contact | _ContactWithMemory
 
 
@@ -72,7 +72,7 @@ Bounds: TypeAlias = tuple[Float[Array, ""], Float[Array, ""]]
 
 
 class SurfaceState(NamedTuple):
-    """What the law of a pair sees of its surfaces beside their motion: temperatures `T` (K) and its own `memory`, (n,)
+    """Surface inputs of the law of a pair beside its motion: temperatures `T` (K) and its own `memory`, (n,)
     each; `None` where there is none."""
 
     T: Any = None
@@ -90,8 +90,8 @@ def continued(coefficient: Callable[[Array], Array], v: Array) -> Array:
 
         f(−v) = 2 f(0) − f(v)
 
-    The step on which a slide ends looks a little past `v = 0`. Equations with another slope there would spoil its
-    derivative, so that the coefficient goes on through `(0, f(0))` with the slope that it has. A law never sees a
+    The step on which a slide ends evaluates slightly past `v = 0`. Equations with another slope there would corrupt its
+    derivative, so that the coefficient continues through `(0, f(0))` with its slope. A law is never called with a
     negative speed: one that takes `|v|`, or a power of `v`, is continued as well.
     """
     past = v < 0
@@ -102,17 +102,17 @@ def continued(coefficient: Callable[[Array], Array], v: Array) -> Array:
 class AbstractFriction(Part):
     """A friction law. Its numbers are scalars or have one entry per lining.
 
-    A law is smooth enough to differentiate, never negative, and `kinetic ≤ static`. It is asked for `v ≥ 0` only; what
-    lies just past the end of a slide follows from that (`continued`). It reads from the `Contact` what it needs; what
-    its coefficients do not depend on costs nothing in the integration (`reads`).
+    A law is smooth enough to differentiate, never negative, and `kinetic ≤ static`. It is evaluated for `v ≥ 0` only;
+    values just past the end of a slide follow from that (`continued`). It reads what it needs from the `Contact`;
+    fields on which its coefficients do not depend cost nothing in the integration (`reads`).
 
-    A law may have states of its own, one value per lining each: friction that fades and recovers, or that runs in.
+    A law may have internal states, one value per lining each: friction that fades and recovers, or that runs in.
 
         ċ_i = rates(v_i, T_i, p_i, q_i, c_i),   c_i = start at the start of the run
 
     It then gives `start` and `rates`, and finds the states in `contact.memory`. The rates see the slip speed of the
     surfaces, 0 while they stick or do not touch (the coefficients of a band as a whole see `R_b ω`). In a jump of the
-    tension no time passes, and the states stay as they are.
+    tension no time passes, and the states are unchanged.
     """
 
     @abc.abstractmethod
@@ -126,7 +126,7 @@ class AbstractFriction(Part):
     def governing(self, contact: AnyContact, static: Bool[Array, "..."] | bool) -> Float[Array, "..."]:
         """Coefficient of linings that stick (`static`, a traced bool) or slide.
 
-        A law whose two coefficients have a factor in common may say so here, where it is then found once.
+        A law whose two coefficients share a factor may override this to compute it once.
         """
         still = contact._replace(v=jnp.zeros_like(contact.v))
         return jnp.where(static, self.static(still), self.kinetic(contact))
@@ -143,14 +143,14 @@ class AbstractFriction(Part):
 
         They must be smooth in `v ≥ 0`. `contact.q` is the friction power per area (W/m²).
         """
-        raise NotImplementedError(f"{type(self).__name__} has states and no `rates`")
+        raise NotImplementedError(f"{type(self).__name__} has states but no `rates`")
 
     def sizes(self) -> PyTree:
         """Typical size of each state, a number or a PyTree like that of `start`: tolerances are in proportion to it."""
         return 1.0
 
     def faults(self, path: str) -> list[Fault]:
-        """What cannot be right in this law, beyond the ranges of single numbers; a custom law may leave it out."""
+        """Errors of this law beyond the ranges of single numbers; a custom law may omit it."""
         return []
 
     def temperature_range(self) -> Bounds | None:
@@ -184,12 +184,12 @@ def _memory_like(law: AbstractFriction, n: int) -> PyTree:
     """Shapes of the states of a law of `n` linings."""
     try:
         return jax.eval_shape(lambda law: memory_at_start(law, n), law)
-    except Exception:  # a mistake, which `faults_of_law` names, and the run itself
+    except Exception:  # an error reported by `faults_of_law`, and by the run itself
         return None
 
 
 def faults_of_law(law: AbstractFriction, path: str, n: int) -> list[Fault]:
-    """What is wrong with a law, its states, and numbers that are neither one for all nor one for each lining."""
+    """Errors of a law, its states, and numbers that are neither one for all nor one for each lining."""
     found = _faults_of_memory(law, path, n)
     if not found and not _fits(law, n):
         found = [Fault(path, f"its numbers do not fit {n} linings", f"give one number, or a list of {n}")]
@@ -204,7 +204,7 @@ def _fits(law: AbstractFriction, n: int) -> bool:
         shape = jax.eval_shape(lambda law, contact: law.kinetic(contact), law, contact).shape
         return np.broadcast_shapes(shape, (n,)) == (n,)
     except jax.errors.TracerArrayConversionError:
-        return True  # another mistake, which the run itself will name
+        return True  # another error, which the run itself reports
     except (TypeError, ValueError, IndexError):
         return False
 
@@ -212,7 +212,7 @@ def _fits(law: AbstractFriction, n: int) -> bool:
 def _faults_of_memory(law: AbstractFriction, path: str, n: int) -> list[Fault]:
     try:
         start, sizes = law.start(n), law.sizes()
-    except Exception as error:  # whatever a law of somebody else raises
+    except Exception as error:  # any exception of a user-defined law
         return [Fault(path, f"its states at the start cannot be found: {error}")]
     like, found = jax.tree.structure(start), []
     if like.num_leaves == 0:
@@ -251,7 +251,7 @@ class Reads(NamedTuple):
 
 
 def _coefficients(law: AbstractFriction, contact: AnyContact) -> tuple[Array, Array]:
-    """Both coefficients as a brake uses them: what sticks has no speed."""
+    """Both coefficients as a brake uses them: sticking linings have no speed."""
     return law.kinetic(contact), law.static(contact._replace(v=jnp.zeros_like(contact.v)))
 
 
@@ -272,7 +272,7 @@ def contact_like(
 
 @per_structure
 def reads(law: AbstractFriction, n: int, *, T: bool, p: bool) -> Reads:
-    """On which fields of the contact of `n` linings the coefficients of a law depend.
+    """Fields of the contact of `n` linings on which the coefficients of a law depend.
 
     - `T`, `p`: whether there are temperatures and pressures; without them the fields are `None`, and are not read
 
@@ -283,9 +283,9 @@ def reads(law: AbstractFriction, n: int, *, T: bool, p: bool) -> Reads:
 
 
 class RatesRead(NamedTuple):
-    """What the rates of a law's states depend on: slip speed, temperature, pressure, friction power per area.
+    """Dependence of the rates of a law's states on slip speed, temperature, pressure, friction power per area.
 
-    - `bends`: whether they are no straight lines over slip speed and power
+    - `bends`: whether they are nonlinear in slip speed and power
     """
 
     v: bool
@@ -296,13 +296,13 @@ class RatesRead(NamedTuple):
 
     @property
     def slip(self) -> bool:
-        """Whether they depend on how fast the linings slide."""
+        """Whether they depend on the slip speed."""
         return self.v or self.q
 
 
 @per_structure
 def rates_read(law: AbstractFriction, n: int, *, T: bool, p: bool) -> RatesRead | None:
-    """The same of the rates of its states; `None` of a law without."""
+    """`reads` of the rates of its states; `None` of a law without."""
     contact = contact_like(law, n, T=T, p=p)[1]
     if contact is None:
         return None
@@ -312,7 +312,7 @@ def rates_read(law: AbstractFriction, n: int, *, T: bool, p: bool) -> RatesRead 
 
 
 def _slopes(law: AbstractFriction, contact: AnyContact) -> PyTree:
-    """How the rates of a law's states change with slip speed and power together."""
+    """Change of the rates of a law's states with slip speed and power together."""
     slip = (contact.v, contact.q)
     along = jax.tree.map(jnp.ones_like, slip)
     return jax.jvp(lambda slip: law.rates(contact._replace(v=slip[0], q=slip[1])), (slip,), (along,))[1]
@@ -320,7 +320,7 @@ def _slopes(law: AbstractFriction, contact: AnyContact) -> PyTree:
 
 @per_structure
 def needs(law: AbstractFriction, n: int) -> Reads:
-    """Which fields of the contact of `n` linings a law cannot do without: given as `None` they make it fail."""
+    """Fields of the contact of `n` linings that a law needs: as `None` they make it fail."""
 
     def fails(T: bool = True, p: bool = True) -> bool:
         try:
@@ -328,11 +328,11 @@ def needs(law: AbstractFriction, n: int) -> Reads:
             jax.eval_shape(_coefficients, law, contact)
             if lasting is not None:
                 jax.eval_shape(_rates, law, lasting)
-        except Exception:  # whatever None raises in a law
+        except Exception:  # any exception that None raises in a law
             return True
         return False
 
-    if fails():  # another mistake, which the run itself will name
+    if fails():  # another error, which the run itself reports
         return Reads(v=True, T=False, p=False)
     return Reads(v=True, T=fails(T=False), p=fails(p=False))
 
@@ -389,7 +389,7 @@ class StribeckFriction(AbstractFriction):
 
 def _interpolated(x: Array, at: Array, values: Array) -> Array:
     """A monotone cubic through `values` (k,) at the places `at` (k,)."""
-    import interpax  # half a second that only tables pay
+    import interpax  # a slow import, needed by tables only
 
     with jax.numpy_dtype_promotion("standard"):  # the library mixes integers and floats
         return interpax.interp1d(x, at, values, method="monotonic")
@@ -405,8 +405,8 @@ class TabulatedFriction(AbstractFriction):
     - `speed` (k,) in m/s, increasing from 0; `coefficient` (k,)
     - `static_ratio`: `f_s / f(0) ≥ 1`
 
-    Beyond the last speed the last coefficient holds (stated, not extrapolated). The interpolant has a continuous
-    slope, so that the table's knots need no stops of the integrator. One table serves all linings.
+    Beyond the last speed the last coefficient holds (not extrapolated). The interpolant has a continuous
+    slope, so that the table's knots need no step ends. One table serves all linings.
     """
 
     speed: Scalar = quantity("m/s", "slip speeds of the table", low=0.0, many=Over.ROWS)
@@ -444,7 +444,7 @@ class AbstractFactor(Part):
         """The factor at surface temperature `T` (K) and pressure `p` (Pa)."""
 
     def faults(self, path: str) -> list[Fault]:
-        """What cannot be right in this factor, beyond the ranges of single numbers."""
+        """Errors of this factor beyond the ranges of single numbers."""
         return []
 
     def temperature_range(self) -> Bounds | None:
@@ -459,8 +459,8 @@ def _rounded(x: Array, w: Array | None) -> Array:
 
     Its slope `u⁴ (35 − 84 u + 70 u² − 20 u³)` goes from 0 to 1 with three derivatives 0 at either end: steps cross the
     ends of the blend, and each derivative that is continuous there makes those of a run more exact.
-    At a sharp corner, where runs like to start, the slope is the one above it: half of each (as that of a maximum)
-    would be the slope of no side, and an integrator would shorten its first step until that no longer matters.
+    At a sharp corner, where runs often start, the slope is the one above it: half of each (as that of a maximum)
+    would be the slope of neither side, and an integrator would shorten its first step until the effect vanishes.
     """
     if w is None:
         return jnp.where(x >= 0, x, 0.0)

@@ -1,4 +1,4 @@
-"""What acts on a brake: the load on the shaft, and the lever that a driller moves."""
+"""Loads on the shaft, and levers of the driller."""
 
 import abc
 
@@ -28,9 +28,9 @@ GRAVITY = 9.80665  # m/s², standard acceleration of free fall (3rd CGPM, 1901)
 
 
 class AbstractLoad(Part):
-    """What drives the pulley: a torque on its shaft, positive in the braking direction of rotation, and an inertia."""
+    """Load on the pulley: a torque on its shaft, positive in the braking direction of rotation, and an inertia."""
 
-    #: the profile whose known times the load has
+    #: the profile whose time breakpoints the load has
     profile: eqx.AbstractVar[AbstractProfile]
 
     @abc.abstractmethod
@@ -94,22 +94,22 @@ class HookLoad(AbstractLoad):
 
 
 class TrippingLoad(AbstractLoad):
-    """A string run into the hole stand by stand: in each cycle it hangs on the hook for a while, then on the slips.
+    """Tripping a string in stand by stand: in each cycle it hangs on the hook for some time, then in the slips.
 
         m(t) = m_e + (m_s + k Δm) while it hangs in cycle k = 0…count − 1, else m_e;   M_load = m g r_d/n − c ω
 
     - `empty` `m_e`: hook and travelling block (kg); `string` `m_s`: string of the first cycle (kg); `stand` `Δm` (kg)
-    - `taken`, `set`: times in a cycle of `period` (s) at which the hook takes the string, and it is set into the slips
+    - `taken`, `set`: times in a cycle of `period` (s) at which the hook takes the string, and is set in the slips
     - `drum_radius`, `line_count`, `gravity`, `drag`: as in `HookLoad`
 
-    At a change of mass in motion the speed stays: what comes onto the hook brings its energy (booked as load work).
+    At a change of mass in motion the speed stays: added mass brings its energy (counted as load work).
     """
 
     empty: Scalar = quantity("kg", "mass of hook and block", positive=True)
     string: Scalar = quantity("kg", "mass of the string in the first cycle", low=0.0)
     stand: Scalar = quantity("kg", "mass of one stand", low=0.0)
     taken: Scalar = quantity("s", "time in the cycle at which the hook takes the string", low=0.0)
-    set: Scalar = quantity("s", "time in the cycle at which the string is set into the slips", positive=True)
+    set: Scalar = quantity("s", "time in the cycle at which the string is set in the slips", positive=True)
     period: Scalar = quantity("s", "length of a cycle", positive=True)
     drum_radius: Scalar = quantity("m", "effective drum radius", positive=True)
     line_count: Scalar = quantity("1", "lines strung", low=1.0)
@@ -146,16 +146,16 @@ class TrippingLoad(AbstractLoad):
 
 
 class AbstractSpeedLever(AbstractProfile):
-    """A lever whose tension answers the speed on some of its pieces. For rigid bands, and laws without pressure and
+    """A lever whose tension depends on the speed on some of its pieces. For rigid bands, and laws without pressure and
     flash temperature: the torque is then known from the tension."""
 
     @abc.abstractmethod
     def follows(self, piece: Piece) -> Bool[Array, ""] | bool:
-        """Whether the tension answers the speed on the piece."""
+        """Whether the tension depends on the speed on the piece."""
 
     @abc.abstractmethod
     def wanted_torque(self, t: Real, omega: Real, piece: Piece, load: Real, inertia: Real) -> Real:
-        """Brake torque (N·m) that the driller wants at a load torque and an inertia of the shaft."""
+        """Brake torque (N·m) demanded by the driller for a load torque and an inertia of the shaft."""
 
     def holding(self, torque: Float[Array, ""], gain: Float[Array, ""]) -> Float[Array, ""]:
         """`T_0` (N) for a brake torque, and the torque per newton of it (m)."""
@@ -172,13 +172,13 @@ class AbstractSpeedLever(AbstractProfile):
 
 
 class SpeedHold(AbstractSpeedLever):
-    """A lever that holds the speed: it pulls just so much that the brake torque equals the load torque (drag).
+    """A lever that holds the speed: it pulls so that the brake torque equals the load torque (drag).
 
         T_0 = min(M_load/(R_b (Π − 1)), limit)
 
-    - `limit` (N): maximum slack tension; where fade asks for more the load runs away (event `grip_lost`)
+    - `limit` (N): maximum slack tension; where fade requires more the load runs away (event `grip_lost`)
 
-    The tension follows the friction of the hot linings, so that the power `M_load ω` goes into heat however it fades.
+    The tension follows the friction of the hot linings, so that the power `M_load ω` goes into heat at any fade.
     For rigid bands, and laws without pressure and flash temperature.
     """
 
@@ -195,16 +195,16 @@ class SpeedHold(AbstractSpeedLever):
 
 
 class Driller(AbstractSpeedLever):
-    """A lever that is thrown on some pieces of time and leads the speed on others, cycle by cycle.
+    """A lever with given tension on some time pieces and speed control on others, cycle by cycle.
 
-    On a piece that follows the speed the brake torque is that which keeps the pulley on the reference `ω_r(t)`, with a
-    correction of what deviates:
+    On a piece with speed control the brake torque keeps the pulley on the reference `ω_r(t)`, with a
+    correction of the deviation:
 
         M_b = M_load − J [ω̇_r − g (ω − ω_r)],   T_0 = min(M_b/(R_b (Π − 1)), limit)
 
     - `tension`: `T_0(t)` of the other pieces, cycles of straight lines;  `speed`: `ω_r(t)` (rad/s), at the same points
-    - `following`: for each point of a cycle, whether the piece that begins there follows the speed
-    - `limit` (N): maximum slack tension; where fade asks for more the load runs away (event `grip_lost`)
+    - `following`: for each point of a cycle, whether the piece that begins there controls the speed
+    - `limit` (N): maximum slack tension; where fade requires more the load runs away (event `grip_lost`)
     - `gain` `g` (1/s) of the correction
 
     `simbrake.programme_scene` makes one from a programme in words.
@@ -223,7 +223,7 @@ class Driller(AbstractSpeedLever):
     def follows(self, piece: Piece) -> Bool[Array, ""]:
         k = len(self.following)
         inside = (piece > 0) & (piece < self.knot_count)
-        # constants of the program are searched by a mask, as the points of a profile are
+        # constants of the program are looked up by a mask, like the points of a profile
         here = jnp.arange(k, dtype=jnp.int32) == (jnp.asarray(piece, jnp.int32) - 1) % k
         return inside & jnp.any(here & np.asarray(self.following))
 
@@ -266,8 +266,8 @@ class Lever(AbstractProfile):
     - `force`: `F(t) ≥ 0` in N, any profile;  `arm` `l` (m) of the force, `slack_arm` `a` (m) of the slack end
     - `efficiency` `η` of the linkage
 
-    Knots and pieces are those of the force. Lever and linkage have no mass and do not stretch; what they
-    stretch is part of the band's stiffness. Reference: R. S. Khurmi, J. K. Gupta, *Theory of Machines*, simple band
+    Knots and pieces are those of the force. Lever and linkage have no mass and are rigid; their
+    elasticity is part of the band's stiffness. Reference: R. S. Khurmi, J. K. Gupta, *Theory of Machines*, simple band
     brake.
     """
 
@@ -310,13 +310,13 @@ class Lever(AbstractProfile):
 def differential_lever_tension(
     force: Values, arm: Values, slack_arm: Values, tight_arm: Values, ratio: Values
 ) -> Float[Array, "..."]:
-    """Slack tension (N) in full slip of a differential brake: both ends of the band on the lever, the tight one helps.
+    """Slack tension (N) in full slip of a differential brake: both band ends on the lever, the tight one assists.
 
         T_0 a − T_n b = F l,   T_n = Π T_0   →   T_0 = F l/(a − b Π)
 
     - `force` `F` (N), its `arm` `l`, `slack_arm` `a`, `tight_arm` `b` (m); `ratio` `Π = T_n/T_0`
 
-    With `a ≤ b Π` the brake locks itself: no force is needed, and the tension is `inf`. Statics only: in a scene the
+    With `a ≤ b Π` the brake is self-locking: no force is needed, and the tension is `inf`. Statics only: in a scene the
     lever of `Lever` has its tight end on a fixed anchor. Reference: Khurmi & Gupta, differential band brake.
     """
     left = jnp.asarray(slack_arm) - jnp.asarray(tight_arm) * jnp.asarray(ratio)

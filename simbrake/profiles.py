@@ -1,4 +1,4 @@
-"""Given functions of time, as the lever's tension: constant, straight lines, repeated cycles, custom functions."""
+"""Profiles, the given functions of time: constant, piecewise linear, repeated cycles, custom functions."""
 
 import abc
 import dataclasses
@@ -19,14 +19,14 @@ from .hybrid._arrays import Array
 
 __all__ = ["AbstractProfile", "Constant", "ExponentialRise", "FunctionProfile", "PiecewiseLinear", "Repeated", "ramp"]
 
-#: knots of different profiles that lie closer together than this share of their time coincide
+#: knots of different profiles closer than this share of their time coincide
 _ROUNDING = 8 * float(np.finfo(np.float64).eps)
 
 
 class _Time:
-    """Stands for the time in a calculation: what can be done with it keeps straight lines straight, all else raises."""
+    """Symbolic time in a calculation: its operations keep straight lines straight, all others raise."""
 
-    __array_ufunc__ = None  # NumPy leaves arithmetic to the methods here
+    __array_ufunc__ = None  # NumPy defers arithmetic to these methods
 
     def __add__(self, other: object) -> "_Time":
         return self
@@ -40,7 +40,7 @@ class _Time:
         return self
 
     def __bool__(self) -> bool:
-        raise TypeError("a decision by the time makes corners and jumps")
+        raise TypeError("a comparison with the time makes corners and jumps")
 
     __radd__ = __sub__ = __rsub__ = __add__
     __rmul__ = __truediv__ = __mul__
@@ -50,26 +50,26 @@ class _Time:
 if TYPE_CHECKING:
     Real: TypeAlias = Array | float
 else:
-    #: a time, or a value at it; while the course of a profile is looked at, what stands for them (`hides_nothing`)
+    #: a time, or a value at it; or their symbols while a profile is examined (`hides_nothing`)
     Real = Float[Array, "..."] | float | int | _Time
-#: how many known times have passed
+#: how many time breakpoints have passed
 Piece: TypeAlias = Int[Array, "..."] | int
 
 
 class AbstractProfile(Part):
-    """A given function of time. Corners and jumps are known times: between two of them it is smooth.
+    """A given function of time. Corners and jumps are time breakpoints: between two of them it is smooth.
 
-    `piece` counts the known times passed; `value(t, piece)` extends its piece smoothly beyond both ends. In a straight
-    line between two known times, or an `ExponentialRise`, nothing short can hide; with any other course a run takes
-    shorter steps and evaluates its guards inside them as well.
+    `piece` counts the time breakpoints passed; `value(t, piece)` extends its piece smoothly beyond both ends. A
+    straight line between two time breakpoints, or an `ExponentialRise`, has no short features; with any other profile a
+    run takes shorter steps and evaluates its guards inside them as well.
     """
 
     @abc.abstractmethod
     def value(self, t: Real, piece: Piece) -> Real:
-        """Value at `t` on the piece named."""
+        """Value at `t` on the given piece."""
 
     def next_knot(self, piece: Piece) -> Float[Array, "..."] | float:
-        """The known time that ends the piece, `inf` after the last (and where there is none, as by default)."""
+        """The time breakpoint that ends the piece, `inf` after the last (also where there is none, as by default)."""
         return jnp.inf
 
     def first_piece(self, t: Real) -> Piece:
@@ -78,11 +78,11 @@ class AbstractProfile(Part):
 
     @property
     def knot_count(self) -> int:
-        """Number of known times, where it may be large; 0 otherwise."""
+        """Number of time breakpoints, where it may be large; 0 otherwise."""
         return 0
 
     def no_more_turns(self, t: Real) -> Bool[Array, ""]:
-        """Whether no known time after `t` changes the course of the profile."""
+        """Whether no time breakpoint after `t` changes the course of the profile."""
         return jnp.isinf(self.next_knot(jnp.asarray(self.first_piece(t), jnp.int32)))
 
     @abc.abstractmethod
@@ -90,9 +90,9 @@ class AbstractProfile(Part):
         """Largest magnitude, at least roughly: the reference of dimensionless guards."""
 
     def faults(self, path: str, low: float | None) -> list[Fault]:
-        """What cannot be right; `low` is a bound on the value, if there is one.
+        """Errors of the profile; `low` is a bound on the value, if any.
 
-        By default on every number of the profile that is in the unit of its value.
+        By default it checks every number of the profile in the unit of its value.
         """
         found = []
         for field in dataclasses.fields(self):
@@ -107,7 +107,7 @@ class AbstractProfile(Part):
 def next_known_time(
     profiles: Sequence[AbstractProfile], pieces: Sequence[Any], waits: Callable[[Array], Array] | None = None
 ) -> tuple[Float[Array, ""] | float, list[Any]]:
-    """The next known time of several profiles (`inf`: none), and for each profile whether it is its own.
+    """The next time breakpoint of several profiles (`inf`: none), and for each profile whether it belongs to it.
 
     It belongs to one profile only, also where knots of several coincide (within rounding): they are passed one after
     the other, with steps of length 0 in between, and each keeps its own derivative. The order is that of `profiles`,
@@ -162,7 +162,7 @@ class Constant(AbstractProfile):
 
 
 def _picked(x: Float[Array, " n"], here: Bool[Array, " n"]) -> Float[Array, ""]:
-    """The entry `here`: a mask is cheaper in the loop than an indexed load, and transposes well."""
+    """The entry `here`, by a mask: cheaper in the loop than an indexed load, and transposes well."""
     return jnp.sum(jnp.where(here, x, 0.0))
 
 
@@ -192,7 +192,7 @@ class AbstractPoints(AbstractProfile):
 class PiecewiseLinear(AbstractPoints):
     """Straight lines between points `(times, values)`, constant before the first and after the last.
 
-    Two points at one time are a jump. Every point is a known time at which a step of the integrator ends.
+    Two points at one time are a jump. Every point is a time breakpoint at which a step of the integrator ends.
     """
 
     times: Scalar = quantity("s", "times of the profile's points", many=Over.ROWS)
@@ -262,7 +262,7 @@ class Repeated(AbstractPoints):
         return _picked(values, here) + jnp.where(inside, _picked(slope, here), 0.0) * since
 
     def slope(self, piece: Piece) -> Float[Array, ""]:
-        """Rate of the value on the piece named."""
+        """Rate of the value on the given piece."""
         return jax.jvp(lambda t: self.value(t, piece), (jnp.zeros(()),), (jnp.ones(()),))[1]
 
     def next_knot(self, piece: Piece) -> Float[Array, "..."] | float:
@@ -285,12 +285,12 @@ class Repeated(AbstractPoints):
 
 
 class ExponentialRise(AbstractProfile):
-    """`p(t) = p_1 (1 − exp(−(t − t_0)/t_i))` from `t_0` on, 0 before: how brake actuators fill.
+    """`p(t) = p_1 (1 − exp(−(t − t_0)/t_i))` from `t_0` on, 0 before: the filling of brake actuators.
 
     - `level` `p_1`; `time_constant` `t_i` (s); `begin` `t_0` (s)
     """
 
-    level: Scalar = quantity("SI", "level reached in the end")
+    level: Scalar = quantity("SI", "final level")
     time_constant: Scalar = quantity("s", "time constant of the rise", positive=True)
     begin: Scalar = quantity("s", "time at which the rise begins", default=0.0)
 
@@ -344,11 +344,11 @@ class FunctionProfile(AbstractProfile):
 
 
 def hides_nothing(part: PyTree, course: Callable) -> bool:
-    """Whether nothing short can hide between two known times in the function of time `course(part, t, piece)`.
+    """Whether the function of time `course(part, t, piece)` has no short features between two time breakpoints.
 
     That holds where the function is a straight line on every piece, or a sum of straight lines and exponential rises.
-    The straight line is proved by a calculation in which `_Time` stands for the time, with addition and scaling only;
-    whatever does more with the time (a comparison, any function of JAX) counts as hiding something. Derivatives cannot
+    The straight line is proved by a calculation with `_Time` as the time, with addition and scaling only;
+    any other operation on the time (a comparison, any function of JAX) counts as a short feature. Derivatives cannot
     prove it: they are zero on both sides of a jump. Found once for each structure of a part.
     """
 
@@ -366,6 +366,6 @@ def _is_straight(part: PyTree, course: Callable) -> bool:
 
     try:
         jax.eval_shape(calculate, part, jax.ShapeDtypeStruct((), np.int32))
-    except Exception:  # every operation that is not one of straight lines
+    except Exception:  # every operation that does not keep straight lines
         return False
     return True

@@ -1,4 +1,4 @@
-"""Wear of the linings: its rate, and what it changes in a brake before a run."""
+"""Wear of the linings: its rate, and its effects on a brake before a run."""
 
 import abc
 from typing import Any, TypeAlias
@@ -36,7 +36,7 @@ __all__ = [
 GAS_CONSTANT = 8.31446261815324
 
 
-#: of the rubbing face (K), `None` where a scene has none
+#: of the friction face (K), `None` where a scene has none
 Temperature: TypeAlias = Float[Array, "..."] | float | None
 
 
@@ -44,7 +44,7 @@ class AbstractWearRate(Part):
     """Wear rate `I(T)` in m³/(N·m) = 1/Pa: volume worn off per newton of load and metre of slip (Archard).
 
     Called as `rate(p, v, T)` like the functions that `lining_wear` takes: pressure (Pa), slip speed (m/s), and the
-    temperature (K) of the rubbing face, `None` where the scene has none: then the law is at its reference temperature.
+    temperature (K) of the friction face, `None` where the scene has none: then the law is at its reference temperature.
     """
 
     def __call__(self, p: Scalar, v: Scalar, T: Temperature) -> Float[Array, "..."]:
@@ -61,7 +61,7 @@ def _rate_at(words: str) -> Any:
 
 @short_for(AbstractWearRate)
 class ConstantWear(AbstractWearRate):
-    """`I = k`, whatever the temperature.
+    """`I = k` at every temperature.
 
     - `coefficient` `k` (m³/(N·m)): one number, or one per lining
 
@@ -113,7 +113,7 @@ class ExponentialWear(AbstractWearRate):
 
 
 class ArrheniusWear(AbstractWearRate):
-    """`I = k exp[(E/R)(1/T_r − 1/T)]`: what binds the lining is decomposed by heat.
+    """`I = k exp[(E/R)(1/T_r − 1/T)]`: the binder of the lining is decomposed by heat.
 
     - `coefficient` `k` (m³/(N·m)) at the `reference` `T_r` (K);  `energy` `E` (J/mol): activation energy
 
@@ -160,12 +160,12 @@ class Wear(Part):
     - `worn` (m), a number or (n,): thickness that had been worn off before the run;  `permissible` (m): maximum wear
     - `thickness` (m): of a new lining
     - `geometry`, `heat`: whether the thickness worn before the run lowers the band circle, and the lining in the heat
-      part; `take_up_speed` (m/s): speed at which the lever draws in the slack that wear has left (`worn_scene`
+      part; `take_up_speed` (m/s): speed at which the lever takes up the slack left by wear (`worn_scene`
       has the formulas)
     - `turned_at` (s), one time or a list: the band is turned end for end, so that the lining of the tight end comes to
-      the slack end; for linings that are alike, on a brake at rest
+      the slack end; for equal linings, on a brake at rest
 
-    What a run itself wears off does not act back on it: a braking takes micrometres of some ten millimetres.
+    Wear during a run does not act back on it: a brake application wears micrometres of some ten millimetres.
     """
 
     rate: AbstractWearRate = part(AbstractWearRate)
@@ -176,25 +176,25 @@ class Wear(Part):
     geometry: bool = eqx.field(static=True, default=False)
     heat: bool = eqx.field(static=True, default=False)
     take_up_speed: Scalar | None = quantity(
-        "m/s", "speed at which the lever draws in slack of the band", positive=True, default=None
+        "m/s", "speed at which the lever takes up slack of the band", positive=True, default=None
     )
     turned_at: Scalar | None = quantity(
         "s", "times at which the band is turned end for end", many=Over.ROWS, default=None
     )
 
     def faults(self, path: str, n: int) -> list[Fault]:
-        """What does not fit `n` linings, beyond the ranges of single numbers (concrete values only)."""
+        """Errors of sizes that do not fit `n` linings (concrete values only)."""
         found = faults_of_sizes(self, path, n)
         if not found and self.thickness is not None:
             worn, whole = np.broadcast_to(np.asarray(self.worn), (n,)), float(self.thickness)
             i = int(np.argmax(worn))
             if worn[i] >= whole:
-                what = f"{worn[i]:g} m worn off lining {i + 1} leave nothing of its {whole:g} m"
+                what = f"{worn[i]:g} m worn off lining {i + 1} must be below its {whole:g} m"
                 found.append(Fault(f"{path}.worn", what))
         return found
 
 
-# --- what wear changes in a brake before a run ------------------------------------------------------------------------
+# --- effects of wear on a brake before a run --------------------------------------------------------------------------
 
 
 class Delayed(AbstractProfile):
@@ -204,7 +204,7 @@ class Delayed(AbstractProfile):
     """
 
     profile: AbstractProfile = part(AbstractProfile)
-    delay: Scalar = quantity("s", "time by which the profile comes later", low=0.0)
+    delay: Scalar = quantity("s", "delay of the profile", low=0.0)
 
     @property
     def knot_count(self) -> int:
@@ -227,12 +227,12 @@ class Delayed(AbstractProfile):
 
     def faults(self, path: str, low: float | None) -> list[Fault]:
         if isinstance(self.profile, AbstractSpeedLever):
-            return [Fault(f"{path}.profile", "a lever that answers the speed cannot come later")]
+            return [Fault(f"{path}.profile", "a lever that depends on the speed cannot be delayed")]
         return self.profile.faults(f"{path}.profile", low)
 
 
 def feeds_back(scene: Any) -> bool:
-    """Whether what was worn off before a run changes it."""
+    """Whether wear before a run changes the scene."""
     wear = scene.wear
     return wear is not None and (wear.geometry or wear.heat or wear.take_up_speed is not None)
 
@@ -244,10 +244,10 @@ def _worn(scene: Any) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
 
 
 def worn_scene(scene: Any) -> Any:
-    """The scene as it is with the thickness `h_i` that was worn off before it (`Wear.worn`); itself without feedback.
+    """The scene with the effects of the wear `h_i` before it (`Wear.worn`); unchanged without feedback.
 
         geometry        R_b' = R_b − h̄,  h̄ = Σ β_i h_i/Σ β_i        the band follows the linings inwards
-        take_up_speed   T_0'(t) = T_0(t − Δ/u),  Δ = Σ β_i h_i = h̄ Σ β_i    the lever first draws in the slack Δ of the
+        take_up_speed   T_0'(t) = T_0(t − Δ/u),  Δ = Σ β_i h_i = h̄ Σ β_i    the lever first takes up the slack Δ of the
                         band's length, with its end at the speed u
         heat            lumps of linings: C' = C s_i, conductances from them G' = G/s_i, s_i = 1 − h_i/δ;
                         `TransmissionPartition`: δ_l' = δ_l − h̄.  Walls of linings: all layers by s_i (`walls_left`)
@@ -278,13 +278,13 @@ def _linings(heat: Heat) -> set[str]:
 
 
 def _left(h: Array, angle: Array, thickness: Scalar | None, count: int) -> Array:
-    """Share of the thickness that is left, of each of `count` bodies (all linings in one: their mean)."""
+    """Remaining share of the thickness of each of `count` bodies (all linings in one: their mean)."""
     share = 1 - h / jnp.asarray(thickness)
     return share if count > 1 else jnp.sum(share * angle, keepdims=True) / jnp.sum(angle)
 
 
 def walls_left(scene: Any) -> dict[str, Array]:
-    """Share `s_i = 1 − h_i/δ` of the thickness that is left of every wall of linings, for each of its copies.
+    """Remaining share `s_i = 1 − h_i/δ` of the thickness of every wall of linings, for each of its copies.
 
     Layers are thinner by it: `C' = C s_i`, resistance `s_i δ/λ`.
     """
@@ -317,11 +317,11 @@ def _thinner(heat: Heat, h: Array, angle: Array, thickness: Scalar | None) -> He
     return jax.tree.map(thin, heat, is_leaf=lambda x: isinstance(x, TransmissionPartition))
 
 
-# --- faults -----------------------------------------------------------------------------------------------------------
+# --- errors -----------------------------------------------------------------------------------------------------------
 
 
 def faults_of_wear(scene: Any) -> list[Fault]:
-    """What does not fit together between the wear of a scene and the rest of it (concrete values only)."""
+    """Errors between the wear of a scene and its other parts (concrete values only)."""
     wear, brake = scene.wear, scene.brake
     if wear is None:
         return []
@@ -332,30 +332,30 @@ def faults_of_wear(scene: Any) -> list[Fault]:
         idle, why = [field for field, is_given in given.items() if is_given], f"has no effect on a {brake.words.brake}"
         found += [Fault(f"wear.{field}", why, "leave it out") for field in idle]
     elif brake.linings.area is None:
-        found.append(Fault("brake.linings.area", "is missing", "wear looks at the pressure"))
+        found.append(Fault("brake.linings.area", "is missing", "wear depends on the pressure"))
     if given["internal"] and brake.banded:
         if brake.bandage is None:
             found.append(
                 Fault("wear.internal", "has no effect", "only a staged brake (`brake.bandage`) has inner faces")
             )
         elif brake.bandage.area is None:
-            found.append(Fault("brake.bandage.area", "is missing", "wear of the inner faces looks at the pressure"))
+            found.append(Fault("brake.bandage.area", "is missing", "wear of the inner faces depends on the pressure"))
     if given["turned_at"] and brake.banded:
         found += _faults_of_turning(brake)
     if given["take_up_speed"] and isinstance(scene.duty.lever, AbstractSpeedLever):
-        found.append(Fault("wear.take_up_speed", "has no effect on a lever that answers the speed", "leave it out"))
+        found.append(Fault("wear.take_up_speed", "has no effect on a lever that depends on the speed", "leave it out"))
     return found + (_faults_of_thickness(scene) if wear.heat and not found else [])
 
 
 def _faults_of_turning(brake: Any) -> list[Fault]:
-    """Why a band cannot be turned within a run: the brake is integrated as it was built."""
+    """Errors of a band that cannot be turned within a run: the brake is integrated as it was built."""
     where = "wear.turned_at"
     if brake.bandage is not None:
         return [Fault(where, "the linings of a staged brake ride on the pulley", "turning its band does not move them")]
     parts = [*leaves(brake.linings, "brake.linings"), *leaves(brake.band, "brake.band")]
     unlike = [leaf.path for leaf in parts if np.ndim(leaf.value) == 1 and np.ptp(np.asarray(leaf.value)) > 0]
-    hint = "linings that are alike; else `lining_life(turn_at=…)`, which turns the brake itself between brakings"
-    return [Fault(where, f"the numbers of {path} are not alike", hint) for path in unlike]
+    hint = "equal linings; else `lining_life(turn_at=…)`, which turns the band between stops"
+    return [Fault(where, f"the numbers of {path} are not equal", hint) for path in unlike]
 
 
 def _faults_of_thickness(scene: Any) -> list[Fault]:
@@ -368,9 +368,9 @@ def _faults_of_thickness(scene: Any) -> list[Fault]:
         if body.name not in names:
             continue
         if isinstance(body, Lump) and wear.thickness is None:
-            found.append(Fault("wear.thickness", "is missing", f"the lump {body.name!r} does not say how thick it is"))
+            found.append(Fault("wear.thickness", "is missing", f"the lump {body.name!r} has no thickness"))
         elif isinstance(body, Wall) and worn >= float(body.thickness):
-            what = f"{worn:g} m worn off leave nothing of the wall {body.name!r}"
+            what = f"{worn:g} m worn off must be below the thickness of the wall {body.name!r}"
             found.append(Fault(f"heat.bodies[{i}].thickness", what))
     return found
 
@@ -379,7 +379,7 @@ def _faults_of_thickness(scene: Any) -> list[Fault]:
 
 
 def turned_scene(scene: Any) -> Any:
-    """The scene with its band turned end for end: what goes with the band is counted from the other end.
+    """The scene with its band turned end for end: its quantities are counted from the other end.
 
     That is every number of `brake.linings`, of segments and gaps of the band, of the wear, and the heat capacity of the
     linings, where it has one entry per lining. Numbers of the places stay: temperatures at the start, free ends of the
@@ -392,7 +392,7 @@ def turned_scene(scene: Any) -> Any:
         raise InputError(_faults_of_turning(brake))
 
     def reverse(part: PyTree) -> PyTree:
-        tables = TabulatedFade | TabulatedFriction  # their entries are no linings
+        tables = TabulatedFade | TabulatedFriction  # their entries are not linings
 
         def one(x: PyTree) -> PyTree:
             return x[::-1] if not isinstance(x, tables) and np.ndim(x) == 1 and np.shape(x)[0] in (n, n - 1) else x

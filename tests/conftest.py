@@ -29,6 +29,8 @@ def pytest_configure(config):
         "jax_persistent_cache_min_compile_time_secs": 0.0,
         "jax_persistent_cache_min_entry_size_bytes": -1,
     }
+    # (programs of simbrake's own folder would outlive a mistake that a test plants)
+    os.environ["SIMBRAKE_CACHE_DIR"] = ""
     for name, value in kept.items():
         jax.config.update(name, value)
         os.environ[name.upper()] = str(value)  # for processes that tests start, and for commands that they call

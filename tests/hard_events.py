@@ -107,9 +107,9 @@ def held_for_a_day() -> list[Value | Named]:
     slope = gradients(scene(stiffness=C, load=0.7 * HOLD, end=DAY))
     return [
         Value("motion in 24 h", np.ptp(np.asarray(series.phi)), 0.0, 0.0, True),
-        Value("greatest speed", np.max(np.abs(np.asarray(series.omega))), 0.0, 0.0, True),
+        Value("maximum speed", np.max(np.abs(np.asarray(series.omega))), 0.0, 0.0, True),
         Value("torque", series.brake_torque, np.full(201, 0.7 * HOLD), 1e-12),
-        Value("closure of the energies", result.energy["closure"], 0.0, 1e-12, True),
+        Value("energy-balance residual", result.energy["closure"], 0.0, 1e-12, True),
         Value("∂φ/∂(end time)", slope.phi.end_time, 0.0, 0.0, True),
         Named("", events_of(result), ["slip_onset", "full_slip", "stop"]),
     ]
@@ -266,7 +266,7 @@ def stribeck_cycle() -> list[Value | Named]:
     result = sb.simulate(belt(sb.StribeckFriction(*STRIBECK), end=60.0), rtol=1e-12)
     found = let_go(result)
     assert found.size >= 3
-    return [Value("times of letting go", found, scipy_belt(stribeck, 60.0), 1e-9)]
+    return [Value("times of slip", found, scipy_belt(stribeck, 60.0), 1e-9)]
 
 
 def scipy_smoothed() -> str:
@@ -278,14 +278,14 @@ def scipy_smoothed() -> str:
 CASES: list[Case | Elsewhere] = [
     Elsewhere("two guards 1e-12 s apart", "both lie in every step that can be taken", "test_events",
               "test_two_events_close_together", "both handled, times to 2e-12", {"gap": 1e-12}),
-    Case("a load comes 1e-12 s beside the stop", "a known time next to an event", load_beside_the_stop),
+    Case("a load comes 1e-12 s beside the stop", "a time breakpoint next to an event", load_beside_the_stop),
     Case("corner of the lever at an event", "the rate of the guard is another on each side", corner_at_an_event),
     Elsewhere("load at the capacity ± one rounding", "held or not is decided by the last digit", "test_modes",
               "test_a_held_brake_does_not_move_at_all", "moves exactly 0 in 3600 s, no event",
               {"stiffness": 2e5, "share": 1 + 1e-15}),
     Case("held for 24 h", "any creep adds up", held_for_a_day, scipy_hold),
     Case("brake weaker than the load", "no stop will come", weaker_than_the_load),
-    Elsewhere("load reverses while held", "it lets go the other way, where the brake is weaker", "test_modes",
+    Elsewhere("load reverses while held", "it slips the other way, where the brake is weaker", "test_modes",
               "test_reversed_load_while_held_lets_go_the_other_way",
               "restart where the load passes −R_b T_0 (1 − 1/Π): 1e-11"),
     Elsewhere("speed through zero", "the load stops the pulley and drives it back", "test_modes",

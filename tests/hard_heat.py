@@ -74,7 +74,7 @@ def thin_surface() -> list[Value | Named]:
         Value("stopping time", result.stopping_time, out.t[-1], 1e-8),
         Value("temperatures of the layers", T, out.y[1:, -1], 1e-6),
         Named("method", result.method_name, "Rodas5P"),
-        Value("closure of the heats", result.energy["heat_closure"], 0.0, 1e-10, True),
+        Value("heat-balance residual", result.energy["heat_closure"], 0.0, 1e-10, True),
     ]
 
 
@@ -124,7 +124,7 @@ def snaps_in_layers() -> list[Value | Named]:
 
 def scipy_snaps() -> str:
     gamma = -SLOPE * 3e-4 * 0.95 * T0 * (PI - 1) / (C * layers(THIN)[1])
-    return f"plain equations have 1 + γ = {1 + gamma:.3g} at full slip: they slip backwards, without a word"
+    return f"plain equations have 1 + γ = {1 + gamma:.3g} at full slip: they slip backwards, without a message"
 
 
 # --- radiation, runaway ---------------------------------------------------------------------------------------------
@@ -161,7 +161,7 @@ def glows() -> list[Value | Named]:
         Value("temperatures after 1 min, 1 h, 24 h", found.temperature[1:, 0], truth, 1e-9),
         Value("a light body after 24 h", light.temperature[-1, 0], 300.0, 1e-9),
         Value("∂T/∂(m c)", jax.jit(jax.grad(end))(jnp.asarray(1e5)), rate * 86400.0 / 1e5, 1e-7),
-        Value("closure of the heats", found.closure, 0.0, 1e-12, True),
+        Value("heat-balance residual", found.closure, 0.0, 1e-12, True),
     ]
 
 
@@ -202,10 +202,10 @@ def runs_away() -> list[Value | Named]:
     least = float(np.min(np.asarray(result.series(np.linspace(0.0, 12.0, 4001)).omega)))
     return [
         Named("", result.status, "runaway"),
-        Value("least speed, where M_b = M", least, speed(slowest), 1e-6),
+        Value("minimum speed, where M_b = M", least, speed(slowest), 1e-6),
         Value("speed at the end", result.record.y_end.omega, speed(u), 1e-9),
         Value("time at its temperature", time(u), 12.0, 1e-8),
-        Value("closure of the energies", result.energy["closure"], 0.0, 1e-9, True),
+        Value("energy-balance residual", result.energy["closure"], 0.0, 1e-9, True),
     ]
 
 
@@ -255,7 +255,7 @@ def two_solutions() -> list[Value | Named]:
         Named("roots", len(roots(T, v)), 3),
         Value("that of the branch from ΔT = 0", found.f, np.full(2, roots(T, v)[0]), 1e-12),
         Value("∂f/∂T", slope, central, 1e-6),
-        Named("40 K hotter only the upper one is left, and refused", bool(hot.slope < 0), True),
+        Named("40 K hotter only the upper one is left, and rejected", bool(hot.slope < 0), True),
     ]
 
 

@@ -45,7 +45,7 @@ def every_number() -> list[Value | Named]:
                 count += 1
                 if not refused(given, leaf.path, spoiled):
                     passed.append(f"{name}: {leaf.path} = {bad}")
-    return [Named(f"{count} inputs refused with their path, except", passed, [])]
+    return [Named(f"{count} inputs rejected with their path, except", passed, [])]
 
 
 @jax.jit
@@ -82,7 +82,7 @@ def _constant(t: Any, level: Any) -> Any:
 
 
 def own_profile() -> list[Value | Named]:
-    """Parameters of a profile of one's own may be anything and are not looked at."""
+    """Parameters of a user-defined profile may be anything and are not checked."""
     given, found = scene(), []
     for bad in (np.nan, np.inf):
         lever = sb.profiles.FunctionProfile(_constant, jnp.asarray(bad), 1e4)
@@ -127,7 +127,7 @@ def options() -> list[Value | Named]:
     heat = sb.Heat((sb.thermal.Lump("body", 1.0),))
     faults.append(_fault(lambda: sb.simulate_heat(heat, [0.0, 1.0], rtol=np.nan)))
     return [
-        Named("refused", faults, ["rtol"] * 5 + ["max_step"] * 3 + ["max_steps", "max_events", "rtol"]),
+        Named("rejected", faults, ["rtol"] * 5 + ["max_step"] * 3 + ["max_steps", "max_events", "rtol"]),
     ]
 
 
@@ -150,15 +150,15 @@ def single_precision() -> list[Value | Named]:
             _fault(lambda: jax.jit(lambda s: sb.simulate(s, max_steps=64).stopping_time)(given)),
         ]
     where = "brake.pulley.inertia"
-    return [Named("refused at", faults, [where, "brake.pulley.radius", where])]
+    return [Named("rejected at", faults, [where, "brake.pulley.radius", where])]
 
 
 CASES: list[Case | Elsewhere] = [
-    Case("NaN and ±∞ in every number of every shipped scene", "one of them spoils all the others", every_number),
-    Case("the same in traced numbers, elastic band", "values cannot be looked at before the run", traced_elastic,
+    Case("NaN and ±∞ in every number of every shipped scene", "one of them corrupts all the others", every_number),
+    Case("the same in traced numbers, elastic band", "values are unknown before the run", traced_elastic,
          scipy_nan),
     Case("the same, rigid band, and heat with fade", "as above", traced_others, slow=True),
-    Case("NaN and ∞ in the parameters of a profile of one's own", "nobody knows what they mean", own_profile),
+    Case("NaN and ∞ in the parameters of a user-defined profile", "their meaning is undefined", own_profile),
     Case("tolerances and limits that are none", "a tolerance of ∞ accepts every step", options),
     Elsewhere("float32 mode of JAX", "events cannot be located in 32 bits", "test_house",
               "test_32_bits_are_refused_clearly", "`RuntimeError` that says what to set"),

@@ -144,7 +144,7 @@ def grazing() -> list[Value | Named]:
         Value("∂t/∂ω_0 at the touch", slope, -T0 / (C * R * exact**2), 1e-4),
         Named("status", sorted({r.status for r in results}), ["stopped"]),
         Named("of ±1e-9, ±1e-6 it slides at", slides, ["1e-09", "1e-06"]),
-        Value("closure of the energies", [r.energy["closure"] for r in results], np.zeros(9), 1e-10, True),
+        Value("energy-balance residual", [r.energy["closure"] for r in results], np.zeros(9), 1e-10, True),
     ]
 
 
@@ -184,7 +184,7 @@ def all_at_once() -> list[Value | Named]:
         Value("limits of linings 1…4", [e.time for e in limits[-N:]], np.full(N, 0.02), 0.0),
         Value("full slip", result.full_slip_time, 0.02, 0.0),
         Value("heat of the jump in tension", after - before, spent, 1e-10),
-        Value("closure of the energies", result.energy["closure"], 0.0, 1e-12, True),
+        Value("energy-balance residual", result.energy["closure"], 0.0, 1e-12, True),
     ]
 
 
@@ -201,7 +201,7 @@ CASES: list[Case | Elsewhere] = [
               "test_self_locking_lining_is_an_error_on_a_rigid_band_and_a_warning_on_an_elastic_one",
               "`InputError` (rigid); warning, and the stop of a bonded band to 1e-10 (elastic)"),
     Case("f → 0", "full slip without any torque; Π − 1 cancels", no_friction),
-    Case("wrap → 2π", "the whole pulley is covered; more is refused", full_turn),
+    Case("wrap → 2π", "the whole pulley is covered; more is rejected", full_turn),
     Elsewhere("one lining", "no distribution along the band", "test_stop",
               "test_hook_load_in_closed_form", "time, travel and heat of a stop with a hook: 1e-10"),
     Case("512 linings", "512 limits within one swing of the band", many_linings),

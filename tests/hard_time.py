@@ -191,7 +191,7 @@ def ten_thousand_changes() -> list[Value | Named]:
         Value("friction heat", result.energy["friction_heat"], heat, 1e-10),
         # heat ∝ M²/(M_b − M)
         Value("∂(friction heat)/∂M through all of them", slope, heat * 6 / HOLD, 1e-9),
-        Value("closure of the energies", result.energy["closure"], 0.0, 1e-9, True),
+        Value("energy-balance residual", result.energy["closure"], 0.0, 1e-9, True),
     ]
 
 
@@ -216,11 +216,11 @@ def limit_cycle_gradient() -> list[Value | Named]:
 
 CASES: list[Case | Elsewhere] = [
     Case("chain of mass 1e-6 kg and stiffness 1e12 N/m", "it swings at 1e9 rad/s, by 1e-12 m", light_and_stiff),
-    Case("lever thrown in within 1 µs", "a ramp that no step would see", fast_lever, scipy_fast_lever),
+    Case("lever applied within 1 µs", "a ramp shorter than a step", fast_lever, scipy_fast_lever),
     Case("huge and tiny units", "an absolute tolerance would be wrong by 15 orders", other_units),
     Elsewhere("inertia of 1e-6 and 1e9 times", "as above, inertia and torques alone", "test_stop",
               "test_scaling_inertia_and_torques_together_leaves_the_motion", "stopping time: 1e-9"),
-    Case("tolerance 1e-2 and 1e-14", "events no worse than asked for; steps near rounding", tolerances,
+    Case("tolerance 1e-2 and 1e-14", "events no worse than the tolerance; steps near rounding", tolerances,
          scipy_tolerances),
     Case("strong drag", "stable explicit steps are 1e4 times too short", strong_drag, slow=True),
     Case("10,000 changes of mode of a brake", "errors of every stop add up in the next", ten_thousand_changes,

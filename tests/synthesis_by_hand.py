@@ -19,15 +19,15 @@ def by_hand():
     rim = 293.15 + 2 / 3 * share * work / (534.1 * 7850.0 * track * b)
     lining = 293.15 + 2 / 3 * (1 - share) * work / (1000.0 * 2000.0 * 0.75 * track * b_l)
     return {
-        "depth of heat, rim": b,
-        "depth of heat, lining": b_l,
-        "depth of heat, band": 1.73 * math.sqrt(53.94 / (7850.0 * 480.0) * time),
+        "thermal penetration depth, rim": b,
+        "thermal penetration depth, lining": b_l,
+        "thermal penetration depth, band": 1.73 * math.sqrt(53.94 / (7850.0 * 480.0) * time),
         "Fourier number, rim": 1 / 3,
         "Fourier number, band": 53.94 / (7850.0 * 480.0) * time / 0.006**2,
         "effective volume, rim": track * b,
         "effective volume, band": 0.75 * track * 0.006,  # heat reaches through it
-        "share into the rim": share,
-        "share into the linings": 1 - share,
+        "heat partition coefficient, rim": share,
+        "heat partition coefficient, linings": 1 - share,
         "mean bulk temperature, rim": rim,
         "mean bulk temperature, lining": lining,
         "mean bulk temperature, rim, refined": rim,  # below 150 °C nothing is replaced
@@ -37,12 +37,12 @@ def by_hand():
         "stopping time": time,
         "stopping angle": 24.0 * time / 2,
         "friction work": work,
-        "tight tension, greatest": ratio * 24e3,
+        "tight tension, maximum": ratio * 24e3,
         "friction travel": 0.623 * 24.0 * time / 2,
         "hook travel": 0.4 / 8 * 24.0 * time / 2,
         "energy load of the linings": work / (0.75 * track),
         "power load of the linings, mean": work / (0.75 * track * time),
-        "greatest gradient at the face": 2 * share * work / (track * time) / 47.8,
+        "maximum gradient at the face": 2 * share * work / (track * time) / 47.8,
         "thickness that heat reaches, rim": b,
         "thickness that holds the heat, braking": share * work / track / (7850.0 * 534.1 * 380.0),
     }

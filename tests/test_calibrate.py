@@ -238,7 +238,7 @@ def test_a_bound_that_holds_the_fit_is_said():
     assert fit[T0].state == State.AT_HIGH
     assert fit[T0].value == 7e3
     assert np.isnan(fit[T0].standard_error)
-    assert any("pressed on a bound" in text for text in fit.warnings)
+    assert any("at an active bound" in text for text in fit.warnings)
     best = np.mean(values + rate(7e3) * TS)  # the other one, given this
     assert fit[OMEGA].value == pytest.approx(best, rel=1e-8)
     assert fit[OMEGA].standard_error == pytest.approx(SIGMA / np.sqrt(TS.size), rel=1e-6)
@@ -285,9 +285,9 @@ def test_what_is_wrong_with_a_fit_is_told_at_once():
     for words in (F, "brake.pulley.mass", "-5 kg*m^2", "start 8000", OMEGA, "'square'", "end_time", "confidence"):
         assert words in text
     data = speeds(line(), None) + sb.studies.Measured.of(events={"stopping_time": 1.0})
-    with pytest.raises(sb.InputError, match="2 faults"):
+    with pytest.raises(sb.InputError, match="2 input errors"):
         sb.calibrate(rigid(), LINE, data)
-    with pytest.raises(sb.InputError, match="say which one was measured"):
+    with pytest.raises(sb.InputError, match="name the measured one"):
         sb.calibrate(rigid(), LINE, sb.studies.Measured.of(TS, {"tension": line()}, sigma={"tension": 1.0}))
     with pytest.raises(sb.InputError, match="end_time"):
         sb.calibrate(rigid(end=0.3), LINE, speeds(line()))

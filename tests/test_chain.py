@@ -307,7 +307,7 @@ def test_faults():
     with pytest.raises(sb.InputError, match="out of range"):
         sb.check(chain(m=0.0))
     both = dataclasses.replace(plain.brake, bandage=sb.Bandage(1.0, sb.ConstantFriction(0.1)))
-    with pytest.raises(sb.InputError, match=r"brake\.band\.segments: is not for a staged brake"):
+    with pytest.raises(sb.InputError, match=r"brake\.band\.segments: is not available for a staged brake"):
         sb.check(dataclasses.replace(plain, brake=both))
 
 

@@ -168,7 +168,7 @@ def test_bad_limits_are_one_input_error_and_write_nothing(capsys, scenario, comm
     code, out, err = call(capsys, command, scenario, *arguments, "--json", "--out", str(tmp_path / "x"))
     assert (code, out) == (2, "")
     assert all(word in err for word in words)
-    assert "1 fault" in err
+    assert "1 input error" in err
     assert list(tmp_path.iterdir()) == []
 
 
@@ -343,22 +343,6 @@ def test_a_reader_that_goes_away_ends_no_work(tmp_path):
     assert unread(f"{program}open({str(file)!r}, 'w').write('c')") == (0, b"")
     assert file.read_text() == "c"
     assert unread("from simbrake._commands._cli import main\nmain(['scene', 'schema'])") == (1, b"")
-
-
-def test_without_a_place_for_compiled_programs_nothing_is_kept(monkeypatch, tmp_path):
-    from simbrake._commands._options import _cache
-
-    monkeypatch.delenv("JAX_COMPILATION_CACHE_DIR")
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    assert _cache() == str(tmp_path / "cache" / "simbrake" / "compiled")
-    (tmp_path / "file").touch()
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))  # no folder can be made in a file
-    assert _cache() == ""
-    monkeypatch.delenv("XDG_CACHE_HOME")
-    monkeypatch.setattr("os.path.expanduser", lambda path: path)  # nobody knows a home
-    assert _cache() == ""
-    assert sorted(entry.name for entry in tmp_path.iterdir()) == ["cache", "file"]
 
 
 def test_a_folder_and_an_empty_file_are_called_so(capsys, tmp_path):

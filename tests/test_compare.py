@@ -207,7 +207,7 @@ def test_the_command_compares_files_folders_and_scenes(plain, tmp_path, capsys):
             compare_run(wrong, b)
     with pytest.raises(sb.InputError, match="rtol"):
         compare_run(a, b, rtol=math.nan)
-    with pytest.raises(sb.InputError, match="is no result"):
+    with pytest.raises(sb.InputError, match="is not a result"):
         sb.compare(a, 3)
     with pytest.raises(sb.InputError, match="without status"):
         sb.compare(a, sb.dataset(plain).drop_vars("status"))

@@ -175,7 +175,7 @@ def test_a_law_of_the_temperature_gives_the_friction_at_the_start():
     brake = stop_scene(C=plates(), law=law).brake
     hot = stop_scene(C=plates(), f=0.4 * (1 - 1e-3 * 100.0)).brake
     assert float(sb.brakes.stiffness_of(brake, 400.0)) == pytest.approx(float(sb.brakes.stiffness_of(hot)), rel=1e-14)
-    with pytest.raises(ValueError, match="looks at the temperature"):
+    with pytest.raises(ValueError, match="depends on the temperature"):
         sb.brakes.stiffness_of(brake)
 
 

@@ -13,7 +13,7 @@ import pytest
 from helpers import main
 
 import simbrake
-from simbrake._commands._console import readable
+from simbrake._commands._cli import readable
 
 PACKAGE = pathlib.Path(simbrake.__file__).parent
 
@@ -75,7 +75,7 @@ def test_the_command_in_a_process_of_its_own(tmp_path):
     assert helps[0].startswith("Usage: simbrake COMMAND\n")
     done = subprocess.run([*programs[0], "run", "ω.toml"], env=asked, capture_output=True, timeout=300, cwd=tmp_path)
     assert done.returncode == 2
-    assert done.stderr.decode("ascii").startswith("simbrake: the input has 1 ")
+    assert done.stderr.decode("ascii").startswith("simbrake: 1 input error:")
     assert b"omega.toml: there is no such file" in done.stderr
 
 

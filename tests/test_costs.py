@@ -8,8 +8,24 @@ import pytest
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent.parent))
 
-from benchmarks import costs
-from benchmarks.parts import bare, chart, engine, ensemble, first, gradient, growth, stops, table, timing
+from benchmarks import costs, documents
+from benchmarks.parts import (
+    again,
+    bare,
+    chart,
+    elsewhere,
+    engine,
+    ensemble,
+    first,
+    gradient,
+    growth,
+    looking,
+    loops,
+    processes,
+    stops,
+    table,
+    timing,
+)
 from benchmarks.scenes import CASES, closed_form
 
 
@@ -79,6 +95,65 @@ def test_first_result_of_a_fresh_process(tmp_path):
     assert warm.said["compile"] < cold.said["compile"]
 
 
+def test_processor_time_of_a_fresh_process_is_its_own(tmp_path):
+    busy = "import time\nwhile time.process_time() < 0.3: pass\ntime.sleep(0.3)\nprint('done')"
+    done = processes.fresh(["-c", busy], str(tmp_path))
+    assert done.out == "done\n"
+    assert 0.3 <= done.cpu < 0.55
+    assert done.seconds >= 0.6
+    folders = "import os; print(os.environ['XDG_CACHE_HOME'], os.environ['SIMBRAKE_CACHE_DIR'])"
+    assert processes.fresh(["-c", folders], str(tmp_path)).out.split() == [str(tmp_path), str(tmp_path / "simbrake")]
+    assert processes.fresh(["-c", "raise SystemExit(2)"], code=2).code == 2
+    with pytest.raises(RuntimeError, match="ended with 3"):
+        processes.fresh(["-c", "raise SystemExit(3)"])
+
+
+def test_rounds_are_divided_by_their_own_unit(monkeypatch):
+    units, cpu = iter([99.0, 0.5, 1.0, 0.5]), iter([1.0, 4.0, 3.0])
+    monkeypatch.setattr(processes, "unit", lambda: next(units))  # the first one only warms up
+    found = processes.Rounds.of(3, lambda: {"x": next(cpu)})
+    assert found.in_units("x") == 4.0
+    assert found.in_units("x", less=1.0) == 3.0
+    assert found.seconds("x") == 3.0
+
+
+def test_difference_of_events():
+    names = ["slip", "stop"]
+    assert again.largest_difference((names, [0.0, 2.0]), (names, [0.0, 2.0])) == 0.0
+    assert again.largest_difference((names, [1.0, 2.0]), (names, [1.0, 2.5])) == pytest.approx(0.2)
+    assert math.isnan(again.largest_difference((names, [1.0, 2.0]), (names[:1], [1.0])))
+
+
+@pytest.mark.slow
+def test_mistakes_of_the_command_line():
+    rows = again.mistakes(1)  # every one of them has to end with code 2
+    assert [row["what"] for row in rows][:2] == ["unknown command", "unknown option"]
+    assert all(row["ratio"] > 0 for row in rows)
+
+
+@pytest.mark.slow
+def test_looks_and_loops():
+    few, more = looking.growth((2, 4), 1)
+    assert few["events"] < more["events"]
+    assert few["error"] <= 1e-9
+    found = {row["way"]: row for row in loops.ways("a", "Dopri8", 0.02)}
+    assert set(found) == {"simulate", "jax.jit"}
+    assert all(row["error"] <= 1e-9 and row["ratio"] > 0 for row in found.values())
+
+
+def test_rows_of_other_machines_are_kept_with_their_date(tmp_path):
+    file = tmp_path / "elsewhere.csv"
+    file.write_text("what,sense,wanted,reached,error,date,machine\nstops,>=,4,0.3,,2020-01-01,old\nrest,<=,1,2,,x,y\n")
+    found = [table.Target(f"stops, {x}", 4.0, x, True, 1e-9) for x in (9.0, 5.0)]  # the worst of them
+    elsewhere.keep([*found, table.Target("other", 1.0, 1.0)], "new", file)
+    part = elsewhere.measure(False, file)
+    assert [(target.reached, target.met) for target in part.targets] == [(5.0, True), (2.0, False)]
+    assert (part.rows[0]["machine"], part.rows[1]["date"]) == ("new", "x")
+    assert part.rows[0]["date"] != "2020-01-01"
+    assert "error 1.0e-09" in table.text(part)
+    assert all(row["reached"] > 0 for row in elsewhere.measure(False).rows)  # those of the repository
+
+
 def test_exponent_takes_the_upper_half():
     rows = [{"size": n, "cpu": n**1.3 * (7.0 if n < 30 else 1.0)} for n in (10, 30, 100, 300)]
     assert growth.exponent(rows, "cpu") == pytest.approx(1.3, abs=1e-12)
@@ -110,7 +185,7 @@ def test_tables_and_document(tmp_path):
     assert "MISSED  time" in table.text(part)
     about = {"cpu": "C", "cores": 2, "load": 0.5, "versions": dict.fromkeys(("python", "jax", "diffrax", "scipy"), "1")}
     path = tmp_path / "costs.md"
-    path.write_text(f"before\n{costs.BEGIN}\nold\n{costs.END}\nafter\n", "utf-8")
+    path.write_text(f"before\n{documents.BEGIN}\nold\n{documents.END}\nafter\n", "utf-8")
     costs.write_docs(path, about, [part])
     text = path.read_text("utf-8")
     assert "| x | 250.0 |" in text

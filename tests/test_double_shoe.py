@@ -247,7 +247,7 @@ def test_all_faults_at_once():
     for part in (
         "brake.linings.end: 0.1 rad is not beyond the start 0.15 rad",
         "brake.pin: 0.2 m is not inside the drum of 0.15 m",
-        "brake.linings.friction: cannot look at the pressure of a double-shoe brake",
+        "brake.linings.friction: cannot depend on the pressure of a double-shoe brake",
     ):
         assert part in str(caught.value)
 

@@ -7,6 +7,7 @@ import signal
 import time
 from types import SimpleNamespace
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -71,6 +72,51 @@ def test_same_numbers_as_single_runs_with_other_events_in_every_run():
     assert data["brake.linings.angle[3]"].attrs["units"] == "rad"
 
 
+def test_lanes_take_the_steps_of_single_runs_whatever_their_neighbours_do(monkeypatch):
+    """Lanes wait for each other at events: runs of different events, lengths and ends beside each other; of chunks
+    whose last group is not full; and of more events than there is space for at first."""
+    n = 21
+    rng = np.random.default_rng(5)
+    values = {
+        SPEED: np.append(rng.uniform(-5, 30, n - 2), [0.0, 12.0]),
+        FRICTION: rng.uniform(0.2, 0.4, n),
+        "duty.load.profile.level": np.append(rng.uniform(0, 4e4, n - 2), [0.0, 1e4]),
+        "end_time": np.append(rng.uniform(0.5, 3.0, n - 2), [1.0, 1e-3]),
+    }
+    scene, metrics = stop_scene(), [*TIMES, "stopping_angle", "energy.friction_heat", "energy.elastic_change"]
+    monkeypatch.setattr(_evaluator, "LANES", 8)
+    monkeypatch.setattr(_ensemble, "_ROOM", 3)
+    monkeypatch.setattr(_evaluator, "_SHORT", 16)
+    limits, run = [], _evaluator.run_chunk
+    seen = lambda job, rows, device=None: limits.append(job.max_steps) or run(job, rows, device)  # noqa: E731
+    monkeypatch.setattr(_evaluator, "run_chunk", seen)
+    data = assert_like_single_runs(scene, values, metrics, range(n), chunk=12)
+    assert set(limits) == {16, 1024}
+    assert {"stopped", "not_stopped", "held"} <= set(data.status.values)
+    for i in range(n):
+        one = sb.with_values(scene, {path: array[i] for path, array in values.items()})
+        stats = sb.simulate(one, throw=False).record.stats
+        got = [int(data[name][i]) for name in ("steps", "rejected", "retaken", "segments")]
+        # (programs round differently, and now and then a step is taken again for that)
+        np.testing.assert_allclose(got, [stats.accepted, stats.rejected, stats.retaken, stats.segments], atol=1)
+
+
+def test_scenes_of_single_runs_are_those_of_with_values():
+    values = {
+        "brake.linings.angle": np.linspace(0.1, 0.3, 40).reshape(2, 20),
+        SPEED: np.asarray([3.0, 4.0]),
+        "duty.slack_tension.level": np.asarray([5e3, 6e3]),
+    }
+    entry = {"brake.linings.angle[3]": np.asarray([0.11, 0.12]), "brake.linings.angle[-1]": np.asarray([0.2, 0.3])}
+    for some in (values, entry):
+        plan = _ensemble.plan_of(stop_scene(), some, None, 1e-10, None, None, None)
+        for i in (0, 1):
+            expected = sb.with_values(stop_scene(), {path: array[i] for path, array in some.items()})
+            assert jax.tree.structure(plan.one(i)) == jax.tree.structure(expected)
+            for a, b in zip(jax.tree.leaves(plan.one(i)), jax.tree.leaves(expected), strict=True):
+                np.testing.assert_array_equal(a, b)
+
+
 @pytest.mark.slow
 def test_failing_runs_keep_their_codes_and_only_short_ones_are_repeated(monkeypatch):
     # before the onset of slip a few attempts, to the stop 20 to 30, as it comes with rounding
@@ -80,14 +126,14 @@ def test_failing_runs_keep_their_codes_and_only_short_ones_are_repeated(monkeypa
     seen = []
     run = _evaluator.run_chunk
 
-    def counting(job, rows, size, device=None):
+    def counting(job, rows, device=None):
         seen.append((job.max_steps, len(rows)))
-        return run(job, rows, size, device)
+        return run(job, rows, device)
 
     monkeypatch.setattr("simbrake.studies._evaluator.run_chunk", counting)
     monkeypatch.setattr("simbrake.studies._evaluator._SHORT", 12)
     whole = sb.ensemble(stop_scene(), values, ["stopping_time"], progress=False)
-    assert seen == [(12, 4), (1024, 2)]
+    assert (seen[0], sorted({limit for limit, _ in seen}), sum(n for _, n in seen)) == ((12, 4), [12, 1024], 6)
     assert list(whole.status.values) == ["not_stopped", "stopped"] * 2
 
 
@@ -140,12 +186,12 @@ def test_sweep_is_a_full_grid():
         (
             {SPEED: [1.0, np.nan, 3.0], "brake.pulley.inertia": [-1, -2, 1]},
             {"metrics": ["stoping_time"]},
-            ["3 faults", "run 1", "runs 0, 1", "nearest: stopping_time"],
+            ["3 input errors", "run 1", "runs 0, 1", "nearest: stopping_time"],
         ),
         ({"initial.omeg": [1.0]}, {}, ["initial.omeg", "nearest: initial.omega"]),
         ({SPEED: [1.0], LEVER: [1.0, 2.0]}, {}, ["the numbers of runs differ"]),
         ({"initial.time": [1.0, 7.0], SPEED: [1.0, 2.0]}, {}, ["end_time", "run 1", "must be later"]),
-        ({SPEED: ["fast"]}, {"rtol": 2.0, "chunk": 0}, ["3 faults", "not numbers", "rtol", "chunk"]),
+        ({SPEED: ["fast"]}, {"rtol": 2.0, "chunk": 0}, ["3 input errors", "not numbers", "rtol", "chunk"]),
         ({}, {}, ["nothing varies"]),
         ({SPEED: [1.0]}, {"metrics": ["stopping_time", "stopping_time"]}, ["asked for twice"]),
     ],
@@ -319,7 +365,7 @@ def test_the_command_samples_and_tells_failures(capsys, scenarios, no_cache):
     assert "4 step limit" in out
     code, out, err = call(capsys, "sweep", scenario, "--vary", "a=1:2", "--vary", "nonsense", "--out", "x")
     assert (code, out) == (2, "")
-    assert "2 faults" in err
+    assert "2 input errors" in err
 
 
 def test_order_gives_back_the_callers_order(monkeypatch):

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import simbrake as sb
-from simbrake._run import _probe, _report
+from simbrake._run import _report, _scan
 
 LININGS, BETA, F, T0 = 20, 0.2, 0.4, 1e4
 
@@ -20,21 +20,26 @@ def swinging(cycles: int) -> sb.Result:
 
 @pytest.fixture(scope="module")
 def logs():
-    """Runs of 30 and 120 cycles, and what each log handed to the compiled probe: the shapes of all arrays, per call."""
-    given: list[list[tuple[int, ...]]] = []
-    original, runs = _probe._probe_compiled, []
+    """Long runs of 60 and 240 cycles, and what each log handed to every compiled program: the shapes of all arrays, per
+    call."""
+    given: dict[str, list[tuple[tuple[int, ...], ...]]] = {}
+    runs = []
 
-    def counted(*arguments):
-        given.append([np.shape(leaf) for leaf in jax.tree.leaves(arguments)])
-        return original(*arguments)
+    def counted(name, original):
+        def call(*arguments, **named):
+            given.setdefault(name, []).append(tuple(np.shape(leaf) for leaf in jax.tree.leaves(arguments)))
+            return original(*arguments, **named)
+
+        return call
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(_probe, "_probe_compiled", counted)
-        for cycles in (30, 120):
+        for name in ("_sights_compiled", "_sights_inside_compiled"):
+            patch.setattr(_scan, name, counted(name, getattr(_scan, name)))
+        for cycles in (60, 240):
             given.clear()
             result = swinging(cycles)
             assert len(result.events) > 35 * cycles
-            runs.append((result, list(given)))
+            runs.append((result, dict(given)))
     return runs
 
 
@@ -67,11 +72,18 @@ def test_the_work_grows_with_the_number_of_events(logs):
     (short, few), (long, many) = logs
     ratio = len(long.events) / len(short.events)
     assert ratio == pytest.approx(4.0, abs=0.2)
-    work = [sum(int(np.prod(shape)) for call in calls for shape in call) for calls in (few, many)]
-    assert len(many) < 1.1 * ratio * len(few)
-    assert work[1] < 1.1 * ratio * work[0]
-    # nothing compiles for the length of a run
-    assert {tuple(call) for call in few} == {tuple(call) for call in many} == {tuple(few[0])}
+    assert list(few) == list(many)
+    for name, calls in few.items():
+        assert len(many[name]) < 1.1 * ratio * len(calls)
+        # nothing compiles for the length of a run
+        assert {*calls} == {*many[name]} == {calls[0]}
+
+
+def test_the_log_takes_few_partial_steps(logs):
+    """Two or three for each event, and one for each step that ends with one: samples of steps take none."""
+    for result, calls in logs:
+        steps = sum(shapes[-1][0] for shapes in calls["_sights_inside_compiled"])
+        assert steps < 3.5 * len(result.events) + 1024
 
 
 def test_a_slow_zero_does_not_hold_up_the_others():

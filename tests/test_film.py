@@ -80,7 +80,7 @@ def test_spokes_vanish_where_the_film_cannot_follow(plain):
     coarse = Scenery(plain, film, np.linspace(0.0, 2.0, 4))
     coarse.show(2)
     assert coarse.mark.get_alpha() == 0.0
-    assert "too fast to be seen" in coarse.title.get_text()
+    assert "too fast to show" in coarse.title.get_text()
     coarse.show(0)
     fine = Scenery(plain, film, np.linspace(0.0, 2.0, 400))
     fine.show(390)

@@ -83,7 +83,7 @@ def test_all_faults_of_the_input_in_one_report():
     for words in (
         "brake.pulley.inertia: is out of range with probability 0.25",
         "(0.2, 0.1) is not a range",
-        "means what brake.linings.angle means as well",
+        "overlaps with brake.linings.angle",
         "there is no entry 20",
         "nearest: brake.band.radius",
         "str is not a distribution",

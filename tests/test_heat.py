@@ -217,7 +217,7 @@ def test_drag_holds_the_speed_and_the_lever_follows_the_fade():
 
 
 def test_faults_of_a_scene_with_heat():
-    with pytest.raises(sb.InputError, match="looks at the temperature"):
+    with pytest.raises(sb.InputError, match="depends on the temperature"):
         sb.simulate(stop_scene(law=fading()))
     with pytest.raises(sb.InputError, match=r"brake\.linings\.area"):
         sb.simulate(

@@ -161,7 +161,7 @@ def test_scene_of_the_page_can_be_run_again(run, made):
 def test_scene_that_no_file_can_hold_says_so():
     scene = stop_scene(lever=sb.profiles.FunctionProfile(_wave))
     files = _page._scene_text(scene)
-    assert "duty.slack_tension" in files["No scene file can hold it"]
+    assert "duty.slack_tension" in files["It cannot be written as a scene file"]
 
 
 def test_failure_is_shown_with_its_message():
@@ -318,7 +318,7 @@ def test_events_at_linings_are_drawn_together(run):
     limits = next(row for row in rows if row["event"] == "lining_limit")
     assert limits["lining"] == "1…20"
     assert [lining for lining, _ in limits["meaning_members"]] == list(range(1, 21))
-    counts = {row["event"]: row["how many"] for row in _rows.event_counts(run.events)}
+    counts = {row["event"]: row["count"] for row in _rows.event_counts(run.events)}
     assert counts == {"slip_onset": 1, "lining_limit": 20, "full_slip": 1, "stop": 1}
     assert sum(max(len(row["meaning_members"]), 1) for row in rows) == len(run.events)
     assert set(counts) <= set(EVENTS)

@@ -215,7 +215,7 @@ def test_fade_and_hot_wear_move_the_layout_of_equal_wear():
 
 def test_what_cannot_be_levelled_says_why():
     scene = stop_scene(n=3, beta=110.0, f=0.3, C=None)
-    with pytest.raises(sb.layouts.InfeasibleLayout, match="nearest to locking itself"):
+    with pytest.raises(sb.layouts.InfeasibleLayout, match="nearest to self-locking"):
         sb.equal_layout(scene, "normal_load", start="given")
 
 

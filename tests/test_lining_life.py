@@ -207,7 +207,7 @@ def test_what_cannot_be_worn_is_said(braking):
     scene = braking.scene
     for wrong, words in (
         ({"run": ws.stop(None)}, "wear: is missing"),
-        ({"run": sb.with_values(scene, {"wear.permissible": None})}, "how much may be worn off"),
+        ({"run": sb.with_values(scene, {"wear.permissible": None})}, "give the permissible wear depth"),
         ({"permissible": "8 mm", "turn_at": [5.0, 3.0]}, "do not increase"),
         ({"turn_at": "soon"}, "is not a number of stops"),
         ({"step": 0.5}, "at least 1"),

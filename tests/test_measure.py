@@ -35,7 +35,7 @@ def test_what_a_scene_does_not_have_is_refused_in_one_report():
     with pytest.raises(sb.InputError) as error:
         check_metrics(scene, ["stoping_time", "peak_rim_temperature", 3.0, "stopping_time"])
     text = str(error.value)
-    assert "3 faults" in text
+    assert "3 input errors" in text
     assert "nearest: stopping_time" in text
 
 

@@ -197,7 +197,7 @@ def test_a_short_pulse_of_the_load_is_not_overlooked_while_held():
 
 def test_self_locking_lining_is_an_error_on_a_rigid_band_and_a_warning_on_an_elastic_one():
     law = sb.ConstantFriction(np.append(np.full(19, 0.35), 9.0))
-    with pytest.raises(sb.InputError, match=r"lining 20: f·tan\(β/2\) = 1.065 ≥ 1, the band locks itself"):
+    with pytest.raises(sb.InputError, match=r"lining 20: f·tan\(β/2\) = 1.065 ≥ 1, the band is self-locking"):
         sb.simulate(stop_scene(C=None, law=law))
     result = sb.simulate(stop_scene(law=law, end=1.0))
     assert any("lining 20" in w for w in result.summary()["warnings"])

@@ -71,7 +71,7 @@ def test_linings_lie_at_their_true_angles_with_gaps(plain):
 
 def test_default_time_is_that_of_the_greatest_tension(plain):
     figure = plot.pulley(plain)
-    assert "when the tension is greatest" in figure.get_suptitle()
+    assert "at the maximum tension" in figure.get_suptitle()
     written = [float(t.get_text()) for t in figure.axes[0].texts if t.get_gid() == "T"]
     assert max(written) == pytest.approx(plain.metrics["max_tension"] / 1e3, rel=6e-3)
 

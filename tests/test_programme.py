@@ -21,7 +21,7 @@ TRIP = (
     "lower 27 m at 1.2 m/s",
     "brake to rest",
     "hold 5 s",
-    "set it into the slips",
+    "set the string in the slips",
     "wait 10 s",
     "repeat 3 times",
 )
@@ -137,7 +137,7 @@ def test_a_pull_too_weak_for_the_load_names_the_least_one():
 @pytest.mark.parametrize("lines", [TRIP, ("lower 9 m at 1 m/s", "brake to rest in 3 s", "hold 1 s")])
 def test_fading_friction_without_heat_is_the_error_of_any_duty(lines):
     for brake, heat, words in (
-        (fading(FADE), None, "heat: is missing, but the friction law brake.linings.friction looks at the temperature"),
+        (fading(FADE), None, "heat: is missing, but friction law brake.linings.friction depends on the temperature"),
         (
             fading(sb.friction.TabulatedFade([400.0, 500.0], [1.0, 0.9])),
             sb.lumped_heat(rim=8e4, partition=sb.thermal.ConstantPartition(1.0), rim_cooling=20.0),

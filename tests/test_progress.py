@@ -63,7 +63,7 @@ def test_a_limit_of_steps_holds_across_stretches(monkeypatch):
     monkeypatch.setattr(_simulate, "_TARGET", 0.0)
     scene = stop_scene()
     numbers, packing = _compiling.pack((scene, np.asarray(1e-10), np.asarray(np.inf), np.asarray(10_000, np.int32)))
-    method = _simulate._method(_simulate.solver_of(scene))
+    method = _simulate.as_method(_simulate.solver_of(scene))
     for tell in (None, lambda t, end: None):
         record = _simulate.long_run(numbers, packing, method, (10,), tell)
         assert int(record.code) == 1

@@ -242,7 +242,7 @@ def test_wrong_places_and_suffixes(plain, tmp_path):
     (tmp_path / "file").write_text("", "utf-8")
     with pytest.raises(sb.InputError, match="cannot be written"):
         sb.save(plain, tmp_path / "file" / "x.nc")
-    with pytest.raises(sb.InputError, match="no result"):
+    with pytest.raises(sb.InputError, match="not a result"):
         sb.save(sb.dataset(plain).assign_attrs(format="mine"), tmp_path / "x.nc")
     assert sorted(p.name for p in tmp_path.iterdir()) == ["file", "folder.nc"]
 
@@ -273,9 +273,7 @@ def test_columns_of_pairs_can_be_measured(plain, staged):
     inner = series.pairs["internal"]
     np.testing.assert_array_equal(pick(staged, series, "internal_torque", None), inner.torque)
     np.testing.assert_array_equal(pick(staged, series, "internal_slip_speed", "3"), inner.slip_speed[:, 2])
-    assert "say which one was measured: internal_slip_speed[1]" in str(
-        pick(staged, series, "internal_slip_speed", None)
-    )
+    assert "name the measured one: internal_slip_speed[1]" in str(pick(staged, series, "internal_slip_speed", None))
     # a pair that the brake does not have
     fault = str(pick(plain, plain.series([0.1]), "internal_torque", None))
     assert "internal_torque: is not in a run of this scene — nearest: external_torque" in fault

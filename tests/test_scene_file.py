@@ -182,7 +182,7 @@ temperature = "-300 degC"
         "brake.linings.count: 2.5 is not a whole number",
         "brake.linings.wrap: '270 degC': 'degC' is not a unit of wrap angle, which is in rad — known here: rad, deg",
         "brake.linings.friction: 11 is out of range — coefficient of friction must be ≥ 0 and ≤ 10",
-        "duty.slack_tension.type: 'Ramp' is none that fits here — nearest: ramp",
+        "duty.slack_tension.type: 'Ramp' does not fit here — nearest: ramp",
         "duty.load.drum_radius: 0 is out of range",
         "initial.omega: is missing — initial speed",
         "heat.rim: 'steel_20' is not a material of the library — nearest: steel_20L",

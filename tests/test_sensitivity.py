@@ -135,5 +135,5 @@ def test_all_faults_in_one_report():
     assert "nearest: brake.band.stiffness" in str(error.value)
     with pytest.raises(sb.InputError, match="has no value in this run"):
         sb.sensitivity(stop_scene(end=0.01), "stopping_time", span=None)
-    with pytest.raises(sb.InputError, match="2 faults"):
+    with pytest.raises(sb.InputError, match="2 input errors"):
         sb.sensitivity(stop_scene(), "stopping_time", "initial", span={"initial.omega": -1.0, "brake.band.radius": 1.0})

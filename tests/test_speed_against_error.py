@@ -13,10 +13,12 @@ from scipy.optimize import brentq
 sys.path.insert(0, str(pathlib.Path(__file__).parent.parent))
 
 import simbrake as sb
-from benchmarks import ours, peers, report
+from benchmarks import documents, ours, peers, report, shipped
 from benchmarks.chain import Linear
 from benchmarks.equations import automaton_of, drive
 from benchmarks.peers import diffrax_smooth, scipy_ivp
+from benchmarks.peers.written import written
+from benchmarks.peers.written.form import FLOATS
 from benchmarks.reference import error, radau, reference
 from benchmarks.scenes import CASES, Answer, closed_form
 from benchmarks.walls import layers
@@ -49,6 +51,8 @@ PEERS = [
     ("casadi_events", "CasADi CVODES Adams", 1e-10, 3e-6),
     ("sundae_cvode", "sundae CVODE Adams", 1e-12, 1e-8),
     ("pathsim_blocks", "PathSim RKDP87", 1e-10, 1e-7),
+    ("heyoka_taylor", "heyoka Taylor", 1e-12, 1e-10),
+    ("pydiffsol_text", "diffsol tsit45", 1e-11, 1e-8),
     pytest.param("casadi_events", "CasADi erk, C", 1e-10, 1e-8, marks=[pytest.mark.slow, NO_GCC]),
     pytest.param("cyrk_numba", "CyRK DOP853", 1e-11, 1e-8, marks=pytest.mark.slow),
 ]
@@ -62,6 +66,33 @@ def test_peers_solve_every_scene(module, method, tolerance, allowed, name):
         pytest.importorskip(package)
     theirs = peers.solve(peer, name, method, tolerance)
     assert max(error(CASES[name], theirs, peers.solve(scipy_ivp, name, "SciPy DOP853", 1e-12))) <= allowed
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_written_modes_are_the_plain_ones(name):
+    """Rates and guards of the expressions, with floats in them, are those of the equations that SciPy is given."""
+    rng, modes, forms = np.random.default_rng(1), automaton_of(CASES[name]).modes, written(CASES[name])
+    assert set(forms) == {mode for mode, known in modes.items() if known.rhs is not None}
+    for mode, form in forms.items():
+        known = modes[mode]
+        for t in (0.3, 1.4, 20.1):
+            y = known.scales * rng.uniform(0.5, 1.5, len(known.scales))
+            if mode.endswith("slide"):  # linings that stick move with the rim
+                stuck = CASES[name].plain.n - int(mode.split()[0])
+                y[CASES[name].plain.n + 2 :][:stuck] = CASES[name].plain.R * y[0]
+            rates, guards = form.program.equations(FLOATS, t, y.tolist(), form.numbers(t).tolist())
+            truth = np.asarray(known.rhs(t, y))
+            np.testing.assert_allclose(rates, truth, rtol=1e-12, atol=1e-12 * np.max(np.abs(truth)))
+            for found, guard in zip(guards, known.guards, strict=False):
+                assert found == pytest.approx(guard.value(t, y), rel=1e-9)
+            assert all(value > 0 for value in guards[len(known.guards) :])  # never falls through 0
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_programs_of_modes_take_what_they_are_given(name):
+    for form in written(CASES[name]).values():
+        rates, guards = form.program.equations(FLOATS, 0.0, [1.0] * form.program.states, form.numbers(0.0).tolist())
+        assert (len(rates), len(guards)) == (form.program.states, form.program.guards)
 
 
 @pytest.mark.slow
@@ -164,3 +195,49 @@ def test_time_at_equal_error():
     assert report.time_at(points, 3.0**-4) == pytest.approx(3.0)
     assert report.time_at(points, 10.0) == 1.0
     assert report.time_at(points, 1e-9) is None
+
+
+def test_tables_of_the_documentation(tmp_path):
+    rows = [
+        {"method": name, "tolerance": 10.0**-k, "error": 10.0**-k, "seconds": factor * k * 1e-5}
+        for name, factor in (("simbrake Tsit5", 1.0), ("heyoka Taylor", 0.25))
+        for k in (4, 8)
+    ]
+    scene = {"name": "a", "title": "stop", "rows": rows, "left_out": {"x": "stiff", "y": "stiff", "z": "no gcc"}}
+    text = report.markdown(scene | {"equal_error": report.equal_error(scene)})
+    assert "| heyoka Taylor | 12 | 17 |  | 0.25 | 0.25 |  | 1e-08 |" in text
+    assert "Not run: x, y (stiff).\nNot run: z (no gcc)." in text
+    assert [report.significant(x) for x in (0.0123, 0.25, 3.14159, 27.4, 12345.0)] == [
+        "0.012",
+        "0.25",
+        "3.1",
+        "27",
+        "12,000",
+    ]
+    page = tmp_path / "page.md"
+    page.write_text(f"before\n{documents.BEGIN}\n{documents.END}\nafter\n", "utf-8")
+    documents.write(page, "scene", {"b": "second"}, ("a", "b"))
+    documents.write(page, "scene", {"a": "first"}, ("a", "b"))
+    written = page.read_text("utf-8")
+    assert written.index("before") < written.index("first") < written.index("second") < written.index("after")
+
+
+def test_shipped_scenes_are_compared_by_modes_heat_and_temperatures():
+    def marks(times, heat, end=300.0):
+        return shipped.Marks(np.array(times), heat, np.array([290.0, end]))
+
+    names = shipped.scenes()
+    assert "u2_5_5_stop.py" in names
+    assert len({name.partition(".")[0] for name in names}) == len(names)
+    truth = marks([0.0, 1.0, 2.0], 100.0)
+    assert marks([0.0, 1.0, 2.0], 101.0).error(truth) == pytest.approx(0.01)
+    assert marks([1e-5, 1.0, 2.0], 100.0).error(truth) == pytest.approx(1e-5)
+    assert marks([0.0, 1.0, 2.0], 100.0, end=303.0).error(truth) == pytest.approx(0.01)
+    assert np.isnan(marks([0.0, 1.0], 100.0).error(truth))
+
+
+@pytest.mark.slow
+def test_a_shipped_scene():
+    found = shipped.measure("u2_5_5_stop.py", (1e-4, 1e-8), 0.01)
+    assert found["events"] == 5
+    assert all(row["error"] <= 1e-6 and row["seconds"] > 0 for row in found["rows"])

@@ -264,7 +264,7 @@ def test_faults_of_a_bandage_in_one_report():
         sb.simulate(scene)
     with pytest.raises(sb.InputError, match=r"brake\.bandage\.inertia"):
         sb.simulate(sb.with_values(staged.stop(), {"brake.bandage.inertia": -1.0}))
-    with pytest.raises(sb.InputError, match="locks itself"):
+    with pytest.raises(sb.InputError, match="is self-locking"):
         sb.simulate(staged.stop(f_ext=3.6))
     with pytest.raises(ValueError, match="no bandage"):
         _ = sb.simulate(stop_scene()).internal_slip_time

@@ -176,5 +176,5 @@ def test_temperatures_of_both_pairs_beside_a_heated_run():
         row = table[name]
         assert row.value - 293.15 == pytest.approx(row.simulated - 293.15, rel=share), name
     for pair, part in (("external", "band"), ("internal", "rim")):
-        row = table[f"share into the {part}, effusivities, {pair} pair"]
+        row = table[f"heat partition coefficient, {part}, effusivities, {pair} pair"]
         assert row.value == pytest.approx(row.simulated, rel=1e-6)

@@ -13,7 +13,7 @@ from PIL import Image
 sys.path.insert(0, str(pathlib.Path(__file__).parent.parent))
 
 import simbrake as sb
-from benchmarks import report
+from benchmarks import pictures
 from simbrake import plot
 
 
@@ -78,20 +78,29 @@ def test_work_and_precision(tmp_path):
         np.testing.assert_allclose(lines["simbrake Dopri8"].get_xydata(), [[0.1, 1e-6], [0.2, 1e-16]])
         np.testing.assert_allclose(lines["Other RK4"].get_xydata(), [[3.0, 1e-4]])  # what failed has no mark
         assert figure.axes[0].get_xlabel().endswith(", ms")
-    report.chart(benchmark(), str(tmp_path / "chart.png"))
-    with Image.open(tmp_path / "chart.png") as image:
-        assert min(image.size) > 500
+
+
+def test_pictures_of_the_benchmark(tmp_path):
+    pictures.work_precision(benchmark()).savefig(tmp_path / "chart.png")
+    rows = [{"tolerance": 10.0**-k, "error": math.nan if k == 4 else 10.0**-k, "seconds": 1e-4 * k} for k in (4, 7, 10)]
+    none = [{"tolerance": 1e-4, "error": math.nan, "seconds": 1.0}]
+    scenes = [{"name": f"{name}.py", "method": "Tsit5", "events": 2, "rows": rows} for name in "abcde"]
+    found = {"machine": benchmark()["machine"], "shipped": [*scenes, {**scenes[0], "rows": none}]}
+    pictures.shipped(found).savefig(tmp_path / "shipped.png")
+    for name in ("chart", "shipped"):
+        with Image.open(tmp_path / f"{name}.png") as image:
+            assert min(image.size) > 500
 
 
 def test_work_and_precision_refuses_other_files(tmp_path):
     with pytest.raises(sb.InputError, match="cannot be read"):
         plot.work_precision(tmp_path / "none.json")
     (tmp_path / "bad.json").write_text("{", "utf-8")
-    with pytest.raises(sb.InputError, match="is no JSON"):
+    with pytest.raises(sb.InputError, match="is not JSON"):
         plot.work_precision(tmp_path / "bad.json")
     with pytest.raises(sb.InputError, match=r"data\.scenes"):
         plot.work_precision({"rows": []})
     broken = benchmark()
     del broken["scenes"]["a"]["rows"][1]["error"], broken["scenes"]["b"]["title"]
-    with pytest.raises(sb.InputError, match="2 faults"):
+    with pytest.raises(sb.InputError, match="2 input errors"):
         plot.work_precision(broken)

@@ -8,9 +8,11 @@ import jax.numpy as jnp
 import numpy as np
 import pandas as pd
 import pytest
+import staged_scenes
 from helpers import stop_scene
 
 import simbrake as sb
+from simbrake._base._quantity import all_in_range, faults_of_values
 
 
 @pytest.mark.parametrize(
@@ -74,7 +76,7 @@ def test_numbers_stand_for_parts_of_every_family():
         (lambda: sb.Constant("24 kN"), ("Constant.level: '24 kN' cannot be read", "give it in SI units")),
         (
             lambda: sb.Brake(sb.Pulley(1, 1), 3.0, 0.35),
-            ("Brake.band: 3.0 is none", "give a Band", "Brake.linings: 0.35"),
+            ("Brake.band: 3.0 does not fit here", "give a Band", "Brake.linings: 0.35"),
         ),
         (lambda: sb.uniform_linings(0, "-1 rad", 0.3), ("count: 0 is out of range", "wrap: '-1 rad' is out of range")),
         (lambda: sb.thermal.Wall("w", sb.material("cast_iron"), 0.02, 1.0, 0), ("Wall.layers: 0 is out of range",)),
@@ -98,6 +100,47 @@ def test_what_is_put_in_later_is_taken_or_told():
     for bad in (-1.0, "1200", float("inf")):
         with pytest.raises(sb.InputError, match=r"brake\.pulley\.inertia"):
             sb.simulate(put(bad))
+
+
+def test_ranges_in_one_go_say_the_same_as_number_by_number():
+    """Every number of a staged scene with heat at its bounds, beyond them and out of all range."""
+    scene = staged_scenes.stop(stiffness=1e5)
+    places = [leaf for leaf in sb.files.leaves(scene) if leaf.value is not None]
+    assert all_in_range(scene)
+    seen = set()
+    for leaf in places:
+        low, high = leaf.about.low, leaf.about.high
+        ends = [x + d for x in (low, high) if x is not None for d in (-1e-9, 0.0, 1e-9)]
+        for value in (*ends, 1e41, -1e41, np.nan, np.inf):
+            other = sb.with_values(scene, {leaf.path: value})
+            assert all_in_range(other) == (not faults_of_values(other)), (leaf.path, value)
+            seen.add(all_in_range(other))
+    assert seen == {True, False}
+    assert not all_in_range(eqx.tree_at(lambda s: s.end_time, scene, 3.0))  # looked at number by number
+    assert not all_in_range(eqx.tree_at(lambda s: s.end_time, scene, np.zeros(2)))
+
+
+def test_what_does_not_fit_together_is_told_again_for_other_numbers():
+    scene, wide = stop_scene(), {"brake.linings.angle": 0.4}
+    for _ in range(2):
+        sb.check(scene)
+        with pytest.raises(sb.InputError, match="the linings span"):
+            sb.simulate(sb.with_values(scene, wide))
+        with pytest.raises(sb.InputError, match="is not after the start"):
+            sb.simulate(sb.with_values(scene, {"end_time": 0.0}))
+        with pytest.raises(sb.InputError, match="is inside the track"):
+            sb.simulate(sb.with_values(scene, {"brake.band.radius": 0.1}))
+
+
+def test_numbers_by_path_in_loops_are_those_one_by_one():
+    scene = stop_scene()
+    changed = {"initial.omega": 3, "brake.linings.angle": 0.2, "brake.linings.angle[2]": 0.1, "end_time": np.float64(2)}
+    quick, slow = sb.with_values(scene, changed), scene
+    for path, value in changed.items():
+        slow = sb.with_values(slow, {path: np.asarray(value, np.float64)})  # arrays go the longer way
+    assert eqx.tree_equal(quick, slow)
+    assert {np.asarray(x).dtype for x in jax.tree.leaves(quick)} == {np.dtype(np.float64)}
+    assert float(scene.initial.omega) != 3.0
 
 
 def test_traced_values_pass():

@@ -1,1 +1,1 @@
-"""What everything stands on: quantities and their faults, units, compiling, progress."""
+"""Basics used by every package: quantities, input errors, units, compiling, progress."""

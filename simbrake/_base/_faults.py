@@ -1,4 +1,4 @@
-"""What is wrong with inputs and outputs, in one report; free of JAX, so that a command can say it before it loads.
+"""Input and output errors in one report. Free of JAX, so that a command can report them before JAX loads.
 
 Files are written whole or not at all.
 """
@@ -15,7 +15,7 @@ from typing import Any
 
 @dataclasses.dataclass(frozen=True)
 class Fault:
-    """One thing wrong with an input: where, what stands there, and what to do."""
+    """One input error: where it is, what the problem is, and how to fix it."""
 
     path: str
     problem: str
@@ -26,34 +26,34 @@ class Fault:
 
 
 class InputError(ValueError):
-    """All faults of an input in one report."""
+    """All errors of an input in one report."""
 
     def __init__(self, faults: list[Fault]) -> None:
         self.faults = tuple(faults)
-        count = "1 fault" if len(faults) == 1 else f"{len(faults)} faults"
-        super().__init__("\n".join([f"the input has {count}:", *(f"  {fault}" for fault in faults)]))
+        count = "1 input error" if len(faults) == 1 else f"{len(faults)} input errors"
+        super().__init__("\n".join([f"{count}:", *(f"  {fault}" for fault in faults)]))
 
 
 # --- arguments of formulas --------------------------------------------------------------------------------------------
 
 
 def require_positive(**values: Any) -> None:
-    """Raises `ValueError` that names every value which is not a finite number above 0; `None` is not looked at."""
+    """Raise `ValueError` naming every value that is not a finite number above 0; `None` is not checked."""
     _require("positive", lambda x: x > 0, values)
 
 
 def require_not_negative(**values: Any) -> None:
-    """Raises `ValueError` that names every value which is not a finite number of at least 0; `None` is left out."""
+    """Raise `ValueError` naming every value that is not a finite number of at least 0; `None` is not checked."""
     _require("at least 0", lambda x: x >= 0, values)
 
 
 def require_share(**values: Any) -> None:
-    """Raises `ValueError` that names every value outside 0…1."""
+    """Raise `ValueError` naming every value outside 0…1."""
     _require("between 0 and 1", lambda x: (x >= 0) & (x <= 1), values)
 
 
 def _require(what: str, good: Callable[[Any], Any], values: dict[str, Any]) -> None:
-    import numpy as np  # not paid for by a command that only reports an error
+    import numpy as np  # a command that only reports an error does not import it
 
     numbers = {name: np.asarray(value, float) for name, value in values.items() if value is not None}
     bad = [name for name, x in numbers.items() if not np.all(good(x) & np.isfinite(x))]
@@ -64,9 +64,19 @@ def _require(what: str, good: Callable[[Any], Any], values: dict[str, Any]) -> N
 # --- files ------------------------------------------------------------------------------------------------------------
 
 
+def existing_file(file: Path, *kinds: str) -> Path:
+    """The file. Raises `InputError` naming the available files where the path is a folder or does not exist."""
+    if file.exists() and not file.is_dir():
+        return file
+    folder = file if file.is_dir() else file.parent if file.parent.is_dir() else Path(".")
+    there = sorted(str(one) for kind in kinds for one in folder.glob(kind))
+    hint = f"there are: {', '.join(there[:8])}" if there else "give the path of a scene file"
+    raise InputError([Fault(str(file), "is a folder" if file.is_dir() else "there is no such file", hint)])
+
+
 @contextlib.contextmanager
 def _scratch_beside(place: Path) -> Iterator[Path]:
-    """A folder beside `place`, on the same disk, that is gone afterwards; `InputError` where nothing can be written."""
+    """Temporary folder beside `place`, on the same disk; `InputError` where nothing can be written."""
     try:
         place.parent.mkdir(parents=True, exist_ok=True)
         scratch = Path(tempfile.mkdtemp(prefix=".simbrake-", dir=place.parent))
@@ -81,7 +91,7 @@ def _scratch_beside(place: Path) -> Iterator[Path]:
 
 @contextlib.contextmanager
 def whole_file(path: Path) -> Iterator[Path]:
-    """A path to write to; what was written there becomes `path` if nothing went wrong, and replaces what was there."""
+    """Temporary path to write to; its file replaces `path` if no error occurred."""
     with _scratch_beside(path) as scratch:
         yield scratch / path.name
         os.replace(scratch / path.name, path)
@@ -89,7 +99,7 @@ def whole_file(path: Path) -> Iterator[Path]:
 
 @contextlib.contextmanager
 def whole_folder(folder: Path) -> Iterator[tuple[Path, list[Path]]]:
-    """A folder to write into, whose files move to `folder` only if all could be written; the list names them then."""
+    """Temporary folder whose files move to `folder` only if all were written; the list then names them."""
     written: list[Path] = []
     with _scratch_beside(folder) as scratch:
         yield scratch, written

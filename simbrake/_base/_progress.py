@@ -1,4 +1,4 @@
-"""A progress line with the remaining time, for people who wait."""
+"""Progress line with the remaining time."""
 
 import contextlib
 import contextvars
@@ -10,7 +10,7 @@ from typing import NamedTuple, TypeAlias
 
 
 def duration(seconds: float) -> str:
-    """A time span in few words, as in `3 min 20 s`."""
+    """Return a time span as short text, such as `3 min 20 s`."""
     s = round(seconds)
     if s < 60:
         return f"{s} s"
@@ -20,12 +20,12 @@ def duration(seconds: float) -> str:
     return f"{minutes // 60} h {minutes % 60:02d} min"
 
 
-#: called with the time that a run has reached and its end (s)
+#: called with the simulated time reached and the end time (s)
 Tell: TypeAlias = Callable[[float, float], object]
 
 
 class Line:
-    """One line on a terminal's error stream that is written over; elsewhere nothing is printed, unless `shown`."""
+    """One line on stderr, overwritten in place on a terminal; elsewhere nothing is printed unless `shown`."""
 
     def __init__(self, name: str = "", shown: bool | None = None) -> None:
         self.name, self.shown = f"{name}: " if name else "", sys.stderr.isatty() if shown is None else shown
@@ -33,7 +33,7 @@ class Line:
 
     @property
     def spent(self) -> float:
-        """Seconds since the beginning."""
+        """Seconds since the start."""
         return time.monotonic() - self._start
 
     def show(self, text: str) -> None:
@@ -42,25 +42,25 @@ class Line:
             sys.stderr.flush()
 
     def done(self, *, keep: bool = False) -> None:
-        """Clears the line, or leaves it."""
+        """Clear the line, or keep it."""
         if self.shown:
             sys.stderr.write("\n" if keep else "\r\x1b[K")
             sys.stderr.flush()
 
 
-#: what is told now, for what is done far below it
+#: current progress report, for code far down the call stack
 _TOLD: contextvars.ContextVar["Waiting | None"] = contextvars.ContextVar("told", default=None)
 
 
 def piece(done: int, total: int) -> None:
-    """Says of whatever somebody waits for that it has come to piece `done` of `total`, if it has no other pieces."""
+    """Report `done` of `total` pieces to the active progress report, unless it counts other pieces."""
     told = _TOLD.get()
     if told is not None:
         told.piece(done, total)
 
 
 class _Way(NamedTuple):
-    """How far something is: from `first`, at the time `since`, it has come to `done` of `total` at the time `told`."""
+    """Progress of a task: `first` at the time `since`, `done` of `total` at the time `told`."""
 
     first: float
     since: float
@@ -68,9 +68,9 @@ class _Way(NamedTuple):
     total: float
     told: float
     unit: str
-    bound: bool  # the time left is a bound: it may end before
-    inner: bool  # pieces of something that was named without any
-    also: str  # something to be told besides
+    bound: bool  # the time left is an upper bound: it may end before
+    inner: bool  # pieces of a task that was announced without any
+    also: str  # additional text
 
     def text(self, now: float) -> str:
         said = f"{self.done:.4g} of {self.total:.4g}{self.unit}{self.also}"
@@ -81,10 +81,10 @@ class _Way(NamedTuple):
 
 
 class Waiting:
-    """Says on a terminal how long something takes, once it has taken two seconds, and how long it still will if known.
+    """Show on a terminal the elapsed time of a task after two seconds, and the remaining time if known.
 
-    A context: `with Waiting("run", "compiling…") as waiting:`. `now` names what is done next, and how many pieces of it
-    are done if it has pieces; `reach` tells how far a run is in its own time. What a run still takes is an upper
+    A context: `with Waiting("run", "compiling…") as waiting:`. `now` names the next task and the number
+    of its pieces done, if any; `reach` reports the simulated time of a run. The remaining time of a run is an upper
     bound, since a brake at rest is simulated in no time.
     """
 
@@ -96,18 +96,18 @@ class Waiting:
         self._doing: tuple[str, float, _Way | None] = (what, time.monotonic(), None)
 
     def now(self, what: str, done: int = 0, total: int = 0, *, bound: bool = False, also: str = "") -> None:
-        """What is done from now on; or that `done` of its `total` pieces are done (`bound`: it may need fewer)."""
+        """Name the current task, or report `done` of its `total` pieces (`bound`: it may need fewer)."""
         if total:
             self._come(what, done, total, bound=bound, also=also)
         else:
             self._doing = (what, time.monotonic(), None)
 
     def reach(self, t: float, end: float) -> None:
-        """A run has come to `t` (s) on its way to `end`; told for the first time where it begins."""
+        """Report that a run has reached the simulated time `t` (s) of `end`; the first call is at its start."""
         self._come("simulated to", t, end, unit=" s", bound=True)
 
     def piece(self, done: int, total: int) -> None:
-        """What is done now has come to piece `done` of `total`, unless it was named with pieces of its own."""
+        """Report `done` of `total` pieces of the current task, unless it was announced with other pieces."""
         what, _, way = self._doing
         if way is None or way.inner:
             self._come(what, done, total, inner=True)
@@ -126,11 +126,11 @@ class Waiting:
         (doing, _, way), now = self._doing, time.monotonic()
         goes_on = way is not None and doing == what and done > way.first
         first, since = (way.first, way.since) if way is not None and goes_on else (done, now)
-        # one assignment: the thread that tells sees all of it or nothing
+        # one assignment: the reporting thread sees all of it or nothing
         self._doing = (what, since, _Way(first, since, done, total, now, unit, bound, inner, also))
 
     def text(self) -> str:
-        """What is done, how far it is, and the time it takes."""
+        """Current task, its progress and the elapsed time."""
         (what, since, way), now = self._doing, time.monotonic()
         return f"{what}, {duration(now - since)}" if way is None else f"{what} {way.text(now)}"
 
@@ -159,7 +159,7 @@ class Waiting:
 
 @contextlib.contextmanager
 def waiting(progress: "Waiting | bool | None", name: str, what: str) -> Iterator[Waiting]:
-    """The `Waiting` of a caller, with what comes now, or a new one (`None`: shown on a terminal only)."""
+    """The caller's `Waiting` with the current task, or a new one (`None`: shown on a terminal only)."""
     if isinstance(progress, Waiting):
         progress.now(what)
         yield progress
@@ -170,7 +170,7 @@ def waiting(progress: "Waiting | bool | None", name: str, what: str) -> Iterator
 
 @contextlib.contextmanager
 def telling(progress: "Waiting | Tell | bool | None") -> Iterator[Tell | None]:
-    """What a run reports its progress to: nothing (`False`), a function of `(t, end_time)`, or as `waiting`."""
+    """Receiver of a run's progress: nothing (`False`), a function of `(t, end_time)`, or as `waiting`."""
     if progress is False or callable(progress):
         yield progress or None
         return
@@ -179,11 +179,11 @@ def telling(progress: "Waiting | Tell | bool | None") -> Iterator[Tell | None]:
 
 
 class Progress:
-    """Counts what is done out of `total` and says so on stderr.
+    """Count finished pieces out of `total` and report them on stderr.
 
-    `show`: `None` says it only where stderr is a terminal, a function is called with `(done, total)` instead. The rate
-    is that since the first piece, which also waited for the compiler. `what` names the pieces; nothing is said in the
-    first seconds, as many as `after`.
+    `show`: `None` reports only where stderr is a terminal, a function is called with `(done, total)` instead. The
+    rate is that since the first piece, whose time includes compiling. `what` names the pieces; nothing is reported
+    in the first `after` seconds.
     """
 
     def __init__(
@@ -200,7 +200,7 @@ class Progress:
         self._start, self._before, self._said = time.monotonic(), done, 0.0
         self._begun, self._spoke = self._start, False
         self._first = True
-        # what comes before the first piece, the compiler mostly, has no end in sight
+        # the time before the first piece, mostly compiling, cannot be estimated
         self._waiting = Waiting("", f"{done}/{total} {what}, begins", self._line.shown).__enter__()
 
     def add(self, count: int) -> None:

@@ -1,4 +1,4 @@
-"""Numbers with units: how a field says its unit, range and meaning, and how people write its value."""
+"""Numbers with units: unit, range and meaning of a field, and the forms in which its value may be written."""
 
 import dataclasses
 import enum
@@ -24,22 +24,22 @@ from ._faults import Fault, InputError
 from ._table import to_si, unit
 
 if TYPE_CHECKING:
-    Scalar = Values = Any  # what a caller may write: a number, a list, an array
+    Scalar = Values = Any  # accepted inputs: a number, a list, an array
 else:
     #: what a field holds: one number, or an array of them
     Scalar = Float[Array, "..."]
-    #: what a caller of a formula may give: one number, or an array or list of them
+    #: accepted by a formula: one number, or an array or list of them
     Values = Float[Array, "..."] | Int[Array, "..."] | float | int | list | tuple
 
 
-warn_of_untested_jax(jax.__version_info__)  # here, as every scene and every command that computes imports this module
+warn_of_untested_jax(jax.__version_info__)  # set here, as every scene and every computing command imports this module
 
-#: magnitude beyond which squares and products of a scene's numbers would leave the range of 64 bits
+#: magnitude beyond which squares and products of a scene's parameters overflow 64 bits
 LARGEST = 1e40
 
 
 class Over(enum.Enum):
-    """What a list of numbers goes over that does not have an entry for each lining."""
+    """Index of a list of numbers that has no entry for each lining."""
 
     GAPS = "one between each two linings"
     ROWS = "points of a table, times, nodes: any number"
@@ -54,7 +54,7 @@ class Quantity:
     low: float | None = None
     high: float | None = None
     open_low: bool = False
-    difference: bool = False  # of temperatures: 20 degC would be another number
+    difference: bool = False  # of temperatures: no offset of degC
     many: bool | Over = False  # one number, or one for each (lining, unless it says of what)
     may_be_empty: bool = False  # of many: none at all is a meaning, too
 
@@ -67,7 +67,7 @@ class Quantity:
         return np.asarray(ok)
 
     def wanted(self, value: float) -> str:
-        """What a number that is out of range should have been."""
+        """Allowed range of a number, in words."""
         return f"at most {LARGEST:g} in magnitude" if LARGEST < abs(value) < np.inf else self.range
 
     @property
@@ -83,7 +83,7 @@ class Quantity:
 def as_number(x: Any) -> Any:
     """Numbers, lists, NumPy arrays and columns of tables as float64 arrays, so that a new value never re-traces.
 
-    JAX arrays stay as they are, whole numbers in them become float64; what is not a number stays what it is.
+    JAX arrays are kept, whole numbers in them become float64; values that are not numbers are kept.
     """
     if isinstance(x, jax.Array):
         return x.astype(np.float64) if jnp.issubdtype(x.dtype, jnp.integer) else x
@@ -102,7 +102,7 @@ def as_number(x: Any) -> Any:
 
 
 def in_si(x: Any, about: Quantity) -> Any:
-    """A value as people write it, with its unit too, as a number in SI; what cannot be read stays what it is."""
+    """Convert a value, also a text with its unit, to a number in SI; return it unchanged if it cannot be read."""
     if not _has_units(x) or about.unit == "SI":
         return as_number(x)
     reader = NumberReader()
@@ -115,7 +115,7 @@ def _has_units(x: object) -> bool:
 
 
 def positive(unit: str, meaning: str, high: float | None = None) -> Quantity:
-    """What is known of a number that must be > 0, for the annotation of a parameter."""
+    """Metadata of a number that must be > 0, for the annotation of a parameter."""
     return Quantity(unit, meaning, 0.0, high, open_low=True)
 
 
@@ -132,9 +132,9 @@ def quantity(
     default: Any = dataclasses.MISSING,
     kw_only: bool = False,
 ) -> Any:
-    """A numeric field: an array leaf in SI units, with what a reader and a checker must know of it.
+    """A numeric field: an array leaf in SI units, with its unit, range and meaning.
 
-    The unit `SI` is that of the field in which the object stands (`holding`, or the quantity it stands for).
+    The unit `SI` is that of the field that holds the object (`holding`, or the quantity it replaces).
     """
     keywords = {} if default is dataclasses.MISSING else {"default": default}
     low, may_be_empty = 0.0 if positive else low, may_be_empty or many is Over.GAPS or default == ()
@@ -145,14 +145,14 @@ def quantity(
 
 
 class _Shown(type):
-    """Types that only say in a signature what people give; the values are looked at when the part is made."""
+    """Types that show accepted inputs in a signature; values are checked when the part is made."""
 
     def __instancecheck__(cls, instance: object) -> bool:
         return True
 
 
 def _converter(read: Callable[..., Any], words: str, **known: Any) -> Callable[[Any], Any]:
-    """A converter of a field; `words`: the type that people see in the signature of the class."""
+    """A converter of a field; `words`: the type shown in the signature of the class."""
     converter, kind = functools.partial(read, **known), inspect.Parameter.POSITIONAL_ONLY
     annotation = _Shown(words, (), {"__module__": "builtins"})
     vars(converter)["__signature__"] = inspect.Signature([inspect.Parameter("x", kind, annotation=annotation)])
@@ -173,7 +173,7 @@ def whole(meaning: str, *, low: int = 1, high: int = 100_000, **keywords: Any) -
     return eqx.field(static=True, metadata={"whole": Whole(meaning, low, high)}, **keywords)
 
 
-#: family of parts → what a bare number stands for where one of them is wanted
+#: family of parts → class made from a bare number where one of them is expected
 _SHORT: dict[type, type] = {}
 
 _T = TypeVar("_T", bound=type)
@@ -181,7 +181,7 @@ _Build = TypeVar("_Build", bound=Callable)
 
 
 def short_for(family: type) -> Callable[[_T], _T]:
-    """Marks a class whose first field alone makes one of its `family`: a bare number then stands for it."""
+    """Mark a class as the one of its `family` that a bare number makes: the number is its first field."""
 
     def marked(maker: _T) -> _T:
         _SHORT[family] = maker
@@ -191,12 +191,12 @@ def short_for(family: type) -> Callable[[_T], _T]:
 
 
 def short_of(wanted: Iterable[object]) -> type | None:
-    """What a bare number stands for where one of the `wanted` classes is expected."""
+    """Class that a bare number makes where one of the `wanted` classes is expected."""
     return next((_SHORT[family] for family in wanted if family in _SHORT), None)
 
 
 def as_part(x: Any, family: type, unit: str = "SI") -> Any:
-    """A part of a scene, or what a number stands for in its place; `unit`: what `SI` means in it."""
+    """A part of a scene, made from a bare number where one is given; `unit`: meaning of `SI` in it."""
     maker = short_of((family,))
     if maker is None or x is None or isinstance(x, eqx.Module) or callable(x):
         return x
@@ -204,7 +204,7 @@ def as_part(x: Any, family: type, unit: str = "SI") -> Any:
 
 
 def _number_in(maker: type, unit: str) -> Quantity:
-    """What is known of the number that alone makes a part, `unit`: what `SI` means in it."""
+    """Metadata of the number that alone makes a part; `unit`: meaning of `SI` in it."""
     first = dataclasses.fields(maker)[0]  # pyright: ignore
     about, below = about_of(first, unit), short_of((first.metadata.get("part"),))
     if about is not None or below is None:
@@ -213,12 +213,12 @@ def _number_in(maker: type, unit: str) -> Quantity:
 
 
 def _faults_of_short(maker: type, x: object, unit: str, path: str) -> list[Fault]:
-    """What is wrong with a text that is to stand for a part."""
+    """Error of a text given in place of a part."""
     return _faults_of_leaf(Leaf(path, x, _number_in(maker, unit)), made=False) if _has_units(x) else []
 
 
 def part(family: type, unit: str | None = None, **keywords: Any) -> Any:
-    """A field with a part of a scene, for which a number may stand; numbers of the unit `SI` in it are in `unit`."""
+    """A field with a part of a scene, or a number that makes one; numbers of the unit `SI` in it are in `unit`."""
     metadata = {"part": family} if unit is None else {"part": family, "unit": unit}
     words = f"{family.__name__} | float" + ("" if keywords.get("default", family) is not None else " | None")
     converter = _converter(as_part, words, family=family, unit=unit or "SI")
@@ -226,13 +226,13 @@ def part(family: type, unit: str | None = None, **keywords: Any) -> Any:
 
 
 class Part(eqx.Module):
-    """A part of a scene, which checks its own concrete values as soon as it is made; traced ones pass.
+    """A part of a scene. It checks its concrete values when it is made; traced values are not checked.
 
     A number may be a Python or NumPy number, a list, an array, or a text with its unit, as "590 mm". Where a friction
-    law, load or profile is wanted, a number stands for a constant one.
+    law, load or profile is expected, a number makes a constant one.
 
     Raises `InputError` with every value that is not a number, not finite or outside its range, and every part of the
-    wrong kind. What depends on several parts is looked at by `check`, and before a run.
+    wrong kind. Conditions across several parts are checked by `check` and before a run.
     """
 
     def __check_init__(self) -> None:
@@ -272,12 +272,12 @@ def alternatives(hint: object) -> tuple[Any, ...]:
 
 
 def _faults_of_kind(path: str, value: object, kinds: tuple[Any, ...]) -> list[Fault]:
-    """A value that is none of the parts that its field names; fields that may hold anything else are left alone."""
+    """Error of a value that is none of the parts that its field names; fields for other types are not checked."""
     parts = [kind for kind in kinds if isinstance(kind, type) and issubclass(kind, eqx.Module)]
     if not parts or set(kinds) - {*parts, type(None)} or isinstance(value, tuple(kinds)):
         return []
     names = " or ".join(kind.__name__.removeprefix("Abstract") for kind in parts)
-    return [Fault(path, f"{shown(value)} is none that fits here", f"give a {names}")]
+    return [Fault(path, f"{shown(value)} does not fit here", f"give a {names}")]
 
 
 def faults_of_whole(path: str, value: Any, about: Whole) -> list[Fault]:
@@ -289,9 +289,9 @@ def faults_of_whole(path: str, value: Any, about: Whole) -> list[Fault]:
 
 
 def takes_values(build: _Build) -> _Build:
-    """A function that makes a part, with arguments as the fields of parts have them.
+    """Decorate a function that makes a part, so that its arguments behave like fields of parts.
 
-    What is known of a number stands in its annotation, `Annotated[float, positive("m", "thickness")]`; the signature
+    Metadata of a number are in its annotation, `Annotated[float, positive("m", "thickness")]`; the signature
     that people see has only the type. Raises `InputError` with all values that are out of range.
     """
     hints = typing.get_type_hints(build, include_extras=True)
@@ -327,21 +327,21 @@ def takes_values(build: _Build) -> _Build:
 
 
 def unit_below(field: dataclasses.Field, unit: str) -> str:
-    """What the unit `SI` means below a field that stands where it means `unit`."""
+    """Meaning of the unit `SI` below a field, where it means `unit` at the field."""
     about = field.metadata.get("quantity")
     given = field.metadata.get("unit") if about is None else about.unit
     return unit if given in (None, "SI") else given
 
 
 def about_of(field: dataclasses.Field, unit: str) -> Quantity | None:
-    """What is known of a numeric field that stands where the unit `SI` means `unit`; `None` for other fields."""
+    """Metadata of a numeric field where the unit `SI` means `unit`; `None` for other fields."""
     about = field.metadata.get("quantity")
     return dataclasses.replace(about, unit=unit) if about is not None and about.unit == "SI" else about
 
 
 @dataclasses.dataclass(frozen=True)
 class Leaf:
-    """One number (or array of numbers) of a scene: its path, its value and what is known of it."""
+    """One parameter (number or array) of a scene: path, value and metadata."""
 
     path: str
     value: Any
@@ -349,7 +349,7 @@ class Leaf:
 
 
 def leaves(node: object, path: str = "", unit: str = "SI") -> list[Leaf]:
-    """Every quantity below `node`, in the order of the fields; `unit`: what `SI` means here."""
+    """Every quantity below `node`, in the order of the fields; `unit`: meaning of `SI` here."""
     if isinstance(node, tuple | list):
         return [leaf for i, child in enumerate(node) for leaf in leaves(child, f"{path}[{i}]", unit)]
     if not dataclasses.is_dataclass(node) or isinstance(node, type):
@@ -359,7 +359,8 @@ def leaves(node: object, path: str = "", unit: str = "SI") -> list[Leaf]:
         value = getattr(node, field.name)
         here = f"{path}.{field.name}" if path else field.name
         about = about_of(field, unit)
-        if about is not None and not dataclasses.is_dataclass(value):  # where a law may stand for a number, its numbers
+        # where a law replaces a number, the numbers of the law
+        if about is not None and not dataclasses.is_dataclass(value):
             if value is not None:
                 found.append(Leaf(here, value, about))
         else:
@@ -368,7 +369,7 @@ def leaves(node: object, path: str = "", unit: str = "SI") -> list[Leaf]:
 
 
 def as_arrays(node: Any) -> Any:
-    """A tree of parts whose numbers are all arrays, those too that came in without a converter, by `eqx.tree_at`."""
+    """A tree of parts whose numbers are all arrays, also those put in by `eqx.tree_at` without a converter."""
     if isinstance(node, tuple | list):
         found = [as_arrays(one) for one in node]
         return node if all(a is b for a, b in zip(found, node, strict=True)) else type(node)(found)
@@ -385,14 +386,51 @@ def as_arrays(node: Any) -> Any:
 
 
 def faults_of_values(node: object, path: str = "") -> list[Fault]:
-    """Values that are not numbers, not finite, outside their range or of too few bits. Traced values pass the rest."""
+    """Errors of values that are not numbers, not finite, out of range, or of too few bits; traced values pass."""
     return [fault for leaf in leaves(node, path) for fault in _faults_of_leaf(leaf)]
 
 
-def _faults_of_leaf(leaf: Leaf, *, made: bool = True) -> list[Fault]:
-    """What is wrong with one value.
+def all_in_range(node: object) -> bool:
+    """Whether the numbers of a tree of parts are all float64 arrays of NumPy and in their ranges, in one pass.
 
-    `made`: it stands in a part that has been made, where texts have been read, and lists stand only where they may;
+    Where it is not, `faults_of_values` says what is wrong, if anything is.
+    """
+    numbers, structure = jax.tree.flatten(node)
+    if not all(type(x) is np.ndarray and x.dtype == np.float64 for x in numbers):
+        return False
+    ranges = _ranges(structure, tuple(x.shape for x in numbers))
+    if ranges is None or not numbers:
+        return False
+    low, high, above, most = ranges
+    whole = np.concatenate([x.ravel() for x in numbers])
+    return bool(np.all((whole >= low) & (whole <= high) & (whole > above) & (np.abs(whole) <= most)))
+
+
+@functools.lru_cache(maxsize=256)
+def _ranges(structure: Any, shapes: tuple[tuple[int, ...], ...]) -> tuple[np.ndarray, ...] | None:
+    """Minimum and maximum values of all numbers, their exclusive lower bounds, and their maximum magnitude.
+
+    `None` where a list stands for a number, or where one is empty that may not be.
+    """
+    places = [np.zeros(shape) for shape in shapes]
+    node, known = jax.tree.unflatten(structure, places), {id(place): i for i, place in enumerate(places)}
+    rows: list[tuple[np.ndarray, ...]] = [()] * len(shapes)
+    for leaf in leaves(node):
+        about, i = leaf.about, known[id(leaf.value)]
+        if len(shapes[i]) > bool(about.many) or (0 in shapes[i] and not about.may_be_empty):
+            return None
+        low, high = -np.inf if about.low is None else about.low, np.inf if about.high is None else about.high
+        ends = (-np.inf, high, low) if about.open_low else (low, high, -np.inf)
+        rows[i] = tuple(np.full(shapes[i], end) for end in (*ends, LARGEST))
+    if () in rows:
+        return None  # a number without metadata
+    return tuple(np.concatenate([np.ravel(row[k]) for row in rows]) for k in range(4))
+
+
+def _faults_of_leaf(leaf: Leaf, *, made: bool = True) -> list[Fault]:
+    """Error of one value.
+
+    `made`: it is in a part that has been made, where texts have been read, and lists are only where allowed;
     until then a list may be for many parts side by side.
     """
     about, given = leaf.about, leaf.value
@@ -404,7 +442,7 @@ def _faults_of_leaf(leaf: Leaf, *, made: bool = True) -> list[Fault]:
         return []
     if _has_units(given) and not made:
         if about.unit == "SI":
-            what = f"{shown(given)} cannot be read, as its unit is that of the place where it stands"
+            what = f"{shown(given)} cannot be read here, as the unit depends on the field that holds it"
             return [Fault(leaf.path, what, "give it in SI units, without a unit")]
         reader = NumberReader()
         reader.number(list(given) if isinstance(given, tuple) else given, about, leaf.path, about.unit)
@@ -439,23 +477,23 @@ def faults_of_sizes(node: object, path: str, n: int) -> list[Fault]:
 
 
 def faults_of_tolerance(rtol: Values) -> list[Fault]:
-    """A relative tolerance outside 1e-15…0.1. A traced one cannot be looked at and passes."""
+    """Error of a relative tolerance outside 1e-15…0.1. A traced one is not checked."""
     if isinstance(rtol, Tracer):
         return []
     admissible = np.all((np.asarray(rtol) > 1e-15) & (np.asarray(rtol) < 0.1))  # a NaN is not
     return [] if admissible else [Fault("rtol", f"{rtol} is out of range", "must be > 1e-15 and < 0.1")]
 
 
-# --- numbers as people write them -------------------------------------------------------------------------------------
+# --- numbers with units as text -------------------------------------------------------------------------------------
 
-#: what stands for a value that could not be read
+#: placeholder for a value that could not be read
 BAD = object()
 _NUMBER = re.compile(r"\s*(?P<number>[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,4})?)\s*(?P<unit>[^\d\s.].*|1/.*|)")
 _LIST = re.compile(r"\s*(?P<list>\[[^\[\]]*\])\s*(?P<unit>.*)")
 
 
 class NumberReader:
-    """Reads numbers and keeps every fault: path, value, unit, why, and what is in range."""
+    """Read numbers and collect every error: path, value, unit, reason, and allowed range."""
 
     def __init__(self) -> None:
         self.faults: list[Fault] = []
@@ -473,7 +511,7 @@ class NumberReader:
                 return self.fault(path, f"{shown(value)} is not a list of numbers", 'as in "[0.2, 0.3] rad"')
             value = [f"{x!r} {match['unit']}" if isinstance(x, int | float) else x for x in listed]
         if isinstance(value, list) and not about.many:
-            return self.fault(path, "is a list", f"one number is wanted: {about.meaning}{example(unit)}")
+            return self.fault(path, "is a list", f"give one number: {about.meaning}{example(unit)}")
         if isinstance(value, list):
             entries = [self._scalar(one, about, f"{path}[{i}]", unit) for i, one in enumerate(value)]
             return BAD if any(one is BAD for one in entries) else np.asarray(entries, np.float64)
@@ -510,12 +548,12 @@ class NumberReader:
 
 
 def shown(value: object) -> str:
-    """A value of a file, short enough for a message."""
+    """A value of a file, shortened for a message."""
     text = repr(value) if not isinstance(value, dict) else "a table"
     return text if len(text) <= 60 else text[:57] + "…"
 
 
 def example(si: str) -> str:
-    """How a number in the unit `si` may be written."""
+    """Hint: accepted forms of a number in the unit `si`."""
     examples = {"N": "120 kN", "rad": "270 deg", "K": "450 degC", "m": "590 mm", "rad/s": "24 rad/s", "s": "0.35 s"}
     return f', in SI units or with its unit, as in "{examples.get(si, f"1.5 {si}")}"' if si not in ("1", "SI") else ""

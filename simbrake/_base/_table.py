@@ -1,7 +1,7 @@
-"""Units, numbers for reading in the unit that keeps them short, and one table for everything with rows.
+"""Units, number formatting with readable units, and the table type of all results with rows.
 
-A table is text, dictionaries for JSON, a data frame, and HTML in a notebook. What a study, an estimate or a comparison
-gives back is a `Tabular`: lines of text and tables, in the order in which they are read.
+A table is text, dictionaries for JSON, a data frame, and HTML in a notebook. A study, an estimate or a
+comparison returns a `Tabular`: lines of text and tables, in the order in which they are read.
 """
 
 import abc
@@ -44,13 +44,13 @@ _FACTORS: dict[str, dict[str, float | str | Fraction]] = {
     "W": {"kW": 1e3, "MW": 1e6},
     "1": {"": 1, "1": 1, "-": 1, "%": "1e-2"},
 }
-#: SI unit → spellings of units of the same kind. These need no library, and are what engineers mean where a library
-#: of all units reads something else (C, 1/min); fractions, so that 95 % is 0.95 and not one rounding beside it
+#: SI unit → spellings of units of the same kind. These need no library, and have the engineering meaning where a
+#: general units library differs (C, 1/min); fractions, so that 95 % is exactly 0.95
 _TABLE = {si: {name: Unit(Fraction(x)) for name, x in known.items()} for si, known in _FACTORS.items()}
 _TABLE["K"] = {name: Unit(1, Fraction("273.15")) for name in ("degC", "°C", "C")}
-#: names, products, quotients and one-digit powers: what a parser of all units cannot spend an hour on
+#: names, products, quotients and one-digit powers: input that a general units parser reads in bounded time
 _SPELLING = re.compile(r"(?:[A-Za-z°_]|%|1|[*/]|\((?:[A-Za-z°_*/]|\^-?[1-9](?!\d))+\)|\^-?[1-9](?!\d))+")
-#: a plane angle is not a number here: 20 is not 20 rad, and 3 Hz are neither 3 rad/s nor 3 rev/s without asking
+#: a plane angle has a unit: 20 is not 20 rad, and 3 Hz is ambiguous (3 rad/s or 3 rev/s)
 _ANGLES = {"radian", "degree", "revolution", "turn", "revolutions_per_minute", "arcminute", "arcsecond", "gradian"}
 
 
@@ -61,9 +61,9 @@ def _plain(text: str) -> str:
 
 
 def unit(text: str, si: str) -> Unit:
-    """The unit written as `text` for a quantity of the SI unit `si`; empty text is SI itself.
+    """The unit written as `text` for a quantity of the SI unit `si`; empty text means SI.
 
-    Raises `ValueError` with the spellings that there are, or with what kind of quantity the unit is.
+    Raises `ValueError` with the known spellings, or with the kind of quantity that the unit has.
     """
     name, si = _plain(text), si or "1"
     known = _TABLE.get(si, {})
@@ -78,27 +78,27 @@ def unit(text: str, si: str) -> Unit:
 
 @functools.cache
 def _library() -> Any:
-    import pint  # a second, which only unusual units pay
+    import pint  # takes a second, only for unusual units
 
     return pint.UnitRegistry(non_int_type=Fraction, cache_folder=None)  # pyright: ignore
 
 
 @functools.lru_cache(maxsize=1024)
 def _of_library(name: str, si: str) -> Unit:
-    """A unit that the table has not, by the library of all units; `ValueError` says what is wrong beyond the names."""
+    """A unit that the table lacks, by the general units library; the `ValueError` adds the reason."""
     if len(name) > 40 or not _SPELLING.fullmatch(name):
         raise ValueError("")
     registry = _library()
     try:
         found, wanted = registry.parse_units(name), registry.parse_units("" if si == "1" else si)
         if bool(_ANGLES & set(found._units)) != bool(_ANGLES & set(wanted._units)):
-            raise ValueError("; an angle counts as a unit of its own")
+            raise ValueError("; angles have their own unit")
         if not found.is_compatible_with(wanted):
             raise ValueError(f"; {name} is of another kind")
         zero, one = registry.Quantity(Fraction(0), found).to(wanted), registry.Quantity(Fraction(1), found).to(wanted)
         offset = Fraction(zero.magnitude)
         return Unit(Fraction(one.magnitude) - offset, offset)
-    except Exception as error:  # whatever a parser of free text raises: it is not a unit
+    except Exception as error:  # any exception of the parser: the text is not a unit
         raise ValueError(str(error) if str(error).startswith(";") else "") from None
 
 
@@ -118,7 +118,7 @@ def to_si(number: float, of: Unit) -> float:
         return math.copysign(math.inf, number)
 
 
-# --- numbers for reading ----------------------------------------------------------------------------------------------
+# --- number formatting ------------------------------------------------------------------------------------------------
 
 #: SI unit → from which magnitude on, factor and name of a unit for reading; the last one holds for all that is smaller
 _SCALES: dict[str, tuple[tuple[float, float, str], ...]] = {
@@ -139,7 +139,7 @@ _UPPER = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 
 
 class Number(NamedTuple):
-    """A number as a reader meets it: `text` and `unit`, and exactly, as JSON has it, `si` in the unit `si_unit`."""
+    """A formatted number: `text` and `unit`, and the exact value `si` in the unit `si_unit`, as in JSON."""
 
     text: str
     unit: str = ""
@@ -192,7 +192,7 @@ def number(
     """One number (SI) for reading; `None` and what is not finite become a dash.
 
     - `absolute`: as for `scale`; by default every K is a temperature
-    - `beside`: the magnitude whose unit is taken, that of the largest of numbers to be compared
+    - `beside`: magnitude that sets the unit, such as the largest of several numbers to be compared
     """
     if value is None or not np.isfinite(value):
         return Number("—")
@@ -202,7 +202,7 @@ def number(
 
 
 def numbers(values: Any, unit: str = "", *, absolute: bool | None = None, count: int = 6, most: int = 6) -> Number:
-    """A number or an array of them: all alike as one, a few listed, many as their range."""
+    """Format a number or an array: equal values as one, a few as a list, many as their range."""
     array = np.asarray(values, float)
     if array.ndim == 0:
         return number(array, unit, absolute=absolute, count=count)
@@ -224,7 +224,7 @@ def numbers(values: Any, unit: str = "", *, absolute: bool | None = None, count:
 
 # --- tables -----------------------------------------------------------------------------------------------------------
 
-#: how a number stands in a table unless its column says otherwise
+#: default number format of a table
 _SHOWN = ".6g"
 
 
@@ -254,7 +254,7 @@ class Column(NamedTuple):
         return f"{heading}, {unit}" if unit and heading else heading or unit
 
     def text(self, value: object) -> str:
-        """A value as it stands in the table."""
+        """A value as shown in the table."""
         if value is None:
             return ""
         if not isinstance(self.show, str):
@@ -269,12 +269,12 @@ class Column(NamedTuple):
 class Table(Sequence[dict[str, Any]]):
     """Rows and columns with units and meanings.
 
-    - `columns`: `Column`s, or names;  `rows`: of each a sequence in their order or a mapping by their names (what a
-      mapping does not have is absent);  `title`: above the text
+    - `columns`: `Column`s, or names;  `rows`: of each a sequence in their order or a mapping by their names (missing
+      absent values);  `title`: above the text
     - `table[0]` is a row as a dictionary, `table["path"]` a column as a list, `len(table)` the number of rows
     - `str(table)` is the text, `as_list()` rows for JSON, `frame()` a data frame
 
-    Raises `ValueError` for rows that do not fit the columns, `KeyError` with the names there are.
+    Raises `ValueError` for rows that do not fit the columns, `KeyError` with the known names.
 
     Example:
         >>> print(Table(["part", Column("mass", "kg", show=".1f")], [("rim", 412.0), ("lining", 3.25)]))
@@ -356,7 +356,7 @@ class Table(Sequence[dict[str, Any]]):
 
 
 class Tabular(abc.ABC):
-    """What is read as lines of text and tables: `str` gives all of it, a notebook shows it with tables of HTML."""
+    """A result shown as lines of text and tables: `str` returns all of it, a notebook shows HTML tables."""
 
     @abc.abstractmethod
     def parts(self) -> Iterable[str | Table]:
@@ -372,12 +372,12 @@ class Tabular(abc.ABC):
         )
 
     def as_dict(self) -> dict[str, Any]:
-        """Everything as numbers, lists and words; numbers that are not finite are `None`."""
+        """Return the data as numbers, lists and text; numbers that are not finite are `None`."""
         return plain(self)
 
 
 def plain(value: Any) -> Any:
-    """A value as JSON has it: arrays and tuples as lists, records as dictionaries, `None` for what is not finite."""
+    """Convert a value for JSON: arrays and tuples as lists, records as dictionaries, `None` for what is not finite."""
     if isinstance(value, Table):
         return value.as_list()
     if isinstance(value, enum.Enum):

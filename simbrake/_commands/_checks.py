@@ -21,7 +21,7 @@ def versions() -> dict[str, str]:
 
 
 def doctor(*, time_: cli.Flag = False, json_: cli.Flag = False) -> int:
-    """Report what this installation has: versions, devices, 64 bits, kept programs, accelerators and their worth.
+    """Report the installation: versions, devices, 64 bits, cache of compiled programs, accelerators and their gain.
 
     The exit code is 1 if simbrake cannot compute here.
 
@@ -37,7 +37,8 @@ def doctor(*, time_: cli.Flag = False, json_: cli.Flag = False) -> int:
         try:
             cli.prepare_jax()
             found = _examined()
-        except (ImportError, RuntimeError, AssertionError) as error:  # JAX finds no device of JAX_PLATFORMS, say
+        # for example, JAX finds no device of JAX_PLATFORMS
+        except (ImportError, RuntimeError, AssertionError) as error:
             why = f"{type(error).__name__}: {error}".strip().splitlines()[0]
             platforms = os.environ.get("JAX_PLATFORMS")
             note = why + (f" (JAX_PLATFORMS is {platforms}: try without it)" if platforms else "")
@@ -46,9 +47,9 @@ def doctor(*, time_: cli.Flag = False, json_: cli.Flag = False) -> int:
     notes = [str(one.message) for one in caught if issubclass(one.category, UserWarning)]
     missing = [row["name"] for row in found["accelerators"] if not row["in_force"]]
     if missing:
-        notes.append(f"XLA refuses {', '.join(missing)}: answers are the same, only slower (see accelerators)")
+        notes.append(f"XLA refuses {', '.join(missing)}: results are the same, but slower (see accelerators)")
     if not found["cache"]["folder"]:
-        notes.append("compiled programs are not kept: every command compiles anew; set JAX_COMPILATION_CACHE_DIR")
+        notes.append("compiled programs are not cached: every command compiles again; set SIMBRAKE_CACHE_DIR")
     report = {"ok": found["x64"], "notes": notes} | found
     if time_ and report["ok"]:
         report["timing"] = _timing()
@@ -57,7 +58,7 @@ def doctor(*, time_: cli.Flag = False, json_: cli.Flag = False) -> int:
 
 
 def _examined() -> dict[str, Any]:
-    """Everything but the time of a run."""
+    """The report without the timing of a run."""
     import jax
     import jax.numpy as jnp
 
@@ -67,17 +68,71 @@ def _examined() -> dict[str, Any]:
     refused = accelerators(here.platform).refused
     rows = [{"name": name, "in_force": name not in refused, "worth": worth} for name, worth in WORTH.items()]
     oldest, untested = (".".join(map(str, numbers)) for numbers in (OLDEST_JAX, FIRST_UNTESTED_JAX))
-    folder = jax.config.jax_compilation_cache_dir or ""  # pyright: ignore
-    sizes = [file.stat().st_size for file in Path(folder).rglob("*") if file.is_file()] if folder else []
+    kept = _cache_about()
     devices = [str(device) for device in jax.devices()]
     return {
         "versions": versions(),
         "tested_jax": f"{oldest} to below {untested}",
         "x64": jnp.ones(()).dtype == jnp.float64,
         "devices": {"all": devices, "single_runs": str(here), "ensembles": devices},
-        "cache": {"folder": folder, "programs": len(sizes), "bytes": sum(sizes)},
+        "cache": {name: kept[name] for name in ("folder", "programs", "bytes")},
         "xla_flags": os.environ.get("XLA_FLAGS", ""),
         "accelerators": rows if here.platform == "cpu" else [],
+    }
+
+
+def cache(*, clear: cli.Flag = False, json_: cli.Flag = False) -> int:
+    """Show the cache of compiled programs on disk, used by later runs of scenes of the same structure.
+
+    Their folder is that of the environment variable SIMBRAKE_CACHE_DIR (empty: no cache), else simbrake/programs
+    in the user's cache folder. They take at most SIMBRAKE_CACHE_SIZE MB (512); those unused for longest are removed.
+
+    Parameters
+    ----------
+    clear
+        Remove all of them.
+    json_
+        Print {folder, programs, bytes, limit_bytes, removed, kinds}, alone on stdout.
+    """
+    from .._base import _cache
+    from .._base._table import Column, Table
+
+    folder = _cache.folder()
+    gone = folder.entries() if folder is not None and clear else []
+    for entry in gone:
+        folder.remove(entry.name)  # pyright: ignore
+    about: dict[str, Any] = _cache_about() | {"removed": len(gone)}
+    if not about["folder"]:
+        text = "compiled programs are not cached"
+    elif clear:
+        text = f"{len(gone)} files removed from {about['folder']}"
+    else:
+        limit = about["limit_bytes"] / 1e6
+        verdict = f"{about['programs']} files, {about['bytes'] / 1e6:.1f} of at most {limit:g} MB, in {about['folder']}"
+        rows = [(kind, row["files"], row["bytes"] / 1e6) for kind, row in sorted(about["kinds"].items())]
+        table = Table(["program or answer", Column("files"), Column("MB", show=".2f")], rows)
+        text = f"{verdict}\n\n{table}" if rows else verdict
+    cli.tell(text, lambda: about, json_)
+    return 0
+
+
+def _cache_about() -> dict[str, Any]:
+    """Folder of the cached programs (empty: no cache), their number and sizes, in total and by kind."""
+    from .._base import _cache
+
+    folder = _cache.folder()
+    entries = [] if folder is None else folder.entries()
+    kinds: dict[str, dict[str, int]] = {}
+    for entry in entries:
+        kind = kinds.setdefault(entry.name.rpartition("-")[0].strip("_"), {"files": 0, "bytes": 0})
+        kind["files"] += 1
+        kind["bytes"] += entry.size
+    return {
+        "folder": "" if folder is None else str(folder.path),
+        "programs": len(entries),
+        "bytes": sum(entry.size for entry in entries),
+        "limit_bytes": round(_cache.limit() * 1e6),
+        "kinds": kinds,
     }
 
 
@@ -99,7 +154,7 @@ def _timing() -> dict[str, float]:
 
 
 def _text(report: dict[str, Any]) -> str:
-    """The report for reading, verdict first."""
+    """The report as text, verdict first."""
     devices, cache = report["devices"], report["cache"]
     size = f"{cache['programs']} files, {cache['bytes'] / 1e6:.1f} MB"
     lines = [
@@ -108,7 +163,7 @@ def _text(report: dict[str, Any]) -> str:
         ("precision", f"{'64' if report['x64'] else '32'} bits"),
         ("devices", ", ".join(devices["all"])),
         ("", f"single runs on {devices['single_runs']}, ensembles on {', '.join(devices['ensembles'])}"),
-        ("programs", f"{cache['folder']} ({size})" if cache["folder"] else "not kept"),
+        ("programs", f"{cache['folder']} ({size})" if cache["folder"] else "not cached"),
         ("XLA_FLAGS", f"{report['xla_flags'] or 'not set'} (simbrake never sets it)"),
     ]
     for i, row in enumerate(report["accelerators"]):
@@ -198,4 +253,4 @@ def reproduce(*, out: cli.Out = None, json_: cli.Flag = False) -> int:
     return cli.exit_code(not any(cell.verdict == "disagrees" for cell in rows))
 
 
-COMMANDS = (doctor, validate, reproduce)
+COMMANDS = (doctor, cache, validate, reproduce)

@@ -1,21 +1,163 @@
-"""The command line.
+"""The command line, its output on any terminal, and its completion.
 
 Exit codes: 0 the run reached its end, 1 it failed, 2 the input is wrong, 3 a limit is exceeded (`--fail-on-limit`).
 """
 
+import codecs
+import itertools
+import os
+import re
+import shlex
 import sys
+import unicodedata
+from collections.abc import Callable
+from io import TextIOWrapper
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal, get_args
 
 import cyclopts
 from cyclopts import Parameter
 
 import simbrake as sb
 
-from .._base._faults import InputError
+from .._base._faults import Fault, InputError, whole_file
 from . import _checks, _runs, _studies
 from . import _options as cli
-from ._console import Shell, print_readably, write_completion
+
+# --- ω as omega, ≤ as <=, without encoding errors
+# ----------------------------------------------------------------------
+
+_NAME = "simbrake-readable"
+
+#: symbols in letters and signs of ASCII; none of these is a quote or a backslash, which have a meaning in JSON and TOML
+_SYMBOLS = {
+    **dict(zip("µ·⋅×•–—−≈∝∂∘ℓ“”’\N{NO-BREAK SPACE}", "u**x*---~~dol''' ", strict=True)),
+    **{dotted: f"{plain}'" for dotted, plain in zip("ċėġḣṪẋẏ", "ceghTxy", strict=True)},
+    "°": "deg",
+    "§": "section ",
+    "…": "...",
+    "→": "->",
+    "½": "1/2",
+    "⅔": "2/3",
+    "±": "+/-",
+    "∓": "-/+",
+    "≤": "<=",
+    "≥": ">=",
+    "≠": "!=",
+    "≫": ">>",
+    "∞": "inf",
+    "∇": "grad ",
+    "∫": "int",
+    "∏": "prod",
+    "√": "sqrt",
+    "✓": "ok",
+    "ẍ": "x''",
+    "\N{COMBINING DOT ABOVE}": "'",
+    "\N{COMBINING MACRON}": "",
+    "\N{COMBINING CIRCUMFLEX ACCENT}": "",
+}
+
+
+def _kind(character: str) -> str:
+    """`^` before characters written high, `_` before those written low, else nothing."""
+    form = unicodedata.decomposition(character)
+    return "^" if form.startswith("<super>") else "_" if form.startswith("<sub>") else ""
+
+
+def _spelled(character: str) -> str:
+    """One character in ASCII: a symbol in words, anything else as the escape that JSON and TOML have for it."""
+    if character.isascii():
+        return character
+    if character in _SYMBOLS:
+        return _SYMBOLS[character]
+    name = unicodedata.name(character, "")
+    if name.startswith("GREEK ") and "LETTER" in name:
+        letter = name.split()[-1].lower().replace("lamda", "lambda")
+        return letter.capitalize() if "CAPITAL" in name else letter
+    if name.startswith("BOX DRAWINGS"):
+        return "-" if name.endswith("HORIZONTAL") else "|" if name.endswith("VERTICAL") else "+"
+    return f"\\u{ord(character):04x}" if ord(character) < 0x10000 else f"\\U{ord(character):08x}"
+
+
+def readable(text: str) -> str:
+    """Convert text to readable ASCII: `10⁻⁶ m²` as `10^-6 m^2`, `ω̇ ≤ T₀` as `omega' <= T_0`."""
+    parts = []
+    for kind, group in itertools.groupby(text, _kind):
+        run = "".join(group)
+        plain = unicodedata.normalize("NFKD", run) if kind else run
+        parts.append(kind + "".join(_spelled(character) for character in plain))
+    return "".join(parts)
+
+
+def _replaced(error: UnicodeError) -> tuple[str | bytes, int]:
+    """Handler for characters that an output cannot encode; undecodable bytes of file names are kept."""
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    text = error.object[error.start : error.end]
+    bare = len(list(itertools.takewhile(lambda character: "\udc80" <= character <= "\udcff", text)))
+    if bare:
+        return bytes(ord(character) - 0xDC00 for character in text[:bare]), error.start + bare
+    whole = "".join(itertools.takewhile(lambda character: not "\udc80" <= character <= "\udcff", text))
+    return readable(whole), error.start + len(whole)
+
+
+def print_readably() -> None:
+    """Let stdout and stderr replace characters that they cannot encode, unless an error handler was chosen."""
+    codecs.register_error(_NAME, _replaced)
+    for stream, usual in ((sys.stdout, ("strict", "surrogateescape")), (sys.stderr, ("backslashreplace",))):
+        if isinstance(stream, TextIOWrapper) and stream.errors in usual:
+            stream.reconfigure(errors=_NAME)
+
+
+# --- the completion script of a shell in one file, and the line that loads it -----------------------------------------
+
+Shell = Literal["zsh", "bash", "fish", "powershell"]
+
+
+def write_completion(generate: Callable[..., str], shell: Shell | None, output: Path | None) -> str:
+    """Write the completion script of `generate(shell=…)` to `output`, whole or not at all.
+
+    Returns the file written, and how to make the shell load it. Raises `InputError` where the shell is not known or
+    the file cannot be written.
+    """
+    name = shell or Path(os.environ.get("SHELL", "")).name
+    if name not in get_args(Shell):
+        what = f"unknown shell (SHELL is {name!r})" if name else "SHELL is not set"
+        raise InputError([Fault("--shell", what, "give --shell bash, zsh, fish or powershell")])
+    script, home = generate(shell=name), Path.home()
+    data = Path(os.environ.get("XDG_DATA_HOME") or home / ".local" / "share")
+    config = Path(os.environ.get("XDG_CONFIG_HOME") or home / ".config")
+    # zsh needs the name of the completing function
+    found = re.search(r"^(\w+)\(\)", script, re.MULTILINE)
+    function = found[1] if found else "_simbrake"
+    # user folder for completions, start file, line in it that loads a file
+    usual, start, line = {
+        "bash": (data / "bash-completion" / "completions" / "simbrake", "~/.bashrc", ". {}"),
+        "zsh": (
+            home / ".zsh" / "completions" / function,
+            "~/.zshrc, after compinit",
+            f". {{}} && compdef {function} simbrake",
+        ),
+        "fish": (config / "fish" / "completions" / "simbrake.fish", "~/.config/fish/config.fish", "source {}"),
+        "powershell": (None, "your profile ($PROFILE)", ". {}"),
+    }[name]
+    place = output or usual
+    if place is None:
+        raise InputError([Fault("--output", f"is missing: {name} has no standard place for it", "give a file")])
+    place = place.absolute()
+    with whole_file(place) as scratch:
+        # Windows PowerShell reads a script without a byte-order mark in the legacy encoding
+        scratch.write_text("\ufeff" * (name == "powershell") + script, "utf-8")
+    if output is None and name == "fish":
+        return f"written  {place}\nno start file was changed: fish loads it from there"
+    if output is None and name == "bash":
+        start += ", where bash-completion 2.8 or later does not load it from there"
+    path = f"'{str(place).replace(chr(39), 2 * chr(39))}'" if name == "powershell" else shlex.quote(str(place))
+    how = f"no start file was changed; a line that loads it, to be added to {start}:"
+    return f"written  {place}\n{how}\n    {line.format(path)}"
+
+
+# --- the commands -----------------------------------------------------------------------------------------------------
 
 
 def _version() -> str:
@@ -34,7 +176,7 @@ app = cyclopts.App(
     * Your own scene: copy that file and edit it; the file format: `simbrake scene schema`
     * One parameter changed: `simbrake run mine.toml --set "duty.load.mass=80 t"`
     * What every parameter does to the stopping time: `simbrake sensitivity mine.toml`
-    * A page to pass on: `simbrake report mine.toml`
+    * A report to share: `simbrake report mine.toml`
     """,
     help_format="markdown",
     help_epilogue="Exit codes: 0 the run reached its end; 1 it failed, with a named code; 2 the input is wrong; "
@@ -52,15 +194,15 @@ def install_completion(
     Parameters
     ----------
     shell
-        Shell that is to complete; default that of the environment variable SHELL.
+        Shell to write for; default that of the environment variable SHELL.
     output
-        File to write; default where bash, zsh or fish looks for it.
+        File to write; default the standard place of bash, zsh or fish.
     """
     print(write_completion(app.generate_completion, shell, output))
     return 0
 
 
-scene = cyclopts.App(name="scene", help="Look at a scene, check it, or see the format of scene files.")
+scene = cyclopts.App(name="scene", help="Look at a scene, check it, or print the format of scene files.")
 
 
 @scene.command
@@ -88,7 +230,7 @@ def show(scenario: cli.Scenario, /, *, set_: cli.Set = None, toml: cli.Flag = Fa
 
 @scene.command
 def check(scenario: cli.Scenario, /, *, set_: cli.Set = None, json_: cli.Flag = False) -> int:
-    """Check a scene without running it: every error in one report (exit code 2), or none, and what is unusual.
+    """Check a scene without running it: every error in one report (exit code 2), and warnings of unusual values.
 
     Parameters
     ----------
@@ -121,7 +263,7 @@ def schema(name: str | None = None, /, *, json_: cli.Flag = False) -> int:
     Parameters
     ----------
     name
-        A type, as HookLoad or layered_heat, or a key, as friction. Without it: everything, from the scene down.
+        A type, as HookLoad or layered_heat, or a key, as friction. Without it: the whole format.
     json_
         Print the JSON Schema of scene files (draft 2020-12), alone on stdout: editors complete and check with it.
     """
@@ -151,7 +293,7 @@ def main(arguments: list[str] | None = None) -> None:
             raise
         _end(error, 1)
     except KeyboardInterrupt:
-        _end("interrupted; what --resume DIR keeps is kept, the same command goes on", 130)
+        _end("interrupted; finished runs in --resume DIR are kept; the same command continues", 130)
     except BrokenPipeError:
         cli.redirect_output()
         sys.exit(1)

@@ -1,4 +1,4 @@
-"""What the commands share: options, the scene they work on, how they print and write, and their exit codes."""
+"""Shared parts of the commands: options, loading the scene, printing and writing, exit codes."""
 
 import gc
 import json
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, TypeVar
 
 from cyclopts import Parameter
 
-from .._base._faults import Fault, InputError, whole_folder
+from .._base._faults import Fault, InputError, existing_file, whole_folder
 from .._base._faults import whole_file as whole_file
 
 if TYPE_CHECKING:
@@ -18,11 +18,11 @@ if TYPE_CHECKING:
     from .._run._measure import LimitCheck
     from .._run._result import Result as Result
 else:
-    Scene = Result = LimitCheck = object  # the modules that define them load JAX, for which `--help` does not wait
+    Scene = Result = LimitCheck = object  # their modules load JAX, which `--help` must not
 
 T = TypeVar("T")
 
-# --- options that several commands have, and what their help says; a command's docstring says the rest ----------------
+# --- options of several commands, with their help texts; other help is in the commands' docstrings -------------------
 
 Many = Annotated[list[str] | None, Parameter(negative="", consume_multiple=False)]
 Flag = Annotated[bool, Parameter(negative="")]
@@ -46,39 +46,21 @@ FailOnLimit = Annotated[Flag, Parameter(help=_FAIL)]
 # --- before a command works -------------------------------------------------------------------------------------------
 
 
-def _cache() -> str:
-    """Where compiled programs are kept; nowhere (empty) if there is no place that can be written."""
-    cache = os.environ.get("JAX_COMPILATION_CACHE_DIR")
-    if cache is None:
-        base = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
-        cache = os.path.join(base, "simbrake", "compiled")
-        if not os.path.isabs(cache):  # who has no home gets "~" for it
-            return ""
-    try:
-        if cache:
-            os.makedirs(cache, exist_ok=True)
-    except OSError:
-        return ""
-    return cache if os.access(cache, os.W_OK) else ""
-
-
 def prepare_jax() -> None:
-    """64 bits, and compiled programs kept between runs (`JAX_COMPILATION_CACHE_DIR` moves them, empty: none)."""
-    cache = _cache()
-    os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")  # hits of the cache are not logged
+    """Set 64 bits, and run the garbage collector less often."""
+    os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")  # messages of XLA on programs read from disk are not logged
+    gc.disable()  # imports leave no garbage
     import jax
 
     jax.config.update("jax_enable_x64", True)
-    if cache:
-        jax.config.update("jax_compilation_cache_dir", cache)
-        jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.1)
-    # tracing makes millions of small objects and hardly any rubbish in cycles: the collector need not look so often
+    # tracing makes millions of small objects and few reference cycles: run the collector less often
     gc.freeze()
     gc.set_threshold(100_000, 50, 100)
+    gc.enable()
 
 
 def attempt(faults: list[Fault], make: Callable[..., T], *arguments: object, **named: object) -> T | None:
-    """What `make` returns, or `None` and its errors added to `faults`, so that all of them come in one report."""
+    """Return the result of `make`, or `None` with its errors added to `faults`, for one report of all errors."""
     try:
         return make(*arguments, **named)
     except InputError as error:
@@ -99,14 +81,10 @@ def opened(
     """The scene of a command with its parameters overridden, after JAX is prepared.
 
     - `folder`: of `--out`;  `counts`: options that are at least 1
-    - `faults`: errors of other options;  `also`: errors of what is asked of the scene
+    - `faults`: errors of other options;  `also`: errors of the request to the scene
 
     Raises one `InputError` with the errors of options, scene and parameters.
     """
-    prepare_jax()
-    from .._run._edit import parse_assignments, with_values
-    from ..files._scene_file import open_scene
-
     found = [*faults]
     if not 1e-15 < rtol < 0.1:
         found.append(Fault("--rtol", f"{rtol} is out of range", "0 < rtol < 0.1"))
@@ -115,6 +93,12 @@ def opened(
             found.append(Fault(f"--{name.replace('_', '-')}", f"{count} is out of range", "at least 1"))
     if folder is not None and folder.exists() and not folder.is_dir():
         found.append(Fault("--out", f"{folder} is a file", "give a folder"))
+    if attempt(missing := [], existing_file, scenario, "*.toml", "*.py") is None and not set_:
+        raise InputError([*found, *missing])  # known before JAX is loaded
+    prepare_jax()
+    from .._run._edit import parse_assignments, with_values
+    from ..files._scene_file import open_scene
+
     scene, values = attempt(found, open_scene, scenario), attempt(found, parse_assignments, set_ or [])
     if scene is not None and values:
         scene = attempt(found, with_values, scene, values)
@@ -126,7 +110,7 @@ def opened(
 
 
 def faults_of_file(out: Path | None, *endings: str) -> list[Fault]:
-    """What is wrong with the name of a file to be written; `endings`: those that there are, any if none are given."""
+    """Error of the name of a file to be written; `endings`: allowed endings, any if none are given."""
     if out is None:
         return []
     if out.is_dir():
@@ -140,7 +124,7 @@ def faults_of_file(out: Path | None, *endings: str) -> list[Fault]:
 def assignments(
     option: str, form: str, texts: list[str] | None, read: Callable[[str], T], faults: list[Fault]
 ) -> dict[str, T]:
-    """Values by name from texts of the `form` NAME=VALUE; what `read` raises `ValueError` for goes to `faults`."""
+    """Values by name from texts of the `form` NAME=VALUE; texts for which `read` raises `ValueError` go to `faults`."""
     found: dict[str, T] = {}
     for text in texts or []:
         name, _, value = (part.strip() for part in text.partition("="))
@@ -161,7 +145,7 @@ def bounds(text: str) -> tuple[float, float]:
 
 
 def limits_of(scene: Scene, texts: list[str] | None, fail: bool, metrics: Sequence[str] = ()) -> dict[str, float]:
-    """Limits of `--limit` in SI; `--fail-on-limit` (`fail`) needs something that can be exceeded.
+    """Limits of `--limit` in SI; `--fail-on-limit` (`fail`) needs at least one limit.
 
     Raises one `InputError` with the errors of both, and of the names of other `metrics`.
     """
@@ -170,7 +154,7 @@ def limits_of(scene: Scene, texts: list[str] | None, fail: bool, metrics: Sequen
     limits, faults = parse_limits(scene, texts or [])
     if fail and not texts and not has_limit(scene, {}):
         hint = "give --limit, or the scene a permissible temperature (heat.permissible)"
-        faults.append(Fault("--fail-on-limit", "there is no limit that could be exceeded", hint))
+        faults.append(Fault("--fail-on-limit", "no limit is given", hint))
     attempt(faults, check_metrics, scene, metrics)
     if faults:
         raise InputError(faults)
@@ -181,12 +165,12 @@ def limits_of(scene: Scene, texts: list[str] | None, fail: bool, metrics: Sequen
 
 
 def redirect_output() -> None:
-    """Discards what is printed from now on: its reader has gone."""
+    """Discard further output: its reader has closed the pipe."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def say(text: object) -> None:
-    """Prints at once. A reader that has gone, as `head -1` does, does not end the work that is still to be done."""
+    """Print and flush. A closed pipe, as after `head -1`, does not end the remaining work."""
     try:
         print(text, flush=True)
     except BrokenPipeError:
@@ -198,7 +182,7 @@ def as_json(data: object) -> str:
 
 
 def tell(found: object, data: Callable[[], object], json_: bool) -> None:
-    """Prints what was found as text, or its `data` as JSON."""
+    """Print a result as text, or its `data` as JSON."""
     say(as_json(data()) if json_ else found)
 
 
@@ -208,7 +192,7 @@ def print_written(written: Iterable[Path], json_: bool) -> None:
 
 
 def write(folder: Path, files: Mapping[str, str | Callable[[Path], object]], json_: bool) -> None:
-    """Writes files by their names, all or none, and prints which: a text, or what a function writes to a path."""
+    """Write files by name, all or none, and print their names; each is a text or a function that writes to a path."""
     with whole_folder(folder) as (scratch, written):
         for name, content in files.items():
             if isinstance(content, str):
@@ -219,7 +203,7 @@ def write(folder: Path, files: Mapping[str, str | Callable[[Path], object]], jso
 
 
 def exit_code(ok: bool, exceeded: bool = False) -> int:
-    """0 the command reached its end, 1 it failed, 3 a limit is exceeded and it was asked to say so."""
+    """Exit code: 0 success, 1 failure, 3 a limit is exceeded (with `--fail-on-limit`)."""
     return 1 if not ok else 3 if exceeded else 0
 
 

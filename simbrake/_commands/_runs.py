@@ -62,7 +62,7 @@ def report(
     rtol: cli.Rtol = 1e-10,
     json_: cli.Flag = False,
 ) -> int:
-    """Run a scene and write its report: one HTML page that needs nothing else.
+    """Run a scene and write its report: one self-contained HTML page.
 
     Parameters
     ----------
@@ -121,7 +121,7 @@ def animate(
     Parameters
     ----------
     out
-        The animation: .gif, or .html for a page with a slider that needs nothing else.
+        The animation: .gif, or .html for a self-contained page with a slider.
     duration
         Length of the animation (s).
     fps
@@ -142,7 +142,7 @@ def animate(
 
 
 def compare(a: Path, b: Path, /, *, rtol: float = 1e-9, json_: cli.Json = False) -> int:
-    """Compare two results: what of the scenes differs, and what moved. Exit code 0: equal, 1: different.
+    """Compare two results: differences of the scenes and of the results. Exit code 0: equal, 1: different.
 
     Parameters
     ----------
@@ -228,7 +228,7 @@ def synthesize(
     also = lambda scene: faults_of_synthesis(scene, data, permissible)  # noqa: E731
     scene = cli.opened(scenario, set_, rtol, faults=faults, also=also)
     partition = sb.formulas.transmission_table() if transmission else None
-    with Waiting("run", "compiling what is new, then running…"):
+    with Waiting("run", "compiling and running…"):
         result = sb.simulate(scene, rtol=rtol, throw=False) if run else None
         found = sb.synthesize(result or scene, data, permissible=permissible, partition=partition)
     cli.tell(found, found.as_list, json_)

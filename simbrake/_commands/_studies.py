@@ -23,9 +23,7 @@ if TYPE_CHECKING:
     from .._base._table import Table
     from ..studies import Calibration
 else:
-    ndarray = DataFrame = Dataset = Table = Calibration = (
-        object  # they take long to load, for which `--help` does not wait
-    )
+    ndarray = DataFrame = Dataset = Table = Calibration = object  # slow to import, and not needed by `--help`
 
 
 def sensitivity(
@@ -99,9 +97,9 @@ def sweep(
     workers
         Threads (one per core by default).
     resume
-        Folder that keeps finished runs: the same command goes on where an earlier one ended.
+        Folder that stores finished runs: the same command continues an interrupted one.
     scheduler
-        Address of a Dask scheduler on whose workers the runs take place.
+        Address of a Dask scheduler whose workers simulate the runs.
     """
     faults: list[Fault] = []
     form = "PATH=LOW:HIGH:COUNT, PATH=a,b,c, or PATH=LOW:HIGH with --sample"
@@ -140,7 +138,7 @@ def _grid(text: str) -> ndarray:
 
 
 def _metrics_of(scene: cli.Scene, text: str | None) -> tuple[str, ...]:
-    """`--metrics`: names with commas between them, `all`, or what an ensemble measures by itself."""
+    """`--metrics`: names with commas between them, `all`, or the default metrics of an ensemble."""
     from .._run._metrics import metric_names
     from ..studies._ensemble import default_metrics
 
@@ -150,7 +148,7 @@ def _metrics_of(scene: cli.Scene, text: str | None) -> tuple[str, ...]:
 
 
 def _table_of(data: Dataset) -> Table:
-    """A row per run: varied parameters, metrics, and how it ended."""
+    """A row per run: varied parameters, metrics, and status."""
     from .._base._table import Column, Table
 
     rows = data.to_dataframe().reset_index()
@@ -160,12 +158,12 @@ def _table_of(data: Dataset) -> Table:
 
 
 def _counts(runs: Table) -> dict[str, int]:
-    """How many runs ended how."""
+    """Number of runs by status."""
     return dict(sorted(Counter(runs["status"]).items()))
 
 
 def _summary(runs: Table, paths: Iterable[str], metrics: Sequence[str], rtol: float) -> dict[str, object]:
-    """What `--json` prints: every run with its numbers, `null` for what did not happen, and the units."""
+    """Data of `--json`: every run with its numbers (`null`: did not happen), and the units."""
     energies = [name for name in dict.fromkeys([*metrics, "energy.closure"]) if name.startswith("energy.")]
     rows = [
         {
@@ -184,7 +182,7 @@ def _summary(runs: Table, paths: Iterable[str], metrics: Sequence[str], rtol: fl
 
 
 def _text(runs: Table, metrics: Sequence[str]) -> str:
-    """How the runs ended, and the range of every metric."""
+    """Statuses of the runs, and the range of every metric."""
     import numpy as np
 
     from .._base._table import Column, Table
@@ -217,7 +215,7 @@ def calibrate(
     out: cli.Out = None,
     json_: cli.Json = False,
 ) -> int:
-    """Fit parameters of a scenario to measured data and tell how well the data determine them.
+    """Fit parameters of a scenario to measured data and report how well the data determine them.
 
     Parameters
     ----------
@@ -292,16 +290,16 @@ def life(
     set_: cli.Set = None,
     rtol: cli.Rtol = 1e-10,
 ) -> int:
-    """Print how many stops the linings last: lining by lining, how unevenly, and what turning the band gains.
+    """Print how many stops the linings last: lining by lining, how unevenly, and the gain by turning the band.
 
     The scene has a wear part, and is one stop, which is repeated.
 
     Parameters
     ----------
     permissible
-        Thickness that may be worn off a lining, in m or with its unit, as "8 mm"; by default that of the scene.
+        Permissible wear depth of a lining, in m or with its unit, as "8 mm"; by default that of the scene.
     turn_at
-        Stops after which the band is turned end for end, or best for the moment that makes the life longest; may be
+        Stops after which the band is turned end for end, or best for the number that gives the longest life; may be
         repeated.
     out
         Folder for the figure and the numbers (JSON).
@@ -313,7 +311,7 @@ def life(
     except ValueError:
         faults.append(Fault("--turn-at", f"{turn_at} are not numbers of stops", "numbers, or best"))
     scene = cli.opened(scenario, set_, rtol, folder=out, faults=faults)
-    with Waiting("life", "compiling what is new, then running…"):
+    with Waiting("life", "compiling and running…"):
         found = sb.lining_life(scene, permissible, turn_at=turns, rtol=rtol)
     cli.tell(found, found.as_dict, json_)
     if out is not None:

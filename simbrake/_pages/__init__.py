@@ -1,1 +1,1 @@
-"""The report as one page, and what a run leaves in a folder."""
+"""HTML report and output folder of a run."""

@@ -1,4 +1,4 @@
-"""What is made of a run: one self-contained page of HTML, and files in a folder, written all or not at all."""
+"""Outputs of a run: one self-contained HTML page, and files in a folder, written all or not at all."""
 
 import csv
 import inspect
@@ -58,14 +58,14 @@ from ._rows import (
     words_of,
 )
 
-#: what the template shows, by the names that it uses
+#: contents of the page, by the names that the template uses
 Contents: TypeAlias = dict[str, object]
 
 
 class Picture(NamedTuple):
-    """A figure of a run: the function of `simbrake.plot` that draws it, its title, and which results have it.
+    """A figure of a run: function of `simbrake.plot`, title, and condition on the result.
 
-    `options`: what else the function is given, so that one function can draw several figures.
+    `options`: further arguments of the function, so that one function can draw several figures.
     """
 
     name: str
@@ -80,7 +80,7 @@ class Picture(NamedTuple):
 
     @property
     def caption(self) -> str:
-        """What the figure shows: what its function says of it, without its arguments and errors."""
+        """Caption: docstring of the function, without its arguments and errors."""
         words = inspect.getdoc(getattr(plot, self.name)) or ""
         return " ".join(re.split(r"\n\n(?:- |Raises )", words)[0].replace("`", "").split())
 
@@ -94,7 +94,7 @@ def _each_lining_has_heat(result: Result) -> bool:
     return heat.linings is not None and place_count(heat, heat.linings) > 1
 
 
-#: the duty has a section of its own
+#: the duty is in another section
 DUTY = Picture("duty", "What acts on the brake")
 #: the figures of a run in the order of the page; a new one is one line
 PICTURES = (
@@ -111,13 +111,13 @@ PICTURES = (
 
 
 def lasted(result: Result) -> bool:
-    """Whether a run lasted any time; one that fails at its start has nothing to draw."""
+    """Whether a run has a positive duration; one that fails at its start has nothing to draw."""
     times = np.asarray(result.record.rows.t)
     return bool(times[int(result.record.count)] > times[0])
 
 
 def pictures_of(result: Result, told: Waiting) -> Iterator[Picture]:
-    """All figures that a result has something for; says which one is asked for."""
+    """Yield all figures that apply to a result, and report the current one."""
     wanted = [picture for picture in PICTURES if lasted(result) and picture.wanted(result)]
     for i, picture in enumerate(wanted):
         told.now("figures", i, len(wanted))
@@ -152,7 +152,7 @@ def drawing(name: str, title: str, caption: str, figure: Figure) -> Drawing:
 _MOST = 20
 #: rows of events from which on the list is folded
 _FOLD = 30
-#: an elasticity below this is rounding
+#: an elasticity below this is rounding error
 _ROUNDING = 1e-13
 
 
@@ -169,20 +169,20 @@ def report(
     rtol: float = 1e-10,
     progress: bool | Waiting | None = False,
 ) -> str:
-    """A run as one HTML page that needs nothing else: no network, no other files, no scripts. Returns the page.
+    """Write a run as one self-contained HTML page: no network, no other files, no scripts. Returns the page.
 
     - `run`: a result, or a scene, which is run to its end or its failure with the tolerance `rtol`
-    - `path`: where to write the page too; an existing file is replaced, whole or not at all
+    - `path`: file to write the page to; an existing file is replaced, whole or not at all
     - `sensitivity`: metrics whose derivatives by every parameter of the scene are shown, with `span` as in
-      `simbrake.sensitivity`; one that has no value in this run is named as such
-    - `limits`: greatest permissible values of metrics (SI, or texts as "450 degC"), and of `max_pressure`, the
-      greatest mean pressure on a lining (Pa); the scene's own permissible temperature is always evaluated. The heading
+      `simbrake.sensitivity`; metrics without a value in this run are named
+    - `limits`: maximum permissible values of metrics (SI, or texts such as "450 degC"), and of `max_pressure`, the
+      maximum mean pressure on a lining (Pa); the scene's own permissible temperature is always evaluated. The heading
       of the page says which are exceeded
-    - `title`: heading of the page;  `files`: name → text, shown at the end, such as the scene's file
-    - `check`: run a second time at another tolerance, to say how accurate the first is
-    - `progress`: says on stderr what is done and how long it takes: `True`, or `None` on a terminal only
+    - `title`: heading of the page;  `files`: name → text, shown at the end, such as the scene file
+    - `check`: run a second time at another tolerance, to estimate the error of the first run
+    - `progress`: report progress on stderr: `True`, or `None` on a terminal only
 
-    Numbers are in handy units; the exact value in SI units is in the `value` of each `<data>` element.
+    Numbers are in readable units; the exact value in SI units is in the `value` of each `<data>` element.
 
     Raises `InputError` for errors of the scene, unknown metrics and limits.
     """
@@ -194,7 +194,7 @@ def report(
         found += error.faults
     if found:
         raise InputError(found)
-    with waiting(progress, "report", "compiles the run") as told:
+    with waiting(progress, "report", "compiling the run…") as told:
         result = run if isinstance(run, Result) else simulate(run, rtol=rtol, throw=False, progress=told)
         parts = contents(result, bounds, title, files or {}, told)
         if sensitivity:
@@ -212,7 +212,7 @@ def report(
 def contents(
     result: Result, limits: Mapping[str, float], title: str, files: Mapping[str, str], told: Waiting
 ) -> Contents:
-    """Everything that a page shows of one result."""
+    """Contents of the page of one result."""
     told.now("post-processing")
     scene, summary, brake = result.scene, result.summary(), result.scene.brake
     absent = paths_without_meaning(scene)
@@ -245,11 +245,11 @@ def contents(
 
 
 def _scene_text(scene: Scene) -> dict[str, str]:
-    """The scene as a file that can be run again, or why no file can hold it."""
+    """The scene as a file that can be run again, or the reason why it cannot be written."""
     try:
         return {"As a scene file, as it was run": scene_text(scene)}
     except InputError as error:
-        return {"No scene file can hold it": str(error)}
+        return {"It cannot be written as a scene file": str(error)}
 
 
 def flat(found: Mapping[str, object], above: str = "") -> list[tuple[str, str]]:
@@ -272,10 +272,10 @@ def _sensitivities(result: Result, metrics: Sequence[Metric], span: float | None
     tables: list[SensitivityTable] = []
     if there:
         tables = tables_of(result.scene, there, span=span, rtol=float(result.rtol), progress=told)
-    caption = "Percent of the metric for one percent of each parameter; the widest bar on top."
+    caption = "Percent of the metric for one percent of each parameter; the largest bar on top."
     if span:
         over = f"its range of ± {100 * span:g} %"
-        caption = f"What every parameter does to it over {over}, the others fixed; the widest bar on top."
+        caption = f"Effect of every parameter over {over}, the others fixed; the largest bar on top."
     found = [
         {
             "words": words_of(table.metric),
@@ -295,7 +295,7 @@ def _sensitivity_table(rows: Sequence[Sensitivity]) -> Table:
     columns += [Column("derivative", shown_in="SI units"), Column("elasticity"), Column("meaning_note", hidden=True)]
     found = []
     for row in rows:
-        rounding = row.value and abs(row.elasticity) < _ROUNDING  # what is rounding is 0
+        rounding = row.value and abs(row.elasticity) < _ROUNDING  # rounding errors are shown as 0
         influence = [
             Number("0" if rounding else digits(value, count), si=str(value))
             for value, count in ((row.derivative, 5), (row.elasticity, 4))
@@ -305,14 +305,14 @@ def _sensitivity_table(rows: Sequence[Sensitivity]) -> Table:
 
 
 def _in_si(difference: float | None, unit: str) -> Number:
-    """A difference, whose size matters more than its unit, in SI."""
+    """A difference in SI."""
     if difference is None:
         return Number("—")
     return Number(digits(difference, 2), pretty(unit), repr(difference), pretty(unit))
 
 
 def _accuracy(second: Repeat) -> Contents:
-    """The comparison of two runs, with numbers for reading."""
+    """The comparison of two runs, with formatted numbers."""
     events = [(shift.name, shift.count, _in_si(shift.difference, "s")) for shift in second.events]
     order = {name: i for i, name in enumerate(METRICS)}
     metrics = [
@@ -328,13 +328,13 @@ def _accuracy(second: Repeat) -> Contents:
     compared = ["metric", Column("value"), Column("difference"), Column("relative")]
     return {
         **second._asdict(),
-        "events": Table([EVENT, Column("how many"), Column("maximum difference of their times")], events),
+        "events": Table([EVENT, Column("count"), Column("maximum difference of their times")], events),
         "metrics": Table(compared, metrics),
     }
 
 
 def render(parts: Mapping[str, object]) -> str:
-    """The page of what `contents` found. Every text is escaped by the template."""
+    """The page with these `contents`. The template escapes every text."""
     loader = jinja2.PackageLoader("simbrake", "templates")
     settings = {"autoescape": True, "trim_blocks": True, "lstrip_blocks": True, "undefined": jinja2.StrictUndefined}
     environment = jinja2.Environment(loader=loader, **settings)
@@ -365,10 +365,10 @@ def write(
     progress: bool | Waiting | None = False,
     checks: Sequence[LimitCheck] | None = None,
 ) -> list[Path]:
-    """Writes `summary.json`, `summary.txt`, `series.csv`, `result.nc`, and every figure that the run has as PNG.
+    """Write `summary.json`, `summary.txt`, `series.csv`, `result.nc`, and every figure that the run has as PNG.
 
-    - `progress`: says on stderr what is done, `True`, or `None` on a terminal only
-    - `checks`: limits that the summaries tell, by default those of the scene
+    - `progress`: report progress on stderr: `True`, or `None` on a terminal only
+    - `checks`: limits shown in the summaries, by default those of the scene
     """
     with waiting(progress, "run", "series") as told, whole_folder(folder) as (scratch, written):
         checks = limit_checks(result, {}) if checks is None else checks
@@ -389,7 +389,7 @@ def _write_json(file: Path, found: object) -> None:
 
 
 def write_published(folder: Path) -> list[Path]:
-    """Writes the figures of the papers that a formula gives, and figures of their tables, as PNG."""
+    """Write the figures of the papers that a formula gives, and figures of their tables, as PNG."""
     with whole_folder(folder) as (scratch, written):
         for name in PUBLISHED:
             published(name).savefig(scratch / f"{file_stem(name)}.png", dpi=130)
@@ -397,7 +397,7 @@ def write_published(folder: Path) -> list[Path]:
 
 
 def write_sensitivities(tables: Sequence[SensitivityTable], folder: Path) -> list[Path]:
-    """Writes `sensitivity.json`, and of each metric its rows as CSV and its tornado chart."""
+    """Write `sensitivity.json`, and of each metric its rows as CSV and its tornado chart."""
     with whole_folder(folder) as (scratch, written):
         _write_json(scratch / "sensitivity.json", [table.as_dict() for table in tables])
         for table in tables:

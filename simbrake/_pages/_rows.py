@@ -1,4 +1,4 @@
-"""What a page says of a run and its scene: verdict, key figures, tables of events and energies, parts, duty."""
+"""Rows of the report of a run and its scene: verdict, key figures, tables of events and energies, parts, duty."""
 
 import dataclasses
 import itertools
@@ -29,7 +29,7 @@ def words_of(name: str) -> str:
     if name.startswith("energy."):
         return f"Energy: {name.removeprefix('energy.').replace('_', ' ')}"
     if name == PRESSURE:
-        return "Greatest mean pressure on a lining"
+        return "Maximum mean pressure on a lining"
     base = name.removesuffix("_time")
     if name not in METRICS and base in METRICS:
         return f"{METRICS[base].title}, when"
@@ -37,7 +37,7 @@ def words_of(name: str) -> str:
 
 
 class Verdict(NamedTuple):
-    """How a run ended: `kind` is `good`, `open` or `bad`, `text` says it in one line."""
+    """Status of a run: `kind` is `good`, `open` or `bad`, `text` is one line."""
 
     kind: str
     status: str
@@ -45,7 +45,7 @@ class Verdict(NamedTuple):
 
 
 def verdict(result: Result, summary: Summary, checks: Sequence[LimitCheck]) -> Verdict:
-    """How the run ended, with limits that it exceeds, stop time, hook travel and closure."""
+    """Verdict on the run: status, exceeded limits, stop time, hook travel and energy-balance residual."""
     m, closure = summary["metrics"], summary["energy"]["closure"]
     exceeded = [_exceeded(check) for check in checks if check.verdict == LimitVerdict.EXCEEDED]
     words = [summary["message"], *exceeded]
@@ -55,7 +55,7 @@ def verdict(result: Result, summary: Summary, checks: Sequence[LimitCheck]) -> V
         words.append(f"stop after {number(m['stopping_time'], 's')}")
     if m["hook_travel"] is not None:
         words.append(f"hook travel {number(m['hook_travel'], 'm')}")
-    words.append(f"the energies close to {digits(closure, 2)} of the largest exchanged")
+    words.append(f"relative energy-balance residual {digits(closure, 2)}")
     status = Status(summary["status"])
     kind = "bad" if exceeded or status is Status.RUNAWAY else "good" if status in _AT_REST else "open"
     said = status.replace("_", " ") + (", limit exceeded" if exceeded else "")
@@ -72,14 +72,14 @@ def _exceeded(check: LimitCheck) -> str:
 
 
 # --- tables -----------------------------------------------------------------------------------------------------------
-# a hidden column belongs to another one: `what_note` stands below `what`, `time_end` ends it, `verdict_kind` colours it
+# a hidden column belongs to another one: `what_note` is below `what`, `time_end` ends it, `verdict_kind` colours it
 
-#: how the verdict on a limit is coloured
+#: colour of the verdict on a limit
 _COLOURED = {LimitVerdict.EXCEEDED: "bad", LimitVerdict.WITHIN: "good", LimitVerdict.WITHIN_SO_FAR: "good"}
 
 
 def limit_table(checks: Sequence[LimitCheck]) -> Table:
-    """Limits, what the run says of them, and when."""
+    """Limits, verdicts of the run, and times."""
     columns = ["quantity", Column("limit"), Column("in this run"), Column("margin"), "verdict", "when"]
     rows = [
         (
@@ -153,7 +153,7 @@ def event_counts(events: Sequence[Event]) -> Table:
     for event in events:
         times.setdefault(event.name, []).append(event.time)
     rows = [(name, len(t), number(min(t), "s"), number(max(t), "s"), _meaning(name)) for name, t in times.items()]
-    return Table([EVENT, Column("how many"), Column("first"), Column("last"), "meaning"], rows, "Events by name")
+    return Table([EVENT, Column("count"), Column("first"), Column("last"), "meaning"], rows, "Events by name")
 
 
 #: columns of the stages of a staged brake: heading and unit, by their names in the summary
@@ -203,7 +203,7 @@ class Ledger(NamedTuple):
 
 
 def ledger(title: str, into: Mapping[str, float], out: Mapping[str, float], closure: float, note: str = "") -> Ledger:
-    """Both sides of a balance; what is negative stands on the other side."""
+    """Both sides of a balance; negative terms are shown on the other side."""
     terms = [*into.items(), *((words, -value) for words, value in out.items())]
     sides = [[(words, sign * value) for words, value in terms if sign * value > 0] for sign in (1, -1)]
     totals = [sum(value for _, value in side) for side in sides]
@@ -250,9 +250,9 @@ def ledgers(result: Result, summary: Summary) -> list[Ledger]:
 
 # --- equipment and duty -----------------------------------------------------------------------------------------------
 
-#: where the docstring of a part speaks to programmers
+#: replaces docstrings of parts that address programmers
 _WORDS = {"Scene": "One run of a brake.", "Lining": "The linings, counted from the slack to the tight end."}
-#: what the lever gives, by the field of the duty
+#: actuation, by the field of the duty
 _LEVER = {"slack_tension": "Lever, slack tension", "force": "Actuator, force on each pad or shoe"}
 
 
@@ -306,7 +306,7 @@ def _is_part(node: object) -> bool:
 
 
 def _plain(value: object) -> str:
-    """What is neither number nor part: names, counts, functions."""
+    """Fields that are neither numbers nor parts: names, counts, functions."""
     if callable(value):
         return getattr(value, "__qualname__", type(value).__name__)
     return ", ".join(str(one) for one in value) if isinstance(value, tuple | list) else str(value)
@@ -334,7 +334,7 @@ def profile_words(profile: AbstractProfile, unit: str) -> str:
             cycles = f"{profile.count} cycles of {number(profile.period, 's')} each{begin}"
             return f"{cycles}, in each straight lines through {_points(profile, unit)}"
         case SpeedHold():
-            return f"just so much that the brake holds the speed, at most {number(profile.limit, unit, count=5)}"
+            return f"as required to hold the speed, at most {number(profile.limit, unit, count=5)}"
         case Driller():
             return _driller_words(profile, unit)
         case ExponentialRise():
@@ -358,13 +358,14 @@ def _driller_words(profile: Driller, unit: str) -> str:
         for follows, t, end, a, b in pieces
         if follows
     ]
-    words = f"the speed is led at {', '.join(led)} with at most {number(profile.limit, unit, count=5)}; otherwise "
+    limit = number(profile.limit, unit, count=5)
+    words = f"the driller controls the speed at {', '.join(led)}, at most {limit}; otherwise "
     cycles = f"{profile.speed.count} cycles of {number(profile.speed.period, 's')}; in each "
     return cycles + (words if led else "") + profile_words(profile.tension, unit)
 
 
 def load_words(load: AbstractLoad) -> str:
-    """What drives the pulley, in words."""
+    """Load on the pulley, in words."""
     match load:
         case TorqueLoad():
             words = f"a torque on the shaft, {profile_words(load.profile, 'N*m')}"
@@ -375,7 +376,7 @@ def load_words(load: AbstractLoad) -> str:
             words = (
                 f"trip in {load.count} stands of {number(load.stand, 'kg', count=5)}, one every "
                 f"{number(load.period, 's')}: {number(load.empty, 'kg', count=5)} of hook and block, and from "
-                f"{number(load.taken, 's')} to {number(load.set, 's')} of each cycle the string, at first "
+                f"{number(load.taken, 's')} to {number(load.set, 's')} of each cycle the string, initially "
                 f"{number(load.string, 'kg', count=5)}; {_tackle(load)}"
             )
         case _:
@@ -389,7 +390,7 @@ def _tackle(load: HookLoad | TrippingLoad) -> str:
 
 
 def duty_words(scene: Scene) -> list[tuple[str, str]]:
-    """Lever, load, start and end of a run: what, and in words."""
+    """Lever, load, start and end of a run, in words."""
     start, rest = scene.initial, "" if float(scene.initial.omega) else ", at rest"
     return [
         (_LEVER[scene.duty.lever_field], profile_words(scene.duty.lever, "N")),

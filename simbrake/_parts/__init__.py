@@ -1,1 +1,1 @@
-"""What a scene is made of: brake, duty, friction, loads, heat; and the statics of a band."""
+"""Parts of a scene: brake, duty, friction, loads, heat; and the statics of a band."""

@@ -25,7 +25,7 @@ _GRAMMAR = {
     "brake_in": ("brake to rest in 3 s", re.compile(r"brake to rest in (?P<time>.+)")),
     "hold": ("hold 40 s", re.compile(r"(?:hold|wait) (?:for )?(?P<time>.+)")),
     "take": ("take the string", re.compile(r"take the string")),
-    "set": ("set it into the slips", re.compile(r"set (?:it |the string )?(?:in|into|in the|into the) slips")),
+    "set": ("set the string in the slips", re.compile(r"set (?:it |the string )?(?:in|into|in the|into the) slips")),
     "turn": (
         "turn the band after 15 cycles",
         re.compile(r"turn the band(?: end for end)?(?: after (?P<cycles>\d{1,6}) cycles?)?"),
@@ -87,44 +87,45 @@ def programme_scene(
     brake: Brake,
     programme: tuple[str, ...],
     load: AbstractLoad,
-    pull: Annotated[float, positive("N", "slack tension with the lever thrown over")],
-    lever_time: Annotated[float, positive("s", "time in which the lever is thrown over")] = 0.35,
-    acceleration: Annotated[float, positive("m/s^2", "acceleration of the hook when it is let go")] = 0.5,
+    pull: Annotated[float, positive("N", "slack tension with the lever applied")],
+    lever_time: Annotated[float, positive("s", "time to apply the lever")] = 0.35,
+    acceleration: Annotated[float, positive("m/s^2", "acceleration of the hook when it is released")] = 0.5,
     empty: Annotated[float, Quantity("kg", "mass of hook and block without the string", 0.0)] = 0.0,
     stand: Annotated[float, Quantity("kg", "mass of the stand that each cycle adds", 0.0)] = 0.0,
-    limit: Annotated[float | None, positive("N", "greatest slack tension while lowering")] = None,
+    limit: Annotated[float | None, positive("N", "maximum slack tension while lowering")] = None,
     heat: Heat | None = None,
     wear: Wear | None = None,
 ) -> Scene:
     """A scene from a programme in words: a list of lines, one cycle of work, perhaps repeated.
 
-    - `lower D at V`: the hook starts from rest with the `acceleration` and goes on at the speed `V`, over the distance
-      `D` in all; the driller leads the speed (`Driller`), so that fade moves the lever and not the hook
-    - `brake to rest`: the lever is thrown over to the `pull` in the `lever_time`, and stays there
-    - `brake to rest in X`: the driller leads the speed to 0 in a straight line, and then throws the lever over
-    - `hold X` or `wait X`;  `take the string`, `set it into the slips`: between them the string hangs on the hook
+    - `lower D at V`: the hook starts from rest with the `acceleration` and continues at the speed `V`, over the
+      distance `D` in all; the driller controls the speed (`Driller`), so that fade changes the lever force and not the
+      speed
+    - `brake to rest`: the slack tension rises to the `pull` in the `lever_time`, and stays there
+    - `brake to rest in X`: the driller controls the speed linearly to 0, and then applies the lever
+    - `hold X` or `wait X`;  `take the string`, `set the string in the slips`: between them the string hangs on the hook
     - `turn the band after N cycles`: end for end, so that the worn lining of the tight end comes to the slack end; for
-      `wear` with linings that are alike. Without a number it is turned at that point of every cycle, at rest
+      `wear` with equal linings. Without a number it is turned at that point of every cycle, at rest
     - `repeat N times`: all lines before it; each cycle adds a `stand` to the string
     - `load`: a `HookLoad` with all that hangs on the hook in the first cycle, `empty` of it without the string
-    - `limit` (N): greatest slack tension of the driller, twice the `pull` by default
+    - `limit` (N): maximum slack tension of the driller, twice the `pull` by default
 
     The run begins at rest under the `pull`. Times are planned with the friction at the start: where it fades, the stop
     comes later than planned, and the rest that follows is shorter by as much. Raises `InputError` with every line that
-    is not understood or cannot be done, and with everything that is wrong with the brake, the load or the heat in any
-    scene: as where friction depends on the temperature and there is no heat; and for a brake without a band.
+    is not understood or cannot be done, and with every error of the brake, the load or the heat of
+    the scene, such as friction that depends on the temperature without heat; and for a brake without a band.
     """
     if not isinstance(brake, Brake):
-        raise InputError([Fault("brake", f"is a {brake.words.brake}: programmes are only for band brakes")])
+        raise InputError([Fault("brake", f"is a {brake.words.brake}: programmes need a band brake")])
     steps, count = parse_programme(programme)
     reader = NumberReader()
     if not isinstance(load, HookLoad):
         reader.fault("load", f"{type(load).__name__} has no hook to lower", "give a HookLoad")
     if brake.band.stiffness is not None:
-        reader.fault("brake.band.stiffness", "a driller who leads the speed needs a rigid band", "leave it out")
+        reader.fault("brake.band.stiffness", "a driller who controls the speed needs a rigid band", "leave it out")
     if brake.bandage is not None or brake.band.segments is not None:
-        reader.fault("brake", "a driller cannot lead the speed of a staged brake or a chain", "give a standard brake")
-    # what is wrong with brake, load and heat in any scene: the plan looks at the friction at the start
+        reader.fault("brake", "a driller cannot control a staged brake or a chain", "give a standard brake")
+    # errors of brake, load and heat in any scene: the plan uses the friction at the start
     still = Scene(brake, Duty(Constant(0.0), load), Initial(0.0), 1.0, heat)
     reader.faults += [dataclasses.replace(one, path=one.path.removeprefix("duty.")) for one in faults(still)]
     if reader.faults:
@@ -144,7 +145,7 @@ def programme_scene(
     hook = load
     if "take" in plan.marks:
         hook = TrippingLoad(  # pyright: ignore
-            empty=empty or 1e-9 * float(load.mass),  # a rope never hangs quite without mass
+            empty=empty or 1e-9 * float(load.mass),  # the hook load must be above 0
             string=float(load.mass) - empty,
             stand=stand,
             taken=plan.marks["take"],
@@ -158,12 +159,12 @@ def programme_scene(
     return Scene(brake, Duty(lever, hook), Initial(omega=0.0), end_time=period * count, heat=heat, wear=wear)
 
 
-#: what is wrong with a step, and what to do
+#: error of a step, and how to fix it
 Problem = tuple[str, str] | None
 
 
 class _Plan:
-    """Points of one cycle: time, tension of the lever, speed wanted, and whether the piece that follows leads it."""
+    """Points of one cycle: time, slack tension, desired speed, whether it is controlled in the next piece."""
 
     def __init__(self, still: Scene, load: HookLoad, pull: float, lever_time: float, acceleration: float) -> None:
         self.brake, self.sensed = band_brake(still), sensed_at_start(still)
@@ -174,7 +175,8 @@ class _Plan:
         self.drag = float(load.drag)
         self.inertia = float(self.brake.pulley.inertia) + self.mass / self.per_metre**2
         self.t, self.omega, self.points, self.marks = 0.0, 0.0, list[tuple[float, float, float, bool]](), {}
-        self.turns = list[tuple[float, int | None]]()  # time in a cycle, cycles before it (`None`: in every cycle)
+        # time in a cycle, number of cycles before it (`None`: in every cycle)
+        self.turns = list[tuple[float, int | None]]()
         self._point(self.pull)
 
     @property
@@ -193,7 +195,7 @@ class _Plan:
         return float(self.brake.band.radius) * (float(np.prod(mu)) - 1)
 
     def add(self, step: Step) -> Problem:
-        """Adds the points of a step; what is wrong with it, and what to do."""
+        """Add the points of a step, or return its error and how to fix it."""
         if step.what in ("take", "set"):
             return self._mark(step.what)
         brakes = step.what in ("brake", "brake_in")
@@ -206,9 +208,9 @@ class _Plan:
     def _lower(self, distance: float, speed: float) -> Problem:
         run_up = speed**2 / (2 * self.acceleration)
         if run_up > distance:
-            return f"is too short to reach the speed, which takes {run_up:.4g} m", "a greater acceleration, or distance"
+            return f"is too short to reach the speed, which takes {run_up:.4g} m", "increase acceleration or distance"
         if self.weight <= self.inertia * self.acceleration * self.per_metre + self.drag * speed * self.per_metre:
-            return "cannot be reached: the load is too light for the acceleration", "a smaller one, or a smaller drag"
+            return "cannot be reached: the load is too light for the acceleration", "reduce it, or the drag"
         self._point(self.pull, following=True)
         self.t, self.omega = self.t + speed / self.acceleration, speed * self.per_metre
         self._point(self.pull, following=True)
@@ -218,12 +220,13 @@ class _Plan:
     def _brake(self) -> Problem:
         gain = self._gain()
         if gain <= 0:
-            return "cannot be done: without friction the band holds nothing", "give a greater coefficient of friction"
+            return "cannot be done: without friction the band holds no load", "increase the coefficient of friction"
         first = max(self.weight - self.drag * self.omega, 0.0) / gain
         if not self.pull * gain > self.weight:
             least = self.weight / gain
             return f"never comes to rest: the load needs {least:.0f} N at the slack end", "raise `pull`"
-        # J ω̇ = −R_b (Π − 1) (T_0 − T_w), T_0 from `first` to the pull in the lever's time, then constant (without drag)
+        # J ω̇ = −R_b (Π − 1) (T_0 − T_w), T_0 from `first` to the pull in the lever's time, then constant (without
+        # drag)
         excess, over = gain * (self.pull - self.weight / gain), gain * (self.pull - first) / self.lever_time
         early = self.inertia * self.omega
         ramp = excess * self.lever_time - 0.5 * over * self.lever_time**2
@@ -252,14 +255,14 @@ class _Plan:
         self.turns.append((self.t, None if cycles is None else int(cycles)))
 
     def faults(self, empty: float, stand: float, wear: Wear | None) -> list[Fault]:
-        """What is wrong with the cycle as a whole."""
+        """Errors of the cycle as a whole."""
         taken, down = "take" in self.marks, "set" in self.marks
-        why = "stands are added on the slips: take the string, set it into the slips"
+        why = "stands are added in the slips: take the string, set the string in the slips"
         checks = (
             (taken != down, "programme", "takes the string or sets it down, but not both", "give both, or neither"),
             (stand and not taken, "stand", "has no effect", why),
             (empty > self.mass, "empty", f"{empty:g} kg is more than the load of {self.mass:g} kg", ""),
-            (self.turns and wear is None, "wear", "is missing", "turning the band matters to linings that wear"),
+            (self.turns and wear is None, "wear", "is missing", "turning the band needs linings that wear"),
         )
         return [Fault(path, what, hint) for wrong, path, what, hint in checks if wrong]
 

@@ -1,5 +1,6 @@
-"""One run: a brake, what acts on it, how it starts and when it ends; and what is unusual in it."""
+"""Scene of one run: brake, duty, start and end; and warnings of unusual values."""
 
+import functools
 import math
 from typing import TYPE_CHECKING, ClassVar
 
@@ -8,9 +9,9 @@ import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
 
-from .._base._compiling import DeviceJit
+from .._base._compiling import DeviceJit, per_value
 from .._base._faults import Fault, InputError
-from .._base._quantity import Part, Scalar, as_arrays, faults_of_values, leaves, part, quantity
+from .._base._quantity import Part, Scalar, all_in_range, as_arrays, faults_of_values, leaves, part, quantity
 from ..brakes._band import ParallelBands
 from ..brakes._design import AbstractBrake, AbstractLinings, Brake, tension_shares, under_a_band, unloaded
 from ..friction import AbstractFriction, Reads, needs, reads, remembers
@@ -23,7 +24,7 @@ from ..wear import Wear, faults_of_wear
 
 
 class AbstractDuty(Part):
-    """What acts on a brake: the load, and what its lever gives.
+    """Duty of a brake: its load, and the profile of its lever.
 
     - `load`: `M_load(t, ω)`;  `lever_field`: name of the field that holds the profile of the lever
     """
@@ -38,12 +39,12 @@ class AbstractDuty(Part):
 
     @property
     def lever(self) -> AbstractProfile:
-        """What the lever gives over time (N)."""
+        """Slack tension or actuator force over time (N)."""
         return getattr(self, self.lever_field)
 
 
 class Duty(AbstractDuty):
-    """What acts on a band brake.
+    """Duty of a band brake.
 
     - `slack_tension`: `T_0(t) ≥ 0` in N, set by the lever at the slack end;  `load`: `M_load(t, ω)`
     """
@@ -54,7 +55,7 @@ class Duty(AbstractDuty):
 
 
 class ForceDuty(AbstractDuty):
-    """What acts on a disc brake or a double-shoe brake.
+    """Duty of a disc brake or a double-shoe brake.
 
     - `force`: `F(t) ≥ 0` in N, with which the actuator presses each pad, or each shoe at its arm
     - `load`: `M_load(t, ω)`
@@ -66,7 +67,7 @@ class ForceDuty(AbstractDuty):
 
 
 class Initial(Part):
-    """How the run starts.
+    """Start of a run.
 
     - `omega` `ω_0` (rad/s), positive in the braking direction;  `elongation` `x_0` (m) of an elastic band
     - `time` `t_0` (s)
@@ -80,11 +81,11 @@ class Initial(Part):
 class Scene(Part):
     """One run of a brake: a band brake under a `Duty`, a disc or double-shoe brake under a `ForceDuty`.
 
-    Every number is an array leaf in SI units; `None` means that a piece of physics is absent.
+    Every number is an array leaf in SI units; `None` means that this physics is absent.
 
-    - `end_time` (s): the run goes on to here, also after the stop
-    - `heat`: the thermal network, `None` where temperatures do not matter
-    - `wear`: how the linings wear, `None` where that does not matter
+    - `end_time` (s): end time of the run, also after the stop
+    - `heat`: the thermal network, `None` without temperatures
+    - `wear`: wear of the linings, `None` without wear
     - `power_shares`: how the friction power splits into heat, electrical and mechanical power; `None`: all is heat
     """
 
@@ -103,30 +104,63 @@ class Scene(Part):
 
     @property
     def heated(self) -> bool:
-        """Whether temperatures are followed."""
+        """Whether temperatures are simulated."""
         return self.heat is not None
 
 
 def paths_without_meaning(scene: Scene) -> tuple[str, ...]:
-    """Paths of numbers that the scene's kind of brake does not have; they are neither shown nor written."""
+    """Paths of parameters that the scene's kind of brake does not have; they are neither shown nor written."""
     return () if scene.brake.banded else ("initial.elongation",)
 
 
 def band_brake(scene: Scene) -> Brake:
-    """The brake of a scene where only a band brake will do. Raises `InputError` for another kind."""
+    """Return the band brake of a scene. Raises `InputError` for another kind of brake."""
     return under_a_band(scene.brake)
 
 
 def faults(scene: Scene) -> list[Fault]:
-    """Everything wrong with a scene, at once. Traced numbers cannot be looked at and pass."""
+    """All errors of a scene. Traced numbers are not checked."""
     found = faults_of_values(scene) + _faults_of_kinds(scene)
     if found or any(isinstance(leaf.value, Tracer) for leaf in leaves(scene)):
         return found
-    brake, duty, lever = scene.brake, scene.duty, f"duty.{scene.duty.lever_field}"
-    found += brake.faults("brake")
-    found += _faults_of_heat(scene)
+    return _faults_together(scene)
+
+
+def _faults_together(scene: Scene) -> list[Fault]:
+    """Errors between parts of a scene whose numbers are in range."""
+    found = [*_faults_of_parts(scene)]
+    if not scene.end_time > scene.initial.time:
+        found.append(Fault("end_time", f"{float(scene.end_time):g} s is not after the start", "it must be later"))
+    if found or scene.initial.elongation == 0.0:
+        return found
+    if not isinstance(scene.brake, Brake):
+        return [Fault("initial.elongation", f"a {scene.brake.words.brake} has no band", "leave it out")]
+    if scene.brake.band.stiffness is None:
+        return [Fault("initial.elongation", "a rigid band has no elongation", "give brake.band.stiffness")]
+    return []
+
+
+@per_value(lambda scene: (scene.brake, scene.duty.lever, scene.duty.load.profile, *_optional(scene)))
+def _faults_of_parts(scene: Scene) -> list[Fault]:
+    """Errors between parts, without start and end."""
+    found = [*_faults_of_brake(scene), *_faults_of_heat(scene)]
     found += [] if scene.power_shares is None else scene.power_shares.faults("power_shares")
-    found += faults_of_wear(scene)
+    found += faults_of_wear(scene) + _faults_of_duty(scene)
+    return found or _faults_of_band(scene)
+
+
+def _optional(scene: Scene) -> tuple[Heat | None, Wear | None, PowerShares | None]:
+    return scene.heat, scene.wear, scene.power_shares
+
+
+@per_value(lambda scene: scene.brake)
+def _faults_of_brake(scene: Scene) -> list[Fault]:
+    return scene.brake.faults("brake")
+
+
+@per_value(lambda scene: (scene.brake, scene.duty.lever, scene.duty.load.profile, scene.heat))
+def _faults_of_duty(scene: Scene) -> list[Fault]:
+    brake, duty, lever, found = scene.brake, scene.duty, f"duty.{scene.duty.lever_field}", []
     if isinstance(duty.lever, AbstractSpeedLever):
         if isinstance(brake, Brake) and brake.band.stiffness is not None:
             found.append(
@@ -135,20 +169,11 @@ def faults(scene: Scene) -> list[Fault]:
         if read_by_linings(scene).p or scene.network.flash is not None:
             found.append(Fault(lever, "cannot hold the speed with an implicit coefficient of friction"))
     found += duty.lever.faults(lever, 0.0)
-    found += duty.load.profile.faults("duty.load.profile", None)
-    if not np.asarray(scene.end_time) > np.asarray(scene.initial.time):
-        found.append(Fault("end_time", f"{float(scene.end_time):g} s is not after the start", "it must be later"))
-    if found:
-        return found
-    if isinstance(brake, Brake):
-        return _faults_of_band(scene, brake)
-    if float(scene.initial.elongation) != 0.0:
-        found.append(Fault("initial.elongation", f"a {brake.words.brake} has no band", "leave it out"))
-    return found
+    return found + duty.load.profile.faults("duty.load.profile", None)
 
 
 def _faults_of_kinds(scene: Scene) -> list[Fault]:
-    """Whether brake and duty belong to each other."""
+    """Error where brake and duty do not match."""
     name, pressed = scene.brake.words.brake, not scene.brake.banded
     if pressed and isinstance(scene.duty, Duty):
         what = f"a {name} has no band"
@@ -159,8 +184,12 @@ def _faults_of_kinds(scene: Scene) -> list[Fault]:
     return []
 
 
-def _faults_of_band(scene: Scene, brake: Brake) -> list[Fault]:
-    found, rigid = [], brake.band.stiffness is None
+@per_value(lambda scene: (scene.brake, scene.heat, scene.duty.lever))
+def _faults_of_band(scene: Scene) -> list[Fault]:
+    brake, found = scene.brake, list[Fault]()
+    if not isinstance(brake, Brake):
+        return found
+    rigid = brake.band.stiffness is None
     if brake.in_series or rigid:
         hint = (
             "a rigid band cannot hold such a lining: make it shorter, lower its friction, or give the band a stiffness"
@@ -172,26 +201,27 @@ def _faults_of_band(scene: Scene, brake: Brake) -> list[Fault]:
         found.append(Fault("duty.slack_tension", "cannot hold the speed of a staged brake", "give the slack tension"))
     if brake.in_series and scene.network.flash is not None:
         found.append(Fault("heat.flash", "is not available for a staged brake", "leave it out"))
-    if rigid and float(scene.initial.elongation) != 0.0:
-        found.append(Fault("initial.elongation", "a rigid band has no elongation", "give brake.band.stiffness"))
     return found
 
 
 def check(scene: Scene) -> None:
-    """Raises `InputError` with all faults of a scene; returns silently if there are none."""
+    """Check a scene. Raises `InputError` with all errors."""
     found = faults(scene)
     if found:
         raise InputError(found)
 
 
 def checked(scene: Scene) -> Scene:
-    """The scene without faults, its numbers as arrays. Raises `InputError` with all faults."""
+    """Return the checked scene, its numbers as arrays. Raises `InputError` with all errors."""
+    # (usual values are checked together; others number by number)
+    if all_in_range(scene) and not _faults_of_kinds(scene) and not _faults_together(scene):
+        return scene
     check(scene)
     return as_arrays(scene)
 
 
 def warnings(scene: Scene) -> list[str]:
-    """What a user should know of a scene that is no fault."""
+    """Warnings of a scene that is valid but unusual."""
     if any(isinstance(leaf.value, Tracer) for leaf in leaves(scene)):
         return []
     then = "it never slips as long as that lasts" if scene.brake.banded else "a run ends as soon as its force acts"
@@ -211,7 +241,7 @@ def warnings(scene: Scene) -> list[str]:
     return found
 
 
-#: of a staged brake with heat: what is wrong where a pair has no place for its heat, and what builds one
+#: of a staged brake with heat: error of a pair without a place for its heat, and how to build one
 _MISSING_PAIR = {
     "friction": (
         "is missing: the friction heat of linings and rim (internal pair) would enter no body",
@@ -225,6 +255,7 @@ _MISSING_PAIR = {
 }
 
 
+@per_value(lambda scene: (scene.brake, scene.heat))
 def _faults_of_heat(scene: Scene) -> list[Fault]:
     heat, n = scene.network, scene.brake.linings.count
     found = heat.faults("heat", n) if scene.heated else []
@@ -237,11 +268,11 @@ def _faults_of_heat(scene: Scene) -> list[Fault]:
     for i, (law, pair, where, field) in enumerate(pairs_of(scene)):
         if pair is None:
             if scene.heated and scene.brake.in_series:
-                # its heat would leave the network, counted as lost, and warm nothing
+                # its heat would leave the network as lost and heat no body
                 found.append(Fault(f"heat.{field}", *_MISSING_PAIR[field]))
             elif needs(law, n).T:
                 hint = f"give the scene a heat part whose `{field}` names the places that the heat enters"
-                found.append(Fault("heat", f"is missing, but the friction law {where} looks at the temperature", hint))
+                found.append(Fault("heat", f"is missing, but friction law {where} depends on the temperature", hint))
             continue
         bounds, T = law.temperature_range(), sensed_at_start(scene, i)
         if bounds is not None and T is not None and not (float(bounds[0]) <= T.min() and T.max() <= float(bounds[1])):
@@ -255,9 +286,9 @@ def _faults_of_heat(scene: Scene) -> list[Fault]:
         if scene.brake.band.segments is not None:
             found.append(Fault("heat.flash", "is not modelled for a band in segments", "leave out one of the two"))
         if not read_by_linings(scene).T:
-            found.append(Fault("heat.flash", "has no effect", "the friction law does not look at the temperature"))
+            found.append(Fault("heat.flash", "has no effect", "the friction law does not depend on the temperature"))
         if heat.flash.hardness is None and scene.brake.linings.area is None:
-            found.append(Fault("brake.linings.area", "is missing", "the flash temperature looks at the pressure"))
+            found.append(Fault("brake.linings.area", "is missing", "the flash temperature depends on the pressure"))
     return found
 
 
@@ -274,7 +305,7 @@ def pairs_of(scene: Scene) -> list[tuple[AbstractFriction, FrictionHeat | None, 
 
 
 def read_by_linings(scene: Scene) -> Reads:
-    """What the linings' friction law reads on the band (staged), else on the rim, of what the scene has."""
+    """Inputs of the linings' friction law on the band (staged), else on the rim, as far as the scene has them."""
     (law, pair, *_), *_ = pairs_of(scene)
     linings = scene.brake.linings
     return reads(law, linings.count, T=pair is not None, p=linings.area is not None)
@@ -294,7 +325,7 @@ def sensed_at_start(scene: Scene, number: int = 0) -> np.ndarray | None:
     return np.broadcast_to(T[nodes_at(body, face)], (scene.brake.linings.count,))
 
 
-@DeviceJit
+@functools.partial(DeviceJit, quick=True)
 def _static_friction(linings: AbstractLinings, T: Array | None) -> Array:
     f = linings.friction.static(unloaded(linings, jnp.zeros(linings.count), T))
     return jnp.broadcast_to(f, (linings.count,))
@@ -305,18 +336,18 @@ def static_friction(scene: Scene) -> np.ndarray:
     return np.asarray(_static_friction(scene.brake.linings, sensed_at_start(scene)))
 
 
-@DeviceJit
+@functools.partial(DeviceJit, quick=True)
 def _self_locking(brake: AbstractBrake, f: Array) -> Array:
     return brake.self_locking(f)
 
 
 def locked(scene: Scene) -> dict[int, str]:
-    """Linings (from 1) that lock themselves with their static friction, of a band `f tan(β/2) ≥ 1`; why, in words."""
+    """Self-locking linings (from 1) with their static friction, of a band `f tan(β/2) ≥ 1`; the reason in words."""
     near = np.asarray(_self_locking(scene.brake, static_friction(scene)))
     return {int(i) + 1: scene.brake.locking_words(int(i) + 1, float(near[i])) for i in np.flatnonzero(near >= 1.0)}
 
 
-# --- what is unusual for drilling drawworks: warnings, never a refusal ------------------------------------------------
+# --- unusual for drilling drawworks: warnings, not errors ------------------------------------------------
 
 _DRUMEANU = "Drumeanu & Antonescu 2003, band brakes of drawworks"
 #: coefficient of friction, wrap angle (deg), rim temperature (°C): low, high
@@ -327,14 +358,14 @@ ZERO = 273.15  # K
 
 
 def _unusual(what: str, low: float, high: float, usual: tuple[float, float], words: str) -> list[str]:
-    """A warning of values from `low` to `high` that are not within what is usual; `words` say what that is."""
+    """Warning of values from `low` to `high` outside the usual range; `words` describe that range."""
     slack = 1e-9 * usual[1]  # the angles of equal linings add up to a wrap with rounding
     within = usual[0] - slack <= low and high <= usual[1] + slack
     return [] if within else [f"unusual: {what}, {words.format(f'{usual[0]:g}…{usual[1]:g}')}"]
 
 
 def plausibility(scene: Scene, peak_rim: float | None = None) -> list[str]:
-    """Numbers of a scene that are unusual for a brake of drawworks: what, the usual range, its source, the reason.
+    """Warnings of parameters that are unusual for drawworks brakes: usual range, source, reason.
 
     - static coefficient of friction 0.35…0.65, wrap 270…325°, rim at most 800 °C: Drumeanu & Antonescu (2003); Z has
       cases down to 0.1, and a single stop stays far below 300 °C, so that there is no warning for a cool rim

@@ -1,1 +1,1 @@
-"""From a scene to the equations of its brake: forces, modes, heat, their coupling."""
+"""Equations of a brake from its scene: forces, modes, heat, coupling."""

@@ -1,4 +1,4 @@
-"""From a scene to its system of equations, initial state and first mode."""
+"""System of equations, initial state and first mode of a scene."""
 
 from typing import Any
 
@@ -41,7 +41,7 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
     mechanism, wearing = _mechanism(scene, pairs, sizes, still), None
     if scene.wear is not None:
         assert pairs[0].area is not None
-        # volume k W/f of what a typical braking turns into heat, over all linings: f n is of the order of 1
+        # volume k W/f for the friction work of a typical stop, over all linings: f n is of the order of 1
         energy = 0.5 * inertia * sizes.speed**2 + sizes.torque
         turned_at = None if scene.wear.turned_at is None else jnp.asarray(scene.wear.turned_at)
         wearing = Wearing(_positive(jnp.max(scene.wear.rate.at(None) / pairs[0].area) * energy), turned_at)
@@ -64,7 +64,7 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
 
 
 def _pairs(scene: Scene, thermal: Thermal | None) -> tuple[Pair, ...]:
-    """The friction pairs of a scene: what each law is, where its heat goes, and what wears there."""
+    """The friction pairs of a scene: friction law, places of the heat, wear."""
     brake, heat, wear = scene.brake, scene.network, scene.wear
     several = len(brake.pairs) > 1
     on_rim, on_band = heat.friction, heat.external
@@ -97,7 +97,7 @@ def _pairs(scene: Scene, thermal: Thermal | None) -> tuple[Pair, ...]:
 
 
 def _at_the_start(linings: AbstractLinings, pair: Pair, thermal: Thermal | None, u: Any) -> AnyContact:
-    """What the friction law of the linings sees at the start, without load."""
+    """Inputs of the linings' friction law at the start, without load."""
     hot = None
     if thermal is not None and u is not None and pair.heat is not None and pair.heat.sensor is not None:
         hot = thermal.at(thermal.temperatures(u), pair.heat.sensor, pair.count)
@@ -128,7 +128,7 @@ def _sizes(scene: Scene, still: AnyContact, omega_0: Array, inertia: Array) -> S
 
 
 def _mechanism(scene: Scene, pairs: tuple[Pair, ...], sizes: Sizes, still: AnyContact) -> AbstractMechanism:
-    """Which bodies turn, stick and slide."""
+    """Mechanism of a scene: its bodies, and how they stick and slide."""
     brake, heated = scene.brake, still.T is not None
     if isinstance(brake, AbstractPressedBrake):
         f = jnp.broadcast_to(brake.linings.friction.static(still), (brake.linings.count,))

@@ -1,4 +1,4 @@
-"""A brake as a hybrid system: shaft, load and lever, heat, wear and ledger over whatever friction pairs there are."""
+"""A brake as a hybrid system: shaft, load and lever, heat, wear and ledger over any friction pairs."""
 
 import functools
 from collections.abc import Callable
@@ -47,9 +47,9 @@ _AT_REST = 1e-3
 _ROUNDING = 1e-9
 
 
-#: on which piece a given function of time is
+#: piece of a given function of time
 Piece = Int[Array, ""]
-#: places among `Mode.pieces`: of the lever, the load, and what the heat is given, from there on
+#: places among `Mode.pieces`: of the lever, the load, then of the profiles of the heat
 LEVER, LOAD, HEAT = 0, 1, 2
 
 
@@ -67,12 +67,12 @@ class Capacity(NamedTuple):
 
     @property
     def torque(self) -> Float[Array, "*many"]:
-        """What the brake can hold: the torque of its weaker pair (N·m)."""
+        """Capacity of the brake: the torque of its weaker pair (N·m)."""
         return self.pairs.min(axis=-1)
 
     @property
     def exceeded(self) -> Bool[Array, "*many"]:
-        """Whether the brake cannot hold the load, nor ever will by its lever."""
+        """Whether the brake cannot hold the load, now or with the final lever force."""
         return self.settled & (self.load > 0) & (self.load >= self.torque * (1 - _ROUNDING))
 
 
@@ -116,7 +116,7 @@ class ThermalNow(NamedTuple):
 
 
 class BrakeNow(NamedTuple):
-    """Variables of a brake: what acts, its mechanism (`contact`), its pairs, and the thermal network if any."""
+    """Variables of a brake: applied loads, its mechanism (`contact`), its pairs, and the thermal network if any."""
 
     lever_tension: Float[Array, ""]  # T_0 (N), as the lever would give it
     lever_rate: Float[Array, ""]  # its rate (N/s)
@@ -127,7 +127,7 @@ class BrakeNow(NamedTuple):
 
 
 class Wearing(NamedTuple):
-    """How the thickness worn off the linings is followed: no rate depends on it, it is a quadrature.
+    """Integration of the wear depth of the linings: no rate depends on it, it is a quadrature.
 
     - `scale` (m): typical thickness that the run wears off
     - `turned_at`: times at which the band is turned end for end. `h_i` of the first pair stays that of the lining which
@@ -175,7 +175,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
 
     @property
     def remembers(self) -> bool:
-        """Whether a friction law has states of its own."""
+        """Whether a friction law has internal states."""
         return any(pair.memory is not None for pair in self.mechanism.pairs)
 
     # --- load and lever -----------------------------------------------------------------------------------------------
@@ -187,7 +187,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
 
     @property
     def guard_samples(self) -> int:
-        """Points inside a step at which the guards are evaluated: none where nothing short hides in what is given."""
+        """Points inside a step at which guards are evaluated: none if given functions have no short features."""
         plain = hides_nothing(self.lever, _course_of_lever) and hides_nothing(self.load, _course_of_load)
         return 0 if plain and all(hides_nothing(profile, course_of_profile) for profile in self.profiles) else 15
 
@@ -197,7 +197,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         return self.inertia if more is None else self.inertia + more
 
     def _network(self, t: Array, y: State, mode: Mode) -> tuple[Array, Array, Array, Surroundings, Pieces]:
-        """The thermal network at one instant, as it is asked for its flows: temperatures of nodes and junctions, time,
+        """The thermal network at one instant, input of its heat flows: temperatures of nodes and junctions, time,
         speed of the track and whether the linings touch it, pieces of given functions."""
         assert self.thermal is not None
         around = Surroundings(jnp.abs(y.omega) * self.track_radius, jnp.where(mode.band == OPEN, 0.0, 1.0))
@@ -211,13 +211,13 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         return self._at_sensors(self.thermal.temperatures(u))
 
     def surfaces(self, y: State) -> Surfaces:
-        """What the law of each pair sees of its surfaces in the state `y`; `None`: nothing."""
+        """Surface states that the law of each pair depends on, in the state `y`; `None`: none."""
         memory = tuple(None for _ in self.mechanism.pairs) if y.memory is None else y.memory
         each = zip(self.sensed(y.heat), memory, strict=True)
         return tuple(None if T is None and own is None else SurfaceState(T, own) for T, own in each)
 
     def _at_sensors(self, T: Array) -> tuple[Array | None, ...]:
-        """What of a value at every node the laws of the pairs see."""
+        """Values at the nodes on which the laws of the pairs depend."""
         assert self.thermal is not None
         found = []
         for pair in self.mechanism.pairs:
@@ -268,7 +268,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         deposits = []
         for pair, rub in zip(pairs, rubs, strict=True):
             if jnp.ndim(rub.slip) == 0:
-                # one slip speed for all linings: where the heat goes per unit of it is what the mechanism has asked for
+                # one slip speed for all linings: the mechanism has asked for the heat per unit of it
                 found = jax.tree.map(lambda x, v=rub.slip: x * v, deposit(pair, rub.force))
             else:
                 power = rub.force * rub.slip
@@ -316,7 +316,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
                 found.append(None)
                 continue
             v, power, normal = rub.sense * rub.slip, rub.force * rub.slip, rub.normal
-            if i == 0:  # on which the lever acts: it may be open, and what sticks shares its load by a rule
+            if i == 0:  # the pair on which the lever acts may be open, and sticking linings share its load by a rule
                 v, power = jnp.where(is_open, 0.0, v), jnp.where(is_open, 0.0, power)
                 if pair.memory.p:
                     seen = (z.lever_tension, y.omega, y.own, mode, self.surfaces(y), z.contact)
@@ -337,7 +337,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
     # --- guards and changes of mode -----------------------------------------------------------------------------------
 
     def _table_margin(self, u: Array | None) -> Float[Array, ""] | None:
-        """By how much the temperatures are inside the tables of the friction laws, over 100 K; `None`: none ends."""
+        """Margin of the temperatures to the ends of the friction tables, over 100 K; `None`: no table ends."""
         room = []
         for pair, T in zip(self.mechanism.pairs, self.sensed(u), strict=True):
             bounds = pair.law.temperature_range()
@@ -346,7 +346,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         return functools.reduce(jnp.minimum, room) if room else None
 
     def _acting(self, t: Array, y: State, mode: Mode, z: BrakeNow) -> Acting:
-        """What acts, for guards and changes of mode: these no longer ask how temperatures change."""
+        """Applied loads for guards and changes of mode, which do not need the rates of temperatures."""
         inertia = self.inertia_at(mode)
         return Acting(t, z.lever_tension, z.lever_rate, z.load_torque, inertia, self.surfaces(y), lambda forces: ())
 
@@ -373,7 +373,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         more = self.load.added_inertia(_piece(after, LOAD))
         omega, own = self.mechanism.arrested(y.omega, y.own, before, after)
         still = y._replace(omega=omega, own=own)
-        if more is not None:  # what comes onto the hook in motion brings its energy
+        if more is not None:  # mass added to the hook in motion brings its energy
             brought = 0.5 * (self.inertia_at(after) - self.inertia_at(before)) * y.omega**2
             still = still._replace(ledger=y.ledger._replace(load_work=y.ledger.load_work + brought))
         if not self.mechanism.stretches:
@@ -408,9 +408,10 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         return still._replace(own=own, heat=warmed(heats) if per_joule else None, ledger=ledger)
 
     def _heat_of_a_jump(self, t: Array, y: State, mode: Mode) -> list[tuple[Array, HeatLedger]]:
-        """What one joule of friction heat in a jump adds to the states of the network (K/J), and where it goes.
+        """Increment of the network's states per joule of friction heat in a jump (K/J), and its places.
 
-        For each pair. It is spread over the linings by their sizes, and through the depth of walls: no time passes.
+        For each pair. The heat is spread over the linings by their sizes, and through the depth of walls, as no time
+        passes.
         """
         net, found = self.thermal, []
         assert net is not None
@@ -422,7 +423,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         return found
 
     def _next_known(self, mode: Mode) -> tuple[Float[Array, ""] | float, list[Bool[Array, ""] | bool]]:
-        """The next known time, and whether it is that of the lever, of the load, and of each profile of the heat.
+        """The next time breakpoint, and whether it belongs to the lever, the load, and each profile of the heat.
 
         A pulley at rest, and a lever that only begins to pull, must be held back by nothing that is over, and held by
         nothing that is yet to come: where its tension falls, without going to 0, the lever comes after the load, and
@@ -440,7 +441,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         return next_known_time(profiles, pieces, waits)
 
     def _next_pieces(self, mode: Mode, at_stop: Array) -> Mode:
-        """The mode on the piece that begins at a known time."""
+        """The mode on the piece that begins at a time breakpoint."""
         _, turns = self._next_known(mode)
         new = (
             None if piece is None else jnp.asarray(piece, jnp.int32) + (at_stop & turn).astype(jnp.int32)
@@ -454,13 +455,13 @@ class BrakeSystem(AbstractSemiExplicitSystem):
     # --- sizes --------------------------------------------------------------------------------------------------------
 
     def start(self, omega: Array, own: PyTree, heat: Array | None) -> State:
-        """The state at the start: nothing is booked, and nothing worn off yet."""
+        """The state at the start: energies and wear are 0."""
         zero, worn = jnp.zeros_like(omega), jnp.zeros(self.mechanism.pairs[0].count)
         memory = self._of_laws(lambda pair: memory_at_start(pair.law, pair.count))
         return self._like(zero, omega, own, zero, heat, worn, memory)
 
     def _of_laws(self, of: Callable[[Pair], PyTree]) -> tuple[PyTree, ...] | None:
-        """What belongs to the states of the friction law of each pair (`None`: it has none); `None` without any."""
+        """Quantities of the states of each pair's friction law (`None`: it has none); `None` without any."""
         if not self.remembers:
             return None
         return tuple(None if pair.memory is None else of(pair) for pair in self.mechanism.pairs)
@@ -468,7 +469,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
     def _like(
         self, phi: PyTree, omega: PyTree, own: PyTree, quadrature: PyTree, heat: PyTree, worn: PyTree, memory: PyTree
     ) -> State:
-        """What is like a state, with one value for every sum that no rate depends on."""
+        """A tree shaped like the state, with one value for every quadrature."""
         booked = None
         if self.thermal is not None:
             booked = HeatLedger(quadrature, quadrature, quadrature, quadrature, quadrature if self._has_band else None)
@@ -521,16 +522,16 @@ def _total(power: Array) -> Array:
 
 
 def _piece(mode: Mode, which: int) -> Piece:
-    """The piece on which a given function of time is; one without known times has no other."""
+    """The piece on which a given function of time is; one without time breakpoints has only one."""
     return jnp.asarray(0, jnp.int32) if mode.pieces[which] is None else mode.pieces[which]
 
 
 def first_piece(profile: AbstractProfile, t: Array) -> Piece | int | None:
-    """The piece of a profile at the start of a run, `None` of one without known times: it is no part of the mode."""
+    """The piece of a profile at the start of a run; `None` if it has no time breakpoints (not part of the mode)."""
     return None if isinstance(profile.next_knot(jnp.asarray(0, jnp.int32)), float) else profile.first_piece(t)
 
 
-# --- results beside the states: surface temperatures, and marks that are passed ---------------------------------------
+# --- results beside the states: surface temperatures, and thresholds exceeded ---------------------------------------
 
 
 def surfaces(system: BrakeSystem, q: BrakeNow) -> dict[str, Array]:
@@ -554,7 +555,7 @@ def _can_lose_grip(system: BrakeSystem) -> bool:
 
 
 def mark_names(system: BrakeSystem) -> list[tuple[str, int | None]]:
-    """Marks that heat or fade can pass, as names of events with the lining (from 1) that they concern."""
+    """Thresholds that heat or fade can exceed, as names of events with their lining (from 1)."""
     names: list[tuple[str, int | None]] = [("grip_lost", None)] if _can_lose_grip(system) else []
     if system.thermal is None:
         return names
@@ -566,12 +567,12 @@ def mark_names(system: BrakeSystem) -> list[tuple[str, int | None]]:
 
 
 def passing(system: BrakeSystem, mode: Mode, q: BrakeNow, hot: dict[str, Array]) -> Array:
-    """By how much each of `mark_names` is passed, relative to a typical size."""
+    """Excess over each threshold of `mark_names`, relative to a typical size."""
     found: list[Any] = []
     if _can_lose_grip(system):
         # sliding ahead, the brake no longer outweighs the load (a lever that holds the speed balances it to rounding)
         short = (q.load_torque - q.contact.brake_torque) / system.sizes.torque - 1e-9
-        # a lever that is being released lets go on purpose: that is no loss of grip
+        # a release by the lever is intended: it is no loss of grip
         pulls = q.lever_rate >= 0
         found.append(jnp.where((mode.band == SLIP) & (mode.sense > 0) & pulls, short, -1.0)[None])
     heat = None if system.thermal is None else system.thermal.heat

@@ -1,4 +1,4 @@
-"""The resolved chain: linings that move for themselves on segments of the band, each sticks or slides (model §3.1)."""
+"""The resolved chain: linings that move individually on segments of the band, each sticks or slides (model §3.1)."""
 
 from typing import Any, ClassVar, NamedTuple
 
@@ -46,13 +46,13 @@ class ChainState(NamedTuple):
 
 
 class ChainMode(NamedTuple):
-    """What each lining does (n,): 0 sticks, +1 the pulley slides ahead of it, −1 behind; bits `TAUT`, `STRETCHED` of
+    """State of each lining (n,): 0 sticks, +1 the pulley slides ahead of it, −1 behind; bits `TAUT`, `STRETCHED` of
     each segment (n,)."""
 
     linings: Any
     segments: Any
 
-    locks = None  # linings that move by themselves do not lock
+    locks = None  # linings that move individually do not lock
 
     def slides(self, mode: Mode) -> Array:
         """There is no internal pair."""
@@ -188,7 +188,7 @@ class Chain(AbstractMechanism):
         segments = old.own.segments ^ (bits[0] * TAUT + bits[1] * STRETCHED)
         changed = jnp.any(linings != old.own.linings)
         ahead, back = jnp.all(linings > 0), jnp.all(linings < 0)
-        # at rest a pulley is held until, at a later instant, the last lining lets go
+        # at rest a pulley is held until, at a later instant, the last lining breaks away
         held = old.band == HELD
         restarts = held & (ahead | back) & changed
         held = (held & ~restarts) | fired[3 * n]
@@ -202,11 +202,11 @@ class Chain(AbstractMechanism):
         ), jnp.asarray(0, jnp.int32)
 
     def _next_linings(self, now: Moment, fired: Bool[Array, " n"]) -> Int[Array, " n"]:
-        """What each lining does after those marked reached their limit or lost their slip.
+        """State of each lining after those marked reached their limit or lost their slip.
 
         Which way a lining breaks away is the sign of the force that would have held it: at equal static and kinetic
         friction its relative acceleration is still 0. Where that force is 0 as well, as nothing presses yet, its rate
-        tells. A lining that loses its slip sticks; if the force to hold it is past the limit, it goes on the other way
+        tells. A lining that loses its slip sticks; if the force to hold it exceeds the limit, it slips the other way
         by a second event at the same instant.
         """
         linings, force = now.mode.own.linings, now.z.force
@@ -216,7 +216,7 @@ class Chain(AbstractMechanism):
         return after.astype(jnp.int32)
 
     def arrested(self, omega: Array, own: ChainState, before: Mode, after: Mode) -> tuple[Array, ChainState]:
-        # what sticks moves with the pulley, to the last digit
+        # sticking linings have exactly the speed of the pulley
         return omega, own._replace(v=jnp.where(after.own.linings == 0, self.radius * omega, own.v))
 
     # --- results, stored energy, capacity -----------------------------------------------------------------------------

@@ -1,4 +1,4 @@
-"""The elastic band: it follows the pulley until its linings slide, stores energy, and slides with what it stretches."""
+"""The elastic band: it follows the pulley until its linings slide, stores energy, and stretches as it slides."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -40,7 +40,7 @@ from ._sliding import Limit, Wrap, pick
 
 #: Newton iterations of a slip speed under states of the law, and those after them that carry derivatives
 _SEARCH, _CARRY = 8, 2
-#: how far they may look, and what is no solution, over typical speeds
+#: search range, and threshold for no solution, over typical speeds
 _FAR, _OFF = 1e3, 1e-9
 
 
@@ -59,8 +59,8 @@ class ElasticNow(ContactNow):
     band_speed: Float[Array, ""]  # ẋ (m/s)
     upper: Float[Array, ""]  # limits of T_n by friction (N)
     lower: Float[Array, ""]
-    snap: Array | None  # 1 + γ: by how much the band still follows the fade
-    lead: Float[Array, ""]  # R_b ω − ẋ_0 (m/s): the slip speed but for the factor 1 + γ > 0
+    snap: Array | None  # 1 + γ > 0: the stretch of the band follows the fade
+    lead: Float[Array, ""]  # R_b ω − ẋ_0 (m/s): slip speed without the factor 1 + γ > 0
     limit: Limit  # of the linings, at the limit that counts
 
 
@@ -143,7 +143,7 @@ class AbstractElasticBand(AbstractBand):
         carrier: tuple[Array, Array],
         inner: Array | None = None,
     ) -> dict[str, Any]:
-        """What the band does on a `carrier` (`ω`, `ω̇`): variables that every elastic band has.
+        """State of the band on a `carrier` (`ω`, `ω̇`): variables of every elastic band.
 
         - `inner` (W): friction power of the internal pair, which warms the linings as well
         """
@@ -264,7 +264,7 @@ class AbstractElasticBand(AbstractBand):
         low, high = jnp.where(locked, 0.0, rest.lower), jnp.where(locked, jnp.inf, rest.upper)
         # the lever itself draws a slack band tight on a pulley that does not run into it
         tension = jnp.where(was_slack & (found.omega <= 0), jnp.maximum(tension, low), tension)
-        if new.pieces[0] is not None:  # late in a run the known times themselves are rounded
+        if new.pieces[0] is not None:  # late in a run the time breakpoints themselves are rounded
             steepest = jnp.maximum(jnp.abs(acting.pull), jnp.abs(now.acting.pull))
             rounding = rounding + 1e-15 * jnp.abs(now.t) * steepest * jnp.where(locked, 1.0, rest.limit.other)
         # at a limit of the tension it slides if the slip speed that it would have there has the right sign; with no
@@ -296,7 +296,7 @@ class AbstractElasticBand(AbstractBand):
         v = jnp.where(new.sense > 0, omega, -omega) * self.wrap.radius
         back, tension = new.band == SLIP_BACK, self.tension_of(x, old, z)
         drawn_tight = was_open | (old.band == TAKE_UP)
-        # what neither slides nor is held by friction keeps its elongation; a band that is let go springs back
+        # a band that neither slides nor is held by friction keeps its elongation; a released band springs back
         kept = jnp.where(is_open & ~was_open, 0.0, C * x)
 
         def jump(surfaces: Surfaces) -> tuple[Carried, Array, tuple[Array, ...]]:
@@ -327,7 +327,7 @@ class ElasticBand(AbstractElasticBand):
     def variables(self, acting: Acting, omega: Array, own: Carried, mode: Mode) -> ElasticNow:
         band, R_b, T_0, stretched = mode.band, self.wrap.radius, acting.tension, self.stiffness * own.x
         at = self.at_limit(acting, omega, mode)
-        # what is held bears the load
+        # a held brake bears the load
         slack, tight = self.tensions(T_0, stretched, band, at.upper, T_0 + acting.load / R_b)
         shown = pick(band == OPEN, 0.0, slack)
         elastic = pick(band == ELASTIC, stretched - T_0, 0.0)

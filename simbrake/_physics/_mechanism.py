@@ -1,4 +1,4 @@
-"""What a mechanism is: bodies that turn, the friction pairs between them, and how these stick and slide."""
+"""Interface of a mechanism: rotating bodies, the friction pairs between them, and how these stick and slide."""
 
 import abc
 import enum
@@ -20,7 +20,7 @@ from ._sliding import AbstractGrip
 
 
 class BrakeCode(enum.IntEnum):
-    """Ends of a run that only a brake can come to."""
+    """Status codes of a run that are specific to brakes."""
 
     SINGULAR_GEOMETRY = SYSTEM_CODES
     BAND_SNAP = SYSTEM_CODES + 1
@@ -39,8 +39,8 @@ class HeatLedger(NamedTuple):
 
 
 class Ledger(NamedTuple):
-    """Energies in J since the start: work of load and lever, friction work of every pair, and what became of its heat
-    (`None`: no heat)."""
+    """Energies in J since the start: work of load and lever, friction work of every pair, and the distribution of its
+    heat (`None`: no heat)."""
 
     load_work: Any
     lever_work: Any
@@ -53,7 +53,7 @@ class Ledger(NamedTuple):
 
 
 class BandMode(enum.IntEnum):
-    """What the band does (model §3)."""
+    """Label of the band's mode (model §3)."""
 
     OPEN = 0
     TAKE_UP = 1
@@ -63,10 +63,10 @@ class BandMode(enum.IntEnum):
     HELD = 5
 
 
-#: its labels as they stand in a mode: known while tracing, of the type that a mode has
+#: its labels as values of a mode: known while tracing, of the type of a mode
 OPEN, TAKE_UP, ELASTIC, SLIP, SLIP_BACK, HELD = (np.int32(label) for label in BandMode)
 
-#: what the band does in each mode, and what the mode holds while (`Π_s` static limits, `v_s` slip speed)
+#: meaning of each mode, and its condition (`Π_s` static limits, `v_s` slip speed)
 BAND_MODES = {
     BandMode.OPEN: ("the lever does not pull, the band is free", "`T_0 = 0`"),
     BandMode.TAKE_UP: ("the pulley draws the band tight, no torque yet", "`C x < T_0` and `ω > 0`"),
@@ -84,7 +84,7 @@ BAND_MODES = {
 
 
 class Sliding:
-    """The label of a band that is asked about: it slides, ahead or `back`, and is known to do nothing else."""
+    """Label of a hypothetical band mode: sliding ahead or `back`, known while tracing."""
 
     def __init__(self, back: Array):
         self.back = back
@@ -100,7 +100,7 @@ def slips(band: Any) -> Any:
 
 
 class Label(NamedTuple):
-    """What the log knows of a mode: band mode, and the internal pair of a staged brake (0: it sticks or is none)."""
+    """Mode in the log: band mode, and the internal pair of a staged brake (0: it sticks or is none)."""
 
     band: int
     inner: int = 0
@@ -172,12 +172,12 @@ class Rub(NamedTuple):
 
 
 class Pair(eqx.Module):
-    """What a friction pair has for good.
+    """Constant properties of a friction pair.
 
     - `name`; `field` of the brake that describes its linings; `law` of friction; `area` (m²) of the linings
-    - `heat`: where its heat goes, `None`: it is only booked
+    - `heat`: where its heat goes, `None`: it enters only the energy balance
     - `wear`: its rate, `None`: none is followed;  `on_band`: whether the linings rub on the band, not on the rim
-    - `apart`: whether it matters for the heat, or for states of the law, which of the linings it comes from
+    - `apart`: whether the heat, or states of the law, depend on the distribution over the linings
     - `memory`: what the rates of the law's states depend on, `None`: it has none
     """
 
@@ -197,7 +197,7 @@ class Pair(eqx.Module):
 
         - `v` (m/s): slip speed signed by the sense, `power` (W) of the friction of each lining: (n,) or one for all
 
-        Past the end of a slide, where both are below 0, a rate `g` goes on with the slope that it has,
+        Past the end of a slide, where both are below 0, a rate `g` continues with its slope,
         `2 g(0) − g(|v|)`.
         """
         still, area = jnp.zeros(self.count), self.area
@@ -208,18 +208,18 @@ class Pair(eqx.Module):
             return jax.tree.map(lambda rate: rate + still, self.law.rates(surface.contact(v, p, q)))
 
         if self.memory is None or not self.memory.bends:
-            return at(v, q)  # a straight line goes on by itself
+            return at(v, q)  # a linear rate needs no continuation
         past, at_rest = v < 0, at(still, None if q is None else still)
         found = at(jnp.where(past, -v, v), None if q is None else jnp.where(past, -q, q))
         return jax.tree.map(lambda rate, still: jnp.where(past, 2 * still - rate, rate), found, at_rest)
 
     @property
     def wears(self) -> bool:
-        """Whether the wear of its linings is followed."""
+        """Whether the wear of its linings is simulated."""
         return self.wear is not None and self.area is not None
 
     def wear_rate(self, rub: Rub, T: Array | None) -> Float[Array, " n"] | None:
-        """Rate of wear (m/s) of its linings, `ḣ_i = I(T_i) p_i v_i` (model §7), where it is followed."""
+        """Rate of wear (m/s) of its linings, `ḣ_i = I(T_i) p_i v_i` (model §7), where it is simulated."""
         if self.wear is None or self.area is None:
             return None
         p, v = rub.normal / self.area, rub.sense * rub.slip
@@ -227,13 +227,13 @@ class Pair(eqx.Module):
 
 
 class PairNow(NamedTuple):
-    """A friction pair at one instant as results show it; its power is `force · slip`.
+    """A friction pair at one instant, for results; its power is `force · slip`.
 
     - of every lining (n,): `force` (N) along the slip, at its radius;  `friction` (N) at the face of the lining, at the
       limit `f N`;  `normal` load (N);  `slip` speed (m/s);  `sense`: the way it slides (±1), 0 while it sticks;
-      `at_limit`: whether its friction is used up
+      `at_limit`: whether its friction is at the limit
     - `torque` (N·m) that the pair passes on;  `capacity` (N·m): up to which it sticks, or with which it slides, `None`
-      where the mechanism does not tell
+      where the mechanism has none
     - `coefficient` (n,) of friction when it slides, `None` without heat and without states of the law
     """
 
@@ -251,14 +251,14 @@ class PairNow(NamedTuple):
     def of(
         cls, force: Array, normal: Array, slip: Array, sense: Array, torque: Array, f: Array | None, more: Any = None
     ) -> "PairNow":
-        """Linings whose friction is used up where they slide, and acts at the radius of the slip; `more`: capacity."""
+        """Linings that slide at their friction limit, with friction at the radius of the slip; `more`: capacity."""
         return cls(force, force, normal, slip, sense, sense != 0, torque, f, more)
 
 
 class Shown(NamedTuple):
-    """What results show of a mechanism beside its variables.
+    """Results of a mechanism beside its variables.
 
-    A run needs of it the loads of linings that stick, and those only where a friction law has states that follow the
+    A run needs only the loads of sticking linings, and only where a friction law has states that depend on the
     pressure.
 
     - `pairs`;  `tension` (n,) of the band behind every lining (N), `None` without a band
@@ -275,9 +275,9 @@ class Shown(NamedTuple):
 
 
 class Acting(NamedTuple):
-    """What acts on a mechanism at one instant.
+    """Applied loads on a mechanism at one instant.
 
-    - `tension` (N): what the lever gives, a slack tension or a force, and `pull` its rate;  `load` (N·m) on the shaft
+    - `tension` (N): slack tension or force of the lever, and `pull` its rate;  `load` (N·m) on the shaft
     - `inertia` (kg·m²) of the shaft and all that moves with it;  `surfaces` of the pairs
     - `warming(forces)`: rates (K/s) of their temperatures by the friction forces of each pair (as in `Rub`; `None`: not
       this pair's) per unit of its slip speed, linear in them; without forces, by all else
@@ -293,11 +293,11 @@ class Acting(NamedTuple):
 
 
 class Mode(NamedTuple):
-    """What a brake does between two events.
+    """Mode of a brake between two events.
 
     - `band`: label of the whole (`BandMode`);  `sense`: direction in which the pulley moves or last moved, ±1
-    - `own`: what only its mechanism has;  `pieces` on which the given functions of time are: of the lever, the load and
-      the heat, `None` of those without known times
+    - `own`: the mode of its mechanism;  `pieces` on which the given functions of time are: of the lever, the load and
+      the heat, `None` of those without time breakpoints
     """
 
     band: Any
@@ -312,12 +312,12 @@ class Mode(NamedTuple):
 
     @property
     def contacts(self) -> dict[str, Any]:
-        """What every lining does for itself, (n,) each: nothing where they act as one."""
+        """Modes of individual linings, (n,) each: none where they act as one."""
         return self.own.contacts
 
     @property
     def locks(self) -> Any:
-        """Whether a lining locks itself, where that can change in a run (else `None`)."""
+        """Whether a lining is self-locking, where that can change in a run (else `None`)."""
         return self.own.locks
 
 
@@ -344,7 +344,7 @@ class ContactNow(eqx.Module):
 
 
 class Moment(NamedTuple):
-    """A mechanism at one instant, as its changes of mode see it.
+    """State of a mechanism at one instant, for its changes of mode.
 
     - `omega` (rad/s), `own` states, `mode`, variables `z` and their rates along the motion `z_rate`
     """
@@ -358,24 +358,24 @@ class Moment(NamedTuple):
     z_rate: Any
 
 
-#: which guards reached 0, one by one
+#: which guards reached 0
 Fired = Sequence[Bool[Array, ""]]
 
-#: `ask(mode, omega, own)`: what acts, and the variables, in another mode, at other speeds, at the same instant
+#: `ask(mode, omega, own)`: applied loads and variables in another mode, at other speeds, at the same instant
 Ask = Callable[[Mode, Array, PyTree], tuple[Acting, Any]]
 
 
 class AbstractMechanism(eqx.Module):
     """Bodies that turn, stick and slide: start, rates, guards, changes of mode, stored energy, typical sizes.
 
-    A mechanism knows the shaft's speed `ω`, states and modes of its `own`, and what acts on it (`Acting`). It has
-    friction pairs, of which all else sees only names, forces and slip speeds: no heat, no wear, no ledger is in here.
+    A mechanism knows the shaft's speed `ω`, states and modes of its `own`, and its applied loads (`Acting`). Other
+    modules see only names, forces and slip speeds of its friction pairs: heat, wear and ledger are elsewhere.
     Its variables `z` are a `ContactNow`, with `damping` (W) where it has dampers.
 
     - `grip`: friction of the linings on which the lever acts
-    - `distribution`: how what rigid bodies leave undetermined among the linings is closed, in words
+    - `distribution`: rule for the load sharing that rigid bodies leave undetermined, in words
     - `banded`: whether the linings are under a band, which has tensions
-    - `resolved`: whether single linings move by themselves
+    - `resolved`: whether linings move individually
     - `couples_loads`: whether the load of a lining depends on the friction of others at the same instant
     - `stretches`: whether it has a band whose stretch follows its friction at once: slip speeds depend on how fast the
       friction changes, and the tension jumps with changes of mode (`strained`)
@@ -398,7 +398,7 @@ class AbstractMechanism(eqx.Module):
 
     @abc.abstractmethod
     def variables(self, acting: Acting, omega: Array, own: PyTree, mode: Mode) -> ContactNow:
-        """Everything algebraic at one instant."""
+        """Algebraic variables at one instant."""
 
     @abc.abstractmethod
     def own_rates(self, z: ContactNow) -> PyTree:
@@ -414,8 +414,8 @@ class AbstractMechanism(eqx.Module):
 
     @abc.abstractmethod
     def arrested(self, omega: Array, own: PyTree, before: Mode, after: Mode) -> tuple[Array, PyTree]:
-        """Speed and own states just after a change of mode: what sticks or rests from now on has exactly the speed of
-        what it sticks to."""
+        """Speed and own states just after a change of mode: bodies that stick or rest have exactly the speed of
+        the body that they stick to."""
 
     @property
     def stretches(self) -> bool:
@@ -429,19 +429,19 @@ class AbstractMechanism(eqx.Module):
         It gives the own states after them, the work of the lever and the heat of each pair (J). `before`: the mode with
         its variables, `after` with the tension of the lever;  `omega`, `own` as they are after `arrested`.
         """
-        raise TypeError(f"nothing jumps in {type(self).__name__}")
+        raise TypeError(f"no jumps are defined for {type(self).__name__}")
 
     def lining_margins(self, mode: Mode, z: PyTree) -> Float[Array, " twice_n"]:
-        """By how much each lining is past its static limit while the band is elastic, over the reference tension.
+        """Excess of each lining over its static limit while the band is elastic, over the reference tension.
 
         The first `n` count from the slack end (`C x − T_0 Π_i`), the last `n` from the anchor for a band pulled the
-        other way (`T_0 − C x ∏_{j≥i} μ_j`); −1 in every other mode. Linings that slide by themselves have none.
+        other way (`T_0 − C x ∏_{j≥i} μ_j`); −1 in every other mode. Linings that slide individually have none.
         """
         return jnp.zeros(0)
 
     @abc.abstractmethod
     def shown(self, tension: Array, omega: Array, own: PyTree, mode: Mode, surfaces: Surfaces, z: PyTree) -> Shown:
-        """What results show of it at one instant; `tension` is the lever's."""
+        """Its results at one instant; `tension` is the lever's."""
 
     @property
     def shows_friction(self) -> bool:
@@ -450,7 +450,7 @@ class AbstractMechanism(eqx.Module):
 
     @property
     def tells_pairs_apart(self) -> bool:
-        """Whether its pairs show more than the brake as a whole: several, or one whose linings move by themselves."""
+        """Whether pairs have more results than the whole brake: several pairs, or linings that move individually."""
         return len(self.pairs) > 1 or self.resolved
 
     def gain(self, omega: Array, surfaces: Surfaces) -> Float[Array, ""]:
@@ -478,7 +478,7 @@ class AbstractMechanism(eqx.Module):
 
 
 def excess(value: Array, low: Array, high: Array, slack: Array) -> Int[Array, ""]:
-    """Which limit a value exceeds by more than `slack`: 1 the upper, −1 the lower, else 0."""
+    """Limit that a value exceeds by more than `slack`: 1 the upper, −1 the lower, else 0."""
     return jnp.where(value > high + slack, 1, jnp.where(value < low - slack, -1, 0))
 
 

@@ -1,4 +1,4 @@
-"""Linings that act as one, and rigid contact: the brake torque follows at once from the lever's force and friction."""
+"""Linings that act as one, and rigid contact: the brake torque is a function of lever force and friction."""
 
 import abc
 from typing import Any, ClassVar, NamedTuple
@@ -40,9 +40,9 @@ from ._sliding import FaceGrip, Grip, Wrap, pick
 
 
 class Together(NamedTuple):
-    """What linings do that act as one.
+    """Mode of linings that act as one.
 
-    - `locks`: whether a lining locks itself (0, 1), where that can change in a run (else `None`)
+    - `locks`: whether a lining is self-locking (0, 1), where that can change in a run (else `None`)
     - `inner`, of a staged brake: 0 while the internal pair sticks, ±1 the sign of `ω − ω_b` while it slides
     - `piece`, of a staged brake: number of linings at their limit on the band, as `_band.piece_of` counts them
     """
@@ -61,11 +61,11 @@ class Together(NamedTuple):
 
 
 class Onset(NamedTuple):
-    """How the motion goes on after an event.
+    """Motion after an event.
 
     - `pulls`: whether the lever pulls, `rising`: whether it only begins to
-    - `stands`: whether the pulley stands at this instant;  `direction`: where it goes (±1), 0: it is held
-    - `omega`: its speed, exactly 0 where it stands
+    - `stands`: whether the pulley is at rest at this instant;  `direction`: where it goes (±1), 0: it is held
+    - `omega`: its speed, exactly 0 at rest
     """
 
     pulls: Bool[Array, ""]
@@ -83,11 +83,11 @@ class Onset(NamedTuple):
 
 
 class AbstractContact(AbstractMechanism):
-    """Linings that act as one: open, held, sliding ahead or back, and on an elastic band what lies between.
+    """Linings that act as one: open, held, sliding ahead or back, and the modes between on an elastic band.
 
     Guards: motion, upper limit, lower limit, lever; then what can change with heat: locking, and one for each code.
 
-    - `locked`: whether a lining locks itself at the start; `locking_varies`: whether that can change in a run
+    - `locked`: whether a lining is self-locking at the start; `locking_varies`: whether that can change in a run
     - `codes`: ends of the run that heat can bring about
     """
 
@@ -100,7 +100,7 @@ class AbstractContact(AbstractMechanism):
 
     @property
     def starts_locked(self) -> Int[Array, ""] | None:
-        """Whether a lining locks itself in the first mode, where that can change."""
+        """Whether a lining is self-locking in the first mode, where that can change."""
         return self.locked.astype(jnp.int32) if self.locking_varies else None
 
     def margins(
@@ -112,7 +112,7 @@ class AbstractContact(AbstractMechanism):
         locking: Array | None,
         sound: dict[BrakeCode, PyTree],
     ) -> list[Array]:
-        """The guards; `locking`: by how much the linings are away from locking themselves, `sound`: those of codes
+        """The guards; `locking`: margin of the linings to self-locking, `sound`: those of codes
         while the linings slide."""
         is_open, size = mode.band == OPEN, self.sizes
         motion = jnp.where(mode.sense > 0, omega, -omega) / size.speed
@@ -123,7 +123,7 @@ class AbstractContact(AbstractMechanism):
         return [motion, *limits, lever, *more]
 
     def relocked(self, new: Mode, fired: Fired) -> Mode:
-        """The mode in which linings lock themselves, or no longer do, if the guard of that fired."""
+        """The mode with or without self-locking linings, if its guard fired."""
         if new.own.locks is None:
             return new
         return new._replace(own=new.own._replace(locks=(new.own.locks ^ fired[4].astype(jnp.int32)).astype(jnp.int32)))
@@ -137,9 +137,9 @@ class AbstractContact(AbstractMechanism):
     def onset(self, now: Moment, fired: Fired, acting: Acting, beyond: Array) -> Onset:
         """The motion after an event.
 
-        `beyond`: which limit of holding the load exceeds, 1 the upper, −1 the lower, else 0. A guard that fired has
-        the last word over such a comparison at rounding level. A pulley without speed in a mode of motion starts at
-        this very instant, the way that was found.
+        `beyond`: which limit of holding the load exceeds, 1 the upper, −1 the lower, else 0. A guard that fired
+        overrides this comparison at rounding level. A pulley without speed in a mode of motion starts at
+        this very instant, in the direction found.
         """
         T_0, rounding = acting.tension, self.sizes.slight_tension
         rising = (jnp.abs(T_0) <= rounding) & (acting.pull > 0)
@@ -209,7 +209,7 @@ def rigid_mode(direction: Int[Array, ""]) -> Int[Array, ""]:
 
 
 def sense_of(mode: Mode) -> Float[Array, ""]:
-    """The way in which linings that act as one slide: ±1, 0 while they stick."""
+    """Slip direction of linings that act as one: ±1, 0 while they stick."""
     return jnp.where(mode.band == SLIP, 1.0, jnp.where(mode.band == SLIP_BACK, -1.0, 0.0))
 
 
@@ -220,8 +220,8 @@ class Torques(NamedTuple):
     """Maximum torques (N·m, ≥ 0) of linings that slide, or are about to, and what belongs to them.
 
     - `ahead`, `back`: against a motion forwards and backwards;  `slope`: of implicit coefficients (1 where explicit)
-    - `margin`: by how much the linings are away from locking themselves, `None` where that cannot change
-    - `law`: what else the torque law has found
+    - `margin`: margin of the linings to self-locking, `None` where that cannot change
+    - `law`: further results of the torque law
     """
 
     ahead: Float[Array, ""]
@@ -240,8 +240,8 @@ class RigidNow(ContactNow):
 class AbstractRigidContact(AbstractContact):
     """A pulley and a contact without elasticity: `J ω̇ = M_load − M`, `|M|` up to the static limit while it is held.
 
-    How the maximum torque follows from the lever's force and from friction is the torque law of the contact, and all
-    that differs between a band, pads and shoes.
+    How the maximum torque follows from the lever's force and from friction is the torque law of the contact, the only
+    difference between a band, pads and shoes.
 
     - `radius` (m) at which the linings slide
     """
@@ -331,7 +331,7 @@ class RigidBand(AbstractBand, AbstractRigidContact):
 
     def torques(self, force: Array, v: Array, surface: SurfaceState | None, back: Array, static: Array) -> Torques:
         found, R_b = self.wrap.limit(force, v, surface, back, static), self.radius
-        # the limit the other way is asked for at rest, where the one found is that ahead
+        # at rest the limit in the other direction is needed as well
         moving = R_b * (force * found.ratio - force)
         falling = jnp.where(back, -moving, R_b * (force - force / found.other))
         return Torques(moving, falling, found.slope, found.margin, found.fz)
@@ -351,7 +351,7 @@ class RigidBand(AbstractBand, AbstractRigidContact):
         return self.grip.torque(self.radius, tension, omega, surfaces[0])[None]
 
 
-#: a lining that is so near to locking itself does: its friction would be without bounds, and no step cross the end
+#: a lining this near to self-locking counts as self-locking: friction would be unbounded, and no step would cross
 _NEARLY = 1e-6
 
 
@@ -366,7 +366,7 @@ class Pressing(NamedTuple):
 class PressedContact(AbstractRigidContact):
     """Linings that a force presses on a turning face, as pads and shoes: `M = r Σ f_i N_i`.
 
-    - `brake`: says how the normal forces `N_i` follow from the force of the lever and from friction
+    - `brake`: gives the normal forces `N_i` from the force of the lever and friction
     """
 
     brake: AbstractPressedBrake
@@ -391,7 +391,7 @@ class PressedContact(AbstractRigidContact):
         self, force: Array, v: Array, surface: SurfaceState | None, static: Array | bool
     ) -> Float[Array, " n"]:
         n = self.brake.linings.count
-        # only where no friction presses a lining on may its law look at the pressure
+        # only where no friction presses a lining on may its law depend on the pressure
         N = None if self.brake.can_lock else self.brake.normal(force, jnp.zeros(n), False)
         return self.grip.coefficients(jnp.broadcast_to(v, (n,)), surface, N, static)
 

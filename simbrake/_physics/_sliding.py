@@ -54,12 +54,12 @@ class AbstractGrip(eqx.Module):
 
     @property
     def reads(self) -> Reads:
-        """What the law reads of what there is."""
+        """Inputs that the law reads."""
         return reads(self.linings.friction, self.linings.count, T=self.heated, p=self.linings.area is not None)
 
     @property
     def remembers(self) -> bool:
-        """Whether the law has states of its own."""
+        """Whether the law has internal states."""
         return remembers(self.linings.friction)
 
     @property
@@ -70,7 +70,7 @@ class AbstractGrip(eqx.Module):
 
 
 class FaceGrip(AbstractGrip):
-    """Friction of linings that are pressed on a turning face: their normal forces do not hang on those of others."""
+    """Friction of linings that are pressed on a turning face: their normal forces do not depend on those of others."""
 
     @property
     def cosine(self) -> float:
@@ -81,7 +81,7 @@ class FaceGrip(AbstractGrip):
     ) -> Float[Array, " n"]:
         """`f_i` at slip speeds `v` (n,) signed by the sense, under the normal forces `N` (n,).
 
-        `N` is `None` for a law that does not look at the pressure;  `surface`: state of the surfaces;  `static`: the
+        `N` is `None` for a law that does not depend on the pressure;  `surface`: state of the surfaces;  `static`: the
         linings stick.
         """
         law, surface, p = self.linings.friction, surface or SurfaceState(), None
@@ -97,9 +97,9 @@ class FaceGrip(AbstractGrip):
 class Grip(AbstractGrip):
     """Friction of the linings: `f_i(v, T_i, p_i)`.
 
-    Where the law looks at the pressure `p_i = N_i/A_i`, or there is a flash temperature, `f_i` is implicit (an index-1
-    algebraic equation), since `N_i = (T_{i−1} + T_i) sin(β_i/2)` and `T_i = T_{i−1} μ_i(f_i)^{±1}`: it is solved from
-    the slack end upwards, on the branch that starts at the coefficient without flash.
+    Where the law depends on the pressure `p_i = N_i/A_i`, or there is a flash temperature, `f_i` is implicit (an
+    index-1 algebraic equation), since `N_i = (T_{i−1} + T_i) sin(β_i/2)` and `T_i = T_{i−1} μ_i(f_i)^{±1}`: it is
+    solved from the slack end upwards, on the branch that starts at the coefficient without flash.
     """
 
     linings: Lining  # pyright: ignore
@@ -135,7 +135,8 @@ class Grip(AbstractGrip):
     def coefficients(
         self, T_0: Array, v: Array, surface: SurfaceState | None, back: Array, *, static: Array | bool
     ) -> Coefficients:
-        """All `f_i`; `v` (n,) slip speeds signed by the sense, `surface` state of the surfaces, `back`: tensions fall.
+        """Coefficients `f_i`; `v` (n,) slip speeds signed by the sense, `surface` state of the surfaces, `back`:
+        tensions fall.
 
         `static`: whether the linings stick, known while tracing or not; theirs are then the static coefficients.
         """
@@ -205,7 +206,7 @@ class Grip(AbstractGrip):
     def torque(self, radius: Array, T_0: Array, omega: Array, surface: SurfaceState | None) -> Float[Array, ""]:
         """`R_b T_0 (Π − 1)`, in reverse `R_b T_0 (1 − 1/Π)`, of linings that slide on a band at rest.
 
-        A lining that locks itself makes it infinite; in reverse the tight end can only become slack: `R_b T_0`.
+        A lining that is self-locking makes it infinite; in reverse the tight end can only become slack: `R_b T_0`.
         """
         back = omega < 0
         v = jnp.broadcast_to(jnp.abs(omega) * radius, (self.linings.count,))
@@ -228,16 +229,16 @@ class Fixed(NamedTuple):
 
 
 def _unlocked(fz: Float[Array, " n"]) -> Float[Array, " n"]:
-    """`f_i z_i`, 0 of a lining that locks itself: its limit is infinite, and for the caller to treat."""
+    """`f_i z_i`, 0 of a lining that is self-locking: its limit is infinite, and the caller handles it."""
     return jnp.where(fz < 1, fz, 0.0)
 
 
 class Limit(NamedTuple):
     """Linings that slide, or are about to, one way.
 
-    - `fz` (n,): `f_i z_i` of each, 0 of one that locks itself
+    - `fz` (n,): `f_i z_i` of each, 0 of one that is self-locking
     - `ratio`: `T_n/T_0`, `Π = ∏ (1 + f_i z_i)/(1 − f_i z_i)` while the anchor end is the tight one, else `1/Π`
-    - `other`: `Π` the other way, which is another where the law looks at the pressure
+    - `other`: `Π` the other way, which differs where the law depends on the pressure
     - `slope`: the least slope of implicit coefficients (1 where explicit)
     - `margin`: by how much the lining nearest to locking is away from it, `1 − max f_s z`; `None`: it cannot change
     """
@@ -252,7 +253,7 @@ class Limit(NamedTuple):
 class Wrap(eqx.Module):
     """The grip of a band on linings: `T_i = T_{i−1} μ_i^{±1}` where they slide, `T_{i−1}/μ_i ≤ T_i ≤ T_{i−1} μ_i` else.
 
-    - `radius` `R_b` (m) of the band circle;  `locked`: whether a lining locks itself at the start
+    - `radius` `R_b` (m) of the band circle;  `locked`: whether a lining is self-locking at the start
     - `fixed`: `f_i z_i` (n,) and `Π` of sticking and of sliding linings, formed once where they cannot change in a run
     """
 
@@ -311,7 +312,7 @@ class Wrap(eqx.Module):
         return along - before, (along + before) * self.grip.sine
 
     def margins(self, T_0: Array, T_n: Array, fz: Array) -> Float[Array, " twice_n"]:
-        """By how much (N) each lining is past its limit, from either end (see `AbstractMechanism.lining_margins`)."""
+        """Excess (N) of each lining over its limit, from either end (see `AbstractMechanism.lining_margins`)."""
         mu = (1 + fz) / (1 - fz)
         ahead = T_n - T_0 * jnp.cumprod(mu)
         back = T_0 - T_n * jnp.cumprod(mu[::-1])[::-1]

@@ -1,4 +1,4 @@
-"""Where the Jacobian of a brake with heat is sparse: chains of nodes that meet in a small core."""
+"""Sparsity of the Jacobian of a brake with heat: chains of nodes joined by a small core."""
 
 import itertools
 from collections.abc import Callable
@@ -19,7 +19,7 @@ Node = tuple[bool, int]
 
 
 def couplings(heat: Heat) -> Int[np.ndarray, " k"]:
-    """Where the Jacobian of the network is sparse: the core, and places in chains, per node with capacity.
+    """Sparsity of the Jacobian of the network: core, and places in chains, per node with capacity.
 
     Bodies that friction heats or senses are in the core, as every lining's friction depends on those before it, and so
     are those around a face that several links share. Of the rest, nodes where three or more paths meet join the core
@@ -52,7 +52,7 @@ def couplings(heat: Heat) -> Int[np.ndarray, " k"]:
 
 
 def _inside_plain_walls(heat: Heat, size: int) -> Bool[np.ndarray, " k"]:
-    """Which nodes with capacity are layers within a wall of constant properties, reached by conduction alone."""
+    """Nodes with capacity that are layers within a wall of constant properties, reached by conduction alone."""
     found = np.zeros(size, bool)
     for body in heat.walls:
         m = body.material
@@ -123,11 +123,11 @@ def _core(heat: Heat, joined: dict[Node, set[Node]]) -> set[int]:
 
 
 def couplings_of_memory(mechanism: AbstractMechanism, others: Int[np.ndarray, " n"]) -> Callable[[Pair], PyTree]:
-    """Places of the states of a pair's law in the Jacobian, beside those of all `others`; to be asked pair after pair.
+    """Places of the states of a pair's law in the Jacobian, beside those of all `others`; called pair by pair.
 
-    A state of a lining stands in the chain, without neighbours, where its rate depends on the core alone (speeds,
-    temperatures) and on itself; else it is one of the core, as all linings are coupled there. A chain of them alone is
-    worth its border only while that is the smaller part.
+    A state of a lining is in the chain, without neighbours, where its rate depends on the core alone (speeds,
+    temperatures) and on itself; else it is one of the core, as all linings are coupled there. A chain of them alone
+    pays only while its border is the smaller part.
     """
     places, core = itertools.count(1 + max((kind % LINEAR for kind in others if kind >= 0), default=-1)), others == CORE
     chained = bool(np.any(others >= 0))

@@ -1,4 +1,4 @@
-"""The bandage on springs: every lining of a staged brake a body of its own, held or sliding on band and rim."""
+"""The bandage on springs: every lining of a staged brake is a separate body, held or sliding on band and rim."""
 
 from typing import Any, ClassVar, NamedTuple
 
@@ -47,7 +47,7 @@ class SprungState(NamedTuple):
 
 
 class SprungMode(NamedTuple):
-    """What every lining does.
+    """Mode of every lining.
 
     - `outer` (n,): 0 while lining `i` is held on the band, else the sign of `ω_i` (of no meaning while open)
     - `inner` (n,): 0 while it sticks on the rim, else the sign of `ω − ω_i`
@@ -59,7 +59,7 @@ class SprungMode(NamedTuple):
 
     outer: Any
     inner: Any
-    locks = None  # a lining that comes to lock itself ends the run
+    locks = None  # a lining that becomes self-locking ends the run
 
     @property
     def fixed(self) -> Bool[Array, "*row n"]:
@@ -145,7 +145,7 @@ def resting_tensions(r: Resting, T_0: Float[Array, ""], share: Float[Array, ""])
 def yields_on_band(
     r: Resting, T_0: Float[Array, ""], along: Float[Array, " n"], way: Int[Array, ""]
 ) -> Bool[Array, " n"]:
-    """Which linings let go on the band, the others on the rim, when the pulley starts to move `way` (±1)."""
+    """Linings that break away on the band (the others on the rim) when the pulley starts to move `way` (±1)."""
     before = jnp.concatenate([T_0[None], along[:-1]])
     wanted = unbounded(r, before, way.astype(jnp.float64))
     return jnp.where(way > 0, wanted >= before * r.mu, wanted <= before / r.mu)
@@ -233,7 +233,7 @@ class SprungNow(ContactNow):
 
 
 class SprungBandage(AbstractMechanism):
-    """A staged brake on a rigid band whose linings are bodies of their own, with springs between neighbours (model §4).
+    """A staged brake on a rigid band whose linings are separate bodies, with springs between neighbours (model §4).
 
     Per lining (`G_i = T_i − T_{i−1}` from the band, `λ_i` from the rim, `Q_i` from the springs to its neighbours):
 
@@ -424,7 +424,7 @@ class SprungBandage(AbstractMechanism):
         return inner, jnp.where(stuck | (mode.band == OPEN), 1.0, outer)
 
     def _spring_margin(self, z: SprungNow) -> Array:
-        """What both pairs of a fixed lining could hold, less what its springs pull (N·m)."""
+        """Capacity of both pairs of a fixed lining less the torque of its springs (N·m)."""
         r, Q = z.resting, z.spring_torque
         before = jnp.concatenate([z.slack_tension[None], z.tension[:-1]])
         most = jnp.where(Q > 0, before * r.mu, before / r.mu)
@@ -441,7 +441,7 @@ class SprungBandage(AbstractMechanism):
         broke, gone = fired[_FIRST : _FIRST + n], fired[_FIRST + n : _FIRST + 2 * n]
         new = new._replace(own=self._each_lining(omega, own, new, z, broke, gone))
 
-        # the lever begins to pull: what moves slides, what rests is held unless that proves too much
+        # the lever begins to pull: moving linings slide, resting ones are held unless that exceeds their limit
         grips = was_open & pulls
         starts = grips & (omega == 0)
         sense = jnp.where(grips & (omega != 0), jnp.sign(omega).astype(jnp.int32), old.sense)
@@ -469,10 +469,10 @@ class SprungBandage(AbstractMechanism):
     def _each_lining(
         self, omega: Array, own: SprungState, mode: Mode, z: SprungNow, broke: Array, gone: Array
     ) -> SprungMode:
-        """Every lining by itself: what it does after guards of its own fired.
+        """Mode of each lining after its own guards fired.
 
-        What lets go slides the way of the force that was too great; what has come to rest is held for now: if that
-        takes too great a force, its guard is negative and fires at the same instant. A lining without speed on a
+        A lining that breaks away slides in the direction of the excess force; one that has come to rest is held: if
+        that takes too large a force, its guard is negative and fires at the same instant. A lining without speed on a
         pulley without speed, which starts, goes with the stronger pair.
         """
         old = mode.own
@@ -503,7 +503,8 @@ class SprungBandage(AbstractMechanism):
         """The mode where the pulley has no speed, and the linings named have none either.
 
         They rest if the load is within what all of them hold (each at the limit of its weaker pair). Otherwise the
-        pulley starts the way of the load, or of the guard that fired (`forced`), and each lets go at its weaker pair.
+        pulley starts the way of the load, or of the guard that fired (`forced`), and each breaks away at its weaker
+        pair.
         """
         trial = SprungMode(jnp.where(together, 0, new.own.outer), jnp.where(together, 0, new.own.inner))
         trial = new._replace(own=trial)

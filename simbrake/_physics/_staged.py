@@ -35,11 +35,11 @@ from ._mechanism import (
 from ._rigid import Together, rigid_mode
 from ._sliding import Known, Wrap, pick
 
-_NEWTON = 8  # iterations for a tension under a law that looks at the pressure; otherwise it is linear: one is exact
+_NEWTON = 8  # iterations for a tension under a law that depends on the pressure; otherwise it is linear: one is exact
 
 
 class Held(eqx.Module):
-    """What the friction of the internal pair depends on at one instant: speed `v` (m/s), signed by the sense, and the
+    """Inputs of the friction of the internal pair at one instant: speed `v` (m/s), signed by the sense, and the
     state of the surfaces (`None`: the scene has none)."""
 
     v: Array
@@ -148,7 +148,8 @@ class StagedBrake(AbstractElasticBand):
     The internal pair sticks (`ω = ω_b`) while `|Λ| ≤ M_int`, and slides with `Λ = ± M_int`, which depends on the
     tensions along the band: on the number of linings at their limit there (`piece`).
 
-    Guards: those of the band on the bandage; grip or slip of the internal pair; a lining more at its limit, one less.
+    Guards: those of the band on the bandage; grip or slip of the internal pair; one lining more at its limit, one
+    lining less.
     """
 
     wrap: Wrap
@@ -159,7 +160,7 @@ class StagedBrake(AbstractElasticBand):
 
     @property
     def _first(self) -> int:
-        """Where the guards of the internal pair begin."""
+        """Index of the first guard of the internal pair."""
         return 4 + self.locking_varies + len(self.codes)
 
     def start(self, omega: Array, elongation: Array) -> tuple[Carried, np.int32, Together]:

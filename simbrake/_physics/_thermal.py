@@ -27,12 +27,12 @@ from ..thermal._network import (
     place_of,
 )
 
-#: the pieces on which given functions of time are
+#: pieces of the given functions of time
 Pieces = tuple[PyTree, ...]
 
 
 class Spans(NamedTuple):
-    """Where each body stands among the nodes with capacity, and among the junctions."""
+    """Place of each body among the nodes with capacity, and among the junctions."""
 
     stores: dict[str, slice]
     junctions: dict[str, slice]
@@ -55,7 +55,7 @@ def body_of(heat: Heat, name: str) -> Body:
 
 
 def nodes_of(heat: Heat, where: Spans, place: str) -> slice:
-    """Which nodes a place has: of those with capacity, or of the junctions."""
+    """Nodes of a place: of those with capacity, or of the junctions."""
     name, face = place_of(place)
     here = where.stores[name] if name in where.stores else where.junctions[name]
     nodes = range(here.start, here.stop)[nodes_at(body_of(heat, name), face)]
@@ -73,7 +73,7 @@ class HeatFlows(NamedTuple):
 
 
 class Deposit(NamedTuple):
-    """Where friction heat goes, for given heats of the linings: linear in them."""
+    """Distribution of the friction heat for given heats of the linings, linear in them."""
 
     into: Float[Array, " k"]
     into_junctions: Float[Array, " j"]  # rise of the junctions' temperatures it causes
@@ -85,7 +85,7 @@ class Deposit(NamedTuple):
 
 
 class End(NamedTuple):
-    """Where a link ends: temperature (of a wall: of its outermost layer), resistance from there to the face."""
+    """End of a link: temperature (of a wall: of its outermost layer), resistance from there to the face."""
 
     place: str
     T: Array
@@ -125,7 +125,7 @@ class Thermal(eqx.Module):
         return spans(self.heat)
 
     def rise(self, heat: Float[Array, " k"]) -> Float[Array, " k"]:
-        """What heat into each node (W, or J) adds to its state (K/s, or K)."""
+        """Convert heat into each node (W, or J) to the change of its state (K/s, or K)."""
         return heat * self.per_capacity
 
     def temperatures(self, u: Float[Array, " k"]) -> Float[Array, " k"]:
@@ -225,7 +225,7 @@ class Thermal(eqx.Module):
         """Flows into all places: those that are `given`, and those of the links.
 
         A link that ends at a wall's face lies in series with half the first layer. What sources bring and other links
-        take there, and the surface temperature that a law looks at, come from the pass before: each pass brings the
+        take there, and the surface temperature of a law, come from the pass before: each pass brings the
         error down by `g · half`, and heat is conserved in any case, as a flow that leaves one end enters the other.
         """
         links, shared = self.heat.links, shared_faces(self.heat)
@@ -288,7 +288,7 @@ class Thermal(eqx.Module):
         """The inverse of the derivative of the junctions' excess heat with respect to their temperatures."""
         where = self.spans.junctions
         together = any({place_of(k.a)[0], place_of(k.b)[0]} <= set(where) for k in self.heat.links)
-        if not together:  # each junction by itself
+        if not together:  # each junction separately
             slope = jax.jvp(excess, (T_J,), (jnp.ones_like(T_J),))[1]
             return lambda q: q / slope
         K = jax.jacfwd(excess)(T_J)
@@ -299,7 +299,7 @@ class Thermal(eqx.Module):
         return jnp.broadcast_to(T[nodes_of(self.heat, self.spans, place)], (n,))
 
     def tells_apart(self, pair: FrictionHeat | None) -> bool:
-        """Whether it matters which lining of a pair the friction heat comes from, or only how much it is."""
+        """Whether the heat of each lining of a pair matters, or only their sum."""
         if pair is None:
             return False
         one = jax.ShapeDtypeStruct((1,), np.float64)
@@ -317,9 +317,10 @@ class Thermal(eqx.Module):
         around: Surroundings,
         pieces: Pieces = (),
     ) -> Deposit:
-        """Where the friction powers `P` of the linings in a pair go, as far as they are heat (W, or J); linear in `P`.
+        """Distribution of the friction powers `P` of the linings in a pair, as far as they are heat (W, or J); linear
+        in `P`.
 
-        Where `tells_apart` is false their sum alone will do, (1,).
+        Where `tells_apart` is false their sum is sufficient, (1,).
         """
         n, P = P.shape[0], P if self.shares is None else self.shares.heat * P
         zero = jnp.zeros(())
@@ -357,7 +358,7 @@ class Thermal(eqx.Module):
         return Deposit(nodes, rise, jnp.sum(to_metal), jnp.sum(to_lining), away, faces, beyond)
 
     def rise_at_once(self, into: Float[Array, " k"]) -> Float[Array, " k"]:
-        """Temperature rise (K) by heat (J) set free in no time at all: in walls it goes through their depth."""
+        """Temperature rise (K) by heat (J) released instantaneously: in walls it goes through their depth."""
         parts = []
         for name, here in self.spans.stores.items():
             part, body = into[here], body_of(self.heat, name)

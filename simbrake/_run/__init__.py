@@ -1,1 +1,1 @@
-"""A run and what it tells: events, series, metrics, peaks, the result."""
+"""Running a scene and reading its results: events, series, metrics, peaks."""

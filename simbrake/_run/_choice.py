@@ -1,12 +1,14 @@
 """Which method integrates a scene, and why."""
 
+import functools
+
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax.flatten_util import ravel_pytree
 from jaxtyping import Float
 
-from .._base._compiling import DeviceJit
+from .._base._compiling import DeviceJit, per_value
 from .._parts._scene import Scene, pairs_of, sensed_at_start
 from ..brakes._design import unloaded
 from ..friction import AbstractFriction, AnyContact, remembers
@@ -24,7 +26,7 @@ _PATIENCE = 150.0
 _PATIENCE_COLD = 1500.0
 
 
-@DeviceJit
+@functools.partial(DeviceJit, quick=True)
 def _sizes(heat: Heat) -> tuple[dict[str, Array], dict[str, Array], list[Array | None]]:
     """Capacities of the nodes of each body (J/K), of one copy of a wall and half of its layers' resistances (K/W), and
     the resistance of each link at rest and at the temperatures of the start; `None` of one that changes with them."""
@@ -86,9 +88,10 @@ def stiffness(scene: Scene) -> tuple[bool, str]:
     span = float(scene.end_time) - float(scene.initial.time)
     found = stiff_heat(scene.network, span) if scene.heated else (False, "nothing in the scene is stiff")
     # linings that swing one by one have to be followed in any case
-    if found[0] or scene.brake.resolved:
+    brake, duty = scene.brake, scene.duty
+    if found[0] or brake.resolved:
         return found
-    drag = float(getattr(scene.duty.load, "drag", 0.0)) / float(scene.brake.inertia)
+    drag = float(getattr(duty.load, "drag", 0.0)) / float(brake.inertia)
     patience = _PATIENCE if scene.heated else _PATIENCE_COLD
     why = _demands("drag balances the speed", drag, span, _PATIENCE_COLD)
     why = why or _demands("a state of a friction law follows", _fastest_memory(scene), span, patience)
@@ -97,6 +100,11 @@ def stiffness(scene: Scene) -> tuple[bool, str]:
 
 def _fastest_memory(scene: Scene) -> float:
     """Largest rate (1/s) at which a state of a friction law follows at the start."""
+    return _fastest_of_states(scene) if _remembering(scene) else 0.0
+
+
+@per_value(lambda scene: (scene.brake, scene.heat, scene.initial))
+def _fastest_of_states(scene: Scene) -> float:
     v, count = abs(float(scene.brake.radius) * float(scene.initial.omega)), scene.brake.linings.count
     fastest = 0.0
     for i, (pair, (law, *_)) in enumerate(zip(scene.brake.pairs, pairs_of(scene), strict=True)):
@@ -108,7 +116,7 @@ def _fastest_memory(scene: Scene) -> float:
     return fastest
 
 
-@DeviceJit
+@functools.partial(DeviceJit, quick=True)
 def _fastest_state(law: AbstractFriction, contact: AnyContact) -> Float[Array, ""]:
     """Largest rate (1/s) by which a change of the law's states decays, after Gershgorin."""
     memory, back = ravel_pytree(contact.memory)
@@ -119,6 +127,11 @@ def _fastest_state(law: AbstractFriction, contact: AnyContact) -> Float[Array, "
         return ravel_pytree(jax.tree.map(lambda x, y: x + 0.0 * y, found, back(memory)))[0]
 
     return jnp.max(jnp.sum(jnp.abs(jax.jacfwd(rates)(memory)), axis=1))
+
+
+@per_value(lambda scene: scene.brake)
+def _remembering(scene: Scene) -> bool:
+    return any(remembers(law) for law, *_ in pairs_of(scene))
 
 
 def stiff_heat(heat: Heat, span: float) -> tuple[bool, str]:

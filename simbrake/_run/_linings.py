@@ -18,9 +18,9 @@ from .._physics._brake import BrakeSystem
 from ..brakes._design import Brake, under_a_band
 from ..hybrid import Record
 from ..hybrid._arrays import Array
-from ._metrics import peak
-from ._probe import POINTS, Number, Probe, RunJit, Scan, as_tree, integral, probe_many, record_of
+from ._probe import POINTS, Number, Probe, RunJit, as_tree, integral, probe_many, record_of
 from ._result import Result
+from ._scan import peak
 from ._series import PAIR_COLUMNS, SERIES_COLUMNS, seen_of, times_within
 
 #: wear rate `I` (m³/(N·m)): a number, one per lining, or a function `I(p, v, T)` of pressure, slip speed, temperature
@@ -69,7 +69,7 @@ def rubbing(record: Record, p: Probe, *, pair: str = "external") -> Rubbing:
     return Rubbing(jnp.abs(now.force), now.normal, jnp.abs(now.slip), pressure, T)
 
 
-#: quantities of linings that rub, which have means and greatest values
+#: quantities of linings that rub, which have means and maximum values
 QUANTITIES: dict[str, Callable[[Rubbing], Any]] = {
     "tension_increment": lambda r: r.increment,
     "normal_load": lambda r: r.normal,
@@ -210,13 +210,13 @@ def lining_mean(
 
 
 def _peaks(record: Record, pair: str, quantity: str) -> Float[Array, " n"]:
-    scan, system = Scan(record), _system(record)
+    system = _system(record)
 
     def of(i: Int[Array, ""]) -> Array:
         def pick(p: Probe) -> Array:
             return jnp.take(quantity_of(quantity, rubbing(record, p, pair=pair)), i[None], axis=1)
 
-        return peak(scan, pick).value
+        return peak(record, pick).value
 
     return jax.vmap(of)(jnp.arange(system.grip.linings.count, dtype=jnp.int32))
 
@@ -225,7 +225,7 @@ _peaks_of_record = RunJit(_peaks, static_argnames=("pair", "quantity"))
 
 
 def lining_peak(run: Run, quantity: str, *, pair: str = "external") -> Float[Array, " n"]:
-    """Greatest value over a run of a quantity of every lining (`quantity` and `pair` as in `lining_mean`)."""
+    """Maximum value over a run of a quantity of every lining (`quantity` and `pair` as in `lining_mean`)."""
     _check(run, pair, quantity)
     return _peaks_of_record(record_of(run), pair=pair, quantity=quantity)
 
@@ -261,7 +261,7 @@ class View(NamedTuple):
     offset: float = 0.0
 
 
-#: what `lining_values` knows; units as a picture shows them
+#: what `lining_values` knows; units as a figure shows them
 VIEWS = {
     "temperature": View("surface temperature", "°C", 1.0, -273.15),
     "normal_load": View("normal load N", "kN", 1e-3),
@@ -359,10 +359,10 @@ class RunningIn(eqx.Module):
 
         c(W) = 1 − (1 − c_0) exp(−W/W_0)
 
-    - `start` `c_0`: share of the nominal area in contact at first; `work` `W_0` (J) after which 63 % of the rest is won
+    - `start` `c_0`: nominal area initially in contact, as a share; `work` `W_0` (J) after which 63 % of the rest is won
     """
 
-    start: Scalar = quantity("1", "share in contact at first", low=0.0, high=1.0)
+    start: Scalar = quantity("1", "share initially in contact", low=0.0, high=1.0)
     work: Scalar = quantity("J", "friction work of running-in", positive=True)
 
     def share(self, W: Any) -> Any:

@@ -151,7 +151,7 @@ EVENTS = {
         "the load exceeded what the brake at rest can hold",
     ),
     "release": EventMeaning(
-        "the force of the lever fell to 0, the brake is open", _NO_CHAIN, "the lever let go, the brake is open"
+        "the force of the lever fell to 0, the brake is open", _NO_CHAIN, "the lever was released, the brake is open"
     ),
     "internal_slip": EventMeaning(
         "the linings begin to slide on the rim", _STAGED, "the linings begin to slide on the rim"
@@ -167,11 +167,15 @@ EVENTS = {
     "external_release": EventMeaning(
         "the bandage comes loose from the band again", _STAGED, "the bandage came loose again"
     ),
-    "lining_slip": EventMeaning("lining `i` lets go of the rim", _CHAIN, "a lining lets go"),
+    "lining_slip": EventMeaning("lining `i` starts to slip on the rim", _CHAIN, "a lining starts to slip"),
     "lining_stick": EventMeaning("lining `i` sticks to the rim", _CHAIN, "a lining sticks"),
-    "lining_internal_slip": EventMeaning("lining `i` lets go of the rim", _RESOLVED, "a lining lets go of the rim"),
+    "lining_internal_slip": EventMeaning(
+        "lining `i` starts to slip on the rim", _RESOLVED, "a lining starts to slip on the rim"
+    ),
     "lining_internal_stick": EventMeaning("lining `i` sticks to the rim", _RESOLVED, "a lining sticks to the rim"),
-    "lining_external_slip": EventMeaning("lining `i` lets go of the band", _RESOLVED, "a lining lets go of the band"),
+    "lining_external_slip": EventMeaning(
+        "lining `i` starts to slip on the band", _RESOLVED, "a lining starts to slip on the band"
+    ),
     "lining_external_stick": EventMeaning(
         "lining `i` comes to rest on the band", _RESOLVED, "a lining sticks to the band"
     ),

@@ -29,7 +29,7 @@ def name_of(metric: Metric) -> str:
 
 
 def unit_of(metric: Metric) -> str:
-    """SI unit of a metric; empty for a function, whose unit nobody knows, and for an unknown name."""
+    """SI unit of a metric; empty for a function, whose unit is unknown, and for an unknown name."""
     if isinstance(metric, str) and (metric in METRICS or metric.startswith("energy.")):
         return about_output(metric)["units"]
     return ""
@@ -163,7 +163,7 @@ def _plain(value: Any) -> Any:
 def limit_checks(result: Result, limits: Mapping[str, float]) -> list[LimitCheck]:
     """All limits of a concrete result with their verdicts: the linings' temperature, the usual metrics, then `limits`.
 
-    `limits`: metric (or `max_pressure`) → greatest permissible value in SI, as `read_limits` gives them. A value equal
+    `limits`: metric (or `max_pressure`) → maximum permissible value in SI, as `read_limits` gives them. A value equal
     to its limit is within it. What did not happen (a stop that never came) exceeds its limit in a run that reached its
     end time; in a run that failed it is not evaluated.
     """

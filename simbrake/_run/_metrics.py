@@ -4,7 +4,6 @@ They are functions of a run's record, traceable, so that they can be differentia
 """
 
 from collections.abc import Callable, Mapping
-from types import ModuleType
 from typing import Any, NamedTuple
 
 import jax
@@ -15,16 +14,14 @@ from jaxtyping import Float
 from .._parts._scene import Scene
 from .._physics._brake import BrakeSystem
 from .._physics._mechanism import BandMode, Ledger, Mode, slips
-from ..hybrid import ADVANCED, LANDED, SKIPPED, Record, largest, smallest
+from ..hybrid import LANDED, Record, largest, smallest
 from ..hybrid._arrays import Array
 from ..thermal._heat import PowerSplit
-from ._probe import SAMPLES, Instant, Probe, RunJit, Scan, ends_of, numpy_of
+from ._probe import Instant, RunJit, ends_of, numpy_of
 from ._series import thickness
 
 #: whether something happens at events, from the modes before and after them
 Happens = Callable[[Mode, Mode], Array]
-
-_POINTS = 33  # of a finer grid around a maximum value
 
 
 class Need(NamedTuple):
@@ -81,8 +78,8 @@ def _first(record: Record, happens: Happens, values: Array) -> Array:
     events = (xp.arange(n, dtype=np.int32) < record.count) & (record.rows.kind >= LANDED)
     marked = events & happens(before, after)
     xp = numpy_of(values)  # in a derivative outside of jit the modes alone are known
-    i = xp.minimum(xp.argmax(marked) + 1, n - 1)
-    return xp.where(xp.any(marked), xp.asarray(values)[i], np.inf)
+    i = xp.min(xp.where(marked, xp.arange(n, dtype=np.int32), np.int32(n)))
+    return xp.where(i < n, xp.asarray(values)[xp.minimum(i + 1, n - 1)], np.inf)
 
 
 def _time_of(happens: Happens) -> Callable[[Record, Scene], Array]:
@@ -351,7 +348,7 @@ def _energies(system: BrakeSystem, start: Instant, end: Instant) -> tuple[dict[s
     return {name: value for name, value in found.items() if value is not None}, a.stored
 
 
-_energies_of_ends = RunJit(_energies)
+_energies_of_ends = RunJit(_energies, quick=True)
 
 
 def energies(record: Record) -> dict[str, Array]:
@@ -374,6 +371,12 @@ def metrics_of(scene: Scene, *, greatest: bool) -> dict[str, Metric]:
         for name, metric in METRICS.items()
         if metric.greatest == greatest and (metric.shown_anyway or not metric.needs.lacks(scene))
     }
+
+
+def identity_of(metric: str | Callable[..., Any]) -> object:
+    """Return what a compiled program depends on: the name of one of simbrake's own metrics, else the function."""
+    known = METRICS.get(metric) if isinstance(metric, str) else None
+    return metric if known is None or known.find.__module__.startswith("simbrake.") else known.find
 
 
 def metric_names(scene: Scene) -> tuple[str, ...]:
@@ -399,51 +402,3 @@ def about_output(name: str) -> dict[str, str]:
     value, _, what = name.rpartition("_")
     unit, words = {"time": ("s", "time"), "lining": ("1", "lining (from 1)")}[what]
     return {"units": unit, "meaning": f"{words} of the {METRICS[value].meaning}"}
-
-
-# --- maximum values ---------------------------------------------------------------------------------------------------
-
-
-def _polish(
-    look: Callable[[Array, Array], Array], xp: ModuleType, row: Array, share: Array, after: Array
-) -> tuple[Array, Array]:
-    """Row and share of a maximum value near a sample of it: two finer grids, each with a parabola through its best.
-
-    `look(rows, shares)` gives values (m, n); `after` is the row that continues `row` without a jump, else `row` itself.
-    At an interior maximum the rate is 0, so that its derivative does not depend on where exactly it was found.
-    """
-    width = 1.0 / (SAMPLES - 1)
-    for _ in range(2):
-        s = share + xp.linspace(-width, width, _POINTS)
-        over = (s > 1) & (after != row)
-        rows, shares = xp.where(over, after, row), xp.clip(xp.where(over, s - 1, s), 0.0, 1.0)
-        top = xp.max(look(rows, shares), axis=1)
-        best = xp.argmax(top)
-        mid = xp.clip(best, 1, _POINTS - 2)
-        left, right = shares[mid] - shares[mid - 1], shares[mid + 1] - shares[mid]
-        curve = top[mid - 1] - 2 * top[mid] + top[mid + 1]
-        smooth = (best == mid) & (rows[mid - 1] == rows[mid + 1]) & (curve < 0) & (abs(left - right) < 1e-9)
-        bend = 0.5 * left * (top[mid - 1] - top[mid + 1]) / xp.where(smooth, curve, 1.0)
-        row, share = rows[best], xp.clip(shares[best] + xp.where(smooth, bend, 0.0), 0.0, 1.0)
-        after = xp.where(row == after, row, after)
-        width = 3.0 * width / (_POINTS - 1)
-    return row, share
-
-
-def peak(scan: Scan, pick: Callable[[Probe], Array]) -> Peak:
-    """Maximum of `pick(probe)` (m, n) over the run."""
-    xp, record = scan.xp, scan.record
-    rows = xp.arange(record.rows.t.shape[0], dtype=np.int32)
-    used = (rows < record.count) & (record.rows.kind != SKIPPED)
-    values = xp.where(used[scan.row][:, None], pick(scan.seen), -np.inf)
-    best = xp.argmax(xp.max(values, axis=1))
-    row = scan.row[best]
-    following = used & (rows > row)
-    goes_on = xp.any(following) & (record.rows.kind[row] == ADVANCED)
-    after = xp.where(goes_on, xp.argmax(following).astype(np.int32), row)
-    row, share = _polish(lambda rows, shares: pick(scan.look(rows, shares)), xp, row, scan.share[best], after)
-    share = jax.lax.stop_gradient(share) if scan.traced else share
-    p = scan.look(row[None], share[None], moves=True)
-    value = pick(p)[0]
-    lining = xp.argmax(value)
-    return Peak(value[lining], p.t[0], lining + 1)

@@ -22,7 +22,6 @@ from ..hybrid import (
     QUADRATURE,
     AbstractHybridSystem,
     AbstractMethod,
-    ExplicitRungeKutta,
     Record,
     Settings,
     hybridsolve,
@@ -36,7 +35,7 @@ from ._metrics import closure_of
 from ._probe import Number, is_traced
 from ._result import Result
 from ._series import array_of_times
-from ._simulate import Solver, simulate, solver_for
+from ._simulate import Solver, as_method, simulate, solver_for
 
 #: state: heat content of the nodes over their capacity, heat lost and supplied;  mode: pieces of the profiles
 Course = tuple[Array, Array, Array]
@@ -104,7 +103,7 @@ def _run(
     settings = Settings(
         rtol=jnp.asarray(rtol),
         max_events=jnp.asarray(1_000_000, jnp.int32),
-        max_step=(ts[-1] - ts[0]) / 64 if hidden else jnp.inf,  # a profile of one's own may hide a pulse
+        max_step=(ts[-1] - ts[0]) / 64 if hidden else jnp.inf,  # a user-defined profile may hide a pulse
         max_steps=max_steps,
         guard_samples=0,
     )
@@ -122,7 +121,7 @@ _compiled = DeviceJit(_run, static_argnames=_STATIC)
 
 
 def check_heat(heat: Heat) -> None:
-    """Raises `InputError` with all faults of a network."""
+    """Raises `InputError` with all errors of a network."""
     if found := faults_of_values(heat, "heat") or heat.faults("heat", 1):
         raise InputError(found)
 
@@ -144,7 +143,7 @@ def simulate_heat(
     - `speed` (m/s) of the track and `closed` (1: the linings cover their share), for convection that looks at them
     - `solver`, `rtol`: as in `simulate`
 
-    Differentiable and batchable like `simulate`. Raises `InputError` with all faults of the network, for times that
+    Differentiable and batchable like `simulate`. Raises `InputError` with all errors of the network, for times that
     decrease or a tolerance that is none, `RuntimeError` if the integration fails.
     """
     traced = is_traced((heat, ts, speed, rtol))
@@ -160,7 +159,7 @@ def simulate_heat(
     if solver is None:
         span = 0.0 if traced else float(ts[-1] - ts[0])
         solver = solver_for(traced or stiff_heat(heat, span)[0])
-    method = solver if isinstance(solver, AbstractMethod) else ExplicitRungeKutta(solver, unrolled=False)
+    method = as_method(solver).rolled()
     run = _traced if traced else _compiled
     numbers = (np.asarray(x, np.float64) if not isinstance(x, Tracer) else x for x in (speed, closed, rtol))
     result = run(heat, ts, *numbers, method=method, max_steps=max_steps)
@@ -215,7 +214,7 @@ def steady_state(
     - `speed` (m/s), `closed`: as in `simulate_heat`; profiles are taken at the time 0
 
     Newton's method on the balance of all nodes; differentiable (implicit function theorem). Raises `InputError` with
-    all faults of the network, or where it has no outlet for its heat: then no steady state is determined.
+    all errors of the network, or where it has no outlet for its heat: then no steady state is determined.
     """
     traced = is_traced((heat, power, speed))
     if not traced:
@@ -263,8 +262,8 @@ def cyclic_steady_state(
     """Finds the temperatures at which a cycle ends as it began, without running cycle after cycle until it does.
 
     - `scene`: exactly one cycle, which starts and ends in the same mechanical state (at rest and held, say)
-    - `tolerance` (K): greatest change over a cycle that is left;  `cycles`: runs in a row before the search
-    - `limit`: greatest number of runs;  `options`: as for `simulate`
+    - `tolerance` (K): largest change over a cycle that is left;  `cycles`: runs in a row before the search
+    - `limit`: maximum number of runs;  `options`: as for `simulate`
 
     The root of `P(T) − T`, `P` being one cycle, by Newton's method on a Krylov space (scipy's `newton_krylov`): a cycle
     that changes the temperatures by 1 % of what is still missing takes hundreds of runs in a row, here some dozens.

@@ -1,4 +1,4 @@
-"""Looking into a run at any time: states and forces, samples of its steps, integrals, and what its brake holds."""
+"""Looking into a run at any time: states and forces, integrals, and what its brake holds."""
 
 import dataclasses
 from collections.abc import Callable
@@ -19,9 +19,8 @@ from ..hybrid import SKIPPED, Record
 from ..hybrid._arrays import Array
 from ..hybrid._system import unravel
 
-SAMPLES = 9  # per step, when a whole run is scanned
 LANES = 512  # times looked at in one call of a compiled program
-_MANY_STEPS = 1500  # a longer run has many steps in every part of it: fewer samples in each
+_FEW_LANES, _MANY_STATES = 64, 24  # fewer of systems with more states: a step of one of them is work enough
 
 T = TypeVar("T")
 #: one number, or an array of them
@@ -69,23 +68,20 @@ class RunJit(DeviceJit):
         return jax.tree.map(np.asarray, super().__call__(*arguments, **named))
 
 
-def in_lanes(look: Callable[..., T], *columns: np.ndarray) -> T:
+def in_lanes(look: Callable[..., T], *columns: np.ndarray, lanes: int = LANES) -> T:
     """`look(*columns)` of columns (m,) of any length, in calls of one length, so that it compiles once."""
     parts, count = [], len(columns[0])
-    for start in range(0, count, LANES):
-        if count > LANES:  # somebody may be waiting
-            piece(start // LANES, -(-count // LANES))
-        here = np.minimum(np.arange(start, start + LANES), count - 1)
-        found, used = look(*(column[here] for column in columns)), min(LANES, count - start)
+    for start in range(0, count, lanes):
+        if count > lanes:  # shown as progress
+            piece(start // lanes, -(-count // lanes))
+        here = np.minimum(np.arange(start, start + lanes), count - 1)
+        found, used = look(*(column[here] for column in columns)), min(lanes, count - start)
         parts.append(jax.tree.map(lambda leaf, n=used: np.asarray(leaf)[:n], found))
     return jax.tree.map(lambda *leaves: np.concatenate(leaves), *parts)
 
 
-def probe_at(record: Record, index: Int[Array, " m"], h: Float[Array, " m"]) -> Probe:
-    """Everything at the times `h` (s) after the start of the rows named, by a partial step of the method itself."""
-    system: BrakeSystem = record.system  # pyright: ignore
-    t, y = record.inside(index, h)
-    mode = jax.vmap(record.flat.unpack_mode)(record.rows.mode[index])
+def seen_at(system: BrakeSystem, t: Float[Array, " m"], y: State, mode: Mode) -> Probe:
+    """Everything algebraic at many times, states and modes."""
 
     def look(t: Array, y: State, mode: Mode) -> PyTree:
         q, mechanism = system.variables(t, y, mode), system.mechanism
@@ -106,48 +102,43 @@ def probe_at(record: Record, index: Int[Array, " m"], h: Float[Array, " m"]) -> 
     return Probe(t, y, mode, flows, shown, margins, greater, hot, passed)
 
 
-_probe_compiled = DeviceJit(probe_at)
+def probe_at(record: Record, index: Int[Array, " m"], h: Float[Array, " m"], *, still: bool = False) -> Probe:
+    """Everything at the times `h` (s) after the start of the rows named, by a partial step of the method itself.
+
+    `still`: as a smaller program, which is not to be differentiated.
+    """
+    t, y = record.inside(index, h, still=still)
+    mode = jax.vmap(record.flat.unpack_mode)(record.rows.mode[index])
+    return seen_at(record.system, t, y, mode)  # pyright: ignore
 
 
-def probe_many(record: Record, index: Int[Array, " m"], h: Float[Array, " m"]) -> Probe:
-    """`probe_at` of a compact record outside of jit.
+_probe_compiled = DeviceJit(probe_at, static_argnames="still", quick=True)
+
+
+def small(record: Record) -> bool:
+    """Whether a step of a system is so little work that many of them are taken in one call."""
+    return record.rows.y.shape[1] <= _MANY_STATES
+
+
+def rows_in_lanes(record: Record, look: Callable[..., T], index: Int[Array, " m"], h: Float[Array, " m"]) -> T:
+    """`look(record, index, h)` of a compact record outside of jit, in calls of a compiled program.
 
     A call gets the rows that it looks at, always as many, instead of the whole record: the work grows with the number
     of times, not with that times the length of the run, and runs of any length share one compiled program.
     """
-    lanes = np.arange(LANES, dtype=np.int32)
+    count = LANES if small(record) else _FEW_LANES
+    lanes = np.arange(count, dtype=np.int32)
 
-    def look(index: np.ndarray, h: np.ndarray) -> Probe:
+    def call(index: np.ndarray, h: np.ndarray) -> T:
         rows = jax.tree.map(lambda column: column[index], record.rows)
-        return _probe_compiled(dataclasses.replace(record, rows=rows), lanes, h)
+        return look(dataclasses.replace(record, rows=rows), lanes, h)
 
-    return in_lanes(look, np.asarray(index), np.asarray(h))
+    return in_lanes(call, np.asarray(index), np.asarray(h), lanes=count)
 
 
-class Scan:
-    """A run, concrete or traced, sampled in all its steps.
-
-    - `row` (m,) and `share` (m,): the row of each sample, and where in its step it is, 0…1;  `seen`: what is seen there
-    - `per_step`: number of samples in a step;  `xp`: NumPy of a concrete run, JAX's of a traced one
-    """
-
-    def __init__(self, run: Any) -> None:
-        self.record = record_of(run)
-        self.traced = is_traced(self.record)
-        self.xp: ModuleType = jnp if self.traced else np
-        steps = self.record.rows.t.shape[0] if self.traced else max(int(self.record.count), 1)
-        self.per_step = SAMPLES if self.traced or steps <= _MANY_STEPS else 3
-        self.row = self.xp.repeat(self.xp.arange(steps, dtype=np.int32), self.per_step)
-        self.share = self.xp.tile(self.xp.linspace(0.0, 1.0, self.per_step), steps)
-        self._frozen = jax.lax.stop_gradient(self.record) if self.traced else self.record
-        self.seen = self.look(self.row, self.share)
-
-    def look(self, row: Array, share: Array, *, moves: bool = False) -> Probe:
-        """Everything at a share of the steps named; `moves`: with derivatives, as ends of steps move with events."""
-        record = self.record if moves else self._frozen
-        t = record.rows.t
-        h = share * (t[self.xp.minimum(row + 1, record.count)] - t[row])
-        return probe_at(record, row, h) if self.traced else probe_many(record, row, h)
+def probe_many(record: Record, index: Int[Array, " m"], h: Float[Array, " m"]) -> Probe:
+    """`probe_at` of a compact record outside of jit."""
+    return rows_in_lanes(record, lambda *given: _probe_compiled(*given, still=True), index, h)
 
 
 # --- integrals over a run, by quadrature inside every step ------------------------------------------------------------
@@ -219,8 +210,12 @@ def _capacity(system: BrakeSystem, t: Array, y: State, mode: Mode, start: Array)
     return system.capacity(t, y, mode, start)
 
 
-_end_capacity = RunJit(_capacity)
-_capacities = DeviceJit(jax.vmap(_capacity, in_axes=(None, 0, 0, 0, None)))
+def _capacity_at_each(system: BrakeSystem, t: Array, y: State, mode: Mode, start: Array) -> Capacity:
+    return jax.vmap(_capacity, in_axes=(None, 0, 0, 0, None))(system, t, y, mode, start)
+
+
+_end_capacity = RunJit(_capacity, quick=True)
+_capacities = DeviceJit(_capacity_at_each, quick=True)
 
 
 def end_capacity(record: Record) -> Capacity:
@@ -229,12 +224,15 @@ def end_capacity(record: Record) -> Capacity:
     return _end_capacity(record.system, *end, start)
 
 
-def capacities_at(record: Record, p: Probe, index: np.ndarray) -> Capacity:
-    """Load torque and capacity of the brake of a concrete record at the samples named of a probe."""
+def capacities_at(record: Record, index: np.ndarray, instants: Callable[[np.ndarray], tuple[Array, ...]]) -> Capacity:
+    """Load torque and capacity of the brake of a concrete record at the samples numbered `index`.
+
+    - `instants(index)`: times (m,), flat states and flat modes (m, …) of some of them
+    """
     start = np.asarray(record.rows.t)[0]
 
     def look(index: np.ndarray) -> Capacity:
-        now = jax.tree.map(lambda column: np.asarray(column)[index], (p.t, p.y, p.mode))
-        return _capacities(record.system, *now, start)
+        t, y, mode = instants(index)
+        return _capacities(record.system, t, unravel(y, record.y_like), unravel(mode, record.mode_like), start)
 
     return in_lanes(look, index)

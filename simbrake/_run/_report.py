@@ -1,5 +1,7 @@
 """What a person reads of a run: event log, metrics and summary, from one scan of all its steps, and as text."""
 
+import functools
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -15,21 +17,24 @@ from ..hybrid import FINISHED, Record
 from ..loads import AbstractSpeedLever
 from ._choice import stiffness
 from ._log import Event, Phase, Stage, Status, absent_stages, event_log, marks_passed, stages_of
-from ._metrics import METRICS, energies, metrics_of, peak
-from ._probe import Entry, Scan, capacities_at
+from ._metrics import METRICS, Peak, energies, metrics_of
+from ._probe import Entry, capacities_at, record_of
+from ._scan import Scan, peaks
 
-#: the lever pulls hardest from this far below its greatest tension on
+#: the lever pulls hardest from this far below its maximum tension on
 _NEARLY = 1e-3
+#: from the place in a step where samples have a zero it is at most this far (share of the step)
+_NEAR = 1e-2
 #: torques that differ by less than this share of a typical one balance each other
 _ROUNDING = 1e-9
 
 
-def labels_of(record: Record) -> list[Label]:
-    """What the log knows of the mode in every row of a concrete record."""
+def labels_of(record: Record, rows: np.ndarray | None = None) -> list[Label]:
+    """What the log knows of the mode in rows of a concrete record, by default in all of them and at its end."""
     mode: Mode = record.modes
-    band = np.asarray(mode.band)[: int(record.count) + 1]
-    inner = np.asarray(mode.slides)[: len(band)]
-    return [Label(int(b), int(i)) for b, i in zip(band, inner, strict=True)]
+    rows = np.arange(int(record.count) + 1) if rows is None else rows
+    columns = (np.asarray(column)[rows].tolist() for column in (mode.band, mode.slides))
+    return [Label(*pair) for pair in zip(*columns, strict=True)]
 
 
 def _rise(
@@ -61,42 +66,106 @@ def _rise(
     return high
 
 
+def _zero_of_samples(seen: np.ndarray, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Zeros of the polynomials through samples (k, samples) at even places 0…1, and the slopes there.
+
+    Each between the samples numbered `place` and `place + 1`, which have different signs; by bisection, as it costs
+    nothing here.
+    """
+    count = seen.shape[1]
+    nodes = np.linspace(0.0, 1.0, count)
+    weights = np.asarray([(-1.0) ** j * math.comb(count - 1, j) for j in range(count)])
+
+    def value(x: np.ndarray) -> np.ndarray:
+        away = x[:, None] - nodes
+        there = away == 0
+        terms = weights / np.where(there, 1.0, away)
+        inside = np.sum(terms * seen, axis=1) / np.sum(terms, axis=1)
+        return np.where(there.any(axis=1), np.sum(np.where(there, seen, 0.0), axis=1), inside)
+
+    low, high = place / (count - 1), (place + 1) / (count - 1)
+    for _ in range(30):
+        middle = 0.5 * (low + high)
+        above = value(middle) > 0
+        low, high = np.where(above, low, middle), np.where(above, middle, high)
+    step = 1e-4
+    return 0.5 * (low + high), (value(high + step) - value(low - step)) / (high - low + 2 * step)
+
+
+def _refined(
+    function: Callable[[np.ndarray, np.ndarray], np.ndarray], x: np.ndarray, slope: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Zeros in 0…1 of many functions near `x`, by a step along the slope and secants; and which ones are doubtful.
+
+    `function(some, x)` evaluates those numbered `some` at `x`; each until nothing is left to gain: what a secant leaves
+    of the error is the product of the last two moves, about.
+    """
+    found, sure, some = x.copy(), np.zeros(len(x), bool), np.arange(len(x))
+    f, last = function(some, x), np.ones(len(x))
+    for _ in range(6):
+        new = np.clip(found[some] - f / np.where(slope > 0, slope, np.inf), 0.0, 1.0)
+        move = new - found[some]
+        near = (slope > 0) & (np.abs(move) < _NEAR)
+        done = near & (np.abs(move * last) <= 1e-15)
+        found[some] = np.where(near, new, found[some])
+        sure[some[done]] = True
+        going = near & ~done
+        some, before, last = some[going], f[going], move[going]
+        if not some.size:
+            break
+        f = function(some, found[some])
+        slope = (f - before) / last
+    return found, np.flatnonzero(~sure)
+
+
 class Report:
-    """What a person reads of one concrete result; the run is scanned once for all of it."""
+    """What a person reads of one concrete result; the run is scanned once for all of it, when it is first needed."""
 
     def __init__(self, result: Any) -> None:
         self.result = result
-        self._scan = Scan(result.record)
-        self._record, self._probe = self._scan.record, self._scan.seen
-        self._energies = energies(self._record)
-        self.events = self._events()
-        self.peaks = {
-            name: peak(self._scan, metric.find) for name, metric in metrics_of(result.scene, greatest=True).items()
-        }
+        self._record = record_of(result)
 
-    def _events(self) -> list[Event]:
-        record, samples = self._record, self._scan.per_step
+    @functools.cached_property
+    def _scan(self) -> Scan:
+        names = tuple(metrics_of(self.result.scene, greatest=True))
+        return Scan(self._record, float(self.result.rtol), names)
+
+    @functools.cached_property
+    def _energies(self) -> Entry:
+        return energies(self._record)
+
+    @functools.cached_property
+    def peaks(self) -> dict[str, Peak]:
+        """Maximum values over the run by their names."""
+        return peaks(self._scan)
+
+    @functools.cached_property
+    def events(self) -> list[Event]:
+        """The event log."""
+        record = self._record
         n = int(record.count)
-        kind, t = np.asarray(record.rows.kind)[:n], np.asarray(record.rows.t)[: n + 1].tolist()
-        labels = labels_of(record)
-        last = np.union1d(np.flatnonzero(kind >= FINISHED), [n - 1] if n else []).astype(int).tolist()
-        phases = [
-            Phase(labels[i], first * samples, (i + 1) * samples - 1, t[first], t[i + 1])
-            for first, i in zip([0, *(i + 1 for i in last)], last, strict=False)
-        ]
-        if n and labels[n] != labels[n - 1]:  # an event at the very end
-            phases.append(Phase(labels[n], n * samples - 1, n * samples - 1, t[n], t[n]))
+        kind, t = np.asarray(record.rows.kind)[:n], np.asarray(record.rows.t)[: n + 1]
+        last = np.union1d(np.flatnonzero(kind >= FINISHED), [n - 1] if n else []).astype(int)
+        first = np.concatenate([[0], last[:-1] + 1]).astype(int) if n else last
+        labels = labels_of(record, last)
+        samples = self._scan.samples
+        places = (first * samples).tolist(), ((last + 1) * samples - 1).tolist()
+        times = t[first].tolist(), t[last + 1].tolist()
+        phases = [Phase(*span) for span in zip(labels, *places, *times, strict=True)]
+        start, *_, end = labels_of(record, np.asarray([0, n]))
+        if n and end != labels[-1]:  # an event at the very end
+            phases.append(Phase(end, n * samples - 1, n * samples - 1, float(t[n]), float(t[n])))
         if phases and phases[0].band == BandMode.OPEN and phases[0].end == phases[0].start:
             phases = phases[1:]  # the settling of the first mode
-        margins = np.asarray(self._probe.margins)
-        events = event_log(phases, margins, self._locate, margins.shape[1] // 2, labels[0])
+        margins = np.asarray(self._scan.seen.margins)
+        events = event_log(phases, margins, self._locate, margins.shape[1] // 2, start)
         return sorted([*events, *self._marks()], key=lambda event: event.time)
 
     def _marks(self) -> list[Event]:
         """Events of marks that heat passes, and of linings that come to lock themselves."""
         system: BrakeSystem = self._record.system  # pyright: ignore
         found: list[Event] = []
-        crossings = marks_passed(np.asarray(self._probe.passing), np.asarray(self._scan.row))
+        crossings = marks_passed(np.asarray(self._scan.seen.passing), np.asarray(self._scan.row))
         if crossings:
             times, names = self._locate(crossings, "passing"), mark_names(system)
             found += [Event(float(t), *names[j]) for t, (_, j) in zip(times, crossings, strict=True)]
@@ -119,22 +188,30 @@ class Report:
         return found
 
     def _locate(self, crossings: list[tuple[int, int]], which: str = "margins") -> np.ndarray:
-        """Times at which margins rise through zero, by partial steps of the method."""
+        """Times at which margins rise through zero."""
+        scan = self._scan
         sample, mark = np.asarray(crossings, int).T
-        row, at, t = (np.asarray(x) for x in (self._scan.row[sample], self._scan.share, self._record.rows.t))
+        row, steps, margins = scan.row[sample], scan.steps, getattr(scan.seen, which)
 
         def margin(some: np.ndarray, share: np.ndarray) -> np.ndarray:
-            looked = np.asarray(getattr(self._scan.look(row[some], share), which))
+            looked = getattr(scan.look(row[some], share), which)
             return looked[np.arange(len(some)), mark[some]]
 
-        margins, ends = np.asarray(getattr(self._probe, which)), (sample, sample + 1)
-        share = _rise(margin, *(at[i] for i in ends), *(margins[i, mark] for i in ends))
-        return t[row] + share * (t[row + 1] - t[row])
+        # all samples of the step, of which those numbered `place` and `place + 1` are around the zero
+        place, last = sample % scan.samples, scan.samples - 1
+        seen = margins[(sample - place)[:, None] + np.arange(scan.samples), mark[:, None]]
+        share, doubtful = _refined(margin, *_zero_of_samples(seen, place))
+        if doubtful.size:
+            # (a zero that the samples have on the wrong side of one of them is between its neighbours)
+            low, high = np.maximum(place[doubtful] - 1, 0) / last, np.minimum(place[doubtful] + 2, last) / last
+            ends = margin(doubtful, low), margin(doubtful, high)
+            share[doubtful] = _rise(lambda some, x: margin(doubtful[some], x), low, high, *ends)
+        return np.asarray(steps.t0[row] + share * (steps.t1[row] - steps.t0[row]))
 
     def _per_lining(self, name: str) -> bool:
-        """Whether a greatest value is that of a lining, not of all of them as one body."""
-        metric = METRICS[name]
-        return metric.of_linings and np.shape(metric.find(self._probe))[1] == self.result.scene.brake.linings.count
+        """Whether a maximum value is that of a lining, not of all of them as one body."""
+        width = int(self._scan.seen.widths[name][0])
+        return METRICS[name].of_linings and width == self.result.scene.brake.linings.count
 
     @property
     def metrics(self) -> dict[str, float | None]:
@@ -158,7 +235,7 @@ class Report:
         if not scene.brake.in_series:
             return {}
         stages, system = self.stages, self.result.record.system
-        greatest, load = np.max(self._probe.flows.lever_tension), np.asarray(self._probe.flows.load_torque)[0]
+        greatest, load = np.max(self._scan.seen.lever_tension), self._scan.seen.load_torque[0]
         first = jax.tree.map(lambda column: jnp.asarray(column[0]), self._record.states)
         hot = system.sensed(first.heat)
         seen = {stage.name for stage in stages}
@@ -166,20 +243,34 @@ class Report:
         return {"stages": [stage.as_dict() for stage in stages], "absent_stages": absent}
 
     def _shortage(self) -> list[str]:
-        """Times before the end in which the load exceeded what the brake gives under its greatest slack tension."""
-        p, t, flows = self._probe, np.asarray(self._probe.t), self._probe.flows
+        """Times before the end in which the load exceeded what the brake gives under its maximum slack tension."""
+        scan, seen, t = self._scan, self._scan.seen, self._scan.seen.t
         system: BrakeSystem = self._record.system  # pyright: ignore
-        lever, pull = system.lever, np.asarray(flows.lever_tension)
+        lever, pull = system.lever, seen.lever_tension
         greatest = float(lever.greatest()) if isinstance(lever, AbstractSpeedLever) else np.max(pull)
         hardest = (pull > 0) & (pull >= (1 - _NEARLY) * greatest)
-        gains = np.sign(np.asarray(p.y.omega)) * np.asarray(flows.contact.alpha) * float(system.inertia)
-        band = np.asarray(p.mode.band)
-        slides = slips(band) | ((band == BandMode.HELD) & (np.asarray(p.mode.slides) != 0))
-        if not np.any(hardest & slides & (gains > _ROUNDING * float(system.sizes.torque))):
+        modes: Mode = self._record.modes
+        band, inner = np.asarray(modes.band)[scan.row], np.asarray(modes.slides)[scan.row]
+        slides = slips(band) | ((band == BandMode.HELD) & (inner != 0))
+        rate = np.sign(seen.omega) * seen.alpha
+        candidates = hardest & slides & (rate > 0)
+        if not np.any(candidates) or not np.any(
+            rate[candidates] * float(system.inertia) > _ROUNDING * float(system.sizes.torque)
+        ):
             return []  # nothing ever sped up a pulley whose brake slides: no need to look closer
-        found = capacities_at(self._record, p, np.flatnonzero(hardest))
+
+        def short_at(some: np.ndarray) -> np.ndarray:
+            if not some.size:
+                return some
+            found = capacities_at(self._record, some, scan.instants)
+            return some[(found.load > 0) & (found.load > found.torque * (1 + _ROUNDING))]
+
+        # at the ends and in the middle of all steps; at all samples of those in which it is short there
+        coarse = np.arange(len(t)) % scan.samples % (scan.samples // 2) == 0
+        rows_short = np.unique(scan.row[short_at(np.flatnonzero(hardest & coarse))])
         short = np.zeros(len(t), bool)
-        short[hardest] = (found.load > 0) & (found.load > found.torque * (1 + _ROUNDING))
+        if rows_short.size:
+            short[short_at(np.flatnonzero(hardest & np.isin(scan.row, rows_short)))] = True
         edges = np.flatnonzero(np.diff(np.concatenate([[False], short, [False]]).astype(int)))
         spans = [(a, b - 1) for a, b in edges.reshape(-1, 2) if t[b - 1] > t[a]]
         if spans and spans[-1][1] == len(t) - 1 and self.result.status == Status.RUNAWAY:
@@ -187,10 +278,10 @@ class Report:
         if not spans:
             return []
         (first, last), often = spans[0], f", {len(spans)} times in all" if len(spans) > 1 else ""
-        load = number(np.max(np.abs(np.asarray(flows.load_torque))[first : last + 1]), "N*m")
+        load = number(np.max(np.abs(seen.load_torque[first : last + 1])), "N*m")
         return [
             f"shortage: from {t[first]:.6g} to {t[last]:.6g} s{often} the load torque (up to {load}) exceeded what the "
-            "sliding brake gives under its greatest slack tension"
+            "sliding brake gives under its maximum slack tension"
         ]
 
     def summary(self) -> Entry:
@@ -325,7 +416,7 @@ def _staged_lines(summary: Entry) -> list[str]:
 
 
 def _peak_line(summary: Entry, head: str, name: str, where: str) -> list[str]:
-    """A greatest force, its lining and its time."""
+    """A maximum force, its lining and its time."""
     m, at = summary["metrics"], summary["at"]
     if name not in m:
         return []
@@ -379,9 +470,9 @@ def text(summary: Entry) -> str:
         _energy_line(summary),
         *_heat_lines(summary),
         *_wear_lines(summary),
-        f"closure  {_share(e['closure'])} of the largest energy exchanged",
+        f"closure  relative energy-balance residual {_share(e['closure'])}",
         f"solver   {s['method']}, rtol {s['rtol']:g}: {s['steps']} steps, {s['rejected']} rejected, "
-        f"{s['retaken']} retaken at events, {s['segments']} segments",
+        f"{s['retaken']} truncated at events, {s['segments']} segments",
     ]
     if not summary["distribution"].startswith("mobilisation"):
         lines.append(f"split    {summary['distribution']}")

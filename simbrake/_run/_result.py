@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float, Int
 
+from .._base._compiling import run_device
 from .._base._faults import InputError
 from .._base._table import number
 from .._parts._scene import Scene
@@ -18,9 +19,10 @@ from ..hybrid import Record
 from ..hybrid._arrays import Array
 from ..thermal._heat import node_names
 from ._log import FAILURES, STATUS_MESSAGES, Event, Stage, Status, failure_of, status_of
-from ._metrics import METRICS, Peak, energies, peak, stored_heat, worn_thickness
-from ._probe import Entry, Scan, end_capacity, is_traced, probe_at, probe_many, record_of
+from ._metrics import METRICS, Peak, energies, stored_heat, worn_thickness
+from ._probe import Entry, end_capacity, is_traced, probe_at, probe_many, record_of
 from ._report import Report, labels_of, text
+from ._scan import peak
 from ._series import Series, array_of_times, fault_of_times, outside, series_of
 
 _last_report: Report | None = None
@@ -51,7 +53,7 @@ class Result(eqx.Module):
     """The outcome of `simulate`: a PyTree, through which jit, vmap and grad pass.
 
     Every metric of the scene is an attribute, as `result.stopping_time` (s): a number, `inf` for the time of what did
-    not happen (`null` in the summary); a greatest value is a `Peak` with its time and its lining. A metric that the
+    not happen (`null` in the summary); a maximum value is a `Peak` with its time and its lining. A metric that the
     scene does not have raises `ValueError`. First derivatives of everything continuous are available, forward and
     reverse.
     """
@@ -126,7 +128,7 @@ class Result(eqx.Module):
     @property
     @_of_each
     def end_capacity(self) -> Capacity:
-        """Load torque and greatest torque of the sliding brake (N·m) at the end of the run, in the sense of rotation.
+        """Load torque and maximum torque of the sliding brake (N·m) at the end of the run, in the sense of rotation.
 
         With kinetic friction at the speed and the temperatures of the end; of meaning where the pulley still turns. A
         run whose load is not below that torque, with the lever at its last value, ends as `runaway`.
@@ -194,7 +196,8 @@ class Result(eqx.Module):
         if not self.ok:
             return FAILURES[int(self.code)][0]  # pyright: ignore
         moved = bool(np.any(np.asarray(self.record.rows.y)[: int(self.record.count) + 1, 1] != 0.0))
-        return str(status_of(labels_of(self.record)[-1], moved, lambda: bool(self.end_capacity.exceeded)))
+        (end,) = labels_of(self.record, np.asarray([int(self.record.count)]))
+        return str(status_of(end, moved, lambda: bool(self.end_capacity.exceeded)))
 
     @property
     def message(self) -> str:
@@ -262,6 +265,6 @@ def _metric(result: Result, name: str) -> Array | Peak:
     if (missing := metric.needs.lacks(scene)) and not metric.shown_anyway:
         raise ValueError(f"the scene has no {name}: {missing}")
     if metric.greatest:
-        return result.report().peaks[name] if result.concrete else peak(Scan(result.record), metric.find)
+        return result.report().peaks[name] if result.concrete else peak(result.record, metric.find)
     found = metric.find(record_of(result), scene)
-    return jnp.asarray(found) if result.concrete else found
+    return jax.device_put(np.asarray(found), run_device()) if result.concrete else found

@@ -1,13 +1,13 @@
-"""The front door: a scene in, a result out; long runs in stretches; programs prepared once for many runs."""
+"""Running a scene: from a scene to a result, long runs in stretches, programs prepared once for many runs."""
 
 import functools
+import logging
 import math
 import re
 import time
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
-import diffrax
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -16,7 +16,10 @@ from jax.core import Tracer
 from jax.custom_batching import custom_vmap
 from jaxtyping import Float, PyTree
 
+from .._base import _cache
 from .._base._compiling import (
+    Improving,
+    Packed,
     Packing,
     Program,
     accelerators,
@@ -46,10 +49,12 @@ from ..hybrid import (
     stretch,
 )
 from ..hybrid._arrays import Array
+from ..hybrid._lanes import hybridsolve_lane
 from ._choice import stiffness
 from ._edit import with_values
 from ._log import SimulationError
 from ._measure import Metric, check_metrics, measure, name_of
+from ._metrics import identity_of
 from ._probe import Number, is_traced
 from ._result import Limits, Result
 
@@ -59,13 +64,20 @@ STRETCH = 1024
 LONGEST = 9_000
 #: least number of steps in a run under profiles that are not piecewise simple
 _SLICES = 64
-#: attempts in the first stretch where somebody waits: enough to tell how long one takes
+#: attempts in the first stretch where progress is shown: enough to measure one
 _FIRST = 64
-#: seconds that a stretch should take where somebody waits for it
+#: seconds that a stretch should take where progress is shown
 _TARGET = 0.25
+#: runs of one structure after which `simulate` says once that there is `prepare`
+_MANY_RUNS = 1000
+_log = logging.getLogger("simbrake")
 
-#: told of the time reached and the end time, both s
-Solver = AbstractMethod | diffrax.AbstractERK
+if TYPE_CHECKING:
+    import diffrax
+
+    Solver: TypeAlias = AbstractMethod | diffrax.AbstractERK
+else:
+    Solver = Any  # an explicit solver of diffrax, whose import nobody waits for, or a method of `simbrake.hybrid`
 
 
 def _posed(
@@ -75,7 +87,7 @@ def _posed(
     scene, rtol, max_step, max_events = packing.unpack(numbers)
     system, state, mode = assemble(scene)
     if system.guard_samples:
-        # a profile of one's own may hide a pulse: with the samples inside a step, 1/1000 of the run is looked at
+        # a user-defined profile may hide a pulse: with the samples inside a step, 1/1000 of the run is looked at
         span = jnp.asarray(scene.end_time) - jnp.asarray(scene.initial.time)
         max_step = jnp.minimum(max_step, span / _SLICES)
     settings = Settings(
@@ -100,7 +112,9 @@ def _stretch_program(packing: Packing, method: AbstractMethod, device: Any) -> t
         problem, settings = _posed(packing, x[:n], STRETCH)
         return stretch(*problem, method, settings, x[n:-1], x[-1].astype(jnp.int32))
 
-    return compiled(run, np.ones(n + size + 1), longest=LONGEST, device=device), np.full(size, np.nan)
+    subject = ("stretch", packing, method)
+    program = compiled(run, np.ones(n + size + 1), longest=LONGEST, device=device, subject=subject)
+    return program, np.full(size, np.nan)
 
 
 def long_run(
@@ -108,7 +122,7 @@ def long_run(
 ) -> Record:
     """A run of up to `rooms[-1]` step attempts; its record has space for the least of `rooms` that is enough.
 
-    The record is the same to the last bit whether somebody is told or not: stretches are then shorter, no more.
+    The record is the same to the last bit whether progress is shown or not: it only makes stretches shorter.
     """
     program, carried = _stretch_program(packing, method, run_device())
     scene: Scene = packing.unpack(numbers)[0]
@@ -163,17 +177,23 @@ def run_of_numbers(packing: Packing, method: AbstractMethod, max_steps: int) -> 
 
 
 @functools.lru_cache(maxsize=256)
-def _program(packing: Packing, method: AbstractMethod, max_steps: int, device: Any) -> Program:
+def _program(packing: Packing, method: AbstractMethod, max_steps: int, device: Any) -> Improving:
     """The compiled run of all scenes of one structure."""
-    # a scene is mostly run once or a few times: what makes the first of them wait longer is left to `prepare`
-    run = run_of_numbers(packing, method, max_steps)
-    return compiled(run, np.ones(packing.size), longest=LONGEST, device=device)
+    run, subject = run_of_numbers(packing, method, max_steps), ("run", packing, method, max_steps)
+
+    def packed(numbers: Array) -> Packed:
+        return Packed.of(run(numbers))
+
+    def make(quick: bool) -> Program:
+        return compiled(packed, np.ones(packing.size), longest=LONGEST, device=device, subject=subject, quick=quick)
+
+    return Improving(make)
 
 
 @functools.lru_cache(maxsize=256)
 def _part(packing: Packing, method: AbstractMethod, max_steps: int) -> Callable[[Array], Record]:
     """The run as part of a larger program: as one function where XLA can do that, but not where it is differentiated
-    or many of it run side by side, as nobody can tell there what XLA makes of it."""
+    or many of it run side by side, as XLA's treatment of it is not known there."""
     run = jax.jit(run_of_numbers(packing, method, max_steps))
     if jax.default_backend() != "cpu" or not accelerators("cpu").one_function:
         return run
@@ -226,7 +246,19 @@ def check_limits(rtol: Number, max_step: Number = np.inf, max_steps: int | None 
 
 def solver_for(stiff: bool) -> Solver:
     """The solver where the caller names none."""
-    return Rodas5P() if stiff else diffrax.Dopri8()
+    return Rodas5P() if stiff else explicit("Dopri8")
+
+
+@functools.cache
+def explicit(name: str) -> ExplicitRungeKutta:
+    """The method with the tableau of a diffrax solver, which is asked for it once and then kept on disk."""
+
+    def ask() -> ExplicitRungeKutta:
+        import diffrax
+
+        return ExplicitRungeKutta(getattr(diffrax, name)())
+
+    return _cache.cached("tableau", name, ask)
 
 
 def step_limits(scene: Scene, max_steps: int | None) -> tuple[int, ...]:
@@ -260,7 +292,7 @@ def simulate(
       state of a friction law is so fast that stability would govern an explicit method (the summary says why). Under
       jit, vmap or grad values cannot be looked at: there a scene with heat gets Rodas5P unless a solver is given
     - `rtol`: relative tolerance; absolute tolerances are `rtol` times the typical size of each state
-    - `max_step`: longest step (s), for profiles of one's own that do something short
+    - `max_step`: longest step (s), for user-defined profiles with short features
     - `max_steps`: step attempts allowed (1024, then 16 and 128 times as many, if not given; under a JAX
       transformation 1024)
     - `max_events`: events allowed
@@ -272,7 +304,7 @@ def simulate(
     A new number in the scene never re-traces; a new structure (more linings, another law) compiles anew. Under jit,
     vmap or grad nothing is raised and the caller looks at `result.code`.
 
-    Raises `InputError` with all faults of the scene (or of these options) at once, `SimulationError`, and
+    Raises `InputError` with all errors of the scene (or of these options) at once, `SimulationError`, and
     `RuntimeError` if JAX is not in 64-bit mode.
     """
     require_64_bits()
@@ -280,7 +312,7 @@ def simulate(
     scene = checked(scene)
     solver = solver_of(scene, solver)
     method = method_of(scene, solver)
-    name = type(solver).__name__
+    name = solver_name(solver)
     rtol_, longest = np.asarray(rtol, np.float64) if np.isscalar(rtol) else rtol, np.asarray(max_step, np.float64)
     events = np.asarray(max_events, np.int32)
     limits = Limits(longest, events, max_steps)
@@ -292,13 +324,19 @@ def simulate(
     rooms = step_limits(scene, max_steps)
     with telling(progress) as tell:
         short = rooms[0] <= STRETCH  # over in a moment
-        record = _program(packing, method, rooms[0], run_device()).call(numbers) if short else None
+        record = _recorded(_program(packing, method, rooms[0], run_device()), numbers) if short else None
         if record is None or (int(record.code) == Code.STEP_LIMIT and len(rooms) > 1):
             record = long_run(numbers, packing, method, rooms, tell)
     result = Result(scene, record, rtol_, name, limits)  # pyright: ignore
     if throw and not result.ok:
         raise SimulationError(f"{result.status}: {result.message}", result)
     return result
+
+
+def _recorded(program: Improving, numbers: Array) -> Record:
+    if program.calls == _MANY_RUNS:
+        _log.warning("simbrake: many runs of one structure: sb.prepare(scene) makes each of them several times faster")
+    return program(numbers).unpack()
 
 
 def solver_of(scene: Scene, solver: Solver | None = None) -> Solver:
@@ -311,12 +349,31 @@ def solver_of(scene: Scene, solver: Solver | None = None) -> Solver:
 def method_of(scene: Scene, solver: Solver) -> AbstractMethod:
     """The method of a scene's run with a solver."""
     # with heat the equations are long: a program in which they stand once compiles and runs faster
-    return _method(solver).rolled() if scene.heated else _method(solver)
+    return as_method(solver).rolled() if scene.heated else as_method(solver)
+
+
+def solver_name(solver: Solver) -> str:
+    """What a solver is called in results."""
+    return solver.name if isinstance(solver, AbstractMethod) else type(solver).__name__
 
 
 @functools.lru_cache
-def _method(solver: Solver) -> AbstractMethod:
+def as_method(solver: Solver) -> AbstractMethod:
     return solver if isinstance(solver, AbstractMethod) else ExplicitRungeKutta(solver)
+
+
+#: as many events as `simulate` allows
+_EVENTS = np.asarray(10_000, np.int32)
+
+
+def simulate_lane(scene: Scene, solver: Solver, rtol: Array, max_steps: int, room: int) -> Result:
+    """As `simulate` under `vmap`, with a record of the events alone (see `hybridsolve_lane`), for `room` of them."""
+    scene = checked(scene)
+    longest = np.asarray(np.inf)
+    numbers, packing = pack((_marked(scene), rtol, longest, _EVENTS), jnp)
+    problem, settings = _posed(packing, numbers, max_steps)
+    record = hybridsolve_lane(*problem, method_of(scene, solver), settings, room)
+    return Result(scene, record, rtol, solver_name(solver), Limits(longest, _EVENTS, max_steps))
 
 
 # --- prepared once: numbers in, metrics and their derivatives out, without any tracing or checking --------------------
@@ -357,6 +414,8 @@ class Prepared:
         self._asked = tuple(metrics)
         self.numbers, self._like = pack(scene)
         self.places = self._places()
+        #: of the metrics in the program's result, in their order; known once it is traced
+        self._spans: list[tuple[str, int | slice]] = []
         self.program = self._compile()
         self._slope: Program | None = None
 
@@ -375,12 +434,25 @@ class Prepared:
         found = [measure(result, metric) for metric in self._asked]
         ends = np.cumsum([0, *(value.size for value in found)]).tolist()
         wheres = [a if value.ndim == 0 else slice(a, b) for a, b, value in zip(ends, ends[1:], found, strict=False)]
-        self._spans = list(zip(self.metrics, wheres, strict=True))  # of the metrics, known once it is traced
+        self._spans = list(zip(self.metrics, wheres, strict=True))
         counts = jnp.stack([jnp.asarray(n, jnp.float64) for n in (result.code, *result.record.stats)])
         return jnp.concatenate([*(jnp.ravel(value) for value in found), counts])
 
+    def _subject(self, what: str) -> tuple:
+        """What the programs depend on."""
+        return what, self._like, [*map(identity_of, self._asked)], self.solver, self.max_steps
+
     def _compile(self) -> Program:
-        return compiled(self._run, self._input(self.numbers, self.rtol))
+        numbers = self._input(self.numbers, self.rtol)
+        program = compiled(self._run, numbers, subject=self._subject("prepared"))
+
+        def spans() -> list[tuple[str, int | slice]]:
+            if not self._spans:
+                jax.eval_shape(self._run, numbers)
+            return self._spans
+
+        self._spans = _cache.cached("spans", self._subject("spans"), spans)
+        return program
 
     def vector(self, values: Values = None) -> Array:
         """The numbers with some of them changed, by path (`{"initial.omega": 18.0}`), or such a vector as it is."""
@@ -434,7 +506,8 @@ class Prepared:
         """
         numbers = self._input(self.vector(values), self.rtol)
         if self._slope is None:
-            self._slope = compiled(self._slopes, numbers, longest=_LONGEST_SLOPES)
+            subject = self._subject("gradient")
+            self._slope = compiled(self._slopes, numbers, longest=_LONGEST_SLOPES, subject=subject)
         return np.asarray(self._slope.call(numbers))
 
     def _slopes(self, numbers: Float[Array, " k"]) -> Float[Array, "metrics numbers"]:
@@ -445,7 +518,7 @@ class Prepared:
         return jax.lax.map(lambda row: back(row)[0][:-1], eye)
 
     def check(self, values: Values = None) -> Scene:
-        """The scene with these numbers. Raises `InputError` with all faults of it."""
+        """The scene with these numbers. Raises `InputError` with all its errors."""
         scene = self._like.unpack(self.vector(values))
         check(scene)
         return scene

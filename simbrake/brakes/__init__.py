@@ -1,6 +1,6 @@
-"""Brakes and what they consist of: band, linings, pulley, bandage; discs with pads, drums with shoes; their statics.
+"""Brakes and their parts: band, linings, pulley, bandage; discs with pads, drums with shoes; their statics.
 
-The names stand in `__init__.pyi`, each with its module, which is imported when the name is first used.
+The names are in `__init__.pyi`, each with its module, which is imported at the first use of the name.
 """
 
 import lazy_loader

@@ -17,16 +17,16 @@ from ..hybrid._arrays import Array
 
 
 def grip(f: Float[Array, "..."], angle: Float[Array, " n"]) -> Float[Array, " n"]:
-    """`f_i z_i = f_i tan(β_i/2)` of each lining; at 1 or above the lining locks itself."""
+    """`f_i z_i = f_i tan(β_i/2)` of each lining; at 1 or above the lining is self-locking."""
     return f * jnp.tan(angle / 2)
 
 
 def tension_ratio(fz: Float[Array, " n"]) -> tuple[Float[Array, " n"], Bool[Array, " n"]]:
-    """Tension ratio of each lining at its limit, and which linings lock themselves.
+    """Tension ratio of each lining at its limit, and which linings are self-locking.
 
         μ_i = T_i/T_{i−1} = (1 + f_i z_i)/(1 − f_i z_i),   z_i = tan(β_i/2)                                (Z-12…Z-14)
 
-    Where `f_i z_i ≥ 1` the limit is infinite: that lining is marked and its ratio given as 1, for the caller to treat.
+    Where `f_i z_i ≥ 1` the limit is infinite: that lining is marked and its ratio given as 1, for the caller to handle.
     """
     locked = fz >= 1.0
     safe = jnp.where(locked, 0.0, fz)
@@ -119,7 +119,7 @@ def mobilised(
         F_i = (T_i − T_{i−1}) cos(β_i/2),  N_i = (T_i + T_{i−1}) sin(β_i/2)                                (Z-12)
 
     The first linings of that order are at their limit, the next carries the rest, the others nothing: the rule used
-    wherever rigid bodies leave the split undetermined.
+    wherever rigid bodies leave the load sharing undetermined.
     """
     forward = T_n >= T_0
     ahead = jnp.cumprod(mu)
@@ -161,7 +161,7 @@ def tensions_on(
 ) -> Float[Array, " n"]:
     """Tensions `T_1…T_n` by the mobilisation rule for a given number of linings at their limit (see `piece_of`).
 
-    Linear in `T_0` and `T_n`. `n` and `−1 − n` stand for full slip ahead and back, whatever `T_n`.
+    Linear in `T_0` and `T_n`. `n` and `−1 − n` mean full slip ahead and back, for any `T_n`.
     """
     n = mu.shape[0]
     i = jnp.arange(1, n + 1, dtype=jnp.int32)
@@ -246,10 +246,10 @@ def _mean_rise(x: Array) -> Array:
 
 
 class AbstractStiffness(Part):
-    """What may stand for the number `C` of a band (N/m): tension of the tight end per unit elongation.
+    """A model of the stiffness `C` of a band (N/m): tension of the tight end per unit elongation.
 
     Its methods take the friction `f` (a number or (n,)) and central angles `angle` (n,) in rad of the linings and the
-    radius `R_0` (m) of the band circle, which the scene has already: they are not given twice.
+    radius `R_0` (m) of the band circle, which the scene has already.
     """
 
     @abc.abstractmethod
@@ -257,7 +257,7 @@ class AbstractStiffness(Part):
         """`C = S_H/Δl` in N/m, linkage included."""
 
     def faults(self, path: str, n: int) -> list[Fault]:
-        """What does not fit `n` linings, beyond the ranges of single numbers (concrete values only)."""
+        """Errors of sizes that do not fit `n` linings (concrete values only)."""
         return []
 
     def compliance(self, f: Values, angle: Values, radius: Values) -> Float[Array, ""]:
@@ -434,17 +434,19 @@ def _as_bands(bands: Iterable[AbstractStiffness | float]) -> tuple[AbstractStiff
 
 
 class ParallelBands(AbstractStiffness):
-    """Several bands side by side under one lever, each with an own stiffness or geometry and with equal linings (K-8).
+    """Several bands side by side under one lever, each with its own stiffness or geometry, and with equal linings
+    (K-8).
 
         C = Σ C_j,   T_0,j = T_0 C_j/Σ C_j   (K-8 with c_j = Π/C_j),   1/C → 1/C + 1/C_linkage
 
-    - `bands`: geometries or numbers (N/m);  `linkage` (N/m): what all the bands have in common, in series
+    - `bands`: geometries or numbers (N/m);  `linkage` (N/m): stiffness common to all bands, in series
 
     They act exactly as one band: lever and anchor give all the same elongation `x`, so that `T_n,j = C_j x` and
     `T_n,j/T_0,j` is the same for every band at every time; angles and friction being equal, all reach every limit
-    together, at the same `Π`. What differs is how much each carries: `shares`. With a law that looks at temperature or
-    pressure, and unequal shares, the scene has the mean band (a warning says so). Bands whose linings differ cannot be
-    written as one band; that is a known gap. Source: K-5…K-8, model §2.3; K names the compliance `C_i` a stiffness.
+    together, at the same `Π`. They differ in the tension that each carries: `shares`. With a law that depends on
+    temperature or pressure, and unequal shares, the scene has the mean band (a warning says so). Bands whose linings
+    differ cannot be written as one band; that is a known gap. Source: K-5…K-8, model §2.3; K names the compliance `C_i`
+    a stiffness.
     """
 
     bands: tuple[AbstractStiffness, ...] = eqx.field(converter=_as_bands)

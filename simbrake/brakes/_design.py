@@ -1,4 +1,4 @@
-"""The parts of a brake: what could be weighed."""
+"""Mechanical parts of a brake: pulley, band, linings, bandage."""
 
 import abc
 import math
@@ -40,7 +40,7 @@ class Pulley(Part):
 
 
 class Segments(Part):
-    """The band between the linings, where each of them moves for itself (model §3.1, the resolved chain).
+    """The band between linings that move individually (model §3.1, the resolved chain).
 
     - `stiffness` `K_i` (N/m) between lining `i` and `i + 1`, one number or (n − 1,); the segment to the anchor is the
       band's own `stiffness`
@@ -62,7 +62,7 @@ class Band(Part):
     - `stiffness` `C` (N/m): tension of the tight end per unit elongation, band, anchor and linkage in series;
       `None` for a rigid band, which slips from the moment the lever pulls; or the band's geometry, or several bands
       in parallel, from which `stiffness_of` finds the number
-    - `segments`: resolves the band into a chain of linings that move for themselves; `stiffness` is then that of the
+    - `segments`: resolves the band into a chain of linings that move individually; `stiffness` is then that of the
       segment to the anchor. `None`: linings follow the band as a whole
     """
 
@@ -74,7 +74,7 @@ class Band(Part):
 
 
 class AbstractLinings(Part):
-    """What rubs: `n` linings of one brake, whatever they are called. Arrays over them have `n` entries.
+    """The `n` linings of one brake: linings of a band, pads or shoes. Arrays over them have `n` entries.
 
     - `friction`: the law of all of them, with numbers for all or per lining;  `area` `A_i` (m²), `None`: not given
     """
@@ -153,7 +153,7 @@ class Bandage(Part):
     - `preload` `N_pre,i` (N), a number for each or (n,): the interference with which a lining sits on the rim
     - `area` (m²) of a lining's inner face, a number or (n,): needed where pressure matters, and for overlaps
     - `spring` `K_j` (N/m) between neighbouring linings at the band circle, a number or (n − 1,): every lining is then
-      a body of its own (resolved bandage), which needs a rigid band; `None`: the bandage is one rigid body
+      a separate body (resolved bandage), which needs a rigid band; `None`: the bandage is one rigid body
     - `spring_damping` `ζ_j`: share of the critical damping of two neighbours on their spring,
       `D_j = 2 ζ_j √(K_j m_j)`, `1/m_j = R_b² (1/J_j + 1/J_{j+1})`
     """
@@ -173,9 +173,9 @@ class Bandage(Part):
 def unloaded(
     pair: AbstractLinings | Bandage, v: Float[Array, " n"], T: Float[Array, "..."] | float | None
 ) -> AnyContact:
-    """The contact of surfaces without load, at slip speeds `v` (n,) and temperatures `T` (K; `None`: none known).
+    """The contact of surfaces without load, at slip speeds `v` (n,) and temperatures `T` (K; `None`: unknown).
 
-    As in a run it has a pressure only where the pair has areas; or where the law cannot do without one. States of the
+    As in a run it has a pressure only where the pair has areas; or where the law needs one. States of the
     law are those of the start.
     """
     law, n = pair.friction, np.size(v)
@@ -184,9 +184,9 @@ def unloaded(
 
 
 class BrakeWords(NamedTuple):
-    """What a kind of brake, its linings and the body on which they rub are called.
+    """Names of a kind of brake, its linings and the body on which they rub.
 
-    - `locking`: what is so where it locks itself, and `unlocking`, what helps
+    - `locking`: condition of self-locking, and `unlocking`, the remedy
     """
 
     brake: str
@@ -197,14 +197,14 @@ class BrakeWords(NamedTuple):
 
 
 class PairPlace(NamedTuple):
-    """Where a friction pair is described: the `field` of the brake that holds its linings, and what rubs, in words."""
+    """Description of a friction pair: the `field` of the brake with its linings, and the pair in words."""
 
     field: str
     words: str
 
 
 class AbstractBrake(Part):
-    """What a scene knows of any kind of brake.
+    """Interface of all kinds of brakes.
 
     - `linings`;  `inertia` `J` (kg·m²) of all that turns with the shaft, hook load not
     """
@@ -224,7 +224,7 @@ class AbstractBrake(Part):
     @property
     @abc.abstractmethod
     def track_radius(self) -> Scalar:
-        """Radius (m) of the friction track: its speed is that of what cools it."""
+        """Radius (m) of the friction track: its speed determines the cooling."""
 
     @property
     @abc.abstractmethod
@@ -233,7 +233,7 @@ class AbstractBrake(Part):
 
     @property
     def resolved(self) -> bool:
-        """Whether single linings move by themselves."""
+        """Whether linings move individually."""
         return False
 
     @property
@@ -252,12 +252,12 @@ class AbstractBrake(Part):
 
     @property
     def kind(self) -> str:
-        """What a brake of this build is called."""
+        """Name of a brake of this build."""
         return self.words.brake
 
     @property
     def features(self) -> tuple[str, ...]:
-        """What a brake of this build has that others of its class lack, in words."""
+        """Features of this build that other brakes of its class lack, in words."""
         return ()
 
     @property
@@ -271,14 +271,14 @@ class AbstractBrake(Part):
 
     @abc.abstractmethod
     def self_locking(self, f: Float[Array, "..."]) -> Float[Array, " n"]:
-        """How near each lining is to locking itself with the coefficients `f`: it does so from 1 on."""
+        """Self-locking ratio of each lining with the coefficients `f`: self-locking from 1."""
 
     @abc.abstractmethod
     def locking_words(self, i: int, share: float) -> str:
-        """Why lining `i` (from 1) locks itself, whose `self_locking` is `share`."""
+        """Reason why lining `i` (from 1) with the ratio `share` is self-locking."""
 
     def faults(self, path: str) -> list[Fault]:
-        """What does not fit together, beyond the ranges of single numbers (concrete values only)."""
+        """Errors beyond the ranges of single numbers (concrete values only)."""
         found = []
         for name, place in self.pairs.items():
             of = " of the internal pair" if name == "internal" else ""
@@ -286,7 +286,7 @@ class AbstractBrake(Part):
         return found + self.faults_of_shape(path)
 
     def faults_of_shape(self, path: str) -> list[Fault]:
-        """What does not fit together in the geometry."""
+        """Errors of the geometry."""
         return []
 
 
@@ -301,7 +301,7 @@ class Brake(AbstractBrake):
         "band brake",
         "lining",
         "pulley",
-        "f·tan(β/2) ≥ 1 on a rigid band, the band locks itself",
+        "f·tan(β/2) ≥ 1 on a rigid band, the band is self-locking",
         "shorten the lining, lower its friction, or give the band a stiffness",
     )
 
@@ -345,11 +345,11 @@ class Brake(AbstractBrake):
         return grip(f, jnp.asarray(self.linings.angle))
 
     def locking_words(self, i: int, share: float) -> str:
-        return f"lining {i}: f·tan(β/2) = {share:.4g} ≥ 1, the band locks itself"
+        return f"lining {i}: f·tan(β/2) = {share:.4g} ≥ 1, the band is self-locking"
 
     @property
     def resolved(self) -> bool:
-        """Whether single linings move by themselves: a chain, or a bandage on springs."""
+        """Whether linings move individually: a chain, or a bandage on springs."""
         sprung = self.bandage is not None and self.bandage.spring is not None
         return self.band.segments is not None or sprung
 
@@ -357,7 +357,7 @@ class Brake(AbstractBrake):
         angle, where = np.asarray(self.linings.angle), f"{path}.linings.angle"
         if angle.ndim != 1:
             return [Fault(where, "a list of angles is needed, one per lining", "one lining: [0.5]")]
-        laws = tuple(f"{path}.{place.field}.friction" for place in self.pairs.values())  # they say it themselves
+        laws = tuple(f"{path}.{place.field}.friction" for place in self.pairs.values())  # they report it themselves
         found = [fault for fault in faults_of_sizes(self, path, angle.size) if not fault.path.startswith(laws)]
         found += _faults_of_wrap(self.band.stiffness, angle, where, f"{path}.band.stiffness")
         if self.band.radius < self.pulley.radius:
@@ -370,21 +370,21 @@ class Brake(AbstractBrake):
         band, mass, found = self.band, self.linings.mass, []
         if band.segments is None:
             if mass is not None:
-                hint = "linings move for themselves only where the band has `segments`"
+                hint = "linings move individually only where the band has `segments`"
                 found.append(Fault(f"{path}.linings.mass", "has no effect", hint))
             return found
         if self.bandage is not None:
             hint = "the linings of a staged brake ride on the pulley; `Bandage.spring` resolves them"
-            found.append(Fault(f"{path}.band.segments", "is not for a staged brake", hint))
+            found.append(Fault(f"{path}.band.segments", "is not available for a staged brake", hint))
         if band.stiffness is None:
             hint = "with segments it is the stiffness of the one to the anchor"
             found.append(Fault(f"{path}.band.stiffness", "is missing", hint))
         if mass is None:
-            found.append(Fault(f"{path}.linings.mass", "is missing", "each lining of a chain moves for itself"))
+            found.append(Fault(f"{path}.linings.mass", "is missing", "each lining of a chain moves individually"))
         return found
 
     def _faults_of_springs(self, path: str, n: int) -> list[Fault]:
-        """What a bandage of single linings cannot have, or a rigid one not."""
+        """Errors of options that a resolved, or a rigid, bandage does not support."""
         bandage, here, found = self.bandage, f"{path}.bandage", []
         if bandage is None:
             return found
@@ -393,12 +393,12 @@ class Brake(AbstractBrake):
             what = f"does not fit {n} linings"
             return [Fault(f"{here}.{name}", what, "give one number, or springs") for name in lists]
         if self.band.stiffness is not None:
-            hint = "leave it out: under linings that move apart, the motion of the band would not be one number"
+            hint = "leave it out: with separate linings the band has no single motion"
             found.append(Fault(f"{path}.band.stiffness", "a bandage with springs needs a rigid band", hint))
         for pair, where in ((self.linings, f"{path}.linings.friction"), (bandage, f"{here}.friction")):
             law = pair.friction
             if needs(law, n).p or reads(law, n, T=True, p=pair.area is not None).p:
-                found.append(Fault(where, "cannot look at the pressure in a bandage with springs", "leave it out"))
+                found.append(Fault(where, "cannot depend on the pressure in a bandage with springs", "leave it out"))
             elif pair is bandage and not reads(law, n, T=True, p=False).T:
                 still = unloaded(pair, jnp.zeros(n), None)
                 turns = self.pulley.radius * np.asarray(law.static(still)) * np.sin(np.asarray(self.linings.angle) / 2)
@@ -410,7 +410,7 @@ class Brake(AbstractBrake):
 def _faults_of_pair(pair: AbstractLinings | Bandage, path: str, n: int, of: str) -> list[Fault]:
     found = faults_of_law(pair.friction, f"{path}.friction", n)
     if pair.area is None and needs(pair.friction, n).p:
-        found.append(Fault(f"{path}.area", "is missing", f"the friction law{of} looks at the pressure"))
+        found.append(Fault(f"{path}.area", "is missing", f"the friction law{of} depends on the pressure"))
     return found
 
 
@@ -431,9 +431,9 @@ def _faults_of_wrap(
 
 
 def under_a_band(brake: AbstractBrake) -> Brake:
-    """The brake where only a band brake will do. Raises `InputError` for another kind."""
+    """Return the brake if it is a band brake. Raises `InputError` for another kind."""
     if not isinstance(brake, Brake):
-        problem = f"is a {brake.words.brake}: this is only for band brakes"
+        problem = f"is a {brake.words.brake}: this needs a band brake"
         raise InputError([Fault("brake", problem, "take a `Brake`, with band and linings")])
     return brake
 
@@ -441,7 +441,7 @@ def under_a_band(brake: AbstractBrake) -> Brake:
 def _still_friction(linings: Lining, temperature: Values | None) -> Float[Array, " n"]:
     law, n = linings.friction, linings.count
     if temperature is None and needs(law, n).T:
-        raise ValueError("the friction law looks at the temperature: give it")
+        raise ValueError("the friction law depends on the temperature: give it")
     T = None if temperature is None else jnp.asarray(temperature)
     return jnp.broadcast_to(law.kinetic(unloaded(linings, jnp.zeros(n), T)), (n,))
 
@@ -450,7 +450,8 @@ def stiffness_of(brake: Brake, temperature: Values | None = None) -> Float[Array
     """Stiffness `C` of a brake's band in N/m, given or from its geometry; `None` for a rigid band.
 
     The friction along a geometry is the linings' kinetic coefficient at zero speed, without pressure, and at the
-    `temperature` (K, a number or (n,)) if the law looks at it: in a scene that of the start. It then stays in the run.
+    `temperature` (K, a number or (n,)) if the law depends on it: in a scene that of the start. It is constant in the
+    run.
     Raises `ValueError` if that temperature is needed and missing, `InputError` for a brake without a band.
     """
     stiffness = under_a_band(brake).band.stiffness

@@ -21,7 +21,7 @@ class AbstractPressedBrake(AbstractBrake):
 
         M = r Σ f_i N_i,   N_i = n_i(F, f_i)
 
-    Another kind of brake is a class of this one with `inertia`, `linings` (`AbstractLinings`), `words`, `radius` and
+    Another kind of brake is a subclass with `inertia`, `linings` (`AbstractLinings`), `words`, `radius` and
     `normal`. Where friction presses a lining on, so that `N_i` depends on `f_i`, it also has `can_lock`,
     `normal_under`, `self_locking` and `locking_words`.
     """
@@ -40,14 +40,14 @@ class AbstractPressedBrake(AbstractBrake):
 
     @property
     def can_lock(self) -> bool:
-        """Whether friction presses a lining on, so that it can lock itself."""
+        """Whether friction presses a lining on, so that it can be self-locking."""
         return False
 
     def self_locking(self, f: Float[Array, "..."]) -> Float[Array, " n"]:
         return jnp.zeros(self.linings.count)
 
     def locking_words(self, i: int, share: float) -> str:
-        return f"{self.words.lining} {i} does not lock itself"
+        return f"{self.words.lining} {i} is not self-locking"
 
     def torque(self, force: Values, f: Float[Array, "..."]) -> Float[Array, ""]:
         return jnp.asarray(self.radius) * jnp.sum(f * self.normal(force, f, False))
@@ -57,7 +57,7 @@ class AbstractPressedBrake(AbstractBrake):
 
 
 class AbstractPadPressure(Part):
-    """How the pressure of a pad is distributed over its radius, between `r_i` and `r_o`."""
+    """Distribution of the pressure of a pad over its radius, between `r_i` and `r_o`."""
 
     @abc.abstractmethod
     def radius(self, inner: Values, outer: Values) -> Float[Array, ""]:
@@ -223,7 +223,7 @@ class ShoeBrake(AbstractPressedBrake):
     - `linings`: of both shoes;  `pin` `a` (m): distance of the pins from the shaft;  `arm` `c` (m) of the force `F`
       (`ForceDuty.force`) about the pin
 
-    Shoe 1 leads in the braking direction, shoe 2 in the other one. With `M_F ≥ M_N` a leading shoe locks itself.
+    Shoe 1 leads in the braking direction, shoe 2 in the other one. With `M_F ≥ M_N` a leading shoe is self-locking.
     Normal force `N` means the integral of the pressure over the lining, pressure its mean `N/A`.
 
     Reference: Budynas & Nisbett, internal expanding rim brakes.
@@ -237,7 +237,7 @@ class ShoeBrake(AbstractPressedBrake):
         "double-shoe brake",
         "shoe",
         "drum",
-        "M_F ≥ M_N: the friction of a leading shoe presses it on by itself, it locks itself",
+        "M_F ≥ M_N: the friction of a leading shoe presses it on by itself, it is self-locking",
         "lower its friction, shorten its lining, or move the pins away from the shaft",
     )
 
@@ -266,7 +266,7 @@ class ShoeBrake(AbstractPressedBrake):
     def normal(self, force: Values, f: Float[Array, "..."], back: Bool[Array, ""] | bool) -> Float[Array, " n"]:
         leads = jnp.where(back, -1.0, 1.0) * jnp.asarray([1.0, -1.0])
         arm = self.normal_moment - leads * f * self.friction_moment
-        # a shoe that locks itself has no such force: that is for the caller to treat
+        # a shoe that is self-locking has no such force: the caller handles it
         return jnp.asarray(force) * self.arm / jnp.where(arm > 0, arm, self.normal_moment)
 
     def normal_under(self, force: Values, friction: Float[Array, " n"]) -> Float[Array, " n"]:
@@ -278,7 +278,7 @@ class ShoeBrake(AbstractPressedBrake):
 
     def locking_words(self, i: int, share: float) -> str:
         leads = "braking" if i == 1 else "other"
-        return f"shoe {i}: M_F/M_N = {share:.4g} ≥ 1, leading in the {leads} direction it locks itself"
+        return f"shoe {i}: M_F/M_N = {share:.4g} ≥ 1, leading in the {leads} direction it is self-locking"
 
     def greatest_pressure(self, normal: Values) -> Float[Array, "..."]:
         """Maximum pressure (Pa) on a lining under the normal force (N)."""
@@ -294,5 +294,5 @@ class ShoeBrake(AbstractPressedBrake):
             found.append(Fault(f"{path}.pin", what, "the pins of internal shoes are inside the drum"))
         if reads(shoes.friction, 2, T=True, p=True).p:
             hint = "the pressure of a shoe depends on its friction: take a law of speed and temperature"
-            found.append(Fault(f"{where}.friction", "cannot look at the pressure of a double-shoe brake", hint))
+            found.append(Fault(f"{where}.friction", "cannot depend on the pressure of a double-shoe brake", hint))
         return found

@@ -1,6 +1,6 @@
-"""Validation against cases from outside, and a second integration by SciPy.
+"""Validation against independent reference solutions, and a second integration by SciPy.
 
-The names stand in `__init__.pyi`, each with its module, which is imported when the name is first used.
+The names are in `__init__.pyi`, each with its module, which is imported at the first use of the name.
 """
 
 import lazy_loader

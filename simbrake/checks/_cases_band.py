@@ -1,4 +1,4 @@
-"""Band brakes with answers from outside: stops, tensions and holds in closed form, books that close, printed tables."""
+"""Band brakes with reference solutions: stops, tensions and holds in closed form, energy balances, printed tables."""
 
 import functools
 import math
@@ -36,7 +36,7 @@ _COULOMB = "Coulomb friction below its capacity"
 Number: TypeAlias = complex | float | int | Array
 Values: TypeAlias = Number | Sequence[Number]
 
-# --- scenes with answers in closed form -------------------------------------------------------------------------------
+# --- scenes with closed-form solutions --------------------------------------------------------------------------------
 
 
 def stop_scene(
@@ -174,7 +174,7 @@ def time_of(name: str, lining: int | None = None) -> Callable[[Result], float]:
 
 # --- the standard brake -----------------------------------------------------------------------------------------------
 
-#: the elastic stop on which several cases rest, and its closed forms
+#: the elastic stop of several cases, and its closed forms
 ELASTIC: dict[str, Any] = {"n": 10, "beta": 27.0, "f": 0.35, "R": 0.725, "J": 800.0, "C": 2e5, "w0": 20.0}
 _TRUTH = closed_form(T0=8e3, **ELASTIC)
 _PI = _TRUTH["Pi"]
@@ -186,14 +186,14 @@ def elastic_stop(T0: Number = 8e3, **changes: Any) -> Scene:
 
 
 def elastic_cases(scene: Scene | None = None) -> list[Case]:
-    """Every event of a stop with an elastic band; `scene`: another one in place of the one that the truth is for."""
+    """Every event of a stop with an elastic band; `scene`: another scene than that of the truth."""
     by_asin = f"{FORM}t0 + asin(χ T_0 (Π_5 − 1)/(C R ω_0))/χ, χ² = C R²/J"
     rows = [
         ("slip onset", f"{FORM}T_0/(C R ω_0) [Z-15]", _TRUTH["t0"], "slip_onset_time"),
         ("limit of lining 5", by_asin, _TRUTH["limits"][4], time_of("lining_limit", 5)),
         ("full slip", f"{FORM}the same with Π [Z-16]", _TRUTH["t1"], "full_slip_time"),
         ("stopping time", f"{FORM}t1 + J ω_1/(R T_0 (Π − 1)) [Z-17, 18]", _TRUTH["stop"], "stopping_time"),
-        ("greatest tension", f"{FORM}T_0 Π", 8e3 * _PI, "metrics.max_tension"),
+        ("maximum tension", f"{FORM}T_0 Π", 8e3 * _PI, "metrics.max_tension"),
     ]
     return cases_of_run("elastic stop", scene or elastic_stop(), rows)
 
@@ -278,7 +278,7 @@ def hook_cases() -> list[Case]:
 
 
 def rigid_cases() -> list[Case]:
-    """Rigid bands: a brake put on at a given time, rotation the other way, a load that grows past the capacity."""
+    """Rigid bands: a brake applied at a given time, rotation the other way, a load that grows past the capacity."""
     n, beta, f = 14, 15.0, 0.25
     parts: dict[str, Any] = {"n": n, "beta": beta, "f": f, "C": None}
     late = points([0.0, 0.0, tension_for(1.0, n, f, beta)], [0.0, 0.1, 0.1])
@@ -377,7 +377,7 @@ def lock_up_cases() -> list[Case]:
     return cases_of_run("lock-up", staged_pair(M_i=T, J_1=I1, J_2=I2, w0=first, lever=lever), rows)
 
 
-# --- what must hold in every run --------------------------------------------------------------------------------------
+# --- conditions of every run --- --------------------------------------------------------------------------------------
 
 
 def hold_cases() -> list[Case]:
@@ -401,9 +401,9 @@ def hold_cases() -> list[Case]:
 
 
 def duty_cases() -> list[Case]:
-    """Stop, hold, a load that breaks it loose, release, stop again, reversal: all that can happen to one brake.
+    """Stop, hold, a load that breaks it loose, release, second stop, reversal: all events of one brake.
 
-    Compared are energies, signs of power and slip, limits of what sticks.
+    Compared are energies, signs of power and slip, limits of sticking linings.
     """
     lever = points([8e3, 8e3, 0.0, 0.0, 9e3, 5e3], [0.0, 2.0, 3.0, 3.3, 3.5, 5.0])
     load = points([0.4 * _HOLD, 0.6 * _HOLD, 0.3 * _HOLD, -_HOLD], [0.0, 2.5, 4.0, 6.0])
@@ -416,7 +416,7 @@ def duty_cases() -> list[Case]:
     def of_series(
         negative: Callable[[Series], Array], size: Callable[[Series], Array]
     ) -> Callable[[tuple[Result, Series]], float]:
-        """How far something that must not be negative is, as a share of a size."""
+        """Negative part of a quantity that must not be negative, relative to a size."""
         return lambda found: float(max(0.0, -np.min(negative(found[1]))) / size(found[1]))
 
     def power(s: Series) -> Array:
@@ -427,7 +427,7 @@ def duty_cases() -> list[Case]:
         return sign * s.slip_speed
 
     def margin(s: Series) -> Array:
-        """Of the tension ratio of a band that sticks, to its limits."""
+        """Margin of the tension ratio of a sticking band to its limits."""
         elastic = s.band_mode == BandMode.ELASTIC
         tight, slack = s.tight_tension[elastic], s.slack_tension[elastic]
         return np.minimum(_PI * slack - tight, tight - slack / _PI)
@@ -442,7 +442,7 @@ def duty_cases() -> list[Case]:
     of_slip = of_series(right_slip, lambda s: np.max(np.abs(s.slip_speed)))
     of_limit = of_series(margin, lambda s: np.max(s.tight_tension))
     rows = [
-        ("closure of the energies", "first law", 0.0, "0.energy.closure", 1e-9),
+        ("energy-balance residual", "first law", 0.0, "0.energy.closure", 1e-9),
         ("negative friction power", "second law: none", 0.0, of_series(power, lambda s: np.max(power(s))), 1e-12),
         ("friction heat that falls", "second law: none", 0.0, of_heat, 1e-12),
         ("slip of the wrong sign", "Coulomb: none", 0.0, of_slip, 1e-10),
@@ -508,7 +508,7 @@ _TITLES = {
 
 
 def _row(what: str, table: str, printed: str, read: Reader) -> Row:
-    """A printed number, held to what `reproduce` allows."""
+    """A printed number, with the tolerance of `reproduce`."""
     source = f"{_TITLES[table[0]]}, table {table[1]}"
     return what, source, float(printed), read, allowed(printed) / abs(float(printed))
 

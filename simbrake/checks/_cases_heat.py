@@ -168,14 +168,14 @@ def falling_flux_cases() -> list[Case]:
     source = "Fazekas 1953, Newcomb 1960"
     greatest = 4 / (3 * math.sqrt(2 * math.pi)) * q * math.sqrt(t_s) / (_K / math.sqrt(_A))
     rows = [
-        ("greatest rise", f"{source}: 0.53192304 q_0 √t_s/√(kρc)", greatest, np.max),
+        ("maximum rise", f"{source}: 0.53192304 q_0 √t_s/√(kρc)", greatest, np.max),
         ("time of it", f"{source}: t_s/2", t_s / 2, hottest, 0.01),
     ]
     return cases_of("falling flux", surface, 2e-3, rows)
 
 
 def effusivity_cases() -> list[Case]:
-    """Heat into the interface of two bodies in perfect contact: the network finds Charron's share by itself."""
+    """Heat into the interface of two bodies in perfect contact: the network yields Charron's share."""
     n, thickness = 120, 0.03
     growth = layer_growth(2e-6, thickness, n)
 
@@ -204,7 +204,7 @@ def effusivity_cases() -> list[Case]:
 
 
 def steady_cases() -> list[Case]:
-    """A wall heated and cooled at one face and held at the other, once nothing changes any more."""
+    """A wall heated and cooled at one face and held at the other, in the steady state."""
     q, h, L, Ta, Tb = 1e5, 50.0, 0.03, 300.0, 350.0
     heat = Heat(
         (Wall("w", _STEEL, L, 1.0, 4), Reservoir("air", Ta), Reservoir("back", Tb)),
@@ -242,7 +242,7 @@ def fade_cases() -> list[Case]:
     warm = [
         ("stopping time", by_quadrature, time, "stopping_time"),
         ("temperature at rest", f"{FORM}T_0 + Jω_0²/2mc", ROOM + warming, "end_temperatures.0"),
-        ("closure of the heat", "first law", 0.0, "energy.heat_closure", 1e-12),
+        ("heat-balance residual", "first law", 0.0, "energy.heat_closure", 1e-12),
     ]
     cold = [("stopping time", f"{FORM}J ω_0/M: as without heat", J * w0 / torque(w0, 0.0), "stopping_time")]
     return cases_of_run("stop with fade", fading(slope), warm, 1e-9, 1e-11) + cases_of_run(

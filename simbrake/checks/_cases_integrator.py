@@ -1,7 +1,7 @@
-"""Small hybrid systems with exact answers, and the integrator's validation by them: event times, states, derivatives.
+"""Small hybrid systems with exact solutions, and the integrator's validation by them: event times, states, derivatives.
 
-Closed forms stand in the docstrings, re-derived from `T` and energy balances; they show what the integrator does apart
-from any brake.
+Closed forms are in the docstrings, re-derived from `T` and energy balances; they test the integrator without
+any brake.
 """
 
 import math
@@ -40,7 +40,7 @@ STICK, SLIP = 0, 1
 
 
 class Smooth(AbstractHybridSystem):
-    """An initial value problem without events, from which the others differ where they say so."""
+    """An initial value problem without events, base of the others."""
 
     def guards(self, t: Number, y: PyTree, mode: Mode) -> Guards:
         return jnp.ones(1)
@@ -74,7 +74,7 @@ class BeltOscillator(Smooth):
 
     @property
     def start(self) -> Oscillator:
-        """Where slip begins."""
+        """State at the onset of slip."""
         return Oscillator(self.F_s / self.k, self.v_b)
 
     def force(self, v: Number) -> Number:
@@ -215,7 +215,7 @@ def _solve(system: Smooth, y0: PyTree, mode: int, t1: float, *, stiff: bool = Fa
 
 
 def _finished(program: Callable[[Any], tuple[Record, PyTree]], system: Smooth) -> Callable[[], PyTree]:
-    """A run to the numbers that `program(system)` returns after their record, compiled.
+    """Compile a run to the numbers that `program(system)` returns after their record.
 
     It raises `RuntimeError` if the integration failed.
     """
@@ -232,7 +232,7 @@ def _finished(program: Callable[[Any], tuple[Record, PyTree]], system: Smooth) -
 def _solved(
     read: Callable[[Record], PyTree], system: Smooth, y0: PyTree, mode: int, t1: float, **options: Any
 ) -> Callable[[], PyTree]:
-    """A run to what is read of the record."""
+    """Compile a run to the numbers read from the record."""
 
     def program(system: Smooth) -> tuple[Record, PyTree]:
         record = _solve(system, y0, mode, t1, **options)
@@ -282,8 +282,8 @@ def belt_cases() -> list[Case]:
     rows = [
         ("slip lasts", f"{FORM}(2/ω)(π − atan(Δω/v_b))", slip, "0"),
         ("stick lasts", f"{FORM}2Δ/v_b", stick, "1"),
-        ("greatest x", f"{FORM}F_k/k + √(Δ² + v_b²/ω²)", F_k / k + swing, "2"),
-        ("least x", f"{FORM}F_k/k − √(Δ² + v_b²/ω²)", F_k / k - swing, "3"),
+        ("maximum x", f"{FORM}F_k/k + √(Δ² + v_b²/ω²)", F_k / k + swing, "2"),
+        ("minimum x", f"{FORM}F_k/k − √(Δ² + v_b²/ω²)", F_k / k - swing, "3"),
     ]
     source = "closed form of the period, differentiated"
     by = [(f"∂(period)/∂{name}", source, truth, name) for name, truth in truths.items()]
@@ -298,8 +298,8 @@ def leine_cases() -> list[Case]:
         t = first_event_times(record, 2)
         return jnp.append(t, record.at(t[:1], left=True)[0].x)
 
-    # digits beyond the publication: DOP853 at rtol 2e-14 on the slip phase by itself
-    source = f"{_LEINE}; digits: slip phase by itself, DOP853"
+    # digits beyond the publication: DOP853 at rtol 2e-14 on the slip phase alone
+    source = f"{_LEINE}; digits: slip phase alone, DOP853"
     rows = [
         ("slip lasts", source, 4.29599952548, "0"),
         ("x where slip ends", source, -0.54100635387, "2"),

@@ -1,4 +1,4 @@
-"""Validation of disc and double-shoe brakes: stops, torques, holds and heat with an answer in closed form."""
+"""Validation of disc and double-shoe brakes: stops, torques, holds and heat in closed form."""
 
 import math
 from collections.abc import Callable
@@ -56,7 +56,7 @@ def stop_of(
 
 
 def disc_cases() -> list[Case]:
-    """A stop against a load with either distribution of pressure, and how long a held disc holds."""
+    """A stop against a load with either distribution of pressure, and holding time of a held disc."""
     F, load, J, w0 = 20e3, 1500.0, 400.0, 30.0
     cubes = 2 / 3 * (_R_O**3 - _R_I**3) / (_R_O**2 - _R_I**2)
     torque = _N * _F * F * _MEAN
@@ -94,14 +94,14 @@ def calliper_cases() -> list[Case]:
 def snub_cases() -> list[Case]:
     """Fade test of a car's disc brake after UN R13, Type-I: 15 snubs from 120 to 60 km/h every 45 s.
 
-    Heat falls in linearly with time, all of it decays with `exp(−b t)`. The rise at the end of one snub of the length
+    Heat input is linear in time and decays with `exp(−b t)`. The rise at the end of one snub of the length
     `τ` from `v_1`, `P(t) = s m a (v_1 − a t)`, is `∫ P(t) e^{−b (τ − t)} dt/C`; the snubs add up.
     """
     fast, slow, a, period, mass = 120 / 3.6, 60 / 3.6, 3.0, 45.0, 400.0  # m/s, m/s, m/s², s, kg
     C, share, b = 3500.0, 0.95, 1 / 900  # J/K, share of the heat, rate of cooling (1/s)
     tau, wheel = (fast - slow) / a, 0.3
     J, force = mass * wheel**2, mass * a * wheel / (_N * _F * _MEAN)
-    again = J * (fast - slow) / wheel / (period - tau)  # torque that brings the speed back
+    again = J * (fast - slow) / wheel / (period - tau)  # torque that restores the speed
     lever, load = (
         Repeated([0.0, tau, tau, period], values, period, 15)
         for values in ([force, force, 0.0, 0.0], [0.0, 0.0, again, again])
@@ -159,7 +159,7 @@ def shoe_cases() -> list[Case]:
         ("torque of the leading shoe", f"{source}: f p b r² ∫ sin θ dθ", leading, torque(0)),
         ("torque of the trailing shoe", f"{source}: M (M_N − M_F)/(M_N + M_F)", trailing, torque(1)),
         ("stopping time", f"{source}: J ω_0/(M_1 + M_2)", time, "stopping_time"),
-        ("greatest pressure", f"{source}: 1 MPa was given", 1e6, pressure),
+        ("maximum pressure", f"{source}: 1 MPa was given", 1e6, pressure),
         ("friction that locks", f"{source}: M_N = M_F", f * M_N / M_F, lambda _: 1 / drum.self_locking(np.ones(2))[0]),
     ]
     back = [("stopping time backwards", "the same", time, "stopping_time")]

@@ -1,4 +1,4 @@
-"""A scene run twice, by simbrake and by SciPy, and what differs between the two."""
+"""A scene run by simbrake and by SciPy, and the differences."""
 
 import dataclasses
 import itertools
@@ -30,7 +30,7 @@ from ._validation import FAIL, PASS, AbstractChecks, Check, judged
 _REACHED = 1e-11
 #: the same for guards that are reached together with another one, as SciPy's interpolant has them
 _TOGETHER = 1e-10
-#: least number of steps in a run: events are looked for at the ends of steps only
+#: minimum number of steps in a run: events are detected at the ends of steps only
 _SLICES = 200
 #: changes of mode at one instant
 _CHAIN = 200
@@ -50,11 +50,11 @@ class Change(NamedTuple):
 
 
 class _EndedError(RuntimeError):
-    """Why a run ended before its time."""
+    """Reason for the early end of a run."""
 
 
 class Course:
-    """A run of a record by SciPy, as far as it has come: `drive` takes it to its end.
+    """A run of a record by SciPy, up to the time reached: `drive` takes it to its end.
 
     - `changes`: modes in order;  `t`, `y`: time reached, and the state there (flat)
     - `evaluations`, `seconds`: work done;  `trouble`: empty, or why it ended before the end of the run
@@ -93,7 +93,7 @@ class Course:
         return self._rhs(t, y)
 
     def jump(self, fired: Fired, at_stop: bool) -> None:
-        """Changes the mode at this instant."""
+        """Change the mode at this instant."""
         y, after, code = self._jump(self.t, self.y, self.mode, fired, np.asarray(at_stop))
         if int(code) != 0:
             raise _EndedError(f"the system ended the run with code {int(code)}")
@@ -101,10 +101,10 @@ class Course:
         self._chain = self._chain + 1 if self.changes[-1].t == self.t else 0
         self.changes.append(Change(self.t, self.mode))
         if self._chain > _CHAIN:
-            raise _EndedError("the modes change again and again at one instant")
+            raise _EndedError("too many changes of mode at one instant")
 
     def sinking(self, span: float) -> Fired:
-        """Of the guards that are negative already or fall from 0 now, the lowest."""
+        """The lowest of the guards that are negative or fall from 0."""
         g, rate = self.guards(self.t, self.y), self.rates(self.t, self.y)
         below = (g < -_REACHED) & ((rate <= 0) | (g < -1e3 * _REACHED))
         falls = (g <= _REACHED) & (rate * span < -1e3 * _REACHED)
@@ -114,8 +114,8 @@ class Course:
         return found
 
     def advance(self, until: float) -> tuple[Fired, bool]:
-        """Integrates to the first guard or to `until`; guards that fired, and whether `until` was reached."""
-        from scipy.integrate import solve_ivp  # half a second that only a cross-check pays
+        """Integrate to the first guard or to `until`; guards that fired, and whether `until` was reached."""
+        from scipy.integrate import solve_ivp  # a slow import, needed by cross-checks only
 
         armed = self.guards(self.t, self.y) > _REACHED
         # a guard that starts at 0 counts once it has gone negative from there
@@ -148,7 +148,7 @@ class Course:
         return fired, not landed
 
     def run(self) -> None:
-        """To the end; raises `RuntimeError` where it comes to an end before."""
+        """Integrate to the end; raises `RuntimeError` on an early end."""
         while self.t < self.t1:
             until = min(float(self._next_stop(self.mode)), self.t1)
             fired = self.sinking(max(until - self.t, self.max_step))
@@ -174,11 +174,11 @@ def drive(
     energy: float = 1.0,
     tell: Callable[[float, float], None] = lambda t, end: None,
 ) -> Course:
-    """Repeats the run of a record with SciPy.
+    """Repeat the run of a record with SciPy.
 
     - `method` of `scipy.integrate.solve_ivp`;  `rtol`: relative tolerance, absolute ones are `rtol` times the typical
       sizes of the states, and of `energy` (J) for ledgers
-    - `most`: evaluations of the right-hand side allowed; a longer run ends there, and says so
+    - `most`: evaluations of the right-hand side allowed; a longer run ends there with a message
     - `tell`: called with the time reached and the end time at every evaluation
 
     Compiling is not counted in `seconds`: the first few evaluations are made before.
@@ -201,7 +201,7 @@ _ROWS = 24
 SCOPE = (
     "Checked: integration, location of events and changes of mode, by another integrator that shares equations, guards "
     "and jumps with simbrake.\nNot checked: the physics in these equations (`simbrake validate` does that), limits of "
-    "single linings and other marks that are only logged, maximum values."
+    "single linings and other thresholds that are only logged, maxima."
 )
 
 
@@ -210,7 +210,7 @@ class CrossCheck(AbstractChecks):
     """Quantities of both runs as checks, `value` simbrake's and `truth` SciPy's; printing it shows the table.
 
     - `first_difference`: where the changes of mode differ for the first time, in words, or empty
-    - `trouble`: why SciPy's run is not whole, or empty
+    - `trouble`: reason for an incomplete run of SciPy, or empty
     - `seconds`: of a warm run of simbrake and of SciPy's;  `evaluations` of the right-hand side by SciPy
     """
 
@@ -222,7 +222,7 @@ class CrossCheck(AbstractChecks):
 
     @property
     def ok(self) -> bool:
-        """Whether both runs are whole and agree in everything compared."""
+        """Whether both runs are complete and agree in all compared quantities."""
         return not self.trouble and not self.failed
 
     def parts(self) -> Iterator[str | Table]:
@@ -246,11 +246,11 @@ class CrossCheck(AbstractChecks):
         yield SCOPE
 
 
-# --- what is compared -------------------------------------------------------------------------------------------------
+# --- compared quantities ----------------------------------------------------------------------------------------------
 
-#: name, simbrake's value, SciPy's, and what the difference is taken over
+#: name, simbrake's value, SciPy's, and the reference of the difference
 _Compared: TypeAlias = tuple[str, float, float, float]
-#: marks in the log that change no mode
+#: logged thresholds that change no mode
 _MARKS = ("lining_limit", "permissible_temperature", "grip_lost", "self_locking")
 #: thermal nodes up to which each has its own line
 _NODES = 12
@@ -303,7 +303,7 @@ def _words(event: Event) -> str:
 
 
 def _difference(ours: list[Event], theirs: list[Event]) -> tuple[int, str]:
-    """How many changes come in the same order in both, and where the first other one is."""
+    """Number of changes in the same order in both, and place of the first different one."""
 
     def said(event: Event | None) -> str:
         return "nothing more" if event is None else f"{_words(event)} at {event.time:.12g} s"
@@ -344,7 +344,7 @@ def _labels(result: Result) -> list[tuple[str, str]]:
 
 
 def _compared_ends(result: Result, y: FlatState) -> Iterator[_Compared]:
-    """Final states by name; of many thermal nodes the one with the greatest difference."""
+    """Final states by name; of many thermal nodes the one with the maximum difference."""
     record, labels = result.record, _labels(result)
     start, ours, theirs = np.array(record.rows.y[0]), np.array(record.rows.y[record.count]), np.array(y)
     energies, nodes = ([i for i, label in enumerate(labels) if label[1] == kind] for kind in ("energy", "heat"))
@@ -385,21 +385,21 @@ def cross_check(
     result: Result | None = None,
     progress: bool | None = False,
 ) -> CrossCheck:
-    """Repeats a scene with SciPy and compares: changes of mode, times of events, state and energies at the end.
+    """Repeat a scene with SciPy and compare: changes of mode, times of events, state and energies at the end.
 
         print(simbrake.cross_check(scene))
 
     - `method` of `scipy.integrate.solve_ivp`; by default `DOP853`, and `Radau` where simbrake's choice is stiff as well
     - `rtol`: relative tolerance of both runs
     - `tolerance`: of the relative differences, by default `100 rtol`; relative to the quantity, or to the typical size
-      of its kind where that is more (speeds, the largest energy, the greatest warming)
+      of its kind where that is more (speeds, the largest energy, the maximum warming)
     - `max_evaluations` of the right-hand side by SciPy: a longer run ends there, is named in `trouble`, and is not `ok`
     - `result`: of the scene, to be checked in place of a new run
 
     SciPy integrates the same equations from event to event and locates every event itself; modes are switched in
-    Python. So it checks integration and events, not the physics: that is what `validate` is for.
+    Python. So it checks integration and events, not the physics (see `validate`).
 
-    Raises `InputError` with all faults of scene and options, `SimulationError` where simbrake's own run fails.
+    Raises `InputError` with all errors of scene and options, `SimulationError` where simbrake's own run fails.
     """
     faults = _faults(method, rtol, max_evaluations)
     if faults:
@@ -410,7 +410,7 @@ def cross_check(
         again = simulate(scene, rtol=rtol)
         own_seconds = time.perf_counter() - start
         method = method or ("Radau" if stiffness(scene)[0] else "DOP853")
-        told.now(f"compiling what SciPy {method} calls")
+        told.now(f"compiling for SciPy {method}")
         system: Any = again.record.system
         course = drive(again.record, method, rtol, max_evaluations, float(system.sizes.torque), told.reach)
     source, allowed = f"SciPy {method}", 100 * rtol if tolerance is None else tolerance

@@ -1,4 +1,4 @@
-"""Runs the validation cases and tells what came of them."""
+"""Run the validation cases and report the verdicts."""
 
 import itertools
 import threading
@@ -15,7 +15,7 @@ from ._validation import Case, Check, Validation, run_case
 
 def lanes_of_cases() -> list[list[Case]]:
     """Every case, none of them run yet, in two lanes that run side by side; subjects of one share compiled programs."""
-    # loaded when they are wanted: they and what they compare with cost a good part of a second
+    # loaded on demand: they and their references take a good part of a second to import
     from . import _cases_band as band
     from . import _cases_heat as heat
     from . import _cases_integrator as integrator
@@ -43,7 +43,7 @@ def chosen(only: str | None = None) -> list[list[Case]]:
 
 
 def run_lanes(lanes: Sequence[Sequence[Case]], progress: bool | None = None) -> Validation:
-    """Runs the lanes side by side, as compiling leaves Python free; a line on a terminal says how far they are."""
+    """Run the lanes in parallel, as compiling releases Python; a line on a terminal shows the progress."""
     line, total = Line("validate", progress), sum(map(len, lanes))
     start, halted, done = time.monotonic(), threading.Event(), itertools.count(1)
 
@@ -68,7 +68,7 @@ def run_lanes(lanes: Sequence[Sequence[Case]], progress: bool | None = None) -> 
 
 
 def validate(only: str | None = None, *, progress: bool | None = False) -> Validation:
-    """Runs simbrake on cases whose answer is known from outside, and compares.
+    """Run simbrake on cases with independent reference solutions, and compare.
 
         report = simbrake.validate()
         assert report.ok

@@ -1,4 +1,4 @@
-"""Validation cases: what simbrake computes beside a truth from outside, and the verdicts."""
+"""Validation cases: computed values beside independent reference values, and the verdicts."""
 
 import abc
 import dataclasses
@@ -12,16 +12,16 @@ from .._parts._scene import Scene
 from .._run._simulate import simulate
 
 PASS, FAIL = "pass", "fail"
-#: how the source of most truths begins
+#: beginning of the source of most reference values
 FORM = "closed form: "
 
 # --- cases ------------------------------------------------------------------------------------------------------------
 
 
 class Case(NamedTuple):
-    """One number that simbrake computes, `value()`, and what it should be.
+    """One number that simbrake computes, `value()`, and its reference value.
 
-    - `name`: subject, a slash, what is compared;  `source` of the truth: a closed form in symbols, or who published it
+    - `name`: subject, a slash, what is compared;  `source` of the truth: a closed form in symbols, or the publication
     - `truth`: from the closed form or as published;  `tolerance` of the error as `Check` has it
     """
 
@@ -32,9 +32,9 @@ class Case(NamedTuple):
     value: Callable[[], Any]
 
 
-#: what a case reads of a result: a function of it, or names, keys and places in it as `energy.friction_heat`
+#: quantity that a case reads from a result: a function of it, or names, keys and places in it as `energy.friction_heat`
 Reader: TypeAlias = str | Callable[[Any], Any]
-#: what is compared, source of the truth, truth, what is read of the result, and the tolerance if it is another one
+#: name, source of the truth, truth, quantity read from the result, and the tolerance if not the default
 Row: TypeAlias = tuple[str, str, float, Reader] | tuple[str, str, float, Reader, float]
 
 
@@ -91,7 +91,7 @@ class Check:
 
 
 def judged(case: str, source: str, value: float, truth: float, tolerance: float, size: float | None = None) -> Check:
-    """The check of a value; `size`: what the difference is taken over, by default `|truth|`, and 1 where that is 0."""
+    """The check of a value; `size`: reference of the difference, by default `|truth|`, and 1 where that is 0."""
     error = abs(value - truth) / (size or abs(truth) or 1.0)
     if not math.isfinite(error):
         return Check(case, source, None, truth, f"the value is {value}, the truth {truth}", tolerance, FAIL)
@@ -99,10 +99,10 @@ def judged(case: str, source: str, value: float, truth: float, tolerance: float,
 
 
 def run_case(case: Case) -> Check:
-    """Runs a case; whatever it raises is a `fail` with the message."""
+    """Run a case; any exception is a `fail` with the message."""
     try:
         return judged(case.name, case.source, float(case.value()), case.truth, case.tolerance)
-    except Exception as problem:  # a validation has to come to its end, whatever is broken
+    except Exception as problem:  # a validation must reach its end after any exception
         words = f"{type(problem).__name__}: {problem}".strip().splitlines()[0]
         return Check(case.name, case.source, None, case.truth, words, case.tolerance, FAIL)
 
@@ -113,7 +113,7 @@ def _error(error: float | str) -> str:
 
 @dataclasses.dataclass(frozen=True, repr=False)
 class AbstractChecks(Tabular, Sequence[Check]):
-    """Checks in order, in `checks`; a subclass says how they are shown and when all is well."""
+    """Checks in order, in `checks`; a subclass defines how they are shown and when all passed."""
 
     checks: Sequence[Check]
 
@@ -131,10 +131,10 @@ class AbstractChecks(Tabular, Sequence[Check]):
     @property
     @abc.abstractmethod
     def ok(self) -> bool:
-        """Whether all is well."""
+        """Whether all passed."""
 
     def as_list(self) -> list[dict[str, Any]]:
-        """What `simbrake validate --json` prints, with `--cross-check` too."""
+        """Data printed by `simbrake validate --json`, also with `--cross-check`."""
         return [check.as_dict() for check in self.checks]
 
     def table(self, checks: Sequence[Check], truth: str) -> list[str | Table]:

@@ -10,20 +10,20 @@ import equinox as eqx
 import numpy as np
 from jax.core import Tracer
 
-from .._base._faults import Fault, InputError, whole_file
+from .._base._faults import Fault, InputError, existing_file, whole_file
 from .._base._quantity import BAD, NumberReader, Quantity, Whole, example, faults_of_whole, leaves, shown
 from .._parts._scene import Scene, check, paths_without_meaning
 from ..thermal._material import LIBRARY, Material, material
 from ._schema import FORMAT, VERSION, Maker, Part, history, makers_of, nearest, parts_of, several, short_of
 
-#: what a TOML file has: a text, number, flag, date, list or table
+#: value of a TOML file: a text, number, flag, date, list or table
 Toml: TypeAlias = object
-#: so many kinds are told apart by their keys in a hint
+#: number of kinds that a hint distinguishes by their keys
 _FEW = 3
 
 
 class SceneReader(NumberReader):
-    """Reads objects by the description of `_schema`. `folder`: where files are sought that the tables name."""
+    """Read objects by the description of `_schema`. `folder`: where files named in the tables are searched."""
 
     def __init__(self, folder: Path) -> None:
         super().__init__()
@@ -32,7 +32,7 @@ class SceneReader(NumberReader):
     # --- objects --------------------------------------------------------------------------------------------------
 
     def read(self, value: Toml, wanted: tuple[type, ...], path: str, unit: str) -> object:
-        """An object of one of the `wanted` classes from a table, or from what stands for one in short."""
+        """An object of one of the `wanted` classes from a table or its short form."""
         makers = makers_of(wanted)
         if isinstance(value, str) and Material in wanted:
             if value in LIBRARY:
@@ -50,12 +50,12 @@ class SceneReader(NumberReader):
         return BAD if maker is None else self._fields(table, maker, path, unit)
 
     def _maker(self, table: dict[str, Toml], makers: dict[str, Maker], path: str) -> Maker | None:
-        """Which class or builder a table means: by its `type`, or the only one that its keys fit."""
+        """Class or builder of a table: by its `type`, or the only one that its keys fit."""
         kind, here = table.pop("type", None), _join(path, "type")
         if kind is not None:
             if isinstance(kind, str) and kind in makers:
                 return makers[kind]
-            self.fault(here, f"{shown(kind)} is none that fits here", nearest(str(kind), makers))
+            self.fault(here, f"{shown(kind)} does not fit here", nearest(str(kind), makers))
             return None
         if len(makers) == 1:
             return next(iter(makers.values()))
@@ -76,7 +76,7 @@ class SceneReader(NumberReader):
 
     def _fields(self, table: dict[str, Toml], maker: Maker, path: str, unit: str) -> object:
         parts = {part.name: part for part in parts_of(maker)}
-        # a history's column has the unit of the place where it stands
+        # a history's column has the unit of the field that holds it
         found: dict[str, object] = {"unit": unit} if maker is history else {}
         for key in [key for key in table if key not in parts]:
             what = f"unknown key of {maker.__name__}"
@@ -145,7 +145,7 @@ def _told_by(name: str, fits: list[str], needed: dict[str, set[str]]) -> str:
 
 
 def _wish(part: Part, unit: str) -> str:
-    """What is to be given for a part that is missing."""
+    """Hint for a part that is missing."""
     if part.about is not None:
         return part.about.meaning + (example(unit) if isinstance(part.about, Quantity) else ", a whole number")
     if len(part.makers) > 1:
@@ -162,15 +162,15 @@ def scene_from_text(text: str, folder: str | Path = ".") -> Scene:
     Keys are the names of the fields of `Scene` and of what is in it; `simbrake scene schema` lists them. A number is
     written in SI, or as text with its unit (`"120 kN"`, `"270 deg"`, `"450 degC"`); a list of numbers also as
     `"[0.2, 0.3] rad"`. Where several kinds of an object are possible, `type` names the class or builder, if the keys do
-    not tell; a bare number stands for the constant law, a text for a material of the library. What is left out is
-    absent or has its default. `folder`: where files that it names are sought.
+    not tell; a bare number makes the constant law, a text names a material of the library. Omitted keys are
+    absent or have their default. `folder`: where the files that it names are searched.
 
-    Raises `InputError` with every error: path, value, unit, why, and the nearest name or the range.
+    Raises `InputError` with every error: path, value, unit, reason, and the nearest name or the range.
     """
     try:
         tables = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise InputError([Fault("TOML", str(error), "fix this line; texts stand in quotes")]) from None
+        raise InputError([Fault("TOML", str(error), "fix this line; texts need quotes")]) from None
     except (RecursionError, ValueError) as error:  # a number of more digits than Python converts
         raise InputError([Fault("TOML", f"cannot be read: {error}"[:200])]) from None
     reader = SceneReader(Path(folder))
@@ -190,7 +190,7 @@ def scene_from_text(text: str, folder: str | Path = ".") -> Scene:
 
 def read_scene(path: str | Path) -> Scene:
     """The scene of a TOML file; see `scene_from_text`. Raises `InputError` with every error."""
-    path = _existing(Path(path), "*.toml")
+    path = existing_file(Path(path), "*.toml")
     try:
         text = path.read_text("utf-8")
     except (OSError, UnicodeDecodeError) as error:
@@ -215,14 +215,14 @@ def scene_text(scene: Scene) -> str:
 
 
 def write_scene(scene: Scene, path: str | Path) -> None:
-    """Writes a scene to a TOML file, whole or not at all; see `scene_text`."""
+    """Write a scene to a TOML file, whole or not at all; see `scene_text`."""
     text = scene_text(scene)
     with whole_file(Path(path)) as file:
         file.write_text(text, "utf-8")
 
 
 class _Writer:
-    """Goes through a scene by the same description that the reader has."""
+    """Write a scene by the description that the reader uses."""
 
     def __init__(self, left_out: tuple[str, ...], faults: list[Fault]) -> None:
         self.left_out, self.faults = left_out, faults
@@ -261,11 +261,11 @@ class _Writer:
 
 
 def open_scene(file: str | Path) -> Scene:
-    """The scene of a TOML file, or that which the function `scene()` of a Python file returns.
+    """The scene of a TOML file, or the one that the function `scene()` of a Python file returns.
 
     Raises `InputError` with every error of a TOML file, and with the error of a Python file in one line.
     """
-    file = _existing(Path(file), "*.toml", "*.py")
+    file = existing_file(Path(file), "*.toml", "*.py")
     if file.suffix == ".toml":
         return read_scene(file)
     if file.suffix != ".py":
@@ -278,18 +278,8 @@ def open_scene(file: str | Path) -> Scene:
         scene = names["scene"]()
     except InputError:
         raise
-    except Exception as error:  # whatever goes wrong in somebody's file is an error of the input, told in one line
+    except Exception as error:  # any exception in a user's file is an input error, reported in one line
         raise InputError([Fault(str(file), f"{type(error).__name__}: {error}", "fix the scenario file")]) from error
     if not isinstance(scene, Scene):
         raise InputError([Fault(str(file), f"scene() returned {type(scene).__name__}", "return a simbrake.Scene")])
     return scene
-
-
-def _existing(file: Path, *kinds: str) -> Path:
-    """The file. Raises `InputError` with the files of these kinds that there are, where it is a folder or none."""
-    if file.exists() and not file.is_dir():
-        return file
-    folder = file if file.is_dir() else file.parent if file.parent.is_dir() else Path(".")
-    there = sorted(str(one) for kind in kinds for one in folder.glob(kind))
-    hint = f"there are: {', '.join(there[:8])}" if there else "give the path of a scene file"
-    raise InputError([Fault(str(file), "is a folder" if file.is_dir() else "there is no such file", hint)])

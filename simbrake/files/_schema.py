@@ -1,4 +1,4 @@
-"""Format of scene files: one description of every part, as tables to read and as JSON Schema."""
+"""Format of scene files: one description of every part, as text tables and as JSON Schema."""
 
 import dataclasses
 import difflib
@@ -19,10 +19,9 @@ from .._base._quantity import Quantity, Whole, about_of, alternatives, leaves, s
 from .._base._table import Column, Table, numbers
 from .._parts._programme import programme_scene
 from .._parts._scene import AbstractDuty, Scene
-from ..brakes import _pressed as _pressed  # kinds of brake, which are found among the subclasses of theirs
+from ..brakes import _pressed as _pressed  # kinds of brake, found as subclasses
 from ..brakes._design import AbstractBrake, Lining, uniform_linings
 from ..profiles import AbstractProfile, PiecewiseLinear, ramp
-from ..studies._measured import CsvFile
 from ..thermal._builders import layered_heat, lumped_heat, with_external_pair, with_pulley_structure
 from ..thermal._heat import Heat
 from ..thermal._material import LIBRARY, Material
@@ -38,8 +37,10 @@ def history(
     - `unit`: SI unit of the column;  `begin` (s) is added to the times
 
     Two rows at one time are a jump. Rows with an empty cell are left out. Raises `InputError` with every error of the
-    file: line, column, value and what to do.
+    file: line, column, value and hint.
     """
+    from ..studies._measured import CsvFile  # few scenes read a file
+
     table = CsvFile(Path(file))
     names = {head.name: i for i, head in enumerate(table.heads)}
     if table.heads:
@@ -80,9 +81,9 @@ class Part(NamedTuple):
     """One field of a class, or parameter of a builder.
 
     - `kind`: `float` of a number, `eqx.Module` of an object, else `int`, `str`, `bool` or `Path` (a file), `None` of
-      what no file can hold;  `many`: a list of them
+      objects that a file cannot hold;  `many`: a list of them
     - `about`: of a number or whole number;  `wanted`: classes of an object, which may also replace a number
-    - `unit`: what the unit `SI` means below it, `SI` where that depends on what is above
+    - `unit`: meaning of the unit `SI` below it, `SI` where that depends on the parent
     """
 
     name: str
@@ -103,7 +104,7 @@ class Part(NamedTuple):
         return makers_of(self.wanted)
 
     def unit_at(self, unit: str) -> str:
-        """Its unit where `SI` means `unit`."""
+        """Unit of the field where `SI` means `unit`."""
         return unit if self.unit == "SI" else self.unit
 
 
@@ -120,7 +121,7 @@ _PLAIN = {
 def parts_of(maker: Maker) -> tuple[Part, ...]:
     """The fields of a class, or the parameters of a builder, in their order.
 
-    Without the unit of a history's column: in a file it is that of the place where the history stands.
+    Without the unit of a history's column: in a file it is that of the field that holds the history.
     """
     if isinstance(maker, type):
         hints = typing.get_type_hints(maker)
@@ -168,7 +169,7 @@ def makers_of(wanted: tuple[type, ...]) -> dict[str, Maker]:
             one = family.pop(0)
             family += one.__subclasses__()
             own = one.__module__.partition(".")[0] == __name__.partition(".")[0]
-            if one in seen or not own or inspect.isabstract(one):
+            if one in seen or not own or one.__name__.startswith("Abstract"):
                 continue
             seen.add(one)
             if all(part.kind for part in parts_of(one)):  # custom functions cannot be written
@@ -187,7 +188,7 @@ def several(wanted: tuple[type, ...]) -> bool:
 
 @functools.cache
 def all_makers() -> dict[str, Maker]:
-    """Everything that a scene file may name or imply, from the scene down: name → maker."""
+    """All classes and builders of scene files, from the scene down: name → maker."""
     found: dict[str, Maker] = dict(makers_of((Scene,)))
     open_ends: list[Maker] = list(found.values())
     while open_ends:
@@ -205,7 +206,7 @@ _UNITS = "SI, or a text with its unit"
 
 
 def json_schema() -> dict[str, object]:
-    """JSON Schema (draft 2020-12) of a scene file, from the same description that reads it.
+    """JSON Schema (draft 2020-12) of a scene file, from the description that the reader uses.
 
     Ranges are those of numbers in SI; texts with a unit are only checked by simbrake itself.
     """
@@ -254,7 +255,7 @@ def _numbers(about: Quantity) -> list[Json]:
     return [number, text, {"type": "array", "items": {"anyOf": [number, text]}}] if about.many else [number, text]
 
 
-# --- tables to read ---------------------------------------------------------------------------------------------------
+# --- text tables ------------------------------------------------------------------------------------------------------
 
 
 def parameter_table(scene: Scene) -> Table:
@@ -269,7 +270,7 @@ def parameter_table(scene: Scene) -> Table:
 
 
 def count_text(scene: Scene) -> str:
-    """What a scene has, in a few words."""
+    """Short summary of a scene."""
     n, found = scene.brake.linings.count, leaves(scene)
     words = [
         f"{sum(np.size(leaf.value) for leaf in found)} numbers in {len(found)} fields",
@@ -329,8 +330,8 @@ def _block(name: str, maker: Maker) -> str:
 
 _HEAD = """A scene file is TOML. Keys are those below, from `Scene` down. Numbers are in SI, or texts with their unit
 ("120 kN", "270 deg", "450 degC"); a list also as "[0.2, 0.3] rad". Where several types are possible, `type = "…"`
-names the one meant, if the keys do not tell. A bare number stands for the constant law. What is left out is absent, or
-has the value given here."""
+names the one meant, if the keys are ambiguous. A bare number makes the constant law. Omitted keys are absent, or
+have the value given here."""
 
 
 def schema_text(name: str | None = None) -> str:

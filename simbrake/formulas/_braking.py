@@ -1,4 +1,4 @@
-"""The braking that estimates are of: what their formulas give and what its run shows, as attributes by name."""
+"""The brake application under estimate: values of the formulas and of its run, as attributes."""
 
 import dataclasses
 import functools
@@ -31,28 +31,28 @@ from .heating import (
 )
 from .stop import ClassicalStop, StagedStop, friction_at_start
 
-#: names for the metal that rubs → input of the rim, or of the band of an external pair
+#: names for the metal face → input of the rim, or of the band of an external pair
 _METAL = {
     "metal": ("rim", "band"),
     "metal_thickness": ("rim_thickness", "band_thickness"),
     "metal_area": ("track_area", "outer_area"),  # over which the heat of the pair spreads
-    "face_area": ("lining_area", "outer_area"),  # of the linings' faces that rub
+    "face_area": ("lining_area", "outer_area"),  # of the linings' friction faces
     "metal_share": ("share", "external_share"),  # of the pair's heat
 }
 
 
 @dataclasses.dataclass(frozen=True)
 class Braking:
-    """What every row of estimates is made from: scene, inputs by name, classical stop and run where there are any.
+    """Data of every row of estimates: scene, inputs by name, classical stop and run where available.
 
     `time` (s), `work` (J), `omega` (rad/s, initial) of the braking: the run's, else the classical stop's. On a staged
-    brake (`stages`) each `pair`, `"external"` or `"internal"`, has a braking as well: `run`, `time`, `work` are that
-    pair's, `omega` its maximum sliding speed, `slid` (rad) how far it slides, and `more` (J) the heat that its metal
-    gets from the other pair. Inputs are attributes, as `braking.rim_thickness`, and so are those of the metal that rubs
-    (`metal_thickness`).
+    brake (`stages`) each `pair`, `"external"` or `"internal"`, has a brake application as well: `run`, `time`, `work`
+    are that pair's, `omega` its maximum sliding speed, `slid` (rad) how far it slides, and `more` (J) the heat that its
+    metal gets from the other pair. Inputs are attributes, as `braking.rim_thickness`, and so are those of the metal
+    face (`metal_thickness`).
 
-    Methods are the functions of `rows.csv`, properties what these have in common; they raise `Absent` where a braking
-    has no such number.
+    Methods are the functions of `rows.csv`, properties their shared parts; they raise `Absent` where a brake
+    application has no such number.
     """
 
     scene: Scene
@@ -96,27 +96,27 @@ class Braking:
         inputs = {name: i._replace(value=values.get(name, i.value)) for name, i in self.inputs.items()}
         return dataclasses.replace(self, inputs=inputs)
 
-    # the pair, and for which braking a row is
+    # the pair, and the brake application of a row
 
     @property
     def part(self) -> str:
-        """The metal that rubs: the rim, or the band of an external pair."""
+        """The metal face: the rim, or the band of an external pair."""
         return "band" if self.pair == "external" else "rim"
 
     def on_rim(self) -> "Braking | None":
         return self if self.part == "rim" else None
 
     def stopped(self) -> "Braking | None":
-        """With a classical stop."""
+        """The brake application with a classical stop."""
         return None if self.stop is None else self
 
     def unstopped(self) -> "Braking | None":
-        """Without one."""
+        """The brake application without a classical stop."""
         return self if self.stop is None else None
 
     @property
     def several(self) -> bool:
-        """Whether the run has several brakings."""
+        """Whether the run has several brake applications."""
         return self.run is not None and self.run.brakings > 1
 
     @property
@@ -148,7 +148,7 @@ class Braking:
 
     @property
     def arm(self) -> float:
-        """Radius (m) at which the way is counted."""
+        """Radius (m) of the sliding distance."""
         return self.R if self.pair == "internal" else self.R_b
 
     @property
@@ -158,7 +158,7 @@ class Braking:
 
     @property
     def travel(self) -> float:
-        """Way that the linings rub (m), on the band circle; of an internal pair on the rim."""
+        """Sliding distance of the linings (m), on the band circle; of an internal pair on the rim."""
         if self.slid is not None:
             return self.arm * abs(self.slid)
         if self.run is None:
@@ -178,7 +178,7 @@ class Braking:
 
     @property
     def hardest_time(self) -> float:
-        """Time of the run to its rest (s); of the hardest of several brakings to its own, not that after another."""
+        """Time of the run to rest (s); of several brake applications that of the hardest."""
         if not self.several:
             return there(there(self.run).result.metrics.get("stopping_time"))
         run = there(self.run)
@@ -197,7 +197,7 @@ class Braking:
         return float(phi[1] - phi[0])
 
     def hardest_work(self) -> float:
-        """Friction work (J) of the hardest of several brakings, else of the run."""
+        """Friction work (J) of the hardest of several brake applications, else of the run."""
         run = there(self.run)
         return run.work[-1] if self.several else run.total_work
 
@@ -214,7 +214,7 @@ class Braking:
         return radius / lines * float(there(self.stop).angle)
 
     def hardest_hook_travel(self) -> float:
-        """And in the run."""
+        """Travel of the hook (m) in the run."""
         radius, lines = self.drum
         return radius / lines * float(self.hardest_angle)
 
@@ -230,7 +230,7 @@ class Braking:
         return there(self.stop).ratio * self.T_0
 
     def mean_torque(self) -> float:
-        """Torque (N·m) by work and way."""
+        """Torque (N·m) from work and sliding distance."""
         return self.work * self.R_b / there(self.travel or None)
 
     @functools.cached_property
@@ -247,7 +247,7 @@ class Braking:
 
     @property
     def run_pressure(self) -> float:
-        """Mean pressure (Pa) over the way that the linings of the run slide."""
+        """Mean pressure (Pa) over the sliding distance of the run."""
         return there(self.run).mean_load / self.lining_area
 
     def contact_area(self) -> float:
@@ -283,15 +283,15 @@ class Braking:
 
     @property
     def booked(self) -> PowerShares:
-        """Shares of the friction power that a run of the scene books."""
+        """Shares of the friction power in a run of the scene."""
         return self.scene.power_shares or PowerShares()
 
     def booked_split(self) -> PowerSplit:
-        """Friction work (J) in the shares that the run books."""
+        """Friction work (J) in the shares of the run."""
         return there(self.run) and self.booked.split(self.work)
 
     def booked_words(self) -> str:
-        own = "the run has shares of its own (`Scene.power_shares`)"
+        own = "the run has the shares of `Scene.power_shares`"
         return own if self.booked.heat < 1 else "in the run all of it is heat"
 
     def effusivity_share(self) -> float:
@@ -305,12 +305,12 @@ class Braking:
 
     @property
     def simulated_share(self) -> float:
-        """Share of the heat that enters the metal in the run."""
+        """Heat partition coefficient of the metal in the run."""
         run, energy = there(self.run), there(self.run).result.energy
         if not self.scene.heated or not run.total_work > 0:
             raise Absent
         entered = there(energy.get("heat_to_band" if self.part == "band" else "heat_to_metal"))
-        if self.pair == "internal":  # without what the external pair sends beyond the linings
+        if self.pair == "internal":  # without the heat of the external pair that passes the linings
             entered = entered - self.beyond_share * energy["heat_external"]
         return float(entered) / float(self.booked.split(run.total_work).heat)
 
@@ -329,7 +329,7 @@ class Braking:
 
     @property
     def kept(self) -> float:
-        """Heat (J) that the rim of the run keeps of the braking."""
+        """Heat (J) that remains in the rim of the run."""
         rim = there(there(self.run).rim)
         return float(rim.content[-1] * float(rim.wall.area) * rim.wall.copies)
 
@@ -343,12 +343,12 @@ class Braking:
 
     @property
     def initial_flux(self) -> float:
-        """Of a power that falls linearly (W/m²)."""
+        """Initial flux (W/m²) of a power that falls linearly."""
         return 2 * self.flux
 
     @property
     def lining_flux(self) -> float:
-        """Flux (W/m²) under the linings, of which the track gets the mean."""
+        """Flux (W/m²) under the linings; the track receives its mean."""
         return self.flux / self.overlap
 
     # temperatures of the metal
@@ -423,11 +423,11 @@ class Braking:
         return run.schmidt(run.course.wall.material, hot * self.share, self.track_area, beyond)
 
     def run_schmidt_peak(self) -> float:
-        """Maximum temperature (K) of the face by it."""
+        """Maximum temperature (K) of the face by Schmidt's scheme."""
         return float(np.max(there(self.run_schmidt).temperature[:, 0]))
 
     def flux_schmidt_end(self) -> float:
-        """Without it: temperature (K) of the face at the end of a constant flux, by Schmidt's scheme."""
+        """Temperature (K) of the face at the end of a constant flux, by Schmidt's scheme; only without a run."""
         if self.run_schmidt is not None:
             raise Absent
         course = schmidt(self.metal, self.metal_thickness, 40, self.time, self.flux, start=self.start_now)
@@ -491,7 +491,7 @@ class Braking:
         return float(surface_stress(face, mean, self.elastic))
 
     def free_stress(self) -> float:
-        """The same where the rim may bend."""
+        """Thermal stress (Pa) of a rim that may bend."""
         z = self.rim_thickness * np.linspace(0.0, 1.0, 401) ** 2
         rise = np.asarray(slab_rise(self.flux, self.time, self.rim_thickness, self.rim, z))
         return float(plate_stress(rise, z, self.elastic, restraint="none")[0])
@@ -522,7 +522,7 @@ class Braking:
 
     @functools.cached_property
     def pair_runs(self) -> dict[str, RunValues | None]:
-        """What the run of a staged brake shows of each pair; empty without a run."""
+        """Results of each pair of a staged brake; empty without a run."""
         return (
             {} if self.run is None else {pair: run_values(self.run.result, pair) for pair in ("external", "internal")}
         )
@@ -546,7 +546,7 @@ class Braking:
         return float(np.asarray(result.series(np.asarray(there(slips or None)[:1])).slack_tension)[0])
 
     def stage_times(self) -> tuple[float, ...]:
-        """How long the stages last (s) that have a part in the braking of a run."""
+        """Durations (s) of the stages in the brake application of a run."""
         run = there(self.run)
         stages = [stage for stage in run.result.stages if stage.end > run.t[0] and stage.start < run.t[-1]]
         names = [f"stage_{i}" for i in (1, 2, 3)]
@@ -566,7 +566,7 @@ class Braking:
                 own = there(self.stages).external if pair == "external" else there(self.stages).internal
                 if own.work <= 0:
                     continue
-                more = there(self.stages).external.work  # it is done before or while the internal pair slides
+                more = there(self.stages).external.work  # work before or while the internal pair slides
                 one = dataclasses.replace(self, time=own.time, work=own.work, omega=own.omega, slid=own.angle)
             beyond = self.beyond_share if pair == "internal" else 0.0  # the rim's, S-12…14
             found.append(dataclasses.replace(one, pair=pair, more=beyond * float(self.power.heat) * more))

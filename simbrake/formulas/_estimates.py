@@ -1,8 +1,8 @@
-"""Estimates as rows of data: what is computed, how, from which source, and what the run beside it says.
+"""Estimates as rows of data: quantity, formula, source, and the simulated value.
 
-A line of `rows.csv` names what it is made from by paths of attributes: from a braking (or a part that it heats, a
-synthesis, a pair of materials) to the value and to the simulated one; `symbols.csv` has the paths to the numbers put
-into formulas. A row whose path leads nowhere is left out.
+A line of `rows.csv` names its data by paths of attributes: from a brake application (or a part that it
+heats, a synthesis, a pair of materials) to the value and to the simulated one; `symbols.csv` has the paths to the
+numbers put into formulas. A row whose path does not exist is omitted.
 """
 
 import csv
@@ -24,7 +24,7 @@ from ._heated import Absent, run_values, there
 from ._inputs import EstimateData, Input, settle
 from .stop import classical_staged_stop, classical_stop
 
-# --- what a row tells -------------------------------------------------------------------------------------------------
+# --- contents of a row ----------------------------------------------------------------------------------------------
 
 
 class Number(NamedTuple):
@@ -92,7 +92,7 @@ class SynthesisRow(EstimateRow):
 
 
 def look(context: Any, path: str) -> Any:
-    """What is at the end of a path of attributes, entries and methods. Raises `Absent` where there is none."""
+    """Value at the end of a path of attributes, entries and methods. Raises `Absent` where there is none."""
     for name in path.split("."):
         if isinstance(context, Mapping):
             context = context.get(name)
@@ -105,7 +105,7 @@ def look(context: Any, path: str) -> Any:
 
 
 def number(context: Any, cell: str) -> float | None:
-    """A number as it stands in a cell, or at the end of the path there; `None` where there is none."""
+    """The number in a cell, or at the end of the path in it; `None` where there is none."""
     try:
         return float(cell if cell[0].isdigit() else look(context, cell)) if cell else None
     except Absent:
@@ -121,7 +121,7 @@ def words(context: Any, cell: str) -> str:
 class Row:
     """A line of `rows.csv`: paths to `value` and `simulated` (empty: none), or a number; all else in words.
 
-    - `name`: with attributes in braces, as `depth of heat, {.name}`; `table`: the rows that it stands among
+    - `name`: with attributes in braces, as `thermal penetration depth, {.name}`; `table`: its group of rows
     - `formula`, `why`: or `@` and a path to the text; `why`: or `= ` and the name of the row that has the same reason
     - `numbers` put into the formula: symbols, as `symbol|which` where several have it, or `@` and a path to them
     """
@@ -182,7 +182,7 @@ R = TypeVar("R", bound=EstimateRow)
 
 @dataclasses.dataclass(frozen=True)
 class RowTable(Tabular, Generic[R]):
-    """Rows with a name each, the inputs that they are made from, and what braking they are `about`."""
+    """Named rows, their inputs, and a description of the brake application (`about`)."""
 
     about: str
     inputs: tuple[Input, ...]
@@ -190,7 +190,7 @@ class RowTable(Tabular, Generic[R]):
     kind: ClassVar[str] = "row"
 
     def __getitem__(self, name: str) -> R:
-        """The row of that name. Raises `KeyError` with the names there are."""
+        """The row of that name. Raises `KeyError` with the known names."""
         for row in self.rows:
             if row.name == name:
                 return row
@@ -200,7 +200,7 @@ class RowTable(Tabular, Generic[R]):
         return iter(self.rows)
 
     def head(self) -> list[str | Table]:
-        """What the rows are about, and the inputs."""
+        """Description of the brake application, and the inputs."""
         columns = (Column("name", left=True), Column("value", show=_of_input), Column("unit", left=True, show=_unit))
         inputs = Table([*columns, "source"], self.inputs, "inputs and assumptions")
         return [self.about, "", inputs]
@@ -232,7 +232,7 @@ def _shown(value: float) -> str:
 
 
 def _unit(unit: str) -> str:
-    """A unit as it stands behind a number: nothing for a pure one."""
+    """A unit as written after a number: nothing for a pure number."""
     return "" if unit == "1" else unit
 
 
@@ -247,7 +247,7 @@ def _of_input(value: Any) -> str:
 class EngineeringEstimates(RowTable[EstimateRow]):
     """Classical estimates of a brake from its scene, beside its simulation where there is one.
 
-    - `rows`: the estimates in order; `inputs`: what they are made from and where each number is from; `about`: the
+    - `rows`: the estimates in order; `inputs`: their inputs and the source of each number; `about`: the
       braking that they are of
     - `estimates["stopping time"]` is one row; `str` gives the table, `as_dict` the same as numbers and words
     """
@@ -258,18 +258,18 @@ class EngineeringEstimates(RowTable[EstimateRow]):
         return [*self.head(), "", *table_of(self.rows)]
 
     def as_dict(self) -> dict[str, Any]:
-        """Everything as numbers, lists and words; numbers that are not finite are `None`."""
+        """Return the data as numbers, lists and text; numbers that are not finite are `None`."""
         return {"about": self.about, "inputs": plain(self.inputs), "estimates": [row.as_dict() for row in self.rows]}
 
 
 def no_stop(hint: str) -> InputError:
-    """That a scene has no classical stop where one is needed."""
+    """Error of a scene without a classical stop where one is needed."""
     hint = f"it must begin in motion and the brake outweigh its load; or {hint}"
     return InputError([Fault("scene", "has no classical stop", hint)])
 
 
 def braking_of(run: Scene | Result, data: EstimateData | None) -> tuple[Braking, str]:
-    """The braking of a scene or of a run, and in words which one it is. Raises `InputError` as `estimates`."""
+    """The brake application of a scene or of a run, with its description. Raises `InputError` as `estimates`."""
     scene = run.scene if isinstance(run, Result) else run
     if isinstance(run, Result) and not run.concrete:
         raise InputError([Fault("run", "is traced or a batch", "give one result with values")])
@@ -284,7 +284,7 @@ def braking_of(run: Scene | Result, data: EstimateData | None) -> tuple[Braking,
         return Braking.of(scene, inputs, stop, stages), "; time and friction work are those of a classical stop"
     values = run_values(run)
     if values is None:
-        raise InputError([Fault("run", "has no friction work", "nothing ever slides in it")])
+        raise InputError([Fault("run", "has no friction work", "no lining slides in it")])
     which = "the braking" if values.brakings == 1 else f"the hardest of {values.brakings} stretches of sliding"
     about = (
         f" beside the simulation; time and friction work are those of {which} "
@@ -294,13 +294,13 @@ def braking_of(run: Scene | Result, data: EstimateData | None) -> tuple[Braking,
 
 
 def estimates(run: Scene | Result, data: EstimateData | None = None) -> EngineeringEstimates:
-    """Classical estimates of a braking from its scene, and where they differ from its simulation (model §6.3).
+    """Classical estimates of a brake application from its scene, beside its simulation (model §6.3).
 
     - `run`: a `Scene`, from which a classical stop gives time and friction work (all linings slide from the first
       moment under the maximum lever tension); or a `Result`: time and work are then those of its hardest braking, and
-      every estimate stands beside the simulated number where the run has one
-    - `data`: numbers that the scene does not have, or others in their place; what neither says is taken from the papers
-      or assumed, and the report says so beside each
+      every estimate is shown beside the simulated number where the run has one
+    - `data`: numbers that the scene does not have, or that replace them; missing ones are taken from the papers
+      or assumed, and the report states the source of each
 
     Rows: stop and friction power with its shares (S-7…11), thermal penetration depth, Fourier numbers and effective
     volumes (S-15, steps 1–3), partition (S-41, Charron), bulk, surface, flash and maximum temperatures (S-25…28), real
@@ -325,7 +325,7 @@ def estimates(run: Scene | Result, data: EstimateData | None = None) -> Engineer
 
 
 def _of_pair(b: Braking) -> list[EstimateRow]:
-    """What one pair heats, shares, temperatures, contact; of a rim also balance and stress."""
+    """Rows of one pair: heated parts, shares, temperatures, contact; of a rim also balance and stress."""
     parts = [row for part in b.parts.values() for row in rows_of("part", part)]
     tables = ["partition", "temperature", "contact", *(["balance", "stress"] if b.part == "rim" else [])]
     return parts + [row for table in tables for row in rows_of(table, b)]

@@ -1,4 +1,4 @@
-"""Parts that a braking heats: by the formulas, and in the hardest braking of a run."""
+"""Parts that a brake application heats: by the formulas, and in the hardest braking of a run."""
 
 import dataclasses
 import functools
@@ -35,11 +35,11 @@ T = TypeVar("T")
 
 
 class Absent(LookupError):
-    """What a row asks for does not exist, as a run beside the estimates: it has no value, or no simulated one."""
+    """A value that does not exist, such as a simulated value without a run."""
 
 
 def there(value: T | None) -> T:
-    """The value, which a row needs. Raises `Absent` where there is none."""
+    """Return the value. Raises `Absent` for `None`."""
     if value is None:
         raise Absent
     return value
@@ -59,7 +59,7 @@ class WallCourse(NamedTuple):
         return self.layers @ inside / np.sum(inside)
 
     def inside(self, depth: float) -> Float[np.ndarray, " k"]:
-        """How much of each layer's thickness (m) lies within a depth."""
+        """Part of each layer's thickness (m) within a depth."""
         ends = np.cumsum(self.steps)
         return np.clip(depth - (ends - self.steps), 0.0, self.steps)
 
@@ -90,7 +90,7 @@ def wall_course(heat: Heat, s: Series, place: str | None) -> WallCourse | None:
 
 @dataclasses.dataclass(frozen=True)
 class HeatedPart:
-    """One part that a braking heats: steps 1, 2, 3 and 5 of the synthesis (SI units).
+    """One part that a brake application heats: steps 1, 2, 3 and 5 of the synthesis (SI units).
 
     `share` of the heat `work` (J) goes into it, and `more` (J) of another pair; `start` (K): its temperature before;
     `course`: its simulation. From these: thermal penetration `depth`, Fourier number `Fo`, `volume` and `mass` that
@@ -184,12 +184,12 @@ class RunValues:
 
     @property
     def slid(self) -> float:
-        """Way of the linings on the track (m)."""
+        """Sliding distance of the linings on the track (m)."""
         return float(np.trapezoid(np.abs(np.asarray(self.series.slip_speed)), self.t))
 
     @property
     def mean_load(self) -> float:
-        """Sum of the normal forces on the linings (N), mean over the way that they slide."""
+        """Sum of the normal forces on the linings (N), mean over the sliding distance."""
         power = np.asarray(self.series.normal_load).sum(axis=1) * np.abs(np.asarray(self.series.slip_speed))
         return float(np.trapezoid(power, self.t) / self.slid)
 
@@ -205,7 +205,7 @@ class RunValues:
 
     @functools.cached_property
     def then(self) -> Scene:
-        """The scene as this braking finds it: speed, time and temperatures at its beginning."""
+        """The scene with the speed, time and temperatures at the beginning of this brake application."""
         scene, s = self.result.scene, self.series
         initial = dataclasses.replace(
             scene.initial, omega=np.asarray(self.omega[0]), time=np.asarray(self.t[0]), elongation=np.asarray(0.0)
@@ -228,16 +228,16 @@ class RunValues:
         band = self.series.band_temperature
         return None if band is None else np.asarray(band).mean(axis=1)
 
-    # the rim, where it is what rubs and one wall in layers; absent else
+    # the rim, where it is the metal face and one wall in layers; absent otherwise
 
     @property
     def course(self) -> WallCourse:
-        """Its layers."""
+        """Temperatures of the rim's layers."""
         return there(self.rim if self.layered else None)
 
     @property
     def layered(self) -> bool:
-        """Whether there is one."""
+        """Whether the rim is a wall in layers."""
         one = self.rim is not None and self.rim.wall.copies == 1 and self.series.rim_temperature is not None
         return one and self.pair != "external"
 
@@ -323,7 +323,7 @@ def _sliding(s: Series, pair: str) -> tuple[np.ndarray, np.ndarray]:
 def run_values(result: Result, pair: str = "", *, times: int = _TIMES) -> RunValues | None:
     """The hardest braking of a concrete result, or the part of it in which one `pair` of a staged brake slides most.
 
-    `pair`: `"external"` or `"internal"`; `times`: evaluated at so many. `None` where nothing ever slid.
+    `pair`: `"external"` or `"internal"`; `times`: evaluated at so many. `None` where no lining slid.
     """
 
     def worked(s: Series) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Numbers that the estimates are made from: of the user, of the scene, of the papers, or assumed."""
+"""Inputs of the estimates: from the user, the scene, the papers, or assumed."""
 
 import dataclasses
 import difflib
@@ -19,11 +19,11 @@ from .heating import ElasticMaterial
 
 
 class _Known(NamedTuple):
-    """What is known of an input: unit, meaning and range of a number, and what is assumed where nobody gives it."""
+    """Metadata of an input: unit, meaning and range of a number, and its default."""
 
     about: Quantity | None = None  # `None`: a material or a set of constants
     assumed: Any = None
-    source: str = ""  # of what is assumed; empty: derived from other inputs
+    source: str = ""  # of an assumed value; empty: derived from other inputs
 
 
 def _made(assumed: Material | ElasticMaterial | PowerShares, source: str) -> dict[str, _Known]:
@@ -40,7 +40,7 @@ def _share(meaning: str) -> Any:
 
 @dataclasses.dataclass(frozen=True)
 class EstimateData:
-    """Numbers for `estimates` that a scene need not have; `None`: from the scene, else from the papers or assumed.
+    """Numbers for `estimates` that a scene may lack; `None`: from the scene, else from the papers or assumed.
 
     - `rim`, `lining`, `band`: materials; `rim_thickness`, `lining_thickness`, `band_thickness` (m); `track_area`,
       `lining_area` (m²), all bands together
@@ -93,7 +93,7 @@ _STAGED = ("outer_area", "external_share", "beyond_share")
 
 
 class Input(NamedTuple):
-    """One number (or material) that the estimates are made from, and where it is from."""
+    """One input (number or material) of the estimates, and its source."""
 
     name: str
     value: Any
@@ -102,13 +102,13 @@ class Input(NamedTuple):
 
 
 class Permissible(NamedTuple):
-    """Permissible values that the synthesis compares with; `None`: no such limit.
+    """Permissible values for the synthesis; `None`: no such limit.
 
     - `lining` (K): of the friction surface; `None`: the scene's `heat.permissible`, else 400 °C (assumption)
     - `back` (K): at the lining's back, where rivets or a bond hold it; 120 °C by default (assumption)
     - `pressure` (Pa), nominal; `power` (W/m²) of friction per area of the linings
 
-    The permissible stress of the rim stands in `EstimateData.elastic`.
+    The permissible stress of the rim is in `EstimateData.elastic`.
     """
 
     lining: float | None = None
@@ -117,7 +117,7 @@ class Permissible(NamedTuple):
     power: float | None = None
 
     def settled(self, scene: Scene) -> tuple[Input, ...]:
-        """Every limit there is, and where it is from."""
+        """Every limit, and its source."""
         known = scene.network.permissible
         lining = Input("lining_permissible", 673.15, "K", "assumption: friction composite, 400 °C")
         if self.lining is not None:
@@ -147,7 +147,7 @@ _LIMITS: dict[str, Quantity] = {
 
 
 def faults_of_data(data: EstimateData | None, limits: Permissible) -> list[Fault]:
-    """Every number given that is out of range."""
+    """Errors of numbers that are out of range."""
     given: dict[str, Any] = {} if data is None else vars(data)
     found = [_fault(name, given.get(name), about) for name, about in _NUMBERS.items()]
     found += [_fault(f"permissible.{name}", value, _LIMITS[name]) for name, value in limits._asdict().items()]
@@ -173,7 +173,7 @@ def _fault(path: str, value: Any, about: Quantity) -> Fault | None:
 def read_given(texts: list[str]) -> tuple[EstimateData, Permissible]:
     """Numbers and materials from texts: `rim_thickness=28 mm`, `rim=cast_iron`, `permissible.back=130 degC`.
 
-    Raises `InputError` with all that is wrong: unknown names, values that are no numbers or out of range.
+    Raises `InputError` with all errors: unknown names, values that are no numbers or out of range.
     """
     reader, data, numbers = NumberReader(), {}, {}
     ranges = _NUMBERS | {f"permissible.{name}": about for name, about in _LIMITS.items()}
@@ -278,13 +278,13 @@ def _from_scene(scene: Scene) -> dict[str, Any]:
     return found | _of_surroundings(scene, T)
 
 
-# --- settled ----------------------------------------------------------------------------------------------------------
+# --- resolved ---------------------------------------------------------------------------------------------------------
 
 
 def settle(scene: Scene, data: EstimateData | None) -> dict[str, Input]:
-    """Every input by its name: what the user gave, else the scene's, else the papers' or an assumption.
+    """Every input by its name: the user's value, else the scene's, else the papers' or an assumption.
 
-    Raises `InputError` where linings would cover more than the track, or for numbers of a staged brake on another.
+    Raises `InputError` where linings cover more than the track, or for numbers of a staged brake on another.
     """
     given, own = dict(vars(data or EstimateData())), _from_scene(scene)
     if not scene.brake.in_series:
@@ -323,7 +323,7 @@ def settle(scene: Scene, data: EstimateData | None) -> dict[str, Input]:
     overlap = found["lining_area"].value / track
     if overlap > 1 + 1e-9:
         raise InputError(
-            [Fault("lining_area", f"covers {overlap:.4g} of the track", "it cannot be more than all of it")]
+            [Fault("lining_area", f"covers {overlap:.4g} of the track", "the linings cannot cover more than the track")]
         )
     found["overlap"] = Input("overlap", min(overlap, 1.0), "1", "lining_area/track_area")
     found["start"] = Input("start", start_temperature(scene), "K", "scene" if scene.heated else "20 °C")

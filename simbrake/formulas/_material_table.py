@@ -42,7 +42,7 @@ from .stop import classical_stop
 _ZERO = 273.15  # K
 #: times at which a run is evaluated
 _TIMES = 512
-#: what is compared by default: V's four alloys and cast iron; the linings of which the library has numbers
+#: default materials: V's four alloys and cast iron; the linings in the library
 DEFAULT_RIMS = ("steel_20L", "magnesium_alloy", "brass", "aluminium_alloy", "cast_iron")
 DEFAULT_LININGS = tuple(LININGS)
 
@@ -54,7 +54,7 @@ Energy = Sequence[float] | np.ndarray | Mapping[str, Sequence[float] | np.ndarra
 
 @dataclasses.dataclass(frozen=True)
 class EnergyLevel:
-    """One duty of a comparison: what sets it apart, and the friction work (J) of its hardest braking, minimum and
+    """One duty of a comparison: its label, and the friction work (J) of its hardest brake application, minimum and
 
     maximum among the pairs: with fade, or with an inertia that follows the rim's mass, runs differ.
     """
@@ -77,7 +77,8 @@ class MaterialRow:
     - `level`: index of the level; `rim`, `lining`: names; `row["surface"]` is one quantity, its estimate (`value`)
       and the `simulated` number; names as in `quantities`
     - `fails`: limits that the pair exceeds, by the simulated number where there is one; empty if it is within all
-    - `greatest_work` (J): of one braking that the pair withstands by the estimates; `ends`: what limits it
+    - `greatest_work` (J): of one brake application that the pair withstands by the estimates; `ends`: its limiting
+      criterion
     """
 
     level: int
@@ -93,7 +94,7 @@ class MaterialRow:
         return not self.fails
 
     def __getitem__(self, name: str) -> Compared:
-        """A quantity by its name. Raises `KeyError` with the names there are."""
+        """A quantity by its name. Raises `KeyError` with the known names."""
         if name not in self.quantities:
             raise KeyError(f"no quantity {name!r}; there are: {', '.join(self.quantities)}")
         return self.quantities[name]
@@ -133,8 +134,8 @@ _COLUMNS: tuple[tuple[str, str, bool | None, str, Callable[[float], str]], ...] 
 class MaterialComparison(Tabular):
     """Rim materials and linings for one duty at one or several energy levels, side by side.
 
-    - `levels`, `rims`, `linings`: what is compared; `rows`: one for each combination, level by level; `notes`: what was
-      assumed or could not be simulated
+    - `levels`, `rims`, `linings`: what is compared; `rows`: one for each combination, level by level; `notes`:
+      assumptions and values that could not be simulated
     - `comparison.row("brass", "FK-24A")` is one row; `str` gives the table; `as_dict` the same as numbers and words;
       `dataset` as labelled data; `ranking` the pairs by the work that they withstand
     """
@@ -171,7 +172,7 @@ class MaterialComparison(Tabular):
         return any(row["surface"].simulated is not None for row in self.rows)
 
     def as_dict(self) -> dict[str, Any]:
-        """Everything as numbers, lists and words (SI); numbers that are not finite are `None`."""
+        """Return the data as numbers, lists and text (SI); numbers that are not finite are `None`."""
         return {
             "about": self.about,
             "levels": plain(self.levels),
@@ -203,7 +204,7 @@ class MaterialComparison(Tabular):
             simulated = cube([row[name].simulated for row in self.rows])
             if not np.all(np.isnan(simulated)):
                 found[f"{name}_simulated"] = (dims, simulated, {"units": unit, "meaning": f"{meaning}, simulated"})
-        about = {"units": "J", "meaning": "greatest friction work of one braking, by the estimates"}
+        about = {"units": "J", "meaning": "maximum friction work of one brake application, by the estimates"}
         found["greatest_work"] = (dims, cube([row.greatest_work for row in self.rows]), about)
         found["admissible"] = (dims, cube([row.admissible for row in self.rows], bool))
         coords = {"level": [level.label for level in self.levels], "rim": names[0], "lining": names[1]}
@@ -220,7 +221,7 @@ class MaterialComparison(Tabular):
             Column("work", shown_in="kJ", show=_scaled(1e-3, ".0f")),
         ]
         ranked = [(n, row.rim, row.lining, row.greatest_work, row.ends) for n, row in enumerate(self.ranking(), 1)]
-        title = "greatest friction work of one braking by the estimates, and what ends it"
+        title = "maximum friction work of one brake application by the estimates, and its limiting criterion"
         yield from ("", Table([*columns, Column("ends", heading="", left=True)], ranked, title), "")
         yield from (f"note: {note}" for note in self.notes)
 
@@ -260,9 +261,9 @@ def compare_materials(
     """Compare materials of rim and linings for the duty of a scene, at one or several energy levels.
 
     - `rims`, `linings`: names of the library (`rim_material`, `lining_material`) or custom materials
-    - `data`: numbers for the estimates beyond materials, as in `estimates`; its rim is what the scene has if that does
-      not say so
-    - `energy`: `None`, the scene as it is; friction works (J), for each of which the initial speed is sought whose
+    - `data`: numbers for the estimates beyond materials, as in `estimates`; its rim defaults to that of
+      the scene
+    - `energy`: `None`, the scene as it is; friction works (J), each reached by the initial speed whose
       classical stop does that work; or a parameter of the scene with its values, `{"initial.omega": [12.0, 24.0]}`
     - `run`: simulate each combination too, if the scene's heat has a rim in layers; else the scene once for each level,
       for time and work. `False`: those of a classical stop
@@ -275,14 +276,14 @@ def compare_materials(
     estimates. Friction stays that of the scene. Runs of all materials are one compiled program.
 
     Raises `InputError` for input errors of the scene, a staged brake, a scene without a classical stop where one is
-    needed, runs in which nothing slides, materials twice or none, and levels that are not positive; `KeyError` for
+    needed, runs without sliding, no or duplicate materials, and levels that are not positive; `KeyError` for
     unknown materials; `SimulationError` where a run fails.
     """
     check(scene)
     if any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves(scene)):
         raise InputError([Fault("scene", "is traced", "give a scene with values")])
     if band_brake(scene).in_series:
-        raise InputError([Fault("brake.bandage", "is not for this comparison", "it is of a brake with one pair")])
+        raise InputError([Fault("brake.bandage", "cannot be compared", "give a brake with one friction pair")])
     found_rims = _alike([rim_material(r) if isinstance(r, str) else r for r in rims])
     found_linings = _alike([lining_material(x) if isinstance(x, str) else x for x in linings])
     _require_names(rims=found_rims, linings=found_linings)
@@ -313,7 +314,7 @@ def _require_names(**groups: Iterable[Any]) -> None:
         if not names:
             faults.append(Fault(name, "are none", "at least one material is needed"))
         if twice:
-            faults.append(Fault(name, f"have {', '.join(twice)} more than once", "a name stands for one material"))
+            faults.append(Fault(name, f"have {', '.join(twice)} more than once", "a name must denote one material"))
     if faults:
         raise InputError(faults)
 
@@ -330,7 +331,7 @@ def _alike(found: list[Any]) -> list[Any]:
 
 
 def _levels(scene: Scene, energy: Energy) -> list[tuple[str, Scene]]:
-    """Scenes of the energy levels with what sets them apart."""
+    """Scenes of the energy levels with their labels."""
     if energy is None:
         return [("the scene's own duty", scene)]
     if isinstance(energy, Mapping):
@@ -380,7 +381,7 @@ def _of_work(scene: Scene, work: float) -> Scene:
 
 @dataclasses.dataclass
 class _Study:
-    """The scene of a comparison and what its rows have in common."""
+    """The scene of a comparison and the shared data of its rows."""
 
     scene: Scene
     data: EstimateData
@@ -433,12 +434,12 @@ class _Study:
         if key not in self._runs:
             values = run_values(simulate(scene, solver=solver, rtol=self.rtol), times=_TIMES)
             if values is None:
-                raise InputError([Fault("scene", "has no friction work", "nothing ever slides in its run")])
+                raise InputError([Fault("scene", "has no friction work", "no lining slides in its run")])
             self._runs[key] = values
         return self._runs[key]
 
     def notes(self, linings: list[LiningMaterial]) -> tuple[str, ...]:
-        """What is assumed, and what is not simulated."""
+        """Notes: assumptions, and values that are not simulated."""
         found = [
             "friction is the scene's with every lining; numbers of the materials and their sources: as_dict(), JSON"
         ]
@@ -453,7 +454,7 @@ class _Study:
             if size.source not in ("given", "scene"):
                 found.append(f"{name} = {size.value:.4g} {size.unit} is not the scene's: {size.source}")
         if not self.inertia:
-            found.append("the pulley's inertia is the scene's whatever the rim weighs (inertia=True lets it follow)")
+            found.append("the pulley's inertia is the scene's for every rim mass (inertia=True lets it follow)")
         if any("assum" in words for one in linings for name, words in one.sources.items() if "wear" in name):
-            found.append("wear coefficients are assumed orders of magnitude: compare them, do not trust them")
+            found.append("wear coefficients are assumed orders of magnitude: use them for comparison only")
         return tuple(found)

@@ -1,4 +1,4 @@
-"""Rims and linings to choose from, and what a pair of them comes to in a braking."""
+"""Materials of rims and linings, and the results of a pair of them in a brake application."""
 
 import dataclasses
 import functools
@@ -24,10 +24,10 @@ _ZERO = 273.15  # K
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class RimMaterial:
-    """A material for rims: `thermal` properties, constants for thermal stress (`elastic`), and what it withstands.
+    """A material for rims: `thermal` properties, constants for thermal stress (`elastic`), and its limits.
 
     - `permissible` (K): of the surface in service; `solidus` (K): where it begins to melt; `hardness` (Pa)
-    - `sources`: number → where it is from; assumptions say so
+    - `sources`: number → source; assumptions are marked
     """
 
     name: str
@@ -43,18 +43,18 @@ class RimMaterial:
 
     @property
     def numbers(self) -> dict[str, float]:
-        """All numbers by name (SI)."""
+        """Return all numbers by name (SI)."""
         return {name: float(look(self, path)) for name, path in (_THERMAL | _ELASTIC | _LIMITS).items()}
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class LiningMaterial:
-    """A material for linings: `thermal` properties, law of `wear`, and what it withstands.
+    """A material for linings: `thermal` properties, law of `wear`, and its limits.
 
     - `wear`: rate `I(p, v, T)` (m³/(N·m)) as `sb.results.lining_wear` takes it
-    - `permissible` (K): of its surface; `hardness` (Pa); `sources`: number → where it is from
+    - `permissible` (K): of its surface; `hardness` (Pa); `sources`: number → source
 
-    Its friction is that of the scene: only a run with another law tells what another coefficient does.
+    Its friction is that of the scene: the effect of another coefficient needs a run with another law.
     """
 
     name: str
@@ -69,7 +69,7 @@ class LiningMaterial:
 
     @property
     def numbers(self) -> dict[str, float]:
-        """All numbers by name (SI); of the wear law those of `ThresholdWear`."""
+        """Return all numbers by name (SI); of the wear law those of `ThresholdWear`."""
         paths = _THERMAL | (_WEAR if isinstance(self.wear, ThresholdWear) else {}) | _LIMITS
         return {name: float(look(self, path)) for name, path in paths.items() if name != "solidus"}
 
@@ -108,8 +108,8 @@ def rim_material(name: str, **changes: float) -> RimMaterial:
     """A rim's material: steel_20L, steel_35KhNL, cast_iron, magnesium_alloy, brass, aluminium_alloy.
 
     `changes` by name (SI): those of `Material`, `young`, `expansion`, `poisson`, `permissible_stress`,
-    `permissible_temperature`, `solidus`, `hardness`. Where each number is from stands in `sources`: conductivities of
-    V, handbook values, and assumptions. Raises `KeyError` with the names there are.
+    `permissible_temperature`, `solidus`, `hardness`. The source of each number is in `sources`: conductivities of
+    V, handbook values, and assumptions. Raises `KeyError` with the known names.
     """
     n, thermal, sources = _settled(name, RIMS, "rim material", changes)
     elastic = ElasticMaterial(n["young"], n["expansion"], n["poisson"], n["permissible_stress"])
@@ -121,14 +121,15 @@ def lining_material(name: str, **changes: float) -> LiningMaterial:
     """A lining's material: FK-24A, retinax.
 
     `changes` by name (SI): those of `Material`, `wear_coefficient`, `wear_threshold`, `wear_activation` (of
-    `ThresholdWear`), `permissible_temperature`, `hardness`. Raises `KeyError` with the names there are.
+    `ThresholdWear`), `permissible_temperature`, `hardness`. Raises `KeyError` with the known names.
     """
     n, thermal, sources = _settled(name, LININGS, "lining material", changes)
     wear = ThresholdWear(n["wear_coefficient"], n["wear_threshold"], n["wear_activation"])
     return LiningMaterial(name, thermal, wear, n["permissible_temperature"], n["hardness"], sources)
 
 
-# --- one braking with one pair of materials ---------------------------------------------------------------------------
+# --- one brake application with one pair of materials
+# ---------------------------------------------------------------------------
 
 
 @dataclasses.dataclass(frozen=True)
@@ -148,7 +149,7 @@ class Case:
 
     @functools.cached_property
     def surface_rise(self) -> float:
-        """Rise (K) of the rim's surface: a half-space has no back, and long brakings warm the rim through."""
+        """Rise (K) of the rim's surface: a half-space has no back, and long brake applications warm the rim through."""
         return max(self.braking.falling_rise, self.braking.whole_rise)
 
     @property
@@ -162,7 +163,7 @@ class Case:
         return self.braking.start_now + float(found.surface_and_third_flash)
 
     def transmission(self) -> float:
-        """Share into the rim by heat transmission."""
+        """Heat partition coefficient of the rim by heat transmission."""
         b, T = self.braking, jnp.asarray(self.braking.start_now)
         law = dataclasses.replace(
             transmission_table(), rim_conductivity=b.rim.conductivity, lining_conductivity=b.lining.conductivity
@@ -170,7 +171,7 @@ class Case:
         return float(law.share(T, T))
 
     def wear(self) -> float:
-        """Mean depth (m) worn off the linings over all brakings, each as hot as the hardest."""
+        """Mean depth (m) worn off the linings over all brake applications, each at the temperature of the hardest."""
         b = self.braking
         work = b.work if b.run is None else b.run.total_work
         cosine = float(np.mean(np.cos(np.asarray(band_brake(b.scene).linings.angle) / 2)))
@@ -195,7 +196,7 @@ class Case:
         return rim_mass(self.braking)
 
     def inertia(self) -> float:
-        """Of the rim (kg·m²)."""
+        """Inertia of the rim (kg·m²)."""
         return ring_inertia(rim_mass(self.braking), self.braking)
 
 
@@ -232,7 +233,7 @@ QUANTITIES: dict[str, Row] = {row.name: row for row in ROWS if row.table == "mat
 
 
 class Criterion(NamedTuple):
-    """One thing that a pair of materials has to withstand: its value over what is permitted, and both in words."""
+    """One limit of a pair of materials: value over permissible value, and both in words."""
 
     name: str
     ratio: float  # of temperatures in K
@@ -240,7 +241,7 @@ class Criterion(NamedTuple):
 
 
 def criteria(values: Mapping[str, float], rim: RimMaterial, lining: LiningMaterial) -> list[Criterion]:
-    """What the materials have to withstand, of estimated or simulated values (SI)."""
+    """Limits of the materials for estimated or simulated values (SI)."""
 
     def hot(name: str, key: str, limit: float, of: str) -> Criterion:
         words = f"{of} {values[key] - _ZERO:.0f} °C over {limit - _ZERO:.0f} °C"
@@ -256,7 +257,8 @@ def criteria(values: Mapping[str, float], rim: RimMaterial, lining: LiningMateri
 
 
 def greatest_work(case: Case) -> tuple[float, str]:
-    """Maximum friction work (J) of one braking that the pair withstands by the estimates, and what limits it.
+    """Maximum friction work (J) of one brake application that the pair withstands by the estimates, and its limiting
+    criterion.
 
     The braking at hand from another speed under the same torques (time by the speed, work by its square). Every
     criterion grows with the speed, so that there is one end; 0 where the rim is too hot at the start.

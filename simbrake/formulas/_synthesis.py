@@ -37,11 +37,11 @@ HEATED = ("rim", "lining")  # the band takes up no friction heat in a brake with
 Given = list[tuple[str, float, str]]  # numbers put into a formula: symbol, value, unit
 
 
-# --- properties at the temperature that they lead to ------------------------------------------------------------------
+# --- properties at the resulting temperature ---- ------------------------------------------------------------------
 
 
 class SynthesisError(RuntimeError):
-    """A synthesis that did not converge; `code` says why.
+    """A synthesis that did not converge, with the reason as `code`.
 
     - `no_convergence`: the temperatures still changed after the last round
     - `material_range`: a property, linear in the temperature, would no longer be positive
@@ -65,7 +65,7 @@ def properties_at(material: Material, T: float, part: str) -> Material:
         if not value > 0:
             end = float(material.reference) - 1 / float(getattr(material, f"{name}_slope"))
             words = f"{name.replace('_', ' ')} of the {part}, linear in the temperature, falls to 0 at {end:.5g} K"
-            raise SynthesisError("material_range", f"{words}; the bulk temperature comes to {T:.5g} K")
+            raise SynthesisError("material_range", f"{words}; the bulk temperature is {T:.5g} K")
     return Material(density=float(material.density), **found)
 
 
@@ -74,7 +74,8 @@ Parts = dict[str, HeatedPart]  # by name, with constant properties
 
 
 def share_law(b: Braking, partition: AbstractPartition | None) -> _Law:
-    """The share into the rim from temperatures and materials: a given number or law, the scene's law, else Charron's.
+    """Heat partition coefficient of the rim from temperatures and materials: a given number or law, the scene's law,
+    else Charron's.
 
     Raises `InputError` where both a number and a law are given.
     """
@@ -103,15 +104,15 @@ def one_pass(b: Braking, start: dict[str, float], at: dict[str, float], law: _La
 def refine(
     b: Braking, start: dict[str, float], partition: AbstractPartition | None, tolerance: float, rounds: int
 ) -> tuple[Parts, Parts, int, float]:
-    """Repeat steps 1 to 5 with properties at the bulk temperatures they gave, until these change no more (K).
+    """Repeat steps 1 to 5 with properties at the bulk temperatures they gave, until these converge (K).
 
     The first pass, with properties at room temperature; the last; how many rounds, and the change (K) in the last.
 
     A part whose first bulk temperature stays at or below 150 °C keeps the properties of room temperature throughout, as
-    S words it: the choice is made once, since a switch inside the repeat would leave equations without a solution. The
-    rest is a plain fixed-point iteration: for a capacity that rises with the temperature it always contracts; for one
-    that falls it climbs to the lowest solution, or out of the material's range where there is none. Raises
-    `SynthesisError` with the code `no_convergence` or `material_range`.
+    S words it: the choice is made once, since switching during the iteration could leave the equations without a
+    solution. The rest is a plain fixed-point iteration: for a capacity that rises with the temperature it always
+    contracts; for one that falls it climbs to the lowest solution, or out of the material's range where there is none.
+    Raises `SynthesisError` with the code `no_convergence` or `material_range`.
     """
     law = share_law(b, partition)
     first = last = one_pass(b, start, dict.fromkeys(start, ROOM), law)
@@ -134,11 +135,11 @@ def replaced_in(first: Parts) -> tuple[str, ...]:
     return tuple(part for part in HEATED if first[part].bulk > REPLACED_ABOVE)
 
 
-# --- what rows are made from: see `rows.csv` --------------------------------------------------------------------------
+# --- data of the rows: see `rows.csv` ----- --------------------------------------------------------------------------
 
 
 class Case(NamedTuple):
-    """A thickness (m) for this `braking`, or for the `whole duty` where that has several brakings.
+    """A thickness (m) for this `braking`, or for the `whole duty` where that has several brake applications.
 
     `depth`, `other`: the two that the `rational` one is the larger of; `numbers` put into the formula of the other.
     """
@@ -151,7 +152,7 @@ class Case(NamedTuple):
 
 
 class Property(NamedTuple):
-    """What step 6 takes of a part: a property at `T` (K), `1 + b (T − T_r)` times that of `material`."""
+    """Property of a part in step 6: a property at `T` (K), `1 + b (T − T_r)` times that of `material`."""
 
     part: HeatedPart  # of the first pass
     material: Material
@@ -169,7 +170,7 @@ class Property(NamedTuple):
         return float(getattr(properties_at(self.material, self.T, self.part.name), self.field))
 
     def simulated(self) -> float:
-        """By the scene's own law at the simulated mean temperature of the heated depth."""
+        """Simulated property: the scene's own law at the mean temperature of the heated depth."""
         return property_at(there(self.part.course).wall.material, self.field, self.part.simulated_bulk)
 
     def words(self) -> str:
@@ -187,7 +188,7 @@ class Property(NamedTuple):
 
 
 class Margin(NamedTuple):
-    """A permissible value and what is compared with it, by the estimate and in the run; `None`: there is none."""
+    """A permissible value and the values compared with it, estimated and simulated; `None`: there is none."""
 
     unit: str
     permissible: float | None
@@ -224,14 +225,14 @@ class Chain:
     # steps 1 to 7
 
     def within(self) -> float:
-        """Of the simulated heat of the rim at the end of the braking, the share within the depth of step 1."""
+        """Share of the simulated heat of the rim within the depth of step 1 at the end of the braking."""
         rim = there(there(self.before.run).rim)
         rise = rim.layers[-1] - rim.layers[0]
         whole = float(rise @ rim.steps)
         return float(rise @ rim.inside(self.first["rim"].depth)) / there(whole if whole > 0 else None)
 
     def law(self) -> str:
-        """In words, what the share into the rim is taken from."""
+        """Source of the heat partition coefficient, in words."""
         source = self.before.inputs["share"].source
         if source.startswith("effusivities"):
             return "α_TP = e_1/(e_1 + e_2)"
@@ -241,11 +242,11 @@ class Chain:
         return 1 - self.before.simulated_share
 
     def rounds_words(self) -> str:
-        return "until T_v changes no more" if self.rounds else "none: properties stay those of room temperature"
+        return "until T_v converges" if self.rounds else "none: properties stay those of room temperature"
 
     @functools.cached_property
     def properties(self) -> dict[str, dict[str, Property]]:
-        """What step 6 takes of each part."""
+        """Properties of each part in step 6."""
         replaced, found = replaced_in(self.first), {}
         for name, part in self.first.items():
             one = (part, self.before.parts[name].material, part.bulk if name in replaced else ROOM)
@@ -344,7 +345,7 @@ class Chain:
 
     @property
     def rim_thicknesses(self) -> Given:
-        """All that the rational thickness of the rim is the maximum of."""
+        """Thicknesses of which the rational thickness of the rim is the maximum."""
         return [(f"δ, {case.name}", case.rational, "m") for case in self.rim_cases]
 
     @property
@@ -371,7 +372,7 @@ class Chain:
 
     @property
     def lining_thicknesses(self) -> Given:
-        """All that the rational thickness of a lining is the maximum of."""
+        """Thicknesses of which the rational thickness of a lining is the maximum."""
         reached = ("δ, heat reaches", self.lining_cases[0].depth, "m")
         return [reached, *((f"δ, {case.name}", case.other, "m") for case in self.lining_cases)]
 
@@ -382,13 +383,13 @@ class Chain:
     # limits
 
     def margins(self) -> dict[str, Margin]:
-        """What the permissible values are compared with."""
+        """Permissible values and the values compared with them."""
         return {
             name: Margin(unit, *(number(self, path) for path in paths)) for name, (unit, *paths) in _MARGINS.items()
         }
 
 
-#: margin → its unit, and the paths to the permissible value and to what is compared with it, estimated and in the run
+#: margin → its unit, and the paths to the permissible value and to the estimated and simulated values
 _MARGINS = {
     "face": ("K", "limits.lining_permissible", "face_peak", "before.run.face"),
     "back": ("K", "limits.back_permissible", "lining_back", "before.run.lining.back.max"),
@@ -406,7 +407,7 @@ STEPS = [line["title"] for line in _LINES if line["title"]]
 
 
 def _verdict(row: SynthesisRow) -> str:
-    """Within limit or exceeded by the estimate, and what the run says where that is something else."""
+    """Within limit or exceeded by the estimate, and by the run where its verdict differs."""
     by_estimate, by_run = (
         None if margin is None else LimitVerdict.WITHIN if margin >= 0 else LimitVerdict.EXCEEDED
         for margin in (row.value, row.simulated)
@@ -415,9 +416,9 @@ def _verdict(row: SynthesisRow) -> str:
 
 
 def _rows_of(c: Chain) -> Iterator[SynthesisRow]:
-    """All rows in the order of `steps.csv`: a line is a row for what is at a place of the chain.
+    """All rows in the order of `steps.csv`: a line is a row for the object at a place of the chain.
 
-    - `place`: a path; of several things there each has the row;  `ending` of the name
+    - `place`: a path; several objects have a row each;  `ending` of the name
     - `formula`, `simulated`, `why`: in place of those of `rows.csv`
     """
     known = {(row.table, row.name): row for row in ROWS}
@@ -434,11 +435,12 @@ def _rows_of(c: Chain) -> Iterator[SynthesisRow]:
 
 @dataclasses.dataclass(frozen=True)
 class Synthesis(RowTable[SynthesisRow]):
-    """The parametric synthesis of a brake for one braking: figures of S's twelve steps beside the simulated ones.
+    """The parametric synthesis of a brake for one brake application: figures of S's twelve steps beside the simulated
+    ones.
 
-    - `rows` in order of the steps; `inputs`: what they are made from; `about`: the braking
+    - `rows` in order of the steps; `inputs`: their inputs; `about`: the braking
     - `rounds`: how often steps 1 to 5 were repeated with properties at temperature; `replaced`: parts that have them
-    - `rim_thickness`, `lining_thickness`: rational (m), `inf` where none will do
+    - `rim_thickness`, `lining_thickness`: rational (m), `inf` where none is sufficient
     - `synthesis["friction work"]` is one figure, `synthesis.step(8)` those of a step; `str` gives the report,
       `as_dict` the same as numbers and words
     """
@@ -458,7 +460,7 @@ class Synthesis(RowTable[SynthesisRow]):
 
     @property
     def lining_thickness(self) -> float:
-        """Rational thickness of the linings without what they may wear (m)."""
+        """Rational thickness of the linings without the wear allowance (m)."""
         return self["rational thickness, lining"].value
 
     @property
@@ -473,11 +475,11 @@ class Synthesis(RowTable[SynthesisRow]):
         return [row.name for row in margins if row.value < 0 or (row.simulated is not None and row.simulated < 0)]
 
     def as_list(self) -> list[dict[str, Any]]:
-        """Every figure as numbers and words; numbers that are not finite are `None`."""
+        """Return every figure as numbers and text; numbers that are not finite are `None`."""
         return [row.as_dict() for row in self.rows]
 
     def as_dict(self) -> dict[str, Any]:
-        """Everything as numbers, lists and words; numbers that are not finite are `None`."""
+        """Return the data as numbers, lists and text; numbers that are not finite are `None`."""
         about = {"about": self.about, "rounds": self.rounds, "replaced": list(self.replaced)}
         return {**about, "inputs": plain(self.inputs), "steps": self.as_list()}
 
@@ -501,17 +503,18 @@ def synthesize(
     tolerance: float = 1e-9,
     rounds: int = 100,
 ) -> Synthesis:
-    """Parametric synthesis of a brake for one braking, after S: twelve steps from the depth of heat to operation.
+    """Parametric synthesis of a brake for one brake application, after S: twelve steps from the thermal
+    penetration depth to operation.
 
-    1. effective depth of heat `b = 1.73 √(a τ)`;  2. Fourier numbers;  3. effective volumes;  4. partition of the heat;
-    5. mean bulk temperatures;  6. properties at these, where they exceed 150 °C;  7. depth, Fourier numbers, volumes
-    and partition once more, until the temperatures change no more;  8. temperatures of the rim's layers, rational
-    thickness of rim and lining;  9. maximum temperature;  10. heat balance;  11. thermal stress;  12. operating
-    characteristics with the permissible limits.
+    1. effective thermal penetration depth `b = 1.73 √(a τ)`;  2. Fourier numbers;  3. effective volumes;  4. partition
+    of the heat; 5. mean bulk temperatures;  6. properties at these, where they exceed 150 °C;  7. depth, Fourier
+    numbers, volumes and partition repeated until the temperatures converge;  8. temperatures of the rim's layers,
+    rational thickness of rim and lining;  9. maximum temperature;  10. heat balance;  11. thermal stress;  12.
+    operating characteristics with the permissible limits.
 
     - `run`: a `Scene`, of which a classical stop gives time and work, or a `Result`: its hardest braking, and every
-      figure stands beside the simulated one where the run has it
-    - `data`: numbers that the scene does not have, or others in their place (as for `estimates`)
+      figure is shown beside the simulated one where the run has it
+    - `data`: numbers that the scene does not have, or that replace them (as for `estimates`)
     - `permissible`: limits of temperature, pressure and power
     - `partition`: law of step 4, as `TransmissionPartition` for S-41; by default `data.share`, else the scene's law,
       else effusivities at the properties of the round
@@ -557,9 +560,9 @@ def _start_temperatures(b: Braking) -> dict[str, float]:
 
 
 def faults_of_synthesis(scene: Scene, data: EstimateData | None, limits: Permissible) -> list[Fault]:
-    """All input errors of a synthesis, found before anything is simulated."""
+    """All input errors of a synthesis, before any simulation."""
     found = [*faults(scene), *faults_of_data(data, limits)]
     if band_brake(scene).in_series:
-        hint = "it is of a brake with one friction pair; `estimates` takes both pairs of a staged one"
-        found.append(Fault("brake.bandage", "is not for this synthesis", hint))
+        hint = "give a brake with one friction pair; `estimates` handles both pairs of a staged one"
+        found.append(Fault("brake.bandage", "cannot be synthesised", hint))
     return found

@@ -15,13 +15,13 @@ Layers: TypeAlias = Sequence[float] | Array  # a number for each layer or part
 
 
 def real_contact_area(area: Amount, pressure: Amount, hardness: Amount) -> Amount:
-    """Area of the spots that touch, all of them plastic: `A_r = A_a p_a/HB` (S-34), in m².
+    """Real contact area, plastic spots: `A_r = A_a p_a/HB` (S-34), in m².
 
     - `area` `A_a` (m²), nominal; `pressure` `p_a` (Pa) on it; `hardness` `HB` (Pa) of the softer surface
 
     The scan also shows a 2 in the denominator; the form with `HB` alone is that of plastic spots in equilibrium, which
     carry the pressure `HB`. Raises `ValueError` where area or hardness is not positive, the pressure negative or above
-    the hardness: there is no more than the whole area.
+    the hardness: it cannot exceed the nominal area.
 
     Reference: F. P. Bowden, D. Tabor, *The Friction and Lubrication of Solids* (1950), ch. I.
     """
@@ -39,7 +39,7 @@ def polished_surface(radius: Amount, width: Amount) -> Amount:
 
 
 def ring_face(inner: Amount, outer: Amount) -> Amount:
-    """One face of a ring, `π (R² − r²)`, in m²: rebord, flange or disc. Raises `ValueError` for `r ≥ R` or `r < 0`."""
+    """One face of a ring, `π (R² − r²)`, in m²: rim lip, flange or disc. Raises `ValueError` for `r ≥ R` or `r < 0`."""
     require_not_negative(inner=inner)
     if not outer > inner:
         raise ValueError(f"outer = {outer} must exceed inner = {inner}")
@@ -47,7 +47,7 @@ def ring_face(inner: Amount, outer: Amount) -> Amount:
 
 
 def matte_surface(*areas: Amount) -> Amount:
-    """All that is not polished: `A_m = A_rebords + A_flange + A_bore + …` (S-36), in m².
+    """Matte (unpolished) surface: `A_m = A_lips + A_flange + A_bore + …` (S-36), in m².
 
     Raises `ValueError` where one is negative.
     """
@@ -73,7 +73,7 @@ def triboelectric_power(current: Amount, voltage: Amount, factor: Amount = 200.0
     """Electrical share of the friction power (W): `W_el = k_v I U` (S-8). An estimate.
 
     - `current` `I` (A) between asperities of lining and metal; `voltage` `U` (V) at the end of the braking
-    - `factor` `k_v`, 2·10² as printed: stands for the time that asperities touch, without a derivation or a unit
+    - `factor` `k_v`, 2·10² as printed: represents the contact time of asperities, without a derivation or a unit
 
     S's own formula of the current (S-9) is lost: give a measured one, or `contact_current`. Raises `ValueError` for a
     negative argument.
@@ -83,7 +83,7 @@ def triboelectric_power(current: Amount, voltage: Amount, factor: Amount = 200.0
 
 
 def thermoelectric_voltage(seebeck: Amount, hot: Amount, cold: Amount) -> Amount:
-    """Voltage (V) of the contact as a thermocouple: `U = S_ab (T_c − T_0)`, stands in for what S-9 lost. An estimate.
+    """Voltage (V) of the contact as a thermocouple: `U = S_ab (T_c − T_0)`, a substitute for the lost S-9. An estimate.
 
     - `seebeck` `S_ab` (V/K), of the pair of materials; `hot` `T_c` (K) of the spots, `cold` `T_0` (K) of the bodies
 
@@ -93,11 +93,11 @@ def thermoelectric_voltage(seebeck: Amount, hot: Amount, cold: Amount) -> Amount
 
 
 def contact_current(voltage: Amount, resistivity: Amount, area: Amount, spots: Amount = 1) -> Amount:
-    """Current (A) that a `voltage` `U` drives through the spots that touch; stands in for S-9. An estimate.
+    """Current (A) that a `voltage` `U` drives through the contact spots; a substitute for S-9. An estimate.
 
         I = U/R,   R = ρ_e/(2 n r) of n equal round spots in parallel,   n π r² = A_r
 
-    - `resistivity` `ρ_e` (Ω·m), mean of the two bodies; `area` `A_r` (m²) that really touches (`real_contact_area`);
+    - `resistivity` `ρ_e` (Ω·m), mean of the two bodies; `area` `A_r` (m²) real contact area (`real_contact_area`);
       `spots` `n`
 
     Constriction alone: films and the resistance between spots are left out, so that it is an upper bound. Raises
@@ -111,23 +111,23 @@ def contact_current(voltage: Amount, resistivity: Amount, area: Amount, spots: A
 
 
 def series_resistance(*resistances: Amount) -> Amount:
-    """`R = Σ R_i` (K/W) of parts that the same heat passes one after the other (S-30). Raises `ValueError` below 0."""
+    """`R = Σ R_i` (K/W) of parts in series (S-30). Raises `ValueError` below 0."""
     for R in resistances:
         require_not_negative(resistance=R)
     return sum(resistances)
 
 
 def parallel_resistance(*resistances: Amount) -> Amount:
-    """`1/R = Σ 1/R_i` (K/W) of parts between the same two temperatures (S-30). Raises `ValueError` where one is ≤ 0."""
+    """`1/R = Σ 1/R_i` (K/W) of parts in parallel (S-30). Raises `ValueError` where one is ≤ 0."""
     for R in resistances:
         require_positive(resistance=R)
     return 1 / sum(1 / R for R in resistances)
 
 
 def series_conductivity(thickness: Layers, conductivity: Layers) -> float:
-    """Conductivity (W/(m·K)) of layers (k,) that heat passes one after the other: `λ = Σ δ_k/Σ(δ_k/λ_k)` (S-30).
+    """Conductivity (W/(m·K)) of layers (k,) in series: `λ = Σ δ_k/Σ(δ_k/λ_k)` (S-30).
 
-    The reading of a garbled formula that keeps the resistance of the layers. Raises `ValueError` where a number ≤ 0.
+    The reading of a garbled formula that keeps the resistance of the layers. Raises `ValueError` where a number is ≤ 0.
     """
     require_positive(thickness=thickness, conductivity=conductivity)
     thickness = np.asarray(thickness, float)
@@ -135,7 +135,7 @@ def series_conductivity(thickness: Layers, conductivity: Layers) -> float:
 
 
 def parallel_conductivity(area: Layers, conductivity: Layers) -> float:
-    """Conductivity (W/(m·K)) of parts (k,) side by side: `λ = Σ λ_k A_k/Σ A_k` (S-30). Raises `ValueError` as above."""
+    """Conductivity (W/(m·K)) of parts (k,) in parallel: `λ = Σ λ_k A_k/Σ A_k` (S-30). Raises `ValueError` as above."""
     require_positive(area=area, conductivity=conductivity)
     area = np.asarray(area, float)
     return np.sum(area * np.asarray(conductivity, float)) / np.sum(area)

@@ -1,4 +1,4 @@
-"""Heating in a braking: depth, Fourier numbers, temperatures, balance, layers, rational thickness, thermal stress."""
+"""Heating by a stop: depth, Fourier numbers, temperatures, balance, layers, rational thickness, thermal stress."""
 
 import csv
 import math
@@ -17,7 +17,7 @@ from .contact import Amount, Layers
 
 
 def penetration_depth(diffusivity: Amount, time: Amount) -> Amount:
-    """Depth (m) that heat reaches in the `time` `τ` (s): `b = 1.73 √(a τ)` (S, step 1 of the synthesis).
+    """Thermal penetration depth (m) in the `time` `τ` (s): `b = 1.73 √(a τ)` (S, step 1 of the synthesis).
 
     `1.73` is √3, so that `Fo = a τ/b² = 1/3` at that depth. `diffusivity` `a` in m²/s. Raises `ValueError` for a
     diffusivity that is not positive or a negative time.
@@ -62,12 +62,12 @@ def effective_volume(area: Amount, thickness: Amount, depth: Amount) -> Amount:
 
 
 def mean_bulk_rise(share: Amount, work: Amount, specific_heat: Amount, mass: Amount) -> Amount:
-    """Mean rise of the bulk temperature (K) in a braking: `ΔT_v = (2/3) a W/(c G)` (S-25).
+    """Mean rise of the bulk temperature (K) in a brake application: `ΔT_v = (2/3) a W/(c G)` (S-25).
 
     - `share` `a` of the friction `work` `W` (J) that goes into the part; `specific_heat` `c` (J/(kg·K)); `mass` `G`
       (kg) of its effective volume
 
-    `2/3` is the mean over the braking of heat that comes in with a linearly falling power, `∫(2s − s²)ds` from 0 to 1;
+    `2/3` is the mean over the braking of heat input with a linearly falling power, `∫(2s − s²)ds` from 0 to 1;
     the rise at its end is `a W/(c G)`. Raises `ValueError` for numbers outside their ranges.
     """
     require_positive(specific_heat=specific_heat, mass=mass)
@@ -93,14 +93,14 @@ def stopping_rise(flux: Amount, time: Amount, duration: Amount, effusivity: Amou
 
         ΔT(t) = (2 q_0/e) √(t/π) (1 − 2 t/(3 τ)),   maximum at t = τ/2: (2/3)(2 q_0/e) √(τ/(2π))
 
-    - `flux` `q_0` (W/m²) at first, `time` `t ≤ τ`, `duration` `τ` of the braking (s), `effusivity` `e`
+    - initial `flux` `q_0` (W/m²), `time` `t ≤ τ`, `duration` `τ` of the braking (s), `effusivity` `e`
 
     Superposition of `half_space_rise` (Carslaw & Jaeger, §2.9). Raises `ValueError` outside `0 ≤ t ≤ τ`.
     """
     require_positive(duration=duration)
     t = np.asarray(time, float)
     if np.any(t > duration):
-        raise ValueError(f"time = {time} lies after the end of the braking at {duration}")
+        raise ValueError(f"time = {time} is after the end of the braking at {duration}")
     return half_space_rise(flux, t, effusivity) * (1 - 2 * t / (3 * duration))
 
 
@@ -111,7 +111,7 @@ def slab_rise(flux: Amount, time: Amount, thickness: Amount, material: Material,
 
     - `flux` `q` (W/m²), `time` (s), `thickness` `δ` (m), `material` with its properties at the reference temperature
 
-    Arguments broadcast. Below `Fo = 0.02`, where the series would need ever more terms, the same by images,
+    Arguments broadcast. Below `Fo = 0.02`, where the series converges slowly, the method of images is used,
     `ΔT = (2 q √(a τ)/λ) [ierfc(x/ℓ) + ierfc((2 δ − x)/ℓ)]`, `ℓ = 2 √(a τ)`; the next image would add 1e-22 of it.
     Raises `ValueError` where the thickness is not positive or the time is negative.
 
@@ -158,7 +158,7 @@ def heat_content(material: Material, start: Amount, end: Amount) -> Amount:
 
 
 class MaximumTemperatures(NamedTuple):
-    """Readings of the maximum temperature of a friction surface side by side (K, or rises in K)."""
+    """Alternative formulas of the maximum temperature of a friction surface (K, or rises in K)."""
 
     surface_and_third_flash: Amount  # S-26: t_s + t_flash/3
     printed: Amount  # S-27 as the scan shows it: t_v + t_s/3 + t_flash/3
@@ -174,7 +174,7 @@ def maximum_temperatures(bulk: Amount, surface: Amount, flash: Amount) -> Maximu
 
     Where `t_s` is the whole rise of the surface, as most formulas give it, the two that add `t_v` count the bulk twice;
     where it is the rise above the bulk, S-26 leaves the bulk out.
-    They part by as much as the factors say: S names no condition under which one of them holds beyond the kind of
+    They differ by these factors: S states no condition for either beyond the kind of
     braking (single, or repeated at short intervals). Raises `ValueError` for negative rises.
     """
     require_not_negative(bulk=bulk, surface=surface, flash=flash)
@@ -193,7 +193,7 @@ class SchmidtCourse(NamedTuple):
 
     @property
     def mean(self) -> Float[np.ndarray, " m"]:
-        """Mean temperature of the layers (K): the scheme keeps it to the last joule."""
+        """Mean temperature of the layers (K): the scheme conserves it exactly."""
         return self.temperature[:, 1:-1].mean(axis=1)
 
 
@@ -214,8 +214,8 @@ def schmidt(
         t_j⁺ = ½ (t_{j−1} + t_{j+1}),   Δτ = Δx²/(2 a),   j = 1…N
         face: t_s = (t_j + Δx (q + h t_a)/(2 λ))/(1 + h Δx/(2 λ)),   layer beyond it: 2 t_s − t_j
 
-    The layers' temperatures are those of their centres. Outside each face stands a layer with the temperature that
-    makes the flow through the face right, so that what the wall gains is exactly what flows in.
+    The layers' temperatures are those of their centres. Outside each face is a layer whose temperature gives
+    the correct flow through the face, so that the wall gains exactly the inflow.
 
     - `material` at its reference temperature; `thickness` `δ` (m) in `layers` `N` of `Δx = δ/N`; `end` (s): steps of
       `Δτ` are made until it is reached
@@ -279,7 +279,7 @@ def heat_balance(
     area: Amount,
     revolutions: Amount = 4,
 ) -> HeatBalance:
-    """Heat that a rim gains and loses over `revolutions` `n` (S: four, one of which the open quarter makes up):
+    """Heat that a rim gains and loses over `revolutions` `n` (S: four, one of which corresponds to the open quarter):
 
         τ = 2 π n/ω                                                                                          (S-17)
         Q_1 = q_1 A_a κ τ,   Q_2 = h (T_1 − T_a) A_a (1 − κ) τ,   Q = Q_1 − Q_2                              (S-18…20)
@@ -289,7 +289,7 @@ def heat_balance(
     - `coefficient` `h` (W/(m²·K)) of the open track, radiation included; `surface` `T_1`, `ambient` `T_a` (K)
     - `omega` `ω` (rad/s); `area` `A_a` (m²) of the track
 
-    The scan of S-17…S-20 is damaged; S-21 is whole, and these are the terms that it divides. `stationary` is the
+    The scan of S-17…S-20 is damaged; S-21 is whole, and these are its terms before division. `stationary` is the
     temperature of the surface at which `Q = 0`: `T_a + κ q_1/((1 − κ) h)`. Raises `ValueError` for numbers outside
     their ranges.
     """
@@ -304,32 +304,33 @@ def heat_balance(
 
 
 class RimThickness(NamedTuple):
-    """Rational thickness of a rim (m), and the two that it is the greater of."""
+    """Rational thickness of a rim (m), and the two thicknesses of which it is the maximum."""
 
-    depth: float  # heat of one braking just reaches the back
-    storage: float  # the heat warms all of it just to the permissible temperature; `inf` where there is no room for any
+    depth: float  # heat of one brake application just reaches the back
+    # the heat warms all of it just to the permissible temperature; `inf` where the permissible rise is 0
+    storage: float
     rational: float
 
 
 class LiningThickness(NamedTuple):
-    """Rational thickness of a lining (m), and the two that it is the greater of."""
+    """Rational thickness of a lining (m), and the two thicknesses of which it is the maximum."""
 
-    depth: float  # heat of one braking just reaches the back
+    depth: float  # heat of one brake application just reaches the back
     insulation: float  # the back just reaches its permissible temperature; `inf` where it starts there
     rational: float
 
 
 def rational_rim_thickness(material: Material, time: float, *, heat: float, rise: float) -> RimThickness:
-    """Thickness of a rim that a braking makes use of and that can hold its heat (S, step 8):
+    """Thickness of a rim that the heat of a brake application penetrates and that can store it (S, step 8):
 
-        δ_1 = 1.73 √(a τ)          Fo = a τ/δ² = 1/3: what lies deeper takes up no heat before the braking is over
+        δ_1 = 1.73 √(a τ)          Fo = a τ/δ² = 1/3: deeper material takes up no heat during the braking
         δ_2 = Q/(ρ c ΔT_p)         the heat Q, spread over the thickness, warms it by the permissible rise
         δ = max(δ_1, δ_2)
 
     - `material` at the temperature of its properties; `time` `τ` (s); `heat` `Q` (J/m²) into the track; `rise` `ΔT_p`
-      (K), permissible, of the bulk; not above 0: no thickness will do
+      (K), permissible, of the bulk; if ≤ 0, no thickness is sufficient
 
-    S names a rational thickness and not its condition: that heat reaches through is the condition of its steps 1 and 2.
+    S names a rational thickness without a condition: full penetration is the condition of its steps 1 and 2.
     Raises `ValueError` for a negative time or heat.
     """
     require_not_negative(time=time, heat=heat)
@@ -339,7 +340,7 @@ def rational_rim_thickness(material: Material, time: float, *, heat: float, rise
 
 
 def held_face_rise(Fo: Amount) -> Amount:
-    """Rise of the adiabatic back of a slab over that of its face, which is held from the first moment:
+    """Rise of the adiabatic back of a slab over that of its face, held at constant temperature from the start:
 
         θ(Fo) = 1 − (4/π) Σ (−1)ⁿ/(2n + 1) exp(−(2n + 1)² π² Fo/4),   n = 0, 1, …
 
@@ -375,7 +376,7 @@ def back_temperature(material: Material, thickness: float, time: float, *, face:
 def rational_lining_thickness(
     material: Material, time: float, *, face: float, back: float, start: float
 ) -> LiningThickness:
-    """Thickness of a lining that a braking makes use of and that keeps its back (bond, rivets) cool (S, step 8):
+    """Thickness of a lining that heat penetrates and that keeps its back (bond, rivets) cool (S, step 8):
 
         δ_1 = 1.73 √(a τ)
         δ_2 = √(a τ/Fo_p),   θ(Fo_p) = (T_p − T_0)/(T_f − T_0)        (`held_face_rise`)
@@ -384,8 +385,8 @@ def rational_lining_thickness(
     - `material` at the temperature of its properties; `time` `τ` (s) for which the `face` is at `T_f` (K); `back` `T_p`
       (K): its permissible temperature; `start` `T_0` (K)
 
-    `δ_2` is 0 where the face itself is not hotter than `T_p`. Wear comes on top of it. Raises `ValueError` where a
-    temperature is not positive or the time is negative.
+    `δ_2` is 0 where the face itself is not hotter than `T_p`. The wear allowance is added to it. Raises `ValueError`
+    where a temperature is not positive or the time is negative.
     """
     require_positive(face=face, back=back, start=start)
     depth = float(penetration_depth(float(material.diffusivity), time))
@@ -412,7 +413,7 @@ def _held_face_number(theta: float) -> float:
 
 
 class ElasticMaterial(NamedTuple):
-    """What thermal stress needs of a material.
+    """Elastic properties of a material for thermal stress.
 
     `young` `E` (Pa), `expansion` `α_T` (1/K), `poisson` `ν`, `permissible` stress (Pa). Defaults: cast carbon steel,
     textbook values; the permissible stress is an assumption.

@@ -23,7 +23,7 @@ class ClassicalStop(NamedTuple):
     time: float  # s
     angle: float  # rad
     work: float  # friction work, J
-    power: float  # friction power at first, W
+    power: float  # initial friction power, W
 
 
 def friction_at_start(scene: Scene, pair: str = "external") -> Float[np.ndarray, " n"]:
@@ -52,15 +52,15 @@ def classical_stop(scene: Scene) -> ClassicalStop | None:
         ω̇ = −(M_b − M_load)/J,   t = ω_0/|ω̇|,   φ = ω_0 t/2,   W = M_b φ                           (Z-17, 18)
 
     `T_0` is the maximum lever tension, load torque and inertia are those of the start (the torque at
-    half the speed). There is none without speed at the start, with a lever that holds the speed, where a lining locks
-    itself, or where the load outweighs the brake.
+    half the speed). There is none without speed at the start, with a lever that holds the speed, where a lining is
+    self-locking, or where the load outweighs the brake.
     """
     brake, lever, omega = band_brake(scene), scene.duty.lever, float(scene.initial.omega)
     f = friction_at_start(scene)
     if omega <= 0 or isinstance(lever, AbstractSpeedLever):
         return None
     angle = np.asarray(brake.linings.angle)
-    if np.any(f * np.tan(angle / 2) >= 1):  # a lining locks itself
+    if np.any(f * np.tan(angle / 2) >= 1):  # a lining is self-locking
         return None
     load, inertia = load_and_inertia(scene)
     fz = f * np.tan(angle / 2)
@@ -73,7 +73,7 @@ def classical_stop(scene: Scene) -> ClassicalStop | None:
 
 
 class PairStop(NamedTuple):
-    """What one friction pair does in a stop (SI units): 0 throughout where it never slides."""
+    """Sliding of one friction pair in a stop (SI units): 0 throughout where it never slides."""
 
     time: float  # s, sliding
     angle: float  # rad, of one body in the other
@@ -84,7 +84,7 @@ class PairStop(NamedTuple):
 class StagedStop(NamedTuple):
     """A stop of a staged brake with a rigid band under a constant lever tension (SI units).
 
-    `times`: durations of the stages 1, 2, 3 (s); `torques`: what brakes the pulley in each (N·m)
+    `times`: durations of the stages 1, 2, 3 (s); `torques`: braking torque on the pulley in each (N·m)
     """
 
     ratio: float  # Π of the external pair, tight over slack tension
@@ -107,7 +107,7 @@ class StagedStop(NamedTuple):
 
     @property
     def shares(self) -> tuple[float, float]:
-        """Of the friction work, those of the external and of the internal pair."""
+        """Shares of the friction work of the external and the internal pair."""
         return self.external.work / self.work, self.internal.work / self.work
 
 
@@ -119,13 +119,13 @@ def classical_staged_stop(scene: Scene) -> StagedStop | None:
     With `T_0 ≤ T_on` the bandage rides with the pulley to the end (stage 1 alone); else it does so for no time:
 
         stage 1:  ω̇ = −(M_ext − M_load)/(J + J_b)
-        stage 2:  ω̇_b = −(M_ext − M_int)/J_b,   ω̇ = −(M_int − M_load)/J,   until ω_b = 0: t_2 = J_b ω_0/(M_ext − M_int)
-        stage 3:  R_b (T_n − T_0) = M_int(T_n) = M_3,   ω̇ = −(M_3 − M_load)/J
+        stage 2:  ω̇_b = −(M_ext − M_int)/J_b,   ω̇ = −(M_int − M_load)/J,   until ω_b = 0: t_2 = J_b ω_0/(M_ext −
+        M_int) stage 3:  R_b (T_n − T_0) = M_int(T_n) = M_3,   ω̇ = −(M_3 − M_load)/J
 
     Friction works `W_ext = M_ext φ_b` and `W_int = M_int (φ − φ_b) + M_3 φ_3`. `T_0` is the maximum lever tension,
     load torque, inertia and coefficients those of the start; a bandage on springs counts as one body.
-    There is none without speed at the start, with a lever that holds the speed, where a lining locks itself, or where
-    the load outweighs what brakes the pulley.
+    There is none without speed at the start, with a lever that holds the speed, where a lining is self-locking, or
+    where the load outweighs what brakes the pulley.
     """
     brake, lever, omega = band_brake(scene), scene.duty.lever, float(scene.initial.omega)
     bandage = brake.rubbing_part("internal")
@@ -162,7 +162,7 @@ def classical_staged_stop(scene: Scene) -> StagedStop | None:
         return None
     t_2 = J_b * omega / (M_ext - M_int)
     left = omega - (M_int - load) / J * t_2
-    if left <= 0:  # cannot be while the internal pair lets go, up to rounding
+    if left <= 0:  # impossible while the internal pair slips, within rounding
         return None
     t_3 = J * left / (M_3 - load)
     phi_b, phi_2, phi_3 = 0.5 * omega * t_2, 0.5 * (omega + left) * t_2, 0.5 * left * t_3

@@ -29,7 +29,7 @@ from ._system import Instant as Instant
 from ._system import Rows as Rows
 from ._system import Settings as Settings
 
-#: what users need; the rest is for the package
+#: names for users; others are internal
 __all__ = [
     "AbstractHybridSystem",
     "AbstractMethod",

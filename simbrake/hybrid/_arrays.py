@@ -1,12 +1,13 @@
-"""What an array is here, and entries of a vector at places known while tracing."""
+"""Array types, and entries of a vector at places known while tracing."""
 
+import functools
 from collections.abc import Callable
 from typing import TYPE_CHECKING, TypeAlias
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Bool, Float, Int, PyTree
+from jaxtyping import Bool, Float, Int, PyTree, Shaped
 
 if TYPE_CHECKING:
     Array: TypeAlias = jax.Array | np.ndarray
@@ -41,18 +42,54 @@ def take(x: Float[Array, " n"], places: tuple[int, ...]) -> Float[Array, " k"]:
     return jnp.concatenate([x[a:b] for a, b in _runs(places)]) if places else jnp.zeros(0, x.dtype)
 
 
-def largest(x: Float[Array, " n"]) -> Float[Array, ""]:
-    """`max x_i`, with the derivative of the first entry that is largest.
+#: entries that differ by this share are equal: XLA may compute them twice, with different rounding
+_NEAR = 1e-12
 
-    The derivative of `jnp.max` looks for entries equal to the maximum and divides by their number. XLA may compute the
-    entries twice, with different rounding: then there are none.
-    """
-    return jnp.sum(jnp.where(jnp.arange(x.shape[0], dtype=jnp.int32) == jnp.argmax(x).astype(jnp.int32), x, 0.0))
+
+@jax.custom_jvp
+def largest(x: Float[Array, " n"]) -> Float[Array, ""]:
+    """`max x_i`, with the derivative of the first entry that is largest but for rounding."""
+    return jnp.max(x)
+
+
+@largest.defjvp
+def _(primals: tuple[Float[Array, " n"]], tangents: tuple[Float[Array, " n"]]) -> tuple[Array, Array]:
+    (x,), (dx,) = primals, tangents
+    most = jnp.max(x)
+    place = _first(x >= most - _NEAR * jnp.abs(most))
+    return most, jnp.sum(jnp.where(np.arange(x.shape[0], dtype=np.int32) == place, dx, 0.0))
 
 
 def smallest(x: Float[Array, " n"]) -> Float[Array, ""]:
     """`min x_i`, with the derivative of the first entry that is smallest."""
     return -largest(-x)
+
+
+# --- of short vectors: each reduction in a program costs it time at every call ----------------------------------------
+
+
+def any_of_each(*marks: Bool[Array, " n"]) -> list[Mark]:
+    """Whether any entry of each vector is set: all of them by one reduction, as bits of whole numbers."""
+    bits = [jnp.where(mark, np.int32(1 << i), np.int32(0)) for i, mark in enumerate(marks)]
+    found = jax.lax.reduce_or(functools.reduce(jnp.bitwise_or, bits), axes=(0,))
+    return [(found & np.int32(1 << i)) != 0 for i in range(len(marks))]
+
+
+def first_least(x: Float[Array, " n"]) -> tuple[Float[Array, ""], Count]:
+    """The least entry, and the first place where it stands but for rounding."""
+    least = jnp.min(x)
+    return least, _first(x <= least + _NEAR * jnp.abs(least))
+
+
+def _first(marks: Bool[Array, " n"]) -> Count:
+    """The first place of those marked, the last of all if none is."""
+    last = marks.shape[0] - 1
+    return jnp.min(jnp.where(marks, np.arange(last + 1, dtype=np.int32), np.int32(last)))
+
+
+def entry(x: Shaped[Array, " n"], place: Count) -> Shaped[Array, ""]:
+    """`x[place]` of a place that exists."""
+    return jax.lax.dynamic_slice(x, (place,), (1,))[0]
 
 
 def put(x: Float[Array, " n"], places: tuple[int, ...], values: Float[Array, " k"]) -> Float[Array, " n"]:

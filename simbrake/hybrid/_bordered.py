@@ -44,7 +44,7 @@ class Couplings(NamedTuple):
 
     @property
     def varying(self) -> tuple[int, ...] | None:
-        """Places in the chain whose rows change in a run, if the others are worth forming once, else `None`.
+        """Places in the chain whose rows change in a run, if forming the others once saves passes, else `None`.
 
         A row that changes costs a reverse pass, a chain whose rows all change no more than three forward ones.
         """
@@ -53,7 +53,7 @@ class Couplings(NamedTuple):
 
 
 class Bordered(NamedTuple):
-    """A matrix over the entries core, then chain. `lower[i]` stands at `(i, i − 1)`, `upper[i]` at `(i, i + 1)`."""
+    """A matrix over the entries core, then chain. `lower[i]` is at `(i, i − 1)`, `upper[i]` at `(i, i + 1)`."""
 
     core: Float[Array, "m m"]
     right: Float[Array, "m n"]
@@ -148,7 +148,7 @@ class Factored(NamedTuple):
 
     matrix: Bordered
     levels: tuple[Array, Array]  # (passes, n) of the chain: multipliers of the entries 1, 2, 4, … before and behind
-    pivots: Float[Array, " n"]  # what is left of the chain's diagonal
+    pivots: Float[Array, " n"]  # reduced diagonal of the chain
     reduced: Any  # Schur complement of the chain: its inverse, or where it is large its LU and the size of its rows
     spread: Float[Array, "n m"]  # T⁻¹ C
 
@@ -208,7 +208,7 @@ def _row_sizes(a: Float[Array, "m m"]) -> Float[Array, "m 1"]:
 
 
 def _inverse(a: Float[Array, "m m"]) -> Float[Array, "m m"]:
-    """By Gauss–Jordan elimination with row pivoting on rows of equal size, written with masks instead of indices."""
+    """Inverse by Gauss–Jordan elimination with row pivoting on rows of equal size, with masks instead of indices."""
     m = a.shape[0]
     place = jnp.arange(m, dtype=jnp.int32)
     size = _row_sizes(a)
@@ -228,7 +228,7 @@ def _inverse(a: Float[Array, "m m"]) -> Float[Array, "m m"]:
     return jax.lax.fori_loop(np.int32(0), np.int32(m), eliminate, whole)[:, m:]
 
 
-#: a core up to this size is inverted in plain code, which a compiler can join with all the rest; a larger one by LAPACK
+#: a core up to this size is inverted in plain code, which a compiler can fuse with the rest; a larger one by LAPACK
 _SMALL_CORE = 16
 
 

@@ -1,7 +1,7 @@
 """First derivatives of a recorded run: a sweep over its rows, forwards (jvp) or backwards (vjp).
 
-The step lengths are frozen, as they are no part of the answer. A row that landed on a guard carries the implicit
-derivative of its time, `dt = −dg / ġ`; one that stopped at a known time that of the known time."""
+The step lengths are frozen, as they are no part of the result. A row that landed on a guard carries the implicit
+derivative of its time, `dt = −dg / ġ`; one that stopped at a time breakpoint that of the time breakpoint."""
 
 from collections.abc import Callable
 from typing import NamedTuple, NoReturn, TypeVar
@@ -28,7 +28,7 @@ def _landing(flat: Flat, t1: Scalar, row: Rows, t: Scalar, y: State, f: State) -
     g, rate = jnp.sum(jnp.where(chosen, g, 0.0)), jnp.sum(jnp.where(chosen, rate, 0.0))
     # value 0: only the derivative of the place where the guard is 0 (those of the rates would be multiplied by it)
     dt = -(g - jax.lax.stop_gradient(g)) / jnp.where(rate == 0, -1.0, rate)
-    # or that of the known time
+    # or that of the time breakpoint
     stop = jnp.where(row.kind == FINISHED, t1, flat.next_stop(row.mode))
     stops = (row.kind == STOPPED) | (row.kind == FINISHED)
     move = stop - t2
@@ -37,7 +37,7 @@ def _landing(flat: Flat, t1: Scalar, row: Rows, t: Scalar, y: State, f: State) -
 
 
 def before_jump(flat: Flat, method: AbstractMethod, t1: Scalar, row: Rows) -> Start:
-    """Time and state at the end of one row, before any jump, with the right derivatives."""
+    """Time and state at the end of one row, before any jump, with the derivatives of the event."""
 
     def moved() -> Start:
         y, f = method.whole(lambda t, y: flat.rhs(t, y, row.mode), row.t, row.y, row.h)
@@ -74,7 +74,7 @@ def _landing_back(
         f2 = flat.rhs(t2, y2, row.mode)
         by_params, by_t, by_y = jax.grad(guard, argnums=(0, 1, 2))(params, t2, y2)
         rate = by_t + jnp.sum(by_y * f2)
-        # of the time of the event, at which the state moves on with it
+        # of the time of the event, which shifts the state
         c_dt = c_t + jnp.sum(c_y * f2)
         share = -c_dt / jnp.where(rate == 0, -1.0, rate)
 
@@ -83,7 +83,7 @@ def _landing_back(
 
         at_stop = stop_back(jnp.where(stops, c_dt, 0.0))[0]
         d_params = jax.tree.map(lambda d, s: moved(d) + s, by_params, at_stop)
-        # (on a known time nothing depends on when the step would have ended)
+        # (on a time breakpoint nothing depends on when the step would have ended)
         d_t, d_y = jnp.where(stops, -jnp.sum(c_y * f2), c_t) + moved(by_t), c_y + moved(by_y)
         return d_params, d_t, d_y, row.delta * d_y
 
@@ -112,7 +112,7 @@ def pull_back(
 ) -> tuple[PyTree, Scalar, State]:
     """Cotangents of `(params, t, y)` at the start of a row for those of the start of the next: `advance` backwards.
 
-    What only an event needs is differentiated within its branch: through branches, every one of them would hand on its
+    Quantities of events are differentiated within their branch: otherwise every branch would pass on its
     intermediate results.
     """
 
@@ -189,8 +189,9 @@ def sweep(
         c, total = _repeat(count, body, (jnp.zeros_like(c_start), c_params))
         return total, c_start + c + c_rows[0], jnp.zeros_like(c_rows)
 
-    # One linear operator with its own transpose. JAX wants every part of the right-hand side to depend on the tangent,
-    # so that zeros (numbers that are not differentiated, the rows) are written as 0 times the sum of all tangents.
+    # One linear operator with its own transpose. JAX requires every part of the right-hand side to depend on the
+    # tangent, so that zeros (numbers that are not differentiated, the rows) are written as 0 times the sum of all
+    # tangents.
     zero = 0.0 * sum(jnp.sum(leaf) for leaf in jax.tree.leaves(tangents))
     d_params, d_start = jax.tree.map(lambda leaf: leaf + zero, tangents)
     nothing = jnp.zeros_like(starts) + zero

@@ -10,7 +10,7 @@ import numpy as np
 from jax.typing import ArrayLike
 from jaxtyping import Bool, Float, Int
 
-from ._arrays import Array, Count, Guards, Mark, Scalar, State
+from ._arrays import Array, Count, Guards, Mark, Scalar, State, any_of_each, entry, first_least
 from ._method import AbstractMethod
 from ._search import TINY, Carry, Found, Packed, Stats, crossed, leaving, pack, sampled, search, suspicious, unpack
 from ._system import ADVANCED, FINISHED, HEAD, INSTANT, LANDED, SKIPPED, STOPPED, Code, Flat, Settings, pack_row
@@ -32,20 +32,23 @@ class Problem(NamedTuple):
     flat: Flat
     method: AbstractMethod
     weights: State  # 1 / typical size, 0 keeps a state out of the error norm
+    counted: Scalar  # how many states are in it
     t0: Scalar
     t1: Scalar
     settings: Settings
 
     @property
     def guard_tolerance(self) -> Array:
-        # what a landing leaves behind: a guard this close to 0 counts as reached
+        # residual after landing: a guard this close to 0 counts as reached
         return 0.1 * self.settings.rtol + 1e-13
 
-    def norm(self, x: State, size: State) -> Scalar:
-        """Root mean square of `x` in units of the tolerance at states of the given size."""
-        w = self.weights
-        counted = jnp.maximum(jnp.sum(jnp.where(w > 0, 1.0, 0.0)), 1.0)
-        return jnp.sqrt(jnp.sum((x * w / (1.0 + size * w)) ** 2) / counted) / self.settings.rtol
+    def norms(self, size: State, *several: State) -> list[Scalar]:
+        """Root mean square of each vector in units of the tolerance at states of the given size; a number only if all
+        its entries are, those without weight as well."""
+        unit = self.weights / (1.0 + size * self.weights)
+        squares = [(x * unit) ** 2 for x in several]
+        sums = [jnp.sum(squares[0])] if len(several) == 1 else jnp.unstack(jnp.sum(jnp.stack(squares), axis=1))
+        return [jnp.sqrt(total / self.counted) / self.settings.rtol for total in sums]
 
 
 class Attempt(NamedTuple):
@@ -53,12 +56,16 @@ class Attempt(NamedTuple):
 
     h: Scalar
     t1: Scalar
-    target: Scalar  # the next known time
+    target: Scalar  # the next time breakpoint
     reaches: Mark  # the attempt ends there
     y1: State
     f1: State
     g1: Guards
     rate1: Guards
+    crosses: Bool[Array, " guard"]
+    crossing: Mark  # any of them
+    odd: Mark  # worth a search
+    unsound: Mark  # a guard is infinite or not a number
     accept: Mark
     finite: Mark
     h_next: Scalar
@@ -74,7 +81,6 @@ class Verdict(NamedTuple):
     stop: Mark
     share: Scalar
     beyond: Mark  # rejected, and a guard crosses
-    crosses: Mark
     guard: Count
     delta: Scalar
 
@@ -90,15 +96,19 @@ def _attempt(p: Problem, c: Carry) -> Attempt:
     y1, error = _moved(p, c, h)
     f1, g1, rate1 = p.flat.look(t1, y1, c.mode)
     error = error + h * p.method.error_of_rate * f1
-    size = p.norm(error, jnp.maximum(jnp.abs(c.y), jnp.abs(y1)))
+    [size] = p.norms(jnp.maximum(jnp.abs(c.y), jnp.abs(y1)), error + 0.0 * f1)
+    crosses = crossed(c, h, g1, rate1, p.guard_tolerance)
+    odd = suspicious(c, h, g1, rate1, p.guard_tolerance, crosses)
+    crossing, odd, unsound = any_of_each(crosses, odd, ~jnp.isfinite(g1))
     # an overflow in an overlong step is a step too long, not an answer
-    finite = jnp.isfinite(size) & jnp.isfinite(jnp.sum(f1)) & jnp.isfinite(jnp.sum(g1))
+    finite = jnp.isfinite(size) & ~unsound
     factor = jnp.clip(_SAFETY * jnp.maximum(size, 1e-30) ** (-1.0 / p.method.order), _SHRINK, _GROW)
     factor = jnp.where(finite, factor, _SHRINK)
     accept = finite & (size <= 1.0) & (c.status == _RUNNING) & ~settles
     h_next = jnp.where(accept & (h < c.h), jnp.maximum(c.h, h * factor), h * factor)
     resolution = 8 * _EPS * jnp.maximum(jnp.abs(c.t), 1e-3 * (p.t1 - p.t0))
-    return Attempt(h, t1, target, reaches, y1, f1, g1, rate1, accept, finite, h_next, resolution)
+    guards = (g1, rate1, crosses, crossing, odd, unsound)
+    return Attempt(h, t1, target, reaches, y1, f1, *guards, accept, finite, h_next, resolution)
 
 
 def _moved(p: Problem, c: Carry, h: Array) -> tuple[Array, Array]:
@@ -124,15 +134,15 @@ def _settled(p: Problem, c: Carry, a: Attempt) -> Carry:
         return jnp.where(first, new, old)
 
     f, g, size, span = pick(a.f1, c.f), pick(a.g1, c.g), jnp.abs(c.y), p.t1 - p.t0
-    d0, d1 = p.norm(c.y, size), p.norm(f, size)
+    d0, d1, d2 = p.norms(size, c.y, f, a.f1 - f)
     # a state or rate of zero says nothing of the time scale: take a small share of the run
     h0 = jnp.where((d0 < 1e-5) | (d1 < 1e-5), 1e-6 * span, 0.01 * d0 / jnp.where(d1 > 0, d1, 1.0))
     h0 = jnp.minimum(h0, span)
-    d2 = p.norm(a.f1 - f, size) / jnp.where(h0 > 0, h0, 1.0)
+    d2 = d2 / jnp.where(h0 > 0, h0, 1.0)
     d = jnp.where(jnp.isfinite(d2), jnp.maximum(d1, d2), d1)
     h1 = jnp.where(d > 1e-15, (0.01 / jnp.where(d > 1e-15, d, 1.0)) ** (1.0 / p.method.order), span)
     h = jnp.where((d1 == 0) & (d2 == 0), span, jnp.minimum(100 * h0, h1))
-    sound = jnp.all(jnp.isfinite(c.y)) & jnp.all(jnp.isfinite(f)) & jnp.all(jnp.isfinite(g))
+    sound = jnp.isfinite(d0) & jnp.isfinite(d1) & ~(first & a.unsound)
     return c._replace(
         h=pick(c.h, jnp.minimum(c.h, h)),
         cap=pick(h0, jnp.inf),
@@ -153,46 +163,46 @@ def _hidden(c: Carry, a: Attempt, distance: Guards) -> Bool[Array, " guard"]:
 
 
 def _judge(p: Problem, c: Carry, a: Attempt) -> Verdict:
-    tol = p.guard_tolerance
-    crosses = crossed(c, a.h, a.g1, a.rate1, tol)
-    look = a.accept & (suspicious(c, a.h, a.g1, a.rate1, tol) | (p.settings.guard_samples > 0))
+    tol, crosses = p.guard_tolerance, a.crosses
+    look = a.accept if p.settings.guard_samples else a.accept & a.odd
     # what was rejected may have been so for what lies beyond an event: the next attempt goes no further than there
-    beyond = ~a.accept & a.finite & (c.settling == 0) & jnp.any(crosses)
+    beyond = ~a.accept & a.finite & (c.settling == 0) & a.crossing
 
     def looked() -> Found:
         seen: Array | float = jnp.inf
         if p.settings.guard_samples:
             seen = sampled(p.flat.guards, c, a.h, a.y1, a.f1, tol, p.settings.guard_samples)
-        return search(c, a.h, a.g1, a.rate1, tol, seen)
+        return search(c, a.h, a.g1, a.rate1, tol, crosses, seen)
 
-    nothing = Found(jnp.asarray(jnp.inf), jnp.asarray(False), jnp.asarray(0, jnp.int32), jnp.asarray(False))
+    nothing = Found(jnp.asarray(jnp.inf), jnp.asarray(0, jnp.int32), jnp.asarray(False))
     found = jax.lax.cond(eqxi.unvmap_any(look | beyond), looked, lambda: nothing)
 
     # landing: every guard that crossed lies so near that a move along f is as exact as the step itself
     near = jnp.maximum(0.1 * jnp.sqrt(p.settings.rtol) * a.h, 0.5 * a.resolution)
     distance = -a.g1 / jnp.where(a.rate1 == 0, 1.0, a.rate1)
-    # (what lies beyond the next known time comes after it, as the rates may be others there; a guard within its
+    # (what lies beyond the next time breakpoint comes after it, as the rates may be others there; a guard within its
     # tolerance has arrived)
     before = (distance <= a.target - a.t1 + 0.5 * a.resolution) | (a.g1 <= tol)
     here = (jnp.abs(distance) <= near) & before
     lands = (a.rate1 < 0) & here & (c.armed | leaving(c, a.h) | crosses)
     lost = crosses & (a.h <= a.resolution)  # the bracket has shrunk to rounding: fire here
     lost = (lost | _hidden(c, a, distance)) & ~lands
-    distance = jnp.where(lost, 0.0, jnp.where(lands, distance, jnp.inf))
+    # (the least is infinite where no guard arrives, or one that crossed does not)
+    distance = jnp.where(lands, distance, jnp.where(crosses, -jnp.inf, jnp.inf))
+    delta, landing = first_least(jnp.where(lost, 0.0, distance))
     instant = look & found.instant
-    land = a.accept & ~instant & jnp.any(lands | lost) & jnp.all(~crosses | lands | lost)
-    i_land = jnp.argmin(distance).astype(jnp.int32)
-    retake = look & ~instant & ~land & (found.share < jnp.inf)
+    land = a.accept & ~instant & jnp.isfinite(delta)
+    neither = ~(instant | land)
+    retake = look & neither & (found.share < jnp.inf)
     return Verdict(
         instant=instant,
         land=land,
         retake=retake,
-        stop=a.accept & ~instant & ~retake & ~land & a.reaches,
+        stop=a.accept & neither & ~retake & a.reaches,
         share=found.share,
         beyond=beyond & (found.share < jnp.inf),
-        crosses=found.crosses,
-        guard=jnp.where(instant, found.guard, i_land),
-        delta=jnp.where(land, jnp.minimum(jnp.min(distance), a.target - a.t1), 0.0),
+        guard=jnp.where(instant, found.guard, landing),
+        delta=jnp.where(land, jnp.minimum(delta, a.target - a.t1), 0.0),
     )
 
 
@@ -207,7 +217,7 @@ def _stepped(c: Carry, a: Attempt, v: Verdict, p: Problem) -> Carry:
     def pick(new: ArrayLike, old: ArrayLike) -> Array:
         return jnp.where(step, new, old)
 
-    crossing = jnp.where(v.retake, jnp.where(v.crosses, a.h, jnp.inf), pick(c.crossing - a.h, c.crossing))
+    crossing = jnp.where(v.retake, jnp.where(a.crossing, a.h, jnp.inf), pick(c.crossing - a.h, c.crossing))
     crossing = jnp.where(crossing <= 0, jnp.inf, crossing)
     risen = c.armed | (a.g1 > p.guard_tolerance) | (leaving(c, a.h) & (a.g1 > TINY))
     too_small = ~a.accept & (a.h_next <= 0.25 * a.resolution)  # never looked at where the run begins
@@ -243,7 +253,7 @@ def _stepped(c: Carry, a: Attempt, v: Verdict, p: Problem) -> Carry:
 
 
 def _jumped(p: Problem, c: Carry, a: Attempt, v: Verdict) -> Carry:
-    """The carry after an event: a guard fired, or a known time was reached."""
+    """The carry after an event: a guard fired, or a time breakpoint was reached."""
     t = jnp.where(v.instant, c.t, a.t1 + v.delta)
     y = jnp.where(v.instant, c.y, a.y1 + v.delta * a.f1)
     tol = p.guard_tolerance
@@ -258,7 +268,7 @@ def _jumped(p: Problem, c: Carry, a: Attempt, v: Verdict) -> Carry:
     dt = t - c.t_event
     apart = guarded & (dt > _ZENO_INTERVAL * (p.t1 - p.t0))
     cluster = jnp.where(apart, here, c.cluster | (here & guarded))
-    again = guarded & ~apart & (dt > 0) & jnp.any(c.cluster & here)
+    again = guarded & ~apart & (dt > 0) & entry(c.cluster, v.guard)
     close = jnp.where(apart, 0, _count(c.close, again))
     chain = jnp.where(guarded & (dt == 0), c.chain + 1, jnp.where(moved, 0, c.chain))
     stats = c.stats._replace(
@@ -302,7 +312,7 @@ def _iterate(p: Problem, packed: Packed, ny: int, ng: int) -> tuple[Packed, Floa
     plain = pack(_stepped(c, a, v, p))
 
     def with_events() -> Packed:
-        # lanes of a batch without an event of their own take the plain step
+        # lanes of a batch without an event take the plain step
         return jax.tree.map(lambda x, y: jnp.where(event, x, y), pack(_jumped(p, c, a, v)), plain)
 
     def with_restarts() -> Packed:

@@ -2,9 +2,8 @@
 
 import abc
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-import diffrax
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -13,6 +12,9 @@ from jaxtyping import Float, PyTree
 
 from ._arrays import Array, Count, Rhs, RhsOf, Scalar, State
 from ._bordered import Couplings
+
+if TYPE_CHECKING:
+    import diffrax
 
 _Stages = Float[Array, "stage state"]
 
@@ -31,6 +33,11 @@ class AbstractMethod(eqx.Module):
 
     order: eqx.AbstractVar[int]
     evaluations: eqx.AbstractVar[int]
+
+    @property
+    def name(self) -> str:
+        """What the method is called in results."""
+        return type(self).__name__
 
     @abc.abstractmethod
     def rolled(self) -> "AbstractMethod":
@@ -62,7 +69,11 @@ class AbstractMethod(eqx.Module):
 
     @abc.abstractmethod
     def whole(self, rhs: Rhs, t: Scalar, y: State, h: Scalar) -> tuple[State, State]:
-        """The new state of a step and `rhs` there, as a program in which the equations stand as rarely as can be."""
+        """The new state of a step and `rhs` there, as a program with as few call sites of `rhs` as possible."""
+
+    def moved(self, rhs: Rhs, t: Scalar, y: State, h: Scalar) -> State:
+        """The new state of a step, as the smallest program: it is not to be differentiated."""
+        return self.whole(rhs, t, y, h)[0]
 
     @abc.abstractmethod
     def pullback(self, rhs: RhsOf, params: PyTree, t: Scalar, y: State, h: Scalar) -> Pullback:
@@ -86,8 +97,11 @@ class ExplicitRungeKutta(AbstractMethod):
     order: int = eqx.field(static=True)
     evaluations: int = eqx.field(static=True)
     unrolled: bool = eqx.field(static=True)
+    solver: str = eqx.field(static=True)
 
-    def __init__(self, solver: diffrax.AbstractERK, *, unrolled: bool = True) -> None:
+    def __init__(self, solver: "diffrax.AbstractERK", *, unrolled: bool = True) -> None:
+        import diffrax  # takes longer to import than most runs: who has the tableau already does not wait for it
+
         if not isinstance(solver, diffrax.AbstractERK):
             raise TypeError(f"an explicit Runge–Kutta solver of diffrax is needed (Tsit5, Dopri8, …), not {solver!r}")
         tableau: Any = solver.tableau
@@ -103,6 +117,11 @@ class ExplicitRungeKutta(AbstractMethod):
         assert order is not None
         self.order = int(order)
         self.evaluations = len(self.c) + (0 if self.fsal else 1)
+        self.solver = type(solver).__name__
+
+    @property
+    def name(self) -> str:
+        return self.solver
 
     def fitted(self, couplings: Couplings | None) -> "ExplicitRungeKutta":
         return self
@@ -151,7 +170,8 @@ class ExplicitRungeKutta(AbstractMethod):
         k = jnp.zeros((n, y.shape[0]), y.dtype).at[0].set(f)
         k, _ = jax.lax.scan(stage, k, (jnp.arange(1, n, dtype=jnp.int32), jnp.asarray(a), jnp.asarray(nodes)))
         weights = self.a[-1] if self.fsal else self.b
-        return y + h * weighted(jnp.asarray(weights), k), h * weighted(jnp.asarray(self.b_error[:n]), k)
+        both = h * weighted(jnp.asarray([weights[:n], self.b_error[:n]]).T, k[:, None])
+        return y + both[0], both[1]
 
     def _all_stages(self) -> tuple[np.ndarray, np.ndarray]:
         """Rows of weights and nodes of all stages; the argument of the last one is the new state (as if FSAL)."""
@@ -201,9 +221,9 @@ class ExplicitRungeKutta(AbstractMethod):
         return Pullback(arguments[-1], k[-1], back)
 
 
-def weighted(weights: Float[Array, " k"], rows: Float[Array, "k ..."]) -> Float[Array, "..."]:
+def weighted(weights: Float[Array, "k *columns"], rows: Float[Array, "k ..."]) -> Float[Array, "..."]:
     """`Σ w_i x_i`; no matrix product, which XLA may hand to a library and then cannot join with all the rest."""
-    return jnp.sum(weights.reshape(-1, *(1,) * (rows.ndim - 1)) * rows, axis=0)
+    return jnp.sum(weights.reshape(*weights.shape, *(1,) * (rows.ndim - weights.ndim)) * rows, axis=0)
 
 
 def _combine(weights: tuple[float, ...], stages: list[Array]) -> Array:

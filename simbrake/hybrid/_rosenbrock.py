@@ -65,10 +65,10 @@ _LEAST = 1e-30
 class Rodas5P(AbstractMethod):
     """Rosenbrock method of order 5(4) with 8 stages, stiffly accurate and A-stable.
 
-    One Jacobian and one factorisation a step, no Newton iteration; the last increment is the error estimate. What no
-    rate depends on (ledgers) stays out of the linear systems and is summed with the same weights, so that sums which
-    the equations conserve are conserved to rounding. `couplings` says where the Jacobian is sparse; without it, it is
-    dense.
+    One Jacobian and one factorisation a step, no Newton iteration; the last increment is the error estimate. States on
+    which no rate depends (ledgers) stay out of the linear systems and are summed with the same weights, so that sums
+    which the equations conserve are conserved to rounding. `couplings` gives the sparsity of the Jacobian; without it,
+    it is dense.
 
     Derivatives of a step include those of the Jacobian: each linear solve is differentiated by its residual.
 
@@ -77,7 +77,7 @@ class Rodas5P(AbstractMethod):
     """
 
     couplings: Couplings | None = eqx.field(static=True, default=None)
-    linear: ChainRows | None = None  # rows of the Jacobian, those that stay the same being right
+    linear: ChainRows | None = None  # rows of the Jacobian; constant rows are already correct
     order: int = eqx.field(static=True, default=5)
     evaluations: int = eqx.field(static=True, default=9)
 
@@ -148,6 +148,9 @@ class Rodas5P(AbstractMethod):
         y1 = jnp.where(moves, y1, y)
         return y1, rhs(t + full_step, y1)
 
+    def moved(self, rhs: Rhs, t: Scalar, y: State, h: Scalar) -> State:
+        return self.attempt(rhs, t, y, jnp.zeros_like(y), h)[0]  # it has no use for the rate at the start
+
     def pullback(self, rhs: RhsOf, params: PyTree, t: Scalar, y: State, h: Scalar) -> Pullback:
         here = functools.partial(rhs, params)
         near = _linearised(here, t, y, self._couplings(y))
@@ -194,7 +197,7 @@ class Rodas5P(AbstractMethod):
             given = (jnp.arange(n + 1, dtype=jnp.int32), *(jnp.asarray(v) for v in (a, c, nodes, b)), arguments)
             (_, total), c_b = jax.lax.scan(stage, start, given, reverse=True)
             c_b = c_b[:n]
-            # what the matrix, the drift and the bend change by: derivatives along directions, each with its cotangent
+            # changes of the matrix, the drift and the bend: derivatives along directions, each with its cotangent
             times = jnp.concatenate([jnp.zeros(n), jnp.stack([jnp.ones_like(h), _bd * h])])
             ways = jnp.concatenate([jax.vmap(lambda u: put(nothing, inner, u))(u), jnp.stack([nothing, bent])])
             drifts = h * weighted(jnp.asarray(d)[:n], c_b)

@@ -11,7 +11,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Bool, Float, Int
 
-from ._arrays import Array, Count, Guards, Mark, Scalar, State
+from ._arrays import Array, Count, Guards, Mark, Scalar, State, entry, first_least
 
 
 class Stats(NamedTuple):
@@ -109,16 +109,16 @@ def first_root(g0: Guards, d0: Guards, g1: Guards, d1: Guards) -> Guards:
     c2 = 3 * (g1 - start) - 2 * d0 - d1
     c3 = 2 * (start - g1) + d0 + d1
 
-    def value(s: Guards | Scalar) -> Guards:
+    def value(s: Float[Array, "*points columns"]) -> Float[Array, "*points guard"]:  # one column counts for all
         full = ((c3 * s + c2) * s + d0) * s + start
         return jnp.where(from_zero, (c3 * s + c2) * s + d0, full)
 
     def slope(s: Guards) -> Guards:
         return jnp.where(from_zero, 2 * c3 * s + c2, (3 * c3 * s + 2 * c2) * s + d0)
 
-    grid = jnp.arange(1, _SAMPLES + 1, dtype=g0.dtype) / _SAMPLES
-    below = jnp.asarray(jax.vmap(value)(grid) <= 0)
-    j = jnp.argmax(below.at[-1].set(True), axis=0).astype(g0.dtype)
+    before = jnp.arange(_SAMPLES, dtype=g0.dtype)[:, None]
+    below = value((before + 1) / _SAMPLES) <= 0
+    j = jnp.min(jnp.where(below, before, _SAMPLES - 1.0), axis=0)
 
     def refine(_: Count | int, bracket: tuple[Guards, Guards, Guards]) -> tuple[Guards, Guards, Guards]:
         low, high, s = bracket
@@ -156,7 +156,6 @@ TINY = 1e-15
 
 class Found(NamedTuple):
     share: Scalar  # of the step, `inf` where it may stand
-    crosses: Mark  # a guard is negative at its end
     guard: Count
     instant: Mark  # `guard` fires where the step started
 
@@ -177,19 +176,28 @@ def inconsistent(c: Carry, tol: Scalar) -> Bool[Array, " guard"]:
     return (c.g < -tol) & ((c.rate <= 0) | (c.g < -1e3 * tol))
 
 
-def suspicious(c: Carry, h: Scalar, g1: Guards, rate1: Guards, tol: Scalar) -> Mark:
-    """Whether `search` could find anything: the cheap test of every attempt."""
+def suspicious(
+    c: Carry, h: Scalar, g1: Guards, rate1: Guards, tol: Scalar, crosses: Bool[Array, " guard"]
+) -> Bool[Array, " guard"]:
+    """Guards of which `search` could find anything: the cheap test of every attempt."""
     dips = (rate1 > 0) & ((c.rate < 0) | (3 * (g1 - c.g) < h * (c.rate + rate1)))
-    return jnp.any(crossed(c, h, g1, rate1, tol) | inconsistent(c, tol) | dips)
+    return crosses | inconsistent(c, tol) | dips
 
 
-def search(c: Carry, h: Scalar, g1: Guards, rate1: Guards, tol: Scalar, negative_from: Guards | float) -> Found:
+def search(
+    c: Carry,
+    h: Scalar,
+    g1: Guards,
+    rate1: Guards,
+    tol: Scalar,
+    crosses: Bool[Array, " guard"],
+    negative_from: Guards | float,
+) -> Found:
     """First crossing or dip of any guard over the attempt from `c` with length `h`.
 
     `negative_from` is the share of the step from which a guard was seen to be negative, `inf` where it was not.
     """
     d0, d1 = c.rate * h, rate1 * h
-    crosses = crossed(c, h, g1, rate1, tol)
     # from 0 downwards: at once if the slope at the start explains the drop, else halve until it is clear
     sinking = ~c.armed & (c.g <= tol) & (c.rate <= 0) & crosses
     # (just above -tol the steps that are left would be too short to move a state)
@@ -197,14 +205,14 @@ def search(c: Carry, h: Scalar, g1: Guards, rate1: Guards, tol: Scalar, negative
     root = jnp.where(sinking | (c.retakes >= 8), 0.5, first_root(c.g, d0, g1, d1))
     share = jnp.where(crosses, root, jnp.inf)
 
-    # the cubic is a guess: a minimum that comes near zero is worth a look, there where it should lie
+    # the cubic is a guess: a minimum near zero is sampled at its predicted location
     s, lowest, exists = interior_minimum(c.g, d0, g1, d1)
     high = jnp.maximum(c.g, g1)
     near = exists & ~crosses & (lowest < 0.1 * high) & (high > 10 * tol)
     share = jnp.minimum(share, jnp.where(near, s, jnp.inf))
     share = jnp.minimum(share, negative_from)
-    i = jnp.argmin(jnp.where(at_start, -1.0, share)).astype(jnp.int32)
-    return Found(share=share[i], crosses=jnp.any(crosses), guard=i, instant=jnp.any(at_start))
+    least, i = first_least(jnp.where(at_start, -1.0, share))
+    return Found(share=entry(share, i), guard=i, instant=least < 0)
 
 
 def sampled(

@@ -1,5 +1,6 @@
-"""The front door of the integrator, and long runs in stretches."""
+"""Public entry of the integrator, and long runs in parts."""
 
+import dataclasses
 import enum
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -36,8 +37,8 @@ from ._system import (
 
 
 class EventKind(enum.IntEnum):
-    """What may change the mode: `GUARD`, a guard reached 0; `AT_ONCE`, a guard was negative just after an event, or at
-    the start, and no time passed; `KNOWN_TIME`, `next_stop` was reached."""
+    """Causes of a change of mode: `GUARD`, a guard reached 0; `AT_ONCE`, a guard was negative just after an event, or
+    at the start, and no time passed; `KNOWN_TIME`, `next_stop` was reached."""
 
     GUARD = LANDED
     AT_ONCE = INSTANT
@@ -45,8 +46,8 @@ class EventKind(enum.IntEnum):
 
 
 class HybridEvent(NamedTuple):
-    """An event of a run: its time, its kind, the number of the guard that fired (`None` at a known time), and the modes
-    before and after it (they may be equal)."""
+    """An event of a run: its time, its kind, the number of the guard that fired (`None` at a time breakpoint), and the
+    modes before and after it (they may be equal)."""
 
     time: float
     kind: EventKind
@@ -56,7 +57,7 @@ class HybridEvent(NamedTuple):
 
 
 class Record(eqx.Module):
-    """What an integration leaves behind: every step attempt, from which states at any time follow.
+    """Record of an integration: every step attempt, from which states at any time follow.
 
     `rows` has `max_steps + 1` entries, of which `count` attempts and then the end of the run are filled. `t` and `y`
     of the rows are differentiable (first derivatives, forward and reverse) with respect to every number of the system,
@@ -123,7 +124,7 @@ class Record(eqx.Module):
         return jax.tree.map(lambda leaf: leaf[i], self.rows)
 
     def ends(self, index: Int[Array, " k"]) -> tuple[Array, PyTree]:
-        """Times and states at the end of the rows named, before any jump."""
+        """Times and states at the end of the given rows, before any jump."""
         flat = self.flat
 
         def one(i: Count) -> tuple[Scalar, PyTree]:
@@ -132,20 +133,27 @@ class Record(eqx.Module):
 
         return jax.vmap(one)(index)
 
-    def inside(self, index: Int[Array, " k"], h: Array) -> tuple[Array, PyTree]:
-        """Times and states at `h` after the start of the rows named: a step of the method, not an interpolant."""
+    def inside(self, index: Int[Array, " k"], h: Array, *, still: bool = False) -> tuple[Array, PyTree]:
+        """Times and states at `h` after the start of the rows named: a step of the method, not an interpolant.
+
+        `still`: as a smaller program, which is not to be differentiated.
+        """
         flat, method = self.flat, self.method.rolled()
 
         def one(i: Count, h: Scalar) -> tuple[Scalar, PyTree]:
             row = self.row(i)
-            y, _ = method.whole(lambda t, y: flat.rhs(t, y, row.mode), row.t, row.y, h)
+
+            def rhs(t: Scalar, y: Array) -> Array:
+                return flat.rhs(t, y, row.mode)
+
+            y = method.moved(rhs, row.t, row.y, h) if still else method.whole(rhs, row.t, row.y, h)[0]
             return row.t + h, flat.unpack_state(y)
 
         return jax.vmap(one)(index, h)
 
     def find(self, ts: Float[Array, " k"], *, left: bool = False) -> Int[Array, " k"]:
-        """Rows that hold the times asked for: at an instant with events, the last row there (`left`: the first)."""
-        # a compact record is looked at outside of jit, where every operation of JAX would compile by itself
+        """Rows that hold the given times: at an instant with events, the last row there (`left`: the first)."""
+        # a compact record is read outside of jit, where every operation of JAX would compile separately
         xp: Any = np if isinstance(self.rows.t, np.ndarray) else jnp
         n = self.rows.t.shape[0]
         starts = xp.where(xp.arange(n, dtype=np.int32) <= self.count, self.rows.t, np.inf)
@@ -167,13 +175,17 @@ class Record(eqx.Module):
         count = int(self.count)
         kept = np.flatnonzero(np.append(np.asarray(self.rows.kind)[:count] != SKIPPED, True))
         size = max(64, 1 << int(np.ceil(np.log2(len(kept)))))
+        if isinstance(self.rows.t, np.ndarray) and (len(self.rows.t), len(kept)) == (size, count + 1):
+            return self
         index = np.append(kept, np.full(size - len(kept), kept[-1]))
-        rows = jax.tree.map(lambda leaf: np.asarray(leaf)[index], self.rows)
-        return eqx.tree_at(lambda r: (r.rows, r.count), self, (rows, np.asarray(len(kept) - 1, np.int32)))
+        columns = (np.asarray(getattr(self.rows, field.name))[index] for field in dataclasses.fields(Rows))
+        count = np.asarray(len(kept) - 1, np.int32)
+        given = (self.system, self.method, self.y_like, self.mode_like, self.t1)
+        return Record(*given, Rows(*columns), count, self.code, self.stats)  # (`eqx.tree_at` takes longer than a run)
 
 
 def _column(values: Array) -> Array:
-    """Values of the rows; concrete ones as NumPy has them, as every operation of JAX would compile by itself."""
+    """Values of the rows; concrete ones as NumPy has them, as every operation of JAX would compile separately."""
     return values if isinstance(values, Tracer) else np.asarray(values)
 
 
@@ -190,9 +202,11 @@ def fitted(system: AbstractHybridSystem, method: AbstractMethod) -> AbstractMeth
     return method.fitted(Couplings.of(np.concatenate([np.ravel(leaf) for leaf in jax.tree.leaves(kinds)])))
 
 
-def weights_of(system: AbstractHybridSystem, y_like: PyTree) -> Array:
+def weights_of(system: AbstractHybridSystem, y_like: PyTree) -> tuple[Array, Array]:
+    """Weights of the states in the error norm, and how many are in it."""
     sizes = ravel(jax.tree.map(jnp.add, y_like, system.scales()), jnp.float64)
-    return jax.lax.stop_gradient(1.0 / sizes)
+    weights = jax.lax.stop_gradient(1.0 / sizes)
+    return weights, jnp.maximum(jnp.sum(jnp.where(weights > 0, 1.0, 0.0)), 1.0)
 
 
 def hybridsolve(
@@ -204,7 +218,7 @@ def hybridsolve(
     method: AbstractMethod,
     settings: Settings,
 ) -> Record:
-    """Integrates `system` from `(t0, y0, mode0)` to `t1` through all its events."""
+    """Integrate `system` from `(t0, y0, mode0)` to `t1` through all its events."""
     y0 = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float64), y0)
     t0, t1 = jnp.asarray(t0, jnp.float64), jnp.asarray(t1, jnp.float64)
     flat_y0 = ravel(y0, jnp.float64)
@@ -219,7 +233,7 @@ def hybridsolve(
         rest, settings, mode0 = eqx.combine(others, structure)
         whole: AbstractHybridSystem = eqx.combine(numbers, rest)
         weights = weights_of(whole, y_like)
-        return Problem(flatten(whole, y_like, mode_like), method, weights, t0, t1, settings), mode0
+        return Problem(flatten(whole, y_like, mode_like), method, *weights, t0, t1, settings), mode0
 
     @jax.custom_jvp
     def run(params: PyTree, flat_y0: Array, others: PyTree) -> PyTree:
@@ -263,7 +277,7 @@ def hybridsolve(
             *jax.tree.map(no_tangent, (rows, (count, code, stats))),
         )
 
-    # JAX looks traced functions up together with the mesh; that there is none it writes in one way here, in another one
+    # JAX looks traced functions up together with the mesh; its absence is written differently here and
     # inside of derivatives
     with jax.sharding.use_abstract_mesh(jax.sharding.get_abstract_mesh()):
         t, y, rows, (count, code, stats) = run((numbers, t1, t0), flat_y0, others)
@@ -271,11 +285,11 @@ def hybridsolve(
     return Record(system, method, y_like, mode_like, t1, rows, count, code, stats)
 
 
-# --- long runs in stretches -------------------------------------------------------------------------------------------
+# --- long runs in parts -----------------------------------------------------------------------------------------------
 
 
 def _go_on(p: Problem, y0: Array, mode0: Array, carried: Array, limit: Count | int) -> tuple[Ended, Array]:
-    """As `_loop.run`, for `limit` attempts at most, from where `carried` says; and what the next part begins with.
+    """As `_loop.run`, for at most `limit` attempts from the state `carried`; returns also the start of the next part.
 
     All of a carry as one vector, in which whole numbers are exact; one that begins with NaN begins the run.
     """
@@ -300,24 +314,24 @@ def stretch(
     carried: Array,
     limit: Count | int,
 ) -> tuple[Record, Array]:
-    """A part of what `hybridsolve` does, `limit` attempts at most (up to `max_steps`), and what the next begins with.
+    """One part of `hybridsolve`, at most `limit` attempts (up to `max_steps`), and the start of the next part.
 
-    `carried` is what the part before has left, or `beginning(…)`. Joined, the parts are one run to the last bit,
-    however long each of them is: nothing is decided anew at a seam. Not differentiable.
+    `carried` comes from the part before, or from `beginning(…)`. Joined, the parts are one run to the last bit
+    for any lengths: nothing is decided again at a joint. Not differentiable.
     """
     y0 = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float64), y0)
     t0, t1 = jnp.asarray(t0, jnp.float64), jnp.asarray(t1, jnp.float64)
     flat_y0, flat_mode0 = ravel(y0, jnp.float64), pack_mode(mode0)
     y_like, mode_like = likes(y0, mode0)
     method, weights = fitted(system, method), weights_of(system, y_like)
-    p = Problem(flatten(system, y_like, mode_like), method, weights, t0, t1, settings)
+    p = Problem(flatten(system, y_like, mode_like), method, *weights, t0, t1, settings)
     (packed, count, code, stats), carried = _go_on(p, flat_y0, flat_mode0, carried, limit)
     rows = unpack_rows(packed, flat_y0.shape[0])
     return Record(system, method, y_like, mode_like, t1, rows, count, code, stats), carried
 
 
 def beginning(system: AbstractHybridSystem, y0: PyTree, mode0: PyTree, t0: Scalar | float) -> np.ndarray:
-    """What `stretch` begins a run with."""
+    """Start of a run for `stretch`."""
     y, mode = ravel(y0, jnp.float64), pack_mode(mode0)
     guards = flatten(system, *likes(y0, mode0)).guards
     ng = jax.eval_shape(guards, jnp.asarray(t0, jnp.float64), y, mode).size

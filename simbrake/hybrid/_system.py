@@ -1,4 +1,4 @@
-"""What the integrator asks of a hybrid system, and the flat vectors on which it works."""
+"""Interface of a hybrid system, and the flat vectors of the integrator."""
 
 import abc
 import enum
@@ -16,7 +16,7 @@ from ._arrays import Array, Count, Guards, Mark, Scalar, State
 
 
 class Code(enum.IntEnum):
-    """How an integration ended; systems add their own codes from `SYSTEM_CODES` upwards."""
+    """Status codes of an integration; systems add their own codes from `SYSTEM_CODES` upwards."""
 
     COMPLETED = 0
     STEP_LIMIT = 1
@@ -38,7 +38,8 @@ class AbstractHybridSystem(eqx.Module):
     - **Guards**: one vector of dimensionless numbers of order one, positive while the mode holds (`+1` where a guard
       does not matter). A guard that goes negative is an event; it is located to the accuracy of the integrator.
       At a restart a guard that is 0 within tolerance is unarmed: it fires only if it goes negative from there.
-    - **Known times** (corners of given profiles) are no guards: `next_stop` names the next one and a step ends on it.
+    - **Time breakpoints** (corners of given profiles) are no guards: `next_stop` names the next one and a step ends on
+      it.
 
     Every number is an array leaf, so solutions can be differentiated with respect to all of them.
     """
@@ -57,7 +58,7 @@ class AbstractHybridSystem(eqx.Module):
     ) -> tuple[PyTree, Count | int]:
         """The mode after an event and 0, or a code ≥ `SYSTEM_CODES` that ends the run.
 
-        `fired` marks every guard that reached 0 at this instant, `at_stop` that a known time was reached. The mode
+        `fired` marks every guard that reached 0 at this instant, `at_stop` that a time breakpoint was reached. The mode
         need not be final: one whose guards are negative at once gives another event at the same instant.
         """
 
@@ -67,7 +68,7 @@ class AbstractHybridSystem(eqx.Module):
 
     @abc.abstractmethod
     def next_stop(self, mode: PyTree) -> Scalar | float:
-        """The next known time in this mode, `inf` where there is none.
+        """The next time breakpoint in this mode, `inf` where there is none.
 
         Of several at one instant it is one, which `transition` passes alone: the others follow with steps of length 0.
         A minimum of all would share the derivative among them.
@@ -78,7 +79,7 @@ class AbstractHybridSystem(eqx.Module):
         """Typical size of every state, for the error norm; `inf` keeps a state (a ledger) out of the norm."""
 
     def couplings(self) -> PyTree | None:
-        """How the states couple, for methods that solve with the Jacobian: integer NumPy arrays, one like each state.
+        """Coupling of the states, for methods that solve with the Jacobian: integer NumPy arrays, one like each state.
 
         `CORE` couples with everything; a number ≥ 0 is a place in the chain, which couples with its two neighbours and
         with the core; on a `QUADRATURE` no rate depends. A place in the chain whose rate is linear in the states, with
@@ -89,7 +90,7 @@ class AbstractHybridSystem(eqx.Module):
 
 
 class Instant(NamedTuple):
-    """What a semi-explicit system knows of itself at one instant, where an event happens."""
+    """Quantities of a semi-explicit system at the instant of an event."""
 
     t: Scalar
     y: PyTree
@@ -102,9 +103,9 @@ class Instant(NamedTuple):
 class AbstractSemiExplicitSystem(AbstractHybridSystem):
     """A hybrid system whose equations share algebra: `z = variables(t, y, mode)`, `dy/dt = rates(t, y, mode, z)`.
 
-    Forces and the like are written once, in `variables`; rates, guards and changes of mode are read off them. `z` is a
+    Forces and other shared terms are written once, in `variables`; rates, guards and changes of mode use them. `z` is a
     pure function of `(t, y, mode)` and of the system's numbers; it is not recorded, and derivatives through a run
-    compute it again. What only the guards need is left out of the stages of a step, as nothing there depends on it.
+    compute it again. Quantities that only the guards need are left out of the stages of a step.
     """
 
     @abc.abstractmethod
@@ -151,7 +152,7 @@ class Settings(eqx.Module):
     """Numbers that steer an integration (traced, except for those that shape the program).
 
     - `rtol`: relative tolerance, absolute ones being `rtol` times the typical size of a state
-    - `max_step`: longest step; `guard_samples` points inside each step are looked at for excursions of a guard
+    - `max_step`: longest step; `guard_samples` points inside each step are checked for excursions of a guard
     - `max_events`, `max_chain` (events at one instant), `max_steps` (attempts): limits, each with its code
     """
 
@@ -165,7 +166,7 @@ class Settings(eqx.Module):
 
 # --- flat states and modes, recorded rows -----------------------------------------------------------------------------
 
-#: what became of one step attempt
+#: outcome of one step attempt
 SKIPPED, ADVANCED, FINISHED, LANDED, INSTANT, STOPPED = range(6)
 
 
@@ -199,7 +200,7 @@ def unravel(flat: Shaped[Array, "*rows n"], like: PyTree) -> PyTree:
 
 
 def ravel(tree: PyTree, dtype: DTypeLike) -> Array:
-    """All leaves in one vector."""
+    """Join all leaves in one vector."""
     parts = _parts([jnp.asarray(leaf, dtype) for leaf in jax.tree.leaves(tree)])
     pieces = [jnp.ravel(part[0]) if np.ndim(part[0]) else jnp.stack(part) for part in parts]
     if len(pieces) < 2:
@@ -214,7 +215,7 @@ def pack_mode(mode: PyTree) -> Int[Array, " mode"]:
 class Flat(eqx.Module):
     """A hybrid system on flat vectors: state `(ny,)`, mode `(nm,)` of int32.
 
-    What programs ask for again and again, for stages, guards and their derivatives, is traced once for all systems of
+    Functions used repeatedly, for stages, guards and their derivatives, are traced once for all systems of
     one structure.
     """
 
@@ -290,8 +291,8 @@ def flatten(system: AbstractHybridSystem, y0: PyTree, mode0: PyTree) -> Flat:
 class Rows(eqx.Module):
     """Recorded step attempts; row `i` starts at `t[i], y[i]` in `mode[i]`, row `count` is the end of the run.
 
-    `h` is the step taken, `kind` one of SKIPPED (rejected or retaken shorter), ADVANCED, LANDED (on guard `guard`,
-    after a last move by `delta`), INSTANT (guard `guard`, no time passed), STOPPED (at a known time) and FINISHED.
+    `h` is the step taken, `kind` one of SKIPPED (rejected or truncated), ADVANCED, LANDED (on guard `guard`,
+    after a last move by `delta`), INSTANT (guard `guard`, no time passed), STOPPED (at a time breakpoint) and FINISHED.
     """
 
     t: Float[Array, " row"]

@@ -1,6 +1,6 @@
-"""Lining angles and areas that level a quantity along the band: in closed form, at full slip, over a whole braking.
+"""Lining angles and areas that level a quantity along the band: in closed form, at full slip, over a run.
 
-The closed forms take and give NumPy float64: a layout is designed once, not inside a simulation.
+The closed forms take and return NumPy float64: a layout is designed once, not inside a simulation.
 """
 
 import dataclasses
@@ -31,7 +31,7 @@ from ..brakes._band import running_product
 from ..hybrid._arrays import Array
 from ..studies._evaluator import Evaluation, Evaluator, Faults, Solver
 
-#: what can be equal for all linings, with units at full slip and over a braking
+#: what can be equal for all linings, with units at full slip and over a brake application
 TARGETS = {
     "tension_increment": ("N", "N"),
     "normal_load": ("N", "N"),
@@ -39,11 +39,11 @@ TARGETS = {
     "wear": ("m/s", "m"),
     "friction_work": ("W", "J"),
 }
-#: what can be free, and how that is called
+#: what can be free, and its name
 FREE = {"angle": "angles", "area": "areas", "both": "angles and areas"}
 OVER = ("static", "braking")
 STARTS = ("closed form", "given")
-#: targets that look at the areas
+#: targets that depend on the areas
 NEEDS_AREA = ("pressure", "wear")
 
 #: a target's name, or a function of a `Result` to one number per lining
@@ -59,7 +59,7 @@ Areas: TypeAlias = Float[np.ndarray, " n"] | None
 
 
 def _root(function: Callable[[float], float], low: float, high: float) -> float:
-    from scipy.optimize import brentq  # imported where it is used: most runs design no layout
+    from scipy.optimize import brentq  # imported where used: most runs design no layout
 
     return float(brentq(function, low, high, xtol=1e-16, rtol=1e-14))  # pyright: ignore
 
@@ -102,7 +102,7 @@ def equal_increment_angles(f: float | Float[np.ndarray, " n"], n: int, k: int, w
     if np.sum(angles(z_max)) <= wrap:
         raise InfeasibleLayout(
             f"equal tension increments of {k} of {n} linings reach f·tan(β_1/2) = 1 at a wrap of "
-            f"{math.degrees(np.sum(angles(z_max))):.1f}°, below the {math.degrees(wrap):.1f}° asked for"
+            f"{math.degrees(np.sum(angles(z_max))):.1f}°, below the requested {math.degrees(wrap):.1f}°"
         )
     z_k = _root(lambda z: float(np.sum(angles(z))) - wrap, 1e-12 * z_max, z_max)
     beta = angles(z_k)
@@ -120,7 +120,7 @@ def equal_load_angles(
 
     followed from the tight end on the branch `z < f^(−1/3)`, where the left side peaks.
 
-    Raises `InfeasibleLayout` where no lining of the branch carries the load, or a lining would lock itself.
+    Raises `InfeasibleLayout` where no lining of the branch carries the load, or a lining would be self-locking.
     """
     friction = np.broadcast_to(np.asarray(f, float), (n,))
     areas = np.broadcast_to(np.asarray(area, float), (n,))
@@ -244,10 +244,11 @@ def over_braking(result: Result, target: Target, rate: Rate, pair: str) -> Float
 
 
 def closed_form(scene: Scene, target: Target, *, areas: bool = True) -> tuple[Angles | None, str]:
-    """Angles of model §2.2 that level a target at full slip, with the friction of the start; else why there are none.
+    """Angles of model §2.2 that level a target at full slip, with the friction of the start; else the reason why there
+    are none.
 
     Equal friction work is equal tension increments, equal wear is equal pressure (exact for a constant wear rate);
-    without `areas` the areas are free, and angles need not level what they can.
+    without `areas` the areas are free, and angles need not level a target that areas can level.
     """
     (angle, area), f = own_layout(scene), friction_at_start(scene)
     n, wrap = len(angle), float(np.sum(angle))
@@ -270,13 +271,13 @@ def own_layout(scene: Scene) -> tuple[Angles, Areas]:
     return angle, None if linings.area is None else np.broadcast_to(np.asarray(linings.area, float), angle.shape)
 
 
-# --- what is asked, and what is found ---------------------------------------------------------------------------------
+# --- request and result ---------------------------------------------------------------------------------------------
 
 
 def validate_request(
     scene: Scene, targets: tuple[Target, ...], free: str, over: str, rate: Rate, pair: str, start: str
 ) -> None:
-    """Raises `InputError` with all that is wrong with a requested layout, errors of the scene included."""
+    """Raise `InputError` with all errors of a requested layout, errors of the scene included."""
     brake, found = band_brake(scene), Faults(faults(scene))
     found.choice("start", start, STARTS)
     found.choice("free", free, FREE)
@@ -306,7 +307,7 @@ def validate_request(
     looked_at = {pair} & set(brake.pairs) if any(one in NEEDS_AREA for one in targets) else set()
     for one in sorted(looked_at | ({first} if free in ("area", "both") else set())):
         if brake.rubbing_part(one).area is None:
-            found.append(Fault(f"brake.{brake.pairs[one].field}.area", "is missing", "the areas are looked at"))
+            found.append(Fault(f"brake.{brake.pairs[one].field}.area", "is missing", "the target depends on the areas"))
     if free != "angle" and pair in others:
         found.append(Fault("free", "the areas that can be freed are those towards the band", 'free="angle"'))
     found.report()
@@ -328,7 +329,7 @@ class LayoutRow:
         return float(max((np.max(value) / np.min(value) for value in self.values.values()), default=np.nan))
 
     def as_dict(self) -> dict[str, Any]:
-        """Everything as numbers, lists and words."""
+        """Return the data as numbers, lists and text."""
         return plain(vars(self) | {"non_uniformity": self.non_uniformity})
 
 
@@ -336,7 +337,8 @@ class LayoutRow:
 class LayoutDesign(Tabular):
     """A layout that levels a target: the scene with it, and the layouts it is compared with.
 
-    - `rows`: the layout `given`, that of the `closed form` (where there is one, else `note` says why not), `optimum`
+    - `rows`: the layout `given`, that of the `closed form` (where there is one, else `note` gives the reason),
+      `optimum`
     - `iterations` of the search, `runs` of the simulation with its derivatives (static: evaluations)
     """
 
@@ -369,7 +371,7 @@ class LayoutDesign(Tabular):
         return self.row("optimum").non_uniformity
 
     def as_dict(self) -> dict[str, Any]:
-        """Everything but the scene, as numbers, lists and words."""
+        """Return the data without the scene as numbers, lists and text."""
         found = {name: value for name, value in vars(self).items() if name not in ("scene", "rows")}
         return plain(found) | {"layouts": [row.as_dict() for row in self.rows]}
 
@@ -429,7 +431,7 @@ def _unfolded(w: Array, angle: Array, area: Array | None, free: str) -> tuple[Ar
 
 
 class _Unfolded(NamedTuple):
-    """The way of the unknowns into the scene."""
+    """Map from the unknowns to the scene."""
 
     free: str
     place: Place
@@ -465,7 +467,7 @@ class _Search:
         self.start = np.zeros((2 if free == "both" else 1) * (len(run.given[0]) - 1))
 
     def look(self, w: np.ndarray, given: Given | None = None) -> Evaluation:
-        """A layout; one in which a lining would lock itself is not run."""
+        """Evaluate a layout; one with a self-locking lining is not run."""
         angle, area, _ = self.run.given if given is None else given
         angle = np.asarray(_unfolded(w, angle, area, self.free)[0])
         if np.max(angle) >= np.pi or np.max(self.friction * np.tan(angle / 2)) >= 1:
@@ -488,8 +490,8 @@ class _Search:
         return LayoutRow(name, angle, area, columns, dict(zip(named, units, strict=True)))  # pyright: ignore
 
     def solve(self, tolerance: float, max_iterations: int) -> tuple[np.ndarray, int]:
-        """The unknowns at the end, and how many iterations that took."""
-        from scipy.optimize import least_squares  # imported where it is used: most runs design no layout
+        """The unknowns at the end, and the number of iterations."""
+        from scipy.optimize import least_squares  # imported where used: most runs design no layout
 
         residual, _, code, _ = self.look(self.start)
         if code != 0:
@@ -498,7 +500,7 @@ class _Search:
         if not np.all(np.isfinite(residual)):
             raise InfeasibleLayout(
                 "the starting layout has no positive target at every lining: do all linings slide in the run, and does "
-                "no lining lock itself (f·tan(β/2) ≥ 1)?"
+                "is no lining self-locking (f·tan(β/2) ≥ 1)?"
             )
         found = least_squares(
             lambda w: self.look(w).values,
@@ -514,7 +516,7 @@ class _Search:
 
 
 def _start(scene: Scene, targets: tuple[Target, ...], free: str) -> tuple[tuple[Angles, Areas], str]:
-    """Angles and areas in closed form (the scene's own where there is none), and why there is none."""
+    """Angles and areas in closed form (the scene's own where there is none), and the reason if there is none."""
     (angle, area), note = own_layout(scene), ""
     if free != "area":
         found, note = closed_form(scene, targets[0], areas=free == "angle")
@@ -554,15 +556,15 @@ def equal_layout(
       one positive number per lining; with `free="both"` two: one for the angles and one for the areas
     - `free`: `angle`, `area` or `both`
     - `over`: `static`: all linings slide, with the friction, the speed and the temperatures of the start and the
-      greatest slack tension; `braking`: over the run of the scene, wear and friction work summed, the others as means
+      maximum slack tension; `braking`: over the run of the scene, wear and friction work summed, the others as means
       over the distance that a lining rubs
     - `rate`: wear rate (m³/(N·m)), as in `wear`;  `pair`: as in `rubbing`
-    - `place(scene, angle, area)`: how a layout enters the scene, where more than the linings depends on it (areas of
+    - `place(scene, angle, area)`: puts a layout into the scene, where more than the linings depends on it (areas of
       the walls that heat them); by default `brake.linings` alone
     - `start`: `closed form`, or `given` for the scene's own layout
     - `tolerance`: maximum over minimum of the target, less 1, at which the layout is level
 
-    Raises `InputError` with all errors at once, `InfeasibleLayout` where the target cannot be levelled, and
+    Raises `InputError` with all errors, `InfeasibleLayout` where the target cannot be levelled, and
     `SimulationError` where the run of the starting layout fails.
     """
     targets = target if isinstance(target, tuple) else (target,)
@@ -588,7 +590,7 @@ def equal_layout(
         grip = search.friction * np.tan(best.angle / 2)
         raise InfeasibleLayout(
             f"{' and '.join(named)} cannot be made equal: the best layout found has a maximum over minimum of "
-            f"{best.non_uniformity:.6g}; lining {int(np.argmax(grip)) + 1} is nearest to locking itself, "
+            f"{best.non_uniformity:.6g}; lining {int(np.argmax(grip)) + 1} is nearest to self-locking, "
             f"f·tan(β/2) = {np.max(grip):.4g}"
         )
     laid = place(scene, jnp.asarray(best.angle), None if best.area is None else jnp.asarray(best.area))

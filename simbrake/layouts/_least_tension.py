@@ -44,12 +44,12 @@ class BoundRow(NamedTuple):
 
 @dataclasses.dataclass(frozen=True)
 class LeastTension(Tabular):
-    """The scene of least tension, what it costs and what holds it.
+    """The scene of minimum tension, its objective and its active limits.
 
     - `objective`, its `unit`, its values at the `start` and at the optimum (`value`)
     - `limits`, `variables`: with their multipliers, as derivatives of the objective by limit or bound
-    - `success`: the search ended at a point within all limits;  `stationarity`: what the active limits and bounds
-      leave of the gradient, relative to it (0 at an optimum)
+    - `success`: the search ended at a point within all limits;  `stationarity`: the gradient that the active limits and
+      bounds do not balance, relative to it (0 at an optimum)
     - `runs` of the simulation, each with its derivatives
     """
 
@@ -72,13 +72,13 @@ class LeastTension(Tabular):
         return {row.path: row.value for row in self.variables}
 
     def as_dict(self) -> dict[str, Any]:
-        """Everything but the scene, as numbers, lists and words."""
+        """Return the data without the scene as numbers, lists and text."""
         return plain({name: value for name, value in vars(self).items() if name != "scene"})
 
     def parts(self) -> Iterator[str | Table]:
-        how = "found" if self.success else f"NOT found ({self.message})"
+        how = "found" if self.success else f"NOT converged ({self.message})"
         yield (
-            f"least {self.objective} {how}: {self.value:.8g} {self.unit} (start {self.start:.8g}) "
+            f"minimum {self.objective} {how}: == {self.value:.8g} {self.unit} (start {self.start:.8g}) "
             f"in {self.iterations} iterations, {self.runs} runs; stationary to {self.stationarity:.1e}"
         )
         start, value = Column("start"), Column("value")
@@ -104,7 +104,7 @@ _ACTIVE = 1e-6  # relative distance at which a limit or a bound is met
 
 
 class _Searched(NamedTuple):
-    """What the search looks at, the objective first."""
+    """Metrics of the search, the objective first."""
 
     names: tuple[str, ...]
 
@@ -125,7 +125,7 @@ class _Problem:
 
     def __init__(self, run: Evaluator, names: tuple[str, ...], box: Box, limits: np.ndarray, keep_wrap: bool) -> None:
         self.run, self.names, self.box, self.limits = run, names, box, limits
-        self.scale, self.progress = 1.0, Line("least tension")
+        self.scale, self.progress = 1.0, Line("minimum tension")
         self.start = box.down(box.start)
         # change of the wrap with the unknowns, where an angle is free
         angles = [float(path.partition("[")[0] == _ANGLES) for path in box.paths.names]
@@ -143,12 +143,12 @@ class _Problem:
 
     def objective(self, u: np.ndarray) -> tuple[float, np.ndarray]:
         found, jacobian = self.look(u)
-        # a trial whose run fails is worse than any other
+        # a trial whose run fails ranks below all others
         value = found[0] / self.scale if np.isfinite(found[0]) else 1.0 + _FAR
         return float(value), jacobian[0] / self.scale
 
     def room(self, u: np.ndarray) -> np.ndarray:
-        """Room that every limit leaves: `1 − r`, `r = metric/limit`, and `−ln r` beyond it, where `r` may be large."""
+        """Margin of every limit: `1 − r`, `r = metric/limit`, and `−ln r` beyond it, where `r` may be large."""
         r = self.look(u)[0][1:] / self.limits
         return np.where(np.isfinite(r), np.where(r <= 1, 1 - r, -np.log(np.maximum(r, 1.0))), -_FAR)
 
@@ -172,7 +172,7 @@ def least_tension(
     tolerance: float = 1e-10,
     max_iterations: int = 100,
 ) -> LeastTension:
-    """Values of what is free at which the maximum tension of the band is smallest while the brake still stops in time.
+    """Values of the free parameters that minimise the maximum band tension within a stopping time.
 
         min T_max(x)   subject to   t_stop(x) ≤ limit,  m_j(x) ≤ limit_j,  low ≤ x ≤ high,  Σβ = wrap
 
@@ -186,12 +186,12 @@ def least_tension(
     - `keep_wrap`: where lining angles are free, their sum stays;  `objective`: another metric to be minimised
     - `tolerance`: relative change of the objective at which the search ends
 
-    Raises `InputError` with all errors at once, also where the scene as given does not stop.
+    Raises `InputError` with all errors, also where the scene as given does not stop.
     """
     allowed = {"stopping_time": float(stopping_time), **(limits or {})}
     found = Faults(faults(scene))
     if not variables:
-        found.append(Fault("variables", "nothing is free", "as {'duty.slack_tension.level': (1e3, 3e4)}"))
+        found.append(Fault("variables", "no parameter is free", "as {'duty.slack_tension.level': (1e3, 3e4)}"))
     box = box_of(scene, variables, found, each=True)
     found.attempt(check_metrics, scene, [objective, *allowed])
     for name, value in allowed.items():
@@ -208,7 +208,7 @@ def least_tension(
         first = problem.look(problem.start)[0]
         missing = [name for name, value in zip(names, first, strict=True) if not np.isfinite(value)]
         if missing:
-            hint = "start from values with which it does: only from there derivatives show the way"
+            hint = "start from values with which it occurs: derivatives exist only there"
             what = f"does not occur in the scene ({result.status})"
             raise InputError([Fault(name, what, hint) for name in missing])
         problem.scale = float(first[0])
@@ -238,7 +238,7 @@ def _solve(problem: _Problem, tolerance: float, most: int) -> Any:
 def _multipliers(
     problem: _Problem, u: np.ndarray
 ) -> tuple[Float[np.ndarray, " limits"], Float[np.ndarray, " entries"], float]:
-    """Multipliers of limits and bounds (scaled) and what is left of the gradient, by least squares at the optimum.
+    """Multipliers of limits and bounds (scaled) and the residual gradient, by least squares at the optimum.
 
     ∇T = Σ λ_j ∇(1 − m_j/limit_j) + Σ ν_i ∇(bounds) + κ ∇Σβ,   λ ≥ 0, of what is active
     """
@@ -265,7 +265,7 @@ def _report(problem: _Problem, solution: Any) -> LeastTension:
     lam, nu, residual = _multipliers(problem, end)
     room = problem.room(end)
     units = [unit_of(name) for name in problem.names]
-    # T* moves with its limit by −λ_j ∂(room_j)/∂(limit_j), where room_j = 0
+    # T* changes with its limit by −λ_j ∂(room_j)/∂(limit_j), where room_j = 0
     moves = -lam * problem.scale / problem.limits
     columns = (before[1:], after[1:], problem.limits, np.abs(room) < _ACTIVE, moves)
     named = zip(problem.names[1:], units[1:], *(column.tolist() for column in columns), strict=True)

@@ -1,4 +1,4 @@
-"""Figures. Each function draws into a given figure or makes one, and returns it; nothing is ever shown."""
+"""Figures. Each function draws into a given figure or makes one, and returns it without showing it."""
 
 from ._animation import animate as animate
 from ._published import materials as materials

@@ -1,4 +1,4 @@
-"""An animation of one braking: the pulley turns, linings stick, slide and heat."""
+"""An animation of one brake application: the pulley turns, linings stick, slide and heat."""
 
 import base64
 import importlib.resources
@@ -44,37 +44,37 @@ from ._pulley import (
 )
 from ._shared import BLUE, SKY, ZERO, Times, dense_grid, one_run, span, windows
 
-SHARE = 0.45  # of the animation that the onset of slip gets where it is short
+SHARE = 0.45  # share of the animation for a short onset of slip
 _Time = TypeVar("_Time", float, np.ndarray)  # s, one or many
 
 
 class Film(NamedTuple):
-    """Times of the run at the beginning, at the end of the slow part, if any, and at the end; of the film as well."""
+    """Times of run and animation at the beginning, at the end of the slow part, if any, and at the end."""
 
     run: tuple[float, ...]  # s
     film: tuple[float, ...]  # s
 
     @property
     def slow(self) -> bool:
-        """Whether it is slower at first."""
+        """Whether the beginning is slower."""
         return len(self.run) == 3
 
     def run_time(self, film: _Time) -> _Time:
-        """Time of the run at a time of the film."""
+        """Time of the run at a time of the animation."""
         return np.interp(film, self.film, self.run)  # pyright: ignore
 
     def film_time(self, run: _Time) -> _Time:
-        """Time of the film at a time of the run."""
+        """Time of the animation at a time of the run."""
         return np.interp(run, self.run, self.film)  # pyright: ignore
 
     def rate(self, film: float) -> float:
-        """Seconds of film for one second of the run."""
+        """Seconds of animation for one second of the run."""
         i = min(int(np.searchsorted(self.film, film, side="right")), len(self.film) - 1)
         return (self.film[i] - self.film[i - 1]) / (self.run[i] - self.run[i - 1])
 
 
 def film_of(result: Result, duration: float, start: float | int | None, end: float | int | None) -> Film:
-    """The first braking, from the start until shortly after the first stop, or what is asked for."""
+    """The first brake application, from the start until shortly after the first stop, or the requested part."""
     first, last = span(result)
     finish = windows(result)[0].end
     stop = next((e.time for e in result.events if e.name == "stop" and e.time > first), None)
@@ -97,7 +97,7 @@ def film_of(result: Result, duration: float, start: float | int | None, end: flo
 
 
 def words_of_rate(rate: float) -> str:
-    """How fast a film runs, in words."""
+    """Speed of an animation, in words."""
     if rate >= 1.05:
         return f"slow motion: {_round(rate)} times slower than the brake"
     if rate > 0.95:
@@ -111,7 +111,7 @@ def _round(x: float) -> str:
 
 
 def ticks(film: Film) -> list[tuple[float, str]]:
-    """Times of the run for the ticks of a time axis that runs as the film does, with words."""
+    """Times of the run for the ticks of a time axis that runs as the animation does, with labels."""
     found: list[tuple[float, str]] = []
     for i, (low, high) in enumerate(zip(film.run, film.run[1:], strict=False)):
         milliseconds = film.slow and i == 0 and high - low < 0.5
@@ -141,16 +141,16 @@ def animate(
     end: float | int | None = None,
     progress: bool | Callable[[int, int], object] | None = None,
 ) -> Path:
-    """Writes an animation of one braking as `.gif` or as a self-contained `.html` page; returns its path.
+    """Write an animation of one brake application as `.gif` or as a self-contained `.html` page; returns its path.
 
-    The pulley turns by the true angle, with a mark; linings are coloured by what they do on their partner and, with
+    The pulley turns by the true angle, with a mark; linings are coloured by stick and slip and, with
     heat, by the temperature of their surface; below, speed and tensions with a cursor. Where the onset of slip is short
-    against the braking, the animation is slow there: it says how much at every moment, and the axis of time
-    runs as it does.
+    against the braking, the animation is slower there: each frame shows the factor, and the time axis
+    is scaled accordingly.
 
     - `duration` (s) of the animation and `fps`, its frames a second
     - `start`, `end` (s) in the run: default from its start until shortly after the first stop
-    - `progress`: `None` tells the remaining time on a terminal if it takes longer than two seconds, `False` never; a
+    - `progress`: `None` shows the remaining time on a terminal if it takes longer than two seconds, `False` never; a
       function is called with the number of frames done and all of them
 
     Raises `InputError` for another suffix, times outside the run, and a duration or rate out of range.
@@ -190,11 +190,11 @@ def _numbers(file: Path, duration: float | int, fps: float | int) -> tuple[float
     return seconds, rate
 
 
-# --- what is seen -----------------------------------------------------------------------------------------------------
+# --- the frames ------------------------------------------------------------------------------------------------------
 
 
 class Scenery:
-    """The figure of the film and what moves in it; `show` sets one moment."""
+    """The figure of the animation and its moving parts; `show` sets one moment."""
 
     def __init__(self, result: Result, film: Film, times: Times):
         self.film, self.times = film, times
@@ -204,7 +204,7 @@ class Scenery:
         self.heat = {name: np.asarray(T) - ZERO for name, T in self.p.surfaces.items() if name in ("linings", "rim")}
         travel = result.scene.duty.load.travel()
         self.travel = None if travel is None else float(np.asarray(travel))
-        # a film too slow for the pulley would show it turn backwards: then spokes, and at last the mark, are gone
+        # too few frames would show the pulley turning backwards: then spokes, and finally the mark, are omitted
         self.turn = np.abs(np.gradient(np.asarray(self.p.y.phi)))
         self.figure = Figure(figsize=(7.2, 7.8), dpi=90, layout="constrained")
         FigureCanvasAgg(self.figure)
@@ -235,7 +235,7 @@ class Scenery:
         """Marks of bandage and pulley, and the legend."""
         handles, title = contact_legend(self.contacts), None
         self.ride: Line2D | None = None  # mark of the bandage
-        self.ridden = np.zeros(0)  # its angle since the beginning of the film
+        self.ridden = np.zeros(0)  # its angle since the beginning of the animation
         if series.bandage_speed is not None:
             turned = cumulative_trapezoid(series.bandage_speed, series.t, initial=0.0)
             self.ridden = np.interp(self.film.run_time(self.times), series.t, turned)
@@ -307,7 +307,7 @@ class Scenery:
             cursor.set_xdata([t, t])
         slow = self.film.slow and film < self.film.film[1] and self.film.run[1] - self.film.run[0] < 0.5
         clock = f"{1e3 * t:9.3f} ms" if slow else f"{t:9.4f} s "
-        words = words_of_rate(self.film.rate(film)) + ("" if seen else "; too fast to be seen")
+        words = words_of_rate(self.film.rate(film)) + ("" if seen else "; too fast to show")
         travel = "" if self.travel is None else f"   hook travel {phi * self.travel:7.4f} m"
         now = self.p.flows.contact
         slack, tight = (float(x[i]) / 1e3 for x in (now.slack_tension, now.tight_tension))
@@ -321,11 +321,11 @@ def _frames(result: Result, film: Film, times: Times) -> Iterator[Image.Image]:
     stage = Scenery(result, film, times)
     canvas: Any = stage.figure.canvas
     canvas.draw()
-    stage.figure.set_layout_engine("none")  # laid out once: nothing may jump about
+    stage.figure.set_layout_engine("none")  # laid out once, so that nothing moves between frames
     for artist in stage.moving:
         artist.set_animated(True)
     canvas.draw()
-    still = canvas.copy_from_bbox(stage.figure.bbox)  # what does not move is drawn once
+    still = canvas.copy_from_bbox(stage.figure.bbox)  # the static background is drawn once
     palette = None
     for i in range(len(times)):
         stage.show(i)

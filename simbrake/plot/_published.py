@@ -1,4 +1,4 @@
-"""Pictures of the papers' figures, of materials side by side, and of work and precision."""
+"""Figures of the papers recomputed, of materials side by side, and of work and precision."""
 
 import json
 import math
@@ -27,7 +27,7 @@ _RING: dict[str, Any] = {"ms": 12, "mfc": "none", "mec": VERMILLION, "ls": "", "
 
 
 def published(name: str, *, figure: Figure | None = None) -> Figure:
-    """A figure of the papers, or the picture of a table, recomputed; printed numbers are points, misprints ringed.
+    """A figure of the papers, or the figure of a table, recomputed; printed numbers are points, misprints ringed.
 
     - `name`: `"Z Fig. 4"` angles of equal loads, `"Z Fig. 5"` tension and load along the band, `"S Fig. 1"` energy
       levels, `"K Fig. 5"` overlap coefficients (simulates two stops), `"V table 1"`, `"V table 2"`, `"S table 1"`
@@ -35,7 +35,7 @@ def published(name: str, *, figure: Figure | None = None) -> Figure:
     The other figures of the papers are drawings and measurements. Raises `InputError` for another name.
     """
     if name not in PUBLISHED:
-        raise InputError([Fault("name", f"{name!r} is no figure that a formula gives", f"one of {list(PUBLISHED)}")])
+        raise InputError([Fault("name", f"{name!r} is not a figure that a formula gives", f"one of {list(PUBLISHED)}")])
     draw, size = PUBLISHED[name]
     if figure is None:
         figure = Figure(figsize=size, layout="constrained")
@@ -44,7 +44,7 @@ def published(name: str, *, figure: Figure | None = None) -> Figure:
 
 
 def file_stem(name: str) -> str:
-    """A name for the file of a picture: `"Z Fig. 4"` is `z_fig_4`."""
+    """A name for the file of a figure: `"Z Fig. 4"` is `z_fig_4`."""
     return name.lower().replace(".", "").replace(" ", "_")
 
 
@@ -75,7 +75,7 @@ def _z_fig_4(figure: Figure) -> None:
 
 def _z_fig_5(figure: Figure) -> None:
     diagrams = band_diagrams()
-    figure.set_layout_engine("none")  # it does not see what stands around a circle
+    figure.set_layout_engine("none")  # the layout engine ignores labels around a circle
     room = {"left": 0.04, "right": 0.96, "top": 0.83, "bottom": 0.18}
     for axes, d in zip(
         figure.subplots(1, 2, subplot_kw={"projection": "polar"}, gridspec_kw=room), diagrams, strict=True
@@ -226,7 +226,7 @@ def _s_table_1(figure: Figure) -> None:
     _on_log_axes(axes, [1, 2, 5, 10, 20, 50, 80], title="S, table 1: parameter of the Fourier number", **words)
 
 
-#: what can be drawn: the function, and the size of its figure (inch)
+#: available figures: function and size (inch)
 PUBLISHED: dict[str, tuple[Callable[[Figure], None], tuple[float, float]]] = {
     "Z Fig. 4": (_z_fig_4, (11.0, 6.5)),
     "Z Fig. 5": (_z_fig_5, (11.0, 6.4)),
@@ -257,7 +257,7 @@ def _permissible(rim: RimMaterial, lining: LiningMaterial) -> float:
 
 _PANELS = (
     _Panel("surface", "maximum surface temperature, °C", lambda T: T - ZERO, _permissible),
-    _Panel("stress_ratio", "thermal stress over permissible", limit=lambda rim, lining: 1.0),
+    _Panel("stress_ratio", "thermal stress over allowable", limit=lambda rim, lining: 1.0),
     _Panel("wear", "wear of the linings, µm", lambda h: 1e6 * h),
     _Panel("mass", "mass of the rim, kg (all levels)", each_level=False),
 )
@@ -266,7 +266,7 @@ _PANELS = (
 def materials(comparison: MaterialComparison, *, figure: Figure | None = None) -> Figure:
     """Rim materials side by side, one row of panels for each lining, one bar for each energy level, weak to strong.
 
-    Bars are the estimates, diamonds the simulated numbers, red marks what is permitted; hatched: not admissible. The
+    Bars are the estimates, diamonds the simulated numbers, red: permissible value; hatched: limit exceeded. The
     mass is the same at all levels. The wear's axis is logarithmic where it spreads over more than two decades.
     """
     linings, rims, levels = comparison.linings, comparison.rims, comparison.levels
@@ -330,7 +330,7 @@ def _legend(comparison: MaterialComparison) -> list[Any]:
         found.append(Line2D([], [], marker="D", ls="", color="black", mec="white", label="simulated (bars: estimates)"))
     found.append(Line2D([], [], color=VERMILLION, lw=2.2, label="permissible, rim or lining"))
     if any(not row.admissible for row in comparison):
-        found.append(Patch(facecolor="0.6", edgecolor="white", hatch="////", label="not admissible"))
+        found.append(Patch(facecolor="0.6", edgecolor="white", hatch="////", label="limit exceeded"))
     return found
 
 
@@ -354,7 +354,7 @@ def work_precision(data: dict[str, Any] | str | PathLike[str], *, figure: Figure
 
     - `data`: what `benchmarks/speed_against_error.py --json` writes, as a `dict` or the path of the file
 
-    Raises `InputError` for a file that cannot be read or is no such benchmark.
+    Raises `InputError` for a file that cannot be read or is not such a benchmark.
     """
     found = _benchmark(data)
     scenes = list(found["scenes"].values())
@@ -365,7 +365,7 @@ def work_precision(data: dict[str, Any] | str | PathLike[str], *, figure: Figure
         _panel(ax, scene)
     machine = found.get("machine", {})
     version = machine.get("versions", {}).get("simbrake", "")
-    place = f"{machine.get('cpu', 'machine not told')}, {machine.get('cores', '?')} cores; simbrake {version}"
+    place = f"{machine.get('cpu', 'machine unknown')}, {machine.get('cores', '?')} cores; simbrake {version}"
     figure.suptitle(f"Work and precision; left and low is better\n{place}", fontsize=11)
     return figure
 
@@ -382,7 +382,7 @@ def _panel(ax: Axes, scene: dict[str, Any]) -> None:
         good = [p for p in points if math.isfinite(p["error"])]
         ax.loglog(
             [1e3 * p["seconds"] for p in good],
-            [max(p["error"], 1e-16) for p in good],  # an error of 0 stands at the rounding of the reference
+            [max(p["error"], 1e-16) for p in good],  # an error of 0 is drawn at the rounding of the reference
             marker=marker,
             color=_COLOURS.get(family, "0.5"),
             linewidth=2.2 if family == "simbrake" else 1.0,
@@ -406,7 +406,7 @@ def _benchmark(data: dict[str, Any] | str | PathLike[str]) -> dict[str, Any]:
         except OSError as error:
             raise InputError([Fault("data", f"cannot be read: {error}", hint)]) from error
         except ValueError as error:
-            raise InputError([Fault("data", f"is no JSON: {error}", hint)]) from error
+            raise InputError([Fault("data", f"is not JSON: {error}", hint)]) from error
     scenes = data.get("scenes") if isinstance(data, dict) else None
     if not isinstance(data, dict) or not isinstance(scenes, dict) or not scenes:
         raise InputError([Fault("data.scenes", "is missing or empty", hint)])

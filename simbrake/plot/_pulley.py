@@ -1,4 +1,4 @@
-"""The pulley and what rubs on it, seen along the shaft: tension and load along the band, pads, shoes."""
+"""The pulley and its linings, seen along the shaft: tension and load along the band, pads, shoes."""
 
 import math
 import textwrap
@@ -29,7 +29,7 @@ from ._shared import BLUE, GREEN, ORANGE, PURPLE, VERMILLION, finish, one_run, s
 Ends: TypeAlias = Float[np.ndarray, "n 2"]  # angles (rad) at which each lining begins and ends
 PerLining: TypeAlias = Float[np.ndarray, " n"]
 
-#: colour of what a lining does; light for what sticks, so that numbers stay readable on all of them
+#: colour of stick and slip; light for sticking, so that numbers stay readable
 CONTACT_COLOURS = {
     Contact.SLIDES: VERMILLION,
     Contact.AT_LIMIT: ORANGE,
@@ -44,7 +44,7 @@ RIM, LINING, BAND = 1.0, (1.02, 1.18), 1.21
 def lining_edges(brake: Brake) -> Ends:
     """Angles (rad) at which each lining begins and ends, from the slack end on, gaps between them included.
 
-    Of bands in parallel the first one; its gaps stand for all.
+    Of bands in parallel the first one, as all have its gaps.
     """
     stiffness: Any = brake.band.stiffness
     if isinstance(stiffness, ParallelBands):
@@ -91,14 +91,14 @@ def draw_wheel(axes: Axes, angles: Ends, pairs: Iterable[str]) -> dict[str, list
 
 
 def colour_linings(rings: dict[str, list[Wedge]], contacts: dict[str, np.ndarray], instant: int) -> None:
-    """Colours every lining by what it does at one of the instants of `contacts`."""
+    """Colour every lining by stick and slip at one of the instants of `contacts`."""
     for pair, wedges in rings.items():
         for wedge, state in zip(wedges, contacts[pair][instant], strict=True):
             wedge.set_facecolor(CONTACT_COLOURS[state])
 
 
 def draw_band(axes: Axes, angles: Ends, ends: tuple[str, str]) -> None:
-    """The band with its two straight ends and what is written at them, slack end first."""
+    """The band with its two straight ends and their labels, slack end first."""
     first, last = angles[0, 0], angles[-1, 1]
     axes.plot(*spot(BAND, np.linspace(first, last, 400)).T, color="0.25", lw=2.5, zorder=3)
     for angle, direction, words in ((first, 1.0, ends[0]), (last, -1.0, ends[1])):
@@ -144,11 +144,11 @@ def pulley(result: Result, time: float | int | None = None, *, figure: Figure | 
     """Tension of the band and normal load of every lining on the pulley's circle at one time (Z, Fig. 5).
 
     Outwards the tension `T_0…T_n` (kN) at the ends of each lining, joined by a line to guide the eye; inwards the
-    normal load `N_i` (kN) of each lining. Linings at their true angles, coloured by what they do. Of a staged brake the
-    outer half of a lining stands for the band on it, the inner half for the lining on the rim, whose load has an
+    normal load `N_i` (kN) of each lining. Linings at their true angles, coloured by stick and slip. Of a staged brake
+    the outer half of a lining shows the band on it, the inner half the lining on the rim, whose load has an
     outline.
 
-    - `time` (s): default that of the greatest tension; at an event the values after it
+    - `time` (s): default that of the maximum tension; at an event the values after it
 
     Raises `InputError` for a time outside the run, for a batch of runs and for a brake without a band (`pressed`).
     """
@@ -173,12 +173,12 @@ def pulley(result: Result, time: float | int | None = None, *, figure: Figure | 
     draw_rotation(axes, float(p.y.omega[0]), 0.2)
     axes.set(aspect="equal", xlim=(-2.25, 2.25), ylim=(-1.85, 2.15))
     axes.axis("off")
-    why = ", when the tension is greatest" if time is None else ""
+    why = ", at the maximum tension" if time is None else ""
     title = f"tension of the band and normal load of the linings at t = {t:.6g} s{why}"
     title += f"\nbrake torque {float(p.flows.contact.brake_torque[0]) / 1e3:.4g} kN·m"
     if np.isin(next(iter(contacts.values())), (Contact.STICKS, Contact.AT_LIMIT)).any():
         distribution = result.record.system.mechanism.distribution  # pyright: ignore
-        title += "\n" + textwrap.fill(f"how linings that stick share it: {distribution}", 100)
+        title += "\n" + textwrap.fill(f"load sharing of sticking linings: {distribution}", 100)
     figure.suptitle(title, fontsize=10)
     handles: list[Artist] = [
         Line2D([], [], color=BLUE, marker="o", ms=3, label="tension T of the band, kN, outwards"),
@@ -194,12 +194,12 @@ def pulley(result: Result, time: float | int | None = None, *, figure: Figure | 
 
 
 def _moment(result: Result, time: float | int | None, peak: str, values: Callable[[Probe], Any]) -> tuple[float, Probe]:
-    """The time to draw, by default that of the greatest of some values, and the run there."""
+    """The time to draw, by default that of the maximum of some values, and the run there."""
     if time is not None:
         t = float(times_within([time], *span(result), "time")[0])
         return t, look(result, t)
     t = float(result.report().peaks[peak].time)
-    # what jumps at an event is greatest on one side of it
+    # what jumps at an event has its maximum on one side of it
     return t, max((look(result, t, left=left) for left in (False, True)), key=lambda p: float(np.max(values(p))))
 
 
@@ -263,10 +263,10 @@ def _draw_load(axes: Axes, loads: list[PerLining], angles: Ends) -> None:
 def pressed(result: Result, time: float | int | None = None, *, figure: Figure | None = None) -> Figure:
     """Pads of a disc brake, or shoes of a double-shoe brake, at one time, with the pressure and the forces on them.
 
-    Left the linings at their true angles and radii, coloured by what they do; right the pressure along a lining (MPa):
-    of pads over the radius, of shoes over the angle from the pin.
+    Left the linings at their true angles and radii, coloured by stick and slip; right the pressure along a lining
+    (MPa): of pads over the radius, of shoes over the angle from the pin.
 
-    - `time` (s): default that of the greatest normal force; at an event the values after it
+    - `time` (s): default that of the maximum normal force; at an event the values after it
 
     Raises `InputError` for a time outside the run, for a batch of runs and for another kind of brake.
     """
@@ -305,7 +305,7 @@ def pressed(result: Result, time: float | int | None = None, *, figure: Figure |
 
 
 def _disc(wheel: Axes, course: Axes, brake: DiscBrake, normal: PerLining, colours: list[str]) -> float:
-    """Pads at their callipers, evenly around the disc, the one in front of the two faces; returns what it all spans."""
+    """Pads at their callipers, evenly around the disc, the one in front of the two faces; returns the extent."""
     pads = brake.linings
     inner, outer, angle = float(pads.inner_radius), float(pads.outer_radius), math.degrees(float(pads.angle))
     edge = 1.06 * outer

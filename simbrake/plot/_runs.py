@@ -102,7 +102,7 @@ def _panels(panels: Iterable[Axes], s: Series, words: BrakeWords) -> None:
     speed, torque, tension, linings = panels
     speed.plot(s.t, s.omega, color="k", label=f"{words.body} speed ω")
     speed.set_ylabel("ω, rad/s")
-    if np.ptp(s.omega) <= 1e-6 * np.abs(s.omega).max():  # constant but for rounding, which is not worth a picture
+    if np.ptp(s.omega) <= 1e-6 * np.abs(s.omega).max():  # constant within rounding: no panel
         speed.set_ylim(*sorted((0.0, 1.2 * float(s.omega[0]) or 1.0)))
     torque.plot(s.t, s.brake_torque / 1e3, color="tab:blue", label="brake M_b")
     torque.plot(s.t, s.load_torque / 1e3, color="tab:brown", ls="-.", label="load M_load")
@@ -183,7 +183,7 @@ def stages(result: Result, *, running_in: RunningIn | None = None, figure: Figur
 
 
 def contacts(result: Result, *, figure: Figure | None = None) -> Figure:
-    """Which linings stick and which slide, over time: of a chain on the pulley, of a resolved bandage on band and rim.
+    """Stick and slip of each lining over time: of a chain on the pulley, of a resolved bandage on band and rim.
 
     One line for each lining, from the slack end: light blue while it sticks, orange while it slides ahead, purple while
     it slides back. Left the whole motion, right the time up to the first full slip, if it is short.
@@ -220,7 +220,7 @@ def temperatures(result: Result, *, figure: Figure | None = None) -> Figure:
     """Temperatures of rim, linings and band over time, the permissible one, and the hottest moment's depth profiles.
 
     Above the surfaces over time (linings with walls of their own: the coolest and the hottest), below the coefficient
-    of friction that is left, and at the right the temperature through the depth of the walls when the rim, or the first
+    of friction, and at the right the temperature through the depth of the walls when the rim, or the first
     place that the scene names, was hottest.
 
     Raises `ValueError` if the scene has no heat.
@@ -255,7 +255,7 @@ def temperatures(result: Result, *, figure: Figure | None = None) -> Figure:
     for (name, pair), colour in zip(s.pairs.items(), ("tab:green", "tab:blue"), strict=False):
         if pair.friction_coefficient is not None:
             f, words = np.asarray(pair.friction_coefficient), name if len(s.pairs) > 1 else "when sliding"
-            lowest = "of the lining with the least" if np.ptp(f, axis=1).max() > 1e-9 else None
+            lowest = "of the lining with the minimum" if np.ptp(f, axis=1).max() > 1e-9 else None
             _extremes(friction, t, f, colour, (f"coefficient of friction, {words}", lowest))
     low, high = friction.get_ylim()
     if high - low < 0.12 * high:  # hardly changes: no axis of a few thousandths
@@ -284,7 +284,7 @@ def _extremes(
     words: tuple[str, str | None],
     lw: float | None = None,
 ) -> None:
-    """The greatest of several values over time and, where it has a name, the least."""
+    """The maximum of several values over time and, where it has a name, the minimum."""
     axes.plot(t, values.max(axis=1), color=colour, lw=lw, label=words[0])
     if words[1] is not None:
         axes.plot(t, values.min(axis=1), color=colour, ls=":", label=words[1])
@@ -303,7 +303,7 @@ def depth(result: Result, wall: str | None = None, copy: int | None = None, *, f
     """Temperature (°C) through the depth (mm) of a wall over time as a map with contour lines, beside it profiles.
 
     Where the layers are graded, the axis of the depth is so too: every layer is equally high. The lines of the map are
-    those on the colour bar. The profiles are those at the start, while the face heats to its greatest temperature and
+    those on the colour bar. The profiles are those at the start, while the face heats to its maximum temperature and
     cools again, and at the end.
 
     - `wall`: name of a body in layers; default that of the rim, else the first one
@@ -347,7 +347,7 @@ def depth(result: Result, wall: str | None = None, copy: int | None = None, *, f
 
 
 def _telling(face: Float[np.ndarray, " t"]) -> tuple[int, Int[np.ndarray, " m"]]:
-    """When the face is hottest, and indices of profiles that tell how it came to be so: equal steps of its change."""
+    """Time at which the face is hottest, and indices of profiles at equal steps of its temperature up to then."""
     hottest = int(np.argmax(face))
     change = np.append(0.0, np.cumsum(np.abs(np.diff(face))))
     wanted = change[hottest] + np.ptp(face) * np.array([-0.8, -0.5, -0.25, 0.15, 0.3, 0.5])
@@ -401,7 +401,7 @@ def lining_map(
       `friction_coefficient`, `displacement` of a chain (mm)
     - `pair`: name of a friction pair; of a staged brake `external` is band on linings, `internal` linings on rim
 
-    Raises `InputError` for what the run does not have.
+    Raises `InputError` for quantities that the run does not have.
     """
     columns, maps, brake = windows(one_run(result)), [], result.scene.brake
     for window in columns:

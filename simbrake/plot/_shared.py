@@ -1,4 +1,4 @@
-"""What figures share: colours, marks at events, windows and grids of time, axes."""
+"""Shared parts of figures: colours, marks at events, windows and grids of time, axes."""
 
 import base64
 import io
@@ -25,7 +25,7 @@ ZERO = 273.15  # K
 #: colours that people with any colour vision tell apart (M. Okabe, K. Ito, *Color Universal Design*, 2008)
 BLUE, SKY, GREEN, ORANGE, VERMILLION, PURPLE = "#0072B2", "#56B4E9", "#009E73", "#E69F00", "#D55E00", "#CC79A7"
 
-#: events that change what a whole pair does, with their colour and the words beside their line
+#: events that change the state of a whole pair, with the colour and label of their line
 _MARKED = {
     "slip_onset": (GREEN, "slip onset t₀"),
     "full_slip": (ORANGE, "full slip t₁"),
@@ -40,7 +40,7 @@ _MARKED = {
 }
 
 
-#: how legends look
+#: style of legends
 SMALL = {"fontsize": 8, "framealpha": 0.9}
 
 
@@ -82,13 +82,13 @@ class Window(NamedTuple):
 
 
 def windows(result: Result) -> list[Window]:
-    """The part of a run that is worth a figure, and the onset of slip where it is short.
+    """The part of a run to be drawn, and the onset of slip where it is short.
 
     A run that ends at rest is cut shortly after its last stop; the onset reaches to the first full slip or lock.
     """
     start, end = span(result)
     events = result.events
-    # what swings after the stop, as linings of a chain do, is no motion of the pulley
+    # oscillations after the stop, as of the linings of a chain, are no motion of the pulley
     moves = [e for e in events if e.name in _MARKED]
     if moves and moves[-1].name == "stop" and moves[-1].time > start:
         end = min(end, start + 1.15 * (moves[-1].time - start))
@@ -144,7 +144,7 @@ def dense_grid(result: Result, low: float, high: float) -> Series:
 
 
 def cells(result: Result, low: float, high: float) -> Times:
-    """Edges (s) of the cells of a map over time: even ones, events, and steps, which are dense where it is quick."""
+    """Edges (s) of the cells of a map over time: even ones, events, and steps, which are dense during fast changes."""
     t = np.unique(np.asarray(result.record.rows.t)[: int(result.record.count) + 1])
     steps = t[(t > low) & (t < high)]
     events = [e.time for e in result.events if low < e.time < high]
@@ -170,7 +170,7 @@ _DPI = 170.0  # of PNGs: sharp in print over the width of a page
 def data_uri(figure: Figure) -> str:
     """A figure for a page, the same for the same figure: SVG, or PNG where that is shorter to load."""
     kind, file = "svg+xml", io.BytesIO()
-    # text that looks alike without the font; ids from a hash with a fixed salt; no date
+    # text drawn as paths, independent of fonts; ids from a hash with a fixed salt; no date
     with matplotlib.rc_context({"svg.hashsalt": "simbrake", "svg.fonttype": "path"}):
         figure.savefig(file, format="svg", metadata={"Date": None})
     if file.tell() > _LONGEST:

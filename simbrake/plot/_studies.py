@@ -30,7 +30,7 @@ from ._shared import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION, ZERO, dense_g
 
 
 def tornado(table: SensitivityTable, *, most: int = 12, figure: Figure | None = None) -> Figure:
-    """Bars of what every parameter does to a metric over its range, the widest on top.
+    """Tornado chart: effect of every parameter on a metric over its range, the largest on top.
 
     Without ranges in the table: elasticities.
     """
@@ -65,7 +65,7 @@ def tornado(table: SensitivityTable, *, most: int = 12, figure: Figure | None = 
 
 
 def calibration(fit: Calibration, *, figure: Figure | None = None) -> Figure:
-    """Measured values with their standard deviations and the runs before and after a fit; below, what is left in σ.
+    """Measured values with their standard deviations and the runs before and after a fit; below, residuals in σ.
 
     One column of panels for each measured column, and one for single values such as event times.
     """
@@ -149,7 +149,7 @@ def distribution(found: Uncertainty, metric: Metric, *, figure: Figure | None = 
 
 
 def indices(table: SobolTable, *, figure: Figure | None = None) -> Figure:
-    """Total and first-order Sobol indices as bars with their intervals, the greatest on top."""
+    """Total and first-order Sobol indices as bars with their intervals, the largest on top."""
     rows = table.indices[::-1]
     figure = sheet(figure, 8.5, 1.4 + 0.55 * len(rows))
     axes = figure.subplots()
@@ -157,7 +157,7 @@ def indices(table: SobolTable, *, figure: Figure | None = None) -> Figure:
     total, first = [row.total for row in rows], [row.first for row in rows]
     for label, estimates, colour, shift in (
         ("first order S_1: alone", first, "tab:orange", -0.2),
-        ("total S_T: with all it acts on", total, "tab:blue", 0.2),
+        ("total S_T: with interactions", total, "tab:blue", 0.2),
     ):
         bars = {"color": colour, "alpha": 0.8, "label": label, "error_kw": {"capsize": 3, "lw": 1}}
         axes.barh(place + shift, [e.value for e in estimates], 0.38, xerr=[e.high - e.value for e in estimates], **bars)
@@ -168,7 +168,7 @@ def indices(table: SobolTable, *, figure: Figure | None = None) -> Figure:
     handles, labels = axes.get_legend_handles_labels()
     axes.legend(handles[::-1], labels[::-1], loc="lower right", fontsize=8)
     factor, _, unit = scale(table.unit, table.deviation)
-    words = f"what makes the {table.metric.replace('_', ' ')} uncertain"
+    words = f"sources of uncertainty of the {table.metric.replace('_', ' ')}"
     spread = f"{factor * table.deviation:.3g} {unit}".rstrip()
     axes.set_title(f"{words} (standard deviation {spread})", fontsize=10)
     return figure
@@ -214,7 +214,7 @@ def angles(given: Any, *, uniform: bool = True, figure: Figure | None = None) ->
       these; of a `LayoutDesign` all rows. Brakes and scenes count the gaps of their band
     - `uniform`: also draws the uniform pitch with the same number of linings and wrap as the first layout
 
-    Raises `InputError` for what is no layout, with every fault.
+    Raises `InputError` for values that are no layout, with every error.
     """
     named = _named(given)
     found, edges = [], {}
@@ -276,8 +276,8 @@ def _edges(one: Any) -> Ends:
 
 
 def layouts(rows: Sequence[LayoutRow], *, figure: Figure | None = None) -> Figure:
-    """Layouts of linings beside each other: angles from the slack to the tight end, what they differ from the last
-    layout by, and each target of every lining."""
+    """Layouts of linings beside each other: angles from the slack to the tight end, their difference from the last
+    layout, and each target of every lining."""
     targets = list(rows[0].values)
     figure = sheet(figure, 11.5, 3.2 * (2 + len(targets)))
     panels = figure.subplots(2 + len(targets), 1, squeeze=False, sharex=True)[:, 0]
@@ -369,7 +369,7 @@ def wear(lives: LiningLife | Mapping[str, LiningLife], *, figure: Figure | None 
 
 
 def _worn_after(life: LiningLife, done: Float[np.ndarray, " m"]) -> Float[np.ndarray, "m n"]:
-    """Thickness (m) worn off after numbers of brakings; nearly straight between points of the history."""
+    """Thickness (m) worn off after numbers of brake applications; nearly straight between points of the history."""
     h = life.history
     return np.stack([np.interp(done, h.brakings, h.worn[:, i]) for i in range(h.worn.shape[1])], axis=1)
 

@@ -2,10 +2,10 @@
 
 Z1…Z6 are tables 1–6 of Zhuravlov et al., *Dynamics of friction couples of a band-shoe brake*; V1, V2 tables 1, 2 of
 Volchenko et al., *Thermal transmission through metal friction elements*; S1 table 1 of Skrypnyk, *Assessment of energy
-loading of friction units*. The printed values and the known misprints with their reasons lie beside this file.
+loading of friction units*. The printed values and the known misprints with their reasons are beside this file.
 
-The figures themselves are not in the sources that simbrake was made from, so no point could be read off them. Their
-formulas are checked against the printed tables instead, which hold the same formulas at single points.
+The figures themselves are not in the available sources, so no point could be read off them. Their
+formulas are checked against the printed tables instead, which give the same formulas at single points.
 """
 
 import csv
@@ -76,7 +76,7 @@ def _rows(name: str) -> list[Printed]:
 
 
 def published_rows(table: str) -> list[Printed]:
-    """Rows of a table (`"Z1"` … `"S1"`) as printed, words as they are: every column, those that are given included."""
+    """Rows of a table (`"Z1"` … `"S1"`) as printed, words unchanged: every column, inputs included."""
     return _rows(FILES[table])
 
 
@@ -148,7 +148,7 @@ class BandDiagram(NamedTuple):
 
 
 def _diagram(name: str, f: float, beta: Float[np.ndarray, " n"], k: int, lam: float) -> BandDiagram:
-    """The band when the first `k` linings slide and the others carry nothing; `lam`: `λ = C R/T_0`."""
+    """The band with the first `k` linings sliding and the others without load; `lam`: `λ = C R/T_0`."""
     fz = f * np.tan(beta / 2)
     Pi = np.cumprod((1 + fz) / (1 - fz))
     tension = np.append(1.0, np.minimum(Pi, Pi[k - 1]))
@@ -306,10 +306,10 @@ class EnergyLevels(NamedTuple):
     maximum: Float[np.ndarray, " m"]  # by S-26
 
 
-#: what the two panels of S, Fig. 1 are drawn for; the rim is V's, the rest assumed: f_0, V_0 (m/s), p_c (Pa), A_c (m²)
+#: parameters of the two panels of S, Fig. 1; the rim is V's, the rest assumed: f_0, V_0 (m/s), p_c (Pa), A_c (m²)
 S1_PAIR = {"f_0": 0.35, "V_0": 14.2, "p_c": 0.25e6, "A_c": 1.22}
 S1_STOP, S1_DRAG, S1_RIM, S1_TRACK = 1.0, 60.0, 0.025, 1.63  # s, s, m, m²
-_DRAG_POWER = 0.1  # of the power of the stop at first
+_DRAG_POWER = 0.1  # of the initial power of the stop
 _SPOT, _HARDNESS = 50e-6, 300e6  # m, Pa
 
 

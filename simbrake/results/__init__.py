@@ -1,6 +1,6 @@
-"""What a run tells: series, events, energies, what rubs at each lining; data sets, files, comparisons.
+"""Results of a run: series, events, energies, friction at each lining; data sets, files, comparisons.
 
-The names stand in `__init__.pyi`, each with its module, which is imported when the name is first used.
+The names are in `__init__.pyi`, each with its module, which is imported at the first use of the name.
 """
 
 import lazy_loader

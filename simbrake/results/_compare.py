@@ -7,7 +7,6 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import diffrax
 import numpy as np
 from jaxtyping import Float, Num
 
@@ -32,22 +31,22 @@ Settings = dict[str, Any]  # plain values of JSON by name
 
 
 def origin(source: Source) -> Settings:
-    """What `provenance` said when a result was stored: of a file, a data set, or (now) a result."""
+    """Provenance of a stored result, from a file or a data set, or of a result."""
     if isinstance(source, Result):
         return provenance(source)
     data, name = (load(source, earlier=True), str(source)) if isinstance(source, str | Path) else (source, "data set")
     try:
         return json.loads(data.attrs["provenance"])
     except (AttributeError, KeyError, ValueError) as error:
-        what = "does not say where it came from"
+        what = "has no provenance"
         raise InputError([Fault(name, what, "give a result file, or a data set of simbrake.dataset")]) from error
 
 
 def rerun(source: Source, *, scene: Scene | None = None, solver: Any = None) -> Result:
-    """Runs a stored result again: its scene, with its solver and settings.
+    """Run a stored result again: its scene, with its solver and settings.
 
     - `source`: a result file, a data set or a `Result`
-    - `scene`: needed where the file holds no text of it (a custom law): a scene of the same parts, whose numbers
+    - `scene`: needed where the file holds no text of it (a custom law): a scene of the same parts, whose parameters
       are replaced by those stored
     - `solver`: needed where the stored one is no solver of diffrax without options, and not `Rodas5P`
 
@@ -101,6 +100,8 @@ def _filled(scene: Scene, stored: Settings) -> Scene:
 def _solver_of(name: str) -> Any:
     if name == "Rodas5P":
         return Rodas5P()
+    import diffrax  # here, as only this asks for a solver by the name in a file
+
     solver = getattr(diffrax, name, None)
     if isinstance(solver, type) and issubclass(solver, diffrax.AbstractERK):
         return solver()
@@ -111,7 +112,7 @@ def _solver_of(name: str) -> Any:
 
 #: factor between the tolerances of the two runs
 RATIO = 100.0
-#: below this tolerance rounding governs, and a tighter run says nothing
+#: below this tolerance rounding dominates, and a tighter run shows no error
 _TIGHTEST = 1e-13
 
 
@@ -134,7 +135,7 @@ class Shift(NamedTuple):
 
 
 class EventShift(NamedTuple):
-    """Events of one name: how many are in both runs, and the largest difference of their times (s)."""
+    """Events of one name: count in both runs, and the largest difference of their times (s)."""
 
     name: str
     count: int
@@ -144,8 +145,9 @@ class EventShift(NamedTuple):
 class Repeat(NamedTuple):
     """A run and the same scene at another tolerance.
 
-    With `tighter` the differences estimate the error of the run reported; else they are, mostly far above it, the error
-    of the looser one. `unmatched`: events that only one of the two has; `problem`: why there is no comparison.
+    With `tighter` the differences estimate the error of the run reported; else the error
+    of the looser one, usually far larger. `unmatched`: events that only one of the two has; `problem`: reason for a
+    missing comparison.
     """
 
     rtol: float
@@ -158,11 +160,11 @@ class Repeat(NamedTuple):
 
 
 def repeat(result: Result, progress: Any = False) -> Repeat:
-    """Runs the scene of a concrete result again, 100 times tighter (or looser, where rounding would govern), with the
+    """Run the scene of a concrete result again, 100 times tighter (or looser, where rounding would govern), with the
     same method, and compares the times of all events and all metrics.
 
-    Where events and known times cut a run into pieces so short that both tolerances take the same steps, their
-    difference would be 0 and say nothing: the second run then takes steps of at most half the mean one. `progress` as
+    Where events and time breakpoints cut a run into pieces so short that both tolerances take the same steps, their
+    difference would be 0 without meaning: the second run then takes steps of at most half the mean one. `progress` as
     for `simulate`.
     """
     rtol = float(result.rtol)
@@ -193,7 +195,7 @@ def _steps(result: Result) -> tuple[int, int]:
 
 
 def _shifts(a: list[Event], b: list[Event]) -> tuple[tuple[EventShift, ...], int]:
-    """Shifts of the events that are in both, by name, and how many are not."""
+    """Shifts of the events that are in both, by name, and the number of unmatched ones."""
     times = [occurrences((e.name, e.lining, e.time) for e in events) for events in (a, b)]
     by_name: dict[str, list[float]] = {}
     for key, time in times[0].items():
@@ -243,7 +245,7 @@ class SeriesChange(NamedTuple):
 
 
 class Word(NamedTuple):
-    """Something that is not a number in both results."""
+    """A difference in something other than numbers."""
 
     name: str
     a: Any
@@ -278,7 +280,7 @@ class Comparison:
 
     @property
     def equal(self) -> bool:
-        """Whether scenes and results are the same within the tolerance."""
+        """Whether scenes and results are equal within the tolerance."""
         rows = [*self.scene, *self.events, *self.metrics, *self.energies, *self.series]
         alone = self.parts or self.only_a or self.only_b
         return not alone and self.status.a == self.status.b and not any(row.differs for row in rows)
@@ -340,12 +342,12 @@ _NEEDED = ("time", "side", "status", "event_time", "event_name", "event_lining",
 
 
 def compare(a: Source, b: Source, rtol: float = 1e-9) -> Comparison:
-    """Compares two results: each a `Result`, a data set of `simbrake.dataset`, or the path of a result file.
+    """Compare two results: each a `Result`, a data set of `simbrake.dataset`, or the path of a result file.
 
     Judged against `rtol`: every number of the scenes, event time and metric relative to its own size; energies relative
     to the largest one exchanged; series relative to the maximum of their unit, at the times that both have.
-    Where they hardly have times in common, series are interpolated and shown, but not judged. When and where a
-    maximum occurs is not judged either (on a plateau it means nothing). Raises `InputError`.
+    Where they have few common times, series are interpolated and shown, but not judged. Time and place of a
+    maximum are not judged either (arbitrary on a plateau). Raises `InputError`.
     """
     if not (np.ndim(rtol) == 0 and 0 <= rtol < 1):  # a NaN is not
         raise InputError([Fault("rtol", f"{rtol} is out of range", "0 ≤ rtol < 1")])
@@ -373,7 +375,7 @@ def compare(a: Source, b: Source, rtol: float = 1e-9) -> Comparison:
 
 
 def _data(a: Source, b: Source) -> list[Dataset]:
-    """The data sets of both; two results are looked at at the same times."""
+    """The data sets of both; two results are evaluated at the same times."""
     times = None
     if isinstance(a, Result) and isinstance(b, Result) and a.concrete and b.concrete:
         start, end = (
@@ -388,7 +390,7 @@ def _data(a: Source, b: Source) -> list[Dataset]:
             continue
         data = load(source) if isinstance(source, str | Path) else source
         if getattr(data, "attrs", {}).get("format") != FORMAT:
-            what = f"{type(source).__name__} is no result"
+            what = f"{type(source).__name__} is not a result"
             raise InputError([Fault("compare", what, "give a Result, its dataset, or the path of a result file")])
         if missing := [name for name in _NEEDED if name not in data.variables]:
             raise InputError([Fault("compare", f"a result is without {', '.join(missing)}", "give all of a data set")])
@@ -402,7 +404,7 @@ def _counts(outcome: Settings) -> Settings:
 
 
 def _words(a: Settings, b: Settings) -> list[Word]:
-    """Entries that are not the same."""
+    """Differing entries."""
     names = dict.fromkeys([*a, *b])
     return [Word(name or "scene", a.get(name), b.get(name)) for name in names if a.get(name) != b.get(name)]
 
@@ -478,7 +480,7 @@ def _scalars(a: Dataset, b: Dataset, rtol: float) -> tuple[list[Change], list[Ch
     found: tuple[list[Change], list[Change]] = [], []
     for name in dict.fromkeys([*own, *other]):
         one, two = (group[name].item() if name in group else None for group in (own, other))
-        scale = largest if name in in_joules else 1.0 if name in energies else None  # closures are shares already
+        scale = largest if name in in_joules else 1.0 if name in energies else None  # residuals are relative already
         at_peak = name.startswith(("max_", "peak_")) and name.endswith(("_time", "_lining"))
         change = _change(name, one, two, units[name], rtol, scale=scale, judged=not at_peak)
         found[name in energies].append(change)
@@ -518,7 +520,7 @@ def _series(a: Dataset, b: Dataset, rtol: float) -> tuple[list[SeriesChange], st
 
 
 def _over_time(data: Dataset) -> dict[str, DataArray]:
-    """Columns over time; layers of walls are nodes as well and stand there."""
+    """Columns over time; layers of walls are among the nodes."""
     return {
         str(name): v
         for name, v in data.data_vars.items()

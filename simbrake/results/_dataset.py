@@ -26,15 +26,15 @@ from .._run._result import Result
 from .._run._series import RENAMED, SERIES_COLUMNS, Series, flat, meaning_of_column, times_within, unit_of_column
 from ..files._scene_file import scene_from_text, scene_text
 from ..hybrid import LANDED
-from ..studies._store import fingerprint
+from ..studies._chunks import fingerprint
 from ..thermal._network import Junction, Reservoir, Wall
 
 if TYPE_CHECKING:
     from xarray import DataArray, Dataset
 else:
-    DataArray = Dataset = Any  # xarray is loaded by those who want a data set
+    DataArray = Dataset = Any  # xarray is imported when a data set is needed
 
-#: of the data set, in its attribute `format`; a number that grows when the layout changes
+#: of the data set, in its attribute `format`; its number increases when the layout changes
 FORMAT = "simbrake result 1"
 #: times of an even grid
 POINTS = 1001
@@ -62,16 +62,16 @@ def dataset(result: Result, times: Any = None) -> Dataset:
     - `side`: at an event, and where a given profile has a corner or a jump, a time occurs twice: with the values
       before (−1) and after (+1); elsewhere 0. `data.isel(time=data.side >= 0)` has every time once
     - `event_time`, `event_name`, `event_lining` (0: no single lining) over `event`; of a staged brake `stage_…` over
-      `stage`; metrics and `energy.…` as single numbers (times that never come are `inf`)
-    - `status`, `code`, and in the attribute `provenance` (JSON) what `simbrake.results.provenance` says
+      `stage`; metrics and `energy.…` as single numbers (times of events that do not occur are `inf`)
+    - `status`, `code`, and in the attribute `provenance` (JSON) the data of `simbrake.results.provenance`
 
-    `times` (s): those wanted, by default 1001 even ones and all events and corners. Raises `InputError` for times
+    `times` (s): by default 1001 even ones and all events and corners. Raises `InputError` for times
     outside the run, `ValueError` for a traced or batched result.
     """
     import xarray as xr
 
     if not result.concrete:
-        raise ValueError("a traced or batched result has no data set: take one result outside of jit and vmap")
+        raise ValueError("a traced or batched result has no data set: use one result outside of jit and vmap")
     series, t, side = _sampled(result, times)
     linings = np.arange(series.normal_load.shape[1]) + 1
     coords = {
@@ -83,7 +83,7 @@ def dataset(result: Result, times: Any = None) -> Dataset:
     for field, (dims, values, _) in data.items():
         if f"{field}_state" in dims:
             states = np.arange(values.shape[1]) + 1
-            coords[dims[1]] = _variable(dims[1], states, "1", "which state of the friction law")
+            coords[dims[1]] = _variable(dims[1], states, "1", "state of the friction law")
     if series.temperature is not None:
         coords["node"] = _variable("node", result.nodes, "1", "thermal node")
         _add_walls(result, np.asarray(series.temperature), coords, data)
@@ -172,7 +172,7 @@ def _add_walls(result: Result, temperature: Float[np.ndarray, "m nodes"], coords
 
 
 def _free(name: str, data: Variables) -> str:
-    """A name that files take, and that no other wall has."""
+    """A name valid in files and unique among the walls."""
     name = re.sub(r"\W+", "_", name)
     while f"{name}_layer_temperature" in data:
         name += "_"
@@ -184,7 +184,7 @@ def _events(result: Result) -> Variables:
     linings = np.asarray([e.lining or 0 for e in result.events], np.int64)
     return {
         "event_time": _variable("event", np.asarray(times, float), "s", "time of the event"),
-        "event_name": _variable("event", np.asarray(names, str), "1", "what happened"),
+        "event_name": _variable("event", np.asarray(names, str), "1", "name of the event"),
         "event_lining": _variable("event", linings, "1", "lining (from 1) that it concerns, 0: no single one"),
     }
 
@@ -200,11 +200,11 @@ def _stages(result: Result) -> Variables:
 
 
 def _numbers(result: Result) -> Variables:
-    """Metrics, energies, and how the solver fared: variables without a dimension."""
+    """Metrics, energies and solver counts: variables without a dimension."""
     summary, stats = result.summary(), result.record.stats
     energies, found = summary["energy"], {}
     for name, value in {**summary["metrics"], **summary["at"]}.items():
-        if name not in energies:  # heats stand among the energies
+        if name not in energies:  # heats are among the energies
             value = value if isinstance(value, int) else float(np.inf if value is None else value)
             found[name] = ((), np.asarray(value), about_output(name))
     found |= {
@@ -215,32 +215,32 @@ def _numbers(result: Result) -> Variables:
         "rejected": (int(stats.rejected), "step attempts rejected for their error"),
         "retaken": (int(stats.retaken), "steps taken again, shorter, at events"),
         "segments": (int(stats.segments), "parts of the run between events"),
-        "code": (int(result.code), "0 if the run reached its end time, else why not"),
-        "status": (result.status, "how the run ended"),
+        "code": (int(result.code), "0 if the run reached its end time, else the failure code"),
+        "status": (result.status, "status of the run"),
         "method": (result.method_name, "solver of the run"),
         "rtol": (float(result.rtol), "relative tolerance of the run"),
     }
     return found | {name: _variable((), value, "1", meaning) for name, (value, meaning) in about.items()}
 
 
-# --- where a result came from ----------------------------------------------------------------------------------------
+# --- provenance ----------------------------------------------------------------------------------------------------
 
 _HOME = "simbrake"
 PACKAGES = ("jax", "jaxlib", "diffrax", "equinox", "interpax", "numpy", "scipy")
 
 
 def provenance(result: Result) -> dict[str, Any]:
-    """Where a concrete result came from, as plain values of JSON: no user, host or path is named.
+    """Provenance of a concrete result, as plain values of JSON, without user, host or path.
 
     - `simbrake`, `versions`, `machine`, `date` (UTC, ISO 8601, of this call)
-    - `scene`: `toml`, the text of a scene file, or `null` and `why` for a scene that no file can hold, as one with a
+    - `scene`: `toml`, the text of a scene file, or `null` and `why` for a scene that cannot be written, as one with a
       custom law; `numbers` (path, value, unit, SI) and `parts` (path → class or word) of any scene
     - `settings`: the options of `simulate`;  `outcome`: status, code and counts of the solver
 
     `simbrake.results.rerun` runs it again. Raises `ValueError` for a traced or batched result.
     """
     if not result.concrete:
-        raise ValueError("a traced or batched result has no provenance: take it of one result outside of jit and vmap")
+        raise ValueError("a traced or batched result has no provenance: use one result outside of jit and vmap")
     stats, limits = result.record.stats, result.limits
     longest = float(limits.max_step)
     return {
@@ -294,7 +294,7 @@ def scene_dict(scene: Scene) -> dict[str, Any]:
 
 
 def _toml(scene: Scene) -> tuple[str | None, str | None]:
-    """The text of a scene file from which the very same scene comes back, or why there is none."""
+    """The text of a scene file that restores the same scene exactly, or the reason why there is none."""
     try:
         text = scene_text(scene)
         back = scene_from_text(text)
@@ -307,7 +307,7 @@ def _toml(scene: Scene) -> tuple[str | None, str | None]:
 
 
 def parts(node: Any, path: str = "") -> dict[str, Any]:
-    """What a scene is made of beside its numbers with units: path → name of the class, or the value of a word or count.
+    """Structure of a scene beside its numbers with units: path → name of the class, or value of a word or count.
 
     Classes that are not of simbrake are named with their module.
     """
@@ -323,7 +323,7 @@ def parts(node: Any, path: str = "") -> dict[str, Any]:
                 found |= parts(value, f"{path}.{field.name}" if path else field.name)
     elif isinstance(node, bool | int | float | str):
         found[path] = node
-    elif isinstance(node, np.ndarray | jax.Array):  # numbers of a law of one's own that name no unit
+    elif isinstance(node, np.ndarray | jax.Array):  # numbers of a custom law that name no unit
         found[path] = np.asarray(node).tolist()
     elif node is not None:
         found[path] = _name(node if callable(node) else type(node))
@@ -342,7 +342,7 @@ _TYPES = {"f": "float64", "i": "int64", "U": "str"}
 
 
 def normalised(data: Dataset) -> Dataset:
-    """The data set with 64-bit numbers and plain strings, however a file format keeps them, and no encodings.
+    """The data set with 64-bit numbers and plain strings for every file format, and no encodings.
 
     Attributes are text, as not every format keeps other types apart.
     """
@@ -399,7 +399,7 @@ def _plain(x: Any) -> Any:
 
 
 def join(header: Header, columns: dict[str, np.ndarray]) -> Dataset:
-    """The data set of a header and its columns; `KeyError`, `ValueError`, … where these do not belong together."""
+    """The data set of a header and its columns; `KeyError`, `ValueError`, … where these do not match."""
     import xarray as xr
 
     sizes, found = header["sizes"], {}
@@ -442,7 +442,7 @@ _CHECK = "checksum"
 
 
 def save(result: Result | Dataset, path: str | Path) -> Path:
-    """Writes a result, or a data set of `simbrake.dataset`, to one file: whole, or not at all.
+    """Write a result, or a data set of `simbrake.dataset`, to one file: whole, or not at all.
 
     By the suffix of `path`: `.nc` netCDF (classic, opened by xarray, MATLAB, Octave, R, Panoply …), `.parquet` (one
     row per time; needs `pip install 'simbrake[tables]'`), `.csv` (one row per time, the rest in lines that begin with
@@ -452,7 +452,7 @@ def save(result: Result | Dataset, path: str | Path) -> Path:
     kind = _kind_of(path)
     data = normalised(dataset(result) if isinstance(result, Result) else result)
     if data.attrs.get("format") != FORMAT:
-        raise InputError([Fault(str(path), "what is to be saved is no result", "give a Result, or its dataset")])
+        raise InputError([Fault(str(path), "the object to be saved is not a result", "give a Result, or its dataset")])
     data.attrs[_CHECK] = _checksum(data)
     if path.is_dir():
         raise InputError([Fault(str(path), "is a folder", "give the name of a file")])
@@ -464,7 +464,7 @@ def save(result: Result | Dataset, path: str | Path) -> Path:
 def load(path: str | Path, *, earlier: bool = False) -> Dataset:
     """The data set (`xarray.Dataset`) of a result file, or of a folder of `simbrake run --out`.
 
-    Raises `InputError` for a file that is not there, of another kind, damaged, or changed after it was written, and for
+    Raises `InputError` for a file that is missing, of another kind, damaged, or changed after it was written, and for
     one of an earlier version whose columns had other names (`earlier=True` reads it as it is).
     """
     path = Path(path)
@@ -480,11 +480,11 @@ def load(path: str | Path, *, earlier: bool = False) -> Dataset:
         found = data.attrs.pop(_CHECK, None)
     except InputError:
         raise
-    except Exception as error:  # whatever stands in somebody's file is told in one line
+    except Exception as error:  # any exception in a user's file is reported in one line
         words = f"cannot be read as a result ({type(error).__name__})"
         raise InputError([Fault(str(path), words, f"give {kind.name} as `simbrake.save` writes it")]) from error
     if data.attrs.get("format") != FORMAT:
-        raise InputError([Fault(str(path), "is no result of a run", f"its attribute `format` would be {FORMAT!r}")])
+        raise InputError([Fault(str(path), "is not a result of a run", f"its attribute `format` must be {FORMAT!r}")])
     if found != _checksum(data):
         raise InputError([Fault(str(path), "is damaged, or was changed after it was written", "save the result again")])
     if old := [] if earlier else [name for name in map(str, data.data_vars) if name in RENAMED]:
@@ -530,7 +530,7 @@ _PYTHON: dict[str, Callable[[str], Any]] = {"float64": float, "int64": int, "str
 def _read_csv(path: Path) -> Dataset:
     text = path.read_text("utf-8")
     if not text.startswith(f"{_COMMENT}{FORMAT}\n"):
-        raise InputError([Fault(str(path), "is no result of a run", f"its first line would be {_COMMENT}{FORMAT}")])
+        raise InputError([Fault(str(path), "is not a result of a run", f"its first line must be {_COMMENT}{FORMAT}")])
     lines = text.split("\n")
     count = next(i for i, line in enumerate(lines) if not line.startswith(_COMMENT))
     header = from_lines([line.removeprefix(_COMMENT) for line in lines[1:count]])
@@ -571,7 +571,7 @@ def _read_parquet(path: Path) -> Dataset:
     table = pa.parquet.read_table(path, partitioning=None)
     text = (table.schema.metadata or {}).get(b"simbrake")
     if text is None:
-        raise InputError([Fault(str(path), "is no result of a run", "its metadata would have an entry `simbrake`")])
+        raise InputError([Fault(str(path), "is not a result of a run", "its metadata must have an entry `simbrake`")])
     columns = {name: table.column(name).to_numpy() for name in table.column_names}
     return join(json.loads(text), columns)
 

@@ -1,4 +1,4 @@
-"""What belongs to runs and their results but is defined where they are made, under one roof."""
+"""Public names of runs and results that are defined in the packages of the run."""
 
 from .._physics._mechanism import BandMode as BandMode
 from .._run._linings import Overlap as Overlap

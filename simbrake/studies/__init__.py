@@ -1,6 +1,6 @@
 """Studies of a scene: many runs, sensitivities, uncertainty, calibration, and the life of the linings.
 
-The names stand in `__init__.pyi`, each with its module, which is imported when the name is first used.
+The names are in `__init__.pyi`, each with its module, which is imported at the first use of the name.
 """
 
 import lazy_loader

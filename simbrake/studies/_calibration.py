@@ -1,4 +1,4 @@
-"""Fitting numbers of a scene to measured data: bounded least squares, errors, and what the data leave open."""
+"""Fitting parameters of a scene to measured data: bounded least squares, errors, and undetermined parameters."""
 
 import dataclasses
 import enum
@@ -13,14 +13,14 @@ from .._base._table import Column, Table, Tabular, plain
 from .._parts._scene import Scene, check
 from .._run._choice import stiffness
 from .._run._edit import with_values
-from .._run._simulate import solver_for
+from .._run._simulate import solver_for, solver_name
 from ._evaluator import Faults, Solver, box_of, place_of
 from ._fit import LOSSES, Direction, FitModel, Identified, Search, identify
 from ._measured import Measured, check_measured
 
 
 class State(enum.StrEnum):
-    """What is known of a fitted parameter."""
+    """Status of a fitted parameter."""
 
     FITTED = "fitted"
     OPEN = "open"
@@ -30,10 +30,10 @@ class State(enum.StrEnum):
 
 @dataclasses.dataclass(frozen=True)
 class Parameter:
-    """One fitted number, in SI units.
+    """One fitted parameter, in SI units.
 
-    - `standard_error`: `inf` where the data leave the parameter open, NaN at a bound (the other errors take it as
-      given);  `interval`: confidence interval of `Calibration.confidence`, symmetric in the scale of the fit
+    - `standard_error`: `inf` where the data do not determine the parameter, NaN at a bound (the other errors assume it
+      as fixed);  `interval`: confidence interval of `Calibration.confidence`, symmetric in the scale of the fit
     - `low`, `high`: the bounds;  `logarithmic`: fitted on a logarithmic scale
     """
 
@@ -73,11 +73,11 @@ class Residuals:
 
 @dataclasses.dataclass(frozen=True)
 class OpenCombination:
-    """A direction in which the data do not hold the parameters.
+    """A direction of parameter changes that the data do not determine.
 
     - `relative`: `dθ_i/θ_i` of every parameter along it, the largest 1 (`dθ_i` where `θ_i` is 0), at the fitted values
     - `spread`: its standard error over the range of the bounds; `inf`: the measurements do not depend on it at all
-    - `words`: the same for people
+    - `words`: description
     """
 
     relative: dict[str, float]
@@ -88,15 +88,15 @@ class OpenCombination:
 
 @dataclasses.dataclass(frozen=True)
 class Calibration(Tabular):
-    """A fit of a scene's numbers to measured data.
+    """A fit of a scene's parameters to measured data.
 
     - `parameters`, `covariance`, `correlation` (p, p), in the order of the parameters; SI units. Open parameters have
       infinite variances, parameters at a bound NaN, and both NaN covariances
     - `chi2 = Σ ((model − measured)/σ)²`, `freedom` degrees of freedom; `absolute`: the σ are absolute, else errors are
       scaled by `chi2/freedom`;  `probability` of a larger `chi2` where they are
-    - `singular_values` of the Jacobian in standard deviations per range of the bounds; `open`: what the data leave open
+    - `singular_values` of the Jacobian in standard deviations per range of the bounds; `open`: undetermined directions
     - `scene`: the scene with the fitted numbers;  `before`: with the start values
-    - `converged`, `message`, `evaluations` of model and Jacobian together, `failures`: trial points refused, by reason
+    - `converged`, `message`, `evaluations` of model and Jacobian together, `failures`: rejected trial points, by reason
     """
 
     parameters: tuple[Parameter, ...]
@@ -144,7 +144,7 @@ class Calibration(Tabular):
         return self.chi2 / self.freedom if self.freedom > 0 else np.nan
 
     def as_dict(self) -> dict[str, Any]:
-        """Everything for JSON; `null` where a number is infinite or unknown."""
+        """Return the data for JSON; `null` where a number is infinite or unknown."""
         kept = ("converged", "message", "confidence", "covariance", "correlation", "chi2", "chi2_start")
         kept += ("reduced_chi2", "singular_values", "evaluations", "failures", "solver", "loss", "warnings")
         found: dict[str, Any] = {name: getattr(self, name) for name in kept}
@@ -183,7 +183,7 @@ class Calibration(Tabular):
         yield Table([*data, Column("maximum", shown_in="σ", show=".3g")], rows)
         yield from (f"warning  {text}" for text in self.warnings)
         refused = sum(self.failures.values())
-        yield f"solver   {self.solver}, {self.evaluations} runs with derivatives, {refused} refused"
+        yield f"solver   {self.solver}, {self.evaluations} runs with derivatives, {refused} rejected"
 
     def _quality(self) -> str:
         text = f"chi²     {self.chi2_start:.5g} → {self.chi2:.5g} with {self.freedom} degrees of freedom"
@@ -196,14 +196,14 @@ class Calibration(Tabular):
 
 def _words(p: Parameter) -> str:
     if p.state == State.OPEN:
-        at = ", and it ran into a bound" if p.value in (p.low, p.high) else ""
-        return f"standard error infinite: the data leave it open{at}"
+        at = ", and it reached a bound" if p.value in (p.low, p.high) else ""
+        return f"standard error infinite: not determined by the data{at}"
     return {State.AT_LOW: "at its lower bound", State.AT_HIGH: "at its upper bound"}.get(p.state, "")
 
 
-#: shares of a combination below this are not named
+#: smaller shares of a combination are not named
 _SMALL = 0.01
-#: chi² as unlikely as this says that model and data disagree
+#: probability of chi² below which model and data disagree
 _UNLIKELY = 1e-3
 
 
@@ -218,7 +218,7 @@ def assess(
     box, paths = search.box, search.model.paths
     theta, residual = box.up(z), search.residual(found)
     fixed = search.pressed(z) & ((z == 0) | (z == 1))
-    if fixed.any():  # noise alone drives what is open against a bound: then the bound holds it, not the data
+    if fixed.any():  # noise alone drives an undetermined parameter to a bound: then the bound fixes it, not the data
         whole = _identified(search, z, np.zeros_like(fixed), absolute, rtol)
         fixed = fixed & ~whole.concerned
     known = _identified(search, z, fixed, absolute, rtol)
@@ -253,7 +253,7 @@ def assess(
     columns = map(data.split, (search.measured, scatter * search.sigma, start.values, found.values))
     rows = zip(data.all, *columns, strict=True)
     residuals = tuple(Residuals(one.name, one.unit, one.t, *row) for one, *row in rows)  # pyright: ignore
-    names = [paths[i] for i in np.flatnonzero(~fixed)]
+    names, solver = [paths[i] for i in np.flatnonzero(~fixed)], search.model.run.solver
     rate = (slope / np.where(theta == 0, 1.0, theta))[~fixed]
     return Calibration(
         parameters=parameters,
@@ -274,7 +274,7 @@ def assess(
         message=search.message,
         evaluations=search.model.run.runs,
         failures=dict(search.model.failures),
-        solver=f"{type(search.model.run.solver).__name__}, rtol {rtol:g}, {search.method}",
+        solver=f"{'' if solver is None else solver_name(solver)}, rtol {rtol:g}, {search.method}",
         loss=search.loss,
         warnings=tuple(_warnings(search, z, chi2, probability, fixed, paths)),
     )
@@ -310,18 +310,18 @@ def _combination(
         words = f"{names[shown[0]]}: no measured value depends on it"
         rest = [names[i] for i in np.flatnonzero(one.change) if i != shown[0]]
         if np.isfinite(one.spread):
-            words = f"{names[shown[0]]}: its bounds say more of it than the data"
+            words = f"{names[shown[0]]}: its bounds determine it better than the data"
         elif rest:
-            words = f"{names[shown[0]]}: within its bounds it does no more than tiny changes of {', '.join(rest)}"
+            words = f"{names[shown[0]]}: its whole range has less effect than tiny changes of {', '.join(rest)}"
     else:
         together = f"{', '.join(parts[:-1])} and {parts[-1]} together"
         words = f"{together} change no measured value"
         if np.isfinite(one.spread):
-            words = f"{together} change the measured values by less than their errors show within the bounds"
+            words = f"{together} change the measured values by less than their errors within the bounds"
     alone = [other for other in others if other is not one and any(abs(other.change[i]) > 1e-6 for i in shown)]
     if len(shown) == 2 and all(relative[shown]) and not alone:
         power = -change[shown[0]] / change[shown[1]]
-        words += f"; the data hold only ({names[shown[0]]})·({names[shown[1]]})^{power:.3g}"
+        words += f"; the data determine only ({names[shown[0]]})·({names[shown[1]]})^{power:.3g}"
     if np.isfinite(one.spread):
         words += f" (standard error {one.spread:.3g} of their range)"
     return OpenCombination(dict(zip(names, change.tolist(), strict=True)), one.singular_value, one.spread, words)
@@ -338,7 +338,7 @@ def _warnings(
         found.append("chi² is improbably small: the standard deviations of the data are too large")
     if fixed.any():
         named = ", ".join(path for path, at in zip(paths, fixed, strict=True) if at)
-        found.append(f"pressed on a bound: {named}; the errors of the others take it as given")
+        found.append(f"at an active bound: {named}; the errors of the others assume it as fixed")
     if not search.converged:
         found.append("the search has not converged: values and errors are those of the best point found")
     least = min((cost for cost, _ in search.ends), default=np.inf)
@@ -349,14 +349,14 @@ def _warnings(
     ]
     if far:
         values = ", ".join(f"{p} = {v:.5g}" for p, v in zip(paths, search.box.up(far[0]), strict=True))
-        found.append(f"not unique: {len(far)} other starts end as well elsewhere, one at {values}")
+        found.append(f"not unique: {len(far)} other starts end equally well elsewhere, one at {values}")
     reasons = ", ".join(f"{reason} ({n} times)" for reason, n in search.model.failures.items())
     if reasons:
-        found.append(f"trial points were refused: {reasons}")
+        found.append(f"trial points were rejected: {reasons}")
     return found
 
 
-#: bounds whose ratio is greater are searched on a logarithmic scale
+#: bounds with a larger ratio are searched on a logarithmic scale
 _DECADES = 100.0
 
 
@@ -377,7 +377,7 @@ def calibrate(
     method: str = "trf",
     max_evaluations: int = 200,
 ) -> Calibration:
-    """Fits numbers of a scene, within bounds, to measured data: `min ½ Σ ρ(((model − measured)/σ)²)`.
+    """Fit parameters of a scene, within bounds, to measured data: `min ½ Σ ρ(((model − measured)/σ)²)`.
 
     - `bounds`: `{"brake.linings.friction.coefficient": (0.2, 0.5)}` in SI units, paths as in `with_values`; where both
       are positive and their ratio exceeds 100 the search is logarithmic
@@ -386,13 +386,13 @@ def calibrate(
     - `loss`: `linear`, or against outliers `soft_l1`, `huber`, `cauchy`, `arctan` of residuals beyond `loss_scale` σ
     - `absolute`: whether the σ are absolute (errors from them alone) or only weights (errors scaled by the scatter of
       the residuals, Student's t); by default absolute where all are given
-    - `starts`: so many starts, the first at `start`, the others spread over the bounds (Halton); the best fit counts
+    - `starts`: number of starts, the first at `start`, the others spread over the bounds (Halton); the best fit counts
     - `method`: `trf` or `dogbox` of `scipy.optimize.least_squares`;  `max_evaluations` of each start
 
-    A trial point whose run fails, or in which a measured event does not occur, is refused: the step is shortened, and
+    A trial point whose run fails, or in which a measured event does not occur, is rejected: the step is shortened, and
     the reason is counted in `Calibration.failures`. Ctrl-C ends the search with the best point found so far.
 
-    Raises `InputError` with all errors at once, also where no start has all measured events.
+    Raises `InputError` with all errors, also where no start has all measured events.
     Source: errors after Björck, Numerical Methods for Least Squares Problems (1996), 1.1, 2.7.
     """
     found, starting = Faults(), start or {}
@@ -421,19 +421,19 @@ def calibrate(
 
 
 def _absoluteness(data: Measured, wanted: bool | None, parameters: int, faults: Faults) -> bool:
-    """Whether standard deviations are absolute; adds what is wrong with them."""
+    """Whether standard deviations are absolute; adds their errors."""
     without = [part.name for part in data.all if part.sigma is None]
     hint = "give its measuring error, as a column …_sigma or by sigma={…}"
     if without and (len(data.all) > 1 or wanted):
         faults += [Fault(name, "has no standard deviation", hint) for name in without]
     absolute = not without if wanted is None else wanted
     if not absolute and data.count <= parameters:
-        what = f"{data.count} values do not show their own scatter beside {parameters} parameters"
+        what = f"{data.count} values do not determine their scatter with {parameters} parameters"
         faults.append(Fault("data", what, "measure more, or give standard deviations"))
     return absolute
 
 
 def _solver(scene: Scene, bounds: Mapping[str, tuple[float, float]]) -> Solver:
-    """The method that `simulate` would take at the start or with any parameter at a bound: the stiff one if any is."""
+    """The method that `simulate` chooses at the start or with any parameter at a bound: the stiff one if any is."""
     trials = [scene, *(with_values(scene, {path: end}) for path, pair in bounds.items() for end in pair)]
     return solver_for(scene.heated and any(stiffness(trial)[0] for trial in trials))

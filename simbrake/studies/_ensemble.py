@@ -16,6 +16,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
+import jax
 import numpy as np
 
 from .._base._faults import Fault, InputError
@@ -28,22 +29,20 @@ from .._run._edit import with_values
 from .._run._log import FAILURES, status_of
 from .._run._measure import Metric, check_metrics, name_of, unit_of
 from .._run._metrics import METRICS, metric_names
-from .._run._simulate import require_64_bits, solver_for
+from .._run._simulate import require_64_bits, solver_for, solver_name
+from ._chunks import Pool, Store, Task, fingerprint, threads
 from ._evaluator import (
     ABOUT,
     Columns,
     Faults,
     Job,
     Paths,
-    Pool,
     Solver,
-    Task,
     limits_of_many,
     place_of,
     run_chunk,
-    threads,
+    scans,
 )
-from ._store import Store, fingerprint
 
 if TYPE_CHECKING:
     import dask.distributed
@@ -57,8 +56,14 @@ else:  # these are loaded by those who use them
 Tell: TypeAlias = Callable[[int, int], object] | bool | None
 
 NOT_RUN = -1
-#: rows of all records of a chunk together: with some hundred columns half a gigabyte
-_ROWS = 2**19
+#: runs for which chunks have space where the caller does not say: few and many on a CPU; elsewhere
+_CHUNKS, _MANY = (64, 1024), 2**17
+#: instants of events of a run for which there is space at least, before the last limit of the steps
+_ROOM = 16
+#: chunks for every worker, so that all of them end at about the same time
+_SHARES = 8
+#: least ratio of the expected costs of two runs for which it pays to sort them
+_UNEQUAL = 1.2
 #: scenes looked at as a whole, besides those with the minimum and the maximum of every parameter
 _LOOKED_AT = 16
 #: runs named in one fault
@@ -78,7 +83,7 @@ class Plan:
     rtol: float
     solver: Solver | None
     max_steps: int | None
-    chunk: int
+    chunk: int | None
 
     @property
     def paths(self) -> Paths:
@@ -93,9 +98,28 @@ class Plan:
         """All varied numbers, (runs, numbers)."""
         return np.concatenate([array.reshape(self.count, -1) for array in self.values.values()], axis=1)
 
-    def one(self, i: int) -> Scene:
-        return with_values(self.scene, {path: array[i] for path, array in self.values.items()})
+    @functools.cached_property
+    def _template(self) -> tuple[list[Any], Any, dict[int, np.ndarray]]:
+        """Leaves and structure of the scene, and where the varied numbers are: for some leaves the column of each entry
+        (−1: not varied), found by a scene that has marks in their place."""
+        marks = -1e200 * (1.0 + np.arange(self.columns.shape[1]))
+        marked, structure = jax.tree.flatten(with_values(self.scene, self.paths.values(marks)))
+        places = {}
+        for k, leaf in enumerate(marked):
+            column = np.asarray(np.rint(np.asarray(leaf, np.float64) / -1e200) - 1).astype(int)
+            if np.any(column >= 0):
+                places[k] = column
+        return marked, structure, places
 
+    def one(self, i: int) -> Scene:
+        """The scene of a run, as `with_values` makes it, by numbers alone."""
+        marked, structure, places = self._template
+        found, row = list(marked), self.columns[i]
+        for k, column in places.items():
+            found[k] = np.where(column < 0, np.asarray(marked[k]), row[column])
+        return jax.tree.unflatten(structure, found)
+
+    @functools.cached_property
     def abouts(self) -> dict[str, Quantity]:
         """Unit, meaning and range of every varied number."""
         known = {leaf.path: leaf.about for leaf in leaves(self.one(0))}
@@ -124,18 +148,18 @@ def plan_of(
     rtol: float,
     solver: Solver | None,
     max_steps: int | None,
-    chunk: int,
+    chunk: int | None,
 ) -> Plan:
     found = Faults()
     arrays = _arrays(values, found)
     found.unless(1e-15 < float(rtol) < 0.1, "rtol", rtol, "0 < rtol < 0.1")
-    found.unless(chunk >= 1, "chunk", chunk, "chunk > 0")
+    found.unless(chunk is None or chunk >= 1, "chunk", chunk, "chunk > 0")
     found.unless(max_steps is None or max_steps > 0, "max_steps", max_steps, "max_steps > 0")
     found.report()
     asked = default_metrics(scene) if metrics is None else tuple(metrics)
-    plan = Plan(scene, arrays, asked, float(rtol), solver, max_steps, int(chunk))
+    plan = Plan(scene, arrays, asked, float(rtol), solver, max_steps, chunk)
     first = plan.one(0)  # raises for names that the scene does not have
-    for path, about in plan.abouts().items():
+    for path, about in plan.abouts.items():
         found += _outside(path, arrays[path], about)
     found.attempt(check_metrics, first, asked)
     names = [name_of(metric) for metric in asked]
@@ -221,7 +245,7 @@ def store_of(plan: Plan, folder: Path) -> Store:
         "paths": list(plan.values),
         "metrics": names,
         "rtol": plan.rtol,
-        "solver": None if plan.solver is None else type(plan.solver).__name__,
+        "solver": None if plan.solver is None else solver_name(plan.solver),
         "max_steps": plan.max_steps,
         "simbrake": version("simbrake"),
     }
@@ -244,7 +268,7 @@ def run_packed(payload: bytes, task: Task, folder: str, key: str) -> Columns:
     kept = None if store is None else store.read(task)
     if kept is not None:
         return kept
-    columns = run_chunk(_unpacked(payload), task.rows, task.size)
+    columns = run_chunk(_unpacked(payload), task.rows)
     if store is not None:
         store.write(task, columns)
     return columns
@@ -304,6 +328,11 @@ def expected_cost(columns: np.ndarray, known: np.ndarray, steps: np.ndarray) -> 
 # --- all runs ---------------------------------------------------------------------------------------------------------
 
 
+def _power_of_2(count: float) -> int:
+    """The least power of two that is not below."""
+    return 1 << max(0, math.ceil(math.log2(max(1.0, count))))
+
+
 class Runs:
     """Numbers of all runs of a plan, filled in as chunks of them come back from a pool."""
 
@@ -336,21 +365,38 @@ class Runs:
 
     def level(self, solver: Solver, runs: np.ndarray, limit: int, size: int, last: bool) -> np.ndarray:
         """Runs in chunks with one limit of the steps; gives back those for which it was too low, in the same order."""
-        plan = self.plan
-        size = max(1, min(size, _ROWS // limit))
+        plan, room = self.plan, limit if last else min(limit, max(_ROOM, limit // 4))
+        job = Job(plan.scene, plan.paths, plan.metrics, solver, plan.rtol, limit, size, room).fitting()
+        size = self._share(len(runs), job)
         parts = [runs[start : start + size] for start in range(0, len(runs), size)]
-        job = Job(plan.scene, plan.paths, plan.metrics, solver, plan.rtol, limit)
-        self.pool.submit(job, [Task(limit, part, plan.columns[part], size, last) for part in parts])
+        self.pool.submit(job, [Task(limit, part, plan.columns[part], last) for part in parts])
         self.take()
         return runs[~self.done[runs]]
 
+    def _size(self, count: int) -> int:
+        """Runs for which a program of chunks has space; the same for most counts, or each would compile anew."""
+        filled = _power_of_2(count)
+        if self.plan.chunk is not None:
+            return min(self.plan.chunk, filled)
+        if not self.pool.on_cpu:  # all of a chunk side by side, filled or not
+            return min(filled, _MANY)
+        low, high = _CHUNKS
+        return min(low, filled) if any(map(scans, self.plan.metrics)) or filled < low else high
+
+    def _share(self, count: int, job: Job) -> int:
+        """Runs in a chunk of so many: a few chunks for each worker, so that all workers end at about the same time."""
+        if self.plan.chunk is not None or job.scans or not self.pool.on_cpu:
+            return job.size
+        return int(np.clip(_power_of_2(count / (self.pool.workers * _SHARES)), job.lanes, job.size))
+
     def group(self, solver: Solver, runs: np.ndarray) -> None:
-        """All runs of one solver: a pilot chunk, then the rest in order of cost, then those that need more steps."""
+        """All runs of one solver: a few to learn from, the rest in order of cost, then those that need more steps."""
         missing = runs[~self.done[runs]]
         limits = list(limits_of_many(self.plan.scene, solver, self.plan.max_steps))
-        size = min(self.plan.chunk, 1 << max(0, math.ceil(math.log2(max(1, len(runs))))))
-        if len(missing) > self.plan.chunk * self.pool.workers and not np.any(self.done[runs]):
-            pilot = missing[spread(len(missing), size)]
+        size = self._size(len(runs))
+        few = min(size, _CHUNKS[0]) if self.pool.on_cpu else size
+        if len(missing) > few * self.pool.workers and not np.any(self.done[runs]):
+            pilot = missing[spread(len(missing), few)]
             again = self.level(solver, pilot, limits[0], size, len(limits) == 1)
             if len(limits) > 1 and 2 * len(again) > len(pilot):
                 limits = limits[1:]  # most runs are longer
@@ -361,7 +407,8 @@ class Runs:
                 [self.columns[name][known] for name in ("steps", "rejected", "retaken", "segments")], axis=0
             )
             cost = expected_cost(self.plan.columns[runs], np.searchsorted(runs, known), attempts)
-            missing = missing[np.argsort(-cost[np.searchsorted(runs, missing)], kind="stable")]
+            if np.ptp(cost) > math.log(_UNEQUAL):
+                missing = missing[np.argsort(-cost[np.searchsorted(runs, missing)], kind="stable")]
         for limit in limits:
             missing = self.level(solver, missing, limit, size, limit == limits[-1])
 
@@ -405,12 +452,24 @@ def _status(code: int, band: int, inner: int, moved: int, exceeded: int) -> str:
     return str(status_of(Label(band, inner), bool(moved), lambda: bool(exceeded)))
 
 
+def _statuses(columns: Columns) -> np.ndarray:
+    """How every run ended: one look at all runs for each of the few ways that there are."""
+    kinds = [columns[name] for name in ("code", "band", "inner", "moved", "exceeded")]
+    words, which = list[str](), np.full(len(kinds[0]), -1)
+    while (left := int(np.argmin(which))) < len(which) and which[left] < 0:
+        kind = [int(column[left]) for column in kinds]
+        here = np.logical_and.reduce([column == value for column, value in zip(kinds, kind, strict=True)])
+        which[here] = len(words)
+        words.append(_status(*kind))
+    return np.asarray(words)[which]
+
+
 def _as_dataset(plan: Plan, columns: Columns) -> Dataset:
     """One row per run: the varied numbers as coordinates, metrics, result code and step counts as variables."""
     import xarray as xr
 
     coords: dict[str, Any] = {"run": ("run", np.arange(plan.count), {"meaning": "number of the run, from 0"})}
-    for path, about in plan.abouts().items():
+    for path, about in plan.abouts.items():
         array = plan.values[path]
         dims = ("run",) if array.ndim == 1 else ("run", f"{path} entry")
         coords[path] = (dims, array, {"units": about.unit, "meaning": about.meaning})
@@ -419,10 +478,7 @@ def _as_dataset(plan: Plan, columns: Columns) -> Dataset:
         data[name] = ("run", columns[name], {"units": unit} if unit else {})
     for name, meaning in _MEANINGS.items():
         data[name] = ("run", columns[name], {"units": "1", "meaning": meaning})
-    kinds = np.stack([columns[name] for name in ("code", "band", "inner", "moved", "exceeded")], axis=1)
-    distinct, which = np.unique(kinds, axis=0, return_inverse=True)
-    status = np.asarray([_status(*kind) for kind in distinct.tolist()])[which.reshape(-1)]
-    data["status"] = ("run", status, {"meaning": "how the run ended"})
+    data["status"] = ("run", _statuses(columns), {"meaning": "how the run ended"})
     data["method"] = ("run", columns["method"], {"meaning": "solver of the run"})
     return xr.Dataset(data, coords, {"rtol": plan.rtol, "simbrake": version("simbrake"), "jax": version("jax")})
 
@@ -447,7 +503,7 @@ def ensemble(
     *,
     rtol: float = 1e-10,
     solver: Solver | None = None,
-    chunk: int = 64,
+    chunk: int | None = None,
     workers: int | None = None,
     max_steps: int | None = None,
     progress: Tell = None,
@@ -462,9 +518,10 @@ def ensemble(
       default everything the scene has but maxima (`max_…`, `peak_…`), which cost many times the run
     - `rtol`, `solver`, `max_steps`: as in `simulate`; every run gets the solver and the step limits that it would get
       by itself, and its numbers are those of a single run to rounding
-    - `chunk`: runs in one call of one program: on a CPU one after the other in one function, elsewhere (and where XLA
-      cannot do that) side by side, when a chunk costs as much as its slowest run. A first chunk shows what the numbers
-      do to the steps, and the rest is sorted by that, the expensive ones first
+    - `chunk`: runs in one call of one program, by default 64 to 1024 on a CPU, up to 131,072 elsewhere. They go side by
+      side, on a CPU in groups of 64; those that come to an event wait for the others, so that a group costs as much as
+      its slowest run. Where a metric looks into all steps, runs of a CPU follow one another instead. A few runs show
+      what the numbers do to the steps, and the rest is sorted by that, the expensive ones first
     - `workers`: threads, by default one per core, or one per accelerator where there are any
     - `client`: a `dask.distributed.Client`, or the address of its scheduler: chunks are run there. simbrake must be
       installed on the workers; a chunk whose worker dies is run by another

@@ -7,17 +7,13 @@ scenes of one structure and kept; new numbers never re-trace. A run whose record
 one.
 """
 
-import contextlib
 import dataclasses
 import functools
 import itertools
 import math
-import os
-import queue
 import re
 import threading
-from collections.abc import Callable, Container, Hashable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor, as_completed
+from collections.abc import Callable, Container, Hashable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 import equinox as eqx
@@ -31,11 +27,11 @@ from .._base._quantity import leaves
 from .._parts._scene import Scene
 from .._run._edit import with_values
 from .._run._measure import Metric, measure, name_of
-from .._run._metrics import METRICS
+from .._run._metrics import METRICS, identity_of
 from .._run._probe import end_capacity
 from .._run._result import Result
-from .._run._simulate import Solver, room_for, simulate, solver_of, step_limits
-from ..hybrid import Code, Rodas5P
+from .._run._simulate import Solver, room_for, simulate, simulate_lane, solver_name, solver_of, step_limits
+from ..hybrid import Code, Record, Rodas5P
 from ..hybrid._arrays import Array
 
 #: how a scene is integrated, as `simulate` takes it
@@ -47,18 +43,30 @@ Made = TypeVar("Made")
 _LONGEST = 16384
 #: step attempts that suffice for most stops without heat: less to write and to measure than the first limit of one run
 _SHORT = 128
+#: rows of all records of a chunk together, of runs as a whole (with some hundred columns half a gigabyte) and of events
+_ROWS, _MANY_ROWS = 2**19, 2**22
+#: runs side by side on a CPU
+LANES = 64
 #: points whose answers are remembered
 _REMEMBERED = 4
 #: compiled integrations of chunks that are kept, the latest last; a program takes a megabyte or more
 _KEPT = 16
 #: rows of a record that are measured: the next of these sizes that holds the longest run of a chunk
 _SIZES = tuple(64 * 4**i for i in range(8))
+
+
+def _moved(record: Record) -> Array:
+    """Whether the pulley turned at the start of a row or in between."""
+    used, (angle, speed) = jnp.arange(record.rows.t.shape[0], dtype=jnp.int32) <= record.count, record.rows.y[:, :2].T
+    return jnp.any(used & ((speed != 0.0) | (angle != angle[0])))
+
+
 #: of every run besides its metrics
 ABOUT: dict[str, Callable[[Result], Any]] = {
     "code": lambda r: r.record.code,
     "band": lambda r: jnp.asarray(r.record.mode_end.band, jnp.int32),
     "inner": lambda r: jnp.asarray(r.record.mode_end.slides, jnp.int32),
-    "moved": lambda r: jnp.any(r.record.rows.y[:, 1] != 0.0),
+    "moved": lambda r: _moved(r.record),
     "exceeded": lambda r: end_capacity(r.record).exceeded,
     "steps": lambda r: r.record.stats.accepted,
     "rejected": lambda r: r.record.stats.rejected,
@@ -301,7 +309,8 @@ def _program(asked: Asked) -> DeviceJit:
         _, slope, found = jax.jvp(lambda x: answer(x, *rest), (x,), (direction,), has_aux=True)
         return slope, *found
 
-    return DeviceJit(along if asked.singly else at_once)
+    metrics = [*map(identity_of, asked.find.asked)] if isinstance(asked.find, Metrics) else []
+    return DeviceJit(along if asked.singly else at_once, subject=("evaluate", asked, metrics))
 
 
 @functools.partial(DeviceJit, static_argnames="asked")
@@ -391,7 +400,11 @@ class Evaluator:
 
 
 class Job(NamedTuple):
-    """What all runs of a chunk share. Structure and metrics are compiled in, numbers are not."""
+    """What all runs of a chunk share. Structure and metrics are compiled in, numbers are not.
+
+    - `size`: how many runs a chunk has at most;  `room`: how many instants of events a run may have, where only these
+      are recorded
+    """
 
     scene: Scene
     paths: Paths
@@ -399,6 +412,29 @@ class Job(NamedTuple):
     solver: Solver
     rtol: float
     max_steps: int
+    size: int
+    room: int
+
+    @property
+    def scans(self) -> bool:
+        """Whether a metric looks into all steps of the runs."""
+        return any(map(scans, self.metrics))
+
+    @property
+    def lanes(self) -> int:
+        """Runs side by side on a CPU: of those that are short, explicit, and of one rigid or elastic mechanism.
+
+        Others lose by it: long runs come to their events at too different times, implicit steps of many lanes leave the
+        fast memory, and the changes of mode of staged brakes and of single linings are more work side by side.
+        """
+        brake = self.scene.brake
+        alone = self.scans or isinstance(self.solver, Rodas5P) or brake.in_series or brake.resolved
+        return 1 if alone or self.max_steps > _SHORT else min(LANES, self.size)
+
+    def fitting(self) -> "Job":
+        """The same with chunks whose records fit."""
+        most = _ROWS // self.max_steps if self.scans else _MANY_ROWS // self.room
+        return self._replace(size=max(1, min(self.size, most)))
 
 
 def limits_of_many(scene: Scene, solver: Solver, max_steps: int | None) -> tuple[int, ...]:
@@ -414,17 +450,44 @@ def scans(metric: Metric) -> bool:
     return not isinstance(metric, str) or (metric in METRICS and METRICS[metric].greatest)
 
 
-def _integrate(numbers: Array, *, like: Packing, job: Job, each: Any) -> tuple[dict[str, Any], Result | None]:
-    """Numbers of every run, and the runs themselves where a metric looks into all their steps."""
-    scene, rows, rtol = like.unpack(numbers)
+def _names(job: Job) -> list[str]:
+    """Of the columns that a program of a chunk finds."""
+    return [*ABOUT, *(name_of(m) for m in job.metrics if not scans(m))]
 
-    def one(x: Array) -> tuple[dict[str, Any], Result | None]:
-        result = simulate(job.paths(scene, x), solver=job.solver, rtol=rtol, max_steps=job.max_steps)
-        light = {name_of(m): measure(result, m) for m in job.metrics if not scans(m)}
-        about = {name: find(result) for name, find in ABOUT.items()}
-        return about | light, result if any(map(scans, job.metrics)) else None
 
-    return each(one, rows)
+def _integrate(numbers: Array, *, like: Packing, job: Job, lanes: int) -> tuple[Array, Result | None]:
+    """Columns of a chunk (names, runs), its first runs by groups of lanes; the runs themselves where a metric looks
+    into all their steps."""
+    scene, rows, rtol, count = like.unpack(numbers)
+
+    def one(x: Array) -> tuple[Array, Result | None]:
+        varied = job.paths(scene, x)
+        if job.scans or lanes == 1:
+            result = simulate(varied, solver=job.solver, rtol=rtol, max_steps=job.max_steps)
+        else:
+            result = simulate_lane(varied, job.solver, rtol, job.max_steps, job.room)
+        found = [find(result) for find in ABOUT.values()]
+        found += [measure(result, m) for m in job.metrics if not scans(m)]
+        return jnp.stack([jnp.asarray(value, jnp.float64) for value in found]), result if job.scans else None
+
+    if job.scans:
+        found, results = jax.lax.map(one, rows) if lanes == 1 else jax.vmap(one)(rows)
+        return found.T, results
+
+    def group(i: Array | int) -> Array:
+        if lanes == 1:
+            return one(jax.lax.dynamic_index_in_dim(rows, i, keepdims=False))[0][:, None]
+        return jax.vmap(one, out_axes=(1, 0))(jax.lax.dynamic_slice_in_dim(rows, i * lanes, lanes))[0]
+
+    if lanes == job.size:
+        return group(0), None
+
+    def body(carry: tuple[Array, Array]) -> tuple[Array, Array]:
+        i, table = carry
+        return i + 1, jax.lax.dynamic_update_slice_in_dim(table, group(i), i * lanes, 1)
+
+    begin = jnp.asarray(0, jnp.int32), jnp.zeros((len(_names(job)), job.size))
+    return jax.lax.while_loop(lambda carry: carry[0] * lanes < count, body, begin)[1], None
 
 
 @functools.partial(DeviceJit, static_argnames=("metrics", "size", "lanes"))
@@ -458,25 +521,27 @@ def _scan(key: Hashable, result: Result, **static: Any) -> Any:
 def _integrator(job: Job, numbers: Array, like: Packing, device: Any) -> Program:
     """The compiled integration of a chunk whose numbers lie like this; one thread compiles and the others wait.
 
-    On a CPU the runs follow one another, if XLA can make one function of it: side by side every step that is an event
-    for one of them would cost all of them the work of an event, and the arithmetic becomes no faster.
+    On a CPU groups of lanes follow one another: more lanes than a few dozen gain nothing there, and wait for the
+    slowest of more runs. Runs that are recorded as a whole follow one another, if XLA can make one function of it: side
+    by side every step that is an event for one of them would cost all of them the work of an event.
     """
-    key = (like, *job[1:4], job.max_steps, device)
+    key = (like, *job[1:4], *job[5:], device)
     with _compiling:
         if key not in _integrators:
             # the scene's numbers come in the vector: a kept program keeps none of them
             run = functools.partial(_integrate, like=like, job=job._replace(scene=None))  # pyright: ignore
-            serial, parallel = (
-                functools.partial(run, each=each) for each in (jax.lax.map, lambda one, rows: jax.vmap(one)(rows))
-            )
-            _integrators[key] = compiled(serial, numbers, otherwise=parallel, device=device)
+            lanes = job.lanes if device.platform == "cpu" else job.size
+            first = functools.partial(run, lanes=lanes)
+            second = functools.partial(run, lanes=job.size) if job.scans else first
+            subject = ("chunk", like, job.paths, [*map(identity_of, job.metrics)], job.solver, *job[5:], lanes)
+            _integrators[key] = compiled(first, numbers, otherwise=second, device=device, subject=subject)
             while len(_integrators) > _KEPT:
                 del _integrators[next(iter(_integrators))]
         return _integrators[key]
 
 
-def run_chunk(job: Job, rows: np.ndarray, size: int, device: Any = None) -> Columns:
-    """Runs the points `rows` (points, numbers), filled up to `size`.
+def run_chunk(job: Job, rows: np.ndarray, device: Any = None) -> Columns:
+    """Runs the points `rows` (points, numbers), `job.size` at most.
 
     Gives an array over the points for every name in `ABOUT`, every metric, and `method`. What a single run would raise
     is not raised: failures are in `code`.
@@ -484,85 +549,18 @@ def run_chunk(job: Job, rows: np.ndarray, size: int, device: Any = None) -> Colu
     jax.config.update("jax_enable_x64", True)  # on a worker elsewhere
     count = len(rows)
     device = device or jax.devices()[0]
-    numbers, like = pack((job.scene, np.concatenate([rows, np.repeat(rows[-1:], size - count, axis=0)]), job.rtol))
+    filled = rows[np.minimum(np.arange(job.size), count - 1)]
+    numbers, like = pack((job.scene, filled, job.rtol, np.asarray(count, np.int32)))
     with jax.default_device(device):
         found, result = jax.block_until_ready(_integrator(job, numbers, like, device).call(numbers))
+        heavy: dict[str, Any] = {}
         if result is not None:
             used = int(np.max(np.asarray(result.record.count))) + 1
             kept = min(next((n for n in _SIZES if n >= used), used), job.max_steps + 1)
             lanes = 1 if device.platform == "cpu" else 16
             key = (like, job.solver, job.max_steps, device, job.metrics, kept)
-            found = found | _scan(key, result, metrics=job.metrics, size=kept, lanes=lanes)
-    columns = {name: np.asarray(value)[:count] for name, value in jax.device_get(found).items()}
-    return columns | {"method": np.full(count, type(job.solver).__name__, dtype="<U32")}
-
-
-# --- where chunks are run ---------------------------------------------------------------------------------------------
-
-
-@dataclasses.dataclass(frozen=True, eq=False)
-class Task:
-    """One chunk: which runs (from 0), their numbers (runs, numbers), and how many they are filled up to."""
-
-    limit: int  # of the steps
-    runs: np.ndarray
-    rows: np.ndarray
-    size: int
-    last: bool = True  # no higher limit of the steps follows
-
-    def final(self, columns: Columns) -> np.ndarray:
-        """Which runs are done: the others reached the limit of the steps and get a higher one."""
-        return np.full(len(self.runs), True) if self.last else columns["code"] != int(Code.STEP_LIMIT)
-
-
-class Pool:
-    """Chunks at work on `workers`; `start` begins those of one job."""
-
-    def __init__(self, workers: int, start: Callable[[Job, list[Task]], list[Future[Columns]]]) -> None:
-        self.workers, self._start = workers, start
-        self._waiting: dict[Future[Columns], Task] = {}
-
-    def submit(self, job: Job, tasks: list[Task]) -> None:
-        self._waiting |= zip(self._start(job, tasks), tasks, strict=True)
-
-    def results(self) -> Iterator[tuple[Task, Columns]]:
-        """Finished tasks in the order in which they finish, until none is left."""
-        while self._waiting:
-            with contextlib.suppress(TimeoutError):  # awake now and then, so that Ctrl-C is heard
-                for future in as_completed(list(self._waiting), timeout=0.5):
-                    task = self._waiting.pop(future)
-                    if not future.cancelled():
-                        yield task, future.result()
-
-    def cancel(self) -> None:
-        """Nothing new is begun; what runs now comes to its end and is among the results."""
-        self._waiting = {future: task for future, task in self._waiting.items() if not future.cancel()}
-
-
-def thread_count(workers: int | None = None) -> int:
-    """Threads that run chunks: on a CPU one per core, on accelerators one per device; `workers` limits them."""
-    devices = jax.devices()
-    cores = len(os.sched_getaffinity(0)) if "sched_getaffinity" in dir(os) else os.cpu_count() or 1
-    count = max(cores, len(devices)) if devices[0].platform == "cpu" else len(devices)
-    return count if workers is None else min(workers, count)
-
-
-@contextlib.contextmanager
-def threads(workers: int | None) -> Iterator[Pool]:
-    """Threads that each hand chunks to a compiled program, which runs outside of Python's lock."""
-    count, devices = thread_count(workers), queue.SimpleQueue[Any]()
-    for device in itertools.islice(itertools.cycle(jax.devices()), count):
-        devices.put(device)
-
-    def run(job: Job, task: Task) -> Columns:
-        device = devices.get()
-        try:
-            return run_chunk(job, task.rows, task.size, device)
-        finally:
-            devices.put(device)
-
-    executor = ThreadPoolExecutor(count, thread_name_prefix="simbrake")
-    try:
-        yield Pool(count, lambda job, tasks: [executor.submit(run, job, task) for task in tasks])
-    finally:
-        executor.shutdown(cancel_futures=True)
+            heavy = _scan(key, result, metrics=job.metrics, size=kept, lanes=lanes)
+    columns = dict(zip(_names(job), np.asarray(found)[:, :count], strict=True))
+    columns |= {name: columns[name].astype(np.int32) for name in ABOUT if name != "energy.closure"}
+    columns |= {name: np.asarray(value)[:count] for name, value in jax.device_get(heavy).items()}
+    return columns | {"method": np.full(count, solver_name(job.solver), dtype="<U32")}

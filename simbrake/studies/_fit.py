@@ -1,4 +1,4 @@
-"""The search of a fit: a scene's measured quantities as a function of its numbers, and bounded least squares on it."""
+"""The search of a fit: measured quantities of a scene as a function of its parameters, and bounded least squares."""
 
 import dataclasses
 from typing import NamedTuple
@@ -18,7 +18,7 @@ from ._measured import Measured, pick
 
 
 class Asked(NamedTuple):
-    """What was measured: columns with the entry of each, at some of the times given, and metrics."""
+    """Measured quantities: columns with their entries, at some of the given times, and metrics."""
 
     columns: tuple[tuple[str, str | None], ...]
     metrics: tuple[Metric, ...]
@@ -34,13 +34,13 @@ class Asked(NamedTuple):
                     faults.append(found)
                 else:
                     parts.append(found[row])
-        faults.report()  # seen while it is traced, before anything runs
+        faults.report()  # detected while tracing, before the run
         parts += [jnp.reshape(measure(result, metric), (1,)) for metric in self.metrics]
         return jnp.concatenate(parts), None
 
 
 class FitModel:
-    """Measured quantities of a scene as a function of the numbers at `paths`, with derivatives."""
+    """Measured quantities of a scene as a function of the parameters at `paths`, with derivatives."""
 
     def __init__(
         self,
@@ -77,7 +77,7 @@ class FitModel:
         return found
 
     def refused(self, found: Evaluation) -> str | None:
-        """Why a point counts as a bad one: its run fails, or it lacks a measured event; `None` for a good one."""
+        """Reason to reject a point: its run fails, or it lacks a measured event; `None` for a valid point."""
         if found.code != 0:
             return f"the run fails: {FAILURES[found.code][0]}"  # pyright: ignore
         for i in np.flatnonzero(~np.isfinite(found.values)):
@@ -88,7 +88,7 @@ class FitModel:
         return None
 
 
-#: a parameter that ends this close to a bound (over the range), and is pressed on it, is put there
+#: a parameter this close to an active bound (over the range) at the end is set to it
 _NEAR = 1e-3
 
 
@@ -114,7 +114,7 @@ class Search:
         self.progress, self.least = Waiting("calibrate", "compiling…"), np.inf
 
     def look(self, z: np.ndarray) -> tuple[Evaluation, str | None]:
-        """The model at a point, and why the point counts as a bad one."""
+        """The model at a point, and the reason to reject the point."""
         before, found = self.model.run.runs, self.model(self.box.up(z))
         refused = self.model.refused(found)
         if refused is None and self.model.run.runs > before:
@@ -159,14 +159,14 @@ class Search:
     def _spread(self, first: np.ndarray) -> list[np.ndarray]:
         if self.starts == 1:
             return [first]
-        from scipy.stats import qmc  # heavy, and hardly ever needed
+        from scipy.stats import qmc  # slow to import, and rarely needed
 
         halton = qmc.Halton(first.size, scramble=False)
         halton.fast_forward(1)
         return [first, *halton.random(self.starts - 1)]
 
     def _descend(self, z: np.ndarray) -> None:
-        """From one start to its minimum; what is pressed on a bound is put there, and the rest searched again."""
+        """Search from one start; parameters at active bounds are fixed there, and the others searched again."""
         assert self.best is not None
         free = np.ones(z.size, bool)
         z, cost, converged, message = self._minimise(z, free)
@@ -177,7 +177,7 @@ class Search:
                 break
             free = free & ~pressed
             z, cost, converged, message = self._minimise(on, free)
-        if cost <= self.best[0] * (1 + 1e-9):  # the end itself, not a neighbour that is better by rounding
+        if cost <= self.best[0] * (1 + 1e-9):  # the bound itself, not a neighbour that is better by rounding
             self.best = (cost, z, self.look(z)[0])
         if not self.ends or cost <= min(end[0] for end in self.ends):
             self.converged, self.message = converged, message
@@ -191,14 +191,14 @@ class Search:
         return strong & (((z < _NEAR) & (push > 0)) | ((z > 1 - _NEAR) & (push < 0)))
 
     def _minimise(self, z: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, float, bool, str]:
-        from scipy.optimize import least_squares  # not paid for by those who only simulate
+        from scipy.optimize import least_squares  # imported only by fits
 
         def whole(x: np.ndarray) -> np.ndarray:
             full = z.copy()
             full[free] = x
             return full
 
-        barrier: str | None = None  # why trial points near the best one were refused
+        barrier: str | None = None  # why trial points near the best one were rejected
         least = np.inf
 
         def residual(x: np.ndarray) -> np.ndarray:
@@ -207,7 +207,7 @@ class Search:
             if refused is not None:
                 barrier = refused
                 return np.full(self.measured.shape, np.inf)
-            if self.cost(found) < least * (1 - 1e-6):  # left behind
+            if self.cost(found) < least * (1 - 1e-6):  # not the best start
                 barrier, least = None, self.cost(found)
             return self.residual(found)
 
@@ -232,11 +232,11 @@ class Search:
         )
         z, words = whole(found.x), {0: "the limit of evaluations was reached", 1: "the gradient vanishes"}
         if found.status != 1 and barrier is not None:
-            return z, float(found.cost), False, f"ended beside points that count as bad: {barrier}"
+            return z, float(found.cost), False, f"ended beside rejected points: {barrier}"
         return z, float(found.cost), found.status > 0, words.get(found.status, "no step makes the fit better")
 
 
-# --- covariance by a truncated SVD, and the combinations of parameters that the data leave open -----------------------
+# --- covariance by a truncated SVD, and the undetermined combinations of parameters ----------------------------------
 
 #: first and second derivative of the robust losses ρ(z) of SciPy, z the squared residual over its scale
 _LOSSES = {
@@ -254,15 +254,15 @@ _RHO = {
     "cauchy": np.log1p,
     "arctan": np.arctan,
 }
-#: standard deviation of what is anywhere in a range of 1
+#: standard deviation of a uniform distribution over a range of 1
 _UNIFORM = 12**-0.5
-#: a parameter that an open direction moves by less than this share of its standard error is not concerned by it
+#: a parameter that an open direction moves by less than this share of its standard error is not affected by it
 _CONCERNED = 0.1
 
 
 @dataclasses.dataclass(frozen=True)
 class Direction:
-    """A combination of parameters that the data leave open: `change` of every parameter over its range (or its
+    """An undetermined combination of parameters: `change` of every parameter over its range (or its
     logarithm over that of the range), the largest 1. `spread`: the combination's standard error in these units, `inf`
     where the data do not depend on it at all."""
 
@@ -272,10 +272,10 @@ class Direction:
 
 
 class Identified(NamedTuple):
-    """Covariance of the scaled parameters and what is open.
+    """Covariance of the scaled parameters, and undetermined directions.
 
-    `covariance` (p, p) of the determined directions alone;  `concerned` (p,): parameters whose value an open direction
-    moves;  `singular_values` (p,), in standard deviations of the data per whole range
+    `covariance` (p, p) of the determined directions alone;  `concerned` (p,): parameters that an open direction
+    changes;  `singular_values` (p,), in standard deviations of the data per whole range
     """
 
     covariance: np.ndarray
@@ -286,7 +286,7 @@ class Identified(NamedTuple):
 
 
 def cost(residual: np.ndarray, loss: str, scale: float) -> float:
-    """What a fit makes least: `½ Σ c² ρ((r/c)²)`."""
+    """Objective of a fit: `½ Σ c² ρ((r/c)²)`."""
     return 0.5 * scale**2 * float(np.sum(_RHO[loss]((residual / scale) ** 2)))
 
 
@@ -298,7 +298,8 @@ def identify(
     - `cov = s² (JᵀJ)⁻¹`, `s = 1` where the standard deviations are `absolute`, else `s² = rᵀr/(m − p)`
     - robust losses: `H⁻¹ Jᵀ diag(ψ²) J H⁻¹ m/(m − p)`, `ψ = ρ' r`, `H = Jᵀ diag(ρ' + 2 z ρ'') J` (Huber)
     - a direction is open where its singular value is below the rounding `noise` of the largest, or where its standard
-      error exceeds that of a uniform distribution over the range, `1/√12`: there the bounds say more than the data
+      error exceeds that of a uniform distribution over the range, `1/√12`: there the bounds determine more than the
+      data
     """
     m, p = jacobian.shape
     first, second = _LOSSES[loss]((residual / loss_scale) ** 2)
@@ -330,16 +331,16 @@ def identify(
 
 
 def _scatter(m: int, rank: int) -> float:
-    """One over the degrees of freedom; without any the data do not show their scatter."""
+    """One over the degrees of freedom; without any the scatter is unknown."""
     return 1 / (m - rank) if m > rank else np.inf
 
 
 def _readable(basis: np.ndarray) -> np.ndarray:
-    """Directions (k, p) that span the same as the columns of `basis` (p, k), each with as few parameters as may be."""
+    """Directions (k, p) that span the columns of `basis` (p, k), each with as few parameters as possible."""
     k = basis.shape[1]
     if k == 0:
         return np.zeros((0, basis.shape[0]))
-    from scipy.linalg import qr  # not paid for by those who only simulate
+    from scipy.linalg import qr  # imported only by fits
 
     _, _, order = qr(basis.T, pivoting=True)  # pyright: ignore
     rows = np.linalg.solve(basis.T[:, order[:k]], basis.T)

@@ -1,4 +1,4 @@
-"""Which uncertain numbers make a result uncertain: Sobol indices and Morris screening, computed by SALib."""
+"""Global sensitivity analysis: Sobol indices and Morris screening, computed by SALib."""
 
 import dataclasses
 import importlib
@@ -44,7 +44,7 @@ def _problem(d: int) -> dict[str, object]:
 
 
 def _seeds(seed: int) -> tuple[int, int]:
-    """Seeds of the design and of the bootstrap; never 0, which SALib takes for none."""
+    """Seeds of the design and of the bootstrap; never 0, which SALib reads as no seed."""
     design, resampling = np.random.SeedSequence(seed).generate_state(2)
     return int(design) | 1, int(resampling) | 1
 
@@ -77,7 +77,7 @@ def morris_numbers(
 
 @dataclasses.dataclass(frozen=True)
 class SobolIndex:
-    """Shares of a metric's variance that come from one number alone (`first`) and with all it acts on (`total`)."""
+    """Shares of a metric's variance from one parameter alone (`first`) and with its interactions (`total`)."""
 
     path: str
     first: Estimate
@@ -86,7 +86,7 @@ class SobolIndex:
 
 @dataclasses.dataclass(frozen=True)
 class SobolPair:
-    """Share of a metric's variance that two numbers make together, beyond what each makes alone."""
+    """Share of a metric's variance from the interaction of two parameters."""
 
     paths: tuple[str, str]
     second: Estimate
@@ -106,7 +106,7 @@ class SobolTable(Tabular):
 
     @property
     def alone(self) -> float:
-        """Sum of the first-order indices: what is missing to 1 are interactions."""
+        """Sum of the first-order indices: the rest to 1 is due to interactions."""
         return sum(one.first.value for one in self.indices)
 
     def parts(self) -> Iterator[str | Table]:
@@ -116,11 +116,11 @@ class SobolTable(Tabular):
         rows = [(one.path, one.total, one.first) for one in self.indices]
         interval = f"± half of the {100 * self.confidence:g} % interval"
         yield Table([*columns, Column("first", heading="first order S_1", show=_shown)], rows, interval)
-        yield f"sum of the first order {self.alone:.3f}: what is missing to 1 are interactions"
+        yield f"sum of the first order {self.alone:.3f}: the rest to 1 is due to interactions"
         sure = [pair for pair in self.pairs or () if pair.second.low > 0]
         yield from (f"together {pair.paths[0]} × {pair.paths[1]}: {_shown(pair.second)}" for pair in sure)
         if self.pairs and not sure:
-            yield "no pair whose interaction is surely not 0"
+            yield "no significant interaction of a pair"
 
     def as_dict(self) -> dict[str, Any]:
         found = plain(vars(self))
@@ -129,9 +129,9 @@ class SobolTable(Tabular):
 
 @dataclasses.dataclass(frozen=True)
 class MorrisEffect:
-    """Elementary effects of one number: change of the metric if it crosses its range (SI units of the metric).
+    """Elementary effects of one parameter: change of the metric across its range (SI units of the metric).
 
-    - `mu`: mean;  `mu_star`: mean of the absolute values;  `sigma`: how much it depends on where the others are
+    - `mu`: mean;  `mu_star`: mean of the absolute values;  `sigma`: dependence on the values of the others
     - `low`, `high`: the range crossed
     """
 
@@ -183,13 +183,13 @@ class GlobalSensitivity(Tabular):
             yield from table.parts()
 
     def as_dict(self) -> dict[str, Any]:
-        """Everything but the runs."""
+        """All results without the single runs."""
         tables = {name: table.as_dict() for name, table in self.tables.items()}
         return {"method": self.method, "runs": self.runs, "metrics": tables}
 
 
 def around(value: float, half: float) -> Estimate:
-    """A value and what lies `half` to either side."""
+    """A value with the interval ± `half`."""
     return Estimate(float(value), float(value - half), float(value + half))
 
 
@@ -219,7 +219,7 @@ def sobol_indices(
       pairs) `n (2d + 2)`
     - `resamples`: of the bootstrap;  `options` go to `ensemble`
 
-    Raises `InputError` with all errors at once, `ModuleNotFoundError` without SALib, and `SimulationError` where a run
+    Raises `InputError` with all errors, `ModuleNotFoundError` without SALib, and `SimulationError` where a run
     has no finite value or a metric never changes: there the indices do not exist. Its `result` holds all runs.
     """
     asked, draws = _checked(scene, distributions, metrics, confidence, n=n, resamples=resamples)
@@ -283,8 +283,8 @@ def morris(
     """Screening by elementary effects (Morris 1991; `μ*` of Campolongo et al. 2007), a `MorrisTable` for each metric.
 
     `trajectories (d + 1)` runs for `d` numbers. Steps are even in the probability of each number: on a uniform one
-    even in its value. A distribution without an end is cut where `tail` is left. `μ*` orders numbers by weight, a `σ`
-    of the size of `μ*` indicates interactions or curvature; the interval of `μ*` is SALib's bootstrap.
+    even in its value. An unbounded distribution is truncated at the probability `tail`. `μ*` orders numbers by weight,
+    a `σ` of the size of `μ*` indicates interactions or curvature; the interval of `μ*` is SALib's bootstrap.
 
     `distributions`, `metrics`, `options` and errors as in `sobol_indices`; a metric that never changes has effects 0.
     """
@@ -312,7 +312,7 @@ def morris(
 
 
 def _ends(quantile: Quantile, tail: float) -> tuple[float, float]:
-    """Shares between which a distribution is crossed: all of it where it ends."""
+    """Probabilities between which a distribution is crossed: 0 and 1 where it is bounded."""
     return 0.0 if np.isfinite(quantile(0.0)) else tail, 1.0 if np.isfinite(quantile(1.0)) else 1.0 - tail
 
 
@@ -340,16 +340,18 @@ def _found(
     *,
     varies: bool,
 ) -> GlobalSensitivity:
-    """Tables of all metrics, if every run has them; else an error that counts and names what to do."""
+    """Tables of all metrics, if every run has them; else an error with counts and hints."""
     code = np.asarray(data["code"])
     values = {name_of(one): np.asarray(data[name_of(one)], np.float64) for one in asked}
     words = []
     for name, y in values.items():
         missing = ~np.isfinite(y) & (code == 0)
         if missing.any():
-            words.append(f"{name} does not exist in {missing.sum()} of {len(y)} runs (as a time that never comes)")
+            words.append(
+                f"{name} does not exist in {missing.sum()} of {len(y)} runs (as of an event that does not occur)"
+            )
         elif varies and not (code != 0).any() and np.ptp(y) == 0.0:
-            words.append(f"{name} is the same in every run: it has no variance to share out")
+            words.append(f"{name} is the same in every run: it has no variance")
     for c in np.unique(code[code != 0]):
         words.append(f"{np.sum(code == c)} of {len(code)} runs failed: {failure_name(int(c))}")
     if words:

@@ -1,4 +1,4 @@
-"""How many stops the linings last: steps of many, with the worn brake simulated anew in each."""
+"""Life of the linings in stops: steps of many stops, with the worn brake simulated in each step."""
 
 import dataclasses
 from collections.abc import Iterator, Sequence
@@ -38,11 +38,11 @@ class LifeHistory(NamedTuple):
 class LiningLife(Tabular):
     """Stops until the linings are worn.
 
-    - `brakings`: until the first lining has reached its permissible wear;  `first`: which one (from 1)
-    - `each` (n,): until lining `i` would have, with the others left in place: those that last longer go on at the rate
+    - `brakings`: until the first lining has reached its permissible wear;  `first`: its number (from 1)
+    - `each` (n,): until lining `i` would have, with the others left in place: longer-lasting ones continue at the rate
       of the last stop
-    - `permissible` (n,) in m;  `turned_at`: after how many stops the band was turned end for end
-    - `unturned`: the life without turning, where the best moment was sought
+    - `permissible` (n,) in m;  `turned_at`: stops after which the band was turned end for end
+    - `unturned`: the life without turning, where the best number of stops was searched
     - `history`;  `runs`: stops that were simulated
     """
 
@@ -78,11 +78,11 @@ class LiningLife(Tabular):
 
     @property
     def used(self) -> float:
-        """Share of what may be worn off the linings that is worn off at the end: 1 where all end together."""
+        """Used share of the permissible wear of all linings at the end: 1 where all end together."""
         return float((self.worn / self.permissible).mean())
 
     def as_dict(self) -> dict[str, Any]:
-        """Everything as plain values of JSON."""
+        """Return the data as plain values of JSON."""
         history = self.history._asdict() | {"over_mean": self.over_mean, "over_least": self.over_least}
         return plain(vars(self) | {"gain": self.gain, "used": self.used, "history": history})
 
@@ -96,9 +96,9 @@ class LiningLife(Tabular):
             yield f"gain     {self.gain:.4g} times the life without turning ({self.unturned:.0f} stops)"
         yield (
             f"uneven   maximum wear of one stop {self.over_mean[0]:.4g} times the mean and {self.over_least[0]:.4g} "
-            f"times the minimum at first, {self.over_mean[-1]:.4g} and {self.over_least[-1]:.4g} times at the end"
+            f"times the minimum initially, {self.over_mean[-1]:.4g} and {self.over_least[-1]:.4g} times at the end"
         )
-        yield f"used     {100 * self.used:.1f} % of what may be worn off all linings"
+        yield f"used     {100 * self.used:.1f} % of the permissible wear of all linings"
         columns = [
             Column("lining"),
             Column("worn", "m", shown_in="mm", show=lambda x: f"{1e3 * x:.4f}"),
@@ -108,7 +108,7 @@ class LiningLife(Tabular):
         left = np.maximum(self.each - self.brakings, 0.0)
         yield Table(columns, zip(range(1, n + 1), self.worn, h.per_braking[-1], left, strict=True))
         if np.ptp(h.stopping_time[np.isfinite(h.stopping_time)]) > 0:
-            yield f"stop     after {h.stopping_time[0]:.5g} s at first, {h.stopping_time[-1]:.5g} s at the end"
+            yield f"stop     after {h.stopping_time[0]:.5g} s initially, {h.stopping_time[-1]:.5g} s at the end"
         yield f"solver   {self.runs} stops simulated"
 
 
@@ -117,7 +117,7 @@ _SAFETY = 0.9
 
 
 class _Point(NamedTuple):
-    """The brake after `done` stops: thickness worn, that of the next stop, and how long it takes to stop."""
+    """The brake after `done` stops: wear depth, wear of the next stop, stopping time."""
 
     done: float
     worn: np.ndarray
@@ -157,7 +157,7 @@ class _Path(NamedTuple):
 
 
 class _Brake:
-    """The stop of a scene with any thickness worn off, as it was built or with the band turned; and steps of stops.
+    """The stop of a scene with given wear, as built or with the band turned; and steps of stops.
 
     `tolerance`, `step`: of the stops taken at once, as in `lining_life`
     """
@@ -187,7 +187,7 @@ class _Brake:
         steps, now, length = list[_Step](), start, 1.0 if step is None else step
         if not np.any(now.wear > 0):
             raise InputError(
-                [Fault("scene", "no lining wears in it", "the linings must slide, at a wear rate above 0")]
+                [Fault("scene", "no lining wears in it", "the linings must slide with a wear rate above 0")]
             )
         if not self.feeds_back and step is None:
             length = np.inf
@@ -230,7 +230,7 @@ class _Brake:
 
 
 def _best_turn(brake: _Brake, unturned: _Path) -> float:
-    """After how many stops a turn makes the life longest: the course up to there is known already."""
+    """Number of stops after which a turn gives the longest life; the history up to the turn is known."""
     from scipy.optimize import minimize_scalar
 
     starts = np.asarray([step.start.done for step in unturned.steps])
@@ -255,7 +255,7 @@ def _wearing(run: Scene | Result, permissible: Permissible) -> tuple[Scene, np.n
     if wear is None:
         raise InputError([Fault("wear", "is missing", "give the scene a `Wear`")])
     if wear.permissible is None:
-        raise InputError([Fault("wear.permissible", "is missing", "how much may be worn off, as in 8 mm")])
+        raise InputError([Fault("wear.permissible", "is missing", "give the permissible wear depth, as in 8 mm")])
     check(scene)
     if wear.turned_at is not None:
         raise InputError([Fault("wear.turned_at", "is for one run", "give `turn_at` in stops")])
@@ -264,10 +264,8 @@ def _wearing(run: Scene | Result, permissible: Permissible) -> tuple[Scene, np.n
     worn = np.broadcast_to(np.asarray(wear.worn, np.float64), (n,))
     over = np.flatnonzero(worn >= limit)
     if over.size:
-        raise InputError(
-            [Fault("wear.worn", f"lining {over[0] + 1} is worn already", "give a greater permissible wear")]
-        )
-    check(with_values(scene, {"wear.worn": limit}))  # what a worn brake could not be
+        raise InputError([Fault("wear.worn", f"lining {over[0] + 1} is worn already", "increase the permissible wear")])
+    check(with_values(scene, {"wear.worn": limit}))  # a worn brake outside its valid range
     return with_values(scene, {"wear.worn": np.array(worn)}), limit
 
 
@@ -280,13 +278,13 @@ def lining_life(
     tolerance: float = 1e-3,
     **options: Any,
 ) -> LiningLife:
-    """How many times a scene's stop can be repeated until the linings are worn.
+    """Life of the linings: number of repetitions of a scene's stop until they are worn.
 
         h(m + 1) = h(m) + w(h(m)),   h_i(0) = `wear.worn`,   until h_i = `permissible` for some lining
-        w(h): thickness that one stop takes from a brake that has lost h already
+        w(h): wear of one stop of a brake with the wear depth h
 
     Without feedback (`Wear.geometry`, `heat`, `take_up_speed`) `w` does not change and one stop is enough. With it
-    steps of `Δ` stops are taken, each with the brake simulated anew as worn as it is,
+    steps of `Δ` stops are taken, each with the brake simulated at its present wear,
 
         h(m + Δ) = h + ½ [(Δ + 1) w(h) + (Δ − 1) w(h + Δ w(h))],
 
@@ -295,19 +293,19 @@ def lining_life(
 
     - `run`: a scene with `wear`, or a result of one;  `permissible` (m, or with its unit): a number, one per lining; by
       default `wear.permissible`. On a staged brake it counts for both faces together
-    - `turn_at`: stops after which the band is turned end for end (Z's practice), or `"best"` for the one moment that
-      makes the life longest. With constant wear and equal linings that is half of the life, `2 h/(w_1 + w_n)` in all
-    - `step`: stops in a step, instead of those that `tolerance` asks for; 1: one after the other
+    - `turn_at`: stops after which the band is turned end for end (Z's practice), or `"best"` for the number that
+      gives the longest life. With constant wear and equal linings that is half of the life, `2 h/(w_1 + w_n)` in all
+    - `step`: stops in a step, instead of those by `tolerance`; 1: stop by stop
     - `options`: as for `simulate`
 
     Each stop begins as the scene says, also with its temperatures: give it those of the cyclic steady state
     (`cyclic_steady_state`) for a duty that is repeated hot. Numbers of stops are not rounded; within the last one
-    the wear is taken as even. Raises `InputError` where the scene cannot be worn so far, and `SimulationError`.
+    the wear is linear. Raises `InputError` where the scene cannot be worn so far, and `SimulationError`.
     """
     scene, limit = _wearing(run, permissible)
     turns, best = _turns(turn_at), turn_at == "best"
     if turns or best:
-        turned_scene(scene)  # refuses a brake whose linings no turn of a band moves
+        turned_scene(scene)  # rejects brakes without a band that can be turned
     found = Faults()
     found.unless(step is None or step >= 1, "step", step, "at least 1 stop")
     found.unless(0 < tolerance < 1, "tolerance", tolerance, "between 0 and 1")

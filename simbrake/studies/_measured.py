@@ -20,7 +20,7 @@ from .._run._series import RENAMED, SERIES_COLUMNS, Series, flat, outside, pair_
 from ..hybrid._arrays import Array
 from ._evaluator import Faults
 
-#: columns that count or name something: a fit has no derivative of them
+#: columns of counts or names, which have no derivative
 _WHOLE = ("at_limit", "band_mode", "sense")
 COLUMNS = tuple(name for name in SERIES_COLUMNS if name != "t" and name not in _WHOLE)
 #: columns with an entry per lining or per place
@@ -71,7 +71,7 @@ class Single:
 
 @dataclasses.dataclass(frozen=True)
 class Measured(Tabular):
-    """What was measured of one run. Two of them add up: `read_measured("speed.csv") + read_measured("events.csv")`."""
+    """Measured data of one run, which can be added: `read_measured("speed.csv") + read_measured("events.csv")`."""
 
     points: tuple[Points, ...] = ()
     singles: tuple[Single, ...] = ()
@@ -85,7 +85,7 @@ class Measured(Tabular):
         sigma: Mapping[str, object] | None = None,
         events: Mapping[Metric, float | tuple[float, float]] | None = None,
     ) -> "Measured":
-        """Data from arrays in SI units; NaN means that nothing was measured there.
+        """Data from arrays in SI units; NaN means not measured.
 
         - `columns`: `{"omega": (m,), "lining_temperature[3]": (m,)}` at the times `t` (m,), linings counted from 1
         - `sigma`: standard deviation of a column, one number or (m,)
@@ -117,7 +117,7 @@ class Measured(Tabular):
 
     @property
     def count(self) -> int:
-        """How many numbers were measured."""
+        """Number of measured values."""
         return sum(np.size(part.value) for part in self.all)
 
     @property
@@ -132,7 +132,7 @@ class Measured(Tabular):
         return np.hstack([part.value for part in self.all]), np.hstack(sigma)
 
     def split(self, values: np.ndarray) -> list[np.ndarray]:
-        """What is of each column and single value among values of all (m,)."""
+        """Slice of each column and single value among all values (m,)."""
         return np.split(values, np.cumsum([np.size(part.value) for part in self.all])[:-1])
 
     def parts(self) -> Iterator[str]:
@@ -173,13 +173,13 @@ def column_of(name: str) -> tuple[str, str | None] | None:
 
 
 def _is_column(name: str) -> bool:
-    """Whether a run can have such a column of real numbers."""
+    """Whether a run can have this column of real numbers."""
     of_pair = pair_column(name)
     return name in COLUMNS if of_pair is None else of_pair[1] not in _WHOLE
 
 
 def unknown_column(where: str, name: str) -> Fault:
-    """The fault of a header that names no column, with the nearest names."""
+    """Error of a header that names no column, with the nearest names."""
     of_pair = pair_column(name)
     if name in _WHOLE or of_pair is not None:
         return Fault(where, f"{name} cannot be fitted", "it is a whole number without a derivative")
@@ -213,14 +213,14 @@ def _points(name: str, t: np.ndarray, values: object, sigma: object) -> Points |
 def _single(metric: Metric, value: float, sigma: float | None) -> Single | Fault:
     where = name_of(metric)
     if not np.isfinite(value):
-        return Fault(where, f"{value} is not a measured value", "leave out what did not happen")
+        return Fault(where, f"{value} is not a measured value", "leave out events that did not occur")
     if sigma is not None and not 0 < sigma < np.inf:
         return Fault(where, f"{sigma} is not a standard deviation", "it must be > 0")
     return Single(metric, value, sigma)
 
 
 def check_measured(data: Measured, scene: Scene) -> None:
-    """Raises `InputError` with everything that a run of the scene cannot be compared with."""
+    """Raise `InputError` with all data that cannot be compared with a run of the scene."""
     faults = Faults()
     faults.attempt(check_metrics, scene, [one.metric for one in data.singles])
     start, end = float(np.asarray(scene.initial.time)), float(np.asarray(scene.end_time))
@@ -235,25 +235,25 @@ def check_measured(data: Measured, scene: Scene) -> None:
 
 
 def pick(result: Result, series: Series, column: str, entry: str | None) -> Array | Fault:
-    """The values (m,) of a measured column in a series of a run, or what is wrong with the column."""
+    """The values (m,) of a measured column in a series of a run, or the error of the column."""
     known = flat(series, pairs=True)
     name, values = column if entry is None else f"{column}[{entry}]", known.get(column)
     if values is None:
         near = difflib.get_close_matches(column, known, n=3, cutoff=0.7)
-        hint = f"nearest: {', '.join(near)}" if near else "its brake or heat part has no such thing"
+        hint = f"nearest: {', '.join(near)}" if near else "its brake or heat part has no such quantity"
         return Fault(name, "is not in a run of this scene", hint)
     if values.ndim == 1:
         return values if entry is None else Fault(name, f"{column} has no entries", f"call it {column}")
     labels = result.nodes if column == "temperature" else [str(i + 1) for i in range(values.shape[1])]
     if entry is None and len(labels) > 1:
         which = ", ".join(f"{column}[{label}]" for label in labels[:4])
-        return Fault(name, f"has {len(labels)} entries", f"say which one was measured: {which}, …")
+        return Fault(name, f"has {len(labels)} entries", f"name the measured one: {which}, …")
     if entry is not None and entry not in labels:
         return Fault(name, f"there is no entry {entry}", f"there are: {', '.join(labels)}")
     return values[:, 0 if entry is None else labels.index(entry)]
 
 
-#: faults of values listed in full; a broken logger makes thousands
+#: errors of values listed in full; a broken logger makes thousands
 _LISTED = 50
 _SIGMA = "_sigma"
 
@@ -269,12 +269,12 @@ def read_measured(
     `event, value, unit, sigma`), an event being the name of a metric (`stopping_time`, `max_tension`,
     `energy.friction_heat`). Units stand in the header, `omega [rpm]`, `rim_temperature [degC]`, `t [ms]`; without one
     they are SI, and a standard deviation has its column's. Empty cells were not measured, lines that begin with `#` are
-    passed over, columns are separated by commas, semicolons (then numbers may have decimal commas) or tabs.
+    comments, columns are separated by commas, semicolons (then numbers may have decimal commas) or tabs.
 
     - `sigma`: standard deviations (SI) of columns and events that have none in the files
-    - `columns`: which columns of series to take; the others are not looked at
+    - `columns`: columns of series to read; the others are ignored
 
-    Raises `InputError` with every error of every file: file, line, column, value and what to do.
+    Raises `InputError` with every error of every file: file, line, column, value and hint.
     """
     data, given = Measured(), dict(sigma or {})
     wanted = None if columns is None else {_normal(name) for name in columns}
@@ -314,7 +314,7 @@ class _Head(NamedTuple):
 
 
 class CsvFile:
-    """One CSV file while it is read: its table and the faults found."""
+    """One CSV file while it is read: its table and errors."""
 
     def __init__(self, path: Path) -> None:
         self.path, self.faults, self.left_out = path, [], 0
@@ -405,7 +405,7 @@ class CsvFile:
         error = self.column(i, si, of_column=of)
         for k in np.flatnonzero(np.isfinite(value) & np.isnan(error)):
             line, cells = self.rows[k]
-            if not cells[i].strip():  # what is not a number has its own fault
+            if not cells[i].strip():  # text that is not a number has its own error
                 where = f" line {line}, column {self.heads[i].text}"
                 self.fault(where, "is empty beside a measured value", "give its standard deviation")
         return error
@@ -487,7 +487,7 @@ class CsvFile:
                 error = self._cell(line, cells, i, own, si, True)
             value = self._cell(line, cells, at, of, si, False)
             if value is not None and not (np.isnan(value) or (error is not None and np.isnan(error))):
-                singles.append(Single(metric, value, error))  # else it has its own fault
+                singles.append(Single(metric, value, error))  # else it has its own error
         if not singles and not self.faults:
             self.fault("", "has no event with a value", "event,time,sigma")
         return Measured(singles=tuple(singles))

@@ -1,4 +1,4 @@
-"""Local sensitivities: how results move with every number of a scene, from one differentiated run."""
+"""Local sensitivities: derivatives of results with respect to parameters, from one differentiated run."""
 
 import dataclasses
 import difflib
@@ -27,14 +27,14 @@ from ..hybrid._arrays import Array
 from ._evaluator import Evaluator, Faults, Metrics, Paths, Solver, asked_of, values_of
 
 _ENDS = ("lower", "upper")
-#: two events that lie within this share of a run are nearly simultaneous
+#: two events within this share of a run are nearly simultaneous
 NEAR = 1e-6
 #: a guard is grazed if it passes 0 so slowly that its size of order one would take this many runs
 GRAZE = 1e4
 
 
 class Range(NamedTuple):
-    """Metrics (2, m) at both ends of the range of every number (NaN: no value there), and what happens within it.
+    """Metrics (2, m) at both bounds of every parameter (NaN: no value there), and changes within the range.
 
     `changes`: notes by path;  `notes`: on the whole run
     """
@@ -47,11 +47,11 @@ class Range(NamedTuple):
 def look_around(
     run: Evaluator, base: Result, metrics: Metrics, spans: Mapping[str, np.ndarray], told: Waiting
 ) -> Range:
-    """Runs the scene at both ends `p ± span` of every number, one at a time; a list moves as a whole."""
+    """Run the scene at both bounds `p ± span` of every parameter, one at a time; a list is changed as a whole."""
     usual, known = _modes(base), {leaf.path: np.asarray(leaf.value) for leaf in leaves(base.scene)}
     ends, changes = dict[str, np.ndarray](), dict[str, str]()
     for i, (path, half) in enumerate(spans.items()):
-        told.now("ends of ranges", i, len(spans))
+        told.now("bounds of ranges", i, len(spans))
         if not np.any(half):
             continue
         scenes = (with_values(base.scene, {path: known[path] + sign * half}) for sign in (-1, 1))
@@ -66,7 +66,7 @@ def _modes(result: Result) -> list[Label]:
 
 
 def _end(run: Evaluator, scene: Scene, metrics: Metrics, usual: list[Label]) -> tuple[np.ndarray, str]:
-    """Metrics at one end, and what is different there."""
+    """Metrics at one bound, and differences of the run there."""
     nothing = np.full(len(metrics.asked), np.nan)
     try:
         result = run.result(scene, throw=False)
@@ -83,7 +83,7 @@ def _end(run: Evaluator, scene: Scene, metrics: Metrics, usual: list[Label]) -> 
 
 
 def near_ties(record: Record) -> list[str]:
-    """Events that lie so close that a small change may exchange them."""
+    """Events so close that a small change may exchange them."""
     n = int(record.count)
     t, kind = np.asarray(record.rows.t)[: n + 1], np.asarray(record.rows.kind)[:n]
     at = np.flatnonzero((kind == LANDED) | (kind == STOPPED))
@@ -93,7 +93,7 @@ def near_ties(record: Record) -> list[str]:
         if landed[i] or landed[i + 1]:
             what = "events" if landed[i] and landed[i + 1] else "an event and a corner of a given function"
             words = f"{what} at {times[i]:.9g} s and {times[i + 1] - times[i]:.2g} s later nearly coincide"
-            found.append(f"{words}: derivatives are one-sided, they end where the two change their order")
+            found.append(f"{words}: derivatives are one-sided, valid until the two change their order")
     return found
 
 
@@ -123,7 +123,7 @@ _approaches = DeviceJit(_approach)
 
 
 def passages(record: Record) -> list[str]:
-    """Events that the state only just reaches, and events that come several at once."""
+    """Grazing events, and simultaneous events."""
     record = record.compact()
     t, kind = np.asarray(record.rows.t), np.asarray(record.rows.kind)[: int(record.count)]
     index = np.flatnonzero(kind == LANDED)
@@ -135,27 +135,27 @@ def passages(record: Record) -> list[str]:
     slow = times[np.abs(rates) * whole * GRAZE < 1]
     several = times[together]
     return [
-        *(f"the event at {time:.9g} s is only just reached: a small change may undo it" for time in slow),
-        *(f"several marks are reached at once at {time:.9g} s: derivatives are one-sided there" for time in several),
+        *(f"the event at {time:.9g} s is only just reached: a small change may remove it" for time in slow),
+        *(f"several thresholds are reached at {time:.9g} s: derivatives are one-sided there" for time in several),
     ]
 
 
-#: an elasticity below this is rounding
+#: an elasticity below this is rounding error
 _ROUNDING = 1e-13
 #: rows that are printed
 _SHOWN = 30
 
 
 class Sensitivity(NamedTuple):
-    """What one number `p` of a scene does to a metric `M`.
+    """Sensitivity of a metric `M` to one parameter `p` of a scene.
 
-    - `path`, `unit`, `value` of the number (SI), and in words what it is (`meaning`)
+    - `path`, `unit`, `value` of the parameter (SI), and its `meaning`
     - `derivative` `dM/dp`;  `elasticity` `(p/M) dM/dp`: percent of the metric for one percent of the number
-    - `half`: half of the range of `p` that was looked at;  `low`, `high`: the metric at its ends; `None` where it has
-      no value or was not looked at
-    - `note`: what happens within the range that a derivative does not know of; empty if nothing
+    - `half`: half of the range of `p`;  `low`, `high`: the metric at its bounds; `None` where it has
+      no value or was not evaluated
+    - `note`: changes within the range that limit the validity of the derivative; empty if none
 
-    A path that ends in `[:]` stands for all entries of a list: `value` is their mean, `derivative` that of one shift of
+    A path that ends in `[:]` means all entries of a list: `value` is their mean, `derivative` that of one shift of
     all of them, `elasticity` and range those of one factor for all of them.
     """
 
@@ -191,7 +191,7 @@ class SensitivityTable(Tabular):
 
     @property
     def matters(self) -> tuple[Sensitivity, ...]:
-        """Of `wholes` those that move the metric, or that have a note."""
+        """The rows of `wholes` that influence the metric or have a note."""
         return tuple(row for row in self.wholes if row.note or _moves(row))
 
     @property
@@ -235,22 +235,22 @@ def sensitivity(
     solver: Solver | None = None,
     progress: Waiting | bool | None = None,
 ) -> Any:
-    """Derivatives of one or several metrics with respect to numbers of a scene, through every event of its run.
+    """Derivatives of one or several metrics with respect to parameters of a scene, through every event of its run.
 
     - `metric`: a metric's name (`"stopping_time"`, `"max_tension"`, `"energy.friction_heat"`) or a function of a
       `Result` to a number; a list of them gives a list of `SensitivityTable`
     - `wrt`: paths, as `"brake.linings.friction"` for all below it, or one field; `None`: every number of the scene
     - `span`: half of the range of each number, as a share of it, or by path in its own unit (for lists too: then a
-      shift); the scene is run at both ends and the table says where its modes follow each other differently. `None`: no
-      range is looked at
+      shift); the scene is run at both bounds and the table notes where the sequence of modes differs. `None`: no
+      range is evaluated
     - `rtol`, `solver`: as for `simulate`
-    - `progress`: `None` says on a terminal how far it is, `True` always, `False` never
+    - `progress`: `None` reports progress on a terminal, `True` always, `False` never
 
     Forward derivatives are taken one number at a time, reverse ones one metric at a time, whichever are fewer; either
     is one compiled program, which all scenes of a structure share.
 
-    Raises `InputError` for unknown paths and metrics, and where a metric has no value in this run (what did not happen
-    has no derivative); `SimulationError` where the run fails.
+    Raises `InputError` for unknown paths and metrics, and where a metric has no value in this run (an event that did
+    not occur has no derivative); `SimulationError` where the run fails.
     """
     single = isinstance(metric, str) or callable(metric)
     metrics = Metrics(tuple(asked_of(metric)))
@@ -260,7 +260,7 @@ def sensitivity(
     paths = Paths(tuple(leaf.path for leaf in chosen), tuple(np.shape(leaf.value) for leaf in chosen))
     size, x = len(metrics.asked), np.concatenate([np.ravel(np.asarray(leaf.value, np.float64)) for leaf in chosen])
     run = Evaluator(scene, paths, metrics, size=size, reverse=x.size > size, singly=True, rtol=rtol, solver=solver)
-    with waiting(progress, "sensitivity", "compiles the run") as told:
+    with waiting(progress, "sensitivity", "compiling the run…") as told:
         base = run.result(progress=told)
         values = values_of(base, metrics)
         _check_happened(metrics, values)
@@ -278,7 +278,7 @@ def sensitivity(
 
 
 def _chosen(known: list[Leaf], wrt: str | Sequence[str] | None) -> list[Leaf]:
-    """The numbers that are meant, each once, in the order asked."""
+    """The requested parameters, each once, in order."""
     if wrt is None:
         return known
     found, faults = {}, Faults()
@@ -287,7 +287,7 @@ def _chosen(known: list[Leaf], wrt: str | Sequence[str] | None) -> list[Leaf]:
         if not here:
             near = difflib.get_close_matches(path, [leaf.path for leaf in known], n=3, cutoff=0.4)
             hint = f"nearest: {', '.join(near or [leaf.path for leaf in known[:4]])}"
-            faults.append(Fault(path, "there is no such number in the scene", hint))
+            faults.append(Fault(path, "unknown parameter of the scene", hint))
         found |= {leaf.path: leaf for leaf in here}
     faults.report()
     return list(found.values())
@@ -298,14 +298,14 @@ def _spans(chosen: list[Leaf], span: float | Mapping[str, float]) -> dict[str, n
     if not isinstance(span, Mapping):
         return {leaf.path: np.asarray(span * np.abs(np.asarray(leaf.value))) for leaf in chosen}
     paths = {leaf.path for leaf in chosen}
-    faults = Faults(Fault(path, "has a span but is not among those asked for") for path in span if path not in paths)
+    faults = Faults(Fault(path, "has a span but is not a requested parameter") for path in span if path not in paths)
     faults += [Fault(path, f"a span of {half!r}", "half a range is > 0") for path, half in span.items() if not half > 0]
     faults.report()
     return {path: np.asarray(half, np.float64) for path, half in span.items()}
 
 
 def _check_happened(metrics: Metrics, values: np.ndarray) -> None:
-    hint = "its derivative does not exist; ask for one that occurs, or let the run go on for longer"
+    hint = "its derivative does not exist; request one that occurs, or set a later end_time"
     missing = [one for one, value in zip(metrics.asked, values, strict=True) if not happened(value)]
     Faults(Fault(name_of(one), "has no value in this run", hint) for one in missing).report()
 

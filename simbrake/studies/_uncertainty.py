@@ -1,4 +1,4 @@
-"""Distributions on numbers of a scene in, quantiles and failure probabilities of its results out.
+"""Uncertainty propagation: from distributions of parameters to quantiles and failure probabilities of results.
 
 Samples are quasi-random, Latin hypercubes or random; every estimate has its confidence interval.
 """
@@ -25,10 +25,10 @@ Distribution: TypeAlias = Any
 #: a quantile function: from shares to numbers
 Quantile: TypeAlias = Callable[[Any], Any]
 Method = Literal["sobol", "latin", "random"]
-#: how points of a method are called
+#: names of the points of a method
 METHODS = {"sobol": "scrambled Sobol points", "latin": "Latin hypercube points", "random": "random points"}
 
-#: half a step of SciPy's Sobol points: a quantile function is never asked at 0 or 1, where a tail is infinite
+#: half a step of SciPy's Sobol points: a quantile function is never evaluated at 0 or 1, where a tail is infinite
 _EDGE = 2.0**-31
 #: hits (and misses) on average in a group that Student's t needs; below, the exact binomial interval is taken
 _ENOUGH = 2
@@ -39,16 +39,16 @@ _HOT = "peak_lining_temperature"
 
 
 class Draws:
-    """Checked distributions of a scene: from points of the unit cube to numbers of the scene.
+    """Checked distributions of a scene: map points of the unit cube to its parameters.
 
-    Raises `InputError` with all errors at once: unknown paths, paths that overlap, what is not a distribution, and
-    distributions that leave the range of their number.
+    Raises `InputError` with all errors: unknown paths, paths that overlap, values that are no distribution, and
+    distributions that leave the range of their parameter.
     """
 
     def __init__(self, scene: Scene, distributions: Mapping[str, Distribution]) -> None:
         found = Faults()
         if not distributions:
-            found.append(Fault("distributions", "there are none", "as in {'brake.linings.friction.coefficient': …}"))
+            found.append(Fault("distributions", "is empty", "as in {'brake.linings.friction.coefficient': …}"))
         self.quantiles: dict[str, Quantile] = {}
         self.units: dict[str, str] = {}
         frozen: dict[str, Any] = {}
@@ -58,9 +58,9 @@ class Draws:
         medians = {path: float(quantile(0.5)) for path, quantile in self.quantiles.items()}
         found.attempt(with_values, scene, dict.fromkeys(distributions, 0.0) | medians)
         sizes = {leaf.path: np.size(leaf.value) for leaf in leaves(scene)}
-        hint = "give each number one distribution"
+        hint = "give each parameter one distribution"
         for path, old in same_numbers(distributions, sizes).items():
-            found.append(Fault(path, f"means what {old} means as well", hint))
+            found.append(Fault(path, f"overlaps with {old}", hint))
         bad = {fault.path for fault in found}
         middle = with_values(scene, {path: value for path, value in medians.items() if path not in bad})
         about = {leaf.path: leaf.about for leaf in leaves(middle)}
@@ -77,7 +77,7 @@ class Draws:
         return list(self.quantiles)
 
     def values(self, unit: np.ndarray) -> Columns:
-        """Numbers of the scene (n,) by path, from points (n, d) of the unit cube."""
+        """Parameters of the scene (n,) by path, from points (n, d) of the unit cube."""
         inside = np.clip(unit, _EDGE, 1.0 - _EDGE)
         columns = zip(self.quantiles.items(), inside.T, strict=True)
         return {path: np.asarray(quantile(u), np.float64) for (path, quantile), u in columns}
@@ -90,7 +90,7 @@ def samples(
     seed: int = 0,
     method: Method = "sobol",
 ) -> Columns:
-    """`n` samples of independent numbers of a scene: path → (n,), as `ensemble` takes them.
+    """`n` samples of independent parameters of a scene: path → (n,), as for `ensemble`.
 
     - `distributions`: by path (`"brake.linings.angle[3]"` for one entry; a path of an array alone means one number
       for all its entries) a frozen distribution of `scipy.stats`, or `(low, high)` for a uniform one; SI units
@@ -98,7 +98,7 @@ def samples(
       first `n` points of the next power, which are still well spread but no longer balanced); `"latin"`, a Latin
       hypercube; `"random"`, independent points
 
-    The same seed gives the same samples. Raises `InputError` with all errors at once.
+    The same seed gives the same samples. Raises `InputError` with all errors.
     """
     draws = checked(Faults(), scene, distributions, n, method)
     return draws.values(unit_points(n, len(draws.paths), method, np.random.default_rng(seed)))
@@ -112,7 +112,7 @@ def checked(
     method: str = "sobol",
     metrics: Sequence[Metric] = (),
 ) -> Draws:
-    """The distributions, or `InputError` with all that is wrong with them and what else was found."""
+    """The distributions. Raises `InputError` with all their errors and those already in `found`."""
     if not isinstance(n, int | np.integer) or n < 1:
         found.append(Fault("n", f"{n!r} is not a number of samples", "a whole number, at least 1"))
     found.choice("method", method, METHODS)
@@ -135,12 +135,12 @@ def unit_points(n: int, d: int, method: str, rng: np.random.Generator) -> np.nda
 
 
 def power_of_two(n: int) -> int:
-    """Exponent of the least power of two that is not below `n`."""
+    """Exponent of the smallest power of two that is not below `n`."""
     return (int(n) - 1).bit_length()
 
 
 def _distribution(path: str, given: Distribution, found: Faults) -> Distribution:
-    """The frozen distribution meant, or `None`, and what is wrong with it is added."""
+    """The frozen distribution, or `None`, with its error added."""
     how = "a frozen distribution as scipy.stats.norm(0.35, 0.02), or (low, high) for a uniform one"
     if isinstance(given, tuple | list):
         try:
@@ -172,7 +172,7 @@ def _quantile_of(distribution: Distribution) -> Any:
 
 
 def _faults_of_range(path: str, distribution: Distribution, about: Quantity) -> list[Fault]:
-    """A distribution that puts weight where its number is out of range, however little."""
+    """Error of a distribution with any probability outside the range of its parameter."""
     below = above = 0.0
     if about.low is not None:
         below = float(distribution.cdf(about.low if about.open_low else np.nextafter(about.low, -np.inf)))
@@ -186,25 +186,25 @@ def _faults_of_range(path: str, distribution: Distribution, about: Quantity) -> 
 
 
 def _cut(distribution: Distribution, about: Quantity) -> str:
-    """How to keep a distribution inside a range."""
+    """Hint for keeping a distribution inside a range."""
     name, args, given = (getattr(distribution, key, None) for key in ("dist", "args", "kwds"))
     if getattr(name, "name", "") != "norm" or args is None or given is None:
-        return "cut it (scipy.stats.truncnorm for a normal one), or take one that ends there"
+        return "truncate it (scipy.stats.truncnorm for a normal one), or use a bounded one"
     mean, std = distribution.mean(), distribution.std()
     low = "-inf" if about.low is None else f"{(about.low - mean) / std:.6g}"
     high = "inf" if about.high is None else f"{(about.high - mean) / std:.6g}"
-    return f"cut it: scipy.stats.truncnorm({low}, {high}, {mean:g}, {std:g})".replace("inf", "numpy.inf")
+    return f"truncate it: scipy.stats.truncnorm({low}, {high}, {mean:g}, {std:g})".replace("inf", "numpy.inf")
 
 
 def complete(data: Dataset) -> Dataset:
-    """The data set of an ensemble, if every run was made: those made first are the expensive ones, no fair sample.
+    """The data set of an ensemble, if every run was made: those made first are the expensive ones, a biased sample.
 
     Raises `SimulationError`, whose `result` is the data set.
     """
     missing = int(np.sum(np.asarray(data["code"]) < 0))
     if missing:
-        message = f"interrupted: {missing} of {data.sizes['run']} runs were not made, and the rest is no fair sample. "
-        raise SimulationError(f"{message}With directory=… the same call goes on where it ended", data)
+        message = f"interrupted: {missing} of {data.sizes['run']} runs were not made, and the rest is a biased sample. "
+        raise SimulationError(f"{message}With directory=… the same call continues the interrupted one", data)
     return data
 
 
@@ -212,7 +212,7 @@ def complete(data: Dataset) -> Dataset:
 
 
 class Estimate(NamedTuple):
-    """A value and its confidence interval; `nan` what is unknown, an infinite end what is not bounded."""
+    """A value and its confidence interval; `nan`: unknown, an infinite end: not bounded."""
 
     value: float
     low: float
@@ -270,8 +270,8 @@ def probability(hit: np.ndarray, group: np.ndarray, confidence: float) -> Estima
     """Share of runs that `hit` (n,), with its interval.
 
     Groups of one: Clopper–Pearson. Else Student's t over groups; where fewer than two hits or misses come to a group,
-    Clopper–Pearson as if all runs were independent, since the scatter of so few is no estimate. Points that are spread
-    evenly scatter less than that.
+    Clopper–Pearson as if all runs were independent, since so few do not estimate the scatter. Evenly spread
+    points scatter less than that.
     """
     if len(hit) == 0:
         return UNKNOWN
@@ -305,7 +305,7 @@ def quantile(values: np.ndarray, group: np.ndarray, p: float, confidence: float)
     """Quantile `p` of `values` (n,), with the interval of all x whose share of values below has `p` in its interval.
 
     For runs drawn at random that is the exact interval of order statistics. An end is infinite where the values do not
-    bound it: 20 runs say nothing of how far the upper 1 % reach.
+    bound it: 20 runs do not bound the upper 1 %.
     """
     n = len(values)
     if n == 0:
@@ -341,7 +341,7 @@ class Statistics:
 
 @dataclasses.dataclass(frozen=True)
 class Failure:
-    """Something that must not happen: in how many runs it did, and its probability."""
+    """A failure criterion: number of runs that meet it, and its probability."""
 
     count: int
     probability: Estimate
@@ -349,9 +349,9 @@ class Failure:
 
 @dataclasses.dataclass(frozen=True)
 class Uncertainty(Tabular):
-    """What `uncertainty` found; `data` holds every run: numbers that were drawn, metrics, codes.
+    """Result of `uncertainty`; `data` holds every run: sampled parameters, metrics, codes.
 
-    - `statistics`: by metric;  `failures`: by what must not happen;  `codes`: runs that failed, by name
+    - `statistics`: by metric;  `failures`: by failure criterion;  `codes`: runs that failed, by name
     - `limits`: metric → its maximum permissible value (n,) or one number;  `inputs`: path → (unit, 5 %, median, 95 %)
     """
 
@@ -368,7 +368,7 @@ class Uncertainty(Tabular):
     confidence: float
 
     def as_dict(self) -> dict[str, Any]:
-        """Everything but the runs, for JSON: `None` where a number does not exist or has no bound."""
+        """Return the data without the runs for JSON: `None` where a number does not exist or has no bound."""
         metrics = {
             name: {"unit": s.unit, "runs": s.count, "mean": s.mean, "standard_deviation": s.deviation}
             | {"quantiles": {f"{p:g}": e for p, e in s.quantiles.items()}, "least": s.least, "greatest": s.greatest}
@@ -416,7 +416,7 @@ class Uncertainty(Tabular):
     def _share(self, count: int) -> str:
         if count == self.runs:
             return f"of all {count} runs"
-        rest = "the rest has none" if count else "there is nothing to say"
+        rest = "the rest has none" if count else "no statistics"
         return f"of the {count} of {self.runs} runs ({count / self.runs:.2%}) that have it; {rest}"
 
 
@@ -434,22 +434,22 @@ def uncertainty(
     method: Method = "sobol",
     **options: Any,
 ) -> Uncertainty:
-    """How uncertain results are where numbers of a scene are: every number with its confidence interval.
+    """Uncertainty of results from uncertain parameters of a scene, with confidence intervals.
 
-    - `distributions`: as `samples` takes them, independent of each other
-    - `metrics`: names, or functions of a result; `n`: least number of runs
-    - `limits`: maximum permissible value of metrics (SI). The scene's permissible temperature of the linings counts
-      without being named (another number replaces it, `None` takes it away)
+    - `distributions`: as for `samples`, independent of each other
+    - `metrics`: names, or functions of a result; `n`: minimum number of runs
+    - `limits`: maximum permissible value of metrics (SI). The scene's permissible temperature of the linings applies
+      by default (another number replaces it, `None` takes it away)
     - `method`, `replicates`: `"sobol"` takes that many independently scrambled sets of Sobol points, each of a power of
       two, `"latin"` as many Latin hypercubes; intervals are Student's t over these sets. `"random"` takes independent
       points; intervals of shares and quantiles are then exact (Clopper–Pearson, order statistics)
     - `options` go to `ensemble`: client, directory, workers, chunk, rtol, solver
 
-    Failures: the run `does not stop` (asked where `stopping_time` is among the metrics), a metric exceeds its limit,
+    Failures: the run `does not stop` (if `stopping_time` is among the metrics), a metric exceeds its limit,
     any of these. A run that failed by its code counts as each of them, as its further course is unknown.
     Statistics are of the runs that have the metric, and say how many these are.
 
-    Raises `InputError` with all errors at once, and `SimulationError` (with the runs made) if it was interrupted.
+    Raises `InputError` with all errors, and `SimulationError` (with the runs made) if it was interrupted.
     """
     asked, found = asked_of(metrics), Faults()
     bounds, hidden = _limits(scene, limits, asked)
@@ -489,7 +489,7 @@ def _points(n: int, d: int, method: str, replicates: int, seed: int) -> tuple[np
 def _limits(
     scene: Scene, given: Mapping[str, object] | None, asked: list[Metric]
 ) -> tuple[dict[str, Any], list[Metric]]:
-    """Limits by metric, and the metrics that only they ask for."""
+    """Limits by metric, and the metrics needed only for limits."""
     bounds = {name: value for name, value in (given or {}).items() if value is not None}
     heat = scene.network
     if heat.permissible is not None and "linings" in heat.hot_places and _HOT not in (given or {}):
@@ -525,7 +525,7 @@ def _evaluate(
     if "stopping_time" in statistics:
         failures["does not stop"] = ~np.isfinite(np.asarray(data["stopping_time"])) | failed
     for name, limit in bounds.items():
-        shown = f"{limit:g} {unit_of(name)}".rstrip() if np.ndim(limit) == 0 else "its drawn limit"
+        shown = f"{limit:g} {unit_of(name)}".rstrip() if np.ndim(limit) == 0 else "its sampled limit"
         failures[f"{name} > {shown}"] = (np.asarray(data[name]) > limit) | np.isnan(np.asarray(data[name])) | failed
     if len(failures) > 1:
         failures["any of these"] = np.any(list(failures.values()), axis=0)

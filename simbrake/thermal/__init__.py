@@ -1,6 +1,6 @@
-"""Thermal networks: bodies, links between them, materials, and how friction feeds them.
+"""Thermal networks: bodies, links between them, materials, and friction heat.
 
-The names stand in `__init__.pyi`, each with its module, which is imported when the name is first used.
+The names are in `__init__.pyi`, each with its module, which is imported at the first use of the name.
 """
 
 import lazy_loader

@@ -38,7 +38,7 @@ def axial_resistance(length: Values, conductivity: Values, inner: Values, outer:
 
 
 def radial_resistance(width: Values, conductivity: Values, inner: Values, outer: Values) -> Values:
-    """Resistance (K/W) of a ring along its radius: `ln(R/r)/(2 π λ L)` (V, table 1, flange, rebords, disc)."""
+    """Resistance (K/W) of a ring along its radius: `ln(R/r)/(2 π λ L)` (V, table 1, flange, rim lips, disc)."""
     return np.log(outer / inner) / (2 * math.pi * conductivity * width)
 
 
@@ -88,7 +88,7 @@ def _rubbing(
     links: list[AbstractLink],
     permissible: float | None,
 ) -> Heat:
-    """A network in which linings (`None`: none) rub on the rim, with a band where there is a body of this name."""
+    """A network with linings (`None`: none) on the rim, with a band where there is a body of this name."""
     band = "band" if any(body.name == "band" for body in bodies) else None
     pair = FrictionHeat(rim, linings, partition)  # pyright: ignore
     return Heat(tuple(bodies), tuple(links), pair, rim=rim, linings=linings, band=band, permissible=permissible)
@@ -133,7 +133,7 @@ def layered_heat(
     lining_layers: Annotated[int, Whole("layers of a lining", 1, 100_000)] = 10,
     lining_first: Annotated[float | None, positive("m", "thickness of a lining's first layer")] = None,
     lining_both: bool = False,
-    each: Annotated[int, Whole("linings with a wall of their own", 1, 10_000)] = 1,
+    each: Annotated[int, Whole("linings with separate walls", 1, 10_000)] = 1,
     band: Material | None = None,
     band_thickness: Annotated[float, positive("m", "thickness of the band")] = 0.006,
     inside: Annotated[AbstractCoefficient | float | None, _coefficient("the rim's bore")] = None,
@@ -153,12 +153,12 @@ def layered_heat(
     - thicknesses (m); `rim_layers`, `lining_layers`; `rim_first`, `lining_first`: thickness of the first layer (m), by
       default uniform; V's surface layer is 5.6–35.4 µm thick
     - `lining_both`: the layers of the linings are thin at both faces, for a staged brake; their number is then even
-    - `track_area` (m²) of the rim; `lining_area` (m²) of all linings; `each`: so many linings with a wall of their own,
+    - `track_area` (m²) of the rim; `lining_area` (m²) of all linings; `each`: number of linings with separate walls,
       so that friction and temperature differ along the band; 1: all of them as one
     - `inside`, `outside`, `band_coefficient`: heat transfer coefficients (W/(m²·K)) or laws, of the rim's bore, of its
       track and of the band;  `emissivity`, `band_emissivity`;  `covered`: overlap coefficient of the track (default
       `lining_area/track_area`)
-    - `contact_resistance` (m²·K/W): rim and linings also exchange heat where they touch; `None`: they do not
+    - `contact_resistance` (m²·K/W): resistance of the heat exchange between rim and linings; `None`: no exchange
 
     Raises `ValueError` where sizes contradict each other.
     """
@@ -196,15 +196,15 @@ def with_pulley_structure(
     heat: Heat,
     material: Material,
     *,
-    inside: Annotated[AbstractCoefficient | float | None, _coefficient("flange and rebords")] = 10.0,
+    inside: Annotated[AbstractCoefficient | float | None, _coefficient("flange and rim lips")] = 10.0,
     temperature: _Start = ROOM,
     rim_place: str = "rim.back",
     flange: bool = True,
 ) -> Heat:
-    """The same network with the structure behind the rim of a U2-5-5 pulley: flange, two rebords and disc (V, table 1).
+    """The same network with the structure behind the rim of a U2-5-5 pulley: flange, two rim lips, disc (V, table 1).
 
-    Each is a lump that the rim reaches through V's radial resistance of that part; flange and rebords give heat to the
-    air. `flange=False` is S's thermal stabilisation: no heat flows between the rim and its flange any more.
+    Each is a lump that the rim reaches through V's radial resistance of that part; flange and rim lips give heat to the
+    air. `flange=False` is S's thermal stabilisation: no heat flows between the rim and its flange.
     """
     parts = {  # inner and outer radius, width (m)
         "flange": (0.420, 0.565, 0.035),

@@ -1,4 +1,4 @@
-"""The heat of a scene: a thermal network, how friction feeds it, and how friction power is shared."""
+"""The heat of a scene: a thermal network, places of the friction heat, and shares of the friction power."""
 
 import abc
 from typing import Any, NamedTuple
@@ -40,13 +40,13 @@ class PowerSplit(NamedTuple):
 class PowerShares(Part):
     """Shares of the friction power, `P = P_heat + P_electrical + P_mechanical` (S-8…11), each 0…1, 1 together.
 
-    - `electrical`: currents that the contact drives (tribo-electricity); `mechanical`: what deforms and breaks
-      asperities and is worn off; `heat`, the rest, is what warms rim, linings and band
-    - `source`: where the numbers are from
+    - `electrical`: currents that the contact drives (tribo-electricity); `mechanical`: deformation and fracture of
+      asperities and wear; `heat`, the rest, warms rim, linings and band
+    - `source`: source of the numbers
 
     In a scene (`Scene.power_shares`) they hold for every pair: only the share of heat enters the thermal part (and the
-    flash temperature), and the ledger books the other two. Whether these become heat later, elsewhere, is left open (S
-    does not say it). By default all is heat, at no cost.
+    flash temperature), and the ledger counts the other two. Whether these become heat later is left open (not
+    stated by S). By default all is heat, at no cost.
 
     Raises `ValueError` for shares outside 0…1, alone or together.
     """
@@ -71,22 +71,22 @@ class PowerShares(Part):
         return PowerSplit(self.heat * power, self.electrical * power, self.mechanical * power)
 
     def faults(self, path: str) -> list[Fault]:
-        """Shares of more than 1 together. Traced ones cannot be looked at and pass."""
+        """Error of shares of more than 1 in sum. Traced ones are not checked."""
         if not all(isinstance(share, np.ndarray | np.generic) for share in (self.electrical, self.mechanical)):
             return []
         total = float(np.max(self.electrical + self.mechanical))
         what = f"electrical + mechanical = {total:.12g} is more than 1"
-        return [Fault(path, what, "heat has the rest")] if total > 1 + 1e-12 else []
+        return [Fault(path, what, "heat is the rest")] if total > 1 + 1e-12 else []
 
 
 def shares_of_S(electrical: float = 0.0) -> PowerShares:
     """S's figures: 0.68 of the friction power as heat (one reading of S-10), the rest mechanical.
 
-    - `electrical`: a share of its own out of that rest, `k_v I U/P` by `triboelectric_power`; S-9 and S-11, from which
+    - `electrical`: a separate share out of that rest, `k_v I U/P` by `triboelectric_power`; S-9 and S-11, from which
       electrical and mechanical power would follow, are lost in the source
 
-    S-10 prints `0.68·10⁻³`: the power in kW is one reading of the factor, and the share the only one of its figures
-    that can be read. Raises `ValueError` for an electrical share outside 0…0.32.
+    S-10 prints `0.68·10⁻³`: the power in kW is one reading of the factor, and the share its only legible
+    figure. Raises `ValueError` for an electrical share outside 0…0.32.
     """
     rest = 1.0 - 0.68 - electrical
     if not (electrical >= 0 and rest >= -1e-12):
@@ -98,7 +98,7 @@ def shares_of_S(electrical: float = 0.0) -> PowerShares:
 
 
 class AbstractPartition(Part):
-    """How the friction heat of a lining is split between metal and lining."""
+    """Partition of the friction heat of a lining between metal and lining."""
 
     @abc.abstractmethod
     def share(self, T_metal: Float[Array, "..."], T_lining: Float[Array, "..."]) -> Float[Array, "..."]:
@@ -116,7 +116,7 @@ class ConstantPartition(AbstractPartition):
 
 
 class EffusivityPartition(AbstractPartition):
-    """`a = e_1/(e_1 + e_2)`, `e = √(λ ρ c)`: two half-spaces that rub (Charron)."""
+    """`a = e_1/(e_1 + e_2)`, `e = √(λ ρ c)`: two half-spaces in sliding contact (Charron)."""
 
     metal: Material
     lining: Material
@@ -134,7 +134,7 @@ class TransmissionPartition(AbstractPartition):
       surface and of the band (W/(m²·K)); `surface_layer` `δ_s` (k,) of the lining (m)
     - thickness (m) and conductivity (W/(m·K)) of rim, surface layer, lining, band
 
-    Linear between the temperatures of the table, constant beyond its ends (stated, not extrapolated).
+    Linear between the temperatures of the table, constant beyond its ends (not extrapolated).
     """
 
     temperature: Scalar = quantity("K", "temperatures of the table", low=0.0, many=Over.ROWS)
@@ -168,7 +168,7 @@ class TransmissionPartition(AbstractPartition):
 
 
 class FrictionHeat(Part):
-    """Where the friction heat goes.
+    """Places that the friction heat enters.
 
     - `metal`, `lining`: the places it enters; `None` for a side that the scene does not model (its share leaves the
       network and is counted as lost). The same place for both (an interface): the network itself finds the split
@@ -191,7 +191,7 @@ class FrictionHeat(Part):
 
 
 class FlashTemperature(Part):
-    """Flash temperature at the spots that touch, above the surface temperature (Blok, Jaeger; moving band source).
+    """Flash temperature at the contact spots, above the surface temperature (Blok, Jaeger; moving band source).
 
         ΔT = (2 q/λ) √(a l/(π v)),   q = s f p_r v
 
@@ -230,7 +230,7 @@ class Heat(Part):
     """Thermal part of a scene; a scene without it has no thermal states, equations or cost.
 
     - `bodies`, `links`, `sources`: the network;  `friction`: where the friction heat of linings and rim goes (`None`:
-      it is only booked);  `external`: the same for band and linings of a staged brake
+      it enters only the energy balance);  `external`: the same for band and linings of a staged brake
     - `flash`: flash temperature for the friction law
     - `rim`, `linings`, `band`: places whose temperatures are reported as those of rim, linings and band; `rim` is the
       body on which the linings rub, a disc or drum as well
@@ -274,7 +274,7 @@ class Heat(Part):
         return tuple(p for p in inside if isinstance(p, AbstractProfile))
 
     def faults(self, path: str, linings: int) -> list[Fault]:
-        """What does not fit together, beyond the ranges of single numbers (concrete values only)."""
+        """Errors beyond the ranges of single numbers (concrete values only)."""
         heated = [place for pair in self.pairs for place in (pair.metal, pair.lining, pair.beyond)]
         found = faults_of_network(self.bodies, self.links, self.sources, path, tuple(p for p in heated if p))
         if found:

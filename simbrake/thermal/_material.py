@@ -8,7 +8,7 @@ import numpy as np
 
 from .._base._quantity import Part, Scalar, quantity
 
-ROOM = 293.15  # K, reference of properties where nothing else is said (20 °C)
+ROOM = 293.15  # K, default reference of properties (20 °C)
 
 
 class Material(Part):
@@ -37,7 +37,7 @@ class Material(Part):
 
 
 class Entry(NamedTuple):
-    """One number of the library: value (SI), admissible range in use, where it is from, and whether it is assumed."""
+    """One number of the library: value (SI), valid range, source, and whether it is assumed."""
 
     value: float
     low: float
@@ -65,8 +65,8 @@ LIBRARY = library("thermal")
 def material(name: str, **changes: float) -> Material:
     """A material of the library, with other numbers where `changes` names them.
 
-    `simbrake.thermal.LIBRARY[name]` tells the source and the range of every number, and which are assumptions.
-    Raises `KeyError` with the names there are.
+    `simbrake.thermal.LIBRARY[name]` gives the source and the range of every number, and marks assumptions.
+    Raises `KeyError` with the known names.
     """
     if name not in LIBRARY:
         raise KeyError(f"no material {name!r}; there are: {', '.join(sorted(LIBRARY))}")
@@ -75,7 +75,7 @@ def material(name: str, **changes: float) -> Material:
 
 
 def effusivity_share(metal: Material, lining: Material) -> Scalar:
-    """Share of the friction heat into the metal when two half-spaces rub: `e_1/(e_1 + e_2)` (Charron, 1943)."""
+    """Heat partition coefficient of the metal for two sliding half-spaces: `e_1/(e_1 + e_2)` (Charron, 1943)."""
     return metal.effusivity / (metal.effusivity + lining.effusivity)
 
 
@@ -84,16 +84,18 @@ def layer_growth(first: float, thickness: float, layers: int) -> float:
 
     `first (r^N − 1)/(r − 1) = thickness`. Raises `ValueError` if the first is not between 0 and the whole.
     """
-    from scipy.optimize import brentq
-    from scipy.special import logsumexp
-
     if not (0 < first < thickness and layers > 1):
         raise ValueError(f"a first layer of {first:g} m does not fit {layers} layers in {thickness:g} m")
-    powers = np.arange(layers)
-
-    def rest(log_r: float) -> float:
-        return float(np.log(first) + logsumexp(log_r * powers) - np.log(thickness))
-
-    bound = np.log(thickness / first)
-    root = brentq(rest, -bound - 1, bound + 1, xtol=1e-15)
-    return float(np.exp(root))  # pyright: ignore
+    # Newton's method on log Σ r^k over log r, which is convex and rises: from above it comes down to the root. (Of
+    # SciPy the import alone would take longer than most runs)
+    powers, wanted = np.arange(layers), np.log(thickness / first)
+    log_r = step = wanted + 1.0
+    for _ in range(200):
+        largest = max(0.0, log_r * (layers - 1))
+        terms = np.exp(log_r * powers - largest)
+        total = np.sum(terms)
+        last, step = step, (largest + np.log(total) - wanted) * total / np.sum(powers * terms)
+        if abs(step) <= 1e-16 or abs(step) >= abs(last) < 1e-9:  # rounding
+            break
+        log_r -= step
+    return float(np.exp(log_r))

@@ -16,20 +16,20 @@ from ..hybrid._arrays import Array
 from ..profiles import AbstractProfile
 from ._material import ROOM, Material
 
-#: of the nodes of a place (K), and what follows from them at each
+#: of the nodes of a place (K), or values at each
 Temperatures: TypeAlias = Float[Array, "..."]
 STEFAN_BOLTZMANN = 5.670374419e-8  # W/(m²·K⁴), CODATA 2018
 
 
 class Surroundings(NamedTuple):
-    """What links may depend on besides temperatures: track speed (m/s), and 1 while the band is closed, else 0."""
+    """Inputs of links besides temperatures: track speed (m/s), and 1 while the band is closed, else 0."""
 
     speed: Any = 0.0
     closed: Any = 0.0
 
 
 class AbstractLink(Part):
-    """A way for heat between the places `a` and `b`: `flow = g(T_a, T_b) (T_a − T_b)`."""
+    """A heat path between the places `a` and `b`: `flow = g(T_a, T_b) (T_a − T_b)`."""
 
     a: eqx.AbstractVar[str]
     b: eqx.AbstractVar[str]
@@ -40,7 +40,7 @@ class AbstractLink(Part):
 
 
 class Reads(NamedTuple):
-    """What the conductance of a link depends on, beside its own numbers."""
+    """Dependence of the conductance of a link on variables of the run."""
 
     temperatures: bool
     surroundings: bool
@@ -48,7 +48,7 @@ class Reads(NamedTuple):
 
 @per_structure
 def reads(link: AbstractLink, n_a: int, n_b: int) -> Reads:
-    """What `g` of a link between places of `n_a` and `n_b` nodes depends on.
+    """Dependence of `g` of a link between places of `n_a` and `n_b` nodes.
 
     Found from the lowered program, once for each structure of a link; in doubt it depends on them (`read_by`).
     """
@@ -75,7 +75,7 @@ class Conductance(AbstractLink):
 
 
 class ThermalContact(AbstractLink):
-    """Two surfaces that touch: `g = A/R_c`.
+    """Two surfaces in contact: `g = A/R_c`.
 
     - `area` (m²); `resistance` `R_c` (m²·K/W), `None` for perfect contact (one of the two must then be a wall's face)
     """
@@ -129,7 +129,7 @@ class TemperatureCoefficient(AbstractCoefficient):
 
 
 def _uncovered(g: Temperatures, covered: Scalar | None, around: Surroundings) -> Temperatures:
-    """What of a conductance is left while linings cover a share of the area (`None`: never any)."""
+    """Factor of a conductance while linings cover a share of the area (`None`: 1)."""
     return g if covered is None else g * (1 - covered * around.closed)
 
 
@@ -187,7 +187,7 @@ def radiation_governs_above(coefficient: float, emissivity: float, ambient: floa
         return emissivity * STEFAN_BOLTZMANN * (T**2 + ambient**2) * (T + ambient) - coefficient
 
     if surplus(ambient) > 0:
-        raise ValueError("radiation governs at every temperature: the convection is too weak")
+        raise ValueError("radiation governs at every temperature: the convection is too low")
     return float(brentq(surplus, ambient, 1e5))  # pyright: ignore
 
 
@@ -256,7 +256,7 @@ class Wall(Part):
 
     @property
     def grades(self) -> Float[np.ndarray, " layers"]:
-        """How often each layer has grown since the face it counts from."""
+        """Number of growth steps of each layer from its face."""
         i = np.arange(self.layers, dtype=np.float64)
         return np.minimum(i, i[::-1]) if self.both else i
 
@@ -282,7 +282,7 @@ _FACES = ("front", "back")
 
 
 def nodes_at(body: Body, face: str | None) -> slice:
-    """Which nodes of a body a place names: all of it, or the outermost layers of a wall."""
+    """Nodes of a body named by a place: all, or the outermost layers of a wall."""
     if face is None or not isinstance(body, Wall):
         return slice(None)
     return slice(0 if face == "front" else body.layers - 1, None, body.layers)
@@ -329,13 +329,13 @@ def faults_of_network(
     path: str,
     heated: tuple[str, ...] = (),
 ) -> list[Fault]:
-    """Everything wrong with a network: names, sizes, nodes without connection, loops without a solution."""
+    """All errors of a network: names, sizes, nodes without connection, loops without a solution."""
     found: list[Fault] = []
     by_name = {body.name: body for body in bodies}
     for i, body in enumerate(bodies):
         where = f"{path}.bodies[{i}]"
         if body.name in [other.name for other in bodies[:i]] or not body.name or "." in body.name:
-            what = f"the name {body.name!r} is taken or not usable"
+            what = f"the name {body.name!r} is in use or invalid"
             found.append(Fault(where, what, "names are unique, without dots"))
         if isinstance(body, Lump) and np.any(np.asarray(body.capacity) == 0):
             hint = "give each a capacity, or none of them: then it is a `Junction`"
@@ -373,7 +373,7 @@ def faults_of_network(
 
 
 def _floating_junctions(bodies: tuple[Body, ...], links: tuple[AbstractLink, ...], path: str) -> list[Fault]:
-    """Junctions that no chain of conducting links joins to a body with a temperature of its own."""
+    """Junctions that no chain of conducting links joins to a body with a defined temperature."""
 
     def conducts(link: AbstractLink) -> bool:
         for field in ("value", "emissivity", "coefficient"):

@@ -1,11 +1,16 @@
-"""Finished chunks of an ensemble on disk: a folder that belongs to one set of runs, told by its fingerprint."""
+"""Chunks of an ensemble: the pool of workers that computes them, and the folder that keeps the finished ones."""
 
+import contextlib
 import dataclasses
 import hashlib
+import itertools
 import json
+import os
+import queue
 import types
 import zipfile
 from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor, as_completed
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +18,85 @@ import jax
 import numpy as np
 
 from .._base._faults import Fault, InputError, whole_file
-from ._evaluator import Columns, Task
+from ..hybrid import Code
+from . import _evaluator
+from ._evaluator import Columns, Job
 
 #: of the manifest
 _FORMAT = 1
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Task:
+    """One chunk: which runs (from 0), and their numbers (runs, numbers)."""
+
+    limit: int  # of the steps
+    runs: np.ndarray
+    rows: np.ndarray
+    last: bool = True  # no higher limit of the steps follows
+
+    def final(self, columns: Columns) -> np.ndarray:
+        """Which runs are done: the others reached the limit of the steps and get a higher one."""
+        return np.full(len(self.runs), True) if self.last else columns["code"] != int(Code.STEP_LIMIT)
+
+
+class Pool:
+    """Chunks at work on `workers`; `start` begins those of one job."""
+
+    def __init__(
+        self, workers: int, start: Callable[[Job, list[Task]], list[Future[Columns]]], on_cpu: bool = True
+    ) -> None:
+        self.workers, self._start, self.on_cpu = workers, start, on_cpu
+        self._waiting: dict[Future[Columns], Task] = {}
+
+    def submit(self, job: Job, tasks: list[Task]) -> None:
+        self._waiting |= zip(self._start(job, tasks), tasks, strict=True)
+
+    def results(self) -> Iterator[tuple[Task, Columns]]:
+        """Finished tasks in the order in which they finish, until none is left."""
+        while self._waiting:
+            with contextlib.suppress(TimeoutError):  # awake now and then, so that Ctrl-C is heard
+                for future in as_completed(list(self._waiting), timeout=0.5):
+                    task = self._waiting.pop(future)
+                    if not future.cancelled():
+                        yield task, future.result()
+
+    def cancel(self) -> None:
+        """Nothing new is begun; what runs now comes to its end and is among the results."""
+        self._waiting = {future: task for future, task in self._waiting.items() if not future.cancel()}
+
+
+def thread_count(workers: int | None = None) -> int:
+    """Threads that run chunks: on a CPU one per core, on accelerators one per device; `workers` limits them."""
+    devices = jax.devices()
+    cores = len(os.sched_getaffinity(0)) if "sched_getaffinity" in dir(os) else os.cpu_count() or 1
+    count = max(cores, len(devices)) if devices[0].platform == "cpu" else len(devices)
+    return count if workers is None else min(workers, count)
+
+
+@contextlib.contextmanager
+def threads(workers: int | None) -> Iterator[Pool]:
+    """Threads that each hand chunks to a compiled program, which runs outside of Python's lock."""
+    count, devices = thread_count(workers), queue.SimpleQueue[Any]()
+    for device in itertools.islice(itertools.cycle(jax.devices()), count):
+        devices.put(device)
+
+    def run(job: Job, task: Task) -> Columns:
+        device = devices.get()
+        try:
+            return _evaluator.run_chunk(job, task.rows, device)
+        finally:
+            devices.put(device)
+
+    executor = ThreadPoolExecutor(count, thread_name_prefix="simbrake")
+    try:
+        on_cpu = jax.devices()[0].platform == "cpu"
+        yield Pool(count, lambda job, tasks: [executor.submit(run, job, task) for task in tasks], on_cpu)
+    finally:
+        executor.shutdown(cancel_futures=True)
+
+
+# --- finished chunks on disk ------------------------------------------------------------------------------------------
 
 
 def fingerprint(*parts: object) -> str:

@@ -1,0 +1,357 @@
+"""The cache on disk of what depends on the structure of a scene alone: compiled programs, and facts about parts.
+
+The folder is `SIMBRAKE_CACHE_DIR` (empty: none), else `simbrake/programs` in the user's cache folder. What lies there
+is run and unpickled, so it must not have come from anybody else: the folder has the mode 0700, it and all folders above
+it belong to the user or to root, nobody else may write to them, and no symbolic link leads there. Every folder is
+opened by its parent's descriptor, so that nothing can be exchanged between the check and the use.
+
+The name of a file is the hash of all that its content depends on: the structure (classes, static fields, shapes), the
+versions and sources of simbrake and of what it computes with, and the device. What is of a user's own class or function
+may change without any of these, and is not cached.
+"""
+
+import contextlib
+import dataclasses
+import enum
+import functools
+import hashlib
+import logging
+import os
+import pickle
+import platform
+import stat
+import sys
+import threading
+import time
+import types
+from collections.abc import Callable, Iterator
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any, NamedTuple, TypeVar
+
+import jax
+import numpy as np
+
+_Answer = TypeVar("_Answer")
+
+FOLDER_VARIABLE, SIZE_VARIABLE = "SIMBRAKE_CACHE_DIR", "SIMBRAKE_CACHE_SIZE"
+#: MB that all files together may take; the files unused for longest go first
+DEFAULT_SIZE = 512.0
+#: the first bytes of every file; another number here makes earlier files unreadable
+_MAGIC = b"simbrake cache 1\n"
+_DIGEST = hashlib.sha256().digest_size
+#: packages of whose classes and functions everything is known by their versions
+_KNOWN = ("simbrake", "jax", "jaxlib", "numpy", "equinox", "diffrax", "interpax", "jaxtyping", "builtins", "functools")
+_VERSIONS = ("jax", "jaxlib", "numpy", "equinox", "diffrax", "interpax")
+
+_log = logging.getLogger("simbrake")
+
+
+class UnknownStructureError(Exception):
+    """Something whose meaning is not fixed by its name and the versions of known packages."""
+
+
+# --- what identifies a structure --------------------------------------------------------------------------------------
+
+
+def canonical(value: Any, static: bool = False) -> str:
+    """A text that is the same in every process for the same structure: classes, static values, shapes.
+
+    The numbers in arrays belong to it only where they are `static`. Raises `UnknownStructureError` for what belongs to
+    a user's own class or function.
+    """
+    text = functools.partial(canonical, static=static)
+    if value is None or isinstance(value, bool | int | float | complex | str | bytes):
+        return repr(value)
+    if isinstance(value, enum.Enum):
+        return f"{_name(type(value))}.{value.name}"
+    if isinstance(value, type | types.FunctionType | types.BuiltinFunctionType):
+        return _name(value)
+    if isinstance(value, tuple | list):
+        return f"{_name(type(value))}({','.join(text(one) for one in value)})"
+    if isinstance(value, dict):
+        return f"{{{','.join(f'{text(key)}:{text(one)}' for key, one in value.items())}}}"
+    if isinstance(value, np.ndarray | np.generic | jax.Array | jax.ShapeDtypeStruct):
+        return f"{value.dtype}{list(value.shape)}{_digest(value) if static else ''}"
+    if isinstance(value, functools.partial):  # those of JAX too
+        return f"{_name(type(value))}{text((value.func, value.args, value.keywords))}"
+    if isinstance(value, jax.tree_util.PyTreeDef):
+        return text(jax.tree.unflatten(value, [_LEAF] * value.num_leaves))
+    if isinstance(value, np.dtype):
+        return str(value)
+    if dataclasses.is_dataclass(value):
+        fields = [
+            f"{field.name}={canonical(getattr(value, field.name), static or field.metadata.get('static', False))}"
+            for field in dataclasses.fields(value)
+        ]
+        return f"{_name(type(value))}({','.join(fields)})"
+    raise UnknownStructureError(repr(type(value)))
+
+
+_LEAF = jax.ShapeDtypeStruct((), np.dtype(bool))
+
+
+def _digest(value: Any) -> str:
+    return hashlib.sha256(np.ascontiguousarray(value).tobytes()).hexdigest()
+
+
+def _name(named: Any) -> str:
+    """Module and name of a class or function of a known package."""
+    module, name = getattr(named, "__module__", None) or "builtins", named.__qualname__
+    if module.partition(".")[0] not in _KNOWN or "<" in name or "__wrapped__" in getattr(named, "__dict__", {}):
+        raise UnknownStructureError(f"{module}.{name}")
+    return f"{module}.{name}"
+
+
+@functools.cache
+def _surroundings() -> str:
+    """Versions, sources and the processor: what was compiled for one is of no use on another."""
+    package = Path(__file__).parents[1]
+    sources = []
+    for folder, _, files in os.walk(package):
+        for file in sorted(files):
+            if not file.endswith((".pyc", ".pyi")):
+                about = os.stat(os.path.join(folder, file))
+                sources.append(f"{os.path.relpath(folder, package)}/{file} {about.st_size} {about.st_mtime_ns}")
+    found = [sys.version, *sorted(sources)]
+    for name in _VERSIONS:
+        with contextlib.suppress(PackageNotFoundError):
+            found.append(f"{name} {version(name)}")
+    return "\n".join([*found, *_processor()])
+
+
+def _processor() -> list[str]:
+    about = [platform.machine(), platform.system(), str(os.cpu_count())]
+    with contextlib.suppress(OSError), open("/proc/cpuinfo", "rb") as file:
+        first = file.read(16384).decode("ascii", "replace").split("\n\n")[0]
+        about += [line for line in first.splitlines() if line.startswith(("model", "flags", "Features", "CPU"))]
+    return about
+
+
+def key_of(name: str, subject: Any, device: Any = None) -> str | None:
+    """Name of the file of a program or fact; `None` for what cannot be cached."""
+    if jax.config.jax_disable_jit or jax.config.jax_debug_nans or jax.config.jax_debug_infs:  # pyright: ignore
+        return None
+    try:
+        text = canonical(subject)
+    except UnknownStructureError:
+        return None
+    place = "" if device is None else f"{device.platform} {device.device_kind} {device.client.platform_version}"
+    settings = f"{jax.config.jax_default_matmul_precision} {os.environ.get('XLA_FLAGS', '')}"  # pyright: ignore
+    whole = "\n".join([name, text, place, settings, _surroundings()])
+    return f"{name}-{hashlib.sha256(whole.encode()).hexdigest()[:40]}"
+
+
+# --- the folder -------------------------------------------------------------------------------------------------------
+
+
+class _UnsafeError(OSError):
+    """A folder that somebody else could write to."""
+
+
+def place() -> Path | None:
+    """Folder of the cache, looked up at each call; `None` if the cache is switched off."""
+    chosen = os.environ.get(FOLDER_VARIABLE)
+    if chosen is None:
+        base = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
+        chosen = (
+            os.path.join(base, "simbrake", "programs") if os.path.isabs(base) else ""
+        )  # who has no home gets "~" for it
+    return Path(os.path.abspath(chosen)) if chosen else None
+
+
+def _descend(path: Path) -> int:
+    """The descriptor of a private folder, made if need be. Raises `OSError` with what is wrong with it."""
+    uid, names = os.getuid(), path.parts[1:]
+    here = os.open(path.anchor, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        for depth, name in enumerate(names):
+            whole = os.path.join(path.anchor, *names[: depth + 1])
+            if stat.S_ISLNK(_look(name, here).st_mode):
+                if depth > 0:  # only root can put a link into the root folder
+                    raise _UnsafeError(f"{whole} is a symbolic link")
+                os.close(here)
+                return _descend(Path(os.path.realpath(whole), *names[1:]))
+            below = os.open(name, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW, dir_fd=here)
+            os.close(here)
+            here, about, last = below, os.fstat(below), depth == len(names) - 1
+            if about.st_uid not in ((uid,) if last else (uid, 0)):
+                raise _UnsafeError(f"{whole} belongs to somebody else")
+            # (in a folder as /tmp nobody can replace what belongs to somebody else)
+            if about.st_mode & 0o022 and (last or not about.st_mode & stat.S_ISVTX):
+                raise _UnsafeError(f"others may write to {whole} (chmod go-w helps)")
+            if last and about.st_mode & 0o077:
+                os.fchmod(here, 0o700)
+        return here
+    except BaseException:
+        os.close(here)
+        raise
+
+
+def _look(name: str, folder: int) -> os.stat_result:
+    try:
+        return os.lstat(name, dir_fd=folder)
+    except FileNotFoundError:
+        with contextlib.suppress(FileExistsError):  # another process was faster
+            os.mkdir(name, 0o700, dir_fd=folder)
+        return os.lstat(name, dir_fd=folder)
+
+
+class Entry(NamedTuple):
+    """One file of the folder: its name, its size in bytes and when it was last used (s since 1970)."""
+
+    name: str
+    size: int
+    used: float
+
+
+class Folder:
+    """An opened private folder. All its methods raise `OSError`."""
+
+    def __init__(self, path: Path) -> None:
+        if os.name != "posix":
+            raise _UnsafeError("owners and modes of folders are not known on this system")
+        self.path, self._descriptor = path, _descend(path)
+
+    def _open(self, name: str, flags: int) -> int:
+        found = os.open(name, flags | os.O_NOFOLLOW, 0o600, dir_fd=self._descriptor)
+        about = os.fstat(found)
+        if not stat.S_ISREG(about.st_mode) or about.st_uid != os.getuid() or about.st_mode & 0o077:
+            os.close(found)
+            raise _UnsafeError(f"{self.path / name} is not a private file")
+        return found
+
+    def read(self, name: str) -> bytes | None:
+        """The content of a file, `None` if there is none. Raises `ValueError` if it is damaged."""
+        try:
+            with open(self._open(name, os.O_RDONLY), "rb") as file:
+                content = file.read()
+                os.utime(file.fileno())
+        except FileNotFoundError:
+            return None
+        head, body = len(_MAGIC) + _DIGEST, content[len(_MAGIC) + _DIGEST :]
+        if content[:head] != _MAGIC + hashlib.sha256(body).digest():
+            raise ValueError(f"{self.path / name} is damaged")
+        return body
+
+    def write(self, name: str, body: bytes) -> None:
+        """Puts a whole file in its place at once, or none."""
+        part = f".{name}.{os.getpid()}.{threading.get_ident()}"
+        try:
+            with open(self._open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL), "wb") as file:
+                file.write(_MAGIC + hashlib.sha256(body).digest() + body)
+            os.replace(part, name, src_dir_fd=self._descriptor, dst_dir_fd=self._descriptor)
+        except BaseException:
+            with contextlib.suppress(OSError):
+                os.unlink(part, dir_fd=self._descriptor)
+            raise
+        self._shrink()
+
+    def remove(self, name: str) -> None:
+        with contextlib.suppress(FileNotFoundError):
+            os.unlink(name, dir_fd=self._descriptor)
+
+    def entries(self) -> list[Entry]:
+        """All files, the one used last first."""
+        found = []
+        for name in os.listdir(self._descriptor):
+            with contextlib.suppress(FileNotFoundError):  # another process has removed it
+                about = os.lstat(name, dir_fd=self._descriptor)
+                if stat.S_ISREG(about.st_mode):
+                    found.append(Entry(name, about.st_size, about.st_mtime))
+        return sorted(found, key=lambda entry: -entry.used)
+
+    def _shrink(self) -> None:
+        total, most, now = 0, limit() * 1e6, time.time()
+        for entry in self.entries():
+            total += entry.size
+            forgotten = entry.name.startswith(".") and now - entry.used > 3600  # of a process that was killed
+            if total > most or forgotten:
+                self.remove(entry.name)
+
+
+def limit() -> float:
+    """Maximum size of all files together in MB."""
+    try:
+        return max(0.0, float(os.environ.get(SIZE_VARIABLE, DEFAULT_SIZE)))
+    except ValueError:
+        return DEFAULT_SIZE
+
+
+@functools.lru_cache(maxsize=4)
+def _opened(path: Path) -> Folder | None:
+    try:
+        return Folder(path)
+    except OSError as error:
+        _log.warning(
+            "simbrake: compiled programs are not cached: %s; %s= turns this off", _words(error), FOLDER_VARIABLE
+        )
+        return None
+
+
+def _words(error: Exception) -> str:
+    named = isinstance(error, OSError) and error.strerror and error.filename
+    return f"{error.filename}: {error.strerror}" if named else str(error)  # pyright: ignore
+
+
+def folder() -> Folder | None:
+    """The opened folder; `None`, reported once in one line, if it cannot be used."""
+    path = place()
+    return None if path is None else _opened(path)
+
+
+@contextlib.contextmanager
+def _reported(name: str) -> Iterator[None]:
+    """Report an error of a file in one line and remove the file, which is then written again."""
+    try:
+        yield
+    except Exception as error:  # whatever a damaged file or another system leads to
+        _log.warning(
+            "simbrake: cache file %s is unusable and will be replaced: %s", name, _words(error) or type(error).__name__
+        )
+        store = folder()
+        if store is not None:
+            with contextlib.suppress(OSError):
+                store.remove(name)
+
+
+def read(key: str | None, restore: Callable[[Any], _Answer]) -> _Answer | None:
+    """Return `restore(content)` of the file with this key; `None` if there is none, or none that is usable."""
+    store = None if key is None else folder()
+    if store is None or key is None:
+        return None
+    with _reported(key):
+        body = store.read(key)
+        return None if body is None else restore(pickle.loads(body))
+    return None
+
+
+def write(key: str | None, content: Callable[[], Any]) -> None:
+    """Write what `content` returns to the file with this key, if possible."""
+    store = None if key is None else folder()
+    if store is None or key is None:
+        return
+    try:
+        store.write(key, pickle.dumps(content(), pickle.HIGHEST_PROTOCOL))
+    except Exception as error:  # a full disk; something that cannot be pickled; a device that cannot store programs
+        _unwritable(error.strerror if isinstance(error, OSError) and error.strerror else f"{error}")
+
+
+@functools.cache
+def _unwritable(words: str) -> None:
+    _log.warning("simbrake: a compiled program is not cached: %s", words)
+
+
+class _Content(NamedTuple):
+    answer: Any
+
+
+def cached(name: str, subject: Any, find: Callable[[], _Answer]) -> _Answer:
+    """Return `find()`, which depends only on the structure of the `subject`; computed once and cached on disk."""
+    key = key_of(name, subject)
+    content = read(key, _Content)
+    if content is not None:
+        return content.answer
+    found = find()
+    write(key, lambda: found)
+    return found

@@ -1,0 +1,434 @@
+"""A run seen in all of its steps at little cost, and its maximum values.
+
+States at the ends of steps are those of the run; between them lies the cubic through states and rates of both ends, on
+which everything algebraic is evaluated. It tells where to look closer: there states come from the ends of as many steps
+as the motion is smooth over, or, if these do not agree within the tolerance, from a partial step of the method.
+"""
+
+from collections.abc import Callable
+from types import ModuleType
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Bool, Float, Int, PyTree
+
+from .._base._progress import piece
+from .._physics._brake import BrakeSystem
+from ..hybrid import ADVANCED, LANDED, SKIPPED, STOPPED, Record
+from ..hybrid._arrays import Array
+from ..hybrid._system import flatten, ravel
+from ._metrics import METRICS, Peak, identity_of
+from ._probe import Probe, RunJit, is_traced, probe_at, record_of, rows_in_lanes, seen_at, small
+
+#: places in every step at which a run is sampled, both ends included; in a long run every part has many steps
+_SAMPLES, _SAMPLES_OF_LONG = 9, 5
+#: steps sampled in one call of the compiled program: of long runs, of systems with few and with many states
+_BLOCKS, _LONG = (512, 128, 32), 1024
+#: up to as many samples are partial steps, of a method whose steps are too long for anything else: one program less
+_SHORT, _LONG_STEPS = 1024, 6
+#: steps to either side whose ends tell the states inside one
+_REACH = 3
+#: how closely two interpolants have to agree, in tolerances of the run
+_CLOSE = 0.03
+_POINTS, _ROUNDS, _FINER = 9, 4, 0.27  # of finer and finer grids around a maximum value
+
+#: of a probe, (m, n): that of which the maximum over the run is wanted
+Pick = Callable[[Probe], Array]
+
+
+class Steps(NamedTuple):
+    """Steps of a run: times and states at both ends, before any jump, and the mode in between."""
+
+    t0: Float[Array, " n"]
+    t1: Float[Array, " n"]
+    y0: Float[Array, "n state"]
+    y1: Float[Array, "n state"]
+    mode: Int[Array, "n mode"]
+
+
+class Sight(NamedTuple):
+    """What a report needs of a run, at many times: forces, margins, and the maxima over the linings.
+
+    - `tops`: by the name of a metric, the value of which its maximum over the run is wanted;  `places`: at which lining
+      (from 0) it is that large, of `widths` ones
+    """
+
+    t: Float[Array, " m"]
+    omega: Float[Array, " m"]
+    alpha: Float[Array, " m"]
+    lever_tension: Float[Array, " m"]
+    load_torque: Float[Array, " m"]
+    margins: Float[Array, "m marks"]
+    passing: Float[Array, "m marks_of_heat"]
+    tops: dict[str, Float[Array, " m"]]
+    places: dict[str, Int[Array, " m"]]
+    widths: dict[str, Int[Array, " m"]]
+
+
+def _sight(p: Probe, names: tuple[str, ...]) -> Sight:
+    xp: Any = np if isinstance(p.t, np.ndarray) else jnp
+    values = {name: METRICS[name].find(p) for name in names}
+    return Sight(
+        p.t,
+        p.y.omega,
+        p.flows.contact.alpha,
+        p.flows.lever_tension,
+        p.flows.load_torque,
+        p.margins,
+        p.passing,
+        {name: xp.max(value, axis=1) for name, value in values.items()},
+        {name: _first_largest(value, xp) for name, value in values.items()},
+        {name: xp.full(len(value), value.shape[1], np.int32) for name, value in values.items()},
+    )
+
+
+def _first_largest(value: Float[Array, "m n"], xp: Any) -> Int[Array, " m"]:
+    """Return the first entry of each row that is the largest but for rounding, as equal linings tie."""
+    top = xp.max(value, axis=1, keepdims=True)
+    return xp.argmax(value >= top - 1e-12 * xp.abs(top), axis=1).astype(np.int32)
+
+
+# --- samples between the ends of steps --------------------------------------------------------------------------------
+
+
+def _between(steps: Steps, f0: Array, f1: Array, share: Array) -> Array:
+    """States at a share of each step, on the cubic through states and rates of its ends."""
+    s, h = share[:, None], (steps.t1 - steps.t0)[:, None]
+    blend = s * s * (3 - 2 * s)
+    return (1 - blend) * steps.y0 + blend * steps.y1 + h * s * (1 - s) * ((1 - s) * f0 - s * f1)
+
+
+def _sampled(
+    system: BrakeSystem, y_like: PyTree, mode_like: PyTree, steps: Steps, samples: int, see: Callable[[Probe], PyTree]
+) -> tuple[PyTree, Array, Array]:
+    """What `see` makes of a probe at the samples of all steps, (steps, samples, …), and the rates at both ends.
+
+    One loop over the samples, so that the equations stand in the program once.
+    """
+    flat = flatten(system, y_like, mode_like)
+    modes = jax.vmap(flat.unpack_mode)(steps.mode)
+
+    def sample(rates: tuple[Array, Array], entry: tuple[Array, Array]) -> tuple[tuple[Array, Array], PyTree]:
+        k, share = entry
+        shares = jnp.full(steps.t0.shape, share)
+        y = jnp.where(k == 0, steps.y0, jnp.where(k == 1, steps.y1, _between(steps, *rates, shares)))
+        t = steps.t0 + share * (steps.t1 - steps.t0)
+        state = jax.vmap(flat.unpack_state)(y)
+        seen = seen_at(system, t, state, modes)
+        found = jax.vmap(system.rates)(t, state, modes, seen.flows)
+        rate = jax.vmap(lambda tree: ravel(tree, jnp.float64))(found)
+        return (jnp.where(k == 0, rate, rates[0]), jnp.where(k == 1, rate, rates[1])), see(seen)
+
+    nothing = jnp.zeros_like(steps.y0)
+    order = np.asarray([0, samples - 1, *range(1, samples - 1)])  # rates at both ends come first
+    entries = (jnp.arange(samples, dtype=jnp.int32), jnp.asarray(order / (samples - 1)))
+    (f0, f1), found = jax.lax.scan(sample, (nothing, nothing), entries)
+    back = np.argsort(order)
+    return jax.tree.map(lambda leaf: jnp.moveaxis(leaf[back], 0, 1), found), f0, f1
+
+
+def _sights(
+    system: BrakeSystem,
+    y_like: PyTree,
+    mode_like: PyTree,
+    steps: Steps,
+    names: tuple[str, ...],
+    samples: int,
+    known: tuple[object, ...],
+) -> tuple[Sight, Array, Array]:
+    """Return what is seen at the samples of all steps; `known`: what is behind the names, for the cache of programs."""
+    return _sampled(system, y_like, mode_like, steps, samples, lambda p: _sight(p, names))
+
+
+def _sights_inside(
+    record: Record, index: Array, h: Array, names: tuple[str, ...], known: tuple[object, ...]
+) -> tuple[Sight, Array]:
+    """What is seen at `h` (s) after the start of the rows named, and the states, by partial steps of the method."""
+    p = probe_at(record, index, h, still=True)
+    return _sight(p, names), jax.vmap(lambda y: ravel(y, jnp.float64))(p.y)
+
+
+_sights_compiled = RunJit(_sights, static_argnames=("names", "samples", "known"), quick=True)
+_sights_inside_compiled = RunJit(_sights_inside, static_argnames=("names", "known"), quick=True)
+
+
+def _block(record: Record) -> int:
+    """How many steps a call samples: many pay only where there are many."""
+    long, few_states, many_states = _BLOCKS
+    return long if int(record.count) > _LONG else few_states if small(record) else many_states
+
+
+def _behind(names: tuple[str, ...]) -> tuple[object, ...]:
+    return tuple(map(identity_of, names))
+
+
+def _in_blocks(
+    record: Record, steps: Steps, names: tuple[str, ...], samples: int
+) -> tuple[Sight, np.ndarray, np.ndarray]:
+    """`_sights` of any number of steps of a concrete record, in calls of one length, so that it compiles once."""
+    parts, count, length = [], len(steps.t0), _block(record)
+    for start in range(0, count, length):
+        if count > length:  # shown as progress
+            piece(start // length, -(-count // length))
+        here = np.minimum(np.arange(start, start + length), count - 1)
+        block = Steps(*(column[here] for column in steps))
+        likes, used = (record.y_like, record.mode_like), count - start
+        found = _sights_compiled(record.system, *likes, block, names=names, samples=samples, known=_behind(names))
+        parts.append(found if used >= length else jax.tree.map(lambda leaf, n=used: leaf[:n], found))
+    return parts[0] if len(parts) == 1 else jax.tree.map(lambda *leaves: np.concatenate(leaves), *parts)
+
+
+# --- states inside a step, from the ends of several -------------------------------------------------------------------
+
+
+def _weights(
+    nodes: Float[np.ndarray, "m k"], there: Bool[np.ndarray, "m k"], x: Float[np.ndarray, " m"]
+) -> tuple[Float[np.ndarray, "m k"], Float[np.ndarray, "m k"]]:
+    """Weights of values and slopes at the nodes that are `there` in the Hermite interpolant at `x`.
+
+    p(x) = Σ_j [1 − 2 (x − x_j) L_j'(x_j)] L_j(x)² y_j + (x − x_j) L_j(x)² y_j'
+    """
+    k = nodes.shape[1]
+    pairs = there[:, :, None] & there[:, None, :] & ~np.eye(k, dtype=bool)
+    apart = nodes[:, :, None] - nodes[:, None, :]
+    apart = np.where(pairs & (apart != 0), apart, 1.0)
+    ways = np.where(pairs, (x[:, None] - nodes)[:, None, :], 1.0)
+    square = np.where(there, np.prod(ways / apart, axis=2) ** 2, 0.0)
+    slope = np.sum(np.where(pairs, 1.0 / apart, 0.0), axis=2)
+    away = x[:, None] - nodes
+    return (1 - 2 * away * slope) * square, away * square
+
+
+class Scan:
+    """A run, concrete or traced, sampled in all its steps.
+
+    - `row` (m,) and `share` (m,): the row of each sample, and where in its step it is, 0…1;  `seen`: what is seen there
+      of a concrete run
+    - `samples` in every step;  `xp`: NumPy of a concrete run, JAX's of a traced one;  `rtol`: to which the run was
+      integrated
+    """
+
+    def __init__(self, run: Any, rtol: float = 1e-10, names: tuple[str, ...] = ()) -> None:
+        self.record, self.rtol, self.names = record_of(run), rtol, names
+        self.traced = is_traced(self.record)
+        self.xp: ModuleType = jnp if self.traced else np
+        self._frozen = jax.lax.stop_gradient(self.record) if self.traced else self.record
+        rows, xp = self._frozen.rows, self.xp
+        count = rows.t.shape[0] if self.traced else max(int(self.record.count), 1)
+        here = xp.arange(count, dtype=np.int32)
+        following = xp.minimum(here + 1, self.record.count)
+        self.used = (here < self.record.count) & (rows.kind[:count] != SKIPPED)
+        self.steps = Steps(rows.t[:count], rows.t[following], rows.y[:count], rows.y[following], rows.mode[:count])
+        self._states: Array | None = None  # at all samples, of a short run
+        self.steps = self.steps._replace(y1=self._before_jumps(here, rows.kind[:count]))
+        self.samples = _SAMPLES_OF_LONG if not self.traced and count > _LONG else _SAMPLES
+        self.row, self.share = xp.repeat(here, self.samples), xp.tile(xp.linspace(0.0, 1.0, self.samples), count)
+        if not self.traced:
+            self._look_at_all_steps()
+
+    def _look_at_all_steps(self) -> None:
+        count, rows = len(self.steps.t0), self.record.rows
+        if self.record.method.order >= _LONG_STEPS and count * self.samples <= _SHORT:
+            self.seen, self._states = self._by_steps(self.row, self.share)
+            return
+        seen, self._f0, self._f1 = _in_blocks(self.record, self.steps, self.names, self.samples)
+        self.seen = jax.tree.map(lambda leaf: leaf.reshape(count * self.samples, *leaf.shape[2:]), seen)
+        goes_on = (self.used & (rows.kind[:count] == ADVANCED))[:-1]
+        # of every row how many steps before it, and after it, pass into each other without an event
+        self._before, self._after = _streaks(goes_on), _streaks(goes_on[::-1])[::-1]
+
+    def _by_steps(self, row: Array, share: Array) -> tuple[Sight, Array]:
+        """What is seen at a share of the steps named, and the states there, by partial steps of the method."""
+        span = share * (self.steps.t1[row] - self.steps.t0[row])
+        asked = {"names": self.names, "known": _behind(self.names)}
+        return rows_in_lanes(self.record, lambda *given: _sights_inside_compiled(*given, **asked), row, span)
+
+    def _before_jumps(self, row: Array, kind: Array) -> Array:
+        """States at the ends of all steps. Where nothing stretches, events change speeds by rounding alone."""
+        xp, steps = self.xp, self.steps
+        system: BrakeSystem = self.record.system  # pyright: ignore
+        none = steps.t1 == steps.t0
+        if not system.mechanism.stretches:
+            return xp.where(none[:, None], steps.y0, steps.y1)
+        jumps = ~none & self.used & ((kind == LANDED) | (kind == STOPPED))
+        if self.traced:
+            _, state = self._frozen.inside(row, xp.where(jumps, steps.t1 - steps.t0, 0.0), still=True)
+            ends = jax.vmap(lambda y: ravel(y, jnp.float64))(state)
+        else:
+            some, ends = np.flatnonzero(jumps), steps.y0.copy()
+            if some.size:
+                ends[some] = self._by_steps(some, np.ones(len(some)))[1]
+        return xp.where(none[:, None], steps.y0, xp.where(jumps[:, None], ends, steps.y1))
+
+    # --- concrete runs ------------------------------------------------------------------------------------------------
+
+    def instants(self, sample: Array) -> tuple[Array, Array, Array]:
+        """Times, states and modes of a concrete run at the samples numbered."""
+        row = self.row[sample]
+        steps = Steps(*(column[row] for column in self.steps))
+        if self._states is not None:
+            return self.seen.t[sample], self._states[sample], steps.mode
+        states = _between(steps, self._f0[row], self._f1[row], self.share[sample])
+        return self.seen.t[sample], states, steps.mode
+
+    def _smooth(self, row: Any, share: Any) -> tuple[Any, Any]:
+        """States inside steps from the ends of those around them, and where they are as exact as the run itself.
+
+        That is where the interpolant through one node less agrees within the tolerance: it is the less exact one by
+        orders of magnitude.
+        """
+        steps, last = self.steps, len(self.steps.t0) - 1
+        h = steps.t1[row] - steps.t0[row]
+        # starts of the row itself and of those before it, and ends of it and of those after it, the nearest first
+        reach = np.arange(_REACH)
+        left, right = np.maximum(row[:, None] - reach, 0), np.minimum(row[:, None] + reach, last)
+        there = np.concatenate([reach <= self._before[row][:, None], reach <= self._after[row][:, None]], axis=1)
+        h_ = np.where(h > 0, h, 1.0)[:, None]
+        nodes = np.concatenate([steps.t0[left], steps.t1[right]], axis=1)
+        nodes = (nodes - steps.t0[row][:, None]) / h_
+        values = np.concatenate([steps.y0[left], steps.y1[right]], axis=1)
+        slopes = np.concatenate([self._f0[left], self._f1[right]], axis=1)
+        y, less = (self._through(nodes, here, share, values, slopes, h_) for here in (there, self._fewer(nodes, there)))
+        scale = np.max(np.abs(steps.y0), axis=0)
+        close = np.all(np.abs(y - less) <= _CLOSE * self.rtol * scale, axis=1) & (np.sum(there, axis=1) > 2)
+        at_start, at_end = (share == 0.0) | (h == 0.0), share == 1.0
+        y = np.where(at_start[:, None], steps.y0[row], np.where(at_end[:, None], steps.y1[row], y))
+        return y, close | at_start | at_end
+
+    @staticmethod
+    def _fewer(nodes: np.ndarray, there: np.ndarray) -> np.ndarray:
+        """Without the node that is furthest from the step."""
+        far = np.argmax(np.where(there, np.abs(nodes - 0.5), -1.0), axis=1)
+        fewer = there.copy()
+        fewer[np.arange(len(far)), far] = False
+        return fewer
+
+    @staticmethod
+    def _through(
+        nodes: np.ndarray, there: np.ndarray, x: np.ndarray, values: np.ndarray, slopes: np.ndarray, h: np.ndarray
+    ) -> np.ndarray:
+        of_values, of_slopes = _weights(nodes, there, x)
+        return np.einsum("mk,mkn->mn", of_values, values) + np.einsum("mk,mkn->mn", of_slopes * h, slopes)
+
+    def look(self, row: Array, share: Array) -> Sight:
+        """Everything at a share of the steps named, of a concrete run and as exact as the run itself."""
+        if self._states is not None or small(self.record):
+            return self._by_steps(row, share)[0]
+        steps = self.steps
+        y, exact = self._smooth(row, share)
+        parts = []
+        if np.any(exact):
+            here, state = row[exact], y[exact]
+            time = (steps.t0[row] + share * (steps.t1[row] - steps.t0[row]))[exact]
+            # steps of no length: of each the first sample
+            found, *_ = _in_blocks(
+                self.record, Steps(time, time, state, state, steps.mode[here]), self.names, self.samples
+            )
+            parts.append(jax.tree.map(lambda leaf: leaf[:, 0], found))
+        if not np.all(exact):
+            parts.append(self._by_steps(row[~exact], share[~exact])[0])
+        order = np.argsort(np.concatenate([np.flatnonzero(exact), np.flatnonzero(~exact)]))
+        return jax.tree.map(lambda *leaves: np.concatenate(leaves)[order], *parts)
+
+
+def _streaks(marks: Any) -> np.ndarray:
+    """Number of marks without a gap just before each place, (len + 1,)."""
+    count = np.concatenate([[0], np.cumsum(marks)])
+    broken = np.concatenate([[0], np.where(marks, 0, count[1:])])
+    return count - np.maximum.accumulate(broken)
+
+
+# --- maximum values ---------------------------------------------------------------------------------------------------
+
+
+def _polish(
+    look: Callable[[Array, Array], Array], xp: ModuleType, row: Array, share: Array, after: Array, width: float
+) -> tuple[Array, Array]:
+    """Rows and shares (k,) of maximum values near samples of them: finer grids, each with a parabola through its best.
+
+    `look(rows, shares)` gives values (k, points); `after` are the rows that continue `row` without a jump, else `row`.
+    At an interior maximum the rate is 0, so that its derivative does not depend on where exactly it was found.
+    """
+    grid = xp.linspace(-1.0, 1.0, _POINTS)
+
+    def finer(_: Any, entry: tuple[Array, ...]) -> tuple[Array, ...]:
+        row, share, after, width = entry
+        s = share[:, None] + width * grid
+        over = (s > 1) & (after != row)[:, None]
+        rows = xp.where(over, after[:, None], row[:, None])
+        shares = xp.clip(xp.where(over, s - 1, s), 0.0, 1.0)
+        top = look(rows, shares)
+        best = xp.argmax(top, axis=1)
+        mid = xp.clip(best, 1, _POINTS - 2)
+
+        def at(x: Array, place: Array) -> Array:
+            return xp.take_along_axis(x, place[:, None], axis=1)[:, 0]
+
+        left, right = at(shares, mid) - at(shares, mid - 1), at(shares, mid + 1) - at(shares, mid)
+        low, high = at(top, mid - 1), at(top, mid + 1)
+        curve = low - 2 * at(top, mid) + high
+        same = at(rows, mid - 1) == at(rows, mid + 1)
+        smooth = (best == mid) & same & (curve < 0) & (abs(left - right) < 1e-9)
+        bend = 0.5 * left * (low - high) / xp.where(smooth, curve, 1.0)
+        row, share = at(rows, best), xp.clip(at(shares, best) + xp.where(smooth, bend, 0.0), 0.0, 1.0)
+        return row, share, xp.where(row == after, row, after), _FINER * width
+
+    entry = (row, share, after, xp.asarray(width))
+    if xp is jnp:
+        entry = jax.lax.fori_loop(0, _ROUNDS, finer, entry)
+        return entry[0], entry[1]
+    for i in range(_ROUNDS):
+        entry = finer(i, entry)
+    return entry[0], entry[1]
+
+
+def _highest(scan: Scan, tops: Array) -> tuple[Array, Array, Array]:
+    """Row and share of the largest of the samples `tops` (m,), and the row that continues it, all (1,)."""
+    xp, rows = scan.xp, scan.record.rows
+    best = xp.argmax(xp.where(scan.used[scan.row], tops, -np.inf))
+    row = scan.row[best]
+    here = xp.arange(scan.used.shape[0], dtype=np.int32)
+    following = scan.used & (here > row)
+    goes_on = xp.any(following) & (rows.kind[row] == ADVANCED)
+    after = xp.where(goes_on, xp.argmax(following).astype(np.int32), row)
+    return row[None], scan.share[best][None], after[None]
+
+
+def peaks(scan: Scan) -> dict[str, Peak]:
+    """Maximum values over a concrete run, by name: those that the scan looks at, all of them at once."""
+    names = scan.names
+    if not names:
+        return {}
+    found = [_highest(scan, top) for top in (scan.seen.tops[name] for name in names)]
+    row, share, after = (np.concatenate(column) for column in zip(*found, strict=True))
+
+    def look(rows: Array, shares: Array) -> Any:
+        tops = scan.look(rows.ravel(), shares.ravel()).tops
+        return np.stack([tops[name].reshape(rows.shape)[k] for k, name in enumerate(names)])
+
+    row, share = _polish(look, np, row, share, after, 1.0 / (scan.samples - 1))
+    seen = scan.look(row, share)
+    return {name: Peak(seen.tops[name][k], seen.t[k], seen.places[name][k] + 1) for k, name in enumerate(names)}
+
+
+def peak(run: Any, pick: Pick) -> Peak:
+    """Maximum of `pick(probe)` (m, n) over a traced run."""
+    scan = Scan(run)
+    record, frozen = scan.record, scan._frozen
+
+    def probe(record: Record, row: Array, share: Array) -> Probe:
+        t = record.rows.t
+        return probe_at(record, row, share * (t[jnp.minimum(row + 1, record.count)] - t[row]))
+
+    def tops(rows: Array, shares: Array) -> Array:
+        return jnp.max(pick(probe(frozen, rows.ravel(), shares.ravel())), axis=1).reshape(rows.shape)
+
+    parts = frozen.system, frozen.y_like, frozen.mode_like
+    sampled, *_ = _sampled(*parts, scan.steps, scan.samples, lambda p: jnp.max(pick(p), axis=1))  # pyright: ignore
+    row, share = _polish(tops, jnp, *_highest(scan, sampled.ravel()), 1.0 / (scan.samples - 1))
+    p = probe(record, row, jax.lax.stop_gradient(share))
+    value = pick(p)[0]
+    lining = _first_largest(jax.lax.stop_gradient(value)[None], jnp)[0]
+    return Peak(value[lining], p.t[0], lining + 1)

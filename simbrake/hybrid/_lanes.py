@@ -1,0 +1,185 @@
+"""Many runs side by side: lanes that come to an event wait for the others, and only events are recorded.
+
+Under `vmap` an event of one lane costs all lanes the work of an event. So an attempt that may be more than a plain step
+is left alone until no lane can take a plain step; then all of them are judged at once. A lane that waits repeats its
+attempt and decides what it would have decided by itself: a run takes the same steps as a single one.
+"""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Float, Int, PyTree
+
+from ._arrays import Array, Count, Mark, Scalar, State
+from ._loop import (
+    _RUNNING,
+    Attempt,
+    Problem,
+    Verdict,
+    _attempt,
+    _judge,
+    _jumped,
+    _settled,
+    _stepped,
+    eqxi,
+    started,
+)
+from ._method import AbstractMethod
+from ._search import Carry
+from ._solve import Record, fitted, likes, weights_of
+from ._system import (
+    INSTANT,
+    LANDED,
+    SKIPPED,
+    STOPPED,
+    AbstractHybridSystem,
+    Code,
+    Rows,
+    Settings,
+    flatten,
+    pack_mode,
+    ravel,
+)
+
+
+class Lane(NamedTuple):
+    """Where a run stands, and what became of it at the instants at which all lanes were judged.
+
+    - `judged`: how many such instants there were, the same for all lanes;  `used`: attempts of this lane
+    - `starts`: time, state and mode after each, the first from the start of the run;  `kinds`: what happened there
+    """
+
+    carry: Carry
+    used: Count
+    judged: Count
+    starts: Float[Array, "row column"]
+    kinds: Int[Array, " row"]
+
+
+def _plain(a: Attempt) -> Verdict:
+    """The verdict on an attempt that no guard has anything to say of."""
+    no, infinity = jnp.zeros_like(a.accept), jnp.full_like(a.h, jnp.inf)
+    return Verdict(
+        instant=no,
+        land=no,
+        retake=no,
+        stop=a.accept & a.reaches,
+        share=infinity,
+        beyond=no,
+        guard=jnp.zeros_like(a.accept, jnp.int32),
+        delta=jnp.zeros_like(a.h),
+    )
+
+
+def _may_be_more(p: Problem, a: Attempt) -> Mark:
+    """Whether an attempt may be more than a plain step: every attempt of which `_judge` says more, and some others."""
+    if p.settings.guard_samples:
+        return jnp.ones_like(a.accept)
+    near = jnp.maximum(0.1 * jnp.sqrt(p.settings.rtol) * a.h, 0.5 * a.resolution)
+    arrives = jnp.any((a.rate1 < 0) & (jnp.abs(a.g1) <= -1.001 * near * a.rate1)) | (a.h <= 64 * a.resolution)
+    return jnp.where(a.accept, a.odd | arrives | (a.reaches & (a.target < p.t1)), a.finite & a.crossing)
+
+
+def _pick(mark: Mark, new: PyTree, old: PyTree) -> PyTree:
+    return jax.tree.map(lambda x, y: jnp.where(mark, x, y), new, old)
+
+
+def _row(c: Carry) -> Float[Array, " column"]:
+    return jnp.concatenate([c.t[None], c.y, c.mode.astype(c.y.dtype)])
+
+
+def _runs(p: Problem, c: Carry, used: Count) -> Mark:
+    return (c.status == _RUNNING) & (used < p.settings.max_steps)
+
+
+def _advanced(p: Problem, lane: Lane) -> Lane:
+    """One attempt of every lane that can go on, or of all that wait."""
+    running = _runs(p, lane.carry, lane.used)
+    # lanes at their end join those that only look around, so that these are alone now and then
+    c = lane.carry._replace(settling=jnp.where(running, lane.carry.settling, 2))
+    restarts = running & (c.settling > 0)
+    a = _attempt(p, c)
+    waits = running & ~restarts & _may_be_more(p, a)
+    plain = _pick(running & ~waits, _stepped(c, a, _plain(a), p), lane.carry)
+    nothing = jnp.full_like(c.status, SKIPPED)
+
+    def together() -> tuple[Carry, Count]:
+        v = _judge(p, c, a)
+        event = waits & (v.instant | v.land | (v.stop & (a.target < p.t1)))
+        new = _pick(event, _jumped(p, c, a, v), _stepped(c, a, v, p))
+        kind = jnp.where(v.instant, INSTANT, jnp.where(v.land, LANDED, STOPPED)).astype(jnp.int32)
+        return _pick(waits, new, plain), jnp.where(event, kind, nothing)
+
+    def settled() -> Carry:
+        return _pick(restarts, _settled(p, c, a), new)
+
+    nobody = eqxi.unvmap_any(waits) & ~eqxi.unvmap_any(running & ~waits)
+    new, kind = jax.lax.cond(nobody, together, lambda: (plain, nothing))
+    new = jax.lax.cond(eqxi.unvmap_any(restarts), settled, lambda: new)
+    counts = running & ~restarts & (nobody | ~waits)
+    # (at the counter that all lanes share, so that there is no scatter; it moves on when they were judged)
+    k = lane.judged
+    return Lane(
+        carry=new,
+        used=lane.used + counts.astype(jnp.int32),
+        judged=k + nobody.astype(jnp.int32),
+        starts=jax.lax.dynamic_update_slice(lane.starts, _row(new)[None], (k + 1, jnp.zeros_like(k))),
+        kinds=jax.lax.dynamic_update_slice(lane.kinds, kind[None], (k,)),
+    )
+
+
+def _run(p: Problem, y0: State, mode0: Int[Array, " mode"], room: int) -> Lane:
+    start, zero = started(p, y0, mode0), jnp.asarray(0, jnp.int32)
+    p = p._replace(method=p.method.settled(lambda t, y: p.flat.rhs(t, y, start.mode), start.t, start.y))
+    row = _row(start)
+    # (one row more for the end, one for what is written where no room is left)
+    starts = jnp.zeros((room + 2, row.shape[0]), row.dtype).at[0].set(row)
+    begin = Lane(start, zero, zero, starts, jnp.full(room + 2, SKIPPED, jnp.int32))
+
+    def going(lane: Lane) -> Mark:
+        return eqxi.unvmap_any(_runs(p, lane.carry, lane.used)) & (lane.judged < room)
+
+    end = jax.lax.while_loop(going, lambda lane: _advanced(p, lane), begin)
+    place = (end.judged + 1, jnp.zeros_like(end.judged))
+    return end._replace(starts=jax.lax.dynamic_update_slice(end.starts, _row(end.carry)[None], place))
+
+
+def hybridsolve_lane(
+    system: AbstractHybridSystem,
+    y0: PyTree,
+    mode0: PyTree,
+    t0: Scalar | float,
+    t1: Scalar | float,
+    method: AbstractMethod,
+    settings: Settings,
+    room: int,
+) -> Record:
+    """As `hybridsolve`, to be mapped over many runs by `vmap`; the record has the events alone.
+
+    A row begins at the start of the run or where the lanes were judged, and lasts as long as nothing but plain steps
+    follow; its `kind` tells what happened at its end (SKIPPED: nothing in this lane). States inside the rows cannot be
+    looked at. `room`: how often lanes may be judged; a run for which it does not suffice ends with the code
+    STEP_LIMIT. Not differentiable.
+    """
+    y0 = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float64), y0)
+    t0, t1 = jnp.asarray(t0, jnp.float64), jnp.asarray(t1, jnp.float64)
+    flat_y0, flat_mode0 = ravel(y0, jnp.float64), pack_mode(mode0)
+    y_like, mode_like = likes(y0, mode0)
+    method = fitted(system, method)
+    p = Problem(flatten(system, y_like, mode_like), method, *weights_of(system, y_like), t0, t1, settings)
+    end = _run(p, flat_y0, flat_mode0, room)
+    ny, nothing = flat_y0.shape[0], jnp.zeros_like(end.starts[:, 0])
+    rows = Rows(
+        t=end.starts[:, 0],
+        y=end.starts[:, 1 : 1 + ny],
+        h=nothing,
+        delta=nothing,
+        kind=end.kinds,
+        guard=jnp.zeros_like(end.kinds),
+        mode=end.starts[:, 1 + ny :].astype(jnp.int32),
+    )
+    c = end.carry
+    code = jnp.where(c.status == _RUNNING, np.int32(Code.STEP_LIMIT), c.status)
+    return Record(system, method, y_like, mode_like, t1, rows, end.judged + 1, code, c.stats)
