@@ -1,12 +1,16 @@
-"""What simbrake's answers cost, each beside its error and beside a peer or a bare loop measured in the same run.
+"""What simbrake's answers cost, each beside its limit and its error, and beside a peer or a bare loop of the same run.
 
-`python benchmarks/costs.py [--quick] [--parts first,engine,gradient,ensemble,growth] [--json out.json] [--png out.png]`
+`python benchmarks/costs.py [--quick] [--parts first,again,…] [--json out.json] [--png out.png]`
 
-- `first`: a fresh process up to its first result, in imports of jax and diffrax
+- `first`: a fresh process of Python up to its first result, in imports of jax and diffrax
+- `again`: `simbrake run` on shipped scenes, cold and a second time, and mistakes, in imports of jax
+- `looking`: a result printed, its metrics and events, in the time of its run
 - `engine`: a warm run against a bare loop with as many evaluations; an event in steps
+- `loops`: run after run from Python, beside heyoka; `simulate` and `jax.jit` beside prepared runs
 - `gradient`: derivatives in warm runs, and what they take to compile
 - `ensemble`: runs a second beside SciPy and beside a bare loop over chunks
 - `growth`: time over the number of layers and linings
+- `elsewhere`: what needs many cores or an accelerator, as last measured
 
 Quote ratios: times depend on the machine and on what else it does. `--write-docs` puts the tables into docs/costs.md.
 """
@@ -24,19 +28,19 @@ from typing import Any
 for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 os.environ.setdefault("JAX_PLATFORMS", "cpu")
+os.environ["SIMBRAKE_CACHE_DIR"] = ""  # what is compiled here is compiled anew
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-from benchmarks import ours  # noqa: E402
+from benchmarks import documents, ours  # noqa: E402
 from benchmarks.machine import machine  # noqa: E402
-from benchmarks.parts import chart, table  # noqa: E402
+from benchmarks.parts import chart, elsewhere, table  # noqa: E402
 
-PARTS = ("first", "engine", "gradient", "ensemble", "growth")
-BEGIN, END = "<!-- figures of the command begin here -->", "<!-- and end here -->"
+PARTS = ("first", "again", "looking", "engine", "loops", "gradient", "ensemble", "growth", "elsewhere")
 
 
-def measured(names: list[str], quick: bool) -> list[table.Part]:
-    """The parts asked for, each printed as it is done."""
+def measured(names: list[str], quick: bool, where: str) -> list[table.Part]:
+    """The parts asked for, each printed as it is done; `where`: the machine, of what not every machine can measure."""
     import importlib
 
     found = []
@@ -44,20 +48,17 @@ def measured(names: list[str], quick: bool) -> list[table.Part]:
         start = time.perf_counter()
         part = importlib.import_module(f"benchmarks.parts.{name}").measure(quick)
         print(table.text(part), f"\n  ({time.perf_counter() - start:.0f} s)", flush=True)
+        elsewhere.keep(part.targets if name != elsewhere.NAME and not quick else [], where)
         found.append(part)
     return found
 
 
 def write_docs(path: pathlib.Path, about: dict[str, Any], parts: list[table.Part]) -> None:
     """Puts the tables of the parts between the two marks of a document; parts not measured stay as they are."""
-    before, rest = path.read_text("utf-8").split(BEGIN)
-    inside, after = rest.split(END)
-    blocks = {block.split(" -->", 1)[0]: block for block in inside.split("<!-- part ")[1:]}
-    versions = ", ".join(f"{name} {about['versions'][name]}" for name in ("python", "jax", "diffrax", "scipy"))
-    head = f"Measured on {about['cpu']}, {about['cores']} cores (load {about['load']:.1f}); {versions}."
-    blocks |= {part.name: f"{part.name} -->\n\n{table.markdown(part)}\n\n{head}\n\n" for part in parts}
-    whole = "".join(f"<!-- part {blocks[name]}" for name in PARTS if name in blocks)
-    path.write_text(f"{before}{BEGIN}\n\n{whole}{END}{after}", "utf-8")
+    head = documents.measured_on(about, ("python", "jax", "diffrax", "scipy"))
+    # what was measured on other machines tells its own
+    texts = {part.name: [table.markdown(part), *([] if part.name == elsewhere.NAME else [head])] for part in parts}
+    documents.write(path, "part", {name: "\n\n".join(lines) for name, lines in texts.items()}, PARTS)
 
 
 def main() -> int:
@@ -76,7 +77,7 @@ def main() -> int:
     about = machine()
     print(f"{about['cpu']}, {about['cores']} cores, load {about['load']:.1f}")
     print(", ".join(f"{name} {number}" for name, number in about["versions"].items()))
-    parts = measured(names, options.quick)
+    parts = measured(names, options.quick, f"{about['cpu']}, {about['cores']} cores; JAX {about['versions']['jax']}")
     if options.json:
         numbers = {"machine": about, "quick": options.quick, "parts": {part.name: part.as_numbers() for part in parts}}
         pathlib.Path(options.json).write_text(json.dumps(numbers, indent=1))

@@ -21,28 +21,34 @@ def drive(automaton: Automaton, case: Case, segment: Segment) -> tuple[np.ndarra
     """Runs the modes one after the other: `segment(mode, t, y, stop)` gives the time and state where it ended, and the
     index of the guard that ended it (`None`: it came to `stop`). Returns the times of the events and the final state.
     """
-    t, name, y = 0.0, automaton.mode, automaton.state
-    times: dict[str, list[float]] = {}
-    stops = [*automaton.knots, automaton.end]
-    while True:
-        if automaton.modes[name].rhs is None:
-            t, fired = stops[0], None
+    t, name, y, modes = 0.0, automaton.mode, automaton.state, automaton.modes
+    names, times, last = [], [], name
+    stops = iter((*automaton.knots, automaton.end))
+    stop = next(stops)
+    while stop is not None:
+        mode = modes[name]
+        if mode.rhs is None:
+            t, fired = stop, None
         else:
-            t, y, fired = segment(name, t, y, stops[0])
+            t, y, fired = segment(name, t, y, stop)
         if fired is not None:
-            guard = automaton.modes[name].guards[fired]
+            guard = mode.guards[fired]
             if guard.event is not None:
-                times.setdefault(guard.event, []).append(t)
+                names.append(guard.event)
+                times.append(t)
             name = guard.mode if isinstance(guard.mode, str) else guard.mode(t, y)
             y = guard.state(t, y)
         else:
-            stops.pop(0)
-            name_here = name
-            name = automaton.modes[name].then or name
-            if not stops:
-                logged = {event: iter(times.get(event, [])) for event in case.events}
-                found = np.array([next(logged[event], np.nan) for event in case.events])
-                return found, automaton.final(name_here, y)
+            last, name, stop = name, mode.then or name, next(stops, None)
+    return _in_order(case.events, names, times), automaton.final(last, y)
+
+
+def _in_order(events: tuple[str, ...], names: list[str], times: list[float]) -> np.ndarray:
+    """Times of the scene's events; NaN for one that did not come, or not as often."""
+    if tuple(names) == events:
+        return np.array(times)
+    logged = {event: iter([t for name, t in zip(names, times, strict=True) if name == event]) for event in events}
+    return np.array([next(logged[event], np.nan) for event in events])
 
 
 def automaton_of(case: Case) -> Automaton:

@@ -6,7 +6,20 @@ import platform
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
-PACKAGES = ("numpy", "scipy", "jax", "jaxlib", "diffrax", "simbrake", "scikit-sundae", "casadi", "CyRK", "numba")
+PACKAGES = (
+    "numpy",
+    "scipy",
+    "jax",
+    "jaxlib",
+    "diffrax",
+    "simbrake",
+    "scikit-sundae",
+    "casadi",
+    "CyRK",
+    "numba",
+    "heyoka",
+    "pydiffsol",
+)
 
 
 def machine() -> dict[str, Any]:

@@ -1,7 +1,6 @@
-"""Tables, times at equal error, and the chart of the work–precision benchmark."""
+"""Tables and times at equal error of the work–precision benchmark."""
 
 import itertools
-import logging
 import math
 from typing import Any
 
@@ -66,9 +65,30 @@ def text(scene: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def chart(found: dict[str, Any], path: str) -> None:
-    """Error over time, one panel per scene, both logarithmic, as a file."""
-    from simbrake import plot  # matplotlib is loaded when everything is measured
+#: errors at which the documentation gives times
+_SHOWN = (1e-5, 1e-7, 1e-9)
 
-    logging.getLogger("matplotlib.font_manager").setLevel(logging.ERROR)  # fonts for signs that are not used
-    plot.work_precision(found).savefig(path, dpi=130)
+
+def markdown(scene: dict[str, Any]) -> str:
+    """A scene for the documentation: times at equal error, over simbrake's, the best error, and what is left out."""
+    heads = [f"{what} {level:.0e}" for what in ("µs at", "ratio at") for level in _SHOWN]
+    lines = [f"**({scene['name']})** {scene['title']}", "", "| | " + " | ".join([*heads, "least error"]) + " |"]
+    lines.append("|" + "---|" * (len(heads) + 2))
+    for name, points in by_method(scene).items():
+        times = [time_at(points, level) for level in _SHOWN]
+        ratios = [scene["equal_error"][name][f"{level:.0e}"] for level in _SHOWN]
+        cells = ["" if t is None else significant(1e6 * t) for t in times]
+        cells += ["" if r is None else significant(r) for r in ratios]
+        lines.append(f"| {name} | " + " | ".join([*cells, f"{min(p['error'] for p in points):.0e}"]) + " |")
+    reasons: dict[str, list[str]] = {}
+    for name, why in scene["left_out"].items():
+        reasons.setdefault(why, []).append(name)
+    return "\n".join(
+        [*lines, "", *(f"Not run: {', '.join(names)} ({why})." for why, names in reasons.items())]
+    ).rstrip()
+
+
+def significant(x: float) -> str:
+    """Two digits, without an exponent."""
+    digits = max(0, 1 - math.floor(math.log10(x)))
+    return f"{round(x, 1 - math.floor(math.log10(x))):,.{digits}f}"

@@ -254,8 +254,9 @@ def _simbrake_cycles(p: Cycles) -> Any:
     return sb.Scene(brake, duty, sb.Initial(0.0), p.period * p.count, heat)
 
 
-def _cycles_case() -> Case:
-    p = Cycles()
+def cycles_case(count: int = Cycles.count) -> Case:
+    """Scene (f) with so many cycles."""
+    p = Cycles(count=count)
     state = ("angle, rad", "rim, K", "linings, K", "band, K")
     title = f"{p.count} stops with cooling in between, fade: 5 states, {2 * p.count} events, {4 * p.count} corners"
     scales = np.array([1e3, 50.0, 50.0, 50.0])
@@ -292,7 +293,7 @@ CASES: dict[str, Case] = {
         ),
         _staged_case(),
         _chain_case(),
-        _cycles_case(),
+        cycles_case(),
     )
 }
 

@@ -1,11 +1,13 @@
 """Work against precision of whole runs with all their events: simbrake beside other tools, on the same equations.
 
-`python benchmarks/speed_against_error.py [--quick] [--scenes a,b] [--json out.json] [--png out.png]`
+`python benchmarks/speed_against_error.py [--quick] [--scenes a,b | --shipped] [--json out.json] [--png out.png]`
 
-For every tolerance: the largest error of event times and final state against an independent reference, the median time
-of a warm run, steps, right-hand sides. Times at equal error are given as ratios to simbrake; quote these, absolute
-times depend on the machine. simbrake also integrates its energy balance, which the others do not. The command fails if
-a tool does not come to the reference at its tightest tolerances. `pip install -e '.[bench]'` installs the other tools.
+For every tolerance: the largest error of event times and final state against an independent reference, the median
+processor time of a warm run, steps, right-hand sides. Times at equal error are given as ratios to simbrake; quote
+these, absolute times depend on the machine. simbrake also integrates its energy balance, which the others do not. The
+command fails if a tool does not come to the reference at its tightest tolerances. `pip install -e '.[bench]'` installs
+the other tools. `--shipped`: simbrake alone on every shipped scene, beside a tight run. `--write-docs` puts the tables
+into docs/speed_against_error.md.
 """
 
 import argparse
@@ -14,7 +16,6 @@ import json
 import os
 import pathlib
 import signal
-import statistics
 import sys
 import time
 import warnings
@@ -26,12 +27,14 @@ for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 # JAX is not asked for its devices: the other tools have none
 os.environ.setdefault("JAX_PLATFORMS", "cpu")
+os.environ["SIMBRAKE_CACHE_DIR"] = ""  # what is compiled here is compiled anew
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 
 import numpy as np  # noqa: E402
 
-from benchmarks import ours, peers, report  # noqa: E402
+from benchmarks import documents, ours, peers, pictures, report, shipped  # noqa: E402
 from benchmarks.machine import machine  # noqa: E402
+from benchmarks.parts.timing import interleaved  # noqa: E402
 from benchmarks.reference import error, reference  # noqa: E402
 from benchmarks.scenes import CASES, Answer, Case  # noqa: E402
 
@@ -64,18 +67,15 @@ def limited(seconds: float):
         signal.signal(signal.SIGALRM, before)
 
 
-def timed(call: Callable[[], Answer], budget: float) -> tuple[Answer, float, float]:
-    """The answer, the median and the least time of warm runs."""
-    times: list[float] = []
-    answer = None
-    while len(times) < 5 or (sum(times) < budget and len(times) < 1000):
-        start = time.perf_counter()
-        answer = call()
-        times.append(time.perf_counter() - start)
-        if times[-1] > 1.0:
-            break
-    assert answer is not None
-    return answer, statistics.median(times), min(times)
+def timed(call: Callable[[], Answer], budget: float) -> tuple[Answer, dict[str, float]]:
+    """The answer, median processor time of warm runs, median and least elapsed time."""
+    wall, cpu = time.perf_counter(), time.process_time()
+    answer = call()
+    wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
+    if wall > 1.0:
+        return answer, {"seconds": cpu, "elapsed_seconds": wall, "least_seconds": wall}
+    found = interleaved({"run": call}, budget)["run"]
+    return answer, {"seconds": found.cpu_median, "elapsed_seconds": found.median, "least_seconds": found.least}
 
 
 def curve(case: Case, method: str, prepare: Any, tolerances: tuple[float, ...], budget: float) -> list[dict[str, Any]]:
@@ -89,7 +89,8 @@ def curve(case: Case, method: str, prepare: Any, tolerances: tuple[float, ...], 
                 call = prepare(case, method, tolerance)
                 answer = call()
                 row["first_seconds"] = time.perf_counter() - start
-                answer, row["seconds"], row["least_seconds"] = timed(call, budget)
+                answer, times = timed(call, budget)
+                row |= times
         except TimeoutError as late:
             print(f"({case.name}) {method} at {tolerance:.0e} broken off: {late}", file=sys.stderr)
             break
@@ -147,33 +148,61 @@ def measure(case: Case, modules: list[Any], tolerances: tuple[float, ...], budge
     return scene | {"equal_error": report.equal_error(scene)}
 
 
+def of_shipped(options: argparse.Namespace) -> dict[str, Any]:
+    """Error against time of the shipped scenes, printed; drawn if asked for."""
+    tolerances, budget = (shipped.QUICK, 0.05) if options.quick else (shipped.TOLERANCES, 0.5)
+    found: dict[str, Any] = {"machine": machine(), "shipped": []}
+    for name in shipped.scenes():
+        found["shipped"].append(shipped.measure(name, tolerances, budget))
+        print(shipped.text(found["shipped"][-1]), flush=True)
+    if options.png:
+        pictures.shipped(found).savefig(options.png, dpi=100)
+    return found
+
+
+def of_scenes(names: list[str], options: argparse.Namespace) -> dict[str, Any]:
+    """All tools on the scenes of the benchmark, printed; drawn and written into the documentation if asked for."""
+    modules, missing = peers.available()
+    found: dict[str, Any] = {"machine": machine(), "missing": missing, "scenes": {}}
+    print("\n".join(f"missing: {line}" for line in missing))
+    tolerances, budget = (QUICK, 0.05) if options.quick else (FULL, 0.5)
+    for name in names:
+        found["scenes"][name] = measure(CASES[name], modules, tolerances, budget)
+        print(report.text(found["scenes"][name]), flush=True)
+    if options.png:
+        pictures.work_precision(found).savefig(options.png, dpi=100)
+    if options.write_docs:
+        head = documents.measured_on(
+            found["machine"], ("python", "jax", "scipy", "heyoka", "pydiffsol", "casadi", "CyRK")
+        )
+        texts = {name: f"{report.markdown(scene)}\n\n{head}" for name, scene in found["scenes"].items()}
+        documents.write(documents.ROOT / "docs" / "speed_against_error.md", "scene", texts, tuple(CASES))
+    return found
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true", help="few tolerances and short timings")
     parser.add_argument("--scenes", default=None, help=f"of {','.join(CASES)}; default: all, with --quick a,b")
+    parser.add_argument("--shipped", action="store_true", help="simbrake on every shipped scene instead")
     parser.add_argument("--json", help="file for the numbers")
     parser.add_argument("--png", help="file for the chart")
+    parser.add_argument("--write-docs", action="store_true", help="write the tables into docs/speed_against_error.md")
     options = parser.parse_args()
     names = (options.scenes or ("a,b" if options.quick else ",".join(CASES))).split(",")
     if unknown := set(names) - set(CASES):
         parser.error(f"no scene {', '.join(sorted(unknown))}; there are {', '.join(CASES)}")
     warnings.filterwarnings("ignore", message=".*divide.*|.*overflow.*")
     ours.configure()
-    modules, missing = peers.available()
-    found: dict[str, Any] = {"machine": machine(), "missing": missing, "scenes": {}}
-    print(f"{found['machine']['cpu']}, {found['machine']['cores']} cores, load {found['machine']['load']:.1f}")
-    print(", ".join(f"{name} {number}" for name, number in found["machine"]["versions"].items()))
-    print("\n".join(f"missing: {line}" for line in missing))
-    tolerances, budget = (QUICK, 0.05) if options.quick else (FULL, 0.5)
-    for name in names:
-        found["scenes"][name] = measure(CASES[name], modules, tolerances, budget)
-        print(report.text(found["scenes"][name]), flush=True)
+    about = machine()
+    print(f"{about['cpu']}, {about['cores']} cores, load {about['load']:.1f}")
+    print(", ".join(f"{name} {number}" for name, number in about["versions"].items()))
+    found = of_shipped(options) if options.shipped else of_scenes(names, options)
     if options.json:
-        pathlib.Path(options.json).write_text(json.dumps(found, indent=1))
-    if options.png:
-        report.chart(found, options.png)
-    faults = [fault for scene in found["scenes"].values() for fault in scene["faults"]]
-    print("\n".join(["", *faults] if faults else ["", "all agree with their references"]))
+        pathlib.Path(options.json).write_text(json.dumps(found, separators=(",", ":")), "utf-8")
+    faults = [fault for scene in found.get("scenes", {}).values() for fault in scene["faults"]]
+    if not options.shipped:
+        print("\n".join(["", *faults] if faults else ["", "all agree with their references"]))
     return bool(faults)
 
 

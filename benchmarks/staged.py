@@ -55,7 +55,7 @@ def staged(p: Staged) -> Automaton:
 
 def _ride(p: Staged, known: Tensions, lever: Lever) -> Mode:
     """The bandage turns with the pulley, until what drives it is more than the inner pair holds."""
-    grip, full, preload = _pairs(p, known)
+    grip, full, preload = pairs(p, known)
     load, J_b, together = p.load, p.J_b, p.J + p.J_b
 
     def rhs(t: float, y: Any) -> tuple[float, ...]:
@@ -78,7 +78,7 @@ def _ride(p: Staged, known: Tensions, lever: Lever) -> Mode:
 
 def _both(p: Staged, known: Tensions, lever: Lever) -> Mode:
     """Both pairs slide, until the bandage stands."""
-    grip, full, preload = _pairs(p, known)
+    grip, full, preload = pairs(p, known)
     load, J, J_b = p.load, p.J, p.J_b
 
     def rhs(t: float, y: Any) -> tuple[float, ...]:
@@ -105,7 +105,7 @@ def _both(p: Staged, known: Tensions, lever: Lever) -> Mode:
 
 def _locked(p: Staged, known: Tensions, lever: Lever, k: int) -> Mode:
     """The bandage is held, `k` of its linings at their limit: `T_n = a + b T_0`."""
-    a, b = _line(p, known, k)
+    a, b = line(p, known, k)
     load, J, low = p.load, p.J, float(known.Pi[k])
     c_0, c_1 = p.R_b * a, p.R_b * (b - 1)
 
@@ -126,13 +126,13 @@ def _locked(p: Staged, known: Tensions, lever: Lever, k: int) -> Mode:
     return Mode(rhs, jacobian, tuple(guards), _SIZES)
 
 
-def _pairs(p: Staged, known: Tensions) -> tuple[float, float, float]:
+def pairs(p: Staged, known: Tensions) -> tuple[float, float, float]:
     """`M_ext/T_0`; `M_int/T_0` in full slip of the band; what the preload adds to `M_int`."""
     rim = p.R * p.f_int
     return p.R_b * (known.top - 1), rim * float(known.slack[-1]), rim * p.n * p.preload
 
 
-def _line(p: Staged, known: Tensions, k: int) -> tuple[float, float]:
+def line(p: Staged, known: Tensions, k: int) -> tuple[float, float]:
     """`a`, `b` of the root `T_n = a + b T_0` of `R_b (T_n − T_0) = M_int(T_n)` on the piece `k`."""
     rim = p.R * p.f_int
     below = p.R_b - rim * float(known.tight[k])
@@ -142,7 +142,7 @@ def _line(p: Staged, known: Tensions, k: int) -> tuple[float, float]:
 def _piece(p: Staged, known: Tensions, T_0: float) -> int:
     """How many linings are at their limit as the bandage comes to stand."""
     for k in range(p.n):
-        a, b = _line(p, known, k)
+        a, b = line(p, known, k)
         if known.Pi[k] * T_0 <= a + b * T_0 <= known.Pi[k + 1] * T_0:
             return k
     raise RuntimeError("the bandage does not stay on the band")

@@ -4,7 +4,6 @@ import functools
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-import jax
 import numpy as np
 
 import simbrake as sb
@@ -173,25 +172,6 @@ def corners(budget: float, more: int = 16) -> dict[str, Any]:
     return row | {"in_steps": extra / step}
 
 
-def jitted(name: str, method: str, budget: float) -> dict[str, Any]:
-    """The same run by `jax.jit` and by `simulate` as they are."""
-    ready, scene = warm(name, method), CASES[name].simbrake()
-    solver, room = solver_named(method), ready.run.max_steps
-    plain = jax.jit(lambda scene: sb.simulate(scene, solver=solver, rtol=_TOLERANCE, max_steps=room).stopping_time)
-    tree = jax.tree.map(jax.numpy.asarray, scene)
-    calls = {
-        "run": ready.call,
-        "jit": lambda: jax.block_until_ready(plain(tree)),
-        "simulate": lambda: sb.simulate(scene, solver=solver, rtol=_TOLERANCE),
-    }
-    times = interleaved(calls, budget)
-    common = {"error": ready.error, "peer": "prepared run", "peer_cpu": times["run"].cpu_median}
-    return {
-        name: _row(what, times[name], ratio=ratio(times[name], times["run"]), **common)
-        for name, what in (("jit", f"({name}) {method}, jax.jit"), ("simulate", f"({name}) {method}, simulate"))
-    }
-
-
 def measure(quick: bool) -> Part:
     """All of it; `quick`: the short scene with one method."""
     budget = 0.3 if quick else 2.0
@@ -200,7 +180,7 @@ def measure(quick: bool) -> Part:
     around = [row for name, method in pairs for row in events(name, method, budget)]
     rows = [*runs, *around]
     if not quick:
-        rows += [corners(budget), *jitted("a", "Dopri8", budget).values()]
+        rows.append(corners(budget))
     targets = [Target(f"run in bare loops, {row['what']}", 2.0, row["ratio"]) for row in runs]
     targets += [Target(f"event in steps, {row['what']}", 5.0, row["in_steps"]) for row in around]
     idle, python = (np.median([row[key] for row in runs]) * 1e6 for key in ("nothing", "python"))

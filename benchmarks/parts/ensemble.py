@@ -30,8 +30,6 @@ from benchmarks.scenes import CASES
 NAME = "ensemble"
 TITLE = "runs a second of many stops, rtol 1e-6"
 _TOLERANCE, _METHOD, _CHUNK = 1e-6, "Tsit5", 64
-#: of an accelerator: enough runs side by side to fill it
-_DEVICE_CHUNK = 16_384
 _FRICTION = {"a": "brake.linings.friction.coefficient", "b": "brake.linings.friction.base.coefficient"}
 _NAMES = ("full_slip_time", "stopping_time")
 _SIZES, _QUICK = (100, 1_000, 10_000, 100_000), (100, 1_000)
@@ -45,6 +43,8 @@ COLUMNS = (
     Column("scipy", "× SciPy", ".0f"),
     Column("bare", "bare loop runs/s", ",.0f"),
     Column("share", "of the bare loop", ".2f"),
+    Column("alone", "of its compiled chunks", ".2f"),
+    Column("scaling", "× 1 worker", ".2f"),
     Column("device", "runs/s on a device", ",.0f"),
 )
 
@@ -58,7 +58,7 @@ def drawn(name: str, count: int) -> dict[str, np.ndarray]:
 
 
 def many(
-    name: str, values: dict[str, np.ndarray], workers: int | None = None, chunk: int = _CHUNK
+    name: str, values: dict[str, np.ndarray], workers: int | None = None, chunk: int | None = None
 ) -> Callable[[], Any]:
     """A call of simbrake's ensemble."""
     scene, solver = CASES[name].simbrake(), solver_named(_METHOD)
@@ -189,9 +189,55 @@ def row_of(name: str, count: int, workers: int, rounds: int) -> dict[str, Any]:
     return row | {"size": count, "curve": threads, "value": rate}
 
 
+def chunks_alone(ours: Callable[[], Any]) -> Callable[[], list[np.ndarray]]:
+    """The calls of compiled programs that a call of the ensemble makes, and nothing else."""
+    from simbrake.studies import _evaluator
+
+    calls, find = list[tuple[Callable[[Any], Any], np.ndarray]](), _evaluator._integrator
+
+    def watched(*arguments: Any) -> Any:
+        program = find(*arguments)
+
+        def call(numbers: np.ndarray) -> Any:
+            calls.append((program.call, numbers))
+            return program.call(numbers)
+
+        return program._replace(call=call)
+
+    _evaluator._integrator = watched
+    try:
+        ours()
+    finally:
+        _evaluator._integrator = find
+    return lambda: [np.asarray(call(numbers)[0]) for call, numbers in calls]
+
+
+def end_to_end(name: str, count: int, slow: dict[str, Any], workers: int, rounds: int) -> dict[str, Any]:
+    """The ensemble on one core against its compiled chunks alone, against SciPy, and against all workers."""
+    values = drawn(name, count)
+    ours = many(name, values, 1)
+    events = np.stack([ours()[metric].values for metric in _NAMES], axis=1)
+    calls = {"ours": ours, "alone": chunks_alone(ours), "all": many(name, values, workers)}
+    found = interleaved(calls, 0.0, rounds)
+    core = count / found["ours"].cpu_least
+    row = {"what": f"({name}) {count:,} runs, end to end on one core", "error": error(name, values, events)}
+    row |= {"rate": count / found["ours"].least, "core": core, "scipy": core / slow["core"]}
+    row |= {"alone": found["alone"].cpu_least / found["ours"].cpu_least}
+    return row | {"scaling": found["ours"].least / found["all"].least}
+
+
+def _limits(row: dict[str, Any], times: float, workers: int) -> list[Target]:
+    """What is wanted of a row of `end_to_end`."""
+    return [
+        Target(f"share of its compiled chunks, {row['what']}", 0.8, row["alone"], least=True),
+        Target(f"times SciPy on one core, {row['what']}", times, row["scipy"], least=True),
+        Target(f"{workers} workers against 1, {row['what']}", 0.75 * workers, row["scaling"], least=True),
+    ]
+
+
 def measure(quick: bool) -> Part:
     """All sizes, one worker and all; `quick`: few runs of the scene without heat."""
-    from simbrake.studies._evaluator import thread_count
+    from simbrake.studies._chunks import thread_count
 
     sizes, workers = (_QUICK if quick else _SIZES), sorted({1, thread_count()})
     name = "a" if quick else "b"
@@ -205,9 +251,17 @@ def measure(quick: bool) -> Part:
     notes += [
         "error: largest relative one of two event times in 16 of the runs, against tight single runs by SciPy",
         "bare loop: as many steps as the runs take on average, in chunks of the same size on as many threads",
+        "of its compiled chunks: processor time of the same calls of the same programs, with nothing around them",
         "rates are the best of several rounds",
     ]
     rows.insert(0, slow)
+    whole = []
+    for which, count, times in (("a", 100_000, 100.0), ("b", 10_000, 80.0)):
+        if not quick or which == name:
+            peer = slow if which == name else one_after_the_other(which, drawn(which, 100), 40)
+            rows += [] if which == name else [peer]
+            rows.append(end_to_end(which, 10_000 if quick else count, peer, workers[-1], 3))
+            whole += _limits(rows[-1], times, workers[-1])
     if not quick:
         rows += [row for rtol in (1e-6, 1e-10) for row in stops.rows(10_000, rtol)]
         alike, unequal = stops.order(10_000)
@@ -215,9 +269,9 @@ def measure(quick: bool) -> Part:
         notes.append(f"unsorted, stops take {alike:.2f} times the processor time, runs of unequal length {unequal:.2f}")
     reached = max(last["rate"] / 120_000.0, last["share"] / 0.8)
     targets = [
+        *whole,
         # the one or the other
         Target(f"rate over 120,000 runs/s or 80 % of the bare loop, {last['what']}", 1.0, reached, least=True),
-        Target(f"times SciPy, {last['what']}", 100.0, last["scipy"], least=True),
     ]
     return Part(NAME, TITLE, COLUMNS, rows, targets, notes)
 
@@ -227,5 +281,5 @@ if __name__ == "__main__":
     name, runs, best = sys.argv[1], int(sys.argv[2]), None
     if jax.devices()[0].platform != "cpu":
         sample = drawn(name, runs)
-        best = runs / interleaved({"": many(name, sample, chunk=min(runs, _DEVICE_CHUNK))}, 0.0, 3)[""].least
+        best = runs / interleaved({"": many(name, sample)}, 0.0, 3)[""].least
     print(json.dumps(best))

@@ -1,15 +1,11 @@
 """Time to the first result of a fresh process, in units of importing jax and diffrax."""
 
 import json
-import os
-import pathlib
 import statistics
-import subprocess
-import sys
 import tempfile
-import time
 from typing import Any, NamedTuple
 
+from benchmarks.parts.processes import fresh
 from benchmarks.parts.table import Column, Part, Target
 from benchmarks.scenes import CASES, closed_form
 
@@ -120,22 +116,10 @@ class First(NamedTuple):
 
 def process(program: str, cache: str | None) -> First:
     """Runs a program in a fresh process; `cache`: the folder for compiled programs."""
-    import simbrake
-
-    environment = {name: value for name, value in os.environ.items() if name != "XLA_FLAGS"}
-    root = str(pathlib.Path(simbrake.__file__).resolve().parents[1])
-    environment["PYTHONPATH"] = os.pathsep.join([root, *filter(None, [os.environ.get("PYTHONPATH")])])
-    environment["TF_CPP_MIN_LOG_LEVEL"] = "3"
-    environment.pop("JAX_COMPILATION_CACHE_DIR", None)
-    if cache is not None:
-        # as the command line does
-        environment |= {"JAX_COMPILATION_CACHE_DIR": cache, "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": "0.1"}
-    began = time.time()
-    command = [sys.executable, "-c", program]
-    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
-    said = json.loads(done.stdout.splitlines()[-1])
+    done = fresh(["-c", program], cache)
+    said = json.loads(done.out.splitlines()[-1])
     end, cpu = said["first"]
-    return First(end - began, cpu, said, began)
+    return First(end - done.began, cpu, said, done.began)
 
 
 def scripts() -> dict[str, str]:

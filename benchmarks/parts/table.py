@@ -20,12 +20,13 @@ class Column(NamedTuple):
 
 
 class Target(NamedTuple):
-    """What is wanted of a cost: at most `wanted`, or at least, where `least` is set."""
+    """What is wanted of a cost: at most `wanted`, or at least, where `least` is set; `error` of what was computed."""
 
     what: str
     wanted: float
     reached: float
     least: bool = False
+    error: float | None = None
 
     @property
     def met(self) -> bool:
@@ -71,10 +72,14 @@ def text(part: Part) -> str:
 
 def wanted(part: Part) -> list[str]:
     """A line for each target."""
-    return [
-        f"{'reached' if t.met else 'MISSED '} {t.what}: {t.reached:.4g}, wanted {'≥' if t.least else '≤'} {t.wanted:g}"
-        for t in part.targets
-    ]
+    return [line_of(target) for target in part.targets]
+
+
+def line_of(target: Target) -> str:
+    """What was reached beside its limit and its error."""
+    limit = f"wanted {'≥' if target.least else '≤'} {target.wanted:g}"
+    error = "" if target.error is None else f", error {target.error:.1e}"
+    return f"{'reached' if target.met else 'MISSED '} {target.what}: {target.reached:.4g}, {limit}{error}"
 
 
 def markdown(part: Part) -> str:
@@ -86,10 +91,11 @@ def markdown(part: Part) -> str:
     if part.notes:
         lines += ["", " ".join(f"{note}." for note in part.notes)]
     if part.targets:
-        lines += ["", "| wanted | limit | reached | |", "|---|---|---|---|"]
+        lines += ["", "| wanted | limit | reached | error | |", "|---|---|---|---|---|"]
     for t in part.targets:
         limit = f"{'≥' if t.least else '≤'} {t.wanted:,g}"
-        lines.append(f"| {t.what} | {limit} | {number(t.reached)} | {'yes' if t.met else '**missed**'} |")
+        error = "" if t.error is None else f"{t.error:.1e}"
+        lines.append(f"| {t.what} | {limit} | {number(t.reached)} | {error} | {'yes' if t.met else '**missed**'} |")
     return "\n".join(lines)
 
 

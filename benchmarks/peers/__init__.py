@@ -13,7 +13,16 @@ from types import ModuleType
 
 from benchmarks.scenes import CASES, Answer
 
-MODULES = ("scipy_ivp", "sundae_cvode", "casadi_events", "cyrk_numba", "pathsim_blocks", "diffrax_smooth")
+MODULES = (
+    "scipy_ivp",
+    "sundae_cvode",
+    "casadi_events",
+    "cyrk_numba",
+    "pathsim_blocks",
+    "diffrax_smooth",
+    "heyoka_taylor",
+    "pydiffsol_text",
+)
 
 
 def available() -> tuple[list[ModuleType], list[str]]:

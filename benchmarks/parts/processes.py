@@ -1,0 +1,99 @@
+"""Fresh processes as a user starts them, in processor time of all that they started, and the unit: `import jax`."""
+
+import contextlib
+import os
+import pathlib
+import resource
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import NamedTuple, Self
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+#: set for the benchmark's own process, not for a user's
+_OURS = ("XLA_FLAGS", "OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "JAX_COMPILATION_CACHE_DIR")
+UNIT = "import jax"
+
+
+class Done(NamedTuple):
+    """A process: what it took, its exit code and what it printed."""
+
+    seconds: float
+    cpu: float
+    code: int
+    out: str
+    err: str
+    began: float
+
+
+def fresh(
+    arguments: Sequence[str],
+    cache: str | None = None,
+    code: int | None = 0,
+    more: Mapping[str, str] | None = None,
+) -> Done:
+    """Runs Python with these arguments in a fresh process.
+
+    - `cache`: folder for whatever is kept between processes; `None`: one that is empty
+    - `code`: the exit code that it has to come to, any if `None`;  `more`: variables of its environment
+    """
+    if cache is None:
+        with tempfile.TemporaryDirectory() as empty:
+            return fresh(arguments, empty, code, more)
+    environment = {name: value for name, value in os.environ.items() if name not in _OURS}
+    environment["PYTHONPATH"] = os.pathsep.join([str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])])
+    environment |= {"XDG_CACHE_HOME": cache, "SIMBRAKE_CACHE_DIR": os.path.join(cache, "simbrake")}
+    environment |= {"TF_CPP_MIN_LOG_LEVEL": "3", **(more or {})}
+    began, before = time.time(), _children()
+    done = subprocess.run([sys.executable, *arguments], env=environment, capture_output=True, text=True, cwd=ROOT)
+    seconds, cpu = time.time() - began, _children() - before
+    if code is not None and done.returncode != code:
+        raise RuntimeError(f"python {' '.join(arguments)[:200]} ended with {done.returncode}:\n{done.stderr[-2000:]}")
+    return Done(seconds, cpu, done.returncode, done.stdout, done.stderr, began)
+
+
+def _children() -> float:
+    """Processor time of all children that have ended, and of theirs."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def unit() -> float:
+    """Processor time of a process that imports JAX and ends."""
+    return fresh(["-c", UNIT]).cpu
+
+
+@contextlib.contextmanager
+def cache_folder() -> Iterator[str]:
+    """An empty folder for what is kept between processes."""
+    with tempfile.TemporaryDirectory(prefix="cache") as folder:
+        yield folder
+
+
+class Rounds(NamedTuple):
+    """Processor time of several processes, once per round, and the unit of that round: other work meets all alike."""
+
+    units: list[float]
+    cpu: dict[str, list[float]]
+
+    @classmethod
+    def of(cls, count: int, turn: Callable[[], dict[str, float]]) -> Self:
+        """`count` rounds: the unit, then what `turn` measures."""
+        unit()  # from now on its files are in memory
+        found = cls([], {})
+        for _ in range(count):
+            found.units.append(unit())
+            for name, cpu in turn().items():
+                found.cpu.setdefault(name, []).append(cpu)
+        return found
+
+    def seconds(self, name: str) -> float:
+        """Median processor time."""
+        return statistics.median(self.cpu[name])
+
+    def in_units(self, name: str, less: float = 0.0) -> float:
+        """Median over the rounds of processor time, `less` taken off, in units of its round."""
+        return statistics.median((x - less) / u for x, u in zip(self.cpu[name], self.units, strict=True))
