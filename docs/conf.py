@@ -1,4 +1,4 @@
-"""How the pages are built: `sphinx-build -W --keep-going -b html docs build/docs`."""
+"""Build of the pages: `sphinx-build -W --keep-going -b html docs build/docs`."""
 
 import pathlib
 import sys
@@ -28,7 +28,7 @@ html_static_path = ["_static"]
 html_css_files = ["simbrake.css"]
 html_copy_source = False
 html_show_sphinx = False
-highlight_language = "none"  # formulas stand in indented blocks
+highlight_language = "none"  # formulas are in indented blocks
 pygments_style = "default"
 python_maximum_signature_line_length = 88
 python_display_short_literal_types = True

@@ -1,10 +1,10 @@
-"""The way of one number through simbrake, for docs/architecture.md: which files a run and its derivative enter.
+"""The path of one parameter through simbrake, for docs/architecture.md: files entered by a run and its derivative.
 
     python docs/make_architecture.py          # prints the tables
-    python docs/make_architecture.py --write  # writes tables and picture
+    python docs/make_architecture.py --write  # writes tables and figure
 
 The friction coefficient of a band brake goes from a scene into a result (`simulate`, first call: traced and compiled),
-is looked at (`metrics`), and gets a derivative (`jax.jvp`). A profiler of Python notes each file of the package when a
+is evaluated (`metrics`), and differentiated (`jax.jvp`). A profiler of Python notes each file of the package when a
 function in it is entered from another file; lines that JAX's own code calls back count as such.
 """
 
@@ -22,17 +22,17 @@ import simbrake as sb  # noqa: E402
 
 DOCS = pathlib.Path(__file__).parent
 PACKAGE = pathlib.Path(sb.__file__).parent
-#: folders from the lowest to the highest, and what each is for
+#: folders from the lowest to the highest, with their purpose
 LAYERS = (
     ("hybrid", "integrates any hybrid system: steps, guards, jumps, records, derivatives"),
-    ("_base", "numbers with units, faults, tables, compiling, progress"),
-    ("friction, profiles, loads, thermal, wear, brakes", "parts of a scene: numbers, laws, what cannot be"),
+    ("_base", "numbers with units, input errors, tables, compiling, progress"),
+    ("friction, profiles, loads, thermal, wear, brakes", "parts of a scene: parameters, laws, checks"),
     ("_parts", "the scene: all parts together, checked"),
     ("_physics", "mechanisms with friction pairs; one system that couples them with heat, wear, ledger"),
     ("_run", "one run: simulate, prepare, events, metrics, series, energies"),
     ("studies, layouts", "many runs on one evaluator: sensitivities, ensembles, fits, layouts, life"),
     ("formulas, published", "estimates, synthesis, materials; tables of the papers"),
-    ("files, results, checks", "scenes and results in files, comparisons; validation from outside"),
+    ("files, results, checks", "scenes and results in files, comparisons; validation"),
     ("plot, _pages, _commands", "figures, the report, the command line"),
 )
 
@@ -44,7 +44,7 @@ def scene(friction: Any = 0.35, linings: int = 20) -> sb.Scene:
 
 
 def entered(work: Callable[[], Any]) -> dict[str, int]:
-    """Files of the package in the order in which `work` first enters them, each with how often it comes to it."""
+    """Files of the package in the order in which `work` first enters them, each with the number of entries."""
     found: dict[str, int] = {}
     last = [""]
 
@@ -73,14 +73,14 @@ def said(name: str) -> str:
 
 
 def tables() -> list[str]:
-    """The ways as tables of Markdown."""
+    """The paths as tables of Markdown."""
     slope = jax.jvp(lambda f: sb.simulate(scene(f, 12)).stopping_time, (0.35,), (1.0,))  # all modules are loaded then
     assert sb.simulate(scene(0.35, 12)).metrics["stopping_time"] == slope[0]
     made: list[Any] = []
     ways = (
-        ("A scene is made", lambda: made.append(scene())),
-        ("It is run: `sb.simulate(scene)`", lambda: made.append(sb.simulate(made[0]))),
-        ("The result is looked at: `result.metrics`", lambda: made[1].metrics),
+        ("Making a scene", lambda: made.append(scene())),
+        ("Running it: `sb.simulate(scene)`", lambda: made.append(sb.simulate(made[0]))),
+        ("Reading the result: `result.metrics`", lambda: made[1].metrics),
         (
             "A derivative: `jax.jvp` of `stopping_time`",
             lambda: jax.jvp(lambda f: sb.simulate(scene(f)).stopping_time, (0.35,), (1.0,)),
@@ -92,7 +92,7 @@ def tables() -> list[str]:
         lines += [
             f"**{title}**: {len(found)} files",
             "",
-            "| file | entered from another | what it is |",
+            "| file | entered from another | contents |",
             "|---|---|---|",
         ]
         lines += [f"| `{name}` | {count} | {said(name)} |" for name, count in found.items()]
@@ -120,7 +120,7 @@ def picture() -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--write", action="store_true", help="write the tables and the picture into docs/")
+    parser.add_argument("--write", action="store_true", help="write the tables and the figure into docs/")
     lines = tables()
     if not parser.parse_args().write:
         print("\n".join(lines))

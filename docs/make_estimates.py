@@ -32,7 +32,7 @@ def table(head: list[str], rows: list[list[str]]) -> str:
 
 
 def schmidt_errors(layers: int) -> tuple[float, float, float]:
-    """Greatest errors over the depth at `Fo = 0.5`, over the rise of the face: scheme and network against the slab
+    """Maximum errors over the depth at `Fo = 0.5`, over the rise of the face: scheme and network against the slab
 
     (adiabatic back), and their distance with a back that is cooled.
     """
@@ -113,28 +113,34 @@ PARTS: list[tuple[str, str, str, Any, str]] = [
         "the same; counts the bulk twice, the surface by a third",
     ),
     ("maximum, plain sum", "maximum temperature, sum", "°C", KELVIN, "the whole flash"),
-    ("share into the rim, effusivities", "share into the rim, effusivities", "", 1.0, "the scene's own law"),
     (
-        "share into the rim, transmission",
-        "share into the rim, transmission",
+        "heat partition coefficient, rim, effusivities",
+        "heat partition coefficient, rim, effusivities",
         "",
         1.0,
-        "a steady state of hours; a braking lasts a second",
+        "the scene's own law",
+    ),
+    (
+        "heat partition coefficient, rim, transmission",
+        "heat partition coefficient, rim, transmission",
+        "",
+        1.0,
+        "a steady state of hours; a brake application lasts a second",
     ),
     (
         "drop over the rim",
         "drop over the rim, stationary flux",
         "K",
         1.0,
-        "a steady flux, which a braking never reaches",
+        "a steady flux, which a brake application never reaches",
     ),
-    ("thermal stress", "thermal stress, surface", "MPa", 1e-6, "greatest about half-way, when the power is high"),
+    ("thermal stress", "thermal stress, surface", "MPa", 1e-6, "largest about half-way, when the power is high"),
 ]
 STAGED: list[tuple[str, str, str, Any, str]] = [
     ("slack tension of internal slip", "slack tension of internal slip", "kN", 1e-3, "the same law: they must agree"),
     ("stage 1", "stage 1", "s", 1.0, "the lever takes that long to this tension; the formula has it at once"),
-    ("stage 2", "stage 2", "s", 1.0, "the lever goes on rising meanwhile"),
-    ("stage 3", "stage 3", "s", 1.0, "at its greatest tension for most of it"),
+    ("stage 2", "stage 2", "s", 1.0, "the lever force still rises meanwhile"),
+    ("stage 3", "stage 3", "s", 1.0, "at its maximum tension for most of it"),
     ("work of the external pair", "friction work, external pair", "kJ", 1e-3, "stage 1 is missing in the formula"),
     (
         "work of the internal pair",
@@ -165,7 +171,7 @@ STAGED: list[tuple[str, str, str, Any, str]] = [
         "thermal stress, surface, internal pair",
         "MPa",
         1e-6,
-        "greatest early, when the power is high",
+        "largest early, when the power is high",
     ),
 ]
 
@@ -202,7 +208,7 @@ def steps(scene: Any, table_of_stop: Any) -> str:
     bare = dataclasses.replace(scene, heat=None)
     rows = []
     time, work = (table_of_stop[name] for name in ("stopping time", "friction work"))
-    rows.append(["classical: the lever's greatest tension at once", f"{time.value:.4f}", f"{work.value / 1e3:.1f}"])
+    rows.append(["classical: the lever's maximum tension at once", f"{time.value:.4f}", f"{work.value / 1e3:.1f}"])
     for words, one in (
         ("the lever takes its time", dataclasses.replace(bare, brake=rigid)),
         ("and the band stretches: the run", bare),
@@ -221,7 +227,7 @@ def parts() -> str:
     stands = sb.estimates(sb.simulate(scenario("tripping_30_stands")["scene"]()))
     head = ["estimate", "stop: formula", "simulated", "30 stands: formula", "simulated", "why they differ"]
     words = []
-    for name, one in (("the stop", stop), ("the last braking of thirty stands", stands)):
+    for name, one in (("the stop", stop), ("the last brake application of thirty stands", stands)):
         falling, own = (one[f"surface temperature, {x}"] for x in ("falling flux", "Schmidt"))
         apart, left = own.value - falling.value, own.simulated - own.value
         words.append(

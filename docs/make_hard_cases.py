@@ -26,24 +26,24 @@ PARTS = [
 
 HEAD = """# Hard cases
 
-What simbrake gives where a simulator of stick and slip is likely to fail: numbers with their error against a closed
-form or an independent integration (relative, rounded up to a power of ten ≥ 1e-13), or a code. The tests check the same
-functions (`pytest -k hard`; rows marked *slow* with `-m slow`); `python make_hard_cases.py` in this folder computes the
-table anew. Rows "asserted" belong to an older test, which is run for the table too. The last column says what SciPy's
-`solve_ivp` with events does, where that tells something.
+Results of simbrake for cases in which stick–slip simulators are likely to fail: numbers with their error against a
+closed form or an independent integration (relative, rounded up to a power of ten ≥ 1e-13), or a code. The tests check
+the same functions (`pytest -k hard`; rows marked *slow* with `-m slow`); `python make_hard_cases.py` in this folder
+recomputes the table. Rows "asserted" belong to an older test, which is run for the table too. The last column shows
+SciPy's `solve_ivp` with events, where informative.
 """
 
 FOOT = """
-## What they tell
+## Conclusions
 
 - `band_snap`, `flash_fold`, `singular_geometry` name a point beyond which the equations have no solution. A solver of
-  ordinary differential equations passes it without a word.
-- At f·tan(β/2) = 1 − 1e-12 the torque has four digits, as friction itself is given to a rounding of 1. Nothing else is
-  lost on the way there.
-- Corners of levers and loads are known times, not events: a step ends on them, however short the ramp. A load profile
-  of one's own without knots is looked at about 1000 times in a run ([integration.md](integration.md)).
-- Numbers that are none are refused before the run with their paths. Where they are traced (`jit`, `vmap`, `grad`) the
-  run ends with the code `not_finite` before it begins.
+  ordinary differential equations passes it without a message.
+- At f·tan(β/2) = 1 − 1e-12 the torque has four digits, as friction itself is given to a rounding of 1. No other
+  accuracy is lost.
+- Corners of levers and loads are time breakpoints, not events: a step ends on them, however short the ramp. A load
+  profile without knots (user-defined) is sampled about 1000 times in a run ([integration.md](integration.md)).
+- NaN and infinite parameters are rejected before the run with their paths. Where they are traced (`jit`, `vmap`,
+  `grad`) the run ends with the code `not_finite` before it begins.
 """
 
 

@@ -1,7 +1,8 @@
-"""Draws the pictures of `pictures.md` into `pictures/`, from the shipped scenarios. Takes some minutes."""
+"""Draws the figures of `pictures.md` into `pictures/`, from the shipped scenarios. Takes some minutes."""
 
 import dataclasses
 import importlib.util
+import json
 import math
 import sys
 from pathlib import Path
@@ -38,7 +39,7 @@ def save(figure: Any, name: str) -> None:
     print(f"{file.name}: {file.stat().st_size / 1e3:.0f} kB")
 
 
-def main(measured: list[str]) -> None:
+def main() -> None:
     jax.config.update("jax_enable_x64", True)
     (HERE / "pictures").mkdir(exist_ok=True)
     stop = sb.simulate(scenario("u2_5_5_stop").scene())
@@ -73,9 +74,20 @@ def main(measured: list[str]) -> None:
         frame = frames.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)
     frame.save(HERE / "pictures" / "animation.png", optimize=True)
     film.unlink()
-    # what benchmarks/speed_against_error.py --json wrote: a file given, else the one kept
-    save(plot.work_precision(measured[0] if measured else HERE / "pictures" / "precision.json"), "precision")
+    benchmark()
+
+
+def benchmark() -> None:
+    """Draws what `benchmarks/speed_against_error.py --json` wrote, here and with `--shipped`, into the two files."""
+    sys.path.insert(0, str(HERE.parent))
+    from benchmarks import pictures
+
+    found = json.loads((HERE / "pictures" / "precision.json").read_text("utf-8"))
+    save(pictures.work_precision(found), "speed_against_error")
+    save(plot.work_precision(found | {"scenes": {name: found["scenes"][name] for name in "ac"}}), "precision")
+    shipped = json.loads((HERE / "pictures" / "shipped.json").read_text("utf-8"))
+    save(pictures.shipped(shipped), "shipped")
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    main()

@@ -1,6 +1,6 @@
-"""Writes the tables and pictures of `published.md`: `python docs/make_published.py [--tables]`.
+"""Writes the tables and figures of `published.md`: `python docs/make_published.py [--tables]`.
 
-The tables stand between markers. Takes half a minute; `--tables` leaves the pictures as they are.
+The tables are between markers. Takes half a minute; `--tables` leaves the figures as they are.
 """
 
 import itertools
@@ -30,7 +30,7 @@ NAMES = {"k": "k", "f": "f", "scheme": "pitch", "w0": "w₀", "tau_m": "τ_m", "
     "B": "B, 1/s",
     "tau_m_consistent": "τ_m*",
 }
-#: columns that tell a row from the others
+#: columns that identify a row
 LABELS = {"Z1": "f", "Z2": "f", "Z3": "f", "Z4": "f", "Z5": "k scheme", "Z6": "k scheme", "V1": "element lambda_W_mK"}
 LABELS |= {"V2": "T_polished_C", "S1": "part material delta_mm"}
 

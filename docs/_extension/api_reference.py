@@ -25,9 +25,9 @@ from sphinx.util.docutils import SphinxDirective
 
 _FENCE = "`````"
 _MANY = 12
-#: what the values of the package are, where the name alone does not say it
+#: descriptions of the values of the package whose names are not self-explanatory
 CONSTANTS = {
-    "FAILURES": "Failure codes of a run: number → name, what happened, what to do. See [](../events_and_modes.md).",
+    "FAILURES": "Failure codes of a run: number → name, meaning, remedy. See [](../events_and_modes.md).",
     "EVENTS": "Names of the events in the log: name → meaning, which brakes. See [](../events_and_modes.md).",
     "GRAVITY": "Standard gravity, m/s².",
     "ROOM": "Reference temperature `T_r` of materials, K.",
@@ -54,7 +54,7 @@ def _annotation(node: ast.expr | None) -> str:
 
 
 def arguments(node: ast.FunctionDef, method: bool) -> str:
-    """The signature of a function as written, without annotations that say nothing."""
+    """The signature of a function as written, without uninformative annotations."""
     a = node.args
     plain = [*a.posonlyargs, *a.args][1 if method else 0 :]
     defaults = [None] * (len(plain) - len(a.defaults)) + list(a.defaults[-len(plain) :] if plain else [])
@@ -100,7 +100,7 @@ def class_arguments(cls: type) -> str:
             default = parameter.default
             text += f"={default!r}" if default is None or isinstance(default, bool | int | float | str) else "=..."
         parts.append(text)
-    # what functions give back is not made by hand: its fields are told below
+    # results of functions are not made by users: their fields are listed below
     given_back = len(parts) > _MANY and not _quantities(cls)
     return f"({', '.join(parts)})" if parts and not given_back else ""
 
@@ -131,7 +131,7 @@ def _escaped(words: str) -> str:
 
 
 def _quantities(cls: type) -> list[str]:
-    """Table of the numbers of a scene's part, with unit and admissible range."""
+    """Table of the numbers of a scene's part, with unit and range."""
     rows = []
     for field in dataclasses.fields(cls) if dataclasses.is_dataclass(cls) else ():
         about = field.metadata.get("quantity")

@@ -1,4 +1,4 @@
-"""Tables of what the code itself names: directive `code-table` with the subjects below."""
+"""Tables generated from the code: directive `code-table` with the subjects below."""
 
 from collections.abc import Callable
 
@@ -22,16 +22,16 @@ def _table(head: str, rows: list[tuple[object, ...]]) -> list[str]:
 
 def events() -> list[str]:
     rows: list[tuple[object, ...]] = [(f"`{name}`", about.meaning, about.brakes) for name, about in EVENTS.items()]
-    return _table("event | meaning | which brakes", rows)
+    return _table("event | meaning | brakes", rows)
 
 
 def modes() -> list[str]:
     rows: list[tuple[object, ...]] = [(int(m), f"`{m.name}`", *words) for m, words in _modes.BAND_MODES.items()]
-    return _table("number | mode | what the band does | holds while", rows)
+    return _table("number | mode | band | holds while", rows)
 
 
 def stages() -> list[str]:
-    return _table("stage | what the pairs do", [(f"`{name}`", words) for name, words in _stages.STAGES.items()])
+    return _table("stage | pairs", [(f"`{name}`", words) for name, words in _stages.STAGES.items()])
 
 
 def statuses() -> list[str]:
@@ -42,7 +42,7 @@ def statuses() -> list[str]:
 def codes() -> list[str]:
     done = (0, "a status above", "the run reached its end time", "")
     found = [(int(code), f"`{name}`", what, hint) for code, (name, what, hint) in _stages.FAILURES.items()]
-    return _table("code | status | message | what to do", [done, *sorted(found)])
+    return _table("code | status | message | remedy", [done, *sorted(found)])
 
 
 def metrics() -> list[str]:
@@ -50,7 +50,7 @@ def metrics() -> list[str]:
         (f"`{name}`", about.unit.replace("*", "·"), about.meaning, about.needs.scenes)
         for name, about in METRICS.items()
     ]
-    return _table("metric | unit | meaning | which scenes", rows)
+    return _table("metric | unit | meaning | scenes", rows)
 
 
 def series() -> list[str]:

@@ -1,4 +1,4 @@
-"""Which page of the reference a public name stands on: by the module that defines it."""
+"""Page of the reference of each public name, by the module that defines it."""
 
 import ast
 import functools
@@ -64,7 +64,7 @@ def public_names() -> dict[str, str]:
 
 @functools.cache
 def path_of(name: str) -> str:
-    """Where a public name is imported from: `simbrake`, or the package that has it."""
+    """Package from which a public name is imported: `simbrake` or a subpackage."""
     if name in simbrake.__all__:
         return "simbrake"
     homes = [home for home in simbrake.__all__ if isinstance(getattr(simbrake, home), types.ModuleType)]
@@ -104,7 +104,7 @@ def _in_order(module: str, mine: list[str]) -> list[str]:
 
 
 def page_of(name: str) -> str | None:
-    """The page on which a public name stands, `None` if it has none: that with the longest prefix of its module."""
+    """The page of a public name, `None` if it has none: that with the longest prefix of its module."""
     module = public_names()[name]
     found = [(prefix, page) for page, prefixes in PAGES.items() for prefix in prefixes if _below(module, prefix)]
     return max(found, key=lambda one: len(one[0]))[1] if found else None

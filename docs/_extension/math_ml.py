@@ -1,4 +1,4 @@
-"""Equations as MathML, which browsers draw by themselves: the pages need no script and no network."""
+"""Equations as MathML, which browsers draw natively: the pages need no script and no network."""
 
 import re
 from typing import Any
