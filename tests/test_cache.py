@@ -59,6 +59,29 @@ def test_a_second_process_compiles_nothing_and_finds_the_same_to_the_last_bit(fo
     assert all(file.stat().st_mode & 0o777 == 0o600 for file in folder.iterdir())
 
 
+def test_beside_the_cache_of_jax_no_program_is_written_that_cannot_run(folder, scenarios, tmp_path):
+    """What JAX has read from its own cache can be stored and loaded, but not be called."""
+    program = (
+        "import sys, jax; jax.config.update('jax_enable_x64', True)\n"
+        "import simbrake as sb; from simbrake.files import open_scene\n"
+        "print(sb.simulate(open_scene(sys.argv[1])))"
+    )
+    scene, jax_too = (
+        scenarios / "u2_5_5_stop.toml",
+        {
+            "JAX_COMPILATION_CACHE_DIR": str(tmp_path / "jax"),
+            "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": "0",
+            "JAX_PERSISTENT_CACHE_MIN_ENTRY_SIZE_BYTES": "-1",
+        },
+    )
+    first, second, third = (in_a_process(program, scene, **jax_too).stdout for _ in range(3))
+    assert first == second == third
+    assert not [file.name for file in folder.iterdir() if file.name.startswith(("run", "text"))]
+    # programs written without it serve beside it
+    in_a_process(program, scene, JAX_COMPILATION_CACHE_DIR="")
+    assert in_a_process(program, scene, **jax_too).stdout == first
+
+
 def test_what_a_structure_is():
     scene = stop_scene()
     text = _cache.canonical(_compiling.pack(scene)[1])

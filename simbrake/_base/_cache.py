@@ -142,6 +142,11 @@ def key_of(name: str, subject: Any, device: Any = None) -> str | None:
     return f"{name}-{hashlib.sha256(whole.encode()).hexdigest()[:40]}"
 
 
+def of_jax() -> bool:
+    """Whether JAX's own cache of compiled programs is on (`JAX_COMPILATION_CACHE_DIR`)."""
+    return bool(jax.config.jax_compilation_cache_dir)  # pyright: ignore
+
+
 # --- the folder -------------------------------------------------------------------------------------------------------
 
 

@@ -198,8 +198,18 @@ def _cached_or(subject: tuple, device: Any, make: Callable[[bool], "Program"]) -
     program = _cache.read(key, lambda kept: _restored(kept[0], [*map(jax.tree.structure, kept[1])], device))
     if program is None:
         program = make(False)
-        _cache.write(key, lambda: (_stored(program), _trees(program)))
+        _keep(key, program, lambda: _trees(program))
     return program
+
+
+def _keep(key: str | None, program: "Program", trees: Callable[[], Any] | None = None) -> None:
+    """Write a compiled program to the cache, except where JAX's own cache is on.
+
+    A program that JAX has read from its cache no longer has the code that it would be stored with: it could be written
+    and read, and would fail when it is called.
+    """
+    if not _cache.of_jax():
+        _cache.write(key, lambda: _stored(program) if trees is None else (_stored(program), trees()))
 
 
 def _tier(known: Options, quick: bool) -> Options | None:
@@ -423,7 +433,7 @@ def _finished(lowered: jax.stages.Lowered, start: float, one_function: bool, dev
         return kept
     traced = time.perf_counter()
     program = Program(lowered.compile(), traced - start, time.perf_counter() - traced, one_function)
-    _cache.write(key, lambda: _stored(program))
+    _keep(key, program)
     return program
 
 

@@ -50,6 +50,10 @@ def doctor(*, time_: cli.Flag = False, json_: cli.Flag = False) -> int:
         notes.append(f"XLA refuses {', '.join(missing)}: results are the same, but slower (see accelerators)")
     if not found["cache"]["folder"]:
         notes.append("compiled programs are not cached: every command compiles again; set SIMBRAKE_CACHE_DIR")
+    elif found["cache"]["jax"]:
+        notes.append(
+            "JAX's own cache is on: simbrake writes no programs to its cache, and traces anew in every process"
+        )
     report = {"ok": found["x64"], "notes": notes} | found
     if time_ and report["ok"]:
         report["timing"] = _timing()
@@ -62,6 +66,7 @@ def _examined() -> dict[str, Any]:
     import jax
     import jax.numpy as jnp
 
+    from .._base import _cache
     from .._base._compiling import FIRST_UNTESTED_JAX, OLDEST_JAX, WORTH, accelerators, run_device
 
     here = run_device()
@@ -75,7 +80,7 @@ def _examined() -> dict[str, Any]:
         "tested_jax": f"{oldest} to below {untested}",
         "x64": jnp.ones(()).dtype == jnp.float64,
         "devices": {"all": devices, "single_runs": str(here), "ensembles": devices},
-        "cache": {name: kept[name] for name in ("folder", "programs", "bytes")},
+        "cache": {name: kept[name] for name in ("folder", "programs", "bytes")} | {"jax": _cache.of_jax()},
         "xla_flags": os.environ.get("XLA_FLAGS", ""),
         "accelerators": rows if here.platform == "cpu" else [],
     }
