@@ -40,7 +40,7 @@ from benchmarks.parts.timing import interleaved  # noqa: E402
 from benchmarks.scenes import CASES  # noqa: E402
 from simbrake._base._compiling import accelerators, compiled, pack  # noqa: E402
 from simbrake._physics._assemble import assemble  # noqa: E402
-from simbrake._run._simulate import LONGEST, STRETCH, method_of, run_of_numbers  # noqa: E402
+from simbrake._run._simulate import STRETCH, method_of, run_of_numbers  # noqa: E402
 from simbrake.hybrid import AbstractHybridSystem, ExplicitRungeKutta, Settings, hybridsolve  # noqa: E402
 from simbrake.hybrid._system import Flat, flatten, pack_mode, ravel  # noqa: E402
 
@@ -178,7 +178,7 @@ def costs(programs: Programs) -> dict[str, float]:
     # what is traced once is known to JAX afterwards: the second call only lowers, the third lowers and compiles
     _, trace = clocked(lambda: jax.make_jaxpr(programs.run)(programs.numbers))
     lowered, lower = clocked(lambda: jax.jit(programs.run).lower(programs.numbers))
-    program, compile_ = clocked(lambda: compiled(programs.run, programs.numbers, longest=LONGEST))
+    program, compile_ = clocked(lambda: compiled(programs.run, programs.numbers))
     record = program.call(programs.numbers)
     if code := int(record.code):
         raise RuntimeError(f"the run ends with {sb.results.FAILURES[code][0]}")

@@ -1,12 +1,14 @@
 """Friction laws of a lining, `f(v, T, p)`, with fade, pressure and internal states."""
 
 import abc
+import functools
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.custom_derivatives import SymbolicZero
 from jaxtyping import Bool, Float, PyTree
 
 from ._base._compiling import per_structure, read_by
@@ -462,11 +464,35 @@ def _rounded(x: Array, w: Array | None) -> Array:
     At a sharp corner, where runs often start, the slope is the one above it: half of each (as that of a maximum)
     would be the slope of neither side, and an integrator would shorten its first step until the effect vanishes.
     """
-    if w is None:
-        return jnp.where(x >= 0, x, 0.0)
-    u = jnp.clip((x + w) * (1 / jnp.where(w > 0, 2 * w, 1.0)), 0.0, 1.0)  # (one division, however many the linings)
-    blend = w * u**5 * (14 + u * (-28 + u * (20 - 5 * u)))
-    return jnp.where(x >= w, x, jnp.where(x > -w, blend, 0.0))
+    return jnp.where(x >= 0, x, 0.0) if w is None else _blended(x, w)
+
+
+def _in_blend(x: Array, w: Array) -> tuple[Array, Array]:
+    """`u`, from 0 to 1 over the blend (a step where there is none), and `u⁴`."""
+    across = 1 / jnp.where(w > 0, 2 * w, 1.0)  # (one division, however many the linings)
+    u = jnp.where(w > 0, jnp.clip((x + w) * across, 0.0, 1.0), jnp.where(x >= 0, 1.0, 0.0))
+    u2 = u * u
+    return u, u2 * u2
+
+
+@jax.custom_jvp
+def _blended(x: Array, w: Array) -> Array:
+    u, u4 = _in_blend(x, w)
+    return jnp.where(x >= w, x, w * (u4 * u) * (14 + u * (-28 + u * (20 - 5 * u))))
+
+
+@functools.partial(_blended.defjvp, symbolic_zeros=True)
+def _(at: tuple[Array, Array], by: tuple[Any, Any]) -> tuple[Array, Array]:
+    # (by hand, as derivatives of powers and selections would be a tenth of a program)
+    (x, w), (dx, dw) = at, by
+    u, u4 = _in_blend(x, w)
+    part, slope = (u4 * u) * (14 + u * (-28 + u * (20 - 5 * u))), u4 * (35 + u * (-84 + u * (70 - 20 * u)))
+    parts = []
+    if not isinstance(dx, SymbolicZero):
+        parts.append(slope * dx)
+    if not isinstance(dw, SymbolicZero):
+        parts.append((part - (2 * u - 1) * slope) * dw)
+    return jnp.where(x >= w, x, w * part), sum(parts[1:], start=parts[0])
 
 
 class LinearFade(AbstractFactor):

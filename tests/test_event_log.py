@@ -33,7 +33,7 @@ def logs():
         return call
 
     with pytest.MonkeyPatch.context() as patch:
-        for name in ("_sights_compiled", "_sights_inside_compiled"):
+        for name in ("_sights_quick", "_sights_optimised", "_sights_inside_compiled"):
             patch.setattr(_scan, name, counted(name, getattr(_scan, name)))
         for cycles in (60, 240):
             given.clear()

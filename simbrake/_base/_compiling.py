@@ -34,6 +34,8 @@ _CPU_OPTIONS: Options = {"xla_cpu_use_fusion_emitters": False, "xla_backend_opti
 _ONE_FUNCTION_OPTIONS: Options = {"xla_cpu_experimental_ynn_fusion_type": ""}
 #: for a program that may be run once only: LLVM without its optimiser
 _QUICK: Options = {"xla_backend_optimization_level": 0}
+#: lines of StableHLO up to which a program is compiled as one function
+LONGEST = 51_000
 _MARK = "xla_cpu_small_call"
 #: what each accelerator gains, measured once on 2 cores with JAX 0.10.2, or what it is for
 WORTH = {
@@ -174,31 +176,34 @@ class DeviceJit:
             start, options = time.perf_counter(), _tier(accelerators(device.platform).options, self._quick)
             with jax.default_device(device):
                 lowered = jax.jit(function, compiler_options=options).lower(leaves)
-            return _finished(lowered, start, False, device if by_text else None)
+            return _finished(lowered, start, False, self._quick, device if by_text else None)
 
         shapes = jax.tree.unflatten(structure, leaves)
-        return _cached_or((*self._subject, shapes, static, self._quick), device, make).call
+        return _cached_or((*self._subject, shapes, static), self._quick, device, make).call
 
 
 def _traced(leaves: list[Any]) -> bool:
     return any(isinstance(leaf, Tracer) for leaf in leaves)
 
 
-def _cached_or(subject: tuple, device: Any, make: Callable[[bool], "Program"]) -> "Program":
+def _cached_or(subject: tuple, quick: bool, device: Any, make: Callable[[bool], "Program"]) -> "Program":
     """The program of a subject (a name, and all that it depends on), read from the disk or made and kept.
 
-    `make` keeps by its text what depends on a user's own class or function: it is traced each time, and compiled once.
+    Where a `quick` one is wanted and the optimised one is there, that is read. `make` keeps by its text what depends on
+    a user's own class or function: it is traced each time, and compiled once.
     """
     # (a program names its device: only those for the first of a platform are kept)
     name, *rest = subject
     first = device == jax.local_devices(backend=device.platform)[0]
-    key = _cache.key_of(name, rest, device) if first else None
-    if key is None:
+    keys = [_cache.key_of(name, (rest, tier), device) for tier in sorted({False, quick})] if first else [None]
+    if keys[0] is None:
         return make(first)
-    program = _cache.read(key, lambda kept: _restored(kept[0], [*map(jax.tree.structure, kept[1])], device))
-    if program is None:
-        program = make(False)
-        _keep(key, program, lambda: _trees(program))
+    for key in keys:
+        program = _cache.read(key, lambda kept: _restored(kept[0], [*map(jax.tree.structure, kept[1])], device))
+        if program is not None:
+            return program
+    program = make(False)
+    _keep(keys[-1], program, lambda: _trees(program))
     return program
 
 
@@ -376,13 +381,14 @@ class Program(NamedTuple):
     trace_seconds: float
     compile_seconds: float
     one_function: bool  # loops and all; otherwise a hundred small kernels in every turn of a loop
+    quick: bool  # without LLVM's optimiser
 
 
 def compiled(
     function: Callable[[Any], Any],
     numbers: Array,
     *,
-    longest: int = 51_000,
+    longest: int = LONGEST,
     otherwise: Callable[[Any], Any] | None = None,
     device: Any = None,
     subject: tuple | None = None,
@@ -393,8 +399,8 @@ def compiled(
 
     XLA then neither starts kernels one by one nor hands them to a pool of threads. It knows not all operations there;
     what it refuses is compiled the ordinary way (`otherwise`, if another way to compute the same is better then). So is
-    a program `longest` lines and more: one function takes the same time to compile up to some 9,000 lines, twice the
-    time for 19,000 and three times for 38,000.
+    a program of `longest` lines and more: up to 19,000 lines one function takes the same time to compile, or a quarter
+    more, and runs are two to five times as fast.
 
     - `subject`: a name, and all that the function depends on: the program is kept on disk under it, or read from there
     - `quick`: without LLVM's optimiser, which takes half the time to compile (`Improving`)
@@ -410,21 +416,23 @@ def compiled(
                 lowered = jax.jit(lambda x: one_function(inner, x), compiler_options=options).lower(numbers)
                 if fits_one_function(lowered.as_text(), longest):
                     try:
-                        return _finished(lowered, start, True, place)
+                        return _finished(lowered, start, True, quick, place)
                     except JaxRuntimeError:
                         pass  # an operation that it does not know; what is wrong with the function itself shows below
             ordinary = jax.jit(otherwise or inner, compiler_options=_tier(use.options, quick))
-            return _finished(ordinary.lower(numbers), start, False, place)
+            return _finished(ordinary.lower(numbers), start, False, quick, place)
 
-    return _cached_or((*(subject or ("program", function)), longest, quick), device, make)
+    return _cached_or((*(subject or ("program", function)), longest), quick, device, make)
 
 
-def fits_one_function(text: str, longest: int) -> bool:
+def fits_one_function(text: str, longest: int = LONGEST) -> bool:
     """Whether a lowered program is short enough and calls no library, which cannot be part of one function."""
     return "custom_call" not in text and text.count("\n") < longest
 
 
-def _finished(lowered: jax.stages.Lowered, start: float, one_function: bool, device: Any = None) -> Program:
+def _finished(
+    lowered: jax.stages.Lowered, start: float, one_function: bool, quick: bool, device: Any = None
+) -> Program:
     """A lowered program, compiled; with a `device` it is looked up and kept there by its text."""
     key = None if device is None else _cache.key_of("text", lowered.as_text(), device)
     trees = jax.tree.structure(lowered.args_info), lowered.out_tree
@@ -432,7 +440,7 @@ def _finished(lowered: jax.stages.Lowered, start: float, one_function: bool, dev
     if kept is not None:
         return kept
     traced = time.perf_counter()
-    program = Program(lowered.compile(), traced - start, time.perf_counter() - traced, one_function)
+    program = Program(lowered.compile(), traced - start, time.perf_counter() - traced, one_function, quick)
     _keep(key, program)
     return program
 
@@ -461,13 +469,15 @@ class Improving:
     """A program for runs of which nobody knows how many there will be: compiled quickly at first.
 
     When its runs have taken as long as compiling it again would, it is compiled with LLVM's optimiser in a thread, and
-    that program takes over. So no number of runs costs more than twice what it would if it had been known.
+    that program takes over, in later processes from the start. So no number of runs costs more than twice what it would
+    if it had been known.
     """
 
     def __init__(self, make: Callable[[bool], Program]) -> None:
         self._make, self._spent, self._thread, self.calls = make, 0.0, None, 0
         self._program = make(True)
-        self._worth = self._program.trace_seconds + 2 * self._program.compile_seconds
+        found = self._program  # optimised already, if that was cached
+        self._worth = found.trace_seconds + 2 * found.compile_seconds if found.quick else np.inf
 
     def __call__(self, numbers: Array) -> PyTree:
         start = time.perf_counter()

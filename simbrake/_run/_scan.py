@@ -25,7 +25,7 @@ from ._probe import Probe, RunJit, is_traced, probe_at, record_of, rows_in_lanes
 #: places in every step at which a run is sampled, both ends included; in a long run every part has many steps
 _SAMPLES, _SAMPLES_OF_LONG = 9, 5
 #: steps sampled in one call of the compiled program: of long runs, of systems with few and with many states
-_BLOCKS, _LONG = (512, 128, 32), 1024
+_BLOCKS, _LONG = (256, 128, 32), 1024
 #: up to as many samples are partial steps, of a method whose steps are too long for anything else: one program less
 _SHORT, _LONG_STEPS = 1024, 6
 #: steps to either side whose ends tell the states inside one
@@ -150,7 +150,9 @@ def _sights_inside(
     return _sight(p, names), jax.vmap(lambda y: ravel(y, jnp.float64))(p.y)
 
 
-_sights_compiled = RunJit(_sights, static_argnames=("names", "samples", "known"), quick=True)
+_sights_quick, _sights_optimised = (
+    RunJit(_sights, static_argnames=("names", "samples", "known"), quick=quick) for quick in (True, False)
+)
 _sights_inside_compiled = RunJit(_sights_inside, static_argnames=("names", "known"), quick=True)
 
 
@@ -169,13 +171,14 @@ def _in_blocks(
 ) -> tuple[Sight, np.ndarray, np.ndarray]:
     """`_sights` of any number of steps of a concrete record, in calls of one length, so that it compiles once."""
     parts, count, length = [], len(steps.t0), _block(record)
+    sights = _sights_optimised if int(record.count) > _LONG else _sights_quick  # as the run itself was compiled
     for start in range(0, count, length):
         if count > length:  # shown as progress
             piece(start // length, -(-count // length))
         here = np.minimum(np.arange(start, start + length), count - 1)
         block = Steps(*(column[here] for column in steps))
         likes, used = (record.y_like, record.mode_like), count - start
-        found = _sights_compiled(record.system, *likes, block, names=names, samples=samples, known=_behind(names))
+        found = sights(record.system, *likes, block, names=names, samples=samples, known=_behind(names))
         parts.append(found if used >= length else jax.tree.map(lambda leaf, n=used: leaf[:n], found))
     return parts[0] if len(parts) == 1 else jax.tree.map(lambda *leaves: np.concatenate(leaves), *parts)
 

@@ -60,8 +60,6 @@ from ._result import Limits, Result
 
 #: step attempts in a stretch at most
 STRETCH = 1024
-#: lines up to which a program as one function takes no longer to compile
-LONGEST = 9_000
 #: least number of steps in a run under profiles that are not piecewise simple
 _SLICES = 64
 #: attempts in the first stretch where progress is shown: enough to measure one
@@ -113,7 +111,7 @@ def _stretch_program(packing: Packing, method: AbstractMethod, device: Any) -> t
         return stretch(*problem, method, settings, x[n:-1], x[-1].astype(jnp.int32))
 
     subject = ("stretch", packing, method)
-    program = compiled(run, np.ones(n + size + 1), longest=LONGEST, device=device, subject=subject)
+    program = compiled(run, np.ones(n + size + 1), device=device, subject=subject)
     return program, np.full(size, np.nan)
 
 
@@ -185,7 +183,7 @@ def _program(packing: Packing, method: AbstractMethod, max_steps: int, device: A
         return Packed.of(run(numbers))
 
     def make(quick: bool) -> Program:
-        return compiled(packed, np.ones(packing.size), longest=LONGEST, device=device, subject=subject, quick=quick)
+        return compiled(packed, np.ones(packing.size), device=device, subject=subject, quick=quick)
 
     return Improving(make)
 
@@ -201,7 +199,7 @@ def _part(packing: Packing, method: AbstractMethod, max_steps: int) -> Callable[
     def joins() -> bool:
         text = run.lower(jax.ShapeDtypeStruct((packing.size,), np.float64)).as_text()
         # (matrix products too are calls of a library, unless the options of the whole program say otherwise)
-        return "dot_general" not in text and fits_one_function(text, LONGEST)
+        return "dot_general" not in text and fits_one_function(text)
 
     @custom_vmap
     def marked(numbers: Array) -> Record:
