@@ -12,7 +12,7 @@ from helpers import stop_scene
 
 import simbrake as sb
 from simbrake._commands import _checks
-from simbrake._run import _simulate
+from simbrake._run import _networks
 from simbrake.checks import Case, _cases_band, _cases_heat, _cross_check, _validate, run_case
 from simbrake.thermal import _network as _links
 
@@ -90,17 +90,16 @@ def test_other_physics_than_that_of_the_truth_fails():
 
 
 def test_a_planted_wrong_constant_of_nature_fails(monkeypatch):
-    case = next(c for c in _cases_heat.radiation_cases() if c.name == "radiation to 0 K/T at 3600 s")
+    def checked():
+        jax.clear_caches()
+        _networks._compiled._programs_by_key.clear()  # the constant is part of the program
+        return run_case(next(c for c in _cases_heat.radiation_cases() if c.name == "radiation to 0 K/T at 3600 s"))
 
-    def forget():
-        jax.clear_caches()  # the constant is part of the programs
-        _simulate._program.cache_clear()
-
-    assert run_case(case).verdict == "pass"
-    monkeypatch.setattr(_links, "STEFAN_BOLTZMANN", 1.001 * _links.STEFAN_BOLTZMANN)
-    forget()
-    check = run_case(case)
-    forget()
+    assert checked().verdict == "pass"
+    with monkeypatch.context() as planted:
+        planted.setattr(_links, "STEFAN_BOLTZMANN", 1.001 * _links.STEFAN_BOLTZMANN)
+        check = checked()
+    assert checked().verdict == "pass"
     assert check.verdict == "fail"
     # T ~ σ^(−1/3)
     assert check.error == pytest.approx(1e-3 / 3, rel=0.05)
