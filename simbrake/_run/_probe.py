@@ -48,6 +48,11 @@ def is_traced(tree: PyTree) -> bool:
     return any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves(tree))
 
 
+def is_traced_run(record: Record) -> bool:
+    """Whether a run is being traced: then its times or its states are, whatever else of it is."""
+    return any(isinstance(leaf, Tracer) for leaf in (record.rows.t, record.rows.y, record.count))
+
+
 def numpy_of(values: Array) -> ModuleType:
     """NumPy for concrete values: outside of jit every operation of JAX would compile by itself."""
     return np if isinstance(values, np.ndarray | np.bool_) else jnp
@@ -56,7 +61,7 @@ def numpy_of(values: Array) -> ModuleType:
 def record_of(run: Any) -> Record:
     """The record of a `Result`, or a record as it is; a concrete one without skipped and unused rows."""
     record: Record = getattr(run, "record", run)
-    return record if is_traced(record) else record.compact()
+    return record if is_traced_run(record) else record.compact()
 
 
 class RunJit(DeviceJit):
@@ -201,7 +206,7 @@ Instant = tuple[Array, State, Mode]
 def ends_of(record: Record) -> tuple[Instant, Instant]:
     """Time, state and mode at the start and at the end of a run; NumPy's of a concrete one."""
     rows = record.rows
-    first = [x[0] if is_traced(record) else np.asarray(x)[0] for x in (rows.t, rows.y, rows.mode)]
+    first = [x[0] if is_traced_run(record) else np.asarray(x)[0] for x in (rows.t, rows.y, rows.mode)]
     start = (first[0], unravel(first[1], record.y_like), unravel(first[2], record.mode_like))
     return start, (record.t_end, record.y_end, record.mode_end)
 

@@ -2,9 +2,9 @@
 
 import functools
 from collections.abc import Callable
+from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -20,7 +20,7 @@ from ..hybrid._arrays import Array
 from ..thermal._heat import node_names
 from ._log import FAILURES, STATUS_MESSAGES, Event, Stage, Status, failure_of, status_of
 from ._metrics import METRICS, Peak, energies, stored_heat, worn_thickness
-from ._probe import Entry, end_capacity, is_traced, probe_at, probe_many, record_of
+from ._probe import Entry, end_capacity, is_traced_run, probe_at, probe_many
 from ._report import Report, labels_of, text
 from ._scan import peak
 from ._series import Series, array_of_times, fault_of_times, outside, series_of
@@ -36,20 +36,24 @@ def _of_each(find: Callable[["Result"], T]) -> Callable[["Result"], T]:
 
     @functools.wraps(find)
     def found(result: "Result") -> T:
-        return jax.vmap(find)(result) if jnp.ndim(result.record.count) > 0 else find(result)
+        return jax.vmap(find)(result) if np.ndim(result.record.count) > 0 else find(result)
 
     return found
 
 
-class Limits(eqx.Module):
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True, eq=False)
+class Limits:
     """Options of `simulate` beside solver and tolerance, as they were given."""
 
     max_step: Any
     max_events: Any
-    max_steps: int | None = eqx.field(static=True)
+    max_steps: int | None = field(metadata={"static": True})
 
 
-class Result(eqx.Module):
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True, eq=False, repr=False)
+class Result:
     """The outcome of `simulate`: a PyTree, through which jit, vmap and grad pass.
 
     Every metric of the scene is an attribute, as `result.stopping_time` (s): a number, `inf` for the time of what did
@@ -61,7 +65,7 @@ class Result(eqx.Module):
     scene: Scene
     record: Record
     rtol: Any
-    method_name: str = eqx.field(static=True)
+    method_name: str = field(metadata={"static": True})
     limits: Limits
 
     # --- metrics that pass through jit, vmap and grad -----------------------------------------------------------
@@ -183,7 +187,7 @@ class Result(eqx.Module):
     @property
     def concrete(self) -> bool:
         """Whether this is one result with values: neither traced nor a batch."""
-        return not is_traced(self) and jnp.ndim(self.record.count) == 0
+        return not is_traced_run(self.record) and np.ndim(self.record.count) == 0
 
     @property
     def ok(self) -> bool:
@@ -266,5 +270,5 @@ def _metric(result: Result, name: str) -> Array | Peak:
         raise ValueError(f"the scene has no {name}: {missing}")
     if metric.greatest:
         return result.report().peaks[name] if result.concrete else peak(result.record, metric.find)
-    found = metric.find(record_of(result), scene)
+    found = metric.find(result.record, scene)
     return jax.device_put(np.asarray(found), run_device()) if result.concrete else found

@@ -20,7 +20,7 @@ from ..hybrid import ADVANCED, LANDED, SKIPPED, STOPPED, Record
 from ..hybrid._arrays import Array
 from ..hybrid._system import flatten, ravel
 from ._metrics import METRICS, Peak, identity_of
-from ._probe import Probe, RunJit, is_traced, probe_at, record_of, rows_in_lanes, seen_at, small
+from ._probe import Probe, RunJit, is_traced_run, probe_at, record_of, rows_in_lanes, seen_at, small
 
 #: places in every step at which a run is sampled, both ends included; in a long run every part has many steps
 _SAMPLES, _SAMPLES_OF_LONG = 9, 5
@@ -215,7 +215,7 @@ class Scan:
 
     def __init__(self, run: Any, rtol: float = 1e-10, names: tuple[str, ...] = ()) -> None:
         self.record, self.rtol, self.names = record_of(run), rtol, names
-        self.traced = is_traced(self.record)
+        self.traced = is_traced_run(self.record)
         self.xp: ModuleType = jnp if self.traced else np
         self._frozen = jax.lax.stop_gradient(self.record) if self.traced else self.record
         rows, xp = self._frozen.rows, self.xp
