@@ -176,7 +176,7 @@ def measure(quick: bool, rounds: int = 5) -> Part:
     notes = [
         "import simbrake: and the names that a scene without heat and its run use, as modules are loaded with them",
         "ratio: of processor time up to the printed result, median over rounds of one process each",
-        "cache: JAX's persistent one in a temporary folder, set as the command line sets it",
+        "cache: the folder of compiled programs, as the command line has it, empty before the first process",
         "error: of the stopping time at the tolerance by default, against the closed form, or against a run at 1e-13",
         "trace: what is neither import nor compilation nor a warm run",
     ]
