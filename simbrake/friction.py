@@ -467,32 +467,27 @@ def _rounded(x: Array, w: Array | None) -> Array:
     return jnp.where(x >= 0, x, 0.0) if w is None else _blended(x, w)
 
 
-def _in_blend(x: Array, w: Array) -> tuple[Array, Array]:
-    """`u`, from 0 to 1 over the blend (a step where there is none), and `u⁴`."""
+def _shares(x: Array, w: Array) -> tuple[Array, Array, Array]:
+    """Of the blend: `u` from 0 to 1 (a step where there is none), value over `w`, and slope."""
     across = 1 / jnp.where(w > 0, 2 * w, 1.0)  # (one division, however many the linings)
     u = jnp.where(w > 0, jnp.clip((x + w) * across, 0.0, 1.0), jnp.where(x >= 0, 1.0, 0.0))
-    u2 = u * u
-    return u, u2 * u2
+    u4 = (u * u) * (u * u)
+    return u, (u4 * u) * (14 + u * (-28 + u * (20 - 5 * u))), u4 * (35 + u * (-84 + u * (70 - 20 * u)))
 
 
 @jax.custom_jvp
 def _blended(x: Array, w: Array) -> Array:
-    u, u4 = _in_blend(x, w)
-    return jnp.where(x >= w, x, w * (u4 * u) * (14 + u * (-28 + u * (20 - 5 * u))))
+    return jnp.where(x >= w, x, w * _shares(x, w)[1])
 
 
 @functools.partial(_blended.defjvp, symbolic_zeros=True)
 def _(at: tuple[Array, Array], by: tuple[Any, Any]) -> tuple[Array, Array]:
     # (by hand, as derivatives of powers and selections would be a tenth of a program)
     (x, w), (dx, dw) = at, by
-    u, u4 = _in_blend(x, w)
-    part, slope = (u4 * u) * (14 + u * (-28 + u * (20 - 5 * u))), u4 * (35 + u * (-84 + u * (70 - 20 * u)))
-    parts = []
-    if not isinstance(dx, SymbolicZero):
-        parts.append(slope * dx)
-    if not isinstance(dw, SymbolicZero):
-        parts.append((part - (2 * u - 1) * slope) * dw)
-    return jnp.where(x >= w, x, w * part), sum(parts[1:], start=parts[0])
+    u, value, slope = _shares(x, w)
+    parts = [] if isinstance(dx, SymbolicZero) else [slope * dx]
+    parts += [] if isinstance(dw, SymbolicZero) else [(value - (2 * u - 1) * slope) * dw]
+    return jnp.where(x >= w, x, w * value), functools.reduce(jnp.add, parts)
 
 
 class LinearFade(AbstractFactor):

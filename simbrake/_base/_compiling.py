@@ -339,10 +339,10 @@ def per_value(of: Callable[[Any], PyTree]) -> Callable[[Callable[[Any], _Answer]
             if not all(type(leaf) is np.ndarray for leaf in leaves):
                 return find(part)
             key = structure, tuple((leaf.shape, leaf.dtype.char, leaf.tobytes()) for leaf in leaves)
-            try:
-                return known[key]
-            except KeyError:
-                found = known[key] = find(part)
+            found: Any = known.get(key, known)  # itself: not among them
+            if found is not known:
+                return found
+            found = known[key] = find(part)
             for old in list(known)[:-_REMEMBERED]:
                 known.pop(old, None)  # another thread may have done so
             return found

@@ -28,7 +28,7 @@ from ._loop import (
 )
 from ._method import AbstractMethod
 from ._search import Carry
-from ._solve import Record, fitted, likes, weights_of
+from ._solve import Record, likes, posed
 from ._system import (
     INSTANT,
     LANDED,
@@ -38,9 +38,6 @@ from ._system import (
     Code,
     Rows,
     Settings,
-    flatten,
-    pack_mode,
-    ravel,
 )
 
 
@@ -163,12 +160,7 @@ def hybridsolve_lane(
     looked at. `room`: how often lanes may be judged; a run for which it does not suffice ends with the code
     STEP_LIMIT. Not differentiable.
     """
-    y0 = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float64), y0)
-    t0, t1 = jnp.asarray(t0, jnp.float64), jnp.asarray(t1, jnp.float64)
-    flat_y0, flat_mode0 = ravel(y0, jnp.float64), pack_mode(mode0)
-    y_like, mode_like = likes(y0, mode0)
-    method = fitted(system, method)
-    p = Problem(flatten(system, y_like, mode_like), method, *weights_of(system, y_like), t0, t1, settings)
+    p, flat_y0, flat_mode0 = posed(system, y0, mode0, t0, t1, method, settings)
     end = _run(p, flat_y0, flat_mode0, room)
     ny, nothing = flat_y0.shape[0], jnp.zeros_like(end.starts[:, 0])
     rows = Rows(
@@ -182,4 +174,4 @@ def hybridsolve_lane(
     )
     c = end.carry
     code = jnp.where(c.status == _RUNNING, np.int32(Code.STEP_LIMIT), c.status)
-    return Record(system, method, y_like, mode_like, t1, rows, end.judged + 1, code, c.stats)
+    return Record(system, p.method, *likes(y0, mode0), p.t1, rows, end.judged + 1, code, c.stats)

@@ -319,15 +319,27 @@ def stretch(
     `carried` comes from the part before, or from `beginning(…)`. Joined, the parts are one run to the last bit
     for any lengths: nothing is decided again at a joint. Not differentiable.
     """
-    y0 = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float64), y0)
-    t0, t1 = jnp.asarray(t0, jnp.float64), jnp.asarray(t1, jnp.float64)
-    flat_y0, flat_mode0 = ravel(y0, jnp.float64), pack_mode(mode0)
-    y_like, mode_like = likes(y0, mode0)
-    method, weights = fitted(system, method), weights_of(system, y_like)
-    p = Problem(flatten(system, y_like, mode_like), method, *weights, t0, t1, settings)
+    p, flat_y0, flat_mode0 = posed(system, y0, mode0, t0, t1, method, settings)
     (packed, count, code, stats), carried = _go_on(p, flat_y0, flat_mode0, carried, limit)
     rows = unpack_rows(packed, flat_y0.shape[0])
-    return Record(system, method, y_like, mode_like, t1, rows, count, code, stats), carried
+    return Record(system, p.method, *likes(y0, mode0), p.t1, rows, count, code, stats), carried
+
+
+def posed(
+    system: AbstractHybridSystem,
+    y0: PyTree,
+    mode0: PyTree,
+    t0: Scalar | float,
+    t1: Scalar | float,
+    method: AbstractMethod,
+    settings: Settings,
+) -> tuple[Problem, Array, Array]:
+    """A run that is not differentiated, on flat vectors, with its initial state and mode."""
+    y_like, mode_like = likes(y0, mode0)
+    flat, weights = flatten(system, y_like, mode_like), weights_of(system, y_like)
+    times = jnp.asarray(t0, jnp.float64), jnp.asarray(t1, jnp.float64)
+    p = Problem(flat, fitted(system, method), *weights, *times, settings)
+    return p, ravel(y0, jnp.float64), pack_mode(mode0)
 
 
 def beginning(system: AbstractHybridSystem, y0: PyTree, mode0: PyTree, t0: Scalar | float) -> np.ndarray:
