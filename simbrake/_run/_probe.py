@@ -13,8 +13,9 @@ from jaxtyping import Float, Int, PyTree
 
 from .._base._compiling import DeviceJit
 from .._base._progress import piece
-from .._physics._brake import BrakeNow, BrakeSystem, Capacity, State, passing, surfaces
+from .._physics._brake import BrakeNow, BrakeSystem, Capacity, State
 from .._physics._mechanism import Mode, Shown
+from .._physics._thresholds import passing, surfaces
 from ..hybrid import SKIPPED, Record
 from ..hybrid._arrays import Array
 from ..hybrid._system import unravel

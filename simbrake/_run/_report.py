@@ -11,8 +11,9 @@ import numpy as np
 
 from .._base._table import number, plain
 from .._parts._scene import plausibility, warnings
-from .._physics._brake import BrakeSystem, mark_names
+from .._physics._brake import BrakeSystem
 from .._physics._mechanism import BandMode, Label, Mode, slips
+from .._physics._thresholds import mark_names
 from ..hybrid import FINISHED, Record
 from ..loads import AbstractSpeedLever
 from ._choice import stiffness
