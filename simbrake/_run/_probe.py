@@ -20,8 +20,9 @@ from ..hybrid import SKIPPED, Record
 from ..hybrid._arrays import Array
 from ..hybrid._system import unravel
 
-LANES = 512  # times looked at in one call of a compiled program
-_FEW_LANES, _MANY_STATES = 64, 24  # fewer of systems with more states: a step of one of them is work enough
+LANES = 128  # times looked at in one call of a compiled program
+_MANY_LANES = 512  # more where no step is taken
+_FEW_LANES, _MANY_STATES = 16, 24  # fewer of systems with more states: a step of one of them is work enough
 
 T = TypeVar("T")
 #: one number, or an array of them
@@ -241,4 +242,4 @@ def capacities_at(record: Record, index: np.ndarray, instants: Callable[[np.ndar
         t, y, mode = instants(index)
         return _capacities(record.system, t, unravel(y, record.y_like), unravel(mode, record.mode_like), start)
 
-    return in_lanes(look, index)
+    return in_lanes(look, index, lanes=_MANY_LANES)

@@ -25,14 +25,14 @@ from ._probe import Probe, RunJit, is_traced_run, probe_at, record_of, rows_in_l
 #: places in every step at which a run is sampled, both ends included; in a long run every part has many steps
 _SAMPLES, _SAMPLES_OF_LONG = 9, 5
 #: steps sampled in one call of the compiled program: of long runs, of systems with few and with many states
-_BLOCKS, _LONG = (256, 128, 32), 1024
+_BLOCKS, _LONG = (256, 64, 16), 1024
 #: up to as many samples are partial steps, of a method whose steps are too long for anything else: one program less
 _SHORT, _LONG_STEPS = 1024, 6
 #: steps to either side whose ends tell the states inside one
 _REACH = 3
 #: how closely two interpolants have to agree, in tolerances of the run
 _CLOSE = 0.03
-_POINTS, _ROUNDS, _FINER = 9, 4, 0.27  # of finer and finer grids around a maximum value
+_POINTS, _ROUNDS, _FINER = 9, 2, 0.03  # of finer and finer grids around a maximum value
 
 #: of a probe, (m, n): that of which the maximum over the run is wanted
 Pick = Callable[[Probe], Array]
@@ -315,6 +315,15 @@ class Scan:
         of_values, of_slopes = _weights(nodes, there, x)
         return np.einsum("mk,mkn->mn", of_values, values) + np.einsum("mk,mkn->mn", of_slopes * h, slopes)
 
+    def _at_ends(self, t: np.ndarray, y: np.ndarray, mode: np.ndarray) -> Sight:
+        """What is seen at times and states (m, …): each is an end of a step, of which nothing else is wanted."""
+        a, b = _pairs(mode)
+        found, *_ = _in_blocks(self.record, Steps(t[a], t[b], y[a], y[b], mode[a]), self.names, self.samples)
+        place, end = np.arange(len(t)), np.zeros(len(t), int)
+        place[a] = place[b] = np.arange(len(a))
+        end[b] = self.samples - 1
+        return jax.tree.map(lambda leaf: leaf[place, end], found)
+
     def look(self, row: Array, share: Array) -> Sight:
         """Everything at a share of the steps named, of a concrete run and as exact as the run itself."""
         if self._states is not None or small(self.record):
@@ -325,15 +334,23 @@ class Scan:
         if np.any(exact):
             here, state = row[exact], y[exact]
             time = (steps.t0[row] + share * (steps.t1[row] - steps.t0[row]))[exact]
-            # steps of no length: of each the first sample
-            found, *_ = _in_blocks(
-                self.record, Steps(time, time, state, state, steps.mode[here]), self.names, self.samples
-            )
-            parts.append(jax.tree.map(lambda leaf: leaf[:, 0], found))
+            parts.append(self._at_ends(time, state, steps.mode[here]))
         if not np.all(exact):
             parts.append(self._by_steps(row[~exact], share[~exact])[0])
         order = np.argsort(np.concatenate([np.flatnonzero(exact), np.flatnonzero(~exact)]))
         return jax.tree.map(lambda *leaves: np.concatenate(leaves)[order], *parts)
+
+
+def _pairs(mode: Int[np.ndarray, "m mode"]) -> tuple[np.ndarray, np.ndarray]:
+    """Two places for each of as few pairs as possible, neighbours of one mode; the last of an odd number is both."""
+    first, second, k = list[int](), list[int](), 0
+    alike = np.all(mode[1:] == mode[:-1], axis=1).tolist()
+    while k < len(mode):
+        together = k < len(alike) and alike[k]
+        first.append(k)
+        second.append(k + together)
+        k += 1 + together
+    return np.asarray(first), np.asarray(second)
 
 
 def _streaks(marks: Any) -> np.ndarray:
