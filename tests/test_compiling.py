@@ -105,3 +105,11 @@ def test_the_process_is_left_as_it_was_and_the_device_is_the_one_asked_for():
     truth = closed_form()["stop"]
     assert [float(x) for x in times.split()] == pytest.approx([truth, truth], rel=1e-10)
     assert devices == "0 1"
+
+
+def test_the_shipped_tableau_is_that_of_diffrax():
+    import diffrax
+
+    from simbrake.hybrid import ExplicitRungeKutta
+
+    assert ExplicitRungeKutta.shipped("Dopri8") == ExplicitRungeKutta(diffrax.Dopri8())

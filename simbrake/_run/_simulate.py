@@ -244,19 +244,10 @@ def check_limits(rtol: Number, max_step: Number = np.inf, max_steps: int | None 
 
 def solver_for(stiff: bool) -> Solver:
     """The solver where the caller names none."""
-    return Rodas5P() if stiff else explicit("Dopri8")
+    return Rodas5P() if stiff else _explicit()
 
 
-@functools.cache
-def explicit(name: str) -> ExplicitRungeKutta:
-    """The method with the tableau of a diffrax solver, which is asked for it once and then kept on disk."""
-
-    def ask() -> ExplicitRungeKutta:
-        import diffrax
-
-        return ExplicitRungeKutta(getattr(diffrax, name)())
-
-    return _cache.cached("tableau", name, ask)
+_explicit = functools.cache(lambda: ExplicitRungeKutta.shipped("Dopri8"))
 
 
 def step_limits(scene: Scene, max_steps: int | None) -> tuple[int, ...]:

@@ -1,6 +1,8 @@
 """One step of a Runge–Kutta method, its stages unrolled from a tableau that diffrax ships."""
 
 import abc
+import importlib.resources
+import json
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -17,6 +19,11 @@ if TYPE_CHECKING:
     import diffrax
 
 _Stages = Float[Array, "stage state"]
+
+
+def _frozen(value: Any) -> Any:
+    """Lists as tuples, at any depth."""
+    return tuple(map(_frozen, value)) if isinstance(value, list) else value
 
 
 class Pullback(NamedTuple):
@@ -119,6 +126,20 @@ class ExplicitRungeKutta(AbstractMethod):
         self.evaluations = len(self.c) + (0 if self.fsal else 1)
         self.solver = type(solver).__name__
 
+    @classmethod
+    def shipped(cls, solver: str) -> "ExplicitRungeKutta":
+        """The method of a diffrax solver whose tableau is in `tableaus.json`, without the import of diffrax."""
+        text = (importlib.resources.files(__package__) / "tableaus.json").read_text("utf-8")
+        given = {name: _frozen(value) for name, value in json.loads(text)[solver].items()}
+        return cls._of(**given, unrolled=True, solver=solver)
+
+    @classmethod
+    def _of(cls, **fields: Any) -> "ExplicitRungeKutta":
+        method = object.__new__(cls)
+        for name in cls.__dataclass_fields__:
+            object.__setattr__(method, name, fields[name])
+        return method
+
     @property
     def name(self) -> str:
         return self.solver
@@ -127,10 +148,7 @@ class ExplicitRungeKutta(AbstractMethod):
         return self
 
     def rolled(self) -> "ExplicitRungeKutta":
-        twin = object.__new__(ExplicitRungeKutta)
-        for name in self.__dataclass_fields__:
-            object.__setattr__(twin, name, False if name == "unrolled" else getattr(self, name))
-        return twin
+        return self._of(**{**vars(self), "unrolled": False})
 
     @property
     def error_of_rate(self) -> float:
