@@ -129,7 +129,7 @@ class ExplicitRungeKutta(AbstractMethod):
     @classmethod
     def shipped(cls, solver: str) -> "ExplicitRungeKutta":
         """The method of a diffrax solver whose tableau is in `tableaus.json`, without the import of diffrax."""
-        text = (importlib.resources.files(__package__) / "tableaus.json").read_text("utf-8")
+        text = (importlib.resources.files("simbrake.hybrid") / "tableaus.json").read_text("utf-8")
         given = {name: _frozen(value) for name, value in json.loads(text)[solver].items()}
         return cls._of(**given, unrolled=True, solver=solver)
 
