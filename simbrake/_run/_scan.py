@@ -315,7 +315,7 @@ class Scan:
         of_values, of_slopes = _weights(nodes, there, x)
         return np.einsum("mk,mkn->mn", of_values, values) + np.einsum("mk,mkn->mn", of_slopes * h, slopes)
 
-    def _at_ends(self, t: np.ndarray, y: np.ndarray, mode: np.ndarray) -> Sight:
+    def _at_ends(self, t: Any, y: Any, mode: Any) -> Sight:
         """What is seen at times and states (m, …): each is an end of a step, of which nothing else is wanted."""
         a, b = _pairs(mode)
         found, *_ = _in_blocks(self.record, Steps(t[a], t[b], y[a], y[b], mode[a]), self.names, self.samples)
@@ -341,7 +341,7 @@ class Scan:
         return jax.tree.map(lambda *leaves: np.concatenate(leaves)[order], *parts)
 
 
-def _pairs(mode: Int[np.ndarray, "m mode"]) -> tuple[np.ndarray, np.ndarray]:
+def _pairs(mode: Any) -> tuple[np.ndarray, np.ndarray]:
     """Two places for each of as few pairs as possible, neighbours of one mode; the last of an odd number is both."""
     first, second, k = list[int](), list[int](), 0
     alike = np.all(mode[1:] == mode[:-1], axis=1).tolist()
