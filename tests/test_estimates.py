@@ -52,6 +52,7 @@ def test_estimates_beside_a_stop_that_is_as_they_assume(run):
         assert table[name].value == pytest.approx(table[name].simulated, rel=1e-9)
     for name, share in (
         ("surface temperature, falling flux", 0.02),  # of the rise: layers, and cooling of the open track
+        ("surface temperature, falling flux, slab", 0.02),
         ("surface temperature, Schmidt", 0.02),
         ("bulk temperature, end", 0.02),
     ):

@@ -73,6 +73,56 @@ def test_slab_is_a_half_space_at_first_and_warms_evenly_in_the_end():
     assert stored == pytest.approx(q * early, rel=1e-9)
 
 
+def falling_face(q, tau, thickness, times):
+    """Surface of a slab with an insulated back under q (1 − t/τ): finite volumes, each mode by its own exact integral."""
+    n, conductivity = 600, float(STEEL.conductivity)
+    dx = thickness / n
+    # modes of the volumes, cos(k π (j + ½)/n), and their rates; the input goes into the first volume
+    k = np.arange(1, n)
+    rate = 4 * A / dx**2 * np.sin(k * math.pi / (2 * n)) ** 2
+    weight = 2 * np.cos(k * math.pi / (2 * n)) ** 2
+    source = q * A / (conductivity * thickness)  # K/s, of the mean
+    t = np.asarray(times)[:, None]
+    grown = (1 + 1 / (rate * tau)) * -np.expm1(-rate * t) / rate - t / (rate * tau)
+    first = source * (t[:, 0] - t[:, 0] ** 2 / (2 * tau) + (weight * grown).sum(axis=1))
+    return first + q * (1 - t[:, 0] / tau) * dx / (2 * conductivity)  # from the centre to the face
+
+
+def test_surface_of_a_slab_in_a_stop_against_finite_volumes():
+    q, tau, thickness = 4e5, 2.2, 0.012
+    times = tau * np.array([0.05, 0.3, 0.5, 0.8, 1.0])
+    found = sb.formulas.stopping_slab_rise(q, times, tau, thickness, STEEL)
+    np.testing.assert_allclose(found, falling_face(q, tau, thickness, times), rtol=2e-5)
+    # Duhamel's integral over the slab under a constant flux, to rounding; also where images take over
+    for Fo, t in ((1e-3, 0.7), (0.05, 0.6), (3.0, 0.9)):
+        D = math.sqrt(A * tau / Fo)
+        past = quad(
+            lambda s, D=D: float(sb.formulas.slab_rise(q / tau, s, D, STEEL)), 0.0, t * tau, epsabs=0, limit=200
+        )
+        truth = sb.formulas.slab_rise(q, t * tau, D, STEEL) - past[0]
+        assert sb.formulas.stopping_slab_rise(q, t * tau, tau, D, STEEL) == pytest.approx(truth, rel=1e-9)
+    assert sb.formulas.stopping_slab_rise(q, 0.0, tau, thickness, STEEL) == 0.0
+
+
+RISES = sb.formulas.stopping_slab_rise, sb.formulas.reconstructed_surface_rise
+
+
+def test_s_24_with_the_term_that_makes_it_start_at_zero():
+    q, tau, thickness = 4e5, 2.2, 0.012
+    Fo, unit = A * tau / thickness**2, q * thickness / (2 * float(STEEL.conductivity))
+    n = np.arange(1, 200_001)
+    for s in (0.0, 0.1, 0.5, 1.0):
+        third = 2 / math.pi**2 * 2 * (1 - s) * np.sum(np.exp(-(n**2) * math.pi**2 * Fo * s) / n**2)
+        truth = unit * (2 * (1 - s) / 3 + Fo * (2 * s - s**2) - third)
+        found = sb.formulas.reconstructed_surface_rise(q, s * tau, tau, thickness, STEEL)
+        assert found == pytest.approx(truth, abs=3e-6 * unit)  # the tail of the sum at s = 0
+    ends = [rise(q, 10 * tau, 10 * tau, thickness, STEEL) for rise in RISES]
+    assert ends[0] - ends[1] == pytest.approx(unit * 2 / (450 * Fo), rel=1e-5)
+    for rise in RISES:
+        with pytest.raises(ValueError, match="after the end"):
+            rise(q, 1.1 * tau, tau, thickness, STEEL)
+
+
 def test_combinations_of_the_maximum_temperature():
     found = sb.formulas.maximum_temperatures(30.0, 60.0, 90.0)
     assert found == (90.0, 80.0, 180.0)

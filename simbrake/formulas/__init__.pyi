@@ -61,9 +61,11 @@ from .heating import plate_stress as plate_stress
 from .heating import profile_mean as profile_mean
 from .heating import rational_lining_thickness as rational_lining_thickness
 from .heating import rational_rim_thickness as rational_rim_thickness
+from .heating import reconstructed_surface_rise as reconstructed_surface_rise
 from .heating import schmidt as schmidt
 from .heating import slab_rise as slab_rise
 from .heating import stopping_rise as stopping_rise
+from .heating import stopping_slab_rise as stopping_slab_rise
 from .heating import stress_over_time as stress_over_time
 from .heating import surface_stress as surface_stress
 from .heating import transmission_table as transmission_table

@@ -3,7 +3,7 @@
 import dataclasses
 import functools
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import jax.numpy as jnp
@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from .._parts._scene import Scene, band_brake
-from ..thermal._heat import FlashTemperature, PowerShares, PowerSplit
+from ..thermal._heat import FlashTemperature, PowerShares, PowerSplit, shares_of_S
 from ..thermal._material import effusivity_share
 from ._heated import Absent, HeatedPart, RunValues, run_values, there
 from ._inputs import Input
@@ -23,9 +23,11 @@ from .heating import (
     heat_balance,
     maximum_temperatures,
     plate_stress,
+    reconstructed_surface_rise,
     schmidt,
     slab_rise,
     stopping_rise,
+    stopping_slab_rise,
     surface_stress,
     transmission_table,
 )
@@ -290,6 +292,10 @@ class Braking:
         """Friction work (J) in the shares of the run."""
         return there(self.run) and self.booked.split(self.work)
 
+    def power_of_S(self) -> float:
+        """Heat power (W) at the start by S-10 as read here."""
+        return float(shares_of_S().split(there(self.stop).power).heat)
+
     def booked_words(self) -> str:
         own = "the run has the shares of `Scene.power_shares`"
         return own if self.booked.heat < 1 else "in the run all of it is heat"
@@ -395,6 +401,19 @@ class Braking:
 
     def falling(self) -> float:
         return self.start_now + self.falling_rise
+
+    def falling_slab(self) -> float:
+        return self._slab_peak(stopping_slab_rise)
+
+    def falling_of_S(self) -> float:
+        return self._slab_peak(reconstructed_surface_rise)
+
+    def _slab_peak(self, rise: Callable[..., Any]) -> float:
+        """Maximum temperature (K) of the surface of a slab under a flux that falls linearly."""
+        times = self.time * np.linspace(0.0, 1.0, 1025)
+        return self.start_now + float(
+            np.max(rise(self.initial_flux, times, self.time, self.metal_thickness, self.metal))
+        )
 
     @functools.cached_property
     def flash(self) -> float | None:

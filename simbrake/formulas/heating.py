@@ -139,6 +139,46 @@ def _by_images(Fo: Array, xi: Array) -> Array:
     return np.where(Fo > 0, length * ierfc, 0.0)
 
 
+def stopping_slab_rise(flux: Amount, time: Amount, duration: Amount, thickness: Amount, material: Material) -> Amount:
+    """Surface rise (K) of a slab with an adiabatic back while the flux falls linearly, `q(t) = q_0 (1 − t/t_T)`:
+
+        ΔT = (q_0 δ/2λ) {τ_N/3 + Fo τ_W + 2/(45 Fo) − Σ [4/(π² n²) + 4/(π⁴ n⁴ Fo)] exp(−n² π² Fo τ)},   n = 1, 2, …
+        τ = t/t_T,   τ_N = 2 (1 − τ),   τ_W = 2 τ − τ²,   Fo = a t_T/δ²
+
+    - initial `flux` `q_0` (W/m²), `time` `t ≤ t_T`, `duration` `t_T` of the braking (s), `thickness` `δ` (m)
+
+    `τ_N`, `τ_W` are power and work over their means (S). Superposition of `slab_rise`; below `Fo τ = 0.02` that of the
+    half-space, `stopping_rise`, to which the back adds 1e-22. Raises `ValueError` outside `0 ≤ t ≤ t_T`.
+    """
+    half_space = stopping_rise(flux, time, duration, float(material.effusivity))  # checks the times
+    Fo = fourier_number(float(material.diffusivity), duration, thickness)
+    tau = np.asarray(time, float) / duration
+    n2 = (math.pi * np.arange(1, 16)) ** 2
+    terms = (4 / n2 + 4 / (n2**2 * np.asarray(Fo)[..., None])) * np.exp(-n2 * np.asarray(Fo * tau)[..., None])
+    rise = 2 * (1 - tau) / 3 + Fo * (2 * tau - tau**2) + 2 / (45 * Fo) - terms.sum(axis=-1)
+    return np.where(Fo * tau < 0.02, half_space, flux * thickness / (2 * float(material.conductivity)) * rise)[()]
+
+
+def reconstructed_surface_rise(
+    flux: Amount, time: Amount, duration: Amount, thickness: Amount, material: Material
+) -> Amount:
+    """Mean surface rise (K) in a brake application by S-24, whose third term is lost and reconstructed here:
+
+        ΔT = (q_0 δ/2λ) [τ_N/3 + Fo τ_W − (2/π²) τ_N Σ exp(−n² π² Fo τ)/n²],   q_0/2 = α W_T/(A_a t_T)
+
+    Arguments and symbols as of `stopping_slab_rise`, the exact solution of the same slab. The source shows the first
+    two terms; alone they are largest at `τ = 0`, where no heat has entered. With the third the rise is 0 there: that of
+    a slab under the present power from the start, and `Fo τ²` for the power that was above it. At the end of
+    a long braking it lacks `2/(45 Fo)`. Raises `ValueError` outside `0 ≤ t ≤ t_T`.
+    """
+    tau = np.asarray(time, float) / duration
+    if np.any(tau > 1):
+        raise ValueError(f"time = {time} is after the end of the braking at {duration}")
+    present = slab_rise(flux * (1 - tau), time, thickness, material)
+    above = fourier_number(float(material.diffusivity), duration, thickness) * tau**2
+    return present + flux * thickness / (2 * float(material.conductivity)) * above
+
+
 def transmission_table() -> TransmissionPartition:
     """V's coefficients and surface layers (table 2) over the temperature of the polished rim surface, as a law."""
     file = resources.files("simbrake") / "published" / "heat_transmission.csv"
