@@ -2,18 +2,30 @@
 
 import abc
 import functools
+import operator
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jax.custom_derivatives import SymbolicZero
 from jaxtyping import Bool, Float, PyTree
 
 from ._base._compiling import per_structure, read_by
 from ._base._faults import Fault
 from ._base._quantity import Over, Part, Scalar, part, quantity, short_for
+from .fade import (
+    AbstractFactor,
+    AnyContact,
+    Bounds,
+    Contact,
+    ContactWithMemory,
+    LinearFade,
+    PressureFactor,
+    TabulatedFade,
+    interpolated,
+    is_table,
+)
 from .hybrid._arrays import Array
 
 __all__ = [
@@ -21,56 +33,15 @@ __all__ = [
     "AbstractFriction",
     "ConstantFriction",
     "Contact",
+    "FrictionWithMemory",
     "LinearFade",
+    "MemoryProcess",
     "PressureFactor",
     "ProductFriction",
     "StribeckFriction",
     "TabulatedFade",
     "TabulatedFriction",
 ]
-
-
-class Contact(NamedTuple):
-    """Inputs of a friction law: slip speed `v` (m/s), surface temperature `T` (K) and pressure `p` (Pa).
-
-    Each broadcasts over the linings; `None` where the scene does not model it. A law with states has them in `memory`;
-    their rates also see `q` (W/m²), the friction power per area of a lining.
-    """
-
-    v: Any
-    T: Any = None
-    p: Any = None
-
-    @property
-    def memory(self) -> Any:
-        """States of the law, as `start` gives them, (n,) each; `None` without."""
-        return None
-
-    @property
-    def q(self) -> Any:
-        """Friction power per area `f p v` (W/m²), for rates of states only; `None` without areas."""
-        return None
-
-
-class _ContactWithMemory(NamedTuple):
-    """A `Contact` of a law with states."""
-
-    v: Any
-    T: Any
-    p: Any
-    memory: Any
-    q: Any = None
-
-
-if TYPE_CHECKING:
-    AnyContact: TypeAlias = Contact
-else:
-    # inputs of laws in a running program; for authors of laws both are a `Contact`
-    AnyContact = Contact | _ContactWithMemory
-
-
-#: temperatures (K) between which a law or factor holds
-Bounds: TypeAlias = tuple[Float[Array, ""], Float[Array, ""]]
 
 
 class SurfaceState(NamedTuple):
@@ -84,7 +55,7 @@ class SurfaceState(NamedTuple):
         """The contact at slip speeds `v`, pressures `p` and friction powers per area `q`."""
         if self.memory is None:
             return Contact(v, self.T, p)
-        return _ContactWithMemory(v, self.T, p, self.memory, q)  # pyright: ignore
+        return ContactWithMemory(v, self.T, p, self.memory, q)  # pyright: ignore
 
 
 def continued(coefficient: Callable[[Array], Array], v: Array) -> Array:
@@ -389,18 +360,6 @@ class StribeckFriction(AbstractFriction):
         return []
 
 
-def _interpolated(x: Array, at: Array, values: Array) -> Array:
-    """A monotone cubic through `values` (k,) at the places `at` (k,)."""
-    import interpax  # a slow import, needed by tables only
-
-    with jax.numpy_dtype_promotion("standard"):  # the library mixes integers and floats
-        return interpax.interp1d(x, at, values, method="monotonic")
-
-
-def _is_table(at: Scalar, values: Scalar) -> bool:
-    return np.ndim(at) == 1 and np.shape(at) == np.shape(values) and np.size(at) >= 2
-
-
 class TabulatedFriction(AbstractFriction):
     """Measured friction over slip speed, `f(v)`, interpolated by a monotone cubic (Fritsch–Carlson).
 
@@ -419,139 +378,20 @@ class TabulatedFriction(AbstractFriction):
         speed, coefficient = jnp.asarray(self.speed), jnp.asarray(self.coefficient)
         # (no clip: at v = 0, where slip begins, it would halve the slope)
         v = jnp.where(contact.v >= 0, jnp.minimum(contact.v, speed[-1]), 0.0)
-        return _interpolated(v, speed, coefficient)
+        return interpolated(v, speed, coefficient)
 
     def static(self, contact: AnyContact) -> Float[Array, "..."]:
         return jnp.asarray(self.coefficient[..., 0] * self.static_ratio)
 
     def faults(self, path: str) -> list[Fault]:
         speed, coefficient = np.asarray(self.speed), np.asarray(self.coefficient)
-        if not _is_table(speed, coefficient):
+        if not is_table(speed, coefficient):
             return [Fault(path, "the table needs speeds and coefficients of one length, at least 2")]
         if np.any(np.diff(speed) <= 0) or speed[0] != 0.0:
             return [Fault(f"{path}.speed", "the speeds must increase, from 0 upwards")]
         if np.any(coefficient > coefficient[0] * np.asarray(self.static_ratio)):
             return [Fault(path, "a coefficient of the table exceeds the static one", "raise static_ratio")]
         return []
-
-
-# --- factors of temperature and pressure ------------------------------------------------------------------------------
-
-
-class AbstractFactor(Part):
-    """A factor of a coefficient of friction, 1 where the base law was measured. Never negative."""
-
-    @abc.abstractmethod
-    def factor(self, contact: AnyContact) -> Float[Array, "..."]:
-        """The factor at surface temperature `T` (K) and pressure `p` (Pa)."""
-
-    def faults(self, path: str) -> list[Fault]:
-        """Errors of this factor beyond the ranges of single numbers."""
-        return []
-
-    def temperature_range(self) -> Bounds | None:
-        """Temperatures (K) between which it holds, `None` if there are no bounds."""
-        return None
-
-
-def _rounded(x: Array, w: Array | None) -> Array:
-    """`max(x, 0)` with its corner rounded over `±w`, four times continuously differentiable.
-
-        w u⁵ (14 − 28 u + 20 u² − 5 u³),   u = (x + w)/(2 w)
-
-    Its slope `u⁴ (35 − 84 u + 70 u² − 20 u³)` goes from 0 to 1 with three derivatives 0 at either end: steps cross the
-    ends of the blend, and each derivative that is continuous there makes those of a run more exact.
-    At a sharp corner, where runs often start, the slope is the one above it: half of each (as that of a maximum)
-    would be the slope of neither side, and an integrator would shorten its first step until the effect vanishes.
-    """
-    return jnp.where(x >= 0, x, 0.0) if w is None else _blended(x, w)
-
-
-def _shares(x: Array, w: Array) -> tuple[Array, Array, Array]:
-    """Of the blend: `u` from 0 to 1 (a step where there is none), value over `w`, and slope."""
-    across = 1 / jnp.where(w > 0, 2 * w, 1.0)  # (one division, however many the linings)
-    u = jnp.where(w > 0, jnp.clip((x + w) * across, 0.0, 1.0), jnp.where(x >= 0, 1.0, 0.0))
-    u4 = (u * u) * (u * u)
-    return u, (u4 * u) * (14 + u * (-28 + u * (20 - 5 * u))), u4 * (35 + u * (-84 + u * (70 - 20 * u)))
-
-
-@jax.custom_jvp
-def _blended(x: Array, w: Array) -> Array:
-    return jnp.where(x >= w, x, w * _shares(x, w)[1])
-
-
-@functools.partial(_blended.defjvp, symbolic_zeros=True)
-def _(at: tuple[Array, Array], by: tuple[Any, Any]) -> tuple[Array, Array]:
-    # (by hand, as derivatives of powers and selections would be a tenth of a program)
-    (x, w), (dx, dw) = at, by
-    u, value, slope = _shares(x, w)
-    parts = [] if isinstance(dx, SymbolicZero) else [slope * dx]
-    parts += [] if isinstance(dw, SymbolicZero) else [(value - (2 * u - 1) * slope) * dw]
-    return jnp.where(x >= w, x, w * value), functools.reduce(jnp.add, parts)
-
-
-class LinearFade(AbstractFactor):
-    """Fade above a permissible temperature: `max(φ_min, 1 − s (T − T_p)₊)`.
-
-    - `slope` `s` (1/K), `above` `T_p` (K), `floor` `φ_min`
-    - `blend` `w` (K): half-width over which both corners are rounded; `None` or 0: corners, which cost steps at tight
-      tolerances where many linings pass them one after the other, and derivatives half of their digits
-
-    Within `±w` of a corner `x₊` is `w u⁵ (14 − 28 u + 20 u² − 5 u³)`, `u = (x + w)/(2 w)`, with four continuous
-    derivatives; at the floor the same with `s w` for `w`.
-    """
-
-    slope: Scalar = quantity("1/K", "loss of friction per kelvin", low=0.0, many=True)
-    above: Scalar = quantity("K", "temperature at which fade begins", low=0.0, many=True)
-    floor: Scalar = quantity("1", "minimum factor", low=0.0, high=1.0, many=True, default=0.0)
-    blend: Scalar | None = quantity(
-        "K", "half-width of the rounded corner", low=0.0, difference=True, many=True, default=None
-    )
-
-    def factor(self, contact: AnyContact) -> Float[Array, "..."]:
-        w, s = None if self.blend is None else jnp.asarray(self.blend), self.slope
-        lost = s * _rounded(contact.T - self.above, w)
-        return self.floor + _rounded(1 - lost - self.floor, None if w is None else s * w)
-
-
-class TabulatedFade(AbstractFactor):
-    """A measured factor over the temperature, interpolated by a monotone cubic (Fritsch–Carlson).
-
-    - `temperature` (k,) in K, increasing; `values` (k,)
-
-    The table is not extrapolated: a run that leaves it ends with the code `outside_table`.
-    """
-
-    temperature: Scalar = quantity("K", "temperatures of the table", low=0.0, many=Over.ROWS)
-    values: Scalar = quantity("1", "factors of the table", low=0.0, high=10.0, many=Over.ROWS)
-
-    def factor(self, contact: AnyContact) -> Float[Array, "..."]:
-        T, values = jnp.asarray(self.temperature), jnp.asarray(self.values)
-        here = jnp.clip(jnp.asarray(contact.T), T[0], T[-1])
-        return _interpolated(here.reshape(-1), T, values).reshape(here.shape)
-
-    def faults(self, path: str) -> list[Fault]:
-        if not _is_table(self.temperature, self.values):
-            return [Fault(path, "the table needs temperatures and factors of one length, at least 2")]
-        rises = np.all(np.diff(np.asarray(self.temperature, float)) > 0)
-        return [] if rises else [Fault(f"{path}.temperature", "the temperatures must increase")]
-
-    def temperature_range(self) -> Bounds | None:
-        T = jnp.asarray(self.temperature)
-        return T[0], T[-1]
-
-
-class PressureFactor(AbstractFactor):
-    """Friction that falls (or rises) with pressure: `(1 + p/p_r)^{−m}`.
-
-    - `reference` `p_r` (Pa), `exponent` `m`
-    """
-
-    reference: Scalar = quantity("Pa", "reference pressure", positive=True, many=True)
-    exponent: Scalar = quantity("1", "exponent of the pressure", low=-1.0, high=1.0, many=True)
-
-    def factor(self, contact: AnyContact) -> Float[Array, "..."]:
-        return (1 + contact.p / self.reference) ** (-self.exponent)
 
 
 class ProductFriction(AbstractFriction):
@@ -591,10 +431,97 @@ class ProductFriction(AbstractFriction):
         return found
 
     def temperature_range(self) -> Bounds | None:
-        bounds = [r for r in (part.temperature_range() for part in (self.base, *self.factors)) if r is not None]
-        if not bounds:
-            return None
-        low, high = bounds[0]
-        for one in bounds[1:]:
-            low, high = jnp.maximum(low, one[0]), jnp.minimum(high, one[1])
-        return low, high
+        return _common_range(self.base, *self.factors)
+
+
+def _common_range(*parts: AbstractFriction | AbstractFactor) -> Bounds | None:
+    """Temperatures (K) between which all parts of a law hold."""
+    bounds = [found for found in (part.temperature_range() for part in parts) if found is not None]
+    if not bounds:
+        return None
+    low, high = bounds[0]
+    for one in bounds[1:]:
+        low, high = jnp.maximum(low, one[0]), jnp.minimum(high, one[1])
+    return low, high
+
+
+# --- friction with memory ---------------------------------------------------------------------------------------------
+
+
+class MemoryProcess(Part):
+    """One way in which a lining's friction changes with its history: `ċ = (c_e φ(T) − c) (k e^{−E/(R_g T)} + q/w_0)`.
+
+    - `end` `c_e`: factor of friction to which it tends; `fade` `φ(T)`: how that depends on temperature, 1 without
+    - `rate` `k` (1/s) and `activation` energy `E` (J/mol): how fast with time; `k` at all temperatures without `E`
+    - `work` `w_0` (J/m²): friction work per area in which the distance to `c_e φ` falls to 1/e
+
+    Recovery with the time constant `τ(T) = e^{E/(R_g T)}/k`: `MemoryProcess(1.0, LinearFade(…), rate=1/τ)`. Burn-off of
+    binders: `MemoryProcess(0.0, rate=A, activation=E)`. Running-in: `MemoryProcess(c_1, work=w_0)`.
+    """
+
+    end: Scalar = quantity("1", "factor of friction to which it tends", low=0.0, high=10.0, many=True)
+    fade: AbstractFactor | None = None
+    rate: Scalar | None = quantity("1/s", "rate", low=0.0, many=True, default=None)
+    activation: Scalar | None = quantity("J/mol", "activation energy", low=0.0, many=True, default=None)
+    work: Scalar | None = quantity(
+        "J/m^2", "friction work per area of running-in", positive=True, many=True, default=None
+    )
+
+    def change(self, c: Array, contact: AnyContact) -> Array:
+        """Rate (1/s) of the factor `c`."""
+        end = jnp.asarray(self.end) * (1.0 if self.fade is None else self.fade.factor(contact))
+        paces = [] if self.work is None else [contact.q / self.work]
+        if self.rate is not None:
+            thermal = 1.0 if self.activation is None else jnp.exp(-self.activation / (GAS_CONSTANT * contact.T))
+            paces.append(self.rate * thermal)
+        return (end - c) * functools.reduce(operator.add, paces)
+
+    def faults(self, path: str) -> list[Fault]:
+        """Error of a process without a pace, or with an activation energy and no rate."""
+        if self.rate is None and (self.work is None or self.activation is not None):
+            return [Fault(path, "has no pace", "give rate (1/s), work (J/m²), or both; activation belongs to rate")]
+        return [] if self.fade is None else self.fade.faults(f"{path}.fade")
+
+
+#: R_g, J/(mol·K)
+GAS_CONSTANT = 8.314462618
+
+
+class FrictionWithMemory(AbstractFriction):
+    """Friction that depends on the history of each lining: `f = f_base c`, sliding and sticking alike, `ċ = Σ_j ċ_j`.
+
+    - `base`: law of a lining with `c = 1`; `processes`: what changes `c`, a factor ≥ 0, one per lining
+    - `initial`: `c` at the start, scalar or per lining; `Series.friction_memory` shows it over a run
+    """
+
+    base: AbstractFriction = part(AbstractFriction)
+    processes: tuple[MemoryProcess, ...]  # pyright: ignore
+    initial: Scalar = quantity("1", "factor of friction at the start", low=0.0, high=10.0, many=True, default=1.0)
+
+    def governing(self, contact: AnyContact, static: Bool[Array, "..."] | bool) -> Float[Array, "..."]:
+        return self.base.governing(contact, static) * contact.memory
+
+    def kinetic(self, contact: AnyContact) -> Float[Array, "..."]:
+        return self.base.kinetic(contact) * contact.memory
+
+    def static(self, contact: AnyContact) -> Float[Array, "..."]:
+        return self.base.static(contact) * contact.memory
+
+    def start(self, n: int) -> PyTree:
+        return self.initial
+
+    def rates(self, contact: AnyContact) -> PyTree:
+        return functools.reduce(operator.add, [one.change(contact.memory, contact) for one in self.processes])
+
+    def faults(self, path: str) -> list[Fault]:
+        found = self.base.faults(f"{path}.base")
+        for i, one in enumerate(self.processes):
+            found += one.faults(f"{path}.processes[{i}]")
+        if not self.processes:
+            found.append(Fault(f"{path}.processes", "is empty", "give at least one process, or the base law alone"))
+        if remembers(self.base):
+            found.append(Fault(f"{path}.base", "has states of its own", "put all processes into one law"))
+        return found
+
+    def temperature_range(self) -> Bounds | None:
+        return _common_range(self.base, *(one.fade for one in self.processes if one.fade is not None))

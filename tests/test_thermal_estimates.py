@@ -74,7 +74,7 @@ def test_slab_is_a_half_space_at_first_and_warms_evenly_in_the_end():
 
 
 def falling_face(q, tau, thickness, times):
-    """Surface of a slab with an insulated back under q (1 − t/τ): finite volumes, each mode by its own exact integral."""
+    """Surface of a slab with an insulated back under q (1 − t/τ): finite volumes, each mode integrated exactly."""
     n, conductivity = 600, float(STEEL.conductivity)
     dx = thickness / n
     # modes of the volumes, cos(k π (j + ½)/n), and their rates; the input goes into the first volume

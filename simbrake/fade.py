@@ -1,0 +1,186 @@
+"""Factors of a coefficient of friction, by temperature and pressure, and the contact of a lining that they see."""
+
+import abc
+import functools
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax.custom_derivatives import SymbolicZero
+from jaxtyping import Float
+
+from ._base._faults import Fault
+from ._base._quantity import Over, Part, Scalar, quantity
+from .hybrid._arrays import Array
+
+
+class Contact(NamedTuple):
+    """Inputs of a friction law: slip speed `v` (m/s), surface temperature `T` (K) and pressure `p` (Pa).
+
+    Each broadcasts over the linings; `None` where the scene does not model it. A law with states has them in `memory`;
+    their rates also see `q` (W/m²), the friction power per area of a lining.
+    """
+
+    v: Any
+    T: Any = None
+    p: Any = None
+
+    @property
+    def memory(self) -> Any:
+        """States of the law, as `start` gives them, (n,) each; `None` without."""
+        return None
+
+    @property
+    def q(self) -> Any:
+        """Friction power per area `f p v` (W/m²), for rates of states only; `None` without areas."""
+        return None
+
+
+class ContactWithMemory(NamedTuple):
+    """A `Contact` of a law with states."""
+
+    v: Any
+    T: Any
+    p: Any
+    memory: Any
+    q: Any = None
+
+
+if TYPE_CHECKING:
+    AnyContact: TypeAlias = Contact
+else:
+    # inputs of laws in a running program; for authors of laws both are a `Contact`
+    AnyContact = Contact | ContactWithMemory
+
+
+#: temperatures (K) between which a law or factor holds
+Bounds: TypeAlias = tuple[Float[Array, ""], Float[Array, ""]]
+
+
+def interpolated(x: Array, at: Array, values: Array) -> Array:
+    """A monotone cubic through `values` (k,) at the places `at` (k,)."""
+    import interpax  # a slow import, needed by tables only
+
+    with jax.numpy_dtype_promotion("standard"):  # the library mixes integers and floats
+        return interpax.interp1d(x, at, values, method="monotonic")
+
+
+def is_table(at: Scalar, values: Scalar) -> bool:
+    return np.ndim(at) == 1 and np.shape(at) == np.shape(values) and np.size(at) >= 2
+
+
+class AbstractFactor(Part):
+    """A factor of a coefficient of friction, 1 where the base law was measured. Never negative."""
+
+    @abc.abstractmethod
+    def factor(self, contact: AnyContact) -> Float[Array, "..."]:
+        """The factor at surface temperature `T` (K) and pressure `p` (Pa)."""
+
+    def faults(self, path: str) -> list[Fault]:
+        """Errors of this factor beyond the ranges of single numbers."""
+        return []
+
+    def temperature_range(self) -> Bounds | None:
+        """Temperatures (K) between which it holds, `None` if there are no bounds."""
+        return None
+
+
+def _rounded(x: Array, w: Array | None) -> Array:
+    """`max(x, 0)` with its corner rounded over `±w`, four times continuously differentiable.
+
+        w u⁵ (14 − 28 u + 20 u² − 5 u³),   u = (x + w)/(2 w)
+
+    Its slope `u⁴ (35 − 84 u + 70 u² − 20 u³)` goes from 0 to 1 with three derivatives 0 at either end: steps cross the
+    ends of the blend, and each derivative that is continuous there makes those of a run more exact.
+    At a sharp corner, where runs often start, the slope is the one above it: half of each (as that of a maximum)
+    would be the slope of neither side, and an integrator would shorten its first step until the effect vanishes.
+    """
+    return jnp.where(x >= 0, x, 0.0) if w is None else _blended(x, w)
+
+
+def _shares(x: Array, w: Array) -> tuple[Array, Array, Array]:
+    """Of the blend: `u` from 0 to 1 (a step where there is none), value over `w`, and slope."""
+    across = 1 / jnp.where(w > 0, 2 * w, 1.0)  # (one division, however many the linings)
+    u = jnp.where(w > 0, jnp.clip((x + w) * across, 0.0, 1.0), jnp.where(x >= 0, 1.0, 0.0))
+    u4 = (u * u) * (u * u)
+    return u, (u4 * u) * (14 + u * (-28 + u * (20 - 5 * u))), u4 * (35 + u * (-84 + u * (70 - 20 * u)))
+
+
+@jax.custom_jvp
+def _blended(x: Array, w: Array) -> Array:
+    return jnp.where(x >= w, x, w * _shares(x, w)[1])
+
+
+@functools.partial(_blended.defjvp, symbolic_zeros=True)
+def _(at: tuple[Array, Array], by: tuple[Any, Any]) -> tuple[Array, Array]:
+    # (by hand, as derivatives of powers and selections would be a tenth of a program)
+    (x, w), (dx, dw) = at, by
+    u, value, slope = _shares(x, w)
+    parts = [] if isinstance(dx, SymbolicZero) else [slope * dx]
+    parts += [] if isinstance(dw, SymbolicZero) else [(value - (2 * u - 1) * slope) * dw]
+    return jnp.where(x >= w, x, w * value), functools.reduce(jnp.add, parts)
+
+
+class LinearFade(AbstractFactor):
+    """Fade above a permissible temperature: `max(φ_min, 1 − s (T − T_p)₊)`.
+
+    - `slope` `s` (1/K), `above` `T_p` (K), `floor` `φ_min`
+    - `blend` `w` (K): half-width over which both corners are rounded; `None` or 0: corners, which cost steps at tight
+      tolerances where many linings pass them one after the other, and derivatives half of their digits
+
+    Within `±w` of a corner `x₊` is `w u⁵ (14 − 28 u + 20 u² − 5 u³)`, `u = (x + w)/(2 w)`, with four continuous
+    derivatives; at the floor the same with `s w` for `w`.
+    """
+
+    slope: Scalar = quantity("1/K", "loss of friction per kelvin", low=0.0, many=True)
+    above: Scalar = quantity("K", "temperature at which fade begins", low=0.0, many=True)
+    floor: Scalar = quantity("1", "minimum factor", low=0.0, high=1.0, many=True, default=0.0)
+    blend: Scalar | None = quantity(
+        "K", "half-width of the rounded corner", low=0.0, difference=True, many=True, default=None
+    )
+
+    def factor(self, contact: AnyContact) -> Float[Array, "..."]:
+        w, s = None if self.blend is None else jnp.asarray(self.blend), self.slope
+        lost = s * _rounded(contact.T - self.above, w)
+        return self.floor + _rounded(1 - lost - self.floor, None if w is None else s * w)
+
+
+class TabulatedFade(AbstractFactor):
+    """A measured factor over the temperature, interpolated by a monotone cubic (Fritsch–Carlson).
+
+    - `temperature` (k,) in K, increasing; `values` (k,)
+
+    The table is not extrapolated: a run that leaves it ends with the code `outside_table`.
+    """
+
+    temperature: Scalar = quantity("K", "temperatures of the table", low=0.0, many=Over.ROWS)
+    values: Scalar = quantity("1", "factors of the table", low=0.0, high=10.0, many=Over.ROWS)
+
+    def factor(self, contact: AnyContact) -> Float[Array, "..."]:
+        T, values = jnp.asarray(self.temperature), jnp.asarray(self.values)
+        here = jnp.clip(jnp.asarray(contact.T), T[0], T[-1])
+        return interpolated(here.reshape(-1), T, values).reshape(here.shape)
+
+    def faults(self, path: str) -> list[Fault]:
+        if not is_table(self.temperature, self.values):
+            return [Fault(path, "the table needs temperatures and factors of one length, at least 2")]
+        rises = np.all(np.diff(np.asarray(self.temperature, float)) > 0)
+        return [] if rises else [Fault(f"{path}.temperature", "the temperatures must increase")]
+
+    def temperature_range(self) -> Bounds | None:
+        T = jnp.asarray(self.temperature)
+        return T[0], T[-1]
+
+
+class PressureFactor(AbstractFactor):
+    """Friction that falls (or rises) with pressure: `(1 + p/p_r)^{−m}`.
+
+    - `reference` `p_r` (Pa), `exponent` `m`
+    """
+
+    reference: Scalar = quantity("Pa", "reference pressure", positive=True, many=True)
+    exponent: Scalar = quantity("1", "exponent of the pressure", low=-1.0, high=1.0, many=True)
+
+    def factor(self, contact: AnyContact) -> Float[Array, "..."]:
+        return (1 + contact.p / self.reference) ** (-self.exponent)
