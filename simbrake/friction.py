@@ -483,8 +483,8 @@ class MemoryProcess(Part):
         return [] if self.fade is None else self.fade.faults(f"{path}.fade")
 
 
-#: R_g, J/(mol·K)
-GAS_CONSTANT = 8.314462618
+#: molar gas constant (J/(mol·K)), CODATA 2018
+GAS_CONSTANT = 8.31446261815324
 
 
 class FrictionWithMemory(AbstractFriction):

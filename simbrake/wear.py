@@ -11,7 +11,7 @@ from jaxtyping import Bool, Float, PyTree
 
 from ._base._faults import Fault, InputError
 from ._base._quantity import Over, Part, Scalar, faults_of_sizes, leaves, part, quantity, short_for
-from .friction import TabulatedFade, TabulatedFriction
+from .friction import GAS_CONSTANT, TabulatedFade, TabulatedFriction
 from .hybrid._arrays import Array
 from .loads import AbstractSpeedLever
 from .profiles import AbstractProfile, Piece, Real
@@ -31,10 +31,6 @@ __all__ = [
     "turned_scene",
     "worn_scene",
 ]
-
-#: molar gas constant (J/(mol·K)), CODATA 2018
-GAS_CONSTANT = 8.31446261815324
-
 
 #: of the friction face (K), `None` where a scene has none
 Temperature: TypeAlias = Float[Array, "..."] | float | None

@@ -1,6 +1,7 @@
 """Wear as a part of a scene: laws, states beside a run, and that a scene without it pays nothing."""
 
 import dataclasses
+import functools
 import math
 
 import bandage_scenes
@@ -57,6 +58,30 @@ def test_a_rigid_stop_wears_the_linings_by_their_loads(cold):
     work = float(cold.energy["friction_heat"])
     assert ws.AREA * worn.sum() == pytest.approx(ws.K * work * math.cos(ws.BETA / 2) / ws.F, rel=1e-12)
     np.testing.assert_allclose(worn, np.asarray(sb.results.lining_wear(cold, ws.K)), rtol=1e-12)
+
+
+def test_pressure_within_a_lining_integrates_to_its_load():
+    """At, near and far from a uniform pressure, below and above 1; smooth there, derivatives too."""
+    for ratio in (0.3, 1 - 1e-3, 1.0, 1 + 1e-9, 1.02, 1.7, 40.0):
+        within = functools.partial(sb.brakes.pressure_within, 3.0, ratio)
+        mean = quad(lambda s, within=within: float(within(s)), 0.0, 1.0, epsabs=0, epsrel=1e-13)[0]
+        assert mean == pytest.approx(3.0, rel=1e-12)
+        assert float(within(1.0)) / float(within(0.0)) == pytest.approx(ratio, rel=1e-12)
+    # p/p̄ = 1 + x (s − ½) + x² (s²/2 − s/2 + 1/12) + …,  x = ln r
+    first = jax.grad(lambda r: sb.brakes.pressure_within(1.0, r, 0.8))(1.0)
+    second = jax.grad(jax.grad(lambda x: sb.brakes.pressure_within(1.0, jnp.exp(x), 0.8)))(0.0)
+    np.testing.assert_allclose([first, second], [0.3, 2 * (0.32 - 0.4 + 1 / 12)], rtol=1e-12)
+
+
+def test_edges_of_linings_in_a_run(cold):
+    tension, normal = ws.statics()
+    x = np.log(tension[1:] / tension[:-1])
+    edges = [ws.T0 * normal / ws.AREA * x / np.expm1(x) * np.exp(x * s) for s in (0.0, 1.0)]
+    for name, place, pressure in zip(("slack_edge", "tight_edge"), (0.0, 1.0), edges, strict=True):
+        np.testing.assert_allclose(sb.results.lining_peak(cold, f"{name}_pressure"), pressure, rtol=1e-12)
+        np.testing.assert_allclose(sb.results.lining_mean(cold, f"{name}_pressure"), pressure, rtol=1e-10)
+        worn = sb.results.lining_wear(cold, ws.K, place=place)
+        np.testing.assert_allclose(worn, ws.K * pressure * ws.distance(), rtol=1e-10)
 
 
 def test_metrics_series_and_words_of_the_wear(cold):

@@ -15,6 +15,7 @@ from .._base._faults import Fault, InputError
 from .._base._quantity import Scalar, as_number, quantity
 from .._parts._scene import band_brake
 from .._physics._brake import BrakeSystem
+from ..brakes._band import pressure_within
 from ..brakes._design import Brake, under_a_band
 from ..hybrid import Record
 from ..hybrid._arrays import Array
@@ -42,6 +43,13 @@ class Rubbing(NamedTuple):
     speed: Array  # |v| ≥ 0, 0 while the lining sticks
     pressure: Array | None  # N/A, `None` without areas
     temperature: Array | None  # that the pair's friction law sees, `None` where the scene has none
+    tension_ratio: Array | None = None  # T_i/T_{i−1} > 0, 1 without tension; `None` of pairs that are not under a band
+
+    def pressure_at(self, place: Number | Array) -> Array | None:
+        """Pressure (Pa) at a place within the linings, 0 at the edge towards the slack end of the band, 1 at the other;
+        the mean where they are not under a band."""
+        ratio = self.tension_ratio
+        return self.pressure if self.pressure is None or ratio is None else pressure_within(self.pressure, ratio, place)
 
 
 def fault_of_pair(pair: str, known: Iterable[str]) -> Fault | None:
@@ -66,7 +74,13 @@ def rubbing(record: Record, p: Probe, *, pair: str = "external") -> Rubbing:
     T = None if system.thermal is None else jax.vmap(lambda u: system.sensed(u)[number])(p.y.heat)
     T = None if T is None else jnp.broadcast_to(T, now.normal.shape)
     pressure = None if area is None else now.normal / jnp.asarray(area)
-    return Rubbing(jnp.abs(now.force), now.normal, jnp.abs(now.slip), pressure, T)
+    ratio = None
+    if number == 0 and p.shown.tension is not None:
+        after = p.shown.tension
+        before = jnp.concatenate([p.flows.contact.slack_tension[:, None], after[:, :-1]], axis=1)
+        tight = (after > 0) & (before > 0)
+        ratio = jnp.where(tight, after, 1.0) / jnp.where(tight, before, 1.0)
+    return Rubbing(jnp.abs(now.force), now.normal, jnp.abs(now.slip), pressure, T, ratio)
 
 
 #: quantities of linings that rub, which have means and maximum values
@@ -74,6 +88,8 @@ QUANTITIES: dict[str, Callable[[Rubbing], Any]] = {
     "tension_increment": lambda r: r.increment,
     "normal_load": lambda r: r.normal,
     "pressure": lambda r: r.pressure,
+    "slack_edge_pressure": lambda r: r.pressure_at(0.0),
+    "tight_edge_pressure": lambda r: r.pressure_at(1.0),
     "slip_speed": lambda r: r.speed,
     "friction_power": lambda r: r.increment * r.speed,
 }
@@ -86,7 +102,7 @@ WEIGHTS: dict[str, Callable[[Rubbing], Any]] = {
 }
 
 #: quantities of the band, not of a friction pair
-_OF_BAND = ("tension", "displacement")
+_OF_BAND = ("tension", "displacement", "slack_edge_pressure", "tight_edge_pressure")
 
 
 def quantity_of(quantity: str, r: Rubbing) -> Array:
@@ -94,10 +110,11 @@ def quantity_of(quantity: str, r: Rubbing) -> Array:
     return QUANTITIES[quantity](r)
 
 
-def wearing(rate: WearRate, r: Rubbing) -> Array:
-    """Rate of wear `ḣ = I p v` (m/s) of linings that rub; `rate` as in `lining_wear`."""
-    value: Any = rate(r.pressure, r.speed, r.temperature) if callable(rate) else jnp.asarray(rate)
-    return value * r.pressure * r.speed  # pyright: ignore
+def wearing(rate: WearRate, r: Rubbing, place: Number | Array | None = None) -> Array:
+    """Rate of wear `ḣ = I p v` (m/s) of linings that rub; `rate` and `place` as in `lining_wear`."""
+    pressure = r.pressure if place is None else r.pressure_at(place)
+    value: Any = rate(pressure, r.speed, r.temperature) if callable(rate) else jnp.asarray(rate)
+    return value * pressure * r.speed  # pyright: ignore
 
 
 class _Picked(eqx.Module):
@@ -108,11 +125,12 @@ class _Picked(eqx.Module):
     quantity: str = eqx.field(static=True, default="friction_power")
     over: str | None = eqx.field(static=True, default=None)  # with its weight, by which the quantity is multiplied
     rate: Any = None  # of wear, instead of the quantity
+    place: Any = None  # within the linings, of wear
 
     def __call__(self, p: Probe) -> PyTree:
         r = rubbing(self.record, p, pair=self.pair)
         if self.rate is not None:
-            return wearing(self.rate, r)
+            return wearing(self.rate, r, self.place)
         value = QUANTITIES[self.quantity](r)
         if self.over is None:
             return value
@@ -131,7 +149,6 @@ def _check(
     *,
     known: Mapping[str, Any] = QUANTITIES,
     over: str = "time",
-    area: bool = False,
 ) -> None:
     """Raises `InputError` for a pair, a quantity (of those `known`) or a weight that the run does not have."""
     system = _system(run)
@@ -143,7 +160,7 @@ def _check(
         found.append(Fault("quantity", f"{quantity!r} is none", f"there are: {', '.join(known)}"))
     if missing is None and quantity in _OF_BAND and pair != system.pair_names[0]:
         found.append(Fault("pair", f"{quantity} is of the band, not of the {pair} pair", "leave it out"))
-    if (area or quantity == "pressure") and not found:
+    if "pressure" in quantity and not found:
         one = system.mechanism.pairs[system.pair_names.index(pair)]
         if one.area is None:
             found.append(Fault(f"brake.{one.field}.area", "is missing", "a pressure is looked at"))
@@ -171,7 +188,9 @@ def friction_work(run: Run, *, pair: str = "external", points: int = POINTS) -> 
     return integral(record, _Picked(record, pair), points=points)
 
 
-def lining_wear(run: Run, rate: WearRate, *, pair: str = "external", points: int = POINTS) -> Float[Array, " n"]:
+def lining_wear(
+    run: Run, rate: WearRate, *, pair: str = "external", place: Number | None = None, points: int = POINTS
+) -> Float[Array, " n"]:
     """Depth worn off every lining over a run, in m (model §7; Archard).
 
         h_i = ∫ I(p_i, v_i, T_i) p_i v_i dt,   p_i = N_i/A_i
@@ -179,15 +198,19 @@ def lining_wear(run: Run, rate: WearRate, *, pair: str = "external", points: int
     - `rate` `I` (m³/(N·m) = m²/N): a number, one per lining, or a function of pressure (Pa), slip speed (m/s) and the
       temperature (K) that the pair's friction law sees (`None` without heat), each (m, n); use one function again, as
       each compiles anew, or a `jax.tree_util.Partial` or an `equinox.Module` with its numbers as leaves
+    - `place` within every lining, with the pressure there (`brakes.pressure_within`): 0 its edge towards the slack end
+      of the band, 1 that towards the tight end; `None`: with its mean pressure
 
     The wear does not act back on the run. Raises `InputError` where the areas are missing.
 
     Reference: J. F. Archard, *J. Appl. Phys.* 24 (1953) 981.
     """
-    _check(run, pair, area=True)
+    _check(run, pair, "pressure" if place is None else "tight_edge_pressure")
     record = record_of(run)
     rate = as_tree(rate) if callable(rate) else jnp.asarray(as_number(rate))
-    return integral(record, _Picked(record, pair, rate=rate), points=points)
+    return integral(
+        record, _Picked(record, pair, rate=rate, place=None if place is None else jnp.asarray(place)), points=points
+    )
 
 
 def lining_mean(
@@ -196,6 +219,7 @@ def lining_mean(
     """Mean of a quantity of every lining over a run, `∫ q w dt/∫ w dt`.
 
     - `quantity`: `tension_increment` `|T_i − T_{i−1}|` (N), `normal_load` `N_i` (N), `pressure` `N_i/A_i` (Pa),
+      `slack_edge_pressure`, `tight_edge_pressure` (Pa; their ratio is `T_i/T_{i−1}`, `brakes.pressure_within`),
       `slip_speed` (m/s), `friction_power` (W)
     - `over`: the weight `w`: `time` 1, `slip` `|v_i|` (the mean over the distance that the lining rubs), `work` the
       lining's own friction power
@@ -268,6 +292,8 @@ VIEWS = {
     "tension": View("tension T behind the lining", "kN", 1e-3),
     "tension_increment": View("tension increment |Tᵢ − Tᵢ₋₁|", "kN", 1e-3),
     "pressure": View("pressure N/A", "MPa", 1e-6),
+    "slack_edge_pressure": View("pressure at the edge towards the slack end", "MPa", 1e-6),
+    "tight_edge_pressure": View("pressure at the edge towards the tight end", "MPa", 1e-6),
     "slip_speed": View("slip speed |v|", "m/s"),
     "friction_force": View("friction force F", "kN", 1e-3),
     "friction_coefficient": View("coefficient of friction f", ""),

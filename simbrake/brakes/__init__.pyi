@@ -12,6 +12,7 @@ from ._band import chord_tensions as chord_tensions
 from ._band import grip as grip
 from ._band import lever_split as lever_split
 from ._band import mobilised as mobilised
+from ._band import pressure_within as pressure_within
 from ._band import sliding_tensions as sliding_tensions
 from ._band import tension_ratio as tension_ratio
 from ._band import tension_rise as tension_rise

@@ -229,6 +229,24 @@ def chord_tensions(T_0: Float[Array, ""], f: Float[Array, "..."], beta: Float[Ar
     return ChordForces(tension, tension * s[1:] + before * s[:-1])
 
 
+# --- pressure within a lining -----------------------------------------------------------------------------------------
+
+
+def pressure_within(mean: Values, ratio: Values, place: Values) -> Float[Array, "..."]:
+    """Pressure (Pa) at a place within a lining under a band whose tension rises along it (Z, fig. 2):
+
+        p(θ) = (N_i/(R b)) κ e^{κθ}/(e^{κα_i} − 1),   κ = ln(T_i/T_{i−1})/α_i
+
+    - `mean` `N_i/(R b α_i) = N_i/A_i` (Pa);  `ratio` `T_i/T_{i−1} > 0` of the tensions at its two sides
+    - `place` `θ/α_i`: 0 at the edge towards the slack end of the band, 1 at that towards the tight end
+
+    `α_i` is the arc of its face. The mean over the face is `mean` for every ratio, also below the limit of friction,
+    and the pressures at the two edges have that ratio: by Euler's formula `e^{f α_i}`, where the lining slides.
+    """
+    x = jnp.log(jnp.asarray(ratio))
+    return mean * jnp.exp(x * place) / _mean_rise(x)
+
+
 # --- compliance -------------------------------------------------------------------------------------------------------
 
 

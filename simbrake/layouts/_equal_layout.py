@@ -213,7 +213,7 @@ def full_slip(scene: Scene) -> tuple[Rubbing, Array]:
     before = jnp.concatenate([T_0[None], along[:-1]])
     normal = (along + before) * grip.sine
     pressure = None if linings.area is None else normal / jnp.asarray(linings.area)
-    return Rubbing(along - before, normal, v, pressure, None if hot is None else hot.T), f
+    return Rubbing(along - before, normal, v, pressure, None if hot is None else hot.T, along / before), f
 
 
 _full_slip_compiled = DeviceJit(full_slip)
