@@ -1,6 +1,7 @@
 from . import contact as contact
 from . import heating as heating
 from . import stop as stop
+from . import track as track
 from ._estimates import EngineeringEstimates as EngineeringEstimates
 from ._estimates import EstimateRow as EstimateRow
 from ._estimates import Number as Number
@@ -74,3 +75,6 @@ from .stop import PairStop as PairStop
 from .stop import StagedStop as StagedStop
 from .stop import classical_staged_stop as classical_staged_stop
 from .stop import classical_stop as classical_stop
+from .track import TrackRipple as TrackRipple
+from .track import revolution_ripple as revolution_ripple
+from .track import track_ripple as track_ripple

@@ -1,0 +1,122 @@
+"""A point of the track over a revolution, against Fourier series and closed forms."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from heat_scenes import layered_stop
+
+import simbrake as sb
+
+STEEL = sb.material("steel_20L")
+E = float(STEEL.effusivity)
+ZETA = -0.2078862249773546  # ζ(−½)
+
+
+def by_fourier(x, edges, flux, period, effusivity, terms=400_000):
+    """Each harmonic of the flux through its own impedance `e √(iω)`; the tail of the sum is of the order N^{−3/2}."""
+    ends = np.append(edges[1:], edges[0] + 1.0)
+    total = np.zeros(np.size(x))
+    for first in range(1, terms, 50_000):
+        k = np.arange(first, first + 50_000)[:, None]
+        c = (flux * (np.exp(-2j * np.pi * k * edges) - np.exp(-2j * np.pi * k * ends))).sum(axis=1) / (
+            2j * np.pi * k[:, 0]
+        )
+        root = effusivity * np.sqrt(2j * np.pi * k[:, 0] / period)
+        total += 2 * np.real((c / root) @ np.exp(2j * np.pi * k * x))
+    return total
+
+
+def by_steps(x, edges, flux, turns=2000):
+    """`√` of the time since every step of the flux in so many turns, less what grows with their number."""
+    ages = (x[:, None] - edges) % 1.0
+    each = sum(np.sqrt(ages + m) for m in range(turns))
+    whole = ages + turns
+    return (each - 2 / 3 * whole**1.5 + 0.5 * whole**0.5) @ (flux - np.roll(flux, 1))
+
+
+def test_square_wave_of_flux_on_a_half_space():
+    """`±q` in turn: at the ends of the halves `∓(4 q/e) √(P/π) (2 − √½) ζ(−½)`, and the series in between."""
+    q, period = 2e6, 0.05
+    edges, flux = np.asarray([0.0, 0.5]), np.asarray([q, -q])
+    ends = sb.formulas.revolution_ripple([0.0, 0.5], edges, flux, period, E)
+    top = 4 * q / E * math.sqrt(period / math.pi) * (math.sqrt(0.5) - 2) * ZETA
+    np.testing.assert_allclose(ends, [-top, top], rtol=1e-13)
+    x = np.asarray([0.13, 0.31, 0.77])
+    found = sb.formulas.revolution_ripple(x, edges, flux, period, E)
+    np.testing.assert_allclose(found, by_fourier(x, edges, flux, period, E), rtol=1e-7)
+
+
+def test_any_course_of_flux_has_a_ripple_without_mean():
+    edges, flux = np.asarray([0.05, 0.2, 0.45, 0.7]), np.asarray([3e6, -2e4, 1e6, -2e4])
+    x = np.asarray([0.0, 0.1, 0.33, 0.6, 0.9])
+    found = sb.formulas.revolution_ripple(x, edges, flux, 0.3, E)
+    np.testing.assert_allclose(found, by_fourier(x, edges, flux, 0.3, E), atol=1e-6 * np.max(np.abs(found)))
+    nodes, weights = np.polynomial.legendre.leggauss(40)
+    mean = 0.0
+    for begin, end in zip(edges, [*edges[1:], 1.05], strict=True):
+        u = 0.5 * (nodes + 1)  # x = begin + h u²: the ripple has a root at the beginning of an interval
+        inside = sb.formulas.revolution_ripple(begin + (end - begin) * u**2, edges, flux, 0.3, E)
+        mean += (end - begin) * np.sum(weights * inside * u)
+    assert abs(mean) < 1e-12 * np.max(np.abs(found))
+    shifted = sb.formulas.revolution_ripple(x, edges, flux + 5e6, 0.3, E)
+    np.testing.assert_allclose(shifted, found, rtol=1e-9)
+    with pytest.raises(ValueError, match="rise"):
+        sb.formulas.revolution_ripple(x, edges[::-1], flux, 0.3, E)
+
+
+@pytest.fixture(scope="module")
+def stop():
+    scene = layered_stop(growth=1.15, law=sb.ConstantFriction(0.35))
+    brake = dataclasses.replace(scene.brake, band=dataclasses.replace(scene.brake.band, stiffness=None))
+    n, share = scene.brake.linings.count, 0.6
+    wrap = float(np.sum(scene.brake.linings.angle))
+    pulley = dataclasses.replace(brake.pulley, width=0.22)
+    area = share * wrap / n * float(pulley.radius) * 0.22
+    linings = dataclasses.replace(brake.linings, area=area)
+    brake = dataclasses.replace(brake, pulley=pulley, linings=linings)
+    return sb.simulate(dataclasses.replace(scene, brake=brake, initial=sb.Initial(20.0))), area
+
+
+def test_a_point_of_the_track_in_a_run(stop):
+    result, area = stop
+    rim = result.scene.heat.bodies[0].material
+    linings = result.scene.brake.linings
+    n, angle = linings.count, np.asarray(linings.angle)
+    t = float(result.stopping_time) * np.asarray([0.2, 0.7])
+    ripple = sb.formulas.track_ripple(result, t)
+    s = result.series(t)
+    omega = np.asarray(s.omega)
+    np.testing.assert_allclose(ripple.period, 2 * math.pi / omega, rtol=1e-12)
+    np.testing.assert_allclose(ripple.frequency, n * omega / (2 * math.pi), rtol=1e-12)
+    assert ripple.overlap == pytest.approx(0.6 * angle.sum() / (2 * math.pi))
+    assert np.sum(ripple.heated) == n
+    # linings from the tight end on, each over 0.6 of its section
+    before = np.append(np.asarray(s.slack_tension)[0], np.asarray(s.tension)[0, :-1])
+    power = (np.asarray(s.tension)[0] - before) * float(result.scene.brake.band.radius) * omega[0]
+    share = result.energy["heat_to_metal"] / result.energy["friction_heat"]
+    np.testing.assert_allclose(ripple.flux[0][ripple.heated], share * power[::-1] / area, rtol=1e-9)
+    np.testing.assert_allclose(ripple.flux[0][~ripple.heated], 0.0)
+    pitch = angle[::-1] / (2 * math.pi)
+    np.testing.assert_allclose(ripple.edges[ripple.heated], np.cumsum(pitch) - 0.8 * pitch, rtol=1e-9)
+    truth = by_steps(np.append(np.linspace(0.0, 1.0, 500), ripple.edges), ripple.edges, ripple.flux[0])
+    truth *= 2 / float(rim.effusivity) * math.sqrt(ripple.period[0] / math.pi)
+    assert ripple.amplitude[0] == pytest.approx(np.ptp(truth), rel=1e-5)
+    assert ripple.above[0] == pytest.approx(np.max(truth), rel=1e-5)
+    np.testing.assert_allclose(ripple.reach, np.sqrt(rim.diffusivity * 2 * math.pi / omega) / 0.028, rtol=1e-6)
+    assert ripple.valid.all()
+    late = sb.formulas.track_ripple(result, [float(result.stopping_time) * (1 - 1e-6), float(result.scene.end_time)])
+    assert not late.valid.any()  # slow, and at rest
+    assert late.amplitude[1] == 0.0
+
+
+def test_what_a_ripple_needs(stop):
+    result, _ = stop
+    cold = dataclasses.replace(result.scene, heat=None)
+    run = sb.simulate(cold)
+    with pytest.raises(sb.InputError) as caught:
+        sb.formulas.track_ripple(run, [0.1])
+    assert {"material", "share"} <= {fault.path for fault in caught.value.faults}
+    given = sb.formulas.track_ripple(run, [0.1], material=STEEL, share=0.9)
+    assert given.amplitude[0] > 0
