@@ -52,6 +52,7 @@ class ChainMode(NamedTuple):
     linings: Any
     segments: Any
 
+    lifted = None
     locks = None  # linings that move individually do not lock
 
     def slides(self, mode: Mode) -> Array:

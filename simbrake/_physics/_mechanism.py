@@ -320,6 +320,11 @@ class Mode(NamedTuple):
         """Whether a lining is self-locking, where that can change in a run (else `None`)."""
         return self.own.locks
 
+    @property
+    def lifted(self) -> Any:
+        """Linings that have lifted off the rim, (n,), where their centrifugal force is modelled (else `None`)."""
+        return self.own.lifted
+
 
 class Sizes(NamedTuple):
     """Typical sizes: slack tension (N), torque (N·m), speed (rad/s); tensions and torques that differ by less than
@@ -480,6 +485,22 @@ class AbstractMechanism(eqx.Module):
 def excess(value: Array, low: Array, high: Array, slack: Array) -> Int[Array, ""]:
     """Limit that a value exceeds by more than `slack`: 1 the upper, −1 the lower, else 0."""
     return jnp.where(value > high + slack, 1, jnp.where(value < low - slack, -1, 0))
+
+
+def lifted_after(
+    lifted: Int[Array, " n"], margin: Float[Array, " n"], fired: Bool[Array, " n"], rests: Array, slack: Array
+) -> Int[Array, " n"]:
+    """Linings off the rim after an event: one changes where its guard fired, or its load has jumped by more than `slack`.
+
+    `margin`: `rim_margin` in the new mode;  `rests`: linings without speed, which the band and springs press on the rim
+    """
+    crossed = fired | (margin < -slack)
+    return jnp.where(rests, 0, lifted ^ crossed.astype(jnp.int32)).astype(jnp.int32)
+
+
+def rim_margin(lifted: Int[Array, " n"], normal: Float[Array, " n"]) -> Float[Array, " n"]:
+    """Load (N) of each lining on the rim, of one that has lifted off what it lacks to touch again."""
+    return jnp.where(lifted != 0, -normal, normal)
 
 
 def speed_after(omega: Array, before: Mode, after: Mode, rests: Array) -> Array:

@@ -45,11 +45,13 @@ class Together(NamedTuple):
     - `locks`: whether a lining is self-locking (0, 1), where that can change in a run (else `None`)
     - `inner`, of a staged brake: 0 while the internal pair sticks, ±1 the sign of `ω − ω_b` while it slides
     - `piece`, of a staged brake: number of linings at their limit on the band, as `_band.piece_of` counts them
+    - `lifted` (n,), of a staged brake: linings that have lifted off the rim (1), `None` without centrifugal force
     """
 
     locks: Any = None
     inner: Any = None
     piece: Any = None
+    lifted: Any = None
 
     def slides(self, mode: Mode) -> Array:
         """The internal pair: 0 while it sticks, or where there is none, else ±1."""

@@ -31,6 +31,8 @@ from ._mechanism import (
     Sizes,
     Surfaces,
     excess,
+    lifted_after,
+    rim_margin,
     speed_after,
 )
 from ._sliding import Grip
@@ -51,6 +53,7 @@ class SprungMode(NamedTuple):
 
     - `outer` (n,): 0 while lining `i` is held on the band, else the sign of `ω_i` (of no meaning while open)
     - `inner` (n,): 0 while it sticks on the rim, else the sign of `ω − ω_i`
+    - `lifted` (n,): 1 of linings that have lifted off the rim, `None` without centrifugal force
 
     Both 0 means that the lining is at rest on a pulley at rest. The label of the band is `OPEN` while the lever does
     not pull, `HELD` while every lining rests on the band, else `SLIP`, or `SLIP_BACK` with the pulley in reverse.
@@ -59,6 +62,7 @@ class SprungMode(NamedTuple):
 
     outer: Any
     inner: Any
+    lifted: Any = None
     locks = None  # a lining that becomes self-locking ends the run
 
     @property
@@ -101,8 +105,8 @@ class Resting(NamedTuple):
         fixed:   R_b (T_i − T_{i−1}) = θ M_i + Q_i, but T_{i−1}/μ_i ≤ T_i ≤ T_{i−1} μ_i;   M_i = q_i (T_i+T_{i−1}) + p_i
         others:  T_i = a_i T_{i−1} + b_i,   λ_i = σ_i M_i
 
-    `arm` `R_b`; `mu` static ratios on the band; `grip` `q_i = R f_i s_i`, `floor` `p_i = R f_i N_pre,i` of the rim;
-    `pull` `Q_i`; `gain` `a_i`, `offset` `b_i` and `sense` `σ_i` of linings that are not `fixed`.
+    `arm` `R_b`; `mu` static ratios on the band; `grip` `q_i = R f_i s_i`, `floor` `p_i = R f_i (N_pre,i − m_i r_m ω_i²)`
+    of the rim, both 0 of linings that have lifted off; `pull` `Q_i`; `gain` `a_i`, `offset` `b_i` and `sense` `σ_i` of linings that are not `fixed`.
     """
 
     fixed: Bool[Array, " n"]
@@ -215,7 +219,8 @@ class SprungNow(ContactNow):
     tension: Float[Array, " n"]  # T_i (N)
     outer_force: Float[Array, " n"]  # G_i = T_i − T_{i−1}, by which the band holds lining i (N)
     normal: Float[Array, " n"]  # N_i (N)
-    load: Float[Array, " n"]  # N_i + N_pre,i on the rim (N)
+    load: Float[Array, " n"]  # N_int,i on the rim (N)
+    rim_margin: Array | None  # as `rim_margin` (N)
     inner_torque: Float[Array, " n"]  # λ_i that the pulley gives to lining i (N·m)
     capacity: Float[Array, " n"]  # M_i up to which it sticks, or with which it slides (N·m)
     inner_slip: Float[Array, " n"]  # R (ω − ω_i) (m/s)
@@ -237,7 +242,8 @@ class SprungBandage(AbstractMechanism):
 
     Per lining (`G_i = T_i − T_{i−1}` from the band, `λ_i` from the rim, `Q_i` from the springs to its neighbours):
 
-        J ω̇ = M_load − Σ λ_i,  J_i ω̇_i = λ_i + Q_i − R_b G_i,  M_i = R f_i (N_i + N_pre,i),  N_i = (T_i + T_{i−1}) s_i
+        J ω̇ = M_load − Σ λ_i,  J_i ω̇_i = λ_i + Q_i − R_b G_i,  N_i = (T_i + T_{i−1}) s_i
+        M_i = R f_i N_int,i,  N_int,i = N_i + N_pre,i − m_i r_m ω_i² ≥ 0
         slides on the band:                     T_i = T_{i−1} μ_i^{±1}, ± = sign of ω_i
         held on the band, slides on the rim:    R_b (T_i − T_{i−1}) = σ_i M_i + Q_i, linear in T_i
         sticks on the rim, slides on the band:  λ_i = R_b G_i − Q_i + J_i ω̇, ω̇ common to pulley and such linings
@@ -245,7 +251,8 @@ class SprungBandage(AbstractMechanism):
 
     Springs: `S_j = K_j e_j + D_j ė_j`, `ė_j = R_b (ω_j − ω_{j+1})`, `Q_i = R_b (S_{i−1} − S_i)`.
 
-    Guards: lever, pulley (two), then two for each lining, `inner` and `outer`, and locking where friction fades:
+    Guards: lever, pulley (two), then two for each lining, `inner` and `outer`, locking where friction fades, and where
+    linings have a centrifugal force the contact of each with the rim:
 
         sticks on the rim:      M_s,i − |λ_i|                             slides there: σ_i (ω − ω_i)
         held on the band:       f_s,i z_i (T_i + T_{i−1}) − |T_i − T_{i−1}|     slides there: sgn(ω_i) ω_i
@@ -287,7 +294,9 @@ class SprungBandage(AbstractMechanism):
 
     def start(self, omega: Array, elongation: Array) -> tuple[SprungState, np.int32, SprungMode]:
         sense = jnp.where(omega < 0, -1, 1).astype(jnp.int32)
-        contacts = SprungMode(jnp.broadcast_to(sense, (self.count,)), jnp.zeros(self.count, jnp.int32))
+        zeros = jnp.zeros(self.count, jnp.int32)
+        lifted = None if self.bandage.mass is None else zeros
+        contacts = SprungMode(jnp.broadcast_to(sense, (self.count,)), zeros, lifted)
         return SprungState(jnp.zeros(self.count - 1), jnp.broadcast_to(omega, (self.count,))), OPEN, contacts
 
     # --- all of it at one instant -------------------------------------------------------------------------------------
@@ -319,13 +328,20 @@ class SprungBandage(AbstractMechanism):
         force = self.stiffness * own.stretch + damped
         return force, damped, self.band_radius * (jnp.pad(force, (1, 0)) - jnp.pad(force, (0, 1)))
 
-    def _resting(self, mode: Mode, c: Coefficients, Q: Array) -> Resting:
+    def _seat(self, own: SprungState) -> Array:
+        """`N_pre,i − m_i r_m ω_i²` (N)."""
+        preload, thrust = jnp.asarray(self.bandage.preload), self.bandage.centrifugal_force(own.speeds)
+        return preload if thrust is None else preload - thrust
+
+    def _resting(self, own: SprungState, mode: Mode, c: Coefficients, Q: Array) -> Resting:
         """The linings as equations for the tensions along the band."""
         stuck, held = mode.own.inner == 0, mode.own.outer == 0
         sense, R_b = mode.own.inner.astype(jnp.float64), self.band_radius
         f = jnp.where(stuck, c.inner_static, c.inner_kinetic)
+        if mode.own.lifted is not None:
+            f = jnp.where(mode.own.lifted != 0, 0.0, f)
         grip = self.track_radius * f * self.grip.sine
-        floor = self.track_radius * f * jnp.asarray(self.bandage.preload)
+        floor = self.track_radius * f * self._seat(own)
         sliding = jnp.where(mode.own.outer > 0, c.mu_kinetic, 1 / c.mu_kinetic)
         gain = jnp.where(held, (R_b + sense * grip) / (R_b - sense * grip), sliding)
         offset = jnp.where(held, (sense * floor + Q) / (R_b - sense * grip), 0.0)
@@ -335,7 +351,7 @@ class SprungBandage(AbstractMechanism):
         R_b, stuck, held, rests = self.band_radius, mode.own.inner == 0, mode.own.outer == 0, mode.own.rests
         T_0 = jnp.where(mode.band == OPEN, 0.0, acting.tension)
         c, (S, damped, Q) = self._coefficients(omega, own, mode, acting.surfaces), self._springs(own)
-        r = self._resting(mode, c, Q)
+        r, lifted = self._resting(own, mode, c, Q), mode.own.lifted
 
         def at_rest() -> Shared:
             return share_load(r, T_0, acting.load)
@@ -358,6 +374,9 @@ class SprungBandage(AbstractMechanism):
         apart = jnp.where(held, 0.0, (torque - needed) / self.inertias)
         stretching = -R_b * jnp.diff(own.speeds)
         on_rim = self.track_radius * c.inner_static * self.grip.sine / R_b
+        load, margin = total * self.grip.sine + self._seat(own), None
+        if lifted is not None:
+            load, margin = jnp.where(lifted != 0, 0.0, load), rim_margin(lifted, load)
         return SprungNow(
             slack_tension=T_0,
             tight_tension=along[-1],
@@ -369,7 +388,8 @@ class SprungBandage(AbstractMechanism):
             tension=along,
             outer_force=G,
             normal=total * self.grip.sine,
-            load=total * self.grip.sine + jnp.asarray(self.bandage.preload),
+            load=load,
+            rim_margin=margin,
             inner_torque=torque,
             capacity=capacity,
             inner_slip=self.track_radius * (omega - own.speeds),
@@ -409,7 +429,10 @@ class SprungBandage(AbstractMechanism):
         high = jnp.where(rests, (z.most_hold - acting.load) / size.torque, turning)
         low = jnp.where(rests, (acting.load - z.least_hold) / size.torque, 1.0)
         parts = [jnp.stack([lever, high, low]), *self._lining_guards(omega, own, mode, z)]
-        return jnp.concatenate([*parts, z.locking[None]] if self.fades else parts)
+        parts += [z.locking[None]] if self.fades else []
+        if z.rim_margin is not None:
+            parts.append(jnp.where(mode.own.outer == 0, 1.0, z.rim_margin / size.tension))
+        return jnp.concatenate(parts)
 
     def _lining_guards(self, omega: Array, own: SprungState, mode: Mode, z: SprungNow) -> tuple[Array, Array]:
         stuck, held = mode.own.inner == 0, mode.own.outer == 0
@@ -464,6 +487,10 @@ class SprungBandage(AbstractMechanism):
         band = jnp.where(pulls, jnp.where(jnp.all(outer == 0), HELD, moving), OPEN)
         new = new._replace(own=new.own._replace(outer=outer), band=band.astype(jnp.int32))
         locks = fired[_FIRST + 2 * n] if self.fades else jnp.asarray(False)
+        if old.own.lifted is not None:
+            margin, last = ask(new, *self.arrested(omega, own, old, new))[1].rim_margin, _FIRST + 2 * n + self.fades
+            lifted = lifted_after(old.own.lifted, margin, fired[last : last + n], outer == 0, rounding)
+            new = new._replace(own=new.own._replace(lifted=lifted))
         return new, jnp.where(locks, int(BrakeCode.SINGULAR_GEOMETRY), 0)
 
     def _each_lining(
@@ -495,7 +522,7 @@ class SprungBandage(AbstractMechanism):
         torn = fixed & broke
         outer = jnp.where(torn, way(z.spring_torque), outer)
         inner = jnp.where(torn, -way(z.spring_torque), inner)
-        return SprungMode(outer.astype(jnp.int32), inner.astype(jnp.int32))
+        return old._replace(outer=outer.astype(jnp.int32), inner=inner.astype(jnp.int32))
 
     def _settled(
         self, omega: Array, own: SprungState, new: Mode, together: Bool[Array, " n"], forced: Array, ask: Ask
@@ -506,8 +533,10 @@ class SprungBandage(AbstractMechanism):
         pulley starts the way of the load, or of the guard that fired (`forced`), and each breaks away at its weaker
         pair.
         """
-        trial = SprungMode(jnp.where(together, 0, new.own.outer), jnp.where(together, 0, new.own.inner))
-        trial = new._replace(own=trial)
+        own_mode = new.own._replace(
+            outer=jnp.where(together, 0, new.own.outer), inner=jnp.where(together, 0, new.own.inner)
+        )
+        trial = new._replace(own=own_mode)
         load = ask(trial, jnp.zeros_like(omega), own)[0].load
         acting, z = ask(trial, omega, own)
         T_0, r = acting.tension, z.resting._replace(fixed=together)
@@ -519,7 +548,7 @@ class SprungBandage(AbstractMechanism):
         yields = yields_on_band(r, T_0, resting_tensions(r, T_0, way.astype(jnp.float64)), way)
         outer = jnp.where(together, jnp.where(yields, way, 0), new.own.outer)
         inner = jnp.where(together, jnp.where(yields, 0, way), new.own.inner)
-        return new._replace(own=SprungMode(outer, inner), sense=jnp.where(way == 0, new.sense, way))
+        return new._replace(own=new.own._replace(outer=outer, inner=inner), sense=jnp.where(way == 0, new.sense, way))
 
     def arrested(self, omega: Array, own: SprungState, before: Mode, after: Mode) -> tuple[Array, SprungState]:
         omega = speed_after(omega, before, after, after.own.rests)

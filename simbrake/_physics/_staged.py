@@ -1,5 +1,7 @@
 """The staged brake: the band rubs on a bandage of linings, and the bandage on the rim; either pair sticks or slides."""
 
+import dataclasses
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -30,6 +32,8 @@ from ._mechanism import (
     Shown,
     Sizes,
     Surfaces,
+    lifted_after,
+    rim_margin,
     slips,
 )
 from ._rigid import Together, rigid_mode
@@ -40,17 +44,24 @@ _NEWTON = 8  # iterations for a tension under a law that depends on the pressure
 
 class Held(eqx.Module):
     """Inputs of the friction of the internal pair at one instant: speed `v` (m/s), signed by the sense, and the
-    state of the surfaces (`None`: the scene has none)."""
+    state of the surfaces (`None`: the scene has none).
+
+    - `static`: whether the pair sticks
+    - `thrust`: centrifugal force `m_i r_m ω_b²` of the linings (N), and `lifted`: those off the rim; `None` of a bandage
+      at rest, and without masses
+    """
 
     v: Array
     surface: SurfaceState | None
-    static: Known  # whether the pair sticks
+    static: Known
+    thrust: Array | None = None
+    lifted: Array | None = None
 
 
 class InternalPair(eqx.Module):
     """Friction between bandage and rim (model §4; K).
 
-    M_int = R Σ F_i,   F_i = f_i (N_i + N_pre,i),   N_i = (T_i + T_{i−1}) sin(β_i/2)
+    M_int = R Σ F_i,   F_i = f_i N_int,i,   N_int,i = N_i + N_pre,i − m_i r_m ω_b² ≥ 0,   N_i = (T_i + T_{i−1}) sin(β_i/2)
     """
 
     bandage: Bandage
@@ -61,10 +72,21 @@ class InternalPair(eqx.Module):
     def count(self) -> int:
         return self.sine.shape[0]
 
-    def normal(self, T_0: Array, along: Float[Array, " n"]) -> Float[Array, " n"]:
-        """Loads `N_i + N_pre,i` on the rim for the tensions `T_1…T_n`."""
+    def turning(self, held: Held, omega_b: Array, lifted: Array | None) -> Held:
+        """The same on a bandage that turns."""
+        thrust = self.bandage.centrifugal_force(omega_b)
+        return held if thrust is None else dataclasses.replace(held, thrust=thrust, lifted=lifted)
+
+    def balance(self, T_0: Array, along: Float[Array, " n"], held: Held) -> Float[Array, " n"]:
+        """`N_i + N_pre,i − m_i r_m ω_b²` for the tensions `T_1…T_n`: below 0 where rods and springs carry the surplus."""
         before = jnp.concatenate([T_0[None], along[:-1]])
-        return (along + before) * self.sine + jnp.asarray(self.bandage.preload)
+        pressed = (along + before) * self.sine + jnp.asarray(self.bandage.preload)
+        return pressed if held.thrust is None else pressed - held.thrust
+
+    def normal(self, T_0: Array, along: Float[Array, " n"], held: Held) -> Float[Array, " n"]:
+        """Loads `N_int,i` on the rim."""
+        found = self.balance(T_0, along, held)
+        return found if held.lifted is None else jnp.where(held.lifted != 0, 0.0, found)
 
     def coefficients(self, N: Float[Array, " n"], held: Held) -> Float[Array, " *n"]:
         """Coefficients of friction `f_i`, or one for all, between linings and rim under the loads `N` (N)."""
@@ -77,7 +99,7 @@ class InternalPair(eqx.Module):
 
     def friction(self, T_0: Array, along: Float[Array, " n"], held: Held) -> Float[Array, " n"]:
         """Maximum forces `F_i` between linings and rim (N)."""
-        N = self.normal(T_0, along)
+        N = self.normal(T_0, along, held)
         return self.coefficients(N, held) * N
 
     def capacity(self, T_0: Array, along: Float[Array, " n"], held: Held) -> Float[Array, ""]:
@@ -128,7 +150,8 @@ class StagedNow(ElasticNow):
     capacity: Float[Array, ""]  # M_int up to which it sticks, or with which it slides (N·m)
     inner_slip: Float[Array, ""]  # R (ω − ω_b) while it slides (m/s)
     inner_friction: Float[Array, " n"]  # maximum forces of the linings on the rim (N)
-    inner_normal: Float[Array, " n"]  # loads on the rim, preload included (N)
+    inner_normal: Float[Array, " n"]  # loads on the rim, with preload and centrifugal force (N)
+    rim_margin: Array | None  # as `rim_margin` (N)
 
 
 def ratios(z: ElasticNow) -> Float[Array, " n"]:
@@ -149,7 +172,7 @@ class StagedBrake(AbstractElasticBand):
     tensions along the band: on the number of linings at their limit there (`piece`).
 
     Guards: those of the band on the bandage; grip or slip of the internal pair; one lining more at its limit, one
-    lining less.
+    lining less; where linings have a centrifugal force the contact of each with the rim.
     """
 
     wrap: Wrap
@@ -164,8 +187,11 @@ class StagedBrake(AbstractElasticBand):
         return 4 + self.locking_varies + len(self.codes)
 
     def start(self, omega: Array, elongation: Array) -> tuple[Carried, np.int32, Together]:
-        zero = jnp.asarray(0, jnp.int32)
-        return Carried(elongation if self.stretches else None, omega), OPEN, Together(self.starts_locked, zero, zero)
+        zero, lifted = jnp.asarray(0, jnp.int32), None
+        if self.internal.bandage.mass is not None:
+            lifted = jnp.zeros(self.wrap.count, jnp.int32)
+        mode = Together(self.starts_locked, zero, zero, lifted)
+        return Carried(elongation if self.stretches else None, omega), OPEN, mode
 
     # --- all of it at one instant -------------------------------------------------------------------------------------
 
@@ -179,9 +205,10 @@ class StagedBrake(AbstractElasticBand):
         T_0, n = acting.tension, self.wrap.count
         at = self.at_limit(acting, own.omega_b, mode)
         mu = (1 + at.limit.fz) / (1 - at.limit.fz)
-        rim = self._rim(omega, own, mode, acting.surfaces[1], stuck)
+        still = self._rim(omega, own, mode, acting.surfaces[1], stuck)
+        rim = self.internal.turning(still, own.omega_b, mode.own.lifted)
         # a held bandage bears the load, or what the sliding internal pair gives
-        driven = self.internal.holding_tension(T_0, mu, mode.own.piece, inner, R_b, rim)
+        driven = self.internal.holding_tension(T_0, mu, mode.own.piece, inner, R_b, still)
         stretched = None if self.stiffness is None else self.stiffness * own.x
         rest = pick(stuck, T_0 + acting.load / R_b, driven)
         drawn, tight = self.tensions(T_0, stretched, band, at.upper, rest)
@@ -200,6 +227,9 @@ class StagedBrake(AbstractElasticBand):
         alpha_b = pick(stuck, common, pick(held, 0.0, (drive - torque) / J_b))
         inner_slip = pick(stuck, 0.0, self.internal.radius * (omega - own.omega_b))
         power = pick(inner < 0, -1.0, 1.0) * friction * inner_slip
+        margin = None
+        if rim.lifted is not None:
+            margin = rim_margin(rim.lifted, self.internal.balance(slack, along, rim))
         return StagedNow(
             slack_tension=slack,
             tight_tension=tight,
@@ -211,7 +241,8 @@ class StagedBrake(AbstractElasticBand):
             capacity=capacity,
             inner_slip=inner_slip,
             inner_friction=friction,
-            inner_normal=self.internal.normal(slack, along),
+            inner_normal=self.internal.normal(slack, along, rim),
+            rim_margin=margin,
             **self.follow(acting, mode, at, drawn, (own.omega_b, alpha_b), power),
         )
 
@@ -244,7 +275,10 @@ class StagedBrake(AbstractElasticBand):
         below = (z.tight_tension - limit(piece)) / size.tension
         above = jnp.where(counted & (piece < n - 1), above, 1.0)
         below = jnp.where(counted & (piece > -n), below, 1.0)
-        return jnp.stack([*self.band_guards(acting, own.omega_b, mode, z), grip, above, below])
+        found = jnp.stack([*self.band_guards(acting, own.omega_b, mode, z), grip, above, below])
+        if z.rim_margin is None:
+            return found
+        return jnp.concatenate([found, jnp.where(mode.band == HELD, 1.0, z.rim_margin / size.tension)])
 
     def _grips(
         self, acting: Acting, omega: Array, own: Carried, mode: Mode, rest: StagedNow
@@ -292,7 +326,13 @@ class StagedBrake(AbstractElasticBand):
         piece = self._piece(now, new, each, acting, rest)
         code = self.code_of(each, jnp.asarray(0, jnp.int32))
         code = jnp.where(locked, int(BrakeCode.SINGULAR_GEOMETRY), code)
-        return new._replace(own=new.own._replace(piece=piece)), code
+        new = new._replace(own=new.own._replace(piece=piece))
+        if old.own.lifted is not None:
+            margin, first = ask(new, *self.arrested(now.omega, now.own, old, new))[1].rim_margin, self._first + 3
+            loose = fired[first : first + self.wrap.count], new.band == HELD
+            lifted = lifted_after(old.own.lifted, margin, *loose, self.sizes.slight_tension)
+            new = new._replace(own=new.own._replace(lifted=lifted))
+        return new, code
 
     def _slides_at_once(self, now: Moment, rest: StagedNow, beyond: Array) -> Array | bool:
         """Whether a band that is to be moved that way slides at once: an elastic one does where it is at its limit."""

@@ -179,6 +179,14 @@ EVENTS = {
     "lining_external_stick": EventMeaning(
         "lining `i` comes to rest on the band", _RESOLVED, "a lining sticks to the band"
     ),
+    "lining_lift_off": EventMeaning(
+        "the centrifugal force lifts lining `i` off the rim, `N_int,i = 0`",
+        _STAGED,
+        "a lining lifts off the rim",
+    ),
+    "lining_touchdown": EventMeaning(
+        "lining `i` touches the rim again", _STAGED, "a lining touches the rim again"
+    ),
     "permissible_temperature": EventMeaning(
         "the surface of the linings (of lining `i`, where each has its own) exceeded `Heat.permissible`; a mark",
         _HEAT,
@@ -348,14 +356,20 @@ def stage_of(label: Label) -> str:
 
 
 def onset_bracket(
-    brake: Brake, inertia: Number, T_external: Number | None = None, T_internal: Number | None = None
-) -> tuple[Float[Array, ""], Float[Array, ""], Float[Array, ""], Float[Array, ""]]:
+    brake: Brake,
+    inertia: Number,
+    T_external: Number | None = None,
+    T_internal: Number | None = None,
+    omega: Number = 0.0,
+) -> tuple[Float[Array, ""], Float[Array, " n"], Float[Array, " n"], Float[Array, ""]]:
     """Growth of the two torques between which the internal pair decides, per unit of slack tension (m); the torque of
-    its preload (N·m); and the share of the load torque that goes into the bandage.
+    preload and centrifugal force (N·m); and the share of the load torque that goes into the bandage.
 
-        Λ = T_0 R_b (Π − 1) J/(J + J_b) + …,   M_int = T_0 R Σ f_i (Π_i + Π_{i−1}) s_i + …                (model §4)
+        Λ = T_0 R_b (Π − 1) J/(J + J_b) + …                                                                (model §4)
+        M_int = Σ max(0, T_0 R f_i (Π_i + Π_{i−1}) s_i + R f_i (N_pre,i − m_i r_m ω²))
 
-    The internal pair can slide only if the first is greater: K's condition that external friction exceeds internal.
+    The terms of the second are of each lining. The internal pair can slide only if the first grows more: K's condition
+    that external friction exceeds internal.
     """
     bandage, linings = brake.rubbing_part("internal"), brake.linings
     assert isinstance(bandage, Bandage)
@@ -366,8 +380,9 @@ def onset_bracket(
     f = bandage.friction.static(unloaded(bandage, still, T_internal))
     J, J_b, R = jnp.asarray(inertia), jnp.sum(jnp.asarray(bandage.inertia)), jnp.asarray(brake.pulley.radius)
     drive = brake.band.radius * (product(mu) - 1) * J / (J + J_b)
-    preload = R * jnp.sum(f * bandage.preload * jnp.ones(linings.count))
-    return drive, R * jnp.sum(f * loads), preload, J_b / (J + J_b)
+    thrust = bandage.centrifugal_force(jnp.asarray(omega))
+    pressed = jnp.asarray(bandage.preload) if thrust is None else jnp.asarray(bandage.preload) - thrust
+    return drive, R * f * loads, R * f * pressed * jnp.ones(linings.count), J_b / (J + J_b)
 
 
 def internal_slip_tension(
@@ -376,23 +391,41 @@ def internal_slip_tension(
     load_torque: Number = 0.0,
     T_external: Number | None = None,
     T_internal: Number | None = None,
+    omega: Number | None = None,
 ) -> Float[Array, ""]:
     """Slack tension `T_on` (N) at which the internal pair of a staged brake begins to slide, at any rate of the lever.
 
-        T_on = [R Σ f_i N_pre,i − J_b M_load/(J + J_b)] / [R_b (Π − 1) J/(J + J_b) − R Σ f_i (Π_i + Π_{i−1}) s_i]
+        T_on = [R Σ f_i (N_pre,i − m_i r_m ω²) − J_b M_load/(J + J_b)]
+               / [R_b (Π − 1) J/(J + J_b) − R Σ f_i (Π_i + Π_{i−1}) s_i]
+
+    Both sums are over the linings that touch the rim at this tension.
 
     - `inertia` `J` (kg·m²) of the pulley and all that turns with it, `load_torque` `M_load` (N·m)
     - `T_external`, `T_internal`: temperatures (K) for laws that look at them; laws are taken at slip speed 0
+    - `omega` `ω` (rad/s): speed at that instant, which depends on the rate of the lever; needed where the linings have
+      masses
 
-    `inf` where the bracket is not positive: the bandage then turns with the pulley to the end. From model §4 (after K).
-    Raises `InputError` for a brake without a band, `ValueError` for one without a bandage.
+    `inf` where the bracket of all linings is not positive: the bandage then turns with the pulley to the end, but for
+    what its centrifugal force lifts off. From model §4 (after K).
+    Raises `InputError` for a brake without a band, `ValueError` for one without a bandage, or without `omega` where it
+    is needed.
     """
     if not under_a_band(brake).in_series:
         raise ValueError("only a staged brake (with a bandage) has an internal pair")
-    drive, grip, preload, share = onset_bracket(brake, inertia, T_external, T_internal)
-    slips = drive > grip
-    tension = (preload - share * load_torque) / jnp.where(slips, drive - grip, 1.0)
-    return jnp.where(slips, jnp.maximum(tension, 0.0), jnp.inf)
+    bandage = brake.rubbing_part("internal")
+    assert isinstance(bandage, Bandage)
+    if omega is None and bandage.mass is not None:
+        raise ValueError("the grip of linings with a mass depends on the speed: give omega")
+    speed = 0.0 if omega is None else omega
+    drive, grips, pressed, share = onset_bracket(brake, inertia, T_external, T_internal, speed)
+    slips = drive > jnp.sum(grips)
+    # tensions from which on each lining touches the rim; Λ − M_int is concave in T_0, so that its root is the largest
+    # of those with the linings that touch at any of these tensions
+    touch = jnp.where(pressed < 0, -pressed / jnp.where(grips > 0, grips, 1.0), 0.0)
+    touches = touch <= jnp.append(touch, 0.0)[:, None]
+    left = jnp.sum(jnp.where(touches, pressed, 0.0), axis=1) - share * load_torque
+    tension = left / jnp.where(slips, drive - jnp.sum(jnp.where(touches, grips, 0.0), axis=1), 1.0)
+    return jnp.where(slips, jnp.maximum(jnp.max(tension), 0.0), jnp.inf)
 
 
 def stages_of(record: Record, labels: list[Label]) -> list[Stage]:
@@ -431,14 +464,14 @@ def stages_of(record: Record, labels: list[Label]) -> list[Stage]:
 def absent_stages(
     brake: Brake, inertia: float, load_torque: float, seen: set[str], greatest: float, hot: tuple[Array | None, ...]
 ) -> list[dict[str, str]]:
-    """The stages of a staged stop that a run did not have, each with the reason.
+    """The stages of a staged stop that a run did not have, each with the reason, for linings without centrifugal force.
 
     `seen`: names of those it had; `greatest` slack tension (N); `hot`: temperatures of both pairs at the start.
     """
     found = []
     if not seen & {"stage_2", "stage_3"}:
-        drive, growth, *_ = (float(x) for x in onset_bracket(brake, inertia, *hot))
-        tension = float(internal_slip_tension(brake, inertia, load_torque, *hot))
+        drive, growth, *_ = (float(jnp.sum(x)) for x in onset_bracket(brake, inertia, *hot))
+        tension = float(internal_slip_tension(brake, inertia, load_torque, *hot, omega=0.0))
         if drive <= growth:
             reason = (
                 "the external friction does not exceed the internal: per newton of slack tension the band holds the "

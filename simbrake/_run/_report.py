@@ -179,13 +179,15 @@ class Report:
         return found
 
     def _contacts(self, modes: Mode) -> list[Event]:
-        """Linings that let go and stick by themselves; one that slides on in the other sense does neither."""
+        """Linings that let go and stick by themselves, and leave the rim; one that slides on back does neither."""
         found, t = [], np.asarray(self._record.rows.t)
-        for name, column in modes.contacts.items():
+        columns = {(f"{name}_slip", f"{name}_stick"): column for name, column in modes.contacts.items()}
+        if modes.lifted is not None:
+            columns["lining_lift_off", "lining_touchdown"] = modes.lifted
+        for (loose, fast), column in columns.items():
             sticks = np.asarray(column)[: int(self._record.count) + 1] == 0
             for i, lining in np.argwhere(sticks[1:] != sticks[:-1]):
-                what = "stick" if sticks[i + 1, lining] else "slip"
-                found.append(Event(float(t[i + 1]), f"{name}_{what}", int(lining) + 1))
+                found.append(Event(float(t[i + 1]), fast if sticks[i + 1, lining] else loose, int(lining) + 1))
         return found
 
     def _locate(self, crossings: list[tuple[int, int]], which: str = "margins") -> np.ndarray:

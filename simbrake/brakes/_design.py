@@ -146,12 +146,17 @@ class Bandage(Part):
 
     The band rubs on the bandage (external pair, with `Lining.friction`), the bandage on the rim (internal pair):
 
-        M_int = R Σ f_i (N_i + N_pre,i),   N_i = (T_i + T_{i−1}) sin(β_i/2)
+        M_int = R Σ f_i N_int,i,   N_int,i = N_i + N_pre,i − m_i r_m ω_b² ≥ 0,   N_i = (T_i + T_{i−1}) sin(β_i/2)
+
+    A lining lifts off the rim where its load comes to 0: rods and springs then carry the surplus, and the load of the
+    band on it is unchanged.
 
     - `inertia` `J_b` about the shaft (kg·m²), all linings together; with springs also (n,), of each
     - `friction`: law `f` of the internal pair, with numbers for all linings or per lining
     - `preload` `N_pre,i` (N), a number for each or (n,): the interference with which a lining sits on the rim
     - `area` (m²) of a lining's inner face, a number or (n,): needed where pressure matters, and for overlaps
+    - `mass` `m_i` (kg) of a lining, a number for each or (n,), and `mass_radius` `r_m` (m) of its centre of mass, for
+      the centrifugal force; `None`: without
     - `spring` `K_j` (N/m) between neighbouring linings at the band circle, a number or (n − 1,): every lining is then
       a separate body (resolved bandage), which needs a rigid band; `None`: the bandage is one rigid body
     - `spring_damping` `ζ_j`: share of the critical damping of two neighbours on their spring,
@@ -168,6 +173,16 @@ class Bandage(Part):
     spring_damping: Scalar = quantity(
         "1", "share of critical damping of the springs", low=0.0, many=Over.GAPS, default=0.05
     )
+    mass: Scalar | None = quantity("kg", "mass of a lining", low=0.0, many=True, default=None)
+    mass_radius: Scalar | None = quantity(
+        "m", "radius of the centre of mass of a lining", positive=True, many=True, default=None
+    )
+
+    def centrifugal_force(self, omega: Values) -> Float[Array, "..."] | None:
+        """`m_i r_m ω²` (N) of linings that turn with `omega` (rad/s); `None` without masses."""
+        if self.mass is None or self.mass_radius is None:
+            return None
+        return jnp.asarray(self.mass) * self.mass_radius * omega**2
 
 
 def unloaded(
@@ -388,10 +403,13 @@ class Brake(AbstractBrake):
         bandage, here, found = self.bandage, f"{path}.bandage", []
         if bandage is None:
             return found
+        if (bandage.mass is None) != (bandage.mass_radius is None):
+            missing = "mass" if bandage.mass is None else "mass_radius"
+            found.append(Fault(f"{here}.{missing}", "is missing", "the centrifugal force needs both, or leave out both"))
         if bandage.spring is None:
             lists = [name for name in ("inertia", "spring_damping") if np.ndim(getattr(bandage, name))]
             what = f"does not fit {n} linings"
-            return [Fault(f"{here}.{name}", what, "give one number, or springs") for name in lists]
+            return found + [Fault(f"{here}.{name}", what, "give one number, or springs") for name in lists]
         if self.band.stiffness is not None:
             hint = "leave it out: with separate linings the band has no single motion"
             found.append(Fault(f"{path}.band.stiffness", "a bandage with springs needs a rigid band", hint))
