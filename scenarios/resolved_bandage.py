@@ -24,6 +24,8 @@ def scene() -> sb.Scene:
                 inertia=22.0,  # kg·m², all linings; assumption: FK-24A at 2000 kg/m³
                 friction=sb.ConstantFriction(0.30),  # assumption; K: less than outside
                 preload=4.0e3,  # N for each lining; assumption
+                mass=57.0 / count,  # kg; as the inertia
+                mass_radius=track_radius + lining / 2,
                 spring=2.0e5,  # N/m between neighbours; assumption
                 spring_damping=0.05,  # of critical; assumption
             ),

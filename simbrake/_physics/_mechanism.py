@@ -490,9 +490,9 @@ def excess(value: Array, low: Array, high: Array, slack: Array) -> Int[Array, ""
 def lifted_after(
     lifted: Int[Array, " n"], margin: Float[Array, " n"], fired: Bool[Array, " n"], rests: Array, slack: Array
 ) -> Int[Array, " n"]:
-    """Linings off the rim after an event: one changes where its guard fired, or its load has jumped by more than `slack`.
+    """Linings off the rim after an event: one changes where its guard fired or its load has jumped past 0.
 
-    `margin`: `rim_margin` in the new mode;  `rests`: linings without speed, which the band and springs press on the rim
+    - `margin`: `rim_margin` in the new mode, rounded by `slack`;  `rests`: linings without speed, which touch the rim
     """
     crossed = fired | (margin < -slack)
     return jnp.where(rests, 0, lifted ^ crossed.astype(jnp.int32)).astype(jnp.int32)

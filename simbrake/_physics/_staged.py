@@ -47,8 +47,8 @@ class Held(eqx.Module):
     state of the surfaces (`None`: the scene has none).
 
     - `static`: whether the pair sticks
-    - `thrust`: centrifugal force `m_i r_m ω_b²` of the linings (N), and `lifted`: those off the rim; `None` of a bandage
-      at rest, and without masses
+    - `thrust`: centrifugal force `m_i r_m ω_b²` of the linings (N), and `lifted`: those off the rim; `None` without
+      masses, and of a bandage at rest
     """
 
     v: Array
@@ -61,7 +61,8 @@ class Held(eqx.Module):
 class InternalPair(eqx.Module):
     """Friction between bandage and rim (model §4; K).
 
-    M_int = R Σ F_i,   F_i = f_i N_int,i,   N_int,i = N_i + N_pre,i − m_i r_m ω_b² ≥ 0,   N_i = (T_i + T_{i−1}) sin(β_i/2)
+    M_int = R Σ F_i,   F_i = f_i N_int,i
+    N_int,i = N_i + N_pre,i − m_i r_m ω_b² ≥ 0,   N_i = (T_i + T_{i−1}) sin(β_i/2)
     """
 
     bandage: Bandage
@@ -78,7 +79,7 @@ class InternalPair(eqx.Module):
         return held if thrust is None else dataclasses.replace(held, thrust=thrust, lifted=lifted)
 
     def balance(self, T_0: Array, along: Float[Array, " n"], held: Held) -> Float[Array, " n"]:
-        """`N_i + N_pre,i − m_i r_m ω_b²` for the tensions `T_1…T_n`: below 0 where rods and springs carry the surplus."""
+        """`N_i + N_pre,i − m_i r_m ω_b²` for the tensions `T_1…T_n`; below 0 rods and springs carry it."""
         before = jnp.concatenate([T_0[None], along[:-1]])
         pressed = (along + before) * self.sine + jnp.asarray(self.bandage.preload)
         return pressed if held.thrust is None else pressed - held.thrust

@@ -436,10 +436,9 @@ def overlap(result: Result, ts: Any, running_in: RunningIn | None = None) -> Ove
     found = []
     for pair, share in zip(s.pairs.values(), (one for one in nominal if one is not None), strict=True):
         grown = 1.0 if running_in is None else running_in.share(pair.friction_work)
-        # a bandage without interference rests on the rim only while the band presses it
-        share = share * grown * np.any(np.asarray(pair.normal_load) > 0, axis=1)
-        slides = np.mean(np.asarray(pair.sense) != 0, axis=1)
-        found.append((share * slides, share * (1 - slides)))
+        # linings of a bandage touch the rim while band and interference outweigh the centrifugal force
+        touches, slides = np.asarray(pair.normal_load) > 0, np.asarray(pair.sense) != 0
+        found.append(tuple(share * grown * np.mean(touches & each, axis=1) for each in (slides, ~slides)))
     *outer, inner = found
     external = outer[0] if outer else (None, None)
     return Overlap(np.asarray(s.t), external[0], external[1], inner[0], inner[1])

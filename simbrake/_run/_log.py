@@ -184,9 +184,7 @@ EVENTS = {
         _STAGED,
         "a lining lifts off the rim",
     ),
-    "lining_touchdown": EventMeaning(
-        "lining `i` touches the rim again", _STAGED, "a lining touches the rim again"
-    ),
+    "lining_touchdown": EventMeaning("lining `i` touches the rim again", _STAGED, "a lining touches the rim again"),
     "permissible_temperature": EventMeaning(
         "the surface of the linings (of lining `i`, where each has its own) exceeded `Heat.permissible`; a mark",
         _HEAT,
@@ -468,10 +466,10 @@ def absent_stages(
 
     `seen`: names of those it had; `greatest` slack tension (N); `hot`: temperatures of both pairs at the start.
     """
-    found = []
+    found, (T_external, T_internal) = [], hot
     if not seen & {"stage_2", "stage_3"}:
-        drive, growth, *_ = (float(jnp.sum(x)) for x in onset_bracket(brake, inertia, *hot))
-        tension = float(internal_slip_tension(brake, inertia, load_torque, *hot, omega=0.0))
+        drive, growth, *_ = (float(jnp.sum(x)) for x in onset_bracket(brake, inertia, T_external, T_internal))
+        tension = float(internal_slip_tension(brake, inertia, load_torque, T_external, T_internal, omega=0.0))
         if drive <= growth:
             reason = (
                 "the external friction does not exceed the internal: per newton of slack tension the band holds the "

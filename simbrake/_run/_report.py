@@ -181,13 +181,14 @@ class Report:
     def _contacts(self, modes: Mode) -> list[Event]:
         """Linings that let go and stick by themselves, and leave the rim; one that slides on back does neither."""
         found, t = [], np.asarray(self._record.rows.t)
-        columns = {(f"{name}_slip", f"{name}_stick"): column for name, column in modes.contacts.items()}
+        columns = [(name, column, ("slip", "stick")) for name, column in modes.contacts.items()]
         if modes.lifted is not None:
-            columns["lining_lift_off", "lining_touchdown"] = modes.lifted
-        for (loose, fast), column in columns.items():
+            columns.append(("lining", modes.lifted, ("lift_off", "touchdown")))
+        for name, column, whats in columns:
             sticks = np.asarray(column)[: int(self._record.count) + 1] == 0
             for i, lining in np.argwhere(sticks[1:] != sticks[:-1]):
-                found.append(Event(float(t[i + 1]), fast if sticks[i + 1, lining] else loose, int(lining) + 1))
+                what = whats[int(sticks[i + 1, lining])]
+                found.append(Event(float(t[i + 1]), f"{name}_{what}", int(lining) + 1))
         return found
 
     def _locate(self, crossings: list[tuple[int, int]], which: str = "margins") -> np.ndarray:

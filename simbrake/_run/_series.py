@@ -72,7 +72,12 @@ class PairSeries(NamedTuple):
     `worn_thickness` without wear of the pair, `friction_memory` of a law without states; of one with several (m, s, n).
     """
 
-    normal_load: Annotated[Each, "N", "normal load on each lining, with preload and centrifugal force", lambda p, s: s.pair.normal]
+    normal_load: Annotated[
+        Each,
+        "N",
+        "normal load on each lining, with preload and centrifugal force of a bandage",
+        lambda p, s: s.pair.normal,
+    ]
     friction_force: Annotated[Each, "N", "friction force on each lining", lambda p, s: s.pair.friction]
     slip_speed: Annotated[Each, "m/s", "slip speed of each lining", lambda p, s: s.pair.slip]
     sense: Annotated[Int[Array, "m n"], "", "0 the lining sticks, +1 and -1 it slides", lambda p, s: s.pair.sense]

@@ -405,7 +405,9 @@ class Brake(AbstractBrake):
             return found
         if (bandage.mass is None) != (bandage.mass_radius is None):
             missing = "mass" if bandage.mass is None else "mass_radius"
-            found.append(Fault(f"{here}.{missing}", "is missing", "the centrifugal force needs both, or leave out both"))
+            found.append(
+                Fault(f"{here}.{missing}", "is missing", "the centrifugal force needs both, or leave out both")
+            )
         if bandage.spring is None:
             lists = [name for name in ("inertia", "spring_damping") if np.ndim(getattr(bandage, name))]
             what = f"does not fit {n} linings"

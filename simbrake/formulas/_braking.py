@@ -31,7 +31,7 @@ from .heating import (
     surface_stress,
     transmission_table,
 )
-from .stop import ClassicalStop, StagedStop, friction_at_start
+from .stop import ClassicalStop, StagedStop, friction_at_start, onset_at
 
 #: names for the metal face → input of the rim, or of the band of an external pair
 _METAL = {
@@ -557,12 +557,21 @@ class Braking:
         external = self.pair_works["external"] / there(self.pair_works["both"] or None)
         return {"external": external, "internal": 1 - external}
 
-    def onset(self) -> float:
-        """Slack tension (N) at which the internal pair breaks away in the braking of a run."""
+    @functools.cached_property
+    def internal_slip(self) -> dict[str, float]:
+        """Slack tension (N) and speed (rad/s) at which the internal pair breaks away in the braking of a run."""
         run = there(self.run)
         result, begin, end = run.result, run.t[0], run.t[-1]
         slips = [e.time for e in result.events if e.name == "internal_slip" and begin <= e.time <= end]
-        return float(np.asarray(result.series(np.asarray(there(slips or None)[:1])).slack_tension)[0])
+        s = result.series(np.asarray(there(slips or None)[:1]))
+        return {"tension": float(np.asarray(s.slack_tension)[0]), "omega": float(np.asarray(s.omega)[0])}
+
+    def onset(self) -> float:
+        """Slack tension (N) at which it breaks away by statics, at the speed then: of a run, else the initial one."""
+        try:
+            return onset_at(self.scene, self.internal_slip["omega"])
+        except Absent:
+            return there(self.stages).onset
 
     def stage_times(self) -> tuple[float, ...]:
         """Durations (s) of the stages in the brake application of a run."""

@@ -1,7 +1,9 @@
 """Classical stops by statics alone: a standard brake under full slip, a staged brake stage after stage."""
 
+import math
 from typing import Any, NamedTuple
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
@@ -12,7 +14,11 @@ from .._run._log import internal_slip_tension
 from ..brakes._band import grip, running_product, tension_ratio
 from ..brakes._design import Bandage, unloaded
 from ..friction import SurfaceState, memory_at_start
+from ..hybrid._arrays import Array
 from ..loads import AbstractSpeedLever
+
+#: points of a quadrature over a speed between two lift-offs
+_NODES = 24
 
 
 class ClassicalStop(NamedTuple):
@@ -84,11 +90,12 @@ class PairStop(NamedTuple):
 class StagedStop(NamedTuple):
     """A stop of a staged brake with a rigid band under a constant lever tension (SI units).
 
-    `times`: durations of the stages 1, 2, 3 (s); `torques`: braking torque on the pulley in each (N·m)
+    `times`: durations of the stages 1, 2, 3 (s); `torques`: braking torque on the pulley in each (N·m), of stage 2, in
+    which the centrifugal force falls, the mean
     """
 
     ratio: float  # Π of the external pair, tight over slack tension
-    onset: float  # T_on, N: slack tension from which the internal pair slides; inf where it never does
+    onset: float  # T_on, N: slack tension from which the internal pair slides at the start; inf where it never does
     external_torque: float  # M_ext, N·m, while the band slides on the bandage
     internal_torque: float  # M_int, N·m, while both pairs slide
     times: tuple[float, float, float]
@@ -111,18 +118,62 @@ class StagedStop(NamedTuple):
         return self.external.work / self.work, self.internal.work / self.work
 
 
+def onset_at(scene: Scene, omega: float) -> float:
+    """`T_on` (N) of a staged brake at the speed `omega` (rad/s), with load, inertia and temperatures of the start."""
+    load, J = load_and_inertia(scene)
+    hot = sensed_at_start(scene), sensed_at_start(scene, -1)
+    return float(internal_slip_tension(band_brake(scene), J, load, *hot, omega=omega))
+
+
+class _Grip(NamedTuple):
+    """The internal pair under a band that slides: inputs of its friction, slack tension and tensions along the band."""
+
+    pair: InternalPair
+    held: Held
+    tensions: tuple[Array, Array]
+
+    def at(self, omega_b: Array) -> Array:
+        """`M_int` (N·m) at the speed of the bandage."""
+        turning = self.pair.turning(self.held, omega_b, jnp.zeros(self.pair.count, jnp.int32))
+        lifted = (self.pair.balance(*self.tensions, turning) < 0).astype(jnp.int32)
+        return self.pair.capacity(*self.tensions, self.pair.turning(self.held, omega_b, lifted))
+
+    def deceleration(self, torque: float, omega: float) -> tuple[float, float]:
+        """Time (s) and angle (rad) in which the bandage comes to rest from `omega` under the `torque` of the band, over
+        its inertia; infinite where it does not.
+
+            t/J_b = ∫ dω_b/(M_ext − M_int(ω_b)),   φ_b/J_b = ∫ ω_b dω_b/(M_ext − M_int(ω_b))
+
+        By Gauss–Legendre quadrature between the speeds at which linings lift off.
+        """
+        thrust, speeds = self.pair.bandage.centrifugal_force(jnp.asarray(1.0)), np.zeros(0)
+        if thrust is not None:
+            pressed = np.asarray(self.pair.balance(*self.tensions, self.held))
+            speeds = np.sqrt(pressed / np.maximum(np.asarray(thrust), 1e-300))
+        edges = np.concatenate([[0.0], np.sort(speeds[speeds < omega]), [omega]])
+        nodes, weights = np.polynomial.legendre.leggauss(_NODES)
+        half, middle = 0.5 * np.diff(edges)[:, None], 0.5 * (edges[1:] + edges[:-1])[:, None]
+        at, weight = np.ravel(middle + half * nodes), np.ravel(half * weights)
+        left = torque - np.asarray(jax.vmap(self.at)(jnp.asarray(at)))
+        if np.min(left) <= 0:
+            return math.inf, math.inf
+        return float(np.sum(weight / left)), float(np.sum(weight * at / left))
+
+
 def classical_staged_stop(scene: Scene) -> StagedStop | None:
     """The stop of a staged brake by statics and constant torques; `None` where there is none (model §4, after K).
 
-        M_ext = R_b T_0 (Π − 1),   M_int(T_n) = R Σ f_i [(T_i + T_{i−1}) sin(β_i/2) + N_pre,i]
+        M_ext = R_b T_0 (Π − 1)
+        M_int(T_n, ω_b) = R Σ f_i max(0, (T_i + T_{i−1}) sin(β_i/2) + N_pre,i − m_i r_m ω_b²)
 
-    With `T_0 ≤ T_on` the bandage rides with the pulley to the end (stage 1 alone); else it does so for no time:
+    With `T_0 ≤ T_on(ω_0)` the bandage rides with the pulley to the end (stage 1 alone); else it does so for no time:
 
         stage 1:  ω̇ = −(M_ext − M_load)/(J + J_b)
-        stage 2:  ω̇_b = −(M_ext − M_int)/J_b,   ω̇ = −(M_int − M_load)/J,   until ω_b = 0: t_2 = J_b ω_0/(M_ext −
-        M_int) stage 3:  R_b (T_n − T_0) = M_int(T_n) = M_3,   ω̇ = −(M_3 − M_load)/J
+        stage 2:  ω̇_b = −(M_ext − M_int)/J_b,   ω̇ = −(M_int − M_load)/J,   until ω_b = 0
+                  t_2 = J_b ω_0/(M_ext − M_int),  φ_b = ω_0 t_2/2  without masses, else by quadrature over ω_b
+        stage 3:  R_b (T_n − T_0) = M_int(T_n, 0) = M_3,   ω̇ = −(M_3 − M_load)/J
 
-    Friction works `W_ext = M_ext φ_b` and `W_int = M_int (φ − φ_b) + M_3 φ_3`. `T_0` is the maximum lever tension,
+    Friction works `W_ext = M_ext φ_b` and `W_int = ∫ M_int (ω − ω_b) dt + M_3 φ_3`. `T_0` is the maximum lever tension,
     load torque, inertia and coefficients those of the start; a bandage on springs counts as one body.
     There is none without speed at the start, with a lever that holds the speed, where a lining is self-locking, or
     where the load outweighs what brakes the pulley.
@@ -145,8 +196,11 @@ def classical_staged_stop(scene: Scene) -> StagedStop | None:
     held = Held(sliding, surface, jnp.asarray(False))
     arm, Pi = jnp.asarray(brake.band.radius), running_product(mu)
     M_ext = float(arm * T_0 * (Pi[-1] - 1))
-    M_int = float(pair.capacity(T_0, T_0 * Pi, held))
-    onset = float(internal_slip_tension(brake, J, load, sensed_at_start(scene), T_inner))
+    onset = onset_at(scene, omega)
+    on_rim = _Grip(pair, held, (T_0, T_0 * Pi))
+    t_2, phi_b = (J_b * each for each in on_rim.deceleration(M_ext, omega))
+    # the mean by the impulse of the bandage
+    M_int = M_ext - J_b * omega / t_2 if math.isfinite(t_2) else float(on_rim.at(jnp.asarray(omega)))
     known = (float(Pi[-1]), onset, M_ext, M_int)
     if float(T_0) <= onset:
         if M_ext <= load:
@@ -158,16 +212,19 @@ def classical_staged_stop(scene: Scene) -> StagedStop | None:
     ahead = jnp.asarray(1, jnp.int32)
     piece = pair.holding_piece(T_0, mu, ahead, arm, held)
     M_3 = float(arm * (pair.holding_tension(T_0, mu, piece, ahead, arm, held) - T_0))
-    if min(M_ext - M_int, M_3 - load) <= 0:
+    if not math.isfinite(t_2) or load >= M_3:
         return None
-    t_2 = J_b * omega / (M_ext - M_int)
     left = omega - (M_int - load) / J * t_2
     if left <= 0:  # impossible while the internal pair slips, within rounding
         return None
     t_3 = J * left / (M_3 - load)
-    phi_b, phi_2, phi_3 = 0.5 * omega * t_2, 0.5 * (omega + left) * t_2, 0.5 * left * t_3
+    # J (ω − ω_0) + J_b (ω_b − ω_0) = (M_load − M_ext) t in stage 2
+    phi_2 = omega * t_2 + ((load - M_ext) * t_2**2 / 2 + J_b * (omega * t_2 - phi_b)) / J
+    phi_3 = 0.5 * left * t_3
     external = PairStop(t_2, phi_b, M_ext * phi_b, omega)
     inside = phi_2 - phi_b + phi_3
-    internal = PairStop(t_2 + t_3, inside, M_int * (phi_2 - phi_b) + M_3 * phi_3, left)
+    # what stage 2 takes from the motion, less the work on the band
+    taken = 0.5 * J * (omega**2 - left**2) + 0.5 * J_b * omega**2 + load * phi_2
+    internal = PairStop(t_2 + t_3, inside, taken - external.work + M_3 * phi_3, left)
     times, torques = (0.0, t_2, t_3), (M_ext, M_int, M_3)
     return StagedStop(*known, times, torques, phi_2 + phi_3, external, internal)

@@ -187,7 +187,7 @@ def pulley(result: Result, time: float | int | None = None, *, figure: Figure | 
     words = None
     if len(contacts) > 1:
         words = "outer half of a lining: band on lining; inner half: lining on rim"
-        handles.append(Patch(fill=False, ec="0.3", label="load of a lining on the rim, preload included, kN"))
+        handles.append(Patch(fill=False, ec="0.3", label="load of a lining on the rim, kN"))
     handles += contact_legend(contacts)
     figure.legend(handles=handles, loc="outside lower center", ncols=2, fontsize=8, title=words, title_fontsize=8)
     return figure
