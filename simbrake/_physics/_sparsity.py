@@ -9,7 +9,7 @@ from jaxtyping import Bool, Int, PyTree
 
 from ..friction import memory_at_start
 from ..hybrid import CORE, LINEAR
-from ..thermal._heat import Heat, shared_faces
+from ..thermal._heat import Heat
 from ..thermal._network import place_of
 from ._mechanism import AbstractMechanism, Pair
 from ._thermal import nodes_of, spans
@@ -112,7 +112,7 @@ def _reached(joined: dict[Node, set[Node]], node: Node) -> set[int]:
 def _core(heat: Heat, joined: dict[Node, set[Node]]) -> set[int]:
     """Nodes that friction heats or senses, and those on links to a face where several links end; of junctions, those
     beside them."""
-    shared = shared_faces(heat)
+    shared = {face for surface in heat.surfaces for face in surface.faces}
     places = [p for pair in heat.pairs for p in (pair.metal, pair.lining, pair.sensor, pair.beyond) if p]
     places += [p for link in heat.links if {link.a, link.b} & shared for p in (link.a, link.b)]
     nodes = [node for place in places for node in _nodes(heat, place)]

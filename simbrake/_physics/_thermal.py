@@ -12,7 +12,7 @@ from jaxtyping import Float, PyTree
 
 from ..hybrid._arrays import Array
 from ..profiles import AbstractProfile
-from ..thermal._heat import FrictionHeat, Heat, PowerShares, place_count, shared_faces
+from ..thermal._heat import FrictionHeat, Heat, PowerShares, place_count
 from ..thermal._network import (
     AbstractLink,
     Body,
@@ -23,9 +23,12 @@ from ..thermal._network import (
     Wall,
     depends_on_temperatures,
     is_constant,
+    is_perfect,
     nodes_at,
     place_of,
 )
+from ..thermal._surfaces import Surface
+from ._faces import Balances, End, Path, flows_of, gathered
 
 #: pieces of the given functions of time
 Pieces = tuple[PyTree, ...]
@@ -84,18 +87,8 @@ class Deposit(NamedTuple):
     beyond: Any = None  # part of the heat to metal that went behind the linings
 
 
-class End(NamedTuple):
-    """End of a link: temperature (of a wall: of its outermost layer), resistance from there to the face."""
-
-    place: str
-    T: Array
-    half: Array | None
-    shared: bool  # with other links or a source
-
-
 # --- the network ready for integration --------------------------------------------------------------------------------
 
-_FACES = 4  # passes over links that share a wall's face
 _NEWTON = 8  # iterations for junctions with radiation or free convection
 
 
@@ -118,6 +111,7 @@ class Thermal(eqx.Module):
     bend: Float[Array, " k"] | None
     between: Float[Array, " interfaces"] | None
     through: tuple[Array | None, ...]  # conductance of each link from node to node (W/K) where it cannot change
+    per_kelvin: tuple[Array | None, ...]  # of each surface: constant part of the heat that it gives away per kelvin
     shares: PowerShares | None = None  # of the friction power
 
     @property
@@ -189,12 +183,15 @@ class Thermal(eqx.Module):
             faces={place: flow for place, flow in into.items() if place_of(place)[1]},
         )
 
-    def _enter(self, into: dict[str, Array], place: str, flow: Array) -> None:
-        """Adds a flow to those into a place: node by node, or all of it into the only node."""
+    def _enter(self, into: dict[str, Array], place: str, flow: Array, leaves: bool = False) -> None:
+        """Adds a flow to those into a place, or takes it away: node by node, or all of it at the only node."""
         n = place_count(self.heat, place)
         if flow.shape != (n,):
             flow = jnp.sum(flow, keepdims=True) if n == 1 else jnp.broadcast_to(flow, (n,))
-        into[place] = into[place] + flow if place in into else flow
+        if place not in into:
+            into[place] = -flow if leaves else flow
+        else:
+            into[place] = into[place] - flow if leaves else into[place] + flow
 
     def _spread(self, into: dict[str, Array]) -> Float[Array, " k"]:
         """Flows into places, at all nodes with capacity."""
@@ -224,46 +221,73 @@ class Thermal(eqx.Module):
     ) -> dict[str, Array]:
         """Flows into all places: those that are `given`, and those of the links.
 
-        A link that ends at a wall's face lies in series with half the first layer. What sources bring and other links
-        take there, and the surface temperature of a law, come from the pass before: each pass brings the
-        error down by `g · half`, and heat is conserved in any case, as a flow that leaves one end enters the other.
+        A link that alone ends at a wall's face lies in series with half the first layer. Other faces are eliminated.
+        Heat is conserved in any case: a flow that leaves one end enters the other.
         """
-        links, shared = self.heat.links, shared_faces(self.heat)
-        ends = [[End(p, at(p), _half_at(self.heat, p, half), p in shared) for p in (k.a, k.b)] for k in links]
-        again = [
-            any(end.shared for end in pair)
-            or (any(end.half is not None for end in pair) and depends_on_temperatures(link, self.heat.bodies))
-            for link, pair in zip(links, ends, strict=True)
-        ]
-        flows: dict[int, Array] = {}
-        into = given
-        for _ in range(_FACES if any(again) else 1):
-            flows = {
-                i: flows[i] if i in flows and not again[i] else self._flow(i, pair, flows.get(i), into, around)
-                for i, pair in enumerate(ends)
-            }
-            into = dict(given)
-            for link, flow in zip(links, flows.values(), strict=True):
-                self._enter(into, link.a, flow)
-                self._enter(into, link.b, -flow)
+        surfaces, rows = self.heat.surfaces, Balances()
+        S: dict[int, Array] = {}
+        for i, surface in enumerate(surfaces):
+            if surface.nodes:
+                S[i] = at(surface.nodes[0])
+                continue
+            rows.open(i, surface.size, self.per_kelvin[i])
+            for face in surface.faces:
+                R, n = _half_at(self.heat, face, half), place_count(self.heat, face)
+                rows.enter(i, 1 / R if self.per_kelvin[i] is None else None, at(face) / R, n)
+                if face in given:
+                    rows.enter(i, None, given[face], n)
+        paths = self._paths(at, half, around, S)
+        flows, found = flows_of(list(paths.values()), rows)
+        into = dict(given)
+        for i, flow in zip(paths, flows, strict=True):
+            self._enter(into, self.heat.links[i].a, flow)
+            self._enter(into, self.heat.links[i].b, flow, leaves=True)
+        for i, surface in enumerate(surfaces):
+            self._divide(surface, (S | found)[i], at, half, into)
         return into
 
-    def _flow(self, i: int, ends: list[End], own: Array | None, into: dict[str, Array], around: Surroundings) -> Array:
-        """Flow through a link from `b` to `a`; `own`, `into`: the same flow and those into places, a pass before."""
-        seen, surface = [end.T for end in ends], [end.T for end in ends]
-        for k, end in enumerate(ends):
-            if end.half is None or end.place not in into:
+    def _paths(
+        self, at: Callable[[str], Array], half: Array | None, around: Surroundings, S: dict[int, Array]
+    ) -> dict[int, Path]:
+        """The links but for perfect contacts inside a surface; `S`: temperatures of surfaces that lumps set."""
+        surfaces, found = self.heat.surfaces, {}
+        of = {face: i for i, surface in enumerate(surfaces) for face in surface.faces}
+
+        def end(place: str) -> End:
+            i = of.get(place)
+            return End(S[i], None) if i in S else End(at(place), i)
+
+        for i, (link, g) in enumerate(zip(self.heat.links, self.through, strict=True)):
+            places = (link.a, link.b)
+            halves = [_half_at(self.heat, place, half) for place in places if place not in of]
+
+            def law(T_a: Array, T_b: Array, link: AbstractLink = link, halves: list = halves) -> Array:
+                return _in_series(link.conductance(T_a, T_b, around), halves)
+
+            if is_perfect(link, self.heat.bodies) and any(set(places) <= {*s.faces, *s.nodes} for s in surfaces):
                 continue
-            surface[k] = end.T + end.half * into[end.place]
-            if end.shared:  # the half layer carries the link's own flow in series with it
-                seen[k] = surface[k]
-                if own is not None:
-                    seen[k] = surface[k] - end.half * own if k == 0 else surface[k] + end.half * own
-        g = self.through[i]
-        if g is None:
-            law = self.heat.links[i].conductance(surface[0], surface[1], around)
-            g = _in_series(law, [end.half for end in ends])
-        return g * (seen[1] - seen[0])
+            a, b = (end(place) for place in places)
+            booked = g is not None and self.bend is None
+            if g is None and not depends_on_temperatures(link, self.heat.bodies):
+                g = law(a.T, b.T)
+            found[i] = Path(a, b, max(place_count(self.heat, place) for place in places), g, law, booked)
+        return found
+
+    def _divide(
+        self, surface: Surface, S: Array, at: Callable[[str], Array], half: Array | None, into: dict[str, Array]
+    ) -> None:
+        """Distributes the flows into faces in perfect contact: what is left goes to the lump that sets their
+        temperature, or to the last of them."""
+        counts = {face: place_count(self.heat, face) for face in surface.faces}
+        rest = surface.nodes[0] if surface.nodes else max(f for f, n in counts.items() if n == surface.size)
+        if len(surface.faces) == 1 and rest in counts:
+            return
+        left = [gathered(into.pop(face), surface.size, n) for face, n in counts.items() if face in into]
+        for face, n in counts.items():
+            if face != rest:
+                into[face] = (S - at(face)) / _half_at(self.heat, face, half)
+                left.append(-gathered(into[face], surface.size, n))
+        self._enter(into, rest, total(left))
 
     def junctions(self, T: Array, t: Array, around: Surroundings, pieces: Pieces = ()) -> Float[Array, " j"]:
         """Temperatures of the nodes without capacity, friction apart: no heat stays in them."""
@@ -439,13 +463,34 @@ def _joined(values: Sequence[Array | float | None], counts: list[int], absent: f
 
 def _fixed(heat: Heat, link: AbstractLink, half: Array | None) -> Array | None:
     """Conductance of a link between two nodes, if it cannot change during a run."""
-    ends = [body_of(heat, place_of(place)[0]) for place in (link.a, link.b)]
-    bends = any(isinstance(body, Wall) and body.material.conductivity_slope is not None for body in ends)
-    if bends or not is_constant(link, heat.bodies):
+    joined = {face for surface in heat.surfaces for face in surface.faces}
+    apart = [place for place in (link.a, link.b) if place not in joined]
+    walls = [body for place in apart if isinstance(body := body_of(heat, place_of(place)[0]), Wall)]
+    if any(wall.material.conductivity_slope is not None for wall in walls) or not is_constant(link, heat.bodies):
         return None
+    alone = [_half_at(heat, place, half) for place in apart]
     T_a, T_b = (jnp.zeros(place_count(heat, place)) for place in (link.a, link.b))
     g = link.conductance(T_a, T_b, Surroundings())
-    return _in_series(g, [_half_at(heat, place, half) for place in (link.a, link.b)])
+    return None if g is None and not any(R is not None for R in alone) else _in_series(g, alone)
+
+
+def _per_kelvin(
+    heat: Heat, half: Array, through: tuple[Array | None, ...]
+) -> tuple[Array | None, ...]:
+    """Heat that each surface gives to its half layers and through links of a constant conductance, per kelvin."""
+    found: list[Array | None] = []
+    free = {face for surface in heat.surfaces for face in surface.faces if not surface.nodes}
+    for surface in heat.surfaces:
+        if surface.nodes:
+            found.append(None)
+            continue
+        parts = [(1 / half[nodes_of(heat, spans(heat), face)], face) for face in surface.faces]
+        for link, g in zip(heat.links, through, strict=True):
+            here, there = (link.a, link.b) if link.a in surface.faces else (link.b, link.a)
+            if g is not None and here in surface.faces and there not in free:
+                parts.append((g, max((here, there), key=lambda place: place_count(heat, place))))
+        found.append(total([gathered(g, surface.size, place_count(heat, place)) for g, place in parts]))
+    return tuple(found)
 
 
 def assemble_thermal(
@@ -459,5 +504,7 @@ def assemble_thermal(
     half, bend = _joined(columns[4], counts, absent=1.0), _joined(columns[5], counts)
     between = None if half is None or bend is not None else _between(heat, half)
     through = tuple(_fixed(heat, link, half) for link in heat.links)
-    thermal = Thermal(heat, C, 1 / C, slope, reference, half, bend, between, through, shares)
+    none = tuple(None for _ in heat.surfaces)
+    per_kelvin = none if half is None or bend is not None else _per_kelvin(heat, half, through)
+    thermal = Thermal(heat, C, 1 / C, slope, reference, half, bend, between, through, per_kelvin, shares)
     return thermal, thermal.contents(start)

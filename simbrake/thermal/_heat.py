@@ -27,6 +27,7 @@ from ._network import (
     place_of,
     size_of,
 )
+from ._surfaces import Surface, faults_of_surfaces, place_size, surfaces_of
 
 
 class PowerSplit(NamedTuple):
@@ -259,6 +260,11 @@ class Heat(Part):
         return tuple(pair for pair in (self.friction, self.external) if pair is not None)
 
     @property
+    def surfaces(self) -> list[Surface]:
+        """Faces of walls whose temperatures follow from a balance of heat flows."""
+        return surfaces_of(self.bodies, self.links, self.sources)
+
+    @property
     def hot_places(self) -> dict[str, str]:
         """Places whose temperatures are reported; `outer`: the outer faces of a staged brake's linings."""
         outer = None if self.external is None else self.external.lining
@@ -277,6 +283,7 @@ class Heat(Part):
         """Errors beyond the ranges of single numbers (concrete values only)."""
         heated = [place for pair in self.pairs for place in (pair.metal, pair.lining, pair.beyond)]
         found = faults_of_network(self.bodies, self.links, self.sources, path, tuple(p for p in heated if p))
+        found = found or faults_of_surfaces(self.bodies, self.links, self.sources, path)
         if found:
             return found
         by_name = {body.name: body for body in self.bodies}
@@ -340,19 +347,4 @@ def initial_temperatures(heat: Heat) -> Float[np.ndarray, " k"]:
 
 def place_count(heat: Heat, place: str) -> int:
     """Number of nodes of a place."""
-    name, face = place_of(place)
-    return size_of(next(body for body in heat.bodies if body.name == name), face)
-
-
-def shared_faces(heat: Heat) -> set[str]:
-    """Faces of walls at which a link ends beside another link or a source."""
-    ends: dict[str, int] = {}
-    for link in heat.links:
-        for place, other in ((link.a, link.b), (link.b, link.a)):
-            if place_of(place)[1]:
-                flows = place_count(heat, other) if place_count(heat, place) == 1 else 1
-                ends[place] = ends.get(place, 0) + flows
-    for source in heat.sources:
-        if source.a in ends:
-            ends[source.a] += 1
-    return {place for place, count in ends.items() if count > 1}
+    return place_size(place, {body.name: body for body in heat.bodies})

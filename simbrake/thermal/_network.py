@@ -44,6 +44,7 @@ class Reads(NamedTuple):
 
     temperatures: bool
     surroundings: bool
+    perfect: bool  # contact without resistance
 
 
 @per_structure
@@ -54,13 +55,15 @@ def reads(link: AbstractLink, n_a: int, n_b: int) -> Reads:
     """
     one = jax.ShapeDtypeStruct((), np.float64)
     ends = [jax.ShapeDtypeStruct((n,), np.float64) for n in (n_a, n_b)]
-    _, *temperatures, around = read_by(
-        lambda link, T_a, T_b, around: link.conductance(T_a, T_b, around),
-        link,
-        *ends,
-        Surroundings(one, one),
-    )
-    return Reads(any(temperatures), any(around))
+
+    def conductance(link: AbstractLink, T_a: Array, T_b: Array, around: Surroundings) -> Temperatures | None:
+        return link.conductance(T_a, T_b, around)
+
+    given = link, *ends, Surroundings(one, one)
+    if jax.eval_shape(conductance, *given) is None:
+        return Reads(temperatures=False, surroundings=False, perfect=True)
+    _, *temperatures, around = read_by(conductance, *given)
+    return Reads(any(temperatures), any(around), perfect=False)
 
 
 class Conductance(AbstractLink):
@@ -300,7 +303,13 @@ def depends_on_temperatures(link: AbstractLink, bodies: tuple[Body, ...]) -> boo
 
 def is_constant(link: AbstractLink, bodies: tuple[Body, ...]) -> bool:
     """Whether the conductance of a link between two of the `bodies` depends on nothing that changes during a run."""
-    return not any(reads(link, *_sizes(link, bodies)))
+    found = reads(link, *_sizes(link, bodies))
+    return not (found.temperatures or found.surroundings)
+
+
+def is_perfect(link: AbstractLink, bodies: tuple[Body, ...]) -> bool:
+    """Whether a link between two of the `bodies` is a contact without resistance."""
+    return reads(link, *_sizes(link, bodies)).perfect
 
 
 def _sizes(link: AbstractLink, bodies: tuple[Body, ...]) -> tuple[int, int]:
