@@ -9,8 +9,8 @@ import pytest
 from scipy.optimize import root
 
 import simbrake as sb
-from simbrake._physics._thermal import assemble_thermal
-from simbrake.thermal import Conductance, Convection, Lump, Radiation, Reservoir, Source, Surroundings, ThermalContact
+from simbrake._physics._thermal import Conditions, assemble_thermal
+from simbrake.thermal import Conductance, Convection, Lump, Radiation, Reservoir, Source, ThermalContact
 
 N, SIGMA = 3, 5.670374419e-8
 STEEL, LINING = sb.Material(48.0, 7800.0, 500.0), sb.Material(0.7, 2000.0, 1000.0)
@@ -111,7 +111,9 @@ def dense(T, radiant=()):
         S, into = flows(x)
         rest = [(into[name] - (S[name] - inside) / half[name]) / 1e3 for name, inside in faces.items()]
         at = {**places, **S}
-        return np.concatenate([*rest, *(np.zeros(n) + at[b] - at[a] for (a, b), n in zip(perfect, number, strict=True))])
+        return np.concatenate(
+            [*rest, *(np.zeros(n) + at[b] - at[a] for (a, b), n in zip(perfect, number, strict=True))]
+        )
 
     x = np.concatenate([*faces.values(), np.zeros(sum(number))])
     for _ in range(3):  # a fresh Jacobian at the solution takes it to rounding
@@ -127,7 +129,7 @@ def ours(heat, T):
     """The same by simbrake: flows into faces, lumps and the air, and their sum at all nodes."""
     thermal, _ = assemble_thermal(heat)
     nodes = np.concatenate([np.ravel(T[body.name]) for body in heat.bodies if not isinstance(body, Reservoir)])
-    flows = thermal.flows(jnp.asarray(nodes), jnp.zeros(0), 0.0, Surroundings(), ())
+    flows = thermal.flows(jnp.asarray(nodes), jnp.zeros(0), 0.0, Conditions(), ())
     spans = thermal.spans.stores
     inside = jnp.concatenate([jnp.zeros(1), thermal.between * (nodes[:-1] - nodes[1:]), jnp.zeros(1)])
     outer = flows.into - (inside[:-1] - inside[1:])  # without conduction inside walls
@@ -166,7 +168,7 @@ def test_error_of_radiation_on_rims_and_linings(conductivity, half, error, hot):
     wall = sb.thermal.Wall("w", sb.Material(conductivity, 2000.0, 1000.0), 4 * half, 1.0, 2)
     links = (Radiation("w.front", 1.0, 0.8), Convection("w.front", 1.0, 25.0))
     thermal, _ = assemble_thermal(sb.Heat((wall, Reservoir("air", 300.0)), links))
-    found = thermal.flows(jnp.full(2, hot), jnp.zeros(0), 0.0, Surroundings(), ()).faces["w.front"][0]
+    found = thermal.flows(jnp.full(2, hot), jnp.zeros(0), 0.0, Conditions(), ()).faces["w.front"][0]
     S = hot
     for _ in range(20):
         out = 0.8 * SIGMA * (S**4 - 300.0**4) + 25.0 * (S - 300.0)
@@ -181,7 +183,7 @@ def test_derivative_of_a_flow_through_eliminated_faces():
         links = (dataclasses.replace(heat.links[0], value=g), *heat.links[1:])
         thermal, _ = assemble_thermal(dataclasses.replace(heat, links=links))
         nodes = np.concatenate([np.ravel(T[body.name]) for body in heat.bodies if not isinstance(body, Reservoir)])
-        return thermal.flows(jnp.asarray(nodes), jnp.zeros(0), 0.0, Surroundings(), ()).lost
+        return thermal.flows(jnp.asarray(nodes), jnp.zeros(0), 0.0, Conditions(), ()).lost
 
     h = 1e-2
     up, down, up2, down2 = (float(lost(45.0 + s * h)) for s in (1, -1, 2, -2))

@@ -279,6 +279,11 @@ def _faults_of_heat(scene: Scene) -> list[Fault]:
             table = f"{float(bounds[0]):g}…{float(bounds[1]):g} K"
             what = f"the table of {table} does not cover the start at {T.min():g}…{T.max():g} K"
             found.append(Fault(where, what, "extend the table; it is not extrapolated"))
+    for i in heat.pressed:
+        field = scene.brake.pairs["internal" if heat.stays_covered(heat.links[i]) else "external"].field
+        if getattr(scene.brake, field).area is None:
+            hint = f"the contact law of heat.links[{i}] depends on the pressure"
+            found.append(Fault(f"brake.{field}.area", "is missing", hint))
     if heat.flash is not None:
         if not isinstance(scene.brake, Brake):
             what = f"is not available for a {scene.brake.words.brake}"

@@ -15,7 +15,6 @@ from ..hybrid._arrays import Array
 from ..hybrid._system import Instant, variables_of
 from ..loads import AbstractLoad, AbstractSpeedLever
 from ..profiles import AbstractProfile, Real, hides_nothing, next_known_time
-from ..thermal._network import Surroundings
 from ._mechanism import (
     OPEN,
     AbstractMechanism,
@@ -33,7 +32,7 @@ from ._mechanism import (
 )
 from ._sliding import AbstractGrip
 from ._sparsity import couplings, couplings_of_memory
-from ._thermal import Deposit, HeatFlows, Pieces, Thermal, total
+from ._thermal import Conditions, Deposit, HeatFlows, Pieces, Thermal, total
 
 #: passes in which tension and temperature after a jump are settled; each leaves about 1e-3 of the one before it
 _PASSES = 4
@@ -194,13 +193,30 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         more = self.load.added_inertia(_piece(mode, LOAD))
         return self.inertia if more is None else self.inertia + more
 
-    def _network(self, t: Array, y: State, mode: Mode) -> tuple[Array, Array, Array, Surroundings, Pieces]:
+    def _network(self, t: Array, y: State, mode: Mode) -> tuple[Array, Array, Array, Conditions, Pieces]:
         """The thermal network at one instant, input of its heat flows: temperatures of nodes and junctions, time,
-        speed of the track and whether the linings touch it, pieces of given functions."""
+        conditions at the surfaces, pieces of given functions."""
         assert self.thermal is not None
-        around = Surroundings(jnp.abs(y.omega) * self.track_radius, jnp.where(mode.band == OPEN, 0.0, 1.0))
+        around = Conditions(
+            speed=jnp.abs(y.omega) * self.track_radius,
+            lining_speed=jnp.abs(self.mechanism.lining_speed(y.own)),
+            closed=jnp.where(mode.band == OPEN, 0.0, 1.0),
+            pressures=self._pressures(t, y, mode) if self.thermal.heat.pressed else (0.0,),
+        )
         T, pieces = self.thermal.temperatures(y.heat), tuple(_piece(mode, i) for i in range(HEAT, len(mode.pieces)))
         return T, self.thermal.junctions(T, t, around, pieces), t, around, pieces
+
+    def _pressures(self, t: Array, y: State, mode: Mode) -> tuple[Array, ...]:
+        """Pressures of the linings (Pa) in each pair. Loads do not depend on how fast temperatures change: here they do
+        not change at all."""
+        surfaces, load = self.surfaces(y), jnp.asarray(self.load.torque(t, y.omega, _piece(mode, LOAD)))
+        tension, pull = self.lever_tension(t, y.omega, mode, load, surfaces)
+        still = self._at_sensors(jnp.zeros_like(y.heat))
+        acting = Acting(t, tension, pull, load, self.inertia_at(mode), surfaces, lambda forces: still)
+        z = self.mechanism.variables(acting, y.omega, y.own, mode)
+        shown = self.mechanism.shown(tension, y.omega, y.own, mode, surfaces, z).pairs
+        each = zip(self.mechanism.pairs, shown, strict=True)
+        return tuple(jnp.zeros(()) if pair.area is None else now.normal / pair.area for pair, now in each)
 
     def sensed(self, u: Array | None) -> tuple[Array | None, ...]:
         """Temperatures (K) that the law of each pair sees, (n,), for the heat contents `u`; `None`: there are none."""

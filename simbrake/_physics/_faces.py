@@ -53,7 +53,7 @@ class Tangent(NamedTuple):
 class Balances:
     """Linear balances of surfaces without capacity, gathered flow by flow.
 
-        (e_c + Σ_d W_cd) S_c = b_c + Σ_d W_cd S_d
+    (e_c + Σ_d W_cd) S_c = b_c + Σ_d W_cd S_d
     """
 
     def __init__(self) -> None:

@@ -448,6 +448,10 @@ class AbstractMechanism(eqx.Module):
     def shown(self, tension: Array, omega: Array, own: PyTree, mode: Mode, surfaces: Surfaces, z: PyTree) -> Shown:
         """Its results at one instant; `tension` is the lever's."""
 
+    def lining_speed(self, own: PyTree) -> Array | float:
+        """Speed (m/s) of the linings' outer faces, of each or of all: 0 of linings that do not turn."""
+        return 0.0
+
     @property
     def shows_friction(self) -> bool:
         """Whether coefficients of friction are shown: friction heats bodies of the scene, or its laws have states."""

@@ -296,6 +296,9 @@ class SprungBandage(AbstractMechanism):
     def own_rates(self, z: SprungNow) -> SprungState:
         return SprungState(z.stretching, z.accelerations)
 
+    def lining_speed(self, own: SprungState) -> Array:
+        return self.band_radius * own.speeds
+
     def rubs(self, mode: Mode, z: SprungNow) -> tuple[Rub, ...]:
         outer, inner = mode.own.outer, mode.own.inner
         on_band = jnp.where(outer == 0, 0.0, z.outer_slip)

@@ -250,6 +250,9 @@ class StagedBrake(AbstractElasticBand):
     def own_rates(self, z: StagedNow) -> Carried:
         return Carried(z.band_speed if self.stretches else None, z.alpha_b)
 
+    def lining_speed(self, own: Carried) -> Array:
+        return self.wrap.radius * own.omega_b
+
     def rubs(self, mode: Mode, z: StagedNow) -> tuple[Rub, ...]:
         inner = mode.own.inner
         force = jnp.where(inner < 0, -1.0, 1.0) * z.inner_friction

@@ -25,6 +25,7 @@ from ..thermal._network import (
     is_constant,
     is_perfect,
     nodes_at,
+    opens,
     place_of,
 )
 from ..thermal._surfaces import Surface
@@ -85,6 +86,19 @@ class Deposit(NamedTuple):
     lost: Array
     faces: dict[str, Array]
     beyond: Any = None  # part of the heat to metal that went behind the linings
+
+
+class Conditions(NamedTuple):
+    """What a network depends on besides temperatures and time.
+
+    - `speed` (m/s) of the track, `lining_speed` of the outer faces of the linings, 0 where these stand still
+    - `closed`: 1 while the band is closed, else 0;  `pressures` (Pa) of the linings in each friction pair
+    """
+
+    speed: Any = 0.0
+    lining_speed: Any = 0.0
+    closed: Any = 0.0
+    pressures: tuple[Any, ...] = (0.0,)
 
 
 # --- the network ready for integration --------------------------------------------------------------------------------
@@ -162,7 +176,7 @@ class Thermal(eqx.Module):
             return self.half
         return self.half / (1 + self.bend * (T - self.reference))
 
-    def flows(self, T: Array, T_J: Array, t: Array, around: Surroundings, pieces: Pieces = ()) -> HeatFlows:
+    def flows(self, T: Array, T_J: Array, t: Array, around: Conditions, pieces: Pieces = ()) -> HeatFlows:
         """Heat flows at given temperatures, friction apart."""
         reservoirs, powers = self._given(t, pieces)
         given: dict[str, Array] = {}
@@ -217,7 +231,7 @@ class Thermal(eqx.Module):
         return jnp.concatenate(parts) if parts else jnp.zeros(0)
 
     def _through(
-        self, at: Callable[[str], Array], half: Array | None, around: Surroundings, given: dict[str, Array]
+        self, at: Callable[[str], Array], half: Array | None, around: Conditions, given: dict[str, Array]
     ) -> dict[str, Array]:
         """Flows into all places: those that are `given`, and those of the links.
 
@@ -232,7 +246,8 @@ class Thermal(eqx.Module):
                 continue
             rows.open(i, surface.size, self.per_kelvin[i])
             for face in surface.faces:
-                R, n = _half_at(self.heat, face, half), place_count(self.heat, face)
+                R: Any = _half_at(self.heat, face, half)
+                n = place_count(self.heat, face)
                 rows.enter(i, 1 / R if self.per_kelvin[i] is None else None, at(face) / R, n)
                 if face in given:
                     rows.enter(i, None, given[face], n)
@@ -247,7 +262,7 @@ class Thermal(eqx.Module):
         return into
 
     def _paths(
-        self, at: Callable[[str], Array], half: Array | None, around: Surroundings, S: dict[int, Array]
+        self, at: Callable[[str], Array], half: Array | None, around: Conditions, S: dict[int, Array]
     ) -> dict[int, Path]:
         """The links but for perfect contacts inside a surface; `S`: temperatures of surfaces that lumps set."""
         surfaces, found = self.heat.surfaces, {}
@@ -261,17 +276,30 @@ class Thermal(eqx.Module):
             places = (link.a, link.b)
             halves = [_half_at(self.heat, place, half) for place in places if place not in of]
 
-            def law(T_a: Array, T_b: Array, link: AbstractLink = link, halves: list = halves) -> Array:
-                return _in_series(link.conductance(T_a, T_b, around), halves)
+            seen, parts = self._around(link, around), opens(link)
+
+            def law(T_a: Array, T_b: Array, link: Any = link, seen: Any = seen, halves: Any = halves) -> Array:
+                g = _in_series(link.conductance(T_a, T_b, seen), halves)
+                return g * seen.closed if opens(link) else g
 
             if is_perfect(link, self.heat.bodies) and any(set(places) <= {*s.faces, *s.nodes} for s in surfaces):
                 continue
             a, b = (end(place) for place in places)
-            booked = g is not None and self.bend is None
+            booked = g is not None and self.bend is None and not parts
             if g is None and not depends_on_temperatures(link, self.heat.bodies):
                 g = law(a.T, b.T)
+            elif g is not None and parts:
+                g = g * seen.closed
             found[i] = Path(a, b, max(place_count(self.heat, place) for place in places), g, law, booked)
         return found
+
+    def _around(self, link: AbstractLink, around: Conditions) -> Surroundings:
+        """Conditions at the surfaces of one link."""
+        covered, kind, speed = self.heat.stays_covered(link), self.heat.kinds.get(place_of(link.a)[0]), around.speed
+        if kind in ("linings", "band"):
+            speed = around.lining_speed if kind == "linings" else 0.0
+            speed = jnp.mean(speed) if jnp.ndim(speed) and place_count(self.heat, link.a) == 1 else speed
+        return Surroundings(speed, 1.0 if covered else around.closed, around.pressures[-1 if covered else 0])
 
     def _divide(
         self, surface: Surface, S: Array, at: Callable[[str], Array], half: Array | None, into: dict[str, Array]
@@ -285,11 +313,12 @@ class Thermal(eqx.Module):
         left = [gathered(into.pop(face), surface.size, n) for face, n in counts.items() if face in into]
         for face, n in counts.items():
             if face != rest:
-                into[face] = (S - at(face)) / _half_at(self.heat, face, half)
+                R: Any = _half_at(self.heat, face, half)
+                into[face] = (S - at(face)) / R
                 left.append(-gathered(into[face], surface.size, n))
         self._enter(into, rest, total(left))
 
-    def junctions(self, T: Array, t: Array, around: Surroundings, pieces: Pieces = ()) -> Float[Array, " j"]:
+    def junctions(self, T: Array, t: Array, around: Conditions, pieces: Pieces = ()) -> Float[Array, " j"]:
         """Temperatures of the nodes without capacity, friction apart: no heat stays in them."""
         where = self.spans.junctions
         n = max((here.stop for here in where.values()), default=0)
@@ -338,7 +367,7 @@ class Thermal(eqx.Module):
         T: Array,
         T_J: Array,
         t: Array,
-        around: Surroundings,
+        around: Conditions,
         pieces: Pieces = (),
     ) -> Deposit:
         """Distribution of the friction powers `P` of the linings in a pair, as far as they are heat (W, or J); linear
@@ -474,9 +503,7 @@ def _fixed(heat: Heat, link: AbstractLink, half: Array | None) -> Array | None:
     return None if g is None and not any(R is not None for R in alone) else _in_series(g, alone)
 
 
-def _per_kelvin(
-    heat: Heat, half: Array, through: tuple[Array | None, ...]
-) -> tuple[Array | None, ...]:
+def _per_kelvin(heat: Heat, half: Array, through: tuple[Array | None, ...]) -> tuple[Array | None, ...]:
     """Heat that each surface gives to its half layers and through links of a constant conductance, per kelvin."""
     found: list[Array | None] = []
     free = {face for surface in heat.surfaces for face in surface.faces if not surface.nodes}
@@ -487,7 +514,7 @@ def _per_kelvin(
         parts = [(1 / half[nodes_of(heat, spans(heat), face)], face) for face in surface.faces]
         for link, g in zip(heat.links, through, strict=True):
             here, there = (link.a, link.b) if link.a in surface.faces else (link.b, link.a)
-            if g is not None and here in surface.faces and there not in free:
+            if g is not None and here in surface.faces and there not in free and not opens(link):
                 parts.append((g, max((here, there), key=lambda place: place_count(heat, place))))
         found.append(total([gathered(g, surface.size, place_count(heat, place)) for g, place in parts]))
     return tuple(found)

@@ -14,6 +14,7 @@ from ..brakes._design import unloaded
 from ..friction import AbstractFriction, AnyContact, remembers
 from ..hybrid._arrays import Array
 from ..profiles import AbstractProfile
+from ..thermal._contact import ThermalContact
 from ..thermal._heat import Heat
 from ..thermal._material import ROOM
 from ..thermal._network import AbstractCoefficient, Lump, Radiation, Surroundings, Wall, place_of
@@ -42,6 +43,9 @@ def _sizes(heat: Heat) -> tuple[dict[str, Array], dict[str, Array], list[Array |
     for link in heat.links:
         if isinstance(link, Radiation) or isinstance(getattr(link, "coefficient", None), AbstractCoefficient):
             links.append(None)
+            continue
+        if isinstance(link, ThermalContact) and link.law is not None:  # as of a perfect contact
+            links.append(jnp.zeros(()))
             continue
         T = [at_start[place_of(place)[0]] for place in (link.a, link.b)]
         T = [jnp.asarray(ROOM) if isinstance(x, AbstractProfile) else jnp.mean(jnp.asarray(x)) for x in T]

@@ -16,7 +16,7 @@ from .._base._quantity import as_arrays, faults_of_tolerance, faults_of_values
 from .._parts._scene import Scene, pairs_of
 from .._physics._brake import course_of_profile
 from .._physics._sparsity import couplings
-from .._physics._thermal import Thermal, assemble_thermal
+from .._physics._thermal import Conditions, Thermal, assemble_thermal
 from ..friction import remembers
 from ..hybrid import (
     QUADRATURE,
@@ -29,7 +29,7 @@ from ..hybrid import (
 from ..hybrid._arrays import Array
 from ..profiles import hides_nothing, next_known_time
 from ..thermal._heat import Heat, initial_temperatures, node_names
-from ..thermal._network import Junction, Reservoir, Surroundings
+from ..thermal._network import Junction, Reservoir
 from ._choice import stiff_heat
 from ._metrics import closure_of
 from ._probe import Number, is_traced
@@ -46,12 +46,7 @@ class NetworkSystem(AbstractHybridSystem):
     """The network as a system without guards; its state is `(u, heat lost, heat supplied)`."""
 
     thermal: Thermal
-    speed: Array
-    closed: Array
-
-    @property
-    def around(self) -> Surroundings:
-        return Surroundings(jnp.asarray(self.speed), jnp.asarray(self.closed))
+    around: Conditions
 
     def rhs(self, t: Array, y: Course, mode: Pieces) -> Course:
         T = self.thermal.temperatures(y[0])
@@ -92,11 +87,24 @@ class HeatResult(NamedTuple):
     record: Record
 
 
+def _around(heat: Heat, speed: Number, closed: Number, pressure: Number) -> Conditions:
+    """Conditions of a network alone: the linings of a staged brake turn with its rim, those of others stand still."""
+    track, closed, pressure = (jnp.asarray(x) for x in (speed, closed, pressure))
+    return Conditions(track, 0.0 if heat.external is None else track, closed, (pressure,))
+
+
 def _run(
-    heat: Heat, ts: Array, speed: Array, closed: Array, rtol: Array, method: AbstractMethod, max_steps: int
+    heat: Heat,
+    ts: Array,
+    speed: Array,
+    closed: Array,
+    pressure: Array,
+    rtol: Array,
+    method: AbstractMethod,
+    max_steps: int,
 ) -> HeatResult:
     thermal, u = assemble_thermal(heat)
-    system = NetworkSystem(thermal, speed, closed)
+    system = NetworkSystem(thermal, _around(heat, speed, closed, pressure))
     ts = jnp.asarray(ts, jnp.float64)
     mode = tuple(jnp.asarray(p.first_piece(ts[0]), jnp.int32) for p in heat.profiles)
     hidden = not all(hides_nothing(p, course_of_profile) for p in heat.profiles)
@@ -132,6 +140,7 @@ def simulate_heat(
     *,
     speed: Number = 0.0,
     closed: Number = 0.0,
+    pressure: Number = 0.0,
     solver: Solver | None = None,
     rtol: Number = 1e-10,
     max_steps: int = 4096,
@@ -140,13 +149,15 @@ def simulate_heat(
 
     The run goes from the first of `ts` to the last.
 
-    - `speed` (m/s) of the track and `closed` (1: the linings cover their share), for convection that looks at them
+    - `speed` (m/s) of the track, for convection; the linings of a staged brake turn with it
+    - `closed`: 1 where linings cover their share and contacts that open are closed;  `pressure` (Pa) of the linings,
+      for contacts with a law of it
     - `solver`, `rtol`: as in `simulate`
 
     Differentiable and batchable like `simulate`. Raises `InputError` with all errors of the network, for times that
     decrease or a tolerance that is none, `RuntimeError` if the integration fails.
     """
-    traced = is_traced((heat, ts, speed, rtol))
+    traced = is_traced((heat, ts, speed, closed, pressure, rtol))
     found = faults_of_tolerance(rtol)
     if found:
         raise InputError(found)
@@ -161,7 +172,7 @@ def simulate_heat(
         solver = solver_for(traced or stiff_heat(heat, span)[0])
     method = as_method(solver).rolled()
     run = _traced if traced else _compiled
-    numbers = (np.asarray(x, np.float64) if not isinstance(x, Tracer) else x for x in (speed, closed, rtol))
+    numbers = (np.asarray(x, np.float64) if not isinstance(x, Tracer) else x for x in (speed, closed, pressure, rtol))
     result = run(heat, ts, *numbers, method=method, max_steps=max_steps)
     if not traced and int(result.record.code) != 0:
         raise RuntimeError(
@@ -171,22 +182,20 @@ def simulate_heat(
 
 
 def _steady(
-    heat: Heat, speed: Number, closed: Number, power: Number | None, guess: Array | None
+    heat: Heat, around: tuple[Number, Number, Number], power: Number | None, guess: Array | None
 ) -> tuple[Array, Array]:
     thermal, u = assemble_thermal(heat)
-    around = Surroundings(jnp.asarray(speed), jnp.asarray(closed))
+    conditions = _around(heat, *around)
     pieces = tuple(jnp.asarray(p.first_piece(0.0), jnp.int32) for p in heat.profiles)
     zero = jnp.zeros(())
     start = thermal.temperatures(u) if guess is None else jnp.asarray(guess)
 
     def excess(T: Array, _: None) -> Array:
-        T_J = thermal.junctions(T, zero, around, pieces)
-        into = thermal.flows(T, T_J, zero, around, pieces).into
+        T_J = thermal.junctions(T, zero, conditions, pieces)
+        into = thermal.flows(T, T_J, zero, conditions, pieces).into
         if power is not None:
-            into = (
-                into
-                + thermal.deposit(heat.friction, jnp.atleast_1d(jnp.asarray(power)), T, T_J, zero, around, pieces).into
-            )
+            P = jnp.atleast_1d(jnp.asarray(power))
+            into = into + thermal.deposit(heat.friction, P, T, T_J, zero, conditions, pieces).into
         return into
 
     # each balance over its own conductance: what is left is in kelvin
@@ -199,24 +208,30 @@ def _steady(
         found = optx.root_find(imbalance, optx.Newton(rtol=1e-10, atol=1e-9), start, max_steps=64, throw=False)
     ok = found.result == optx.RESULTS.successful
     T = jnp.where(ok, found.value, jnp.nan)
-    return T, thermal.junctions(T, zero, around, pieces)
+    return T, thermal.junctions(T, zero, conditions, pieces)
 
 
 _steady_jit = eqx.filter_jit(_steady)
 
 
 def steady_state(
-    heat: Heat, *, power: Number | None = None, speed: Number = 0.0, closed: Number = 0.0, guess: Array | None = None
+    heat: Heat,
+    *,
+    power: Number | None = None,
+    speed: Number = 0.0,
+    closed: Number = 0.0,
+    pressure: Number = 0.0,
+    guess: Array | None = None,
 ) -> dict[str, Array]:
     """Temperatures (K) at which no node of a network warms or cools any more, by name.
 
     - `power`: friction heat (W), one number or one per lining, that enters as `heat.friction` says
-    - `speed` (m/s), `closed`: as in `simulate_heat`; profiles are taken at the time 0
+    - `speed` (m/s), `closed`, `pressure` (Pa): as in `simulate_heat`; profiles are taken at the time 0
 
     Newton's method on the balance of all nodes; differentiable (implicit function theorem). Raises `InputError` with
     all errors of the network, or where it has no outlet for its heat: then no steady state is determined.
     """
-    traced = is_traced((heat, power, speed))
+    traced = is_traced((heat, power, speed, closed, pressure))
     if not traced:
         check_heat(heat)
         if not any(isinstance(body, Reservoir) for body in heat.bodies):
@@ -224,7 +239,7 @@ def steady_state(
                 [Fault("heat", "has no reservoir", "without an outlet its temperatures are not determined")]
             )
     heat = as_arrays(heat)
-    stores, junctions = _steady_jit(heat, speed, closed, power, guess)
+    stores, junctions = _steady_jit(heat, (speed, closed, pressure), power, guess)
     if not traced and not np.all(np.isfinite(np.asarray(stores))):
         raise InputError([Fault("heat", "no steady state was found", "a body may have no way to a reservoir")])
     return dict(zip(node_names(heat), [*stores, *junctions], strict=True))

@@ -28,7 +28,6 @@ from ..thermal._network import (
     Radiation,
     Reservoir,
     Source,
-    ThermalContact,
     Wall,
 )
 from ._cases_band import stop_scene

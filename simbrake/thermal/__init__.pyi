@@ -4,6 +4,9 @@ from ._builders import lumped_heat as lumped_heat
 from ._builders import radial_resistance as radial_resistance
 from ._builders import with_external_pair as with_external_pair
 from ._builders import with_pulley_structure as with_pulley_structure
+from ._contact import AbstractContactLaw as AbstractContactLaw
+from ._contact import MetalContact as MetalContact
+from ._contact import ThermalContact as ThermalContact
 from ._heat import AbstractPartition as AbstractPartition
 from ._heat import ConstantPartition as ConstantPartition
 from ._heat import EffusivityPartition as EffusivityPartition
@@ -33,6 +36,5 @@ from ._network import Source as Source
 from ._network import SpeedCoefficient as SpeedCoefficient
 from ._network import Surroundings as Surroundings
 from ._network import TemperatureCoefficient as TemperatureCoefficient
-from ._network import ThermalContact as ThermalContact
 from ._network import Wall as Wall
 from ._network import radiation_governs_above as radiation_governs_above

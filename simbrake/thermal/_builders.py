@@ -8,6 +8,7 @@ from typing import Annotated
 import numpy as np
 
 from .._base._quantity import Quantity, Values, Whole, positive, takes_values
+from ._contact import ThermalContact
 from ._heat import AbstractPartition, FrictionHeat, Heat
 from ._material import ROOM, Material, layer_growth
 from ._network import (
@@ -19,8 +20,8 @@ from ._network import (
     Lump,
     Radiation,
     Reservoir,
-    ThermalContact,
     Wall,
+    place_of,
 )
 
 _Start = Annotated[float | Sequence[float], Quantity("K", "temperature at the start", 0.0, many=True)]
@@ -146,6 +147,7 @@ def layered_heat(
     ambient: _Ambient = ROOM,
     permissible: _Permissible = None,
     contact_resistance: Annotated[float | None, positive("m^2*K/W", "resistance between rim and linings")] = None,
+    band_resistance: Annotated[float | None, positive("m^2*K/W", "resistance between linings and band")] = None,
 ) -> Heat:
     """Layered rim, linings with a thin surface layer over their body, and the band behind them.
 
@@ -158,7 +160,8 @@ def layered_heat(
     - `inside`, `outside`, `band_coefficient`: heat transfer coefficients (W/(m²·K)) or laws, of the rim's bore, of its
       track and of the band;  `emissivity`, `band_emissivity`;  `covered`: overlap coefficient of the track (default
       `lining_area/track_area`)
-    - `contact_resistance` (m²·K/W): resistance of the heat exchange between rim and linings; `None`: no exchange
+    - `contact_resistance` (m²·K/W): of the heat exchange between rim and linings while the band is closed; `None`: no
+      exchange;  `band_resistance`: between linings and band, `None`: perfect contact
 
     Raises `ValueError` where sizes contradict each other.
     """
@@ -183,10 +186,10 @@ def layered_heat(
             Wall("lining", lining, lining_thickness, one, lining_layers, growth, temperature, each, lining_both)
         )
         if contact_resistance is not None:
-            links.append(ThermalContact("rim.front", "lining.front", one, contact_resistance))
+            links.append(ThermalContact("rim.front", "lining.front", one, contact_resistance, opens=True))
     if band is not None and lining_area is not None:
         bodies.append(Lump("band", band.density * band.specific_heat * band_thickness * lining_area, temperature))
-        links.append(ThermalContact("lining.back", "band", lining_area / each))
+        links.append(ThermalContact("lining.back", "band", lining_area / each, band_resistance))
         links += _cooled("band", lining_area, band_coefficient, band_emissivity)
     return _rubbing("rim.front", None if lining is None else "lining.front", partition, bodies, links, permissible)
 
@@ -236,15 +239,24 @@ def with_external_pair(
     - `partition`: share `k_2` of that heat into the band;  `rim_share` `k_1`: part that goes to the rim at once
     - `lining`: place of the linings' outer faces, by default the back of their wall, else their lump
 
-    The linings' inner faces and the rim keep the pair of `heat.friction`, now the internal one. Raises `ValueError` for
-    a network without linings and band.
+    The linings' inner faces and the rim keep the pair of `heat.friction`, now the internal one. Links between linings
+    and band conduct only while the band is closed, those between rim and linings always: the linings sit on the rim.
+    Raises `ValueError` for a network without linings and band.
     """
     inner = heat.friction
     if inner is None or inner.lining is None or heat.band is None:
         raise ValueError("an external pair needs linings and a band in the network")
     lining = lining or inner.lining.replace(".front", ".back")
     beyond = None if rim_share is None else inner.metal
+    linings, band = place_of(lining)[0], place_of(heat.band)[0]
+
+    def between(link: AbstractLink) -> AbstractLink:
+        ends = {place_of(link.a)[0], place_of(link.b)[0]}
+        touches = isinstance(link, Conductance | ThermalContact) and linings in ends
+        return dataclasses.replace(link, opens=band in ends) if touches else link  # pyright: ignore
+
     return dataclasses.replace(
         heat,
+        links=tuple(between(link) for link in heat.links),
         external=FrictionHeat(heat.band, lining, partition, beyond=beyond, beyond_share=rim_share),  # pyright: ignore
     )

@@ -12,6 +12,7 @@ from .._base._faults import Fault, require_share
 from .._base._quantity import Over, Part, Scalar, Values, part, quantity, short_for
 from ..hybrid._arrays import Array
 from ..profiles import AbstractProfile
+from ._contact import ThermalContact
 from ._material import Material, effusivity_share
 from ._network import (
     AbstractLink,
@@ -258,6 +259,26 @@ class Heat(Part):
     def pairs(self) -> tuple[FrictionHeat, ...]:
         """Friction pairs whose heat enters the network."""
         return tuple(pair for pair in (self.friction, self.external) if pair is not None)
+
+    @property
+    def kinds(self) -> dict[str, str]:
+        """Bodies that are the rim, the linings or the band, by their names."""
+        band, linings, rim = [self.band], [self.linings], [self.rim]
+        if self.external is not None:
+            band, linings = [*band, self.external.metal], [*linings, self.external.lining]
+        if self.friction is not None:
+            linings, rim = [*linings, self.friction.lining], [*rim, self.friction.metal]
+        named = (("band", band), ("linings", linings), ("rim", rim))
+        return {place_of(place)[0]: kind for kind, places in named for place in places if place is not None}
+
+    def stays_covered(self, link: AbstractLink) -> bool:
+        """Whether a link ends on the rim of a staged brake: the linings sit on it while the band is open, too."""
+        return self.external is not None and "rim" in (self.kinds.get(place_of(place)[0]) for place in (link.a, link.b))
+
+    @property
+    def pressed(self) -> list[int]:
+        """Links whose conductance depends on the pressure of the linings."""
+        return [i for i, link in enumerate(self.links) if isinstance(link, ThermalContact) and link.law is not None]
 
     @property
     def surfaces(self) -> list[Surface]:

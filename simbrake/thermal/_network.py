@@ -22,14 +22,24 @@ STEFAN_BOLTZMANN = 5.670374419e-8  # W/(m²·K⁴), CODATA 2018
 
 
 class Surroundings(NamedTuple):
-    """Inputs of links besides temperatures: track speed (m/s), and 1 while the band is closed, else 0."""
+    """Inputs of a link besides temperatures.
+
+    - `speed` (m/s) of the surface: of the rim and all that turns with it `ω R`, of the linings of a bandage `ω_b R_b`,
+      0 of linings and band that stand still
+    - `closed`: 1 while linings cover the surface, or the contact is closed, else 0
+    - `pressure` (Pa) of each lining, (n,), or one for all
+    """
 
     speed: Any = 0.0
     closed: Any = 0.0
+    pressure: Any = 0.0
 
 
 class AbstractLink(Part):
-    """A heat path between the places `a` and `b`: `flow = g(T_a, T_b) (T_a − T_b)`."""
+    """A heat path between the places `a` and `b`: `flow = g(T_a, T_b) (T_a − T_b)`.
+
+    Of a link with a static field `opens` that is true, nothing flows while its contact is open.
+    """
 
     a: eqx.AbstractVar[str]
     b: eqx.AbstractVar[str]
@@ -59,7 +69,7 @@ def reads(link: AbstractLink, n_a: int, n_b: int) -> Reads:
     def conductance(link: AbstractLink, T_a: Array, T_b: Array, around: Surroundings) -> Temperatures | None:
         return link.conductance(T_a, T_b, around)
 
-    given = link, *ends, Surroundings(one, one)
+    given = link, *ends, Surroundings(one, one, one)
     if jax.eval_shape(conductance, *given) is None:
         return Reads(temperatures=False, surroundings=False, perfect=True)
     _, *temperatures, around = read_by(conductance, *given)
@@ -67,29 +77,18 @@ def reads(link: AbstractLink, n_a: int, n_b: int) -> Reads:
 
 
 class Conductance(AbstractLink):
-    """A given conductance (W/K): a bolt, a spoke, a flange, or the reciprocal of one of V's resistances."""
+    """A given conductance (W/K): a bolt, a spoke, a flange, or the reciprocal of one of V's resistances.
 
-    a: str = eqx.field(static=True)
-    b: str = eqx.field(static=True)
-    value: Scalar = quantity("W/K", "thermal conductance", low=0.0)
-
-    def conductance(self, T_a: Temperatures, T_b: Temperatures, around: Surroundings) -> Temperatures | None:
-        return jnp.asarray(self.value)
-
-
-class ThermalContact(AbstractLink):
-    """Two surfaces in contact: `g = A/R_c`.
-
-    - `area` (m²); `resistance` `R_c` (m²·K/W), `None` for perfect contact (one of the two must then be a wall's face)
+    - `opens`: as in `ThermalContact`
     """
 
     a: str = eqx.field(static=True)
     b: str = eqx.field(static=True)
-    area: Scalar = quantity("m^2", "area in contact", positive=True)
-    resistance: Scalar | None = quantity("m^2*K/W", "contact resistance", positive=True, default=None)
+    value: Scalar = quantity("W/K", "thermal conductance", low=0.0)
+    opens: bool = eqx.field(static=True, default=False)
 
     def conductance(self, T_a: Temperatures, T_b: Temperatures, around: Surroundings) -> Temperatures | None:
-        return None if self.resistance is None else self.area / jnp.asarray(self.resistance)
+        return jnp.asarray(self.value)
 
 
 class AbstractCoefficient(Part):
@@ -97,7 +96,7 @@ class AbstractCoefficient(Part):
 
     @abc.abstractmethod
     def value(self, v: Float[Array, ""], T: Temperatures, T_a: Temperatures) -> Temperatures:
-        """At the track speed `v` (m/s), surface and air temperature (K)."""
+        """At the speed `v` of the surface (m/s), surface and air temperature (K)."""
 
 
 class SpeedCoefficient(AbstractCoefficient):
@@ -318,6 +317,11 @@ def _sizes(link: AbstractLink, bodies: tuple[Body, ...]) -> tuple[int, int]:
     return n_a, n_b
 
 
+def opens(link: AbstractLink) -> bool:
+    """Whether a link conducts only while its contact is closed."""
+    return bool(getattr(link, "opens", False))
+
+
 def place_of(name: str) -> tuple[str, str | None]:
     """Body and face that a place names."""
     body, dot, face = name.partition(".")
@@ -370,8 +374,10 @@ def faults_of_network(
         counts = {size_of(by_name[name], face) for name, face in named} - {1}
         if len(counts) > 1:
             found.append(Fault(here, f"{sorted(counts)} nodes do not pair", "equal numbers of nodes, or one"))
-        perfect = isinstance(part, ThermalContact) and part.resistance is None
-        if perfect and not any(isinstance(by_name[name], Wall) for name, _ in named):
+            continue
+        if isinstance(part, Source) or not is_perfect(part, bodies):
+            continue
+        if not any(isinstance(by_name[name], Wall) for name, _ in named):
             hint = "make them one lump, or give a resistance"
             found.append(Fault(f"{here}.resistance", "perfect contact of two lumps", hint))
     alone = [body.name for body in bodies if body.name not in touched and not isinstance(body, Reservoir)]

@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from .._base._faults import Fault
-from ._network import AbstractLink, Body, Source, depends_on_temperatures, is_perfect, place_of, size_of
+from ._network import AbstractLink, Body, Source, depends_on_temperatures, is_perfect, opens, place_of, size_of
 
 
 class Surface(NamedTuple):
@@ -39,7 +39,9 @@ def place_size(place: str, by_name: dict[str, Body]) -> int:
     return size_of(by_name[name], face)
 
 
-def surfaces_of(bodies: tuple[Body, ...], links: tuple[AbstractLink, ...], sources: tuple[Source, ...]) -> list[Surface]:
+def surfaces_of(
+    bodies: tuple[Body, ...], links: tuple[AbstractLink, ...], sources: tuple[Source, ...]
+) -> list[Surface]:
     """Surfaces whose temperatures follow from a balance of several flows, or of one that depends on temperatures.
 
     A face with one link of a given conductance is none of them: it lies in series with that link.
@@ -52,7 +54,12 @@ def surfaces_of(bodies: tuple[Body, ...], links: tuple[AbstractLink, ...], sourc
     groups = [{place} for place in sorted(joined)]
     for link in links:
         ends = {link.a, link.b}
-        if is_perfect(link, bodies) and ends & joined and not any(place_of(p)[1] for p in ends - joined):
+        if (
+            is_perfect(link, bodies)
+            and not opens(link)
+            and ends & joined
+            and not any(place_of(p)[1] for p in ends - joined)
+        ):
             touching = [group for group in groups if group & (ends & joined)]
             groups = [group for group in groups if group not in touching] + [set().union(ends, *touching)]
     found = []
@@ -66,9 +73,15 @@ def surfaces_of(bodies: tuple[Body, ...], links: tuple[AbstractLink, ...], sourc
 def faults_of_surfaces(
     bodies: tuple[Body, ...], links: tuple[AbstractLink, ...], sources: tuple[Source, ...], path: str
 ) -> list[Fault]:
-    """Perfect contacts that hold several bodies of one temperature each at the same one."""
+    """Errors of perfect contacts at faces with other links: they open, or hold several lumps at one temperature."""
     by_name, found = {body.name: body for body in bodies}, []
-    for surface in surfaces_of(bodies, links, sources):
+    surfaces = surfaces_of(bodies, links, sources)
+    for i, link in enumerate(links):
+        faces = [face for surface in surfaces for face in surface.faces if face in (link.a, link.b)]
+        if faces and opens(link) and is_perfect(link, bodies):
+            what = f"perfect contact that opens, at {faces[0]} with other links"
+            found.append(Fault(f"{path}.links[{i}].resistance", what, "give it a resistance"))
+    for surface in surfaces:
         if len(surface.nodes) > 1 or any(place_size(node, by_name) > surface.size for node in surface.nodes):
             what = f"perfect contacts at {' and '.join(surface.faces)} hold {' and '.join(surface.nodes)} together"
             found.append(Fault(f"{path}.links", what, "give all but one a resistance"))
