@@ -1,11 +1,17 @@
-"""Thermal stabilisation: in repeated braking the flange reaches the rim's temperature, and heat flow into it ceases.
+"""Thermal stabilisation: repeated braking from cold until a cycle ends as it began, and what flows where then.
 
-`simbrake run` integrates one cycle from cold. Run as a script, it also computes the cyclic steady state directly and
-compares the two: the distribution of the friction heat and the part into the flange (S: that flow ceases). Sources and
-assumptions as in the tripping scenario.
+`simbrake run` integrates one cycle from cold. Run as a script, it also computes the cyclic steady state directly,
+repeats the cycle until all temperatures are near it, and prints the heat flow into each part of the pulley,
+`∫ G (T_rim − T_part) dt` per cycle, in the first cycle and in the steady state. S calls a brake stabilised when no heat
+flows between rim and flange, the gradient between lining and rim is reversed, and the exchange with the air is weak.
+Here the flow into the flange rises to five times that of the first cycle, the linings become warmer than the rim, and
+all heat goes to the air. Sources and assumptions as in the tripping scenario.
 """
 
+import dataclasses
 import math
+
+import numpy as np
 
 import simbrake as sb
 
@@ -27,7 +33,7 @@ def heat() -> sb.Heat:
         band_cooling=10.0 * 0.75 * track,  # assumption
         permissible=273.15 + 250.0,  # K; assumption
     )
-    return sb.thermal.with_pulley_structure(lumps, steel, rim_place="rim", inside=15.0)
+    return sb.thermal.with_pulley_structure(lumps, steel, rim_place="rim", inside=15.0, pulleys=BANDS)
 
 
 def scene() -> sb.Scene:
@@ -48,22 +54,64 @@ def scene() -> sb.Scene:
     )
 
 
+def temperature_integrals(probe):
+    """Temperatures of all nodes, the integrand of every mean over the cycle."""
+    return probe.flows.thermal.T
+
+
+def course_of(run: sb.Result) -> tuple[dict[str, float], dict[tuple[str, str], float]]:
+    """Mean temperature of each body over a run (K), and heat `∫ G (T_a − T_b) dt` through each link (J)."""
+    duration = float(run.record.t_end)
+    means = np.asarray(sb.results.integral(run, temperature_integrals)) / duration
+    heat = run.scene.heat
+    mean = dict(zip(run.nodes, means.tolist(), strict=True)) | {"air": float(heat.bodies[1].temperature)}
+    flow = {}
+    for link in heat.links:  # all of them have constant conductances
+        G = float(link.conductance(mean[link.a], mean[link.b], sb.thermal.Surroundings()))
+        flow[link.a, link.b] = G * (mean[link.a] - mean[link.b]) * duration
+    return mean, flow
+
+
+def report(title: str, run: sb.Result) -> None:
+    """Print the means and flows of one cycle."""
+    mean, flow = course_of(run)
+    friction = float(run.energy["friction_heat"])
+    lost = float(run.energy["heat_lost"])
+    print(f"\n{title}: {friction / 1e3:.1f} kJ of friction heat")
+    temperatures = ", ".join(f"{name} {T - 273.15:.1f} °C" for name, T in mean.items() if name != "air")
+    print(f"  mean temperatures: {temperatures}")
+    for part in ("flange", "rebord_1", "rebord_2", "disc"):
+        print(f"  rim to {part}: {flow['rim', part] / 1e3:.2f} kJ")
+    warmer = "lining" if mean["linings"] > mean["rim"] else "rim"
+    print(f"  lining minus rim: {mean['linings'] - mean['rim']:+.2f} K, the {warmer} is the warmer one")
+    print(f"  heat to the air: {lost / 1e3:.1f} kJ, {100 * lost / friction:.1f} % of the friction heat")
+
+
+def cycles_to(target: np.ndarray, band: float) -> int:
+    """Cycles from cold until every temperature at the end of a cycle is within `band` (K) of the steady one."""
+    here, count = scene(), 0
+    run = sb.prepare(here)
+    while True:
+        T = np.asarray(run(here).end_temperatures)
+        count += 1
+        if np.max(np.abs(T - target)) <= band:
+            return count
+        here = dataclasses.replace(here, heat=sb.results.with_temperatures(here.heat, T))
+
+
 def main() -> None:
     import jax
 
     jax.config.update("jax_enable_x64", True)
-    cold = sb.simulate(scene())
     found = sb.cyclic_steady_state(scene())
     print(found.result)
     print(f"found with {found.cycles} cycles; change over a cycle {found.change:.1e} K")
-    for name, run in (("first cycle, from cold", cold), ("cyclic steady state", found.result)):
-        given = float(run.energy["heat_to_metal"])
-        taken = float(run.stored_heat["flange"])
-        hot = dict(zip(run.nodes, run.end_temperatures - 273.15, strict=True))
-        print(
-            f"{name:24} rim {float(hot['rim']):7.2f} °C, flange {float(hot['flange']):7.2f} °C; "
-            f"of {given / 1e3:.1f} kJ into the metal the flange keeps {taken / 1e3:.2f} kJ"
-        )
+    report("first cycle, from cold", sb.simulate(scene()))
+    report("cyclic steady state", found.result)
+    print()
+    for band in (10.0, 5.0, 1.0):
+        count = cycles_to(np.asarray(found.result.end_temperatures), band)
+        print(f"within {band:g} K of it after {count} cycles, {count * PERIOD / 3600:.2f} h")
 
 
 if __name__ == "__main__":

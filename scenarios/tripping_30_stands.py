@@ -45,7 +45,7 @@ def heat() -> sb.Heat:
         band_emissivity=0.8,
         permissible=273.15 + 130.0,  # K; assumption: the binder begins to soften
     )
-    return sb.thermal.with_pulley_structure(layered, steel)
+    return sb.thermal.with_pulley_structure(layered, steel, pulleys=BANDS)
 
 
 def scene() -> sb.Scene:

@@ -317,3 +317,46 @@ def test_slope_of_stribeck_friction_where_slip_begins(exponent):
     assert float(value) == 0.4
     assert float(slope) == pytest.approx(-0.1 / 0.5 if exponent == 1 else 0.0, abs=1e-15)
     assert float(f(jnp.asarray(0.7))) == pytest.approx(0.3 + 0.1 * math.exp(-((0.7 / 0.5) ** exponent)), rel=1e-14)
+
+
+def test_structure_of_two_pulleys_is_twice_that_of_one():
+    """Steady flow through V's radial resistance and the convection behind it, per pulley."""
+    steel = sb.material("steel_20L")
+    air = sb.thermal.Reservoir("air", 300.0)
+    base = sb.Heat((sb.thermal.Reservoir("rim", 500.0), air))
+    lam = float(steel.conductivity)
+    for pulleys in (1, 2):
+        heat = sb.thermal.with_pulley_structure(base, steel, rim_place="rim", inside=20.0, pulleys=pulleys)
+        T = sb.steady_state(heat)
+        for name, (r, outer, L) in {"flange": (0.420, 0.565, 0.035), "rebord_2": (0.575, 0.615, 0.025)}.items():
+            through, away = 2 * np.pi * lam * L / np.log(outer / r), 20.0 * 2 * np.pi * (outer**2 - r**2)
+            assert float(T[name]) == pytest.approx(300 + 200 * through / (through + away), rel=1e-12)
+            flow = pulleys * through * (500 - float(T[name]))
+            link = next(link for link in heat.links if link.a == "rim" and link.b == name)
+            assert float(link.value) * (500 - float(T[name])) == pytest.approx(flow, rel=1e-12)
+        volumes = {b.name: float(b.capacity) / float(steel.density * steel.specific_heat) for b in heat.bodies[2:]}
+        assert volumes["disc"] == pytest.approx(pulleys * np.pi * (0.590**2 - 0.575**2) * 0.025, rel=1e-12)
+
+
+def test_surface_layer_is_in_series_with_its_wall():
+    """Steady flow through `δ_s(T)/λ_s` and a wall: with `δ_s` linear in the temperature a quadratic equation."""
+    L, lam, A, n = 0.03, 0.736, 0.2, 6
+    layer = sb.thermal.SurfaceLayer([373.15, 923.15], ["5.6 um", "35.4 um"])
+    wall = sb.thermal.Wall("wall", sb.Material(lam, 2000.0, 1000.0), L, A, n, surface_layer=layer)
+    bodies = (wall, sb.thermal.Reservoir("hot", 900.0), sb.thermal.Reservoir("cold", 300.0))
+    behind = sb.thermal.ThermalContact("wall.back", "cold", A)
+    per_kelvin = 29.8e-6 / 550 / 1.02
+    at_0 = 5.6e-6 / 1.02 - per_kelvin * 373.15
+    half, rest = L / (2 * n * lam), L / lam * (1 - 0.5 / n)
+    T = sb.steady_state(sb.Heat(bodies, (sb.thermal.ThermalContact("hot", "wall.front", A), behind)))
+    # (T_1 − 300)(at_0 + per_kelvin T_1 + half) = (900 − T_1) rest
+    T_1 = np.roots([per_kelvin, at_0 + half - 300 * per_kelvin + rest, -300 * (at_0 + half) - 900 * rest]).max()
+    assert float(next(iter(T.values()))) == pytest.approx(T_1, rel=1e-11)
+
+    # friction heat enters at its face: the surface is warmer by all of it through the layer
+    heat = sb.Heat(bodies[::2], (behind,), sb.thermal.FrictionHeat("wall.front", None, 1.0), rim="wall.front")
+    result = sb.simulate(rigid_stop(sb.ConstantFriction(0.35), heat))
+    start = result.series(np.zeros(1))
+    q = float(start.brake_torque[0]) * W0 / A
+    surface = 293.15 + q * (half + 5.6e-6 / 1.02)
+    assert float(start.rim_temperature[0, 0]) == pytest.approx(surface, rel=1e-12)

@@ -176,6 +176,20 @@ class Thermal(eqx.Module):
             return self.half
         return self.half / (1 + self.bend * (T - self.reference))
 
+    @property
+    def _keeps_halves(self) -> bool:
+        """Whether the resistances from layers to faces cannot change."""
+        return self.bend is None and all(wall.surface_layer is None for wall in self.heat.walls)
+
+    def _to_faces(self, T: Array, half: Any) -> Any:
+        """Thermal resistance from the outermost layers of walls to their faces (K/W), surface layers included."""
+        for body in self.heat.walls:
+            if body.surface_layer is not None:
+                for face in ("front", "back") if body.both else ("front",):
+                    nodes = nodes_of(self.heat, self.spans, f"{body.name}.{face}")
+                    half = half.at[nodes].add(body.surface_layer.resistance(T[nodes]) / body.area)
+        return half
+
     def flows(self, T: Array, T_J: Array, t: Array, around: Conditions, pieces: Pieces = ()) -> HeatFlows:
         """Heat flows at given temperatures, friction apart."""
         reservoirs, powers = self._given(t, pieces)
@@ -183,7 +197,7 @@ class Thermal(eqx.Module):
         for source, power in zip(self.heat.sources, powers, strict=True):
             self._enter(given, source.a, power / place_count(self.heat, source.a))
         half = self._halves(T)
-        into = self._through(self._reader(T, T_J, reservoirs), half, around, given)
+        into = self._through(self._reader(T, T_J, reservoirs), self._to_faces(T, half), around, given)
         nodes = self._spread(into)
         if half is not None and any(isinstance(body, Wall) and body.layers > 1 for body in self.heat.bodies):
             q = (_between(self.heat, half) if self.between is None else self.between) * (T[:-1] - T[1:])
@@ -285,7 +299,7 @@ class Thermal(eqx.Module):
             if is_perfect(link, self.heat.bodies) and any(set(places) <= {*s.faces, *s.nodes} for s in surfaces):
                 continue
             a, b = (end(place) for place in places)
-            booked = g is not None and self.bend is None and not parts
+            booked = g is not None and self._keeps_halves and not parts
             if g is None and not depends_on_temperatures(link, self.heat.bodies):
                 g = law(a.T, b.T)
             elif g is not None and parts:
@@ -426,7 +440,7 @@ class Thermal(eqx.Module):
 
     def surface(self, place: str, T: Array, T_J: Array, faces: dict[str, Array]) -> Array:
         """Temperature of a place: of a wall's face, from its outermost layer and the heat that enters there."""
-        here, half = self._reader(T, T_J, {})(place), _half_at(self.heat, place, self._halves(T))
+        here, half = self._reader(T, T_J, {})(place), _half_at(self.heat, place, self._to_faces(T, self._halves(T)))
         return here if half is None else here + half * faces.get(place, 0.0)
 
 
@@ -495,7 +509,8 @@ def _fixed(heat: Heat, link: AbstractLink, half: Array | None) -> Array | None:
     joined = {face for surface in heat.surfaces for face in surface.faces}
     apart = [place for place in (link.a, link.b) if place not in joined]
     walls = [body for place in apart if isinstance(body := body_of(heat, place_of(place)[0]), Wall)]
-    if any(wall.material.conductivity_slope is not None for wall in walls) or not is_constant(link, heat.bodies):
+    bends = any(w.material.conductivity_slope is not None or w.surface_layer is not None for w in walls)
+    if bends or not is_constant(link, heat.bodies):
         return None
     alone = [_half_at(heat, place, half) for place in apart]
     T_a, T_b = (jnp.zeros(place_count(heat, place)) for place in (link.a, link.b))
@@ -532,6 +547,7 @@ def assemble_thermal(
     between = None if half is None or bend is not None else _between(heat, half)
     through = tuple(_fixed(heat, link, half) for link in heat.links)
     none = tuple(None for _ in heat.surfaces)
-    per_kelvin = none if half is None or bend is not None else _per_kelvin(heat, half, through)
+    layered = any(wall.surface_layer is not None for wall in heat.walls)
+    per_kelvin = none if half is None or bend is not None or layered else _per_kelvin(heat, half, through)
     thermal = Thermal(heat, C, 1 / C, slope, reference, half, bend, between, through, per_kelvin, shares)
     return thermal, thermal.contents(start)

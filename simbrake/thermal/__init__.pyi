@@ -20,6 +20,7 @@ from ._heat import shares_of_S as shares_of_S
 from ._material import LIBRARY as LIBRARY
 from ._material import ROOM as ROOM
 from ._material import Material as Material
+from ._material import SurfaceLayer as SurfaceLayer
 from ._material import effusivity_share as effusivity_share
 from ._material import layer_growth as layer_growth
 from ._material import material as material

@@ -10,7 +10,7 @@ import numpy as np
 from .._base._quantity import Quantity, Values, Whole, positive, takes_values
 from ._contact import ThermalContact
 from ._heat import AbstractPartition, FrictionHeat, Heat
-from ._material import ROOM, Material, layer_growth
+from ._material import ROOM, Material, SurfaceLayer, layer_growth
 from ._network import (
     AbstractCoefficient,
     AbstractLink,
@@ -134,6 +134,7 @@ def layered_heat(
     lining_layers: Annotated[int, Whole("layers of a lining", 1, 100_000)] = 10,
     lining_first: Annotated[float | None, positive("m", "thickness of a lining's first layer")] = None,
     lining_both: bool = False,
+    lining_surface: SurfaceLayer | None = None,
     each: Annotated[int, Whole("linings with separate walls", 1, 10_000)] = 1,
     band: Material | None = None,
     band_thickness: Annotated[float, positive("m", "thickness of the band")] = 0.006,
@@ -155,6 +156,7 @@ def layered_heat(
     - thicknesses (m); `rim_layers`, `lining_layers`; `rim_first`, `lining_first`: thickness of the first layer (m), by
       default uniform; V's surface layer is 5.6–35.4 µm thick
     - `lining_both`: the layers of the linings are thin at both faces, for a staged brake; their number is then even
+    - `lining_surface`: massless layer on the friction faces of the linings (V); `None`: no resistance there
     - `track_area` (m²) of the rim; `lining_area` (m²) of all linings; `each`: number of linings with separate walls,
       so that friction and temperature differ along the band; 1: all of them as one
     - `inside`, `outside`, `band_coefficient`: heat transfer coefficients (W/(m²·K)) or laws, of the rim's bore, of its
@@ -183,7 +185,10 @@ def layered_heat(
         one = lining_area / each
         growth = _growth(lining_thickness, lining_first, lining_layers, lining_both)
         bodies.append(
-            Wall("lining", lining, lining_thickness, one, lining_layers, growth, temperature, each, lining_both)
+            Wall(
+                *("lining", lining, lining_thickness, one, lining_layers, growth, temperature, each, lining_both),
+                surface_layer=lining_surface,
+            )
         )
         if contact_resistance is not None:
             links.append(ThermalContact("rim.front", "lining.front", one, contact_resistance, opens=True))
@@ -203,11 +208,15 @@ def with_pulley_structure(
     temperature: _Start = ROOM,
     rim_place: str = "rim.back",
     flange: bool = True,
+    pulleys: Annotated[int, Whole("pulleys whose rims are the one of the network", 1, 100)] = 1,
 ) -> Heat:
     """The same network with the structure behind the rim of a U2-5-5 pulley: flange, two rim lips, disc (V, table 1).
 
     Each is a lump that the rim reaches through V's radial resistance of that part; flange and rim lips give heat to the
     air. `flange=False` is S's thermal stabilisation: no heat flows between the rim and its flange.
+
+    - `pulleys` `n`: where one rim of the network stands for the rims of `n` bands, that many structures are behind it;
+      in parallel, as one lump of `n` times the capacity, conductance and area
     """
     parts = {  # inner and outer radius, width (m)
         "flange": (0.420, 0.565, 0.035),
@@ -219,9 +228,10 @@ def with_pulley_structure(
     for name, (inner, outer, width) in parts.items():
         if name == "flange" and not flange:
             continue
-        face = math.pi * (outer**2 - inner**2)
+        face = pulleys * math.pi * (outer**2 - inner**2)
+        resistance = radial_resistance(width, material.conductivity, inner, outer) / pulleys
         bodies.append(Lump(name, material.density * material.specific_heat * face * width, temperature))
-        links.append(Conductance(rim_place, name, 1 / radial_resistance(width, material.conductivity, inner, outer)))
+        links.append(Conductance(rim_place, name, 1 / resistance))
         links.append(Convection(name, 2 * face, inside))  # pyright: ignore
     return dataclasses.replace(heat, bodies=tuple(bodies), links=tuple(links))
 

@@ -4,9 +4,13 @@ import csv
 from importlib import resources
 from typing import NamedTuple
 
+import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Float
 
-from .._base._quantity import Part, Scalar, quantity
+from .._base._faults import Fault
+from .._base._quantity import Over, Part, Scalar, quantity
+from ..hybrid._arrays import Array
 
 ROOM = 293.15  # K, default reference of properties (20 °C)
 
@@ -34,6 +38,37 @@ class Material(Part):
     def effusivity(self) -> Scalar:
         """`e = √(λ ρ c)` in W·√s/(m²·K)."""
         return (self.conductivity * self.density * self.specific_heat) ** 0.5
+
+
+class SurfaceLayer(Part):
+    """A massless layer on the friction face of a wall: `R = δ_s(T)/λ_s` between face and wall (V, table 2).
+
+    - `temperature` (k,): of the wall's outermost layer (K);  `thickness` `δ_s` (k,) of the surface layer there (m)
+    - `conductivity` `λ_s` (W/(m·K))
+
+    Linear between the temperatures, constant beyond their ends. V's layer of FK-24A grows from 5.6 µm at 100 °C to
+    35.4 µm at 650 °C; `simbrake.formulas.heating.transmission_table` has all its rows:
+
+        table = sb.formulas.heating.transmission_table()
+        sb.thermal.SurfaceLayer(table.temperature, table.surface_layer)
+    """
+
+    temperature: Scalar = quantity("K", "temperatures of the table", low=0.0, many=Over.ROWS)
+    thickness: Scalar = quantity("m", "thickness of the surface layer", low=0.0, many=Over.ROWS)
+    conductivity: Scalar = quantity("W/(m*K)", "conductivity of the surface layer", positive=True, default=1.02)
+
+    def resistance(self, T: Float[Array, "..."]) -> Float[Array, "..."]:
+        """`δ_s(T)/λ_s` in m²·K/W."""
+        T_k, thickness = (jnp.atleast_1d(jnp.asarray(x)) for x in (self.temperature, self.thickness))
+        return jnp.interp(T, T_k, thickness) / self.conductivity
+
+    def faults(self, path: str) -> list[Fault]:
+        """Errors of the table."""
+        if np.shape(self.temperature) != np.shape(self.thickness):
+            return [Fault(f"{path}.thickness", "does not fit the temperatures", "give one thickness for each")]
+        if np.any(np.diff(np.atleast_1d(np.asarray(self.temperature, float))) <= 0):
+            return [Fault(f"{path}.temperature", "the temperatures of the table must increase")]
+        return []
 
 
 class Entry(NamedTuple):

@@ -14,7 +14,7 @@ from .._base._faults import Fault
 from .._base._quantity import Over, Part, Scalar, quantity, whole
 from ..hybrid._arrays import Array
 from ..profiles import AbstractProfile
-from ._material import ROOM, Material
+from ._material import ROOM, Material, SurfaceLayer
 
 #: of the nodes of a place (K), or values at each
 Temperatures: TypeAlias = Float[Array, "..."]
@@ -242,6 +242,7 @@ class Wall(Part):
       (`layer_growth` gives it for a wanted first layer);  `temperature`: at the start (K), a number or one per node
     - `copies`: so many equal walls side by side (one per lining), each of the `area`; nodes wall by wall
     - `both`: layers grow from both faces to the middle, for walls that are heated on either side
+    - `surface_layer`: massless layer on the front, and with `both` on the back; what enters at the face passes it
 
     Reference: S. V. Patankar, *Numerical Heat Transfer and Fluid Flow* (1980), eq. (4.9).
     """
@@ -255,6 +256,7 @@ class Wall(Part):
     temperature: Scalar = quantity("K", "temperature at the start", low=0.0, many=Over.ROWS, default=ROOM)
     copies: int = whole("number of equal walls", high=10_000, default=1)
     both: bool = eqx.field(static=True, default=False)
+    surface_layer: SurfaceLayer | None = None
 
     @property
     def grades(self) -> Float[np.ndarray, " layers"]:
@@ -353,6 +355,10 @@ def faults_of_network(
         if isinstance(body, Lump) and np.any(np.asarray(body.capacity) == 0):
             hint = "give each a capacity, or none of them: then it is a `Junction`"
             found.append(Fault(f"{where}.capacity", "0 J/K at some of its nodes", hint))
+        if isinstance(body, Wall) and body.surface_layer is not None:
+            found += body.surface_layer.faults(f"{where}.surface_layer")
+            if body.layers == 1:
+                found.append(Fault(f"{where}.layers", "one layer has no face of its own", "give at least 2 layers"))
         for field in ("capacity", "temperature"):
             shape = np.shape(getattr(body, field, 0.0))
             if shape not in ((), (body.count,)):
