@@ -16,7 +16,7 @@ from ..brakes._band import ParallelBands
 from ..brakes._design import AbstractBrake, AbstractLinings, Brake, tension_shares, under_a_band, unloaded
 from ..friction import AbstractFriction, Reads, needs, reads, remembers
 from ..hybrid._arrays import Array
-from ..loads import AbstractLoad, AbstractSpeedLever
+from ..loads import AbstractLoad, AbstractSpeedLever, TorqueLoad
 from ..profiles import AbstractProfile
 from ..thermal._heat import FrictionHeat, Heat, PowerShares
 from ..thermal._network import nodes_at, place_of
@@ -116,6 +116,15 @@ def paths_without_meaning(scene: Scene) -> tuple[str, ...]:
 def band_brake(scene: Scene) -> Brake:
     """Return the band brake of a scene. Raises `InputError` for another kind of brake."""
     return under_a_band(scene.brake)
+
+
+def has_load(scene: Scene) -> bool:
+    """Whether there is a load on a pulley at rest at any time; in doubt there is (traced numbers, custom courses)."""
+    load = scene.duty.load
+    if not isinstance(load, TorqueLoad):
+        return True
+    values = getattr(load.profile, "level", getattr(load.profile, "values", None))
+    return not isinstance(values, np.ndarray) or bool(np.any(values))
 
 
 def faults(scene: Scene) -> list[Fault]:

@@ -529,6 +529,13 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         load = jnp.sign(y.omega) * self.load.torque(t, y.omega, _piece(mode, LOAD))
         return Capacity(load, self.mechanism.capacity(T_0, y.omega, y.own, self.surfaces(y)), settled)
 
+    def holding(self, t: Array, y: State, mode: Mode, z: BrakeNow) -> tuple[Array, Array]:
+        """Load on a pulley at rest, and the static capacity of the brake in its direction (N·m, both ≥ 0)."""
+        load = jnp.asarray(self.load.torque(t, jnp.zeros_like(y.omega), _piece(mode, LOAD)))
+        way = jnp.where(load < 0, -1.0, 1.0)
+        pairs = self.mechanism.capacity(z.lever_tension, way, y.own, self.surfaces(y), static=True)
+        return jnp.abs(load), jnp.min(pairs)
+
 
 def _total(power: Array) -> Array:
     """Power of a pair, of which that of every lining may be known or their sum alone."""

@@ -243,6 +243,8 @@ class Chain(AbstractMechanism):
         size = self.sizes
         return ChainState(size.tension / self.stiffness, jnp.ones_like(self.mass) * self.radius * size.speed)
 
-    def capacity(self, tension: Array, omega: Array, own: ChainState, surfaces: Surfaces) -> Float[Array, " pairs"]:
+    def capacity(
+        self, tension: Array, omega: Array, own: ChainState, surfaces: Surfaces, *, static: bool = False
+    ) -> Float[Array, " pairs"]:
         # linings at rest on the band, the pulley sliding past all of them
-        return self.grip.torque(self.radius, tension, omega, surfaces[0])[None]
+        return self.grip.torque(self.radius, tension, omega, surfaces[0], static=static)[None]

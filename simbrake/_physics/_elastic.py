@@ -376,8 +376,10 @@ class ElasticBand(AbstractElasticBand):
     def own_sizes(self) -> Carried:
         return Carried(self.sizes.tension / self.stiffness)
 
-    def capacity(self, tension: Array, omega: Array, own: Carried, surfaces: Surfaces) -> Float[Array, " pairs"]:
-        return self.grip.torque(self.wrap.radius, tension, omega, surfaces[0])[None]
+    def capacity(
+        self, tension: Array, omega: Array, own: Carried, surfaces: Surfaces, *, static: bool = False
+    ) -> Float[Array, " pairs"]:
+        return self.grip.torque(self.wrap.radius, tension, omega, surfaces[0], static=static)[None]
 
 
 def _slip_of(more: Callable[[Array], Array], lead: Array, size: Array) -> tuple[Array, Array]:

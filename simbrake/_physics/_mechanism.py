@@ -479,8 +479,13 @@ class AbstractMechanism(eqx.Module):
         """Typical sizes of the own states."""
 
     @abc.abstractmethod
-    def capacity(self, tension: Array, omega: Array, own: PyTree, surfaces: Surfaces) -> Float[Array, " pairs"]:
-        """Maximum torque (N·m, ≥ 0) of each friction pair against the motion, sliding at the speed of the pulley."""
+    def capacity(
+        self, tension: Array, omega: Array, own: PyTree, surfaces: Surfaces, *, static: bool = False
+    ) -> Float[Array, " pairs"]:
+        """Maximum torque (N·m, ≥ 0) of each friction pair against the motion, sliding at the speed of the pulley.
+
+        `static`: of pairs that stick, against a load in the direction of `omega`.
+        """
 
 
 # --- changes of mode --------------------------------------------------------------------------------------------------

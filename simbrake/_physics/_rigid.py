@@ -349,8 +349,10 @@ class RigidBand(AbstractBand, AbstractRigidContact):
         force = each if self.pairs[0].apart else z.brake_torque / self.radius
         return (Rub(force, z.slip_speed, sense_of(mode), normal),)
 
-    def capacity(self, tension: Array, omega: Array, own: None, surfaces: Surfaces) -> Float[Array, " pairs"]:
-        return self.grip.torque(self.radius, tension, omega, surfaces[0])[None]
+    def capacity(
+        self, tension: Array, omega: Array, own: None, surfaces: Surfaces, *, static: bool = False
+    ) -> Float[Array, " pairs"]:
+        return self.grip.torque(self.radius, tension, omega, surfaces[0], static=static)[None]
 
 
 #: a lining this near to self-locking counts as self-locking: friction would be unbounded, and no step would cross
@@ -426,9 +428,11 @@ class PressedContact(AbstractRigidContact):
         force = friction if self.pairs[0].apart else z.brake_torque / self.radius
         return (Rub(force, z.slip_speed, sense, normal),)
 
-    def capacity(self, tension: Array, omega: Array, own: None, surfaces: Surfaces) -> Float[Array, " pairs"]:
-        no = jnp.asarray(False)
-        found = self.torques(tension, jnp.abs(omega) * self.radius, surfaces[0], no, no)
+    def capacity(
+        self, tension: Array, omega: Array, own: None, surfaces: Surfaces, *, static: bool = False
+    ) -> Float[Array, " pairs"]:
+        v = jnp.zeros_like(omega) if static else jnp.abs(omega) * self.radius
+        found = self.torques(tension, v, surfaces[0], jnp.asarray(False), jnp.asarray(static))
         torque = jnp.where(omega < 0, found.back, found.ahead)
         locks = jnp.max(self.brake.self_locking(found.law.f)) >= 1
         return jnp.where(tension > 0, jnp.where(locks, jnp.inf, torque), 0.0)[None]

@@ -203,14 +203,17 @@ class Grip(AbstractGrip):
         fz = f * self.tangent
         return tension_ratio(fz)[0], 1 - largest(fz)
 
-    def torque(self, radius: Array, T_0: Array, omega: Array, surface: SurfaceState | None) -> Float[Array, ""]:
+    def torque(
+        self, radius: Array, T_0: Array, omega: Array, surface: SurfaceState | None, *, static: bool = False
+    ) -> Float[Array, ""]:
         """`R_b T_0 (Π − 1)`, in reverse `R_b T_0 (1 − 1/Π)`, of linings that slide on a band at rest.
 
         A lining that is self-locking makes it infinite; in reverse the tight end can only become slack: `R_b T_0`.
+        `static`: of linings that stick.
         """
         back = omega < 0
         v = jnp.broadcast_to(jnp.abs(omega) * radius, (self.linings.count,))
-        mu, margin = self.ratios(self.coefficients(T_0, v, surface, back, static=False).f)
+        mu, margin = self.ratios(self.coefficients(T_0, v, surface, back, static=static).f)
         growth = jnp.where(back, 1 - 1 / product(mu), product(mu) - 1)
         growth = jnp.where(margin > 0, growth, jnp.where(back, 1.0, jnp.inf))
         return jnp.where(T_0 > 0, radius * T_0 * growth, 0.0)

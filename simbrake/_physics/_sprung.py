@@ -478,13 +478,15 @@ class SprungBandage(AbstractMechanism):
         size = self.sizes
         return SprungState(size.tension / self.stiffness, jnp.ones_like(self.inertias) * size.speed)
 
-    def capacity(self, tension: Array, omega: Array, own: SprungState, surfaces: Surfaces) -> Float[Array, " pairs"]:
-        # one sum: every lining in its weaker pair, as at the limit of a pulley at rest but with kinetic friction
-        n, speed = self.count, jnp.abs(omega)
+    def capacity(
+        self, tension: Array, omega: Array, own: SprungState, surfaces: Surfaces, *, static: bool = False
+    ) -> Float[Array, " pairs"]:
+        # one sum: every lining in its weaker pair, as at the limit of a pulley at rest (but kinetic unless `static`)
+        n, speed = self.count, jnp.zeros_like(omega) if static else jnp.abs(omega)
 
         def each(law: AbstractFriction, arm: Array, surface: SurfaceState | None) -> Array:
             contact = (surface or SurfaceState()).contact(jnp.broadcast_to(arm * speed, (n,)))
-            return jnp.broadcast_to(law.kinetic(contact), (n,))
+            return jnp.broadcast_to(law.static(contact) if static else law.kinetic(contact), (n,))
 
         mu = tension_ratio(each(self.pairs[0].law, self.band_radius, surfaces[0]) * self.grip.tangent)[0]
         on_rim = self.track_radius * each(self.pairs[1].law, self.track_radius, surfaces[1])

@@ -391,14 +391,19 @@ class StagedBrake(AbstractElasticBand):
     def own_sizes(self) -> Carried:
         return Carried(None if self.stiffness is None else self.sizes.tension / self.stiffness, self.sizes.speed)
 
-    def capacity(self, tension: Array, omega: Array, own: Carried, surfaces: Surfaces) -> Float[Array, " pairs"]:
+    def capacity(
+        self, tension: Array, omega: Array, own: Carried, surfaces: Surfaces, *, static: bool = False
+    ) -> Float[Array, " pairs"]:
         R_b = self.wrap.radius
-        outer = self.grip.torque(R_b, tension, omega, surfaces[0])
+        outer = self.grip.torque(R_b, tension, omega, surfaces[0], static=static)
         # a held bandage is braced by the static friction of the band; the rim slides in it with the pulley's speed
         still, no = jnp.zeros_like(omega), jnp.asarray(False)
         fz = self.wrap.limit(tension, still, surfaces[0], no, jnp.asarray(True)).fz
         mu, speed = (1 + fz) / (1 - fz), self.internal.radius * jnp.abs(omega)
-        rim, sense = Held(speed, surfaces[1], no), jnp.where(omega < 0, -1, 1).astype(jnp.int32)
+        rim, sense = (
+            Held(still if static else speed, surfaces[1], jnp.asarray(static)),
+            jnp.where(omega < 0, -1, 1).astype(jnp.int32),
+        )
         piece = self.internal.holding_piece(tension, mu, sense, R_b, rim)
         T_n = self.internal.holding_tension(tension, mu, piece, sense, R_b, rim)
         T_n = jnp.clip(T_n, tension / jnp.prod(mu), tension * jnp.prod(mu))

@@ -11,13 +11,13 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from .._parts._scene import Scene
+from .._parts._scene import Scene, has_load
 from .._physics._brake import BrakeSystem
 from .._physics._mechanism import BandMode, Ledger, Mode, slips
 from ..hybrid import LANDED, Record, largest, smallest
 from ..hybrid._arrays import Array
 from ..thermal._heat import PowerSplit
-from ._probe import Instant, RunJit, ends_of, numpy_of
+from ._probe import Instant, Probe, RunJit, ends_of, numpy_of
 from ._series import thickness
 
 #: whether something happens at events, from the modes before and after them
@@ -46,7 +46,7 @@ class Metric(NamedTuple):
     - `find(record, scene)`: the number, `inf` for the time of what did not happen; of a `greatest` value `find(probe)`:
       that of which it is the maximum over the run, (m, n)
     - `needs`: what a scene has whose runs have it;  `shown_anyway`: as `inf` where it lacks that
-    - `of_linings`: whether a maximum value tells the lining
+    - `of_linings`: whether a maximum value tells the lining;  `inverse`: the number is one over that maximum, a minimum
     """
 
     unit: str
@@ -57,6 +57,14 @@ class Metric(NamedTuple):
     greatest: bool = False
     of_linings: bool = False
     shown_anyway: bool = False
+    inverse: bool = False
+
+    def of_maximum(self, found: Any) -> Any:
+        """The number, from the maximum over the run."""
+        if not self.inverse:
+            return found
+        xp = numpy_of(found)
+        return xp.where(found > 0, 1 / xp.where(found > 0, found, 1.0), xp.inf)
 
 
 class Peak(NamedTuple):
@@ -109,9 +117,21 @@ def _a_lining_slides(before: Mode, after: Mode) -> Array:
     return ((before.own.linings == 0) & (after.own.linings != 0)).any(axis=1)
 
 
+def _rests(mode: Mode) -> Array:
+    """Whether the brake holds the pulley at rest."""
+    return (mode.band == BandMode.HELD) & (mode.slides == 0)
+
+
 def _stops(before: Mode, after: Mode) -> Array:
-    rested, rests = ((mode.band == BandMode.HELD) & (mode.slides == 0) for mode in (before, after))
-    return rests & ~rested & (before.band != BandMode.OPEN)
+    return _rests(after) & ~_rests(before) & (before.band != BandMode.OPEN)
+
+
+def _held_share(p: Probe) -> Float[Array, "m 1"]:
+    """Load over the static capacity of the brake while it holds the pulley at rest, else 0."""
+    load, capacity = p.holding
+    xp = numpy_of(load)
+    held = _rests(p.mode) & (capacity > 0)
+    return xp.where(held, load / xp.where(held, capacity, 1.0), 0.0)[:, None]
 
 
 def _stopping_angle(record: Record, scene: Scene) -> Array:
@@ -150,6 +170,7 @@ _CHAIN = Need(
 )
 _WEAR = Need("wear", "the scene has no wear part", lambda scene: scene.wear is not None)
 _BAND = Need("band brake", "its brake has no band", lambda scene: scene.brake.banded)
+_LOAD = Need("load", "it has no load", lambda scene: has_load(scene))
 _DAMPERS = Need("resolved linings", "its linings do not move by themselves", lambda scene: scene.brake.resolved)
 _SHARES = Need("`power_shares`", "the scene has no `power_shares`", lambda scene: scene.power_shares is not None)
 _HEAT = Need("heat", "the scene has no heat", lambda scene: scene.heated)
@@ -243,6 +264,15 @@ METRICS: dict[str, Metric] = {
         "Maximum over minimum wear",
         _greatest_wear_over(smallest),
         _WEAR,
+    ),
+    "min_holding_reserve": Metric(
+        "1",
+        "minimum of the static capacity of the brake over the load, while it holds the pulley at rest",
+        "Minimum holding reserve",
+        _held_share,
+        _LOAD,
+        greatest=True,
+        inverse=True,
     ),
     "peak_rim_temperature": _surface("rim", "Hottest rim surface", "maximum surface temperature of the rim"),
     "peak_lining_temperature": _surface(

@@ -43,6 +43,7 @@ class Probe(NamedTuple):
     greater_tension: Float[Array, "m n"] | None  # of the two sides of each lining; None without a band
     surfaces: dict[str, Array]  # surface temperatures of rim, linings, band (m, nodes), where the scene has them
     passing: Float[Array, "m marks_of_heat"]  # by how much marks that only heat can pass are passed (see `mark_names`)
+    holding: tuple[Array, Array]  # load at rest, and static capacity of the brake in its direction (N·m), (m,) each
 
 
 def is_traced(tree: PyTree) -> bool:
@@ -99,14 +100,15 @@ def seen_at(system: BrakeSystem, t: Float[Array, " m"], y: State, mode: Mode) ->
             mechanism.lining_margins(mode, q.contact),
             hot,
             passing(system, mode, q, hot),
+            system.holding(t, y, mode, q),
         )
 
-    flows, shown, margins, hot, passed = jax.vmap(look)(t, y, mode)
+    flows, shown, margins, hot, passed, holding = jax.vmap(look)(t, y, mode)
     greater = None
     if shown.tension is not None:
         before = jnp.concatenate([flows.contact.slack_tension[:, None], shown.tension[:, :-1]], axis=1)
         greater = jnp.maximum(shown.tension, before)
-    return Probe(t, y, mode, flows, shown, margins, greater, hot, passed)
+    return Probe(t, y, mode, flows, shown, margins, greater, hot, passed, holding)
 
 
 def probe_at(record: Record, index: Int[Array, " m"], h: Float[Array, " m"], *, still: bool = False) -> Probe:

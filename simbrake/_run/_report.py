@@ -429,6 +429,14 @@ def _peak_line(summary: Entry, head: str, name: str, where: str) -> list[str]:
     ]
 
 
+def _holding_line(summary: Entry) -> list[str]:
+    least = summary["metrics"].get("min_holding_reserve")
+    if least is None:
+        return []
+    when = _number(summary["at"]["min_holding_reserve_time"], "s")
+    return [f"holding  static capacity at least {least:.5g} times the load, at {when}"]
+
+
 def _wear_lines(summary: Entry) -> list[str]:
     worn, m, lining = summary.get("worn_thickness"), summary["metrics"], summary.get("lining", "lining")
     if worn is None or m["greatest_wear"] is None:
@@ -471,6 +479,7 @@ def text(summary: Entry) -> str:
         *_staged_lines(summary),
         *_peak_line(summary, "tension", "max_tension", "behind lining"),
         *_peak_line(summary, "load", "max_normal_load", f"on {summary.get('lining', 'lining')}"),
+        *_holding_line(summary),
         _energy_line(summary),
         *_heat_lines(summary),
         *_wear_lines(summary),

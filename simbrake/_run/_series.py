@@ -53,6 +53,15 @@ def _of_band(p: Probe, tension: Values) -> Values | None:
     return None if p.shown.tension is None else tension
 
 
+def _reserve(p: Probe) -> Values | None:
+    """Static capacity over the load: not a number where there is no load, `None` where there never is."""
+    load, capacity = p.holding
+    xp = numpy_of(load)
+    if xp is np and not np.any(load):
+        return None
+    return xp.where(load > 0, capacity / xp.where(load > 0, load, 1.0), np.nan)
+
+
 def _nodes(p: Probe) -> Float[Array, "m k"] | None:
     """Temperatures of all nodes."""
     now = p.flows.thermal
@@ -213,6 +222,12 @@ class Series(NamedTuple):
     ]
     friction_memory: Annotated[
         Any, "", "state of the friction law of each lining (several: in the order of its PyTree)", lambda p, s: s.memory
+    ]
+    holding_reserve: Annotated[
+        Values | None,
+        "",
+        "static capacity of the brake over the load on a pulley at rest, under the tension of that instant",
+        lambda p, s: _reserve(p),
     ]
     pairs: dict[str, PairSeries]
 
