@@ -10,11 +10,12 @@ from jaxtyping import Bool, Float
 from ._base._faults import Fault
 from ._base._quantity import Part, Scalar, Values, part, quantity, short_for, whole
 from .hybrid._arrays import Array
-from .profiles import AbstractProfile, Constant, Piece, Real, Repeated
+from .profiles import AbstractPoints, AbstractProfile, Constant, Piece, Real, Repeated
 
 __all__ = [
     "GRAVITY",
     "AbstractLoad",
+    "Actuator",
     "Driller",
     "HookLoad",
     "Lever",
@@ -305,6 +306,66 @@ class Lever(AbstractProfile):
             hint = "give it as the slack tension itself"
             return [Fault(f"{path}.force", "a lever that holds the speed gives a tension, not a force", hint)]
         return self.force.faults(f"{path}.force", None if low is None else low / float(self.gain))
+
+
+class Actuator(AbstractProfile):
+    """The force of an actuator that follows its command with a dead time and a first-order lag, less a return spring.
+
+        τ Ḟ + F = u(t − t_d),   T_0 = F − F_s
+
+    - `command`: `u(t) ≥ 0` in N: a constant, straight lines between points, or repeated cycles of them
+    - `lag` `τ` (s), `None`: no lag;  `dead_time` `t_d` (s);  `spring` `F_s` (N): preload of the return spring
+
+    On every piece of the command the force is known in closed form, from the equilibrium before the first point on:
+
+        F = u − τ m + Σ_j (τ Δm_j − Δu_j) e^{−(t − t_d − t_j)/τ}
+
+    with the slope `m`, its change `Δm_j` and the jump `Δu_j` at each point `t_j` passed: no state, and the knots are
+    those of the command, later by `t_d`. A released force only tends to 0 and never reaches it: without a return
+    spring the band stays closed under a tension that fades away. With one the band opens when the force falls to
+    `F_s`, and closes when it rises above it.
+
+    Stands for the slack tension of a `Duty`, the force of a `ForceDuty`, or the force of a `Lever`.
+    """
+
+    command: AbstractProfile = part(AbstractProfile, "N")
+    lag: Scalar | None = quantity("s", "time constant of the lag", positive=True, default=None)
+    dead_time: Scalar = quantity("s", "dead time", low=0.0, default=0.0)
+    spring: Scalar = quantity("N", "preload of the return spring", low=0.0, default=0.0)
+
+    @property
+    def knot_count(self) -> int:
+        return self.command.knot_count
+
+    @property
+    def rises(self) -> bool:
+        return type(self) is Actuator and isinstance(self.command, AbstractPoints | Constant)
+
+    def value(self, t: Real, piece: Piece) -> Real:
+        t = t - self.dead_time
+        force = self.command.value(t, piece)
+        if self.lag is not None and isinstance(self.command, AbstractPoints):
+            force = force - self.lag * self.command.slope(piece) + self.command.decayed(t, piece, self.lag)
+        return force - self.spring
+
+    def next_knot(self, piece: Piece) -> Float[Array, "..."] | float:
+        knot = self.command.next_knot(piece)
+        return knot if isinstance(knot, float) else knot + self.dead_time
+
+    def first_piece(self, t: Real) -> Piece:
+        return self.command.first_piece(t - self.dead_time)
+
+    def no_more_turns(self, t: Real) -> Bool[Array, ""]:
+        return self.command.no_more_turns(t - self.dead_time)
+
+    def scale(self) -> Float[Array, ""]:
+        return self.command.scale()
+
+    def faults(self, path: str, low: float | None) -> list[Fault]:
+        if not isinstance(self.command, AbstractPoints | Constant):
+            what = f"a lagged `{type(self.command).__name__}` has no closed form"
+            return [Fault(f"{path}.command", what, "give points, cycles of points, or a constant")]
+        return self.command.faults(f"{path}.command", low)
 
 
 def differential_lever_tension(

@@ -81,6 +81,11 @@ class AbstractProfile(Part):
         """Number of time breakpoints, where it may be large; 0 otherwise."""
         return 0
 
+    @property
+    def rises(self) -> bool:
+        """Whether on every piece it is a straight line and one exponential of time, whatever its program."""
+        return False
+
     def no_more_turns(self, t: Real) -> Bool[Array, ""]:
         """Whether no time breakpoint after `t` changes the course of the profile."""
         return jnp.isinf(self.next_knot(jnp.asarray(self.first_piece(t), jnp.int32)))
@@ -176,6 +181,19 @@ class AbstractPoints(AbstractProfile):
     times: eqx.AbstractVar[Scalar]
     values: eqx.AbstractVar[Scalar]
 
+    def slope(self, piece: Piece) -> Float[Array, ""]:
+        """Rate of the value on the given piece."""
+        return jax.jvp(lambda t: self.value(t, piece), (jnp.zeros(()),), (jnp.ones(()),))[1]
+
+    @abc.abstractmethod
+    def decayed(self, t: Real, piece: Piece, lag: Scalar) -> Real:
+        """What a first-order lag of the time constant `τ` remembers of the corners and jumps passed:
+
+            Σ_j (τ Δm_j − Δv_j) e^{−(t − t_j)/τ}
+
+        `Δm_j`, `Δv_j`: change of slope and jump at the time breakpoint `t_j`.
+        """
+
     def scale(self) -> Float[Array, ""]:
         return jnp.max(jnp.abs(jnp.asarray(self.values)))
 
@@ -207,6 +225,14 @@ class PiecewiseLinear(AbstractPoints):
         start = jnp.concatenate([times[:1], times])
         slopes = jnp.concatenate([zero, slope, zero])
         return _picked(base, here) + _picked(slopes, here) * (t - _picked(start, here))
+
+    def decayed(self, t: Real, piece: Piece, lag: Scalar) -> Real:
+        times, values, zero = jnp.asarray(self.times), jnp.asarray(self.values), jnp.zeros(1)
+        span, rise = jnp.diff(times), jnp.diff(values)
+        turn = jnp.diff(jnp.concatenate([zero, _slopes(rise, span), zero]))
+        jump = jnp.concatenate([zero, jnp.where(span > 0, 0.0, rise)])
+        passed = jnp.arange(times.shape[0], dtype=jnp.int32) < piece
+        return jnp.sum(jnp.where(passed, (lag * turn - jump) * jnp.exp(jnp.where(passed, times - t, 0.0) / lag), 0.0))
 
     def next_knot(self, piece: Piece) -> Float[Array, "..."] | float:
         return _next_of(self.times, piece)
@@ -261,9 +287,24 @@ class Repeated(AbstractPoints):
         inside = (piece > 0) & (piece < self.knot_count)
         return _picked(values, here) + jnp.where(inside, _picked(slope, here), 0.0) * since
 
-    def slope(self, piece: Piece) -> Float[Array, ""]:
-        """Rate of the value on the given piece."""
-        return jax.jvp(lambda t: self.value(t, piece), (jnp.zeros(()),), (jnp.ones(()),))[1]
+    def decayed(self, t: Real, piece: Piece, lag: Scalar) -> Real:
+        # each point of a cycle, over all cycles that have passed it: a geometric series
+        times, values = jnp.asarray(self.times), jnp.asarray(self.values)
+        k = times.shape[0]
+        span, rise = jnp.diff(times, append=self.period + times[:1]), jnp.diff(values, append=values[:1])
+        slope, jump = _slopes(rise, span), jnp.roll(jnp.where(span > 0, 0.0, rise), 1)
+        piece = jnp.clip(jnp.asarray(piece, jnp.int32), 0, self.knot_count)
+        often = (piece + k - 1 - jnp.arange(k, dtype=jnp.int32)) // k
+        count = often.astype(jnp.float64)
+        age = jnp.where(often > 0, t - (self.begin + (count - 1) * self.period + times), 0.0)
+        ratio = -self.period / lag
+        series = jnp.expm1(count * ratio) / jnp.expm1(ratio)  # (0 of a point not passed)
+        found = jnp.sum((lag * (slope - jnp.roll(slope, 1)) - jump) * jnp.exp(-age / lag) * series)
+        # before the first cycle and after the last one it is constant
+        first, last = t - (self.begin + times[0]), t - (self.begin + (self.count - 1.0) * self.period + times[-1])
+        begun, over = piece > 0, piece == self.knot_count
+        found += jnp.where(begun, (lag * slope[-1] + jump[0]) * jnp.exp(-jnp.where(begun, first, 0.0) / lag), 0.0)
+        return found - jnp.where(over, lag * slope[-1] * jnp.exp(-jnp.where(over, last, 0.0) / lag), 0.0)
 
     def next_knot(self, piece: Piece) -> Float[Array, "..."] | float:
         times, piece = jnp.asarray(self.times), jnp.asarray(piece, jnp.int32)
@@ -293,6 +334,10 @@ class ExponentialRise(AbstractProfile):
     level: Scalar = quantity("SI", "final level")
     time_constant: Scalar = quantity("s", "time constant of the rise", positive=True)
     begin: Scalar = quantity("s", "time at which the rise begins", default=0.0)
+
+    @property
+    def rises(self) -> bool:
+        return type(self) is ExponentialRise  # a subclass may have another value
 
     def value(self, t: Real, piece: Piece) -> Real:
         return jnp.where(piece > 0, -self.level * jnp.expm1(-(t - self.begin) / self.time_constant), 0.0 * t)
@@ -353,9 +398,9 @@ def hides_nothing(part: PyTree, course: Callable) -> bool:
     """
 
     def rises(x: object) -> bool:
-        return type(x) is ExponentialRise  # a subclass may have another value
+        return isinstance(x, AbstractProfile) and x.rises
 
-    straight = jax.tree.map(lambda x: Constant(x.level) if rises(x) else x, part, is_leaf=rises)
+    straight = jax.tree.map(lambda x: Constant(0.0) if rises(x) else x, part, is_leaf=rises)
     return _is_straight(straight, course)
 
 
