@@ -11,17 +11,33 @@ from ._base._faults import Fault
 from ._base._quantity import Part, Scalar, Values, part, quantity, short_for, whole
 from .hybrid._arrays import Array
 from .profiles import AbstractPoints, AbstractProfile, Constant, Piece, Real, Repeated
+from .shaft import (
+    AbstractDryTorque,
+    AbstractShaftTorque,
+    BearingFriction,
+    EddyCurrentBrake,
+    HydrodynamicBrake,
+    TackleLoss,
+    ViscousDrag,
+)
 
 __all__ = [
     "GRAVITY",
+    "AbstractDryTorque",
     "AbstractLoad",
+    "AbstractShaftTorque",
     "Actuator",
+    "BearingFriction",
     "Driller",
+    "EddyCurrentBrake",
     "HookLoad",
+    "HydrodynamicBrake",
     "Lever",
     "SpeedHold",
+    "TackleLoss",
     "TorqueLoad",
     "TrippingLoad",
+    "ViscousDrag",
     "differential_lever_tension",
 ]
 

@@ -223,6 +223,7 @@ _OTHERS = {
     "Electrical work of friction": "electrical_work",
     "Mechanical work of friction": "mechanical_work",
     "Heat of dampers": "damper_heat",
+    "Other torques on the shaft": "shaft_work",
     "Elastic energy of the band": "elastic_change",
 }
 
@@ -242,6 +243,7 @@ def ledgers(result: Result, summary: Summary) -> list[Ledger]:
         entered = ", ".join(f"{place} {number(value, 'J')}" for place, value in places.items() if value)
         note = f"The friction heat entered: {entered}." if entered else ""
         into = {"Friction heat": e["friction_heat"], "Supplied": e["heat_supplied"]}
+        into |= {"Other torques on the shaft": e["shaft_work"]} if "shaft_work" in e else {}
         out = {f"Stored in {name}": float(value) for name, value in result.stored_heat.items()}
         out["Lost to the surroundings"] = e["heat_lost"]
         found.append(ledger("Heat", into, out, e["heat_closure"], note))

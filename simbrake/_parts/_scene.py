@@ -18,8 +18,9 @@ from ..friction import AbstractFriction, Reads, needs, reads, remembers
 from ..hybrid._arrays import Array
 from ..loads import AbstractLoad, AbstractSpeedLever, TorqueLoad
 from ..profiles import AbstractProfile
+from ..shaft import AbstractDryTorque, AbstractShaftTorque
 from ..thermal._heat import FrictionHeat, Heat, PowerShares
-from ..thermal._network import nodes_at, place_of
+from ..thermal._network import Junction, Reservoir, body_at, nodes_at, place_of
 from ..wear import Wear, faults_of_wear
 
 
@@ -87,6 +88,7 @@ class Scene(Part):
     - `heat`: the thermal network, `None` without temperatures
     - `wear`: wear of the linings, `None` without wear
     - `power_shares`: how the friction power splits into heat, electrical and mechanical power; `None`: all is heat
+    - `shaft`: torques on the shaft beside load and brake: auxiliary brakes, bearings, loss of the tackle
     """
 
     brake: AbstractBrake
@@ -96,6 +98,7 @@ class Scene(Part):
     heat: Heat | None = None
     wear: Wear | None = None
     power_shares: PowerShares | None = None
+    shaft: tuple[AbstractShaftTorque, ...] = ()
 
     @property
     def network(self) -> Heat:
@@ -154,12 +157,29 @@ def _faults_of_parts(scene: Scene) -> list[Fault]:
     """Errors between parts, without start and end."""
     found = [*_faults_of_brake(scene), *_faults_of_heat(scene)]
     found += [] if scene.power_shares is None else scene.power_shares.faults("power_shares")
-    found += faults_of_wear(scene) + _faults_of_duty(scene)
+    found += faults_of_wear(scene) + _faults_of_duty(scene) + _faults_of_shaft(scene)
     return found or _faults_of_band(scene)
 
 
-def _optional(scene: Scene) -> tuple[Heat | None, Wear | None, PowerShares | None]:
-    return scene.heat, scene.wear, scene.power_shares
+def _optional(scene: Scene) -> tuple[Heat | None, Wear | None, PowerShares | None, tuple[AbstractShaftTorque, ...]]:
+    return scene.heat, scene.wear, scene.power_shares, scene.shaft
+
+
+def _faults_of_shaft(scene: Scene) -> list[Fault]:
+    found, bodies = list[Fault](), {body.name: body for body in scene.network.bodies}
+    for i, law in enumerate(scene.shaft):
+        path = f"shaft[{i}]"
+        found += law.faults(path)
+        if isinstance(law, AbstractDryTorque) and scene.brake.resolved:
+            what = "dry friction of the shaft is not modelled for linings that move individually"
+            found.append(Fault(path, what, "leave it out, or use a brake whose linings act as one"))
+        if law.place is None:
+            continue
+        body = body_at(law.place, bodies)
+        if body is None or isinstance(body, Junction | Reservoir):
+            what = f"there is no place {law.place!r} with a heat capacity"
+            found.append(Fault(f"{path}.place", what, "a body of the heat part, or the face of a wall"))
+    return found
 
 
 @per_value(lambda scene: scene.brake)

@@ -17,6 +17,7 @@ from ._chain import Chain
 from ._elastic import ElasticBand
 from ._mechanism import AbstractMechanism, Mode, Pair, Sizes
 from ._rigid import PressedContact, RigidBand
+from ._shaft import Shaft
 from ._sliding import FaceGrip, Grip, Wrap
 from ._sprung import SprungBandage
 from ._staged import InternalPair, StagedBrake
@@ -54,13 +55,15 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
         thermal=thermal,
         wearing=wearing,
         weights=brake.linings.weights,
+        shaft=Shaft(scene.shaft) if scene.shaft else None,
     )
     own, band, own_mode = mechanism.start(omega_0, jnp.asarray(initial.elongation) + jnp.zeros_like(omega_0))
     given = (duty.lever, duty.load.profile, *system.profiles)
     pieces = tuple(first_piece(profile, t_0) for profile in given)
     sense = jnp.where(omega_0 < 0, -1, 1).astype(jnp.int32)
     state = system.start(omega_0, own, u)
-    return system, state, Mode(jnp.asarray(band), sense, own_mode, pieces)
+    turn = jnp.sign(omega_0).astype(jnp.int32) if system.shaft is not None and system.shaft.dry else None
+    return system, state, Mode(jnp.asarray(band), sense, own_mode, pieces, turn)
 
 
 def _pairs(scene: Scene, thermal: Thermal | None) -> tuple[Pair, ...]:
@@ -120,7 +123,12 @@ def _sizes(scene: Scene, still: AnyContact, omega_0: Array, inertia: Array) -> S
     capacity = brake.torque(tension, brake.linings.friction.static(still))
     piece = jnp.asarray(duty.load.profile.first_piece(t_0), jnp.int32)
     load_0 = jnp.abs(duty.load.torque(t_0, omega_0, piece))
-    torque = _positive(jnp.maximum(capacity, jnp.maximum(load_0, duty.load.profile.scale())))
+    torque = jnp.maximum(capacity, jnp.maximum(load_0, duty.load.profile.scale()))
+    if scene.shaft:
+        pieces = tuple(jnp.asarray(law.profile.first_piece(t_0), jnp.int32) for law in scene.shaft)
+        beside = Shaft(scene.shaft).turning(t_0, jnp.abs(omega_0), load_0, jnp.asarray(1.0), pieces)
+        torque = jnp.maximum(torque, beside)
+    torque = _positive(torque)
     # from rest 1 rad/s at most
     reach = jnp.minimum(torque / inertia * (jnp.asarray(scene.end_time) - t_0), 1.0)
     speed = _positive(jnp.where(omega_0 == 0, reach, jnp.abs(omega_0)))

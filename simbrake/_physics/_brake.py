@@ -30,6 +30,7 @@ from ._mechanism import (
     Sizes,
     Surfaces,
 )
+from ._shaft import Shaft, ShaftNow
 from ._sliding import AbstractGrip
 from ._sparsity import couplings, couplings_of_memory
 from ._thermal import Conditions, Deposit, HeatFlows, Pieces, Thermal, total
@@ -46,14 +47,14 @@ _ROUNDING = 1e-9
 
 #: piece of a given function of time
 Piece = Int[Array, ""]
-#: places among `Mode.pieces`: of the lever, the load, then of the profiles of the heat
+#: places among `Mode.pieces`: of the lever, the load, then of the profiles of the heat, then of the shaft
 LEVER, LOAD, HEAT = 0, 1, 2
 
 
 class Capacity(NamedTuple):
     """Load and sliding brake at one instant, or at many: torques (N·m) in the direction in which the pulley turns.
 
-    - `load`: load torque;  `pairs` (…, k): maximum torque of each friction pair with its kinetic friction at the speed
+    - `load`: load torque, less the other torques on the shaft;  `pairs` (…, k): maximum torque of each friction pair with its kinetic friction at the speed
       of the pulley and the temperatures of that instant: of a standard brake one, of a staged brake external, internal
     - `settled`: whether the lever is at its last value
     """
@@ -121,6 +122,12 @@ class BrakeNow(NamedTuple):
     contact: PyTree  # a `ContactNow`
     rubs: tuple[Rub, ...]
     thermal: ThermalNow | None
+    shaft: ShaftNow | None = None  # torques on the shaft beside load and brake
+
+    @property
+    def net_load(self) -> Array:
+        """Torque (N·m) that the shaft leaves of the load: that on the mechanism."""
+        return self.load_torque if self.shaft is None else self.load_torque - self.shaft.total
 
 
 class Wearing(NamedTuple):
@@ -138,7 +145,7 @@ class Wearing(NamedTuple):
 class BrakeSystem(AbstractSemiExplicitSystem):
     """A brake: its mechanism under a lever and a load, with a thermal network and wear if the scene has them.
 
-        φ̇ = ω,   J ω̇ = M_load(t, ω) − M_b
+        φ̇ = ω,   J ω̇ = M_load(t, ω) − Σ M_shaft − M_b
 
     The only place where physics couples: temperatures go into the friction of the pairs, their power `F v` into the
     network, the ledger and the wear.
@@ -154,6 +161,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
     thermal: Thermal | None
     wearing: Wearing | None
     weights: Float[Array, " n"]  # of the linings, over which the heat of a jump is spread
+    shaft: Shaft | None = None
 
     @property
     def sizes(self) -> Sizes:
@@ -180,7 +188,8 @@ class BrakeSystem(AbstractSemiExplicitSystem):
     @property
     def profiles(self) -> tuple[AbstractProfile, ...]:
         """Given functions of time beside lever and load."""
-        return () if self.thermal is None else self.thermal.heat.profiles
+        heat = () if self.thermal is None else self.thermal.heat.profiles
+        return heat if self.shaft is None else (*heat, *self.shaft.profiles)
 
     @property
     def guard_samples(self) -> int:
@@ -192,6 +201,19 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         """Inertia of all that turns and moves with the shaft (kg·m²)."""
         more = self.load.added_inertia(_piece(mode, LOAD))
         return self.inertia if more is None else self.inertia + more
+
+    def _shaft_pieces(self, mode: Mode) -> tuple[Piece, ...]:
+        assert self.shaft is not None
+        count = len(mode.pieces)
+        return tuple(_piece(mode, i) for i in range(count - len(self.shaft.laws), count))
+
+    def _load_at_rest(self, t: Array, mode: Mode) -> Array:
+        return jnp.asarray(self.load.torque(t, jnp.zeros_like(t), _piece(mode, LOAD)))
+
+    def _shaft_now(self, t: Array, omega: Array, mode: Mode) -> ShaftNow | None:
+        if self.shaft is None:
+            return None
+        return self.shaft.now(t, omega, self._load_at_rest(t, mode), mode, self._shaft_pieces(mode))
 
     def _network(self, t: Array, y: State, mode: Mode) -> tuple[Array, Array, Array, Conditions, Pieces]:
         """The thermal network at one instant, input of its heat flows: temperatures of nodes and junctions, time,
@@ -257,7 +279,9 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         net: Any = self.thermal
         load = jnp.asarray(self.load.torque(t, y.omega, _piece(mode, LOAD)))
         surfaces = self.surfaces(y)
-        tension, pull = self.lever_tension(t, y.omega, mode, load, surfaces)
+        shaft = self._shaft_now(t, y.omega, mode)
+        left = load if shaft is None else load - shaft.total
+        tension, pull = self.lever_tension(t, y.omega, mode, left, surfaces)
 
         def deposit(pair: Pair, heat: Array) -> Deposit:
             return net.deposit(pair.heat, jnp.atleast_1d(heat), *now)
@@ -273,12 +297,12 @@ class BrakeSystem(AbstractSemiExplicitSystem):
 
         if net is not None:
             now = self._network(t, y, mode)
-            flows = net.flows(*now)
-        acting = Acting(t, tension, pull, load, self.inertia_at(mode), surfaces, warming)
+            flows = net.flows(*now, self._heat_of_shaft(shaft, y.omega))
+        acting = Acting(t, tension, pull, left, self.inertia_at(mode), surfaces, warming)
         z = self.mechanism.variables(acting, y.omega, y.own, mode)
         rubs = self.mechanism.rubs(mode, z)
         if net is None:
-            return BrakeNow(tension, pull, load, z, rubs, None)
+            return BrakeNow(tension, pull, load, z, rubs, None, shaft)
         deposits = []
         for pair, rub in zip(pairs, rubs, strict=True):
             if jnp.ndim(rub.slip) == 0:
@@ -289,7 +313,8 @@ class BrakeSystem(AbstractSemiExplicitSystem):
                 found = deposit(pair, power if pair.apart else jnp.sum(power))
             deposits.append(found)
         hot_junctions = total([now[1], *(found.into_junctions for found in deposits)])
-        return BrakeNow(tension, pull, load, z, rubs, ThermalNow(now[0], hot_junctions, flows, tuple(deposits)))
+        thermal = ThermalNow(now[0], hot_junctions, flows, tuple(deposits))
+        return BrakeNow(tension, pull, load, z, rubs, thermal, shaft)
 
     def rates(self, t: Array, y: State, mode: Mode, z: BrakeNow) -> State:
         ledger = Ledger(
@@ -297,6 +322,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             lever_work=z.contact.lever_power,
             friction=tuple(_total(rub.force * rub.slip) for rub in z.rubs),
             damper_heat=z.contact.damping if self.mechanism.damps else None,
+            shaft=None if z.shaft is None else tuple(torque * y.omega for torque in z.shaft.each),
         )
         rates = State(y.omega, z.contact.alpha, self.mechanism.own_rates(z.contact), ledger)
         if self.wearing is not None:
@@ -309,8 +335,19 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         into = total([flows.into, *(deposit.into for deposit in deposits)])
         each = [self._booked_of(pair, deposit) for pair, deposit in zip(self.mechanism.pairs, deposits, strict=True)]
         booked: HeatLedger = jax.tree.map(lambda *parts: total(parts), *each)
-        booked = booked._replace(lost=booked.lost + flows.lost, supplied=flows.supplied)
+        lost = booked.lost + flows.lost
+        if z.shaft is not None and self.shaft is not None:  # heat that enters no body
+            bare = [torque for law, torque in zip(self.shaft.laws, z.shaft.each, strict=True) if law.place is None]
+            lost = lost + total(bare) * y.omega
+        booked = booked._replace(lost=lost, supplied=flows.supplied)
         return rates._replace(ledger=ledger._replace(heat=booked), heat=self.thermal.rise(into))
+
+    def _heat_of_shaft(self, shaft: ShaftNow | None, omega: Array) -> tuple[tuple[str, Array], ...]:
+        """Powers (W) of the torques on the shaft whose heat enters a body, and its place."""
+        if shaft is None or self.shaft is None:
+            return ()
+        given = zip(self.shaft.laws, shaft.each, strict=True)
+        return tuple((law.place, torque * omega) for law, torque in given if law.place is not None)
 
     def _wear_rates(
         self, t: Array, y: State, rubs: tuple[Rub, ...], turned_at: Array | None
@@ -362,10 +399,13 @@ class BrakeSystem(AbstractSemiExplicitSystem):
     def _acting(self, t: Array, y: State, mode: Mode, z: BrakeNow) -> Acting:
         """Applied loads for guards and changes of mode, which do not need the rates of temperatures."""
         inertia = self.inertia_at(mode)
-        return Acting(t, z.lever_tension, z.lever_rate, z.load_torque, inertia, self.surfaces(y), lambda forces: ())
+        return Acting(t, z.lever_tension, z.lever_rate, z.net_load, inertia, self.surfaces(y), lambda forces: ())
 
     def margins(self, t: Array, y: State, mode: Mode, z: BrakeNow) -> Float[Array, " guard"]:
         found = self.mechanism.guards(self._acting(t, y, mode, z), y.omega, y.own, mode, z.contact)
+        if self.shaft is not None and self.shaft.dry and z.shaft is not None:
+            load, sizes = self._load_at_rest(t, mode), self.sizes
+            found = jnp.append(found, self.shaft.margin(mode, y.omega, load, z.shaft, sizes.torque, sizes.speed))
         room = self._table_margin(y.heat)
         return found if room is None else jnp.append(found, room)
 
@@ -379,13 +419,21 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         acting = self._acting(t, y, now.mode, now.z)
         moment = Moment(t, y.omega, y.own, now.mode, acting, now.z.contact, now.z_rate.contact)
         new, code = self.mechanism.change(moment, self._next_pieces(now.mode, at_stop), fired, ask)
+        last = -1
         if self._table_margin(y.heat) is not None:
             code = jnp.where(fired[-1], int(BrakeCode.OUTSIDE_TABLE), code)
+            last = -2
+        if self.shaft is not None and self.shaft.dry:
+            load, shaft = self._load_at_rest(t, new), self._shaft_now(t, y.omega, new)
+            assert shaft is not None
+            turn = self.shaft.turn_after(now.mode, new, load, shaft, fired[last], self.sizes.slight_torque)
+            new = new._replace(turn=turn)
         return new, code
 
     def reset(self, t: Array, y: State, before: Mode, after: Mode) -> State:
         more = self.load.added_inertia(_piece(after, LOAD))
-        omega, own = self.mechanism.arrested(y.omega, y.own, before, after)
+        omega = y.omega if after.turn is None else jnp.where(after.turn == before.turn, y.omega, 0.0)
+        omega, own = self.mechanism.arrested(omega, y.own, before, after)
         still = y._replace(omega=omega, own=own)
         if more is not None:  # mass added to the hook in motion brings its energy
             brought = 0.5 * (self.inertia_at(after) - self.inertia_at(before)) * y.omega**2
@@ -489,7 +537,8 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             booked = HeatLedger(quadrature, quadrature, quadrature, quadrature, quadrature if self._has_band else None)
         friction = tuple(quadrature for _ in self.mechanism.pairs)
         damped = quadrature if self.mechanism.damps else None
-        ledger = Ledger(quadrature, quadrature, friction, booked, damped)
+        shaft = None if self.shaft is None else tuple(quadrature for _ in self.shaft.laws)
+        ledger = Ledger(quadrature, quadrature, friction, booked, damped, shaft)
         thickness = None
         if self.wearing is not None:
             thickness = tuple(worn if pair.wears else None for pair in self.mechanism.pairs)
@@ -505,7 +554,8 @@ class BrakeSystem(AbstractSemiExplicitSystem):
     def couplings(self) -> State | None:
         if self.thermal is None and not self.remembers:
             return None
-        heat = None if self.thermal is None else couplings(self.thermal.heat)
+        places = () if self.shaft is None else self.shaft.places
+        heat = None if self.thermal is None else couplings(self.thermal.heat, places)
         own = jax.tree.map(lambda size: np.full(jnp.shape(size), CORE), self.mechanism.own_sizes())
         worn = np.full(self.mechanism.pairs[0].count, QUADRATURE)
         core, quadrature = np.asarray(CORE), np.asarray(QUADRATURE)
@@ -526,7 +576,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             follows = self.lever.follows(_piece(mode, LEVER))
             T_0, rate = jnp.where(follows, self.lever.greatest(), T_0), jnp.where(follows, 0.0, rate)
         settled = self.lever.no_more_turns(t) & (jnp.abs(rate) * (t - start) <= _AT_REST * T_0)
-        load = jnp.sign(y.omega) * self.load.torque(t, y.omega, _piece(mode, LOAD))
+        load = self.driving(t, y.omega, mode)
         return Capacity(load, self.mechanism.capacity(T_0, y.omega, y.own, self.surfaces(y)), settled)
 
     def holding(self, t: Array, y: State, mode: Mode, z: BrakeNow) -> tuple[Array, Array]:
@@ -535,6 +585,15 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         way = jnp.where(load < 0, -1.0, 1.0)
         pairs = self.mechanism.capacity(z.lever_tension, way, y.own, self.surfaces(y), static=True)
         return jnp.abs(load), jnp.min(pairs)
+
+    def driving(self, t: Array, omega: Array, mode: Mode) -> Array:
+        """Torque (N·m) of the load in the direction of a rotation, less the other torques on the shaft."""
+        sense = jnp.sign(omega)
+        load = jnp.asarray(self.load.torque(t, omega, _piece(mode, LOAD)))
+        if self.shaft is not None:
+            rest = self._load_at_rest(t, mode)
+            load = load - self.shaft.turning(t, omega, rest, sense, self._shaft_pieces(mode))
+        return sense * load
 
 
 def _total(power: Array) -> Array:

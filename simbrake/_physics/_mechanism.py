@@ -47,6 +47,7 @@ class Ledger(NamedTuple):
     friction: tuple[Any, ...]  # of each pair, in the order of the mechanism
     heat: Any = None
     damper_heat: Any = None  # of dampers in the band or the bandage
+    shaft: Any = None  # work of each torque on the shaft beside the brake
 
 
 # --- modes ------------------------------------------------------------------------------------------------------------
@@ -100,24 +101,35 @@ def slips(band: Any) -> Any:
 
 
 class Label(NamedTuple):
-    """Mode in the log: band mode, and the internal pair of a staged brake (0: it sticks or is none)."""
+    """Mode in the log: band mode, the internal pair of a staged brake (0: it sticks or is none), and the direction in
+    which the pulley turns where the shaft has dry friction (0: it is at rest)."""
 
     band: int
     inner: int = 0
+    turn: int = 1
 
     @property
     def rests(self) -> bool:
         """Whether the pulley is at rest."""
-        return self.band == BandMode.HELD and self.inner == 0
+        return (self.band == BandMode.HELD and self.inner == 0) or self.stands
+
+    @property
+    def stands(self) -> bool:
+        """Whether dry friction of the shaft alone holds the pulley, the band being open."""
+        return self.band == BandMode.OPEN and self.turn == 0
 
     def __str__(self) -> str:
-        words = BandMode(self.band).name.lower().replace("_", " ")
+        words = BandMode(self.band).name.lower().replace("_", " ") + (" at rest" if self.stands else "")
         return words if self.inner == 0 else f"{words} with internal slip"
 
 
 def events_of_change(before: Label, after: Label, first: bool) -> list[str]:
     """Names of the events in one change of mode; `first` marks the settling at the start of a run."""
     names = _events_of_band(before, after, first) if before.band != after.band else []
+    if before.stands and not after.rests and not first:
+        names = ["restart", *names]
+    elif after.stands and not before.rests:
+        names = [*names, "stop"]
     if before.inner == 0 and after.inner != 0:
         return (["restart"] if before.rests and after.band == BandMode.HELD else []) + ["internal_slip"] + names
     if before.inner != 0 and after.inner == 0:
@@ -296,14 +308,16 @@ class Mode(NamedTuple):
     """Mode of a brake between two events.
 
     - `band`: label of the whole (`BandMode`);  `sense`: direction in which the pulley moves or last moved, ±1
-    - `own`: the mode of its mechanism;  `pieces` on which the given functions of time are: of the lever, the load and
-      the heat, `None` of those without time breakpoints
+    - `own`: the mode of its mechanism;  `pieces` on which the given functions of time are: of the lever, the load, the
+      heat and the shaft, `None` of those without time breakpoints
+    - `turn`, on a shaft with dry friction (else `None`): direction in which the pulley turns, 0 at rest
     """
 
     band: Any
     sense: Any
     own: Any
     pieces: tuple[Any, ...]
+    turn: Any = None
 
     @property
     def slides(self) -> Any:

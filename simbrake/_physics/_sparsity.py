@@ -18,8 +18,9 @@ from ._thermal import nodes_of, spans
 Node = tuple[bool, int]
 
 
-def couplings(heat: Heat) -> Int[np.ndarray, " k"]:
-    """Sparsity of the Jacobian of the network: core, and places in chains, per node with capacity.
+def couplings(heat: Heat, heated: tuple[str, ...] = ()) -> Int[np.ndarray, " k"]:
+    """Sparsity of the Jacobian of the network: core, and places in chains, per node with capacity; `heated`: places that
+    other heat enters.
 
     Bodies that friction heats or senses are in the core, as every lining's friction depends on those before it, and so
     are those around a face that several links share. Of the rest, nodes where three or more paths meet join the core
@@ -48,16 +49,17 @@ def couplings(heat: Heat) -> Int[np.ndarray, " k"]:
             place += 1
             left.discard(here)
             here = next(iter(open_[here] & left), None)
-    return np.where((kinds >= 0) & _inside_plain_walls(heat, len(near)), kinds + LINEAR, kinds)
+    return np.where((kinds >= 0) & _inside_plain_walls(heat, len(near), heated), kinds + LINEAR, kinds)
 
 
-def _inside_plain_walls(heat: Heat, size: int) -> Bool[np.ndarray, " k"]:
+def _inside_plain_walls(heat: Heat, size: int, heated: tuple[str, ...]) -> Bool[np.ndarray, " k"]:
     """Nodes with capacity that are layers within a wall of constant properties, reached by conduction alone."""
     found = np.zeros(size, bool)
     for body in heat.walls:
         m = body.material
         found[spans(heat).stores[body.name]] = m.conductivity_slope is None and m.specific_heat_slope is None
-    reached = [end for link in heat.links for end in (link.a, link.b)] + [source.a for source in heat.sources]
+    reached = [end for link in heat.links for end in (link.a, link.b)]
+    reached += [*heated, *(source.a for source in heat.sources)]
     reached += [p for pair in heat.pairs for p in (pair.metal, pair.lining, pair.beyond) if p]
     for store, i in (node for place in reached for node in _nodes(heat, place)):
         if store:

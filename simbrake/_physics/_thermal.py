@@ -190,12 +190,22 @@ class Thermal(eqx.Module):
                     half = half.at[nodes].add(body.surface_layer.resistance(T[nodes]) / body.area)
         return half
 
-    def flows(self, T: Array, T_J: Array, t: Array, around: Conditions, pieces: Pieces = ()) -> HeatFlows:
-        """Heat flows at given temperatures, friction apart."""
+    def flows(
+        self,
+        T: Array,
+        T_J: Array,
+        t: Array,
+        around: Conditions,
+        pieces: Pieces = (),
+        more: tuple[tuple[str, Array], ...] = (),
+    ) -> HeatFlows:
+        """Heat flows at given temperatures, friction apart; `more`: powers (W) that enter places with capacity."""
         reservoirs, powers = self._given(t, pieces)
         given: dict[str, Array] = {}
         for source, power in zip(self.heat.sources, powers, strict=True):
             self._enter(given, source.a, power / place_count(self.heat, source.a))
+        for place, power in more:
+            self._enter(given, place, jnp.reshape(power / place_count(self.heat, place), (1,)))
         half = self._halves(T)
         into = self._through(self._reader(T, T_J, reservoirs), self._to_faces(T, half), around, given)
         nodes = self._spread(into)

@@ -47,7 +47,7 @@ def passing(system: BrakeSystem, mode: Mode, q: BrakeNow, hot: dict[str, Array])
     found: list[Any] = []
     if _can_lose_grip(system):
         # sliding ahead, the brake no longer outweighs the load (a lever that holds the speed balances it to rounding)
-        short = (q.load_torque - q.contact.brake_torque) / system.sizes.torque - 1e-9
+        short = (q.net_load - q.contact.brake_torque) / system.sizes.torque - 1e-9
         # a release by the lever is intended: it is no loss of grip
         pulls = q.lever_rate >= 0
         found.append(jnp.where((mode.band == SLIP) & (mode.sense > 0) & pulls, short, -1.0)[None])

@@ -14,6 +14,7 @@ from ..brakes._design import unloaded
 from ..friction import AbstractFriction, AnyContact, remembers
 from ..hybrid._arrays import Array
 from ..profiles import AbstractProfile
+from ..shaft import AbstractDryTorque
 from ..thermal._contact import ThermalContact
 from ..thermal._heat import Heat
 from ..thermal._material import ROOM
@@ -95,11 +96,23 @@ def stiffness(scene: Scene) -> tuple[bool, str]:
     brake, duty = scene.brake, scene.duty
     if found[0] or brake.resolved:
         return found
-    drag = float(getattr(duty.load, "drag", 0.0)) / float(brake.inertia)
+    drag = float(getattr(duty.load, "drag", 0.0)) + _steepest_drag(scene)
+    drag = drag / float(brake.inertia)
     patience = _PATIENCE if scene.heated else _PATIENCE_COLD
     why = _demands("drag balances the speed", drag, span, _PATIENCE_COLD)
     why = why or _demands("a state of a friction law follows", _fastest_memory(scene), span, patience)
     return (True, why) if why else found
+
+
+def _steepest_drag(scene: Scene) -> float:
+    """Largest slope `dM/dω` (N·m·s) of the torques on the shaft at rest and at the speed of the start, in sum."""
+    total, still, speed = 0.0, jnp.zeros(()), jnp.asarray(abs(float(scene.initial.omega)))
+    for law in scene.shaft:
+        if not isinstance(law, AbstractDryTorque):
+            piece = law.profile.first_piece(0.0)
+            slope = jax.grad(lambda omega, law=law, piece=piece: jnp.asarray(law.torque(still, omega, piece, still)))
+            total += max(float(slope(still)), float(slope(speed)))
+    return total
 
 
 def _fastest_memory(scene: Scene) -> float:

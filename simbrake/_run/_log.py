@@ -84,6 +84,7 @@ class Status(enum.StrEnum):
     HELD = "held"
     NOT_STOPPED = "not_stopped"
     RUNAWAY = "runaway"
+    LOWERING = "lowering"
     RELEASED = "released"
 
 
@@ -92,20 +93,23 @@ STATUS_MESSAGES = {
     Status.HELD: "the pulley was at rest from the start and is held",
     Status.NOT_STOPPED: "the pulley still turns at the end time",
     Status.RUNAWAY: "the brake cannot hold this load",
+    Status.LOWERING: "the pulley turns at a steady speed: other torques on the shaft balance the load, nothing holds it",
     Status.RELEASED: "the brake is open at the end time",
 }
 
 
-def status_of(end: Label, moved: bool, exceeded: Callable[[], bool]) -> Status:
+def status_of(end: Label, moved: bool, exceeded: Callable[[], bool], steady: Callable[[], bool]) -> Status:
     """Status of a run that ended in the mode `end`.
 
     `moved`: whether the pulley turned at any time;  `exceeded`: whether the load exceeds what the brake can hold, asked
-    only where the pulley still turns
+    only where the pulley still turns;  `steady`: whether it does at a steady speed
     """
-    if end.band == BandMode.OPEN:
-        return Status.RELEASED
     if end.rests:
         return Status.STOPPED if moved else Status.HELD
+    if steady():
+        return Status.LOWERING
+    if end.band == BandMode.OPEN:
+        return Status.RELEASED
     return Status.RUNAWAY if exceeded() else Status.NOT_STOPPED
 
 

@@ -16,8 +16,9 @@ from .._physics._brake import BrakeSystem
 from .._physics._mechanism import BandMode, Ledger, Mode, slips
 from ..hybrid import LANDED, Record, largest, smallest
 from ..hybrid._arrays import Array
+from ..shaft import names_of
 from ..thermal._heat import PowerSplit
-from ._probe import Instant, Probe, RunJit, ends_of, numpy_of
+from ._probe import Instant, Probe, RunJit, ends_of, numpy_of, terminal_speed
 from ._series import thickness
 
 #: whether something happens at events, from the modes before and after them
@@ -123,7 +124,11 @@ def _rests(mode: Mode) -> Array:
 
 
 def _stops(before: Mode, after: Mode) -> Array:
-    return _rests(after) & ~_rests(before) & (before.band != BandMode.OPEN)
+    stops = _rests(after) & ~_rests(before) & (before.band != BandMode.OPEN)
+    if after.turn is None:
+        return stops
+    # dry friction of the shaft may hold the pulley while the band is open
+    return (before.turn != 0) & (after.turn == 0)
 
 
 def _held_share(p: Probe) -> Float[Array, "m 1"]:
@@ -136,6 +141,10 @@ def _held_share(p: Probe) -> Float[Array, "m 1"]:
 
 def _stopping_angle(record: Record, scene: Scene) -> Array:
     return _first(record, _stops, record.states.phi)
+
+
+def _terminal_speed(record: Record, scene: Scene) -> Array:
+    return terminal_speed(record)
 
 
 def _hook_travel(record: Record, scene: Scene) -> Array:
@@ -173,6 +182,7 @@ _BAND = Need("band brake", "its brake has no band", lambda scene: scene.brake.ba
 _LOAD = Need("load", "it has no load", lambda scene: has_load(scene))
 _DAMPERS = Need("resolved linings", "its linings do not move by themselves", lambda scene: scene.brake.resolved)
 _SHARES = Need("`power_shares`", "the scene has no `power_shares`", lambda scene: scene.power_shares is not None)
+_SHAFT = Need("torques on the shaft", "it has no torques on the shaft", lambda scene: bool(scene.shaft))
 _HEAT = Need("heat", "the scene has no heat", lambda scene: scene.heated)
 
 
@@ -196,6 +206,13 @@ METRICS: dict[str, Metric] = {
     "full_slip_time": Metric("s", "first time at which every lining slides, t1", "Full slip t₁", _time_of(_all_slide)),
     "stopping_time": Metric(
         "s", "first time at which the brake brings the pulley to rest", "Stopping time", _time_of(_stops)
+    ),
+    "terminal_speed": Metric(
+        "rad/s",
+        "steady speed at which the torques of the end balance the load",
+        "Terminal speed",
+        _terminal_speed,
+        _SHAFT,
     ),
     "stopping_angle": Metric("rad", "angle from the start to the first stop", "Angle to the stop", _stopping_angle),
     "hook_travel": Metric(
@@ -298,6 +315,12 @@ class Account(NamedTuple):
     stored: Mapping[str, Array]  # heat in every body of the network since the start
 
     @property
+    def shaft_work(self) -> Array | None:
+        """Work that the torques on the shaft beside load and brake have taken: all of it is heat."""
+        each = self.ledger.shaft
+        return None if each is None else sum(each[1:], start=each[0])
+
+    @property
     def heat_stored(self) -> Array:
         return sum(self.stored.values(), start=jnp.zeros(()))
 
@@ -319,7 +342,7 @@ def closure_of(*terms: Array | None) -> Array:
 
 
 def _energy_closure(a: Account) -> Array:
-    taken = [term for term in (*a.friction, a.ledger.damper_heat) if term is not None]
+    taken = [term for term in (*a.friction, a.ledger.damper_heat, a.shaft_work) if term is not None]
     return closure_of(a.kinetic, a.elastic, -a.ledger.load_work, -a.ledger.lever_work, *taken)
 
 
@@ -331,6 +354,7 @@ ENERGIES: dict[str, Energy] = {
     "kinetic_change": Energy("change of the kinetic energy", lambda a: a.kinetic),
     "elastic_change": Energy("change of the elastic energy", lambda a: a.elastic, _BAND),
     "damper_heat": Energy("heat of dampers", lambda a: a.ledger.damper_heat, _DAMPERS),
+    "shaft_work": Energy("heat of the other torques on the shaft", lambda a: a.shaft_work, _SHAFT),
     "electrical_work": Energy("electrical part of the friction work", lambda a: a.friction.electrical, _SHARES),
     "mechanical_work": Energy("mechanical part of the friction work", lambda a: a.friction.mechanical, _SHARES),
     "closure": Energy(
@@ -348,7 +372,9 @@ ENERGIES: dict[str, Energy] = {
     "heat_lost": Energy("heat lost to the surroundings", lambda a: a.ledger.heat.lost, _HEAT),
     "heat_closure": Energy(
         "residual of the heat balance as a share of the largest heat exchanged",
-        lambda a: closure_of(a.friction.heat, a.ledger.heat.supplied, -a.heat_stored, -a.ledger.heat.lost),
+        lambda a: closure_of(
+            a.friction.heat, a.shaft_work, a.ledger.heat.supplied, -a.heat_stored, -a.ledger.heat.lost
+        ),
         _HEAT,
         "1",
     ),
@@ -375,6 +401,9 @@ def _energies(system: BrakeSystem, start: Instant, end: Instant) -> tuple[dict[s
         hot = 1.0 if system.grip.shares is None else system.grip.shares.heat
         pairs = zip(system.pair_names, a.ledger.friction, strict=True)
         found |= {f"heat_{pair}": hot * work for pair, work in pairs}
+    if system.shaft is not None:
+        names = names_of(system.shaft.laws)
+        found |= {f"shaft_{name}": work for name, work in zip(names, a.ledger.shaft, strict=True)}
     return {name: value for name, value in found.items() if value is not None}, a.stored
 
 
@@ -415,17 +444,20 @@ def metric_names(scene: Scene) -> tuple[str, ...]:
     energies = [name for name, one in ENERGIES.items() if one.unit == "J" and not one.needs.lacks(scene)]
     if scene.brake.in_series:
         energies += [f"heat_{pair}" for pair in scene.brake.pairs]
+    energies += [f"shaft_{name}" for name in names_of(scene.shaft)]
     return (*names, *(f"energy.{name}" for name in energies))
 
 
 def about_output(name: str) -> dict[str, str]:
     """Unit and meaning of a metric, of the time (`…_time`) or lining (`…_lining`) of a maximum value, or of an energy
-    (`energy.…`), of which `heat_…` with the name of a friction pair is its friction heat."""
+    (`energy.…`), of which `heat_…` with the name of a friction pair is its friction heat, and `shaft_…` with that of a
+    torque on the shaft its work."""
     energy = name.removeprefix("energy.")
     if energy != name:
-        ours = ENERGIES.get(energy) or Energy(
-            f"friction heat of the {energy.removeprefix('heat_')} pair", lambda a: None
-        )
+        of_shaft = energy.removeprefix("shaft_")
+        pair = f"friction heat of the {energy.removeprefix('heat_')} pair"
+        words = pair if of_shaft == energy else f"work of the torque on the shaft {of_shaft}"
+        ours = ENERGIES.get(energy) or Energy(words, lambda a: None)
         return {"units": ours.unit, "meaning": ours.meaning}
     if name in METRICS:
         return {"units": METRICS[name].unit, "meaning": METRICS[name].meaning}

@@ -13,6 +13,7 @@ from jaxtyping import Float, Int, PyTree
 
 from .._base._compiling import DeviceJit
 from .._base._progress import piece
+from .._physics import _terminal
 from .._physics._brake import BrakeNow, BrakeSystem, Capacity, State
 from .._physics._mechanism import Mode, Shown
 from .._physics._thresholds import passing, surfaces
@@ -231,6 +232,14 @@ def end_capacity(record: Record) -> Capacity:
     """Load torque and capacity of the brake at the end of a run; of meaning where the pulley still turns."""
     (start, *_), end = ends_of(record)
     return _end_capacity(record.system, *end, start)
+
+
+_terminal_speed = RunJit(_terminal.terminal_speed, quick=True)
+
+
+def terminal_speed(record: Record) -> Float[Array, ""]:
+    """Steady speed (rad/s) at which the torques of the end of a run balance, `inf` where there is none."""
+    return _terminal_speed(record.system, *ends_of(record)[1])
 
 
 def capacities_at(record: Record, index: np.ndarray, instants: Callable[[np.ndarray], tuple[Array, ...]]) -> Capacity:

@@ -34,7 +34,8 @@ def labels_of(record: Record, rows: np.ndarray | None = None) -> list[Label]:
     """What the log knows of the mode in rows of a concrete record, by default in all of them and at its end."""
     mode: Mode = record.modes
     rows = np.arange(int(record.count) + 1) if rows is None else rows
-    columns = (np.asarray(column)[rows].tolist() for column in (mode.band, mode.slides))
+    turns = (mode.band, mode.slides) if mode.turn is None else (mode.band, mode.slides, mode.turn)
+    columns = (np.asarray(column)[rows].tolist() for column in turns)
     return [Label(*pair) for pair in zip(*columns, strict=True)]
 
 
@@ -458,6 +459,7 @@ def _energy_line(summary: Entry) -> str:
     taken = {
         "friction_heat": "friction heat",
         "damper_heat": "dampers",
+        "shaft_work": "other torques on the shaft",
         "electrical_work": "electrical",
         "mechanical_work": "mechanical",
         "elastic_change": "elastic",

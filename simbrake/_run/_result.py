@@ -25,6 +25,9 @@ from ._report import Report, labels_of, text
 from ._scan import peak
 from ._series import Series, array_of_times, fault_of_times, outside, series_of
 
+#: a speed this near to the terminal one (relative) counts as steady
+_STEADY = 1e-2
+
 _last_report: Report | None = None
 
 
@@ -196,12 +199,24 @@ class Result:
 
     @property
     def status(self) -> str:
-        """`stopped`, `held`, `not_stopped`, `runaway`, `released`, or the name of a failure code."""
+        """`stopped`, `held`, `not_stopped`, `runaway`, `lowering`, `released`, or the name of a failure code."""
         if not self.ok:
             return FAILURES[int(self.code)][0]  # pyright: ignore
         moved = bool(np.any(np.asarray(self.record.rows.y)[: int(self.record.count) + 1, 1] != 0.0))
         (end,) = labels_of(self.record, np.asarray([int(self.record.count)]))
-        return str(status_of(end, moved, lambda: bool(self.end_capacity.exceeded)))
+        return str(status_of(end, moved, self._runs_away, self._is_steady))
+
+    def _runs_away(self) -> bool:
+        """Whether the load exceeds what brake and shaft give, also at any higher speed."""
+        exceeded = bool(self.end_capacity.exceeded)
+        return exceeded and not (self.scene.shaft and np.isfinite(float(self.terminal_speed)))
+
+    def _is_steady(self) -> bool:
+        """Whether other torques on the shaft have brought the load to a steady speed."""
+        if not self.scene.shaft:
+            return False
+        speed, terminal = abs(float(self.record.y_end.omega)), float(self.terminal_speed)
+        return np.isfinite(terminal) and abs(speed - terminal) <= _STEADY * terminal
 
     @property
     def message(self) -> str:
@@ -211,6 +226,11 @@ class Result:
             words = STATUS_MESSAGES[status].replace("the pulley", f"the {self.scene.brake.words.body}")
             if status is Status.RUNAWAY:
                 return f"{words}: {_torques(self.end_capacity, list(self.scene.brake.pairs))}"
+            if status is Status.LOWERING:
+                return f"{words}: {number(float(self.terminal_speed), 'rad/s')}"
+            (end,) = labels_of(self.record, np.asarray([int(self.record.count)]))
+            if end.stands:
+                return f"the {self.scene.brake.words.body} is at rest with the brake open: dry friction of the shaft holds it"
             swings = status is Status.STOPPED and float(self.record.y_end.omega) != 0.0
             return words.replace("and holds it", "and holds it on the springs of its band") if swings else words
         what, hint = failure_of(int(self.code), self.scene.brake.words)

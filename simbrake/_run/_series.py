@@ -134,6 +134,18 @@ class Series(NamedTuple):
         lambda p, s: _of_band(p, p.flows.contact.tight_tension),
     ]
     load_torque: Annotated[Values, "N*m", "torque of the load on the pulley", lambda p, s: p.flows.load_torque]
+    shaft_torque: Annotated[
+        Values | None,
+        "N*m",
+        "torque on the shaft beside load and brake, against the rotation",
+        lambda p, s: None if p.flows.shaft is None else p.flows.shaft.total,
+    ]
+    shaft_work: Annotated[
+        Values | None,
+        "J",
+        "heat of the torques on the shaft beside load and brake since the start",
+        lambda p, s: p.y.ledger.shaft and sum(p.y.ledger.shaft[1:], start=p.y.ledger.shaft[0]),
+    ]
     brake_torque: Annotated[
         Values, "N*m", "torque of the brake against the pulley", lambda p, s: p.flows.contact.brake_torque
     ]

@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from .._parts._scene import Scene, band_brake, sensed_at_start
+from .._physics._shaft import Shaft
 from .._physics._staged import Held, InternalPair
 from .._run._log import internal_slip_tension
 from ..brakes._band import grip, running_product, tension_ratio
@@ -42,13 +43,19 @@ def friction_at_start(scene: Scene, pair: str = "external") -> Float[np.ndarray,
 
 
 def load_and_inertia(scene: Scene) -> tuple[float, float]:
-    """Load torque (N·m) at the start at half the speed, and inertia (kg·m²) of the pulley with all that it moves."""
+    """Load torque (N·m) at the start at half the speed, less the other torques on the shaft, and inertia (kg·m²) of the pulley with all that it moves."""
     load = scene.duty.load
     start = jnp.asarray(float(scene.initial.time))
     piece: Any = jnp.asarray(load.profile.first_piece(start), jnp.int32)
     more = load.added_inertia(piece)
     inertia = float(scene.brake.inertia) + float(load.inertia()) + (0.0 if more is None else float(more))
-    return float(load.torque(start, jnp.asarray(float(scene.initial.omega) / 2), piece)), inertia
+    half = jnp.asarray(float(scene.initial.omega) / 2)
+    torque = load.torque(start, half, piece)
+    if scene.shaft:
+        pieces: Any = tuple(jnp.asarray(law.profile.first_piece(start), jnp.int32) for law in scene.shaft)
+        at_rest = jnp.asarray(load.torque(start, jnp.zeros(()), piece))
+        torque = torque - Shaft(scene.shaft).turning(start, half, at_rest, jnp.sign(half), pieces)
+    return float(torque), inertia
 
 
 def classical_stop(scene: Scene) -> ClassicalStop | None:

@@ -1,0 +1,108 @@
+"""The shaft under its torques beside the brake: what they leave of the load, rest on dry friction, terminal speed."""
+
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Int
+
+from ..hybrid._arrays import Array
+from ..profiles import AbstractProfile, Piece
+from ..shaft import AbstractDryTorque, AbstractShaftTorque
+from ._mechanism import HELD, OPEN, Mode, Sliding
+
+
+class ShaftNow(NamedTuple):
+    """Torques at one instant (N·m, signed like the rotation): of each law, and `limit` of the dry ones in sum."""
+
+    each: tuple[Array, ...]
+    limit: Any  # None: there is no dry friction
+
+    @property
+    def total(self) -> Array:
+        return sum(self.each[1:], start=self.each[0])
+
+
+def rests(mode: Mode) -> Any:
+    """Whether the pulley is at rest: held by the brake, or, with the band open, by dry friction of the shaft."""
+    inner = getattr(mode.own, "inner", None)
+    if isinstance(mode.band, Sliding):
+        return np.False_
+    still = (mode.band == HELD) if mode.turn is None else (mode.band == HELD) | ((mode.band == OPEN) & (mode.turn == 0))
+    return still if inner is None else still & (inner == 0)
+
+
+class Shaft(eqx.Module):
+    """Torques beside the brake.
+
+    In motion dry friction `M_c` takes its part of the load, `M_load − M_c sign ω`; at rest the bearings come first and
+    the brake bears the rest, `M_load − clip(M_load, ±M_c)`.
+    """
+
+    laws: tuple[AbstractShaftTorque, ...]
+
+    @property
+    def profiles(self) -> tuple[AbstractProfile, ...]:
+        return tuple(law.profile for law in self.laws)
+
+    @property
+    def places(self) -> tuple[str, ...]:
+        """Places of the thermal network that their heat enters."""
+        return tuple(law.place for law in self.laws if law.place is not None)
+
+    @property
+    def dry(self) -> bool:
+        """Whether the shaft can stick."""
+        return any(isinstance(law, AbstractDryTorque) for law in self.laws)
+
+    def _torques(self, t: Array, omega: Array, load: Array, pieces: tuple[Piece, ...]) -> list[tuple[bool, Array]]:
+        given = zip(self.laws, pieces, strict=True)
+        return [
+            (isinstance(law, AbstractDryTorque), jnp.asarray(law.torque(t, omega, piece, load))) for law, piece in given
+        ]
+
+    def now(self, t: Array, omega: Array, load: Array, mode: Mode, pieces: tuple[Piece, ...]) -> ShaftNow:
+        """The torques in a mode; `load` (N·m): torque of the load on a shaft at rest."""
+        found = self._torques(t, omega, load, pieces)
+        if not self.dry:
+            return ShaftNow(tuple(torque for _, torque in found), None)
+        limit = sum(torque for dry, torque in found if dry)
+        sense, inner = mode.sense, getattr(mode.own, "inner", None)
+        if not isinstance(mode.band, Sliding):
+            sense = jnp.where(mode.band == OPEN, mode.turn, sense)
+        if inner is not None:  # the sense of a staged brake is that of its bandage
+            sense = jnp.where(inner == 0, sense, jnp.where(mode.turn == 0, inner, mode.turn))
+        # with the band open the load is within the limit as long as the mode lasts
+        borne = jnp.where(mode.band == HELD, jnp.clip(load, -limit, limit), load)
+        share = jnp.where(rests(mode), borne / jnp.where(limit > 0, limit, 1.0), sense)
+        return ShaftNow(tuple(share * torque if dry else torque for dry, torque in found), limit)
+
+    def turning(self, t: Array, omega: Array, load: Array, sense: Array, pieces: tuple[Piece, ...]) -> Array:
+        """Sum of the torques (N·m) of a shaft that turns in the `sense` ±1."""
+        found = self._torques(t, omega, load, pieces)
+        return sum((sense * torque if dry else torque for dry, torque in found), start=jnp.zeros(()))
+
+    def margin(self, mode: Mode, omega: Array, load: Array, now: ShaftNow, torque: Array, speed: Array) -> Array:
+        """Guard of dry friction: of a turning shaft until it comes to rest, of a resting one until the load exceeds it.
+
+        Where the mechanism itself watches the speed of the pulley, or holds it, the margin is 1.
+        """
+        inner, is_open = getattr(mode.own, "inner", None), mode.band == OPEN
+        turns = mode.turn.astype(jnp.float64) * omega / speed
+        watched = is_open if inner is None else is_open | (inner != 0)
+        moving = jnp.where(watched & (mode.turn != 0), turns, 1.0)
+        return jnp.where(rests(mode) & is_open, (now.limit - jnp.abs(load)) / torque, moving)
+
+    def turn_after(
+        self, before: Mode, after: Mode, load: Array, now: ShaftNow, fired: Array, slack: Array
+    ) -> Int[Array, ""]:
+        """Sense in which the pulley turns after an event, 0 at rest; `fired`: whether the guard of dry friction did."""
+        inner, resting, way = getattr(after.own, "inner", None), before.turn == 0, jnp.sign(load)
+        settled = jnp.where(jnp.abs(load) <= now.limit + slack, 0, way)
+        free = jnp.where(resting & fired, way, jnp.where(resting | fired, settled, before.turn))
+        turn = jnp.where(after.band == OPEN, free, jnp.where(after.band == HELD, 0, after.sense))
+        if inner is not None:
+            loose = jnp.where(resting, inner, jnp.where(fired, -before.turn, before.turn))
+            turn = jnp.where(inner == 0, turn, loose)
+        return turn.astype(jnp.int32)

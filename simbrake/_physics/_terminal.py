@@ -1,0 +1,69 @@
+"""The terminal speed of a load that nothing holds: where the torques on the shaft balance."""
+
+import functools
+from collections.abc import Callable
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Float
+
+from ..hybrid._arrays import Array
+from ..loads import AbstractSpeedLever
+from ._brake import LEVER, BrakeSystem, State
+from ._mechanism import OPEN, Mode
+
+#: speeds at which a balance of torques is looked for: so many on either side, up to that many times the present one
+_SPEEDS, _FAR = 256, 1e4
+#: halvings of an interval around it, and Newton steps after them, which carry derivatives
+_HALVINGS, _CARRY = 50, 2
+
+
+def stable_speed(net: Callable[[Array], Array], speed: Array) -> Float[Array, ""]:
+    """The steady speed (rad/s) that a shaft at `speed` > 0 tends to: the next stable zero of `net`, `inf` without one.
+
+    - `net(ω)`: accelerating torque (N·m) at the speed `ω`
+
+    From the present speed the shaft moves the way of `net`; the first zero that it meets is stable.
+    """
+    start, still = jax.lax.stop_gradient(speed), jax.lax.stop_gradient(net(speed))
+    ratios = jnp.asarray(np.geomspace(1.0, _FAR, _SPEEDS + 1))
+    speeds = start * jnp.where(still > 0, ratios, 1 / ratios)
+    # (signed so that it is positive until the zero is met)
+    values = jax.lax.stop_gradient(jax.vmap(net)(speeds)) * jnp.where(still > 0, 1.0, -1.0)
+    met = values[1:] <= 0
+    i = jnp.argmax(met)
+    here = jnp.sort(jnp.stack([speeds[i], speeds[i + 1]]))
+
+    def halve(ends: Array, _: None) -> tuple[Array, None]:
+        middle = 0.5 * (ends[0] + ends[1])
+        above = net(middle) > 0
+        return jnp.stack([jnp.where(above, middle, ends[0]), jnp.where(above, ends[1], middle)]), None
+
+    found = jax.lax.stop_gradient(jnp.mean(jax.lax.scan(halve, here, None, length=_HALVINGS)[0]))
+    for _ in range(_CARRY):
+        value, slope = jax.jvp(net, (found,), (jnp.ones_like(found),))
+        found = found - value / jnp.where(slope < 0, slope, -jnp.inf)
+    return jnp.where(jnp.any(met) & (start > 0), found, jnp.inf)
+
+
+def terminal_speed(system: BrakeSystem, t: Array, y: State, mode: Mode) -> Float[Array, ""]:
+    """Speed (rad/s, ≥ 0) at which the torques of the instant `t` balance, `inf` where they do not.
+
+    With the tension, the temperatures and the given functions of that instant; `inf` also where these are yet to
+    change.
+    """
+    lever, piece = system.lever, mode.pieces[LEVER]
+    piece = jnp.asarray(0, jnp.int32) if piece is None else piece
+    given = (lever, system.load.profile, *system.profiles)
+    settled = functools.reduce(jnp.logical_and, [profile.no_more_turns(t) for profile in given])
+    if isinstance(lever, AbstractSpeedLever):
+        settled = settled & ~jnp.asarray(lever.follows(piece))
+    T_0, surfaces, sense = jnp.asarray(lever.value(t, piece)), system.surfaces(y), jnp.sign(y.omega)
+
+    def net(speed: Array) -> Array:
+        omega = sense * speed
+        held = jnp.min(system.mechanism.capacity(T_0, omega, y.own, surfaces))
+        return system.driving(t, omega, mode) - jnp.where(mode.band == OPEN, 0.0, held)
+
+    return jnp.where(settled, stable_speed(net, jnp.abs(y.omega)), jnp.inf)
