@@ -54,8 +54,9 @@ LEVER, LOAD, HEAT = 0, 1, 2
 class Capacity(NamedTuple):
     """Load and sliding brake at one instant, or at many: torques (N·m) in the direction in which the pulley turns.
 
-    - `load`: load torque, less the other torques on the shaft;  `pairs` (…, k): maximum torque of each friction pair with its kinetic friction at the speed
-      of the pulley and the temperatures of that instant: of a standard brake one, of a staged brake external, internal
+    - `load`: load torque, less the other torques on the shaft
+    - `pairs` (…, k): maximum torque of each friction pair with its kinetic friction at the speed of the pulley and the
+      temperatures of that instant: of a standard brake one, of a staged brake external, internal
     - `settled`: whether the lever is at its last value
     """
 
@@ -127,7 +128,7 @@ class BrakeNow(NamedTuple):
     @property
     def net_load(self) -> Array:
         """Torque (N·m) that the shaft leaves of the load: that on the mechanism."""
-        return self.load_torque if self.shaft is None else self.load_torque - self.shaft.total
+        return self.load_torque if self.shaft is None else self.shaft.left
 
 
 class Wearing(NamedTuple):
@@ -213,7 +214,8 @@ class BrakeSystem(AbstractSemiExplicitSystem):
     def _shaft_now(self, t: Array, omega: Array, mode: Mode) -> ShaftNow | None:
         if self.shaft is None:
             return None
-        return self.shaft.now(t, omega, self._load_at_rest(t, mode), mode, self._shaft_pieces(mode))
+        loads = jnp.asarray(self.load.torque(t, omega, _piece(mode, LOAD))), self._load_at_rest(t, mode)
+        return self.shaft.now(t, omega, loads, mode, self._shaft_pieces(mode))
 
     def _network(self, t: Array, y: State, mode: Mode) -> tuple[Array, Array, Array, Conditions, Pieces]:
         """The thermal network at one instant, input of its heat flows: temperatures of nodes and junctions, time,
@@ -280,7 +282,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         load = jnp.asarray(self.load.torque(t, y.omega, _piece(mode, LOAD)))
         surfaces = self.surfaces(y)
         shaft = self._shaft_now(t, y.omega, mode)
-        left = load if shaft is None else load - shaft.total
+        left = load if shaft is None else shaft.left
         tension, pull = self.lever_tension(t, y.omega, mode, left, surfaces)
 
         def deposit(pair: Pair, heat: Array) -> Deposit:

@@ -14,10 +14,12 @@ from ._mechanism import HELD, OPEN, Mode, Sliding
 
 
 class ShaftNow(NamedTuple):
-    """Torques at one instant (N·m, signed like the rotation): of each law, and `limit` of the dry ones in sum."""
+    """Torques at one instant (N·m, signed like the rotation) of each law, what is `left` of the load, and the `limit` of
+    the dry ones in sum (`None`: there are none)."""
 
     each: tuple[Array, ...]
-    limit: Any  # None: there is no dry friction
+    left: Array
+    limit: Any = None
 
     @property
     def total(self) -> Array:
@@ -62,11 +64,14 @@ class Shaft(eqx.Module):
             (isinstance(law, AbstractDryTorque), jnp.asarray(law.torque(t, omega, piece, load))) for law, piece in given
         ]
 
-    def now(self, t: Array, omega: Array, load: Array, mode: Mode, pieces: tuple[Piece, ...]) -> ShaftNow:
-        """The torques in a mode; `load` (N·m): torque of the load on a shaft at rest."""
-        found = self._torques(t, omega, load, pieces)
+    def now(
+        self, t: Array, omega: Array, loads: tuple[Array, Array], mode: Mode, pieces: tuple[Piece, ...]
+    ) -> ShaftNow:
+        """The torques in a mode; `loads` (N·m): torques of the load at the speed `omega`, and on a shaft at rest."""
+        load, found = loads[1], self._torques(t, omega, loads[1], pieces)
         if not self.dry:
-            return ShaftNow(tuple(torque for _, torque in found), None)
+            each = tuple(torque for _, torque in found)
+            return ShaftNow(each, loads[0] - sum(each[1:], start=each[0]))
         limit = sum(torque for dry, torque in found if dry)
         sense, inner = mode.sense, getattr(mode.own, "inner", None)
         if not isinstance(mode.band, Sliding):
@@ -74,9 +79,12 @@ class Shaft(eqx.Module):
         if inner is not None:  # the sense of a staged brake is that of its bandage
             sense = jnp.where(inner == 0, sense, jnp.where(mode.turn == 0, inner, mode.turn))
         # with the band open the load is within the limit as long as the mode lasts
-        borne = jnp.where(mode.band == HELD, jnp.clip(load, -limit, limit), load)
-        share = jnp.where(rests(mode), borne / jnp.where(limit > 0, limit, 1.0), sense)
-        return ShaftNow(tuple(share * torque if dry else torque for dry, torque in found), limit)
+        borne, still = jnp.where(mode.band == HELD, jnp.clip(load, -limit, limit), load), rests(mode)
+        share = borne / jnp.where(limit > 0, limit, 1.0)
+        share = jnp.where(still, share, sense.astype(share.dtype))
+        each = tuple(share * torque if dry else torque for dry, torque in found)
+        left = loads[0] - sum(each[1:], start=each[0])
+        return ShaftNow(each, jnp.where(still, load - borne, left), limit)
 
     def turning(self, t: Array, omega: Array, load: Array, sense: Array, pieces: tuple[Piece, ...]) -> Array:
         """Sum of the torques (N·m) of a shaft that turns in the `sense` ±1."""
@@ -98,7 +106,7 @@ class Shaft(eqx.Module):
         self, before: Mode, after: Mode, load: Array, now: ShaftNow, fired: Array, slack: Array
     ) -> Int[Array, ""]:
         """Sense in which the pulley turns after an event, 0 at rest; `fired`: whether the guard of dry friction did."""
-        inner, resting, way = getattr(after.own, "inner", None), before.turn == 0, jnp.sign(load)
+        inner, resting, way = getattr(after.own, "inner", None), before.turn == 0, jnp.sign(load).astype(jnp.int32)
         settled = jnp.where(jnp.abs(load) <= now.limit + slack, 0, way)
         free = jnp.where(resting & fired, way, jnp.where(resting | fired, settled, before.turn))
         turn = jnp.where(after.band == OPEN, free, jnp.where(after.band == HELD, 0, after.sense))

@@ -19,8 +19,9 @@ Node = tuple[bool, int]
 
 
 def couplings(heat: Heat, heated: tuple[str, ...] = ()) -> Int[np.ndarray, " k"]:
-    """Sparsity of the Jacobian of the network: core, and places in chains, per node with capacity; `heated`: places that
-    other heat enters.
+    """Sparsity of the Jacobian of the network: core, and places in chains, per node with capacity.
+
+    - `heated`: places that heat enters beside that of the network's own friction and sources
 
     Bodies that friction heats or senses are in the core, as every lining's friction depends on those before it, and so
     are those around a face that several links share. Of the rest, nodes where three or more paths meet join the core

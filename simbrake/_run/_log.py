@@ -93,7 +93,7 @@ STATUS_MESSAGES = {
     Status.HELD: "the pulley was at rest from the start and is held",
     Status.NOT_STOPPED: "the pulley still turns at the end time",
     Status.RUNAWAY: "the brake cannot hold this load",
-    Status.LOWERING: "the pulley turns at a steady speed: other torques on the shaft balance the load, nothing holds it",
+    Status.LOWERING: "the pulley turns at a steady speed, torques on the shaft balance the load, nothing holds it",
     Status.RELEASED: "the brake is open at the end time",
 }
 

@@ -318,7 +318,7 @@ class Account(NamedTuple):
     def shaft_work(self) -> Array | None:
         """Work that the torques on the shaft beside load and brake have taken: all of it is heat."""
         each = self.ledger.shaft
-        return None if each is None else sum(each[1:], start=each[0])
+        return None if each is None else sum(each, start=jnp.zeros(()))
 
     @property
     def heat_stored(self) -> Array:

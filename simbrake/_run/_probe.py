@@ -242,6 +242,29 @@ def terminal_speed(record: Record) -> Float[Array, ""]:
     return _terminal_speed(record.system, *ends_of(record)[1])
 
 
+#: a speed this near to the terminal one (relative) counts as steady
+_STEADY = 1e-2
+
+
+def _free(record: Record) -> bool:
+    """Whether the shaft has no torques beside load and brake."""
+    return record.system.shaft is None  # pyright: ignore
+
+
+def runs_away(record: Record) -> Array:
+    """Whether the load at the end of a run exceeds what brake and shaft give, also at any higher speed."""
+    exceeded = end_capacity(record).exceeded
+    return exceeded if _free(record) else exceeded & (terminal_speed(record) == np.inf)
+
+
+def lowers_steadily(record: Record) -> Any:
+    """Whether other torques on the shaft have brought the load to a steady speed at the end of a run."""
+    if _free(record):
+        return np.False_
+    speed, terminal = abs(record.y_end.omega), terminal_speed(record)
+    return (terminal < np.inf) & (abs(speed - terminal) <= _STEADY * terminal)
+
+
 def capacities_at(record: Record, index: np.ndarray, instants: Callable[[np.ndarray], tuple[Array, ...]]) -> Capacity:
     """Load torque and capacity of the brake of a concrete record at the samples numbered `index`.
 

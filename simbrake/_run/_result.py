@@ -20,13 +20,10 @@ from ..hybrid._arrays import Array
 from ..thermal._heat import node_names
 from ._log import FAILURES, STATUS_MESSAGES, Event, Stage, Status, failure_of, status_of
 from ._metrics import METRICS, Peak, energies, stored_heat, worn_thickness
-from ._probe import Entry, end_capacity, is_traced_run, probe_at, probe_many
+from ._probe import Entry, end_capacity, is_traced_run, lowers_steadily, probe_at, probe_many, runs_away
 from ._report import Report, labels_of, text
 from ._scan import peak
 from ._series import Series, array_of_times, fault_of_times, outside, series_of
-
-#: a speed this near to the terminal one (relative) counts as steady
-_STEADY = 1e-2
 
 _last_report: Report | None = None
 
@@ -204,19 +201,8 @@ class Result:
             return FAILURES[int(self.code)][0]  # pyright: ignore
         moved = bool(np.any(np.asarray(self.record.rows.y)[: int(self.record.count) + 1, 1] != 0.0))
         (end,) = labels_of(self.record, np.asarray([int(self.record.count)]))
-        return str(status_of(end, moved, self._runs_away, self._is_steady))
-
-    def _runs_away(self) -> bool:
-        """Whether the load exceeds what brake and shaft give, also at any higher speed."""
-        exceeded = bool(self.end_capacity.exceeded)
-        return exceeded and not (self.scene.shaft and np.isfinite(float(self.terminal_speed)))
-
-    def _is_steady(self) -> bool:
-        """Whether other torques on the shaft have brought the load to a steady speed."""
-        if not self.scene.shaft:
-            return False
-        speed, terminal = abs(float(self.record.y_end.omega)), float(self.terminal_speed)
-        return np.isfinite(terminal) and abs(speed - terminal) <= _STEADY * terminal
+        record = self.record
+        return str(status_of(end, moved, lambda: bool(runs_away(record)), lambda: bool(lowers_steadily(record))))
 
     @property
     def message(self) -> str:
@@ -230,7 +216,8 @@ class Result:
                 return f"{words}: {number(float(self.terminal_speed), 'rad/s')}"
             (end,) = labels_of(self.record, np.asarray([int(self.record.count)]))
             if end.stands:
-                return f"the {self.scene.brake.words.body} is at rest with the brake open: dry friction of the shaft holds it"
+                body = self.scene.brake.words.body
+                return f"the {body} is at rest with the brake open: dry friction of the shaft holds it"
             swings = status is Status.STOPPED and float(self.record.y_end.omega) != 0.0
             return words.replace("and holds it", "and holds it on the springs of its band") if swings else words
         what, hint = failure_of(int(self.code), self.scene.brake.words)

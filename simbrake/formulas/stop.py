@@ -43,7 +43,8 @@ def friction_at_start(scene: Scene, pair: str = "external") -> Float[np.ndarray,
 
 
 def load_and_inertia(scene: Scene) -> tuple[float, float]:
-    """Load torque (N·m) at the start at half the speed, less the other torques on the shaft, and inertia (kg·m²) of the pulley with all that it moves."""
+    """Load torque (N·m) at the start at half the speed, less the other torques on the shaft, and inertia (kg·m²) of all
+    that the pulley moves."""
     load = scene.duty.load
     start = jnp.asarray(float(scene.initial.time))
     piece: Any = jnp.asarray(load.profile.first_piece(start), jnp.int32)

@@ -28,7 +28,7 @@ from .._parts._scene import Scene
 from .._run._edit import with_values
 from .._run._measure import Metric, measure, name_of
 from .._run._metrics import METRICS, identity_of
-from .._run._probe import end_capacity
+from .._run._probe import lowers_steadily, runs_away
 from .._run._result import Result
 from .._run._simulate import Solver, room_for, simulate, simulate_lane, solver_name, solver_of, step_limits
 from ..hybrid import Code, Record, Rodas5P
@@ -66,8 +66,10 @@ ABOUT: dict[str, Callable[[Result], Any]] = {
     "code": lambda r: r.record.code,
     "band": lambda r: jnp.asarray(r.record.mode_end.band, jnp.int32),
     "inner": lambda r: jnp.asarray(r.record.mode_end.slides, jnp.int32),
+    "turn": lambda r: jnp.asarray(1 if r.record.mode_end.turn is None else r.record.mode_end.turn, jnp.int32),
     "moved": lambda r: _moved(r.record),
-    "exceeded": lambda r: end_capacity(r.record).exceeded,
+    "exceeded": lambda r: runs_away(r.record),
+    "steady": lambda r: jnp.asarray(lowers_steadily(r.record)),
     "steps": lambda r: r.record.stats.accepted,
     "rejected": lambda r: r.record.stats.rejected,
     "retaken": lambda r: r.record.stats.retaken,
