@@ -1,6 +1,7 @@
 """Loads on the shaft, and levers of the driller."""
 
 import abc
+from typing import ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -9,8 +10,9 @@ from jaxtyping import Bool, Float
 
 from ._base._faults import Fault
 from ._base._quantity import Part, Scalar, Values, part, quantity, short_for, whole
+from ._phases import AfterTime, AfterTravel, AtRest, AtTemperature, Phase, Phases, held_within
 from .hybrid._arrays import Array
-from .profiles import AbstractPoints, AbstractProfile, Constant, Piece, Real, Repeated
+from .profiles import AbstractPoints, AbstractProfile, Constant, Piece, PiecewiseLinear, Real, Repeated
 from .shaft import (
     AbstractDryTorque,
     AbstractShaftTorque,
@@ -27,13 +29,20 @@ __all__ = [
     "AbstractLoad",
     "AbstractShaftTorque",
     "Actuator",
+    "AfterTime",
+    "AfterTravel",
+    "AtRest",
+    "AtTemperature",
     "BearingFriction",
     "Driller",
     "EddyCurrentBrake",
     "HookLoad",
     "HydrodynamicBrake",
     "Lever",
+    "Phase",
+    "Phases",
     "SpeedHold",
+    "StringLoad",
     "TackleLoss",
     "TorqueLoad",
     "TrippingLoad",
@@ -49,6 +58,8 @@ class AbstractLoad(Part):
 
     #: the profile whose time breakpoints the load has
     profile: eqx.AbstractVar[AbstractProfile]
+    #: whether it depends on the phase of the duty (`Phases`): `piece` is twice the cycle (from 0), plus 1 while it hangs
+    by_phases: ClassVar[bool] = False
 
     @abc.abstractmethod
     def torque(self, t: Real, omega: Real, piece: Piece) -> Real:
@@ -110,7 +121,70 @@ class HookLoad(AbstractLoad):
         return Constant(0.0)
 
 
-class TrippingLoad(AbstractLoad):
+class AbstractString(AbstractLoad):
+    """A string that becomes longer by a stand in each cycle, on the hook or in the slips: `M_load = m g r_d/n − c ω`.
+
+    At a change of mass in motion the speed stays: added mass brings its energy (counted as load work).
+    """
+
+    empty: eqx.AbstractVar[Scalar]
+    string: eqx.AbstractVar[Scalar]
+    stand: eqx.AbstractVar[Scalar]
+    drum_radius: eqx.AbstractVar[Scalar]
+    line_count: eqx.AbstractVar[Scalar]
+    gravity: eqx.AbstractVar[Scalar]
+    drag: eqx.AbstractVar[Scalar]
+
+    @abc.abstractmethod
+    def hanging(self, piece: Piece) -> tuple[Array, Array]:
+        """Whether it hangs on the hook on a piece, and in which cycle (from 0)."""
+
+    def _mass(self, piece: Piece) -> Array:
+        hangs, cycle = self.hanging(piece)
+        return self.empty + jnp.where(hangs, self.string + cycle.astype(jnp.float64) * self.stand, 0.0)
+
+    def torque(self, t: Real, omega: Real, piece: Piece) -> Real:
+        return self._mass(piece) * self.gravity * self.travel() - self.drag * omega
+
+    def inertia(self) -> Scalar:
+        return self.empty * self.travel() ** 2
+
+    def added_inertia(self, piece: Piece) -> Array:
+        return (self._mass(piece) - self.empty) * self.travel() ** 2
+
+    def travel(self) -> Scalar:
+        return self.drum_radius / self.line_count
+
+
+class StringLoad(AbstractString):
+    """A string on the hook or in the slips as the phases of the duty say (`Phase.hangs`), longer in each cycle.
+
+        m = m_e + (m_s + k Δm) while it hangs in cycle k = 0…, else m_e;   M_load = m g r_d/n − c ω
+
+    - `empty` `m_e`: hook and travelling block (kg); `string` `m_s`: string of the first cycle (kg); `stand` `Δm` (kg)
+    - `drum_radius`, `line_count`, `gravity`, `drag`: as in `HookLoad`
+    """
+
+    empty: Scalar = quantity("kg", "mass of hook and block", positive=True)
+    string: Scalar = quantity("kg", "mass of the string in the first cycle", low=0.0)
+    drum_radius: Scalar = quantity("m", "effective drum radius", positive=True)
+    line_count: Scalar = quantity("1", "lines strung", low=1.0)
+    stand: Scalar = quantity("kg", "mass of one stand", low=0.0, default=0.0)
+    gravity: Scalar = quantity("m/s^2", "acceleration of free fall", positive=True, default=GRAVITY)
+    drag: Scalar = quantity("N*m*s", "drag torque per unit of speed", low=0.0, default=0.0)
+    by_phases: ClassVar[bool] = True
+
+    @property
+    def profile(self) -> Constant:
+        # its value bears the scale of the torque
+        return Constant((self.empty + self.string) * self.gravity * self.travel())
+
+    def hanging(self, piece: Piece) -> tuple[Array, Array]:
+        piece = jnp.asarray(piece, jnp.int32)
+        return piece % 2 == 1, piece // 2
+
+
+class TrippingLoad(AbstractString):
     """Tripping a string in stand by stand: in each cycle it hangs on the hook for some time, then in the slips.
 
         m(t) = m_e + (m_s + k Δm) while it hangs in cycle k = 0…count − 1, else m_e;   M_load = m g r_d/n − c ω
@@ -119,7 +193,7 @@ class TrippingLoad(AbstractLoad):
     - `taken`, `set`: times in a cycle of `period` (s) at which the hook takes the string, and is set in the slips
     - `drum_radius`, `line_count`, `gravity`, `drag`: as in `HookLoad`
 
-    At a change of mass in motion the speed stays: added mass brings its energy (counted as load work).
+    In a run whose cycles take as long as they take, a `StringLoad` follows the phases instead.
     """
 
     empty: Scalar = quantity("kg", "mass of hook and block", positive=True)
@@ -141,22 +215,9 @@ class TrippingLoad(AbstractLoad):
         times = jnp.stack([jnp.asarray(self.taken, jnp.float64), jnp.asarray(self.set, jnp.float64)])
         return Repeated(times, jnp.stack([most, most]), self.period, self.count)
 
-    def _mass(self, piece: Piece) -> Array:
+    def hanging(self, piece: Piece) -> tuple[Array, Array]:
         passed = jnp.asarray(piece, jnp.int32) - 1
-        hangs = (passed >= 0) & (passed % 2 == 0)
-        return self.empty + jnp.where(hangs, self.string + (passed // 2).astype(jnp.float64) * self.stand, 0.0)
-
-    def torque(self, t: Real, omega: Real, piece: Piece) -> Real:
-        return self._mass(piece) * self.gravity * self.travel() - self.drag * omega
-
-    def inertia(self) -> Scalar:
-        return self.empty * self.travel() ** 2
-
-    def added_inertia(self, piece: Piece) -> Array:
-        return (self._mass(piece) - self.empty) * self.travel() ** 2
-
-    def travel(self) -> Scalar:
-        return self.drum_radius / self.line_count
+        return (passed >= 0) & (passed % 2 == 0), passed // 2
 
 
 # --- levers that follow the speed -------------------------------------------------------------------------------------
@@ -165,6 +226,10 @@ class TrippingLoad(AbstractLoad):
 class AbstractSpeedLever(AbstractProfile):
     """A lever whose tension depends on the speed on some of its pieces. For rigid bands, and laws without pressure and
     flash temperature: the torque is then known from the tension."""
+
+    @property
+    def controls_speed(self) -> bool:
+        return True
 
     @abc.abstractmethod
     def follows(self, piece: Piece) -> Bool[Array, ""] | bool:
@@ -176,9 +241,7 @@ class AbstractSpeedLever(AbstractProfile):
 
     def holding(self, torque: Float[Array, ""], gain: Float[Array, ""]) -> Float[Array, ""]:
         """`T_0` (N) for a brake torque, and the torque per newton of it (m)."""
-        grips = gain > 0
-        wanted = torque / jnp.where(grips, gain, 1.0)
-        return jnp.where(grips, jnp.clip(wanted, 0.0, self.greatest()), self.greatest())
+        return held_within(torque, gain, self.greatest())
 
     def greatest(self) -> Float[Array, ""]:
         """Maximum slack tension (N), the `limit` of the lever."""
@@ -212,64 +275,39 @@ class SpeedHold(AbstractSpeedLever):
 
 
 class Driller(AbstractSpeedLever):
-    """A lever with given tension on some time pieces and speed control on others, cycle by cycle.
-
-    On a piece with speed control the brake torque keeps the pulley on the reference `ω_r(t)`, with a
-    correction of the deviation:
+    """A lever that keeps the pulley on a given speed `ω_r(t)`, with a correction of the deviation:
 
         M_b = M_load − J [ω̇_r − g (ω − ω_r)],   T_0 = min(M_b/(R_b (Π − 1)), limit)
 
-    - `tension`: `T_0(t)` of the other pieces, cycles of straight lines;  `speed`: `ω_r(t)` (rad/s), at the same points
-    - `following`: for each point of a cycle, whether the piece that begins there controls the speed
+    - `speed`: `ω_r(t)` (rad/s), straight lines
     - `limit` (N): maximum slack tension; where fade requires more the load runs away (event `grip_lost`)
     - `gain` `g` (1/s) of the correction
 
-    `simbrake.programme_scene` makes one from a programme in words.
+    In a phase of `Phases` its time is that of the phase; `simbrake.programme_scene` makes such phases from words.
     """
 
-    tension: Repeated = part(Repeated, "N")
-    speed: Repeated = part(Repeated, "rad/s")  # pyright: ignore
-    following: tuple[bool, ...] = eqx.field(static=True)  # pyright: ignore
+    speed: PiecewiseLinear = part(PiecewiseLinear, "rad/s")
     limit: Scalar = quantity("N", "maximum slack tension", positive=True)
     gain: Scalar = quantity("1/s", "correction of the speed", low=0.0, default=2.0)
 
-    @property
-    def knot_count(self) -> int:
-        return self.tension.knot_count
-
-    def follows(self, piece: Piece) -> Bool[Array, ""]:
-        k = len(self.following)
-        inside = (piece > 0) & (piece < self.knot_count)
-        # constants of the program are looked up by a mask, like the points of a profile
-        here = jnp.arange(k, dtype=jnp.int32) == (jnp.asarray(piece, jnp.int32) - 1) % k
-        return inside & jnp.any(here & np.asarray(self.following))
+    def follows(self, piece: Piece) -> bool:
+        return True
 
     def wanted_torque(self, t: Real, omega: Real, piece: Piece, load: Real, inertia: Real) -> Real:
-        reference = self.speed.value(t, piece)
-        slope = self.speed.slope(piece)
-        return load - inertia * (slope - self.gain * (omega - reference))
+        away = omega - self.speed.value(t, piece)
+        return load - inertia * (self.speed.slope(piece) - self.gain * away)
 
     def value(self, t: Real, piece: Piece) -> Real:
-        return self.tension.value(t, piece)
+        return jnp.broadcast_to(jnp.asarray(self.limit, jnp.float64), np.shape(t))
 
     def next_knot(self, piece: Piece) -> Float[Array, "..."] | float:
-        return self.tension.next_knot(piece)
+        return self.speed.next_knot(piece)
 
     def first_piece(self, t: Real) -> Piece:
-        return self.tension.first_piece(t)
+        return self.speed.first_piece(t)
 
     def faults(self, path: str, low: float | None) -> list[Fault]:
-        found = self.tension.faults(f"{path}.tension", low) + self.speed.faults(f"{path}.speed", 0.0)
-        points = np.size(self.tension.times)
-        if len(self.following) != points:
-            found.append(Fault(f"{path}.following", f"has {len(self.following)} entries", f"{points}, one per point"))
-        same = [np.array_equal(getattr(self.tension, name), getattr(self.speed, name)) for name in _SHARED]
-        if not all(same):
-            found.append(Fault(f"{path}.speed", "has other points than the tension", f"equal: {', '.join(_SHARED)}"))
-        return found
-
-
-_SHARED = ("times", "period", "count", "begin")
+        return self.speed.faults(f"{path}.speed", None)
 
 
 # --- the brake lever --------------------------------------------------------------------------------------------------
@@ -318,7 +356,7 @@ class Lever(AbstractProfile):
         return self.gain * self.force.scale()
 
     def faults(self, path: str, low: float | None) -> list[Fault]:
-        if isinstance(self.force, AbstractSpeedLever):
+        if self.force.controls_speed:
             hint = "give it as the slack tension itself"
             return [Fault(f"{path}.force", "a lever that holds the speed gives a tension, not a force", hint)]
         return self.force.faults(f"{path}.force", None if low is None else low / float(self.gain))

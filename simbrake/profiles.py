@@ -86,6 +86,11 @@ class AbstractProfile(Part):
         """Whether on every piece it is a straight line and one exponential of time, whatever its program."""
         return False
 
+    @property
+    def controls_speed(self) -> bool:
+        """Whether its value depends on the speed (of a lever)."""
+        return False
+
     def no_more_turns(self, t: Real) -> Bool[Array, ""]:
         """Whether no time breakpoint after `t` changes the course of the profile."""
         return jnp.isinf(self.next_knot(jnp.asarray(self.first_piece(t), jnp.int32)))
@@ -109,8 +114,13 @@ class AbstractProfile(Part):
         return found
 
 
+def first_piece(profile: Any, t: Real) -> Piece | None:
+    """The piece of a profile at the start of a run; `None` if it has no time breakpoints (not part of the mode)."""
+    return None if isinstance(profile.next_knot(jnp.asarray(0, jnp.int32)), float) else profile.first_piece(t)
+
+
 def next_known_time(
-    profiles: Sequence[AbstractProfile], pieces: Sequence[Any], waits: Callable[[Array], Array] | None = None
+    profiles: Sequence[Any], pieces: Sequence[Any], waits: Callable[[Array], Array] | None = None
 ) -> tuple[Float[Array, ""] | float, list[Any]]:
     """The next time breakpoint of several profiles (`inf`: none), and for each profile whether it belongs to it.
 
@@ -216,14 +226,18 @@ class PiecewiseLinear(AbstractPoints):
     times: Scalar = quantity("s", "times of the profile's points", many=Over.ROWS)
     values: Scalar = quantity("SI", "values at the profile's points", many=Over.ROWS)
 
-    def value(self, t: Real, piece: Piece) -> Real:
+    def lines(self) -> tuple[Float[Array, " n"], Float[Array, " n"], Float[Array, " n"]]:
+        """The straight line of each piece: value at its start, start, slope."""
         times, values = jnp.asarray(self.times), jnp.asarray(self.values)
-        here = jnp.arange(times.shape[0] + 1, dtype=jnp.int32) == piece
         slope = _slopes(jnp.diff(values), jnp.diff(times))
         zero = jnp.zeros(1)
         base = jnp.concatenate([values[:1], values])
         start = jnp.concatenate([times[:1], times])
-        slopes = jnp.concatenate([zero, slope, zero])
+        return base, start, jnp.concatenate([zero, slope, zero])
+
+    def value(self, t: Real, piece: Piece) -> Real:
+        base, start, slopes = self.lines()
+        here = jnp.arange(base.shape[0], dtype=jnp.int32) == piece
         return _picked(base, here) + _picked(slopes, here) * (t - _picked(start, here))
 
     def decayed(self, t: Real, piece: Piece, lag: Scalar) -> Real:

@@ -11,9 +11,9 @@ from jaxtyping import Bool, Float, PyTree
 
 from ._base._faults import Fault, InputError
 from ._base._quantity import Over, Part, Scalar, faults_of_sizes, leaves, part, quantity, short_for
+from ._phases import Phases
 from .friction import GAS_CONSTANT, TabulatedFade, TabulatedFriction
 from .hybrid._arrays import Array
-from .loads import AbstractSpeedLever
 from .profiles import AbstractProfile, Piece, Real
 from .thermal._heat import Heat, TransmissionPartition
 from .thermal._material import ROOM
@@ -159,7 +159,8 @@ class Wear(Part):
       part; `take_up_speed` (m/s): speed at which the lever takes up the slack left by wear (`worn_scene`
       has the formulas)
     - `turned_at` (s), one time or a list: the band is turned end for end, so that the lining of the tight end comes to
-      the slack end; for equal linings, on a brake at rest
+      the slack end; for equal linings, on a brake at rest. Of a duty in phases `turned_after`: the numbers of phases
+      that have ended by then, over all cycles
 
     Wear during a run does not act back on it: a brake application wears micrometres of some ten millimetres.
     """
@@ -176,6 +177,9 @@ class Wear(Part):
     )
     turned_at: Scalar | None = quantity(
         "s", "times at which the band is turned end for end", many=Over.ROWS, default=None
+    )
+    turned_after: Scalar | None = quantity(
+        "1", "numbers of phases after which the band is turned end for end", low=0.0, many=Over.ROWS, default=None
     )
 
     def faults(self, path: str, n: int) -> list[Fault]:
@@ -222,7 +226,7 @@ class Delayed(AbstractProfile):
         return self.profile.scale()
 
     def faults(self, path: str, low: float | None) -> list[Fault]:
-        if isinstance(self.profile, AbstractSpeedLever):
+        if self.profile.controls_speed:
             return [Fault(f"{path}.profile", "a lever that depends on the speed cannot be delayed")]
         return self.profile.faults(f"{path}.profile", low)
 
@@ -324,6 +328,7 @@ def faults_of_wear(scene: Any) -> list[Fault]:
     found = wear.faults("wear", brake.linings.count)
     given = {"internal": wear.internal is not None, "geometry": wear.geometry}
     given |= {"take_up_speed": wear.take_up_speed is not None, "turned_at": wear.turned_at is not None}
+    given["turned_after"] = wear.turned_after is not None
     if not brake.banded:
         idle, why = [field for field, is_given in given.items() if is_given], f"has no effect on a {brake.words.brake}"
         found += [Fault(f"wear.{field}", why, "leave it out") for field in idle]
@@ -336,10 +341,16 @@ def faults_of_wear(scene: Any) -> list[Fault]:
             )
         elif brake.bandage.area is None:
             found.append(Fault("brake.bandage.area", "is missing", "wear of the inner faces depends on the pressure"))
-    if given["turned_at"] and brake.banded:
+    if (given["turned_at"] or given["turned_after"]) and brake.banded:
         found += _faults_of_turning(brake)
-    if given["take_up_speed"] and isinstance(scene.duty.lever, AbstractSpeedLever):
-        found.append(Fault("wear.take_up_speed", "has no effect on a lever that depends on the speed", "leave it out"))
+    phased = isinstance(scene.duty.lever, Phases)
+    if given["take_up_speed"] and (phased or scene.duty.lever.controls_speed):
+        why = "in phases" if phased else "that depends on the speed"
+        found.append(Fault("wear.take_up_speed", f"has no effect on a lever {why}", "leave it out"))
+    which = ("turned_at", "turned_after") if phased else ("turned_after", "turned_at")
+    if given[which[0]] and brake.banded:
+        what = f"has no meaning for a duty {'' if phased else 'not '}in phases"
+        found.append(Fault(f"wear.{which[0]}", what, f"give wear.{which[1]}"))
     return found + (_faults_of_thickness(scene) if wear.heat and not found else [])
 
 

@@ -10,11 +10,12 @@ import numpy as np
 from .._base._quantity import about_of, unit_below
 from .._base._table import Column, Number, Table, digits, number, numbers, scale
 from .._parts._scene import Scene
+from .._phases import Phases
 from .._run._log import EVENTS, STAGES, Event, Status
 from .._run._measure import PRESSURE, LimitCheck, LimitVerdict, unit_of
 from .._run._metrics import METRICS
 from .._run._result import Result
-from ..loads import AbstractLoad, Driller, HookLoad, Lever, SpeedHold, TorqueLoad, TrippingLoad
+from ..loads import AbstractLoad, Driller, HookLoad, Lever, SpeedHold, StringLoad, TorqueLoad, TrippingLoad
 from ..profiles import AbstractProfile, Constant, ExponentialRise, FunctionProfile, PiecewiseLinear, Repeated
 
 #: what `Result.summary` returns
@@ -324,9 +325,15 @@ def _points(profile: PiecewiseLinear | Repeated, unit: str) -> str:
     return ", ".join(shown)
 
 
-def profile_words(profile: AbstractProfile, unit: str) -> str:
+def profile_words(profile: AbstractProfile | Phases, unit: str) -> str:
     """A given function of time in words; `unit` is that of its values."""
     match profile:
+        case Phases():
+            each = [
+                f"{phase.name or i + 1}: {profile_words(phase.lever, unit)}, until {phase.until.words}"
+                for i, phase in enumerate(profile.phases)
+            ]
+            return f"{profile.count} cycles of phases; " + "; ".join(each)
         case Constant():
             return f"{number(profile.level, unit, count=5)} at all times"
         case PiecewiseLinear():
@@ -338,7 +345,8 @@ def profile_words(profile: AbstractProfile, unit: str) -> str:
         case SpeedHold():
             return f"as required to hold the speed, at most {number(profile.limit, unit, count=5)}"
         case Driller():
-            return _driller_words(profile, unit)
+            speeds = _points(profile.speed, "rad/s")
+            return f"as required for a speed of {speeds}, at most {number(profile.limit, unit, count=5)}"
         case ExponentialRise():
             rise = f"rises from 0 at {number(profile.begin, 's')} towards {number(profile.level, unit, count=5)}"
             return f"{rise} with the time constant {number(profile.time_constant, 's')}"
@@ -350,20 +358,6 @@ def profile_words(profile: AbstractProfile, unit: str) -> str:
             force = profile_words(profile.force, "N")
             return f"a force on the lever, times {digits(float(profile.gain), 5)} (efficiency · arm/slack arm): {force}"
     return f"{type(profile).__name__}: {_said_of(profile)}"
-
-
-def _driller_words(profile: Driller, unit: str) -> str:
-    times, speeds = np.asarray(profile.speed.times).tolist(), np.asarray(profile.speed.values).tolist()
-    pieces = zip(profile.following, times, times[1:], speeds, speeds[1:], strict=False)
-    led = [
-        f"{number(t, 's')}…{number(end, 's')}: {digits(a, 4)}…{digits(b, 4)} rad/s"
-        for follows, t, end, a, b in pieces
-        if follows
-    ]
-    limit = number(profile.limit, unit, count=5)
-    words = f"the driller controls the speed at {', '.join(led)}, at most {limit}; otherwise "
-    cycles = f"{profile.speed.count} cycles of {number(profile.speed.period, 's')}; in each "
-    return cycles + (words if led else "") + profile_words(profile.tension, unit)
 
 
 def load_words(load: AbstractLoad) -> str:
@@ -381,12 +375,17 @@ def load_words(load: AbstractLoad) -> str:
                 f"{number(load.taken, 's')} to {number(load.set, 's')} of each cycle the string, initially "
                 f"{number(load.string, 'kg', count=5)}; {_tackle(load)}"
             )
+        case StringLoad():
+            words = (
+                f"a string of {number(load.string, 'kg', count=5)} in the first cycle, "
+                f"{number(load.stand, 'kg', count=5)} more in each, on a hook of {number(load.empty, 'kg', count=5)} or in the slips; {_tackle(load)}"
+            )
         case _:
             return f"{type(load).__name__}: {_said_of(load)}"
     return words + (f"; drag {number(load.drag, 'N*m*s', count=5)} against the motion" if float(load.drag) else "")
 
 
-def _tackle(load: HookLoad | TrippingLoad) -> str:
+def _tackle(load: HookLoad | StringLoad | TrippingLoad) -> str:
     count, radius = digits(float(load.line_count), 5), number(load.drum_radius, "m", count=5)
     return f"{count} lines strung, rope at {radius} from the shaft"
 

@@ -10,10 +10,11 @@ import numpy as np
 
 from .._base._faults import Fault, InputError
 from .._base._quantity import BAD, NumberReader, Quantity, positive, takes_values
+from .._phases import AfterTime, AfterTravel, AtRest, Phase, Phases
 from ..brakes._band import grip, tension_ratio
 from ..brakes._design import Brake, unloaded
-from ..loads import AbstractLoad, Driller, HookLoad, TrippingLoad
-from ..profiles import Constant, Repeated
+from ..loads import AbstractLoad, Driller, HookLoad, StringLoad
+from ..profiles import AbstractProfile, Constant, PiecewiseLinear
 from ..thermal._heat import Heat
 from ..wear import Wear
 from ._scene import Duty, Initial, Scene, band_brake, faults, sensed_at_start
@@ -101,8 +102,8 @@ def programme_scene(
     - `lower D at V`: the hook starts from rest with the `acceleration` and continues at the speed `V`, over the
       distance `D` in all; the driller controls the speed (`Driller`), so that fade changes the lever force and not the
       speed
-    - `brake to rest`: the slack tension rises to the `pull` in the `lever_time`, and stays there
-    - `brake to rest in X`: the driller controls the speed linearly to 0, and then applies the lever
+    - `brake to rest`: the slack tension rises to the `pull` in the `lever_time`, and stays there until the pulley rests
+    - `brake to rest in X`: the driller controls the speed linearly to 0 until the pulley rests
     - `hold X` or `wait X`;  `take the string`, `set the string in the slips`: between them the string hangs on the hook
     - `turn the band after N cycles`: end for end, so that the worn lining of the tight end comes to the slack end; for
       `wear` with equal linings. Without a number it is turned at that point of every cycle, at rest
@@ -110,8 +111,9 @@ def programme_scene(
     - `load`: a `HookLoad` with all that hangs on the hook in the first cycle, `empty` of it without the string
     - `limit` (N): maximum slack tension of the driller, twice the `pull` by default
 
-    The run begins at rest under the `pull`. Times are planned with the friction at the start: where it fades, the stop
-    comes later than planned, and the rest that follows is shorter by as much. Raises `InputError` with every line that
+    Every line that takes time is a phase (`Phases`): lowering ends with the travel, braking with the rest, however long
+    that takes. The run begins at rest under the `pull` and ends with the last line; its `end_time`, by which it has to,
+    is twice the time that the friction of the start would take. Raises `InputError` with every line that
     is not understood or cannot be done, and with every error of the brake, the load or the heat of
     the scene, such as friction that depends on the temperature without heat; and for a brake without a band.
     """
@@ -131,32 +133,30 @@ def programme_scene(
     if reader.faults:
         raise InputError(reader.faults)
     assert isinstance(load, HookLoad)
-    plan = _Plan(still, load, pull, lever_time, acceleration)
+    plan = _Plan(still, load, pull, lever_time, acceleration, 2 * pull if limit is None else limit)
     for i, step in enumerate(steps):
         problem = plan.add(step)
         if problem:
             reader.fault(f"programme[{i}]", f"{programme[i]!r} {problem[0]}", problem[1])
     reader.faults += plan.faults(empty, stand, wear)
+    if not plan.phases and not reader.faults:
+        reader.fault("programme", "takes no time", "add: hold 40 s")
     if plan.moving and not reader.faults:
         reader.fault("programme", "ends in motion", "add: brake to rest")
     if reader.faults:
         raise InputError(reader.faults)
-    lever, period = plan.lever(count, 2 * pull if limit is None else limit)
     hook = load
     if "take" in plan.marks:
-        hook = TrippingLoad(  # pyright: ignore
+        hook = StringLoad(  # pyright: ignore
             empty=empty or 1e-9 * float(load.mass),  # the hook load must be above 0
             string=float(load.mass) - empty,
             stand=stand,
-            taken=plan.marks["take"],
-            set=plan.marks["set"],
-            period=period,
-            count=count,
             **{name: getattr(load, name) for name in ("drum_radius", "line_count", "gravity", "drag")},
         )
     if wear is not None and plan.turns:
-        wear = Wear(**{**vars(wear), "turned_at": plan.turned_at(period, count)})
-    return Scene(brake, Duty(lever, hook), Initial(omega=0.0), end_time=period * count, heat=heat, wear=wear)
+        wear = Wear(**{**vars(wear), "turned_after": plan.turned_after(count)})
+    duty = Duty(Phases(plan.lever(), count), hook)
+    return Scene(brake, duty, Initial(omega=0.0), end_time=2 * plan.time * count, heat=heat, wear=wear)
 
 
 #: error of a step, and how to fix it
@@ -164,27 +164,32 @@ Problem = tuple[str, str] | None
 
 
 class _Plan:
-    """Points of one cycle: time, slack tension, desired speed, whether it is controlled in the next piece."""
+    """Phases of one cycle, and the time that they would take with the friction of the start."""
 
-    def __init__(self, still: Scene, load: HookLoad, pull: float, lever_time: float, acceleration: float) -> None:
+    def __init__(
+        self, still: Scene, load: HookLoad, pull: float, lever_time: float, acceleration: float, limit: float
+    ) -> None:
         self.brake, self.sensed = band_brake(still), sensed_at_start(still)
-        self.pull, self.lever_time, self.acceleration = pull, lever_time, acceleration
+        self.pull, self.lever_time, self.acceleration, self.limit = pull, lever_time, acceleration, limit
         self.per_metre = float(load.line_count) / float(load.drum_radius)  # rad of the pulley per m of the hook
         self.mass = float(load.mass)
         self.weight = self.mass * float(load.gravity) / self.per_metre  # N·m
         self.drag = float(load.drag)
         self.inertia = float(self.brake.pulley.inertia) + self.mass / self.per_metre**2
-        self.t, self.omega, self.points, self.marks = 0.0, 0.0, list[tuple[float, float, float, bool]](), {}
-        # time in a cycle, number of cycles before it (`None`: in every cycle)
-        self.turns = list[tuple[float, int | None]]()
-        self._point(self.pull)
+        self.time, self.omega, self.phases, self.marks = 0.0, 0.0, list[Phase](), dict[str, int]()
+        # number of phases before it in a cycle, number of cycles before it (`None`: in every cycle)
+        self.turns = list[tuple[int, int | None]]()
 
     @property
     def moving(self) -> bool:
         return self.omega > 0
 
-    def _point(self, tension: float, following: bool = False) -> None:
-        self.points.append((self.t, tension, self.omega, following))
+    def _phase(self, name: str, lever: AbstractProfile, until: AtRest | AfterTravel | AfterTime, time: float) -> None:
+        self.phases.append(Phase(lever, until, name))
+        self.time += time
+
+    def _driller(self, times: list[float], speeds: list[float]) -> Driller:
+        return Driller(PiecewiseLinear(times, speeds), self.limit)
 
     def _gain(self) -> float:
         """Torque per slack tension, `R_b (Π − 1)` (m), of the sliding linings with the friction of the start."""
@@ -211,10 +216,9 @@ class _Plan:
             return f"is too short to reach the speed, which takes {run_up:.4g} m", "increase acceleration or distance"
         if self.weight <= self.inertia * self.acceleration * self.per_metre + self.drag * speed * self.per_metre:
             return "cannot be reached: the load is too light for the acceleration", "reduce it, or the drag"
-        self._point(self.pull, following=True)
-        self.t, self.omega = self.t + speed / self.acceleration, speed * self.per_metre
-        self._point(self.pull, following=True)
-        self.t += (distance - run_up) / speed
+        self.omega, faster = speed * self.per_metre, speed / self.acceleration
+        driller = self._driller([0.0, faster], [0.0, self.omega])
+        self._phase("lower", driller, AfterTravel(distance), faster + (distance - run_up) / speed)
         return None
 
     def _brake(self) -> Problem:
@@ -235,24 +239,21 @@ class _Plan:
             time = self.lever_time + (early - ramp) / excess
         else:
             time = float(max(np.roots([0.5 * over, start, -early]).real))
-        self._point(first)
-        begin, self.omega = self.t, 0.0
-        self.t = begin + self.lever_time
-        self._point(self.pull)
-        self.t = begin + max(time, self.lever_time)
+        self.omega = 0.0
+        self._phase("brake", PiecewiseLinear([0.0, self.lever_time], [first, self.pull]), AtRest(), time)
         return None
 
     def _brake_in(self, time: float) -> None:
-        self._point(self.pull, following=True)
-        self.t, self.omega = self.t + time, 0.0
-        self._point(self.pull)
+        # (beyond 0, as a pulley that is late would never come to rest at a speed that only approaches 0)
+        driller = self._driller([0.0, 2 * time], [self.omega, -self.omega])
+        self.omega = 0.0
+        self._phase("brake", driller, AtRest(), time)
 
     def _hold(self, time: float) -> None:
-        self._point(self.pull)
-        self.t += time
+        self._phase("hold", Constant(self.pull), AfterTime(time), time)
 
     def _turn(self, cycles: float | None = None) -> None:
-        self.turns.append((self.t, None if cycles is None else int(cycles)))
+        self.turns.append((len(self.phases), None if cycles is None else int(cycles)))
 
     def faults(self, empty: float, stand: float, wear: Wear | None) -> list[Fault]:
         """Errors of the cycle as a whole."""
@@ -266,21 +267,19 @@ class _Plan:
         )
         return [Fault(path, what, hint) for wrong, path, what, hint in checks if wrong]
 
-    def turned_at(self, period: float, count: int) -> np.ndarray:
-        """Times at which the band is turned, in order."""
-        each = [t + period * k for t, after in self.turns if after is None for k in range(count)]
-        return np.sort(each + [period * after for _, after in self.turns if after is not None])
+    def turned_after(self, count: int) -> np.ndarray:
+        """Numbers of phases after which the band is turned, in order."""
+        n = len(self.phases)
+        each = [k + n * cycle for k, after in self.turns if after is None for cycle in range(count)]
+        return np.sort(np.asarray(each + [n * after for _, after in self.turns if after is not None], float))
 
     def _mark(self, what: str) -> Problem:
         if self.moving or what in self.marks or (what == "set" and "take" not in self.marks):
             return "is out of order", "at rest, once in a cycle, the string taken before it is set down"
-        self.marks[what] = self.t
+        self.marks[what] = len(self.phases)
         return None
 
-    def lever(self, count: int, limit: float) -> tuple[Driller, float]:
-        """The driller's lever of all cycles, and the length of one."""
-        self._point(self.pull)
-        t, tension, omega, following = (list(column) for column in zip(*self.points, strict=True))
-        levers, speeds = (Repeated(t, column, period=self.t, count=count) for column in (tension, omega))
-        lever = Driller(levers, speeds, tuple(following), limit)
-        return lever, self.t
+    def lever(self) -> tuple[Phase, ...]:
+        """The phases of one cycle, and whether the string hangs on the hook in each."""
+        taken, down = self.marks.get("take", 0), self.marks.get("set", len(self.phases))
+        return tuple(dataclasses.replace(phase, hangs=taken <= i < down) for i, phase in enumerate(self.phases))

@@ -12,12 +12,13 @@ from jax.core import Tracer
 from .._base._compiling import DeviceJit, per_value
 from .._base._faults import Fault, InputError
 from .._base._quantity import Part, Scalar, all_in_range, as_arrays, faults_of_values, leaves, part, quantity
+from .._phases import AfterTravel, AtTemperature, Phases
 from ..brakes._band import ParallelBands
 from ..brakes._design import AbstractBrake, AbstractLinings, Brake, tension_shares, under_a_band, unloaded
 from ..friction import AbstractFriction, Reads, needs, reads, remembers
 from ..hybrid._arrays import Array
-from ..loads import AbstractLoad, AbstractSpeedLever, TorqueLoad
-from ..profiles import AbstractProfile
+from ..loads import AbstractLoad, TorqueLoad
+from ..profiles import AbstractProfile, Piece, first_piece
 from ..shaft import AbstractDryTorque, AbstractShaftTorque
 from ..thermal._heat import FrictionHeat, Heat, PowerShares
 from ..thermal._network import Junction, Reservoir, body_at, nodes_at, place_of
@@ -39,18 +40,26 @@ class AbstractDuty(Part):
         load: eqx.AbstractVar[AbstractLoad]
 
     @property
-    def lever(self) -> AbstractProfile:
-        """Slack tension or actuator force over time (N)."""
+    def lever(self) -> AbstractProfile | Phases:
+        """Slack tension or actuator force over time (N), or in phases."""
         return getattr(self, self.lever_field)
+
+    def load_piece(self, t: Array) -> Piece | None:
+        """The piece of the load at the start of a run, `None` if there is only one."""
+        if self.load.by_phases and isinstance(self.lever, Phases):
+            return self.lever.hangs(jnp.asarray(0, jnp.int32))
+        return first_piece(self.load.profile, t)
 
 
 class Duty(AbstractDuty):
     """Duty of a band brake.
 
     - `slack_tension`: `T_0(t) ≥ 0` in N, set by the lever at the slack end;  `load`: `M_load(t, ω)`
+
+    The tension may come in `Phases`, which end by the state of the brake; so may the force of a `ForceDuty`.
     """
 
-    slack_tension: AbstractProfile = part(AbstractProfile, "N")
+    slack_tension: AbstractProfile | Phases = part(AbstractProfile, "N")
     load: AbstractLoad = part(AbstractLoad)  # pyright: ignore
     lever_field: ClassVar[str] = "slack_tension"
 
@@ -62,7 +71,7 @@ class ForceDuty(AbstractDuty):
     - `load`: `M_load(t, ω)`
     """
 
-    force: AbstractProfile = part(AbstractProfile, "N")
+    force: AbstractProfile | Phases = part(AbstractProfile, "N")
     load: AbstractLoad = part(AbstractLoad)  # pyright: ignore
     lever_field: ClassVar[str] = "force"
 
@@ -84,7 +93,7 @@ class Scene(Part):
 
     Every number is an array leaf in SI units; `None` means that this physics is absent.
 
-    - `end_time` (s): end time of the run, also after the stop
+    - `end_time` (s): end time of the run, also after the stop; of a duty in phases, at which the last has to be over
     - `heat`: the thermal network, `None` without temperatures
     - `wear`: wear of the linings, `None` without wear
     - `power_shares`: how the friction power splits into heat, electrical and mechanical power; `None`: all is heat
@@ -152,7 +161,7 @@ def _faults_together(scene: Scene) -> list[Fault]:
     return []
 
 
-@per_value(lambda scene: (scene.brake, scene.duty.lever, scene.duty.load.profile, *_optional(scene)))
+@per_value(lambda scene: (scene.brake, scene.duty, *_optional(scene)))
 def _faults_of_parts(scene: Scene) -> list[Fault]:
     """Errors between parts, without start and end."""
     found = [*_faults_of_brake(scene), *_faults_of_heat(scene)]
@@ -187,10 +196,10 @@ def _faults_of_brake(scene: Scene) -> list[Fault]:
     return scene.brake.faults("brake")
 
 
-@per_value(lambda scene: (scene.brake, scene.duty.lever, scene.duty.load.profile, scene.heat))
+@per_value(lambda scene: (scene.brake, scene.duty, scene.heat))
 def _faults_of_duty(scene: Scene) -> list[Fault]:
     brake, duty, lever, found = scene.brake, scene.duty, f"duty.{scene.duty.lever_field}", []
-    if isinstance(duty.lever, AbstractSpeedLever):
+    if duty.lever.controls_speed:
         if isinstance(brake, Brake) and brake.band.stiffness is not None:
             found.append(
                 Fault("brake.band.stiffness", "a lever that holds the speed needs a rigid band", "leave it out")
@@ -198,7 +207,27 @@ def _faults_of_duty(scene: Scene) -> list[Fault]:
         if read_by_linings(scene).p or scene.network.flash is not None:
             found.append(Fault(lever, "cannot hold the speed with an implicit coefficient of friction"))
     found += duty.lever.faults(lever, 0.0)
-    return found + duty.load.profile.faults("duty.load.profile", None)
+    return found + duty.load.profile.faults("duty.load.profile", None) + _faults_of_phases(scene, lever)
+
+
+def _faults_of_phases(scene: Scene, path: str) -> list[Fault]:
+    """Errors between the phases of a duty and what ends them."""
+    load, lever, places = scene.duty.load, scene.duty.lever, scene.network.hot_places
+    if not isinstance(lever, Phases):
+        hint = f"give {path} in phases (`Phases`), or another load"
+        return [Fault("duty.load", "hangs in phases, and the duty has none", hint)] if load.by_phases else []
+    found = []
+    for i, phase in enumerate(lever.phases):
+        here, end = f"{path}.phases[{i}]", phase.until
+        if isinstance(end, AfterTravel) and load.travel() is None:
+            found.append(Fault(f"{here}.until", "never comes: the load hangs on no hook", "give a load with a hook"))
+        if isinstance(end, AtTemperature) and end.of not in places:
+            why = f"never comes: no temperature of the {end.of} is simulated"
+            hint = f"there are: {', '.join(places)}" if places else "give the scene a heat part that names it"
+            found.append(Fault(f"{here}.until", why, hint))
+        if not phase.hangs and not load.by_phases:
+            found.append(Fault(f"{here}.hangs", "has no effect on this load", "give a `StringLoad`"))
+    return found
 
 
 def _faults_of_kinds(scene: Scene) -> list[Fault]:
@@ -226,7 +255,7 @@ def _faults_of_band(scene: Scene) -> list[Fault]:
         if brake.in_series:
             hint = "a staged brake cannot have it: make the lining shorter, or lower its friction"
         found += [Fault(f"brake.linings.angle[{i - 1}]", why, hint) for i, why in locked(scene).items()]
-    if brake.in_series and isinstance(scene.duty.lever, AbstractSpeedLever):
+    if brake.in_series and scene.duty.lever.controls_speed:
         found.append(Fault("duty.slack_tension", "cannot hold the speed of a staged brake", "give the slack tension"))
     if brake.in_series and scene.network.flash is not None:
         found.append(Fault("heat.flash", "is not available for a staged brake", "leave it out"))

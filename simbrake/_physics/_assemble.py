@@ -6,13 +6,15 @@ import jax
 import jax.numpy as jnp
 
 from .._parts._scene import Scene
+from .._phases import Phases
 from ..brakes._design import AbstractLinings, Bandage, Brake, stiffness_of, unloaded
 from ..brakes._pressed import AbstractPressedBrake
 from ..friction import AnyContact, rates_read
 from ..hybrid._arrays import Array
+from ..profiles import first_piece
 from ..thermal._heat import FrictionHeat
 from ..wear import AbstractWearRate, walls_left, worn_scene
-from ._brake import BrakeSystem, State, Wearing, first_piece
+from ._brake import BrakeSystem, State, Wearing
 from ._chain import Chain
 from ._elastic import ElasticBand
 from ._mechanism import AbstractMechanism, Mode, Pair, Sizes
@@ -44,7 +46,8 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
         assert pairs[0].area is not None
         # volume k W/f for the friction work of a typical stop, over all linings: f n is of the order of 1
         energy = 0.5 * inertia * sizes.speed**2 + sizes.torque
-        turned_at = None if scene.wear.turned_at is None else jnp.asarray(scene.wear.turned_at)
+        turned_at = scene.wear.turned_at if scene.wear.turned_after is None else scene.wear.turned_after
+        turned_at = None if turned_at is None else jnp.asarray(turned_at)
         wearing = Wearing(_positive(jnp.max(scene.wear.rate.at(None) / pairs[0].area) * energy), turned_at)
     system = BrakeSystem(
         mechanism=mechanism,
@@ -58,12 +61,15 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
         shaft=Shaft(scene.shaft) if scene.shaft else None,
     )
     own, band, own_mode = mechanism.start(omega_0, jnp.asarray(initial.elongation) + jnp.zeros_like(omega_0))
-    given = (duty.lever, duty.load.profile, *system.profiles)
-    pieces = tuple(first_piece(profile, t_0) for profile in given)
     sense = jnp.where(omega_0 < 0, -1, 1).astype(jnp.int32)
-    state = system.start(omega_0, own, u)
+    state, lever, phase = system.start(omega_0, own, u), duty.lever, None
+    if isinstance(lever, Phases):
+        phase = jnp.asarray(0, jnp.int32)
+        state, lever = state._replace(phase=state.phase._replace(begun=t_0)), lever.at(phase, t_0)
+    of_heat = (first_piece(profile, t_0) for profile in system.profiles)
+    pieces = (first_piece(lever, t_0), duty.load_piece(t_0), *of_heat)
     turn = jnp.sign(omega_0).astype(jnp.int32) if system.shaft is not None and system.shaft.dry else None
-    return system, state, Mode(jnp.asarray(band), sense, own_mode, pieces, turn)
+    return system, state, Mode(jnp.asarray(band), sense, own_mode, pieces, turn, phase)
 
 
 def _pairs(scene: Scene, thermal: Thermal | None) -> tuple[Pair, ...]:
@@ -121,7 +127,7 @@ def _sizes(scene: Scene, still: AnyContact, omega_0: Array, inertia: Array) -> S
     brake, duty, t_0 = scene.brake, scene.duty, jnp.asarray(scene.initial.time)
     tension = _positive(duty.lever.scale())
     capacity = brake.torque(tension, brake.linings.friction.static(still))
-    piece = jnp.asarray(duty.load.profile.first_piece(t_0), jnp.int32)
+    piece = jnp.asarray(0 if (first := duty.load_piece(t_0)) is None else first, jnp.int32)
     load_0 = jnp.abs(duty.load.torque(t_0, omega_0, piece))
     torque = jnp.maximum(capacity, jnp.maximum(load_0, duty.load.profile.scale()))
     if scene.shaft:

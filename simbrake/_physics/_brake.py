@@ -9,11 +9,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float, Int, PyTree
 
+from .._phases import PhaseEnd, PhaseNow, Phases
 from ..friction import SurfaceState, memory_at_start, memory_sizes
 from ..hybrid import CORE, QUADRATURE, AbstractSemiExplicitSystem, largest, smallest
 from ..hybrid._arrays import Array
-from ..hybrid._system import Instant, variables_of
-from ..loads import AbstractLoad, AbstractSpeedLever
+from ..hybrid._system import ENDED, Instant, variables_of
+from ..loads import AbstractLoad
 from ..profiles import AbstractProfile, Real, hides_nothing, next_known_time
 from ._mechanism import (
     OPEN,
@@ -30,6 +31,7 @@ from ._mechanism import (
     Sizes,
     Surfaces,
 )
+from ._phasing import PhaseState, begun_anew, margin_of_phase
 from ._shaft import Shaft, ShaftNow
 from ._sliding import AbstractGrip
 from ._sparsity import couplings, couplings_of_memory
@@ -80,10 +82,9 @@ def course_of_profile(profile: AbstractProfile, t: Array, piece: Piece) -> Real:
     return profile.value(t, piece)
 
 
-def _course_of_lever(lever: AbstractProfile, t: Array, piece: Piece) -> tuple[Real, Real | None]:
+def _course_of_lever(lever: Any, t: Array, piece: Piece) -> tuple[Real, Real | None]:
     one = jnp.ones(())
-    follows = isinstance(lever, AbstractSpeedLever)
-    return lever.value(t, piece), lever.wanted_torque(t, one, piece, one, one) if follows else None
+    return lever.value(t, piece), lever.wanted_torque(t, one, piece, one, one) if lever.controls_speed else None
 
 
 def _course_of_load(load: AbstractLoad, t: Array, piece: Piece) -> Real:
@@ -93,8 +94,8 @@ def _course_of_load(load: AbstractLoad, t: Array, piece: Piece) -> Real:
 class State(NamedTuple):
     """Angle `φ` (rad) and speed `ω` (rad/s) of the pulley, the states of the mechanism's own, the ledger, the heat
     content of the thermal nodes over their capacity (K; `None` without heat), the thickness worn off the linings of
-    each pair (m; `None` without wear, and of a pair without), and the states of the friction law of each pair (`None`
-    without any)."""
+    each pair (m; `None` without wear, and of a pair without), the states of the friction law of each pair (`None`
+    without any), and of the phase of the duty (`None` without phases)."""
 
     phi: Any
     omega: Any
@@ -103,6 +104,7 @@ class State(NamedTuple):
     heat: Any = None
     worn: Any = None
     memory: Any = None
+    phase: Any = None
 
 
 class ThermalNow(NamedTuple):
@@ -135,8 +137,9 @@ class Wearing(NamedTuple):
     """Integration of the wear depth of the linings: no rate depends on it, it is a quadrature.
 
     - `scale` (m): typical thickness that the run wears off
-    - `turned_at`: times at which the band is turned end for end. `h_i` of the first pair stays that of the lining which
-      was the `i`-th at the start; after an odd number of turns it rubs where the `(n + 1 − i)`-th did
+    - `turned_at`: times at which the band is turned end for end (of a duty in phases: numbers of phases that have
+      ended). `h_i` of the first pair stays that of the lining which was the `i`-th at the start; after an odd number of
+      turns it rubs where the `(n + 1 − i)`-th did
     """
 
     scale: Float[Array, ""]
@@ -157,7 +160,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
     mechanism: AbstractMechanism
     inertia: Array
     track_radius: Array
-    lever: AbstractProfile
+    lever: AbstractProfile | Phases
     load: AbstractLoad
     thermal: Thermal | None
     wearing: Wearing | None
@@ -195,8 +198,19 @@ class BrakeSystem(AbstractSemiExplicitSystem):
     @property
     def guard_samples(self) -> int:
         """Points inside a step at which guards are evaluated: none if given functions have no short features."""
-        plain = hides_nothing(self.lever, _course_of_lever) and hides_nothing(self.load, _course_of_load)
+        levers = [phase.lever for phase in self.lever.phases] if isinstance(self.lever, Phases) else [self.lever]
+        plain = all(hides_nothing(one, _course_of_lever) for one in levers) and hides_nothing(
+            self.load, _course_of_load
+        )
         return 0 if plain and all(hides_nothing(profile, course_of_profile) for profile in self.profiles) else 15
+
+    @property
+    def self_timed(self) -> bool:
+        return isinstance(self.lever, Phases)
+
+    def lever_at(self, y: State, mode: Mode) -> Any:
+        """The lever, a profile, or that of the phase that runs, a `PhaseNow`."""
+        return self.lever.at(mode.phase, y.phase.begun) if isinstance(self.lever, Phases) else self.lever
 
     def inertia_at(self, mode: Mode) -> Array:
         """Inertia of all that turns and moves with the shaft (kg·m²)."""
@@ -234,7 +248,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         """Pressures of the linings (Pa) in each pair. Loads do not depend on how fast temperatures change: here they do
         not change at all."""
         surfaces, load = self.surfaces(y), jnp.asarray(self.load.torque(t, y.omega, _piece(mode, LOAD)))
-        tension, pull = self.lever_tension(t, y.omega, mode, load, surfaces)
+        tension, pull = self.lever_tension(t, y, mode, load, surfaces)
         still = self._at_sensors(jnp.zeros_like(y.heat))
         acting = Acting(t, tension, pull, load, self.inertia_at(mode), surfaces, lambda forces: still)
         z = self.mechanism.variables(acting, y.omega, y.own, mode)
@@ -263,16 +277,27 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             found.append(None if sensor is None else self.thermal.at(T, sensor, pair.count))
         return tuple(found)
 
-    def lever_tension(self, t: Array, omega: Array, mode: Mode, load: Array, surfaces: Surfaces) -> tuple[Array, Array]:
+    def lever_tension(self, t: Array, y: State, mode: Mode, load: Array, surfaces: Surfaces) -> tuple[Array, Array]:
         """`T_0` (N) and its rate as the lever has them."""
-        piece = _piece(mode, LEVER)
-        given, rate = jax.jvp(lambda t: self.lever.value(t, piece), (t,), (jnp.ones_like(t),))
-        if not isinstance(self.lever, AbstractSpeedLever):
+        piece, lever, omega = _piece(mode, LEVER), self.lever_at(y, mode), y.omega
+        given, rate = jax.jvp(lambda t: lever.value(t, piece), (t,), (jnp.ones_like(t),))
+        if not lever.controls_speed:
             return given, rate
-        torque = jnp.asarray(self.lever.wanted_torque(t, omega, piece, load, jnp.asarray(self.inertia_at(mode))))
-        follows = self.lever.follows(piece)
+        torque = jnp.asarray(lever.wanted_torque(t, omega, piece, load, jnp.asarray(self.inertia_at(mode))))
+        follows = lever.follows(piece)
         gain = self.mechanism.gain(jnp.where(mode.sense > 0, omega, -omega), surfaces)
-        return jnp.where(follows, self.lever.holding(torque, gain), given), jnp.where(follows, 0.0, rate)
+        return jnp.where(follows, lever.holding(torque, gain), given), jnp.where(follows, 0.0, rate)
+
+    def surface_temperatures(self, z: BrakeNow) -> dict[str, Array]:
+        """Surface temperatures (K) of rim, linings and band where the scene names them; on walls reconstructed."""
+        if self.thermal is None or z.thermal is None:
+            return {}
+        faces = dict(z.thermal.flows.faces)
+        for deposit in z.thermal.deposits:
+            for place, flow in deposit.faces.items():
+                faces[place] = faces.get(place, 0.0) + flow
+        T, T_J, places = z.thermal.T, z.thermal.T_junctions, self.thermal.heat.hot_places
+        return {kind: self.thermal.surface(place, T, T_J, faces) for kind, place in places.items()}
 
     # --- all of it at one instant -------------------------------------------------------------------------------------
 
@@ -283,7 +308,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         surfaces = self.surfaces(y)
         shaft = self._shaft_now(t, y.omega, mode)
         left = load if shaft is None else shaft.left
-        tension, pull = self.lever_tension(t, y.omega, mode, left, surfaces)
+        tension, pull = self.lever_tension(t, y, mode, left, surfaces)
 
         def deposit(pair: Pair, heat: Array) -> Deposit:
             return net.deposit(pair.heat, jnp.atleast_1d(heat), *now)
@@ -327,8 +352,11 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             shaft=None if z.shaft is None else tuple(torque * y.omega for torque in z.shaft.each),
         )
         rates = State(y.omega, z.contact.alpha, self.mechanism.own_rates(z.contact), ledger)
+        if y.phase is not None:
+            rates = rates._replace(phase=PhaseState(jnp.zeros_like(y.omega), y.omega))
         if self.wearing is not None:
-            rates = rates._replace(worn=self._wear_rates(t, y, z.rubs, self.wearing.turned_at))
+            passed = t if mode.phase is None else mode.phase
+            rates = rates._replace(worn=self._wear_rates(passed, y, z.rubs, self.wearing.turned_at))
         if y.memory is not None:
             rates = rates._replace(memory=self._memory_rates(y, mode, z))
         if self.thermal is None or z.thermal is None:
@@ -352,13 +380,13 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         return tuple((law.place, torque * omega) for law, torque in given if law.place is not None)
 
     def _wear_rates(
-        self, t: Array, y: State, rubs: tuple[Rub, ...], turned_at: Array | None
+        self, passed: Array, y: State, rubs: tuple[Rub, ...], turned_at: Array | None
     ) -> tuple[Array | None, ...]:
         """Rates of wear (m/s) of the linings as they were counted at the start."""
         given = zip(self.mechanism.pairs, rubs, self.sensed(y.heat), strict=True)
         first, *others = (pair.wear_rate(rub, T) for pair, rub, T in given)
         if turned_at is not None and first is not None:
-            turns = jnp.sum(jnp.asarray(t) >= turned_at)
+            turns = jnp.sum(jnp.asarray(passed) >= turned_at)
             first = jnp.where(turns % 2 == 1, first[::-1], first)
         return first, *others
 
@@ -409,7 +437,11 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             load, sizes = self._load_at_rest(t, mode), self.sizes
             found = jnp.append(found, self.shaft.margin(mode, y.omega, load, z.shaft, sizes.torque, sizes.speed))
         room = self._table_margin(y.heat)
-        return found if room is None else jnp.append(found, room)
+        found = found if room is None else jnp.append(found, room)
+        if not isinstance(self.lever, Phases):
+            return found
+        now, hot = self.lever.at(mode.phase, y.phase.begun), self.surface_temperatures(z)
+        return jnp.append(found, margin_of_phase(now, y.phase, mode, self.load.travel(), hot))
 
     def change(self, now: Instant, fired: Bool[Array, " guard"], at_stop: Bool[Array, ""]) -> tuple[Mode, Array]:
         t, y = now.t, now.y
@@ -420,23 +452,44 @@ class BrakeSystem(AbstractSemiExplicitSystem):
 
         acting = self._acting(t, y, now.mode, now.z)
         moment = Moment(t, y.omega, y.own, now.mode, acting, now.z.contact, now.z_rate.contact)
-        new, code = self.mechanism.change(moment, self._next_pieces(now.mode, at_stop), fired, ask)
-        last = -1
+        old, new = y, self._next_pieces(y, now.mode, at_stop)
+        if isinstance(self.lever, Phases):
+            new = self._next_phase(t, new, now.mode.phase, fired[-1])
+            y = old._replace(phase=begun_anew(old.phase, t, now.mode, new, self.lever))
+        new, code = self.mechanism.change(moment, new, fired, ask)
+        last = -1 - self.self_timed
         if self._table_margin(y.heat) is not None:
-            code = jnp.where(fired[-1], int(BrakeCode.OUTSIDE_TABLE), code)
-            last = -2
+            code = jnp.where(fired[last], int(BrakeCode.OUTSIDE_TABLE), code)
+            last -= 1
         if self.shaft is not None and self.shaft.dry:
             load, shaft = self._load_at_rest(t, new), self._shaft_now(t, y.omega, new)
             assert shaft is not None
             turn = self.shaft.turn_after(now.mode, new, load, shaft, fired[last], self.sizes.slight_torque)
             new = new._replace(turn=turn)
+        if isinstance(self.lever, Phases):
+            code = jnp.where((code == 0) & (new.phase == self.lever.total), ENDED, code)
         return new, code
+
+    def _next_phase(self, t: Array, mode: Mode, before: Array, over: Array) -> Mode:
+        """The mode in the next phase of the duty where one is `over`, if its time has not been (`mode.phase`)."""
+        assert isinstance(self.lever, Phases)
+        phase = before + (over | (mode.phase > before)).astype(jnp.int32)
+        begins = (phase > before) & (phase < self.lever.total)
+        lever, load, *others = mode.pieces
+        lever = jnp.where(begins, self.lever.at(phase, t).first_piece(t), lever)
+        load = self.lever.hangs(phase) if self.load.by_phases else load
+        return mode._replace(phase=phase, pieces=(lever, load, *others))
+
+    def code_at_end(self, mode: Mode) -> int:
+        return int(BrakeCode.PHASE_NEVER_ENDS)
 
     def reset(self, t: Array, y: State, before: Mode, after: Mode) -> State:
         more = self.load.added_inertia(_piece(after, LOAD))
         omega = y.omega if after.turn is None else jnp.where(after.turn == before.turn, y.omega, 0.0)
         omega, own = self.mechanism.arrested(omega, y.own, before, after)
         still = y._replace(omega=omega, own=own)
+        if isinstance(self.lever, Phases):
+            still = still._replace(phase=begun_anew(y.phase, t, before, after, self.lever))
         if more is not None:  # mass added to the hook in motion brings its energy
             brought = 0.5 * (self.inertia_at(after) - self.inertia_at(before)) * y.omega**2
             still = still._replace(ledger=y.ledger._replace(load_work=y.ledger.load_work + brought))
@@ -444,7 +497,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             return still
         z, surfaces = variables_of(self, t, y, before).contact, self.surfaces(y)
         load = jnp.asarray(self.load.torque(t, omega, _piece(after, LOAD)))
-        tension = self.lever_tension(t, omega, after, load, surfaces)[0]
+        tension = self.lever_tension(t, still, after, load, surfaces)[0]
         strained = self.mechanism.strained(omega, own, (before, z), (after, tension))
         per_joule = [] if self.thermal is None else self._heat_of_a_jump(t, still, after)
 
@@ -486,35 +539,39 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             found.append((net.rise_at_once(given.into), self._booked_of(pair, given)))
         return found
 
-    def _next_known(self, mode: Mode) -> tuple[Float[Array, ""] | float, list[Bool[Array, ""] | bool]]:
-        """The next time breakpoint, and whether it belongs to the lever, the load, and each profile of the heat.
+    def _next_known(self, y: State, mode: Mode) -> tuple[Float[Array, ""] | float, list[Bool[Array, ""] | bool]]:
+        """The next time breakpoint, and whether it belongs to the lever, the load, each profile of the heat, and the
+        end of the phase.
 
         A pulley at rest, and a lever that only begins to pull, must be held back by nothing that is over, and held by
         nothing that is yet to come: where its tension falls, without going to 0, the lever comes after the load, and
         also where it is to answer the load.
         """
-        lever, piece = self.lever, jnp.asarray(_piece(mode, LEVER), jnp.int32)
+        lever, piece = self.lever_at(y, mode), jnp.asarray(_piece(mode, LEVER), jnp.int32)
 
         def waits(t: Array) -> Array:
             before, after = lever.value(t, piece), lever.value(t, piece + 1)
-            answers = lever.follows(piece + 1) if isinstance(lever, AbstractSpeedLever) else False
+            answers = lever.follows(piece + 1) if lever.controls_speed else False
             return (mode.band == OPEN) | answers | ((after < before) & (after > 0))
 
         profiles = (lever, self.load.profile, *self.profiles)
         pieces = [piece, *(_piece(mode, i) for i in range(LOAD, len(profiles)))]
+        if isinstance(lever, PhaseNow):
+            profiles, pieces = (*profiles, PhaseEnd(lever)), [*pieces, piece]
         return next_known_time(profiles, pieces, waits)
 
-    def _next_pieces(self, mode: Mode, at_stop: Array) -> Mode:
-        """The mode on the piece that begins at a time breakpoint."""
-        _, turns = self._next_known(mode)
-        new = (
+    def _next_pieces(self, y: State, mode: Mode, at_stop: Array) -> Mode:
+        """The mode on the piece that begins at a time breakpoint, or in the phase after the one that ends at it."""
+        _, turns = self._next_known(y, mode)
+        given = mode.pieces if mode.phase is None else (*mode.pieces, mode.phase)
+        new = tuple(
             None if piece is None else jnp.asarray(piece, jnp.int32) + (at_stop & turn).astype(jnp.int32)
-            for piece, turn in zip(mode.pieces, turns, strict=True)
+            for piece, turn in zip(given, turns, strict=True)
         )
-        return mode._replace(pieces=tuple(new))
+        return mode._replace(pieces=new) if mode.phase is None else mode._replace(pieces=new[:-1], phase=new[-1])
 
-    def next_stop(self, mode: Mode) -> Float[Array, ""] | float:
-        return self._next_known(mode)[0]
+    def next_stop(self, mode: Mode, y: Any = None) -> Float[Array, ""] | float:
+        return self._next_known(y, mode)[0]
 
     # --- sizes --------------------------------------------------------------------------------------------------------
 
@@ -522,7 +579,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         """The state at the start: energies and wear are 0."""
         zero, worn = jnp.zeros_like(omega), jnp.zeros(self.mechanism.pairs[0].count)
         memory = self._of_laws(lambda pair: memory_at_start(pair.law, pair.count))
-        return self._like(zero, omega, own, zero, heat, worn, memory)
+        return self._like(zero, omega, own, zero, heat, worn, memory, (zero, zero))
 
     def _of_laws(self, of: Callable[[Pair], PyTree]) -> tuple[PyTree, ...] | None:
         """Quantities of the states of each pair's friction law (`None`: it has none); `None` without any."""
@@ -531,7 +588,15 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         return tuple(None if pair.memory is None else of(pair) for pair in self.mechanism.pairs)
 
     def _like(
-        self, phi: PyTree, omega: PyTree, own: PyTree, quadrature: PyTree, heat: PyTree, worn: PyTree, memory: PyTree
+        self,
+        phi: PyTree,
+        omega: PyTree,
+        own: PyTree,
+        quadrature: PyTree,
+        heat: PyTree,
+        worn: PyTree,
+        memory: PyTree,
+        phase: tuple[PyTree, PyTree],
     ) -> State:
         """A tree shaped like the state, with one value for every quadrature."""
         booked = None
@@ -544,14 +609,15 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         thickness = None
         if self.wearing is not None:
             thickness = tuple(worn if pair.wears else None for pair in self.mechanism.pairs)
-        return State(phi, omega, own, ledger, heat, thickness, memory)
+        return State(phi, omega, own, ledger, heat, thickness, memory, PhaseState(*phase) if self.self_timed else None)
 
     def scales(self) -> State:
         kelvin = None if self.thermal is None else jnp.full_like(self.thermal.capacity, 100.0)
         worn = None if self.wearing is None else self.wearing.scale
         mechanism = self.mechanism
         memory = self._of_laws(lambda pair: memory_sizes(pair.law, memory_at_start(pair.law, pair.count)))
-        return self._like(1.0, mechanism.sizes.speed, mechanism.own_sizes(), jnp.inf, kelvin, worn, memory)
+        held = jnp.inf, 1.0
+        return self._like(1.0, mechanism.sizes.speed, mechanism.own_sizes(), jnp.inf, kelvin, worn, memory, held)
 
     def couplings(self) -> State | None:
         if self.thermal is None and not self.remembers:
@@ -563,7 +629,9 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         core, quadrature = np.asarray(CORE), np.asarray(QUADRATURE)
         others = np.concatenate([np.ravel(kind) for kind in jax.tree.leaves((core, own, heat))])
         memory = self._of_laws(couplings_of_memory(self.mechanism, others))
-        return self._like(quadrature, core, own, quadrature, heat, worn, memory)
+        # (rates depend on the begin of the phase, but that never moves)
+        phase = quadrature, quadrature
+        return self._like(quadrature, core, own, quadrature, heat, worn, memory, phase)
 
     def stored(self, t: Array, y: State, mode: Mode) -> tuple[Array, Array]:
         """Kinetic and elastic energy (J)."""
@@ -573,11 +641,12 @@ class BrakeSystem(AbstractSemiExplicitSystem):
 
     def capacity(self, t: Array, y: State, mode: Mode, start: Array) -> Capacity:
         """Load and capacity of a turning brake at the time `t` of a run that began at `start`."""
-        T_0, rate = jax.jvp(lambda t: self.lever.value(t, _piece(mode, LEVER)), (t,), (jnp.ones_like(t),))
-        if isinstance(self.lever, AbstractSpeedLever):
-            follows = self.lever.follows(_piece(mode, LEVER))
-            T_0, rate = jnp.where(follows, self.lever.greatest(), T_0), jnp.where(follows, 0.0, rate)
-        settled = self.lever.no_more_turns(t) & (jnp.abs(rate) * (t - start) <= _AT_REST * T_0)
+        lever = self.lever_at(y, mode)
+        T_0, rate = jax.jvp(lambda t: lever.value(t, _piece(mode, LEVER)), (t,), (jnp.ones_like(t),))
+        if lever.controls_speed:
+            follows = lever.follows(_piece(mode, LEVER))
+            T_0, rate = jnp.where(follows, lever.greatest(), T_0), jnp.where(follows, 0.0, rate)
+        settled = lever.no_more_turns(t) & (jnp.abs(rate) * (t - start) <= _AT_REST * T_0)
         load = self.driving(t, y.omega, mode)
         return Capacity(load, self.mechanism.capacity(T_0, y.omega, y.own, self.surfaces(y)), settled)
 
@@ -606,8 +675,3 @@ def _total(power: Array) -> Array:
 def _piece(mode: Mode, which: int) -> Piece:
     """The piece on which a given function of time is; one without time breakpoints has only one."""
     return jnp.asarray(0, jnp.int32) if mode.pieces[which] is None else mode.pieces[which]
-
-
-def first_piece(profile: AbstractProfile, t: Array) -> Piece | int | None:
-    """The piece of a profile at the start of a run; `None` if it has no time breakpoints (not part of the mode)."""
-    return None if isinstance(profile.next_knot(jnp.asarray(0, jnp.int32)), float) else profile.first_piece(t)

@@ -26,6 +26,7 @@ class BrakeCode(enum.IntEnum):
     BAND_SNAP = SYSTEM_CODES + 1
     FLASH_FOLD = SYSTEM_CODES + 2
     OUTSIDE_TABLE = SYSTEM_CODES + 3
+    PHASE_NEVER_ENDS = SYSTEM_CODES + 4
 
 
 class HeatLedger(NamedTuple):
@@ -311,6 +312,7 @@ class Mode(NamedTuple):
     - `own`: the mode of its mechanism;  `pieces` on which the given functions of time are: of the lever, the load, the
       heat and the shaft, `None` of those without time breakpoints
     - `turn`, on a shaft with dry friction (else `None`): direction in which the pulley turns, 0 at rest
+    - `phase`: how many phases of the duty have ended, `None` without phases
     """
 
     band: Any
@@ -318,6 +320,12 @@ class Mode(NamedTuple):
     own: Any
     pieces: tuple[Any, ...]
     turn: Any = None
+    phase: Any = None
+
+    @property
+    def rests(self) -> Any:
+        """Whether the pulley is at rest."""
+        return (self.band == HELD) & (self.slides == 0) if self.turn is None else self.turn == 0
 
     @property
     def slides(self) -> Any:

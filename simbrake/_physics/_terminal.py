@@ -9,7 +9,6 @@ import numpy as np
 from jaxtyping import Float
 
 from ..hybrid._arrays import Array
-from ..loads import AbstractSpeedLever
 from ._brake import LEVER, BrakeSystem, State
 from ._mechanism import OPEN, Mode
 
@@ -53,11 +52,11 @@ def terminal_speed(system: BrakeSystem, t: Array, y: State, mode: Mode) -> Float
     With the tension, the temperatures and the given functions of that instant; `inf` also where these are yet to
     change.
     """
-    lever, piece = system.lever, mode.pieces[LEVER]
+    lever, piece = system.lever_at(y, mode), mode.pieces[LEVER]
     piece = jnp.asarray(0, jnp.int32) if piece is None else piece
     given = (lever, system.load.profile, *system.profiles)
     settled = functools.reduce(jnp.logical_and, [profile.no_more_turns(t) for profile in given])
-    if isinstance(lever, AbstractSpeedLever):
+    if lever.controls_speed:
         settled = settled & ~jnp.asarray(lever.follows(piece))
     T_0, surfaces, sense = jnp.asarray(lever.value(t, piece)), system.surfaces(y), jnp.sign(y.omega)
 

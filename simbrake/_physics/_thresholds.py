@@ -1,4 +1,4 @@
-"""Results of a brake beside its states: surface temperatures, and thresholds that heat or fade can exceed."""
+"""Thresholds that heat or fade of a brake can exceed."""
 
 from typing import Any
 
@@ -8,20 +8,6 @@ from ..hybrid._arrays import Array
 from ..thermal._heat import place_count
 from ._brake import BrakeNow, BrakeSystem
 from ._mechanism import SLIP, Mode
-
-
-def surfaces(system: BrakeSystem, q: BrakeNow) -> dict[str, Array]:
-    """Surface temperatures (K) of rim, linings and band where the scene names them; on walls reconstructed."""
-    found: dict[str, Array] = {}
-    if system.thermal is None or q.thermal is None:
-        return found
-    faces = dict(q.thermal.flows.faces)
-    for deposit in q.thermal.deposits:
-        for place, flow in deposit.faces.items():
-            faces[place] = faces.get(place, 0.0) + flow
-    for kind, place in system.thermal.heat.hot_places.items():
-        found[kind] = system.thermal.surface(place, q.thermal.T, q.thermal.T_junctions, faces)
-    return found
 
 
 def _can_lose_grip(system: BrakeSystem) -> bool:

@@ -60,6 +60,11 @@ FAILURES = {
         "a lining's temperature left the table of its friction law",
         "extend the table; it is not extrapolated",
     ),
+    BrakeCode.PHASE_NEVER_ENDS: (
+        "phase_never_ends",
+        "the end time was reached while a phase of the duty still waited for its end",
+        "give it an end that comes, or set a later end_time",
+    ),
 }
 
 

@@ -66,7 +66,7 @@ class NetworkSystem(AbstractHybridSystem):
     def reset(self, t: Array, y: Course, before: Pieces, after: Pieces) -> Course:
         return y
 
-    def next_stop(self, mode: Pieces) -> Float[Array, ""] | float:
+    def next_stop(self, mode: Pieces, y: Any = None) -> Float[Array, ""] | float:
         return next_known_time(self.thermal.heat.profiles, mode)[0]
 
     def scales(self) -> PyTree:

@@ -16,7 +16,7 @@ from .._base._progress import piece
 from .._physics import _terminal
 from .._physics._brake import BrakeNow, BrakeSystem, Capacity, State
 from .._physics._mechanism import Mode, Shown
-from .._physics._thresholds import passing, surfaces
+from .._physics._thresholds import passing
 from ..hybrid import SKIPPED, Record
 from ..hybrid._arrays import Array
 from ..hybrid._system import unravel
@@ -94,7 +94,7 @@ def seen_at(system: BrakeSystem, t: Float[Array, " m"], y: State, mode: Mode) ->
 
     def look(t: Array, y: State, mode: Mode) -> PyTree:
         q, mechanism = system.variables(t, y, mode), system.mechanism
-        hot = surfaces(system, q)
+        hot = system.surface_temperatures(q)
         return (
             q,
             mechanism.shown(q.lever_tension, y.omega, y.own, mode, system.surfaces(y), q.contact),

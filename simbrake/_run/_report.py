@@ -11,11 +11,11 @@ import numpy as np
 
 from .._base._table import number, plain
 from .._parts._scene import plausibility, warnings
+from .._phases import Phases
 from .._physics._brake import BrakeSystem
 from .._physics._mechanism import BandMode, Label, Mode, slips
 from .._physics._thresholds import mark_names
 from ..hybrid import FINISHED, Record
-from ..loads import AbstractSpeedLever
 from ._choice import stiffness
 from ._log import Event, Phase, Stage, Status, absent_stages, event_log, marks_passed, stages_of
 from ._metrics import METRICS, Peak, energies, metrics_of
@@ -252,7 +252,8 @@ class Report:
         scan, seen, t = self._scan, self._scan.seen, self._scan.seen.t
         system: BrakeSystem = self._record.system  # pyright: ignore
         lever, pull = system.lever, seen.lever_tension
-        greatest = float(lever.greatest()) if isinstance(lever, AbstractSpeedLever) else np.max(pull)
+        held = lever.controls_speed and not isinstance(lever, Phases)
+        greatest = float(lever.greatest()) if held else np.max(pull)  # pyright: ignore
         hardest = (pull > 0) & (pull >= (1 - _NEARLY) * greatest)
         modes: Mode = self._record.modes
         band, inner = np.asarray(modes.band)[scan.row], np.asarray(modes.slides)[scan.row]

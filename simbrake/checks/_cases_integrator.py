@@ -51,7 +51,7 @@ class Smooth(AbstractHybridSystem):
     def reset(self, t: Number, y: PyTree, before: Mode, after: Mode) -> PyTree:
         return y
 
-    def next_stop(self, mode: Mode) -> float:
+    def next_stop(self, mode: Mode, y: Any = None) -> float:
         return math.inf
 
     def scales(self) -> PyTree:

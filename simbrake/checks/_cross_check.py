@@ -24,6 +24,7 @@ from .._run._result import Result
 from .._run._simulate import simulate
 from ..hybrid import Record
 from ..hybrid._arrays import Array
+from ..hybrid._system import ENDED
 from ._validation import FAIL, PASS, AbstractChecks, Check, judged
 
 #: a guard this near to 0 has been reached (guards are of order one)
@@ -80,7 +81,7 @@ class Course:
         self.rates = of_mode(lambda t, y, mode: flat.rates(t, y, mode)[1])
         self.jacobian = of_mode(lambda t, y, mode: jax.jacfwd(flat.rhs, argnums=1)(t, y, mode))
         self._jump = DeviceJit(lambda *event: flat.jump(*event))
-        self._next_stop = DeviceJit(lambda mode: flat.next_stop(mode))
+        self._next_stop = DeviceJit(lambda mode, y: flat.next_stop(mode, y))
         for function in (self._rhs, self.guards, self.rates):  # compiled before the time is taken
             function(self.t, self.y)
 
@@ -95,7 +96,9 @@ class Course:
     def jump(self, fired: Fired, at_stop: bool) -> None:
         """Change the mode at this instant."""
         y, after, code = self._jump(self.t, self.y, self.mode, fired, np.asarray(at_stop))
-        if int(code) != 0:
+        if int(code) == ENDED:
+            self.t1 = self.t
+        elif int(code) != 0:
             raise _EndedError(f"the system ended the run with code {int(code)}")
         self.y, self.mode = np.asarray(y), np.asarray(after, np.int32)
         self._chain = self._chain + 1 if self.changes[-1].t == self.t else 0
@@ -150,7 +153,7 @@ class Course:
     def run(self) -> None:
         """Integrate to the end; raises `RuntimeError` on an early end."""
         while self.t < self.t1:
-            until = min(float(self._next_stop(self.mode)), self.t1)
+            until = min(float(self._next_stop(self.mode, self.y)), self.t1)
             fired = self.sinking(max(until - self.t, self.max_step))
             reached = not np.any(fired)
             if reached and until > self.t:

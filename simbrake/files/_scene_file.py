@@ -13,6 +13,7 @@ from jax.core import Tracer
 from .._base._faults import Fault, InputError, existing_file, whole_file
 from .._base._quantity import BAD, NumberReader, Quantity, Whole, example, faults_of_whole, leaves, shown
 from .._parts._scene import Scene, check, paths_without_meaning
+from .._phases import AbstractEnd, read_end
 from ..thermal._material import LIBRARY, Material, material
 from ._schema import FORMAT, VERSION, Maker, Part, history, makers_of, nearest, parts_of, several, short_of
 
@@ -38,6 +39,12 @@ class SceneReader(NumberReader):
             if value in LIBRARY:
                 return material(value)
             return self.fault(path, f"{shown(value)} is not a material of the library", nearest(value, sorted(LIBRARY)))
+        if isinstance(value, str) and AbstractEnd in wanted:
+            try:
+                return read_end(value, path)
+            except InputError as error:
+                self.faults += error.faults
+                return BAD
         short = short_of(wanted)
         if not isinstance(value, dict):
             if short is None or isinstance(value, bool) or not isinstance(value, int | float | str | list):

@@ -16,7 +16,6 @@ from ..brakes._band import grip, running_product, tension_ratio
 from ..brakes._design import Bandage, unloaded
 from ..friction import SurfaceState, memory_at_start
 from ..hybrid._arrays import Array
-from ..loads import AbstractSpeedLever
 
 #: points of a quadrature over a speed between two lift-offs
 _NODES = 24
@@ -47,7 +46,7 @@ def load_and_inertia(scene: Scene) -> tuple[float, float]:
     that the pulley moves."""
     load = scene.duty.load
     start = jnp.asarray(float(scene.initial.time))
-    piece: Any = jnp.asarray(load.profile.first_piece(start), jnp.int32)
+    piece: Any = jnp.asarray(0 if (first := scene.duty.load_piece(start)) is None else first, jnp.int32)
     more = load.added_inertia(piece)
     inertia = float(scene.brake.inertia) + float(load.inertia()) + (0.0 if more is None else float(more))
     half = jnp.asarray(float(scene.initial.omega) / 2)
@@ -71,7 +70,7 @@ def classical_stop(scene: Scene) -> ClassicalStop | None:
     """
     brake, lever, omega = band_brake(scene), scene.duty.lever, float(scene.initial.omega)
     f = friction_at_start(scene)
-    if omega <= 0 or isinstance(lever, AbstractSpeedLever):
+    if omega <= 0 or lever.controls_speed:
         return None
     angle = np.asarray(brake.linings.angle)
     if np.any(f * np.tan(angle / 2) >= 1):  # a lining is self-locking
@@ -189,7 +188,7 @@ def classical_staged_stop(scene: Scene) -> StagedStop | None:
     brake, lever, omega = band_brake(scene), scene.duty.lever, float(scene.initial.omega)
     bandage = brake.rubbing_part("internal")
     assert isinstance(bandage, Bandage)
-    if omega <= 0 or isinstance(lever, AbstractSpeedLever):
+    if omega <= 0 or lever.controls_speed:
         return None
     angle = jnp.asarray(brake.linings.angle)
     mu, locked = tension_ratio(grip(jnp.asarray(friction_at_start(scene)), angle))

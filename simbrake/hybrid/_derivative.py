@@ -29,7 +29,7 @@ def _landing(flat: Flat, t1: Scalar, row: Rows, t: Scalar, y: State, f: State) -
     # value 0: only the derivative of the place where the guard is 0 (those of the rates would be multiplied by it)
     dt = -(g - jax.lax.stop_gradient(g)) / jnp.where(rate == 0, -1.0, rate)
     # or that of the time breakpoint
-    stop = jnp.where(row.kind == FINISHED, t1, flat.next_stop(row.mode))
+    stop = jnp.where(row.kind == FINISHED, t1, flat.next_stop(row.mode, y2))
     stops = (row.kind == STOPPED) | (row.kind == FINISHED)
     move = stop - t2
     dt = jnp.where(stops, move - jax.lax.stop_gradient(move), jnp.where(row.kind == LANDED, dt, 0.0))
@@ -65,10 +65,10 @@ def _landing_back(
         g = flat_of(params).guards(t, y, row.mode)
         return jnp.sum(jnp.where(jnp.arange(g.shape[0], dtype=jnp.int32) == row.guard, g, 0.0))
 
-    def stop(params: PyTree) -> Scalar:
-        return jnp.where(row.kind == FINISHED, t1_of(params), flat_of(params).next_stop(row.mode))
+    def stop(params: PyTree, y: State) -> Scalar:
+        return jnp.where(row.kind == FINISHED, t1_of(params), flat_of(params).next_stop(row.mode, y))
 
-    stop_time, stop_back = jax.vjp(stop, params)
+    stop_time, stop_back = jax.vjp(stop, params, y2)
 
     def back(c_t: Scalar, c_y: State) -> tuple[PyTree, Scalar, State, State]:
         f2 = flat.rhs(t2, y2, row.mode)
@@ -81,10 +81,10 @@ def _landing_back(
         def moved(d: Array) -> Array:
             return jnp.where(row.kind == LANDED, share * d, 0.0)
 
-        at_stop = stop_back(jnp.where(stops, c_dt, 0.0))[0]
+        at_stop, y_at_stop = stop_back(jnp.where(stops, c_dt, 0.0))
         d_params = jax.tree.map(lambda d, s: moved(d) + s, by_params, at_stop)
         # (on a time breakpoint nothing depends on when the step would have ended)
-        d_t, d_y = jnp.where(stops, -jnp.sum(c_y * f2), c_t) + moved(by_t), c_y + moved(by_y)
+        d_t, d_y = jnp.where(stops, -jnp.sum(c_y * f2), c_t) + moved(by_t), c_y + moved(by_y) + y_at_stop
         return d_params, d_t, d_y, row.delta * d_y
 
     return (jnp.where(stops, stop_time, t2), y2), back

@@ -86,7 +86,7 @@ class Verdict(NamedTuple):
 
 
 def _attempt(p: Problem, c: Carry) -> Attempt:
-    target = jnp.minimum(p.flat.next_stop(c.mode), p.t1)
+    target = jnp.minimum(p.flat.next_stop(c.mode, c.y), p.t1)
     room = jnp.maximum(target - c.t, 0.0)
     wish = jnp.minimum(jnp.minimum(c.h, c.cap), p.settings.max_step)
     settles = c.settling > 0
@@ -224,7 +224,7 @@ def _stepped(c: Carry, a: Attempt, v: Verdict, p: Problem) -> Carry:
     status = jnp.where(
         too_small, jnp.where(a.finite, np.int32(Code.STEP_TOO_SMALL), np.int32(Code.NOT_FINITE)), _RUNNING
     )
-    status = jnp.where(v.stop & (a.target >= p.t1), np.int32(Code.COMPLETED), status)
+    status = jnp.where(v.stop & (a.target >= p.t1), p.flat.code_at_end(c.mode), status)
     stats = c.stats._replace(
         accepted=_count(c.stats.accepted, step),
         rejected=_count(c.stats.rejected, ~a.accept),
@@ -279,7 +279,7 @@ def _jumped(p: Problem, c: Carry, a: Attempt, v: Verdict) -> Carry:
     status = jnp.where(stats.events > p.settings.max_events.astype(jnp.int32), np.int32(Code.EVENT_LIMIT), _RUNNING)
     status = jnp.where(close >= _ZENO_COUNT, np.int32(Code.ZENO), status)
     status = jnp.where(chain >= p.settings.max_chain, np.int32(Code.CHATTER), status)
-    status = jnp.where(code > 0, code, status)
+    status = p.flat.ended(code, status)
     return Carry(
         t=t,
         h=jnp.where(moved, a.h_next, c.h),

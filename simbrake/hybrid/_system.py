@@ -28,6 +28,8 @@ class Code(enum.IntEnum):
 
 
 SYSTEM_CODES = 100
+#: code of a transition that ends the run as completed, before its end time
+ENDED = -1
 
 
 class AbstractHybridSystem(eqx.Module):
@@ -44,6 +46,12 @@ class AbstractHybridSystem(eqx.Module):
     Every number is an array leaf, so solutions can be differentiated with respect to all of them.
     """
 
+    @property
+    def self_timed(self) -> bool:
+        """Whether it sets its own times: `next_stop(mode, y)` depends on the state, and a run that reaches its end time
+        ends with `code_at_end`. (`transition` may end it before, with the code `ENDED`.)"""
+        return False
+
     @abc.abstractmethod
     def rhs(self, t: Scalar, y: PyTree, mode: PyTree) -> PyTree:
         """`dy/dt`, of the structure of `y`. Must extend smoothly a little past the end of its mode."""
@@ -56,7 +64,7 @@ class AbstractHybridSystem(eqx.Module):
     def transition(
         self, t: Scalar, y: PyTree, mode: PyTree, fired: Bool[Array, " guard"], at_stop: Mark
     ) -> tuple[PyTree, Count | int]:
-        """The mode after an event and 0, or a code ≥ `SYSTEM_CODES` that ends the run.
+        """The mode after an event and 0, or a code that ends the run: one ≥ `SYSTEM_CODES`, or `ENDED`.
 
         `fired` marks every guard that reached 0 at this instant, `at_stop` that a time breakpoint was reached. The mode
         need not be final: one whose guards are negative at once gives another event at the same instant.
@@ -67,8 +75,8 @@ class AbstractHybridSystem(eqx.Module):
         """The state just after a change of mode from `before` to `after`; differentiable in `t` and `y`."""
 
     @abc.abstractmethod
-    def next_stop(self, mode: PyTree) -> Scalar | float:
-        """The next time breakpoint in this mode, `inf` where there is none.
+    def next_stop(self, mode: PyTree, y: Any = None) -> Scalar | float:
+        """The next time breakpoint in this mode, `inf` where there is none; `y`: the state, of a `self_timed` system.
 
         Of several at one instant it is one, which `transition` passes alone: the others follow with steps of length 0.
         A minimum of all would share the derivative among them.
@@ -77,6 +85,10 @@ class AbstractHybridSystem(eqx.Module):
     @abc.abstractmethod
     def scales(self) -> PyTree:
         """Typical size of every state, for the error norm; `inf` keeps a state (a ledger) out of the norm."""
+
+    def code_at_end(self, mode: PyTree) -> Count | int:
+        """Code of a run that reaches its end time in this mode, of a `self_timed` system."""
+        return 0
 
     def couplings(self) -> PyTree | None:
         """Coupling of the states, for methods that solve with the Jacobian: integer NumPy arrays, one like each state.
@@ -241,8 +253,19 @@ class Flat(eqx.Module):
         modes = self.unpack_mode(before), self.unpack_mode(after)
         return _packed(_reset(self.system, t, self.unpack_state(y), *modes))
 
-    def next_stop(self, mode: Array) -> Array:
-        return jnp.asarray(self.system.next_stop(self.unpack_mode(mode)), jnp.float64)
+    def next_stop(self, mode: Array, y: Array) -> Array:
+        given = (self.unpack_mode(mode), *([self.unpack_state(y)] if self.system.self_timed else []))
+        return jnp.asarray(self.system.next_stop(*given), jnp.float64)
+
+    def ended(self, code: Array, status: Array) -> Array:
+        """Status of a run after a transition with a code."""
+        status = jnp.where(code > 0, code, status)
+        return jnp.where(code == ENDED, np.int32(Code.COMPLETED), status) if self.system.self_timed else status
+
+    def code_at_end(self, mode: Array) -> Array | np.int32:
+        if not self.system.self_timed:
+            return np.int32(Code.COMPLETED)
+        return jnp.asarray(self.system.code_at_end(self.unpack_mode(mode)), jnp.int32)
 
     def look(self, t: Array, y: Array, mode: Array) -> tuple[Array, Array, Array]:
         """Rates of the states, guards and their rates."""

@@ -1,0 +1,341 @@
+"""Phases of a duty: each has its own lever, and ends with rest, travel, a temperature or a time."""
+
+import re
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from ._base._faults import Fault, InputError
+from ._base._quantity import Part, Quantity, Scalar, as_part, in_si, part, quantity, short_for, whole
+from ._base._table import number
+from .hybrid._arrays import Array
+from .profiles import AbstractProfile, Constant, Piece, PiecewiseLinear, Real
+
+# --- what ends a phase ------------------------------------------------------------------------------------------------
+
+#: places of which a temperature can end a phase
+PLACES = ("rim", "linings", "band")
+
+
+class AbstractEnd(Part):
+    """What ends a phase; where one is expected, a text does: `rest`, `travel 27 m`, `temperature 350 degC`, `12 s`."""
+
+    @property
+    def words(self) -> str:
+        """As in a text."""
+        raise NotImplementedError
+
+
+class AtRest(AbstractEnd):
+    """A phase ends as the pulley comes to rest; a pulley that rests at its begin has to move first."""
+
+    @property
+    def words(self) -> str:
+        return "rest"
+
+
+class AfterTravel(AbstractEnd):
+    """A phase ends after a travel of the hook, downwards from its begin.
+
+    - `distance` (m)
+    """
+
+    distance: Scalar = quantity("m", "travel of the hook", positive=True)
+
+    @property
+    def words(self) -> str:
+        return f"travel {number(self.distance, 'm')}"
+
+
+class AtTemperature(AbstractEnd):
+    """A phase ends as the surface of a place is as hot (`falling`: as cool) as that; at once where it already is.
+
+    - `level` (K);  `of`: `rim`, `linings` (the hottest) or `band`, as the heat part names them
+    """
+
+    level: Scalar = quantity("K", "surface temperature", positive=True)
+    of: str = eqx.field(static=True, default="rim")
+    falling: bool = eqx.field(static=True, default=False)
+
+    @property
+    def words(self) -> str:
+        return f"temperature of the {self.of} {'below' if self.falling else 'above'} {self.level_words}"
+
+    @property
+    def level_words(self) -> str:
+        return str(number(self.level, "K", absolute=True))
+
+
+@short_for(AbstractEnd)
+class AfterTime(AbstractEnd):
+    """A phase ends after a time.
+
+    - `duration` (s)
+    """
+
+    duration: Scalar = quantity("s", "duration of the phase", positive=True)
+
+    @property
+    def words(self) -> str:
+        return str(number(self.duration, "s"))
+
+
+_FORMS = 'as in "rest", "travel 27 m", "temperature 350 degC", "temperature of the linings below 80 degC", "12 s"'
+_TRAVEL = re.compile(r"travel (?P<distance>.+)")
+_TEMPERATURE = re.compile(
+    r"temperature (?:of (?:the )?(?P<of>[a-z]+) )?(?:(?P<way>above|below) )?(?P<level>[+-]?[\d.].*)"
+)
+
+
+def read_end(text: str, path: str = "until") -> AbstractEnd:
+    """The end of a phase that a text means. Raises `InputError` for a text that is none."""
+
+    def read(words: str, unit: str, meaning: str) -> Any:
+        value = in_si(words, Quantity(unit, meaning, 0.0, open_low=True))
+        if not isinstance(value, np.ndarray):
+            raise InputError([Fault(path, f"{words!r} is no {meaning} in a unit of {unit}", _FORMS)])
+        return value
+
+    plain = " ".join(text.split())
+    if plain == "rest":
+        return AtRest()
+    if match := _TRAVEL.fullmatch(plain):
+        return AfterTravel(read(match["distance"], "m", "travel"))
+    if match := _TEMPERATURE.fullmatch(plain):
+        of = match["of"] or "rim"
+        if of not in PLACES:
+            raise InputError([Fault(path, f"{of!r} is no place of a temperature", f"there are: {', '.join(PLACES)}")])
+        return AtTemperature(read(match["level"], "K", "temperature"), of, match["way"] == "below")
+    if plain[:1].isdigit() or plain[:1] == ".":
+        return AfterTime(read(plain, "s", "time"))
+    raise InputError([Fault(path, f"{text!r} is not understood", _FORMS)])
+
+
+def _as_end(x: Any) -> Any:
+    return read_end(x) if isinstance(x, str) else as_part(x, AbstractEnd, "s")
+
+
+# --- phases -----------------------------------------------------------------------------------------------------------
+
+
+class Phase(Part):
+    """A phase of a duty: a lever until something happens.
+
+    - `lever`: tension or force (N) over the time from the begin of the phase, or a lever that controls the speed
+    - `until`: `"rest"`, `"travel 27 m"`, `"temperature 350 degC"`, `"12 s"`, or an object of these kinds
+    - `name` in the event log;  `hangs`: whether a `StringLoad` hangs on the hook, else it is in the slips
+    """
+
+    lever: AbstractProfile = part(AbstractProfile)
+    until: AbstractEnd = eqx.field(converter=_as_end, metadata={"part": AbstractEnd})  # pyright: ignore
+    name: str = eqx.field(static=True, default="")
+    hangs: bool = eqx.field(static=True, default=True)
+
+
+class Ended(NamedTuple):
+    """The end of a phase in the log: its name, its number and that of the cycle (from 1), and what ended it."""
+
+    name: str
+    phase: int
+    cycle: int
+    until: str
+
+    def __str__(self) -> str:
+        named = f"{self.name!r} " if self.name else ""
+        return f"phase {self.phase} {named}of cycle {self.cycle} ({self.until})"
+
+
+class Phases(Part):
+    """A lever in phases that follow each other, all of them `count` times; with the last one the run ends.
+
+        brake, hold = sb.loads.Phase(sb.ramp(0, 30e3, 0, 0.35), "rest", "brake"), sb.loads.Phase(30e3, "40 s", "hold")
+        duty = sb.Duty(sb.loads.Phases((sb.loads.Phase(0.0, "travel 26 m", "lower"), brake, hold), count=30), load)
+
+    A phase begins as the one before it ends, and its lever's time with it. The phase is a mode of the brake and its end
+    an event, whose time has derivatives. A run that is at its `end_time` before ends with the code `phase_never_ends`.
+    """
+
+    phases: tuple[Phase, ...]
+    count: int = whole("number of cycles", high=1_000_000, default=1)
+
+    @property
+    def total(self) -> int:
+        """Number of phases in all cycles."""
+        return self.count * len(self.phases)
+
+    @property
+    def knot_count(self) -> int:
+        """Number of time breakpoints, about."""
+        return 2 * self.total
+
+    @property
+    def controls_speed(self) -> bool:
+        """Whether the lever controls the speed in some phase."""
+        return any(phase.lever.controls_speed for phase in self.phases)
+
+    def scale(self) -> Float[Array, ""]:
+        """Largest magnitude (N)."""
+        return jnp.max(jnp.stack([jnp.asarray(phase.lever.scale()) for phase in self.phases]))
+
+    def at(self, passed: Int[Array, ""], begun: Float[Array, ""]) -> "PhaseNow":
+        """The lever of the phase that began at `begun` (s) after `passed` others; behind the last that of the last."""
+        passed = jnp.minimum(passed, self.total - 1)
+        n = len(self.phases)
+        here = jnp.arange(n, dtype=jnp.int32) == passed % n
+        return PhaseNow(self, passed, here, begun)
+
+    def hangs(self, passed: Int[Array, ""]) -> Int[Array, ""]:
+        """Piece of a `StringLoad` in a phase."""
+        passed = jnp.minimum(passed, self.total - 1)
+        n = len(self.phases)
+        hanging = np.asarray([phase.hangs for phase in self.phases]).astype(np.int32)
+        here = jnp.arange(n, dtype=jnp.int32) == passed % n
+        return 2 * (passed // n) + jnp.sum(jnp.where(here, hanging, 0)).astype(jnp.int32)
+
+    def ended(self, number: int) -> Ended:
+        """The phase with a number from 0 over all cycles, for people."""
+        cycle, i = divmod(number, len(self.phases))
+        phase = self.phases[i]
+        return Ended(phase.name, i + 1, cycle + 1, phase.until.words)
+
+    def faults(self, path: str, low: float | None) -> list[Fault]:
+        """Errors of the phases by themselves."""
+        if not self.phases:
+            return [Fault(f"{path}.phases", "has no phase", f"{_FORMS}, each with a lever")]
+        found = []
+        for i, phase in enumerate(self.phases):
+            here = f"{path}.phases[{i}]"
+            found += phase.lever.faults(f"{here}.lever", low)
+            if isinstance(phase.until, AtRest) and not found and float(phase.lever.scale()) == 0.0:
+                found.append(Fault(f"{here}.until", "never comes: the brake is open", "pull the lever in this phase"))
+        return found
+
+
+class _Table(NamedTuple):
+    """Straight lines of all phases behind each other, one entry for each piece: `base + slope (τ − start)`, `τ < end`;
+    and which phase it belongs to."""
+
+    base: Float[Array, " n"]
+    start: Float[Array, " n"]
+    slope: Float[Array, " n"]
+    end: Float[Array, " n"]
+    owner: Int[np.ndarray, " n"]
+    first: Int[np.ndarray, " phases"]
+
+
+def _table(phases: Sequence[Phase]) -> _Table:
+    columns: list[tuple[Array, ...]] = []
+    for phase in phases:
+        lever, zero, inf = phase.lever, jnp.zeros(1), jnp.full(1, jnp.inf)
+        if type(lever) is PiecewiseLinear:
+            columns.append((*lever.lines(), jnp.append(jnp.asarray(lever.times, jnp.float64), jnp.inf)))
+        else:
+            level = jnp.reshape(jnp.asarray(lever.level, jnp.float64), 1) if type(lever) is Constant else zero
+            columns.append((level, zero, zero, inf))
+    sizes = [column[0].shape[0] for column in columns]
+    base, start, slope, end = (jnp.concatenate(each) for each in zip(*columns, strict=True))
+    owner = np.repeat(np.arange(len(phases)), sizes)
+    return _Table(base, start, slope, end, owner, np.cumsum([0, *sizes[:-1]]))
+
+
+class PhaseNow(NamedTuple):
+    """The lever of the phase that runs: what a profile is, in the time of the run, on the pieces of the phase."""
+
+    whole: Phases
+    passed: Int[Array, ""]
+    here: Bool[Array, " phases"]
+    begun: Float[Array, ""]
+
+    @property
+    def _table(self) -> _Table:
+        return _table(self.whole.phases)
+
+    @property
+    def _others(self) -> list[tuple[Array, AbstractProfile]]:
+        """Levers that are no straight lines, and whether each is the one now."""
+        levers = [phase.lever for phase in self.whole.phases]
+        return [
+            (self.here[i], lever) for i, lever in enumerate(levers) if type(lever) not in (PiecewiseLinear, Constant)
+        ]
+
+    def of_each(self, values: Sequence[Any]) -> Array:
+        """The value of the phase that runs."""
+        return jnp.sum(jnp.where(self.here, jnp.stack([jnp.asarray(value) for value in values]), 0))
+
+    def _piece(self, table: _Table, piece: Piece) -> Bool[Array, " n"]:
+        at = jnp.sum(jnp.where(self.here, table.first, 0)).astype(jnp.int32) + piece
+        return jnp.arange(len(table.owner), dtype=jnp.int32) == at
+
+    def _along(self, found: Array, of: Callable[[AbstractProfile, Array], Any], t: Array) -> Array:
+        """`found`, or where another lever runs what is `of` it, at its own time."""
+        for now, lever in self._others:
+            found = jnp.where(now, of(lever, jnp.where(now, t - self.begun, 0.0)), found)
+        return found
+
+    def value(self, t: Array, piece: Piece) -> Array:
+        table = self._table
+        here = self._piece(table, piece)
+        base, start, slope = (jnp.sum(jnp.where(here, column, 0.0)) for column in table[:3])
+        line = base + slope * (t - self.begun - start)
+        return self._along(line, lambda lever, local: lever.value(local, piece), t)
+
+    def next_knot(self, piece: Piece) -> Array:
+        table = self._table
+        end = jnp.sum(jnp.where(self._piece(table, piece), table.end, 0.0))
+        return self.begun + self._along(end, lambda lever, _: lever.next_knot(piece), self.begun)
+
+    def first_piece(self, t: Array) -> Int[Array, ""]:
+        table = self._table
+        mine = jnp.any(self.here[:, None] & (table.owner == np.arange(len(self.here))[:, None]), axis=0)
+        passed = jnp.sum(mine & (table.end <= t - self.begun)).astype(jnp.int32)
+        return self._along(passed, lambda lever, local: jnp.asarray(lever.first_piece(local), jnp.int32), t)
+
+    def no_more_turns(self, t: Array) -> Bool[Array, ""]:
+        local = t - self.begun
+        last = self.passed == self.whole.total - 1
+        return last & self.of_each([phase.lever.no_more_turns(local) for phase in self.whole.phases]).astype(bool)
+
+    # --- levers that control the speed --------------------------------------------------------------------------------
+
+    @property
+    def controls_speed(self) -> bool:
+        return self.whole.controls_speed
+
+    def _of_speed(self, of: Callable[[Any], Any]) -> Array:
+        levers = [phase.lever for phase in self.whole.phases]
+        return self.of_each([of(lever) if lever.controls_speed else 0.0 for lever in levers])
+
+    def follows(self, piece: Piece) -> Bool[Array, ""]:
+        return self._of_speed(lambda lever: jnp.where(lever.follows(piece), 1.0, 0.0)) > 0
+
+    def wanted_torque(self, t: Real, omega: Real, piece: Piece, load: Real, inertia: Real) -> Array:
+        local = jnp.asarray(t) - self.begun
+        return self._of_speed(lambda lever: lever.wanted_torque(local, omega, piece, load, inertia))
+
+    def greatest(self) -> Array:
+        return self._of_speed(lambda lever: lever.greatest())
+
+    def holding(self, torque: Array, gain: Array) -> Array:
+        return held_within(torque, gain, self.greatest())
+
+
+class PhaseEnd(NamedTuple):
+    """The time at which the phase that runs ends, as the time breakpoint of a profile; `inf` of one that ends with
+    something else."""
+
+    now: PhaseNow
+
+    def next_knot(self, piece: Piece) -> Array:
+        ends = [phase.until for phase in self.now.whole.phases]
+        lasts = [end.duration if isinstance(end, AfterTime) else jnp.inf for end in ends]
+        return self.now.begun + jnp.sum(jnp.where(self.now.here, jnp.stack([jnp.asarray(x) for x in lasts]), 0.0))
+
+
+def held_within(torque: Array, gain: Array, greatest: Array) -> Array:
+    """Slack tension (N) for a brake torque (N·m) and the torque per newton of it (m), 0 … `greatest`."""
+    grips = gain > 0
+    return jnp.where(grips, jnp.clip(torque / jnp.where(grips, gain, 1.0), 0.0, greatest), greatest)
