@@ -305,6 +305,9 @@ class Heat(Part):
         heated = [place for pair in self.pairs for place in (pair.metal, pair.lining, pair.beyond)]
         found = faults_of_network(self.bodies, self.links, self.sources, path, tuple(p for p in heated if p))
         found = found or faults_of_surfaces(self.bodies, self.links, self.sources, path)
+        for i in self.pressed:
+            if getattr(self.links[i], "resistance", None) is not None:
+                found.append(Fault(f"{path}.links[{i}].law", "stands beside a resistance", "give one of the two"))
         if found:
             return found
         by_name = {body.name: body for body in self.bodies}
