@@ -22,6 +22,7 @@ from ._of_runs import Overlap as Overlap
 from ._of_runs import PairSeries as PairSeries
 from ._of_runs import Prepared as Prepared
 from ._of_runs import Result as Result
+from ._of_runs import RingWear as RingWear
 from ._of_runs import Rubbing as Rubbing
 from ._of_runs import RunningIn as RunningIn
 from ._of_runs import Series as Series
@@ -40,6 +41,7 @@ from ._of_runs import lining_wear as lining_wear
 from ._of_runs import metric_names as metric_names
 from ._of_runs import overlap as overlap
 from ._of_runs import prepare as prepare
+from ._of_runs import ring_wear as ring_wear
 from ._of_runs import rubbing as rubbing
 from ._of_runs import simulate_heat as simulate_heat
 from ._of_runs import steady_state as steady_state

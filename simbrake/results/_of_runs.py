@@ -39,3 +39,5 @@ from .._run._series import Series as Series
 from .._run._simulate import Answer as Answer
 from .._run._simulate import Prepared as Prepared
 from .._run._simulate import prepare as prepare
+from .._run._travel import RingWear as RingWear
+from .._run._travel import ring_wear as ring_wear
