@@ -319,7 +319,8 @@ class Lever(AbstractProfile):
         T_0(t) = η F(t) l/a
 
     - `force`: `F(t) ≥ 0` in N, any profile;  `arm` `l` (m) of the force, `slack_arm` `a` (m) of the slack end
-    - `efficiency` `η` of the linkage
+    - `efficiency` `η` of the linkage;  `clearance` (m) between the linings of the released band and the rim
+    - `greatest_force` (N), `greatest_travel` (m) of the lever's end: allowable values, to be compared with a run's
 
     Knots and pieces are those of the force. Lever and linkage have no mass and are rigid; their
     elasticity is part of the band's stiffness. Reference: R. S. Khurmi, J. K. Gupta, *Theory of Machines*, simple band
@@ -330,6 +331,9 @@ class Lever(AbstractProfile):
     arm: Scalar = quantity("m", "arm of the force", positive=True)
     slack_arm: Scalar = quantity("m", "arm of the slack end", positive=True)
     efficiency: Scalar = quantity("1", "efficiency of the linkage", positive=True, high=1.0, default=1.0)
+    clearance: Scalar = quantity("m", "clearance of the released linings", low=0.0, default=0.0)
+    greatest_force: Scalar | None = quantity("N", "allowable force on the lever", positive=True, default=None)
+    greatest_travel: Scalar | None = quantity("m", "allowable travel of the lever", positive=True, default=None)
 
     @property
     def knot_count(self) -> int:

@@ -3,6 +3,7 @@
 They are functions of a run's record, traceable, so that they can be differentiated and batched.
 """
 
+import functools
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
@@ -20,6 +21,7 @@ from ..shaft import names_of
 from ..thermal._heat import PowerSplit
 from ._probe import Instant, Probe, RunJit, ends_of, numpy_of, terminal_speed
 from ._series import thickness
+from ._strength import lever_force, lever_of, lever_travel, strength_of, stress
 
 #: whether something happens at events, from the modes before and after them
 Happens = Callable[[Mode, Mode], Array]
@@ -47,7 +49,8 @@ class Metric(NamedTuple):
     - `find(record, scene)`: the number, `inf` for the time of what did not happen; of a `greatest` value `find(probe)`:
       that of which it is the maximum over the run, (m, n)
     - `needs`: what a scene has whose runs have it;  `shown_anyway`: as `inf` where it lacks that
-    - `of_linings`: whether a maximum value tells the lining;  `inverse`: the number is one over that maximum, a minimum
+    - `of_linings`: whether a maximum value tells the lining;  `number(maximum, scene)`: what the number is in terms of
+      that maximum, `None`: itself
     """
 
     unit: str
@@ -58,14 +61,11 @@ class Metric(NamedTuple):
     greatest: bool = False
     of_linings: bool = False
     shown_anyway: bool = False
-    inverse: bool = False
+    number: Callable[[Any, Scene], Any] | None = None
 
-    def of_maximum(self, found: Any) -> Any:
-        """The number, from the maximum over the run."""
-        if not self.inverse:
-            return found
-        xp = numpy_of(found)
-        return xp.where(found > 0, 1 / xp.where(found > 0, found, 1.0), xp.inf)
+    def of_peak(self, found: "Peak", scene: Scene) -> "Peak":
+        """The number in place of the maximum over the run that it is found from."""
+        return found if self.number is None else found._replace(value=self.number(found.value, scene))
 
 
 class Peak(NamedTuple):
@@ -131,6 +131,11 @@ def _stops(before: Mode, after: Mode) -> Array:
     return (before.turn != 0) & (after.turn == 0)
 
 
+def _inverse(maximum: Array, scene: Scene) -> Array:
+    xp = numpy_of(maximum)
+    return xp.where(maximum > 0, 1 / xp.where(maximum > 0, maximum, 1.0), xp.inf)
+
+
 def _held_share(p: Probe) -> Float[Array, "m 1"]:
     """Load over the static capacity of the brake while it holds the pulley at rest, else 0."""
     load, capacity = p.holding
@@ -180,6 +185,18 @@ _CHAIN = Need(
 _WEAR = Need("wear", "the scene has no wear part", lambda scene: scene.wear is not None)
 _BAND = Need("band brake", "its brake has no band", lambda scene: scene.brake.banded)
 _LOAD = Need("load", "it has no load", lambda scene: has_load(scene))
+_STRENGTH = Need("`Strength` of the band", "its band has no `strength`", lambda scene: strength_of(scene) is not None)
+_ANCHOR = Need(
+    "section of the anchor",
+    "its band has no section of the anchor",
+    lambda scene: getattr(strength_of(scene), "anchor_area", None) is not None,
+)
+_LEVER = Need("`Lever`", "its tension is not that of a `Lever`", lambda scene: lever_of(scene) is not None)
+_TRAVEL = Need(
+    "`Lever` of a band as a whole",
+    "its tension is not that of a `Lever`, or its linings move by themselves",
+    lambda scene: lever_of(scene) is not None and scene.brake.banded and not scene.brake.resolved,
+)
 _DAMPERS = Need("resolved linings", "its linings do not move by themselves", lambda scene: scene.brake.resolved)
 _SHARES = Need("`power_shares`", "the scene has no `power_shares`", lambda scene: scene.power_shares is not None)
 _SHAFT = Need("torques on the shaft", "it has no torques on the shaft", lambda scene: bool(scene.shaft))
@@ -289,7 +306,42 @@ METRICS: dict[str, Metric] = {
         _held_share,
         _LOAD,
         greatest=True,
-        inverse=True,
+        number=_inverse,
+    ),
+    "max_band_stress": Metric(
+        "Pa",
+        "maximum stress of the band, at either side of any lining",
+        "Maximum stress of the band",
+        lambda p: p.greater_tension,
+        _STRENGTH,
+        greatest=True,
+        of_linings=True,
+        number=stress,
+    ),
+    "max_anchor_stress": Metric(
+        "Pa",
+        "maximum stress of the anchor of the band",
+        "Maximum stress of the anchor",
+        lambda p: p.flows.contact.tight_tension[:, None],
+        _ANCHOR,
+        greatest=True,
+        number=functools.partial(stress, anchor=True),
+    ),
+    "max_lever_force": Metric(
+        "N",
+        "maximum force on the lever",
+        "Maximum force on the lever",
+        lambda p: p.flows.lever_tension[:, None],
+        _LEVER,
+        greatest=True,
+        number=lever_force,
+    ),
+    "lever_travel": Metric(
+        "m",
+        "travel of the lever at the end, from the released band of new linings",
+        "Travel of the lever at the end",
+        lever_travel,
+        _TRAVEL,
     ),
     "peak_rim_temperature": _surface("rim", "Hottest rim surface", "maximum surface temperature of the rim"),
     "peak_lining_temperature": _surface(

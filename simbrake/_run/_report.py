@@ -21,6 +21,7 @@ from ._log import Event, Phase, Stage, Status, absent_stages, event_log, marks_p
 from ._metrics import METRICS, Peak, energies, metrics_of
 from ._probe import Entry, capacities_at, record_of
 from ._scan import Scan, peaks
+from ._strength import limits_exceeded
 
 #: the lever pulls hardest from this far below its maximum tension on
 _NEARLY = 1e-3
@@ -139,7 +140,7 @@ class Report:
     @functools.cached_property
     def peaks(self) -> dict[str, Peak]:
         """Maximum values over the run by their names."""
-        return peaks(self._scan)
+        return {name: METRICS[name].of_peak(found, self.result.scene) for name, found in peaks(self._scan).items()}
 
     @functools.cached_property
     def events(self) -> list[Event]:
@@ -293,6 +294,7 @@ class Report:
     def summary(self) -> Entry:
         r, stats, metrics, words = self.result, self.result.record.stats, self.metrics, self.result.scene.brake.words
         said = [*warnings(r.scene), *plausibility(r.scene, metrics.get("peak_rim_temperature")), *self._shortage()]
+        said += limits_exceeded(r.scene, metrics)
         # (those that do from the start are told by the scene)
         if times := [event.time for event in self.events if event.name == "self_locking"]:
             said.append(f"self_locking: a lining came to lock itself, first at {min(times):.6g} s")

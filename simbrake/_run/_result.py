@@ -276,9 +276,7 @@ def _metric(result: Result, name: str) -> Array | Peak:
     if (missing := metric.needs.lacks(scene)) and not metric.shown_anyway:
         raise ValueError(f"the scene has no {name}: {missing}")
     if metric.greatest:
-        if result.concrete:
-            return result.report().peaks[name]
-        found = peak(result.record, metric.find)
-        return found._replace(value=metric.of_maximum(found.value))
+        concrete = result.concrete
+        return result.report().peaks[name] if concrete else metric.of_peak(peak(result.record, metric.find), scene)
     found = metric.find(result.record, scene)
     return jax.device_put(np.asarray(found), run_device()) if result.concrete else found

@@ -430,10 +430,7 @@ def peaks(scan: Scan) -> dict[str, Peak]:
 
     row, share = _polish(look, np, row, share, after, 1.0 / (scan.samples - 1))
     seen = scan.look(row, share)
-    return {
-        name: Peak(METRICS[name].of_maximum(seen.tops[name][k]), seen.t[k], seen.places[name][k] + 1)
-        for k, name in enumerate(names)
-    }
+    return {name: Peak(seen.tops[name][k], seen.t[k], seen.places[name][k] + 1) for k, name in enumerate(names)}
 
 
 def peak(run: Any, pick: Pick) -> Peak:

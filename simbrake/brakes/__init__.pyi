@@ -24,6 +24,7 @@ from ._design import BrakeWords as BrakeWords
 from ._design import Lining as Lining
 from ._design import Pulley as Pulley
 from ._design import Segments as Segments
+from ._design import Strength as Strength
 from ._design import stiffness_of as stiffness_of
 from ._design import tension_shares as tension_shares
 from ._design import uniform_linings as uniform_linings

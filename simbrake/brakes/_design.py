@@ -55,6 +55,21 @@ class Segments(Part):
     anchor_damping: Scalar = quantity("N*s/m", "damping of the segment to the anchor", low=0.0, default=0.0)
 
 
+class Strength(Part):
+    """Sections that carry the tension of a band, and their allowable stresses.
+
+    - `band_area` (m²) of the band at its weakest section;  `band_stress` (Pa), allowable
+    - `anchor_area` (m²) of the pin or bolt of the tight end;  `anchor_stress` (Pa), allowable
+
+    Stresses are tension over area: `T_max/A` of the band, `T_n,max/A` of the anchor.
+    """
+
+    band_area: Scalar = quantity("m^2", "cross-section of the band", positive=True)
+    band_stress: Scalar | None = quantity("Pa", "allowable stress of the band", positive=True, default=None)
+    anchor_area: Scalar | None = quantity("m^2", "cross-section of the anchor", positive=True, default=None)
+    anchor_stress: Scalar | None = quantity("Pa", "allowable stress of the anchor", positive=True, default=None)
+
+
 class Band(Part):
     """The brake band.
 
@@ -64,6 +79,7 @@ class Band(Part):
       in parallel, from which `stiffness_of` finds the number
     - `segments`: resolves the band into a chain of linings that move individually; `stiffness` is then that of the
       segment to the anchor. `None`: linings follow the band as a whole
+    - `strength`: sections, for stresses among the results
     """
 
     radius: Scalar = quantity("m", "radius of the band circle", positive=True)
@@ -71,6 +87,7 @@ class Band(Part):
         "N/m", "stiffness at the tight end", positive=True, default=None
     )
     segments: Segments | None = None
+    strength: Strength | None = None
 
 
 class AbstractLinings(Part):
