@@ -5,6 +5,7 @@ import enum
 import functools
 import inspect
 import json
+import math
 import re
 import types
 import typing
@@ -70,6 +71,11 @@ class Quantity:
         """The same of a single number, in less time."""
         low, high = -LARGEST if self.low is None else self.low, LARGEST if self.high is None else self.high
         return abs(value) <= LARGEST and (low < value if self.open_low else low <= value) and value <= high
+
+    def in_degrees(self, value: float) -> str:
+        """What may have been meant, of an angle beyond its range that is within it in degrees."""
+        turned = self.unit == "rad" and self.high is not None and self.admits_one(math.radians(value))
+        return f'; did you mean "{value:g} deg"?' if turned and value > np.pi else ""
 
     def wanted(self, value: float) -> str:
         """Allowed range of a number, in words."""
@@ -479,7 +485,7 @@ def _faults_of_leaf(leaf: Leaf, *, made: bool = True) -> list[Fault]:
         return []
     which = "" if value.ndim == 0 else "[" + ", ".join(str(i) for i in np.argwhere(bad)[0]) + "]"
     worst = value[bad].flat[0]
-    words = f"{about.meaning} must be {about.wanted(worst)} {about.unit}"
+    words = f"{about.meaning} must be {about.wanted(worst)} {about.unit}{about.in_degrees(worst)}"
     return [Fault(leaf.path + which, f"{worst:g} {about.unit} is out of range", words)]
 
 
@@ -539,6 +545,7 @@ class NumberReader:
         if number is BAD or about.admits(np.asarray(number)).all():
             return number
         words = f"{about.meaning} must be {about.wanted(number)}" + ("" if si in ("1", "SI") else f" {si}")
+        words += about.in_degrees(number)
         same = isinstance(value, str) and f"{number:g} {si}" != value and np.isfinite(number)
         return self.fault(path, f"{shown(value)}{f' = {number:g} {si}' if same else ''} is out of range", words)
 

@@ -12,6 +12,8 @@ import html
 import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from fractions import Fraction
 from typing import Any, NamedTuple
 
@@ -28,26 +30,33 @@ class Unit(NamedTuple):
 
 
 _TURN = 2 * math.pi
+#: pound (kg), standard gravity (m/s²), foot-pound (J), pound per square inch (Pa): exact by definition
+_POUND, _GRAVITY = Fraction("0.45359237"), Fraction("9.80665")
+_FOOT_POUND, _PSI = _POUND * _GRAVITY * Fraction("0.3048"), _POUND * _GRAVITY / Fraction("0.0254") ** 2
+_FOOT_POUNDS = {"ft*lbf": _FOOT_POUND, "ft*klbf": 1000 * _FOOT_POUND}
+#: forces (N) in which a hook load is read on a rig; a mass in one of them is that of this weight
+_WEIGHTS = {"kN": Fraction(1000), "lbf": _POUND * _GRAVITY, "klbf": 1000 * _POUND * _GRAVITY, "tf": 1000 * _GRAVITY}
 _FACTORS: dict[str, dict[str, float | str | Fraction]] = {
     "s": {"ms": "1e-3", "us": "1e-6", "min": 60, "h": 3600},
     "rad": {"deg": _TURN / 360, "°": _TURN / 360, "rev": _TURN},
     "rad/s": {"rpm": _TURN / 60, "1/min": _TURN / 60, "deg/s": _TURN / 360, "rev/s": _TURN},
-    "m": {"cm": "1e-2", "mm": "1e-3", "um": "1e-6"},
-    "m/s": {"mm/s": "1e-3", "km/h": Fraction(10, 36)},
-    "m^2": {"cm^2": "1e-4", "mm^2": "1e-6"},
-    "kg": {"g": "1e-3", "t": 1e3},
-    "N": {"kN": 1e3, "MN": 1e6},
+    "m": {"cm": "1e-2", "mm": "1e-3", "um": "1e-6", "ft": "0.3048", "in": "0.0254"},
+    "m/s": {"mm/s": "1e-3", "km/h": Fraction(10, 36), "m/min": Fraction(1, 60), "ft/s": "0.3048", "ft/min": "0.00508"},
+    "m^2": {"cm^2": "1e-4", "mm^2": "1e-6", "ft^2": "0.09290304", "in^2": "0.00064516"},
+    "kg": {"g": "1e-3", "t": 1e3, "lb": _POUND, **{name: x / _GRAVITY for name, x in _WEIGHTS.items()}},
+    "N": {"MN": 1e6, **_WEIGHTS},
     "N/m": {"kN/m": 1e3, "MN/m": 1e6, "N/mm": 1e3, "kN/mm": 1e6},
-    "N*m": {"Nm": 1, "kN*m": 1e3, "kNm": 1e3},
-    "Pa": {"kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "bar": 1e5, "N/mm^2": 1e6},
-    "J": {"kJ": 1e3, "MJ": 1e6},
-    "W": {"kW": 1e3, "MW": 1e6},
+    "N*m": {"Nm": 1, "kN*m": 1e3, "kNm": 1e3, **_FOOT_POUNDS, "lbf*ft": _FOOT_POUND},
+    "Pa": {"kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "bar": 1e5, "N/mm^2": 1e6, "psi": _PSI, "ksi": 1000 * _PSI},
+    "J": {"kJ": 1e3, "MJ": 1e6, **_FOOT_POUNDS},
+    "W": {"kW": 1e3, "MW": 1e6, "hp": 550 * _FOOT_POUND},
     "1": {"": 1, "1": 1, "-": 1, "%": "1e-2"},
 }
 #: SI unit → spellings of units of the same kind. These need no library, and have the engineering meaning where a
 #: general units library differs (C, 1/min); fractions, so that 95 % is exactly 0.95
 _TABLE = {si: {name: Unit(Fraction(x)) for name, x in known.items()} for si, known in _FACTORS.items()}
 _TABLE["K"] = {name: Unit(1, Fraction("273.15")) for name in ("degC", "°C", "C")}
+_TABLE["K"] |= {name: Unit(Fraction(5, 9), Fraction("459.67") * 5 / 9) for name in ("degF", "°F")}
 #: names, products, quotients and one-digit powers: input that a general units parser reads in bounded time
 _SPELLING = re.compile(r"(?:[A-Za-z°_]|%|1|[*/]|\((?:[A-Za-z°_*/]|\^-?[1-9](?!\d))+\)|\^-?[1-9](?!\d))+")
 #: a plane angle has a unit: 20 is not 20 rad, and 3 Hz is ambiguous (3 rad/s or 3 rev/s)
@@ -134,8 +143,38 @@ _SCALES: dict[str, tuple[tuple[float, float, str], ...]] = {
     "s": ((0.1, 1.0, "s"), (1e-4, 1e3, "ms"), (1e-7, 1e6, "µs"), (0.0, 1.0, "s")),
     "rad": ((2.1 * math.pi, 1.0, "rad"), (0.0, 180 / math.pi, "°")),
 }
+#: the same on a rig
+_RIG_SCALES: dict[str, tuple[tuple[float, float, str], ...]] = {
+    "N": ((1e3, float(1 / _WEIGHTS["klbf"]), "klbf"), (0.0, float(1 / _WEIGHTS["lbf"]), "lbf")),
+    "N*m": ((1e6, float(0.001 / _FOOT_POUND), "ft·klbf"), (0.0, float(1 / _FOOT_POUND), "ft·lbf")),
+    "J": ((1e3, float(0.001 / _FOOT_POUND), "ft·klbf"), (0.0, float(1 / _FOOT_POUND), "ft·lbf")),
+    "W": ((0.0, float(1 / (550 * _FOOT_POUND)), "hp"),),
+    "Pa": ((1e6, float(0.001 / _PSI), "ksi"), (0.0, float(1 / _PSI), "psi")),
+    "kg": ((0.0, float(1 / _POUND), "lb"),),
+    "m": ((0.3, 1 / 0.3048, "ft"), (0.0, 1 / 0.0254, "in")),
+    "m^2": ((0.1, 1 / 0.3048**2, "ft²"), (0.0, 1 / 0.0254**2, "in²")),
+    "m/s": ((0.0, 60 / 0.3048, "ft/min"),),
+    "rad/s": ((0.0, 30 / math.pi, "rpm"),),
+}
+#: system of units in which numbers are shown: `si` or `rig`
+_SYSTEM: ContextVar[str] = ContextVar("system of units", default="si")
 ZERO = 273.15  # K, of the Celsius scale
 _UPPER = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
+
+
+@contextmanager
+def shown_in(system: str) -> Iterator[None]:
+    """Within it numbers for reading are shown in `si` or in `rig` units; data and JSON stay in SI."""
+    token = _SYSTEM.set(system)
+    try:
+        yield
+    finally:
+        _SYSTEM.reset(token)
+
+
+def in_rig_units() -> bool:
+    """Whether numbers are shown in units of rigs."""
+    return _SYSTEM.get() == "rig"
 
 
 class Number(NamedTuple):
@@ -178,10 +217,13 @@ def scale(unit: str, magnitude: float, *, absolute: bool = False) -> tuple[float
 
     `absolute`: kelvins are temperatures, read in °C, not differences of them.
     """
+    rig = in_rig_units()
+    if unit == "K" and rig:
+        return (1.8, -459.67 if absolute else 0.0, "°F")
     if unit == "K":
         return (1.0, -ZERO, "°C") if absolute else (1.0, 0.0, "K")
-    for low, factor, name in _SCALES.get(unit, ()):
-        if magnitude >= low and (magnitude > 0 or factor == 1.0):
+    for low, factor, name in (_RIG_SCALES if rig and unit in _RIG_SCALES else _SCALES).get(unit, ()):
+        if magnitude >= low and (magnitude > 0 or factor == 1.0 or rig):
             return factor, 0.0, name
     return 1.0, 0.0, pretty(unit)
 

@@ -6,7 +6,7 @@ import os
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, TypeVar
+from typing import TYPE_CHECKING, Annotated, Literal, TypeVar
 
 from cyclopts import Parameter
 
@@ -33,6 +33,8 @@ Set = Annotated[Many, Parameter(help=_SET)]
 Rtol = Annotated[float, Parameter(help="Relative tolerance of the integration.")]
 MaxSteps = Annotated[int | None, Parameter(help="Step attempts allowed.")]
 Json = Annotated[Flag, Parameter(help="Print the results as JSON, alone on stdout.")]
+_UNITS = "Units of the printed summary: SI, or those of a rig (klbf, ft, ft·lbf, hp, °F). JSON and files stay in SI."
+Units = Annotated[Literal["si", "rig"], Parameter(help=_UNITS)]
 _SIMULATE = "Simulate the scene as well; without it time and work are those of a classical stop."
 Simulate = Annotated[bool, Parameter(help=_SIMULATE)]
 _LIMIT = (

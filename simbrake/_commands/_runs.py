@@ -22,6 +22,7 @@ def run(
     rtol: cli.Rtol = 1e-10,
     max_steps: cli.MaxSteps = None,
     max_events: int = 10_000,
+    units: cli.Units = "si",
 ) -> int:
     """Run a scenario and print a summary.
 
@@ -33,6 +34,7 @@ def run(
         Events allowed.
     """
     scene = cli.opened(scenario, set_, rtol, folder=out, max_steps=max_steps, max_events=max_events)
+    from .._base._table import shown_in
     from .._run._measure import limit_checks, summary_with_limits, text_with_limits
 
     limits = cli.limits_of(scene, limit, fail_on_limit)
@@ -40,7 +42,9 @@ def run(
         result = sb.simulate(scene, rtol=rtol, max_steps=max_steps, max_events=max_events, throw=False, progress=told)
         told.now("post-processing…")
         checks = limit_checks(result, limits)
-        text, summary = text_with_limits(result, checks), summary_with_limits(result, checks)
+        summary = summary_with_limits(result, checks)
+        with shown_in(units):
+            text = text_with_limits(result, checks)
     cli.tell(text, lambda: summary, json_)
     if out is not None:
         from .._pages._page import write as write_run

@@ -23,6 +23,7 @@ from ..shaft import AbstractDryTorque, AbstractShaftTorque
 from ..thermal._heat import FrictionHeat, Heat, PowerShares
 from ..thermal._network import Junction, Reservoir, body_at, nodes_at, place_of
 from ..wear import Wear, faults_of_wear
+from ._unit_mistakes import did_you_mean
 
 
 class AbstractDuty(Part):
@@ -285,6 +286,7 @@ def warnings(scene: Scene) -> list[str]:
     then = "it never slips as long as that lasts" if scene.brake.banded else "a run ends as soon as its force acts"
     found = [f"self_locking: {why}; {then}" for why in locked(scene).values()]
     brake = scene.brake
+    found += did_you_mean(brake, scene.duty.load, float(scene.initial.omega), scene.network)
     if not (isinstance(brake, Brake) and isinstance(brake.band.stiffness, ParallelBands)):
         return found
     read = read_by_linings(scene)

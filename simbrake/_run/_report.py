@@ -9,7 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from .._base._table import number, plain
+from .._base._table import in_rig_units, number, plain
 from .._parts._scene import plausibility, warnings
 from .._phases import Phases
 from .._physics._brake import BrakeSystem
@@ -333,12 +333,21 @@ class Report:
 
 
 def _number(value: float | None, unit: str, digits: int = 6) -> str:
-    return "—" if value is None else f"{value:.{digits}g} {unit}"
+    if value is None:
+        return "—"
+    return str(number(value, unit, count=digits)) if in_rig_units() else f"{value:.{digits}g} {unit}"
 
 
 def _kilo(value: float | None, unit: str, *, digits: int = 6) -> str:
     """A number in thousands; a dash for what left the range of numbers in a failed run."""
-    return f"— {unit}" if value is None else f"{value / 1e3 + 0.0:.{digits}g} {unit}"
+    if value is None:
+        return f"— {unit}"
+    rig = in_rig_units()
+    return str(number(value, unit[1:], count=digits)) if rig else f"{value / 1e3 + 0.0:.{digits}g} {unit}"
+
+
+def _temperature(value: float) -> str:
+    return str(number(value, "K", count=5)) if in_rig_units() else f"{value - 273.15:.5g} °C"
 
 
 def _sum(energies: Entry, words: dict[str, str], *, digits: int = 6) -> str:
@@ -395,7 +404,8 @@ def _heat_lines(summary: Entry) -> list[str]:
         "lining_outer": "linings outside",
     }
     names = {f"peak_{place}_temperature": words for place, words in places.items()}
-    hot = [f"{w} {m[k] - 273.15:.5g} °C at {at[f'{k}_time']:.6g} s" for k, w in names.items() if m.get(k) is not None]
+    there = {name: words for name, words in names.items() if m.get(name) is not None}
+    hot = [f"{words} {_temperature(m[k])} at {at[f'{k}_time']:.6g} s" for k, words in there.items()]
     given = {"heat_to_metal": "to metal", "heat_to_linings": "to linings"}
     given |= {name: words for name, words in (("heat_to_band", "to band"), ("heat_supplied", "supplied")) if e[name]}
     return [
@@ -448,8 +458,10 @@ def _wear_lines(summary: Entry) -> list[str]:
     if m["wear_over_mean"] is None:
         return [f"wear     none: no {lining} slid"]
     least = "" if m["wear_over_least"] is None else f", {m['wear_over_least']:.4g} times the least"
+    most = m["greatest_wear"]
+    depth = number(most, "m", count=5) if in_rig_units() else f"{1e6 * most:.5g} µm"
     return [
-        f"wear     at most {1e6 * m['greatest_wear']:.5g} µm on {lining} {worn.index(max(worn)) + 1}, "
+        f"wear     at most {depth} on {lining} {worn.index(max(worn)) + 1}, "
         f"{m['wear_over_mean']:.4g} times the mean{least}"
     ]
 

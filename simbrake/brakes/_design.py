@@ -463,7 +463,9 @@ def _faults_of_wrap(
         wrap, longest, gaps = wrap + bare, stiffness.longest_wrap, " with their gaps" if bare else ""
     if wrap > longest * (1 + 1e-12):
         has = "the pulley has" if longest <= 2 * math.pi else f"{math.degrees(longest):.0f}°"
-        return [Fault(where, f"the linings span {math.degrees(wrap):.1f}°{gaps}", f"more than {has}")]
+        # 270 rad of many short linings are within the range of each
+        meant = f'; did you mean "{wrap:.4g} deg"?' if wrap > 3 * math.pi and wrap <= 540 else ""
+        return [Fault(where, f"the linings span {math.degrees(wrap):.1f}°{gaps}", f"more than {has}{meant}")]
     return []
 
 
