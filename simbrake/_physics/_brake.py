@@ -247,10 +247,9 @@ class BrakeSystem(AbstractSemiExplicitSystem):
     def _pressures(self, t: Array, y: State, mode: Mode) -> tuple[Array, ...]:
         """Pressures of the linings (Pa) in each pair. Loads do not depend on how fast temperatures change: here they do
         not change at all."""
-        surfaces, load = self.surfaces(y), jnp.asarray(self.load.torque(t, y.omega, _piece(mode, LOAD)))
-        tension, pull = self.lever_tension(t, y, mode, load, surfaces)
+        _, left, _, surfaces, (tension, pull) = self._given(t, y, mode)
         still = self._at_sensors(jnp.zeros_like(y.heat))
-        acting = Acting(t, tension, pull, load, self.inertia_at(mode), surfaces, lambda forces: still)
+        acting = Acting(t, tension, pull, left, self.inertia_at(mode), surfaces, lambda forces: still)
         z = self.mechanism.variables(acting, y.omega, y.own, mode)
         shown = self.mechanism.shown(tension, y.omega, y.own, mode, surfaces, z).pairs
         each = zip(self.mechanism.pairs, shown, strict=True)
@@ -288,6 +287,13 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         gain = self.mechanism.gain(jnp.where(mode.sense > 0, omega, -omega), surfaces)
         return jnp.where(follows, lever.holding(torque, gain), given), jnp.where(follows, 0.0, rate)
 
+    def _given(self, t: Array, y: State, mode: Mode) -> tuple[Array, Array, ShaftNow | None, Surfaces, Any]:
+        """Load, what the shaft leaves of it, torques on the shaft, surfaces, tension of the lever and its rate."""
+        load, surfaces = jnp.asarray(self.load.torque(t, y.omega, _piece(mode, LOAD))), self.surfaces(y)
+        shaft = self._shaft_now(t, y.omega, mode)
+        left = load if shaft is None else shaft.left
+        return load, left, shaft, surfaces, self.lever_tension(t, y, mode, left, surfaces)
+
     def surface_temperatures(self, z: BrakeNow) -> dict[str, Array]:
         """Surface temperatures (K) of rim, linings and band where the scene names them; on walls reconstructed."""
         if self.thermal is None or z.thermal is None:
@@ -304,11 +310,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
     def variables(self, t: Array, y: State, mode: Mode) -> BrakeNow:
         pairs = self.mechanism.pairs
         net: Any = self.thermal
-        load = jnp.asarray(self.load.torque(t, y.omega, _piece(mode, LOAD)))
-        surfaces = self.surfaces(y)
-        shaft = self._shaft_now(t, y.omega, mode)
-        left = load if shaft is None else shaft.left
-        tension, pull = self.lever_tension(t, y, mode, left, surfaces)
+        load, left, shaft, surfaces, (tension, pull) = self._given(t, y, mode)
 
         def deposit(pair: Pair, heat: Array) -> Deposit:
             return net.deposit(pair.heat, jnp.atleast_1d(heat), *now)
@@ -650,11 +652,12 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         load = self.driving(t, y.omega, mode)
         return Capacity(load, self.mechanism.capacity(T_0, y.omega, y.own, self.surfaces(y)), settled)
 
-    def holding(self, t: Array, y: State, mode: Mode, z: BrakeNow) -> tuple[Array, Array]:
+    def holding(self, t: Array, y: State, mode: Mode) -> tuple[Array, Array]:
         """Load on a pulley at rest, and the static capacity of the brake in its direction (N·m, both ≥ 0)."""
-        load = jnp.asarray(self.load.torque(t, jnp.zeros_like(y.omega), _piece(mode, LOAD)))
+        *_, surfaces, (tension, _) = self._given(t, y, mode)
+        load = self._load_at_rest(t, mode)
         way = jnp.where(load < 0, -1.0, 1.0)
-        pairs = self.mechanism.capacity(z.lever_tension, way, y.own, self.surfaces(y), static=True)
+        pairs = self.mechanism.capacity(tension, way, y.own, surfaces, static=True)
         return jnp.abs(load), jnp.min(pairs)
 
     def driving(self, t: Array, omega: Array, mode: Mode) -> Array:

@@ -27,6 +27,10 @@ from ._strength import lever_force, lever_of, lever_travel, strength_of, stress
 Happens = Callable[[Mode, Mode], Array]
 
 
+#: the one that is looked for only while the brake holds (`largest_share_of_capacity`)
+HOLDING = "min_holding_reserve"
+
+
 class Need(NamedTuple):
     """What a number of a run needs: the `scenes` that have it, what is `missing` in others, in words, and a check."""
 
@@ -118,13 +122,13 @@ def _a_lining_slides(before: Mode, after: Mode) -> Array:
     return ((before.own.linings == 0) & (after.own.linings != 0)).any(axis=1)
 
 
-def _rests(mode: Mode) -> Array:
+def holds(mode: Mode) -> Array:
     """Whether the brake holds the pulley at rest."""
     return (mode.band == BandMode.HELD) & (mode.slides == 0)
 
 
 def _stops(before: Mode, after: Mode) -> Array:
-    stops = _rests(after) & ~_rests(before) & (before.band != BandMode.OPEN)
+    stops = holds(after) & ~holds(before) & (before.band != BandMode.OPEN)
     if after.turn is None:
         return stops
     # dry friction of the shaft may hold the pulley while the band is open
@@ -140,7 +144,7 @@ def _held_share(p: Probe) -> Float[Array, "m 1"]:
     """Load over the static capacity of the brake while it holds the pulley at rest, else 0."""
     load, capacity = p.holding
     xp = numpy_of(load)
-    held = _rests(p.mode) & (capacity > 0)
+    held = holds(p.mode) & (capacity > 0)
     return xp.where(held, load / xp.where(held, capacity, 1.0), 0.0)[:, None]
 
 
@@ -299,7 +303,7 @@ METRICS: dict[str, Metric] = {
         _greatest_wear_over(smallest),
         _WEAR,
     ),
-    "min_holding_reserve": Metric(
+    HOLDING: Metric(
         "1",
         "minimum of the static capacity of the brake over the load, while it holds the pulley at rest",
         "Minimum holding reserve",

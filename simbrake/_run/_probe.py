@@ -101,7 +101,7 @@ def seen_at(system: BrakeSystem, t: Float[Array, " m"], y: State, mode: Mode) ->
             mechanism.lining_margins(mode, q.contact),
             hot,
             passing(system, mode, q, hot),
-            system.holding(t, y, mode, q),
+            system.holding(t, y, mode),
         )
 
     flows, shown, margins, hot, passed, holding = jax.vmap(look)(t, y, mode)
@@ -271,9 +271,31 @@ def capacities_at(record: Record, index: np.ndarray, instants: Callable[[np.ndar
     - `instants(index)`: times (m,), flat states and flat modes (m, …) of some of them
     """
     start = np.asarray(record.rows.t)[0]
+    return _in_lanes_of(record, lambda system, *now: _capacities(system, *now, start), index, instants)
 
-    def look(index: np.ndarray) -> Capacity:
+
+def holding_at(
+    record: Record, index: np.ndarray, instants: Callable[[np.ndarray], tuple[Array, ...]]
+) -> tuple[Array, Array]:
+    """Load on a pulley at rest and static capacity of the brake in its direction (N·m), as `capacities_at`."""
+    return _in_lanes_of(record, _holding, index, instants)
+
+
+def _holding_at_each(system: BrakeSystem, t: Array, y: State, mode: Mode) -> tuple[Array, Array]:
+    return jax.vmap(system.holding)(t, y, mode)
+
+
+_holding = DeviceJit(_holding_at_each, quick=True)
+
+
+def _in_lanes_of(
+    record: Record,
+    find: Callable[..., T],
+    index: np.ndarray,
+    instants: Callable[[np.ndarray], tuple[Array, ...]],
+) -> T:
+    def look(index: np.ndarray) -> T:
         t, y, mode = instants(index)
-        return _capacities(record.system, t, unravel(y, record.y_like), unravel(mode, record.mode_like), start)
+        return find(record.system, t, unravel(y, record.y_like), unravel(mode, record.mode_like))
 
     return in_lanes(look, index, lanes=_MANY_LANES)

@@ -18,9 +18,9 @@ from .._physics._thresholds import mark_names
 from ..hybrid import FINISHED, Record
 from ._choice import stiffness
 from ._log import Event, Phase, Stage, Status, absent_stages, event_log, marks_passed, stages_of
-from ._metrics import METRICS, Peak, energies, metrics_of
+from ._metrics import HOLDING, METRICS, Peak, energies, metrics_of
 from ._probe import Entry, capacities_at, record_of
-from ._scan import Scan, peaks
+from ._scan import Scan, largest_share_of_capacity, peaks
 from ._strength import limits_exceeded
 
 #: the lever pulls hardest from this far below its maximum tension on
@@ -130,7 +130,7 @@ class Report:
 
     @functools.cached_property
     def _scan(self) -> Scan:
-        names = tuple(metrics_of(self.result.scene, greatest=True))
+        names = tuple(name for name in metrics_of(self.result.scene, greatest=True) if name != HOLDING)
         return Scan(self._record, float(self.result.rtol), names)
 
     @functools.cached_property
@@ -140,7 +140,11 @@ class Report:
     @functools.cached_property
     def peaks(self) -> dict[str, Peak]:
         """Maximum values over the run by their names."""
-        return {name: METRICS[name].of_peak(found, self.result.scene) for name, found in peaks(self._scan).items()}
+        scene, found = self.result.scene, peaks(self._scan)
+        names = metrics_of(scene, greatest=True)
+        if HOLDING in names:
+            found[HOLDING] = largest_share_of_capacity(self._scan)
+        return {name: METRICS[name].of_peak(found[name], scene) for name in names}
 
     @functools.cached_property
     def events(self) -> list[Event]:
@@ -216,8 +220,9 @@ class Report:
 
     def _per_lining(self, name: str) -> bool:
         """Whether a maximum value is that of a lining, not of all of them as one body."""
-        width = int(self._scan.seen.widths[name][0])
-        return METRICS[name].of_linings and width == self.result.scene.brake.linings.count
+        if not METRICS[name].of_linings:
+            return False
+        return int(self._scan.seen.widths[name][0]) == self.result.scene.brake.linings.count
 
     @property
     def metrics(self) -> dict[str, float | None]:

@@ -19,8 +19,8 @@ from .._physics._brake import BrakeSystem
 from ..hybrid import ADVANCED, LANDED, SKIPPED, STOPPED, Record
 from ..hybrid._arrays import Array
 from ..hybrid._system import flatten, ravel
-from ._metrics import METRICS, Peak, identity_of
-from ._probe import Probe, RunJit, is_traced_run, probe_at, record_of, rows_in_lanes, seen_at, small
+from ._metrics import METRICS, Peak, holds, identity_of
+from ._probe import Probe, RunJit, holding_at, is_traced_run, probe_at, record_of, rows_in_lanes, seen_at, small
 
 #: places in every step at which a run is sampled, both ends included; in a long run every part has many steps
 _SAMPLES, _SAMPLES_OF_LONG = 9, 5
@@ -324,6 +324,17 @@ class Scan:
         end[b] = self.samples - 1
         return jax.tree.map(lambda leaf: leaf[place, end], found)
 
+    def states(self, row: Array, share: Array) -> tuple[Array, Array, Array]:
+        """Times, states and modes at a share of the steps named, of a concrete run and as exact as the run itself."""
+        steps = self.steps
+        t = steps.t0[row] + share * (steps.t1[row] - steps.t0[row])
+        if self._states is not None or small(self.record):
+            return t, self._by_steps(row, share)[1], steps.mode[row]
+        y, exact = self._smooth(row, share)
+        if not np.all(exact):
+            y[~exact] = self._by_steps(row[~exact], share[~exact])[1]
+        return t, y, steps.mode[row]
+
     def look(self, row: Array, share: Array) -> Sight:
         """Everything at a share of the steps named, of a concrete run and as exact as the run itself."""
         if self._states is not None or small(self.record):
@@ -431,6 +442,39 @@ def peaks(scan: Scan) -> dict[str, Peak]:
     row, share = _polish(look, np, row, share, after, 1.0 / (scan.samples - 1))
     seen = scan.look(row, share)
     return {name: Peak(seen.tops[name][k], seen.t[k], seen.places[name][k] + 1) for k, name in enumerate(names)}
+
+
+def largest_share_of_capacity(scan: Scan) -> Peak:
+    """Maximum over a concrete run of the load over the static capacity of the brake that holds it, 0 where none does.
+
+    A program of its own: capacities are much work, and are wanted only while the pulley is at rest.
+    """
+    record, held = scan.record, _holds(scan)
+    samples = np.flatnonzero(held[scan.row])
+    if not samples.size:
+        return Peak(np.float64(0.0), np.asarray(record.rows.t)[0], np.int32(1))
+
+    def share_of(count: int, instants: Callable[[np.ndarray], tuple[Array, ...]]) -> np.ndarray:
+        load, capacity = holding_at(record, np.arange(count), instants)
+        return np.where(capacity > 0, load / np.where(capacity > 0, capacity, 1.0), 0.0)
+
+    tops = np.zeros(len(scan.row))
+    tops[samples] = share_of(len(samples), lambda index: scan.instants(samples[index]))
+
+    def look(rows: Array, shares: Array) -> np.ndarray:
+        t, y, mode = scan.states(rows.ravel(), shares.ravel())
+        return share_of(rows.size, lambda index: (t[index], y[index], mode[index])).reshape(rows.shape)
+
+    row, share, after = _highest(scan, tops)
+    after = np.where(held[after], after, row)
+    row, share = _polish(look, np, row, share, after, 1.0 / (scan.samples - 1))
+    return Peak(look(row[:, None], share[:, None])[0, 0], scan.states(row, share)[0][0], np.int32(1))
+
+
+def _holds(scan: Scan) -> Array:
+    """Rows of a concrete run in which the brake holds the pulley at rest."""
+    modes: Any = scan.record.modes
+    return scan.used & holds(jax.tree.map(lambda column: np.asarray(column)[: len(scan.used)], modes))
 
 
 def peak(run: Any, pick: Pick) -> Peak:
