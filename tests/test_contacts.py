@@ -63,13 +63,32 @@ def test_a_contact_is_opened_by_the_lever(staged):
     result = sb.simulate(at_rest(staged, network(staged, links), lever), rtol=1e-12)
     assert [event.name for event in result.events] == ["release"]
     both = [(0, 1, CONTACT), (1, 2, BEHIND)]
-    left = both[:1] + [(1, 2, GAP)] if staged else [(0, 1, GAP)] + both[1:]
+    left = [both[0], (1, 2, GAP)] if staged else [(0, 1, GAP), both[1]]
     t = np.array([5.0, OPENS_AT, 30.0, END])
     closed = [expm(exchange(*both) * min(x, OPENS_AT)) @ START for x in t]
     exact = [expm(exchange(*left) * max(x - OPENS_AT, 0.0)) @ T for x, T in zip(t, closed, strict=True)]
     np.testing.assert_allclose(result.series(t).temperature, exact, rtol=1e-10)
     capacities = np.array([RIM, LININGS, BAND])
     assert float(result.end_temperatures @ capacities) == pytest.approx(float(START @ capacities), rel=1e-13)
+
+
+def test_derivatives_by_the_time_and_the_resistance_of_a_contact_that_opens():
+    def end(x):
+        resistance, opens_at = x
+        contact = ThermalContact("rim", "linings", 0.1, resistance, opens=True)
+        lever = sb.PiecewiseLinear([0.0, opens_at, opens_at, END], [2e3, 2e3, 0.0, 0.0])
+        scene = at_rest(False, network(False, (contact, Conductance("linings", "band", BEHIND))), lever)
+        return sb.simulate(scene, rtol=1e-12, solver=sb.hybrid.Rodas5P()).end_temperatures
+
+    closed, left = exchange((0, 1, CONTACT), (1, 2, BEHIND)), exchange((1, 2, BEHIND))
+    value, forward = jax.jit(lambda x: (end(x), jax.jacfwd(end)(x)))(jnp.array([0.1 / CONTACT, OPENS_AT]))
+    before, after = expm(closed * OPENS_AT) @ START, expm(left * (END - OPENS_AT))
+    np.testing.assert_allclose(value, after @ before, rtol=1e-10)
+    np.testing.assert_allclose(forward[:, 1], after @ (closed - left) @ before, rtol=1e-7)
+    # of exp(A t) in the direction B = ∂A/∂R_c: the upper right block of exp([[A, B], [0, A]] t)
+    slope = exchange((0, 1, -(CONTACT**2) / 0.1))
+    block = expm(np.block([[closed, slope], [np.zeros((3, 3)), closed]]) * OPENS_AT)[:3, 3:]
+    np.testing.assert_allclose(forward[:, 0], after @ block @ START, rtol=1e-7)
 
 
 def yovanovich(p):
@@ -165,9 +184,7 @@ def test_bodies_cool_at_their_own_speed(staged):
     h_0, v_0, w_0, torque, covered = 12.0, 3.0, 24.0, -120.0, 0.6
     areas = {"rim": 1.2, "linings": 0.8, "band": 0.9}
     h = sb.thermal.SpeedCoefficient(h_0, v_0, 2.0)
-    links = tuple(
-        Convection(name, area, h, covered=covered if name == "rim" else None) for name, area in areas.items()
-    )
+    links = tuple(Convection(name, area, h, covered=covered if name == "rim" else None) for name, area in areas.items())
     duty = sb.Duty(sb.Constant(0.0), sb.TorqueLoad(sb.Constant(torque)))
     scene = sb.Scene(brake(staged), duty, sb.Initial(w_0), END, network(staged, links))
     result = sb.simulate(scene, rtol=1e-12)

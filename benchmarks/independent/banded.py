@@ -63,6 +63,9 @@ class Banded(Brake):
         stuck = self.bandage is None or self.inner == 0
         return float(y[1]) if stuck else float(y[self.OWN.start])
 
+    def bandage_speeds(self, y):
+        return 0.0 if self.bandage is None else self.carrier(y)
+
     def stretch(self, y: np.ndarray) -> float:
         return 0.0 if self.C is None else float(y[self.OWN.stop - 1])
 

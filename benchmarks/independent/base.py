@@ -98,8 +98,12 @@ class Brake(AbstractModel):
     def warming(self, y: np.ndarray, omega: float, flows: np.ndarray) -> np.ndarray:
         """Rates (K/s) of the nodes under the heat flows."""
         assert self.heat is not None
-        closed = self.mode != OPEN
-        return self.heat.rates(y[self.T], abs(omega) * self.p["track"], closed, flows)
+        speeds = abs(omega) * self.p["track"], np.abs(self.bandage_speeds(y)) * self.p["R_b"]
+        return self.heat.rates(y[self.T], speeds, self.mode != OPEN, self.pairs > 1, flows)
+
+    def bandage_speeds(self, y: np.ndarray) -> Any:
+        """Speeds (rad/s) of the linings, each or all of them: 0 where these do not turn."""
+        return 0.0
 
     def assembled(
         self,

@@ -107,6 +107,8 @@ def _heat(p: dict[str, Any], rng: Any, flavour: str, n: int) -> None:
     p["fade"] = {
         "slope": rng.uniform(5e-4, 2.5e-3), "above": FADE_FROM, "floor": rng.uniform(0.3, 0.6), "blend": BLEND
     }  # fmt: skip
+    # between rim and linings, in sum; of the outer faces of the linings; at rest as of the rim
+    p["heat"] |= {"contact": rng.uniform(5, 60), "lining_area": rng.uniform(0.05, 0.2)}
     wear = {"k": rng.uniform(1e-14, 3e-14, n), "slope": rng.uniform(0, 5e-3), "at": 293.15}
     p["wear"] = [wear] if p["bandage"] is None else [wear, {"k": rng.uniform(1e-14, 3e-14, n), "slope": 0.0, "at": 1.0}]
 
@@ -159,7 +161,9 @@ def _thermal(p: dict[str, Any]) -> tuple[sb.Heat | None, sb.Wear | None]:
         links=(
             sb.thermal.Convection("rim", q["rim_area"], h, covered=q["covered"]),
             sb.thermal.Radiation("rim", q["rim_area"], q["emissivity"], covered=q["covered"]),
-            sb.thermal.Conductance("linings", "band", q["conductance"]),
+            sb.thermal.ThermalContact("rim", "linings", 1.0, 1 / q["contact"], opens=not staged),
+            sb.thermal.Conductance("linings", "band", q["conductance"], opens=staged),
+            sb.thermal.Convection("linings", q["lining_area"], h),
             sb.thermal.Convection("band", 1.0, q["band_loss"]),  # pyright: ignore
         ),
         friction=sb.thermal.FrictionHeat("rim", "linings", sb.thermal.ConstantPartition(q["metal"])),

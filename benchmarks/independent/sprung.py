@@ -318,6 +318,9 @@ class Sprung(Brake):
     def stored(self, y):
         return 0.5 * float(np.sum(self.K * self.own(y)[0] ** 2))
 
+    def bandage_speeds(self, y):
+        return self.own(y)[1]
+
     def kinetic_energy(self, y):
         return super().kinetic_energy(y) + 0.5 * float(np.sum(self.J_i * y[self.OWN][self.n - 1 :] ** 2))
 

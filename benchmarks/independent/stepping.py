@@ -298,21 +298,27 @@ class Law:
 
 
 class Lumps:
-    """Rim, linings (one node each), band: convection and radiation into the air, conduction from linings to band."""
+    """Rim, linings (one node each), band: convection and radiation into the air, contact on both sides of the linings.
+
+    Of a standard brake, the linings leave the rim with an open band; of a staged one they leave the band.
+    """
 
     def __init__(self, p: dict[str, Any], n: int):
         self.p, self.n = p, n
         self.capacity = np.concatenate([[p["rim"]], np.full(n, p["lining"]), [p["band"]]])
 
-    def rates(self, T: np.ndarray, speed: float, closed: bool, friction: np.ndarray) -> np.ndarray:
-        """Rates (K/s) under the heat flows `friction` (W) into the nodes."""
-        p, air = self.p, self.p["air"]
-        open_share = 1 - p["covered"] * closed
-        h = p["h"] * (1 + (speed / p["h_speed"]) ** 2) ** (0.5 * 0.8)
-        flow = np.array(friction, float)
+    def rates(self, T: np.ndarray, speeds: tuple[Any, Any], closed: bool, staged: bool, friction: np.ndarray) -> Any:
+        """Rates (K/s) under the heat flows `friction` (W) into the nodes; `speeds` (m/s) of rim and linings."""
+        p, air, flow = self.p, self.p["air"], np.array(friction, float)
+        on_rim, on_band = (True, closed) if staged else (closed, True)
+        open_share = 1 - p["covered"] * on_rim
+        h, h_linings = (p["h"] * (1 + (v / p["h_speed"]) ** 2) ** (0.5 * 0.8) for v in speeds)
+        exchanged = p["contact"] * on_rim * (T[0] - T[1:-1])
+        flow[0] -= np.sum(exchanged)
+        flow[1:-1] += exchanged - p["lining_area"] * h_linings * (T[1:-1] - air)
         flow[0] -= open_share * p["rim_area"] * h * (T[0] - air)
         flow[0] -= open_share * p["rim_area"] * p["emissivity"] * 5.670374419e-8 * (T[0] ** 4 - air**4)
-        across = p["conductance"] * (T[1:-1] - T[-1])
+        across = p["conductance"] * on_band * (T[1:-1] - T[-1])
         flow[1:-1] -= across
         flow[-1] += np.sum(across) - p["band_loss"] * (T[-1] - air)
         return flow / self.capacity

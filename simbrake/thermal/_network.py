@@ -136,11 +136,12 @@ def _uncovered(g: Temperatures, covered: Scalar | None, around: Surroundings) ->
 
 
 class Convection(AbstractLink):
-    """Convection from a surface: `g = h A (1 − κ)`, `κ` only while the band is closed.
+    """Convection from a surface: `g = h A (1 − κ)`, `κ` only while linings cover it.
 
     - `area` (m²); `coefficient` `h` (W/(m²·K)): a number or a law
     - `covered` `κ`: share of the area that the linings cover (the overlap coefficient of a track, averaged over one
-      revolution: `q_net = κ a q − (1 − κ) h (T_s − T_a)`, S-16…S-21); `None`: 0, and no cost
+      revolution: `q_net = κ a q − (1 − κ) h (T_s − T_a)`, S-16…S-21) while the band is closed, on the rim of a staged
+      brake always; `None`: 0, and no cost
     """
 
     a: str = eqx.field(static=True)
@@ -148,7 +149,7 @@ class Convection(AbstractLink):
     coefficient: AbstractCoefficient | Any = quantity("W/(m^2*K)", "heat transfer coefficient", low=0.0)
     b: str = eqx.field(static=True, default="air")
     covered: Scalar | None = quantity(
-        "1", "share covered by the linings while the band is closed", low=0.0, high=1.0, default=None
+        "1", "share covered by linings while they touch the surface", low=0.0, high=1.0, default=None
     )
 
     def conductance(self, T_a: Temperatures, T_b: Temperatures, around: Surroundings) -> Temperatures | None:
@@ -169,7 +170,7 @@ class Radiation(AbstractLink):
     emissivity: Scalar = quantity("1", "emissivity", low=0.0, high=1.0)
     b: str = eqx.field(static=True, default="air")
     covered: Scalar | None = quantity(
-        "1", "share covered by the linings while the band is closed", low=0.0, high=1.0, default=None
+        "1", "share covered by linings while they touch the surface", low=0.0, high=1.0, default=None
     )
 
     def conductance(self, T_a: Temperatures, T_b: Temperatures, around: Surroundings) -> Temperatures | None:
