@@ -1,0 +1,198 @@
+"""Claims of K, and of V on the same brake: linings that ride on the pulley."""
+
+import dataclasses
+import math
+from typing import Any
+
+import numpy as np
+
+import simbrake as sb
+
+from .common import LININGS, WRAP, ZERO, Found, Runs, claim, floating, judged, of_each, stop
+
+
+@claim(
+    "K",
+    "operation of the brake",
+    "the external pair works first, then the linings stop on the band and the internal pair works",
+)
+def stages(runs: Runs) -> Found:
+    names = [stage.name for stage in runs.cold_staged.stages][:3]
+    text = (
+        f"stages of a stop in this order: {', '.join(names).replace('_', ' ')}; both pairs slide for "
+        f"{runs.cold_staged.stages[1].duration:.2f} s in between"
+    )
+    return Found(len(names), text, judged(names == ["stage_1", "stage_2", "stage_3"], "stage_3" in names))
+
+
+@claim("K", "main condition", "the stages need external friction above internal friction", "equal lever and load")
+def condition(_: Runs) -> Found:
+    ratios, load, inertia = np.linspace(0.7, 1.6, 181), 29.4e3, 1350.0
+    turned = [stop(0.3 * r, stiffness=None, bandage=floating(0.3)).brake for r in ratios]
+    tension = np.asarray([float(sb.results.internal_slip_tension(brake, inertia, load)) for brake in turned])
+    least = float(ratios[np.isfinite(tension)][0])
+    own = [
+        f"{r:.1f}: {len(sb.simulate(stop(0.3 * r, stiffness=None, bandage=floating(0.3))).stages)}" for r in (0.8, 1.4)
+    ]
+    text = (
+        f"the internal pair can slide from $f_e/f_i$ = {least:.2f} on, as the band has the longer arm; "
+        f"stages and rest of runs with {', '.join(own)}"
+    )
+    return Found(least, text, judged(abs(least - 1) < 0.02, 0.85 < least < 1.2))
+
+
+@claim(
+    "K",
+    "after Fig. 5",
+    "the internal pair's work in stage 3 is that of a serial brake without stages 1 and 2",
+    "equal stopping time",
+)
+def stage_three(runs: Runs) -> Found:
+    result, factor = runs.staged
+    heat = float(result.energy["heat_internal"]) / float(runs.standard.energy["friction_heat"])
+    text = (
+        f"internal over serial friction work {heat:.3f} (lever × {factor:.2f}); what the external pair takes is missing"
+    )
+    return Found(heat, text, judged(abs(heat - 1) < 0.05, heat > 0.8))
+
+
+@claim(
+    "V",
+    "conclusions",
+    "the external pairs unload the internal ones: the rim of a staged brake stays cooler",
+    "equal stopping time",
+)
+def cooler(runs: Runs) -> Found:
+    result, factor = runs.staged
+    rise = [r.metrics["peak_rim_temperature"] - sb.thermal.ROOM for r in (result, runs.standard)]
+    lining = [r.metrics["peak_lining_temperature"] - ZERO for r in (result, runs.standard)]
+    text = (
+        f"rim at most {rise[0] + sb.thermal.ROOM - ZERO:.1f} °C against "
+        f"{rise[1] + sb.thermal.ROOM - ZERO:.1f} °C (linings {lining[0]:.1f} against {lining[1]:.1f} °C), "
+        ""
+        f"same friction on the rim, lever × {factor:.2f}"
+    )
+    return Found(rise[0] / rise[1], text, judged(rise[0] < rise[1]))
+
+
+@claim(
+    "K",
+    "advantages, 2",
+    "the time for which each pair works lets their loads be levelled",
+    "equal lever at its maximum",
+)
+def levelling(_: Runs) -> Found:
+    share = []
+    for preload, ramp in ((0.0, 0.35), (8e3, 0.35), (8e3, 2.0), (30e3, 2.0)):
+        of = sb.with_values(
+            stop(0.42, stiffness=None, bandage=floating(preload=preload)), {"duty.slack_tension.times": [0.0, ramp]}
+        )
+        energy = sb.simulate(of).energy
+        share.append(float(energy["heat_external"]) / float(energy["friction_heat"]))
+    text = (
+        f"share of the external pair {of_each(share)} of the friction work by preload (0, 8, 8, 30 kN) "
+        "and time of the lever (0.35, 0.35, 2, 2 s)"
+    )
+    return Found(max(share), text, judged(min(share) < 0.5 < max(share), max(share) > min(share) + 0.1))
+
+
+@claim(
+    "K",
+    "advantages, 3",
+    "linings that change their position on the band wear evenly",
+    "the same stop, linings fixed or moved",
+)
+def travel(runs: Runs) -> Found:
+    result = runs.cold_staged
+    t = np.linspace(0.0, result.metrics["stopping_time"], 2001)
+    s = result.series(t)
+    psi = np.concatenate(
+        [[0.0], np.cumsum(0.5 * np.diff(t) * (np.asarray(s.bandage_speed)[1:] + np.asarray(s.bandage_speed)[:-1]))]
+    )
+    rate = np.asarray(s.pairs["external"].normal_load) * np.abs(np.asarray(s.pairs["external"].slip_speed))
+    fixed = np.trapezoid(rate, t, axis=0)
+    # a full ring of linings of one pitch: each takes from a station the share by which their arcs overlap
+    pitch, ring = WRAP / LININGS, round(2 * math.pi / (WRAP / LININGS))
+    stops, worn, turned, first = 40, np.zeros(ring), 0.0, math.nan
+    for number in range(stops):
+        place = (np.arange(ring)[:, None] - np.arange(LININGS) - ((psi + turned) / pitch)[:, None, None]) % ring
+        part = np.maximum(1 - np.minimum(place, ring - place), 0.0)
+        worn += np.trapezoid(np.einsum("mjk,mk->mj", part, rate), t, axis=0)
+        turned += psi[-1]
+        first = float(np.max(worn) / np.min(worn)) if number == 0 else first
+    ratio, once = float(np.max(worn) / np.min(worn)), float(np.max(fixed) / np.min(fixed))
+    text = (
+        f"outer faces, maximum over minimum wear {once:.2f} fixed, for a full ring {first:.2f} after one "
+        f"stop, in which it turns by {psi[-1]:.2f} rad, {ratio:.2f} after {stops}"
+    )
+    return Found(ratio, text, judged(ratio < 1.1, ratio < once))
+
+
+@claim(
+    "K",
+    "after K-8",
+    "more flexible parallel bands spread the loads more evenly over external and internal pairs",
+    "equal lever",
+)
+def flexible(_: Runs) -> Found:
+    found = []
+    for C in (1e5, 2.5e4):
+        result = sb.simulate(stop(0.42, stiffness=C, bandage=floating()))
+        outer, inner = (
+            np.asarray(sb.results.lining_peak(result, "normal_load", pair=p)) for p in ("external", "internal")
+        )
+        found.append((np.max(outer) / np.min(outer), np.max(inner) / np.max(outer)))
+    (uneven, pairs), (uneven_soft, pairs_soft) = found
+    text = (
+        f"a quarter of the stiffness: peak loads of the linings, maximum over minimum, {uneven:.2f} -> "
+        f"{uneven_soft:.2f}; "
+        f"internal over external {pairs:.2f} -> {pairs_soft:.2f} (the preload); full slip does not depend on stiffness"
+    )
+    return Found(float(uneven_soft / uneven), text, judged(uneven_soft < 0.9 * uneven, uneven_soft < 0.98 * uneven))
+
+
+@claim("K", "Fig. 5", "in stage 1 external overlap is dynamic and internal static, in stage 3 the other way round")
+def overlaps(runs: Runs) -> Found:
+    result = runs.cold_staged
+    middle = {stage.name: 0.5 * (stage.start + stage.end) for stage in result.stages}
+    of = sb.results.overlap(result, [middle["stage_1"], middle["stage_3"]])
+    outer = np.asarray(of.external_dynamic) > np.asarray(of.external_static)
+    inner = np.asarray(of.internal_dynamic) > np.asarray(of.internal_static)
+    text = (
+        f"external {of.external_dynamic[0]:.2f} dynamic, internal {of.internal_static[0]:.2f} static in "
+        f"stage 1; {of.external_static[1]:.2f} static, {of.internal_dynamic[1]:.2f} dynamic in stage 3"
+    )
+    return Found(
+        float(of.external_dynamic[0]), text, judged(list(outer) == [True, False] and list(inner) == [False, True])
+    )
+
+
+@claim("K", "thermal shock", "a short heating before service stabilises the brake's effect", "equal lever, new linings")
+def thermal_shock(_: Runs) -> Found:
+    cold = stop(stiffness=None)
+    heat = sb.lumped_heat(rim=8e4, linings=6e3, partition=0.9, rim_cooling=0.0, temperature=423.15)
+
+    def run(c: Any, omega: float, start: float, end: float) -> sb.Result:
+        process = sb.friction.MemoryProcess  # burn-off by heat, and running-in by work: assumptions
+        changes = (process(end, rate=1e5, activation=7e4), process(0.9, work=20e6))
+        law = sb.friction.FrictionWithMemory(sb.ConstantFriction(0.35), changes, np.broadcast_to(c, (LININGS,)))
+        brake = dataclasses.replace(cold.brake, linings=dataclasses.replace(cold.brake.linings, friction=law))
+        hot = sb.results.with_temperatures(heat, np.full(2, start))
+        return sb.simulate(dataclasses.replace(cold, brake=brake, heat=hot, initial=sb.Initial(omega), end_time=30.0))
+
+    def spread(c: Any, end: float) -> float:
+        times = []
+        for _ in range(4):
+            result = run(c, 24.0, 423.15, end)
+            times.append(result.metrics["stopping_time"])
+            c = np.asarray(result.series([30.0]).friction_memory)[0]
+        return 100 * (max(times) / min(times) - 1)
+
+    shocked = {end: np.asarray(run(1.15, 0.0, 673.15, end).series([30.0]).friction_memory)[0] for end in (0.9, 0.75)}
+    before, after, more = spread(1.15, 0.9), spread(shocked[0.9], 0.9), spread(shocked[0.75], 0.75)
+    text = (
+        f"stopping times of four stops differ by {before:.1f} % with new linings, by {after:.1f} % after "
+        "30 s at 400 °C if heat "
+        f"and running-in end at one friction, by {more:.1f} % if heat takes it lower; the law's numbers are assumptions"
+    )
+    return Found(after / before, text, judged(max(after, more) < before, after < before))
