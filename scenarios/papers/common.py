@@ -118,8 +118,8 @@ def even(f: float) -> np.ndarray:
 
 def loads(f: float, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Tensions behind and loads on sliding linings over the slack tension."""
-    forces = sb.brakes.sliding_tensions(1.0, np.full(angle.size, f), angle)
-    return np.asarray(forces.tension), np.asarray(forces.normal)
+    tension = np.cumprod(np.asarray(sb.brakes.tension_ratio(sb.brakes.grip(np.full(angle.size, f), angle))[0]))
+    return tension, (tension + np.append(1.0, tension[:-1])) * np.sin(angle / 2)
 
 
 def of_each(numbers: Any, form: str = ".2f") -> str:
