@@ -80,6 +80,7 @@ def test_edges_of_linings_in_a_run(cold):
     for name, place, pressure in zip(("slack_edge", "tight_edge"), (0.0, 1.0), edges, strict=True):
         np.testing.assert_allclose(sb.results.lining_peak(cold, f"{name}_pressure"), pressure, rtol=1e-12)
         np.testing.assert_allclose(sb.results.lining_mean(cold, f"{name}_pressure"), pressure, rtol=1e-10)
+        np.testing.assert_allclose(sb.results.lining_peak(cold, "edge_pressure_ratio"), np.exp(x), rtol=1e-12)
         worn = sb.results.lining_wear(cold, ws.K, place=place)
         np.testing.assert_allclose(worn, ws.K * pressure * ws.distance(), rtol=1e-10)
 

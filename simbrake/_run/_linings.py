@@ -90,6 +90,7 @@ QUANTITIES: dict[str, Callable[[Rubbing], Any]] = {
     "pressure": lambda r: r.pressure,
     "slack_edge_pressure": lambda r: r.pressure_at(0.0),
     "tight_edge_pressure": lambda r: r.pressure_at(1.0),
+    "edge_pressure_ratio": lambda r: r.tension_ratio,
     "slip_speed": lambda r: r.speed,
     "friction_power": lambda r: r.increment * r.speed,
 }
@@ -101,8 +102,9 @@ WEIGHTS: dict[str, Callable[[Rubbing], Any]] = {
     "work": QUANTITIES["friction_power"],
 }
 
-#: quantities of the band, not of a friction pair
-_OF_BAND = ("tension", "displacement", "slack_edge_pressure", "tight_edge_pressure")
+#: quantities within linings under a band, and those of the band, not of a friction pair
+_OF_EDGES = ("slack_edge_pressure", "tight_edge_pressure", "edge_pressure_ratio")
+_OF_BAND = ("tension", "displacement", *_OF_EDGES)
 
 
 def quantity_of(quantity: str, r: Rubbing) -> Array:
@@ -160,7 +162,9 @@ def _check(
         found.append(Fault("quantity", f"{quantity!r} is none", f"there are: {', '.join(known)}"))
     if missing is None and quantity in _OF_BAND and pair != system.pair_names[0]:
         found.append(Fault("pair", f"{quantity} is of the band, not of the {pair} pair", "leave it out"))
-    if "pressure" in quantity and not found:
+    if quantity in _OF_EDGES and not system.mechanism.banded:
+        found.append(Fault("quantity", f"{quantity} is of linings under a band", "look at their pressure"))
+    if quantity.endswith("pressure") and not found:
         one = system.mechanism.pairs[system.pair_names.index(pair)]
         if one.area is None:
             found.append(Fault(f"brake.{one.field}.area", "is missing", "a pressure is looked at"))
@@ -219,8 +223,8 @@ def lining_mean(
     """Mean of a quantity of every lining over a run, `∫ q w dt/∫ w dt`.
 
     - `quantity`: `tension_increment` `|T_i − T_{i−1}|` (N), `normal_load` `N_i` (N), `pressure` `N_i/A_i` (Pa),
-      `slack_edge_pressure`, `tight_edge_pressure` (Pa; their ratio is `T_i/T_{i−1}`, `brakes.pressure_within`),
-      `slip_speed` (m/s), `friction_power` (W)
+      `slack_edge_pressure`, `tight_edge_pressure` (Pa, `brakes.pressure_within`) and their `edge_pressure_ratio`
+      `T_i/T_{i−1}`, `slip_speed` (m/s), `friction_power` (W)
     - `over`: the weight `w`: `time` 1, `slip` `|v_i|` (the mean over the distance that the lining rubs), `work` the
       lining's own friction power
 
@@ -294,6 +298,7 @@ VIEWS = {
     "pressure": View("pressure N/A", "MPa", 1e-6),
     "slack_edge_pressure": View("pressure at the edge towards the slack end", "MPa", 1e-6),
     "tight_edge_pressure": View("pressure at the edge towards the tight end", "MPa", 1e-6),
+    "edge_pressure_ratio": View("tight over slack edge pressure", ""),
     "slip_speed": View("slip speed |v|", "m/s"),
     "friction_force": View("friction force F", "kN", 1e-3),
     "friction_coefficient": View("coefficient of friction f", ""),
