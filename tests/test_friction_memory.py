@@ -1,6 +1,8 @@
 """Friction with memory: recovery, burn-off and running-in against closed forms, and all of them against SciPy."""
 
 import math
+import pathlib
+import re
 
 import jax
 import jax.numpy as jnp
@@ -116,6 +118,14 @@ def test_processes_in_a_scene_file_and_their_errors(tmp_path):
     assert jax.tree.structure(again) == jax.tree.structure(law)
     for x, y in zip(jax.tree.leaves(again), jax.tree.leaves(law), strict=True):
         np.testing.assert_array_equal(x, y)
+    recipes = (pathlib.Path(__file__).parents[1] / "docs" / "recipes.md").read_text("utf-8")
+    recipe = re.search(r"```toml\n(\[brake\.linings\.friction\].*?)```", recipes, re.S)
+    assert recipe is not None
+    heads, _, rest = (tmp_path / "scene.toml").read_text("utf-8").partition("[brake.linings.friction]")
+    (tmp_path / "short.toml").write_text(heads + recipe[1] + rest[rest.index("\n[brake.linings.pressure]") :], "utf-8")
+    short = sb.read_scene(tmp_path / "short.toml").brake.linings.friction
+    assert [float(one.end) for one in short.processes] == [0.85, 1.0]
+    assert [float(short.processes[0].activation), float(short.processes[1].work)] == [7e4, 4e7]
     with pytest.raises(sb.InputError) as caught:
         sb.simulate(band(FrictionWithMemory(Timed(), (MemoryProcess(1.0, activation=4e4),))))
     for words in ("processes[0]", "has no pace", "base", "states of its own"):

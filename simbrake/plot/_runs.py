@@ -397,8 +397,9 @@ def lining_map(
     events; a short onset of slip enlarged at the right.
 
     - `quantity`: `temperature` (°C), `normal_load`, `tension` behind the lining, `tension_increment`, `friction_force`
-      (kN), `pressure` (MPa), `slip_speed` (m/s), `friction_power` (kW), `friction_heat` since the start (kJ),
-      `friction_coefficient`, `displacement` of a chain (mm)
+      (kN), `pressure`, `slack_edge_pressure`, `tight_edge_pressure` (MPa), `edge_pressure_ratio`, `slip_speed` (m/s),
+      `friction_power` (kW), `friction_heat` since the start (kJ), `friction_coefficient`, `displacement` of a chain
+      (mm)
     - `pair`: name of a friction pair; of a staged brake `external` is band on linings, `internal` linings on rim
 
     Raises `InputError` for quantities that the run does not have.
