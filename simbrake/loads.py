@@ -77,6 +77,10 @@ class AbstractLoad(Part):
         """Travel of the hook per radian of the pulley, in m, or `None`."""
         return None
 
+    def hanging(self, piece: Piece) -> tuple[Real, Real] | None:
+        """Mass on the hook (kg), and its weight (N), or `None`."""
+        return None
+
 
 @short_for(AbstractLoad)
 class TorqueLoad(AbstractLoad):
@@ -116,6 +120,9 @@ class HookLoad(AbstractLoad):
     def travel(self) -> Scalar:
         return self.drum_radius / self.line_count
 
+    def hanging(self, piece: Piece) -> tuple[Real, Real]:
+        return self.mass, self.mass * self.gravity
+
     @property
     def profile(self) -> Constant:
         return Constant(0.0)
@@ -136,11 +143,11 @@ class AbstractString(AbstractLoad):
     drag: eqx.AbstractVar[Scalar]
 
     @abc.abstractmethod
-    def hanging(self, piece: Piece) -> tuple[Array, Array]:
+    def hangs(self, piece: Piece) -> tuple[Array, Array]:
         """Whether it hangs on the hook on a piece, and in which cycle (from 0)."""
 
     def _mass(self, piece: Piece) -> Array:
-        hangs, cycle = self.hanging(piece)
+        hangs, cycle = self.hangs(piece)
         return self.empty + jnp.where(hangs, self.string + cycle.astype(jnp.float64) * self.stand, 0.0)
 
     def torque(self, t: Real, omega: Real, piece: Piece) -> Real:
@@ -151,6 +158,9 @@ class AbstractString(AbstractLoad):
 
     def added_inertia(self, piece: Piece) -> Array:
         return (self._mass(piece) - self.empty) * self.travel() ** 2
+
+    def hanging(self, piece: Piece) -> tuple[Array, Array]:
+        return self._mass(piece), self._mass(piece) * self.gravity
 
     def travel(self) -> Scalar:
         return self.drum_radius / self.line_count
@@ -179,7 +189,7 @@ class StringLoad(AbstractString):
         # its value bears the scale of the torque
         return Constant((self.empty + self.string) * self.gravity * self.travel())
 
-    def hanging(self, piece: Piece) -> tuple[Array, Array]:
+    def hangs(self, piece: Piece) -> tuple[Array, Array]:
         piece = jnp.asarray(piece, jnp.int32)
         return piece % 2 == 1, piece // 2
 
@@ -215,7 +225,7 @@ class TrippingLoad(AbstractString):
         times = jnp.stack([jnp.asarray(self.taken, jnp.float64), jnp.asarray(self.set, jnp.float64)])
         return Repeated(times, jnp.stack([most, most]), self.period, self.count)
 
-    def hanging(self, piece: Piece) -> tuple[Array, Array]:
+    def hangs(self, piece: Piece) -> tuple[Array, Array]:
         passed = jnp.asarray(piece, jnp.int32) - 1
         return (passed >= 0) & (passed % 2 == 0), passed // 2
 

@@ -44,7 +44,7 @@ _FACTORS: dict[str, dict[str, float | str | Fraction]] = {
     "m/s": {"mm/s": "1e-3", "km/h": Fraction(10, 36), "m/min": Fraction(1, 60), "ft/s": "0.3048", "ft/min": "0.00508"},
     "m^2": {"cm^2": "1e-4", "mm^2": "1e-6", "ft^2": "0.09290304", "in^2": "0.00064516"},
     "kg": {"g": "1e-3", "t": 1e3, "lb": _POUND, **{name: x / _GRAVITY for name, x in _WEIGHTS.items()}},
-    "N": {"MN": 1e6, **_WEIGHTS},
+    "N": {"MN": 1e6, **_WEIGHTS, "t": _WEIGHTS["tf"]},
     "N/m": {"kN/m": 1e3, "MN/m": 1e6, "N/mm": 1e3, "kN/mm": 1e6},
     "N*m": {"Nm": 1, "kN*m": 1e3, "kNm": 1e3, **_FOOT_POUNDS, "lbf*ft": _FOOT_POUND},
     "Pa": {"kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "bar": 1e5, "N/mm^2": 1e6, "psi": _PSI, "ksi": 1000 * _PSI},
@@ -145,7 +145,7 @@ _SCALES: dict[str, tuple[tuple[float, float, str], ...]] = {
 }
 #: the same on a rig
 _RIG_SCALES: dict[str, tuple[tuple[float, float, str], ...]] = {
-    "N": ((1e3, float(1 / _WEIGHTS["klbf"]), "klbf"), (0.0, float(1 / _WEIGHTS["lbf"]), "lbf")),
+    "N": ((float(_WEIGHTS["klbf"]), float(1 / _WEIGHTS["klbf"]), "klbf"), (0.0, float(1 / _WEIGHTS["lbf"]), "lbf")),
     "N*m": ((1e6, float(0.001 / _FOOT_POUND), "ft·klbf"), (0.0, float(1 / _FOOT_POUND), "ft·lbf")),
     "J": ((1e3, float(0.001 / _FOOT_POUND), "ft·klbf"), (0.0, float(1 / _FOOT_POUND), "ft·lbf")),
     "W": ((0.0, float(1 / (550 * _FOOT_POUND)), "hp"),),

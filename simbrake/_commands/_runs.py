@@ -23,21 +23,31 @@ def run(
     max_steps: cli.MaxSteps = None,
     max_events: int = 10_000,
     units: cli.Units = "si",
+    measured: cli.Many = None,
 ) -> int:
     """Run a scenario and print a summary.
 
     Parameters
     ----------
+    measured
+        CSV file with a recording of the same run (columns as hook_position [ft]); --out then has overlay.png as well.
+        May be repeated.
     out
         Folder for every figure of the run, the series (CSV), the result as labelled data (netCDF) and the summary.
     max_events
         Events allowed.
     """
-    scene = cli.opened(scenario, set_, rtol, folder=out, max_steps=max_steps, max_events=max_events)
+    lost = [Fault("--measured", "is drawn into a figure", "give its folder: --out")] if measured and not out else []
+    counts = {"max_steps": max_steps, "max_events": max_events}
+    scene = cli.opened(scenario, set_, rtol, folder=out, faults=lost, **counts)
     from .._base._table import shown_in
     from .._run._measure import limit_checks, summary_with_limits, text_with_limits
+    from ..studies._measured import check_measured
 
     limits = cli.limits_of(scene, limit, fail_on_limit)
+    recorded = sb.read_measured(*measured) if measured else None
+    if recorded is not None:
+        check_measured(recorded, scene)
     with Waiting("run", "compiling…") as told:
         result = sb.simulate(scene, rtol=rtol, max_steps=max_steps, max_events=max_events, throw=False, progress=told)
         told.now("post-processing…")
@@ -49,7 +59,12 @@ def run(
     if out is not None:
         from .._pages._page import write as write_run
 
-        cli.print_written(write_run(result, out, None, checks), json_)
+        written = write_run(result, out, None, checks)
+        if recorded is not None:
+            with shown_in(units):
+                sb.plot.overlay(result, recorded).savefig(out / "overlay.png", dpi=130)
+            written = [*written, out / "overlay.png"]
+        cli.print_written(written, json_)
     return cli.exit_code(result.ok, fail_on_limit and cli.any_exceeded(checks))
 
 

@@ -107,6 +107,14 @@ class State(NamedTuple):
     phase: Any = None
 
 
+class HookNow(NamedTuple):
+    """The hook: travel downwards since the start (m), its speed (m/s), and the force on it, `m (g − a)` (N)."""
+
+    travel: Array
+    speed: Array
+    force: Array
+
+
 class ThermalNow(NamedTuple):
     """The thermal network at one instant."""
 
@@ -651,6 +659,14 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         settled = lever.no_more_turns(t) & (jnp.abs(rate) * (t - start) <= _AT_REST * T_0)
         load = self.driving(t, y.omega, mode)
         return Capacity(load, self.mechanism.capacity(T_0, y.omega, y.own, self.surfaces(y)), settled)
+
+    def hook(self, y: State, mode: Mode, z: BrakeNow) -> HookNow | None:
+        """The hook, where the load hangs on one."""
+        hanging, travel = self.load.hanging(_piece(mode, LOAD)), self.load.travel()
+        if hanging is None or travel is None:
+            return None
+        mass, weight = hanging
+        return HookNow(y.phi * travel, y.omega * travel, weight - mass * travel * z.contact.alpha)
 
     def holding(self, t: Array, y: State, mode: Mode) -> tuple[Array, Array]:
         """Load on a pulley at rest, and the static capacity of the brake in its direction (N·m, both ≥ 0)."""

@@ -21,7 +21,7 @@ from ..shaft import names_of
 from ..thermal._heat import PowerSplit
 from ._probe import Instant, Probe, RunJit, ends_of, numpy_of, terminal_speed
 from ._series import thickness
-from ._strength import lever_force, lever_of, lever_travel, strength_of, stress
+from ._strength import lever_of, lever_travel, strength_of, stress
 
 #: whether something happens at events, from the modes before and after them
 Happens = Callable[[Mode, Mode], Array]
@@ -335,10 +335,9 @@ METRICS: dict[str, Metric] = {
         "N",
         "maximum force on the lever",
         "Maximum force on the lever",
-        lambda p: p.flows.lever_tension[:, None],
+        lambda p: p.lever_force[:, None],
         _LEVER,
         greatest=True,
-        number=lever_force,
     ),
     "lever_travel": Metric(
         "m",

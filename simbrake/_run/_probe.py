@@ -14,12 +14,13 @@ from jaxtyping import Float, Int, PyTree
 from .._base._compiling import DeviceJit
 from .._base._progress import piece
 from .._physics import _terminal
-from .._physics._brake import BrakeNow, BrakeSystem, Capacity, State
+from .._physics._brake import BrakeNow, BrakeSystem, Capacity, HookNow, State
 from .._physics._mechanism import Mode, Shown
 from .._physics._thresholds import passing
 from ..hybrid import SKIPPED, Record
 from ..hybrid._arrays import Array
 from ..hybrid._system import unravel
+from ..loads import Lever
 
 LANES = 128  # times looked at in one call of a compiled program
 _MANY_LANES = 512  # more where no step is taken
@@ -45,6 +46,8 @@ class Probe(NamedTuple):
     surfaces: dict[str, Array]  # surface temperatures of rim, linings, band (m, nodes), where the scene has them
     passing: Float[Array, "m marks_of_heat"]  # by how much marks that only heat can pass are passed (see `mark_names`)
     holding: tuple[Array, Array]  # load at rest, and static capacity of the brake in its direction (N·m), (m,) each
+    hook: HookNow | None
+    lever_force: Float[Array, " m"] | None  # on the lever of the driller, where the scene has one
 
 
 def is_traced(tree: PyTree) -> bool:
@@ -102,14 +105,16 @@ def seen_at(system: BrakeSystem, t: Float[Array, " m"], y: State, mode: Mode) ->
             hot,
             passing(system, mode, q, hot),
             system.holding(t, y, mode),
+            system.hook(y, mode, q),
+            q.lever_tension / system.lever.gain if isinstance(system.lever, Lever) else None,
         )
 
-    flows, shown, margins, hot, passed, holding = jax.vmap(look)(t, y, mode)
+    flows, shown, margins, hot, passed, *others = jax.vmap(look)(t, y, mode)
     greater = None
     if shown.tension is not None:
         before = jnp.concatenate([flows.contact.slack_tension[:, None], shown.tension[:, :-1]], axis=1)
         greater = jnp.maximum(shown.tension, before)
-    return Probe(t, y, mode, flows, shown, margins, greater, hot, passed, holding)
+    return Probe(t, y, mode, flows, shown, margins, greater, hot, passed, *others)
 
 
 def probe_at(record: Record, index: Int[Array, " m"], h: Float[Array, " m"], *, still: bool = False) -> Probe:

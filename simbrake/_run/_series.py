@@ -173,8 +173,8 @@ class Series(NamedTuple):
     lever_force: Annotated[
         Values | None,
         "N",
-        "force of the actuator on each pad or shoe",
-        lambda p, s: p.flows.contact.slack_tension if p.shown.tension is None else None,
+        "force of the actuator on each pad or shoe, or on the lever of a band",
+        lambda p, s: p.flows.contact.slack_tension if p.shown.tension is None else p.lever_force,
     ]
     normal_load: Annotated[Each, "N", "normal load on each lining", lambda p, s: s.pair.normal]
     friction_force: Annotated[Each, "N", "friction force on each lining", lambda p, s: s.pair.friction]
@@ -234,6 +234,15 @@ class Series(NamedTuple):
     ]
     friction_memory: Annotated[
         Any, "", "state of the friction law of each lining (several: in the order of its PyTree)", lambda p, s: s.memory
+    ]
+    hook_position: Annotated[
+        Values | None, "m", "travel of the hook downwards since the start", lambda p, s: p.hook and p.hook.travel
+    ]
+    hook_speed: Annotated[
+        Values | None, "m/s", "speed of the hook, positive downwards", lambda p, s: p.hook and p.hook.speed
+    ]
+    hook_load: Annotated[
+        Values | None, "N", "force on the hook, weight less inertia", lambda p, s: p.hook and p.hook.force
     ]
     holding_reserve: Annotated[
         Values | None,

@@ -28,12 +28,6 @@ def stress(tension: Array, scene: Scene, *, anchor: bool = False) -> Array:
     return tension / (parts.anchor_area if anchor else parts.band_area)
 
 
-def lever_force(tension: Array, scene: Scene) -> Array:
-    """Force on the lever (N) for a slack tension."""
-    lever: Any = lever_of(scene)
-    return tension / lever.gain
-
-
 def lever_travel(record: Record, scene: Scene) -> Array:
     """Travel of the lever's end (m) at the end of a run, from where the released band of new linings lies:
 

@@ -20,5 +20,6 @@ from ._studies import distribution as distribution
 from ._studies import effects as effects
 from ._studies import indices as indices
 from ._studies import layouts as layouts
+from ._studies import overlay as overlay
 from ._studies import tornado as tornado
 from ._studies import wear as wear

@@ -16,13 +16,15 @@ from .._base._faults import Fault, InputError
 from .._base._table import scale
 from .._parts._scene import Scene, band_brake
 from .._run._measure import Metric, name_of
+from .._run._result import Result
 from .._run._simulate import simulate
 from ..brakes._design import Brake, Lining
 from ..layouts._equal_layout import InfeasibleLayout, Layout, LayoutDesign, LayoutRow, chord_equal_load_angles
 from ..studies._calibration import Calibration
+from ..studies._evaluator import Faults
 from ..studies._global import MorrisTable, SobolTable
 from ..studies._lining_life import LiningLife
-from ..studies._measured import pick
+from ..studies._measured import Measured, check_measured, pick
 from ..studies._sensitivity import SensitivityTable
 from ..studies._uncertainty import Uncertainty
 from ._pulley import Ends, lining_edges, side_by_side
@@ -61,6 +63,34 @@ def tornado(table: SensitivityTable, *, most: int = 12, figure: Figure | None = 
         words = f"{name} {table.value:.6g} {table.unit}: each parameter over its range, the others fixed"
         axes.set_title(words, fontsize=10)
     axes.grid(axis="x", alpha=0.3)
+    return figure
+
+
+def overlay(result: Result, data: Measured, *, figure: Figure | None = None) -> Figure:
+    """Measured columns over a run, one panel each: what was measured, its standard deviation, and the run.
+
+    Axes have units for reading (within `simbrake.results.shown_in("rig")` those of a rig). Raises `InputError` for
+    columns that are not in a run of the scene, and for times outside it.
+    """
+    check_measured(data, result.scene)
+    figure = sheet(figure, 8.0, 1.0 + 2.0 * max(len(data.points), 1))
+    panels = figure.subplots(max(len(data.points), 1), 1, squeeze=False, sharex=True)[:, 0]
+    faults = Faults()
+    for axes, part in zip(panels, data.points, strict=False):
+        s = dense_grid(result, float(part.t.min()), float(part.t.max()))
+        values = pick(result, s, part.column, part.entry)
+        if isinstance(values, Fault):
+            faults.append(values)
+            continue
+        factor, offset, name = scale(part.unit, float(np.max(np.abs(part.value))), absolute=True)
+        dots = {"fmt": ".", "color": "k", "ms": 4, "elinewidth": 0.8, "zorder": 3}
+        spread = None if part.sigma is None else factor * part.sigma
+        axes.errorbar(part.t, factor * part.value + offset, spread, label="measured", **dots)
+        axes.plot(s.t, factor * np.asarray(values) + offset, color="tab:blue", label="run")
+        axes.set_ylabel(f"{part.name.replace('_', ' ')}{', ' * bool(name)}{name}")
+    faults.report()
+    panels[-1].set_xlabel("time, s")
+    finish(panels)
     return figure
 
 

@@ -43,6 +43,7 @@ from ._of_runs import overlap as overlap
 from ._of_runs import prepare as prepare
 from ._of_runs import ring_wear as ring_wear
 from ._of_runs import rubbing as rubbing
+from ._of_runs import shown_in as shown_in
 from ._of_runs import simulate_heat as simulate_heat
 from ._of_runs import steady_state as steady_state
 from ._of_runs import with_temperatures as with_temperatures

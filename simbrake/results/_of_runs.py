@@ -1,5 +1,6 @@
 """Public names of runs and results that are defined in the packages of the run."""
 
+from .._base._table import shown_in as shown_in
 from .._physics._mechanism import BandMode as BandMode
 from .._run._linings import Overlap as Overlap
 from .._run._linings import Rubbing as Rubbing
