@@ -34,6 +34,7 @@ class Now(NamedTuple):
     band_speed: float  # ẋ (m/s)
     lever_power: float
     pairs: list[Pair]
+    margin: np.ndarray  # load of each lining on the rim, of one off the rim what it lacks to touch (N)
 
 
 class Banded(Brake):
@@ -46,6 +47,7 @@ class Banded(Brake):
         super().__init__(p, 1 if self.bandage is None else 2, own)
         self.z, self.sine, self.inner = np.tan(p["beta"] / 2), np.sin(p["beta"] / 2), 0
         self.R_b, self.sense, self.left = p["R_b"], (-1 if p["omega"] < 0 else 1), None
+        self.off = np.zeros(self.n, bool)  # linings that have lifted off the rim
         if self.bandage is not None:
             self.y[self.OWN.start] = p["omega"]
             self.inner_law = law_of(self.bandage["law"], p.get("fade"))
@@ -98,10 +100,16 @@ class Banded(Brake):
         else:
             v = np.full(self.n, slides * (y[1] - y[self.OWN.start]) * self.p["R"])
             f = self.inner_law.kinetic(v, T)
-        return f * self.rim_load(along) + 0 * rim["preload"]
+        return f * self.rim_load(y, along) + 0 * rim["preload"]
 
-    def rim_load(self, along: np.ndarray) -> np.ndarray:
-        return (along[1:] + along[:-1]) * self.sine + self.bandage["preload"]
+    def rim_load(self, y: np.ndarray, along: np.ndarray) -> np.ndarray:
+        return np.where(self.off, 0.0, self.rim_balance(y, along))
+
+    def rim_balance(self, y: np.ndarray, along: np.ndarray) -> np.ndarray:
+        """Load of the band and preload less the centrifugal force (N)."""
+        rim, omega_b = self.bandage, 0.0 if self.mode == HELD else self.carrier(y)
+        thrust = rim["mass"] * rim["mass_radius"] * omega_b**2 if "mass" in rim else 0.0
+        return (along[1:] + along[:-1]) * self.sine + rim["preload"] - thrust
 
     def rim_torque(self, y: np.ndarray, along: np.ndarray, slides: int) -> float:
         return self.p["R"] * float(np.sum(self.rim_friction(y, along, slides)))
@@ -153,11 +161,14 @@ class Banded(Brake):
             alpha, alpha_b = (M - drive) / J, (0.0 if mode == HELD else (drive - torque) / J_b)
         if self.bandage is not None:
             slip = 0.0 if stuck else self.p["R"] * (omega - omega_b)
-            rim = Pair(F * abs(slip), self.rim_load(along), slip)
+            rim = Pair(F * abs(slip), self.rim_load(y, along), slip)
         lead, slip_speed, band_speed = self._slip(t, y, omega_b, alpha_b, along, slopes, rim)
         outer = Pair((along[1:] - along[:-1]) * slip_speed, (along[1:] + along[:-1]) * self.sine, slip_speed)
         pairs = [outer] if rim is None else [outer, rim]
-        return Now(torque, alpha, alpha_b, drive, capacity, lead, band_speed, T_0 * band_speed, pairs)
+        margin = np.ones(self.n)
+        if self.bandage is not None and "mass" in self.bandage and mode != HELD:
+            margin = np.where(self.off, -1, 1) * self.rim_balance(y, along)
+        return Now(torque, alpha, alpha_b, drive, capacity, lead, band_speed, T_0 * band_speed, pairs, margin)
 
     def _slip(
         self, t: float, y: np.ndarray, omega_b: float, alpha_b: float, along: np.ndarray, slopes: Any, rim: Any
@@ -229,6 +240,8 @@ class Banded(Brake):
                     found |= {f"limit {i + 1}": (ahead[i] - tension) / self.force for i in range(self.n - 1)}
                     found |= {f"limit -{i + 1}": (behind[i] - T_0) / self.force for i in range(1, self.n)}
         if self.bandage is not None:
+            if "mass" in self.bandage and self.mode != HELD:
+                found |= {f"lift {i}": now.margin[i] / self.force for i in range(self.n)}
             if self.inner == 0:
                 found["grip"] = (now.capacity - abs(now.drive)) / self.torque
             else:
@@ -242,6 +255,10 @@ class Banded(Brake):
         for name in passed:
             self.note(t, "lining_limit", abs(int(name.split()[1])))
         if fired and len(passed) == len(fired):
+            return y
+        lifted = [int(name.split()[1]) for name in fired if name.startswith("lift")]
+        self._lift(t, lifted)
+        if fired and len(passed) + len(lifted) == len(fired):
             return y
         y, old, old_inner = y.copy(), self.mode, self.inner
         old_limits = self.limits_passed(t, y) if fired or self.left is None else self.left
@@ -257,7 +274,14 @@ class Banded(Brake):
             self.inner = 0
         for _ in range(4):
             self._settle_band(t, y, old, fired)
-            if self.bandage is None or self.inner:
+            if self.bandage is None:
+                break
+            if self.mode == HELD:
+                self._lift(t, np.flatnonzero(self.off))
+            else:
+                jumped = np.flatnonzero(self.now(t, y).margin < -ROUNDING * self.force)
+                self._lift(t, [i for i in jumped if i not in lifted])
+            if self.inner:
                 break
             now = self.now(t, self._jump(t, y, old))
             if abs(now.drive) <= now.capacity + ROUNDING * self.torque:
@@ -272,6 +296,12 @@ class Banded(Brake):
         self.first = False
         leaves = self._leaves(t, y) if self.clipped else ""
         return self.change(t, y, [leaves]) if leaves else y
+
+    def _lift(self, t: float, linings: Any) -> None:
+        """Linings leave the rim, or touch it again."""
+        for i in linings:
+            self.off[i] = not self.off[i]
+            self.note(t, "lining_lift_off" if self.off[i] else "lining_touchdown", int(i) + 1)
 
     def _settle_band(self, t: float, y: np.ndarray, old: str, fired: list[str]) -> None:
         omega_b = self.carrier(y)

@@ -86,6 +86,8 @@ def ours(p: dict[str, Any]) -> Course:
     times, modes = np.asarray(record.rows.t)[: n + 1], record.modes
     parts = [part for name in ("outer", "inner", "linings") if (part := getattr(modes.own, name, None)) is not None]
     columns = [np.asarray(x)[: n + 1].reshape(n + 1, -1) for x in (modes.band, *parts)]
+    if p["kind"] == "resolved bandage" and modes.lifted is not None:  # a lining off the rim neither sticks nor slides
+        columns[2] = np.where(np.asarray(modes.lifted)[: n + 1] != 0, 2, columns[2])
     if p["kind"] == "resolved bandage":  # an open band touches no lining
         columns[1] = np.where(columns[0] == sb.results.BandMode.OPEN, 0, columns[1])
     rows = np.column_stack(columns).astype(int)

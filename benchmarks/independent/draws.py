@@ -43,6 +43,8 @@ def draw(kind: str, flavour: str, seed: int) -> dict[str, Any]:
     _friction(p, rng, kind, flavour, n)
     _mechanism(p, rng, kind, n)
     _heat(p, rng, flavour, n)
+    if p["bandage"] is not None and seed % 2:  # linings with a centrifugal force
+        p["bandage"] |= {"mass": rng.uniform(0.5, 6.0, n), "mass_radius": 0.61}
     return p
 
 
@@ -140,6 +142,7 @@ def _brake(p: dict[str, Any]) -> Any:
     if p["bandage"] is not None:
         q = p["bandage"]
         more = {"spring": q["spring"], "spring_damping": q["damping"]} if kind == "resolved bandage" else {}
+        more |= {key: q[key] for key in ("mass", "mass_radius") if key in q}
         bandage = sb.Bandage(q["J"], _law(p, q["law"], p["ratios"][1]), q["preload"], p["areas"][1], **more)
     linings = sb.Lining(law, p["beta"], p["areas"][0], mass)
     return sb.Brake(sb.Pulley(p["R"], p["J"]), sb.Band(p["R_b"], p["C"], segments), linings, bandage)

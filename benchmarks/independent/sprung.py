@@ -36,6 +36,7 @@ class Now(NamedTuple):
     acceleration: np.ndarray  # rad/s²
     least: float  # load torques between which a pulley at rest stays there (N·m)
     most: float
+    margin: np.ndarray  # load of each lining on the rim, of one off the rim what it lacks to touch (N)
 
 
 class Sprung(Brake):
@@ -52,13 +53,14 @@ class Sprung(Brake):
         self.R, self.R_b, self.J_i, self.K, self.preload = p["R"], p["R_b"], q["J"], q["spring"], q["preload"]
         reduced = 1 / (self.R_b**2 * (1 / self.J_i[:-1] + 1 / self.J_i[1:]))
         self.D = 2 * q["damping"] * np.sqrt(self.K * reduced)
+        self.thrust, self.off = q.get("mass", np.zeros(n)) * q.get("mass_radius", 0.0), np.zeros(n, bool)
         self.z, self.sine, self.rim_law = np.tan(p["beta"] / 2), np.sin(p["beta"] / 2), law_of(q["law"], p.get("fade"))
         self.outer, self.inner, self.sense = np.ones(n, int), np.zeros(n, int), (-1 if p["omega"] < 0 else 1)
         self.y[self.OWN][n - 1 :] = p["omega"]
 
     def label(self):
         outer = np.zeros(self.n, int) if self.mode == OPEN else self.outer
-        return (self.mode, *map(int, outer), *map(int, self.inner))
+        return (self.mode, *map(int, outer), *map(int, np.where(self.off, 2, self.inner)))
 
     @property
     def held(self) -> np.ndarray:
@@ -82,15 +84,19 @@ class Sprung(Brake):
         on_rim = np.where(
             self.inner == 0, self.rim_law.static(T), self.rim_law.kinetic(self.inner * (y[1] - w) * self.R, T)
         )
-        return self.law.static(T) * self.z, sliding * self.z, on_rim
+        return self.law.static(T) * self.z, sliding * self.z, np.where(self.off, 0.0, on_rim)
+
+    def _seat(self, y: np.ndarray) -> np.ndarray:
+        """Preload less the centrifugal force (N)."""
+        return self.preload - self.thrust * self.own(y)[1] ** 2
 
     def _along(self, T_0: float, y: np.ndarray, springs: np.ndarray, share: Any) -> tuple[np.ndarray, np.ndarray]:
         """Tensions `T_0…T_n` for shares of the grip that fixed linings use; which linings the band bounds then."""
-        still, moving, on_rim = self._coefficients(y)
+        (still, moving, on_rim), seat = self._coefficients(y), self._seat(y)
         before = np.full(np.shape(share), T_0)
         tensions, bounded = [before], []
         for i in range(self.n):
-            by_load, by_preload = self.R * on_rim[i] * self.sine[i], self.R * on_rim[i] * self.preload[i]
+            by_load, by_preload = self.R * on_rim[i] * self.sine[i], self.R * on_rim[i] * seat[i]
             low, high = before * (1 - still[i]) / (1 + still[i]), before * (1 + still[i]) / (1 - still[i])
             used = share if self.fixed[i] else float(self.inner[i])
             # R_b (T − T') = used (by_load (T + T') + by_preload) + Q
@@ -118,7 +124,7 @@ class Sprung(Brake):
             if self.fixed[i]:
                 total = total + self.R_b * (tension[i + 1] - tension[i]) - springs[i]
             else:
-                load = (tension[i + 1] + tension[i]) * self.sine[i] + self.preload[i]
+                load = (tension[i + 1] + tension[i]) * self.sine[i] + self._seat(y)[i]
                 total = total + self.inner[i] * self.R * on_rim[i] * load
         return total
 
@@ -156,7 +162,8 @@ class Sprung(Brake):
         tension, _ = self._along(T_0, y, springs, np.float64(share))
         still, _, on_rim = self._coefficients(y)
         before, pull, both = tension[:-1], np.diff(tension), tension[1:] + tension[:-1]
-        grip = self.R * on_rim * (both * self.sine + self.preload)
+        balance = both * self.sine + self._seat(y)
+        grip = self.R * on_rim * balance
         needed, slid = self.R_b * pull - springs, self.inner * grip
         alpha = 0.0
         if not rests:
@@ -168,14 +175,15 @@ class Sprung(Brake):
         bears = self.R * on_rim * ((after + before) * self.sine + self.preload) + self.R_b * np.abs(after - before)
         acceleration = np.where(held, 0.0, np.where(stuck, alpha, (slid - needed) / self.J_i))
         spare = bears - np.abs(springs)
-        return Now(alpha, tension, pull, still * both, drive, grip, springs, spare, acceleration, least, most)
+        margin = np.where(self.off, -balance, balance)
+        return Now(alpha, tension, pull, still * both, drive, grip, springs, spare, acceleration, least, most, margin)
 
     def rates(self, t, y):
         now, (_, w), (_, damping, stretching) = self.now(t, y), self.own(y), self.forces_of_springs(y)
         omega = 0.0 if np.any(self.fixed) else float(y[1])
         N = (now.tension[1:] + now.tension[:-1]) * self.sine
         outer = Pair(now.pull * self.R_b * w, N, self.R_b * w)
-        rim = Pair(now.drive * (omega - w), N + self.preload, self.R * (omega - w))
+        rim = Pair(now.drive * (omega - w), np.abs(np.where(self.off, 0.0, now.margin)), self.R * (omega - w))
         own = np.append(stretching, now.acceleration)
         return self.assembled(t, y, now.alpha, own, [outer, rim], damping=damping, omega=omega)
 
@@ -187,6 +195,8 @@ class Sprung(Brake):
         elif self.mode != OPEN:
             found["pulley"] = self.sense * omega / self.speed
         for i in range(self.n):
+            if np.any(self.thrust) and not self.held[i]:
+                found[f"lift {i}"] = now.margin[i] / self.force
             if self.fixed[i]:
                 found[f"tear {i}"] = now.spare[i] / self.torque
                 continue
@@ -196,7 +206,8 @@ class Sprung(Brake):
             if self.inner[i] == 0:
                 found[f"rim {i}"] = (now.grip[i] - abs(now.drive[i])) / self.torque
                 continue
-            found[f"rim {i}"] = self.inner[i] * (omega - w[i]) / self.speed
+            if not self.off[i]:
+                found[f"rim {i}"] = self.inner[i] * (omega - w[i]) / self.speed
             if self.mode != OPEN:
                 found[f"band {i}"] = self.outer[i] * w[i] / self.speed
         return found
@@ -211,6 +222,8 @@ class Sprung(Brake):
             y[1] = 0.0
         way = 1 if "above" in fired else -1 if "below" in fired else 0
         self._let_go_or_catch(t, y, fired)
+        lifted = [int(name.split()[1]) for name in fired if name.startswith("lift")]
+        self._lift(t, y, lifted)
         self._lever(y)
         if self.mode != OPEN and "pulley" in fired:
             y[1] = 0.0
@@ -223,6 +236,10 @@ class Sprung(Brake):
             way = 0
         else:
             raise RuntimeError(f"no mode is consistent at {t:.9g} s")
+        if np.any(self.thrust):
+            self._lift(t, y, np.flatnonzero(self.off & self.held))
+            jumped = np.flatnonzero(~self.held & (self.now(t, y).margin < -ROUNDING * self.force))
+            self._lift(t, y, [i for i in jumped if i not in lifted])
         if self.mode != OPEN:
             rests, omega = bool(np.any(self.fixed)), y[1]
             if not rests:
@@ -231,6 +248,17 @@ class Sprung(Brake):
         self._log(t, *old)
         self.first = False
         return y
+
+    def _lift(self, t: float, y: np.ndarray, linings: Any) -> None:
+        """Linings leave the rim, or touch it again and slide there by their speed."""
+        for i in linings:
+            self.off[i] = not self.off[i]
+            self.note(t, "lining_lift_off" if self.off[i] else "lining_touchdown", int(i) + 1)
+            way = np.sign(y[1] - self.own(y)[1][i])
+            if self.off[i] and self.inner[i] == 0:
+                self.inner[i] = 1 if self.now(t, y).drive[i] > 0 else -1
+            elif not self.off[i] and way and self.inner[i]:
+                self.inner[i] = int(way)
 
     def _let_go_or_catch(self, t: float, y: np.ndarray, fired: list[str]) -> None:
         """What guards of single linings have told: what slid has caught on, what stuck lets go."""
@@ -294,7 +322,7 @@ class Sprung(Brake):
     def _catches(self, y: np.ndarray, now: Now) -> bool:
         """Linings without speed on one of their faces that would slide there against their sense stay."""
         _, w = self.own(y)
-        slides, slight = (self.inner != 0) & ~self.held, 1e-9 * self.torque / self.J_i
+        slides, slight = (self.inner != 0) & ~self.held & ~self.off, 1e-9 * self.torque / self.J_i
         wrong = slides & (w == y[1]) & (self.inner * (now.alpha - now.acceleration) < -slight)
         self.inner[wrong] = 0
         if self.mode != OPEN and not np.any(wrong):
