@@ -22,6 +22,10 @@ SCENES = (
     ("disc", "hot", 2),
     ("shoe", "plain", 0),
     ("shoe", "fill", 2),
+    # linings that lift off the rim and touch again
+    ("staged, rigid band", "plain", 5),
+    ("staged, elastic band", "plain", 9),
+    ("resolved bandage", "plain", 1),
     # linings held at rest of which springs tear one off; six linings with friction that depends on their own speeds
     ("resolved bandage", "plain", 2),
     ("resolved bandage", "fill", 2),

@@ -44,7 +44,7 @@ def draw(kind: str, flavour: str, seed: int) -> dict[str, Any]:
     _mechanism(p, rng, kind, n)
     _heat(p, rng, flavour, n)
     if p["bandage"] is not None and seed % 2:  # linings with a centrifugal force
-        p["bandage"] |= {"mass": rng.uniform(0.5, 6.0, n), "mass_radius": 0.61}
+        p["bandage"] |= {"mass": rng.uniform(2.0, 15.0, n), "mass_radius": 0.61}
     return p
 
 

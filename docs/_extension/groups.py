@@ -35,7 +35,7 @@ PAGES: dict[str, tuple[str, ...]] = {
         "_pages._page",
     ),
     "statics": ("brakes._band",),
-    "wear": ("wear", "studies._lining_life"),
+    "wear": ("wear", "studies._lining_life", "_run._travel"),
     "layouts": ("_run._linings", "_run._probe", "layouts"),
     "studies": ("studies",),
     "estimates": ("formulas", "published"),

@@ -283,9 +283,12 @@ def _scipy_events(result: Result, course: Course) -> list[Event]:
         found += [Event(times[i], name) for name in events_of_change(before, labels[i], i == first)]
         before = labels[i]
     for (was, now), t in zip(itertools.pairwise(modes), times[1:], strict=True):
-        for kind, column in now.contacts.items():
-            for lining in np.flatnonzero(np.asarray(column) != np.asarray(was.contacts[kind])):
-                what = "stick" if np.asarray(column)[lining] == 0 else "slip"
+        columns = [(kind, was.contacts[kind], column, ("slip", "stick")) for kind, column in now.contacts.items()]
+        if now.lifted is not None:
+            columns.append(("lining", was.lifted, now.lifted, ("lift_off", "touchdown")))
+        for kind, before, after, whats in columns:
+            for lining in np.flatnonzero((np.asarray(before) == 0) != (np.asarray(after) == 0)):
+                what = whats[int(np.asarray(after)[lining] == 0)]
                 found.append(Event(t, f"{kind}_{what}", int(lining) + 1))
     return found
 
