@@ -1,7 +1,8 @@
 """Tripping in 30 stands with a U2-5-5 drawworks: rim and linings heat up with each stop, and friction fades.
 
 Each cycle: release, lower 27 m against the auxiliary brake, brake to rest, set the string in the slips, wait for the
-next stand. Geometry from the published description (V: Volchenko et al., table 1; Z: Zhuravlov et al.); other values
+next stand. Lowering ends with the travel and braking with the rest, so that a hot brake takes longer and every stand
+comes as far. Geometry from the published description (V: Volchenko et al., table 1; Z: Zhuravlov et al.); other values
 are marked as assumptions.
 """
 
@@ -10,7 +11,6 @@ import math
 import simbrake as sb
 
 STANDS = 30
-PERIOD = 50.0  # s per stand; assumption
 BANDS = 2  # both bands of the drawworks act as one: areas and tensions are sums over the two
 
 
@@ -67,27 +67,27 @@ def scene() -> sb.Scene:
             ),
         ),
         duty=sb.Duty(
-            slack_tension=sb.Repeated(
-                times=[1.0, 2.0, 20.0, 20.35],  # s in the cycle: release in 1 s, lower, apply the lever in 0.35 s
-                values=[hold, 0.0, 0.0, hold],
-                period=PERIOD,
+            slack_tension=sb.loads.Phases(
+                (
+                    # take the string, release in 1 s, lower; braking takes the rest of the 27 m
+                    sb.loads.Phase(sb.PiecewiseLinear([0.5, 1.5], [hold, 0.0]), "travel 26 m", "lower"),
+                    sb.loads.Phase(sb.ramp(0.0, hold, 0.0, 0.35), "rest", "brake"),
+                    sb.loads.Phase(hold, "18 s", "hold"),
+                    sb.loads.Phase(hold, "10 s", "next stand", hangs=False),
+                ),
                 count=STANDS,
             ),
-            load=sb.TrippingLoad(
+            load=sb.loads.StringLoad(
                 empty=8.0e3,  # kg: hook and travelling block; assumption
                 string=80.0e3,  # kg in mud when the 30 stands begin; assumption
                 stand=0.8e3,  # kg in mud; assumption: 27 m of 127 mm drill pipe
-                taken=0.5,  # s in the cycle: the hook takes the string out of the slips
-                set=40.0,  # s in the cycle: it is set in the slips again
-                period=PERIOD,
-                count=STANDS,
                 drum_radius=drum_radius,
                 line_count=line_count,
                 drag=1.5e3,  # N·m·s; assumption: auxiliary brake, about 1.5 m/s at the hook
             ),
         ),
         initial=sb.Initial(omega=0.0),
-        end_time=STANDS * PERIOD,
+        end_time=STANDS * 60.0,  # at most: the run ends with the last phase
         heat=heat(),
     )
 

@@ -183,10 +183,7 @@ class Phases(Part):
 
     def at(self, passed: Int[Array, ""], begun: Float[Array, ""]) -> "PhaseNow":
         """The lever of the phase that began at `begun` (s) after `passed` others; behind the last that of the last."""
-        passed = jnp.minimum(passed, self.total - 1)
-        n = len(self.phases)
-        here = jnp.arange(n, dtype=jnp.int32) == passed % n
-        return PhaseNow(self, passed, here, begun)
+        return PhaseNow(self, jnp.minimum(passed, self.total - 1), begun)
 
     def hangs(self, passed: Int[Array, ""]) -> Int[Array, ""]:
         """Piece of a `StringLoad` in a phase."""
@@ -217,14 +214,12 @@ class Phases(Part):
 
 class _Table(NamedTuple):
     """Straight lines of all phases behind each other, one entry for each piece: `base + slope (τ − start)`, `τ < end`;
-    and which phase it belongs to."""
+    which phase it belongs to, and which of its pieces it is."""
 
-    base: Float[Array, " n"]
-    start: Float[Array, " n"]
-    slope: Float[Array, " n"]
+    lines: Float[Array, "3 n"]  # base, start, slope
     end: Float[Array, " n"]
     owner: Int[np.ndarray, " n"]
-    first: Int[np.ndarray, " phases"]
+    piece: Int[np.ndarray, " n"]
 
 
 def _table(phases: Sequence[Phase]) -> _Table:
@@ -237,9 +232,10 @@ def _table(phases: Sequence[Phase]) -> _Table:
             level = jnp.reshape(jnp.asarray(lever.level, jnp.float64), 1) if type(lever) is Constant else zero
             columns.append((level, zero, zero, inf))
     sizes = [column[0].shape[0] for column in columns]
-    base, start, slope, end = (jnp.concatenate(each) for each in zip(*columns, strict=True))
-    owner = np.repeat(np.arange(len(phases)), sizes)
-    return _Table(base, start, slope, end, owner, np.cumsum([0, *sizes[:-1]]))
+    *lines, end = (jnp.concatenate(each) for each in zip(*columns, strict=True))
+    owner = np.repeat(np.arange(len(phases), dtype=np.int32), sizes)
+    piece = np.concatenate([np.arange(size, dtype=np.int32) for size in sizes])
+    return _Table(jnp.stack(lines), end, owner, piece)
 
 
 class PhaseNow(NamedTuple):
@@ -247,8 +243,17 @@ class PhaseNow(NamedTuple):
 
     whole: Phases
     passed: Int[Array, ""]
-    here: Bool[Array, " phases"]
     begun: Float[Array, ""]
+
+    @property
+    def number(self) -> Int[Array, ""]:
+        """Number of the phase in its cycle, from 0."""
+        return self.passed % len(self.whole.phases)
+
+    @property
+    def here(self) -> Bool[Array, " phases"]:
+        """Which phase it is."""
+        return jnp.arange(len(self.whole.phases), dtype=jnp.int32) == self.number
 
     @property
     def _table(self) -> _Table:
@@ -257,18 +262,15 @@ class PhaseNow(NamedTuple):
     @property
     def _others(self) -> list[tuple[Array, AbstractProfile]]:
         """Levers that are no straight lines, and whether each is the one now."""
-        levers = [phase.lever for phase in self.whole.phases]
-        return [
-            (self.here[i], lever) for i, lever in enumerate(levers) if type(lever) not in (PiecewiseLinear, Constant)
-        ]
+        straight, levers = (PiecewiseLinear, Constant), [phase.lever for phase in self.whole.phases]
+        return [(self.number == i, lever) for i, lever in enumerate(levers) if type(lever) not in straight]
 
     def of_each(self, values: Sequence[Any]) -> Array:
         """The value of the phase that runs."""
-        return jnp.sum(jnp.where(self.here, jnp.stack([jnp.asarray(value) for value in values]), 0))
+        return jnp.sum(jnp.where(self.here, jnp.stack([jnp.asarray(value) for value in values]), 0.0))
 
     def _piece(self, table: _Table, piece: Piece) -> Bool[Array, " n"]:
-        at = jnp.sum(jnp.where(self.here, table.first, 0)).astype(jnp.int32) + piece
-        return jnp.arange(len(table.owner), dtype=jnp.int32) == at
+        return (table.owner == self.number) & (table.piece == piece)
 
     def _along(self, found: Array, of: Callable[[AbstractProfile, Array], Any], t: Array) -> Array:
         """`found`, or where another lever runs what is `of` it, at its own time."""
@@ -278,8 +280,8 @@ class PhaseNow(NamedTuple):
 
     def value(self, t: Array, piece: Piece) -> Array:
         table = self._table
-        here = self._piece(table, piece)
-        base, start, slope = (jnp.sum(jnp.where(here, column, 0.0)) for column in table[:3])
+        # (by one sum of all three: each reduction costs time)
+        base, start, slope = jnp.unstack(jnp.sum(jnp.where(self._piece(table, piece), table.lines, 0.0), axis=1))
         line = base + slope * (t - self.begun - start)
         return self._along(line, lambda lever, local: lever.value(local, piece), t)
 
@@ -290,14 +292,14 @@ class PhaseNow(NamedTuple):
 
     def first_piece(self, t: Array) -> Int[Array, ""]:
         table = self._table
-        mine = jnp.any(self.here[:, None] & (table.owner == np.arange(len(self.here))[:, None]), axis=0)
-        passed = jnp.sum(mine & (table.end <= t - self.begun)).astype(jnp.int32)
+        passed = jnp.sum((table.owner == self.number) & (table.end <= t - self.begun)).astype(jnp.int32)
         return self._along(passed, lambda lever, local: jnp.asarray(lever.first_piece(local), jnp.int32), t)
 
     def no_more_turns(self, t: Array) -> Bool[Array, ""]:
         local = t - self.begun
         last = self.passed == self.whole.total - 1
-        return last & self.of_each([phase.lever.no_more_turns(local) for phase in self.whole.phases]).astype(bool)
+        turned = jnp.stack([jnp.asarray(phase.lever.no_more_turns(local)) for phase in self.whole.phases])
+        return last & jnp.any(self.here & turned)
 
     # --- levers that control the speed --------------------------------------------------------------------------------
 

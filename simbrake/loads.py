@@ -58,7 +58,7 @@ class AbstractLoad(Part):
 
     #: the profile whose time breakpoints the load has
     profile: eqx.AbstractVar[AbstractProfile]
-    #: whether it depends on the phase of the duty (`Phases`): `piece` is twice the cycle (from 0), plus 1 while it hangs
+    #: whether the phases of the duty (`Phases`) are its pieces: twice the cycle, from 0, and 1 more while it hangs
     by_phases: ClassVar[bool] = False
 
     @abc.abstractmethod

@@ -35,6 +35,7 @@ from .._run._result import Result
 from .._run._series import flat as flat_series
 from .._run._series import unit_of_column
 from .._run._simulate import simulate
+from .._run._stops import stop_table
 from ..brakes._pressed import DiscBrake, ShoeBrake
 from ..files._scene_file import scene_text
 from ..plot._published import PUBLISHED, file_stem, published
@@ -99,6 +100,7 @@ DUTY = Picture("duty", "What acts on the brake")
 #: the figures of a run in the order of the page; a new one is one line
 PICTURES = (
     Picture("stop", "The run over time"),
+    Picture("stops", "The stops, one by one", lambda run: len(run.stops) > 1),
     Picture("pulley", "Tensions and loads on the pulley's circle", lambda run: run.scene.brake.banded),
     Picture("pressed", "What presses the linings", lambda run: isinstance(run.scene.brake, DiscBrake | ShoeBrake)),
     Picture("lining_map", "Normal load of every lining", options=("normal_load",)),
@@ -233,6 +235,7 @@ def contents(
         "events": events,
         "fold": len(events) > _FOLD,
         "stages": stage_table(summary),
+        "stops": stop_table(summary),
         "ledgers": ledgers(result, summary),
         "limits": limit_table(checks),
         "summary": summary,

@@ -376,10 +376,9 @@ def load_words(load: AbstractLoad) -> str:
                 f"{number(load.string, 'kg', count=5)}; {_tackle(load)}"
             )
         case StringLoad():
-            words = (
-                f"a string of {number(load.string, 'kg', count=5)} in the first cycle, "
-                f"{number(load.stand, 'kg', count=5)} more in each, on a hook of {number(load.empty, 'kg', count=5)} or in the slips; {_tackle(load)}"
-            )
+            string, stand, empty = (number(m, "kg", count=5) for m in (load.string, load.stand, load.empty))
+            hook = f"on a hook of {empty} or in the slips; {_tackle(load)}"
+            words = f"a string of {string} in the first cycle, {stand} more in each, {hook}"
         case _:
             return f"{type(load).__name__}: {_said_of(load)}"
     return words + (f"; drag {number(load.drag, 'N*m*s', count=5)} against the motion" if float(load.drag) else "")

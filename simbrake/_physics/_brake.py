@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float, Int, PyTree
 
-from .._phases import PhaseEnd, PhaseNow, Phases
+from .._phases import AtTemperature, PhaseEnd, PhaseNow, Phases
 from ..friction import SurfaceState, memory_at_start, memory_sizes
 from ..hybrid import CORE, QUADRATURE, AbstractSemiExplicitSystem, largest, smallest
 from ..hybrid._arrays import Array
@@ -450,7 +450,9 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         found = found if room is None else jnp.append(found, room)
         if not isinstance(self.lever, Phases):
             return found
-        now, hot = self.lever.at(mode.phase, y.phase.begun), self.surface_temperatures(z)
+        now, hot = self.lever.at(mode.phase, y.phase.begun), dict[str, Array]()
+        if any(isinstance(phase.until, AtTemperature) for phase in self.lever.phases):
+            hot = self.surface_temperatures(z)
         return jnp.append(found, margin_of_phase(now, y.phase, mode, self.load.travel(), hot))
 
     def change(self, now: Instant, fired: Bool[Array, " guard"], at_stop: Bool[Array, ""]) -> tuple[Mode, Array]:

@@ -9,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
+from .._phases import Ended
 from .._physics._mechanism import BandMode, BrakeCode, Label, events_of_change
 from ..brakes._band import grip, product, running_product, tension_ratio
 from ..brakes._design import Bandage, Brake, BrakeWords, under_a_band, unloaded
@@ -176,6 +177,7 @@ EVENTS = {
     "external_release": EventMeaning(
         "the bandage comes loose from the band again", _STAGED, "the bandage came loose again"
     ),
+    "phase_end": EventMeaning("a phase of the duty ended", "duty in phases", "a phase of the duty ended"),
     "lining_slip": EventMeaning("lining `i` starts to slip on the rim", _CHAIN, "a lining starts to slip"),
     "lining_stick": EventMeaning("lining `i` sticks to the rim", _CHAIN, "a lining sticks"),
     "lining_internal_slip": EventMeaning(
@@ -216,16 +218,20 @@ EVENTS = {
 
 
 class Event(NamedTuple):
-    """One entry of the log: time in s, name, and the lining (from 1) where it concerns one."""
+    """One entry of the log: time in s, name, the lining (from 1) or the phase of the duty where it concerns one."""
 
     time: float
     name: str
     lining: int | None = None
+    phase: Ended | None = None
 
     def as_dict(self) -> Entry:
         entry: Entry = {"time": self.time, "name": self.name}
         if self.lining is not None:
             entry["lining"] = self.lining
+        if self.phase is not None:
+            entry |= {"phase": self.phase.phase, "cycle": self.phase.cycle, "until": self.phase.until}
+            entry |= {"phase_name": self.phase.name} if self.phase.name else {}
         return entry
 
 
@@ -308,6 +314,19 @@ def _all_at_limit(phase: Phase, reached: np.ndarray, n: int) -> list[Event]:
     else:
         order = [i for i in range(n - 1, -1, -1) if not reached[n + i]]
     return [Event(float(phase.start), "lining_limit", i + 1) for i in order]
+
+
+def with_phases(events: list[Event], ends: list[Event]) -> list[Event]:
+    """A log with the ends of phases: at one instant after the stop that ends a phase, and before what follows."""
+    found, after = list(events), 0
+    for end in ends:
+        while after < len(found) and (found[after].time < end.time):
+            after += 1
+        here = [i for i in range(after, len(found)) if found[i].time == end.time and found[i].name == "stop"]
+        after = here[-1] + 1 if here else after
+        found.insert(after, end)
+        after += 1
+    return found
 
 
 def marks_passed(passing: np.ndarray, row: np.ndarray) -> list[tuple[int, int]]:

@@ -9,7 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from .._base._table import in_rig_units, number, plain
+from .._base._table import Table, in_rig_units, number, plain
 from .._parts._scene import plausibility, warnings
 from .._phases import Phases
 from .._physics._brake import BrakeSystem
@@ -17,10 +17,11 @@ from .._physics._mechanism import BandMode, Label, Mode, slips
 from .._physics._thresholds import mark_names
 from ..hybrid import FINISHED, Record
 from ._choice import stiffness
-from ._log import Event, Phase, Stage, Status, absent_stages, event_log, marks_passed, stages_of
+from ._log import Event, Phase, Stage, Status, absent_stages, event_log, marks_passed, stages_of, with_phases
 from ._metrics import HOLDING, METRICS, Peak, energies, metrics_of
 from ._probe import Entry, capacities_at, record_of
 from ._scan import Scan, largest_share_of_capacity, peaks
+from ._stops import stop_table, stops_of
 from ._strength import limits_exceeded
 
 #: the lever pulls hardest from this far below its maximum tension on
@@ -166,7 +167,22 @@ class Report:
             phases = phases[1:]  # the settling of the first mode
         margins = np.asarray(self._scan.seen.margins)
         events = event_log(phases, margins, self._locate, margins.shape[1] // 2, start)
-        return sorted([*events, *self._marks()], key=lambda event: event.time)
+        return with_phases(sorted([*events, *self._marks()], key=lambda event: event.time), self._phase_ends())
+
+    def _phase_ends(self) -> list[Event]:
+        """Ends of the phases of the duty."""
+        system: BrakeSystem = self._record.system  # pyright: ignore
+        if not isinstance(system.lever, Phases):
+            return []
+        passed, t = np.asarray(self._record.modes.phase)[: int(self._record.count) + 1], self._record.rows.t
+        ended = [system.lever.ended(int(passed[i])) for i in np.flatnonzero(np.diff(passed))]
+        times = np.asarray(t)[np.flatnonzero(np.diff(passed)) + 1].tolist()
+        return [Event(time, "phase_end", phase=phase) for time, phase in zip(times, ended, strict=True)]
+
+    @functools.cached_property
+    def stops(self) -> Table:
+        """The stops of the run."""
+        return stops_of(self._record, self.result.scene, labels_of(self._record), self._scan)
 
     def _marks(self) -> list[Event]:
         """Events of marks that heat passes, and of linings that come to lock themselves."""
@@ -318,6 +334,7 @@ class Report:
                 **{f"{name}_time": float(peak.time) for name, peak in self.peaks.items()},
                 **{f"{name}_lining": int(p.lining) for name, p in self.peaks.items() if self._per_lining(name)},
             },
+            **({"stops": self.stops.as_list()} if len(self.stops) > 1 else {}),
             **self._staged(),
             **({} if r.scene.brake.banded else {"brake": words.brake, "lining": words.lining, "body": words.body}),
             **({} if r.scene.wear is None else {"worn_thickness": r.worn_thickness}),
@@ -513,4 +530,6 @@ def text(summary: Entry) -> str:
         lines.append(f"split    {summary['distribution']}")
     if "heat_stored" in e:
         lines.append(f"method   {s['method']}: {s['reason']}")
+    if (table := stop_table(summary)) is not None:
+        lines += ["stops", *(f"         {line}" for line in str(table).splitlines())]
     return "\n".join([*lines, *(f"warning  {warning}" for warning in summary["warnings"])])

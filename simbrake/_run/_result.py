@@ -12,9 +12,11 @@ from jaxtyping import Float, Int
 
 from .._base._compiling import run_device
 from .._base._faults import InputError
-from .._base._table import number
+from .._base._table import Table, number
 from .._parts._scene import Scene
+from .._phases import AfterTravel, AtTemperature, Phases
 from .._physics._brake import BrakeSystem, Capacity
+from .._physics._mechanism import BrakeCode
 from ..hybrid import Record
 from ..hybrid._arrays import Array
 from ..thermal._heat import node_names
@@ -221,11 +223,26 @@ class Result:
             swings = status is Status.STOPPED and float(self.record.y_end.omega) != 0.0
             return words.replace("and holds it", "and holds it on the springs of its band") if swings else words
         what, hint = failure_of(int(self.code), self.scene.brake.words)
+        what = f"{what}: {self._waiting()}" if int(self.code) == BrakeCode.PHASE_NEVER_ENDS else what
         labels = labels_of(self.record)
         changes = [label for i, label in enumerate(labels) if i == 0 or label != labels[i - 1]][-4:]
         words = " → ".join(str(label) for label in changes)
         end = np.asarray(self.record.rows.t)[len(labels) - 1]
         return f"{what} (at t = {end:.9g} s; last modes: {words}): {hint}"
+
+    def _waiting(self) -> str:
+        """The phase that runs at the end, what it waits for, and how far that is."""
+        record, lever = self.record, self._system.lever
+        assert isinstance(lever, Phases)
+        passed, y = int(record.mode_end.phase), record.y_end
+        end = lever.phases[passed % len(lever.phases)].until
+        now, travel = f"turns at {number(y.omega, 'rad/s')}", self.scene.duty.load.travel()
+        if isinstance(end, AfterTravel) and travel is not None:
+            now = f"is at {number(y.phase.turned * travel, 'm')}"
+        elif isinstance(end, AtTemperature):
+            hot = getattr(self.series([record.t_end]), f"{end.of.removesuffix('s')}_temperature")
+            now = f"is at {number(np.max(np.asarray(hot)), 'K', absolute=True)}"
+        return f"{lever.ended(passed)} began at {number(y.phase.begun, 's')} and {now}"
 
     def report(self) -> Report:
         """Event log, metrics and summary of a concrete result; the last one made is kept, as it scans the whole run."""
@@ -238,6 +255,13 @@ class Result:
     def events(self) -> list[Event]:
         """The event log: mode changes and lining limits in order of time."""
         return self.report().events
+
+    @property
+    def stops(self) -> Table:
+        """The stops in order, one row each: time, times in motion and under the band, angle, travel of the hook where
+        there is one, friction heat since the stop before, and until the next restart the highest temperatures of rim,
+        linings and band where the scene names them. In SI units; the printed table is in readable ones."""
+        return self.report().stops
 
     @property
     def stages(self) -> list[Stage]:

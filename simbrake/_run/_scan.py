@@ -5,7 +5,7 @@ which everything algebraic is evaluated. It tells where to look closer: there st
 as the motion is smooth over, or, if these do not agree within the tolerance, from a partial step of the method.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from types import ModuleType
 from typing import Any, NamedTuple
 
@@ -375,7 +375,13 @@ def _streaks(marks: Any) -> np.ndarray:
 
 
 def _polish(
-    look: Callable[[Array, Array], Array], xp: ModuleType, row: Array, share: Array, after: Array, width: float
+    look: Callable[[Array, Array], Array],
+    xp: ModuleType,
+    row: Array,
+    share: Array,
+    after: Array,
+    width: float,
+    rounds: int = _ROUNDS,
 ) -> tuple[Array, Array]:
     """Rows and shares (k,) of maximum values near samples of them: finer grids, each with a parabola through its best.
 
@@ -408,17 +414,22 @@ def _polish(
 
     entry = (row, share, after, xp.asarray(width))
     if xp is jnp:
-        entry = jax.lax.fori_loop(0, _ROUNDS, finer, entry)
+        entry = jax.lax.fori_loop(0, rounds, finer, entry)
         return entry[0], entry[1]
-    for i in range(_ROUNDS):
+    for i in range(rounds):
         entry = finer(i, entry)
     return entry[0], entry[1]
 
 
-def _highest(scan: Scan, tops: Array) -> tuple[Array, Array, Array]:
-    """Row and share of the largest of the samples `tops` (m,), and the row that continues it, all (1,)."""
+def _highest(scan: Scan, tops: Array, first: int = 0) -> tuple[Array, Array, Array]:
+    """Row and share of the largest of the samples `tops` (m,), and the row that continues it, all (1,).
+
+    `first`: the row that the samples begin with, where they are not those of the whole run.
+    """
     xp, rows = scan.xp, scan.record.rows
-    best = xp.argmax(xp.where(scan.used[scan.row], tops, -np.inf))
+    begin = first * scan.samples
+    used = scan.used[scan.row[begin : begin + tops.shape[0]]]
+    best = begin + xp.argmax(xp.where(used, tops, -np.inf))
     row = scan.row[best]
     here = xp.arange(scan.used.shape[0], dtype=np.int32)
     following = scan.used & (here > row)
@@ -432,16 +443,33 @@ def peaks(scan: Scan) -> dict[str, Peak]:
     names = scan.names
     if not names:
         return {}
-    found = [_highest(scan, top) for top in (scan.seen.tops[name] for name in names)]
+    seen = _polished(scan, names, [_highest(scan, scan.seen.tops[name]) for name in names])
+    return {name: Peak(seen.tops[name][k], seen.t[k], seen.places[name][k] + 1) for k, name in enumerate(names)}
+
+
+def peaks_between(scan: Scan, names: Sequence[str], spans: Sequence[tuple[int, int]]) -> dict[str, Float[Array, " k"]]:
+    """Maximum values of a concrete run from row to row, by name, one for each of `spans`."""
+    if not names or not spans:
+        return {name: np.zeros(0) for name in names}
+    n = scan.samples
+    found = [_highest(scan, scan.seen.tops[name][a * n : b * n], a) for name in names for a, b in spans]
+    # (one round: of many spans only a long run has, whose steps are short)
+    seen = _polished(scan, [name for name in names for _ in spans], found, 1)
+    each = len(spans)
+    return {name: seen.tops[name][k * each : (k + 1) * each] for k, name in enumerate(names)}
+
+
+def _polished(
+    scan: Scan, names: Sequence[str], found: Sequence[tuple[Array, Array, Array]], rounds: int = _ROUNDS
+) -> Sight:
+    """What is seen at maximum values near the samples `found`, each of the metric in its place among `names`."""
     row, share, after = (np.concatenate(column) for column in zip(*found, strict=True))
 
     def look(rows: Array, shares: Array) -> Any:
         tops = scan.look(rows.ravel(), shares.ravel()).tops
         return np.stack([tops[name].reshape(rows.shape)[k] for k, name in enumerate(names)])
 
-    row, share = _polish(look, np, row, share, after, 1.0 / (scan.samples - 1))
-    seen = scan.look(row, share)
-    return {name: Peak(seen.tops[name][k], seen.t[k], seen.places[name][k] + 1) for k, name in enumerate(names)}
+    return scan.look(*_polish(look, np, row, share, after, 1.0 / (scan.samples - 1), rounds))
 
 
 def largest_share_of_capacity(scan: Scan) -> Peak:

@@ -12,6 +12,7 @@ from ._runs import duty as duty
 from ._runs import lining_map as lining_map
 from ._runs import stages as stages
 from ._runs import stop as stop
+from ._runs import stops as stops
 from ._runs import temperatures as temperatures
 from ._studies import angles as angles
 from ._studies import calibration as calibration

@@ -16,7 +16,7 @@ from .._run._linings import VIEWS, WORDS, Contact, RunningIn, lining_values, ove
 from .._run._result import Result
 from .._run._series import Series
 from ..brakes._design import BrakeWords
-from ..loads import TrippingLoad
+from ..loads import AbstractString
 from ..thermal._network import Wall, place_of
 from ._pulley import CONTACT_COLOURS
 from ._shared import (
@@ -43,7 +43,7 @@ def duty(result: Result, *, figure: Figure | None = None) -> Figure:
     start, end = span(result)
     s = dense_grid(result, start, end)
     load, banded = result.scene.duty.load, result.scene.brake.banded
-    rows = 3 if isinstance(load, TrippingLoad) else 2
+    rows = 3 if isinstance(load, AbstractString) else 2
     figure = sheet(figure, 9.0, 1.9 * rows + 0.6)
     panels = figure.subplots(rows, 1, sharex=True)
     lever = s.slack_tension if banded else s.lever_force
@@ -52,12 +52,10 @@ def duty(result: Result, *, figure: Figure | None = None) -> Figure:
     panels[0].set_ylabel("tension, kN" if banded else "force, kN")
     panels[1].plot(s.t, s.load_torque / 1e3, color="tab:red", label="load torque on the shaft")
     panels[1].set_ylabel("torque, kN·m")
-    if isinstance(load, TrippingLoad):
-        cycle, empty = np.arange(load.count), float(load.empty)
-        changes = cycle * float(load.period) + np.array([[float(load.taken)], [float(load.set)]])
-        masses = empty + np.stack([float(load.string) + cycle * float(load.stand), np.zeros(load.count)])
-        times, mass = np.r_[start, changes.T.ravel(), end], np.r_[empty, masses.T.ravel(), empty]
-        panels[2].step(times, mass / 1e3, where="post", color="tab:brown", label="mass on the hook")
+    if isinstance(load, AbstractString):
+        weight = np.asarray(s.load_torque) + float(load.drag) * np.asarray(s.omega)
+        mass = weight / float(load.gravity * load.travel())
+        panels[2].step(s.t, mass / 1e3, where="post", color="tab:brown", label="mass on the hook")
         panels[2].set_ylabel("mass, t")
     finish(panels)
     for panel in panels:
@@ -94,6 +92,33 @@ def stop(result: Result, *, figure: Figure | None = None) -> Figure:
         window.label_time(panels[-1])
         panels[0].set_title(window.title, fontsize=10)
     figure.suptitle(f"{result.status.replace('_', ' ')}: {result.message}", fontsize=11)
+    return figure
+
+
+def stops(result: Result, *, figure: Figure | None = None) -> Figure:
+    """One point for each stop of the run: how long the band braked and how far the pulley came, friction heat, and the
+    highest temperatures of rim, linings and band until the next restart."""
+    table = result.stops
+    if not len(table):
+        raise InputError([Fault("result", "has no stop", "a run in which the pulley comes to rest")])
+    names = [column.name for column in table.columns]
+    hot = [name for name in names if name.startswith("peak_")]
+    figure = sheet(figure, 8.0, 6.4 if hot else 4.6)
+    panels = figure.subplots(3 if hot else 2, 1, sharex=True)
+    number = table["stop"]
+    panels[0].plot(number, table["braking_time"], "o-", ms=3, color="tab:blue", label="time under the band")
+    panels[0].set_ylabel("time, s")
+    panels[1].plot(number, np.asarray(table["energy"]) / 1e3, "o-", ms=3, color="tab:red", label="friction heat")
+    panels[1].set_ylabel("heat, kJ")
+    for name in hot:
+        place = name.removeprefix("peak_").removesuffix("_temperature").replace("lining", "linings")
+        T = np.asarray(table[name]) - ZERO
+        panels[2].plot(number, T, "o-", ms=3, color=_HOT[place], label=f"hottest {place}")
+    if hot:
+        panels[2].set_ylabel("temperature, °C")
+    finish(panels)
+    panels[-1].xaxis.set_major_locator(MaxNLocator(integer=True))
+    panels[-1].set_xlabel("stop")
     return figure
 
 

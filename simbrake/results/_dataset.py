@@ -24,6 +24,7 @@ from .._parts._scene import Scene, warnings
 from .._run._metrics import about_output
 from .._run._result import Result
 from .._run._series import RENAMED, SERIES_COLUMNS, Series, flat, meaning_of_column, times_within, unit_of_column
+from .._run._stops import stop_variables
 from ..files._scene_file import scene_from_text, scene_text
 from ..hybrid import LANDED
 from ..studies._chunks import fingerprint
@@ -87,7 +88,7 @@ def dataset(result: Result, times: Any = None) -> Dataset:
     if series.temperature is not None:
         coords["node"] = _variable("node", result.nodes, "1", "thermal node")
         _add_walls(result, np.asarray(series.temperature), coords, data)
-    data |= _events(result) | _stages(result) | _numbers(result)
+    data |= _events(result) | _stages(result) | stop_variables(result.stops) | _numbers(result)
     attrs = {
         "format": FORMAT,
         "title": f"brake run: {result.message}",
@@ -225,7 +226,6 @@ def _numbers(result: Result) -> Variables:
 
 # --- provenance ----------------------------------------------------------------------------------------------------
 
-_HOME = "simbrake"
 PACKAGES = ("jax", "jaxlib", "diffrax", "equinox", "interpax", "numpy", "scipy")
 
 
@@ -244,7 +244,7 @@ def provenance(result: Result) -> dict[str, Any]:
     stats, limits = result.record.stats, result.limits
     longest = float(limits.max_step)
     return {
-        "simbrake": str(importlib.import_module(_HOME).__version__),
+        "simbrake": str(importlib.import_module("simbrake").__version__),
         "versions": {"python": platform.python_version(), **{name: version(name) for name in PACKAGES}},
         "machine": machine(),
         "date": datetime.now(UTC).isoformat(timespec="seconds"),
@@ -332,7 +332,7 @@ def parts(node: Any, path: str = "") -> dict[str, Any]:
 
 def _name(thing: Any) -> str:
     module, name = getattr(thing, "__module__", ""), getattr(thing, "__qualname__", type(thing).__qualname__)
-    return name if str(module).split(".")[0] == _HOME else f"{module}.{name}"
+    return name if str(module).split(".")[0] == "simbrake" else f"{module}.{name}"
 
 
 # --- columns and a header, for tables in files ------------------------------------------------------------------------
