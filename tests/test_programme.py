@@ -36,10 +36,15 @@ def times(result, name):
     return [event.time for event in result.events if event.name == name]
 
 
+def starts_of(result, count):
+    """Starts of all cycles: the ends of the last phase of those before."""
+    last = len(result.scene.duty.slack_tension.phases)
+    return [0.0] + [e.time for e in result.events if e.phase and e.phase.phase == last and e.phase.cycle < count]
+
+
 def test_the_hook_is_lowered_as_said_in_every_cycle(tripping):
-    period = float(tripping.scene.end_time) / 3
     run_up, lowering = 1.2 / 0.5, 1.2 / 0.5 + (27 - 1.2**2 / (2 * 0.5)) / 1.2
-    starts = [k * period for k in range(3)]
+    starts = starts_of(tripping, 3)
     s = tripping.series(np.concatenate([[t + run_up, t + 10.0, t + lowering] for t in starts]), left=True)
     np.testing.assert_allclose(s.omega, 24.0, rtol=1e-9)
     travel = np.asarray(s.phi).reshape(3, 3) * 0.4 / 8
@@ -58,9 +63,11 @@ def test_the_stop_comes_when_planned_and_later_with_each_stand(tripping):
     stop = 0.175 + J * 24.0 / excess
     lowering = 1.2 / 0.5 + (27 - 1.2**2 / (2 * 0.5)) / 1.2
     assert first == pytest.approx(lowering + stop, rel=1e-10)
-    period = float(tripping.scene.end_time) / 3
-    assert period == pytest.approx(lowering + stop + 15.0, rel=1e-12)
-    late = [time - k * period for k, time in enumerate(stops)]
+    starts = starts_of(tripping, 3)
+    # what follows a stop waits for it: holding and the time in the slips last as said in every cycle
+    assert [*starts[1:], float(tripping.record.t_end)] == pytest.approx([time + 15.0 for time in stops], rel=1e-12)
+    assert float(tripping.scene.end_time) == pytest.approx(2 * 3 * (lowering + stop + 15.0), rel=1e-12)
+    late = [time - start for time, start in zip(stops, starts, strict=True)]
     assert late[0] < late[1] < late[2]
 
 
