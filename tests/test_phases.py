@@ -294,7 +294,7 @@ def test_phases_are_written_and_read(two_cycles):
     count = 2
     phases = [
         { lever = 0, until = "travel 12 m", name = "lower" },
-        { lever = { times = [0, 0.5], values = [0, "25 kN"], type = "PiecewiseLinear" }, until = "rest", name = "brake" },
+        { lever = { type = "PiecewiseLinear", times = [0, 0.5], values = [0, 25000] }, until = "rest", name = "brake" },
         { lever = "25 kN", until = "4 s", name = "hold" },
         { lever = "25 kN", until = 2, name = "slips", hangs = false },
     ]

@@ -11,6 +11,7 @@ from test_scenarios import NAMES, load
 
 import simbrake as sb
 from simbrake._base._compiling import accelerators
+from simbrake._physics._mechanism import BrakeCode
 from simbrake._run._simulate import solver_of
 from simbrake.hybrid import LANDED, Code
 
@@ -59,7 +60,7 @@ def test_events_and_states_of_a_scene(name):
     def at(share):
         """Times of the events looked at and of the end, the states there, and the slopes of both."""
         (t, y), (dt, dy), (kind, count, code) = jax.tree.map(np.asarray, run(scene, direction, np.float64(share)))
-        assert code == Code.COMPLETED
+        assert code in (Code.COMPLETED, BrakeCode.PHASE_NEVER_ENDS)  # (a duty in phases that is cut)
         landed = np.flatnonzero(kind[:count] == LANDED)
         wanted = np.unique(np.linspace(0, len(landed) - 1, min(len(landed), EVENTS)).astype(int))
         rows = np.append(landed[wanted] + 1, count)
