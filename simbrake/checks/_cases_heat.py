@@ -18,6 +18,7 @@ from ..friction import ConstantFriction, LinearFade, ProductFriction
 from ..hybrid._arrays import Array
 from ..profiles import PiecewiseLinear, ramp
 from ..thermal._builders import lumped_heat
+from ..thermal._contact import ThermalContact
 from ..thermal._heat import ConstantPartition, Heat
 from ..thermal._material import ROOM, Material, layer_growth
 from ..thermal._network import (
