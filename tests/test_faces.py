@@ -20,12 +20,18 @@ WALLS = {
     "lining": (4, 0.03, 0.3, 0.7, N),
     "plate": (3, 0.01, 1.2, 48.0, 1),
     "shield": (2, 0.004, 0.9, 48.0, 1),
+    "block": (2, 0.01, 0.2, 0.7, N),
 }
 #: links by kind: ends, conductance (W/K), `ε A` (m²), or none of a perfect contact
 LINEAR = [
     ("rim.front", "air", 45.0),
     ("rim.front", "lining.front", 150.0),
     ("lining.front", "pads", 8.0),
+    ("block.front", "lining.front", 9.0),
+    ("plate.back", "block.front", 5.0),
+    ("block.front", "rim.front", 6.0),
+    ("lining.front", "plate.back", 7.0),
+    ("block.back", "air", 2.0),
     ("lining.back", "band", None),
     ("lining.back", "air", 3.0),
     ("rim.back", "plate.front", None),
@@ -65,6 +71,7 @@ def network(radiant=()):
         Lump("band", 400.0),
         wall("plate", STEEL),
         wall("shield", STEEL),
+        wall("block", LINING),
         Reservoir("air", 300.0),
     )
     return sb.Heat(bodies, tuple(links), sources=tuple(Source(place, power) for place, power in SOURCES))
