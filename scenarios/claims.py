@@ -44,11 +44,7 @@ def page(found: list[tuple[Claim, Found]]) -> str:
         "their assumptions;",
         "what a comparison keeps equal stands in brackets. The printed tables: [](published.md).",
         "",
-        "```sh",
-        "python scenarios/claims.py",
-        "```",
-        "",
-        f"{len(found)} claims: {counts}. Written by `python scenarios/claims.py --write-docs`.",
+        f"{len(found)} claims: {counts}. `python scenarios/claims.py` prints them, with `--write-docs` it writes this page.",
     ]
     for paper, title in PAPERS.items():
         lines += ["", f"## {paper}", "", f"{title}.", "", "| claim | place | found | verdict |", "|---|---|---|---|"]
