@@ -44,7 +44,8 @@ def page(found: list[tuple[Claim, Found]]) -> str:
         "their assumptions;",
         "what a comparison keeps equal stands in brackets. The printed tables: [](published.md).",
         "",
-        f"{len(found)} claims: {counts}. `python scenarios/claims.py` prints them, with `--write-docs` it writes this page.",
+        f"{len(found)} claims: {counts}. `python scenarios/claims.py` prints them,",
+        "with `--write-docs` it writes this page.",
     ]
     for paper, title in PAPERS.items():
         lines += ["", f"## {paper}", "", f"{title}.", "", "| claim | place | found | verdict |", "|---|---|---|---|"]

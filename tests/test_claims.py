@@ -65,6 +65,11 @@ def test_verdicts_follow_from_numbers(claims):
     assert judged(False) == claims.CONTRADICTED
 
 
+def rise(f, angle):
+    """Tensions at the two sides of a sliding lining."""
+    return (1 + f * math.tan(angle / 2)) / (1 - f * math.tan(angle / 2))
+
+
 def test_numbers_by_hand(quick):
     """Of the layouts, S's radiation and V's resistances."""
     fz = 0.2 * math.tan(math.radians(13.5))
@@ -78,6 +83,8 @@ def test_numbers_by_hand(quick):
     mu = T[-1] ** 0.1
     highest = T[-1] * (1 + 1 / mu) * math.sin(math.atan((mu - 1) / (mu + 1) / f))
     assert quick["variable_pitch"][1].value == pytest.approx(highest / uneven, rel=1e-9)
+    edge = [x / -math.expm1(-x) / arc for arc in (27.0, 54.0) for x in [math.log(rise(0.3, math.radians(arc)))]]
+    assert quick["edges"][1].value == pytest.approx(edge[1] / edge[0], rel=1e-12)
     T = 673.15
     h = 0.8 * 5.670374419e-8 * (T**2 + 293.15**2) * (T + 293.15)
     assert quick["governs"][1].value == pytest.approx(h, rel=1e-6)

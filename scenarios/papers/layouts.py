@@ -106,6 +106,27 @@ def loads_and_friction(_: Runs) -> Found:
 
 
 @claim(
+    "Z", "Fig. 2", "linings of twice the arc have lower pressures at both edges", "equal load; equal tension", fast=True
+)
+def edges(_: Runs) -> Found:
+    f, arc = 0.3, WRAP / LININGS
+
+    def pressures(angle: float, load: float | None) -> np.ndarray:
+        """At the slack and the tight edge, over the tension at the slack one and the face of one arc (1/(R b))."""
+        tension, normal = loads(f, np.asarray([angle]))
+        mean = (normal[0] if load is None else load) / angle
+        return np.asarray([float(sb.brakes.pressure_within(mean, tension[0], place)) for place in (0.0, 1.0)])
+
+    same_load = pressures(2 * arc, 1.0) / pressures(arc, 1.0)
+    same_tension = pressures(2 * arc, None) / pressures(arc, None)
+    text = (
+        f"edges of a lining of 54° over those of 27° at f = 0.3: {of_each(same_load)} (slack, tight) with the same "
+        f"load, {of_each(same_tension)} with the same tension at its slack side, where it takes more load"
+    )
+    return Found(float(same_load[1]), text, judged([same_load < 1, same_tension < 1], same_load < 1))
+
+
+@claim(
     "Z",
     "equation before Z-16",
     "slip begins at a time in proportion to $T_0/(C R \\omega_0)$, whatever the layout",
