@@ -13,6 +13,7 @@ from ._base._quantity import Part, Scalar, Values, part, quantity, short_for, wh
 from ._phases import AfterTime, AfterTravel, AtRest, AtTemperature, Phase, Phases, held_within
 from .hybrid._arrays import Array
 from .profiles import AbstractPoints, AbstractProfile, Constant, Piece, PiecewiseLinear, Real, Repeated
+from .rope import RopeLayers
 from .shaft import (
     AbstractDryTorque,
     AbstractShaftTorque,
@@ -41,6 +42,7 @@ __all__ = [
     "Lever",
     "Phase",
     "Phases",
+    "RopeLayers",
     "SpeedHold",
     "StringLoad",
     "TackleLoss",
@@ -81,6 +83,20 @@ class AbstractLoad(Part):
         """Mass on the hook (kg), and its weight (N), or `None`."""
         return None
 
+    def travelled(self, phi: Array | float) -> Array | float | None:
+        """Travel of the hook (m) since the start at the angle `phi` (rad) of the pulley, or `None`."""
+        per_radian = self.travel()
+        return None if per_radian is None else phi * per_radian
+
+    @property
+    def layers(self) -> RopeLayers | None:
+        """Layers of the rope on the drum; `None`: its effective radius stays the same."""
+        return None
+
+    def on_layer(self, layer: Array | None) -> "AbstractLoad":
+        """The load with its rope in a layer (from 1) on the drum; `None`: as it is."""
+        return self
+
 
 @short_for(AbstractLoad)
 class TorqueLoad(AbstractLoad):
@@ -96,13 +112,40 @@ class TorqueLoad(AbstractLoad):
         return self.profile.value(t, piece) - self.drag * omega
 
 
-class HookLoad(AbstractLoad):
+class AbstractHookLoad(AbstractLoad):
+    """A load on a hook: lines strung, and the rope on the drum."""
+
+    drum_radius: eqx.AbstractVar[Scalar]
+    line_count: eqx.AbstractVar[Scalar]
+    rope: eqx.AbstractVar[RopeLayers | None]
+
+    @property
+    def layers(self) -> RopeLayers | None:
+        return self.rope
+
+    def travel(self) -> Scalar:
+        return self.drum_radius / self.line_count
+
+    def travelled(self, phi: Array | float) -> Array | float:
+        if self.rope is None:
+            return phi * self.travel()
+        return self.rope.paid_out(jnp.asarray(self.drum_radius), jnp.asarray(phi)) / self.line_count
+
+    def on_layer(self, layer: Array | None) -> AbstractLoad:
+        if self.rope is None or layer is None:
+            return self
+        radius = self.rope.radius(jnp.asarray(self.drum_radius), layer)
+        return eqx.tree_at(lambda load: load.drum_radius, self, radius)
+
+
+class HookLoad(AbstractHookLoad):
     """A load on the hook, lowered through the tackle: `M_load = m g r_d/n`, `J_load = m (r_d/n)²`, travel `r_d φ/n`.
 
     - `mass` `m` of all that hangs on the hook (kg); `drum_radius` `r_d` (m), effective; `line_count` `n`: lines strung
     - `gravity` `g` (m/s²); `drag` (N·m·s) as of bearings and an auxiliary brake
+    - `rope`: its layers on the drum, of which `drum_radius` is the radius of the first; `None`: `r_d` stays the same
 
-    Ropes are rigid and without weight, the tackle without loss.
+    Ropes are rigid and without weight; the loss of the tackle is a part of the shaft (`TackleLoss`).
     """
 
     mass: Scalar = quantity("kg", "mass on the hook", low=0.0)
@@ -110,15 +153,13 @@ class HookLoad(AbstractLoad):
     line_count: Scalar = quantity("1", "lines strung", low=1.0)
     gravity: Scalar = quantity("m/s^2", "acceleration of free fall", positive=True, default=GRAVITY)
     drag: Scalar = quantity("N*m*s", "drag torque per unit of speed", low=0.0, default=0.0)
+    rope: RopeLayers | None = None
 
     def torque(self, t: Real, omega: Real, piece: Piece) -> Real:
         return self.mass * self.gravity * self.travel() - self.drag * omega
 
     def inertia(self) -> Scalar:
         return self.mass * self.travel() ** 2
-
-    def travel(self) -> Scalar:
-        return self.drum_radius / self.line_count
 
     def hanging(self, piece: Piece) -> tuple[Real, Real]:
         return self.mass, self.mass * self.gravity
@@ -128,7 +169,7 @@ class HookLoad(AbstractLoad):
         return Constant(0.0)
 
 
-class AbstractString(AbstractLoad):
+class AbstractString(AbstractHookLoad):
     """A string that becomes longer by a stand in each cycle, on the hook or in the slips: `M_load = m g r_d/n − c ω`.
 
     At a change of mass in motion the speed stays: added mass brings its energy (counted as load work).
@@ -137,8 +178,6 @@ class AbstractString(AbstractLoad):
     empty: eqx.AbstractVar[Scalar]
     string: eqx.AbstractVar[Scalar]
     stand: eqx.AbstractVar[Scalar]
-    drum_radius: eqx.AbstractVar[Scalar]
-    line_count: eqx.AbstractVar[Scalar]
     gravity: eqx.AbstractVar[Scalar]
     drag: eqx.AbstractVar[Scalar]
 
@@ -162,17 +201,13 @@ class AbstractString(AbstractLoad):
     def hanging(self, piece: Piece) -> tuple[Array, Array]:
         return self._mass(piece), self._mass(piece) * self.gravity
 
-    def travel(self) -> Scalar:
-        return self.drum_radius / self.line_count
-
-
 class StringLoad(AbstractString):
     """A string on the hook or in the slips as the phases of the duty say (`Phase.hangs`), longer in each cycle.
 
         m = m_e + (m_s + k Δm) while it hangs in cycle k = 0…, else m_e;   M_load = m g r_d/n − c ω
 
     - `empty` `m_e`: hook and travelling block (kg); `string` `m_s`: string of the first cycle (kg); `stand` `Δm` (kg)
-    - `drum_radius`, `line_count`, `gravity`, `drag`: as in `HookLoad`
+    - `drum_radius`, `line_count`, `gravity`, `drag`, `rope`: as in `HookLoad`
     """
 
     empty: Scalar = quantity("kg", "mass of hook and block", positive=True)
@@ -182,6 +217,7 @@ class StringLoad(AbstractString):
     stand: Scalar = quantity("kg", "mass of one stand", low=0.0, default=0.0)
     gravity: Scalar = quantity("m/s^2", "acceleration of free fall", positive=True, default=GRAVITY)
     drag: Scalar = quantity("N*m*s", "drag torque per unit of speed", low=0.0, default=0.0)
+    rope: RopeLayers | None = None
     by_phases: ClassVar[bool] = True
 
     @property
@@ -201,7 +237,7 @@ class TrippingLoad(AbstractString):
 
     - `empty` `m_e`: hook and travelling block (kg); `string` `m_s`: string of the first cycle (kg); `stand` `Δm` (kg)
     - `taken`, `set`: times in a cycle of `period` (s) at which the hook takes the string, and is set in the slips
-    - `drum_radius`, `line_count`, `gravity`, `drag`: as in `HookLoad`
+    - `drum_radius`, `line_count`, `gravity`, `drag`, `rope`: as in `HookLoad`
 
     In a run whose cycles take as long as they take, a `StringLoad` follows the phases instead.
     """
@@ -217,6 +253,7 @@ class TrippingLoad(AbstractString):
     count: int = whole("number of cycles", high=1_000_000)
     gravity: Scalar = quantity("m/s^2", "acceleration of free fall", positive=True, default=GRAVITY)
     drag: Scalar = quantity("N*m*s", "drag torque per unit of speed", low=0.0, default=0.0)
+    rope: RopeLayers | None = None
 
     @property
     def profile(self) -> Repeated:

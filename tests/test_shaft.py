@@ -328,4 +328,3 @@ def test_ensembles_end_in_the_same_words():
     assert list(data.status.values) == ["released", "lowering"]
     rest = sb.ensemble(plain, {"shaft[1].limit": [2.0 * LOAD]}, ["energy.shaft_bearing_friction"])
     assert list(rest.status.values) == ["stopped"]
-    assert "bearing_friction" in rest["energy.shaft_bearing_friction"].attrs["meaning"]

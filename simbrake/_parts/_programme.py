@@ -123,6 +123,8 @@ def programme_scene(
     reader = NumberReader()
     if not isinstance(load, HookLoad):
         reader.fault("load", f"{type(load).__name__} has no hook to lower", "give a HookLoad")
+    elif load.rope is not None:
+        reader.fault("load.rope", "a programme is planned for one effective drum radius", "leave it out")
     if brake.band.stiffness is not None:
         reader.fault("brake.band.stiffness", "a driller who controls the speed needs a rigid band", "leave it out")
     if brake.bandage is not None or brake.band.segments is not None:

@@ -39,7 +39,8 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
     pairs = _pairs(scene, thermal)
     still = _at_the_start(brake.linings, pairs[0], thermal, u)
     t_0, omega_0 = jnp.asarray(initial.time), jnp.asarray(initial.omega)
-    inertia = jnp.asarray(brake.inertia) + duty.load.inertia()
+    layer = None if duty.load.layers is None else duty.load.layers.first_layer()
+    inertia = jnp.asarray(brake.inertia) + duty.load.on_layer(layer).inertia()
     sizes = _sizes(scene, still, omega_0, inertia)
     mechanism, wearing = _mechanism(scene, pairs, sizes, still), None
     if scene.wear is not None:
@@ -69,7 +70,7 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
     of_heat = (first_piece(profile, t_0) for profile in system.profiles)
     pieces = (first_piece(lever, t_0), duty.load_piece(t_0), *of_heat)
     turn = jnp.sign(omega_0).astype(jnp.int32) if system.shaft is not None and system.shaft.dry else None
-    return system, state, Mode(jnp.asarray(band), sense, own_mode, pieces, turn, phase)
+    return system, state, Mode(jnp.asarray(band), sense, own_mode, pieces, turn, phase, layer)
 
 
 def _pairs(scene: Scene, thermal: Thermal | None) -> tuple[Pair, ...]:

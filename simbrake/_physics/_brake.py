@@ -222,8 +222,15 @@ class BrakeSystem(AbstractSemiExplicitSystem):
 
     def inertia_at(self, mode: Mode) -> Array:
         """Inertia of all that turns and moves with the shaft (kg·m²)."""
-        more = self.load.added_inertia(_piece(mode, LOAD))
-        return self.inertia if more is None else self.inertia + more
+        load, inertia = self.load_in(mode), self.inertia
+        if self.load.layers is not None:
+            inertia = inertia + (load.inertia() - self.load.on_layer(self.load.layers.first_layer()).inertia())
+        more = load.added_inertia(_piece(mode, LOAD))
+        return inertia if more is None else inertia + more
+
+    def load_in(self, mode: Mode) -> AbstractLoad:
+        """The load, its rope in the layer of the mode."""
+        return self.load.on_layer(mode.layer)
 
     def _shaft_pieces(self, mode: Mode) -> tuple[Piece, ...]:
         assert self.shaft is not None
@@ -231,12 +238,12 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         return tuple(_piece(mode, i) for i in range(count - len(self.shaft.laws), count))
 
     def _load_at_rest(self, t: Array, mode: Mode) -> Array:
-        return jnp.asarray(self.load.torque(t, jnp.zeros_like(t), _piece(mode, LOAD)))
+        return jnp.asarray(self.load_in(mode).torque(t, jnp.zeros_like(t), _piece(mode, LOAD)))
 
     def _shaft_now(self, t: Array, omega: Array, mode: Mode) -> ShaftNow | None:
         if self.shaft is None:
             return None
-        loads = jnp.asarray(self.load.torque(t, omega, _piece(mode, LOAD))), self._load_at_rest(t, mode)
+        loads = jnp.asarray(self.load_in(mode).torque(t, omega, _piece(mode, LOAD))), self._load_at_rest(t, mode)
         return self.shaft.now(t, omega, loads, mode, self._shaft_pieces(mode))
 
     def _network(self, t: Array, y: State, mode: Mode) -> tuple[Array, Array, Array, Conditions, Pieces]:
@@ -297,7 +304,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
 
     def _given(self, t: Array, y: State, mode: Mode) -> tuple[Array, Array, ShaftNow | None, Surfaces, Any]:
         """Load, what the shaft leaves of it, torques on the shaft, surfaces, tension of the lever and its rate."""
-        load, surfaces = jnp.asarray(self.load.torque(t, y.omega, _piece(mode, LOAD))), self.surfaces(y)
+        load, surfaces = jnp.asarray(self.load_in(mode).torque(t, y.omega, _piece(mode, LOAD))), self.surfaces(y)
         shaft = self._shaft_now(t, y.omega, mode)
         left = load if shaft is None else shaft.left
         return load, left, shaft, surfaces, self.lever_tension(t, y, mode, left, surfaces)
@@ -443,17 +450,34 @@ class BrakeSystem(AbstractSemiExplicitSystem):
 
     def margins(self, t: Array, y: State, mode: Mode, z: BrakeNow) -> Float[Array, " guard"]:
         found = self.mechanism.guards(self._acting(t, y, mode, z), y.omega, y.own, mode, z.contact)
-        if self.shaft is not None and self.shaft.dry and z.shaft is not None:
+        more = self._margins_beside(t, y, mode, z)
+        return jnp.concatenate([found, jnp.stack([*more.values()])]) if more else found
+
+    def _margins_beside(self, t: Array, y: State, mode: Mode, z: BrakeNow) -> dict[str, Array]:
+        """Guards beside those of the mechanism, after them."""
+        found: dict[str, Array] = {}
+        if z.shaft is not None and self.shaft is not None and self.shaft.dry:
             load, sizes = self._load_at_rest(t, mode), self.sizes
-            found = jnp.append(found, self.shaft.margin(mode, y.omega, load, z.shaft, sizes.torque, sizes.speed))
+            found["dry"] = self.shaft.margin(mode, y.omega, load, z.shaft, sizes.torque, sizes.speed)
+        if self.load.layers is not None:
+            found["paid_out"], found["full"] = self.load.layers.margins(y.phi, mode.layer)
         room = self._table_margin(y.heat)
-        found = found if room is None else jnp.append(found, room)
-        if not isinstance(self.lever, Phases):
-            return found
-        now, hot = self.lever.at(mode.phase, y.phase.begun), dict[str, Array]()
-        if any(isinstance(phase.until, AtTemperature) for phase in self.lever.phases):
-            hot = self.surface_temperatures(z)
-        return jnp.append(found, margin_of_phase(now, y.phase, mode, self.load.travel(), hot))
+        if room is not None:
+            found["table"] = room
+        if isinstance(self.lever, Phases):
+            now, hot = self.lever.at(mode.phase, y.phase.begun), dict[str, Array]()
+            if any(isinstance(phase.until, AtTemperature) for phase in self.lever.phases):
+                hot = self.surface_temperatures(z)
+            found["phase"] = margin_of_phase(now, y.phase, mode, self._lowered(y), hot)
+        return found
+
+    def _lowered(self, y: State) -> Any:
+        """Travel of the hook since the begin of the phase (m), `None` without a hook."""
+        if self.load.layers is None:
+            per_radian = self.load.travel()
+            return None if per_radian is None else y.phase.turned * per_radian
+        now, then = (self.load.travelled(phi) for phi in (y.phi, y.phi - y.phase.turned))
+        return now - then  # pyright: ignore
 
     def change(self, now: Instant, fired: Bool[Array, " guard"], at_stop: Bool[Array, ""]) -> tuple[Mode, Array]:
         t, y = now.t, now.y
@@ -464,19 +488,23 @@ class BrakeSystem(AbstractSemiExplicitSystem):
 
         acting = self._acting(t, y, now.mode, now.z)
         moment = Moment(t, y.omega, y.own, now.mode, acting, now.z.contact, now.z_rate.contact)
+        names = [*self._margins_beside(t, y, now.mode, now.z)]
+        beside = {name: fired[i - len(names)] for i, name in enumerate(names)}
         old, new = y, self._next_pieces(y, now.mode, at_stop)
         if isinstance(self.lever, Phases):
-            new = self._next_phase(t, new, now.mode.phase, fired[-1])
+            new = self._next_phase(t, new, now.mode.phase, beside["phase"])
             y = old._replace(phase=begun_anew(old.phase, t, now.mode, new, self.lever))
         new, code = self.mechanism.change(moment, new, fired, ask)
-        last = -1 - self.self_timed
-        if self._table_margin(y.heat) is not None:
-            code = jnp.where(fired[last], int(BrakeCode.OUTSIDE_TABLE), code)
-            last -= 1
-        if self.shaft is not None and self.shaft.dry:
+        if "table" in beside:
+            code = jnp.where(beside["table"], int(BrakeCode.OUTSIDE_TABLE), code)
+        if "full" in beside:
+            code = jnp.where(beside["paid_out"] & (now.mode.layer == 1), int(BrakeCode.ROPE_END), code)
+            step = beside["full"].astype(jnp.int32) - beside["paid_out"].astype(jnp.int32)
+            new = new._replace(layer=jnp.maximum(now.mode.layer + step, 1).astype(jnp.int32))
+        if "dry" in beside and self.shaft is not None:
             load, shaft = self._load_at_rest(t, new), self._shaft_now(t, y.omega, new)
             assert shaft is not None
-            turn = self.shaft.turn_after(now.mode, new, load, shaft, fired[last], self.sizes.slight_torque)
+            turn = self.shaft.turn_after(now.mode, new, load, shaft, beside["dry"], self.sizes.slight_torque)
             new = new._replace(turn=turn)
         if isinstance(self.lever, Phases):
             code = jnp.where((code == 0) & (new.phase == self.lever.total), ENDED, code)
@@ -496,19 +524,23 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         return int(BrakeCode.PHASE_NEVER_ENDS)
 
     def reset(self, t: Array, y: State, before: Mode, after: Mode) -> State:
-        more = self.load.added_inertia(_piece(after, LOAD))
+        more, moved = self.load.added_inertia(_piece(after, LOAD)), before
         omega = y.omega if after.turn is None else jnp.where(after.turn == before.turn, y.omega, 0.0)
+        if after.layer is not None:
+            moved = before._replace(layer=after.layer)
+            omega = jnp.where(after.layer == before.layer, omega, self._speed_on_layer(y, before, after, moved))
         omega, own = self.mechanism.arrested(omega, y.own, before, after)
         still = y._replace(omega=omega, own=own)
         if isinstance(self.lever, Phases):
             still = still._replace(phase=begun_anew(y.phase, t, before, after, self.lever))
         if more is not None:  # mass added to the hook in motion brings its energy
-            brought = 0.5 * (self.inertia_at(after) - self.inertia_at(before)) * y.omega**2
+            speed = y.omega if moved is before else omega
+            brought = 0.5 * (self.inertia_at(after) - self.inertia_at(moved)) * speed**2
             still = still._replace(ledger=y.ledger._replace(load_work=y.ledger.load_work + brought))
         if not self.mechanism.stretches:
             return still
         z, surfaces = variables_of(self, t, y, before).contact, self.surfaces(y)
-        load = jnp.asarray(self.load.torque(t, omega, _piece(after, LOAD)))
+        load = jnp.asarray(self.load_in(after).torque(t, omega, _piece(after, LOAD)))
         tension = self.lever_tension(t, still, after, load, surfaces)[0]
         strained = self.mechanism.strained(omega, own, (before, z), (after, tension))
         per_joule = [] if self.thermal is None else self._heat_of_a_jump(t, still, after)
@@ -535,6 +567,21 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             )
         ledger = old._replace(lever_work=old.lever_work + work, friction=friction, heat=booked)
         return still._replace(own=own, heat=warmed(heats) if per_joule else None, ledger=ledger)
+
+    def _speed_on_layer(self, y: State, before: Mode, after: Mode, moved: Mode) -> Array:
+        """Speed of the pulley (rad/s) on another layer of the rope, with the kinetic energy that was there before.
+
+        `moved`: the mode before on the new layer. Bodies that stick to the pulley follow it.
+        """
+        inertia = self.inertia_at(moved)
+
+        def kinetic(omega: Array) -> Array:
+            speed, own = self.mechanism.arrested(omega, y.own, before, after)
+            return self.mechanism.stored(inertia, speed, own, after)[0]
+
+        there, alone = self.mechanism.stored(self.inertia_at(before), y.omega, y.own, before)[0], kinetic(0.0 * y.omega)
+        whole = kinetic(y.omega) - alone
+        return y.omega * jnp.sqrt(jnp.where(whole > 0, (there - alone) / jnp.where(whole > 0, whole, 1.0), 1.0))
 
     def _heat_of_a_jump(self, t: Array, y: State, mode: Mode) -> list[tuple[Array, HeatLedger]]:
         """Increment of the network's states per joule of friction heat in a jump (K/J), and its places.
@@ -664,11 +711,12 @@ class BrakeSystem(AbstractSemiExplicitSystem):
 
     def hook(self, y: State, mode: Mode, z: BrakeNow) -> HookNow | None:
         """The hook, where the load hangs on one."""
-        hanging, travel = self.load.hanging(_piece(mode, LOAD)), self.load.travel()
-        if hanging is None or travel is None:
+        load, travelled = self.load_in(mode), self.load.travelled(y.phi)
+        hanging, travel = load.hanging(_piece(mode, LOAD)), load.travel()
+        if hanging is None or travel is None or travelled is None:
             return None
         mass, weight = hanging
-        return HookNow(y.phi * travel, y.omega * travel, weight - mass * travel * z.contact.alpha)
+        return HookNow(jnp.asarray(travelled), y.omega * travel, weight - mass * travel * z.contact.alpha)
 
     def holding(self, t: Array, y: State, mode: Mode) -> tuple[Array, Array]:
         """Load on a pulley at rest, and the static capacity of the brake in its direction (N·m, both ≥ 0)."""
@@ -681,7 +729,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
     def driving(self, t: Array, omega: Array, mode: Mode) -> Array:
         """Torque (N·m) of the load in the direction of a rotation, less the other torques on the shaft."""
         sense = jnp.sign(omega)
-        load = jnp.asarray(self.load.torque(t, omega, _piece(mode, LOAD)))
+        load = jnp.asarray(self.load_in(mode).torque(t, omega, _piece(mode, LOAD)))
         if self.shaft is not None:
             rest = self._load_at_rest(t, mode)
             load = load - self.shaft.turning(t, omega, rest, sense, self._shaft_pieces(mode))

@@ -27,6 +27,7 @@ class BrakeCode(enum.IntEnum):
     FLASH_FOLD = SYSTEM_CODES + 2
     OUTSIDE_TABLE = SYSTEM_CODES + 3
     PHASE_NEVER_ENDS = SYSTEM_CODES + 4
+    ROPE_END = SYSTEM_CODES + 5
 
 
 class HeatLedger(NamedTuple):
@@ -311,6 +312,7 @@ class Mode(NamedTuple):
     - `band`: label of the whole (`BandMode`);  `sense`: direction in which the pulley moves or last moved, ±1
     - `own`: the mode of its mechanism;  `pieces` on which the given functions of time are: of the lever, the load, the
       heat and the shaft, `None` of those without time breakpoints
+    - `layer` of the rope on the drum that pays out, where it changes (else `None`)
     - `turn`, on a shaft with dry friction (else `None`): direction in which the pulley turns, 0 at rest
     - `phase`: how many phases of the duty have ended, `None` without phases
     """
@@ -321,6 +323,7 @@ class Mode(NamedTuple):
     pieces: tuple[Any, ...]
     turn: Any = None
     phase: Any = None
+    layer: Any = None
 
     @property
     def rests(self) -> Any:

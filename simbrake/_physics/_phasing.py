@@ -24,11 +24,11 @@ def begun_anew(state: PhaseState, t: Array, before: Mode, after: Mode, phases: P
 
 
 def margin_of_phase(
-    now: PhaseNow, state: PhaseState, mode: Mode, travel: Any, hot: dict[str, Array]
+    now: PhaseNow, state: PhaseState, mode: Mode, lowered: Any, hot: dict[str, Array]
 ) -> Float[Array, ""]:
     """Margin to the end of the phase that runs; 1 where a time ends it, which is a time breakpoint.
 
-    - `travel` of the hook per radian (m);  `hot`: surface temperatures (K)
+    - `lowered`: travel of the hook in the phase (m);  `hot`: surface temperatures (K)
     """
     found = []
     for phase in now.whole.phases:
@@ -37,7 +37,7 @@ def margin_of_phase(
             # (the pulley has moved in the phase, if only by rounding: an event at its begin takes no time)
             found.append(jnp.where(mode.rests & (state.turned != 0), -1.0, 1.0))
         elif isinstance(end, AfterTravel):
-            found.append(1.0 - state.turned * travel / end.distance)
+            found.append(1.0 - lowered / end.distance)
         elif isinstance(end, AtTemperature):
             above = (largest(jnp.atleast_1d(hot[end.of])) - end.level) / 100.0
             found.append(above if end.falling else -above)

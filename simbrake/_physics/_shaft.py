@@ -14,8 +14,8 @@ from ._mechanism import HELD, OPEN, Mode, Sliding
 
 
 class ShaftNow(NamedTuple):
-    """Torques at one instant (N·m, signed like the rotation) of each law, what is `left` of the load, and the `limit` of
-    the dry ones in sum (`None`: there are none)."""
+    """Torques at one instant (N·m, signed like the rotation) of each law, what is `left` of the load, and the `limit`
+    of the dry ones in sum (`None`: there are none)."""
 
     each: tuple[Array, ...]
     left: Array

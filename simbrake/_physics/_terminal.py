@@ -32,18 +32,18 @@ def stable_speed(net: Callable[[Array], Array], speed: Array) -> Float[Array, ""
     values = jax.lax.stop_gradient(jax.vmap(net)(speeds)) * jnp.where(still > 0, 1.0, -1.0)
     met = values[1:] <= 0
     i = jnp.argmax(met)
-    here = jnp.sort(jnp.stack([speeds[i], speeds[i + 1]]))
+    here = jnp.stack([jnp.minimum(speeds[i], speeds[i + 1]), jnp.maximum(speeds[i], speeds[i + 1])])
 
     def halve(ends: Array, _: None) -> tuple[Array, None]:
         middle = 0.5 * (ends[0] + ends[1])
         above = net(middle) > 0
         return jnp.stack([jnp.where(above, middle, ends[0]), jnp.where(above, ends[1], middle)]), None
 
-    found = jax.lax.stop_gradient(jnp.mean(jax.lax.scan(halve, here, None, length=_HALVINGS)[0]))
+    found, stable = jax.lax.stop_gradient(jnp.mean(jax.lax.scan(halve, here, None, length=_HALVINGS)[0])), still == 0
     for _ in range(_CARRY):
         value, slope = jax.jvp(net, (found,), (jnp.ones_like(found),))
-        found = found - value / jnp.where(slope < 0, slope, -jnp.inf)
-    return jnp.where(jnp.any(met) & (start > 0), found, jnp.inf)
+        found, stable = found - value / jnp.where(slope < 0, slope, -jnp.inf), slope < 0
+    return jnp.where(jnp.any(met) & stable & (start > 0), found, jnp.inf)
 
 
 def terminal_speed(system: BrakeSystem, t: Array, y: State, mode: Mode) -> Float[Array, ""]:

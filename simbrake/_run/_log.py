@@ -66,6 +66,11 @@ FAILURES = {
         "the end time was reached while a phase of the duty still waited for its end",
         "give it an end that comes, or set a later end_time",
     ),
+    BrakeCode.ROPE_END: (
+        "rope_end",
+        "all the rope is paid out: the first layer on the drum is empty",
+        "give the drum more turns at the start, or end the run earlier",
+    ),
 }
 
 
@@ -205,6 +210,11 @@ EVENTS = {
         "sliding, while the lever is not being released, the brake no longer outweighs the load; a mark",
         "standard brake whose friction depends on temperature",
         "the sliding brake no longer outweighs the load",
+    ),
+    "layer_change": EventMeaning(
+        "the rope on the drum changes its layer: effective radius, hook load torque and inertia jump",
+        "any brake under a hook load with layers of rope",
+        "the rope on the drum changed its layer",
     ),
     "self_locking": EventMeaning(
         "`f tan(β/2)` of a lining reached 1: it does not slip while that lasts; a mark",

@@ -156,9 +156,9 @@ def _terminal_speed(record: Record, scene: Scene) -> Array:
     return terminal_speed(record)
 
 
-def _hook_travel(record: Record, scene: Scene) -> Array:
-    travel = scene.duty.load.travel()
-    return np.asarray(np.inf) if travel is None else _stopping_angle(record, scene) * travel
+def _hook_travel(record: Record, scene: Scene) -> Any:
+    travel = scene.duty.load.travelled(_stopping_angle(record, scene))
+    return np.asarray(np.inf) if travel is None else travel
 
 
 def worn_thickness(record: Record) -> Float[Array, " n"]:

@@ -194,6 +194,10 @@ class Report:
             found += [Event(float(t), *names[j]) for t, (_, j) in zip(times, crossings, strict=True)]
         modes: Mode = self._record.modes
         found += self._contacts(modes)
+        if modes.layer is not None:
+            layers = np.asarray(modes.layer)[: int(self._record.count) + 1]
+            changed = np.flatnonzero(np.diff(layers)) + 1
+            found += [Event(float(np.asarray(self._record.rows.t)[i]), "layer_change") for i in changed]
         if modes.locks is not None:
             locks = np.asarray(modes.locks)[: int(self._record.count) + 1]
             began = np.flatnonzero(np.diff(locks) > 0) + 1

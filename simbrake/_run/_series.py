@@ -161,6 +161,9 @@ class Series(NamedTuple):
         "0 open, 1 take-up, 2 elastic, 3 full slip, 4 full slip the other way, 5 held",
         lambda p, s: p.mode.band,
     ]
+    rope_layer: Annotated[
+        Whole | None, "", "layer of the rope on the drum that pays out, from 1", lambda p, s: p.mode.layer
+    ]
     load_work: Annotated[Values, "J", "work of the load since the start", lambda p, s: p.y.ledger.load_work]
     lever_work: Annotated[Values, "J", "work of the lever since the start", lambda p, s: p.y.ledger.lever_work]
     friction_heat: Annotated[Values, "J", "friction heat since the start", lambda p, s: s.hot * s.all_work]

@@ -212,13 +212,13 @@ class Braking:
 
     def hook_travel(self) -> float:
         """Travel of the hook (m) in the classical stop."""
-        radius, lines = self.drum
-        return radius / lines * float(there(self.stop).angle)
+        there(self.drum[0])
+        return float(self.scene.duty.load.travelled(there(self.stop).angle))  # pyright: ignore
 
     def hardest_hook_travel(self) -> float:
         """Travel of the hook (m) in the run."""
-        radius, lines = self.drum
-        return radius / lines * float(self.hardest_angle)
+        there(self.drum[0])
+        return float(self.scene.duty.load.travelled(self.hardest_angle))  # pyright: ignore
 
     # forces and work
 

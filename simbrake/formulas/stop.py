@@ -45,6 +45,7 @@ def load_and_inertia(scene: Scene) -> tuple[float, float]:
     """Load torque (N·m) at the start at half the speed, less the other torques on the shaft, and inertia (kg·m²) of all
     that the pulley moves."""
     load = scene.duty.load
+    load = load if load.layers is None else load.on_layer(load.layers.first_layer())
     start = jnp.asarray(float(scene.initial.time))
     piece: Any = jnp.asarray(0 if (first := scene.duty.load_piece(start)) is None else first, jnp.int32)
     more = load.added_inertia(piece)

@@ -202,8 +202,7 @@ class Scenery:
         self.contacts = lining_contacts(result, self.p)
         #: surface temperatures (°C), where the scene names them
         self.heat = {name: np.asarray(T) - ZERO for name, T in self.p.surfaces.items() if name in ("linings", "rim")}
-        travel = result.scene.duty.load.travel()
-        self.travel = None if travel is None else float(np.asarray(travel))
+        self.load = result.scene.duty.load
         # too few frames would show the pulley turning backwards: then spokes, and finally the mark, are omitted
         self.turn = np.abs(np.gradient(np.asarray(self.p.y.phi)))
         self.figure = Figure(figsize=(7.2, 7.8), dpi=90, layout="constrained")
@@ -308,7 +307,8 @@ class Scenery:
         slow = self.film.slow and film < self.film.film[1] and self.film.run[1] - self.film.run[0] < 0.5
         clock = f"{1e3 * t:9.3f} ms" if slow else f"{t:9.4f} s "
         words = words_of_rate(self.film.rate(film)) + ("" if seen else "; too fast to show")
-        travel = "" if self.travel is None else f"   hook travel {phi * self.travel:7.4f} m"
+        hook = self.load.travelled(phi)
+        travel = "" if hook is None else f"   hook travel {float(hook):7.4f} m"
         now = self.p.flows.contact
         slack, tight = (float(x[i]) / 1e3 for x in (now.slack_tension, now.tight_tension))
         self.title.set_text(
