@@ -32,7 +32,7 @@ from ._mechanism import (
     Surfaces,
 )
 from ._phasing import PhaseState, begun_anew, margin_of_phase
-from ._shaft import Shaft, ShaftNow
+from ._shaft import Shaft, ShaftNow, speed_on_layer
 from ._sliding import AbstractGrip
 from ._sparsity import couplings, couplings_of_memory
 from ._thermal import Conditions, Deposit, HeatFlows, Pieces, Thermal, total
@@ -222,29 +222,23 @@ class BrakeSystem(AbstractSemiExplicitSystem):
 
     def inertia_at(self, mode: Mode) -> Array:
         """Inertia of all that turns and moves with the shaft (kg·m²)."""
-        load, inertia = self.load_in(mode), self.inertia
+        load, inertia = self.load.on_layer(mode.layer), self.inertia
         if self.load.layers is not None:
             inertia = inertia + (load.inertia() - self.load.on_layer(self.load.layers.first_layer()).inertia())
         more = load.added_inertia(_piece(mode, LOAD))
         return inertia if more is None else inertia + more
 
-    def load_in(self, mode: Mode) -> AbstractLoad:
-        """The load, its rope in the layer of the mode."""
-        return self.load.on_layer(mode.layer)
+    def _load_torque(self, t: Array, omega: Array, mode: Mode) -> Array:
+        """Torque of the load (N·m), its rope in the layer of the mode."""
+        return jnp.asarray(self.load.on_layer(mode.layer).torque(t, omega, _piece(mode, LOAD)))
 
     def _shaft_pieces(self, mode: Mode) -> tuple[Piece, ...]:
-        assert self.shaft is not None
         count = len(mode.pieces)
-        return tuple(_piece(mode, i) for i in range(count - len(self.shaft.laws), count))
+        return tuple(_piece(mode, i) for i in range(count - len(self.shaft.laws), count)) if self.shaft else ()
 
-    def _load_at_rest(self, t: Array, mode: Mode) -> Array:
-        return jnp.asarray(self.load_in(mode).torque(t, jnp.zeros_like(t), _piece(mode, LOAD)))
-
-    def _shaft_now(self, t: Array, omega: Array, mode: Mode) -> ShaftNow | None:
-        if self.shaft is None:
-            return None
-        loads = jnp.asarray(self.load_in(mode).torque(t, omega, _piece(mode, LOAD))), self._load_at_rest(t, mode)
-        return self.shaft.now(t, omega, loads, mode, self._shaft_pieces(mode))
+    def _shaft_now(self, t: Array, omega: Array, mode: Mode, load: Array) -> ShaftNow | None:
+        pieces = self._shaft_pieces(mode)
+        return self.shaft and self.shaft.now(t, omega, (load, self._load_torque(t, 0.0 * omega, mode)), mode, pieces)
 
     def _network(self, t: Array, y: State, mode: Mode) -> tuple[Array, Array, Array, Conditions, Pieces]:
         """The thermal network at one instant, input of its heat flows: temperatures of nodes and junctions, time,
@@ -304,8 +298,8 @@ class BrakeSystem(AbstractSemiExplicitSystem):
 
     def _given(self, t: Array, y: State, mode: Mode) -> tuple[Array, Array, ShaftNow | None, Surfaces, Any]:
         """Load, what the shaft leaves of it, torques on the shaft, surfaces, tension of the lever and its rate."""
-        load, surfaces = jnp.asarray(self.load_in(mode).torque(t, y.omega, _piece(mode, LOAD))), self.surfaces(y)
-        shaft = self._shaft_now(t, y.omega, mode)
+        load, surfaces = self._load_torque(t, y.omega, mode), self.surfaces(y)
+        shaft = self._shaft_now(t, y.omega, mode, load)
         left = load if shaft is None else shaft.left
         return load, left, shaft, surfaces, self.lever_tension(t, y, mode, left, surfaces)
 
@@ -341,7 +335,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
 
         if net is not None:
             now = self._network(t, y, mode)
-            flows = net.flows(*now, self._heat_of_shaft(shaft, y.omega))
+            flows = net.flows(*now, () if self.shaft is None else self.shaft.heating(shaft, y.omega))
         acting = Acting(t, tension, pull, left, self.inertia_at(mode), surfaces, warming)
         z = self.mechanism.variables(acting, y.omega, y.own, mode)
         rubs = self.mechanism.rubs(mode, z)
@@ -366,7 +360,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             lever_work=z.contact.lever_power,
             friction=tuple(_total(rub.force * rub.slip) for rub in z.rubs),
             damper_heat=z.contact.damping if self.mechanism.damps else None,
-            shaft=None if z.shaft is None else tuple(torque * y.omega for torque in z.shaft.each),
+            shaft=None if self.shaft is None else tuple(power for _, power in self.shaft.powers(z.shaft, y.omega)),
         )
         rates = State(y.omega, z.contact.alpha, self.mechanism.own_rates(z.contact), ledger)
         if y.phase is not None:
@@ -383,18 +377,10 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         each = [self._booked_of(pair, deposit) for pair, deposit in zip(self.mechanism.pairs, deposits, strict=True)]
         booked: HeatLedger = jax.tree.map(lambda *parts: total(parts), *each)
         lost = booked.lost + flows.lost
-        if z.shaft is not None and self.shaft is not None:  # heat that enters no body
-            bare = [torque for law, torque in zip(self.shaft.laws, z.shaft.each, strict=True) if law.place is None]
-            lost = lost + total(bare) * y.omega
+        if self.shaft is not None:  # heat that enters no body
+            lost = lost + total([power for place, power in self.shaft.powers(z.shaft, y.omega) if place is None])
         booked = booked._replace(lost=lost, supplied=flows.supplied)
         return rates._replace(ledger=ledger._replace(heat=booked), heat=self.thermal.rise(into))
-
-    def _heat_of_shaft(self, shaft: ShaftNow | None, omega: Array) -> tuple[tuple[str, Array], ...]:
-        """Powers (W) of the torques on the shaft whose heat enters a body, and its place."""
-        if shaft is None or self.shaft is None:
-            return ()
-        given = zip(self.shaft.laws, shaft.each, strict=True)
-        return tuple((law.place, torque * omega) for law, torque in given if law.place is not None)
 
     def _wear_rates(
         self, passed: Array, y: State, rubs: tuple[Rub, ...], turned_at: Array | None
@@ -457,7 +443,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         """Guards beside those of the mechanism, after them."""
         found: dict[str, Array] = {}
         if z.shaft is not None and self.shaft is not None and self.shaft.dry:
-            load, sizes = self._load_at_rest(t, mode), self.sizes
+            load, sizes = self._load_torque(t, 0.0 * y.omega, mode), self.sizes
             found["dry"] = self.shaft.margin(mode, y.omega, load, z.shaft, sizes.torque, sizes.speed)
         if self.load.layers is not None:
             found["paid_out"], found["full"] = self.load.layers.margins(y.phi, mode.layer)
@@ -502,7 +488,8 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             step = beside["full"].astype(jnp.int32) - beside["paid_out"].astype(jnp.int32)
             new = new._replace(layer=jnp.maximum(now.mode.layer + step, 1).astype(jnp.int32))
         if "dry" in beside and self.shaft is not None:
-            load, shaft = self._load_at_rest(t, new), self._shaft_now(t, y.omega, new)
+            load = self._load_torque(t, 0.0 * y.omega, new)
+            shaft = self._shaft_now(t, y.omega, new, load)
             assert shaft is not None
             turn = self.shaft.turn_after(now.mode, new, load, shaft, beside["dry"], self.sizes.slight_torque)
             new = new._replace(turn=turn)
@@ -528,7 +515,8 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         omega = y.omega if after.turn is None else jnp.where(after.turn == before.turn, y.omega, 0.0)
         if after.layer is not None:
             moved = before._replace(layer=after.layer)
-            omega = jnp.where(after.layer == before.layer, omega, self._speed_on_layer(y, before, after, moved))
+            speed = speed_on_layer(self.mechanism, y, before, after, (self.inertia_at(before), self.inertia_at(moved)))
+            omega = jnp.where(after.layer == before.layer, omega, speed)
         omega, own = self.mechanism.arrested(omega, y.own, before, after)
         still = y._replace(omega=omega, own=own)
         if isinstance(self.lever, Phases):
@@ -540,7 +528,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         if not self.mechanism.stretches:
             return still
         z, surfaces = variables_of(self, t, y, before).contact, self.surfaces(y)
-        load = jnp.asarray(self.load_in(after).torque(t, omega, _piece(after, LOAD)))
+        load = self._load_torque(t, omega, after)
         tension = self.lever_tension(t, still, after, load, surfaces)[0]
         strained = self.mechanism.strained(omega, own, (before, z), (after, tension))
         per_joule = [] if self.thermal is None else self._heat_of_a_jump(t, still, after)
@@ -567,21 +555,6 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             )
         ledger = old._replace(lever_work=old.lever_work + work, friction=friction, heat=booked)
         return still._replace(own=own, heat=warmed(heats) if per_joule else None, ledger=ledger)
-
-    def _speed_on_layer(self, y: State, before: Mode, after: Mode, moved: Mode) -> Array:
-        """Speed of the pulley (rad/s) on another layer of the rope, with the kinetic energy that was there before.
-
-        `moved`: the mode before on the new layer. Bodies that stick to the pulley follow it.
-        """
-        inertia = self.inertia_at(moved)
-
-        def kinetic(omega: Array) -> Array:
-            speed, own = self.mechanism.arrested(omega, y.own, before, after)
-            return self.mechanism.stored(inertia, speed, own, after)[0]
-
-        there, alone = self.mechanism.stored(self.inertia_at(before), y.omega, y.own, before)[0], kinetic(0.0 * y.omega)
-        whole = kinetic(y.omega) - alone
-        return y.omega * jnp.sqrt(jnp.where(whole > 0, (there - alone) / jnp.where(whole > 0, whole, 1.0), 1.0))
 
     def _heat_of_a_jump(self, t: Array, y: State, mode: Mode) -> list[tuple[Array, HeatLedger]]:
         """Increment of the network's states per joule of friction heat in a jump (K/J), and its places.
@@ -711,7 +684,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
 
     def hook(self, y: State, mode: Mode, z: BrakeNow) -> HookNow | None:
         """The hook, where the load hangs on one."""
-        load, travelled = self.load_in(mode), self.load.travelled(y.phi)
+        load, travelled = self.load.on_layer(mode.layer), self.load.travelled(y.phi)
         hanging, travel = load.hanging(_piece(mode, LOAD)), load.travel()
         if hanging is None or travel is None or travelled is None:
             return None
@@ -721,17 +694,16 @@ class BrakeSystem(AbstractSemiExplicitSystem):
     def holding(self, t: Array, y: State, mode: Mode) -> tuple[Array, Array]:
         """Load on a pulley at rest, and the static capacity of the brake in its direction (N·m, both ≥ 0)."""
         *_, surfaces, (tension, _) = self._given(t, y, mode)
-        load = self._load_at_rest(t, mode)
+        load = self._load_torque(t, jnp.zeros_like(y.omega), mode)
         way = jnp.where(load < 0, -1.0, 1.0)
         pairs = self.mechanism.capacity(tension, way, y.own, surfaces, static=True)
         return jnp.abs(load), jnp.min(pairs)
 
     def driving(self, t: Array, omega: Array, mode: Mode) -> Array:
         """Torque (N·m) of the load in the direction of a rotation, less the other torques on the shaft."""
-        sense = jnp.sign(omega)
-        load = jnp.asarray(self.load_in(mode).torque(t, omega, _piece(mode, LOAD)))
+        sense, load = jnp.sign(omega), self._load_torque(t, omega, mode)
         if self.shaft is not None:
-            rest = self._load_at_rest(t, mode)
+            rest = self._load_torque(t, 0.0 * omega, mode)
             load = load - self.shaft.turning(t, omega, rest, sense, self._shaft_pieces(mode))
         return sense * load
 

@@ -1,4 +1,4 @@
-"""The shaft under its torques beside the brake: what they leave of the load, rest on dry friction, terminal speed."""
+"""The shaft beside the brake: what its torques leave of the load, rest on dry friction, change of the rope's layer."""
 
 from typing import Any, NamedTuple
 
@@ -10,7 +10,7 @@ from jaxtyping import Int
 from ..hybrid._arrays import Array
 from ..profiles import AbstractProfile, Piece
 from ..shaft import AbstractDryTorque, AbstractShaftTorque
-from ._mechanism import HELD, OPEN, Mode, Sliding
+from ._mechanism import HELD, OPEN, AbstractMechanism, Mode, Sliding
 
 
 class ShaftNow(NamedTuple):
@@ -91,6 +91,15 @@ class Shaft(eqx.Module):
         found = self._torques(t, omega, load, pieces)
         return sum((sense * torque if dry else torque for dry, torque in found), start=jnp.zeros(()))
 
+    def powers(self, now: ShaftNow | None, omega: Array) -> list[tuple[str | None, Array]]:
+        """Place and power (W) of the heat of each law."""
+        assert now is not None
+        return [(law.place, torque * omega) for law, torque in zip(self.laws, now.each, strict=True)]
+
+    def heating(self, now: ShaftNow | None, omega: Array) -> tuple[tuple[str, Array], ...]:
+        """The same of those whose heat enters a body."""
+        return tuple((place, power) for place, power in self.powers(now, omega) if place is not None)
+
     def margin(self, mode: Mode, omega: Array, load: Array, now: ShaftNow, torque: Array, speed: Array) -> Array:
         """Guard of dry friction: of a turning shaft until it comes to rest, of a resting one until the load exceeds it.
 
@@ -114,3 +123,22 @@ class Shaft(eqx.Module):
             loose = jnp.where(resting, inner, jnp.where(fired, -before.turn, before.turn))
             turn = jnp.where(inner == 0, turn, loose)
         return turn.astype(jnp.int32)
+
+
+def speed_on_layer(
+    mechanism: AbstractMechanism, y: Any, before: Mode, after: Mode, inertias: tuple[Array, Array]
+) -> Array:
+    """Speed of the pulley (rad/s) on another layer of the rope, with the kinetic energy that was there before.
+
+    Bodies that stick to the pulley follow it.
+
+    - `y`: state, `inertias` (kg·m²) of the shaft before and after
+    """
+
+    def kinetic(omega: Array) -> Array:
+        speed, own = mechanism.arrested(omega, y.own, before, after)
+        return mechanism.stored(inertias[1], speed, own, after)[0]
+
+    there, others = mechanism.stored(inertias[0], y.omega, y.own, before)[0], kinetic(0.0 * y.omega)
+    whole = kinetic(y.omega) - others
+    return y.omega * jnp.sqrt(jnp.where(whole > 0, (there - others) / jnp.where(whole > 0, whole, 1.0), 1.0))

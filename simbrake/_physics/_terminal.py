@@ -1,6 +1,5 @@
 """The terminal speed of a load that nothing holds: where the torques on the shaft balance."""
 
-import functools
 from collections.abc import Callable
 
 import jax
@@ -49,15 +48,12 @@ def stable_speed(net: Callable[[Array], Array], speed: Array) -> Float[Array, ""
 def terminal_speed(system: BrakeSystem, t: Array, y: State, mode: Mode) -> Float[Array, ""]:
     """Speed (rad/s, ≥ 0) at which the torques of the instant `t` balance, `inf` where they do not.
 
-    With the tension, the temperatures and the given functions of that instant; `inf` also where these are yet to
-    change.
+    With the tension, the temperatures and the given functions of that instant; `inf` under a lever that holds the
+    speed.
     """
     lever, piece = system.lever_at(y, mode), mode.pieces[LEVER]
     piece = jnp.asarray(0, jnp.int32) if piece is None else piece
-    given = (lever, system.load.profile, *system.profiles)
-    settled = functools.reduce(jnp.logical_and, [profile.no_more_turns(t) for profile in given])
-    if lever.controls_speed:
-        settled = settled & ~jnp.asarray(lever.follows(piece))
+    led = lever.follows(piece) if lever.controls_speed else False
     T_0, surfaces, sense = jnp.asarray(lever.value(t, piece)), system.surfaces(y), jnp.sign(y.omega)
 
     def net(speed: Array) -> Array:
@@ -65,4 +61,4 @@ def terminal_speed(system: BrakeSystem, t: Array, y: State, mode: Mode) -> Float
         held = jnp.min(system.mechanism.capacity(T_0, omega, y.own, surfaces))
         return system.driving(t, omega, mode) - jnp.where(mode.band == OPEN, 0.0, held)
 
-    return jnp.where(settled, stable_speed(net, jnp.abs(y.omega)), jnp.inf)
+    return jnp.where(led, jnp.inf, stable_speed(net, jnp.abs(y.omega)))

@@ -72,7 +72,8 @@ def stops_of(record: Record, scene: Scene, labels: Sequence[Label], scan: Scan) 
     shares = record.system.grip.shares  # pyright: ignore
     hot = 1.0 if shares is None else float(shares.heat)
     work = hot * np.sum([np.asarray(column) for column in states.ledger.friction], axis=0)
-    phi, travel = np.asarray(states.phi), scene.duty.load.travel()
+    phi = np.asarray(states.phi)
+    travelled = scene.duty.load.travelled(phi)
     names = [name for name in _HOT if name in scan.names]
     tops = peaks_between(scan, names, [(stop.start, stop.end) for stop in found])
     rows, before = list[dict[str, Any]](), 0
@@ -85,14 +86,14 @@ def stops_of(record: Record, scene: Scene, labels: Sequence[Label], scan: Scan) 
                 "motion_time": float(t[stop.stop] - t[stop.start]),
                 "braking_time": float(t[stop.stop] - t[stop.onset]),
                 "angle": angle,
-                **({} if travel is None else {"travel": angle * float(travel)}),
+                **({} if travelled is None else {"travel": float(travelled[stop.stop] - travelled[stop.start])}),  # pyright: ignore
                 "energy": float(work[stop.stop] - work[before]),
                 **{name: float(tops[name][i]) for name in names},
             }
         )
         before = stop.stop
     always = ["stop", "time", "motion_time", "braking_time", "angle", "energy", *names]
-    return Table(columns_of(always if travel is None else [*always, "travel"], _words(scene)), rows)
+    return Table(columns_of(always if travelled is None else [*always, "travel"], _words(scene)), rows)
 
 
 def _words(scene: Scene) -> dict[str, str]:
