@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from helpers import jacobians, open_scene, stop_scene
 from scipy.integrate import quad, solve_ivp
+from scipy.optimize import brentq
 
 import simbrake as sb
 from simbrake.loads import BearingFriction, EddyCurrentBrake, HydrodynamicBrake, TackleLoss, ViscousDrag
@@ -251,6 +252,38 @@ def test_staged_brake_with_its_band_open_comes_to_rest_with_its_bandage():
     load = float(plain.duty.load.profile.level)
     assert float(found.stopping_time) == pytest.approx(inertia * float(plain.initial.omega) / (2e3 - load), rel=1e-9)
     balanced(found)
+
+
+def test_staged_stop_with_dry_friction_against_scipy():
+    """Bandage and pulley as two bodies, both pairs sliding: stage 2 and 3 by hand; dry friction on the pulley alone."""
+    import staged_scenes as staged
+
+    M_c, T_0 = 400.0, 4e3
+    plain = staged.stop(lever=sb.Constant(T_0), end=20.0)
+    result = sb.simulate(dataclasses.replace(plain, shaft=(BearingFriction(M_c),)))
+    z, s = math.tan(staged.BETA / 2), math.sin(staged.BETA / 2)
+    mu = np.full(staged.N, (1 + staged.F_EXT * z) / (1 - staged.F_EXT * z))
+    J_p, J_b = float(plain.brake.inertia), float(np.sum(plain.brake.bandage.inertia))
+    load, w0 = float(plain.duty.load.profile.level), float(plain.initial.omega)
+
+    def rim(T_n):
+        T = staged.tensions(T_0, T_n, mu)
+        return staged.R * staged.F_INT * float(np.sum((T[1:] + T[:-1]) * s + staged.PRELOAD))
+
+    full = T_0 * float(np.prod(mu))
+    external = staged.R_B * (full - T_0)
+    # the band brakes the bandage harder than the rim drives it: stage 2 from the start, then stage 3
+    assert external > rim(full)
+    t_2 = w0 / ((external - rim(full)) / J_b)
+    w_2 = w0 - (rim(full) + M_c - load) / J_p * t_2
+    T_n = brentq(lambda T: staged.R_B * (T - T_0) - rim(T), T_0, full, xtol=1e-9, rtol=1e-14)
+    stop = t_2 + w_2 * J_p / (rim(T_n) + M_c - load)
+    assert "external_lock" in names(result)
+    assert float(result.external_lock_time) == pytest.approx(t_2, rel=1e-9)
+    assert float(result.stopping_time) == pytest.approx(stop, rel=1e-9)
+    assert names(result)[-1] == "stop"
+    assert float(result.series([15.0]).shaft_torque[0]) == pytest.approx(min(load, M_c), rel=1e-12)
+    balanced(result)
 
 
 # --- heat, levers, input ----------------------------------------------------------------------------------------------

@@ -161,8 +161,8 @@ EVENTS = {
     ),
     "stop": EventMeaning("the pulley came to rest and is held", _ANY, "the pulley came to rest"),
     "restart": EventMeaning(
-        "the load exceeded the static limit of a brake at rest (band open: dry friction of the shaft), or the grip fell "
-        "below the load",
+        "the load exceeded the static limit of a brake at rest, or the grip fell below the load; with the band open: "
+        "the load exceeded dry friction of the shaft",
         _ANY,
         "the load exceeded what the brake at rest can hold",
     ),
