@@ -31,7 +31,7 @@ def revolution_ripple(
 
     Returns (…, m).
 
-    Superposition of steps of the flux since ever, `(2/e) √(t/π)` each (`half_space_rise`), of which Hurwitz's zeta
+    Superposition of all earlier steps of the flux, `(2/e) √(t/π)` each (`half_space_rise`), of which Hurwitz's zeta
     function is the finite part: the ripple has the mean 0 over a period, whatever the mean flux, and the network of a
     scene has the mean. Raises `ValueError` for edges that do not rise in [0, 1), or where period or effusivity is not
     positive.
