@@ -201,6 +201,7 @@ class AbstractString(AbstractHookLoad):
     def hanging(self, piece: Piece) -> tuple[Array, Array]:
         return self._mass(piece), self._mass(piece) * self.gravity
 
+
 class StringLoad(AbstractString):
     """A string on the hook or in the slips as the phases of the duty say (`Phase.hangs`), longer in each cycle.
 

@@ -319,3 +319,14 @@ def test_stops_are_in_every_form(two_cycles):
     data = sb.dataset(two_cycles)
     np.testing.assert_array_equal(data.stop_energy, table["energy"])
     assert data.stop_time.attrs == {"units": "s", "meaning": "time of the stop"}
+
+
+def test_scipy_with_the_same_guards_passes_the_same_phases():
+    assert sb.checks.cross_check(SCENE).ok
+
+
+def test_runs_side_by_side_are_those_one_by_one(two_cycles):
+    path, far = "duty.slack_tension.phases[0].until.distance", np.array([DISTANCE, 16.0])
+    found = sb.ensemble(SCENE, {path: far}, ["stopping_time"]).stopping_time
+    alone = [float(sb.simulate(sb.with_values(SCENE, {path: x})).stopping_time) for x in far]
+    np.testing.assert_allclose(found, alone, rtol=1e-12)

@@ -267,6 +267,8 @@ _WORDS = {
     "v": "lining speed (m/s)",
     "stretch": "spring elongation (m)",
     "speeds": "lining speed (rad/s)",
+    "begun": "start of the phase (s)",
+    "turned": "angle in the phase (rad)",
 }
 
 
@@ -283,6 +285,8 @@ def _scipy_events(result: Result, course: Course) -> list[Event]:
         found += [Event(times[i], name) for name in events_of_change(before, labels[i], i == first)]
         before = labels[i]
     for (was, now), t in zip(itertools.pairwise(modes), times[1:], strict=True):
+        if now.phase is not None and now.phase != was.phase:
+            found.append(Event(t, "phase_end"))
         columns = [(kind, was.contacts[kind], column, ("slip", "stick")) for kind, column in now.contacts.items()]
         if now.lifted is not None:
             columns.append(("lining", was.lifted, now.lifted, ("lift_off", "touchdown")))
@@ -343,7 +347,7 @@ def _labels(result: Result) -> list[tuple[str, str]]:
             elif kind == "energy":
                 word = " ".join(names[1:]).replace("_", " ").replace("heat lost", "heat: lost") + " (J)"
             else:
-                own = names[-1] if names[0] == "own" else names[0]
+                own = names[-1] if names[0] in ("own", "phase") else names[0]
                 word = _WORDS.get(own, own) + (f" {i + 1}" if np.ndim(leaf) else "")
             found.append((word, kind))
     return found
