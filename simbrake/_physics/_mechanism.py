@@ -103,12 +103,13 @@ def slips(band: Any) -> Any:
 
 
 class Label(NamedTuple):
-    """Mode in the log: band mode, the internal pair of a staged brake (0: it sticks or is none), and the direction in
-    which the pulley turns where the shaft has dry friction (0: it is at rest)."""
+    """Mode in the log: band mode, the internal pair of a staged brake (0: it sticks or is none), the direction in which
+    the pulley turns where the shaft has dry friction (0: it is at rest), and the layer of the rope (0: has none)."""
 
     band: int
     inner: int = 0
     turn: int = 1
+    layer: int = 0
 
     @property
     def rests(self) -> bool:
@@ -122,12 +123,14 @@ class Label(NamedTuple):
 
     def __str__(self) -> str:
         words = BandMode(self.band).name.lower().replace("_", " ") + (" at rest" if self.stands else "")
+        words += f" on layer {self.layer}" if self.layer else ""
         return words if self.inner == 0 else f"{words} with internal slip"
 
 
 def events_of_change(before: Label, after: Label, first: bool) -> list[str]:
     """Names of the events in one change of mode; `first` marks the settling at the start of a run."""
     names = _events_of_band(before, after, first) if before.band != after.band else []
+    names = ["layer_change", *names] if before.layer != after.layer else names
     if before.stands and not after.rests and not first:
         names = ["restart", *names]
     elif after.stands and not before.rests:
@@ -324,6 +327,13 @@ class Mode(NamedTuple):
     turn: Any = None
     phase: Any = None
     layer: Any = None
+
+    @property
+    def label(self) -> Label:
+        """What the log has of it; of many modes at once columns in place of numbers."""
+        none = 0 * self.slides
+        turn, layer = none + 1 if self.turn is None else self.turn, none if self.layer is None else self.layer
+        return Label(self.band, self.slides, turn, layer)
 
     @property
     def rests(self) -> Any:

@@ -36,8 +36,7 @@ def labels_of(record: Record, rows: np.ndarray | None = None) -> list[Label]:
     """What the log knows of the mode in rows of a concrete record, by default in all of them and at its end."""
     mode: Mode = record.modes
     rows = np.arange(int(record.count) + 1) if rows is None else rows
-    turns = (mode.band, mode.slides) if mode.turn is None else (mode.band, mode.slides, mode.turn)
-    columns = (np.asarray(column)[rows].tolist() for column in turns)
+    columns = (np.asarray(column)[rows].tolist() for column in mode.label)
     return [Label(*pair) for pair in zip(*columns, strict=True)]
 
 
@@ -194,10 +193,6 @@ class Report:
             found += [Event(float(t), *names[j]) for t, (_, j) in zip(times, crossings, strict=True)]
         modes: Mode = self._record.modes
         found += self._contacts(modes)
-        if modes.layer is not None:
-            layers = np.asarray(modes.layer)[: int(self._record.count) + 1]
-            changed = np.flatnonzero(np.diff(layers)) + 1
-            found += [Event(float(np.asarray(self._record.rows.t)[i]), "layer_change") for i in changed]
         if modes.locks is not None:
             locks = np.asarray(modes.locks)[: int(self._record.count) + 1]
             began = np.flatnonzero(np.diff(locks) > 0) + 1

@@ -277,7 +277,7 @@ def _scipy_events(result: Result, course: Course) -> list[Event]:
     unpack = result.record.flat.unpack_mode
     modes: list[Any] = [jax.tree.map(np.asarray, unpack(jnp.asarray(change.mode))) for change in course.changes]
     times = [change.t for change in course.changes]
-    labels = [Label(int(mode.band), int(mode.slides)) for mode in modes]
+    labels = [Label(*(int(column) for column in mode.label)) for mode in modes]
     # the first mode is where the run starts to look for the true one
     first = 1 if len(modes) > 1 and times[1] == times[0] and labels[0].band == 0 else 0
     found, before = [], labels[0]
