@@ -226,6 +226,16 @@ def test_a_lever_that_is_no_straight_line_runs_from_the_start_of_its_phase():
     assert ends(result)[1].time == pytest.approx(1.5 + brentq(speed, 0.3, 50.0, xtol=1e-14), rel=1e-9)
 
 
+def test_pads_are_pressed_in_phases():
+    # uniform wear: M = n f F (r_i + r_o)/2
+    pads = sb.Pads(sb.ConstantFriction(0.4), 0.3, 0.5, 0.7, 4, sb.brakes.UniformWear())
+    phases = Phases((Phase(5e3, "0.5 s"), Phase(20e3, "rest"), Phase(20e3, "1 s")))
+    result = sb.simulate(sb.Scene(sb.DiscBrake(400.0, pads), sb.ForceDuty(phases, 1.5e3), sb.Initial(30.0), 9.0))
+    early, late = ((4 * 0.4 * force * 0.4 - 1.5e3) / 400.0 for force in (5e3, 20e3))
+    stop = 0.5 + (30.0 - 0.5 * early) / late
+    assert [event.time for event in ends(result)] == pytest.approx([0.5, stop, stop + 1.0], rel=1e-10)
+
+
 # --- what cannot be ---------------------------------------------------------------------------------------------------
 
 
