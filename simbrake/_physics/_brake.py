@@ -2,7 +2,7 @@
 
 import functools
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -35,7 +35,8 @@ from ._phasing import PhaseState, begun_anew, margin_of_phase
 from ._shaft import Shaft, ShaftNow, speed_on_layer
 from ._sliding import AbstractGrip
 from ._sparsity import couplings, couplings_of_memory
-from ._thermal import Conditions, Deposit, HeatFlows, Pieces, Thermal, total
+from ._state import BrakeNow, Capacity, State, ThermalNow, Wearing
+from ._thermal import Conditions, Deposit, Pieces, Thermal, total
 
 #: passes in which tension and temperature after a jump are settled; each leaves about 1e-3 of the one before it
 _PASSES = 4
@@ -43,38 +44,12 @@ _PASSES = 4
 
 #: up to this share of the tension the lever may still move, at its present rate over the time of the run so far
 _AT_REST = 1e-3
-#: relative rounding of a torque that balances another one
-_ROUNDING = 1e-9
 
 
 #: piece of a given function of time
 Piece = Int[Array, ""]
 #: places among `Mode.pieces`: of the lever, the load, then of the profiles of the heat, then of the shaft
 LEVER, LOAD, HEAT = 0, 1, 2
-
-
-class Capacity(NamedTuple):
-    """Load and sliding brake at one instant, or at many: torques (N·m) in the direction in which the pulley turns.
-
-    - `load`: load torque, less the other torques on the shaft
-    - `pairs` (…, k): maximum torque of each friction pair with its kinetic friction at the speed of the pulley and the
-      temperatures of that instant: of a standard brake one, of a staged brake external, internal
-    - `settled`: whether the lever is at its last value
-    """
-
-    load: Float[Array, "*many"]
-    pairs: Float[Array, "*many pairs"]
-    settled: Bool[Array, "*many"]
-
-    @property
-    def torque(self) -> Float[Array, "*many"]:
-        """Capacity of the brake: the torque of its weaker pair (N·m)."""
-        return self.pairs.min(axis=-1)
-
-    @property
-    def exceeded(self) -> Bool[Array, "*many"]:
-        """Whether the brake cannot hold the load, now or with the final lever force."""
-        return self.settled & (self.load > 0) & (self.load >= self.torque * (1 - _ROUNDING))
 
 
 def course_of_profile(profile: AbstractProfile, t: Array, piece: Piece) -> Real:
@@ -89,69 +64,6 @@ def _course_of_lever(lever: Any, t: Array, piece: Piece) -> tuple[Real, Real | N
 
 def _course_of_load(load: AbstractLoad, t: Array, piece: Piece) -> Real:
     return load.torque(t, jnp.ones(()), piece)
-
-
-class State(NamedTuple):
-    """Angle `φ` (rad) and speed `ω` (rad/s) of the pulley, the states of the mechanism's own, the ledger, the heat
-    content of the thermal nodes over their capacity (K; `None` without heat), the thickness worn off the linings of
-    each pair (m; `None` without wear, and of a pair without), the states of the friction law of each pair (`None`
-    without any), and of the phase of the duty (`None` without phases)."""
-
-    phi: Any
-    omega: Any
-    own: Any
-    ledger: Ledger
-    heat: Any = None
-    worn: Any = None
-    memory: Any = None
-    phase: Any = None
-
-
-class HookNow(NamedTuple):
-    """The hook: travel downwards since the start (m), its speed (m/s), and the force on it, `m (g − a)` (N)."""
-
-    travel: Array
-    speed: Array
-    force: Array
-
-
-class ThermalNow(NamedTuple):
-    """The thermal network at one instant."""
-
-    T: Array  # temperatures of the nodes with capacity (K)
-    T_junctions: Array  # of those without, friction heat included
-    flows: HeatFlows  # friction apart
-    deposits: tuple[Deposit, ...]  # of the friction heat of each pair (W)
-
-
-class BrakeNow(NamedTuple):
-    """Variables of a brake: applied loads, its mechanism (`contact`), its pairs, and the thermal network if any."""
-
-    lever_tension: Float[Array, ""]  # T_0 (N), as the lever would give it
-    lever_rate: Float[Array, ""]  # its rate (N/s)
-    load_torque: Float[Array, ""]  # M_load (N·m)
-    contact: PyTree  # a `ContactNow`
-    rubs: tuple[Rub, ...]
-    thermal: ThermalNow | None
-    shaft: ShaftNow | None = None  # torques on the shaft beside load and brake
-
-    @property
-    def net_load(self) -> Array:
-        """Torque (N·m) that the shaft leaves of the load: that on the mechanism."""
-        return self.load_torque if self.shaft is None else self.shaft.left
-
-
-class Wearing(NamedTuple):
-    """Integration of the wear depth of the linings: no rate depends on it, it is a quadrature.
-
-    - `scale` (m): typical thickness that the run wears off
-    - `turned_at`: times at which the band is turned end for end (of a duty in phases: numbers of phases that have
-      ended). `h_i` of the first pair stays that of the lining which was the `i`-th at the start; after an odd number of
-      turns it rubs where the `(n + 1 − i)`-th did
-    """
-
-    scale: Float[Array, ""]
-    turned_at: Array | None
 
 
 class BrakeSystem(AbstractSemiExplicitSystem):
@@ -681,15 +593,6 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         settled = lever.no_more_turns(t) & (jnp.abs(rate) * (t - start) <= _AT_REST * T_0)
         load = self.driving(t, y.omega, mode)
         return Capacity(load, self.mechanism.capacity(T_0, y.omega, y.own, self.surfaces(y)), settled)
-
-    def hook(self, y: State, mode: Mode, z: BrakeNow) -> HookNow | None:
-        """The hook, where the load hangs on one."""
-        load, travelled = self.load.on_layer(mode.layer), self.load.travelled(y.phi)
-        hanging, travel = load.hanging(_piece(mode, LOAD)), load.travel()
-        if hanging is None or travel is None or travelled is None:
-            return None
-        mass, weight = hanging
-        return HookNow(jnp.asarray(travelled), y.omega * travel, weight - mass * travel * z.contact.alpha)
 
     def holding(self, t: Array, y: State, mode: Mode) -> tuple[Array, Array]:
         """Load on a pulley at rest, and the static capacity of the brake in its direction (N·m, both ≥ 0)."""

@@ -1,13 +1,33 @@
-"""Thresholds that heat or fade of a brake can exceed."""
+"""Results of a brake beside its states: the hook, and thresholds that heat or fade can exceed."""
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 
 from ..hybrid._arrays import Array
 from ..thermal._heat import place_count
-from ._brake import BrakeNow, BrakeSystem
+from ._brake import LOAD, BrakeSystem
 from ._mechanism import SLIP, Mode
+from ._state import BrakeNow, State
+
+
+class HookNow(NamedTuple):
+    """The hook: travel downwards since the start (m), its speed (m/s), and the force on it, `m (g − a)` (N)."""
+
+    travel: Array
+    speed: Array
+    force: Array
+
+
+def hook_of(system: BrakeSystem, y: State, mode: Mode, z: BrakeNow) -> HookNow | None:
+    """The hook, where the load hangs on one."""
+    piece = jnp.asarray(0, jnp.int32) if mode.pieces[LOAD] is None else mode.pieces[LOAD]
+    load, travelled = system.load.on_layer(mode.layer), system.load.travelled(y.phi)
+    hanging, travel = load.hanging(piece), load.travel()
+    if hanging is None or travel is None or travelled is None:
+        return None
+    mass, weight = hanging
+    return HookNow(jnp.asarray(travelled), y.omega * travel, weight - mass * travel * z.contact.alpha)
 
 
 def _can_lose_grip(system: BrakeSystem) -> bool:

@@ -14,9 +14,10 @@ from jaxtyping import Float, Int, PyTree
 from .._base._compiling import DeviceJit
 from .._base._progress import piece
 from .._physics import _terminal
-from .._physics._brake import BrakeNow, BrakeSystem, Capacity, HookNow, State
+from .._physics._brake import BrakeSystem
 from .._physics._mechanism import Mode, Shown
-from .._physics._thresholds import passing
+from .._physics._state import BrakeNow, Capacity, State
+from .._physics._thresholds import HookNow, hook_of, passing
 from ..hybrid import SKIPPED, Record
 from ..hybrid._arrays import Array
 from ..hybrid._system import unravel
@@ -105,7 +106,7 @@ def seen_at(system: BrakeSystem, t: Float[Array, " m"], y: State, mode: Mode) ->
             hot,
             passing(system, mode, q, hot),
             system.holding(t, y, mode),
-            system.hook(y, mode, q),
+            hook_of(system, y, mode, q),
             q.lever_tension / system.lever.gain if isinstance(system.lever, Lever) else None,
         )
 

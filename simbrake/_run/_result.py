@@ -15,8 +15,9 @@ from .._base._faults import InputError
 from .._base._table import Table, number
 from .._parts._scene import Scene
 from .._phases import AfterTravel, AtTemperature, Phases
-from .._physics._brake import BrakeSystem, Capacity
+from .._physics._brake import BrakeSystem
 from .._physics._mechanism import BrakeCode
+from .._physics._state import Capacity
 from ..hybrid import Record
 from ..hybrid._arrays import Array
 from ..thermal._heat import node_names

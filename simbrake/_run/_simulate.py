@@ -34,8 +34,9 @@ from .._base._progress import Tell, Waiting, telling
 from .._base._quantity import faults_of_tolerance, leaves
 from .._parts._scene import Scene, check, checked
 from .._physics._assemble import assemble
-from .._physics._brake import BrakeSystem, State
+from .._physics._brake import BrakeSystem
 from .._physics._mechanism import Mode
+from .._physics._state import State
 from ..hybrid import (
     AbstractMethod,
     Code,
