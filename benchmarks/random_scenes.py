@@ -6,7 +6,8 @@ The independent models (`benchmarks/independent`) are NumPy and SciPy, written f
 share the numbers of a scene with simbrake and nothing else. A scene is drawn by its kind, flavour and seed:
 
 - `plain`: a lever of straight lines with jumps and releases, a load torque of both signs, static above kinetic friction
-- `hot`: the same with lumps for rim, linings and band, convection and radiation, Stribeck friction that fades, wear
+- `hot`: the same with lumps for rim, linings and band, contacts that open, convection at the speed of each body,
+  radiation, Stribeck friction that fades, wear
 - `fill`: a filling actuator, a load on the hook, Stribeck friction
 
 A resolved bandage has 4, 3 and 6 linings in these, springs with and without dampers, and beside `plain` friction on the

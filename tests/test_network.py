@@ -336,8 +336,7 @@ def test_links_that_share_a_face_see_one_surface():
         return np.asarray(sb.simulate_heat(heat, [0.0, 50.0], rtol=1e-11).temperature[-1])
 
     np.testing.assert_allclose(end(60.0, 90.0), end(150.0), rtol=1e-8)
-    # each of four passes leaves the share g·half, here 0.04, of the error before it
-    np.testing.assert_allclose(end(150.0, 250.0), end(400.0), rtol=1e-5)
+    np.testing.assert_allclose(end(150.0, 250.0), end(400.0), rtol=1e-8)
 
 
 def test_a_source_raises_the_face_from_which_a_wall_convects():
