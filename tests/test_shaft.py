@@ -361,3 +361,13 @@ def test_ensembles_end_in_the_same_words():
     assert list(data.status.values) == ["released", "lowering"]
     rest = sb.ensemble(plain, {"shaft[1].limit": [2.0 * LOAD]}, ["energy.shaft_bearing_friction"])
     assert list(rest.status.values) == ["stopped"]
+
+
+def test_cross_check_follows_rest_on_dry_friction_and_layers_of_rope():
+    hook = sb.HookLoad(40e3, 0.4, 8, rope=sb.loads.RopeLayers(0.04, 4.0, 8.4))
+    lever = sb.PiecewiseLinear([0.0, 3.0], [14e3, 0.0])
+    plain = scene(BearingFriction(23e3), ViscousDrag(20.0), load=hook, lever=lever, end=4.0)
+    result = sb.simulate(plain)
+    assert {"layer_change", "stop", "release"} <= set(names(result))
+    report = sb.cross_check(plain, result=result)
+    assert report.ok, str(report)
