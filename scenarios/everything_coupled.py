@@ -1,10 +1,13 @@
-"""Everything at once: a staged brake with an elastic band, linings with separate walls, a layered rim, fade.
+"""Everything at once: a staged brake with an elastic band, linings with separate walls, a layered rim, fade with memory.
 
 Two brake applications of a hook on a U2-5-5: lowered, braked, held, released, lowered again and braked hotter. One
-system of equations: k sliding linings on the band, internal pair, band compliance from geometry, thermal network with
-the pulley's structure, every event located. Values that the papers (V, K, Z) do not give are marked as assumptions.
+system of equations: k sliding linings on the band, internal pair with centrifugal force, band compliance from geometry,
+thermal network with the pulley's structure and contacts that open, friction with memory, auxiliary brakes and bearings
+on the shaft, layers of rope, every event located. Values that the papers (V, K, Z) do not give are marked as
+assumptions.
 """
 
+import dataclasses
 import math
 
 import simbrake as sb
@@ -21,6 +24,15 @@ def fading(coefficient: float) -> sb.friction.ProductFriction:
     )
 
 
+def remembering(law: sb.friction.ProductFriction) -> sb.friction.FrictionWithMemory:
+    """The law with recovery, burn-off and running-in (assumptions)."""
+    process = sb.friction.MemoryProcess
+    recovery = process(1.0, sb.LinearFade(3e-4, above=423.15, floor=0.5, blend=5.0), rate=0.2)
+    return sb.friction.FrictionWithMemory(
+        law, (recovery, process(0.0, rate=2e4, activation=6e4), process(1.05, work=40e6)), initial=0.95
+    )
+
+
 def brake() -> sb.Brake:
     material = sb.material("FK-24A")
     mass = material.density * WRAP * (OUTER**2 - TRACK_RADIUS**2) / 2 * TRACK_WIDTH  # kg
@@ -34,12 +46,14 @@ def brake() -> sb.Brake:
     return sb.Brake(
         sb.Pulley(TRACK_RADIUS, inertia=1200.0, width=TRACK_WIDTH),  # kg·m²; assumption
         sb.Band(OUTER + BAND / 2, stiffness=band),
-        sb.uniform_linings(LININGS, WRAP, fading(0.42), area=WRAP * OUTER * TRACK_WIDTH / LININGS),
+        sb.uniform_linings(LININGS, WRAP, remembering(fading(0.42)), area=WRAP * OUTER * TRACK_WIDTH / LININGS),
         sb.Bandage(
             inertia=mass * (OUTER**2 + TRACK_RADIUS**2) / 2,
-            friction=fading(0.30),
+            friction=remembering(fading(0.30)),
             preload=8.0e3,  # N for each lining; assumption
             area=WRAP * TRACK_RADIUS * TRACK_WIDTH / LININGS,
+            mass=mass / LININGS,
+            mass_radius=(TRACK_RADIUS + OUTER) / 2,
         ),
     )
 
@@ -67,10 +81,26 @@ def heat() -> sb.Heat:
         band_coefficient=15.0,  # W/(m²·K); assumption
         emissivity=0.6,  # assumption: bare, oxidised steel
         permissible=673.15,  # K; assumption for FK-24A
+        contact_resistance=2e-3,  # m²·K/W, linings on the rim; assumption
+        band_resistance=5e-4,  # m²·K/W, linings under the band; assumption
     )
     network = sb.thermal.with_pulley_structure(network, rim)
     # the external pair: k_1 to the rim at once, k_2 to the band, the rest to the linings (S-12…14; figures assumed)
-    return sb.thermal.with_external_pair(network, sb.thermal.ConstantPartition(0.85), rim_share=0.02)
+    network = sb.thermal.with_external_pair(network, sb.thermal.ConstantPartition(0.85), rim_share=0.02)
+    # with the band open the bandage cools in the air through which it turns; W/(m²·K), m/s: assumptions
+    cooling = sb.thermal.Convection("lining.back", area / LININGS, sb.thermal.SpeedCoefficient(8.0, 6.0), covered=1.0)
+    return dataclasses.replace(network, links=(*network.links, cooling))
+
+
+def shaft() -> tuple[sb.loads.AbstractShaftTorque, ...]:
+    """An eddy-current brake whose heat goes into the flange, churning, bearings and the tackle (assumptions)."""
+    return (
+        sb.loads.EddyCurrentBrake("2 kN*m", "12 rad/s", sb.ramp(0.0, 0.5, 0.0, 1.0), place="flange"),
+        sb.loads.HydrodynamicBrake(0.2, 0.3),
+        sb.loads.ViscousDrag(5.0),
+        sb.loads.BearingFriction(100.0),
+        sb.loads.TackleLoss(0.95),
+    )
 
 
 def scene() -> sb.Scene:
@@ -79,8 +109,10 @@ def scene() -> sb.Scene:
         times=[0.0, 0.4, 3.0, 3.2, 4.4, 4.8],
         values=[2.0e3, 22.0e3, 22.0e3, 0.0, 0.0, 24.0e3],
     )
-    load = sb.HookLoad(mass=60.0e3, drum_radius=0.40, line_count=8)  # assumptions, as in u2_5_5_stop
-    return sb.Scene(brake(), sb.Duty(lever, load), sb.Initial(omega=24.0), end_time=8.0, heat=heat())
+    rope = sb.loads.RopeLayers("32 mm", turns_per_layer=5.0, turns=12.3)  # assumptions
+    load = sb.HookLoad(mass=60.0e3, drum_radius=0.40, line_count=8, rope=rope)  # assumptions, as in u2_5_5_stop
+    duty = sb.Duty(lever, load)
+    return sb.Scene(brake(), duty, sb.Initial(omega=24.0), end_time=8.0, heat=heat(), shaft=shaft())
 
 
 def main() -> None:
