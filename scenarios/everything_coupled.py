@@ -1,4 +1,4 @@
-"""Everything at once: a staged brake with an elastic band, linings with separate walls, a layered rim, fade with memory.
+"""Everything at once: a staged brake with an elastic band, linings with separate walls, a layered rim, fade, memory.
 
 Two brake applications of a hook on a U2-5-5: lowered, braked, held, released, lowered again and braked hotter. One
 system of equations: k sliding linings on the band, internal pair with centrifugal force, band compliance from geometry,

@@ -417,7 +417,7 @@ class Lever(AbstractProfile):
 class Actuator(AbstractProfile):
     """The force of an actuator that follows its command with a dead time and a first-order lag, less a return spring.
 
-        τ Ḟ + F = u(t − t_d),   T_0 = F − F_s
+        τ dF/dt + F = u(t − t_d),   T_0 = F − F_s
 
     - `command`: `u(t) ≥ 0` in N: a constant, straight lines between points, or repeated cycles of them
     - `lag` `τ` (s), `None`: no lag;  `dead_time` `t_d` (s);  `spring` `F_s` (N): preload of the return spring

@@ -33,6 +33,7 @@ PAGES: dict[str, tuple[str, ...]] = {
         "results._dataset",
         "results._compare",
         "_pages._page",
+        "_base._table",
     ),
     "statics": ("brakes._band",),
     "wear": ("wear", "studies._lining_life", "_run._travel"),

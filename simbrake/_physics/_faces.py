@@ -72,7 +72,7 @@ class Balances:
         value = gathered(value, size, flows)
         to[key] = to[key] + value if key in to else value
 
-    def open(self, c: int, size: int, e: Array | None) -> None:
+    def begin(self, c: int, size: int, e: Array | None) -> None:
         """Begin the balance of a surface of `size` temperatures, with what is constant in `e`."""
         self.sizes[c] = size
         if e is not None:

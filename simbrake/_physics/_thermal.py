@@ -268,7 +268,7 @@ class Thermal(eqx.Module):
             if surface.nodes:
                 S[i] = at(surface.nodes[0])
                 continue
-            rows.open(i, surface.size, self.per_kelvin[i])
+            rows.begin(i, surface.size, self.per_kelvin[i])
             for face in surface.faces:
                 R: Any = _half_at(self.heat, face, half)
                 n = place_count(self.heat, face)

@@ -14,7 +14,7 @@ from ..brakes._design import unloaded
 from ..friction import AbstractFriction, AnyContact, remembers
 from ..hybrid._arrays import Array
 from ..profiles import AbstractProfile
-from ..shaft import AbstractDryTorque
+from ..shaft import AbstractDryTorque, AbstractShaftTorque
 from ..thermal._contact import ThermalContact
 from ..thermal._heat import Heat
 from ..thermal._material import ROOM
@@ -104,14 +104,20 @@ def stiffness(scene: Scene) -> tuple[bool, str]:
     return (True, why) if why else found
 
 
+@per_value(lambda scene: (scene.shaft, scene.initial))
 def _steepest_drag(scene: Scene) -> float:
     """Largest slope `dM/dω` (N·m·s) of the torques on the shaft at rest and at the speed of the start, in sum."""
-    total, still, speed = 0.0, jnp.zeros(()), jnp.asarray(abs(float(scene.initial.omega)))
-    for law in scene.shaft:
-        if not isinstance(law, AbstractDryTorque):
-            piece = law.profile.first_piece(0.0)
-            slope = jax.grad(lambda omega, law=law, piece=piece: jnp.asarray(law.torque(still, omega, piece, still)))
-            total += max(float(slope(still)), float(slope(speed)))
+    laws = tuple(law for law in scene.shaft if not isinstance(law, AbstractDryTorque))
+    return float(_slopes(laws, np.asarray(abs(float(scene.initial.omega))))) if laws else 0.0
+
+
+@functools.partial(DeviceJit, quick=True)
+def _slopes(laws: tuple[AbstractShaftTorque, ...], speed: Array) -> Array:
+    still, total = jnp.zeros(()), jnp.zeros(())
+    for law in laws:
+        piece = law.profile.first_piece(still)
+        slope = jax.grad(lambda omega, law=law, piece=piece: jnp.asarray(law.torque(still, omega, piece, still)))
+        total = total + jnp.maximum(slope(still), slope(speed))
     return total
 
 

@@ -63,7 +63,7 @@ def is_traced_run(record: Record) -> bool:
 
 def numpy_of(values: Array) -> ModuleType:
     """NumPy for concrete values: outside of jit every operation of JAX would compile by itself."""
-    return np if isinstance(values, np.ndarray | np.bool_) else jnp
+    return np if isinstance(values, np.ndarray | np.generic) else jnp
 
 
 def record_of(run: Any) -> Record:
