@@ -278,7 +278,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         if y.phase is not None:
             rates = rates._replace(phase=PhaseState(jnp.zeros_like(y.omega), y.omega))
         if self.wearing is not None:
-            passed = t if mode.phase is None else mode.phase
+            passed = t if mode.phase is None else mode.phase.astype(jnp.float64)
             rates = rates._replace(worn=self._wear_rates(passed, y, z.rubs, self.wearing.turned_at))
         if y.memory is not None:
             rates = rates._replace(memory=self._memory_rates(y, mode, z))
