@@ -105,7 +105,7 @@ def governs(_: Runs) -> Found:
 def stabilisation(_: Runs) -> Found:
     module = scenario("thermal_stabilisation")
     cycle = module.scene()
-    G = 1 / float(sb.thermal.radial_resistance(0.035, sb.material("steel_20L").conductivity, 0.420, 0.565))
+    (G,) = (float(link.value) for link in cycle.network.links if getattr(link, "value", None) and link.b == "flange")
 
     def flow(result: sb.Result) -> float:
         t = np.linspace(0.0, float(cycle.end_time), 2001)
