@@ -483,7 +483,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             found.append((net.rise_at_once(given.into), self._booked_of(pair, given)))
         return found
 
-    def _next_known(self, y: State, mode: Mode) -> tuple[Float[Array, ""] | float, list[Bool[Array, ""] | bool]]:
+    def _next_known(self, y: Any, mode: Mode) -> tuple[Float[Array, ""] | float, list[Bool[Array, ""] | bool]]:
         """The next time breakpoint, and whether it belongs to the lever, the load, each profile of the heat, and the
         end of the phase.
 
