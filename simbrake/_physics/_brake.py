@@ -128,7 +128,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
     def self_timed(self) -> bool:
         return isinstance(self.lever, Phases)
 
-    def lever_at(self, y: State, mode: Mode) -> Any:
+    def lever_at(self, y: Any, mode: Mode) -> Any:
         """The lever, a profile, or that of the phase that runs, a `PhaseNow`."""
         return self.lever.at(mode.phase, y.phase.begun) if isinstance(self.lever, Phases) else self.lever
 
