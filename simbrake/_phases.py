@@ -1,5 +1,6 @@
 """Phases of a duty: each has its own lever, and ends with rest, travel, a temperature or a time."""
 
+import abc
 import re
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
@@ -25,9 +26,9 @@ class AbstractEnd(Part):
     """What ends a phase; where one is expected, a text does: `rest`, `travel 27 m`, `temperature 350 degC`, `12 s`."""
 
     @property
+    @abc.abstractmethod
     def words(self) -> str:
         """As in a text."""
-        raise NotImplementedError
 
 
 class AtRest(AbstractEnd):

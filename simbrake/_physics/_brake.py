@@ -35,15 +35,11 @@ from ._phasing import PhaseState, begun_anew, margin_of_phase
 from ._shaft import Shaft, ShaftNow, speed_on_layer
 from ._sliding import AbstractGrip
 from ._sparsity import couplings, couplings_of_memory
-from ._state import BrakeNow, Capacity, State, ThermalNow, Wearing
+from ._state import BrakeNow, State, ThermalNow, Wearing
 from ._thermal import Conditions, Deposit, Pieces, Thermal, total
 
 #: passes in which tension and temperature after a jump are settled; each leaves about 1e-3 of the one before it
 _PASSES = 4
-
-
-#: up to this share of the tension the lever may still move, at its present rate over the time of the run so far
-_AT_REST = 1e-3
 
 
 #: piece of a given function of time
@@ -137,20 +133,20 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         load, inertia = self.load.on_layer(mode.layer), self.inertia
         if self.load.layers is not None:
             inertia = inertia + (load.inertia() - self.load.on_layer(self.load.layers.first_layer()).inertia())
-        more = load.added_inertia(_piece(mode, LOAD))
+        more = load.added_inertia(piece_of(mode, LOAD))
         return inertia if more is None else inertia + more
 
-    def _load_torque(self, t: Array, omega: Array, mode: Mode) -> Array:
+    def load_torque(self, t: Array, omega: Array, mode: Mode) -> Array:
         """Torque of the load (N·m), its rope in the layer of the mode."""
-        return jnp.asarray(self.load.on_layer(mode.layer).torque(t, omega, _piece(mode, LOAD)))
+        return jnp.asarray(self.load.on_layer(mode.layer).torque(t, omega, piece_of(mode, LOAD)))
 
-    def _shaft_pieces(self, mode: Mode) -> tuple[Piece, ...]:
+    def shaft_pieces(self, mode: Mode) -> tuple[Piece, ...]:
         count = len(mode.pieces)
-        return tuple(_piece(mode, i) for i in range(count - len(self.shaft.laws), count)) if self.shaft else ()
+        return tuple(piece_of(mode, i) for i in range(count - len(self.shaft.laws), count)) if self.shaft else ()
 
     def _shaft_now(self, t: Array, omega: Array, mode: Mode, load: Array) -> ShaftNow | None:
-        pieces = self._shaft_pieces(mode)
-        return self.shaft and self.shaft.now(t, omega, (load, self._load_torque(t, 0.0 * omega, mode)), mode, pieces)
+        pieces = self.shaft_pieces(mode)
+        return self.shaft and self.shaft.now(t, omega, (load, self.load_torque(t, 0.0 * omega, mode)), mode, pieces)
 
     def _network(self, t: Array, y: State, mode: Mode) -> tuple[Array, Array, Array, Conditions, Pieces]:
         """The thermal network at one instant, input of its heat flows: temperatures of nodes and junctions, time,
@@ -162,13 +158,13 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             closed=jnp.where(mode.band == OPEN, 0.0, 1.0),
             pressures=self._pressures(t, y, mode) if self.thermal.heat.pressed else (0.0,),
         )
-        T, pieces = self.thermal.temperatures(y.heat), tuple(_piece(mode, i) for i in range(HEAT, len(mode.pieces)))
+        T, pieces = self.thermal.temperatures(y.heat), tuple(piece_of(mode, i) for i in range(HEAT, len(mode.pieces)))
         return T, self.thermal.junctions(T, t, around, pieces), t, around, pieces
 
     def _pressures(self, t: Array, y: State, mode: Mode) -> tuple[Array, ...]:
         """Pressures of the linings (Pa) in each pair. Loads do not depend on how fast temperatures change: here they do
         not change at all."""
-        _, left, _, surfaces, (tension, pull) = self._given(t, y, mode)
+        _, left, _, surfaces, (tension, pull) = self.given(t, y, mode)
         still = self._at_sensors(jnp.zeros_like(y.heat))
         acting = Acting(t, tension, pull, left, self.inertia_at(mode), surfaces, lambda forces: still)
         z = self.mechanism.variables(acting, y.omega, y.own, mode)
@@ -199,7 +195,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
 
     def lever_tension(self, t: Array, y: State, mode: Mode, load: Array, surfaces: Surfaces) -> tuple[Array, Array]:
         """`T_0` (N) and its rate as the lever has them."""
-        piece, lever, omega = _piece(mode, LEVER), self.lever_at(y, mode), y.omega
+        piece, lever, omega = piece_of(mode, LEVER), self.lever_at(y, mode), y.omega
         given, rate = jax.jvp(lambda t: lever.value(t, piece), (t,), (jnp.ones_like(t),))
         if not lever.controls_speed:
             return given, rate
@@ -208,9 +204,9 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         gain = self.mechanism.gain(jnp.where(mode.sense > 0, omega, -omega), surfaces)
         return jnp.where(follows, lever.holding(torque, gain), given), jnp.where(follows, 0.0, rate)
 
-    def _given(self, t: Array, y: State, mode: Mode) -> tuple[Array, Array, ShaftNow | None, Surfaces, Any]:
+    def given(self, t: Array, y: State, mode: Mode) -> tuple[Array, Array, ShaftNow | None, Surfaces, Any]:
         """Load, what the shaft leaves of it, torques on the shaft, surfaces, tension of the lever and its rate."""
-        load, surfaces = self._load_torque(t, y.omega, mode), self.surfaces(y)
+        load, surfaces = self.load_torque(t, y.omega, mode), self.surfaces(y)
         shaft = self._shaft_now(t, y.omega, mode, load)
         left = load if shaft is None else shaft.left
         return load, left, shaft, surfaces, self.lever_tension(t, y, mode, left, surfaces)
@@ -231,7 +227,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
     def variables(self, t: Array, y: State, mode: Mode) -> BrakeNow:
         pairs = self.mechanism.pairs
         net: Any = self.thermal
-        load, left, shaft, surfaces, (tension, pull) = self._given(t, y, mode)
+        load, left, shaft, surfaces, (tension, pull) = self.given(t, y, mode)
 
         def deposit(pair: Pair, heat: Array) -> Deposit:
             return net.deposit(pair.heat, jnp.atleast_1d(heat), *now)
@@ -355,7 +351,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         """Guards beside those of the mechanism, after them."""
         found: dict[str, Array] = {}
         if z.shaft is not None and self.shaft is not None and self.shaft.dry:
-            load, sizes = self._load_torque(t, 0.0 * y.omega, mode), self.sizes
+            load, sizes = self.load_torque(t, 0.0 * y.omega, mode), self.sizes
             found["dry"] = self.shaft.margin(mode, y.omega, load, z.shaft, sizes.torque, sizes.speed)
         if self.load.layers is not None:
             found["paid_out"], found["full"] = self.load.layers.margins(y.phi, mode.layer)
@@ -400,7 +396,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             step = beside["full"].astype(jnp.int32) - beside["paid_out"].astype(jnp.int32)
             new = new._replace(layer=jnp.maximum(now.mode.layer + step, 1).astype(jnp.int32))
         if "dry" in beside and self.shaft is not None:
-            load = self._load_torque(t, 0.0 * y.omega, new)
+            load = self.load_torque(t, 0.0 * y.omega, new)
             shaft = self._shaft_now(t, y.omega, new, load)
             assert shaft is not None
             turn = self.shaft.turn_after(now.mode, new, load, shaft, beside["dry"], self.sizes.slight_torque)
@@ -423,7 +419,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         return int(BrakeCode.PHASE_NEVER_ENDS)
 
     def reset(self, t: Array, y: State, before: Mode, after: Mode) -> State:
-        more, moved = self.load.added_inertia(_piece(after, LOAD)), before
+        more, moved = self.load.added_inertia(piece_of(after, LOAD)), before
         omega = y.omega if after.turn is None else jnp.where(after.turn == before.turn, y.omega, 0.0)
         if after.layer is not None:
             moved = before._replace(layer=after.layer)
@@ -440,7 +436,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         if not self.mechanism.stretches:
             return still
         z, surfaces = variables_of(self, t, y, before).contact, self.surfaces(y)
-        load = self._load_torque(t, omega, after)
+        load = self.load_torque(t, omega, after)
         tension = self.lever_tension(t, still, after, load, surfaces)[0]
         strained = self.mechanism.strained(omega, own, (before, z), (after, tension))
         per_joule = [] if self.thermal is None else self._heat_of_a_jump(t, still, after)
@@ -491,7 +487,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         nothing that is yet to come: where its tension falls, without going to 0, the lever comes after the load, and
         also where it is to answer the load.
         """
-        lever, piece = self.lever_at(y, mode), jnp.asarray(_piece(mode, LEVER), jnp.int32)
+        lever, piece = self.lever_at(y, mode), jnp.asarray(piece_of(mode, LEVER), jnp.int32)
 
         def waits(t: Array) -> Array:
             before, after = lever.value(t, piece), lever.value(t, piece + 1)
@@ -499,7 +495,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             return (mode.band == OPEN) | answers | ((after < before) & (after > 0))
 
         profiles = (lever, self.load.profile, *self.profiles)
-        pieces = [piece, *(_piece(mode, i) for i in range(LOAD, len(profiles)))]
+        pieces = [piece, *(piece_of(mode, i) for i in range(LOAD, len(profiles)))]
         if isinstance(lever, PhaseNow):
             profiles, pieces = (*profiles, PhaseEnd(lever)), [*pieces, piece]
         return next_known_time(profiles, pieces, waits)
@@ -581,41 +577,12 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         """Kinetic and elastic energy (J)."""
         return self.mechanism.stored(self.inertia_at(mode), y.omega, y.own, mode)
 
-    # --- capacity -----------------------------------------------------------------------------------------------------
-
-    def capacity(self, t: Array, y: State, mode: Mode, start: Array) -> Capacity:
-        """Load and capacity of a turning brake at the time `t` of a run that began at `start`."""
-        lever = self.lever_at(y, mode)
-        T_0, rate = jax.jvp(lambda t: lever.value(t, _piece(mode, LEVER)), (t,), (jnp.ones_like(t),))
-        if lever.controls_speed:
-            follows = lever.follows(_piece(mode, LEVER))
-            T_0, rate = jnp.where(follows, lever.greatest(), T_0), jnp.where(follows, 0.0, rate)
-        settled = lever.no_more_turns(t) & (jnp.abs(rate) * (t - start) <= _AT_REST * T_0)
-        load = self.driving(t, y.omega, mode)
-        return Capacity(load, self.mechanism.capacity(T_0, y.omega, y.own, self.surfaces(y)), settled)
-
-    def holding(self, t: Array, y: State, mode: Mode) -> tuple[Array, Array]:
-        """Load on a pulley at rest, and the static capacity of the brake in its direction (N·m, both ≥ 0)."""
-        *_, surfaces, (tension, _) = self._given(t, y, mode)
-        load = self._load_torque(t, jnp.zeros_like(y.omega), mode)
-        way = jnp.where(load < 0, -1.0, 1.0)
-        pairs = self.mechanism.capacity(tension, way, y.own, surfaces, static=True)
-        return jnp.abs(load), jnp.min(pairs)
-
-    def driving(self, t: Array, omega: Array, mode: Mode) -> Array:
-        """Torque (N·m) of the load in the direction of a rotation, less the other torques on the shaft."""
-        sense, load = jnp.sign(omega), self._load_torque(t, omega, mode)
-        if self.shaft is not None:
-            rest = self._load_torque(t, 0.0 * omega, mode)
-            load = load - self.shaft.turning(t, omega, rest, sense, self._shaft_pieces(mode))
-        return sense * load
-
 
 def _total(power: Array) -> Array:
     """Power of a pair, of which that of every lining may be known or their sum alone."""
     return jnp.sum(power) if jnp.ndim(power) else power
 
 
-def _piece(mode: Mode, which: int) -> Piece:
+def piece_of(mode: Mode, which: int) -> Piece:
     """The piece on which a given function of time is; one without time breakpoints has only one."""
     return jnp.asarray(0, jnp.int32) if mode.pieces[which] is None else mode.pieces[which]

@@ -6,7 +6,7 @@ import jax.numpy as jnp
 
 from ..hybrid._arrays import Array
 from ..thermal._heat import place_count
-from ._brake import LOAD, BrakeSystem
+from ._brake import LOAD, BrakeSystem, piece_of
 from ._mechanism import SLIP, Mode
 from ._state import BrakeNow, State
 
@@ -21,9 +21,8 @@ class HookNow(NamedTuple):
 
 def hook_of(system: BrakeSystem, y: State, mode: Mode, z: BrakeNow) -> HookNow | None:
     """The hook, where the load hangs on one."""
-    piece = jnp.asarray(0, jnp.int32) if mode.pieces[LOAD] is None else mode.pieces[LOAD]
     load, travelled = system.load.on_layer(mode.layer), system.load.travelled(y.phi)
-    hanging, travel = load.hanging(piece), load.travel()
+    hanging, travel = load.hanging(piece_of(mode, LOAD)), load.travel()
     if hanging is None or travel is None or travelled is None:
         return None
     mass, weight = hanging

@@ -13,7 +13,7 @@ from jaxtyping import Float, Int, PyTree
 
 from .._base._compiling import DeviceJit
 from .._base._progress import piece
-from .._physics import _terminal
+from .._physics import _capacity as capacities
 from .._physics._brake import BrakeSystem
 from .._physics._mechanism import Mode, Shown
 from .._physics._state import BrakeNow, Capacity, State
@@ -105,7 +105,7 @@ def seen_at(system: BrakeSystem, t: Float[Array, " m"], y: State, mode: Mode) ->
             mechanism.lining_margins(mode, q.contact),
             hot,
             passing(system, mode, q, hot),
-            system.holding(t, y, mode),
+            capacities.holding(system, t, y, mode),
             hook_of(system, y, mode, q),
             q.lever_tension / system.lever.gain if isinstance(system.lever, Lever) else None,
         )
@@ -223,7 +223,7 @@ def ends_of(record: Record) -> tuple[Instant, Instant]:
 
 
 def _capacity(system: BrakeSystem, t: Array, y: State, mode: Mode, start: Array) -> Capacity:
-    return system.capacity(t, y, mode, start)
+    return capacities.capacity(system, t, y, mode, start)
 
 
 def _capacity_at_each(system: BrakeSystem, t: Array, y: State, mode: Mode, start: Array) -> Capacity:
@@ -240,7 +240,7 @@ def end_capacity(record: Record) -> Capacity:
     return _end_capacity(record.system, *end, start)
 
 
-_terminal_speed = RunJit(_terminal.terminal_speed, quick=True)
+_terminal_speed = RunJit(capacities.terminal_speed, quick=True)
 
 
 def terminal_speed(record: Record) -> Float[Array, ""]:
@@ -288,7 +288,7 @@ def holding_at(
 
 
 def _holding_at_each(system: BrakeSystem, t: Array, y: State, mode: Mode) -> tuple[Array, Array]:
-    return jax.vmap(system.holding)(t, y, mode)
+    return jax.vmap(capacities.holding, in_axes=(None, 0, 0, 0))(system, t, y, mode)
 
 
 _holding = DeviceJit(_holding_at_each, quick=True)

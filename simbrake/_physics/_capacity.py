@@ -1,4 +1,4 @@
-"""The terminal speed of a load that nothing holds: where the torques on the shaft balance."""
+"""A load against the brake that is to hold it: capacity, and the terminal speed of one that nothing holds."""
 
 from collections.abc import Callable
 
@@ -8,13 +8,46 @@ import numpy as np
 from jaxtyping import Float
 
 from ..hybrid._arrays import Array
-from ._brake import LEVER, BrakeSystem, State
+from ._brake import LEVER, BrakeSystem, piece_of
 from ._mechanism import OPEN, Mode
+from ._state import Capacity, State
 
+#: up to this share of the tension the lever may still move, at its present rate over the time of the run so far
+_AT_REST = 1e-3
 #: speeds at which a balance of torques is looked for: so many on either side, up to that many times the present one
 _SPEEDS, _FAR = 256, 1e4
 #: halvings of an interval around it, and Newton steps after them, which carry derivatives
 _HALVINGS, _CARRY = 50, 2
+
+
+def capacity(system: BrakeSystem, t: Array, y: State, mode: Mode, start: Array) -> Capacity:
+    """Load and capacity of a turning brake at the time `t` of a run that began at `start`."""
+    lever = system.lever_at(y, mode)
+    T_0, rate = jax.jvp(lambda t: lever.value(t, piece_of(mode, LEVER)), (t,), (jnp.ones_like(t),))
+    if lever.controls_speed:
+        follows = lever.follows(piece_of(mode, LEVER))
+        T_0, rate = jnp.where(follows, lever.greatest(), T_0), jnp.where(follows, 0.0, rate)
+    settled = lever.no_more_turns(t) & (jnp.abs(rate) * (t - start) <= _AT_REST * T_0)
+    load = driving(system, t, y.omega, mode)
+    return Capacity(load, system.mechanism.capacity(T_0, y.omega, y.own, system.surfaces(y)), settled)
+
+
+def holding(system: BrakeSystem, t: Array, y: State, mode: Mode) -> tuple[Array, Array]:
+    """Load on a pulley at rest, and the static capacity of the brake in its direction (N·m, both ≥ 0)."""
+    *_, surfaces, (tension, _) = system.given(t, y, mode)
+    load = system.load_torque(t, jnp.zeros_like(y.omega), mode)
+    way = jnp.where(load < 0, -1.0, 1.0)
+    pairs = system.mechanism.capacity(tension, way, y.own, surfaces, static=True)
+    return jnp.abs(load), jnp.min(pairs)
+
+
+def driving(system: BrakeSystem, t: Array, omega: Array, mode: Mode) -> Array:
+    """Torque (N·m) of the load in the direction of a rotation, less the other torques on the shaft."""
+    sense, load = jnp.sign(omega), system.load_torque(t, omega, mode)
+    if system.shaft is not None:
+        rest = system.load_torque(t, 0.0 * omega, mode)
+        load = load - system.shaft.turning(t, omega, rest, sense, system.shaft_pieces(mode))
+    return sense * load
 
 
 def stable_speed(net: Callable[[Array], Array], speed: Array) -> Float[Array, ""]:
@@ -51,14 +84,13 @@ def terminal_speed(system: BrakeSystem, t: Array, y: State, mode: Mode) -> Float
     With the tension, the temperatures and the given functions of that instant; `inf` under a lever that holds the
     speed.
     """
-    lever, piece = system.lever_at(y, mode), mode.pieces[LEVER]
-    piece = jnp.asarray(0, jnp.int32) if piece is None else piece
+    lever, piece = system.lever_at(y, mode), piece_of(mode, LEVER)
     led = lever.follows(piece) if lever.controls_speed else False
     T_0, surfaces, sense = jnp.asarray(lever.value(t, piece)), system.surfaces(y), jnp.sign(y.omega)
 
     def net(speed: Array) -> Array:
         omega = sense * speed
         held = jnp.min(system.mechanism.capacity(T_0, omega, y.own, surfaces))
-        return system.driving(t, omega, mode) - jnp.where(mode.band == OPEN, 0.0, held)
+        return driving(system, t, omega, mode) - jnp.where(mode.band == OPEN, 0.0, held)
 
     return jnp.where(led, jnp.inf, stable_speed(net, jnp.abs(y.omega)))
