@@ -1,4 +1,4 @@
-"""README.md: its length, the lines that CI runs are found or missed; every command named as evidence tests something."""
+"""README.md: its length, and the lines that CI runs; every command named as evidence of a claim tests something."""
 
 import functools
 import json
