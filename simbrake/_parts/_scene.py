@@ -319,7 +319,7 @@ _MISSING_PAIR = {
 @per_value(lambda scene: (scene.brake, scene.heat))
 def _faults_of_heat(scene: Scene) -> list[Fault]:
     heat, n = scene.network, scene.brake.linings.count
-    found = heat.faults("heat", n) if scene.heated else []
+    found = heat.faults("heat", n, len(scene.brake.rims)) if scene.heated else []
     if found:
         return found
     if heat.external is not None and not scene.brake.in_series:
@@ -339,7 +339,8 @@ def _faults_of_heat(scene: Scene) -> list[Fault]:
         if bounds is None or T is None:
             continue
         low, high = (np.broadcast_to(np.asarray(bound), T.shape) for bound in bounds)
-        if np.any(outside := (T < low) | (T > high)):
+        outside = ~((low <= T) & (high >= T))
+        if outside.any():
             first = int(np.argmax(outside))
             table = f"{low[first]:g}…{high[first]:g} K"
             what = f"the table of {table} does not cover the start at {T.min():g}…{T.max():g} K"
@@ -393,7 +394,9 @@ def sensed_at_start(scene: Scene, number: int = 0) -> np.ndarray | None:
     name, face = place_of(pair.sensor)
     body = next(body for body in scene.network.bodies if body.name == name)
     T = np.broadcast_to(np.asarray(getattr(body, "temperature", np.nan), float), (body.count,))
-    return np.broadcast_to(T[nodes_at(body, face)], (scene.brake.linings.count,))
+    T, rims = T[nodes_at(body, face)], scene.brake.rims
+    T = np.repeat(T, rims) if rims and T.size == len(rims) else T
+    return np.broadcast_to(T, (scene.brake.linings.count,))
 
 
 @functools.partial(DeviceJit, quick=True)

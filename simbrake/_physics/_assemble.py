@@ -37,7 +37,7 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
     brake, duty, initial, heat = scene.brake, scene.duty, scene.initial, scene.heat
     thermal = u = None
     if heat is not None:
-        thermal, u = assemble_thermal(heat, walls_left(scene), scene.power_shares)
+        thermal, u = assemble_thermal(heat, walls_left(scene), scene.power_shares, brake.rims)
     pairs = _pairs(scene, thermal)
     still = _at_the_start(brake.linings, pairs[0], thermal, u)
     t_0, omega_0 = jnp.asarray(initial.time), jnp.asarray(initial.omega)
@@ -171,9 +171,7 @@ def _mechanism(scene: Scene, pairs: tuple[Pair, ...], sizes: Sizes, still: AnyCo
     return ElasticBand(wrap=wrap, stiffness=stiffness, pairs=pairs, sizes=sizes)  # pyright: ignore
 
 
-def _bands(
-    scene: Scene, brake: MultiBandBrake, pairs: tuple[Pair, ...], sizes: Sizes, still: AnyContact
-) -> RigidBands:
+def _bands(scene: Scene, brake: MultiBandBrake, pairs: tuple[Pair, ...], sizes: Sizes, still: AnyContact) -> RigidBands:
     """Several bands: each is made as if it were alone."""
     linings, n, radius = brake.linings, brake.linings.count, jnp.asarray(brake.band_radius)
 

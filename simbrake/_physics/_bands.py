@@ -39,6 +39,11 @@ class RigidBands(AbstractRigidContact):
     )
 
     @property
+    def law(self) -> JoinedFriction:
+        """The friction law of all linings."""
+        return self.grip.linings.friction  # pyright: ignore
+
+    @property
     def radius(self) -> Float[Array, ""]:
         return self.bands[0].radius
 
@@ -58,10 +63,8 @@ class RigidBands(AbstractRigidContact):
         self, force: Array, surface: SurfaceState | None
     ) -> list[tuple[RigidBand, Float[Array, ""], SurfaceState | None]]:
         """The bands with their slack tensions, and the surfaces of their linings."""
-        law = self.grip.linings.friction
-        assert isinstance(law, JoinedFriction)
-        tensions = jnp.unstack(self.shares * force)
-        return [(band, T_0, law.surface(surface, j)) for j, (band, T_0) in enumerate(zip(self.bands, tensions, strict=True))]
+        tensions, law = jnp.unstack(self.shares * force), self.law
+        return [(band, tensions[j], law.surface(surface, j)) for j, band in enumerate(self.bands)]
 
     def torques(self, force: Array, v: Array, surface: SurfaceState | None, back: Array, static: Array) -> Torques:
         found = tuple(band.torques(T_0, v, own, back, static) for band, T_0, own in self._each(force, surface))
@@ -110,7 +113,7 @@ class RigidBands(AbstractRigidContact):
         return _total(band.capacity(T_0, omega, own, (here,), static=static) for band, T_0, here in each)
 
     def shown(self, tension: Array, omega: Array, own: None, mode: Mode, surfaces: Surfaces, z: RigidNow) -> Shown:
-        shown, spans = super().shown(tension, omega, own, mode, surfaces, z), self.grip.linings.friction.spans
+        shown, spans = super().shown(tension, omega, own, mode, surfaces, z), self.law.spans
         slack = jnp.unstack(self.shares * z.slack_tension)
         parts = [(T_0[None], shown.tension[first : last - 1]) for T_0, (first, last) in zip(slack, spans, strict=True)]
         return shown._replace(before=jnp.concatenate([one for part in parts for one in part]))

@@ -11,7 +11,7 @@ from jaxtyping import Bool, Float, Int, PyTree
 
 from .._phases import AtTemperature, PhaseEnd, PhaseNow, Phases
 from ..friction import SurfaceState, memory_at_start, memory_sizes
-from ..hybrid import CORE, QUADRATURE, AbstractSemiExplicitSystem, largest, smallest
+from ..hybrid import CORE, QUADRATURE, AbstractSemiExplicitSystem, smallest
 from ..hybrid._arrays import Array
 from ..hybrid._system import ENDED, Instant, variables_of
 from ..loads import AbstractLoad

@@ -11,8 +11,8 @@ from jaxtyping import Bool, Float, PyTree
 
 from .._base._faults import Fault
 from .._base._quantity import Part, Scalar, Values, faults_of_sizes, quantity
-from ..friction import AbstractFriction, SurfaceState
 from ..fade import AnyContact, Bounds
+from ..friction import AbstractFriction, SurfaceState
 from ..hybrid._arrays import Array
 from ._band import AbstractStiffness, GivenStiffness, grip, lever_split, product, tension_ratio
 from ._design import (
@@ -190,7 +190,7 @@ class MultiBandBrake(AbstractBrake):
 
     pulley: Pulley
     band_radius: Scalar = quantity("m", "radius of the band circle", positive=True)
-    bands: tuple[LinedBand, ...]
+    bands: tuple[LinedBand, ...]  # pyright: ignore
     words: ClassVar[BrakeWords] = BrakeWords(
         "multi-band brake",
         "lining",
@@ -226,6 +226,10 @@ class MultiBandBrake(AbstractBrake):
     @property
     def bands_of_linings(self) -> tuple[Lining, ...]:
         return self.linings.bands
+
+    @property
+    def rims(self) -> tuple[int, ...]:
+        return tuple(own.count for own in self.linings.bands)
 
     @property
     def features(self) -> tuple[str, ...]:

@@ -283,6 +283,11 @@ class AbstractBrake(Part):
         return (self.linings,)
 
     @property
+    def rims(self) -> tuple[int, ...]:
+        """Numbers of linings on each of the rims that bands may have by themselves; none: all linings have one."""
+        return ()
+
+    @property
     def in_series(self) -> bool:
         """Whether there are two friction pairs in series: runs then have stages."""
         return len(self.pairs) > 1
@@ -525,7 +530,7 @@ def stiffness_of(brake: AbstractBrake, temperature: Values | None = None) -> Flo
     if not isinstance(stiffness, AbstractStiffness):
         return None if stiffness is None else jnp.asarray(stiffness)
     f = _still_friction(brake.linings, temperature)
-    return stiffness.stiffness(f, jnp.asarray(brake.linings.angle), jnp.asarray(brake.band.radius))
+    return stiffness.stiffness(f, jnp.asarray(brake.linings.weights), jnp.asarray(brake.radius))
 
 
 def tension_shares(brake: AbstractBrake, temperature: Values | None = None) -> Float[Array, " k"]:
