@@ -299,6 +299,46 @@ def test_derivatives_with_heat_against_scipy():
         assert float(ahead[0, i]) == pytest.approx((16 * fourth[1] - fourth[0]) / 15, rel=1e-7)
 
 
+def test_laws_that_see_the_rim_see_that_of_their_own_band():
+    """Rims that start at different temperatures; heat into the linings is not modelled."""
+    start, fade = np.array([293.15, 393.15]), sb.LinearFade(2e-3, 273.15)
+    laws = [sb.friction.ProductFriction(sb.ConstantFriction(f, 1.0), (fade,)) for f in FRICTION]
+    heat = sb.Heat(
+        (sb.thermal.Lump("rims", C_RIM, start, count=2), sb.thermal.Reservoir("air", ROOM)),
+        (sb.thermal.Conductance("rims", "air", G_RIM),),
+        sb.thermal.FrictionHeat("rims", None, sb.thermal.ConstantPartition(TO_RIM)),
+        rim="rims",
+    )
+    result = sb.simulate(scene((lined(0, law=laws[0]), lined(1, law=laws[1])), load=0.0, heat=heat), rtol=1e-11)
+
+    def friction(T):
+        return [f * (1 - 2e-3 * (rim - 273.15)) for f, rim in zip(FRICTION, T, strict=True)]
+
+    slack = shares(friction=friction(start)) * T0
+    assert slack[0] == pytest.approx(T0 * float(sb.brakes.tension_shares(result.scene.brake, np.repeat(start, N))[0]))
+
+    def rates(t, y):
+        f = friction(y[1:])
+        pull = np.array([S * (ratios(one, a).prod() - 1) for S, one, a in zip(slack, f, ANGLES, strict=True)])
+        return [-R_B * pull.sum() / J, *((TO_RIM * pull * R_B * y[0] - G_RIM * (y[1:] - ROOM)) / C_RIM)]
+
+    def stops(t, y):
+        return y[0]
+
+    stops.terminal = True
+    truth = solve_ivp(rates, (0, 9), [W0, *start], "DOP853", events=stops, rtol=1e-13, atol=1e-12)
+    assert float(result.stopping_time) == pytest.approx(truth.t[-1], rel=1e-10)
+    np.testing.assert_allclose(result.series([truth.t[-1]]).rim_temperature[0], truth.y[1:, -1], rtol=1e-10)
+
+
+def test_a_lever_that_holds_the_speed_pulls_for_all_bands():
+    held = dataclasses.replace(scene(end=2.0), duty=sb.Duty(sb.SpeedHold(1e5), sb.TorqueLoad(LOAD)))
+    s = sb.simulate(held).series([1.0])
+    growth = sum(S * (ratios(f, a).prod() - 1) for S, f, a in zip(shares(), FRICTION, ANGLES, strict=True))
+    assert float(s.slack_tension[0]) == pytest.approx(LOAD / R_B / growth, rel=1e-12)
+    assert float(s.omega[0]) == pytest.approx(W0, rel=1e-13)
+
+
 def test_friction_of_the_pressure_on_one_band_by_its_own_recursion():
     factor, p_r, m = FRICTION[0], 5e5, 0.3
     law = sb.friction.ProductFriction(sb.ConstantFriction(factor), (sb.friction.PressureFactor(p_r, m),))
