@@ -173,7 +173,8 @@ class FrictionHeat(Part):
     """Places that the friction heat enters.
 
     - `metal`, `lining`: the places it enters; `None` for a side that the scene does not model (its share leaves the
-      network and is counted as lost). The same place for both (an interface): the network itself finds the split
+      network and is counted as lost). The same place for both (an interface): the network itself finds the split.
+      Of several bands with a rim each `metal` may have one node per band: each takes the heat of its own
     - `partition`: the law of the share
     - `sensed`: the place whose temperature the friction law sees; by default the lining's, else the metal's
     - `beyond`: of an external pair, a place behind the linings (the rim) that takes the share `beyond_share` at once:
