@@ -147,9 +147,13 @@ def memory_sizes(law: AbstractFriction, memory: PyTree) -> PyTree:
     return jax.tree.map(lambda x, old: jnp.broadcast_to(jnp.asarray(x, jnp.float64), old.shape), sizes, memory)
 
 
+@per_structure
 def remembers(law: AbstractFriction) -> bool:
     """Whether a law has states."""
-    return _memory_like(law, 1) is not None
+    try:
+        return bool(jax.tree.leaves(jax.eval_shape(lambda law: law.start(1), law)))
+    except Exception:  # an error reported by `faults_of_law`, and by the run itself
+        return False
 
 
 @per_structure

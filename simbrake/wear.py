@@ -12,6 +12,7 @@ from jaxtyping import Bool, Float, PyTree
 from ._base._faults import Fault, InputError
 from ._base._quantity import Over, Part, Scalar, faults_of_sizes, leaves, part, quantity, short_for
 from ._phases import Phases
+from .brakes._design import Brake
 from .friction import GAS_CONSTANT, TabulatedFade, TabulatedFriction
 from .hybrid._arrays import Array
 from .profiles import AbstractProfile, Piece, Real
@@ -329,26 +330,28 @@ def faults_of_wear(scene: Any) -> list[Fault]:
     given = {"internal": wear.internal is not None, "geometry": wear.geometry}
     given |= {"take_up_speed": wear.take_up_speed is not None, "turned_at": wear.turned_at is not None}
     given["turned_after"] = wear.turned_after is not None
-    if not brake.banded:
+    one_band = isinstance(brake, Brake)
+    if not one_band:
         idle, why = [field for field, is_given in given.items() if is_given], f"has no effect on a {brake.words.brake}"
         found += [Fault(f"wear.{field}", why, "leave it out") for field in idle]
-    elif brake.linings.area is None:
-        found.append(Fault("brake.linings.area", "is missing", "wear depends on the pressure"))
-    if given["internal"] and brake.banded:
+    if brake.linings.area is None:
+        where = f"brake.{brake.pairs['external'].field}.area"
+        found.append(Fault(where, "is missing", "wear depends on the pressure"))
+    if given["internal"] and one_band:
         if brake.bandage is None:
             found.append(
                 Fault("wear.internal", "has no effect", "only a staged brake (`brake.bandage`) has inner faces")
             )
         elif brake.bandage.area is None:
             found.append(Fault("brake.bandage.area", "is missing", "wear of the inner faces depends on the pressure"))
-    if (given["turned_at"] or given["turned_after"]) and brake.banded:
+    if (given["turned_at"] or given["turned_after"]) and one_band:
         found += _faults_of_turning(brake)
     phased = isinstance(scene.duty.lever, Phases)
     if given["take_up_speed"] and (phased or scene.duty.lever.controls_speed):
         why = "in phases" if phased else "that depends on the speed"
         found.append(Fault("wear.take_up_speed", f"has no effect on a lever {why}", "leave it out"))
     which = ("turned_at", "turned_after") if phased else ("turned_after", "turned_at")
-    if given[which[0]] and brake.banded:
+    if given[which[0]] and one_band:
         what = f"has no meaning for a duty {'' if phased else 'not '}in phases"
         found.append(Fault(f"wear.{which[0]}", what, f"give wear.{which[1]}"))
     return found + (_faults_of_thickness(scene) if wear.heat and not found else [])
@@ -393,8 +396,8 @@ def turned_scene(scene: Any) -> Any:
     band. Raises `InputError` for a staged brake, whose linings ride on the pulley.
     """
     brake, n = scene.brake, scene.brake.linings.count
-    if not brake.banded:
-        raise InputError([Fault("brake", f"is a {brake.words.brake}: only a band is turned end for end")])
+    if not isinstance(brake, Brake):
+        raise InputError([Fault("brake", f"is a {brake.words.brake}: only one band is turned end for end")])
     if brake.in_series:
         raise InputError(_faults_of_turning(brake))
 

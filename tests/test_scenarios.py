@@ -76,6 +76,7 @@ def test_uncertainty_runs_as_a_script(printed, tmp_path):
         ("staged_vs_standard", "hottest rim surface"),
         ("slip_onset_chain", "k-th to slip"),
         ("two_bands", "equal elongation (K-8)"),
+        ("unequal_bands", "equal tensions (balance beam)"),
         ("resolved_bandage", "comes to rest on the band"),
         ("equal_wear_layout", "equal wear differs from Z's angles"),
         ("lining_life", "uniform pitch, turned end for end"),

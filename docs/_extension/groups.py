@@ -19,7 +19,7 @@ PAGES: dict[str, tuple[str, ...]] = {
         "_parts._programme",
         "checks",
     ),
-    "brake": ("brakes._design", "brakes._pressed"),
+    "brake": ("brakes._design", "brakes._bands", "brakes._pressed"),
     "duty": ("profiles", "loads", "files._schema"),
     "friction": ("friction",),
     "heat": ("thermal", "_run._networks"),

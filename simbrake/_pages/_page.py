@@ -36,6 +36,7 @@ from .._run._series import flat as flat_series
 from .._run._series import unit_of_column
 from .._run._simulate import simulate
 from .._run._stops import stop_table
+from ..brakes._design import Brake
 from ..brakes._pressed import DiscBrake, ShoeBrake
 from ..files._scene_file import scene_text
 from ..plot._published import PUBLISHED, file_stem, published
@@ -101,7 +102,7 @@ DUTY = Picture("duty", "What acts on the brake")
 PICTURES = (
     Picture("stop", "The run over time"),
     Picture("stops", "The stops, one by one", lambda run: len(run.stops) > 1),
-    Picture("pulley", "Tensions and loads on the pulley's circle", lambda run: run.scene.brake.banded),
+    Picture("pulley", "Tensions and loads on the pulley's circle", lambda run: isinstance(run.scene.brake, Brake)),
     Picture("pressed", "What presses the linings", lambda run: isinstance(run.scene.brake, DiscBrake | ShoeBrake)),
     Picture("lining_map", "Normal load of every lining", options=("normal_load",)),
     Picture("stages", "Stages of the staged brake", lambda run: run.scene.brake.in_series),

@@ -118,7 +118,7 @@ def programme_scene(
     the scene, such as friction that depends on the temperature without heat; and for a brake without a band.
     """
     if not isinstance(brake, Brake):
-        raise InputError([Fault("brake", f"is a {brake.words.brake}: programmes need a band brake")])
+        raise InputError([Fault("brake", f"is a {brake.words.brake}: programmes need a brake with one band")])
     steps, count = parse_programme(programme)
     reader = NumberReader()
     if not isinstance(load, HookLoad):

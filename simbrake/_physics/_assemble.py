@@ -7,6 +7,7 @@ import jax.numpy as jnp
 
 from .._parts._scene import Scene
 from .._phases import Phases
+from ..brakes._bands import MultiBandBrake
 from ..brakes._design import AbstractLinings, Bandage, Brake, stiffness_of, unloaded
 from ..brakes._pressed import AbstractPressedBrake
 from ..friction import AnyContact, rates_read
@@ -14,6 +15,7 @@ from ..hybrid._arrays import Array
 from ..profiles import first_piece
 from ..thermal._heat import FrictionHeat
 from ..wear import AbstractWearRate, walls_left, worn_scene
+from ._bands import RigidBands
 from ._brake import BrakeSystem, State, Wearing
 from ._chain import Chain
 from ._elastic import ElasticBand
@@ -35,7 +37,7 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
     brake, duty, initial, heat = scene.brake, scene.duty, scene.initial, scene.heat
     thermal = u = None
     if heat is not None:
-        thermal, u = assemble_thermal(heat, walls_left(scene), scene.power_shares)
+        thermal, u = assemble_thermal(heat, walls_left(scene), scene.power_shares, brake.rims)
     pairs = _pairs(scene, thermal)
     still = _at_the_start(brake.linings, pairs[0], thermal, u)
     t_0, omega_0 = jnp.asarray(initial.time), jnp.asarray(initial.omega)
@@ -149,6 +151,8 @@ def _mechanism(scene: Scene, pairs: tuple[Pair, ...], sizes: Sizes, still: AnyCo
         f = jnp.broadcast_to(brake.linings.friction.static(still), (brake.linings.count,))
         friction = FaceGrip(brake.linings, scene.power_shares, heated)  # pyright: ignore
         return PressedContact(brake, friction, jnp.any(brake.self_locking(f) >= 1), pairs, sizes)  # pyright: ignore
+    if isinstance(brake, MultiBandBrake):
+        return _bands(scene, brake, pairs, sizes, still)
     assert isinstance(brake, Brake)
     friction = Grip.of(brake.linings, scene.network.flash, scene.power_shares, heated=heated)
     linings, bandage, radius, n = brake.linings, brake.bandage, jnp.asarray(brake.band.radius), brake.linings.count
@@ -165,6 +169,21 @@ def _mechanism(scene: Scene, pairs: tuple[Pair, ...], sizes: Sizes, still: AnyCo
     if stiffness is None:
         return RigidBand(wrap=wrap, pairs=pairs, sizes=sizes)  # pyright: ignore
     return ElasticBand(wrap=wrap, stiffness=stiffness, pairs=pairs, sizes=sizes)  # pyright: ignore
+
+
+def _bands(scene: Scene, brake: MultiBandBrake, pairs: tuple[Pair, ...], sizes: Sizes, still: AnyContact) -> RigidBands:
+    """Several bands: each is made as if it were alone."""
+    linings, n, radius = brake.linings, brake.linings.count, jnp.asarray(brake.band_radius)
+
+    def friction(of: Any) -> Grip:
+        return Grip.of(of, scene.network.flash, scene.power_shares, heated=still.T is not None)
+
+    static, kinetic = (jnp.broadcast_to(f(still), (n,)) for f in (linings.friction.static, linings.friction.kinetic))
+    each = zip(brake.bands, brake.of_bands(static), brake.of_bands(kinetic), strict=True)
+    wraps = (Wrap.of(radius, friction(band.linings), *own) for band, *own in each)
+    bands = tuple(RigidBand(wrap=wrap, pairs=pairs, sizes=sizes) for wrap in wraps)  # pyright: ignore
+    shares = brake.lever_shares(kinetic)
+    return RigidBands(bands=bands, shares=shares, grip=friction(linings), pairs=pairs, sizes=sizes)  # pyright: ignore
 
 
 def _chain(

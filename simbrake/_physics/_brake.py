@@ -11,7 +11,7 @@ from jaxtyping import Bool, Float, Int, PyTree
 
 from .._phases import AtTemperature, PhaseEnd, PhaseNow, Phases
 from ..friction import SurfaceState, memory_at_start, memory_sizes
-from ..hybrid import CORE, QUADRATURE, AbstractSemiExplicitSystem, largest, smallest
+from ..hybrid import CORE, QUADRATURE, AbstractSemiExplicitSystem, smallest
 from ..hybrid._arrays import Array
 from ..hybrid._system import ENDED, Instant, variables_of
 from ..loads import AbstractLoad
@@ -334,7 +334,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         for pair, T in zip(self.mechanism.pairs, self.sensed(u), strict=True):
             bounds = pair.law.temperature_range()
             if bounds is not None and T is not None:
-                room.append(jnp.minimum(smallest(T) - bounds[0], bounds[1] - largest(T)) / 100.0)
+                room.append(jnp.minimum(smallest(T - bounds[0]), smallest(bounds[1] - T)) / 100.0)
         return functools.reduce(jnp.minimum, room) if room else None
 
     def _acting(self, t: Array, y: State, mode: Mode, z: BrakeNow) -> Acting:

@@ -278,7 +278,8 @@ class Shown(NamedTuple):
     A run needs only the loads of sticking linings, and only where a friction law has states that depend on the
     pressure.
 
-    - `pairs`;  `tension` (n,) of the band behind every lining (N), `None` without a band
+    - `pairs`;  `tension` (n,) of the band behind every lining (N), `None` without a band;  `before` (n,): ahead of it,
+      `None`: that behind the lining before it, of the first one that of the slack end
     - `None` where there is no such thing: `elongation` of the band (m), `displacement` (n,) of linings along the band
       circle (m), `bandage_speed` (rad/s), `lining_speed` (n,) (rad/s)
     """
@@ -289,6 +290,7 @@ class Shown(NamedTuple):
     displacement: Any = None
     bandage_speed: Any = None
     lining_speed: Any = None
+    before: Any = None
 
 
 class Acting(NamedTuple):

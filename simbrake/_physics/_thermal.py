@@ -127,6 +127,7 @@ class Thermal(eqx.Module):
     through: tuple[Array | None, ...]  # conductance of each link from node to node (W/K) where it cannot change
     per_kelvin: tuple[Array | None, ...]  # of each surface: constant part of the heat that it gives away per kelvin
     shares: PowerShares | None = None  # of the friction power
+    rims: tuple[int, ...] = eqx.field(static=True, default=())  # linings on each, where several bands have one each
 
     @property
     def spans(self) -> Spans:
@@ -225,11 +226,25 @@ class Thermal(eqx.Module):
         """Adds a flow to those into a place, or takes it away: node by node, or all of it at the only node."""
         n = place_count(self.heat, place)
         if flow.shape != (n,):
-            flow = jnp.sum(flow, keepdims=True) if n == 1 else jnp.broadcast_to(flow, (n,))
+            flow = self._gathered(flow, n)
         if place not in into:
             into[place] = -flow if leaves else flow
         else:
             into[place] = into[place] - flow if leaves else into[place] + flow
+
+    def _gathered(self, flow: Array, n: int) -> Float[Array, " n"]:
+        """Flows from the linings into the `n` nodes of a place: into each rim those of its own linings."""
+        if n == 1:
+            return jnp.sum(flow, keepdims=True)
+        if n == len(self.rims) and flow.shape == (sum(self.rims),):
+            return jnp.stack([jnp.sum(own) for own in jnp.split(flow, np.cumsum(self.rims)[:-1])])
+        return jnp.broadcast_to(flow, (n,))
+
+    def _at_linings(self, T: Array, n: int) -> Float[Array, " n"]:
+        """Temperatures of a place at each of `n` linings: of rims, of its own one."""
+        if T.shape == (len(self.rims),) and sum(self.rims) == n:
+            return T[np.repeat(np.arange(len(self.rims)), self.rims)]
+        return jnp.broadcast_to(T, (n,))
 
     def _spread(self, into: dict[str, Array]) -> Float[Array, " k"]:
         """Flows into places, at all nodes with capacity."""
@@ -373,7 +388,7 @@ class Thermal(eqx.Module):
 
     def at(self, T: Array, place: str, n: int) -> Float[Array, " n"]:
         """Temperature of a place with capacity (of a wall: its outermost layer) at each of `n` linings."""
-        return jnp.broadcast_to(T[nodes_of(self.heat, self.spans, place)], (n,))
+        return self._at_linings(T[nodes_of(self.heat, self.spans, place)], n)
 
     def tells_apart(self, pair: FrictionHeat | None) -> bool:
         """Whether the heat of each lining of a pair matters, or only their sum."""
@@ -406,7 +421,7 @@ class Thermal(eqx.Module):
         at = self._reader(T, T_J, self._given(t, pieces)[0])
 
         def temperature(place: str | None, other: str | None) -> Array:
-            return jnp.broadcast_to(at(place or other or pair.sensor or ""), (n,))
+            return self._at_linings(at(place or other or pair.sensor or ""), n)
 
         T_metal, T_lining = temperature(pair.metal, pair.lining), temperature(pair.lining, pair.metal)
         to_metal = jnp.broadcast_to(pair.partition.share(T_metal, T_lining) * P, (n,))
@@ -546,9 +561,15 @@ def _per_kelvin(heat: Heat, half: Array, through: tuple[Array | None, ...]) -> t
 
 
 def assemble_thermal(
-    heat: Heat, left: dict[str, Array] | None = None, shares: PowerShares | None = None
+    heat: Heat,
+    left: dict[str, Array] | None = None,
+    shares: PowerShares | None = None,
+    rims: tuple[int, ...] = (),
 ) -> tuple[Thermal, Float[Array, " k"]]:
-    """The network and its initial state; `left`: share of its thickness that each copy of a worn wall still has."""
+    """The network and its initial state.
+
+    - `left`: share of its thickness that each copy of a worn wall still has;  `rims`: number of linings on each
+    """
     stores = [body for body in heat.bodies if isinstance(body, Lump | Wall)]
     counts = [body.count for body in stores]
     columns = list(zip(*(_numbers(body, (left or {}).get(body.name, 1.0)) for body in stores), strict=True))
@@ -559,5 +580,5 @@ def assemble_thermal(
     none = tuple(None for _ in heat.surfaces)
     layered = any(wall.surface_layer is not None for wall in heat.walls)
     per_kelvin = none if half is None or bend is not None or layered else _per_kelvin(heat, half, through)
-    thermal = Thermal(heat, C, 1 / C, slope, reference, half, bend, between, through, per_kelvin, shares)
+    thermal = Thermal(heat, C, 1 / C, slope, reference, half, bend, between, through, per_kelvin, shares, rims)
     return thermal, thermal.contents(start)

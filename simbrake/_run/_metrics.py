@@ -15,6 +15,7 @@ from jaxtyping import Float
 from .._parts._scene import Scene, has_load
 from .._physics._brake import BrakeSystem
 from .._physics._mechanism import BandMode, Ledger, Mode, slips
+from ..brakes._design import Brake
 from ..hybrid import LANDED, Record, largest, smallest
 from ..hybrid._arrays import Array, numpy_of
 from ..shaft import names_of
@@ -198,8 +199,8 @@ _ANCHOR = Need(
 _LEVER = Need("`Lever`", "its tension is not that of a `Lever`", lambda scene: lever_of(scene) is not None)
 _TRAVEL = Need(
     "`Lever` of a band as a whole",
-    "its tension is not that of a `Lever`, or its linings move by themselves",
-    lambda scene: lever_of(scene) is not None and scene.brake.banded and not scene.brake.resolved,
+    "its tension is not that of a `Lever`, or its linings move by themselves, or it has several bands",
+    lambda scene: lever_of(scene) is not None and isinstance(scene.brake, Brake) and not scene.brake.resolved,
 )
 _DAMPERS = Need("resolved linings", "its linings do not move by themselves", lambda scene: scene.brake.resolved)
 _SHARES = Need("`power_shares`", "the scene has no `power_shares`", lambda scene: scene.power_shares is not None)

@@ -87,6 +87,13 @@ def in_lanes(look: Callable[..., T], *columns: np.ndarray, lanes: int = LANES) -
     return jax.tree.map(lambda *leaves: np.concatenate(leaves), *parts)
 
 
+def tension_before(shown: Shown, slack: Float[Array, " m"]) -> Float[Array, "m n"]:
+    """Tension (N) of the band ahead of every lining; `slack`: at the slack end."""
+    if shown.before is not None:
+        return shown.before
+    return jnp.concatenate([slack[:, None], shown.tension[:, :-1]], axis=1)
+
+
 def seen_at(system: BrakeSystem, t: Float[Array, " m"], y: State, mode: Mode) -> Probe:
     """Everything algebraic at many times, states and modes."""
 
@@ -107,8 +114,7 @@ def seen_at(system: BrakeSystem, t: Float[Array, " m"], y: State, mode: Mode) ->
     flows, shown, margins, hot, passed, *others = jax.vmap(look)(t, y, mode)
     greater = None
     if shown.tension is not None:
-        before = jnp.concatenate([flows.contact.slack_tension[:, None], shown.tension[:, :-1]], axis=1)
-        greater = jnp.maximum(shown.tension, before)
+        greater = jnp.maximum(shown.tension, tension_before(shown, flows.contact.slack_tension))
     return Probe(t, y, mode, flows, shown, margins, greater, hot, passed, *others)
 
 

@@ -450,7 +450,8 @@ def lining_map(
         panel.yaxis.set_major_locator(MaxNLocator(integer=True))
         window.label_time(panel)
         panel.set_title(window.title, fontsize=10)
-    panels[0].set_ylabel("lining, from the slack to the tight end" if brake.banded else brake.words.lining)
+    order = "from the slack to the tight end" if len(brake.bands_of_linings) == 1 else "band after band"
+    panels[0].set_ylabel(f"lining, {order}" if brake.banded else brake.words.lining)
     where = f"{brake.pairs[pair].words}: " if len(brake.pairs) > 1 else ""
     alike = " (one surface for all linings)" if maps[0][1].shape[1] == 1 < n and quantity == "temperature" else ""
     figure.suptitle(f"{where}{view.words}, lining by lining{alike}", fontsize=11)

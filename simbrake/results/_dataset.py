@@ -146,7 +146,8 @@ def _columns(result: Result, series: Series) -> Variables:
         last = "node" if field == "temperature" else "lining"
         dims = ("time", *(() if value.ndim == 1 else (last,) if value.ndim == 2 else (f"{field}_state", last)))
         if value.ndim == 2 and field.endswith("_temperature") and value.shape[1] != n:
-            dims, value = ("time",), value[:, 0]
+            one = value.shape[1] == 1  # else of the rims of several bands
+            dims, value = ("time",) if one else ("time", "band"), value[:, 0] if one else value
         data[field] = _variable(dims, value, unit_of_column(field), meaning_of_column(field))
     return data
 
