@@ -5,6 +5,7 @@ import difflib
 import functools
 import json
 import re
+from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -82,11 +83,7 @@ def with_values(scene: Scene, values: dict[str, Any]) -> Scene:
         assert match is not None
         path, index = (full, None) if full in slots else (match["path"], match["index"])
         if path not in slots:
-            near = difflib.get_close_matches(path, slots, n=3, cutoff=0.4)
-            tail = [name for name in slots if name.rsplit(".", 1)[-1] == path.rsplit(".", 1)[-1]]
-            names = list(dict.fromkeys([*tail, *near]))[:4]
-            hint = f"nearest: {', '.join(names)}" if names else f"there are: {', '.join(slots)}"
-            faults.append(Fault(full, "there is no such number in the scene", hint))
+            faults.append(_unknown(full, path, slots))
             continue
         if isinstance(value, str):
             reader = NumberReader()
@@ -117,6 +114,49 @@ def with_values(scene: Scene, values: dict[str, Any]) -> Scene:
     if faults:
         raise InputError(faults)
     return scene
+
+
+def _unknown(full: str, path: str, slots: dict[str, _Slot]) -> Fault:
+    near = difflib.get_close_matches(path, slots, n=3, cutoff=0.4)
+    tail = [name for name in slots if name.rsplit(".", 1)[-1] == path.rsplit(".", 1)[-1]]
+    names = list(dict.fromkeys([*tail, *near]))[:4]
+    hint = f"nearest: {', '.join(names)}" if names else f"there are: {', '.join(slots)}"
+    if path.endswith("linings.count"):
+        hint = "shapes the scene: set it in the scene's file, where uniform_linings has it"
+    return Fault(full, "there is no such number in the scene", hint)
+
+
+def unknown_paths(scene: Scene, paths: Iterable[str]) -> list[str]:
+    """Those of the paths that are not numbers of the scene."""
+    slots = _slots(scene)
+    return [path for path in paths if path not in slots and _INDEXED.sub(r"\g<path>", path) not in slots]
+
+
+def read_numbers(scene: Scene, path: str, texts: Sequence[str]) -> list[float]:
+    """Values for a number of the scene, each in SI or with its unit, as `["40 t", "80 t"]`.
+
+    Raises `InputError` for an unknown path, for what is not a number in its range, and where only some have a unit.
+    """
+    slots = _slots(scene)
+    name = path if path in slots else _INDEXED.sub(r"\g<path>", path)
+    if name not in slots:
+        raise InputError([_unknown(path, name, slots)])
+    about, reader = slots[name].about, NumberReader()
+    values = [reader.number(text, about, path, about.unit) for text in texts]
+    bare = [text for text in texts if _is_float(text)]
+    if not reader.faults and 0 < len(bare) < len(texts):
+        reader.fault(path, f"{bare[0].strip()} has no unit, others have one", "give all of them their unit")
+    if reader.faults:
+        raise InputError(reader.faults)
+    return [float(value) for value in values]
+
+
+def _is_float(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
 
 
 def _with_numbers(scene: Scene, values: dict[str, Any]) -> Scene | None:
