@@ -102,7 +102,11 @@ def existing(file: Path) -> Path:
         return existing_file(file, "*.toml", "*.py")
     except InputError as error:
         (fault,) = error.faults
-        hint = f"{fault.hint}; simbrake new lists templates and shipped scenes"
+        from ..files._shipped import nearest_names
+
+        near = [] if file.suffix else nearest_names(file.name)
+        hint = f"nearest: {', '.join(near)}" if near else fault.hint
+        hint += "; simbrake new lists templates and shipped scenes"
         raise InputError([dataclasses.replace(fault, hint=hint)]) from None
 
 
@@ -178,9 +182,8 @@ def assignments(
         try:
             found[name] = read(value if name else "")
         except ValueError:
-            faults.append(
-                Fault(f"{option} {text}", f"is not of the form {form}", "numbers are in SI, or have their unit")
-            )
+            hint = "numbers are in SI, or have their unit"
+            faults.append(Fault(f"{option} {text}", f"is not of the form {form}", hint))
     return found
 
 

@@ -1,5 +1,7 @@
 """Commands about the files of scenes: new; scene show, scene check, scene schema."""
 
+import shutil
+import textwrap
 from pathlib import Path
 
 import cyclopts
@@ -58,7 +60,9 @@ def new(name: str | None = None, file: Path | None = None, /, *, json_: cli.Flag
 def _listed(found: list[Shipped]) -> str:
     """The names with what they are about."""
     width = max(len(one.name) for one in found)
-    rows = {one: f"  {one.name:{width}}  {one.title}" + " (study: run as a script)" * one.study for one in found}
+    room = max(shutil.get_terminal_size((200, 24)).columns - width - 4, 40)
+    titles = {one: "study, run as a script: " * one.study + one.title for one in found}
+    rows = {one: f"  {one.name:{width}}  {textwrap.shorten(titles[one], room, placeholder='…')}" for one in found}
     templates = [row for one, row in rows.items() if one.template]
     scenes = [row for one, row in rows.items() if not one.template]
     how = "simbrake new NAME [FILE] writes one, simbrake run NAME runs it."

@@ -158,7 +158,7 @@ def _axes(scene: cli.Scene, asked: Mapping[str, _Values], axes: dict[str, Any]) 
         if found is not None and count and not found[0] < found[1]:
             faults.append(Fault(f"--vary {path}", f"{texts[0]} is not below {texts[1]}", "give LOW:HIGH:COUNT"))
         elif found is not None:
-            axes[path] = np.linspace(*found, count) if count else tuple(found)
+            axes[path] = np.linspace(found[0], found[1], count) if count else tuple(found)
     return faults
 
 

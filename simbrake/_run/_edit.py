@@ -122,7 +122,7 @@ def _unknown(full: str, path: str, slots: dict[str, _Slot]) -> Fault:
     names = list(dict.fromkeys([*tail, *near]))[:4]
     hint = f"nearest: {', '.join(names)}" if names else f"there are: {', '.join(slots)}"
     if path.endswith("linings.count"):
-        hint = "shapes the scene: set it in the scene's file, where uniform_linings has it"
+        hint = "the number of linings shapes the scene: change it in the file, in uniform_linings(count, …)"
     return Fault(full, "there is no such number in the scene", hint)
 
 

@@ -46,9 +46,14 @@ def shipped(name: str) -> Path:
     found = shipped_files()
     if name in found:
         return found[name].file
-    near = difflib.get_close_matches(name, found, n=3, cutoff=0.5)
+    near = nearest_names(name)
     hint = f"nearest: {', '.join(near)}" if near else f"there are: {', '.join(found)}"
     raise InputError([Fault(name, "is not the name of a template or shipped scene", hint)])
+
+
+def nearest_names(name: str) -> list[str]:
+    """Names of templates and shipped scenes that are similar to a name."""
+    return difflib.get_close_matches(name, shipped_files(), n=3, cutoff=0.5)
 
 
 def title_of(file: Path, text: str) -> str:
