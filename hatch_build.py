@@ -1,4 +1,4 @@
-"""Build hook: the shipped scenes travel in the wheel, as `simbrake/scenarios`. A checkout has them beside the package."""
+"""Build hook: the wheel has the shipped scenes as `simbrake/scenarios`; a checkout has them beside the package."""
 
 from typing import Any
 
