@@ -185,7 +185,7 @@ app = cyclopts.App(
 )
 
 
-@app.command(name="--install-completion")
+@app.command(name="--install-completion", help_epilogue=_scenes.CODES)
 def install_completion(
     *, shell: Shell | None = None, output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None
 ) -> int:

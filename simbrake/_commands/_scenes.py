@@ -69,10 +69,12 @@ def _listed(found: list[Shipped]) -> str:
     return "\n".join(["templates, with comments", *templates, "", "shipped scenes", *scenes, "", how])
 
 
-scene = cyclopts.App(name="scene", help="Show a scene, check it, or print the format of scene files.")
+scene = cyclopts.App(
+    name="scene", help="Show a scene, check it, or print the format of scene files.", help_epilogue=CODES
+)
 
 
-@scene.command(help_epilogue=CODES)
+@scene.command
 def show(file: cli.SceneFile, /, *, set_: cli.Set = None, toml: cli.Flag = False, json_: cli.Flag = False) -> int:
     """Print every parameter of a scene with its path, value, unit and meaning.
 
@@ -95,7 +97,7 @@ def show(file: cli.SceneFile, /, *, set_: cli.Set = None, toml: cli.Flag = False
     return 0
 
 
-@scene.command(help_epilogue=CODES)
+@scene.command
 def check(file: cli.SceneFile, /, *, set_: cli.Set = None, json_: cli.Flag = False) -> int:
     """Check a scene without running it: every error in one report (exit code 2), and warnings of unusual values.
 
@@ -123,7 +125,7 @@ def check(file: cli.SceneFile, /, *, set_: cli.Set = None, json_: cli.Flag = Fal
     return 0
 
 
-@scene.command(help_epilogue=CODES)
+@scene.command
 def schema(name: str | None = None, /, *, json_: cli.Flag = False) -> int:
     """Print the format of scene files: keys, units, ranges, meaning.
 
