@@ -45,11 +45,12 @@ def run(
     scene = cli.opened(file, set_, rtol, folder=out, faults=lost, **counts)
     from .._base._table import shown_in
     from .._run._measure import limit_checks, summary_with_limits, text_with_limits
-    from ..studies._measured import check_measured
 
     limits = cli.limits_of(scene, limit, fail_on_limit)
     recorded = sb.read_measured(*measured) if measured else None
     if recorded is not None:
+        from ..studies._measured import check_measured
+
         check_measured(recorded, scene)
     with Waiting("run", "compiling…") as told:
         result = sb.simulate(scene, rtol=rtol, max_steps=max_steps, max_events=max_events, throw=False, progress=told)

@@ -136,6 +136,7 @@ def schema(name: str | None = None, /, *, json_: cli.Flag = False) -> int:
     json_
         Print the JSON Schema of scene files (draft 2020-12), alone on stdout: editors complete and check with it.
     """
+    cli.prepare_jax()
     from ..files._schema import json_schema, schema_text
 
     print(cli.as_json(json_schema()) if json_ else schema_text(name))
