@@ -260,6 +260,11 @@ def coloured(text: str, colour: str, stream: TextIO) -> str:
     return text if plain else f"\x1b[{colour}m{text}\x1b[0m"
 
 
+def verdict_of(result: Result) -> bool | None:
+    """Whether a run ended well, for the colour of its status; `None`: that depends on what was wanted."""
+    return {"stopped": True, "held": True, "runaway": False}.get(result.status) if result.ok else False
+
+
 def highlighted(text: str, ok: bool | None = None) -> str:
     """A printed text with its verdicts in colour, on a terminal."""
     for words, colour in _WORDS.items():

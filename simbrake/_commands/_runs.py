@@ -59,7 +59,7 @@ def run(
         summary = summary_with_limits(result, checks)
         with shown_in(units):
             text = text_with_limits(result, checks)
-    cli.tell(text, lambda: summary, json_, result.ok)
+    cli.tell(text, lambda: summary, json_, cli.verdict_of(result))
     if out is not None:
         from .._pages._page import write as write_run
 
@@ -111,7 +111,7 @@ def report(
         checks = limit_checks(result, limits)
     said = {"status": result.status, "message": result.message, "written": str(out), "limits": limit_dicts(checks)}
     lines = [f"{result.status}: {result.message}", *limit_lines(checks), f"written  {out}"]
-    cli.tell("\n".join(lines), lambda: said, json_, result.ok)
+    cli.tell("\n".join(lines), lambda: said, json_, cli.verdict_of(result))
     return cli.exit_code(result.ok, fail_on_limit and cli.any_exceeded(checks))
 
 
