@@ -4,6 +4,7 @@ import dataclasses
 import difflib
 import functools
 import json
+import math
 import re
 from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
@@ -17,6 +18,7 @@ from jax.core import Tracer
 from .._base._faults import Fault, InputError
 from .._base._quantity import NumberReader, Quantity, about_of, as_number, unit_below
 from .._parts._scene import Scene
+from ..brakes._design import Lining
 from ..thermal._heat import EffusivityPartition, FlashTemperature, FrictionHeat, Heat, TransmissionPartition
 from ..thermal._material import Material
 from ..thermal._network import AbstractLink, Body, Conductance, Lump, Wall, place_of
@@ -73,11 +75,16 @@ def with_values(scene: Scene, values: dict[str, Any]) -> Scene:
     """The scene with other numbers: `{"brake.band.stiffness": 3e5, "brake.linings.angle[0]": 0.2}`.
 
     Numbers are in SI, or texts with a unit (`"120 kN"`). One number given for an array field counts for every entry.
+    `brake.linings.count` gives equal linings of a band another number over the same wrap angle.
     Raises `InputError` with all unknown paths and the nearest names, and with values that do not fit.
     """
     if (quick := _with_numbers(scene, values)) is not None:
         return quick
-    slots, faults = _slots(scene), []
+    faults: list[Fault] = []
+    if _COUNT in values and isinstance(scene.brake.linings, Lining):
+        values = dict(values)
+        scene = _with_count(scene, values.pop(_COUNT), faults)
+    slots = _slots(scene)
     for full, value in values.items():
         match = _INDEXED.match(full)
         assert match is not None
@@ -116,13 +123,38 @@ def with_values(scene: Scene, values: dict[str, Any]) -> Scene:
     return scene
 
 
+_COUNT = "brake.linings.count"
+
+
+def _with_count(scene: Scene, value: Any, faults: list[Fault]) -> Scene:
+    """The scene with another number of equal linings, each with the numbers that it has now; errors go to `faults`."""
+    brake: Any = scene.brake
+    linings, n = brake.linings, brake.linings.count
+    size = float(value) if np.ndim(value) == 0 and not isinstance(value, str | None) else math.nan
+    bodies = scene.network.bodies if scene.heated else ()
+    own = [leaf for leaf in jax.tree.leaves(linings) if np.ndim(leaf)]
+    others = [leaf for leaf in jax.tree.leaves((brake.band, brake.bandage)) if np.ndim(leaf)]
+    if not (size.is_integer() and 1 <= size <= 10_000):
+        faults.append(Fault(_COUNT, f"{value} is not a number of linings", "a whole number from 1"))
+    elif (
+        others
+        or any(np.ptp(leaf) > 0 for leaf in own)
+        or any(getattr(body, "copies", body.count) == n > 1 for body in bodies)
+    ):
+        faults.append(Fault(_COUNT, "linings differ, or other parts have a number for each", "change the scene's file"))
+    else:
+        resized = jax.tree.map(lambda x: np.full(int(size), x[0]) if np.ndim(x) else x, linings)
+        angle = np.full(int(size), float(linings.wrap) / size)
+        linings = dataclasses.replace(resized, angle=angle)
+        scene = dataclasses.replace(scene, brake=dataclasses.replace(brake, linings=linings))
+    return scene
+
+
 def _unknown(full: str, path: str, slots: dict[str, _Slot]) -> Fault:
     near = difflib.get_close_matches(path, slots, n=3, cutoff=0.4)
     tail = [name for name in slots if name.rsplit(".", 1)[-1] == path.rsplit(".", 1)[-1]]
     names = list(dict.fromkeys([*tail, *near]))[:4]
     hint = f"nearest: {', '.join(names)}" if names else f"there are: {', '.join(slots)}"
-    if path.endswith("linings.count"):
-        hint = "the number of linings shapes the scene: change it in the file, in uniform_linings(count, …)"
     return Fault(full, "there is no such number in the scene", hint)
 
 
