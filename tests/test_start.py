@@ -3,6 +3,7 @@
 import io
 import json
 import os
+import re
 import sys
 import tomllib
 
@@ -107,6 +108,15 @@ def test_the_wheel_takes_the_shipped_scenes_along(scenarios):
     hook = (scenarios.parent / build["wheel"]["hooks"]["custom"]["path"]).read_text("utf-8")
     assert 'build_data["force_include"]["scenarios"] = "simbrake/scenarios"' in hook
     assert {one.file.parent for one in shipped_files().values() if not one.template} == {scenarios}
+
+
+def test_no_script_or_page_sets_64_bits_itself(scenarios):
+    """Importing simbrake does."""
+    root, patterns = scenarios.parent, ("README.md", "docs/**/*.md", "scenarios/**/*.py", "notebooks/*.ipynb")
+    files = [file for pattern in patterns for file in root.glob(pattern)]
+    assert len(files) > 60
+    line = re.compile(r"jax\.config\.update\(.{1,2}jax_enable_x64")
+    assert [file.name for file in files if line.search(file.read_text("utf-8"))] == []
 
 
 # --- what may be set --------------------------------------------------------------------------------------------------
