@@ -3,12 +3,9 @@
 import pathlib
 import sys
 
-import jax
-
-jax.config.update("jax_enable_x64", True)
 sys.path.insert(0, str(pathlib.Path(__file__).parent / "_extension"))
 
-import simbrake  # noqa: E402
+import simbrake
 
 project = "simbrake"
 author = "The simbrake authors"

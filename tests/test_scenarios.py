@@ -12,7 +12,8 @@ import pytest
 import simbrake as sb
 
 FOLDER = pathlib.Path(__file__).parent.parent / "scenarios"
-NAMES = sorted(file.stem for file in FOLDER.glob("*.py"))
+#: those that make a scene; the others are studies
+NAMES = sorted(file.stem for file in FOLDER.glob("*.py") if "def scene(" in file.read_text("utf-8"))
 
 
 def load(name):

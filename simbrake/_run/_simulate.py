@@ -230,8 +230,8 @@ def require_64_bits() -> None:
     """Raises `RuntimeError` if JAX is not in 64-bit mode."""
     if not jax.config.jax_enable_x64:  # pyright: ignore
         raise RuntimeError(
-            "simbrake computes in 64 bits, events cannot be located in 32. Before anything else do: "
-            'import jax; jax.config.update("jax_enable_x64", True)'
+            "simbrake computes in 64 bits: events cannot be located in 32. Importing it turns them on; here they were "
+            'turned off by JAX_ENABLE_X64=0 or jax.config.update("jax_enable_x64", False): remove that'
         )
 
 

@@ -548,7 +548,6 @@ def run_chunk(job: Job, rows: np.ndarray, device: Any = None) -> Columns:
     Gives an array over the points for every name in `ABOUT`, every metric, and `method`. What a single run would raise
     is not raised: failures are in `code`.
     """
-    jax.config.update("jax_enable_x64", True)  # on a worker elsewhere
     count = len(rows)
     device = device or jax.devices()[0]
     filled = rows[np.minimum(np.arange(job.size), count - 1)]
