@@ -35,13 +35,15 @@ pygments_style = "default"
 
 
 def add_table_of_contents(app: Sphinx, page: str, source: list[str]) -> None:
-    """Add to the pages of links what Sphinx builds its navigation from: a hidden table of contents per section."""
-    if page not in ("index", "api/index"):
+    """Add to the pages that list others what Sphinx builds its navigation from: a hidden table of contents per section."""
+    if page not in ("index", "api/index", "theory/index"):
         return
     for section in re.split(r"^## ", source[0], flags=re.M)[1:]:
-        names = dict.fromkeys(re.findall(r"\]\(([\w/]+)\.md[)#]", section))
+        items = "".join(re.findall(r"^- .*$", section, re.M))
+        names = dict.fromkeys(re.findall(r"\]\(([\w/]+)\.md[)#]", items))
         caption = section.partition("\n")[0]
-        source[0] += "\n".join(["", "```{toctree}", ":hidden:", f":caption: {caption}", "", *names, "```", ""])
+        if names:
+            source[0] += "\n".join(["", "```{toctree}", ":hidden:", f":caption: {caption}", "", *names, "```", ""])
 
 
 def setup(app: Sphinx) -> None:

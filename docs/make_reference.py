@@ -68,6 +68,9 @@ PAGES: dict[str, tuple[str, ...]] = {
     "estimates": ("formulas", "published"),
     "integrator": ("hybrid",),
 }
+_LETTERS = (
+    "Z, V, S and K, and numbers after `model §`, refer to the [sources of the theory manual](../theory/index.md#sources)."
+)
 _CODES = "[events, modes, codes](../events_and_modes.md)"
 #: descriptions of the values of the package whose names are not self-explanatory
 CONSTANTS = {
@@ -385,7 +388,7 @@ def reference(page: str) -> list[str]:
     rows = [
         (f"[`{full}`](#{anchor(full)})", linked(words, page, full.rpartition(".")[2])) for full, words in first.items()
     ]
-    paragraphs = [table("name | meaning", rows)]
+    paragraphs = [[_LETTERS], table("name | meaning", rows)]
     paragraphs += [part for full, value in found.items() for part in entry(full, value, page) if part]
     return [line for part in paragraphs for line in ["", *part]][1:]
 
