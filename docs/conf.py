@@ -35,7 +35,7 @@ pygments_style = "default"
 
 
 def add_table_of_contents(app: Sphinx, page: str, source: list[str]) -> None:
-    """Add to the pages that list others what Sphinx builds its navigation from: a hidden table of contents per section."""
+    """Add a hidden table of contents per section to pages that list others: Sphinx builds its navigation from it."""
     if page not in ("index", "api/index", "theory/index"):
         return
     for section in re.split(r"^## ", source[0], flags=re.M)[1:]:

@@ -68,9 +68,7 @@ PAGES: dict[str, tuple[str, ...]] = {
     "estimates": ("formulas", "published"),
     "integrator": ("hybrid",),
 }
-_LETTERS = (
-    "Z, V, S and K, and numbers after `model §`, refer to the [sources of the theory manual](../theory/index.md#sources)."
-)
+_LETTERS = "Z, V, S, K and `model §` refer to the [sources of the theory manual](../theory/index.md#sources)."
 _CODES = "[events, modes, codes](../events_and_modes.md)"
 #: descriptions of the values of the package whose names are not self-explanatory
 CONSTANTS = {

@@ -62,7 +62,7 @@ class Pool:
                         yield task, future.result()
 
     def cancel(self) -> None:
-        """Nothing new is begun; what runs now comes to its end and is among the results."""
+        """Start nothing new; what is running finishes and is among the results."""
         self._waiting = {future: task for future, task in self._waiting.items() if not future.cancel()}
 
 
