@@ -447,7 +447,7 @@ def _notebooks() -> list[str]:
         cells = json.loads(file.read_text("utf-8"))["cells"]
         text = "".join(next(cell["source"] for cell in cells if cell["cell_type"] == "markdown"))
         title, question, *_ = [line.strip() for line in text.splitlines() if line.strip()]
-        lines.append(f"- [{title.lstrip('# ')}](../notebooks/{file.name}): {question}")
+        lines.append(f"- [{title.lstrip('# ')}](../notebooks/{file.name}): {question.removeprefix('**Question.** ')}")
     return lines
 
 
