@@ -395,7 +395,7 @@ def _summary(name: str, value: Any) -> str:
     """First sentence of the description of a public name."""
     described = isinstance(value, type | types.FunctionType) or hasattr(value, "__wrapped__")
     text = inspect.cleandoc(value.__doc__ or "") if described else CONSTANTS.get(name) or _comment(name)
-    return re.split(r"(?<=[^.][.])\s|:\s*$", " ".join(text.split("\n\n")[0].splitlines()))[0]
+    return re.split(r"(?<=\.)\s(?=[A-Z`])|:\s*$", " ".join(text.split("\n\n")[0].splitlines()))[0]
 
 
 # tables and lists
