@@ -94,7 +94,7 @@ def _runs(p: Problem, c: Carry, used: Count) -> Mark:
 def _advanced(p: Problem, lane: Lane) -> Lane:
     """One attempt of every lane that can continue, or of all that wait."""
     running = _runs(p, lane.carry, lane.used)
-    # lanes at their end join those that only look around, so that these are alone now and then
+    # lanes at their end join those that only evaluate, so that these are sometimes alone
     c = lane.carry._replace(settling=jnp.where(running, lane.carry.settling, 2))
     restarts = running & (c.settling > 0)
     a = _attempt(p, c)

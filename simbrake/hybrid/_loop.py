@@ -303,7 +303,7 @@ def _jumped(p: Problem, c: Carry, a: Attempt, v: Verdict) -> Carry:
 
 
 def _iterate(p: Problem, packed: Packed, ny: int, ng: int) -> tuple[Packed, Float[Array, " column"], Mark]:
-    """One attempt: the packed carry after it, the row that records it, and whether it was no mere look around."""
+    """One attempt: the packed carry after it, the row that records it, and whether it was more than an evaluation."""
     c = unpack(packed, ny, ng)
     settles = c.settling > 0
     a = _attempt(p, c)
@@ -376,7 +376,7 @@ def advanced(
     def body(loop: tuple[Count, Packed, PackedRows]) -> tuple[Count, Packed, PackedRows]:
         i, packed, rows = loop
         packed, row, counts = _iterate(p, packed, ny, ng)
-        # (a look around leaves its row to the next attempt)
+        # (an evaluation alone leaves its row to the next attempt)
         following = i + eqxi.unvmap_any(counts).astype(jnp.int32)
         return following, packed, jax.lax.dynamic_update_slice(rows, row[None], (i, jnp.zeros_like(i)))
 

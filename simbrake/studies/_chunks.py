@@ -55,7 +55,7 @@ class Pool:
     def results(self) -> Iterator[tuple[Task, Columns]]:
         """Finished tasks in the order in which they finish, until none is left."""
         while self._waiting:
-            with contextlib.suppress(TimeoutError):  # awake now and then, so that Ctrl-C is heard
+            with contextlib.suppress(TimeoutError):  # wake up regularly, so that Ctrl-C is handled
                 for future in as_completed(list(self._waiting), timeout=0.5):
                     task = self._waiting.pop(future)
                     if not future.cancelled():

@@ -50,7 +50,7 @@ if TYPE_CHECKING:
 
     Dataset: TypeAlias = xr.Dataset
     Client: TypeAlias = dask.distributed.Client | str
-else:  # these are loaded by those who use them
+else:  # imported where they are used
     Dataset = Client = Any
 #: a function called with `(done, total)` runs; a progress line, on a terminal only (`None`); or none (`False`)
 Tell: TypeAlias = Callable[[int, int], object] | bool | None
@@ -521,14 +521,14 @@ def ensemble(
       by itself, and its numbers are those of a single run to rounding
     - `chunk`: runs in one call of one program, by default 64 to 1024 on a CPU, up to 131,072 elsewhere. They go side by
       side, on a CPU in groups of 64; those that reach an event wait for the others, so that a group costs as much as
-      its slowest run. Where a metric looks into all steps, runs of a CPU follow one another instead. A few runs show
+      its slowest run. Where a metric samples all steps, runs of a CPU follow one another instead. A few runs show
       what the numbers do to the steps, and the rest is sorted by that, the expensive ones first
     - `workers`: threads, by default one per core, or one per accelerator where there are any
     - `client`: a `dask.distributed.Client`, or the address of its scheduler: chunks are run there. simbrake must be
       installed on the workers; a chunk whose worker dies is run by another
     - `directory`: finished chunks are stored there. The same call continues where an earlier one ended, another one is
-      refused. Workers of a cluster that see the folder write there themselves, so that one that dies loses no more
-      than the chunk it was at
+      rejected. Workers of a cluster with access to the folder write there themselves, so that one that dies loses no
+      more than its current chunk
     - `progress`: `None` shows a line where stderr is a terminal, `False` none; or a function of `(done, total)`
 
     The data set has the varied numbers as coordinates (`units`, `meaning`), every metric, `code` (0, a failure code as

@@ -419,7 +419,7 @@ class Job(NamedTuple):
 
     @property
     def scans(self) -> bool:
-        """Whether a metric looks into all steps of the runs."""
+        """Whether a metric samples all steps of the runs."""
         return any(map(scans, self.metrics))
 
     @property
@@ -448,7 +448,7 @@ def limits_of_many(scene: Scene, solver: Solver, max_steps: int | None) -> tuple
 
 
 def scans(metric: Metric) -> bool:
-    """Whether a metric looks into every step (maxima), or may do so (functions)."""
+    """Whether a metric samples every step (maxima), or may do so (functions)."""
     return not isinstance(metric, str) or (metric in METRICS and METRICS[metric].greatest)
 
 
@@ -494,7 +494,7 @@ def _integrate(numbers: Array, *, like: Packing, job: Job, lanes: int) -> tuple[
 
 @functools.partial(DeviceJit, static_argnames=("metrics", "size", "lanes"))
 def _scanner(result: Result, *, metrics: Sequence[Metric], size: int, lanes: int) -> dict[str, Any]:
-    """Metrics that look into all steps of a batch of results, of which the first `size` rows are used."""
+    """Metrics that sample all steps of a batch of results, of which the first `size` rows are used."""
     rows = jax.tree.map(lambda leaf: leaf[:, :size], result.record.rows)
     result = eqx.tree_at(lambda r: r.record.rows, result, rows)
 
