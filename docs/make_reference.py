@@ -85,6 +85,8 @@ _MANY = 12
 _WIDTH = 100
 #: between an argument and its default, without and with an annotation
 _EQUALS = ("=", " = ")
+#: opens a signature: coloured as Python, but no example (`tests/test_examples.py` runs blocks of `python`)
+_FENCE = "```py"
 _KINDS = {
     "abc.abstractmethod": "abstract",
     "property": "property",
@@ -361,7 +363,7 @@ def entry(full: str, value: Any, page: str) -> Iterator[list[str]]:
     if isinstance(value, type):
         exception, parts = issubclass(value, Exception), [] if issubclass(value, Exception) else class_arguments(value)
         kind = "exception" if exception else "class"
-        yield ["```python", signature(f"{kind} {full}", parts) if parts else f"{kind} {full}", "```"]
+        yield [_FENCE, signature(f"{kind} {full}", parts) if parts else f"{kind} {full}", "```"]
         yield words
         if issubclass(value, enum.Enum):
             yield [f"- `{member.name}` = {member.value}" for member in value]
@@ -371,11 +373,11 @@ def entry(full: str, value: Any, page: str) -> Iterator[list[str]]:
         yield [_source(value)]
     elif isinstance(value, types.FunctionType) or hasattr(value, "__wrapped__"):
         bare = inspect.unwrap(value)
-        yield ["```python", signature(full, *arguments(definition(bare), method=False)), "```"]
+        yield [_FENCE, signature(full, *arguments(definition(bare), method=False)), "```"]
         yield words
         yield [_source(bare)]
     else:
-        yield ["```python", f"{full} = {value!r}" if isinstance(value, float) else full, "```"]
+        yield [_FENCE, f"{full} = {value!r}" if isinstance(value, float) else full, "```"]
         yield [CONSTANTS.get(name) or _comment(name)]
 
 
