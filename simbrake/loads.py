@@ -129,7 +129,7 @@ class AbstractHookLoad(AbstractLoad):
     def travelled(self, phi: Array | float) -> Array | float:
         if self.rope is None:
             return phi * self.travel()
-        return self.rope.paid_out(jnp.asarray(self.drum_radius), jnp.asarray(phi)) / self.line_count
+        return self.rope.paid_out(self.drum_radius, phi) / self.line_count
 
     def on_layer(self, layer: Array | None) -> AbstractLoad:
         if self.rope is None or layer is None:

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Int
 
 from ._base._quantity import Part, Scalar, quantity
-from .hybrid._arrays import Array
+from .hybrid._arrays import Array, numpy_of
 
 __all__ = ["RopeLayers"]
 
@@ -35,7 +35,7 @@ class RopeLayers(Part):
 
     def radius(self, drum_radius: Array, layer: Array) -> Array:
         """Effective radius (m) in a layer; `drum_radius` `r_1`: in the first one."""
-        return drum_radius + (jnp.asarray(layer, jnp.float64) - 1) * self.rise * self.diameter
+        return drum_radius + (numpy_of(layer).asarray(layer, np.float64) - 1) * self.rise * self.diameter
 
     def margins(self, phi: Array, layer: Array) -> tuple[Array, Array]:
         """Room in the layer at the angle `phi` (rad), over its turns: until it is paid out, until it is full."""
@@ -44,14 +44,16 @@ class RopeLayers(Part):
         return filled - (above - 1), above - filled
 
     def _length(self, drum_radius: Array, turns: Array) -> Array:
-        full = jnp.maximum(jnp.floor(turns / self.turns_per_layer), 0.0)
+        xp = numpy_of(turns)
+        full = xp.maximum(xp.floor(turns / self.turns_per_layer), 0.0)
         below = full * drum_radius + full * (full - 1) / 2 * self.rise * self.diameter
         last = (turns - full * self.turns_per_layer) * self.radius(drum_radius, full + 1)
         return 2 * np.pi * (self.turns_per_layer * below + last)
 
-    def paid_out(self, drum_radius: Array, phi: Array) -> Array:
+    def paid_out(self, drum_radius: Array, phi: Array | float) -> Array:
         """Rope (m) paid out at the angle `phi` (rad) since the start, `∫ r dφ`; `inf` at an infinite angle."""
-        known = jnp.isfinite(phi)
-        left = self.turns - jnp.where(known, phi, 0.0) / (2 * np.pi)
-        length = self._length(drum_radius, jnp.asarray(self.turns)) - self._length(drum_radius, left)
-        return jnp.where(known, length, jnp.inf)
+        xp = numpy_of(phi)
+        known = xp.isfinite(phi)
+        left = self.turns - xp.where(known, phi, 0.0) / (2 * np.pi)
+        length = self._length(drum_radius, xp.asarray(self.turns)) - self._length(drum_radius, left)
+        return xp.where(known, length, xp.inf)

@@ -16,10 +16,10 @@ from .._parts._scene import Scene, has_load
 from .._physics._brake import BrakeSystem
 from .._physics._mechanism import BandMode, Ledger, Mode, slips
 from ..hybrid import LANDED, Record, largest, smallest
-from ..hybrid._arrays import Array
+from ..hybrid._arrays import Array, numpy_of
 from ..shaft import names_of
 from ..thermal._heat import PowerSplit
-from ._probe import Instant, Probe, RunJit, ends_of, numpy_of, terminal_speed
+from ._probe import Instant, Probe, RunJit, ends_of, terminal_speed
 from ._series import thickness
 from ._strength import lever_of, lever_travel, strength_of, stress
 

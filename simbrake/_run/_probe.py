@@ -2,7 +2,6 @@
 
 import dataclasses
 from collections.abc import Callable
-from types import ModuleType
 from typing import Any, NamedTuple, TypeVar
 
 import jax
@@ -59,11 +58,6 @@ def is_traced(tree: PyTree) -> bool:
 def is_traced_run(record: Record) -> bool:
     """Whether a run is being traced: then its times or its states are, whatever else of it is."""
     return any(isinstance(leaf, Tracer) for leaf in (record.rows.t, record.rows.y, record.count))
-
-
-def numpy_of(values: Array) -> ModuleType:
-    """NumPy for concrete values: outside of jit every operation of JAX would compile by itself."""
-    return np if isinstance(values, np.ndarray | np.generic) else jnp
 
 
 def record_of(run: Any) -> Record:

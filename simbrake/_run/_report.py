@@ -6,7 +6,6 @@ from collections.abc import Callable
 from typing import Any
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 
 from .._base._table import Table, in_rig_units, number, plain
@@ -19,7 +18,7 @@ from ..hybrid import FINISHED, Record
 from ._choice import stiffness
 from ._log import Event, Phase, Stage, Status, absent_stages, event_log, marks_passed, stages_of, with_phases
 from ._metrics import HOLDING, METRICS, Peak, energies, metrics_of
-from ._probe import Entry, capacities_at, record_of
+from ._probe import Entry, RunJit, capacities_at, record_of
 from ._scan import Scan, largest_share_of_capacity, peaks
 from ._stops import stop_table, stops_of
 from ._strength import limits_exceeded
@@ -119,6 +118,11 @@ def _refined(
         f = function(some, found[some])
         slope = (f - before) / last
     return found, np.flatnonzero(~sure)
+
+
+@functools.partial(RunJit, quick=True)
+def _sensed(system: BrakeSystem, heat: Any) -> tuple[Any, ...]:
+    return system.sensed(heat)
 
 
 class Report:
@@ -262,8 +266,7 @@ class Report:
             return {}
         stages, system = self.stages, self.result.record.system
         greatest, load = np.max(self._scan.seen.lever_tension), self._scan.seen.load_torque[0]
-        first = jax.tree.map(lambda column: jnp.asarray(column[0]), self._record.states)
-        hot = system.sensed(first.heat)
+        hot = _sensed(system, jax.tree.map(lambda column: column[0], self._record.states.heat))
         seen = {stage.name for stage in stages}
         absent = absent_stages(scene.brake, float(system.inertia), float(load), seen, float(greatest), hot)
         return {"stages": [stage.as_dict() for stage in stages], "absent_stages": absent}

@@ -10,9 +10,9 @@ from jaxtyping import Bool, Float, Int
 
 from .._base._faults import Fault, InputError
 from .._physics._mechanism import PairNow
-from ..hybrid._arrays import Array
+from ..hybrid._arrays import Array, numpy_of
 from ..thermal._heat import PowerShares
-from ._probe import Number, Probe, numpy_of
+from ._probe import Number, Probe
 
 #: a value at each time, one of each lining, and whole numbers
 Values = Float[Array, " m"]

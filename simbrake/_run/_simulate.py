@@ -105,7 +105,11 @@ def _stretch_program(packing: Packing, method: AbstractMethod, device: Any) -> t
     and its length, in one vector; and what the first stretch begins with."""
 
     n = packing.size
-    size = jax.eval_shape(lambda x: beginning(*_posed(packing, x, STRETCH)[0][:4]), np.ones(n)).shape[0]
+
+    def begun(x: Array) -> np.ndarray:
+        return beginning(*_posed(packing, x, STRETCH)[0][:4])
+
+    size = _cache.cached("beginning", (packing, method), lambda: jax.eval_shape(begun, np.ones(n)).shape[0])
 
     def run(x: Array) -> tuple[Record, Array]:
         problem, settings = _posed(packing, x[:n], STRETCH)

@@ -2,7 +2,8 @@
 
 import functools
 from collections.abc import Callable
-from typing import TYPE_CHECKING, TypeAlias
+from types import ModuleType
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import jax
 import jax.numpy as jnp
@@ -24,6 +25,11 @@ Guards = Float[Array, " guard"]
 Rhs = Callable[[Scalar, State], State]
 #: the same as a function of the numbers in it as well, `(params, t, y)`
 RhsOf = Callable[[PyTree, Scalar, State], State]
+
+
+def numpy_of(values: Any) -> ModuleType:
+    """NumPy for concrete values: outside of jit every operation of JAX would compile by itself."""
+    return np if isinstance(values, np.ndarray | np.generic) else jnp
 
 
 # --- entries of a vector at known places, as slices: gathers and scatters are slow in loops on a CPU ------------------
