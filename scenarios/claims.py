@@ -33,7 +33,7 @@ def page(found: list[tuple[Claim, Found]]) -> str:
         "with its place",
         "in the paper; the verdict is computed from the number. Scenes are those of `scenarios/`, with "
         "their assumptions;",
-        "what a comparison keeps equal stands in brackets. The printed tables: [](published.md).",
+        "what a comparison keeps equal is in brackets. The printed tables: [the papers recomputed](published.md).",
         "",
         f"{len(found)} claims: {counts}. `python scenarios/claims.py` prints them,",
         "with `--write-docs` it writes this page.",

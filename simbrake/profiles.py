@@ -197,7 +197,7 @@ class AbstractPoints(AbstractProfile):
 
     @abc.abstractmethod
     def decayed(self, t: Real, piece: Piece, lag: Scalar) -> Real:
-        """What a first-order lag of the time constant `τ` remembers of the corners and jumps passed:
+        """Remaining effect of past corners and jumps on a first-order lag of the time constant `τ`:
 
             Σ_j (τ Δm_j − Δv_j) e^{−(t − t_j)/τ}
 

@@ -82,7 +82,7 @@ def any_of_each(*marks: Bool[Array, " n"]) -> list[Mark]:
 
 
 def first_least(x: Float[Array, " n"]) -> tuple[Float[Array, ""], Count]:
-    """The least entry, and the first place where it stands but for rounding."""
+    """The smallest entry, and the first index that has it within rounding."""
     least = jnp.min(x)
     return least, _first(x <= least + _NEAR * jnp.abs(least))
 

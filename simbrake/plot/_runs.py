@@ -73,8 +73,8 @@ def stop(result: Result, *, figure: Figure | None = None) -> Figure:
     """Speed of the pulley, torques of brake and load, tensions at the two ends of the band or forces on the linings,
     and number of linings at their friction limit over time.
 
-    Left the whole motion (a run that goes on at rest is cut shortly after the stop), right the time up to full slip, if
-    it is short. Dashed lines are events.
+    Left the whole motion (a run that continues at rest is cut shortly after the stop), right the time up to full slip,
+    if it is short. Dashed lines are events.
     """
     columns = windows(result)
     figure = sheet(figure, 11.5 if len(columns) > 1 else 7.5, 8.5)
@@ -96,11 +96,11 @@ def stop(result: Result, *, figure: Figure | None = None) -> Figure:
 
 
 def stops(result: Result, *, figure: Figure | None = None) -> Figure:
-    """One point for each stop of the run: how long the band braked and how far the pulley came, friction heat, and the
+    """One point for each stop of the run: duration and travel of the stop, friction heat, and the
     highest temperatures of rim, linings and band until the next restart."""
     table = result.stops
     if not len(table):
-        raise InputError([Fault("result", "has no stop", "a run in which the pulley comes to rest")])
+        raise InputError([Fault("result", "has no stop", "a run in which the pulley stops")])
     names = [column.name for column in table.columns]
     hot = [name for name in names if name.startswith("peak_")]
     figure = sheet(figure, 8.0, 6.4 if hot else 4.6)
@@ -244,7 +244,7 @@ def contacts(result: Result, *, figure: Figure | None = None) -> Figure:
 def temperatures(result: Result, *, figure: Figure | None = None) -> Figure:
     """Temperatures of rim, linings and band over time, the permissible one, and the hottest moment's depth profiles.
 
-    Above the surfaces over time (linings with walls of their own: the coolest and the hottest), below the coefficient
+    Above the surfaces over time (of several lining walls the coolest and the hottest), below the coefficient
     of friction, and at the right the temperature through the depth of the walls when the rim, or the first
     place that the scene names, was hottest.
 
