@@ -35,7 +35,8 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
     brake, duty, initial, heat = scene.brake, scene.duty, scene.initial, scene.heat
     thermal = u = None
     if heat is not None:
-        thermal, u = assemble_thermal(heat, walls_left(scene), scene.power_shares)
+        lifts = isinstance(brake, Brake) and brake.bandage is not None and brake.bandage.mass is not None
+        thermal, u = assemble_thermal(heat, walls_left(scene), scene.power_shares, lifts)
     pairs = _pairs(scene, thermal)
     still = _at_the_start(brake.linings, pairs[0], thermal, u, jnp.asarray(initial.time))
     t_0, omega_0 = jnp.asarray(initial.time), jnp.asarray(initial.omega)

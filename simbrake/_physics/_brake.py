@@ -157,6 +157,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             lining_speed=jnp.abs(self.mechanism.lining_speed(y.own)),
             closed=jnp.where(mode.band == OPEN, 0.0, 1.0),
             pressures=self._pressures(t, y, mode) if self.thermal.heat.pressed else (0.0,),
+            seated=None if mode.lifted is None else 1.0 - mode.lifted.astype(jnp.float64),
         )
         T, pieces = self.thermal.temperatures(y.heat), tuple(piece_of(mode, i) for i in range(HEAT, len(mode.pieces)))
         return T, self.thermal.junctions(T, t, around, pieces), t, around, pieces
