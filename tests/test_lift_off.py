@@ -1,6 +1,7 @@
 """Centrifugal force on floating linings: lift-off in closed form, stops with falling grip against SciPy."""
 
 import dataclasses
+import itertools
 import math
 
 import bandage_scenes
@@ -270,7 +271,7 @@ def test_a_lining_off_the_rim_takes_no_heat_from_it(each, wall):
     C = np.array([8 * C_RIM] * layers + [8 * C_LINING / each] * each)
     if wall:
         C[:2] = 4e3 * 2e3 * 2 * 10.0 * HALF_LAYER
-    for a, b in zip(knots, knots[1:], strict=False):
+    for a, b in itertools.pairwise(knots):
         middle = 0.5 * (a + b)
         on = ~((up < middle) & (middle < 8 - up))
         g = CONTACT * (on if each == 8 else np.full(1, 8 * on.mean()))
