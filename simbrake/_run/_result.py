@@ -22,7 +22,7 @@ from ..hybrid import Record
 from ..hybrid._arrays import Array
 from ..thermal._heat import node_names
 from ._log import FAILURES, STATUS_MESSAGES, Event, Stage, Status, failure_of, status_of
-from ._metrics import METRICS, Peak, energies, stored_heat, worn_thickness
+from ._metrics import HOLDING, METRICS, Peak, energies, stored_heat, worn_thickness
 from ._probe import Entry, end_capacity, is_traced_run, lowers_steadily, probe_at, probe_many, runs_away
 from ._report import Report, labels_of, text
 from ._scan import peak
@@ -301,7 +301,8 @@ def _metric(result: Result, name: str) -> Array | Peak:
     if (missing := metric.needs.lacks(scene)) and not metric.shown_anyway:
         raise ValueError(f"the scene has no {name}: {missing}")
     if metric.greatest:
-        concrete = result.concrete
-        return result.report().peaks[name] if concrete else metric.of_peak(peak(result.record, metric.find), scene)
+        if result.concrete:
+            return result.report().peaks[name]
+        return metric.of_peak(peak(result.record, metric.find, holding=name == HOLDING), scene)
     found = metric.find(result.record, scene)
     return jax.device_put(np.asarray(found), run_device()) if result.concrete else found
