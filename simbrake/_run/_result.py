@@ -232,18 +232,25 @@ class Result:
         return f"{what} (at t = {end:.9g} s; last modes: {words}): {hint}"
 
     def _waiting(self) -> str:
-        """The phase that runs at the end, what it waits for, and how far that is."""
+        """The phase that runs at the end, what it waits for, how far that is, and why a load runs away."""
         record, lever = self.record, self._system.lever
         assert isinstance(lever, Phases)
         passed, y = int(record.mode_end.phase), record.y_end
         end = lever.phases[passed % len(lever.phases)].until
-        now, travel = f"turns at {number(y.omega, 'rad/s')}", self.scene.duty.load.travel()
+        turns, body, travel = y.omega != 0.0, self.scene.brake.words.body, self.scene.duty.load.travel()
+        motion = f"turns at {number(y.omega, 'rad/s')}" if turns else f"the {body} is at rest"
+        now, more = (motion, []) if turns else ("waits", [motion])
         if isinstance(end, AfterTravel) and travel is not None:
-            now = f"is at {number(y.phase.turned * travel, 'm')}"
+            now, more = f"is at {number(y.phase.turned * travel, 'm')}", [motion]
         elif isinstance(end, AtTemperature):
             hot = getattr(self.series([record.t_end]), f"{end.of.removesuffix('s')}_temperature")
-            now = f"is at {number(np.max(np.asarray(hot)), 'K', absolute=True)}"
-        return f"{lever.ended(passed)} began at {number(y.phase.begun, 's')} and {now}"
+            now, more = f"is at {number(np.max(np.asarray(hot)), 'K', absolute=True)}", [motion]
+        if turns:
+            found = self.end_capacity
+            away = found.load > found.torque and not lowers_steadily(record)
+            words = _torques(found, list(self.scene.brake.pairs))
+            more.append(f"the load runs away: {words}" if away else words)
+        return ", ".join([f"{lever.ended(passed)} began at {number(y.phase.begun, 's')} and {now}", *more])
 
     def report(self) -> Report:
         """Event log, metrics and summary of a concrete result; the last one made is kept, as it scans the whole run."""
