@@ -508,7 +508,7 @@ def largest_share_of_capacity(scan: Scan) -> Peak:
     if not samples.size:
         return Peak(np.float64(0.0), np.asarray(record.rows.t)[0], np.int32(1))
 
-    def share_of(here: np.ndarray, instants: Callable[[np.ndarray], tuple[Array, ...]]) -> np.ndarray:
+    def share_of(here: Any, instants: Callable[[np.ndarray], tuple[Array, ...]]) -> Any:
         return held_share(*holding_at(record, np.arange(here.size), instants), here)
 
     tops = np.zeros(len(scan.row))
