@@ -2,6 +2,8 @@
 
 import dataclasses
 import math
+import pathlib
+import re
 
 import bandage_scenes
 import chain_scenes
@@ -313,6 +315,16 @@ def test_changes_are_written_read_and_turned():
     after = sb.files.scene_from_text(sb.files.scene_text(before))
     assert jax.tree.structure(after) == jax.tree.structure(before)
     assert all(np.array_equal(a, b) for a, b in zip(jax.tree.leaves(after), jax.tree.leaves(before), strict=True))
+    text = (pathlib.Path(__file__).parents[1] / "docs" / "recipes.md").read_text("utf-8")
+    recipe = re.search(r"type = \"ChangingFriction\".*?(?=```)", text, re.S)
+    assert recipe is not None
+    head, _, rest = sb.files.scene_text(scene(changed(MU, 1.0))).partition("[brake.linings.friction]\n")
+    others = re.search(r"\n\[(?!brake\.linings|\[brake\.linings).*", rest, re.S)
+    assert others is not None
+    law = recipe[0].replace("linings = 20", "linings = 8")
+    written = sb.files.scene_from_text(f"{head}[brake.linings.friction]\n{law}{others[0]}").brake.linings.friction
+    np.testing.assert_array_equal(written.changes[0].linings, [3, 4])
+    assert [float(written.changes[1].linings), float(written.changes[1].factor.level)] == [8.0, 0.0]
     turned = sb.wear.turned_scene(before).brake.linings.friction.changes[0]
     np.testing.assert_array_equal(turned.linings, [6, 5])
     np.testing.assert_array_equal(turned.factor.times, [2.0, 2.0])
