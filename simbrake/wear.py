@@ -13,7 +13,8 @@ from ._base._faults import Fault, InputError
 from ._base._quantity import Over, Part, Scalar, faults_of_sizes, leaves, part, quantity, short_for
 from ._phases import Phases
 from .brakes._design import Brake
-from .friction import GAS_CONSTANT, TabulatedFade, TabulatedFriction
+from .fade import GAS_CONSTANT, FrictionChange, TabulatedFade
+from .friction import TabulatedFriction
 from .hybrid._arrays import Array
 from .profiles import AbstractProfile, Piece, Real
 from .thermal._heat import Heat, TransmissionPartition
@@ -363,7 +364,10 @@ def _faults_of_turning(brake: Any) -> list[Fault]:
     if brake.bandage is not None:
         return [Fault(where, "the linings of a staged brake ride on the pulley", "turning its band does not move them")]
     parts = [*leaves(brake.linings, "brake.linings"), *leaves(brake.band, "brake.band")]
-    unlike = [leaf.path for leaf in parts if np.ndim(leaf.value) == 1 and np.ptp(np.asarray(leaf.value)) > 0]
+    listed = [leaf for leaf in parts if np.ndim(leaf.value) == 1 and leaf.about.many is not Over.ROWS]
+    unlike = [leaf.path for leaf in listed if np.ptp(np.asarray(leaf.value)) > 0]
+    changes = brake.linings.friction.over_time
+    unlike += ["brake.linings.friction.changes" for change in changes if change.linings is not None]
     hint = "equal linings; else `lining_life(turn_at=…)`, which turns the band between stops"
     return [Fault(where, f"the numbers of {path} are not equal", hint) for path in unlike]
 
@@ -402,9 +406,11 @@ def turned_scene(scene: Any) -> Any:
         raise InputError(_faults_of_turning(brake))
 
     def reverse(part: PyTree) -> PyTree:
-        tables = TabulatedFade | TabulatedFriction  # their entries are not linings
+        tables = TabulatedFade | TabulatedFriction | FrictionChange  # their entries are not linings
 
         def one(x: PyTree) -> PyTree:
+            if isinstance(x, FrictionChange):
+                return x.turned(n)
             return x[::-1] if not isinstance(x, tables) and np.ndim(x) == 1 and np.shape(x)[0] in (n, n - 1) else x
 
         return jax.tree.map(one, part, is_leaf=lambda x: isinstance(x, tables))

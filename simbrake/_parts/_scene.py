@@ -244,7 +244,7 @@ def _faults_of_kinds(scene: Scene) -> list[Fault]:
     return []
 
 
-@per_value(lambda scene: (scene.brake, scene.heat, scene.duty.lever))
+@per_value(lambda scene: (scene.brake, scene.heat, scene.duty.lever, scene.initial.time))
 def _faults_of_band(scene: Scene) -> list[Fault]:
     brake, found = scene.brake, list[Fault]()
     if not brake.banded:
@@ -400,14 +400,14 @@ def sensed_at_start(scene: Scene, number: int = 0) -> np.ndarray | None:
 
 
 @functools.partial(DeviceJit, quick=True)
-def _static_friction(linings: AbstractLinings, T: Array | None) -> Array:
-    f = linings.friction.static(unloaded(linings, jnp.zeros(linings.count), T))
+def _static_friction(linings: AbstractLinings, T: Array | None, t: Array) -> Array:
+    f = linings.friction.static(unloaded(linings, jnp.zeros(linings.count), T, t))
     return jnp.broadcast_to(f, (linings.count,))
 
 
 def static_friction(scene: Scene) -> np.ndarray:
     """Coefficient up to which each lining sticks at the start, on the rim, or on the band of a staged brake."""
-    return np.asarray(_static_friction(scene.brake.linings, sensed_at_start(scene)))
+    return np.asarray(_static_friction(scene.brake.linings, sensed_at_start(scene), jnp.asarray(scene.initial.time)))
 
 
 @functools.partial(DeviceJit, quick=True)

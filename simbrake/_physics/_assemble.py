@@ -37,9 +37,10 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
     brake, duty, initial, heat = scene.brake, scene.duty, scene.initial, scene.heat
     thermal = u = None
     if heat is not None:
-        thermal, u = assemble_thermal(heat, walls_left(scene), scene.power_shares, brake.rims)
+        lifts = isinstance(brake, Brake) and brake.bandage is not None and brake.bandage.mass is not None
+        thermal, u = assemble_thermal(heat, walls_left(scene), scene.power_shares, brake.rims, lifts)
     pairs = _pairs(scene, thermal)
-    still = _at_the_start(brake.linings, pairs[0], thermal, u)
+    still = _at_the_start(brake.linings, pairs[0], thermal, u, jnp.asarray(initial.time))
     t_0, omega_0 = jnp.asarray(initial.time), jnp.asarray(initial.omega)
     layer = None if duty.load.layers is None else duty.load.layers.first_layer()
     inertia = jnp.asarray(brake.inertia) + duty.load.on_layer(layer).inertia()
@@ -108,12 +109,12 @@ def _pairs(scene: Scene, thermal: Thermal | None) -> tuple[Pair, ...]:
     return tuple(pair(name, place.field) for name, place in brake.pairs.items())
 
 
-def _at_the_start(linings: AbstractLinings, pair: Pair, thermal: Thermal | None, u: Any) -> AnyContact:
+def _at_the_start(linings: AbstractLinings, pair: Pair, thermal: Thermal | None, u: Any, t: Array) -> AnyContact:
     """Inputs of the linings' friction law at the start, without load."""
     hot = None
     if thermal is not None and u is not None and pair.heat is not None and pair.heat.sensor is not None:
         hot = thermal.at(thermal.temperatures(u), pair.heat.sensor, pair.count)
-    return unloaded(linings, jnp.zeros(linings.count), hot)
+    return unloaded(linings, jnp.zeros(linings.count), hot, t)
 
 
 #: tensions and torques that differ by less than this share of a typical one are equal

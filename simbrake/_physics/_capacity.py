@@ -28,8 +28,10 @@ def capacity(system: BrakeSystem, t: Array, y: State, mode: Mode, start: Array) 
         follows = lever.follows(piece_of(mode, LEVER))
         T_0, rate = jnp.where(follows, lever.greatest(), T_0), jnp.where(follows, 0.0, rate)
     settled = lever.no_more_turns(t) & (jnp.abs(rate) * (t - start) <= _AT_REST * T_0)
+    for profile in system.mechanism.profiles:
+        settled = settled & profile.no_more_turns(t)
     load = driving(system, t, y.omega, mode)
-    return Capacity(load, system.mechanism.capacity(T_0, y.omega, y.own, system.surfaces(y)), settled)
+    return Capacity(load, system.mechanism.capacity(T_0, y.omega, y.own, system.surfaces(t, y, mode)), settled)
 
 
 def holding(system: BrakeSystem, t: Array, y: State, mode: Mode) -> tuple[Array, Array]:
@@ -86,7 +88,7 @@ def terminal_speed(system: BrakeSystem, t: Array, y: State, mode: Mode) -> Float
     """
     lever, piece = system.lever_at(y, mode), piece_of(mode, LEVER)
     led = lever.follows(piece) if lever.controls_speed else False
-    T_0, surfaces, sense = jnp.asarray(lever.value(t, piece)), system.surfaces(y), jnp.sign(y.omega)
+    T_0, surfaces, sense = jnp.asarray(lever.value(t, piece)), system.surfaces(t, y, mode), jnp.sign(y.omega)
 
     def net(speed: Array) -> Array:
         omega = sense * speed

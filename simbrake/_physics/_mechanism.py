@@ -11,9 +11,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float, Int, PyTree
 
-from ..friction import AbstractFriction, RatesRead, SurfaceState
+from ..friction import AbstractFriction, RatesRead, SurfaceState, factor_at
 from ..hybrid import SYSTEM_CODES
 from ..hybrid._arrays import Array
+from ..profiles import AbstractProfile, Piece
 from ..thermal._heat import FrictionHeat
 from ..wear import AbstractWearRate
 from ._sliding import AbstractGrip
@@ -300,6 +301,7 @@ class Acting(NamedTuple):
     - `inertia` (kg·m²) of the shaft and all that moves with it;  `surfaces` of the pairs
     - `warming(forces)`: rates (K/s) of their temperatures by the friction forces of each pair (as in `Rub`; `None`: not
       this pair's) per unit of its slip speed, linear in them; without forces, by all else
+    - `swings`: rates (1/s) of the factors by which the friction of each pair is changed; `None` without any
     """
 
     t: Float[Array, ""]
@@ -309,6 +311,7 @@ class Acting(NamedTuple):
     inertia: Float[Array, ""]
     surfaces: Surfaces
     warming: Callable[[tuple[Array | None, ...] | None], tuple[PyTree, ...]]
+    swings: Any = None
 
 
 class Mode(NamedTuple):
@@ -491,8 +494,22 @@ class AbstractMechanism(eqx.Module):
 
     @property
     def shows_friction(self) -> bool:
-        """Whether coefficients of friction are shown: friction heats bodies of the scene, or its laws have states."""
-        return any(pair.heat is not None or pair.memory is not None for pair in self.pairs)
+        """Whether coefficients of friction are shown: friction heats bodies of the scene, or its laws have states or
+        change over time."""
+        return any(pair.heat is not None or pair.memory is not None or pair.law.over_time for pair in self.pairs)
+
+    @property
+    def profiles(self) -> tuple[AbstractProfile, ...]:
+        """Given functions of time that change the friction, pair by pair."""
+        return tuple(change.factor for pair in self.pairs for change in pair.law.over_time)
+
+    def factors(self, t: Array, pieces: Sequence[Piece]) -> tuple[Float[Array, " n"] | None, ...]:
+        """Factors of the friction of each pair at the time `t`, with the profiles on these pieces; `None`: of a law
+        without changes."""
+        left = iter(pieces)
+        return tuple(
+            factor_at(pair.law, pair.count, t, [next(left) for _ in pair.law.over_time]) for pair in self.pairs
+        )
 
     @property
     def tells_pairs_apart(self) -> bool:

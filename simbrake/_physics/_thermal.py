@@ -93,12 +93,14 @@ class Conditions(NamedTuple):
 
     - `speed` (m/s) of the track, `lining_speed` of the outer faces of the linings, 0 where these stand still
     - `closed`: 1 while the band is closed, else 0;  `pressures` (Pa) of the linings in each friction pair
+    - `seated` (n,), of a staged brake: 1 of a lining that sits on the rim, 0 of one that has lifted off; `None`: all do
     """
 
     speed: Any = 0.0
     lining_speed: Any = 0.0
     closed: Any = 0.0
     pressures: tuple[Any, ...] = (0.0,)
+    seated: Any = None
 
 
 # --- the network ready for integration --------------------------------------------------------------------------------
@@ -128,6 +130,7 @@ class Thermal(eqx.Module):
     per_kelvin: tuple[Array | None, ...]  # of each surface: constant part of the heat that it gives away per kelvin
     shares: PowerShares | None = None  # of the friction power
     rims: tuple[int, ...] = eqx.field(static=True, default=())  # linings on each, where several bands have one each
+    lifts: bool = eqx.field(static=True, default=False)  # whether linings of a staged brake can lift off the rim
 
     @property
     def spans(self) -> Spans:
@@ -315,11 +318,13 @@ class Thermal(eqx.Module):
             places = (link.a, link.b)
             halves = [_half_at(self.heat, place, half) for place in places if place not in of]
 
-            seen, parts = self._around(link, around), opens(link)
+            seen, parts = self._around(link, around), _parts(self.heat, link, self.lifts)
 
-            def law(T_a: Array, T_b: Array, link: Any = link, seen: Any = seen, halves: Any = halves) -> Array:
+            def law(
+                T_a: Array, T_b: Array, link: Any = link, seen: Any = seen, halves: Any = halves, parts: bool = parts
+            ) -> Array:
                 g = _in_series(link.conductance(T_a, T_b, seen), halves)
-                return g * seen.closed if opens(link) else g
+                return g * seen.closed if parts else g
 
             if is_perfect(link, self.heat.bodies) and any(set(places) <= {*s.faces, *s.nodes} for s in surfaces):
                 continue
@@ -338,7 +343,11 @@ class Thermal(eqx.Module):
         if kind in ("linings", "band"):
             speed = around.lining_speed if kind == "linings" else 0.0
             speed = jnp.mean(speed) if jnp.ndim(speed) and place_count(self.heat, link.a) == 1 else speed
-        return Surroundings(speed, 1.0 if covered else around.closed, around.pressures[-1 if covered else 0])
+        closed = around.closed
+        if covered:
+            counts = [place_count(self.heat, place) for place in (link.a, link.b)]
+            closed = 1.0 if around.seated is None else around.seated if max(counts) > 1 else jnp.mean(around.seated)
+        return Surroundings(speed, closed, around.pressures[-1 if covered else 0])
 
     def _divide(
         self, surface: Surface, S: Array, at: Callable[[str], Array], half: Array | None, into: dict[str, Array]
@@ -469,6 +478,11 @@ class Thermal(eqx.Module):
         return here if half is None else here + half * faces.get(place, 0.0)
 
 
+def _parts(heat: Heat, link: AbstractLink, lifts: bool) -> bool:
+    """Whether the contact of a link can open in a run; `lifts`: linings of a staged brake can lift off the rim."""
+    return opens(link) and (lifts or not heat.stays_covered(link))
+
+
 @functools.cache
 def _nothing(n: int) -> Float[np.ndarray, " n"]:
     """No flow into `n` nodes: one constant of the program for all of them."""
@@ -543,7 +557,7 @@ def _fixed(heat: Heat, link: AbstractLink, half: Array | None) -> Array | None:
     return None if g is None and not any(R is not None for R in alone) else _in_series(g, alone)
 
 
-def _per_kelvin(heat: Heat, half: Array, through: tuple[Array | None, ...]) -> tuple[Array | None, ...]:
+def _per_kelvin(heat: Heat, half: Array, through: tuple[Array | None, ...], lifts: bool) -> tuple[Array | None, ...]:
     """Heat that each surface gives to its half layers and through links of a constant conductance, per kelvin."""
     found: list[Array | None] = []
     free = {face for surface in heat.surfaces for face in surface.faces if not surface.nodes}
@@ -554,7 +568,7 @@ def _per_kelvin(heat: Heat, half: Array, through: tuple[Array | None, ...]) -> t
         parts = [(1 / half[nodes_of(heat, spans(heat), face)], face) for face in surface.faces]
         for link, g in zip(heat.links, through, strict=True):
             here, there = (link.a, link.b) if link.a in surface.faces else (link.b, link.a)
-            if g is not None and here in surface.faces and there not in free and not opens(link):
+            if g is not None and here in surface.faces and there not in free and not _parts(heat, link, lifts):
                 parts.append((g, max((here, there), key=lambda place: place_count(heat, place))))
         found.append(total([gathered(g, surface.size, place_count(heat, place)) for g, place in parts]))
     return tuple(found)
@@ -565,10 +579,12 @@ def assemble_thermal(
     left: dict[str, Array] | None = None,
     shares: PowerShares | None = None,
     rims: tuple[int, ...] = (),
+    lifts: bool = False,
 ) -> tuple[Thermal, Float[Array, " k"]]:
     """The network and its initial state.
 
     - `left`: share of its thickness that each copy of a worn wall still has;  `rims`: number of linings on each
+    - `lifts`: whether linings can lift off the rim
     """
     stores = [body for body in heat.bodies if isinstance(body, Lump | Wall)]
     counts = [body.count for body in stores]
@@ -579,6 +595,6 @@ def assemble_thermal(
     through = tuple(_fixed(heat, link, half) for link in heat.links)
     none = tuple(None for _ in heat.surfaces)
     layered = any(wall.surface_layer is not None for wall in heat.walls)
-    per_kelvin = none if half is None or bend is not None or layered else _per_kelvin(heat, half, through)
-    thermal = Thermal(heat, C, 1 / C, slope, reference, half, bend, between, through, per_kelvin, shares, rims)
+    per_kelvin = none if half is None or bend is not None or layered else _per_kelvin(heat, half, through, lifts)
+    thermal = Thermal(heat, C, 1 / C, slope, reference, half, bend, between, through, per_kelvin, shares, rims, lifts)
     return thermal, thermal.contents(start)

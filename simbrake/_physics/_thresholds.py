@@ -31,7 +31,7 @@ def hook_of(system: BrakeSystem, y: State, mode: Mode, z: BrakeNow) -> HookNow |
 
 def _can_lose_grip(system: BrakeSystem) -> bool:
     """Whether fade can leave a sliding brake of one pair, whose linings act as one, weaker than its load."""
-    reads = system.grip.reads.T or system.grip.remembers
+    reads = system.grip.reads.T or system.grip.remembers or bool(system.mechanism.profiles)
     return reads and len(system.mechanism.pairs) == 1 and not system.mechanism.resolved
 
 

@@ -28,8 +28,10 @@ from ._strength import lever_of, lever_travel, strength_of, stress
 Happens = Callable[[Mode, Mode], Array]
 
 
-#: the one that is looked for only while the brake holds (`largest_share_of_capacity`)
+#: the one that is looked for only while the brake is to hold (`to_hold`)
 HOLDING = "min_holding_reserve"
+#: in place of a capacity of 0 (N·m)
+_NO_CAPACITY = 1e-200
 
 
 class Need(NamedTuple):
@@ -141,12 +143,15 @@ def _inverse(maximum: Array, scene: Scene) -> Array:
     return xp.where(maximum > 0, 1 / xp.where(maximum > 0, maximum, 1.0), xp.inf)
 
 
-def _held_share(p: Probe) -> Float[Array, "m 1"]:
-    """Load over the static capacity of the brake while it holds the pulley at rest, else 0."""
-    load, capacity = p.holding
+def held_share(load: Array, capacity: Array, held: Array) -> Array:
+    """Load over the static capacity of a brake that is to hold the pulley at rest, else 0."""
     xp = numpy_of(load)
-    held = holds(p.mode) & (capacity > 0)
-    return xp.where(held, load / xp.where(held, capacity, 1.0), 0.0)[:, None]
+    return xp.where(held, load / xp.where(capacity > 0, capacity, _NO_CAPACITY), 0.0)
+
+
+def _held_share(p: Probe) -> Float[Array, "m 1"]:
+    """The same at instants at which the pulley is at rest, or only begins to move."""
+    return held_share(*p.holding, holds(p.mode) | (p.y.omega == 0.0))[:, None]
 
 
 def _stopping_angle(record: Record, scene: Scene) -> Array:
@@ -306,7 +311,7 @@ METRICS: dict[str, Metric] = {
     ),
     HOLDING: Metric(
         "1",
-        "minimum of the static capacity of the brake over the load, while it holds the pulley at rest",
+        "minimum of the static capacity of the brake over the load, while it is to hold the pulley at rest",
         "Minimum holding reserve",
         _held_share,
         _LOAD,

@@ -102,7 +102,7 @@ def seen_at(system: BrakeSystem, t: Float[Array, " m"], y: State, mode: Mode) ->
         hot = system.surface_temperatures(q)
         return (
             q,
-            mechanism.shown(q.lever_tension, y.omega, y.own, mode, system.surfaces(y), q.contact),
+            mechanism.shown(q.lever_tension, y.omega, y.own, mode, system.surfaces(t, y, mode), q.contact),
             mechanism.lining_margins(mode, q.contact),
             hot,
             passing(system, mode, q, hot),

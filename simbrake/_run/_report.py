@@ -20,7 +20,7 @@ from ._log import Event, Phase, Stage, Status, absent_stages, event_log, marks_p
 from ._metrics import HOLDING, METRICS, Peak, energies, metrics_of
 from ._probe import Entry, RunJit, capacities_at, record_of
 from ._scan import Scan, largest_share_of_capacity, peaks
-from ._stops import stop_table, stops_of
+from ._stops import columns_of, stop_table, stops_of, words_of
 from ._strength import limits_exceeded
 
 #: the lever pulls hardest from this far below its maximum tension on
@@ -183,9 +183,14 @@ class Report:
         return [Event(time, "phase_end", phase=phase) for time, phase in zip(times, ended, strict=True)]
 
     @functools.cached_property
-    def stops(self) -> Table:
-        """The stops of the run."""
+    def _stops(self) -> Table:
         return stops_of(self._record, self.result.scene, labels_of(self._record), self._scan)
+
+    @property
+    def stops(self) -> Table:
+        """The stops of the run, in the system of units in force."""
+        names = [column.name for column in self._stops.columns]
+        return Table(columns_of(names, words_of(self.result.scene)), list(self._stops))
 
     def _marks(self) -> list[Event]:
         """Events of marks that heat passes, and of linings that come to lock themselves."""

@@ -22,7 +22,7 @@ from ..hybrid import Record
 from ..hybrid._arrays import Array
 from ..thermal._heat import node_names
 from ._log import FAILURES, STATUS_MESSAGES, Event, Stage, Status, failure_of, status_of
-from ._metrics import METRICS, Peak, energies, stored_heat, worn_thickness
+from ._metrics import HOLDING, METRICS, Peak, energies, stored_heat, worn_thickness
 from ._probe import Entry, end_capacity, is_traced_run, lowers_steadily, probe_at, probe_many, runs_away
 from ._report import Report, labels_of, text
 from ._scan import peak
@@ -232,18 +232,25 @@ class Result:
         return f"{what} (at t = {end:.9g} s; last modes: {words}): {hint}"
 
     def _waiting(self) -> str:
-        """The phase that runs at the end, what it waits for, and how far that is."""
+        """The phase that runs at the end, what it waits for, how far that is, and why a load runs away."""
         record, lever = self.record, self._system.lever
         assert isinstance(lever, Phases)
         passed, y = int(record.mode_end.phase), record.y_end
         end = lever.phases[passed % len(lever.phases)].until
-        now, travel = f"turns at {number(y.omega, 'rad/s')}", self.scene.duty.load.travel()
+        turns, body, travel = y.omega != 0.0, self.scene.brake.words.body, self.scene.duty.load.travel()
+        motion = f"turns at {number(y.omega, 'rad/s')}" if turns else f"the {body} is at rest"
+        now, more = (motion, []) if turns else ("waits", [motion])
         if isinstance(end, AfterTravel) and travel is not None:
-            now = f"is at {number(y.phase.turned * travel, 'm')}"
+            now, more = f"is at {number(y.phase.turned * travel, 'm')}", [motion]
         elif isinstance(end, AtTemperature):
             hot = getattr(self.series([record.t_end]), f"{end.of.removesuffix('s')}_temperature")
-            now = f"is at {number(np.max(np.asarray(hot)), 'K', absolute=True)}"
-        return f"{lever.ended(passed)} began at {number(y.phase.begun, 's')} and {now}"
+            now, more = f"is at {number(np.max(np.asarray(hot)), 'K', absolute=True)}", [motion]
+        if turns:
+            found = self.end_capacity
+            away = found.load > found.torque and not lowers_steadily(record)
+            words = _torques(found, list(self.scene.brake.pairs))
+            more.append(f"the load runs away: {words}" if away else words)
+        return ", ".join([f"{lever.ended(passed)} began at {number(y.phase.begun, 's')} and {now}", *more])
 
     def report(self) -> Report:
         """Event log, metrics and summary of a concrete result; the last one made is kept, as it scans the whole run."""
@@ -301,7 +308,8 @@ def _metric(result: Result, name: str) -> Array | Peak:
     if (missing := metric.needs.lacks(scene)) and not metric.shown_anyway:
         raise ValueError(f"the scene has no {name}: {missing}")
     if metric.greatest:
-        concrete = result.concrete
-        return result.report().peaks[name] if concrete else metric.of_peak(peak(result.record, metric.find), scene)
+        if result.concrete:
+            return result.report().peaks[name]
+        return metric.of_peak(peak(result.record, metric.find, holding=name == HOLDING), scene)
     found = metric.find(result.record, scene)
     return jax.device_put(np.asarray(found), run_device()) if result.concrete else found

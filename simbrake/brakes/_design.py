@@ -22,7 +22,16 @@ from .._base._quantity import (
     quantity,
     takes_values,
 )
-from ..friction import AbstractFriction, AnyContact, SurfaceState, faults_of_law, memory_at_start, needs, reads
+from ..friction import (
+    AbstractFriction,
+    AnyContact,
+    SurfaceState,
+    factor_at,
+    faults_of_law,
+    memory_at_start,
+    needs,
+    reads,
+)
 from ..hybrid._arrays import Array
 from ._band import AbstractStiffness, ParallelBands, grip, product, tension_ratio
 
@@ -203,16 +212,19 @@ class Bandage(Part):
 
 
 def unloaded(
-    pair: AbstractLinings | Bandage, v: Float[Array, " n"], T: Float[Array, "..."] | float | None
+    pair: AbstractLinings | Bandage,
+    v: Float[Array, " n"],
+    T: Float[Array, "..."] | float | None,
+    t: Float[Array, ""] | None = None,
 ) -> AnyContact:
     """The contact of surfaces without load, at slip speeds `v` (n,) and temperatures `T` (K; `None`: unknown).
 
     As in a run it has a pressure only where the pair has areas; or where the law needs one. States of the
-    law are those of the start.
+    law are those of the start. `t` (s): time of changes of the law, `None`: those of sound linings.
     """
     law, n = pair.friction, np.size(v)
-    pressed = pair.area is not None or needs(law, n).p
-    return SurfaceState(T, memory_at_start(law, n)).contact(v, jnp.zeros_like(v) if pressed else None)
+    pressed, factor = pair.area is not None or needs(law, n).p, None if t is None else factor_at(law, n, t)
+    return SurfaceState(T, memory_at_start(law, n), factor).contact(v, jnp.zeros_like(v) if pressed else None)
 
 
 class BrakeWords(NamedTuple):

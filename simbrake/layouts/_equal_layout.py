@@ -202,12 +202,12 @@ def full_slip(scene: Scene) -> tuple[Rubbing, Array]:
 
     at the speed and the temperatures of the start and the maximum slack tension of the lever; traceable.
     """
-    system, y, _ = assemble(scene)
+    system, y, mode = assemble(scene)
     grip, linings = system.grip, scene.brake.linings
     assert isinstance(grip, Grip)
     T_0 = jnp.asarray(scene.duty.lever.scale())
     v = jnp.full(linings.count, jnp.abs(jnp.asarray(scene.brake.radius) * jnp.asarray(scene.initial.omega)))
-    hot = system.surfaces(y)[0]
+    hot = system.surfaces(jnp.asarray(scene.initial.time), y, mode)[0]
     f = grip.coefficients(T_0, v, hot, jnp.asarray(False), static=False).f
     along = T_0 * running_product(grip.ratios(f)[0])
     before = jnp.concatenate([T_0[None], along[:-1]])
