@@ -227,8 +227,7 @@ class Result:
                 return f"the {body} is at rest with the brake open: dry friction of the shaft holds it"
             swings = status is Status.STOPPED and float(self.record.y_end.omega) != 0.0
             words = words.replace("and holds it", "and holds it on the springs of its band") if swings else words
-            swing = end.rests and self._swing()
-            return f"{words}; the hook swings on its rope by ± {number(swing, 'N')}" if swing else words
+            return words + (self._of_hook() if end.rests else "")
         what, hint = failure_of(int(self.code), self.scene.brake.words)
         what = f"{what}: {self._waiting()}" if int(self.code) == BrakeCode.PHASE_NEVER_ENDS else what
         labels = labels_of(self.record)
@@ -237,15 +236,17 @@ class Result:
         end = np.asarray(self.record.rows.t)[len(labels) - 1]
         return f"{what} (at t = {end:.9g} s; last modes: {words}): {hint}"
 
-    def _swing(self) -> float:
-        """Amplitude (N) of the hook load at the end over a drum at rest, 0 below 1 % of the weight."""
-        system, end = self._system, ends_of(self.record)[1]
+    def _of_hook(self) -> str:
+        """How the hook swings at the end over a drum at rest, in words; nothing below 1 % of its weight."""
+        system, (_, y, mode) = self._system, ends_of(self.record)[1]
         if not isinstance(system, BrakeUnderRope):
-            return 0.0
-        rope, speed = system.rope(*end[1:]), float(end[1].hook.speed)
-        away = float(system.stiffness * end[1].hook.stretch - rope.weight)
-        swing = math.hypot(away, speed * math.sqrt(float(system.stiffness * rope.mass)))
-        return swing if swing >= _SLIGHT * float(rope.weight) else 0.0
+            return ""
+        if int(mode.taut) == 0:
+            return "; the hook falls on a slack rope"
+        rope, k = system.rope(y, mode), float(system.stiffness)
+        away, speed = k * float(y.hook.stretch) - float(rope.weight), float(y.hook.speed)
+        swing = math.hypot(away, speed * math.sqrt(k * float(rope.mass)))
+        return f"; the hook swings on its rope by ± {number(swing, 'N')}" if swing >= _SLIGHT * rope.weight else ""
 
     def _waiting(self) -> str:
         """The phase that runs at the end, what it waits for, and how far that is."""
