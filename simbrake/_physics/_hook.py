@@ -1,4 +1,4 @@
-"""A brake whose load hangs on an elastic rope: the hook is a body of its own, and the rope pulls or is slack."""
+"""A brake whose load hangs on an elastic rope: the hook moves by itself, and the rope pulls or is slack."""
 
 import functools
 from collections.abc import Callable
@@ -110,11 +110,11 @@ class BrakeUnderRope(BrakeSystem):
     def reset(self, t: Array, y: State, before: Mode, after: Mode) -> State:
         found, k, v = super().reset(t, y, before, after), self.stiffness, y.hook.speed
         old, new = self.rope(y, before), self.rope(y, after)
-        pulls, e = before.taut.astype(jnp.float64), y.hook.stretch
+        pulls, still, e = _pulls(before), _pulls(after), y.hook.stretch
         # the rope takes another weight on slowly; what hangs on the hook brings its energy
         follows = e + pulls * (new.weight - old.weight) / k
         brought = 0.5 * (new.mass - old.mass) * v**2 + 0.5 * k * pulls * (follows**2 - e**2)
-        left = 0.5 * k * (pulls - after.taut) * follows**2
+        left = 0.5 * k * (pulls - still) * follows**2
         ledger = found.ledger
         ledger = ledger._replace(load_work=ledger.load_work + brought, damper_heat=ledger.damper_heat + left)
         return found._replace(ledger=ledger, hook=HookState(v, follows))
@@ -124,7 +124,7 @@ class BrakeUnderRope(BrakeSystem):
         rope = self.rope(y, mode)
         return (
             kinetic + 0.5 * rope.mass * y.hook.speed**2,
-            elastic + 0.5 * self.stiffness * mode.taut * y.hook.stretch**2,
+            elastic + 0.5 * self.stiffness * _pulls(mode) * y.hook.stretch**2,
         )
 
     @property
@@ -146,6 +146,11 @@ class BrakeUnderRope(BrakeSystem):
     def couplings(self) -> State | None:
         found, core = super().couplings(), np.asarray(CORE)
         return None if found is None else found._replace(hook=HookState(core, core))
+
+
+def _pulls(mode: Mode) -> Array:
+    """1 of a taut rope, 0 of a slack one."""
+    return jnp.asarray(mode.taut, jnp.float64)
 
 
 def under_rope(elastic: RopeElasticity, load: AbstractLoad, piece: Piece | None) -> Callable[..., BrakeUnderRope]:

@@ -111,8 +111,8 @@ def _damping_of_rope(scene: Scene) -> float:
     load = scene.duty.load
     if load.elastic is None:
         return 0.0
-    mass, per_radian = load.hanging(jnp.asarray(0, jnp.int32))[0], load.travel()  # pyright: ignore
-    return float(load.elastic.damping * (1 / mass + per_radian**2 / scene.brake.inertia))
+    mass, per_radian = float(load.hanging(jnp.asarray(0, jnp.int32))[0]), float(load.travel())  # pyright: ignore
+    return float(load.elastic.damping) * (1 / mass + per_radian**2 / float(scene.brake.inertia))
 
 
 @per_value(lambda scene: (scene.shaft, scene.initial))

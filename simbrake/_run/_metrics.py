@@ -209,7 +209,9 @@ _DAMPERS = Need(
     "its linings do not move by themselves, nor its hook",
     lambda scene: scene.brake.resolved or _ROPE.met(scene),
 )
-_ELASTIC = Need("band brake, elastic rope", "nothing in it is elastic", lambda scene: _BAND.met(scene) or _ROPE.met(scene))
+_ELASTIC = Need(
+    "band brake, elastic rope", "nothing in it stretches", lambda scene: _BAND.met(scene) or _ROPE.met(scene)
+)
 _SHARES = Need("`power_shares`", "the scene has no `power_shares`", lambda scene: scene.power_shares is not None)
 _SHAFT = Need("torques on the shaft", "it has no torques on the shaft", lambda scene: bool(scene.shaft))
 _HEAT = Need("heat", "the scene has no heat", lambda scene: scene.heated)
