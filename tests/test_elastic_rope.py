@@ -3,6 +3,7 @@
 import dataclasses
 import math
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -100,6 +101,29 @@ def test_slack_rope_falls_freely_and_is_taut_again():
     assert float(fallen.energy["closure"]) < 1e-10
 
 
+def test_derivatives_through_slack():
+    """Stretch at the end of a swing after the free fall, by stiffness, mass and stretch at the start."""
+
+    def by_hand(x):
+        k, m, e_0 = x
+        still, omega = m * G / k, jnp.sqrt(k / m)
+        slack = jnp.arccos(-still / (e_0 - still))
+        v = (e_0 - still) * omega * jnp.sin(slack)
+        taut = slack / omega + 2 * v / G
+        return still + (e_0 - still) * jnp.cos(omega * (1.0 - taut) - slack)
+
+    def run(x):
+        k, m, e_0 = x
+        return sb.simulate(scene(k, m=m, w0=0.0, stretch=e_0, end=1.0), max_steps=128).record.y_end.hook.stretch[None]
+
+    x = jnp.array([K, M, 3 * W / K])
+    value, forwards, backwards = jacobians(run)(x)
+    slopes = jax.grad(by_hand)(x)
+    assert float(value[0]) == pytest.approx(float(by_hand(x)), rel=1e-9)
+    np.testing.assert_allclose(forwards[0], slopes, rtol=1e-7)
+    np.testing.assert_allclose(backwards[0], slopes, rtol=1e-7)
+
+
 # --- stops against SciPy ----------------------------------------------------------------------------------------------
 
 
@@ -168,7 +192,7 @@ def test_stop_against_scipy(kind):
 
 
 def by_hand(x):
-    """Stopping time of drum and hook, two masses on a spring, under a constant torque, and peak of the swing after it."""
+    """Stopping time of two masses on a spring, drum and hook, under a constant torque, and peak of the swing after it."""
     k, m, T0, w0 = x
     inverse, M_b = 1 / m + RHO**2 / J, T0 * GAIN
     rate = jnp.sqrt(k * inverse)
@@ -309,6 +333,11 @@ def test_files_input_and_ensembles(tmp_path):
         sb.simulate(dataclasses.replace(what, duty=sb.Duty(sb.Constant(25e3), both)))
     with pytest.raises(sb.InputError, match=r"duty\.load\.mass: is 0"):
         sb.simulate(scene(m=0.0))
+    trip = ("take the string", "lower 27 m at 1.2 m/s", "brake to rest", "set the string in the slips", "wait 9 s")
+    with pytest.raises(sb.InputError, match=r"empty: is missing"):
+        sb.programme_scene(what.brake, trip, load, pull=30e3)
+    tripping = sb.programme_scene(what.brake, trip, load, pull=30e3, empty=5e3)
+    assert tripping.duty.load.elasticity is lines
     rigid = sb.simulate(stop_scene(C=None, J=J, T0=25e3, w0=24.0, load=sb.HookLoad(M, 0.4, 8.0), end=1.0))
     with pytest.raises(ValueError, match="no max_hook_load: its load hangs on no elastic rope"):
         _ = rigid.max_hook_load

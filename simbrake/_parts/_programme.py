@@ -153,7 +153,7 @@ def programme_scene(
             empty=empty or 1e-9 * float(load.mass),  # the hook load must be above 0
             string=float(load.mass) - empty,
             stand=stand,
-            **{name: getattr(load, name) for name in ("drum_radius", "line_count", "gravity", "drag")},
+            **{name: getattr(load, name) for name in ("drum_radius", "line_count", "gravity", "drag", "elasticity")},
         )
     if wear is not None and plan.turns:
         wear = Wear(**{**vars(wear), "turned_after": plan.turned_after(count)})
@@ -176,7 +176,7 @@ class _Plan:
         self.per_metre = float(load.line_count) / float(load.drum_radius)  # rad of the pulley per m of the hook
         self.mass = float(load.mass)
         self.weight = self.mass * float(load.gravity) / self.per_metre  # N·m
-        self.drag = float(load.drag)
+        self.drag, self.elastic = float(load.drag), load.elasticity is not None
         self.inertia = float(self.brake.pulley.inertia) + self.mass / self.per_metre**2
         self.time, self.omega, self.phases, self.marks = 0.0, 0.0, list[Phase](), dict[str, int]()
         # number of phases before it in a cycle, number of cycles before it (`None`: in every cycle)
@@ -261,10 +261,12 @@ class _Plan:
         """Errors of the cycle as a whole."""
         taken, down = "take" in self.marks, "set" in self.marks
         why = "stands are added in the slips: take the string, set the string in the slips"
+        bare = taken and not empty and self.elastic
         checks = (
             (taken != down, "programme", "takes the string or sets it down, but not both", "give both, or neither"),
             (stand and not taken, "stand", "has no effect", why),
             (empty > self.mass, "empty", f"{empty:g} kg is more than the load of {self.mass:g} kg", ""),
+            (bare, "empty", "is missing", "on an elastic rope hook and block move by themselves: give their mass"),
             (self.turns and wear is None, "wear", "is missing", "turning the band needs linings that wear"),
         )
         return [Fault(path, what, hint) for wrong, path, what, hint in checks if wrong]
