@@ -68,7 +68,8 @@ class BrakeUnderRope(BrakeSystem):
     def rope(self, y: State, mode: Mode) -> RopeNow:
         mass, weight = map(jnp.asarray, self.load.hanging(piece_of(mode, LOAD)))  # pyright: ignore
         rate = y.hook.speed - self._per_radian(mode) * y.omega
-        force = self.stiffness * y.hook.stretch + self.damping * rate
+        # (`k e`, so that a hook that hangs still by its weight does so exactly)
+        force = weight + self.stiffness * (y.hook.stretch - weight / self.stiffness) + self.damping * rate
         return RopeNow(jnp.where(mode.taut == 1, force, 0.0), force, rate, mass, weight)
 
     # --- what is otherwise than under a rigid rope ------------------------------------------------------------------
