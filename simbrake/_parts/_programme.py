@@ -153,7 +153,10 @@ def programme_scene(
             empty=empty or 1e-9 * float(load.mass),  # the hook load must be above 0
             string=float(load.mass) - empty,
             stand=stand,
-            **{name: getattr(load, name) for name in ("drum_radius", "line_count", "gravity", "drag", "rope")},
+            **{
+                name: getattr(load, name)
+                for name in ("drum_radius", "line_count", "gravity", "drag", "rope", "elasticity")
+            },
         )
     if wear is not None and plan.turns:
         wear = Wear(**{**vars(wear), "turned_after": plan.turned_after(count)})
@@ -181,7 +184,7 @@ class _Plan:
         self.lowered = 0.0
         self.mass = float(load.mass)
         self.weight = self.mass * float(load.gravity) / self.per_metre  # N·m
-        self.drag = float(load.drag)
+        self.drag, self.elastic = float(load.drag), load.elasticity is not None
         self.inertia = float(self.brake.pulley.inertia) + self.mass / self.per_metre**2
         self.time, self.omega, self.phases, self.marks = 0.0, 0.0, list[Phase](), dict[str, int]()
         # number of phases before it in a cycle, number of cycles before it (`None`: in every cycle)
@@ -268,10 +271,12 @@ class _Plan:
         taken, down, far = "take" in self.marks, "set" in self.marks, count * self.lowered
         short = f"lowers {far:.5g} m in all, the rope on the drum is enough for {self.rope:.5g} m"
         why = "stands are added in the slips: take the string, set the string in the slips"
+        bare = taken and not empty and self.elastic
         checks = (
             (taken != down, "programme", "takes the string or sets it down, but not both", "give both, or neither"),
             (stand and not taken, "stand", "has no effect", why),
             (empty > self.mass, "empty", f"{empty:g} kg is more than the load of {self.mass:g} kg", ""),
+            (bare, "empty", "is missing", "on an elastic rope hook and block move by themselves: give their mass"),
             (self.turns and wear is None, "wear", "is missing", "turning the band needs linings that wear"),
             (far > self.rope, "programme", short, "give load.rope more turns: the drum does not turn back in between"),
         )

@@ -209,7 +209,8 @@ def _faults_of_duty(scene: Scene) -> list[Fault]:
         if read_by_linings(scene).p or scene.network.flash is not None:
             found.append(Fault(lever, "cannot hold the speed with an implicit coefficient of friction"))
     found += duty.lever.faults(lever, 0.0)
-    return found + duty.load.profile.faults("duty.load.profile", None) + _faults_of_phases(scene, lever)
+    found += duty.load.profile.faults("duty.load.profile", None) + duty.load.faults("duty.load")
+    return found + _faults_of_phases(scene, lever)
 
 
 def _faults_of_phases(scene: Scene, path: str) -> list[Fault]:

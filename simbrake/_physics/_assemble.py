@@ -19,6 +19,7 @@ from ._bands import RigidBands
 from ._brake import BrakeSystem, State, Wearing
 from ._chain import Chain
 from ._elastic import ElasticBand
+from ._hook import BrakeUnderRope, under_rope
 from ._mechanism import AbstractMechanism, Mode, Pair, Sizes
 from ._rigid import PressedContact, RigidBand
 from ._shaft import Shaft
@@ -43,7 +44,8 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
     still = _at_the_start(brake.linings, pairs[0], thermal, u, jnp.asarray(initial.time))
     t_0, omega_0 = jnp.asarray(initial.time), jnp.asarray(initial.omega)
     layer = None if duty.load.layers is None else duty.load.layers.first_layer()
-    inertia = jnp.asarray(brake.inertia) + duty.load.on_layer(layer).inertia()
+    elastic, load = duty.load.elastic, duty.load.on_layer(layer)
+    inertia = jnp.asarray(brake.inertia) + (load.inertia() if elastic is None else 0.0)
     sizes = _sizes(scene, still, omega_0, inertia)
     mechanism, wearing = _mechanism(scene, pairs, sizes, still), None
     if scene.wear is not None:
@@ -53,7 +55,8 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
         turned_at = scene.wear.turned_at if scene.wear.turned_after is None else scene.wear.turned_after
         turned_at = None if turned_at is None else jnp.asarray(turned_at)
         wearing = Wearing(_positive(jnp.max(scene.wear.rate.at(None) / pairs[0].area) * energy), turned_at)
-    system = BrakeSystem(
+    kind = BrakeSystem if elastic is None else under_rope(elastic, load, duty.load_piece(t_0))
+    system = kind(
         mechanism=mechanism,
         inertia=inertia,
         track_radius=jnp.asarray(brake.track_radius),
@@ -73,7 +76,8 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
     of_heat = (first_piece(profile, t_0) for profile in system.profiles)
     pieces = (first_piece(lever, t_0), duty.load_piece(t_0), *of_heat)
     turn = jnp.sign(omega_0).astype(jnp.int32) if system.shaft is not None and system.shaft.dry else None
-    return system, state, Mode(jnp.asarray(band), sense, own_mode, pieces, turn, phase, layer)
+    mode = Mode(jnp.asarray(band), sense, own_mode, pieces, turn, phase, layer)
+    return system, *(system.hung(state, mode) if isinstance(system, BrakeUnderRope) else (state, mode))
 
 
 def _pairs(scene: Scene, thermal: Thermal | None) -> tuple[Pair, ...]:

@@ -121,6 +121,11 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         return 0 if plain and all(hides_nothing(profile, course_of_profile) for profile in self.profiles) else 15
 
     @property
+    def jumps(self) -> bool:
+        """Whether states jump at events, beyond rounding and the speed at a change of the rope's layer."""
+        return self.mechanism.stretches
+
+    @property
     def self_timed(self) -> bool:
         return isinstance(self.lever, Phases)
 
@@ -136,17 +141,17 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         more = load.added_inertia(piece_of(mode, LOAD))
         return inertia if more is None else inertia + more
 
-    def load_torque(self, t: Array, omega: Array, mode: Mode) -> Array:
-        """Torque of the load (N·m), its rope in the layer of the mode."""
+    def load_torque(self, t: Array, omega: Array, mode: Mode, y: State | None = None) -> Array:
+        """Torque of the load (N·m), its rope in the layer of the mode; where `y` matters, see `BrakeUnderRope`."""
         return jnp.asarray(self.load.on_layer(mode.layer).torque(t, omega, piece_of(mode, LOAD)))
 
     def shaft_pieces(self, mode: Mode) -> tuple[Piece, ...]:
         count = len(mode.pieces)
         return tuple(piece_of(mode, i) for i in range(count - len(self.shaft.laws), count)) if self.shaft else ()
 
-    def _shaft_now(self, t: Array, omega: Array, mode: Mode, load: Array) -> ShaftNow | None:
-        pieces = self.shaft_pieces(mode)
-        return self.shaft and self.shaft.now(t, omega, (load, self.load_torque(t, 0.0 * omega, mode)), mode, pieces)
+    def _shaft_now(self, t: Array, y: State, mode: Mode, load: Array) -> ShaftNow | None:
+        pieces, still = self.shaft_pieces(mode), 0.0 * y.omega
+        return self.shaft and self.shaft.now(t, y.omega, (load, self.load_torque(t, still, mode, y)), mode, pieces)
 
     def _network(self, t: Array, y: State, mode: Mode) -> tuple[Array, Array, Array, Conditions, Pieces]:
         """The thermal network at one instant, input of its heat flows: temperatures of nodes and junctions, time,
@@ -213,8 +218,8 @@ class BrakeSystem(AbstractSemiExplicitSystem):
 
     def given(self, t: Array, y: State, mode: Mode) -> tuple[Array, Array, ShaftNow | None, Surfaces, Any]:
         """Load, what the shaft leaves of it, torques on the shaft, surfaces, tension of the lever and its rate."""
-        load, surfaces = self.load_torque(t, y.omega, mode), self.surfaces(t, y, mode)
-        shaft = self._shaft_now(t, y.omega, mode, load)
+        load, surfaces = self.load_torque(t, y.omega, mode, y), self.surfaces(t, y, mode)
+        shaft = self._shaft_now(t, y, mode, load)
         left = load if shaft is None else shaft.left
         return load, left, shaft, surfaces, self.lever_tension(t, y, mode, left, surfaces)
 
@@ -361,7 +366,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         """Guards beside those of the mechanism, after them."""
         found: dict[str, Array] = {}
         if z.shaft is not None and self.shaft is not None and self.shaft.dry:
-            load, sizes = self.load_torque(t, 0.0 * y.omega, mode), self.sizes
+            load, sizes = self.load_torque(t, 0.0 * y.omega, mode, y), self.sizes
             found["dry"] = self.shaft.margin(mode, y.omega, load, z.shaft, sizes.torque, sizes.speed)
         if self.load.layers is not None:
             found["paid_out"], found["full"] = self.load.layers.margins(y.phi, mode.layer)
@@ -406,8 +411,8 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             step = beside["full"].astype(jnp.int32) - beside["paid_out"].astype(jnp.int32)
             new = new._replace(layer=jnp.maximum(now.mode.layer + step, 1).astype(jnp.int32))
         if "dry" in beside and self.shaft is not None:
-            load = self.load_torque(t, 0.0 * y.omega, new)
-            shaft = self._shaft_now(t, y.omega, new, load)
+            load = self.load_torque(t, 0.0 * y.omega, new, y)
+            shaft = self._shaft_now(t, y, new, load)
             assert shaft is not None
             turn = self.shaft.turn_after(now.mode, new, load, shaft, beside["dry"], self.sizes.slight_torque)
             new = new._replace(turn=turn)

@@ -35,16 +35,22 @@ def capacity(system: BrakeSystem, t: Array, y: State, mode: Mode, start: Array) 
 
 
 def holding(system: BrakeSystem, t: Array, y: State, mode: Mode) -> tuple[Array, Array]:
-    """Load on a pulley at rest, and the static capacity of the brake in its direction (N·m, both ≥ 0)."""
+    """Load on a pulley at rest, and the static capacity of the brake in its direction (N·m, both ≥ 0).
+
+    The load is that of the instant, of an elastic rope its pull.
+    """
     *_, surfaces, (tension, _) = system.given(t, y, mode)
-    load = system.load_torque(t, jnp.zeros_like(y.omega), mode)
+    load = system.load_torque(t, jnp.zeros_like(y.omega), mode, y)
     way = jnp.where(load < 0, -1.0, 1.0)
     pairs = system.mechanism.capacity(tension, way, y.own, surfaces, static=True)
     return jnp.abs(load), jnp.min(pairs)
 
 
 def driving(system: BrakeSystem, t: Array, omega: Array, mode: Mode) -> Array:
-    """Torque (N·m) of the load in the direction of a rotation, less the other torques on the shaft."""
+    """Torque (N·m) of the load in the direction of a rotation, less the other torques on the shaft.
+
+    Of a load on an elastic rope that of its weight, about which the pull of the rope swings.
+    """
     sense, load = jnp.sign(omega), system.load_torque(t, omega, mode)
     if system.shaft is not None:
         rest = system.load_torque(t, 0.0 * omega, mode)

@@ -105,12 +105,14 @@ def slips(band: Any) -> Any:
 
 class Label(NamedTuple):
     """Mode in the log: band mode, the internal pair of a staged brake (0: it sticks or is none), the direction in which
-    the pulley turns where the shaft has dry friction (0: it is at rest), and the layer of the rope (0: has none)."""
+    the pulley turns where the shaft has dry friction (0: it is at rest), the layer of the rope (0: has none), and
+    whether it is taut."""
 
     band: int
     inner: int = 0
     turn: int = 1
     layer: int = 0
+    taut: int = 1
 
     @property
     def rests(self) -> bool:
@@ -125,6 +127,7 @@ class Label(NamedTuple):
     def __str__(self) -> str:
         words = BandMode(self.band).name.lower().replace("_", " ") + (" at rest" if self.stands else "")
         words += f" on layer {self.layer}" if self.layer else ""
+        words += "" if self.taut else " under a slack rope"
         return words if self.inner == 0 else f"{words} with internal slip"
 
 
@@ -132,6 +135,7 @@ def events_of_change(before: Label, after: Label, first: bool) -> list[str]:
     """Names of the events in one change of mode; `first` marks the settling at the start of a run."""
     names = _events_of_band(before, after, first) if before.band != after.band else []
     names = ["layer_change", *names] if before.layer != after.layer else names
+    names = names if before.taut == after.taut else ["rope_taut" if after.taut else "rope_slack", *names]
     if before.stands and not after.rests and not first:
         names = ["restart", *names]
     elif after.stands and not before.rests:
@@ -323,6 +327,7 @@ class Mode(NamedTuple):
     - `layer` of the rope on the drum that pays out, where it changes (else `None`)
     - `turn`, on a shaft with dry friction (else `None`): direction in which the pulley turns, 0 at rest
     - `phase`: how many phases of the duty have ended, `None` without phases
+    - `taut`: whether an elastic rope pulls (1), or is slack (0); `None`: the rope is rigid
     """
 
     band: Any
@@ -332,13 +337,14 @@ class Mode(NamedTuple):
     turn: Any = None
     phase: Any = None
     layer: Any = None
+    taut: Any = None
 
     @property
     def label(self) -> Label:
         """What the log has of it; of many modes at once columns in place of numbers."""
         none = 0 * self.slides
         turn, layer = none + 1 if self.turn is None else self.turn, none if self.layer is None else self.layer
-        return Label(self.band, self.slides, turn, layer)
+        return Label(self.band, self.slides, turn, layer, none + 1 if self.taut is None else self.taut)
 
     @property
     def rests(self) -> Any:

@@ -100,8 +100,19 @@ def stiffness(scene: Scene) -> tuple[bool, str]:
     drag = drag / float(brake.inertia)
     patience = _PATIENCE if scene.heated else _PATIENCE_COLD
     why = _demands("drag balances the speed", drag, span, _PATIENCE_COLD)
+    why = why or _demands("the damped rope follows", _damping_of_rope(scene), span, _PATIENCE_COLD)
     why = why or _demands("a state of a friction law follows", _fastest_memory(scene), span, patience)
     return (True, why) if why else found
+
+
+def _damping_of_rope(scene: Scene) -> float:
+    """Rate (1/s) at which the damping of an elastic rope makes the speeds of hook and drum equal, `c (1/m + (r/n)²/J)`,
+    with the least mass on the hook."""
+    load = scene.duty.load
+    if load.elastic is None:
+        return 0.0
+    mass, per_radian = float(load.hanging(jnp.asarray(0, jnp.int32))[0]), float(load.travel())  # pyright: ignore
+    return float(load.elastic.damping) * (1 / mass + per_radian**2 / float(scene.brake.inertia))
 
 
 @per_value(lambda scene: (scene.shaft, scene.initial))

@@ -163,8 +163,10 @@ def _terminal_speed(record: Record, scene: Scene) -> Array:
 
 
 def _hook_travel(record: Record, scene: Scene) -> Any:
-    travel = scene.duty.load.travelled(_stopping_angle(record, scene))
-    return np.asarray(np.inf) if travel is None else travel
+    travel, hook = scene.duty.load.travelled(_stopping_angle(record, scene)), record.states.hook
+    if travel is None:
+        return np.asarray(np.inf)
+    return travel if hook is None else travel + _first(record, _stops, hook.stretch) - hook.stretch[0]
 
 
 def worn_thickness(record: Record) -> Float[Array, " n"]:
@@ -186,6 +188,7 @@ def _greatest_wear_over(other: Callable[[Array], Array]) -> Callable[[Record, Sc
 # --- what they need ---------------------------------------------------------------------------------------------------
 
 _HOOK = Need("load on a hook", "its load hangs on no hook", lambda scene: scene.duty.load.travel() is not None)
+_ROPE = Need("elastic rope", "its load hangs on no elastic rope", lambda scene: scene.duty.load.elastic is not None)
 _BANDAGE = Need("staged brake", "its brake has no bandage", lambda scene: scene.brake.in_series)
 _CHAIN = Need(
     "resolved chain",
@@ -207,7 +210,14 @@ _TRAVEL = Need(
     "its tension is not that of a `Lever`, or its linings move by themselves, or it has several bands",
     lambda scene: lever_of(scene) is not None and isinstance(scene.brake, Brake) and not scene.brake.resolved,
 )
-_DAMPERS = Need("resolved linings", "its linings do not move by themselves", lambda scene: scene.brake.resolved)
+_DAMPERS = Need(
+    "resolved linings, elastic rope",
+    "its linings do not move by themselves, nor its hook",
+    lambda scene: scene.brake.resolved or _ROPE.met(scene),
+)
+_ELASTIC = Need(
+    "band brake, elastic rope", "nothing in it stretches", lambda scene: _BAND.met(scene) or _ROPE.met(scene)
+)
 _SHARES = Need("`power_shares`", "the scene has no `power_shares`", lambda scene: scene.power_shares is not None)
 _SHAFT = Need("torques on the shaft", "it has no torques on the shaft", lambda scene: bool(scene.shaft))
 _HEAT = Need("heat", "the scene has no heat", lambda scene: scene.heated)
@@ -249,6 +259,22 @@ METRICS: dict[str, Metric] = {
         _hook_travel,
         _HOOK,
         shown_anyway=True,
+    ),
+    "max_hook_load": Metric(
+        "N",
+        "maximum force on the hook",
+        "Maximum hook load",
+        lambda p: p.hook.force[:, None],
+        _ROPE,
+        greatest=True,
+    ),
+    "max_hook_load_over_weight": Metric(
+        "1",
+        "maximum force on the hook over the weight that hangs on it",
+        "Maximum hook load over weight",
+        lambda p: (p.hook.force / p.hook.weight)[:, None],
+        _ROPE,
+        greatest=True,
     ),
     "max_tension": Metric(
         "N",
@@ -372,7 +398,7 @@ class Account(NamedTuple):
     ledger: Ledger  # at the end
     friction: PowerSplit  # what became of the work of all friction pairs
     kinetic: Array  # change since the start, as the next
-    elastic: Array | None  # None without a band
+    elastic: Array | None  # None where nothing is elastic
     stored: Mapping[str, Array]  # heat in every body of the network since the start
 
     @property
@@ -413,7 +439,7 @@ ENERGIES: dict[str, Energy] = {
     "lever_work": Energy("work of the lever", lambda a: a.ledger.lever_work),
     "friction_heat": Energy("friction heat", lambda a: a.friction.heat),
     "kinetic_change": Energy("change of the kinetic energy", lambda a: a.kinetic),
-    "elastic_change": Energy("change of the elastic energy", lambda a: a.elastic, _BAND),
+    "elastic_change": Energy("change of the elastic energy", lambda a: a.elastic, _ELASTIC),
     "damper_heat": Energy("heat of dampers", lambda a: a.ledger.damper_heat, _DAMPERS),
     "shaft_work": Energy("heat of the other torques on the shaft", lambda a: a.shaft_work, _SHAFT),
     "electrical_work": Energy("electrical part of the friction work", lambda a: a.friction.electrical, _SHARES),
@@ -451,7 +477,8 @@ def _account(system: BrakeSystem, start: Instant, end: Instant) -> Account:
         change = thermal.capacity * (end[1].heat - start[1].heat)
         stored = {name: jnp.sum(change[here]) for name, here in thermal.spans.stores.items()}
     friction = PowerSplit(work, None, None) if shares is None else shares.split(work)
-    return Account(ledger, friction, kinetic, elastic if system.mechanism.banded else None, stored)
+    stretches = system.mechanism.banded or end[1].hook is not None
+    return Account(ledger, friction, kinetic, elastic if stretches else None, stored)
 
 
 def _energies(system: BrakeSystem, start: Instant, end: Instant) -> tuple[dict[str, Array], Mapping[str, Array]]:

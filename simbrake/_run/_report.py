@@ -480,6 +480,14 @@ def _holding_line(summary: Entry) -> list[str]:
     return [f"holding  static capacity at least {least:.5g} times the load, at {when}"]
 
 
+def _hook_line(summary: Entry) -> list[str]:
+    most = summary["metrics"].get("max_hook_load")
+    if most is None:
+        return []
+    share, when = summary["metrics"]["max_hook_load_over_weight"], summary["at"]["max_hook_load_time"]
+    return [f"hook     at most {_kilo(most, 'kN')} at {_number(when, 's')}; at most {share:.5g} times its weight"]
+
+
 def _wear_lines(summary: Entry) -> list[str]:
     worn, m, lining = summary.get("worn_thickness"), summary["metrics"], summary.get("lining", "lining")
     if worn is None or m["greatest_wear"] is None:
@@ -525,6 +533,7 @@ def text(summary: Entry) -> str:
         *_staged_lines(summary),
         *_peak_line(summary, "tension", "max_tension", "behind lining"),
         *_peak_line(summary, "load", "max_normal_load", f"on {summary.get('lining', 'lining')}"),
+        *_hook_line(summary),
         *_holding_line(summary),
         _energy_line(summary),
         *_heat_lines(summary),

@@ -252,11 +252,11 @@ class Scan:
         return rows_in_lanes(self.record, lambda *given: _sights_inside_compiled(*given, **asked), row, span)
 
     def _before_jumps(self, row: Array, kind: Array) -> Array:
-        """States at the ends of all steps. Where nothing stretches, events change speeds by rounding alone."""
+        """States at the ends of all steps. Where nothing jumps, events change speeds by rounding alone."""
         xp, steps = self.xp, self.steps
         system: BrakeSystem = self.record.system  # pyright: ignore
         none = steps.t1 == steps.t0
-        if not system.mechanism.stretches:
+        if not system.jumps:
             return xp.where(none[:, None], steps.y0, steps.y1)
         jumps = ~none & self.used & ((kind == LANDED) | (kind == STOPPED))
         if self.traced:

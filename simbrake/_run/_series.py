@@ -247,6 +247,12 @@ class Series(NamedTuple):
     hook_load: Annotated[
         Values | None, "N", "force on the hook, weight less inertia", lambda p, s: p.hook and p.hook.force
     ]
+    rope_stretch: Annotated[
+        Values | None,
+        "m",
+        "stretch of the elastic rope at the hook, below 0: slack by that",
+        lambda p, s: p.hook and p.hook.stretch,
+    ]
     holding_reserve: Annotated[
         Values | None,
         "",

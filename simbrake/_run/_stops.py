@@ -76,6 +76,8 @@ def stops_of(record: Record, scene: Scene, labels: Sequence[Label], scan: Scan) 
     work = hot * np.sum([np.asarray(column) for column in states.ledger.friction], axis=0)
     phi = np.asarray(states.phi)
     travelled = scene.duty.load.travelled(phi)
+    if states.hook is not None:
+        travelled = travelled + np.asarray(states.hook.stretch)
     names = [name for name in _HOT if name in scan.names]
     tops = peaks_between(scan, names, [(stop.start, stop.end) for stop in found])
     rows, before = list[dict[str, Any]](), 0

@@ -55,7 +55,9 @@ def duty(result: Result, *, figure: Figure | None = None) -> Figure:
     if isinstance(load, AbstractString):
         weight = np.asarray(s.load_torque) + float(load.drag) * np.asarray(s.omega)
         mass = weight / float(load.gravity * load.travel())
-        panels[2].step(s.t, mass / 1e3, where="post", color="tab:brown", label="mass on the hook")
+        swings = load.elasticity is not None
+        words = "hook load over gravity" if swings else "mass on the hook"
+        panels[2].step(s.t, mass / 1e3, where="post", color="tab:brown", label=words)
         panels[2].set_ylabel("mass, t")
     finish(panels)
     for panel in panels:
