@@ -556,6 +556,8 @@ class ChangingFriction(AbstractScaledFriction):
         for i, one in enumerate(self.changes):
             of_profile = one.factor.faults(f"{path}.changes[{i}].factor", 0.0)
             found += [dataclasses.replace(fault, hint="friction is never negative") for fault in of_profile]
+            if one.factor.controls_speed:
+                found.append(Fault(f"{path}.changes[{i}].factor", "is a lever that depends on the speed", "a profile"))
         if not self.changes:
             found.append(Fault(f"{path}.changes", "is empty", "give at least one change, or the base law alone"))
         if self.base.over_time:

@@ -338,6 +338,7 @@ def test_input_errors():
         "changes: is empty": ChangingFriction(MU, ()),
         "put all changes into one law": changed(changed(MU, 0.5), 0.5),
         "self-locking": changed(MU, 14.0),
+        "a lever that depends on the speed": changed(MU, sb.Driller(sb.PiecewiseLinear([0.0], [1.0]), 1e3)),
     }
     for words, law in cases.items():
         with pytest.raises(sb.InputError, match=words):
