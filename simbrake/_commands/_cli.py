@@ -21,7 +21,7 @@ from cyclopts import Parameter
 import simbrake as sb
 
 from .._base._faults import Fault, InputError, whole_file
-from . import _checks, _runs, _studies
+from . import _checks, _interactive, _runs, _studies
 from . import _options as cli
 
 # --- ω as omega, ≤ as <=, without encoding errors
@@ -177,6 +177,7 @@ app = cyclopts.App(
     * One parameter changed: `simbrake run mine.toml --set "duty.load.mass=80 t"`
     * What every parameter does to the stopping time: `simbrake sensitivity mine.toml`
     * A report to share: `simbrake report mine.toml`
+    * Sliders for every parameter: `simbrake app mine.toml`
     """,
     help_format="markdown",
     help_epilogue="Exit codes: 0 the run reached its end; 1 it failed, with a named code; 2 the input is wrong; "
@@ -273,7 +274,7 @@ def schema(name: str | None = None, /, *, json_: cli.Flag = False) -> int:
     return 0
 
 
-for _command in (scene, *_runs.COMMANDS, *_studies.COMMANDS, *_checks.COMMANDS):
+for _command in (scene, *_runs.COMMANDS, *_interactive.COMMANDS, *_studies.COMMANDS, *_checks.COMMANDS):
     app.command(_command)
 
 

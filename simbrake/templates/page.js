@@ -50,9 +50,6 @@
   function marks(u) {
     const c = u.ctx, ratio = uPlot.pxRatio, few = run.events.length <= 12, first = u === plots[0];
     c.save();
-    c.beginPath();
-    c.rect(u.bbox.left, u.bbox.top, u.bbox.width, u.bbox.height);
-    c.clip();
     c.lineWidth = ratio;
     c.font = `${11 * ratio}px system-ui, sans-serif`;
     c.textAlign = "left";
@@ -60,21 +57,18 @@
     let edge = -1e9, row = 0;
     for (const event of run.events) {
       const x = Math.round(u.valToPos(event.t, "x", true));
+      if (x < u.bbox.left || x > u.bbox.left + u.bbox.width) continue;
       c.strokeStyle = c.fillStyle = event.colour;
       c.globalAlpha = few ? 1 : 0.35;
       c.beginPath();
       c.moveTo(x, u.bbox.top);
       c.lineTo(x, u.bbox.top + u.bbox.height);
       c.stroke();
-      if (!first || !few || x < u.bbox.left || x > u.bbox.left + u.bbox.width) continue;
-      const wide = c.measureText(event.words).width, left = x + wide + 6 * ratio > u.bbox.left + u.bbox.width;
-      row = x - edge < 8 * ratio + wide ? row + 1 : 0;
+      if (!first || !few) continue;
+      const wide = c.measureText(event.words).width, over = x + wide - u.bbox.left - u.bbox.width;
+      row = x - edge < 8 * ratio + wide ? (row + 1) % 3 : 0;
       edge = x;
-      const y = u.bbox.top + (14 + 14 * (row % 4)) * ratio, at = left ? x - wide - 4 * ratio : x + 4 * ratio;
-      c.fillStyle = "#ffffffd0";
-      c.fillRect(at - ratio, y - 11 * ratio, wide + 2 * ratio, 14 * ratio);
-      c.fillStyle = event.colour;
-      c.fillText(event.words, at, y);
+      c.fillText(event.words, x - Math.max(over, 0), u.bbox.top - (4 + 13 * row) * ratio);
     }
     c.restore();
   }
@@ -121,7 +115,8 @@
     const box = made($("charts"), "div", {class: "chart", "data-chart": about.title});
     made(box, "h3", {}, about.unit === "–" ? about.title : `${about.title}, ${about.unit}`);
     const u = new uPlot({
-      width: $("charts").clientWidth, height: (narrow ? 130 : 145) + (index === count - 1 ? 18 : 0),
+      width: $("charts").clientWidth, padding: [index === 0 ? 42 : 8, null, null, null],
+      height: (narrow ? 130 : 145) + (index === 0 ? 34 : index === count - 1 ? 18 : 0),
       scales: {x: {time: false}},
       cursor: {y: false, sync: {key: "simbrake"}, drag: {x: true, y: false}},
       axes: [
@@ -360,7 +355,7 @@
     drawCharts(found);
     if (!found.film) return;
     drawFilm(found.film);
-    if (first) jump(place(found.film.t, found.start ?? found.film.t[Math.floor(found.film.t.length / 3)]));
+    if (first) jump(found.film.torque.indexOf(Math.max(...found.film.torque)));
     else showFilm(t);
   }
 
@@ -371,6 +366,14 @@
     banner.className = `verdict ${found.colour}`;
     banner.querySelector("b").textContent = found.headline;
     banner.querySelector("p").textContent = found.text;
+    $("rows").replaceChildren();
+    $("rows").parentElement.hidden = !found.rows.length;
+    for (const [name, value, limit, margin, state, kind] of found.rows) {
+      const row = made($("rows"), "tr");
+      made(row, "td", {}, name);
+      for (const number of [value, limit, margin]) made(row, "td", {class: "n"}, number);
+      made(made(row, "td"), "span", {class: `badge ${kind}`}, state);
+    }
     $("figures").replaceChildren();
     for (const {words, text, si, unit, note} of found.metrics) {
       const box = made($("figures"), "div");
