@@ -23,15 +23,15 @@ from .._run._measure import limit_checks
 from .._run._result import Result
 from .._run._simulate import simulate
 from ..files._scene_file import scene_text
-from ._live import Data, live, metric_rows, still
+from ._live import Data, Detail, live, metric_rows, still
 from ._page import head, lasted, render
 
 #: entries of a list of unequal numbers that have sliders
 _ENTRIES = 24
 #: bytes of a request
 _LONGEST = 1_000_000
-#: moments of the film of a run, fewer than in a report: they are sent with each move
-_FRAMES = 120
+#: less than in a report, as it is found and sent with each move
+_DETAIL = Detail(100, 150, 100)
 #: runs before the first move
 _WARM = 5
 _HEADERS = {
@@ -108,7 +108,7 @@ class App:
 
     @staticmethod
     def _run(result: Result) -> Data | None:
-        return live(result, _FRAMES) if lasted(result) else None
+        return live(result, _DETAIL) if lasted(result) else None
 
     def edited(self, values: Any) -> Scene:
         """The scene with values of sliders. Raises `InputError` where they do not fit."""

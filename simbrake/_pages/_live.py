@@ -25,10 +25,15 @@ from ..plot._shared import BLUE, GREEN, MARKED, ORANGE, SKY, VERMILLION, Times, 
 Data: TypeAlias = dict[str, Any]
 
 _BLACK = "#1c2430"
-#: times of a curve: evenly over each window, and ends of steps, which are dense where much changes
-_EVEN, _STEPS = 300, 400
-#: moments of a film
-FRAMES = 240
+
+
+class Detail(NamedTuple):
+    """How finely a run is drawn: times of a curve spread evenly over each window, ends of steps, which are dense where
+    much changes, and moments of the film."""
+
+    even: int = 300
+    steps: int = 400
+    frames: int = 240
 
 
 class Line(NamedTuple):
@@ -113,12 +118,13 @@ def rounded(values: Any) -> Any:
     return shown.tolist() if np.all(np.isfinite(x)) else np.where(np.isfinite(x), shown, None).tolist()
 
 
-def times_of(result: Result) -> Times:
+def times_of(result: Result, detail: Detail) -> Times:
     """Times at which the curves of a run are drawn."""
     start, end = span(result)
     t = np.asarray(result.record.rows.t)[: int(result.record.count) + 1]
-    even = [np.linspace(window.start, window.end, _EVEN) for window in windows(result)]
-    found = np.unique(np.concatenate([*even, np.linspace(start, end, _EVEN), t[:: 1 + len(t) // _STEPS]]))
+    spans = {(start, end), *((window.start, window.end) for window in windows(result))}
+    even = [np.linspace(*ends, detail.even) for ends in spans]
+    found = np.unique(np.concatenate([*even, t[:: 1 + len(t) // detail.steps]]))
     return found[np.append(True, np.diff(found) > 1e-12 * (end - start))]
 
 
@@ -157,7 +163,7 @@ def _places(scene: Scene) -> list[list[float]]:
     return [[*sorted((pin + side * start, pin + side * end)), 0.82, 0.93] for pin, side in pins]
 
 
-def film(result: Result, count: int = FRAMES, duration: float = 8.0, start: Any = None, end: Any = None) -> Data:
+def film(result: Result, count: int, duration: float = 8.0, start: Any = None, end: Any = None) -> Data:
     """The brake at `count` moments of a film of a run: angles, speeds, contacts, tensions, loads, temperatures.
 
     Raises `InputError` for times outside the run.
@@ -209,9 +215,9 @@ def still(scene: Scene) -> Data:
     return {"states": states, "lining": words.lining, "body": words.body, "banded": scene.brake.banded}
 
 
-def live(result: Result, frames: int = FRAMES) -> Data:
+def live(result: Result, detail: Detail = Detail()) -> Data:  # noqa: B008
     """Curves, events and film of a concrete result of positive duration."""
-    series = both_sides(result, times_of(result), np.unique([event.time for event in result.events]))
+    series = both_sides(result, times_of(result, detail), np.unique([event.time for event in result.events]))
     charts = charts_of(result.scene, series)
     shown = windows(result)
     return {
@@ -220,7 +226,7 @@ def live(result: Result, frames: int = FRAMES) -> Data:
         "y": [rounded(np.stack([np.asarray(line) for line in chart.values(series)])) for chart in charts],
         "windows": [{"words": window.title, "start": window.start, "end": window.end} for window in shown],
         "events": events_of(result),
-        "film": film(result, frames),
+        "film": film(result, detail.frames),
     }
 
 

@@ -49,7 +49,7 @@ from ..results._dataset import provenance, save
 from ..studies._sensitivity import Sensitivity, SensitivityTable
 from ..studies._sensitivity import sensitivity as tables_of
 from ..thermal._heat import place_count
-from ._live import Data, embedded, film, live, still
+from ._live import Data, Detail, embedded, film, live, still
 from ._rows import (
     EVENT,
     banner,
@@ -280,7 +280,8 @@ def film_page(result: Result, title: str, count: int, duration: float, start: fl
 
     Raises `InputError` for times outside the run.
     """
-    data = {"still": still(result.scene), "run": {**live(result, 2), "film": film(result, count, duration, start, end)}}
+    run = {**live(result, Detail(frames=2)), "film": film(result, count, duration, start, end)}
+    data = {"still": still(result.scene), "run": run}
     return render({**head(result, limit_checks(result, {}), title), "kind": "film", "data": data})
 
 

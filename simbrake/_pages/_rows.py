@@ -93,7 +93,8 @@ class Banner(NamedTuple):
     rows: tuple[LimitRow, ...] = ()
 
 
-_BANNER = {"good": "green", "open": "amber", "bad": "red"}
+#: colours of pages, by kind of verdict
+BANNER = {"good": "green", "open": "amber", "bad": "red"}
 
 
 def banner(found: Verdict, summary: Summary, checks: Sequence[LimitCheck]) -> Banner:
@@ -116,7 +117,7 @@ def banner(found: Verdict, summary: Summary, checks: Sequence[LimitCheck]) -> Ba
         values = (number(x, "1", count=5) for x in (reserve, 1.0, reserve - 1.0))
         rows.append(LimitRow(f"{METRICS[HOLDING].title}, at least 1", *values, state, kind))
     headline = found.status[0].upper() + found.status[1:]
-    return Banner(_BANNER[found.kind], headline, f"{found.text}.", tuple(rows))
+    return Banner(BANNER[found.kind], headline, f"{found.text}.", tuple(rows))
 
 
 # --- tables -----------------------------------------------------------------------------------------------------------

@@ -45,7 +45,7 @@
   // --- charts: values at the cursor, zoom by dragging or with two fingers -----------------------------------------------
 
   let run = null;  // what is drawn now
-  let plots = [], hovered = null, zooming = false, zoom = null;
+  let plots = [], hovered = null, zoom = null;
 
   function marks(u) {
     const c = u.ctx, ratio = uPlot.pxRatio, few = run.events.length <= 12, first = u === plots[0];
@@ -74,12 +74,10 @@
   }
 
   function zoomed(u, key) {
-    if (key !== "x" || zooming) return;
-    const {min, max} = u.scales.x, t = run.t;
+    const {min, max} = u.scales.x, t = run.t, differs = ({scales: {x}}) => x.min !== min || x.max !== max;
+    if (key !== "x" || !(max > min)) return;
     zoom = min <= t[0] && max >= t[t.length - 1] ? null : {min, max};
-    zooming = true;
-    for (const other of plots) if (other !== u) other.setScale("x", {min, max});
-    zooming = false;
+    for (const other of plots.filter(differs)) other.setScale("x", {min, max});
   }
 
   function followed(u) {
@@ -138,17 +136,13 @@
       for (const u of plots) u.destroy();
       $("charts").replaceChildren();
       plots = [];
-      zooming = true;
       run.charts.forEach((about, i) => plots.push(chart(about, i, run.charts.length)));
-      zooming = false;
       drawWindows();
     } else {
-      zooming = true;
       plots.forEach((u, i) => {
         u.setData([run.t, ...run.y[i]], zoom === null);
         if (zoom !== null) u.redraw(true, true);
       });
-      zooming = false;
     }
   }
 
@@ -332,7 +326,7 @@
 
   function stop() {
     begun = null;
-    $("play").textContent = "▶ play";
+    if ($("play")) $("play").textContent = "▶ play";
   }
 
   function tick(now) {
@@ -470,16 +464,18 @@
     }
 
     function results(values, sequence) {
-      const metrics = grid.metrics.map((metric, n) => {
-        const si = values[n], text = shown(si * metric.factor + metric.offset);
-        const over = metric.limit !== null && si > metric.limit;
-        const note = metric.limit === null ? "" : `limit ${shown(metric.limit * metric.factor + metric.offset)}: ${over ? "exceeded" : "within limit"}`;
-        return {words: metric.words, text: text === "—" ? text : `${text} ${metric.unit}`, si: Number.isFinite(si) ? si : "", unit: metric.si_unit, note, over};
+      const read = (metric, si, offset) => Number.isFinite(si) ? `${shown(si * metric.factor + offset)} ${metric.unit}` : "—";
+      const metrics = grid.metrics.map((metric, n) => ({
+        words: metric.words, text: read(metric, values[n], metric.offset), si: Number.isFinite(values[n]) ? values[n] : "",
+        unit: metric.si_unit, note: "",
+      })).filter((metric) => metric.si !== "");
+      const rows = grid.metrics.map((metric, n) => [metric, values[n]]).filter(([metric]) => metric.limit !== null).map(([metric, si]) => {
+        const over = !(si <= metric.limit), margin = read(metric, metric.limit - si, 0);
+        return [metric.words, read(metric, si, metric.offset), read(metric, metric.limit, metric.offset), margin,
+          over ? "exceeded" : "within limit", over ? "bad" : "good"];
       });
-      const over = metrics.filter((metric) => metric.over);
-      const headline = over.length ? `${sequence.status}, limit exceeded` : sequence.status;
-      const text = over.map((metric) => `${metric.words} ${metric.text}, ${metric.note}`).join("; ") || sequence.message;
-      return {colour: over.length ? "red" : sequence.colour, headline, text, metrics};
+      const over = rows.some((row) => row[5] === "bad"), headline = sequence.status + (over ? ", limit exceeded" : "");
+      return {colour: over ? "red" : sequence.colour, headline, text: `${sequence.message}.`, rows, metrics};
     }
 
     function runOf(values, sequence) {
@@ -581,9 +577,9 @@
       if (found.progress !== undefined) $("state").textContent = `running: ${Math.round(100 * found.progress)} % simulated`;
       if (found.problem) $("state").textContent = found.problem;
       if (!found.results) return;
-      $("state").textContent = `answered in ${Math.round(performance.now() - sent)} ms`;
       drawResults(found.results);
       if (found.run) drawRun(found.run, run === null);
+      requestAnimationFrame(() => { $("state").textContent = `drawn after ${Math.round(performance.now() - sent)} ms`; });
     }
 
     const groups = new Map();
