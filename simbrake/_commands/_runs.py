@@ -140,7 +140,7 @@ def animate(
     Parameters
     ----------
     out
-        The animation: .gif, or .html for a self-contained page with a slider.
+        The animation: .gif, or .html for a self-contained page in which it is played, stepped and hovered.
     duration
         Length of the animation (s).
     fps
@@ -153,9 +153,18 @@ def animate(
     faults = cli.faults_of_file(out, ".gif", ".html")
     if not 0 < duration <= 600:
         faults.append(Fault("--duration", f"{duration} is out of range", "0…600 s"))
+    if not 0 < fps <= 50:
+        faults.append(Fault("--fps", f"{fps} is out of range", "1…50 frames a second"))
     scene = cli.opened(scenario, set_, rtol, faults=faults)
     result = sb.simulate(scene, rtol=rtol, throw=False, progress=None)
-    sb.plot.animate(result, out, duration=duration, fps=fps, start=start, end=end)
+    if out.suffix.lower() == ".gif":
+        sb.plot.animate(result, out, duration=duration, fps=fps, start=start, end=end)
+    else:
+        from .._pages._page import film_page
+
+        title, count = title_of(scenario, scenario.read_text("utf-8")), max(2, round(duration * fps))
+        with cli.whole_file(out) as file:
+            file.write_text(film_page(result, title, count, duration, start, end), "utf-8")
     cli.print_written([out], False)
     return cli.exit_code(result.ok)
 

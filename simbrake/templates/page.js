@@ -451,7 +451,7 @@
         for (let j = 0; j < half; j++) merged.push(between(rows[j], rows[j + half], s, width, k + 1));
         rows = merged;
       });
-      return {values: rows[0], sequence: grid.sequences[sequence]};
+      return {values: rows[0][0], sequence: grid.sequences[sequence]};
     }
 
     const cellNumber = (where) => where.reduce((sum, w, k) => sum * (sizes[k] - 1) + w.i, 0);
