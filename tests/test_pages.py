@@ -79,7 +79,7 @@ def run():
 @pytest.fixture(scope="module")
 def report(run, tmp_path_factory):
     file = tmp_path_factory.mktemp("pages") / "run.html"
-    text = sb.report(run, file, check=False, title=f"A stop {NASTY}", limits={"max_tension": "50 kN"})
+    text = sb.report(run, file, check=False, title=f"A stop {NASTY}", limits={"max_tension": "30 kN"})
     return file, text
 
 
@@ -136,7 +136,7 @@ def test_hovering_shows_the_values_of_the_series(browser, run, report, size):
         assert legend(page, "Speed")[0] == t  # one cursor in all charts
         assert legend(page, "Speed")[1] == pytest.approx(float(s.omega[0]), rel=1e-4, abs=1e-4)
         film = float(re.search(r"t = (\S+) s", page.inner_text("#now"))[1])
-        assert film == pytest.approx(t, abs=0.1)  # the film follows, within its part of the run
+        assert film == pytest.approx(min(t, 1.15 * run.metrics["stopping_time"]), abs=0.02)  # the film follows
     page.close()
 
 
@@ -255,9 +255,9 @@ def scene():
 
 @pytest.fixture(scope="module")
 def published(scene, tmp_path_factory):
-    """Speed and load; the brake gives about 2.6 kN·m, so that it cannot stop the two largest loads."""
+    """Speed and load; the brake gives 24.6 kN·m, so that it cannot stop the largest load."""
     file = tmp_path_factory.mktemp("published") / "sliders.html"
-    axes = _publish.read_axes(scene, ["initial.omega=16:24:3", "duty.load.profile.level=200 N*m:5 kN*m:4"])
+    axes = _publish.read_axes(scene, ["initial.omega=16:24:3", "duty.load.profile.level=200 N*m:30 kN*m:4"])
     told = Waiting("publish", "x", False)
     about = _publish.publish(scene, axes, file, limits={"stopping_time": 8.0}, title=NASTY, told=told)
     return file, data_of(file.read_text("utf-8")), about
@@ -449,10 +449,11 @@ def test_the_latest_move_wins_and_progress_is_shown(scene, monkeypatch):
 
     def slow(scene, progress, **options):
         ran.append(float(scene.initial.omega))
-        for i in range(400 if ran[-1] == 1.0 else 1):
-            begun.set()
-            progress(0.01 * i, 5.0)
+        progress(2.0, 5.0)
+        begun.set()
+        while ran[-1] == 1.0 and app._latest < 3:
             time.sleep(0.02)
+        progress(3.0, 5.0)
         return real(scene, **options)
 
     monkeypatch.setattr(_app, "simulate", slow)
@@ -466,14 +467,13 @@ def test_the_latest_move_wins_and_progress_is_shown(scene, monkeypatch):
     time.sleep(0.5)
     for move in moves[1:]:
         move.start()
-        time.sleep(0.01)
+        time.sleep(0.1)
     for move in moves:
         move.join(60)
     assert found[1.0][-1] == found[2.0][-1] == {"superseded": True}
-    assert max(one["progress"] for one in found[1.0][:-1]) > 0
+    assert found[1.0][0] == {"progress": 0.4}
     assert "results" in found[3.0][-1]
-    assert ran[0] == 1.0
-    assert ran[-1] == 3.0
+    assert ran == [1.0, 3.0]
 
 
 @pytest.mark.parametrize("size", SIZES)
