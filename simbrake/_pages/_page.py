@@ -381,13 +381,13 @@ def render(parts: Mapping[str, Any]) -> str:
     settings = {"autoescape": True, "trim_blocks": True, "lstrip_blocks": True, "undefined": jinja2.StrictUndefined}
     environment = jinja2.Environment(loader=loader, **settings)
     environment.filters |= {"digits": digits, "number": number}
-    scripts = {"uplot_script": template_file("uplot/uPlot.iife.min.js"), "script": template_file("page.js")}
-    hashes = [base64.b64encode(hashlib.sha256(text.encode()).digest()).decode("ascii") for text in scripts.values()]
+    names = ["uplot/uPlot.iife.min.js", "page.js", *(["sliders.js"] if parts["panel"] else [])]
+    scripts = [template_file(name) for name in names]
+    hashes = [base64.b64encode(hashlib.sha256(text.encode()).digest()).decode("ascii") for text in scripts]
     allowed = " ".join(f"'sha256-{digest}'" for digest in hashes)
     policy = f"default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src {allowed}"
     policy += "; connect-src 'self'" if parts["kind"] == "app" else ""
-    inlined = {name: Markup(text) for name, text in scripts.items()}
-    inlined["uplot_style"] = Markup(template_file("uplot/uPlot.min.css"))
+    inlined = {"scripts": map(Markup, scripts), "uplot_style": Markup(template_file("uplot/uPlot.min.css"))}
     data: Data | None = parts["data"]
     shown = {**parts, **inlined, "policy": policy, "data": None if data is None else Markup(embedded(data))}
     return environment.get_template("page.html").render(shown)

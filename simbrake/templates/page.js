@@ -1,12 +1,13 @@
 "use strict";
-// The script of a page of simbrake: charts, film, sliders. It reads the data of its page and loads nothing.
+// The script of a page of simbrake: charts and film of a run. It reads the data of its page and loads nothing.
+// Pages with sliders have sliders.js as well, for which it leaves `simbrake`.
 (function () {
   const $ = (id) => document.getElementById(id);
   const data = JSON.parse($("data").textContent);
   const SVG = "http://www.w3.org/2000/svg";
   document.documentElement.classList.add("live");
 
-  // --- numbers and elements ------------------------------------------------------------------------------------------
+  // --- numbers and elements ----------------------------------------------------------------------------------------
 
   /** A number with significant digits, a dash for what did not happen. */
   function shown(x, digits = 5) {
@@ -33,16 +34,7 @@
     return low;
   }
 
-  /** Rounded values from 0 to a maximum. */
-  function ticks(top, count) {
-    const raw = top / count, power = 10 ** Math.floor(Math.log10(raw));
-    const step = power * [1, 2, 2.5, 5, 10].find((m) => m * power >= raw * 0.999);
-    const found = [];
-    for (let i = 0; i * step <= top * 1.0001; i++) found.push(i * step);
-    return found;
-  }
-
-  // --- charts: values at the cursor, zoom by dragging or with two fingers -----------------------------------------------
+  // --- charts: values at the cursor, zoom by dragging or with two fingers ------------------------------------------
 
   let run = null;  // what is drawn now
   let plots = [], hovered = null, zoom = null;
@@ -50,9 +42,7 @@
   function marks(u) {
     const c = u.ctx, ratio = uPlot.pxRatio, few = run.events.length <= 12, first = u === plots[0];
     c.save();
-    c.lineWidth = ratio;
-    c.font = `${11 * ratio}px system-ui, sans-serif`;
-    c.textAlign = "left";
+    Object.assign(c, {lineWidth: ratio, font: `${11 * ratio}px system-ui, sans-serif`, textAlign: "left"});
     c.setLineDash([4 * ratio, 4 * ratio]);
     let edge = -1e9, row = 0;
     for (const event of run.events) {
@@ -86,21 +76,19 @@
 
   function fingers(u) {
     const over = u.over, at = (touch) => touch.clientX - over.getBoundingClientRect().left;
-    let pinch = null;
-    over.style.touchAction = "pan-y";
-    over.addEventListener("touchstart", (event) => {
+    let held = [];
+    const follow = (event) => {
       hovered = u;
-      if (event.touches.length === 2) pinch = [...event.touches].map((touch) => u.posToVal(at(touch), "x"));
-      else u.setCursor({left: at(event.touches[0]), top: 1});
-    }, {passive: true});
-    over.addEventListener("touchmove", (event) => {
-      if (event.touches.length === 2 && pinch) {
-        const [a, b] = [...event.touches].map((touch) => at(touch) / over.clientWidth);
-        const span = (pinch[1] - pinch[0]) / (b - a || 1e-9), min = pinch[0] - a * span;
-        if (span > 0) u.setScale("x", {min: Math.max(min, run.t[0]), max: Math.min(min + span, run.t[run.t.length - 1])});
-        event.preventDefault();
-      } else if (event.touches.length === 1) u.setCursor({left: at(event.touches[0]), top: 1});
-    });
+      const touches = [...event.touches];
+      if (touches.length === 1) return u.setCursor({left: at(touches[0]), top: 1});
+      if (event.type === "touchstart") held = touches.map((touch) => u.posToVal(at(touch), "x"));
+      const [a, b] = touches.map((touch) => at(touch) / over.clientWidth), span = (held[1] - held[0]) / (b - a);
+      const min = Math.max(held[0] - a * span, run.t[0]), max = Math.min(min + span, run.t[run.t.length - 1]);
+      if (max > min) u.setScale("x", {min, max});
+      event.preventDefault();
+    };
+    over.style.touchAction = "pan-y";
+    for (const kind of ["touchstart", "touchmove"]) over.addEventListener(kind, follow, {passive: false});
   }
 
   function chart(about, index, count) {
@@ -132,18 +120,15 @@
   function drawCharts(found) {
     const same = run !== null && JSON.stringify(run.charts) === JSON.stringify(found.charts);
     run = found;
-    if (!same) {
-      for (const u of plots) u.destroy();
-      $("charts").replaceChildren();
-      plots = [];
-      run.charts.forEach((about, i) => plots.push(chart(about, i, run.charts.length)));
-      drawWindows();
-    } else {
-      plots.forEach((u, i) => {
-        u.setData([run.t, ...run.y[i]], zoom === null);
-        if (zoom !== null) u.redraw(true, true);
-      });
-    }
+    if (same) return plots.forEach((u, i) => {
+      u.setData([run.t, ...run.y[i]], zoom === null);
+      if (zoom !== null) u.redraw(true, true);
+    });
+    for (const u of plots) u.destroy();
+    $("charts").replaceChildren();
+    plots = [];
+    run.charts.forEach((about, i) => plots.push(chart(about, i, run.charts.length)));
+    drawWindows();
   }
 
   function drawWindows() {
@@ -159,7 +144,7 @@
     for (const u of plots) u.setSize({width: $("charts").clientWidth, height: u.height});
   });
 
-  // --- the film: the brake along its shaft, moment by moment --------------------------------------------------------------
+  // --- the film: the brake along its shaft, moment by moment -------------------------------------------------------
 
   const BAND = 1.21, TENSION = [1.32, 0.72], LOAD = [0.72, -0.44], HEAT = [1.235, 1.295];
   const INFERNO = [[0, 0, 4], [66, 10, 104], [147, 38, 103], [221, 81, 58], [252, 165, 10], [252, 255, 164]];
@@ -184,12 +169,11 @@
     return `rgb(${INFERNO[i].map((c, k) => Math.round(c + (x - i) * (INFERNO[i + 1][k] - c))).join(",")})`;
   }
 
-  function scaleRings(svg, top, count, [base, length], from, to) {
-    for (const value of ticks(top, count)) {
-      const radius = base + length * value / top;
+  function rings(svg, top, [base, length], from, to) {
+    for (const share of [0, 0.5, 1]) {
+      const radius = base + length * share, [x, y] = spot(radius, to + 0.08 / radius).split(" ");
       made(svg, "path", {d: arc(radius, from, to), class: "ring"});
-      const [x, y] = spot(radius, to + 0.06 / radius).split(" ");
-      made(svg, "text", {x, y, class: "tick", "text-anchor": "middle"}, shown(value, 3));
+      made(svg, "text", {x, y, class: "tick"}, shown(top * share, 3));
     }
   }
 
@@ -200,25 +184,21 @@
     picture = {film, rings: [], heat: [], loads: []};
     picture.rim = made(svg, "path", {d: wedge(0, 3.1415, 0.94, 1) + wedge(3.1415, 6.283, 0.94, 1), class: "rim"});
     picture.turning = made(svg, "g", {class: "turning"});
-    for (let i = 0; i < 3; i++) {
-      const [x, y] = spot(0.93, 2 * Math.PI * i / 3).split(" ");
-      made(picture.turning, "line", {x1: 0, y1: 0, x2: x, y2: y, class: "spoke"});
-    }
+    for (const i of [0, 1, 2]) made(picture.turning, "path", {d: `M0 0L${spot(0.93, 2 * Math.PI * i / 3)}`, class: "spoke"});
     made(picture.turning, "circle", {cx: 0.55, cy: 0, r: 0.06, class: "mark"});
     made(svg, "circle", {r: 0.13, class: "hub"});
     const angles = places.flatMap((p) => [p[0], p[1]]), from = Math.min(...angles), to = Math.max(...angles);
     if (banded) {
       picture.topTension = Math.max(...tension.flat(), 1e-9);
       picture.topLoad = Math.max(...pairs.flatMap((pair) => pair.load.flat()), 1e-9);
-      scaleRings(svg, picture.topTension, 4, TENSION, from, to);
-      scaleRings(svg, picture.topLoad, 3, LOAD, from, to);
+      rings(svg, picture.topTension, TENSION, from, to);
+      rings(svg, picture.topLoad, LOAD, from, to);
       picture.curve = made(svg, "path", {class: "tension"});
       made(svg, "path", {d: arc(BAND, from, to), class: "band"});
       for (const [angle, sense, words] of [[to, 1, "slack end (lever)"], [from, -1, "tight end (anchor)"]]) {
-        const [x, y] = [BAND * Math.cos(angle) - sense * 0.45 * Math.sin(angle), BAND * Math.sin(angle) + sense * 0.45 * Math.cos(angle)];
-        const [x0, y0] = spot(BAND, angle).split(" ");
-        made(svg, "line", {x1: x0, y1: y0, x2: x, y2: -y, class: "band"});
-        made(svg, "text", {x, y: -y + 0.13, class: "name", "text-anchor": "middle"}, words);
+        const [x, y] = spot(Math.hypot(BAND, 0.45), angle + sense * Math.atan(0.45 / BAND)).split(" ");
+        made(svg, "path", {d: `M${spot(BAND, angle)}L${x} ${y}`, class: "band"});
+        made(svg, "text", {x, y: Number(y) + 0.13}, words);
       }
     }
     pairs.forEach((pair, k) => picture.rings.push(places.map(([a, b, inner, outer], i) => {
@@ -228,13 +208,11 @@
       return found;
     })));
     if (banded) picture.loads = places.map(() => made(svg, "path", {class: "load"}));
-    if (film.heat && film.heat.linings && banded) {
-      picture.heat = places.map(([a, b]) => made(svg, "path", {d: wedge(a, b, ...HEAT), class: "heat"}));
-    }
-    picture.numbers = places.map(([a, b, inner, outer], i) => {
-      if (places.length > 30 && i % 5) return null;
+    const hot = film.heat && film.heat.linings && banded ? places : [];
+    picture.heat = hot.map(([a, b]) => made(svg, "path", {d: wedge(a, b, ...HEAT), class: "heat"}));
+    places.forEach(([a, b, inner, outer], i) => {
       const [x, y] = spot((inner + outer) / 2, (a + b) / 2).split(" ");
-      return made(svg, "text", {x, y, class: "count", "text-anchor": "middle", "dominant-baseline": "central"}, String(i + 1));
+      if (places.length <= 30 || i % 5 === 4) made(svg, "text", {x, y, class: "count"}, String(i + 1));
     });
     $("at").max = film.t.length - 1;
     drawLegend(film);
@@ -353,7 +331,7 @@
     else showFilm(t);
   }
 
-  // --- results beside the pictures ----------------------------------------------------------------------------------------
+  // --- results beside the pictures ---------------------------------------------------------------------------------
 
   function drawResults(found) {
     const banner = $("banner");
@@ -378,252 +356,7 @@
     }
   }
 
-  // --- sliders ------------------------------------------------------------------------------------------------------------
-
-  const reading = (control, si) => si * control.factor + control.offset;
-
-  /** A row with a slider and a field; `moved(si)` is called with each new value. */
-  function slider(parent, control, steps, moved) {
-    const row = made(parent, "div", {class: "control", "data-path": control.path});
-    const id = `c-${control.path}`, name = made(row, "label", {for: id}, control.meaning);
-    made(name, "code", {}, control.path);
-    const bar = made(row, "input", {type: "range", id, min: 0, max: steps, step: "any"});
-    const field = made(row, "input", {type: "text", inputmode: "decimal", "aria-label": `${control.meaning}: value`});
-    made(row, "span", {class: "unit"}, control.unit);
-    const put = (si) => {
-      bar.value = steps * (si - control.low) / (control.high - control.low);
-      field.value = shown(reading(control, si), 6);
-      row.classList.toggle("changed", si !== control.value);
-    };
-    bar.addEventListener("input", () => {
-      const si = control.low + (control.high - control.low) * bar.value / steps;
-      field.value = shown(reading(control, si), 6);
-      row.classList.toggle("changed", si !== control.value);
-      moved(si);
-    });
-    field.addEventListener("change", () => {
-      const x = Number(field.value.replace("−", "-").replace(",", "."));
-      if (!Number.isFinite(x) || field.value.trim() === "") return put(control.value);
-      const si = (x - control.offset) / control.factor;
-      put(si);
-      moved(si);
-    });
-    put(control.value);
-    return {row, bar, put};
-  }
-
-  // --- a published grid: cubic Hermite between solved points ------------------------------------------------------------------
-
-  function publication(grid) {
-    const {axes, points} = grid, bytes = Uint8Array.from(atob(grid.numbers), (c) => c.charCodeAt(0));
-    const numbers = new Float32Array(bytes.buffer), at = axes.map((axis) => axis.value);
-    const sizes = axes.map((axis) => axis.values.length), flat = (index) => index.reduce((sum, i, k) => sum * sizes[k] + i, 0);
-
-    /** Values and derivatives at a solved point: `rows[0]` values, `rows[1 + k]` by axis k. */
-    const rowsOf = (point) => {
-      const size = grid.sequences[point.sequence].size;
-      return axes.map((_, k) => k + 1).reduce((rows, k) => [...rows, numbers.subarray(point.start + k * size, point.start + (k + 1) * size)],
-        [numbers.subarray(point.start, point.start + size)]);
-    };
-
-    /** Cell and share of the way through it, along each axis. */
-    const cell = (x) => axes.map((axis, k) => {
-      const last = axis.values.length - 2, i = Math.min(place(axis.values, x[k]), last);
-      const share = (x[k] - axis.values[i]) / (axis.values[i + 1] - axis.values[i]);
-      return {i, share: share < 1e-9 ? 0 : share > 1 - 1e-9 ? 1 : share, width: axis.values[i + 1] - axis.values[i]};
-    });
-
-    /** Values at x, or `null` where the sequence of events changes between the points around it. */
-    function solve(x) {
-      const where = cell(x), inside = where.every((w) => w.share > 0 && w.share < 1);
-      let corners = [[]];
-      for (const {i, share} of where) {
-        const ends = share === 0 ? [i] : share === 1 ? [i + 1] : [i, i + 1];
-        corners = corners.flatMap((corner) => ends.map((end) => [...corner, end]));
-      }
-      const found = corners.map((corner) => points[flat(corner)]), sequence = found[0].sequence;
-      if (sequence < 0 || found.some((point) => point.sequence !== sequence)) return null;
-      if (inside && grid.gaps.includes(cellNumber(where))) return null;
-      let rows = found.map(rowsOf);
-      where.forEach(({share: s, width}, k) => {
-        if (s === 0 || s === 1) return;
-        const half = rows.length / 2, merged = [];
-        for (let j = 0; j < half; j++) merged.push(between(rows[j], rows[j + half], s, width, k + 1));
-        rows = merged;
-      });
-      return {values: rows[0][0], sequence: grid.sequences[sequence]};
-    }
-
-    const cellNumber = (where) => where.reduce((sum, w, k) => sum * (sizes[k] - 1) + w.i, 0);
-
-    /** Values by cubic Hermite along the axis of the derivative `k`, the other derivatives linearly. */
-    function between(a, b, s, width, k) {
-      const h = [(1 + 2 * s) * (1 - s) ** 2, s * (1 - s) ** 2 * width, s * s * (3 - 2 * s), s * s * (s - 1) * width];
-      return a.map((_, r) => Float64Array.from(a[r], (x, n) =>
-        r === 0 ? h[0] * x + h[1] * a[k][n] + h[2] * b[0][n] + h[3] * b[k][n] : (1 - s) * x + s * b[r][n]));
-    }
-
-    function results(values, sequence) {
-      const read = (metric, si, offset) => Number.isFinite(si) ? `${shown(si * metric.factor + offset)} ${metric.unit}` : "—";
-      const metrics = grid.metrics.map((metric, n) => ({
-        words: metric.words, text: read(metric, values[n], metric.offset), si: Number.isFinite(values[n]) ? values[n] : "",
-        unit: metric.si_unit, note: "",
-      })).filter((metric) => metric.si !== "");
-      const rows = grid.metrics.map((metric, n) => [metric, values[n]]).filter(([metric]) => metric.limit !== null).map(([metric, si]) => {
-        const over = !(si <= metric.limit), margin = read(metric, metric.limit - si, 0);
-        return [metric.words, read(metric, si, metric.offset), read(metric, metric.limit, metric.offset), margin,
-          over ? "exceeded" : "within limit", over ? "bad" : "good"];
-      });
-      const over = rows.some((row) => row[5] === "bad"), headline = sequence.status + (over ? ", limit exceeded" : "");
-      return {colour: over ? "red" : sequence.colour, headline, text: `${sequence.message}.`, rows, metrics};
-    }
-
-    function runOf(values, sequence) {
-      const {pieces, events} = sequence, m = grid.samples, edges = Array.from(values.slice(grid.metrics.length, grid.metrics.length + pieces + 1));
-      const t = [], kept = [];
-      for (let i = 0; i < pieces; i++) for (let j = 0; j < m; j++) {
-        const time = edges[i] + (edges[i + 1] - edges[i]) * (j / (m - 1));
-        if (t.length && time < t[t.length - 1]) continue;
-        t.push(time);
-        kept.push(i * m + j);
-      }
-      let start = grid.metrics.length + pieces + 1;
-      const y = grid.charts.map((about) => about.lines.map(() => {
-        const line = kept.map((n) => values[start + n]);
-        start += pieces * m;
-        return line;
-      }));
-      return {charts: grid.charts, t, y, windows: [], events: events.map((event) => ({...event, t: edges[event.edge]}))};
-    }
-
-    function show() {
-      const found = solve(at), gap = found === null;
-      document.body.classList.toggle("gap", gap);
-      $("state").textContent = gap
-        ? "Gap: between the solved points around here the sequence of events changes. Move a slider to a shaded stretch."
-        : "";
-      if (gap) $("banner").className = "verdict", $("banner").querySelector("b").textContent = "No value here";
-      else {
-        drawResults(results(found.values, found.sequence));
-        drawCharts(runOf(found.values, found.sequence));
-      }
-      rows.forEach(({bar}, k) => paint(bar, k));
-    }
-
-    /** Shade the stretches of a slider that have values, the others as they are. */
-    function paint(bar, k) {
-      const {values, low, high} = axes[k], stops = [];
-      for (let i = 0; i + 1 < values.length; i++) {
-        const x = at.slice();
-        x[k] = 0.5 * (values[i] + values[i + 1]);
-        const colour = solve(x) ? "var(--blue-pale)" : "var(--gap)";
-        for (const end of [values[i], values[i + 1]]) stops.push(`${colour} ${(100 * (end - low) / (high - low)).toFixed(2)}%`);
-      }
-      bar.style.setProperty("--stretches", `linear-gradient(90deg, ${stops.join(", ")})`);
-    }
-
-    const rows = axes.map((axis, k) => slider($("sliders"), axis, 1000, (si) => {
-      // near a solved point the slider stays on it
-      const near = axis.values.find((value) => Math.abs(value - si) < 0.004 * (axis.high - axis.low));
-      at[k] = near ?? Math.min(Math.max(si, axis.low), axis.high);
-      show();
-    }));
-    show();
-  }
-
-  // --- the app: each move is a run; the latest wins ------------------------------------------------------------------------------
-
-  function application(app) {
-    const values = {};
-    let waiting = null, wanted = false, sent = 0;
-
-    async function ask() {
-      if (waiting !== null) {
-        wanted = true;
-        if (performance.now() - sent > 150) waiting.abort();
-        return;
-      }
-      waiting = new AbortController();
-      wanted = false;
-      sent = performance.now();
-      try {
-        const answer = await fetch("run", {
-          method: "POST", signal: waiting.signal, headers: {"Content-Type": "application/json"}, body: JSON.stringify({values}),
-        });
-        await read(answer.body.getReader());
-      } catch (error) {
-        if (error.name !== "AbortError") $("state").textContent = `The server does not answer: ${error.message}`;
-      }
-      waiting = null;
-      if (wanted) ask();
-    }
-
-    /** Lines of JSON: progress as often as there is any, then the results or what is wrong. */
-    async function read(reader) {
-      const decoder = new TextDecoder();
-      let text = "";
-      for (;;) {
-        const {done, value} = await reader.read();
-        text += decoder.decode(value, {stream: !done});
-        const lines = text.split("\n");
-        text = lines.pop();
-        lines.filter(Boolean).forEach((line) => take(JSON.parse(line)));
-        if (done) return;
-      }
-    }
-
-    function take(found) {
-      $("state").className = found.problem ? "state wrong" : "state";
-      if (found.progress !== undefined) $("state").textContent = `running: ${Math.round(100 * found.progress)} % simulated`;
-      if (found.problem) $("state").textContent = found.problem;
-      if (!found.results) return;
-      drawResults(found.results);
-      if (found.run) drawRun(found.run, run === null);
-      requestAnimationFrame(() => { $("state").textContent = `drawn after ${Math.round(performance.now() - sent)} ms`; });
-    }
-
-    const groups = new Map();
-    for (const control of app.controls) {
-      if (!groups.has(control.group)) {
-        const box = made($("sliders"), "details", groups.size < 2 ? {open: ""} : {});
-        made(box, "summary", {}, control.group);
-        groups.set(control.group, box);
-      }
-      const found = slider(groups.get(control.group), control, 1000, (si) => {
-        if (si === control.value) delete values[control.path]; else values[control.path] = si;
-        ask();
-      });
-      $("reset").addEventListener("click", () => found.put(control.value));
-    }
-    $("reset").addEventListener("click", () => {
-      for (const path of Object.keys(values)) delete values[path];
-      ask();
-    });
-    $("find").addEventListener("input", () => {
-      const words = $("find").value.trim().toLowerCase();
-      for (const [name, box] of groups) {
-        let any = false;
-        for (const row of box.querySelectorAll(".control")) {
-          row.hidden = !`${name} ${row.textContent}`.toLowerCase().includes(words);
-          any ||= !row.hidden;
-        }
-        box.hidden = !any;
-        if (words) box.open = any;
-      }
-    });
-    $("save").addEventListener("click", async () => {
-      const answer = await fetch("scene", {method: "POST", headers: {"Content-Type": "application/json"}, body: JSON.stringify({values})});
-      const found = await answer.json();
-      if (found.problem) return take(found);
-      const link = document.createElement("a");
-      link.href = URL.createObjectURL(new Blob([found.text], {type: "application/toml"}));
-      link.download = found.name;
-      link.click();
-      $("state").textContent = `saved as ${found.name}`;
-    });
-  }
-
-  // --- begin ----------------------------------------------------------------------------------------------------------------
+  // --- begin -------------------------------------------------------------------------------------------------------
 
   if ($("play")) {
     $("play").addEventListener("click", play);
@@ -632,6 +365,5 @@
     $("at").addEventListener("input", () => { stop(); jump(Number($("at").value)); });
   }
   if (data.run) drawRun(data.run, true);
-  if (data.grid) publication(data.grid);
-  if (data.app) application(data.app);
+  window.simbrake = {$, data, shown, made, place, drawResults, drawCharts, drawRun};
 })();
