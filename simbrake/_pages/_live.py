@@ -99,7 +99,7 @@ def charts_of(scene: Scene, s: Series) -> list[Chart]:
     )
     found += [Chart("Surface temperature", "°C", lines, 1.0, -ZERO)] if lines else []
     if s.friction_coefficient is not None:
-        low = Line("lowest of the linings", BLUE, lambda s: s.friction_coefficient.min(axis=1))
+        low = Line(f"lowest of the {words.lining}s", BLUE, lambda s: s.friction_coefficient.min(axis=1))
         high = Line("highest", SKY, lambda s: s.friction_coefficient.max(axis=1), True)
         found.append(Chart("Coefficient of friction, sliding", "–", (low, high)))
     if s.hook_position is not None:
