@@ -85,7 +85,7 @@ def app(
     if open_:
         import webbrowser
 
-        webbrowser.open(server.address)
+        webbrowser.open_new_tab(server.address)
     try:
         server.serve_forever()
     except KeyboardInterrupt:

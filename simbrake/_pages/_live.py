@@ -115,7 +115,9 @@ def rounded(values: Any) -> Any:
     size = np.where(np.isfinite(x) & (x != 0), np.abs(x), 1.0)
     places = 10.0 ** (6 - np.floor(np.log10(size)))
     shown = np.round(np.where(np.isfinite(x), x, 0.0) * places) / places
-    return shown.tolist() if np.all(np.isfinite(x)) else np.where(np.isfinite(x), shown, None).tolist()
+    if np.all(np.isfinite(x)):
+        return shown.tolist()
+    return np.where(np.isfinite(x), shown, None).tolist()  # pyright: ignore
 
 
 def times_of(result: Result, detail: Detail) -> Times:

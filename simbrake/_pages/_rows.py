@@ -114,8 +114,8 @@ def banner(found: Verdict, summary: Summary, checks: Sequence[LimitCheck]) -> Ba
     reserve = summary["metrics"].get(HOLDING)
     if reserve is not None:
         state, kind = ("holds", "good") if reserve >= 1 else ("does not hold", "bad")
-        values = (number(x, "1", count=5) for x in (reserve, 1.0, reserve - 1.0))
-        rows.append(LimitRow(f"{METRICS[HOLDING].title}, at least 1", *values, state, kind))
+        value, least, margin = (number(x, "1", count=5) for x in (reserve, 1.0, reserve - 1.0))
+        rows.append(LimitRow(f"{METRICS[HOLDING].title}, at least 1", value, least, margin, state, kind))
     headline = found.status[0].upper() + found.status[1:]
     return Banner(BANNER[found.kind], headline, f"{found.text}.", tuple(rows))
 
@@ -260,7 +260,7 @@ def tornado(table: SensitivityTable, most: int = 12) -> Tornado:
     """Effect of every parameter on a metric over its range, the largest on top; without ranges, elasticities."""
     rows = [row for row in table.matters if row.low is not None and row.high is not None]
     caption = "Metric at the lower (blue) and the upper (red) bound of each parameter's range, the others fixed."
-    ends = {row.path: [("low", row.low), ("high", row.high)] for row in rows}
+    ends: dict[str, list[tuple[str, Any]]] = {row.path: [("low", row.low), ("high", row.high)] for row in rows}
     base = table.value
     if not rows:
         caption, base = "Percent of the metric for one percent of each parameter.", 0.0

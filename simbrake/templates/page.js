@@ -44,7 +44,7 @@
     c.save();
     Object.assign(c, {lineWidth: ratio, font: `${11 * ratio}px system-ui, sans-serif`, textAlign: "left"});
     c.setLineDash([4 * ratio, 4 * ratio]);
-    let edge = -1e9, row = 0;
+    const ends = [-1e9, -1e9, -1e9, -1e9];  // of the labels in each row above the first chart
     for (const event of run.events) {
       const x = Math.round(u.valToPos(event.t, "x", true));
       if (x < u.bbox.left || x > u.bbox.left + u.bbox.width) continue;
@@ -56,9 +56,9 @@
       c.stroke();
       if (!first || !few) continue;
       const wide = c.measureText(event.words).width, over = x + wide - u.bbox.left - u.bbox.width;
-      row = x - edge < 8 * ratio + wide ? (row + 1) % 3 : 0;
-      edge = x;
-      c.fillText(event.words, x - Math.max(over, 0), u.bbox.top - (4 + 13 * row) * ratio);
+      const left = x - Math.max(over, 0), row = Math.max(ends.findIndex((end) => end < left), 0);
+      ends[row] = left + wide + 6 * ratio;
+      c.fillText(event.words, left, u.bbox.top - (4 + 13 * row) * ratio);
     }
     c.restore();
   }
@@ -101,8 +101,8 @@
     const box = made($("charts"), "div", {class: "chart", "data-chart": about.title});
     made(box, "h3", {}, about.unit === "–" ? about.title : `${about.title}, ${about.unit}`);
     const u = new uPlot({
-      width: $("charts").clientWidth, padding: [index === 0 ? 42 : 8, null, null, null],
-      height: (narrow ? 130 : 145) + (index === 0 ? 34 : index === count - 1 ? 18 : 0),
+      width: $("charts").clientWidth, padding: [index === 0 ? 56 : 8, null, null, null],
+      height: (narrow ? 130 : 145) + (index === 0 ? 48 : index === count - 1 ? 18 : 0),
       scales: {x: {time: false}},
       cursor: {y: false, sync: {key: "simbrake"}, drag: {x: true, y: false}},
       axes: [
@@ -246,8 +246,10 @@
     }));
     if (film.tension) {
       const T = film.tension[i], radius = T.map((x) => TENSION[0] + TENSION[1] * Math.max(x, 0) / picture.topTension);
-      const points = film.places.flatMap(([a, b], j) => [spot(radius[j], b), spot(radius[j + 1], a)]);
-      const back = film.places.flatMap(([a, b]) => [spot(TENSION[0], b), spot(TENSION[0], a)]).reverse();
+      const steps = [0, 0.2, 0.4, 0.6, 0.8, 1], there = (a, b, s) => a + s * (b - a);
+      const points = film.places.flatMap(([a, b], j) =>
+        steps.map((s) => spot(there(radius[j], radius[j + 1], s), there(b, a, s))));
+      const back = film.places.flatMap(([a, b]) => steps.map((s) => spot(TENSION[0], there(b, a, s)))).reverse();
       picture.curve.setAttribute("d", "M" + [...points, ...back].join("L") + "Z");
       picture.loads.forEach((path, j) => {
         const [a, b] = film.places[j], middle = (a + b) / 2, half = 0.36 * (b - a);
