@@ -123,7 +123,7 @@ def test_hovering_shows_the_values_of_the_series(browser, run, report, size):
     if browser is None:
         return
     page = opened(browser, report[0].as_uri(), size)
-    for place in (0.2, 0.55):
+    for place in (0.06, 0.1, 0.55):
         area = page.locator('[data-chart="Torque"] .u-over')
         area.scroll_into_view_if_needed()
         box = area.bounding_box()

@@ -9,6 +9,7 @@ import json
 import secrets
 import socketserver
 import threading
+import time
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -32,8 +33,8 @@ _ENTRIES = 24
 _LONGEST = 1_000_000
 #: less than in a report, as it is found and sent with each move
 _DETAIL = Detail(100, 150, 100)
-#: runs before the first move
-_WARM = 5
+#: runs before the first move, fewer (but two) where they take more than so many seconds
+_WARM, _WAIT = 5, 10.0
 _HEADERS = {
     "X-Content-Type-Options": "nosniff",
     "X-Frame-Options": "DENY",
@@ -94,17 +95,19 @@ class App:
 
     def page(self) -> str:
         """The page with the run of the scene as it is."""
-        result = simulate(self.scene, rtol=self.rtol, throw=False)
-        data = {"still": still(self.scene), "app": {"controls": self.controls}, "run": self._run(result)}
         words = "Each move is a run. Values in fields may leave the range of their slider."
-        parts = {"kind": "app", "panel": words, "data": data}
-        return render({**head(result, limit_checks(result, self.limits), self.title), **parts})
+        with self._running:
+            result = simulate(self.scene, rtol=self.rtol, throw=False)
+            data = {"still": still(self.scene), "app": {"controls": self.controls}, "run": self._run(result)}
+            parts = head(result, limit_checks(result, self.limits), self.title)
+        return render({**parts, "kind": "app", "panel": words, "data": data})
 
     def warm(self) -> None:
         """Compile all that a move needs: programs come quickly first, and better ones after a few runs."""
-        for _ in range(_WARM):
-            for _ in self.answers({}):
-                pass
+        begun = time.monotonic()
+        for i in range(_WARM):
+            if i < 2 or time.monotonic() - begun < _WAIT:
+                _ = [*self.answers({})]
 
     @staticmethod
     def _run(result: Result) -> Data | None:
