@@ -93,6 +93,8 @@ class Banner(NamedTuple):
     rows: tuple[LimitRow, ...] = ()
 
 
+#: a holding reserve so near to 1 is that of the instant at which the pulley turns again
+_AT_ONE = 1e-9
 #: colours of pages, by kind of verdict
 BANNER = {"good": "green", "open": "amber", "bad": "red"}
 
@@ -113,7 +115,8 @@ def banner(found: Verdict, summary: Summary, checks: Sequence[LimitCheck]) -> Ba
     ]
     reserve = summary["metrics"].get(HOLDING)
     if reserve is not None:
-        state, kind = ("holds", "good") if reserve >= 1 else ("does not hold", "bad")
+        # at the instant at which a held load is let go, or breaks away, the reserve is 1
+        state, kind = ("holds", "good") if reserve > 1 + _AT_ONE else ("until it turned again", "")
         value, least, margin = (number(x, "1", count=5) for x in (reserve, 1.0, reserve - 1.0))
         rows.append(LimitRow(f"{METRICS[HOLDING].title}, at least 1", value, least, margin, state, kind))
     headline = found.status[0].upper() + found.status[1:]

@@ -49,7 +49,7 @@
       const x = Math.round(u.valToPos(event.t, "x", true));
       if (x < u.bbox.left || x > u.bbox.left + u.bbox.width) continue;
       c.strokeStyle = c.fillStyle = event.colour;
-      c.globalAlpha = few ? 1 : 0.35;
+      c.globalAlpha = few ? 1 : 0.2;
       c.beginPath();
       c.moveTo(x, u.bbox.top);
       c.lineTo(x, u.bbox.top + u.bbox.height);
@@ -92,6 +92,7 @@
   }
 
   function chart(about, index, count) {
+    const labelled = index === 0 && run.events.length && run.events.length <= 12;
     const narrow = $("charts").clientWidth < 500, font = "12px system-ui, sans-serif", grid = {stroke: "#e3e7ec", width: 1};
     const lines = about.lines.map((line) => ({
       label: line.label, stroke: line.colour, width: 1.7, dash: line.dashed ? [7, 4] : undefined,
@@ -101,8 +102,8 @@
     const box = made($("charts"), "div", {class: "chart", "data-chart": about.title});
     made(box, "h3", {}, about.unit === "–" ? about.title : `${about.title}, ${about.unit}`);
     const u = new uPlot({
-      width: $("charts").clientWidth, padding: [index === 0 ? 56 : 8, null, null, null],
-      height: (narrow ? 130 : 145) + (index === 0 ? 48 : index === count - 1 ? 18 : 0),
+      width: $("charts").clientWidth, padding: [labelled ? 56 : 8, null, null, null],
+      height: (narrow ? 130 : 145) + (labelled ? 48 : index === count - 1 ? 18 : 0),
       scales: {x: {time: false}},
       cursor: {y: false, sync: {key: "simbrake"}, drag: {x: true, y: false}},
       axes: [
