@@ -6,6 +6,7 @@ import os
 import jax
 import psutil
 import pytest
+from browsers import browser_path
 from compile_flags import set_flags
 from jaxtyping import install_import_hook
 
@@ -48,6 +49,14 @@ def pytest_configure(config):
     gc.collect()
     gc.freeze()
     gc.set_threshold(200_000, 50, 100)
+
+
+def pytest_terminal_summary(terminalreporter):
+    """A missing browser is said loudly: tests of pages then test their data alone, without a skip that would fail."""
+    if browser_path() is None:
+        words = "NO BROWSER: reports, publications and apps were tested by their data alone, not in a browser."
+        terminalreporter.section("warning", sep="!", red=True, bold=True)
+        terminalreporter.write_line(f"{words} Install chromium and playwright.", red=True, bold=True)
 
 
 @pytest.hookimpl(wrapper=True)

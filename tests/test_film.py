@@ -1,9 +1,6 @@
 """The film of one braking: how fast it runs, what its frames show, what it refuses."""
 
-import base64
-import json
 import math
-import re
 
 import numpy as np
 import pytest
@@ -97,18 +94,12 @@ def test_animation_writes_every_frame(plain, tmp_path):
         assert image.info["duration"] == 100
         assert image.info["loop"] == 0
     assert told == [(i, 5) for i in range(1, 6)]
-    page = plot.animate(plain, str(tmp_path / "stop.html"), duration=0.3, fps=10).read_text("utf-8")
-    (frames,) = re.findall(r"const frames = (\[.*?\]), step = 100;", page)
-    images = [base64.b64decode(frame) for frame in json.loads(frames)]
-    assert len(images) == 3
-    assert all(image.startswith(b"\x89PNG") for image in images)
-    assert not re.search(r"https?://", page)  # works offline
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["new", "stop.html"]
+    assert [p.name for p in tmp_path.iterdir()] == ["new"]
 
 
 def test_animation_refuses_what_makes_no_film(plain, tmp_path):
     for name, given, words in (
-        ("stop.mp4", {}, "let it end in .gif or .html"),
+        ("stop.mp4", {}, r"let it end in \.gif"),
         ("stop.gif", {"duration": 0.0}, "duration"),
         ("stop.gif", {"fps": 100}, "up to 50"),
         ("stop.gif", {"duration": 1e4}, "frames"),

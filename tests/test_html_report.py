@@ -1,5 +1,7 @@
 """The report: one page that needs nothing else, whose numbers are those of the run."""
 
+import base64
+import hashlib
 import html
 import html.parser
 import importlib.resources
@@ -97,10 +99,17 @@ def test_page_is_complete_in_itself(made):
     page = Page(made)
     assert made.startswith("<!DOCTYPE html>")
     assert {"html", "head", "title", "main", "nav", "figure", "figcaption", "table"} <= page.tags
-    assert not page.tags & {"script", "link", "iframe", "object", "embed"}
+    assert not page.tags & {"link", "iframe", "object", "embed"}
     assert len(page.ids) == len(set(page.ids))
     for link in page.links:
         assert link.startswith("data:image/") or (link[0] == "#" and link[1:] in page.ids)
+    # scripts are the data of the page and those that its policy names by their hashes; nothing else runs
+    scripts = re.findall(r"<script>(.*?)</script>", made, re.S)
+    hashes = re.search(r"script-src ((?:'sha256-[^']*' ?)+)\"", html.unescape(made))[1].split()
+    digests = [base64.b64encode(hashlib.sha256(text.encode()).digest()).decode() for text in scripts]
+    assert hashes == [f"'sha256-{digest}'" for digest in digests]
+    assert "default-src 'none'" in html.unescape(made)
+    assert len(re.findall("<script", made)) == len(scripts) + 1 == 3
     style = re.findall(r"<style>(.*?)</style>", made, re.S)
     assert len(style) == 1
     assert not re.search(r"url\(|@import", style[0])
@@ -168,7 +177,7 @@ def test_failure_is_shown_with_its_message():
     result = sb.simulate(stop_scene(), max_events=2, throw=False)
     text = sb.report(result, limits={"max_tension": 1e9})
     page = Page(text)
-    assert 'class="verdict bad"' in text
+    assert 'class="verdict red"' in text
     assert "Failed: event_limit" in page.words
     assert "the event limit was reached before the end time" in page.words
     assert "raise max_events" in page.words
@@ -237,7 +246,7 @@ def test_heading_says_what_is_exceeded(run):
     high = _rows.verdict(run, run.summary(), limit_checks(run, {"max_tension": peak + 1.0}))
     assert (high.kind, high.status) == ("good", "stopped")
     text = sb.report(run, check=False, limits={"max_tension": peak - 1000.0})
-    assert '<div class="verdict bad"' in text
+    assert '<div class="verdict red"' in text
     assert '<span class="badge bad">exceeded</span>' in text
     assert "−1 kN" in Page(text).words
 
@@ -245,7 +254,7 @@ def test_heading_says_what_is_exceeded(run):
 def test_runaway_is_a_red_heading_with_both_torques():
     result = sb.simulate(stop_scene(load=1e5, end=0.3))
     text = sb.report(result, check=False)
-    assert '<div class="verdict bad"' in text
+    assert '<div class="verdict red"' in text
     words = Page(text).words
     assert "Runaway" in words
     assert "load torque 100 kN·m" in words
@@ -417,4 +426,4 @@ def test_titles():
 
 
 def test_template_is_part_of_the_package():
-    assert importlib.resources.files("simbrake").joinpath("templates/report.html").is_file()
+    assert importlib.resources.files("simbrake").joinpath("templates/page.html").is_file()

@@ -21,7 +21,7 @@ from cyclopts import Parameter
 import simbrake as sb
 
 from .._base._faults import Fault, InputError, whole_file
-from . import _checks, _runs, _scenes, _studies
+from . import _checks, _interactive, _runs, _scenes, _studies
 from . import _options as cli
 
 # --- ω as omega, ≤ as <=, without encoding errors
@@ -177,6 +177,7 @@ app = cyclopts.App(
     * List every parameter of a scene: `simbrake scene show mine.toml`; the file format: `simbrake scene schema`
     * See what each parameter does to the stopping time: `simbrake sensitivity mine.toml`
     * Write a report to share: `simbrake report mine.toml`
+    * Move a slider for every parameter: `simbrake app mine.toml`
     """,
     help_format="markdown",
     help_epilogue="Exit codes: 0 success; 1 the run failed; 2 the input is wrong, with all its errors; 3 a limit is "
@@ -203,7 +204,7 @@ def install_completion(
 
 
 app.command(_scenes.scene)
-for _module in (_scenes, _runs, _studies, _checks):
+for _module in (_scenes, _runs, _interactive, _studies, _checks):
     for _command, _codes in _module.COMMANDS.items():
         app.command(_command, help_epilogue=f"Exit codes: {_codes}")
 

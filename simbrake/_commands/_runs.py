@@ -133,7 +133,7 @@ def animate(
     Parameters
     ----------
     out
-        The animation: .gif, or .html for a self-contained page with a slider.
+        The animation: .gif, or .html for a self-contained page in which it is played, stepped and hovered.
     duration
         Length of the animation (s).
     fps
@@ -148,9 +148,18 @@ def animate(
     faults = cli.faults_of_file(out, ".gif", ".html")
     if not 0 < duration <= 600:
         faults.append(Fault("--duration", f"{duration} is out of range", "0…600 s"))
+    if not 0 < fps <= 50:
+        faults.append(Fault("--fps", f"{fps} is out of range", "1…50 frames a second"))
     scene = cli.opened(file, set_, rtol, faults=faults)
     result = sb.simulate(scene, rtol=rtol, throw=False, progress=None)
-    sb.plot.animate(result, out, duration=duration, fps=fps, start=start, end=end)
+    if out.suffix.lower() == ".gif":
+        sb.plot.animate(result, out, duration=duration, fps=fps, start=start, end=end)
+    else:
+        from .._pages._page import film_page
+
+        title, count = title_of(file, file.read_text("utf-8")), max(2, round(duration * fps))
+        with cli.whole_file(out) as page:
+            page.write_text(film_page(result, title, count, duration, start, end), "utf-8")
     said = {"status": result.status, "message": result.message, "written": str(out)}
     cli.tell(f"written  {out}", lambda: said, json_)
     return cli.exit_code(result.ok)

@@ -1,17 +1,21 @@
 """Outputs of a run: one self-contained HTML page, and files in a folder, written all or not at all."""
 
+import base64
 import csv
+import hashlib
+import importlib.resources
 import inspect
 import json
 import os
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import jinja2
 import numpy as np
 from jaxtyping import Float
+from markupsafe import Markup
 
 from .. import plot
 from .._base._faults import InputError, whole_file, whole_folder
@@ -46,8 +50,10 @@ from ..results._dataset import provenance, save
 from ..studies._sensitivity import Sensitivity, SensitivityTable
 from ..studies._sensitivity import sensitivity as tables_of
 from ..thermal._heat import place_count
+from ._live import Data, Detail, embedded, film, live, still
 from ._rows import (
     EVENT,
+    banner,
     duty_words,
     event_counts,
     event_table,
@@ -56,24 +62,27 @@ from ._rows import (
     limit_table,
     parts_of,
     stage_table,
+    tornado,
     verdict,
     words_of,
 )
 
-#: contents of the page, by the names that the template uses
-Contents: TypeAlias = dict[str, object]
+#: contents of a page, by the names that the template uses
+Contents: TypeAlias = dict[str, Any]
 
 
 class Picture(NamedTuple):
     """A figure of a run: function of `simbrake.plot`, title, and condition on the result.
 
-    `options`: further arguments of the function, so that one function can draw several figures.
+    - `options`: further arguments of the function, so that one function can draw several figures
+    - `drawn`: the script of a page draws this; the figure is for paper, and for readers without scripts
     """
 
     name: str
     title: str
     wanted: Callable[[Result], bool] = lambda result: True
     options: tuple[str, ...] = ()
+    drawn: bool = False
 
     @property
     def key(self) -> str:
@@ -100,10 +109,20 @@ def _each_lining_has_heat(result: Result) -> bool:
 DUTY = Picture("duty", "What acts on the brake")
 #: the figures of a run in the order of the page; a new one is one line
 PICTURES = (
-    Picture("stop", "The run over time"),
+    Picture("stop", "The run over time", drawn=True),
     Picture("stops", "The stops, one by one", lambda run: len(run.stops) > 1),
-    Picture("pulley", "Tensions and loads on the pulley's circle", lambda run: isinstance(run.scene.brake, Brake)),
-    Picture("pressed", "What presses the linings", lambda run: isinstance(run.scene.brake, DiscBrake | ShoeBrake)),
+    Picture(
+        "pulley",
+        "Tensions and loads on the pulley's circle",
+        lambda run: isinstance(run.scene.brake, Brake),
+        drawn=True,
+    ),
+    Picture(
+        "pressed",
+        "What presses the linings",
+        lambda run: isinstance(run.scene.brake, DiscBrake | ShoeBrake),
+        drawn=True,
+    ),
     Picture("lining_map", "Normal load of every lining", options=("normal_load",)),
     Picture("stages", "Stages of the staged brake", lambda run: run.scene.brake.in_series),
     Picture("contacts", "Which linings slide", lambda run: bool(run.record.modes.contacts)),  # pyright: ignore
@@ -137,16 +156,12 @@ class Drawing(NamedTuple):
     title: str
     caption: str
     address: str  # data URI
+    drawn: bool = False  # by the script: for paper, and for readers without scripts
 
 
 def draw(result: Result, picture: Picture) -> Drawing:
     """One figure of a result, as an image inside the page."""
-    return drawing(picture.key, picture.title, picture.caption, picture.figure(result))
-
-
-def drawing(name: str, title: str, caption: str, figure: Figure) -> Drawing:
-    """A figure as an image inside the page."""
-    return Drawing(name, title, caption, data_uri(figure))
+    return Drawing(picture.key, picture.title, picture.caption, data_uri(picture.figure(result)), picture.drawn)
 
 
 # --- the page ---------------------------------------------------------------------------------------------------------
@@ -172,7 +187,10 @@ def report(
     rtol: float = 1e-10,
     progress: bool | Waiting | None = False,
 ) -> str:
-    """Write a run as one self-contained HTML page: no network, no other files, no scripts. Returns the page.
+    """Write a run as one self-contained HTML page: no network, no other files. Returns the page.
+
+    Verdict and key results come first, inputs last. Charts show values at the cursor and can be zoomed, a film shows
+    the brake moment by moment; on paper and without scripts there are still figures instead.
 
     - `run`: a result, or a scene, which is run to its end or its failure with the tolerance `rtol`
     - `path`: file to write the page to; an existing file is replaced, whole or not at all
@@ -216,7 +234,7 @@ def contents(
     result: Result, limits: Mapping[str, float], title: str, files: Mapping[str, str], told: Waiting
 ) -> Contents:
     """Contents of the page of one result."""
-    told.now("post-processing")
+    told.now("post-processing…")
     scene, summary, brake = result.scene, result.summary(), result.scene.brake
     absent = paths_without_meaning(scene)
     parts = [part._replace(rows=tuple(row for row in part.rows if row.path not in absent)) for part in parts_of(scene)]
@@ -224,9 +242,9 @@ def contents(
     events, checks = event_table(result.events), limit_checks(result, limits)
     origin = {name: value for name, value in provenance(result).items() if name not in ("scene", "outcome")}
     return {
-        "title": title or f"A run of a {brake.kind} with {brake.linings.count} {brake.words.lining}s",
-        "verdict": verdict(result, summary, checks),
-        "figures": key_figures(summary),
+        **head(result, checks, title or f"A run of a {brake.kind} with {brake.linings.count} {brake.words.lining}s"),
+        "kind": "report",
+        "data": {"run": live(result), "still": still(scene)} if lasted(result) else None,
         "parts": [part for part in parts if not part.path.startswith("heat")],
         "thermal_parts": [part for part in parts if part.path.startswith("heat")],
         "duty": duty_words(scene),
@@ -246,6 +264,31 @@ def contents(
         "provenance": flat(origin),
         "files": {**_scene_text(scene), **files},
     }
+
+
+def head(result: Result, checks: Sequence[LimitCheck], title: str) -> Contents:
+    """What every page begins with: title, verdict, key results; and what only some pages have, as nothing."""
+    summary = result.summary()
+    return {
+        "title": title,
+        "banner": banner(verdict(result, summary, checks), summary, checks),
+        "figures": key_figures(summary),
+        "lining": result.scene.brake.words.lining,
+        "film": True,
+        "panel": "",
+        "notes": (),
+        "pictures": (),
+    }
+
+
+def film_page(result: Result, title: str, count: int, duration: float, start: float | None, end: float | None) -> str:
+    """A page with the film of a run and its charts alone, as `simbrake.plot.animate` shows it.
+
+    Raises `InputError` for times outside the run.
+    """
+    run = {**live(result, Detail(frames=2)), "film": film(result, count, duration, start, end)}
+    data = {"still": still(result.scene), "run": run}
+    return render({**head(result, limit_checks(result, {}), title), "kind": "film", "data": data})
 
 
 def _scene_text(scene: Scene) -> dict[str, str]:
@@ -276,15 +319,11 @@ def _sensitivities(result: Result, metrics: Sequence[Metric], span: float | None
     tables: list[SensitivityTable] = []
     if there:
         tables = tables_of(result.scene, there, span=span, rtol=float(result.rtol), progress=told)
-    caption = "Percent of the metric for one percent of each parameter; the largest bar on top."
-    if span:
-        over = f"its range of ± {100 * span:g} %"
-        caption = f"Effect of every parameter over {over}, the others fixed; the largest bar on top."
     found = [
         {
             "words": words_of(table.metric),
             "value": number(table.value, table.unit),
-            "tornado": drawing(f"tornado_{table.metric}", words_of(table.metric), caption, plot.tornado(table)),
+            "tornado": tornado(table),
             "rows": _sensitivity_table(table.matters[:_MOST]),
             "left_out": len(table.wholes) - len(table.matters[:_MOST]),
             "notes": table.notes,
@@ -337,13 +376,27 @@ def _accuracy(second: Repeat) -> Contents:
     }
 
 
-def render(parts: Mapping[str, object]) -> str:
-    """The page with these `contents`. The template escapes every text."""
+def template_file(name: str) -> str:
+    """A file of the templates, with what it needs to stand inside a page."""
+    return importlib.resources.files("simbrake").joinpath("templates", name).read_text("utf-8")
+
+
+def render(parts: Mapping[str, Any]) -> str:
+    """The page with these contents. The template escapes every text; no script but the page's own can run."""
     loader = jinja2.PackageLoader("simbrake", "templates")
     settings = {"autoescape": True, "trim_blocks": True, "lstrip_blocks": True, "undefined": jinja2.StrictUndefined}
     environment = jinja2.Environment(loader=loader, **settings)
     environment.filters |= {"digits": digits, "number": number}
-    return environment.get_template("report.html").render(parts)
+    names = ["uplot/uPlot.iife.min.js", "page.js", *(["sliders.js"] if parts["panel"] else [])]
+    scripts = [template_file(name) for name in names]
+    hashes = [base64.b64encode(hashlib.sha256(text.encode()).digest()).decode("ascii") for text in scripts]
+    allowed = " ".join(f"'sha256-{digest}'" for digest in hashes)
+    policy = f"default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src {allowed}"
+    policy += "; connect-src 'self'" if parts["kind"] == "app" else ""
+    inlined = {"scripts": map(Markup, scripts), "uplot_style": Markup(template_file("uplot/uPlot.min.css"))}
+    data: Data | None = parts["data"]
+    shown = {**parts, **inlined, "policy": policy, "data": None if data is None else Markup(embedded(data))}
+    return environment.get_template("page.html").render(shown)
 
 
 # --- files ------------------------------------------------------------------------------------------------------------

@@ -13,10 +13,11 @@ from .._parts._scene import Scene
 from .._phases import Phases
 from .._run._log import EVENTS, STAGES, Event, Status
 from .._run._measure import PRESSURE, LimitCheck, LimitVerdict, unit_of
-from .._run._metrics import METRICS
+from .._run._metrics import HOLDING, METRICS
 from .._run._result import Result
 from ..loads import AbstractLoad, Driller, HookLoad, Lever, SpeedHold, StringLoad, TorqueLoad, TrippingLoad
 from ..profiles import AbstractProfile, Constant, ExponentialRise, FunctionProfile, PiecewiseLinear, Repeated
+from ..studies._sensitivity import Sensitivity, SensitivityTable
 
 #: what `Result.summary` returns
 Summary: TypeAlias = dict[str, Any]
@@ -70,6 +71,56 @@ def _exceeded(check: LimitCheck) -> str:
         return f"limit exceeded: {words_of(check.name)} {check.note}, limit {limit}"
     value, over = number(check.value, check.unit), number(-check.margin, check.unit, absolute=False)
     return f"limit exceeded: {words_of(check.name)} {value}, limit {limit}, exceeded by {over}"
+
+
+class LimitRow(NamedTuple):
+    """A limit in the verdict of a run; `kind` is the colour of its state."""
+
+    name: str
+    value: Number
+    limit: Number
+    margin: Number
+    state: str
+    kind: str
+
+
+class Banner(NamedTuple):
+    """What a page begins with: `colour` is `red`, `amber` or `green`, rows are the limits that there are."""
+
+    colour: str
+    headline: str
+    text: str
+    rows: tuple[LimitRow, ...] = ()
+
+
+#: a holding reserve so near to 1 is that of the instant at which the pulley turns again
+_AT_ONE = 1e-9
+#: colours of pages, by kind of verdict
+BANNER = {"good": "green", "open": "amber", "bad": "red"}
+
+
+def banner(found: Verdict, summary: Summary, checks: Sequence[LimitCheck]) -> Banner:
+    """The verdict with its limits, and the holding reserve where the brake held a load."""
+    rows = [
+        LimitRow(
+            words_of(check.name),
+            number(check.value, check.unit),
+            number(check.limit, check.unit),
+            number(check.margin, check.unit, absolute=False),
+            check.verdict,
+            _COLOURED.get(check.verdict, ""),
+        )
+        for check in checks
+        if check.limit is not None
+    ]
+    reserve = summary["metrics"].get(HOLDING)
+    if reserve is not None:
+        # at the instant at which a held load is let go, or breaks away, the reserve is 1
+        state, kind = ("holds", "good") if reserve > 1 + _AT_ONE else ("until it turned again", "")
+        value, least, margin = (number(x, "1", count=5) for x in (reserve, 1.0, reserve - 1.0))
+        rows.append(LimitRow(f"{METRICS[HOLDING].title}, at least 1", value, least, margin, state, kind))
+    headline = found.status[0].upper() + found.status[1:]
+    return Banner(BANNER[found.kind], headline, f"{found.text}.", tuple(rows))
 
 
 # --- tables -----------------------------------------------------------------------------------------------------------
@@ -181,6 +232,59 @@ def stage_table(summary: Summary) -> Table:
         for stage in summary.get("stages", [])
     ]
     return Table(["stage", *columns, Column("stage_note", hidden=True)], rows)
+
+
+class End(NamedTuple):
+    """A bar of a tornado chart, in percent of the chart's width: `side` is `low` or `high`."""
+
+    side: str
+    x: float
+    width: float
+    words: str
+
+
+class Bar(NamedTuple):
+    """A parameter in a tornado chart: path, value with its range, bars."""
+
+    path: str
+    words: str
+    ends: tuple[End, ...]
+
+
+class Tornado(NamedTuple):
+    """A tornado chart: `base` is the place of the metric's own value, in percent of the width."""
+
+    caption: str
+    bars: tuple[Bar, ...]
+    base: float
+
+
+def tornado(table: SensitivityTable, most: int = 12) -> Tornado:
+    """Effect of every parameter on a metric over its range, the largest on top; without ranges, elasticities."""
+    rows = [row for row in table.matters if row.low is not None and row.high is not None]
+    caption = "Metric at the lower (blue) and the upper (red) bound of each parameter's range, the others fixed."
+    ends: dict[str, list[tuple[str, Any]]] = {row.path: [("low", row.low), ("high", row.high)] for row in rows}
+    base = table.value
+    if not rows:
+        caption, base = "Percent of the metric for one percent of each parameter.", 0.0
+        rows = [row for row in table.matters if np.isfinite(row.elasticity)]
+        ends = {row.path: [("high" if row.elasticity > 0 else "low", row.elasticity)] for row in rows}
+    rows = sorted(rows[:most], key=lambda row: -max(abs(x - base) for _, x in ends[row.path]))
+    every = [base, *(x for row in rows for _, x in ends[row.path])]
+    low, width = min(every), max(max(every) - min(every), 1e-300)
+
+    def bar(row: Sensitivity) -> Bar:
+        half = "" if row.half is None else f" ± {number(row.half, row.unit, absolute=False, count=3)}"
+        found = []
+        for side, x in ends[row.path]:
+            a, b = sorted((100 * (x - low) / width, 100 * (base - low) / width))
+            value = number(x, table.unit, count=6) if base else Number(digits(x, 4))
+            found.append(
+                End(side, a, b - a, f"{row.path}, {side}er bound: {value}" if base else f"{row.path}: {value}")
+            )
+        return Bar(row.path, f"{number(row.value, row.unit, count=5)}{half}", tuple(found))
+
+    return Tornado(caption, tuple(map(bar, rows)), 100 * (base - low) / width)
 
 
 class Share(NamedTuple):

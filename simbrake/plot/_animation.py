@@ -1,9 +1,6 @@
 """An animation of one brake application: the pulley turns, linings stick, slide and heat."""
 
-import base64
-import importlib.resources
 import io
-import json
 import math
 import os
 from collections.abc import Callable, Iterator
@@ -141,12 +138,12 @@ def animate(
     end: float | int | None = None,
     progress: bool | Callable[[int, int], object] | None = None,
 ) -> Path:
-    """Write an animation of one brake application as `.gif` or as a self-contained `.html` page; returns its path.
+    """Write an animation of one brake application as `.gif`; returns its path.
 
     The pulley turns by the true angle, with a mark; linings are coloured by stick and slip and, with
     heat, by the temperature of their surface; below, speed and tensions with a cursor. Where the onset of slip is short
     against the braking, the animation is slower there: each frame shows the factor, and the time axis
-    is scaled accordingly.
+    is scaled accordingly. A page with the film, to be played, stepped and hovered: `simbrake animate SCENE film.html`.
 
     - `duration` (s) of the animation and `fps`, its frames a second
     - `start`, `end` (s) in the run: default from its start until shortly after the first stop
@@ -168,16 +165,16 @@ def animate(
             told.add(1)
     finally:
         told.close()
-    data = _gif(frames, rate) if file.suffix.lower() == ".gif" else _html(frames, rate)
     with whole_file(file) as scratch:
-        scratch.write_bytes(data)
+        scratch.write_bytes(_gif(frames, rate))
     return file
 
 
 def _numbers(file: Path, duration: float | int, fps: float | int) -> tuple[float, float]:
     found = []
-    if file.suffix.lower() not in (".gif", ".html"):
-        found.append(Fault("path", f"{file.name!r} is not an animation", "let it end in .gif or .html"))
+    if file.suffix.lower() != ".gif":
+        hint = "let it end in .gif; `simbrake animate SCENE film.html` writes a page"
+        found.append(Fault("path", f"{file.name!r} is not an animation", hint))
     seconds, rate = float(as_number(duration)), float(as_number(fps))
     if not 0.0 < seconds < math.inf:
         found.append(Fault("duration", f"{seconds:g} s is out of range", "it must be positive"))
@@ -358,13 +355,3 @@ def _gif(frames: list[Image.Image], fps: float) -> bytes:
     step = max(20, 10 * round(100 / fps))  # a GIF counts in hundredths of a second
     frames[0].save(out, "GIF", save_all=True, append_images=frames[1:], duration=step, loop=0, optimize=False)
     return out.getvalue()
-
-
-def _html(frames: list[Image.Image], fps: float) -> bytes:
-    found = []
-    for frame in frames:
-        out = io.BytesIO()
-        frame.save(out, "PNG", optimize=False)
-        found.append(base64.b64encode(out.getvalue()).decode("ascii"))
-    page = importlib.resources.files("simbrake").joinpath("templates/animation.html").read_text("utf-8")
-    return page.replace("STEP", f"{1000 / fps:.6g}").replace("FRAMES", json.dumps(found)).encode("utf-8")

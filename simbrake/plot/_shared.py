@@ -26,7 +26,7 @@ ZERO = 273.15  # K
 BLUE, SKY, GREEN, ORANGE, VERMILLION, PURPLE = "#0072B2", "#56B4E9", "#009E73", "#E69F00", "#D55E00", "#CC79A7"
 
 #: events that change the state of a whole pair, with the colour and label of their line
-_MARKED = {
+MARKED = {
     "slip_onset": (GREEN, "slip onset t₀"),
     "full_slip": (ORANGE, "full slip t₁"),
     "internal_slip": (SKY, "internal slip"),
@@ -89,7 +89,7 @@ def windows(result: Result) -> list[Window]:
     start, end = span(result)
     events = result.events
     # oscillations after the stop, as of the linings of a chain, are no motion of the pulley
-    moves = [e for e in events if e.name in _MARKED]
+    moves = [e for e in events if e.name in MARKED]
     if moves and moves[-1].name == "stop" and moves[-1].time > start:
         end = min(end, start + 1.15 * (moves[-1].time - start))
     slip = next((e.time for e in events if e.name in ("full_slip", "external_lock") and e.time > start), end)
@@ -102,11 +102,11 @@ def marks(axes: Axes, result: Result, window: Window, *, named: bool, front: boo
 
     `front`: the lines lie over what the panel shows, in white and black; many of them are ticks at its foot.
     """
-    shown = [e for e in result.events if e.name in _MARKED and window.start <= e.time <= window.end]
+    shown = [e for e in result.events if e.name in MARKED and window.start <= e.time <= window.end]
     few = len(shown) <= 12
     faint = 1.0 if len(shown) <= 40 else 0.3  # many stops: the lines must not hide the curves
     for i, event in enumerate(shown):
-        colour, words = _MARKED[event.name]
+        colour, words = MARKED[event.name]
         if front:
             axes.axvline(event.time, ymax=1.0 if few else 0.03, color="black", lw=0.8)
             axes.axvline(event.time, ymax=1.0 if few else 0.03, color="white", lw=0.8, ls=(0, (4, 4)))

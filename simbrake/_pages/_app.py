@@ -1,0 +1,263 @@
+"""The app: a page whose sliders run the scene, served by this computer to itself alone.
+
+Served on 127.0.0.1 under an address with a random token; requests with another Host, Origin or token are refused. One
+run at a time: a newer move cancels a longer run between two of its stretches.
+"""
+
+import http.server
+import json
+import secrets
+import socketserver
+import threading
+import time
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from .._base._faults import InputError
+from .._base._quantity import Leaf, leaves
+from .._base._table import scale
+from .._parts._scene import Scene, paths_without_meaning
+from .._run._edit import with_values
+from .._run._measure import limit_checks
+from .._run._result import Result
+from .._run._simulate import simulate
+from ..files._scene_file import scene_text
+from ._live import Data, Detail, live, metric_rows, still
+from ._page import head, lasted, render
+
+#: entries of a list of unequal numbers that have sliders
+_ENTRIES = 24
+#: bytes of a request
+_LONGEST = 1_000_000
+#: less than in a report, as it is found and sent with each move
+_DETAIL = Detail(100, 150, 100)
+#: runs before the first move, fewer (but two) where they take more than so many seconds
+_WARM, _WAIT = 5, 10.0
+_HEADERS = {
+    "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "DENY",
+    "Referrer-Policy": "no-referrer",
+    "Cache-Control": "no-store",
+}
+
+
+class Superseded(Exception):
+    """A newer move was made while this one ran."""
+
+
+def slider_of(path: str, value: float, about: Any, ends: tuple[float, float] | None = None) -> Data:
+    """A slider: range within that of the parameter, numbers in SI, and how they are read in the unit shown.
+
+    - `ends`: its range; by default from half to one and a half times the value, of 0 up to 1
+    """
+    low, high = ends or sorted((0.5 * value, 1.5 * value))
+    high = high if high > low else low + 1.0
+    if ends is None:
+        low, high = max(low, -np.inf if about.low is None else about.low), min(high, about.high or np.inf)
+    absolute = about.unit == "K" and not about.difference
+    factor, offset, unit = scale(about.unit, max(abs(low), abs(high)), absolute=absolute)
+    reading = {"factor": factor, "offset": offset, "unit": unit or "–"}
+    return {"path": path, "meaning": about.meaning, "value": value, "low": low, "high": high, **reading}
+
+
+def _numbers(leaf: Leaf) -> Iterator[tuple[str, float]]:
+    """The sliders of a parameter: one for a number or for equal ones, else one for each of a few."""
+    values = np.asarray(leaf.value, np.float64)
+    if values.ndim == 0 or (values.size and np.ptp(values) == 0):
+        yield leaf.path, float(values.flat[0])
+    elif values.ndim == 1 and values.size <= _ENTRIES:
+        yield from ((f"{leaf.path}[{i}]", value) for i, value in enumerate(values.tolist()))
+
+
+def sliders(scene: Scene) -> list[Data]:
+    """A slider for every parameter of a scene, in groups by its parts; counts and structure have none."""
+    absent = paths_without_meaning(scene)
+    order = {"duty": 0, "initial": 1, "brake": 2}
+    found = [
+        {**slider_of(path, value, leaf.about), "group": leaf.path.rpartition(".")[0] or "scene"}
+        for leaf in leaves(scene)
+        if leaf.path not in absent
+        for path, value in _numbers(leaf)
+    ]
+    return sorted(found, key=lambda one: order.get(one["path"].partition(".")[0], 3))
+
+
+class App:
+    """The runs behind the page: one at a time, of which the latest counts."""
+
+    def __init__(self, scene: Scene, limits: Mapping[str, float], title: str, rtol: float = 1e-10) -> None:
+        self.scene, self.limits, self.title, self.rtol = scene, limits, title, rtol
+        self._running, self._counting, self._latest = threading.Lock(), threading.Lock(), 0
+        self.controls = sliders(scene)
+        self._known = {control["path"] for control in self.controls}
+
+    def page(self) -> str:
+        """The page with the run of the scene as it is."""
+        words = "Each move is a run. Values in fields may leave the range of their slider."
+        with self._running:
+            result = simulate(self.scene, rtol=self.rtol, throw=False)
+            data = {"still": still(self.scene), "app": {"controls": self.controls}, "run": self._run(result)}
+            parts = head(result, limit_checks(result, self.limits), self.title)
+        return render({**parts, "kind": "app", "panel": words, "data": data})
+
+    def warm(self) -> None:
+        """Compile all that a move needs: programs come quickly first, and better ones after a few runs."""
+        begun = time.monotonic()
+        for i in range(_WARM):
+            if i < 2 or time.monotonic() - begun < _WAIT:
+                _ = [*self.answers({})]
+
+    @staticmethod
+    def _run(result: Result) -> Data | None:
+        return live(result, _DETAIL) if lasted(result) else None
+
+    def edited(self, values: Any) -> Scene:
+        """The scene with values of sliders. Raises `InputError` where they do not fit."""
+        if not isinstance(values, dict) or not set(values) <= self._known:
+            raise ValueError("not the values of sliders")
+        if not all(isinstance(x, int | float) and not isinstance(x, bool) for x in values.values()):
+            raise ValueError("not numbers")
+        return with_values(self.scene, {path: float(x) for path, x in values.items()})
+
+    def answers(self, values: Any) -> Iterator[Data]:
+        """Progress of a run, and its results; or what is wrong. Ends early where a newer move comes."""
+        with self._counting:
+            self._latest += 1
+            mine = self._latest
+        told: list[float] = []
+        ready = threading.Condition()
+        found: list[Data] = []
+
+        def tell(t: float, end: float) -> None:
+            if mine != self._latest:
+                raise Superseded
+            with ready:
+                told.append((t - start) / max(end - start, 1e-300))
+                ready.notify()
+
+        def work() -> None:
+            try:
+                with self._running:
+                    tell(start, end)
+                    found.append(self._answer(values, tell))
+            except Superseded:
+                found.append({"superseded": True})
+            except InputError as error:
+                found.append({"problem": "\n".join(map(str, error.faults))})
+            except Exception as error:
+                found.append({"problem": f"{type(error).__name__}: {error}"})
+            with ready:
+                ready.notify()
+
+        start, end = float(self.scene.initial.time), float(self.scene.end_time)
+        worker = threading.Thread(target=work, daemon=True)
+        worker.start()
+        while not found:
+            with ready:
+                ready.wait(0.2)
+            if not found:
+                yield {"progress": told[-1] if told else 0.0}
+        worker.join()
+        yield found[0]
+
+    def _answer(self, values: Any, tell: Any) -> Data:
+        result = simulate(self.edited(values), rtol=self.rtol, throw=False, progress=tell)
+        parts = head(result, limit_checks(result, self.limits), self.title)
+        banner = parts["banner"]
+        rows = [[str(cell) for cell in row] for row in banner.rows]
+        shown = {"colour": banner.colour, "headline": banner.headline, "text": banner.text, "rows": rows}
+        return {"results": {**shown, "metrics": metric_rows(parts["figures"])}, "run": self._run(result)}
+
+    def saved(self, values: Any) -> Data:
+        """The scene with values of sliders as a scene file."""
+        try:
+            return {
+                "name": "scene.toml",
+                "text": f"# {self.title}, changed in the app\n{scene_text(self.edited(values))}",
+            }
+        except InputError as error:
+            return {"problem": "\n".join(map(str, error.faults))}
+
+
+class Server(socketserver.ThreadingMixIn, http.server.HTTPServer):
+    """The app on a port of 127.0.0.1, 0: any that is free; `address` has the token."""
+
+    daemon_threads = True
+
+    def __init__(self, app: App, port: int = 0) -> None:
+        self.app, self.token = app, secrets.token_urlsafe(24)
+        super().__init__(("127.0.0.1", port), _Handler)
+        self.hosts = {f"{name}:{self.server_port}" for name in ("127.0.0.1", "localhost")}
+
+    @property
+    def address(self) -> str:
+        return f"http://127.0.0.1:{self.server_port}/{self.token}/"
+
+
+class _Handler(http.server.BaseHTTPRequestHandler):
+    server: Server  # pyright: ignore
+
+    def log_message(self, format: str, *args: Any) -> None:
+        """Requests are not logged."""
+
+    def _wanted(self) -> str | None:
+        """What is asked for below the token; `None`, and refused, where host, origin or token are not ours."""
+        origin = self.headers.get("Origin")
+        _, token, *rest = [*self.path.split("/", 2), ""]
+        if self.headers.get("Host") not in self.server.hosts:
+            self.send_error(403, "another host")
+        elif origin is not None and origin.removeprefix("http://") not in self.server.hosts:
+            self.send_error(403, "another origin")
+        elif not secrets.compare_digest(token.encode(), self.server.token.encode()):
+            self.send_error(404)
+        else:
+            return rest[0]
+        return None
+
+    def _begin(self, kind: str, length: int | None = None) -> None:
+        self.send_response(200)
+        lengths = {} if length is None else {"Content-Length": str(length)}
+        for name, value in {"Content-Type": f"{kind}; charset=utf-8", **lengths, **_HEADERS}.items():
+            self.send_header(name, value)
+        self.end_headers()
+
+    def _send(self, text: str, kind: str) -> None:
+        body = text.encode()
+        self._begin(kind, len(body))
+        self.wfile.write(body)
+
+    def do_GET(self) -> None:
+        wanted = self._wanted()
+        if wanted == "":
+            self._send(self.server.app.page(), "text/html")
+        elif wanted is not None:
+            self.send_error(404)
+
+    def do_POST(self) -> None:
+        wanted, length = self._wanted(), self.headers.get("Content-Length", "")
+        if wanted is None:
+            return
+        if self.headers.get("Content-Type") != "application/json" or not length.isdigit() or int(length) > _LONGEST:
+            return self.send_error(400, "not a request of the page")
+        try:
+            values = json.loads(self.rfile.read(int(length)))["values"]
+            self.server.app.edited(values)
+        except InputError:
+            pass  # told in the answer
+        except (ValueError, KeyError, TypeError):
+            return self.send_error(400, "not a request of the page")
+        if wanted == "scene":
+            self._send(json.dumps(self.server.app.saved(values)), "application/json")
+        elif wanted == "run":
+            self._begin("application/x-ndjson")
+            try:
+                for answer in self.server.app.answers(values):
+                    self.wfile.write(json.dumps(answer, allow_nan=False, separators=(",", ":")).encode() + b"\n")
+                    self.wfile.flush()
+            except (BrokenPipeError, ConnectionResetError):
+                pass  # the page has made another move
+        else:
+            self.send_error(404)
+        return None

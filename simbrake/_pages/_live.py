@@ -1,0 +1,246 @@
+"""What the script of a page draws of a run: curves over time, events, and the brake moment by moment, as data.
+
+Numbers are in units for reading, with seven significant digits.
+"""
+
+import json
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+
+from .._base._table import ZERO
+from .._parts._scene import Scene
+from .._run._linings import WORDS, lining_contacts, look
+from .._run._log import EVENTS
+from .._run._result import Result
+from .._run._series import Series
+from ..brakes._pressed import DiscBrake
+from ..plot._animation import film_of, words_of_rate
+from ..plot._pulley import CONTACT_COLOURS, LINING, lining_edges, on_circle
+from ..plot._shared import BLUE, GREEN, MARKED, ORANGE, SKY, VERMILLION, Times, both_sides, span, windows
+
+#: what JSON has as a mapping
+Data: TypeAlias = dict[str, Any]
+
+_BLACK = "#1c2430"
+
+
+class Detail(NamedTuple):
+    """How finely a run is drawn: times of a curve spread evenly over each window, ends of steps, which are dense where
+    much changes, and moments of the film."""
+
+    even: int = 300
+    steps: int = 400
+    frames: int = 240
+
+
+class Line(NamedTuple):
+    """A curve: its name, colour, and how it is found of a series, in SI."""
+
+    label: str
+    colour: str
+    find: Callable[[Series], Any]
+    dashed: bool = False
+
+
+class Chart(NamedTuple):
+    """Curves with one axis: `unit` for reading, of which `SI = (value − offset)/factor`.
+
+    `stepped`: whole numbers, which no derivative describes
+    """
+
+    title: str
+    unit: str
+    lines: tuple[Line, ...]
+    factor: float = 1.0
+    offset: float = 0.0
+    stepped: bool = False
+
+    def values(self, series: Series) -> list[Any]:
+        """The curves in the unit for reading; of a traced series as well."""
+        return [self.factor * line.find(series) + self.offset for line in self.lines]
+
+    def as_dict(self) -> Data:
+        """What the script needs to draw it."""
+        lines = [{"label": line.label, "colour": line.colour, "dashed": line.dashed} for line in self.lines]
+        return {"title": self.title, "unit": self.unit, "stepped": self.stepped, "lines": lines}
+
+
+def charts_of(scene: Scene, s: Series) -> list[Chart]:
+    """The charts of a run, by the columns that its series has."""
+    words, kilo = scene.brake.words, 1e-3
+    speed = [Line(f"{words.body} ω", _BLACK, lambda s: s.omega)]
+    if s.bandage_speed is not None:
+        speed.append(Line("bandage", BLUE, lambda s: s.bandage_speed, True))
+    torque = [Line("brake", BLUE, lambda s: s.brake_torque), Line("load", VERMILLION, lambda s: s.load_torque, True)]
+    if s.shaft_torque is not None:
+        torque.append(Line("others on the shaft", GREEN, lambda s: s.shaft_torque))
+    if scene.brake.banded:
+        force = [Line("tight end", BLUE, lambda s: s.tight_tension), Line("slack end", SKY, lambda s: s.slack_tension)]
+    else:
+        normal = Line(f"largest normal force on a {words.lining}", BLUE, lambda s: s.normal_load.max(axis=1))
+        force = [normal, Line("actuator", SKY, lambda s: s.lever_force, True)]
+    found = [
+        Chart("Speed", "rad/s", tuple(speed)),
+        Chart("Torque", "kN·m", tuple(torque), kilo),
+        Chart("Tension of the band" if scene.brake.banded else "Forces", "kN", tuple(force), kilo),
+    ]
+    hot = {
+        f"hottest {words.body if not scene.brake.banded else 'rim'}": ("rim_temperature", VERMILLION),
+        f"hottest {words.lining}": ("lining_temperature", ORANGE),
+        "band": ("band_temperature", BLUE),
+    }
+    lines = tuple(
+        Line(label, colour, lambda s, column=column: getattr(s, column).max(axis=1))
+        for label, (column, colour) in hot.items()
+        if getattr(s, column) is not None
+    )
+    found += [Chart("Surface temperature", "°C", lines, 1.0, -ZERO)] if lines else []
+    if s.friction_coefficient is not None:
+        low = Line(f"lowest of the {words.lining}s", BLUE, lambda s: s.friction_coefficient.min(axis=1))
+        high = Line("highest", SKY, lambda s: s.friction_coefficient.max(axis=1), True)
+        found.append(Chart("Coefficient of friction, sliding", "–", (low, high)))
+    if s.hook_position is not None:
+        travel = Line("hook, downwards", _BLACK, lambda s: s.hook_position)
+        found.append(Chart("Travel of the hook", "m", (travel,)))
+    used = Line(f"{words.lining}s at their friction limit", ORANGE, lambda s: s.at_limit)
+    return [*found, Chart(f"At the limit, of {scene.brake.linings.count}", "–", (used,), stepped=True)]
+
+
+def rounded(values: Any) -> Any:
+    """Nested lists of numbers with seven significant digits; what is not finite is `None`."""
+    x = np.asarray(values, np.float64)
+    size = np.where(np.isfinite(x) & (x != 0), np.abs(x), 1.0)
+    places = 10.0 ** (6 - np.floor(np.log10(size)))
+    shown = np.round(np.where(np.isfinite(x), x, 0.0) * places) / places
+    if np.all(np.isfinite(x)):
+        return shown.tolist()
+    return np.where(np.isfinite(x), shown, None).tolist()  # pyright: ignore
+
+
+def times_of(result: Result, detail: Detail) -> Times:
+    """Times at which the curves of a run are drawn."""
+    start, end = span(result)
+    t = np.asarray(result.record.rows.t)[: int(result.record.count) + 1]
+    spans = {(start, end), *((window.start, window.end) for window in windows(result))}
+    even = [np.linspace(*ends, detail.even) for ends in spans]
+    found = np.unique(np.concatenate([*even, t[:: 1 + len(t) // detail.steps]]))
+    return found[np.append(True, np.diff(found) > 1e-12 * (end - start))]
+
+
+def events_of(result: Result) -> list[Data]:
+    """Events that the charts mark: time, words, colour, and the meaning in plain words."""
+    return [
+        {"t": event.time, "colour": _css(colour), "words": words, "plain": EVENTS[event.name].plain}
+        for event in result.events
+        if event.name in MARKED
+        for colour, words in [MARKED[event.name]]
+    ]
+
+
+def _css(colour: str) -> str:
+    """A colour of figures as a page writes it: "0.5" is a grey."""
+    return colour if colour.startswith("#") else "#" + 3 * f"{round(255 * float(colour)):02x}"
+
+
+# --- the brake, moment by moment --------------------------------------------------------------------------------------
+
+
+def _places(scene: Scene) -> list[list[float]]:
+    """Angles (rad, counter-clockwise from the right) and radii between which each lining is drawn."""
+    brake: Any = scene.brake
+    if brake.banded:
+        return [[*sorted(ends), *LINING] for ends in on_circle(lining_edges(brake)).tolist()]
+    if isinstance(brake, DiscBrake):
+        pads, callipers = brake.linings, -(-brake.linings.count // 2)
+        half, inner = 0.5 * float(pads.angle), float(pads.inner_radius) / float(pads.outer_radius)
+        middle = 0.5 * (inner + 0.97)
+        radii = [(middle, 0.97), (inner, middle)]  # the pad in front of the disc outside, that behind it inside
+        angles = [0.5 * math.pi + 2 * math.pi * (i // 2) / callipers for i in range(pads.count)]
+        return [[angle - half, angle + half, *radii[i % 2]] for i, angle in enumerate(angles)]
+    start, end = float(brake.linings.start), float(brake.linings.end)
+    pins = [(-0.5 * math.pi + side * 0.12, side) for side in (-1.0, 1.0)]
+    return [[*sorted((pin + side * start, pin + side * end)), 0.82, 0.93] for pin, side in pins]
+
+
+def film(result: Result, count: int, duration: float = 8.0, start: Any = None, end: Any = None) -> Data:
+    """The brake at `count` moments of a film of a run: angles, speeds, contacts, tensions, loads, temperatures.
+
+    Raises `InputError` for times outside the run.
+    """
+    window = film_of(result, duration, start, end)
+    t = window.run_time(np.linspace(0.0, duration, count))
+    p, brake = look(result, t), result.scene.brake
+    contacts = lining_contacts(result, p)
+    pairs = [
+        {
+            "words": brake.pairs[name].words,
+            "contacts": ["".join(map(str, row)) for row in contacts[name].astype(int).tolist()],
+            "load": rounded(np.asarray(now.normal) / 1e3),
+        }
+        for name, now in zip(contacts, p.shown.pairs, strict=True)
+    ]
+    hook = result.scene.duty.load.travelled(np.asarray(p.y.phi))
+    found: Data = {
+        "t": rounded(t),
+        "seconds": duration,
+        "rates": [{"until": until, "words": words_of_rate(window.rate(0.999 * until))} for until in window.film[1:]],
+        "phi": rounded(p.y.phi),
+        "omega": rounded(p.y.omega),
+        "torque": rounded(np.asarray(p.flows.contact.brake_torque) / 1e3),
+        "hook": None if hook is None else rounded(hook),
+        "places": rounded(_places(result.scene)),
+        "pairs": pairs,
+        "tension": None,
+        "heat": None,
+    }
+    if p.shown.tension is not None:
+        tension = np.concatenate([np.asarray(p.flows.contact.slack_tension)[:, None], p.shown.tension], axis=1)
+        found["tension"] = rounded(tension / 1e3)
+    heat = {name: np.asarray(T) - ZERO for name, T in p.surfaces.items() if name in ("linings", "rim")}
+    if heat:
+        low, high = min(T.min() for T in heat.values()), max(T.max() for T in heat.values())
+        shown = {name: rounded(T if name == "linings" else T.max(axis=1)) for name, T in heat.items()}
+        found["heat"] = {"low": float(low), "high": float(max(high, low + 1.0)), **shown}
+    return found
+
+
+# --- all of it --------------------------------------------------------------------------------------------------------
+
+
+def still(scene: Scene) -> Data:
+    """What stays as it is when numbers of a scene change: words and colours of the picture."""
+    words = scene.brake.words
+    states = {int(state): {"colour": _css(CONTACT_COLOURS[state]), "words": WORDS[state]} for state in WORDS}
+    return {"states": states, "lining": words.lining, "body": words.body, "banded": scene.brake.banded}
+
+
+def live(result: Result, detail: Detail = Detail()) -> Data:  # noqa: B008
+    """Curves, events and film of a concrete result of positive duration."""
+    series = both_sides(result, times_of(result, detail), np.unique([event.time for event in result.events]))
+    charts = charts_of(result.scene, series)
+    shown = windows(result)
+    return {
+        "charts": [chart.as_dict() for chart in charts],
+        "t": rounded(series.t),
+        "y": [rounded(np.stack([np.asarray(line) for line in chart.values(series)])) for chart in charts],
+        "windows": [{"words": window.title, "start": window.start, "end": window.end} for window in shown],
+        "events": events_of(result),
+        "film": film(result, detail.frames),
+    }
+
+
+def metric_rows(figures: Sequence[tuple[str, Any, str]]) -> list[Data]:
+    """Key figures for the script, as `key_figures` gives them."""
+    return [
+        {"words": words, "text": str(value), "si": value.si, "unit": value.si_unit, "note": note}
+        for words, value, note in figures
+    ]
+
+
+def embedded(data: Data) -> str:
+    """Data as JSON that can stand in an element of a page, whatever texts it holds."""
+    text = json.dumps(data, allow_nan=False, separators=(",", ":"), ensure_ascii=False)
+    return text.replace("&", "\\u0026").replace("<", "\\u003c").replace(">", "\\u003e").replace("\u2028", "\\u2028")

@@ -1,0 +1,365 @@
+"""A publication: a scene solved on a grid, as a page whose sliders interpolate between the solved points.
+
+At each point a run and its derivatives by the parameters varied are known: of the metrics, of the times of its events,
+and of its curves at fixed shares of the way from one event to the next, so that the events move and nothing is smeared
+over them. Between points, with the share `s` of the way through a cell of width `h` along one axis,
+
+    y = (1 + 2 s)(1 − s)² y_0 + s (1 − s)² h y'_0 + s² (3 − 2 s) y_1 + s² (s − 1) h y'_1
+
+and the derivatives by the other axes linearly, `(1 − s) y'_0 + s y'_1`; so along one axis after the other. Exact at the
+points with all derivatives, of fourth order on the lines between them and of third order inside. Where the sequence of
+events is not the same at all corners of a cell, and at its centre, there is a gap.
+"""
+
+import base64
+import itertools
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Float
+
+from .._base._faults import Fault, InputError, whole_file
+from .._base._progress import Waiting
+from .._base._quantity import BAD, NumberReader, leaves
+from .._base._table import digits, pretty, scale
+from .._parts._scene import Scene
+from .._run._edit import with_values
+from .._run._log import STATUS_MESSAGES, Status
+from .._run._measure import limit_checks, measure, unit_of
+from .._run._metrics import METRICS
+from .._run._result import Result
+from .._run._simulate import simulate
+from ..hybrid import LANDED, STOPPED
+from ..hybrid._arrays import Array
+from ..studies._evaluator import Evaluator, Paths, place_of
+from ._app import slider_of
+from ._live import Chart, Data, charts_of, events_of, still
+from ._page import PICTURES, draw, head, render
+from ._rows import BANNER, verdict, words_of
+
+#: parameters, points and pieces between events at most; bytes of the numbers; samples of a piece
+_AXES, _POINTS, _PIECES, _BYTES, _SAMPLES = 3, 4000, 60, 4_400_000, (6, 40)
+#: cells whose centre is run
+_CENTRES = 250
+#: samples lie inside their piece by this share of it: on its ends there is an event
+_INSIDE = 1e-9
+
+Rows = Float[np.ndarray, "rows values"]  # values, and their derivative by each axis
+
+
+class Axis(NamedTuple):
+    """A parameter that is varied: path, and the values (SI) at which the scene is solved."""
+
+    path: str
+    values: tuple[float, ...]
+
+
+def read_axes(scene: Scene, texts: Sequence[str]) -> list[Axis]:
+    """Axes from `PATH=LOW:HIGH:COUNT`, ends in SI or with a unit. Raises `InputError` with all errors."""
+    form = "PATH=LOW:HIGH:COUNT, as in initial.omega=10:30:7"
+    faults = [] if texts else [Fault("--vary", "is missing", form)]
+    if len(texts) > _AXES:
+        faults.append(Fault("--vary", f"is given {len(texts)} times", f"up to {_AXES} parameters"))
+    known, found = {leaf.path: leaf for leaf in leaves(scene)}, list[Axis]()
+    for text in texts:
+        path, _, ends = (part.strip() for part in text.partition("="))
+        parts = ends.split(":")
+        if len(parts) != 3 or not parts[2].strip().isdigit():
+            faults.append(Fault(f"--vary {text}", "is not of the form PATH=LOW:HIGH:COUNT", form))
+            continue
+        try:
+            with_values(scene, {path: 0.0})
+        except InputError as error:
+            faults += error.faults
+            continue
+        reader, leaf = NumberReader(), known.get(place_of(path, known)[0])
+        if leaf is None:
+            faults.append(Fault(path, "is absent in this scene", "give the scene a value of it"))
+            continue
+        low, high = (reader.number(part.strip(), leaf.about, f"--vary {path}", leaf.about.unit) for part in parts[:2])
+        faults += reader.faults
+        if BAD in (low, high):
+            continue
+        if not low < high or int(parts[2]) < 2:
+            faults.append(Fault(f"--vary {path}", f"{ends} is no range of points", "LOW < HIGH, at least 2 points"))
+        elif any(axis.path == path for axis in found):
+            faults.append(Fault(f"--vary {path}", "is given twice", "each parameter once"))
+        else:
+            found.append(Axis(path, tuple(np.linspace(low, high, int(parts[2])).tolist())))
+    count = math.prod(len(axis.values) for axis in found)
+    if count > _POINTS:
+        faults.append(Fault("--vary", f"makes {count} points", f"up to {_POINTS}"))
+    if faults:
+        raise InputError(faults)
+    return found
+
+
+# --- what is solved ---------------------------------------------------------------------------------------------------
+
+
+class Sampled(NamedTuple):
+    """What is known of a run at a point: metrics, times at which its pieces end, and curves inside the pieces."""
+
+    metrics: tuple[str, ...]
+    pieces: int
+    samples: int
+
+    def __call__(self, result: Result, given: Any = None) -> tuple[Array, None]:
+        rows, count = result.record.rows, result.record.count
+        ends = (rows.kind == LANDED) | (rows.kind == STOPPED)
+        ends = ends & (jnp.arange(rows.kind.size, dtype=jnp.int32) < count)
+        (index,) = jnp.nonzero(ends, size=self.pieces - 1, fill_value=rows.kind.size)
+        inner = jnp.asarray(rows.t)[jnp.minimum(index.astype(jnp.int32) + 1, count)]
+        edges = jnp.concatenate([jnp.asarray(rows.t)[:1], inner, jnp.asarray(rows.t)[count][None]])
+        shares = jnp.asarray(_INSIDE + (1 - 2 * _INSIDE) * np.linspace(0.0, 1.0, self.samples))
+        times = edges[:-1, None] + jnp.diff(edges)[:, None] * shares
+        series = result.series(times.ravel())
+        lines = [line for chart in smooth(charts_of(result.scene, series)) for line in chart.values(series)]
+        each = [jnp.asarray(measure(result, name), jnp.float64).reshape(1) for name in self.metrics]
+        return jnp.concatenate([*each, edges, *lines]), None
+
+    def size(self, lines: int) -> int:
+        """How many numbers that is."""
+        return len(self.metrics) + self.pieces + 1 + lines * self.pieces * self.samples
+
+    def cut(self, rows: Rows, pieces: int, lines: int) -> Rows:
+        """The numbers of a run that has fewer pieces: behind its end there are empty ones."""
+        at = len(self.metrics) + self.pieces + 1
+        curves = rows[:, at:].reshape(len(rows), lines, self.pieces, self.samples)[:, :, :pieces]
+        return np.concatenate([rows[:, : len(self.metrics) + pieces + 1], curves.reshape(len(rows), -1)], axis=1)
+
+
+def smooth(charts: Sequence[Chart]) -> list[Chart]:
+    """Charts whose curves have derivatives."""
+    return [chart for chart in charts if not chart.stepped]
+
+
+def sequence_of(result: Result) -> tuple[Any, ...]:
+    """What must not change between two points: events and corners in their order, and how the run ended."""
+    kind = np.asarray(result.record.rows.kind)[: int(result.record.count)]
+    guard, events = np.asarray(result.record.rows.guard), np.flatnonzero(kind >= LANDED)
+    return result.status, *((int(kind[i]), -1 if kind[i] == STOPPED else int(guard[i])) for i in events)
+
+
+def pieces_of(sequence: tuple[Any, ...]) -> int:
+    """How many pieces between events a run has."""
+    return 1 + sum(kind in (LANDED, STOPPED) for kind, _ in sequence[1:])
+
+
+def between(corners: Float[np.ndarray, "corners rows values"], shares: Sequence[float], widths: Sequence[float]) -> Any:
+    """Values inside a cell from rows at its corners, the last axis counting fastest; the formula of this module."""
+    for k, (s, h) in enumerate(zip(shares, widths, strict=True), 1):
+        a, b = np.split(corners, 2)
+        value = (1 + 2 * s) * (1 - s) ** 2 * a[:, 0] + s * (1 - s) ** 2 * h * a[:, k]
+        value = value + s * s * (3 - 2 * s) * b[:, 0] + s * s * (s - 1) * h * b[:, k]
+        corners = (1 - s) * a + s * b
+        corners[:, 0] = value
+    return corners[0, 0]
+
+
+class Published(NamedTuple):
+    """What was solved: points, those whose run failed, cells that are gaps, and the largest deviation of a metric from
+    a run at the centres of cells, as a share of its largest value."""
+
+    points: int
+    failed: int
+    cells: int
+    gaps: int
+    checked: int
+    deviation: float
+    of: str
+
+    def as_dict(self) -> Data:
+        """The same for JSON."""
+        return self._asdict()
+
+    def __str__(self) -> str:
+        said = f"{self.points} points solved" + (f", {self.failed} of them failed" if self.failed else "")
+        said += f"; {self.gaps} of {self.cells} cells between them are gaps, where the sequence of events changes"
+        if not self.checked:
+            return said
+        far = f"the largest deviation is {digits(100 * self.deviation, 2)} % ({self.of})"
+        return f"{said}; at {self.checked} centres of cells {far}"
+
+
+def publish(
+    scene: Scene,
+    axes: Sequence[Axis],
+    path: Path,
+    *,
+    limits: Mapping[str, float],
+    title: str,
+    told: Waiting,
+    rtol: float = 1e-10,
+) -> Published:
+    """Solve a scene on the grid of `axes` and write the page. Raises `InputError` where it would become too large."""
+    names, shape = [axis.path for axis in axes], [len(axis.values) for axis in axes]
+    points = list(itertools.product(*(axis.values for axis in axes)))
+    base = simulate(scene, rtol=rtol, throw=False)
+    sequences, results = list[tuple[Any, ...] | None](), dict[tuple[Any, ...], Result]()
+    for i, point in enumerate(points):
+        told.now("runs", i, len(points))
+        result = simulate(with_values(scene, dict(zip(names, point, strict=True))), rtol=rtol, throw=False)
+        sequences.append(sequence_of(result) if result.ok else None)
+        if result.ok:
+            results.setdefault(sequence_of(result), result)
+    if not results:
+        raise InputError([Fault("--vary", f"no run ends: {result.message}", "other ranges")])  # pyright: ignore
+    known, first = [*results], next(iter(results.values()))
+    charts = smooth(charts_of(scene, first.series([float(scene.initial.time)])))
+    lines, most = sum(len(chart.lines) for chart in charts), max(map(pieces_of, known))
+    metrics = tuple(name for name, metric in METRICS.items() if not metric.needs.lacks(scene))
+    metrics = (*metrics, "energy.friction_heat")
+    room = _BYTES * 3 / 16 / (len(points) * (1 + len(axes))) - len(metrics) - most - 1
+    samples = min(_SAMPLES[1], int(room / (lines * most)))
+    if samples < _SAMPLES[0] or most > _PIECES:
+        what = f"makes {len(points)} points with up to {most} pieces between events: the page would exceed 5 MB"
+        raise InputError([Fault("--vary", what, "fewer points, or an earlier end_time")])
+    sampled = Sampled(metrics, most, samples)
+    solve = Evaluator(scene, Paths.each(names), sampled, size=sampled.size(lines), singly=True, rtol=rtol)
+    solve.like(first)
+    solved = list[Rows | None]()
+    for i, (point, sequence) in enumerate(zip(points, sequences, strict=True)):
+        told.now("derivatives", i, len(points))
+        found = None if sequence is None else solve(np.asarray(point))
+        good = found is not None and found.code == 0
+        solved.append(_rows(found.values, found.jacobian) if found is not None and good else None)
+    grid = _Grid(axes, shape, sequences, solved)
+    gaps, checked, deviation, of = _centres(scene, grid, sampled, rtol, told)
+    about = Published(len(points), sum(rows is None for rows in solved), grid.cells, len(gaps), checked, deviation, of)
+    sizes = {sequence: pieces_of(sequence) for sequence in known}
+    kept = [
+        None if rows is None or sequence is None else sampled.cut(rows, sizes[sequence], lines).astype("<f4")
+        for rows, sequence in zip(solved, sequences, strict=True)
+    ]
+    starts = np.cumsum([0, *(0 if rows is None else rows.size for rows in kept)]).tolist()
+    numbers = np.concatenate([rows.ravel() for rows in kept if rows is not None])
+    data = {
+        "still": still(scene),
+        "grid": {
+            "axes": [_slider(scene, axis) for axis in axes],
+            "points": [
+                {"sequence": -1 if rows is None else known.index(sequence), "start": start}  # pyright: ignore
+                for rows, sequence, start in zip(kept, sequences, starts[:-1], strict=True)
+            ],
+            "sequences": [_sequence(results[one], sizes[one], sampled, lines) for one in known],
+            "gaps": gaps,
+            "metrics": [_metric(name, base, limits) for name in metrics],
+            "charts": [chart.as_dict() for chart in charts],
+            "samples": samples,
+            "numbers": base64.b64encode(numbers.tobytes()).decode("ascii"),
+        },
+    }
+    counts = " × ".join(map(str, shape))
+    notes = (
+        f"Solved at {counts} points with exact derivatives, cubic Hermite between them. {about}.",
+        "Maxima over a run have a kink where they move to another instant; there the deviation is largest.",
+    )
+    parts = {
+        **head(base, limit_checks(base, limits), title),
+        "kind": "publish",
+        "film": False,
+        "panel": "Shaded stretches of a slider have values; others are gaps, where the sequence of events changes.",
+        "pictures": [draw(base, PICTURES[0])] if base.ok else (),
+        "notes": notes,
+        "data": data,
+    }
+    with whole_file(path) as file:
+        file.write_text(render(parts), "utf-8")
+    return about
+
+
+def _rows(values: np.ndarray, jacobian: np.ndarray) -> Rows:
+    """Values and derivatives by each axis; what did not happen has no value and no derivative."""
+    there = np.isfinite(values)
+    slopes = np.where(there, jacobian.T, 0.0)
+    return np.concatenate([np.where(there, values, np.nan)[None], np.where(np.isfinite(slopes), slopes, 0.0)])
+
+
+class _Grid(NamedTuple):
+    """The solved points, the last axis counting fastest."""
+
+    axes: Sequence[Axis]
+    shape: Sequence[int]
+    sequences: Sequence[tuple[Any, ...] | None]
+    solved: Sequence[Rows | None]
+
+    @property
+    def cells(self) -> int:
+        return math.prod(n - 1 for n in self.shape)
+
+    def corners(self, cell: int) -> tuple[tuple[int, ...], list[int]]:
+        """Place of a cell, and the points at its corners."""
+        place = tuple(int(i) for i in np.unravel_index(cell, [n - 1 for n in self.shape]))
+        steps = itertools.product((0, 1), repeat=len(place))
+        each = [np.ravel_multi_index([i + d for i, d in zip(place, step, strict=True)], self.shape) for step in steps]
+        return place, [int(i) for i in each]
+
+
+def _centres(
+    scene: Scene, grid: _Grid, sampled: Sampled, rtol: float, told: Waiting
+) -> tuple[list[int], int, float, str]:
+    """Cells that are gaps, how many centres were run, and the largest deviation of a metric there, and of which one."""
+    gaps, whole = list[int](), list[int]()
+    for cell in range(grid.cells):
+        _, corners = grid.corners(cell)
+        same = len({grid.sequences[i] for i in corners}) == 1 and all(grid.solved[i] is not None for i in corners)
+        (whole if same else gaps).append(cell)
+    chosen = whole[:: 1 + len(whole) // _CENTRES]
+    names, worst, of = [axis.path for axis in grid.axes], 0.0, ""
+    for i, cell in enumerate(chosen):
+        told.now("centres of cells", i, len(chosen))
+        place, corners = grid.corners(cell)
+        ends = [axis.values[k : k + 2] for axis, k in zip(grid.axes, place, strict=True)]
+        centre = {name: 0.5 * (low + high) for name, (low, high) in zip(names, ends, strict=True)}
+        result = simulate(with_values(scene, centre), rtol=rtol, throw=False)
+        if not result.ok or sequence_of(result) != grid.sequences[corners[0]]:
+            gaps.append(cell)
+            continue
+        rows = np.stack([grid.solved[k] for k in corners])  # pyright: ignore
+        values = between(rows, [0.5] * len(names), [high - low for low, high in ends])
+        for name, value in zip(sampled.metrics, values.tolist(), strict=False):
+            true = float(measure(result, name))
+            if math.isfinite(true) and abs(value - true) > worst * max(abs(true), 1e-300):
+                worst, of = abs(value - true) / max(abs(true), 1e-300), words_of(name)
+    return sorted(gaps), len(chosen), worst, of
+
+
+def _slider(scene: Scene, axis: Axis) -> Data:
+    known = {leaf.path: leaf for leaf in leaves(scene)}
+    field, index = place_of(axis.path, known)
+    leaf = known[field]
+    value = float(np.ravel(leaf.value)[index or 0])
+    value = value if axis.values[0] <= value <= axis.values[-1] else axis.values[len(axis.values) // 2]
+    found = slider_of(axis.path, value, leaf.about, (axis.values[0], axis.values[-1]))
+    return {**found, "values": axis.values}
+
+
+def _sequence(result: Result, pieces: int, sampled: Sampled, lines: int) -> Data:
+    rows, count = result.record.rows, int(result.record.count)
+    kind, t = np.asarray(rows.kind)[:count], np.asarray(rows.t)
+    edges = np.concatenate([t[:1], t[1 : count + 1][(kind == LANDED) | (kind == STOPPED)], t[count : count + 1]])
+    events = [{**event, "edge": int(np.argmin(np.abs(edges - event["t"])))} for event in events_of(result)]
+    said = verdict(result, result.summary(), [])
+    return {
+        "pieces": pieces,
+        "size": sampled._replace(pieces=pieces).size(lines),
+        "events": events,
+        "status": said.status.capitalize(),
+        "message": STATUS_MESSAGES[Status(result.status)].replace("the pulley", f"the {result.scene.brake.words.body}"),
+        "colour": BANNER[said.kind],
+    }
+
+
+def _metric(name: str, base: Result, limits: Mapping[str, float]) -> Data:
+    """A metric for the script: words, unit for reading, limit."""
+    unit, value = unit_of(name), float(measure(base, name))
+    factor, offset, shown = scale(unit, abs(value) if math.isfinite(value) else 1.0, absolute=unit == "K")
+    own = base.scene.network.permissible if name == "peak_lining_temperature" else None
+    limit = limits.get(name, None if own is None else float(np.asarray(own)))
+    reading = {"factor": factor, "offset": offset, "unit": shown, "si_unit": pretty(unit)}
+    return {"words": words_of(name), **reading, "limit": limit}

@@ -1,0 +1,372 @@
+"use strict";
+// The script of a page of simbrake: charts and film of a run. It reads the data of its page and loads nothing.
+// Pages with sliders have sliders.js as well, for which it leaves `simbrake`.
+(function () {
+  const $ = (id) => document.getElementById(id);
+  const data = JSON.parse($("data").textContent);
+  const SVG = "http://www.w3.org/2000/svg";
+  document.documentElement.classList.add("live");
+
+  // --- numbers and elements ----------------------------------------------------------------------------------------
+
+  /** A number with significant digits, a dash for what did not happen. */
+  function shown(x, digits = 5) {
+    if (x === null || x === undefined || !Number.isFinite(x)) return "—";
+    return String(Number(x.toPrecision(digits))).replace("-", "−");
+  }
+
+  /** An element with attributes and children; texts are never read as HTML. */
+  function made(parent, name, attributes = {}, ...children) {
+    const found = parent instanceof SVGElement ? document.createElementNS(SVG, name) : document.createElement(name);
+    for (const [key, value] of Object.entries(attributes)) found.setAttribute(key, value);
+    found.append(...children);
+    parent.append(found);
+    return found;
+  }
+
+  /** Place of the last of rising values that is not above x. */
+  function place(values, x) {
+    let low = 0, high = values.length - 1;
+    while (low < high) {
+      const middle = (low + high + 1) >> 1;
+      if (values[middle] <= x) low = middle; else high = middle - 1;
+    }
+    return low;
+  }
+
+  // --- charts: values at the cursor, zoom by dragging or with two fingers ------------------------------------------
+
+  let run = null;  // what is drawn now
+  let plots = [], hovered = null, zoom = null;
+
+  function marks(u) {
+    const c = u.ctx, ratio = uPlot.pxRatio, few = run.events.length <= 12, first = u === plots[0];
+    c.save();
+    Object.assign(c, {lineWidth: ratio, font: `${11 * ratio}px system-ui, sans-serif`, textAlign: "left"});
+    c.setLineDash([4 * ratio, 4 * ratio]);
+    const ends = [-1e9, -1e9, -1e9, -1e9];  // of the labels in each row above the first chart
+    for (const event of run.events) {
+      const x = Math.round(u.valToPos(event.t, "x", true));
+      if (x < u.bbox.left || x > u.bbox.left + u.bbox.width) continue;
+      c.strokeStyle = c.fillStyle = event.colour;
+      c.globalAlpha = few ? 1 : 0.2;
+      c.beginPath();
+      c.moveTo(x, u.bbox.top);
+      c.lineTo(x, u.bbox.top + u.bbox.height);
+      c.stroke();
+      if (!first || !few) continue;
+      const wide = c.measureText(event.words).width, over = x + wide - u.bbox.left - u.bbox.width;
+      const left = x - Math.max(over, 0), row = Math.max(ends.findIndex((end) => end < left), 0);
+      ends[row] = left + wide + 6 * ratio;
+      c.fillText(event.words, left, u.bbox.top - (4 + 13 * row) * ratio);
+    }
+    c.restore();
+  }
+
+  function zoomed(u, key) {
+    const {min, max} = u.scales.x, t = run.t, differs = ({scales: {x}}) => x.min !== min || x.max !== max;
+    if (key !== "x" || !(max > min)) return;
+    zoom = min <= t[0] && max >= t[t.length - 1] ? null : {min, max};
+    for (const other of plots.filter(differs)) other.setScale("x", {min, max});
+  }
+
+  function followed(u) {
+    if (u === hovered && u.cursor.idx !== null && u.cursor.idx !== undefined) showFilm(run.t[u.cursor.idx], u);
+  }
+
+  function fingers(u) {
+    const over = u.over, at = (touch) => touch.clientX - over.getBoundingClientRect().left;
+    let held = [];
+    const follow = (event) => {
+      hovered = u;
+      const touches = [...event.touches];
+      if (touches.length === 1) return u.setCursor({left: at(touches[0]), top: 1});
+      if (event.type === "touchstart") held = touches.map((touch) => u.posToVal(at(touch), "x"));
+      const [a, b] = touches.map((touch) => at(touch) / over.clientWidth), span = (held[1] - held[0]) / (b - a);
+      const min = Math.max(held[0] - a * span, run.t[0]), max = Math.min(min + span, run.t[run.t.length - 1]);
+      if (max > min) u.setScale("x", {min, max});
+      event.preventDefault();
+    };
+    over.style.touchAction = "pan-y";
+    for (const kind of ["touchstart", "touchmove"]) over.addEventListener(kind, follow, {passive: false});
+  }
+
+  function chart(about, index, count) {
+    const labelled = index === 0 && run.events.length && run.events.length <= 12;
+    const narrow = $("charts").clientWidth < 500, font = "12px system-ui, sans-serif", grid = {stroke: "#e3e7ec", width: 1};
+    const lines = about.lines.map((line) => ({
+      label: line.label, stroke: line.colour, width: 1.7, dash: line.dashed ? [7, 4] : undefined,
+      value: (u, value) => shown(value), points: {show: false},
+      paths: about.stepped ? uPlot.paths.stepped({align: 1}) : undefined,
+    }));
+    const box = made($("charts"), "div", {class: "chart", "data-chart": about.title});
+    made(box, "h3", {}, about.unit === "–" ? about.title : `${about.title}, ${about.unit}`);
+    const u = new uPlot({
+      width: $("charts").clientWidth, padding: [labelled ? 56 : 8, null, null, null],
+      height: (narrow ? 130 : 145) + (labelled ? 48 : index === count - 1 ? 18 : 0),
+      scales: {x: {time: false}},
+      cursor: {y: false, sync: {key: "simbrake"}, drag: {x: true, y: false}},
+      axes: [
+        {font, grid, size: 26, label: index === count - 1 ? "time, s" : undefined, labelFont: font, labelSize: 18},
+        {font, grid, size: 52},
+      ],
+      series: [{label: "t, s", value: (u, value) => shown(value, 6)}, ...lines],
+      hooks: {draw: [marks], setScale: [zoomed], setCursor: [followed]},
+    }, [run.t, ...run.y[index]], box);
+    u.over.addEventListener("pointerenter", () => { hovered = u; stop(); });
+    fingers(u);
+    return u;
+  }
+
+  function drawCharts(found) {
+    const same = run !== null && JSON.stringify(run.charts) === JSON.stringify(found.charts);
+    run = found;
+    if (same) return plots.forEach((u, i) => {
+      u.setData([run.t, ...run.y[i]], zoom === null);
+      if (zoom !== null) u.redraw(true, true);
+    });
+    for (const u of plots) u.destroy();
+    $("charts").replaceChildren();
+    plots = [];
+    run.charts.forEach((about, i) => plots.push(chart(about, i, run.charts.length)));
+    drawWindows();
+  }
+
+  function drawWindows() {
+    $("windows").replaceChildren();
+    (run.windows.length > 1 ? run.windows : []).forEach((window, i) => {
+      const button = made($("windows"), "button", {type: "button"}, i === 0 ? "whole run" : window.words);
+      button.addEventListener("click", () => plots[0].setScale("x", {min: run.windows[i].start, max: run.windows[i].end}));
+    });
+    made($("windows"), "span", {class: "soft"}, "Drag over a chart to zoom, double-click for all of it.");
+  }
+
+  window.addEventListener("resize", () => {
+    for (const u of plots) u.setSize({width: $("charts").clientWidth, height: u.height});
+  });
+
+  // --- the film: the brake along its shaft, moment by moment -------------------------------------------------------
+
+  const BAND = 1.21, TENSION = [1.32, 0.72], LOAD = [0.72, -0.44], HEAT = [1.235, 1.295];
+  const INFERNO = [[0, 0, 4], [66, 10, 104], [147, 38, 103], [221, 81, 58], [252, 165, 10], [252, 255, 164]];
+  let picture = null, frame = 0, begun = null, beganAt = 0;
+
+  const spot = (radius, angle) => `${(radius * Math.cos(angle)).toFixed(4)} ${(-radius * Math.sin(angle)).toFixed(4)}`;
+
+  function wedge(from, to, inner, outer) {
+    const far = to - from > Math.PI ? 1 : 0;
+    return `M${spot(inner, from)}L${spot(outer, from)}A${outer} ${outer} 0 ${far} 0 ${spot(outer, to)}` +
+      `L${spot(inner, to)}A${inner} ${inner} 0 ${far} 1 ${spot(inner, from)}Z`;
+  }
+
+  function arc(radius, from, to) {
+    const points = [];
+    for (let i = 0; i <= 90; i++) points.push(spot(radius, from + (to - from) * i / 90));
+    return "M" + points.join("L");
+  }
+
+  function heatColour(T, heat) {
+    const x = 5 * Math.min(Math.max((T - heat.low) / (heat.high - heat.low), 0), 1), i = Math.min(Math.floor(x), 4);
+    return `rgb(${INFERNO[i].map((c, k) => Math.round(c + (x - i) * (INFERNO[i + 1][k] - c))).join(",")})`;
+  }
+
+  function rings(svg, top, [base, length], from, to) {
+    for (const share of [0, 0.5, 1]) {
+      const radius = base + length * share, [x, y] = spot(radius, to + 0.08 / radius).split(" ");
+      made(svg, "path", {d: arc(radius, from, to), class: "ring"});
+      made(svg, "text", {x, y, class: "tick"}, shown(top * share, 3));
+    }
+  }
+
+  function drawFilm(film) {
+    const svg = $("wheel"), {places, tension, pairs} = film, banded = tension !== null;
+    svg.replaceChildren();
+    svg.setAttribute("viewBox", banded ? "-2.2 -2.15 4.4 3.95" : "-1.2 -1.2 2.4 2.4");
+    picture = {film, rings: [], heat: [], loads: []};
+    picture.rim = made(svg, "path", {d: wedge(0, 3.1415, 0.94, 1) + wedge(3.1415, 6.283, 0.94, 1), class: "rim"});
+    picture.turning = made(svg, "g", {class: "turning"});
+    for (const i of [0, 1, 2]) made(picture.turning, "path", {d: `M0 0L${spot(0.93, 2 * Math.PI * i / 3)}`, class: "spoke"});
+    made(picture.turning, "circle", {cx: 0.55, cy: 0, r: 0.06, class: "mark"});
+    made(svg, "circle", {r: 0.13, class: "hub"});
+    const angles = places.flatMap((p) => [p[0], p[1]]), from = Math.min(...angles), to = Math.max(...angles);
+    if (banded) {
+      picture.topTension = Math.max(...tension.flat(), 1e-9);
+      picture.topLoad = Math.max(...pairs.flatMap((pair) => pair.load.flat()), 1e-9);
+      rings(svg, picture.topTension, TENSION, from, to);
+      rings(svg, picture.topLoad, LOAD, from, to);
+      picture.curve = made(svg, "path", {class: "tension"});
+      made(svg, "path", {d: arc(BAND, from, to), class: "band"});
+      for (const [angle, sense, words] of [[to, 1, "slack end (lever)"], [from, -1, "tight end (anchor)"]]) {
+        const [x, y] = spot(Math.hypot(BAND, 0.45), angle + sense * Math.atan(0.45 / BAND)).split(" ");
+        made(svg, "path", {d: `M${spot(BAND, angle)}L${x} ${y}`, class: "band"});
+        made(svg, "text", {x, y: Number(y) + 0.13}, words);
+      }
+    }
+    pairs.forEach((pair, k) => picture.rings.push(places.map(([a, b, inner, outer], i) => {
+      const step = (outer - inner) / pairs.length, top = outer - k * step;
+      const found = made(svg, "path", {d: wedge(a, b, top - step, top), class: "lining", "data-lining": i, "data-pair": k});
+      found.addEventListener("pointerenter", () => { picture.looked = [k, i]; tell(); });
+      return found;
+    })));
+    if (banded) picture.loads = places.map(() => made(svg, "path", {class: "load"}));
+    const hot = film.heat && film.heat.linings && banded ? places : [];
+    picture.heat = hot.map(([a, b]) => made(svg, "path", {d: wedge(a, b, ...HEAT), class: "heat"}));
+    places.forEach(([a, b, inner, outer], i) => {
+      const [x, y] = spot((inner + outer) / 2, (a + b) / 2).split(" ");
+      if (places.length <= 30 || i % 5 === 4) made(svg, "text", {x, y, class: "count"}, String(i + 1));
+    });
+    $("at").max = film.t.length - 1;
+    drawLegend(film);
+  }
+
+  function drawLegend(film) {
+    const there = new Set(film.pairs.flatMap((pair) => pair.contacts).join(""));
+    $("legend").replaceChildren();
+    const item = (colour, words) => {
+      const box = made($("legend"), "span", {class: "item"});
+      made(box, "i").style.background = colour;
+      box.append(words);
+    };
+    for (const [state, look] of Object.entries(data.still.states)) if (there.has(state)) item(look.colour, `${data.still.lining} ${look.words}`);
+    if (film.tension) {
+      item("var(--blue-line)", "outwards: tension T of the band, kN");
+      item("var(--green-line)", "inwards: normal load N of a lining, kN");
+    }
+    if (film.pairs.length > 1) item("none", "outer half of a lining: band on lining; inner half: lining on rim");
+    if (film.heat) item("linear-gradient(90deg,#000004,#932667,#fca50a)", `surface ${shown(film.heat.low, 3)}…${shown(film.heat.high, 3)} °C`);
+  }
+
+  function drawFrame(i) {
+    const {film} = picture, turns = film.phi[i] / (2 * Math.PI);
+    frame = i;
+    picture.turning.setAttribute("transform", `rotate(${(-360 * (turns % 1)).toFixed(3)})`);
+    const fast = i > 0 && Math.abs(film.phi[i] - film.phi[i - 1]) > 2;
+    picture.turning.style.opacity = fast ? 0.25 : 1;
+    picture.rings.forEach((ring, k) => ring.forEach((path, j) => {
+      path.style.fill = data.still.states[film.pairs[k].contacts[i][j]].colour;
+    }));
+    if (film.tension) {
+      const T = film.tension[i], radius = T.map((x) => TENSION[0] + TENSION[1] * Math.max(x, 0) / picture.topTension);
+      const steps = [0, 0.2, 0.4, 0.6, 0.8, 1], there = (a, b, s) => a + s * (b - a);
+      const points = film.places.flatMap(([a, b], j) =>
+        steps.map((s) => spot(there(radius[j], radius[j + 1], s), there(b, a, s))));
+      const back = film.places.flatMap(([a, b]) => steps.map((s) => spot(TENSION[0], there(b, a, s)))).reverse();
+      picture.curve.setAttribute("d", "M" + [...points, ...back].join("L") + "Z");
+      picture.loads.forEach((path, j) => {
+        const [a, b] = film.places[j], middle = (a + b) / 2, half = 0.36 * (b - a);
+        const depth = LOAD[0] + LOAD[1] * Math.max(film.pairs[0].load[i][j], 0) / picture.topLoad;
+        path.setAttribute("d", wedge(middle - half, middle + half, depth, LOAD[0]));
+      });
+    }
+    if (film.heat && film.heat.rim) picture.rim.style.fill = heatColour(film.heat.rim[i], film.heat);
+    picture.heat.forEach((path, j) => {
+      const T = film.heat.linings[i];
+      path.style.fill = heatColour(T.length > 1 ? T[j] : T[0], film.heat);
+    });
+    $("at").value = i;
+    tell();
+  }
+
+  function tell() {
+    const {film} = picture, i = frame, T = film.tension && film.tension[i];
+    const at = film.seconds * i / (film.t.length - 1), rate = film.rates.find((r) => at <= r.until * 1.0001) || film.rates[0];
+    const now = [`t = ${shown(film.t[i], 6)} s`, `ω = ${shown(film.omega[i])} rad/s`, `${shown(film.phi[i] / (2 * Math.PI), 4)} turns`];
+    if (film.hook) now.push(`hook ${shown(film.hook[i], 4)} m`);
+    if (T) now.push(`T₀ = ${shown(T[0])} kN`, `Tₙ = ${shown(T[T.length - 1])} kN`);
+    now.push(`brake torque ${shown(film.torque[i])} kN·m`, rate.words);
+    $("now").textContent = now.join(" · ");
+    if (!picture.looked) return;
+    const [k, j] = picture.looked, pair = film.pairs[k], words = data.still.states[pair.contacts[i][j]].words;
+    const said = [`${data.still.lining} ${j + 1} ${words}`, `N = ${shown(pair.load[i][j])} kN`];
+    if (film.pairs.length > 1) said.unshift(pair.words);
+    if (T) said.push(`T behind it ${shown(T[j + 1])} kN`);
+    if (film.heat && film.heat.linings) said.push(`${shown(film.heat.linings[i][film.heat.linings[i].length > 1 ? j : 0], 4)} °C`);
+    $("looked").textContent = said.join(" · ");
+  }
+
+  /** The moment of the film at a time of the run; `from`: the chart whose cursor is there already. */
+  function showFilm(t, from) {
+    if (picture === null) return;
+    const i = place(picture.film.t, t), next = Math.min(i + 1, picture.film.t.length - 1);
+    drawFrame(t - picture.film.t[i] > picture.film.t[next] - t ? next : i);
+    if (!from) cursors();
+  }
+
+  /** Cursors of the charts at the moment of the film, once the charts are laid out. */
+  function cursors() {
+    hovered = null;
+    requestAnimationFrame(() => {
+      for (const u of plots) u.setCursor({left: u.valToPos(picture.film.t[frame], "x"), top: 1}, false, false);
+    });
+  }
+
+  function jump(i) {
+    drawFrame(Math.min(Math.max(i, 0), picture.film.t.length - 1));
+    cursors();
+  }
+
+  function stop() {
+    begun = null;
+    if ($("play")) $("play").textContent = "▶ play";
+  }
+
+  function tick(now) {
+    if (begun === null) return;
+    const last = picture.film.t.length - 1, i = beganAt + Math.floor((now - begun) / 1000 / picture.film.seconds * last);
+    if (i !== frame) jump(i);
+    if (i >= last) stop(); else requestAnimationFrame(tick);
+  }
+
+  function play() {
+    if (begun !== null) return stop();
+    beganAt = frame >= picture.film.t.length - 1 ? 0 : frame;
+    begun = performance.now();
+    $("play").textContent = "❚❚ pause";
+    requestAnimationFrame(tick);
+  }
+
+  function drawRun(found, first) {
+    const t = picture && picture.film.t[frame];
+    drawCharts(found);
+    if (!found.film) return;
+    drawFilm(found.film);
+    if (first) jump(found.film.torque.indexOf(Math.max(...found.film.torque)));
+    else showFilm(t);
+  }
+
+  // --- results beside the pictures ---------------------------------------------------------------------------------
+
+  function drawResults(found) {
+    const banner = $("banner");
+    banner.className = `verdict ${found.colour}`;
+    banner.querySelector("b").textContent = found.headline;
+    banner.querySelector("p").textContent = found.text;
+    $("rows").replaceChildren();
+    $("rows").parentElement.hidden = !found.rows.length;
+    for (const [name, value, limit, margin, state, kind] of found.rows) {
+      const row = made($("rows"), "tr");
+      made(row, "td", {}, name);
+      for (const number of [value, limit, margin]) made(row, "td", {class: "n"}, number);
+      made(made(row, "td"), "span", {class: `badge ${kind}`}, state);
+    }
+    $("figures").replaceChildren();
+    for (const {words, text, si, unit, note} of found.metrics) {
+      const box = made($("figures"), "div");
+      made(box, "dt", {}, words);
+      const value = made(box, "dd");
+      made(value, "data", {value: si, title: `${si} ${unit}`}, text);
+      made(value, "small", {}, note);
+    }
+  }
+
+  // --- begin -------------------------------------------------------------------------------------------------------
+
+  if ($("play")) {
+    $("play").addEventListener("click", play);
+    $("back").addEventListener("click", () => { stop(); jump(frame - 1); });
+    $("forth").addEventListener("click", () => { stop(); jump(frame + 1); });
+    $("at").addEventListener("input", () => { stop(); jump(Number($("at").value)); });
+  }
+  if (data.run) drawRun(data.run, true);
+  window.simbrake = {$, data, shown, made, place, drawResults, drawCharts, drawRun};
+})();
