@@ -472,12 +472,14 @@ def _polished(
     return scan.look(*_polish(look, np, row, share, after, 1.0 / (scan.samples - 1), rounds))
 
 
-def largest_share_of_capacity(scan: Scan) -> Peak:
+def largest_share_of_capacity(scan: Scan, among: Array | bool = True) -> Peak:
     """Maximum over a concrete run of the load over the static capacity of the brake that holds it, 0 where none does.
 
     A program of its own: capacities are much work, and are wanted only while the pulley is at rest.
+
+    - `among`: rows of the run in which it is looked for
     """
-    record, held = scan.record, _holds(scan)
+    record, held = scan.record, holding_rows(scan) & among
     samples = np.flatnonzero(held[scan.row])
     if not samples.size:
         return Peak(np.float64(0.0), np.asarray(record.rows.t)[0], np.int32(1))
@@ -499,10 +501,29 @@ def largest_share_of_capacity(scan: Scan) -> Peak:
     return Peak(look(row[:, None], share[:, None])[0, 0], scan.states(row, share)[0][0], np.int32(1))
 
 
-def _holds(scan: Scan) -> Array:
+def holding_rows(scan: Scan) -> Array:
     """Rows of a concrete run in which the brake holds the pulley at rest."""
     modes: Any = scan.record.modes
     return scan.used & holds(jax.tree.map(lambda column: np.asarray(column)[: len(scan.used)], modes))
+
+
+def rows_let_go(scan: Scan) -> Bool[np.ndarray, " n"]:
+    """Rows of a concrete run that say nothing of what its brake can hold.
+
+    A hold that ends as its lever lets the load go comes down to the load on purpose: the rows up to that restart in
+    which the tension falls, and those without duration.
+    """
+    rows = np.flatnonzero(scan.used & (scan.steps.t1 > scan.steps.t0))
+    held = holding_rows(scan)[rows]
+    pull = np.asarray(scan.seen.lever_tension).reshape(-1, scan.samples)[rows]
+    let_go = np.zeros(len(rows), bool)
+    for i in reversed(range(len(rows) - 1)):
+        let_go[i] = held[i] and pull[i, -1] < pull[i, 0] and (let_go[i + 1] or not held[i + 1])
+    if not np.any(let_go):
+        return np.zeros(len(scan.used), bool)
+    found = np.ones(len(scan.used), bool)
+    found[rows[~let_go]] = False
+    return found
 
 
 def peak(run: Any, pick: Pick) -> Peak:
