@@ -22,6 +22,7 @@ from jaxtyping import Float, Int
 from ..hybrid._arrays import Array
 from ._compiling import warn_of_untested_jax
 from ._faults import Fault, InputError
+from ._shown import part_text
 from ._table import to_si, unit
 
 if TYPE_CHECKING:
@@ -267,6 +268,9 @@ class Part(eqx.Module):
                 found += unread or _faults_of_kind(path, value, kinds)
         if found:
             raise InputError(found)
+
+    def __repr__(self) -> str:
+        return part_text(self, about_of, unit_below)
 
 
 @functools.cache
@@ -573,7 +577,7 @@ class NumberReader:
 
 def shown(value: object) -> str:
     """A value of a file, shortened for a message."""
-    text = repr(value) if not isinstance(value, dict) else "a table"
+    text = " ".join(repr(value).split()) if not isinstance(value, dict) else "a table"
     return text if len(text) <= 60 else text[:57] + "…"
 
 

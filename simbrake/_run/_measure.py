@@ -17,6 +17,7 @@ from ..hybrid._arrays import Array
 from ._linings import lining_peak
 from ._metrics import METRICS, about_output, metric_names
 from ._probe import Entry, Number
+from ._report import text as text_of
 from ._result import Result
 from ._strength import allowable_values
 
@@ -69,6 +70,17 @@ def measure(result: Result, metric: Metric) -> Array:
         return jnp.asarray(result.energy[metric.removeprefix("energy.")])
     found = getattr(result, metric)
     return jnp.asarray(getattr(found, "value", found))
+
+
+def named(result: Result, name: str) -> Any:
+    """A metric or an energy of a result by its name, a float of a concrete one. Raises `KeyError` with near names."""
+    try:
+        check_metrics(result.scene, [name] if isinstance(name, str) else [repr(name)])
+    except InputError as error:
+        fault = error.faults[0]
+        raise KeyError(f"{name!r} {fault.problem}; {fault.hint}") from None
+    found = measure(result, name)
+    return float(found) if result.concrete else found
 
 
 def happened(value: Number) -> Bool[np.ndarray, "*shape"] | np.bool_:
@@ -268,10 +280,10 @@ def limit_dicts(checks: Sequence[LimitCheck]) -> list[Entry]:
 
 
 def text_with_limits(result: Result, checks: Sequence[LimitCheck]) -> str:
-    """The summary of a result and what it says of the limits."""
-    return "\n".join([str(result), *limit_lines(checks)])
+    """The summary of a result with the verdict and what it says of the limits."""
+    return text_of(result.summary(), [f"verdict  {result.verdict(checks)}", *limit_lines(checks)])
 
 
 def summary_with_limits(result: Result, checks: Sequence[LimitCheck]) -> Entry:
-    """The same as `run --json` prints it: `Result.summary` and `limits`."""
-    return {**result.summary(), "limits": limit_dicts(checks)}
+    """The same as `run --json` prints it: `Result.summary`, `limits` and `verdict`."""
+    return {**result.summary(), "limits": limit_dicts(checks), "verdict": result.verdict(checks).as_dict()}

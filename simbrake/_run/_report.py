@@ -3,7 +3,7 @@
 import functools
 import math
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import jax
@@ -337,7 +337,7 @@ class Report:
     def _holding(self, metrics: Entry) -> Entry:
         """Load and capacity at the minimum holding reserve, and the tension of a lever that holds the speed."""
         seen, least, pull = self._scan.seen, metrics.get(HOLDING), self.pull
-        found = {} if pull is None else {"pull": dict(zip(("limit", "value", "time"), pull, strict=True))}
+        found: Entry = {} if pull is None else {"pull": dict(zip(("limit", "value", "time"), pull, strict=True))}
         if least is not None:
             load = abs(float(np.interp(self.peaks[HOLDING].time, seen.t, seen.load_torque)))
             found["holding"] = {"load_torque": load, "capacity": least * load}
@@ -547,7 +547,8 @@ def _wear_lines(summary: Entry) -> list[str]:
 def _energy_line(summary: Entry) -> str:
     """What came in, and what became of it; kinetic energy stands where it is positive."""
     e, change = summary["energy"], summary["energy"]["kinetic_change"]
-    gains = change is not None and change > 0  # the load has sped the pulley up
+    # the load has sped the pulley up
+    gains = change is not None and change > _ROUNDING * abs(e["load_work"] or 0.0)
     e = e | {"given": None if change is None else -change}
     taken = {
         "friction_heat": "friction heat",
@@ -562,12 +563,13 @@ def _energy_line(summary: Entry) -> str:
     return f"energy   {_sum(e, given)} = {_sum(e, taken)}"
 
 
-def text(summary: Entry) -> str:
-    """About ten lines that can be read without the source."""
+def text(summary: Entry, first: Sequence[str] = ()) -> str:
+    """About ten lines that can be read without the source; `first`: lines below the heading."""
     e, s = summary["energy"], summary["solver"]
     many = summary["duty"] == DutyKind.STOPS
     lines = [
         f"{summary['status']}: {summary['message']}",
+        *first,
         f"events   {_counted(summary['events']) if many else _grouped(summary['events'])}",
         *_stop_lines(summary),
         *duty_lines(summary),

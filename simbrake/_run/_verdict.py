@@ -1,13 +1,17 @@
 """The verdict on a run: what is exceeded, what is near its limit, and the colour that says so."""
 
 import enum
+import html
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
+from .._base._faults import InputError
+from .._base._shown import coloured, rows_table
 from .._base._table import number
-from ._duty import DutyKind
+from ._duty import DutyKind, speed_is_led
 from ._log import Status
-from ._measure import LimitCheck, limit_checks, title_of
+from ._measure import LimitCheck, limit_checks, read_limits, title_of
+from ._metrics import about_output
 from ._probe import Entry
 from ._result import Result
 
@@ -78,25 +82,41 @@ class Verdict(NamedTuple):
         return f"{self.colour}: {self.headline}"
 
 
-def verdict(result: Result, limits: Mapping[str, float] | Sequence[LimitCheck] | None = None) -> Verdict:
+def verdict(result: Result, limits: Mapping[str, float | str] | Sequence[LimitCheck] | None = None) -> Verdict:
     """The verdict on a concrete result.
 
-    - `limits`: maximum permissible values in SI, by metric (or `max_pressure`), beside those of the scene itself; or
-      the `limit_checks` that were made of them
+    - `limits`: maximum permissible values by metric (or `max_pressure`), in SI or as texts with a unit, beside those of
+      the scene itself; or the `limit_checks` that were made of them
 
     A margin is `limit − value`, its percentage that of the limit; of a temperature that of the rise above 20 °C. The
     holding reserve is the static capacity over the load while the brake holds the pulley and the lever is not let go.
 
-    Example:
-        `verdict(result, {"max_tension": 120e3})` is `red: stopped after 1.24964 s. Exceeded: …`
+    Raises `InputError` for unknown metrics and what is not a number.
     """
-    given = limits if limits is None or isinstance(limits, Mapping) else list(limits)
-    checks = given if isinstance(given, list) else limit_checks(result, given or {})
+    if limits is None or isinstance(limits, Mapping):
+        bounds, faults = read_limits(result.scene, limits or {})
+        if faults:
+            raise InputError(faults)
+        checks: Sequence[LimitCheck] = limit_checks(result, bounds)
+    else:
+        checks = limits
     judged = [(_share(check), _row(check)) for check in checks if check.limit is not None]
     judged += _holding(result) + _lever(result)
     # the smallest margin first; what has none last
     rows = [row for _, row in sorted(judged, key=lambda one: (one[0] is None, one[0] or 0.0))]
     return Verdict(_colour(result, rows), _headline(result, rows), tuple(rows))
+
+
+def page_of(result: Result) -> str:
+    """A concrete result in a notebook: the verdict as a banner, its metrics with units, and the warnings."""
+    summary, said = result.summary(), result.verdict()
+    metrics = {name: value for name, value in summary["metrics"].items() if value is not None}
+    rows = [
+        (name, str(number(value, about_output(name)["units"])), about_output(name)["meaning"])
+        for name, value in metrics.items()
+    ]
+    notes = "".join(f"<p>warning: {html.escape(text)}</p>" for text in summary["warnings"])
+    return coloured(str(said.headline), said.colour) + rows_table(rows, "")._repr_html_() + notes
 
 
 def _colour(result: Result, rows: Sequence[VerdictRow]) -> Colour:
@@ -115,13 +135,17 @@ def _headline(result: Result, rows: Sequence[VerdictRow]) -> str:
     """The outcome, then what is exceeded, or what is near its limit, or the smallest margin."""
     said = [_outcome(result)]
     for state, words in ((State.EXCEEDED, "Exceeded"), (State.SMALL, "Small margin")):
-        these = [f"{row.name} {row.value}, limit {row.limit}" for row in rows if row.state == state]
+        these = [
+            f"{row.name} {row.value}, allowed {row.limit}, margin {row.margin}" for row in rows if row.state == state
+        ]
         said += [f"{words}: {'; '.join(these)}"] if these else []
     evaluated = [row for row in rows if row.state in (State.WITHIN, State.WITHIN_SO_FAR)]
     if len(said) == 1 and evaluated:
         first = evaluated[0]
-        said.append(f"Within all limits{' so far' if not result.ok else ''}, the nearest: {first.name} {first.margin}")
-    return ". ".join(said) + ("" if rows else ". No limit was given")
+        said.append(
+            f"Nothing exceeded{' so far' if not result.ok else ''}, smallest margin: {first.name}, {first.margin}"
+        )
+    return ". ".join(said)
 
 
 def _outcome(result: Result) -> str:
@@ -178,7 +202,8 @@ def _holding(result: Result) -> list[tuple[float, VerdictRow]]:
         found.append(_ratio("Holding reserve: static capacity over load", held.value, 1.0, SMALL_RESERVE, when))
     capacity = result.summary()["capacity"]
     load = None if capacity is None else capacity["load_torque"]
-    if capacity is not None and load and load > 0 and capacity["brake_torque"]:
+    led = speed_is_led(result.scene)  # (then the tension of the lever says the same)
+    if capacity is not None and load and load > 0 and capacity["brake_torque"] and not led:
         ratio = capacity["brake_torque"] / load
         runs = result.status == Status.RUNAWAY
         if runs or ratio > 1:  # (one that is not settled yet, as in a ramp of the lever, may still be short)
