@@ -1,7 +1,10 @@
-"""Commands about one scene or result: run, report, animate, compare; estimates, synthesis and materials."""
+"""Commands about one scene or result: run, explain, report, animate, compare; estimates, synthesis and materials."""
 
 import ast
 from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
 
 import simbrake as sb
 
@@ -109,6 +112,40 @@ def report(
     lines = [f"{result.status}: {result.message}", *limit_lines(checks), f"written  {out}"]
     cli.tell("\n".join(lines), lambda: said, json_)
     return cli.exit_code(result.ok, fail_on_limit and cli.any_exceeded(checks))
+
+
+def explain(
+    scenario: Annotated[Path, Parameter(help="Scene file, or result file or folder of `run --out`.")],
+    /,
+    *,
+    limit: cli.Limits = None,
+    fail_on_limit: cli.FailOnLimit = False,
+    influence: bool = True,
+    set_: cli.Set = None,
+    rtol: cli.Rtol = 1e-10,
+    json_: cli.Json = False,
+) -> int:
+    """Explain a run in sentences: what happened, what governs it, which lining, limit and instability come first.
+
+    Parameters
+    ----------
+    influence
+        Differentiate the run as well, to name the parameters that change it most.
+    """
+    with Waiting("explain", "compiling the run…") as told:
+        if scenario.suffix.lower() in (".toml", ".py") and not scenario.is_dir():
+            scene = cli.opened(scenario, set_, rtol)
+            result = sb.simulate(scene, rtol=rtol, throw=False, progress=told)
+        else:
+            faults = [Fault("--set", "changes a scene, not a result", "give the scene file")] if set_ else []
+            if faults:
+                raise InputError(faults)
+            cli.prepare_jax()
+            result = sb.results.rerun(scenario / "result.nc" if scenario.is_dir() else scenario)
+        limits = cli.limits_of(result.scene, limit, fail_on_limit)
+        found = sb.results.explain(result, limits=limits, influence=influence, progress=told)
+    cli.tell(found, found.as_dict, json_)
+    return cli.exit_code(result.ok, fail_on_limit and found["outcome"].numbers["exceeded"] > 0)
 
 
 def title_of(file: Path, text: str) -> str:
@@ -331,4 +368,4 @@ def _energy(scene: cli.Scene, text: str) -> list[float] | dict[str, list[float]]
     return {path: values} if path else values
 
 
-COMMANDS = (run, report, animate, compare, estimates, synthesize, materials)
+COMMANDS = (run, explain, report, animate, compare, estimates, synthesize, materials)

@@ -406,9 +406,14 @@ def _self_locking(brake: AbstractBrake, f: Array) -> Array:
     return brake.self_locking(f)
 
 
+def self_locking_ratios(scene: Scene) -> np.ndarray:
+    """Self-locking ratio of each lining with its static friction at the start, of a band `f tan(β/2)`: locking at 1."""
+    return np.asarray(_self_locking(scene.brake, static_friction(scene)))
+
+
 def locked(scene: Scene) -> dict[int, str]:
     """Self-locking linings (from 1) with their static friction, of a band `f tan(β/2) ≥ 1`; the reason in words."""
-    near = np.asarray(_self_locking(scene.brake, static_friction(scene)))
+    near = self_locking_ratios(scene)
     return {int(i) + 1: scene.brake.locking_words(int(i) + 1, float(near[i])) for i in np.flatnonzero(near >= 1.0)}
 
 

@@ -470,6 +470,17 @@ def energies(record: Record) -> dict[str, Array]:
     return _energies_of_ends(record.system, *ends_of(record))[0]
 
 
+def energies_between(record: Record, first: int, last: int) -> dict[str, Array]:
+    """Energies (J) of a concrete run from row to row."""
+
+    def instant(row: int) -> Instant:
+        t = np.asarray(record.rows.t)[row]
+        state, mode = (jax.tree.map(lambda column: np.asarray(column)[row], x) for x in (record.states, record.modes))
+        return t, state, mode
+
+    return _energies_of_ends(record.system, instant(first), instant(last))[0]
+
+
 def stored_heat(record: Record) -> dict[str, Array]:
     """Heat stored in every body of the network since the start (J)."""
     return _energies_of_ends(record.system, *ends_of(record))[1]

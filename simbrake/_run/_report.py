@@ -135,6 +135,11 @@ class Report:
         names = tuple(name for name in metrics_of(self.result.scene, greatest=True) if name != HOLDING)
         return Scan(self._record, float(self.result.rtol), names)
 
+    @property
+    def scan(self) -> Scan:
+        """The run as it was scanned."""
+        return self._scan
+
     @functools.cached_property
     def _energies(self) -> Entry:
         return energies(self._record)
