@@ -1,6 +1,7 @@
 """What kind of duty a run was: it decides which numbers of it are worth reading."""
 
 import enum
+from collections import Counter
 
 import numpy as np
 
@@ -59,6 +60,12 @@ def end_of(record: Record, scene: Scene) -> Entry:
     }
 
 
+def counted(events: list[Entry]) -> str:
+    """How many events there are of each name, in the order of the first ones."""
+    counts = Counter(event["name"] for event in events)
+    return ", ".join(f"{count} × {name.replace('_', ' ')}" for name, count in counts.items())
+
+
 def duty_lines(summary: Entry) -> list[str]:
     """The lines of a summary that its kind of duty needs, beside onset and stop of a single one."""
     end, kind = summary["end"], summary["duty"]
@@ -87,7 +94,7 @@ def _stops_lines(summary: Entry) -> list[str]:
     travel = f", hook travel {number(total('travel'), 'm')}" if "travel" in rows[0] else ""
     slowest, hottest = (max(rows, key=lambda row, name=name: row[name]) for name in ("braking_time", "energy"))
     lines = [
-        f"stops    {len(rows)} in {number(end['duration'], 's')}: in motion {number(total('motion_time'), 's')}, "
+        f"total    {len(rows)} stops in {number(end['duration'], 's')}: in motion {number(total('motion_time'), 's')}, "
         f"braked {number(total('braking_time'), 's')}, {number(total('angle'), 'rad')}{travel}",
         f"worst    longest braking {number(slowest['braking_time'], 's')} in stop {slowest['stop']}, "
         f"maximum friction heat {number(hottest['energy'], 'J')} in stop {hottest['stop']}",

@@ -2,7 +2,6 @@
 
 import functools
 import math
-from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -18,11 +17,11 @@ from .._physics._mechanism import BandMode, Label, Mode, slips
 from .._physics._thresholds import mark_names
 from ..hybrid import FINISHED, Record
 from ._choice import stiffness
-from ._duty import DutyKind, duty_lines, duty_of, end_of, speed_is_led
+from ._duty import DutyKind, counted, duty_lines, duty_of, end_of, speed_is_led
 from ._log import Event, Phase, Stage, Status, absent_stages, event_log, marks_passed, stages_of, with_phases
 from ._metrics import HOLDING, METRICS, Peak, energies, metrics_of
 from ._probe import Entry, capacities_at, record_of
-from ._scan import Scan, largest_share_of_capacity, peaks, rows_let_go
+from ._scan import Scan, holds_of, largest_share_of_capacity, peaks
 from ._stops import stop_table, stops_of
 from ._strength import limits_exceeded
 
@@ -155,13 +154,16 @@ class Report:
 
     @functools.cached_property
     def holding(self) -> Peak | None:
-        """Minimum holding reserve while the lever does not let the load go; `None` where no load is held so."""
+        """Minimum holding reserve while the lever does not let the load go, 1 where a load broke away; `None` where no
+        load is held."""
         if HOLDING not in self.peaks:
             return None
-        scan, found = self._scan, self.peaks[HOLDING]
-        let_go = rows_let_go(scan)
-        if np.any(let_go):
-            found = METRICS[HOLDING].of_peak(largest_share_of_capacity(scan, ~let_go), self.result.scene)
+        found, holds = self.peaks[HOLDING], holds_of(self._scan)
+        if holds.broken is not None:
+            return Peak(np.float64(1.0), np.float64(holds.broken), np.int32(1))
+        if found.value <= 1 + _NEARLY:  # (it may be that of a load that was let go)
+            worst = largest_share_of_capacity(self._scan, ~holds.let_go)
+            found = METRICS[HOLDING].of_peak(worst, self.result.scene)
         return found if np.isfinite(found.value) else None
 
     @property
@@ -440,12 +442,6 @@ def _grouped(events: list[Entry]) -> str:
     return ", ".join(shown) if shown else "none"
 
 
-def _counted(events: list[Entry]) -> str:
-    """How many events there are of each name, in the order of the first ones."""
-    counts = Counter(event["name"] for event in events)
-    return ", ".join(f"{count} × {name.replace('_', ' ')}" for name, count in counts.items())
-
-
 def _stop_lines(summary: Entry) -> list[str]:
     """Onset of slip and stop of a run with one stop, or as far as one came that has none."""
     m, kind = summary["metrics"], summary["duty"]
@@ -575,7 +571,7 @@ def text(summary: Entry, first: Sequence[str] = ()) -> str:
     lines = [
         f"{summary['status']}: {summary['message']}",
         *first,
-        f"events   {_counted(summary['events']) if many else _grouped(summary['events'])}",
+        f"events   {counted(summary['events']) if many else _grouped(summary['events'])}",
         *_stop_lines(summary),
         *duty_lines(summary),
         *_staged_lines(summary),

@@ -507,23 +507,32 @@ def holding_rows(scan: Scan) -> Array:
     return scan.used & holds(jax.tree.map(lambda column: np.asarray(column)[: len(scan.used)], modes))
 
 
-def rows_let_go(scan: Scan) -> Bool[np.ndarray, " n"]:
-    """Rows of a concrete run that say nothing of what its brake can hold.
+class Holds(NamedTuple):
+    """How holds of a concrete run end: rows that say nothing of what its brake can hold, and when a load broke away.
 
-    A hold that ends as its lever lets the load go comes down to the load on purpose: the rows up to that restart in
-    which the tension falls, and those without duration.
+    - `let_go`: the rows up to a restart in which the lever lets the load go, so that the reserve comes down to 1 on
+      purpose, and those without duration;  `broken`: time (s) of the first restart for which the lever did not move
     """
-    rows = np.flatnonzero(scan.used & (scan.steps.t1 > scan.steps.t0))
+
+    let_go: Bool[np.ndarray, " n"]
+    broken: float | None
+
+
+def holds_of(scan: Scan) -> Holds:
+    """How the holds of a concrete run end."""
+    steps = scan.steps
+    rows = np.flatnonzero(scan.used & (steps.t1 > steps.t0))
     held = holding_rows(scan)[rows]
     pull = np.asarray(scan.seen.lever_tension).reshape(-1, scan.samples)[rows]
-    let_go = np.zeros(len(rows), bool)
+    falling, broken = np.zeros(len(rows), bool), None
     for i in reversed(range(len(rows) - 1)):
-        let_go[i] = held[i] and pull[i, -1] < pull[i, 0] and (let_go[i + 1] or not held[i + 1])
-    if not np.any(let_go):
-        return np.zeros(len(scan.used), bool)
-    found = np.ones(len(scan.used), bool)
-    found[rows[~let_go]] = False
-    return found
+        ends = held[i] and not held[i + 1]
+        falling[i] = held[i] and pull[i, -1] < pull[i, 0] and (falling[i + 1] or ends)
+        if ends and not falling[i] and pull[i + 1, 0] >= pull[i, -1]:
+            broken = float(steps.t1[rows[i]])
+    let_go = np.ones(len(scan.used), bool)
+    let_go[rows[~falling]] = False
+    return Holds(let_go, broken)
 
 
 def peak(run: Any, pick: Pick) -> Peak:
