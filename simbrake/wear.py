@@ -62,6 +62,10 @@ class ConstantWear(AbstractWearRate):
     - `coefficient` `k` (m³/(N·m)): one number, or one per lining
 
     Reference: J. F. Archard, *J. Appl. Phys.* 24 (1953) 981.
+
+    Example:
+        >>> sb.wear.ConstantWear(5e-14).coefficient
+        array(5.e-14)
     """
 
     coefficient: Scalar = _rate_at("")
@@ -91,6 +95,10 @@ class ExponentialWear(AbstractWearRate):
     - `coefficient` `k` (m³/(N·m)) at the `reference` `T_r` (K);  `rise` `ΔT` (K)
 
     Reference: S. K. Rhee, *Wear* 29 (1974) 391: above some 230 °C the wear of organic linings grows exponentially.
+
+    Example:
+        >>> sb.wear.ExponentialWear(3e-14, rise=120.0).rise
+        array(120.)
     """
 
     coefficient: Scalar = _rate_at("at the reference temperature")
@@ -163,6 +171,10 @@ class Wear(Part):
       that have ended by then, over all cycles
 
     Wear during a run does not act back on it: a brake application wears micrometres of some ten millimetres.
+
+    Example:
+        >>> sb.Wear(5e-14, permissible="12 mm")
+        Wear(rate=ConstantWear(coefficient=5·10⁻¹⁴ m³/(N·m)), worn=0 m, permissible=12 mm)
     """
 
     rate: AbstractWearRate = part(AbstractWearRate)

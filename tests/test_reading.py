@@ -16,10 +16,8 @@ def result():
 def test_parts_show_values_with_units():
     assert repr(sb.Pulley("590 mm", 1200)) == "Pulley(radius=0.59 m, inertia=1200 kg·m²)"
     assert repr(sb.ramp(2e3, 24e3, 0.0, 0.35)) == "PiecewiseLinear(times=[0, 0.35] s, values=[2000, 24000])"
-    assert (
-        repr(sb.Duty("6 kN", 0))
-        == "Duty(slack_tension=Constant(level=6 kN), load=TorqueLoad(profile=Constant(level=0 N·m)))"
-    )
+    load = "TorqueLoad(profile=Constant(level=0 N·m), drag=0 N·m·s)"
+    assert repr(sb.Duty("6 kN", 0)) == f"Duty(\n  slack_tension=Constant(level=6 kN),\n  load={load},\n)"
     linings = sb.uniform_linings(20, "270 deg", 0.35)
     assert "friction=ConstantFriction(coefficient=0.35, static_ratio=1)" in repr(linings)
     assert "angle=20 × 13.5°" in repr(linings)

@@ -374,7 +374,12 @@ class Leaf:
 
 
 def leaves(node: object, path: str = "", unit: str = "SI") -> list[Leaf]:
-    """Every quantity below `node`, in the order of the fields; `unit`: meaning of `SI` here."""
+    """Every quantity below `node`, in the order of the fields; `unit`: meaning of `SI` here.
+
+    Example:
+        >>> sb.files.leaves(scene.initial)[0].about.unit
+        'rad/s'
+    """
     if isinstance(node, tuple | list):
         return [leaf for i, child in enumerate(node) for leaf in leaves(child, f"{path}[{i}]", unit)]
     if not dataclasses.is_dataclass(node) or isinstance(node, type):

@@ -42,7 +42,7 @@ _LIMIT = (
     '"peak_rim_temperature=450 degC"; of a metric or max_pressure; may be repeated.'
 )
 Limits = Annotated[Many, Parameter(help=_LIMIT)]
-_FAIL = "Exit with code 3 if a limit is exceeded: one of --limit, or the permissible temperature of the scene."
+_FAIL = "Exit with code 3 if a limit is exceeded: one of --limit, or of the scene (temperature, stress, lever, wear)."
 FailOnLimit = Annotated[Flag, Parameter(help=_FAIL)]
 
 # --- before a command works -------------------------------------------------------------------------------------------

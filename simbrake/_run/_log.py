@@ -253,7 +253,7 @@ class Events(list[Event]):
     Raises `KeyError` with the nearest names for one that no run has.
 
     Example:
-        >>> log = Events([Event(0.1, "slip_onset"), Event(1.2, "stop")])
+        >>> log = sb.results.Events([sb.results.Event(0.1, "slip_onset"), sb.results.Event(1.2, "stop")])
         >>> log["stop"].times, len(log["restart"])
         ([1.2], 0)
     """

@@ -192,7 +192,8 @@ def parse_limits(scene: Scene, texts: Sequence[str]) -> tuple[dict[str, float], 
 
 def has_limit(scene: Scene, limits: Mapping[str, float]) -> bool:
     """Whether there is anything that a run could exceed: a limit given, or one of the scene."""
-    return bool(limits) or scene.network.permissible is not None or bool(allowable_values(scene))
+    worn = scene.wear is not None and scene.wear.permissible is not None
+    return bool(limits) or scene.network.permissible is not None or worn or bool(allowable_values(scene))
 
 
 def _plain(value: Any) -> Any:
@@ -207,6 +208,11 @@ def limit_checks(result: Result, limits: Mapping[str, float]) -> list[LimitCheck
     the allowable values of the scene's own parts (`Strength`, `Lever`, `Wear`) are evaluated. A value equal
     to its limit is within it. What did not happen (a stop that never came) exceeds its limit in a run that reached its
     end time; in a run that failed it is not evaluated.
+
+    Example:
+        >>> checks = sb.results.limit_checks(result, {"stopping_time": 1.0})
+        >>> checks[-1].limit, str(checks[-1].verdict)
+        (1.0, 'exceeded')
     """
     summary, known = result.summary(), metric_names(result.scene)
     limits = {**allowable_values(result.scene), **limits}

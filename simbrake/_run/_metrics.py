@@ -505,7 +505,12 @@ def identity_of(metric: str | Callable[..., Any]) -> object:
 
 
 def metric_names(scene: Scene) -> tuple[str, ...]:
-    """Names of everything that a run of the scene has as one number, energies as `energy.…`."""
+    """Names of everything that a run of the scene has as one number, energies as `energy.…`.
+
+    Example:
+        >>> sb.results.metric_names(scene)[:3]
+        ('slip_onset_time', 'full_slip_time', 'stopping_time')
+    """
     names = [name for name, metric in METRICS.items() if not metric.needs.lacks(scene)]
     energies = [name for name, one in ENERGIES.items() if one.unit == "J" and not one.needs.lacks(scene)]
     if scene.brake.in_series:

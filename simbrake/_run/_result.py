@@ -65,6 +65,12 @@ class Result:
     not happen (`null` in the summary); a maximum value is a `Peak` with its time and its lining. A metric that the
     scene does not have raises `ValueError`. First derivatives of everything continuous are available, forward and
     reverse.
+
+    Example:
+        >>> result.status, round(result["stopping_time"], 4)
+        ('stopped', 1.2577)
+        >>> result.events["stop"].times == [result["stopping_time"]]
+        True
     """
 
     scene: Scene

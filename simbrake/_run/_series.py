@@ -118,6 +118,10 @@ class Series(NamedTuple):
     friction forces and coefficients are columns here as well; a staged brake has `internal` beside it. A column that
     the scene does not have is `None`: tensions without a band, temperatures without heat or where it names no such
     place, coefficients of friction that cannot change, the elongation of a rigid band, …
+
+    Example:
+        >>> result.series([0.0, 0.5]).omega.shape
+        (2,)
     """
 
     t: Annotated[Values, "s", "time", lambda p, s: p.t]

@@ -296,6 +296,10 @@ def simulate(
 
     Raises `InputError` with all errors of the scene (or of these options) at once, `SimulationError`, and
     `RuntimeError` if JAX is not in 64-bit mode.
+
+    Example:
+        >>> sb.simulate(scene).status
+        'stopped'
     """
     require_64_bits()
     check_limits(rtol, max_step, max_steps, max_events)

@@ -67,6 +67,10 @@ class Verdict(NamedTuple):
     - amber: a margin is below 10 % of its limit, the holding reserve below 1.25, or the pulley still turns at the end
       although the duty does not prescribe its speed
     - green: everything else
+
+    Example:
+        >>> result.verdict({"stopping_time": "1 s"}).colour
+        <Colour.RED: 'red'>
     """
 
     colour: Colour
@@ -92,6 +96,10 @@ def verdict(result: Result, limits: Mapping[str, float | str] | Sequence[LimitCh
     holding reserve is the static capacity over the load while the brake holds the pulley and the lever is not let go.
 
     Raises `InputError` for unknown metrics and what is not a number.
+
+    Example:
+        >>> print(sb.results.verdict(result, {"stopping_time": "1 s"}).rows[0].state)
+        exceeded
     """
     if limits is None or isinstance(limits, Mapping):
         bounds, faults = read_limits(result.scene, limits or {})

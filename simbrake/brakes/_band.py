@@ -93,7 +93,12 @@ def affine_tensions(T_0: Float[Array, ""], a: Float[Array, " n"], b: Float[Array
 
 
 def capstan_ratio(f: Float[Array, ""], wrap: Float[Array, ""]) -> Float[Array, ""]:
-    """Euler's limit for many small linings, `T_n/T_0 → exp(f α)`."""
+    """Euler's limit for many small linings, `T_n/T_0 → exp(f α)`.
+
+    Example:
+        >>> round(float(sb.brakes.capstan_ratio(np.float64(0.35), np.radians(270.0))), 4)
+        5.2035
+    """
     return jnp.exp(f * wrap)
 
 

@@ -209,6 +209,10 @@ def scene_text(scene: Scene) -> str:
     """A scene as TOML, every number with its unit; `scene_from_text` gives the same scene back, to the last bit.
 
     Raises `InputError` naming all parts that a file cannot hold: custom functions and classes, traced numbers.
+
+    Example:
+        >>> sb.files.scene_text(scene).splitlines()[0]
+        'format = "simbrake scene 1"'
     """
     import tomli_w
 

@@ -92,6 +92,11 @@ def explain(
     brake over the load under the maximum force of the lever.
 
     Raises `InputError` for errors of the scene or the limits.
+
+    Example:
+        >>> said = sb.results.explain(result, influence=False)
+        >>> said["balance"].numbers["governs"]
+        'inertia'
     """
     with waiting(progress, "explain", "compiling the run…") as told:
         result = _result_of(run, rtol, told)

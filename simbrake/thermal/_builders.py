@@ -64,6 +64,10 @@ def lumped_heat(
     - `temperature` at the start, of the `ambient` air, `permissible` one of the linings (K)
 
     Raises `ValueError` where a band is given without linings, or a conductance without its bodies.
+
+    Example:
+        >>> sb.lumped_heat(rim=2e5, partition=1.0, rim_cooling=20.0).rim
+        'rim'
     """
     if (band is not None) != (lining_to_band is not None) or (band is not None and linings is None):
         raise ValueError("a band needs linings and the conductance lining_to_band")
