@@ -81,6 +81,8 @@ def test_many_stops():
     assert found["course"].numbers["braking_time"] == pytest.approx(STOP + second, rel=1e-9)
     assert found["course"].numbers["longest"]["stop"] == 1
     assert "influence" not in found
+    assert found["balance"].numbers["stop"] == 1
+    assert found["balance"].numbers["brake_torque"] == pytest.approx(TORQUE, rel=1e-9)
 
 
 def test_held_load():

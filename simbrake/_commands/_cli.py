@@ -172,6 +172,7 @@ app = cyclopts.App(
     and derivatives of all of it. First steps:
 
     * A run, its figures and tables in a folder: `simbrake run scenarios/u2_5_5_stop.toml --out stop`
+    * What happened and why, in sentences: `simbrake explain scenarios/u2_5_5_stop.toml`
     * Every parameter of a scene: `simbrake scene show scenarios/u2_5_5_stop.toml`
     * Your own scene: copy that file and edit it; the file format: `simbrake scene schema`
     * One parameter changed: `simbrake run mine.toml --set "duty.load.mass=80 t"`

@@ -95,7 +95,7 @@ def report(
     check
         Run a second time at another tolerance, to estimate the error of the first run.
     json_
-        Print {status, message, written, limits} as JSON, alone on stdout.
+        Print {status, message, written, limits, verdict} as JSON, alone on stdout.
     """
     out = out or Path(f"{scenario.stem}.html")
     scene = cli.opened(scenario, set_, rtol, faults=cli.faults_of_file(out))
@@ -108,8 +108,10 @@ def report(
         result = sb.simulate(scene, rtol=rtol, throw=False, progress=told)
         sb.report(result, out, sensitivity=metrics, limits=limits, title=title, files=files, check=check, progress=told)
         checks = limit_checks(result, limits)
+        verdict = result.verdict(checks)
     said = {"status": result.status, "message": result.message, "written": str(out), "limits": limit_dicts(checks)}
-    lines = [f"{result.status}: {result.message}", *limit_lines(checks), f"written  {out}"]
+    said |= {"verdict": verdict.as_dict()}
+    lines = [f"{result.status}: {result.message}", f"verdict  {verdict}", *limit_lines(checks), f"written  {out}"]
     cli.tell("\n".join(lines), lambda: said, json_)
     return cli.exit_code(result.ok, fail_on_limit and cli.any_exceeded(checks))
 

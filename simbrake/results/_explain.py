@@ -216,14 +216,14 @@ _OTHERS = (("lever_work", 1), ("elastic_change", -1), ("shaft_work", -1))
 
 
 def _torque_budget(result: Result, kind: str) -> Finding:
-    """Mean torques over the angle of the first stop, or over all of a run with several."""
+    """Mean torques over the angle of a single stop, or of the longest of several from the onset of slip on."""
     record, words = result.record.compact(), result.scene.brake.words
-    first, last = 0, int(record.count)
-    if kind == DutyKind.STOP:
-        stop = rows_of(labels_of(record))[0]
-        first, last = stop.start, stop.stop
+    t, phi = np.asarray(record.rows.t), np.asarray(record.states.phi)
+    stops = rows_of(labels_of(record))
+    number_of = int(np.argmax([t[stop.stop] - t[stop.onset] for stop in stops]))
+    stop = stops[number_of]
+    first, last = (stop.start if kind == DutyKind.STOP else stop.onset), stop.stop
     e = {name: float(value) for name, value in energies_between(record, first, last).items()}
-    phi = np.asarray(record.states.phi)
     angle = abs(float(phi[last] - phi[first]))
     brake = sum(e.get(name, 0.0) for name in ("friction_heat", "electrical_work", "mechanical_work", "damper_heat"))
     others = sum(sign * e.get(name, 0.0) for name, sign in _OTHERS)
@@ -232,9 +232,10 @@ def _torque_budget(result: Result, kind: str) -> Finding:
     share = {name: 100 * work / brake if brake else 0.0 for name, work in works.items()}
 
     def term(name: str) -> str:
-        return f"{number(torque[name], 'N*m', count=5)} ({digits(share[name], 3)} %)"
+        return f"{number(torque[name], 'N*m', count=5)} ({digits(round(share[name], 9) + 0.0, 3)} %)"
 
-    over = f"the {number(angle, 'rad', count=5)} of the {'stop' if kind == DutyKind.STOP else 'run'}"
+    which = "the stop" if kind == DutyKind.STOP else f"stop {number_of + 1}, the longest, from the onset of slip on"
+    over = f"the {number(angle, 'rad', count=5)} of {which},"
     text = f"Averaged over {over} the brake gives {number(torque['brake'], 'N*m', count=5)}: "
     text += f"{term('load')} against the load, {term('inertia')} against the inertia"
     minor = abs(share["others"]) < 0.05
@@ -247,7 +248,7 @@ def _torque_budget(result: Result, kind: str) -> Finding:
     numbers = {f"{name}_torque": value for name, value in torque.items()} | {
         f"{name}_work": w for name, w in works.items()
     }
-    return Finding("balance", text + why, {**numbers, "angle": angle, "governs": governs})
+    return Finding("balance", text + why, {**numbers, "stop": number_of + 1, "angle": angle, "governs": governs})
 
 
 def _torques_at_rest(result: Result) -> list[Finding]:
