@@ -7,7 +7,7 @@
     print(sb.results.explain(result))              # what happened and why
     result["stopping_time"], result.events["stop"], result.series([0.0, 0.5]), result.plot()
 
-- a scene: `Scene` of a `Brake`, `DiscBrake` or `ShoeBrake`, a `Duty` or `ForceDuty`, `Initial`; `read_scene`, `write_scene`
+- a scene: `Scene` of a `Brake`, `DiscBrake` or `ShoeBrake`, a `Duty` or `ForceDuty`, and `Initial`; `read_scene`
 - parts: `friction`, `loads`, `profiles`, `thermal`, `wear`, `brakes`
 - runs and results: `simulate`, `prepare`, `Result`; `results`, `report`, `compare`, `dataset`, `save`, `load`, `plot`
 - studies: `sensitivity`, `ensemble`, `sweep`, `uncertainty`, `calibrate`, `lining_life`; `studies`, `layouts`
