@@ -20,6 +20,10 @@ class Contact(NamedTuple):
 
     Each broadcasts over the linings; `None` where the scene does not model it. A law with states has them in `memory`;
     their rates also see `q` (W/m²), the friction power per area of a lining.
+
+    Example:
+        >>> sb.ConstantFriction(0.35).kinetic(sb.friction.Contact(np.float64(2.0))).item()
+        0.35
     """
 
     v: Any

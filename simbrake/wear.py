@@ -78,6 +78,10 @@ class LinearWear(AbstractWearRate):
     """`I = k max(0, 1 + s (T − T_r))`: the first term of any dependence on the temperature.
 
     - `coefficient` `k` (m³/(N·m)) at the `reference` `T_r` (K);  `slope` `s` (1/K)
+
+    Example:
+        >>> sb.wear.LinearWear(5e-14, 0.01).slope
+        array(0.01)
     """
 
     coefficient: Scalar = _rate_at("at the reference temperature")
@@ -122,6 +126,10 @@ class ArrheniusWear(AbstractWearRate):
     - `coefficient` `k` (m³/(N·m)) at the `reference` `T_r` (K);  `energy` `E` (J/mol): activation energy
 
     Reference: S. K. Rhee, *Wear* 29 (1974) 391, for resin-bonded linings.
+
+    Example:
+        >>> sb.wear.ArrheniusWear(5e-14, 4e4).energy
+        array(40000.)
     """
 
     coefficient: Scalar = _rate_at("at the reference temperature")
@@ -141,6 +149,10 @@ class ThresholdWear(AbstractWearRate):
     - `coefficient` `k` (m³/(N·m)) below the `threshold` `T_t` (K);  `energy` `E` (J/mol): activation energy
 
     Reference: T. Liu, S. K. Rhee, *Wear* 37 (1976) 291; threshold about 230 °C.
+
+    Example:
+        >>> sb.wear.ThresholdWear(5e-14).threshold
+        array(503.15)
     """
 
     coefficient: Scalar = _rate_at("below the threshold")

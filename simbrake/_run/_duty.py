@@ -14,7 +14,12 @@ from ._probe import Entry
 
 
 class DutyKind(enum.StrEnum):
-    """Kind of a run."""
+    """Kind of a run.
+
+    Example:
+        >>> result.summary()["duty"]
+        'stop'
+    """
 
     STOP = "stop"
     STOPS = "stops"

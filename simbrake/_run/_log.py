@@ -82,7 +82,15 @@ def failure_of(code: int, words: BrakeWords) -> tuple[str, str]:
 
 
 class SimulationError(RuntimeError):
-    """A run that ended in a failure code; `result` holds what was computed until then."""
+    """A run that ended in a failure code; `result` holds what was computed until then.
+
+    Example:
+        >>> try:
+        ...     sb.simulate(scene, max_steps=2)
+        ... except sb.SimulationError as error:
+        ...     print(error.result.status)
+        step_limit
+    """
 
     def __init__(self, message: str, result: object) -> None:
         super().__init__(message)
@@ -90,7 +98,12 @@ class SimulationError(RuntimeError):
 
 
 class Status(enum.StrEnum):
-    """How a run that reached its end time ended."""
+    """How a run that reached its end time ended.
+
+    Example:
+        >>> sb.results.Status.RUNAWAY.value
+        'runaway'
+    """
 
     STOPPED = "stopped"
     HELD = "held"
@@ -230,7 +243,12 @@ EVENTS = {
 
 
 class Event(NamedTuple):
-    """One entry of the log: time in s, name, the lining (from 1) or the phase of the duty where it concerns one."""
+    """One entry of the log: time in s, name, the lining (from 1) or the phase of the duty where it concerns one.
+
+    Example:
+        >>> result.events["stop"][0].name
+        'stop'
+    """
 
     time: float
     name: str

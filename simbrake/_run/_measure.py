@@ -110,7 +110,13 @@ class LimitVerdict(enum.StrEnum):
 
 
 class LimitCheck(NamedTuple):
-    """One limit and the value in a run, in SI: `name` of the metric (or `max_pressure`), `note`: when, or why not."""
+    """One limit and the value in a run, in SI: `name` of the metric (or `max_pressure`), `note`: when, or why not.
+
+    Example:
+        >>> check = sb.results.limit_checks(result, {"stopping_time": 9.0})[-1]
+        >>> check.name, check.unit, str(check.verdict)
+        ('stopping_time', 's', 'within limit')
+    """
 
     name: str
     limit: float | None

@@ -550,6 +550,11 @@ def prepare(
       that needs more is compiled anew with more room
 
     Raises `InputError` for a faulty scene or metric, and `SimulationError` where the scene's own run fails.
+
+    Example:
+        >>> prepared = sb.prepare(scene, ["stopping_time"])
+        >>> prepared.places["initial.omega"]
+        slice(19, 20, None)
     """
     scene = checked(scene)
     check_metrics(scene, metrics)

@@ -94,6 +94,10 @@ class UniformPressure(AbstractPadPressure):
     """A new pad, pressed evenly: `r_e = ⅔ (r_o³ − r_i³)/(r_o² − r_i²)`.
 
     Reference: Budynas & Nisbett, calliper brakes.
+
+    Example:
+        >>> sb.Pads(0.4, 0.3, 0.5, 0.7, pressure=sb.brakes.UniformPressure()).count
+        2
     """
 
     def radius(self, inner: Values, outer: Values) -> Float[Array, ""]:

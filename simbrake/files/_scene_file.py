@@ -173,6 +173,10 @@ def scene_from_text(text: str, folder: str | Path = ".") -> Scene:
     absent or have their default. `folder`: where the files that it names are searched.
 
     Raises `InputError` with every error: path, value, unit, reason, and the nearest name or the range.
+
+    Example:
+        >>> sb.files.scene_from_text(sb.files.scene_text(scene)).initial
+        Initial(omega=24 rad/s, elongation=0 m, time=0 s)
     """
     try:
         tables = tomllib.loads(text)

@@ -50,6 +50,10 @@ class Explanation(Tabular):
 
     `str` gives the text, `as_dict()` topics, sentences and numbers for JSON, `explanation["balance"]` one of the
     topics: outcome, course, balance, linings, limits, stability, influence, remedy, as far as the run has them.
+
+    Example:
+        >>> sb.results.explain(result, influence=False)["outcome"].numbers["status"]
+        'stopped'
     """
 
     findings: tuple[Finding, ...]
@@ -403,7 +407,13 @@ def _influence(result: Result, told: Waiting) -> list[Finding]:
         row for row in table.matters if not row.path.endswith(_FIXED) and np.isfinite(row.elasticity) and row.value
     ][:_MOST]
     words = _lower(title_of(metric)) if isinstance(metric, str) else "torque of the sliding brake over the load"
-    each = [f"{row.path} ({number(row.value, row.unit)}) {digits(row.elasticity, 3)} %" for row in rows]
+    hot = isinstance(metric, str) and about_output(metric)["units"] == "K"
+
+    def change(elasticity: float) -> str:  # (a percentage of kelvins says nothing)
+        kelvins = number(table.value * elasticity / 100, "K", absolute=False, count=3)
+        return str(kelvins) if hot else f"{digits(elasticity, 3)} %"
+
+    each = [f"{row.path} ({number(row.value, row.unit)}) {change(row.elasticity)}" for row in rows]
     numbers = {
         row.path: {"elasticity": row.elasticity, "derivative": row.derivative, "value": row.value} for row in rows
     }

@@ -135,7 +135,12 @@ class ConstantPartition(AbstractPartition):
 
 
 class EffusivityPartition(AbstractPartition):
-    """`a = e_1/(e_1 + e_2)`, `e = √(λ ρ c)`: two half-spaces in sliding contact (Charron)."""
+    """`a = e_1/(e_1 + e_2)`, `e = √(λ ρ c)`: two half-spaces in sliding contact (Charron).
+
+    Example:
+        >>> sb.thermal.EffusivityPartition(sb.material("steel_20L"), sb.material("FK-24A")).metal.density
+        array(7850.)
+    """
 
     metal: Material
     lining: Material

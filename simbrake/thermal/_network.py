@@ -199,6 +199,10 @@ def radiation_governs_above(coefficient: float, emissivity: float, ambient: floa
 
     Both act at all temperatures; convection governs below and radiation above (S, of the permissible lining
     temperature). Raises `ValueError` where radiation carries more even without a difference of temperature.
+
+    Example:
+        >>> round(float(sb.thermal.radiation_governs_above(10.0, 0.8)), 2)
+        456.3
     """
     from scipy.optimize import brentq
 
@@ -211,7 +215,12 @@ def radiation_governs_above(coefficient: float, emissivity: float, ambient: floa
 
 
 class Source(Part):
-    """A given heat flow into a place (W): a number or a profile over time."""
+    """A given heat flow into a place (W): a number or a profile over time.
+
+    Example:
+        >>> sb.thermal.Source("rim", "2 kW")
+        Source(a='rim', power=2 kW)
+    """
 
     a: str = eqx.field(static=True)
     power: AbstractProfile | Any = quantity("W", "heat flow into the place")
@@ -240,7 +249,12 @@ class Lump(Part):
 
 
 class Junction(Part):
-    """A node without capacity: its temperature follows from those of its neighbours at every instant."""
+    """A node without capacity: its temperature follows from those of its neighbours at every instant.
+
+    Example:
+        >>> sb.thermal.Junction("contact")
+        Junction(name='contact')
+    """
 
     name: str = eqx.field(static=True)
     count: int = whole("number of nodes", default=1)
